@@ -4,6 +4,7 @@
 #![allow(dead_code)]
 
 pub mod compare;
+pub mod failures_layer;
 #[cfg(feature = "report")]
 pub mod golden;
 pub mod gpu;

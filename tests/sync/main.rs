@@ -7,6 +7,7 @@ mod common;
 use afterlight::scene;
 
 mod combinations;
+mod failures;
 mod gpu;
 mod necessity;
 mod proof;

@@ -371,6 +371,13 @@ impl<'a> View<'a> {
         output
     }
 
+    /// As [`View::ends_well`], and what it has told on standard error.
+    pub fn ends_telling(self) -> String {
+        let (code, output, errors) = self.ends();
+        assert_eq!(code, Some(0), "{output}{errors}");
+        errors
+    }
+
     /// What each of its threads is doing, for a test that waits in vain: name, state, where in the kernel it sleeps, system call.
     fn threads(&self) -> String {
         let pid = self.process.as_ref().expect("started").id();

@@ -5,6 +5,7 @@ mod changes;
 mod clips;
 mod deep;
 mod examples;
+mod failures;
 mod harness;
 mod hdr;
 mod hdr_display;

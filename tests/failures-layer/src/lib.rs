@@ -1,0 +1,102 @@
+//! A Vulkan layer for tests: any command that can fail does so when it is told to. docs/FAILURES.md says how it is loaded and told.
+//!
+//! It belongs above the validation layer, nearer to the program: what fails here has not happened below, and validation sees what really happened.
+//! Results that a command gives after it has done its work, such as `VK_SUBOPTIMAL_KHR`, come after that work. A device that is lost is idle
+//! before that is said, and stays lost.
+
+#[path = "../../hdr-layer/src/loader.rs"]
+mod loader;
+
+#[macro_use]
+mod wrappers;
+
+mod callbacks;
+mod chain;
+mod steering;
+pub mod table;
+
+use std::ffi::{CStr, c_char};
+
+use ash::vk;
+use steering::Asked;
+
+/// What a command can answer but success.
+#[derive(Clone, Copy, Debug)]
+pub struct Command {
+    pub name: &'static str,
+    pub errors: &'static [(&'static str, vk::Result)],
+    /// Successes that are not `VK_SUCCESS`.
+    pub successes: &'static [(&'static str, vk::Result)],
+}
+
+impl Command {
+    /// All that it can answer but success.
+    pub fn results(&self) -> impl Iterator<Item = (&'static str, vk::Result)> {
+        self.errors.iter().chain(self.successes).copied()
+    }
+}
+
+/// All commands of the table that can fail, those of the loader alone included.
+pub fn commands() -> impl Iterator<Item = &'static Command> {
+    table::FALLIBLE.iter().chain(table::BY_HAND).filter(|command| !command.errors.is_empty())
+}
+
+/// Commands that the loader answers without asking a layer.
+pub const OF_THE_LOADER: [&str; 4] = [
+    "vkEnumerateInstanceVersion",
+    "vkEnumerateInstanceLayerProperties",
+    "vkEnumerateInstanceExtensionProperties",
+    "vkEnumerateDeviceLayerProperties",
+];
+
+/// Forgets what was told, and counts from 0 again.
+#[unsafe(no_mangle)]
+pub extern "C" fn afterlight_failures_reset() {
+    steering::reset();
+    callbacks::reset();
+}
+
+/// Tells which calls fail, in words of `AFTERLIGHT_FAILURES`. Returns false for what is none of them.
+///
+/// # Safety
+/// The text ends in NUL.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn afterlight_failures_tell(text: *const c_char) -> bool {
+    // SAFETY: the caller's promise.
+    let text = unsafe { CStr::from_ptr(text) }.to_string_lossy();
+    Asked::of(&text).map(steering::add).is_ok()
+}
+
+/// How many calls and allocations have failed because they were told to.
+#[unsafe(no_mangle)]
+pub extern "C" fn afterlight_failures_fired() -> u64 {
+    steering::fired() + callbacks::failed()
+}
+
+/// How often a command was called. 0 for one that is not in the table.
+///
+/// # Safety
+/// The text ends in NUL.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn afterlight_failures_calls(command: *const c_char) -> u64 {
+    // SAFETY: the caller's promise.
+    steering::calls(&unsafe { CStr::from_ptr(command) }.to_string_lossy())
+}
+
+/// How many allocations of host memory drivers and layers have asked for.
+#[unsafe(no_mangle)]
+pub extern "C" fn afterlight_failures_allocations() -> u64 {
+    callbacks::asked_for()
+}
+
+/// The command in which an allocation was refused last. Null for one that cannot fail, such as those that record.
+#[unsafe(no_mangle)]
+pub extern "C" fn afterlight_failures_refused_in() -> *const c_char {
+    callbacks::refused_in()
+}
+
+/// How many of them have not been given back.
+#[unsafe(no_mangle)]
+pub extern "C" fn afterlight_failures_live_allocations() -> i64 {
+    callbacks::live()
+}

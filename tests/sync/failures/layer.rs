@@ -1,0 +1,74 @@
+//! The layer as a test has it: loaded by the loader, and told in the same process what is to fail.
+
+use std::ffi::{CStr, CString, c_char};
+
+use libloading::Library;
+
+use crate::common::failures_layer::LIBRARY;
+
+/// The layer of this process.
+pub struct Layer(Library);
+
+impl Layer {
+    /// The same library as the loader opens, so that both have the same state.
+    pub fn of_this_process() -> Self {
+        let place = std::env::var_os(LIBRARY).expect("the parent tells where the library is");
+        // SAFETY: it is the project's own, and does nothing when it is loaded.
+        Self(unsafe { Library::new(place) }.expect("it can be loaded"))
+    }
+
+    /// Forgets what was told, and counts from 0 again.
+    pub fn reset(&self) {
+        // SAFETY: the type is the function's; here and below.
+        unsafe { self.0.get::<extern "C" fn()>(b"afterlight_failures_reset").expect("it is there")() }
+    }
+
+    /// Tells which calls fail, in words of `AFTERLIGHT_FAILURES`.
+    pub fn tell(&self, words: &str) {
+        let text = CString::new(words).expect("no NUL");
+        // SAFETY: as above; the text outlives the call.
+        let told = unsafe {
+            self.0.get::<unsafe extern "C" fn(*const c_char) -> bool>(b"afterlight_failures_tell").expect("it is there")(
+                text.as_ptr(),
+            )
+        };
+        assert!(told, "the layer does not understand '{words}'");
+    }
+
+    pub fn calls(&self, command: &str) -> u64 {
+        let text = CString::new(command).expect("no NUL");
+        // SAFETY: as above.
+        unsafe {
+            self.0.get::<unsafe extern "C" fn(*const c_char) -> u64>(b"afterlight_failures_calls").expect("it is there")(
+                text.as_ptr(),
+            )
+        }
+    }
+
+    fn number<T>(&self, name: &[u8]) -> T {
+        // SAFETY: as above.
+        unsafe { self.0.get::<extern "C" fn() -> T>(name).expect("it is there")() }
+    }
+
+    /// How many calls and allocations have failed because they were told to.
+    pub fn fired(&self) -> u64 {
+        self.number(b"afterlight_failures_fired")
+    }
+
+    /// How many allocations of host memory there were.
+    pub fn allocations(&self) -> u64 {
+        self.number(b"afterlight_failures_allocations")
+    }
+
+    /// The command in which an allocation was refused last; none for one that cannot fail, such as those that record.
+    pub fn refused_in(&self) -> Option<String> {
+        let name: *const c_char = self.number(b"afterlight_failures_refused_in");
+        // SAFETY: it is null, or a text that lives as long as the library.
+        (!name.is_null()).then(|| unsafe { CStr::from_ptr(name) }.to_string_lossy().into_owned())
+    }
+
+    /// How many of them have not been given back.
+    pub fn live_allocations(&self) -> i64 {
+        self.number(b"afterlight_failures_live_allocations")
+    }
+}

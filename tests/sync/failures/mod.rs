@@ -1,0 +1,114 @@
+//! Every command of Vulkan that can fail does so once, with each result that it may have, by the layer of `tests/failures-layer`: errors name
+//! the command, nothing panics, hangs or is left behind, and what is drawn next is the same to the last bit. docs/FAILURES.md tells of it.
+
+mod cases;
+mod layer;
+mod play;
+mod registry;
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use afterlight_failures_layer::{commands, table};
+use proc_macro2::{TokenStream, TokenTree};
+
+fn project() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn blesses() -> bool {
+    std::env::var("AFTERLIGHT_BLESS").is_ok_and(|value| value == "1")
+}
+
+#[test]
+fn the_table_is_that_of_the_registry() {
+    let cache = std::env::var_os("AFTERLIGHT_CACHE").map_or_else(|| project().join(".cache"), PathBuf::from);
+    let Ok(xml) = fs::read_to_string(cache.join("registry/vk.xml")) else {
+        eprintln!(
+            "SKIPPED: no registry of Vulkan to hold the table of fallible commands against (scripts/fetch-registry)"
+        );
+        return;
+    };
+    let (place, table) = (project().join("tests/failures-layer/src/table.rs"), registry::table(&xml));
+    if blesses() {
+        fs::write(place, table).expect("it can be written");
+    } else {
+        let own = fs::read_to_string(place).expect("the table");
+        assert!(
+            own == table,
+            "tests/failures-layer/src/table.rs is not what vk.xml says: AFTERLIGHT_BLESS=1 writes it anew"
+        );
+    }
+}
+
+/// All Rust of the program.
+fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path()) {
+        if entry.is_dir() {
+            sources(&entry, found);
+        } else if entry.extension().is_some_and(|extension| extension == "rs") {
+            found.push(entry);
+        }
+    }
+}
+
+/// The names of what is called as a method, and all texts.
+fn methods_and_texts(tokens: TokenStream, methods: &mut BTreeSet<String>, texts: &mut BTreeSet<String>) {
+    let mut after_dot = false;
+    for token in tokens {
+        match &token {
+            TokenTree::Group(group) => methods_and_texts(group.stream(), methods, texts),
+            TokenTree::Ident(name) if after_dot => _ = methods.insert(name.to_string()),
+            TokenTree::Literal(text) => _ = texts.insert(text.to_string()),
+            _ => {}
+        }
+        after_dot = matches!(&token, TokenTree::Punct(punct) if punct.as_char() == '.');
+    }
+}
+
+/// `vkCreateImage` as `ash` names it.
+fn of_ash(command: &str) -> String {
+    let name = command.trim_start_matches("vk").trim_end_matches(char::is_uppercase);
+    let mut snake = String::new();
+    for letter in name.chars() {
+        if letter.is_ascii_uppercase() && !snake.is_empty() {
+            snake.push('_');
+        }
+        snake.push(letter.to_ascii_lowercase());
+    }
+    snake
+}
+
+#[test]
+fn every_command_that_the_program_calls_and_that_can_fail_is_in_the_table() {
+    let (mut files, mut methods, mut texts) = (Vec::new(), BTreeSet::new(), BTreeSet::new());
+    sources(&project().join("src"), &mut files);
+    for file in files {
+        let text = fs::read_to_string(&file).expect("a source");
+        let tokens = TokenStream::from_str(&text).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
+        methods_and_texts(tokens, &mut methods, &mut texts);
+    }
+    let known: BTreeSet<&str> = commands().map(|command| command.name).collect();
+    // Of several names of one command the table has that of the core.
+    let known_methods: BTreeSet<String> = known.iter().map(|name| of_ash(name)).collect();
+    let called: Vec<&str> = table::ELSEWHERE.iter().copied().filter(|name| methods.contains(&of_ash(name))).collect();
+    // `wait_semaphores` is a part of what is submitted (`vk::SubmitInfo`).
+    let is_unknown = |name: &&str| *name != "vkWaitSemaphores" && !known_methods.contains(&of_ash(name));
+    let unknown: Vec<_> = called.into_iter().filter(is_unknown).collect();
+    assert!(unknown.is_empty(), "the program calls what is not in the table of fallible commands: {unknown:?}");
+    let called: Vec<&&str> = known.iter().filter(|name| methods.contains(&of_ash(name))).collect();
+    assert!(called.len() > 40, "the scan of the sources finds what they call: {called:?}");
+    // What errors say.
+    let said = texts.iter().map(|text| text.trim_matches('"')).filter(|text| is_command(text));
+    let wrong: Vec<&str> = said.filter(|name| !known.contains(name) && !table::ELSEWHERE.contains(name)).collect();
+    assert!(wrong.is_empty(), "errors name commands that do not exist, or that cannot fail: {wrong:?}");
+}
+
+fn is_command(text: &str) -> bool {
+    text.len() > 4
+        && text.starts_with("vk")
+        && text[2..].starts_with(|letter: char| letter.is_ascii_uppercase())
+        && text.chars().all(|letter| letter.is_ascii_alphanumeric())
+}

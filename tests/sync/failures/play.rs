@@ -1,0 +1,186 @@
+//! What calls fail in: a scene is drawn from the first call of Vulkan to the last, in stages.
+
+use std::fmt;
+use std::sync::Arc;
+
+use afterlight::frame::{self, Picture, Renderer};
+use afterlight::gpu::{self, Device, DeviceChoice, Instance, InstanceOptions, Validation};
+use afterlight::scene::{LightPath, OpenOptions, Scene, Settings, open};
+
+/// A part of the play. The calls that are made in it are its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stage {
+    StartUp,
+    Upload,
+    Frame,
+    ReadBack,
+    Settings,
+    Presentation,
+    Resize,
+    Shutdown,
+}
+
+impl Stage {
+    pub const ALL: [Stage; 8] = [
+        Stage::StartUp,
+        Stage::Upload,
+        Stage::Frame,
+        Stage::ReadBack,
+        Stage::Settings,
+        Stage::Presentation,
+        Stage::Resize,
+        Stage::Shutdown,
+    ];
+}
+
+impl fmt::Display for Stage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Stage::StartUp => "start-up",
+            Stage::Upload => "upload",
+            Stage::Frame => "a frame",
+            Stage::ReadBack => "read-back",
+            Stage::Settings => "settings",
+            Stage::Presentation => "presentation",
+            Stage::Resize => "resize",
+            Stage::Shutdown => "shutdown",
+        })
+    }
+}
+
+/// What is drawn.
+pub struct Play {
+    scene: Scene,
+    settings: Settings,
+    /// The same with other passes.
+    others: Settings,
+    presents: bool,
+    validation: Validation,
+}
+
+const SIZE: [u32; 2] = [32, 18];
+
+impl Play {
+    /// All of it, under validation.
+    pub fn whole() -> Self {
+        Self::new(presents(), Validation::Synchronization)
+    }
+
+    /// Without what a window is presented by, and without layers that have memory of their own: each allocation is the driver's or the loader's.
+    pub fn bare() -> Self {
+        Self::new(false, Validation::Off)
+    }
+
+    fn new(presents: bool, validation: Validation) -> Self {
+        let scene = open("builtin:spheres", &OpenOptions::default()).unwrap_or_else(|error| panic!("{error}"));
+        let settings = Settings { size: SIZE, samples: 1, anisotropy: 1, ..scene.settings.decide() };
+        let settings = Settings { light_path: LightPath::Loop, ..settings };
+        let others = Settings { light_path: LightPath::Compute, ..settings.clone() };
+        Self { scene, settings, others, presents, validation }
+    }
+
+    pub fn start(&self) -> gpu::Result<Arc<Device>> {
+        let options = InstanceOptions { validation: self.validation, ..InstanceOptions::default() };
+        let (extensions, of_devices): (&[_], &[_]) = match self.presents {
+            #[cfg(feature = "window")]
+            true => (&gpu::HEADLESS, &[c"VK_KHR_swapchain"]),
+            _ => (&[], &[]),
+        };
+        let instance = Instance::with_extensions(&options, extensions)?;
+        Device::with_extensions(&instance, &DeviceChoice::Auto, of_devices)
+    }
+
+    /// The pictures of all stages but the first and the last. `ended` hears of each that is over.
+    pub fn draw(&self, device: &Arc<Device>, ended: &mut dyn FnMut(Stage)) -> Result<Vec<Picture>, frame::Error> {
+        let mut pictures = Vec::new();
+        {
+            let mut renderer = Renderer::new(device, &self.scene, &self.settings)?;
+            ended(Stage::Upload);
+            (0..3).try_for_each(|_| renderer.render(&self.scene.camera))?;
+            renderer.wait()?;
+            ended(Stage::Frame);
+            pictures.push(renderer.read_back()?);
+            ended(Stage::ReadBack);
+        }
+        {
+            let mut renderer = Renderer::new(device, &self.scene, &self.others)?;
+            pictures.push(renderer.picture(&self.scene.camera, || {})?);
+        }
+        ended(Stage::Settings);
+        #[cfg(feature = "window")]
+        if self.presents {
+            self.present(device, ended, &mut pictures)?;
+        }
+        Ok(pictures)
+    }
+
+    #[cfg(feature = "window")]
+    fn present(
+        &self,
+        device: &Arc<Device>,
+        ended: &mut dyn FnMut(Stage),
+        pictures: &mut Vec<Picture>,
+    ) -> Result<(), frame::Error> {
+        use afterlight::frame::Presenter;
+        use afterlight::gpu::{Surface, Vsync};
+
+        let surface = Surface::headless(device)?;
+        let mut presenter = Presenter::new(device, surface, &self.scene, &self.settings, Vsync::On)?;
+        for (settings, size, stage) in [
+            (&self.settings, SIZE, Stage::Presentation),
+            (&self.settings, [SIZE[0] + 7, SIZE[1] + 5], Stage::Resize),
+            (&self.others, SIZE, Stage::Settings),
+        ] {
+            if stage == Stage::Settings {
+                presenter.change(false);
+            }
+            pictures.push(self.show(device, &mut presenter, (settings, size))?);
+            ended(stage);
+        }
+        Ok(())
+    }
+
+    /// Three frames as a window shows them, and the picture of the last: what cannot be shown is fitted and shown again.
+    #[cfg(feature = "window")]
+    fn show(
+        &self,
+        device: &Device,
+        presenter: &mut frame::Presenter,
+        (settings, size): (&Settings, [u32; 2]),
+    ) -> Result<Picture, frame::Error> {
+        use afterlight::frame::Outcome;
+        use afterlight::gpu::{Fit, Surface};
+
+        presenter.fit(&self.scene, settings, size)?;
+        let (mut shown, mut tries) = (0, 0);
+        while shown < 3 {
+            tries += 1;
+            assert!(tries < 20, "frames are not shown again");
+            let outcome = presenter.draw(&self.scene.camera, shown == 2, None)?;
+            let fit = match outcome {
+                Outcome::Shown(fit) => {
+                    shown += 1;
+                    fit
+                }
+                Outcome::Nothing(fit) => fit,
+            };
+            if fit == Fit::SurfaceLost {
+                presenter.lose_surface();
+                presenter.replace_surface(Surface::headless(device)?)?;
+            }
+            if fit != Fit::Exact {
+                presenter.fit(&self.scene, settings, size)?;
+                shown = 0;
+            }
+        }
+        presenter.picture()
+    }
+}
+
+/// Whether there are surfaces without a display.
+fn presents() -> bool {
+    #[cfg(feature = "window")]
+    return Instance::with_extensions(&InstanceOptions::default(), &gpu::HEADLESS).is_ok();
+    #[cfg(not(feature = "window"))]
+    false
+}
