@@ -65,7 +65,9 @@ fn is_in_another_submission(mutant: &Mutant) -> bool {
         // FOG's row orders the rest for the layer (`unreported_mutants`); the sums of the frame before are left.
         (Part::Row, RowName::RESOLVE_TO_TRANSPARENT) => mutant.plan.has_fog(),
         (Part::Bits(Side::Before, bits), RowName::RESOLVE_TO_TRANSPARENT) => {
-            mutant.plan.has_fog() || bits.stage != PipelineStageFlags::COMPUTE_SHADER
+            let is_about_sums = bits.stage == PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT
+                || bits.access == AccessFlags::COLOR_ATTACHMENT_WRITE;
+            mutant.plan.has_fog() || is_about_sums
         }
         // FXAA of the frame before reads the output.
         (Part::Bits(Side::Before, bits), RowName::HDR_TO_TONEMAP) if edge.from == reflect_resolve::PASS.place => {

@@ -5,8 +5,8 @@ use glam::{DAffine3, DQuat, DVec3, Vec3};
 use crate::scene::builtin::shapes::{self, MeshBuilder, WHOLE_IMAGE};
 use crate::scene::{
     AlphaMode, Brdf, Camera, Channel, Clip, ColorSpace, Emitter, Environment, Falloff, Influences, Interpolation,
-    Light, LightKind, Local, Material, Morph, Motion, Node, Object, Placement, Projection, Scene, Skin, Sky, SkyImage,
-    SunDisc, Target, Texture,
+    Light, LightKind, Local, Material, Mesh, Morph, Motion, Node, Object, Placement, Projection, Scene, Skin, Sky,
+    SkyImage, SunDisc, Target, Texture, TextureSlot,
 };
 
 /// A square that faces +Z, from its centre to its edges so far.
@@ -132,14 +132,54 @@ pub(super) fn textured(edge: u32) -> Scene {
     scene
 }
 
-/// The plane hangs on a joint and blends to a shape, and the box throws a shadow on it.
+/// With a texture in every slot, which differ from texel to texel.
+fn covered() -> Material {
+    let mut material = Material { specular: Vec3::splat(0.5), ..Material::default() };
+    TextureSlot::ALL.into_iter().for_each(|slot| *material.texture_mut(slot) = Some(slot as usize));
+    material
+}
+
+fn textures() -> Vec<Texture> {
+    let texture = |slot: TextureSlot| Texture {
+        name: slot.form().key.into(),
+        size: [2, 2],
+        color_space: slot.form().color_space,
+        sampler: Default::default(),
+        texels: [[255, 90, 200, 0], [10, 128, 250, 255], [0, 20, 128, 60], [99, 30, 180, 255]].concat().into(),
+    };
+    TextureSlot::ALL.into_iter().map(texture).collect()
+}
+
+/// The first of two squares hangs on a joint and blends to a shape, the second has holes. With plain surfaces in their place layer 1.4.309 misses two
+/// mutants of `deformed-reuse`.
 pub(super) fn deformed() -> Scene {
-    let mut scene = sunlit();
-    let mesh = &mut scene.meshes[0];
+    let mut mesh =
+        Mesh::from_points("square", &[[0., 0.], [1., 0.], [1., 1.], [0., 1.]].map(|[x, y]| DVec3::new(x, y, 0.0)));
+    mesh.indices = vec![0, 1, 2, 0, 2, 3];
+    mesh.uvs = vec![[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]];
+    mesh.compute_normals();
+    mesh.compute_tangents();
     let vertices = mesh.positions.len();
     let weights = [1.0, 0.0, 0.0, 0.0].repeat(vertices);
-    mesh.influences = Some(Influences { per_vertex: 4, joints: vec![0; 4 * vertices], weights });
-    mesh.morphs = vec![Morph { positions: vec![[0.0, 0.0, 0.1]; vertices], ..Morph::default() }];
+    let influences = Some(Influences { per_vertex: 4, joints: vec![0; 4 * vertices], weights });
+    let morphs = vec![Morph { positions: vec![[0.0, 0.0, 0.1]; vertices], ..Morph::default() }];
+    let bent = Mesh { influences, morphs, ..mesh.clone() };
+    let object = |material: usize| {
+        let place = DAffine3::from_translation(DVec3::X * material as f64);
+        Object::new(format!("square {material}"), 0, material, place)
+    };
+    let mask = AlphaMode::Mask { cutoff: 0.5 };
+    let cut = Material { alpha_mode: mask, base_color_texture: Some(0), ..Material::default() };
+    let direction = DVec3::new(0.3, -1.0, -0.5).normalize();
+    let sun = Light { casts_shadow: true, ..light(LightKind::Directional { direction }, 100.0) };
+    let mut scene = Scene {
+        meshes: vec![mesh, bent],
+        objects: vec![object(0), object(1)],
+        materials: vec![covered(), cut],
+        textures: textures(),
+        lights: vec![sun],
+        ..Scene::default()
+    };
     let node = |name: &str, weights| {
         let local = Local::Parts(Placement::default());
         Node { name: name.into(), parent: None, local, weights }
@@ -156,7 +196,8 @@ pub(super) fn deformed() -> Scene {
         clips: vec![Clip { name: "turn".into(), channels: vec![turn] }],
         light_nodes: Vec::new(),
     };
-    (scene.objects[0].node, scene.objects[0].skin) = (Some(1), Some(0));
+    let object = &mut scene.objects[0];
+    (object.mesh, object.node, object.skin) = (1, Some(1), Some(0));
     scene
 }
 
