@@ -7,7 +7,6 @@ use std::process::{Command, Output};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::common::failures_layer;
 use crate::common::program::{program, runner};
 
 const SUITE: &str = r#"
@@ -276,33 +275,6 @@ fn gtest_lists_and_runs_as_googletest_does() {
     );
 }
 
-/// What the layer of `tests/failures-layer` lets fail has a verdict of its own.
-#[test]
-fn a_lost_device_and_a_lack_of_memory_are_told_apart() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    fs::write(folder.path().join("own.toml"), SUITE).expect("written");
-    let layer = failures_layer::folder();
-    for (failure, verdict, status) in [
-        ("vkQueueSubmit:2:ERROR_DEVICE_LOST", "Lost", "Crash"),
-        ("vkCreateBuffer:1:ERROR_OUT_OF_DEVICE_MEMORY", "OutOfMemory", "Fail"),
-    ] {
-        let mut command = program();
-        command.current_dir(folder.path()).args(["ci", "own.toml", "-o", "out", "--only", "good.loop", "--quiet"]);
-        command.envs(failures_layer::environment(layer.path())).env("AFTERLIGHT_FAILURES", failure);
-        if let Some(runner) = runner() {
-            command.arg("--runner").arg(runner);
-        }
-        let output = command.output().expect("the program starts");
-        assert_eq!(code(&output), Some(1), "{failure}: {}", errors(&output));
-        assert_eq!(results(&folder.path().join("out/results.csv"))["good.loop"], status, "{failure}");
-        let line = fs::read_to_string(folder.path().join("out/results.jsonl")).expect("JSON lines");
-        let report: serde_json::Value = serde_json::from_str(line.trim()).expect("JSON");
-        assert_eq!(report["verdict"], verdict, "{report}");
-        let command = failure.split(':').next().unwrap_or_default();
-        assert!(report["reason"].as_str().is_some_and(|reason| reason.contains(command)), "{report}");
-    }
-}
-
 /// The commands of the files for build servers try each case once, in whichever part.
 #[test]
 #[cfg(unix)]
@@ -363,4 +335,38 @@ fn commands(text: &str) -> String {
     let begin = lines[..own].iter().rposition(|line| line.trim_end().ends_with('|')).expect("a block") + 1;
     let block = lines[begin..].iter().take_while(|line| indent(line) >= indent(lines[begin]));
     block.map(|line| format!("{}\n", line.trim_start())).collect()
+}
+
+/// Of one dependency of the smallest frames, on whatever layer is at hand: nothing is unexpected, and the layer notices some and misses some.
+#[test]
+fn mutants_test_the_layer_and_shards_of_them_are_all_of_them() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mutants = |arguments: &[&str]| {
+        let only = ["--mutants", "--only", r"\.gbuffer-to-lighting\..*\.plain$"];
+        ci(folder.path(), &[&only[..], arguments].concat())
+    };
+    let all = mutants(&["-o", "all"]);
+    assert_eq!(code(&all), Some(0), "{}", errors(&all));
+    let found = results(&folder.path().join("all/results.csv"));
+    assert_eq!(found["mutants.gbuffer-to-lighting.row.plain"], "Pass");
+    assert_eq!(found["mutants.gbuffer-to-lighting.after.EARLY_FRAGMENT_TESTS.plain"], "ExpectedFail");
+    assert!(found.values().all(|status| ["Pass", "ExpectedFail"].contains(&status.as_str())), "{found:?}");
+    let page = fs::read_to_string(folder.path().join("all/mutants.md")).expect("a page");
+    let row = "| `gbuffer-to-lighting` | row | 1 |";
+    assert!(page.contains(row) && page.contains("## Reasons\n\n1. "), "{page}");
+    let lines = fs::read_to_string(folder.path().join("all/mutants.jsonl")).expect("JSON lines");
+    for line in lines.lines() {
+        let line: serde_json::Value = serde_json::from_str(line).expect("JSON");
+        assert!(line["must_follow"].as_array().is_some_and(|kinds| !kinds.is_empty()), "nothing is lost: {line}");
+        assert_eq!(line["why"].is_string(), line["verdict"] == "ExpectedFail", "{line}");
+    }
+    let mut parts = BTreeMap::new();
+    for part in ["1/2", "2/2"] {
+        let run = mutants(&["-o", "part", "--shard", part]);
+        assert_eq!(code(&run), Some(0), "{}", errors(&run));
+        parts.extend(results(&folder.path().join("part/results.csv")));
+    }
+    assert_eq!(parts, found);
+    let nothing = ci(folder.path(), &["--mutants", "--only", "no-such-row"]);
+    assert_eq!(code(&nothing), Some(3), "{}", errors(&nothing));
 }

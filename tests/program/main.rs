@@ -8,7 +8,6 @@ mod ci;
 mod cli;
 mod docs;
 mod examples;
-mod killed;
 mod layering;
 mod library;
 mod prints;

@@ -6,6 +6,7 @@ mod coverage;
 mod evidence;
 mod examine;
 pub mod gtest;
+mod mutants;
 mod reports;
 mod resizes;
 mod results;
@@ -59,13 +60,14 @@ Examples:
   afterlight ci mine.toml -o out --skips skips.txt --flakes flakes.txt
   afterlight ci --repro out/bundles/paths.loop
   afterlight ci quick --coverage
+  afterlight ci --mutants -o out --shard 1/4
   afterlight ci quick --list")]
 pub struct Args {
     /// The suite: smoke, quick, full, or a file [default: quick]
     #[arg(value_name = "SUITE", conflicts_with = "repro")]
     suite: Option<String>,
     /// Write results, reports and bundles into this folder
-    #[arg(short, long, value_name = "DIR", required_unless_present_any = ["list", "coverage", "repro", "case"])]
+    #[arg(short, long, value_name = "DIR", required_unless_present_any = ["list", "coverage", "repro", "case", "mutants"])]
     output: Option<PathBuf>,
     /// The device: its number in `afterlight doctor`, or a part of its name [default: a real GPU before a CPU]
     #[arg(long, value_name = "N|NAME", value_parser = args::device, allow_hyphen_values = true)]
@@ -106,6 +108,10 @@ pub struct Args {
     /// Try the case of a bundle again, in this process
     #[arg(long, value_name = "BUNDLE", conflicts_with_all = ["list", "coverage"])]
     repro: Option<PathBuf>,
+    /// Test the validation layer instead: draw frames with one dependency, or one bit of one, missing, and tell which it notices. With -o, a
+    /// page and tables of all are kept there. Such frames may hang a real GPU: they are meant for software drivers
+    #[arg(long, conflicts_with_all = ["suite", "repro", "list", "coverage", "case", "baseline", "bless", "skips", "flakes", "since", "jobs"])]
+    mutants: bool,
     /// Print the names of the cases, and try none
     #[arg(long)]
     list: bool,
@@ -130,6 +136,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 fn run_suite(args: &Args) -> Result<(), Failure> {
+    if args.mutants {
+        let device = args.device.clone().unwrap_or_default();
+        let choice = mutants::Choice { device: &device, only: args.only.as_ref(), shard: args.shard };
+        return mutants::run(&choice, args.output.as_deref(), args.quiet);
+    }
     if let Some(bundle) = &args.repro {
         let file = bundle.join(evidence::SUITE);
         let suite = Suite::open(&file.display().to_string())?;

@@ -4,7 +4,6 @@
 mod cases;
 mod layer;
 mod play;
-mod program;
 mod registry;
 
 use std::collections::BTreeSet;
