@@ -26,6 +26,9 @@ pub mod scene;
 #[doc(hidden)]
 pub mod stress;
 mod visible;
+// Whole files, for the program.
+#[doc(hidden)]
+pub mod whole_file;
 #[cfg(feature = "window")]
 pub mod window;
 

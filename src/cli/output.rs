@@ -5,8 +5,8 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use afterlight::whole_file::WholeFile;
 use serde::Serialize;
-use tempfile::NamedTempFile;
 
 use super::failure::{Exit, Failure};
 
@@ -130,7 +130,7 @@ struct PendingFile<'a> {
     name: &'a Path,
     /// Behind any symbolic links, which stay what they are.
     target: PathBuf,
-    file: NamedTempFile,
+    file: WholeFile,
 }
 
 impl<'a> PendingFile<'a> {
@@ -147,24 +147,14 @@ impl<'a> PendingFile<'a> {
             return Err(cannot_be(name, &format!("there is no folder {}", folder.display())));
         }
         let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".afterlight-").suffix(".part");
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::PermissionsExt;
-            // Temporary files are private by default; a result gets what the umask leaves, as any new file does.
-            builder.permissions(fs::Permissions::from_mode(0o666));
-        }
-        let file = builder.tempfile_in(folder).map_err(|error| failed(&system_error(error)))?;
+        let file = WholeFile::begin_in(folder).map_err(|error| failed(&system_error(error)))?;
         Ok(Self { name, target, file })
     }
 
     fn fill(mut self, bytes: &[u8]) -> Result<(), Failure> {
         let failed = |error: &io::Error| Failure::write(&self.name.display().to_string(), error);
-        // Synced before the rename: some file systems tell of a full disk only then.
-        let file = self.file.as_file_mut();
-        file.write_all(bytes).and_then(|()| file.sync_all()).map_err(|error| failed(&error))?;
-        self.file.persist(&self.target).map(|_| ()).map_err(|error| failed(&error.error))
+        self.file.write_all(bytes).and_then(|()| self.file.sync()).map_err(|error| failed(&error))?;
+        self.file.persist(&self.target).map_err(|error| failed(&error))
     }
 }
 

@@ -13,6 +13,7 @@ use std::sync::{Mutex, PoisonError};
 use ash::vk;
 
 use super::physical::PhysicalDevice;
+use crate::whole_file::WholeFile;
 
 const MAGIC: [u8; 8] = *b"AFTLPC01";
 /// Magic, length (u64) and checksum (u64), little-endian.
@@ -126,13 +127,12 @@ fn write(file: &Path, data: &[u8], sum: u64) -> std::io::Result<()> {
     let Some(dir) = file.parent() else { return Ok(()) };
     fs::create_dir_all(dir)?;
     // Renamed into place when it is whole, so that a reader sees the old file or the new one.
-    let mut temporary = tempfile::NamedTempFile::new_in(dir)?;
+    let mut temporary = WholeFile::begin_in(dir)?;
     temporary.write_all(&MAGIC)?;
     temporary.write_all(&(data.len() as u64).to_le_bytes())?;
     temporary.write_all(&sum.to_le_bytes())?;
     temporary.write_all(data)?;
-    temporary.persist(file)?;
-    Ok(())
+    temporary.persist(file)
 }
 
 /// FNV-1a, 64 bits: against damage, not against malice.

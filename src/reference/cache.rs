@@ -11,6 +11,8 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
+use crate::whole_file::WholeFile;
+
 use super::render::{Accumulation, PASS, Progress, Reference};
 use super::{Mode, Options, TriangleId, Truth, View, fingerprint};
 
@@ -270,13 +272,12 @@ fn write(file: &Path, key: &blake3::Hash, payload: &[u8]) -> io::Result<()> {
     let Some(folder) = file.parent() else { return Ok(()) };
     fs::create_dir_all(folder)?;
     // Renamed into place when it is whole, so that a reader sees the old file or the new one.
-    let mut temporary = tempfile::NamedTempFile::new_in(folder)?;
+    let mut temporary = WholeFile::begin_in(folder)?;
     temporary.write_all(&MAGIC)?;
     temporary.write_all(key.as_bytes())?;
     temporary.write_all(blake3::hash(payload).as_bytes())?;
     temporary.write_all(payload)?;
-    temporary.persist(file)?;
-    Ok(())
+    temporary.persist(file)
 }
 
 fn reals(values: &[[f64; 3]]) -> impl Iterator<Item = u8> {

@@ -7,6 +7,7 @@ use std::process::{Command, Output};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use crate::common::failures_layer;
 use crate::common::program::{program, runner};
 
 const SUITE: &str = r#"
@@ -273,6 +274,33 @@ fn gtest_lists_and_runs_as_googletest_does() {
         lines[1].starts_with("[       OK ] good.loop (") && lines[3].starts_with("[  FAILED  ] bad.missing ("),
         "{text}"
     );
+}
+
+/// What the layer of `tests/failures-layer` lets fail has a verdict of its own.
+#[test]
+fn a_lost_device_and_a_lack_of_memory_are_told_apart() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    fs::write(folder.path().join("own.toml"), SUITE).expect("written");
+    let layer = failures_layer::folder();
+    for (failure, verdict, status) in [
+        ("vkQueueSubmit:2:ERROR_DEVICE_LOST", "Lost", "Crash"),
+        ("vkCreateBuffer:1:ERROR_OUT_OF_DEVICE_MEMORY", "OutOfMemory", "Fail"),
+    ] {
+        let mut command = program();
+        command.current_dir(folder.path()).args(["ci", "own.toml", "-o", "out", "--only", "good.loop", "--quiet"]);
+        command.envs(failures_layer::environment(layer.path())).env("AFTERLIGHT_FAILURES", failure);
+        if let Some(runner) = runner() {
+            command.arg("--runner").arg(runner);
+        }
+        let output = command.output().expect("the program starts");
+        assert_eq!(code(&output), Some(1), "{failure}: {}", errors(&output));
+        assert_eq!(results(&folder.path().join("out/results.csv"))["good.loop"], status, "{failure}");
+        let line = fs::read_to_string(folder.path().join("out/results.jsonl")).expect("JSON lines");
+        let report: serde_json::Value = serde_json::from_str(line.trim()).expect("JSON");
+        assert_eq!(report["verdict"], verdict, "{report}");
+        let command = failure.split(':').next().unwrap_or_default();
+        assert!(report["reason"].as_str().is_some_and(|reason| reason.contains(command)), "{report}");
+    }
 }
 
 /// The commands of the files for build servers try each case once, in whichever part.

@@ -13,7 +13,7 @@ use proc_macro2::{Delimiter, TokenStream, TokenTree};
 const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("scene", &[]),
     ("shaders", &[]),
-    ("gpu", &[]),
+    ("gpu", &["whole_file"]),
     // Decided once: nothing in it is worked out for a frame.
     ("plan", &["scene"]),
     ("visible", &["plan", "scene"]),
@@ -21,13 +21,15 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("gpu_scene", &["visible", "plan", "gpu", "scene", "shaders"]),
     ("passes", &["gpu_scene", "targets", "visible", "plan", "gpu", "scene", "shaders"]),
     ("frame", &["passes", "gpu_scene", "targets", "visible", "plan", "gpu", "scene", "shaders"]),
-    ("reference", &["scene"]),
+    ("reference", &["scene", "whole_file"]),
     ("measure", &["scene"]),
     ("window", FRAME_AND_BELOW),
     ("stress", FRAME_AND_BELOW),
     ("mutants", FRAME_AND_BELOW),
     ("report", FRAME_AND_BELOW),
     ("cli", CLI),
+    // A way to write a file, which whoever writes one takes.
+    ("whole_file", &[]),
     ("main", &["cli"]),
     // `afterlight-gtest`, which starts the program.
     ("bin", &[]),
@@ -38,7 +40,7 @@ const FRAME_AND_BELOW: &[&str] =
 
 /// The program is a crate of its own, which sees the library's interface.
 const CLI: &[&str] =
-    &["window", "stress", "mutants", "report", "frame", "plan", "gpu", "scene", "measure", "reference"];
+    &["window", "stress", "mutants", "report", "frame", "plan", "gpu", "scene", "measure", "reference", "whole_file"];
 
 /// Parts that know no Vulkan.
 const WITHOUT_VULKAN: &[&str] = &["scene", "shaders", "reference", "measure"];

@@ -8,6 +8,7 @@ mod ci;
 mod cli;
 mod docs;
 mod examples;
+mod killed;
 mod layering;
 mod library;
 mod prints;

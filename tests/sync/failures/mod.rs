@@ -4,6 +4,7 @@
 mod cases;
 mod layer;
 mod play;
+mod program;
 mod registry;
 
 use std::collections::BTreeSet;

@@ -1,0 +1,124 @@
+//! Files that appear whole or not at all: written under a name of their own beside their place, then renamed. A process that is killed leaves such a
+//! file behind; the next one that writes into the folder removes it.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::Path;
+
+use tempfile::NamedTempFile;
+
+const PREFIX: &str = ".afterlight-";
+const SUFFIX: &str = ".part";
+
+/// A file that is being written. Dropped before [`WholeFile::persist`], it is gone.
+#[derive(Debug)]
+pub struct WholeFile(NamedTempFile);
+
+impl WholeFile {
+    /// Begins one in the folder of its place, so that the rename stays on one file system. Removes what killed processes have left there.
+    ///
+    /// # Errors
+    /// When the folder cannot be written.
+    pub fn begin_in(folder: &Path) -> io::Result<Self> {
+        remove_left(folder);
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(PREFIX).suffix(SUFFIX);
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            // Temporary files are private by default; these get what the umask leaves, as any new file does.
+            builder.permissions(fs::Permissions::from_mode(0o666));
+        }
+        let file = builder.tempfile_in(folder)?;
+        // The lock tells others that it is being written. Without locks on the file system it looks the same to them, and stays.
+        let _ = file.as_file().try_lock();
+        Ok(Self(file))
+    }
+
+    /// Waits until all of it is on the disk: some file systems tell of a full one only then.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn sync(&mut self) -> io::Result<()> {
+        self.0.as_file().sync_all()
+    }
+
+    /// Puts the file into its place, over what is there.
+    ///
+    /// # Errors
+    /// When its place cannot be written; then what was there stays.
+    pub fn persist(self, place: &Path) -> io::Result<()> {
+        self.0.persist(place).map(drop).map_err(|error| error.error)
+    }
+}
+
+impl Write for WholeFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
+    }
+}
+
+/// Removes unfinished files that no process holds a lock on. What cannot be removed does no harm.
+fn remove_left(folder: &Path) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        if name.starts_with(PREFIX) && name.ends_with(SUFFIX) && is_left(&entry.path()) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// Whether the process that wrote the file is gone: its lock went with it. One that has just made the file may not have locked it yet.
+fn is_left(path: &Path) -> bool {
+    const JUST_NOW: std::time::Duration = std::time::Duration::from_secs(2);
+    let is_old = || Some(fs::metadata(path).ok()?.modified().ok()?.elapsed().ok()? > JUST_NOW);
+    is_old() == Some(true) && File::open(path).is_ok_and(|file| file.try_lock().is_ok())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::{Duration, SystemTime};
+
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).expect("readable").map(|entry| entry.expect("an entry").file_name());
+        let mut names: Vec<_> = entries.map(|name| name.to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn what_a_killed_process_left_is_removed_and_what_another_writes_is_not() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let age = |path: &Path| {
+            let file = File::options().write(true).open(path).expect("it opens");
+            file.set_modified(SystemTime::now() - Duration::from_secs(60)).expect("its time can be set");
+        };
+        let left = folder.path().join(".afterlight-left.part");
+        fs::write(&left, b"half").expect("written");
+        age(&left);
+        let fresh = folder.path().join(".afterlight-fresh.part");
+        fs::write(&fresh, b"half").expect("written");
+        let foreign = folder.path().join(".other.part");
+        fs::write(&foreign, b"half").expect("written");
+        age(&foreign);
+        let writing = WholeFile::begin_in(folder.path()).expect("it can be begun");
+        age(writing.0.path());
+        let own = writing.0.path().file_name().expect("a name").to_string_lossy().into_owned();
+
+        let mut second = WholeFile::begin_in(folder.path()).expect("it can be begun");
+        second.write_all(b"whole").expect("written");
+        second.persist(&folder.path().join("result")).expect("put into place");
+        let found = names(folder.path());
+        assert!(!left.exists() && fresh.exists() && foreign.exists() && found.contains(&own), "{found:?}");
+        assert_eq!(fs::read(folder.path().join("result")).expect("readable"), b"whole");
+        drop(writing);
+        assert!(!names(folder.path()).contains(&own));
+    }
+}

@@ -1,0 +1,155 @@
+//! Commands that are killed while they write: old files stay whole, and the next run leaves nothing of the killed one behind.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crate::common::program::program;
+use crate::common::tries_all;
+
+/// A command, the file that it writes, and whether that is whole.
+struct Writer {
+    arguments: &'static [&'static str],
+    file: &'static str,
+    is_whole: fn(&[u8]) -> bool,
+}
+
+fn is_picture(bytes: &[u8]) -> bool {
+    image::load_from_memory(bytes).is_ok()
+}
+
+fn is_json(bytes: &[u8]) -> bool {
+    serde_json::from_slice::<serde_json::Value>(bytes).is_ok()
+}
+
+fn is_document(bytes: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(bytes);
+    text.trim_end().ends_with("</svg>") || text.trim_end().ends_with("</html>")
+}
+
+fn is_csv(bytes: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(bytes);
+    text.ends_with('\n') && text.lines().all(|line| line.split(',').count() == 3)
+}
+
+const WRITERS: [Writer; 9] = [
+    Writer {
+        arguments: &["render", "builtin:spheres", "--size", "320x180", "-o", "out.png"],
+        file: "out.png",
+        is_whole: is_picture,
+    },
+    Writer {
+        arguments: &["render", "builtin:spheres", "--size", "320x180", "-o", "out.exr"],
+        file: "out.exr",
+        is_whole: is_picture,
+    },
+    Writer {
+        arguments: &["reference", "builtin:spheres", "--size", "48x27", "--samples", "4", "-o", "truth.exr"],
+        file: "truth.exr",
+        is_whole: is_picture,
+    },
+    Writer {
+        arguments: &["inspect", "builtin:spheres", "--graph", "frame.svg"],
+        file: "frame.svg",
+        is_whole: is_document,
+    },
+    Writer {
+        arguments: &["bench", "builtin:triangle", "--size", "64x36", "--frames", "5", "--json", "bench.json"],
+        file: "bench.json",
+        is_whole: is_json,
+    },
+    Writer {
+        arguments: &["stress", "space/distance", "--quick", "--json", "stress.json"],
+        file: "stress.json",
+        is_whole: is_json,
+    },
+    Writer {
+        arguments: &["stress", "space/distance", "--quick", "--html", "stress.html"],
+        file: "stress.html",
+        is_whole: is_document,
+    },
+    Writer {
+        arguments: &[
+            "report",
+            "builtin:triangle",
+            "-o",
+            "report",
+            "--quick",
+            "--families",
+            "tonemap",
+            "--size",
+            "32x18",
+            "--truth-samples",
+            "4",
+            "--rounds",
+            "3",
+        ],
+        file: "report/report.html",
+        is_whole: is_document,
+    },
+    Writer { arguments: &["ci", "smoke", "--only", "compute", "-o", "ci"], file: "ci/results.csv", is_whole: is_csv },
+];
+
+fn command(folder: &Path, writer: &Writer) -> Command {
+    let mut command = program();
+    command.current_dir(folder).args(writer.arguments).stdout(Stdio::null()).stderr(Stdio::null());
+    command.env("AFTERLIGHT_CACHE", folder.join("truths")).env("AFTERLIGHT_PIPELINE_CACHE", folder.join("pipelines"));
+    command
+}
+
+/// All files below a folder, by their paths.
+fn files(folder: &Path) -> BTreeSet<String> {
+    let mut found = BTreeSet::new();
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let path = entry.path();
+        if path.is_dir() {
+            found
+                .extend(files(&path).into_iter().map(|name| format!("{}/{name}", entry.file_name().to_string_lossy())));
+        } else {
+            found.insert(entry.file_name().to_string_lossy().into_owned());
+        }
+    }
+    found
+}
+
+/// Unfinished files lie about for so long before the next run takes them for those of a killed one.
+const JUST_NOW: Duration = Duration::from_secs(2);
+
+#[test]
+#[cfg(unix)]
+fn a_killed_command_leaves_old_files_whole_and_the_next_one_no_litter() {
+    let (writers, moments) = if tries_all() { (&WRITERS[..], 50) } else { (&WRITERS[..1], 4) };
+    for writer in writers {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let what = writer.arguments.join(" ");
+        let begun = Instant::now();
+        let status = command(folder.path(), writer).status().expect("the program starts");
+        assert!(status.success(), "{what}: {status}");
+        let took = begun.elapsed();
+        let clean = files(folder.path());
+        let result = folder.path().join(writer.file);
+        let mut random = fastrand::Rng::with_seed(7);
+        let mut killed = 0;
+        for _ in 0..moments {
+            let mut child = command(folder.path(), writer).spawn().expect("the program starts");
+            thread::sleep(took.mul_f64(random.f64()));
+            killed += usize::from(child.kill().is_ok() && !child.wait().is_ok_and(|status| status.success()));
+            // A folder of results may be on its way to new ones, without any.
+            if let Ok(bytes) = fs::read(&result) {
+                assert!((writer.is_whole)(&bytes), "{what}: half of {} is there", writer.file);
+            } else {
+                assert!(writer.file.contains('/'), "{what}: {} is gone", writer.file);
+            }
+        }
+        assert!(killed * 4 > moments, "{what}: only {killed} of {moments} were killed");
+        thread::sleep(JUST_NOW + Duration::from_millis(200));
+        let status = command(folder.path(), writer).status().expect("the program starts");
+        assert!(status.success(), "{what}, after the others: {status}");
+        let left: Vec<_> = files(folder.path()).difference(&clean).cloned().collect();
+        assert!(left.is_empty(), "{what} leaves {left:?}");
+        assert!((writer.is_whole)(&fs::read(&result).expect("the result")), "{what}");
+    }
+}
