@@ -101,7 +101,7 @@ impl EnabledFeatures {
 /// The second is a part of Vulkan 1.2, and drivers of that still name it.
 const MUTABLE_SWAPCHAINS: [&CStr; 2] = [ash::khr::swapchain_mutable_format::NAME, ash::khr::image_format_list::NAME];
 
-/// Longer labels than all of the program's, so that each covers the one before it in a file.
+/// Longer than any label of the program, so that each covers the one before it in a file.
 const LABEL_BYTES: usize = 80;
 
 /// A logical device with its queue, memory, pipeline cache and retire queue. Shared by everything made on it.

@@ -425,10 +425,7 @@ impl<'a> App<'a> {
 
     /// Whether the window keeps its last picture and tries again later, as there was no memory for another.
     fn waits_for_memory(&mut self, error: &Error) -> bool {
-        let is_for_memory = matches!(
-            error,
-            Error::Frame(frame::Error::Gpu(gpu::Error::OutOfMemory { .. } | gpu::Error::Allocator { .. }))
-        );
+        let is_for_memory = matches!(error, Error::Frame(frame::Error::Gpu(gpu::Error::OutOfMemory { .. })));
         let most = self.options.frames.map_or(u32::MAX, |_| TRIES_FOR_MEMORY);
         // Where there never was a frame, the scene is too large for the device.
         if !is_for_memory || self.fitted.is_none() || self.lacked_memory >= most {

@@ -24,7 +24,7 @@ each = { forward = "light-path=forward", loop = "light-path=loop" }
 group = "bad"
 scene = "builtin:triangle"
 truth = { mean = 0, elsewhere = 0 }
-each = { truth = "light-path=loop brdf=phong" }
+each = { truth = "light-path=forward brdf=phong" }
 
 [[case]]
 group = "bad"
@@ -89,7 +89,8 @@ fn each_case_has_its_verdict_and_what_is_known_is_expected() {
     {
         assert!(bundle.join(name).exists(), "{name} is not in the bundle");
     }
-    let spirv = fs::read_dir(bundle.join("shaders")).expect("shaders").map(|file| file.expect("a file").path());
+    let files = fs::read_dir(bundle.join("shaders")).expect("shaders").map(|file| file.expect("a file").path());
+    let spirv = files.filter(|path| path.extension().is_some_and(|extension| extension == "spv"));
     let words: Vec<_> = spirv.map(|path| fs::read(path).expect("readable")[..4].to_vec()).collect();
     assert!(words.len() > 1 && words.iter().all(|start| start[..] == 0x0723_0203u32.to_le_bytes()), "{words:?}");
     let xml = fs::read_to_string(at("first/junit.xml")).expect("JUnit");
@@ -121,11 +122,49 @@ fn each_case_has_its_verdict_and_what_is_known_is_expected() {
     assert_eq!(code(&run), Some(1), "{}", errors(&run));
     let bundle = at("next/bundles/good.loop");
     assert!(bundle.join("baseline.png").exists() && bundle.join("difference.png").exists());
+    // The line of a bundle has what the case was compared with.
+    let line = fs::read_to_string(bundle.join("reproduce.txt")).expect("a line");
+    assert!(line.contains(" --baseline ") && line.contains("next/bundles/good.loop"), "{line}");
+    // Blessing compares with nothing that it replaces.
+    for (arguments, expected) in [(&["--bless"][..], 0), (&[], 0)] {
+        let run = ci(folder.path(), &[&only[..], arguments].concat());
+        assert_eq!(code(&run), Some(expected), "{arguments:?}: {}", errors(&run));
+    }
+    other.save(&picture).expect("written");
     fs::write(&picture, kept).expect("written");
     fs::write(known.join("failures.csv"), "good.loop,Fail\n").expect("written");
     let run = ci(folder.path(), &only);
     assert_eq!(code(&run), Some(2), "{}", errors(&run));
     assert_eq!(results(&at("next/results.csv"))["good.loop"], "UnexpectedImprovement(Pass)");
+}
+
+/// A driver may crash at the very end, after a verdict; and folders of others stay.
+#[test]
+#[cfg(unix)]
+fn a_crash_after_the_verdict_is_a_crash_and_folders_of_others_stay() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("own.toml"), SUITE).expect("written");
+    let start = runner().map_or_else(String::new, |runner| format!("{} ", runner.display()));
+    fs::write(at("after.sh"), format!("#!/bin/sh\n{start}\"$@\"\ncase \"$*\" in *--case*) kill -SEGV $$ ;; esac\n"))
+        .expect("written");
+    fs::set_permissions(at("after.sh"), fs::Permissions::from_mode(0o755)).expect("executable");
+    let script = at("after.sh").display().to_string();
+    let mut command = program();
+    command.current_dir(folder.path());
+    command.args(["ci", "own.toml", "-o", "out", "--only", "good.loop", "--quiet", "--runner", &script]);
+    let run = command.output().expect("the program starts");
+    assert_eq!(code(&run), Some(1), "{}", errors(&run));
+    assert_eq!(results(&at("out/results.csv"))["good.loop"], "Crash");
+    let lines = fs::read_to_string(at("out/results.jsonl")).expect("JSON lines");
+    assert!(lines.contains("ended after the verdict Pass"), "{lines}");
+
+    fs::create_dir_all(at("mine/cases")).expect("made");
+    fs::write(at("mine/cases/precious.toml"), "x").expect("written");
+    let run = ci(folder.path(), &["own.toml", "-o", "mine", "--only", "good.loop"]);
+    assert_eq!(code(&run), Some(3), "{}", errors(&run));
+    assert!(at("mine/cases/precious.toml").exists());
 }
 
 fn only_folder(path: &Path) -> std::path::PathBuf {

@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use afterlight::gpu::PhysicalDevice;
 use afterlight::measure::Srgb8Image;
+use serde::{Deserialize, Serialize};
 
 use super::results;
-use super::verdict::{CaseReport, Status};
+use super::verdict::{CaseReport, Status, Verdict};
 use crate::cli::compare::ImageFile;
 use crate::cli::failure::Failure;
 use crate::cli::output::{self, Sink};
@@ -18,6 +18,13 @@ use crate::cli::output::{self, Sink};
 pub const FAILURES: &str = "failures.csv";
 /// The device's time for a frame, in milliseconds.
 const TIMES: &str = "times.csv";
+
+/// A device as baselines know it: its driver's name and its own.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DeviceKey {
+    pub driver: String,
+    pub device: String,
+}
 
 /// A device's folder.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,8 +38,8 @@ impl Baseline {
     ///
     /// # Errors
     /// When its times cannot be read.
-    pub fn open(all: &Path, device: &PhysicalDevice) -> Result<Self, Failure> {
-        let folder = all.join(key(&device.driver_name)).join(key(&device.name));
+    pub fn open(all: &Path, own: &DeviceKey) -> Result<Self, Failure> {
+        let folder = all.join(key(&own.driver)).join(key(&own.device));
         let path = folder.join(TIMES);
         let mut times = BTreeMap::new();
         if path.exists() {
@@ -75,20 +82,22 @@ impl Baseline {
         self.times.get(case).copied()
     }
 
-    /// Takes over what was found: pictures from the folders of the cases, times, and which cases fail. Cases that did not run keep what they have.
+    /// Takes over what was found without a baseline: which cases fail, and of those that pass the pictures from their folders, and, where no other case used
+    /// the device meanwhile, the times. Cases that did not run keep what they have.
     ///
     /// # Errors
     /// When a file cannot be written.
-    pub fn bless(mut self, reports: &[CaseReport], cases: &Path) -> Result<(), Failure> {
+    pub fn bless(mut self, reports: &[CaseReport], cases: &Path, is_shared: bool) -> Result<(), Failure> {
         output::make_folder(&self.folder)?;
         let mut failures = self.failures()?;
         for report in reports {
             let name = &report.case;
-            let picture = cases.join(name).join("picture.png");
-            if let Ok(bytes) = fs::read(&picture) {
-                Sink::File(self.folder.join(format!("{name}.png"))).write(&bytes)?;
+            if report.verdict == Verdict::Pass {
+                if let Ok(bytes) = fs::read(cases.join(name).join("picture.png")) {
+                    Sink::File(self.folder.join(format!("{name}.png"))).write(&bytes)?;
+                }
+                self.times.extend(report.gpu_ms.filter(|_| !is_shared).map(|ms| (name.clone(), ms)));
             }
-            self.times.extend(report.gpu_ms.map(|ms| (name.clone(), ms)));
             match report.verdict.status() {
                 Status::Pass | Status::Skip | Status::Flake => _ = failures.remove(name),
                 status => _ = failures.insert(name.clone(), status),

@@ -13,6 +13,9 @@ use super::examine::Drawing;
 use super::suite::Case;
 use crate::cli::failure::{Exit, Failure};
 
+/// A kind of which not all names are known.
+const FORMATS: &str = "formats of attachments";
+
 /// What is counted: all names that there are, and in how many plans each is in use.
 #[derive(Default)]
 struct Counted(BTreeMap<&'static str, BTreeMap<String, usize>>);
@@ -46,7 +49,7 @@ impl Counted {
             .map(|(_, attachment)| format!("{:?}", attachment.format))
             .collect();
         for format in formats {
-            self.count("formats of attachments", format, true);
+            self.count(FORMATS, format, true);
         }
         let features = [
             ("depthClamp", plan.has_directional_shadows()),
@@ -64,7 +67,9 @@ impl Counted {
         let mut text = String::new();
         for (kind, names) in &self.0 {
             let used = names.values().filter(|count| **count > 0).count();
-            let _ = writeln!(text, "{kind}: {used} of {}", names.len());
+            // Formats are known as they are used.
+            let all = if *kind == FORMATS { String::new() } else { format!(" of {}", names.len()) };
+            let _ = writeln!(text, "{kind}: {used}{all}");
             for (name, count) in names {
                 let _ = writeln!(text, "  {count:>5}  {name}");
             }

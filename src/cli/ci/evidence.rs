@@ -22,6 +22,8 @@ use crate::cli::workload::plan_table;
 
 /// The file with the last label that was recorded.
 pub const LAST_LABEL: &str = "last-label.txt";
+/// The file that says which of the case's devices was in use.
+pub const STAGE: &str = "stage.txt";
 /// The file with what the device says of itself.
 pub const DEVICE: &str = "device.json";
 /// The suite with this case alone, for `--repro`.
@@ -90,14 +92,32 @@ impl Evidence {
     }
 
     pub fn of_device(&self, device: &Arc<Device>) {
-        let Some(folder) = &self.folder else { return };
         let report = DeviceReport::of(0, &device.physical);
         if let Ok(json) = output::json(&report) {
             self.write(DEVICE, json.as_bytes());
         }
+    }
+
+    /// Keeps the last label that is recorded on a device, and what the device is for.
+    pub fn labels(&self, stage: &str, device: &Arc<Device>) {
+        let Some(folder) = &self.folder else { return };
         if let Ok(file) = File::create(folder.join(LAST_LABEL)) {
+            self.write(STAGE, stage.as_bytes());
             device.tell_labels_to(file);
         }
+    }
+
+    /// The scene's files, with the hash of each: whoever tries the case again sees whether they are the same.
+    pub fn scene_files(&self, files: &[PathBuf]) {
+        if self.folder.is_none() || files.is_empty() {
+            return;
+        }
+        let line = |path: &PathBuf| {
+            let hash = std::fs::read(path)
+                .map_or_else(|error| error.to_string(), |bytes| blake3::hash(&bytes).to_hex().to_string());
+            format!("{hash}  {}\n", path.display())
+        };
+        self.write("scene-files.txt", files.iter().map(line).collect::<String>().as_bytes());
     }
 
     pub fn of_plan(&self, plan: &FramePlan, drawing: &Drawing, device: &Arc<Device>) {
@@ -115,10 +135,13 @@ impl Evidence {
         if let Err(failure) = output::make_folder(&folder) {
             return tracing::warn!("{}", failure.one_line());
         }
+        let mut index = String::new();
         for (name, words) in shaders {
-            let name: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
-            self.write(&format!("shaders/{name}.spv"), bytemuck::cast_slice(&words));
+            let file = shader_file(&name);
+            let _ = writeln!(index, "{file}  {name}");
+            self.write(&format!("shaders/{file}"), bytemuck::cast_slice(&words));
         }
+        self.write("shaders/index.txt", index.as_bytes());
     }
 }
 
@@ -130,16 +153,41 @@ pub fn shown(picture: &Picture) -> Option<Srgb8Image> {
     }
 }
 
-/// What of the environment drivers, loaders and layers look at.
+/// The file of a pipeline's stage. Names of pipelines may be long, and differ in what no file's name has.
+fn shader_file(name: &str) -> String {
+    const MOST: usize = 100;
+    let plain: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).take(MOST).collect();
+    format!("{plain}-{}.spv", &blake3::hash(name.as_bytes()).to_hex()[..8])
+}
+
+/// The program and the environment variables that affect drivers, loaders and layers.
 pub fn environment() -> String {
     let mut text = format!("afterlight {} on {} {}\n", env!("CARGO_PKG_VERSION"), env::consts::OS, env::consts::ARCH);
+    for (name, value) in variables() {
+        let _ = writeln!(text, "{name}={value}");
+    }
+    text
+}
+
+/// Environment variables that affect drivers, loaders and layers, by name.
+pub fn variables() -> Vec<(String, String)> {
     let mut variables: Vec<_> = env::vars_os()
         .map(|(name, value)| (name.to_string_lossy().into_owned(), value.to_string_lossy().into_owned()))
         .filter(|(name, _)| VARIABLES.iter().any(|start| name.starts_with(start)))
         .collect();
     variables.sort();
-    for (name, value) in variables {
-        let _ = writeln!(text, "{name}={value}");
+    variables
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_of_shaders_are_short_and_each_its_own() {
+        let long = "forward GeometryKey { streams: Streams(7) } ".repeat(20);
+        let names = [shader_file(&long), shader_file(&format!("{long}!")), shader_file("a b"), shader_file("a-b")];
+        assert!(names.iter().all(|name| name.len() < 128 && !name.contains(' ')), "{names:?}");
+        assert_eq!(names.iter().collect::<std::collections::BTreeSet<_>>().len(), 4, "{names:?}");
     }
-    text
 }

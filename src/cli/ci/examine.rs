@@ -78,7 +78,7 @@ impl From<scene::Error> for Stop {
     }
 }
 
-/// What of a case is drawn.
+/// A case's scene, moment and settings.
 pub struct Drawing {
     pub scene: Scene,
     pub playing: Playing,
@@ -154,12 +154,13 @@ fn try_all(case: &Case, place: &Place, evidence: &Evidence, report: &mut CaseRep
     evidence.write("suite.toml", super::suite::alone(case).as_bytes());
     evidence.write("environment.txt", super::evidence::environment().as_bytes());
     let drawing = Drawing::open(case)?;
+    evidence.scene_files(&drawing.scene.files);
     let first = unobserved(case, place, &drawing, evidence, report)?;
     for &mode in &case.holds.validate {
         observed(mode, place, &drawing, &first, evidence, report)?;
     }
     if case.holds.resizes > 0 {
-        resizes::storm(case.holds.resizes, place, &drawing, report)?;
+        resizes::storm(case.holds.resizes, place, &drawing, evidence, report)?;
     }
     Ok(())
 }
@@ -185,7 +186,10 @@ impl Observed {
         let mistakes: Vec<_> = said.iter().filter(|own| own.kind != MessageKind::General && !is_advice(own)).collect();
         let name = mode.name();
         match mistakes.first() {
-            None => report.hold(Check::LayerMessage, self.dropped == 0, format!("{name}: silent")),
+            None if self.dropped > 0 => {
+                report.hold(Check::LayerMessage, false, format!("{name}: {} messages were not kept", self.dropped));
+            }
+            None => report.hold(Check::LayerMessage, true, format!("{name}: silent")),
             Some(first) => {
                 let count = mistakes.len() as u64 - 1 + self.dropped;
                 let text = first.text.lines().next().unwrap_or_default();
@@ -201,16 +205,17 @@ fn more(first: &str, others: u64) -> String {
     if others == 0 { first.to_owned() } else { format!("{first} (and {others} more)") }
 }
 
-/// Runs work on a device of its own; `None` where the layer cannot check so, which is noted.
+/// Runs work on a device of its own, and notes what the layer and the device's end have to say, also where the work fails. `None` where the layer
+/// cannot check so, which is noted.
 fn with_device<T>(
     mode: Option<Mode>,
     place: &Place,
+    evidence: &Evidence,
     report: &mut CaseReport,
     work: impl FnOnce(&Arc<Device>, &mut CaseReport) -> Result<T, Stop>,
-) -> Result<(Option<T>, Observed), Stop> {
+) -> Result<Option<T>, Stop> {
     let validation = mode.map_or(Validation::Off, Mode::validation);
     let options = InstanceOptions { validation, sync_shader_heuristic: mode == Some(Mode::SyncShaders) };
-    let nothing = Observed { messages: Vec::new(), dropped: 0 };
     let skipped = |error: gpu::Error, report: &mut CaseReport| match (&error, mode) {
         (gpu::Error::MissingLayer { .. } | gpu::Error::Unsupported(_), Some(mode)) => {
             report.skip(Check::LayerMessage, format!("{}: {error}", mode.name()));
@@ -220,23 +225,24 @@ fn with_device<T>(
     };
     let instance = match Instance::new(&options) {
         Ok(instance) => instance,
-        Err(error) => return skipped(error, report).map(|()| (None, nothing)),
+        Err(error) => return skipped(error, report).map(|()| None),
     };
     if mode == Some(Mode::SyncShaders) && !instance.sync_shader_heuristic() {
         report.skip(Check::LayerMessage, "sync-shaders: the layer has no heuristic for what shaders access");
-        return Ok((None, nothing));
+        return Ok(None);
     }
     let log = instance.message_log();
     let device = match Device::new(&instance, place.device) {
         Ok(device) => device,
-        Err(error) => return skipped(error, report).map(|()| (None, nothing)),
+        Err(error) => return skipped(error, report).map(|()| None),
     };
     report.on = Where { device: device.physical.name.clone(), driver: driver_of(&device) };
+    evidence.labels(mode.map_or("without the layer", Mode::name), &device);
     let done = work(&device, report);
     drop((device, instance));
     let dropped = log.dropped();
-    let observed = Observed { messages: log.take(), dropped };
-    done.map(|done| (Some(done), observed))
+    Observed { messages: log.take(), dropped }.note(mode, evidence, report);
+    done.map(Some)
 }
 
 /// The driver's name and its own words on its version.
@@ -245,7 +251,7 @@ pub fn driver_of(device: &Device) -> String {
     format!("{} {}", physical.driver_name, physical.driver_info).trim().to_owned()
 }
 
-/// All that is checked without the layer. The picture.
+/// Makes all checks that need no layer, and returns the first picture.
 fn unobserved(
     case: &Case,
     place: &Place,
@@ -253,7 +259,7 @@ fn unobserved(
     evidence: &Evidence,
     report: &mut CaseReport,
 ) -> Result<Picture, Stop> {
-    let (picture, observed) = with_device(None, place, report, |device, report| {
+    let picture = with_device(None, place, evidence, report, |device, report| {
         evidence.of_device(device);
         let plan = drawing.plan(device)?;
         evidence.of_plan(&plan, drawing, device);
@@ -268,7 +274,7 @@ fn unobserved(
         identical(case, drawing, device, &picture, evidence, report)?;
         against_baseline(case, place, &picture, evidence, report);
         if let Some(bound) = case.holds.slower {
-            time(bound, case, place, device, report);
+            time(bound, case, place, report);
         }
         if case.holds.steady_frames > 0 {
             steady(case.holds.steady_frames, drawing, device, report)?;
@@ -278,7 +284,6 @@ fn unobserved(
         }
         Ok(picture)
     })?;
-    observed.note(None, evidence, report);
     // Without a layer nothing is skipped.
     picture.ok_or_else(|| Stop::fail("there is no device"))
 }
@@ -292,14 +297,13 @@ fn observed(
     evidence: &Evidence,
     report: &mut CaseReport,
 ) -> Result<(), Stop> {
-    let (picture, observed) = with_device(Some(mode), place, report, |device, _| {
+    let picture = with_device(Some(mode), place, evidence, report, |device, _| {
         let mut renderer = drawing.renderer(device)?;
         // The second picture finds what the first has left in targets and buffers.
         drawing.picture(&mut renderer)?;
         drawing.picture(&mut renderer)
     })?;
     let Some(picture) = picture else { return Ok(()) };
-    observed.note(Some(mode), evidence, report);
     // What GPU-assisted validation adds to shaders may change how they round.
     if mode != Mode::GpuAssisted && !drawing.settings.taa {
         let differ = differing(first, &picture);
@@ -370,11 +374,10 @@ fn gpu_ms(drawing: &Drawing, renderer: &mut Renderer) -> Result<Option<f64>, Sto
     Ok(Distribution::of(times).map(|times| times.median))
 }
 
-fn time(bound: f64, case: &Case, place: &Place, device: &Device, report: &mut CaseReport) {
-    let is_cpu = device.physical.kind == gpu::vk::PhysicalDeviceType::CPU;
-    if place.is_shared && is_cpu {
+fn time(bound: f64, case: &Case, place: &Place, report: &mut CaseReport) {
+    if place.is_shared {
         return report
-            .skip(Check::Time, "other cases run on this CPU meanwhile: --jobs 1 gives times that mean something");
+            .skip(Check::Time, "other cases use the device meanwhile: --jobs 1 gives times that mean something");
     }
     let before = place.baseline.and_then(|baseline| baseline.gpu_ms(&case.name));
     let (Some(before), Some(now)) = (before, report.gpu_ms) else {

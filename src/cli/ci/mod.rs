@@ -20,10 +20,12 @@ use std::ffi::OsString;
 use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::{Mutex, PoisonError};
 use std::thread::available_parallelism;
 use std::time::Instant;
 
-use afterlight::gpu::{DeviceChoice, Instance, InstanceOptions, PhysicalDevice, choose};
+use afterlight::gpu::{DeviceChoice, Instance, InstanceOptions, choose};
 use afterlight::report::sweep::model::Shard;
 use regex::Regex;
 
@@ -31,7 +33,7 @@ use super::args;
 use super::failure::{Exit, Failure};
 use super::output::{self, Sink, quoted};
 use super::progress;
-use baseline::Baseline;
+use baseline::{Baseline, DeviceKey};
 use evidence::Evidence;
 use examine::Place;
 use reports::Judged;
@@ -67,56 +69,62 @@ pub struct Args {
     #[arg(value_name = "SUITE", conflicts_with = "repro")]
     suite: Option<String>,
     /// Write results, reports and bundles into this folder
-    #[arg(short, long, value_name = "DIR", required_unless_present_any = ["list", "coverage", "repro", "case", "mutants"])]
+    #[arg(short, long, value_name = "DIR", required_unless_present_any = ["list", "coverage", "repro", "case", "probe", "mutants"])]
     output: Option<PathBuf>,
     /// The device: its number in `afterlight doctor`, or a part of its name [default: a real GPU before a CPU]
     #[arg(long, value_name = "N|NAME", value_parser = args::device, allow_hyphen_values = true)]
     device: Option<DeviceChoice>,
-    /// What is expected: a folder with pictures, times and failures by driver and device, or a failures.csv
+    /// Compare with a folder of pictures, times and failures by driver and device, or with a failures.csv
     #[arg(long, value_name = "DIR|CSV")]
     baseline: Option<PathBuf>,
-    /// Take over this run's pictures, times and failures as what --baseline expects of this device
+    /// Store this run's pictures, times and failures in --baseline, without comparing with what is there
     #[arg(long, requires = "baseline", conflicts_with_all = ["case", "list", "coverage", "repro"])]
     bless: bool,
-    /// Files of regular expressions, one a line: cases that are not tried
+    /// Skip the cases that match a regular expression of this file, one a line
     #[arg(long, value_name = "FILE")]
     skips: Vec<PathBuf>,
-    /// The same: cases that are known to fail now and then
+    /// Expect the cases that match one of this file to fail now and then
     #[arg(long, value_name = "FILE")]
     flakes: Vec<PathBuf>,
-    /// Tell what is another than in an earlier run: its folder, or its results.csv
+    /// Show what changed since an earlier run: its folder, or its results.csv
     #[arg(long, value_name = "RUN")]
     since: Option<PathBuf>,
-    /// Try the cases alone whose names match
+    /// Run only cases whose names match
     #[arg(long, value_name = "REGEX")]
     only: Option<Regex>,
-    /// Try every N-th case, from the I-th on
+    /// Run every N-th case, from the I-th on
     #[arg(long, value_name = "I/N", value_parser = args::shard)]
     shard: Option<Shard>,
     /// Processes at a time, which share the device [default: one a core, at most 8]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
     /// Start each case by this command, with this program's own command line behind it: a debugger, another stack's script
-    #[arg(long, value_name = "COMMAND", conflicts_with_all = ["case", "repro"])]
+    #[arg(long, value_name = "COMMAND", conflicts_with_all = ["case", "repro", "list", "coverage"])]
     runner: Option<String>,
     /// Try this case in this process, and print its verdict as JSON; with -o, what it finds out is kept there
-    #[arg(long, value_name = "NAME", conflicts_with_all = ["repro", "list", "coverage", "since", "only", "shard", "skips", "flakes"])]
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["repro", "list", "coverage", "since", "only", "shard", "skips", "flakes", "jobs"])]
     case: Option<String>,
-    /// Other cases run on the device meanwhile: times are not judged on CPUs
+    /// Other cases run on the device meanwhile: times are not judged
     #[arg(long, requires = "case", hide = true)]
     shared: bool,
+    /// A run has started this process, which ends with it
+    #[arg(long, hide = true)]
+    of_run: bool,
+    /// Print the names of the driver and the device as JSON
+    #[arg(long, hide = true, conflicts_with_all = ["case", "repro", "list", "coverage"])]
+    probe: bool,
     /// Try the case of a bundle again, in this process
-    #[arg(long, value_name = "BUNDLE", conflicts_with_all = ["list", "coverage"])]
+    #[arg(long, value_name = "BUNDLE", conflicts_with_all = ["list", "coverage", "since", "only", "shard", "skips", "flakes", "jobs"])]
     repro: Option<PathBuf>,
     /// Test the validation layer instead: draw frames with one dependency, or one bit of one, missing, and tell which it notices. With -o, a
     /// page and tables of all are kept there. Such frames may hang a real GPU: they are meant for software drivers
     #[arg(long, conflicts_with_all = ["suite", "repro", "list", "coverage", "case", "baseline", "bless", "skips", "flakes", "since", "jobs"])]
     mutants: bool,
     /// Print the names of the cases, and try none
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["baseline", "since", "skips", "flakes", "jobs"])]
     list: bool,
     /// Print which passes, light paths, dependencies, formats and features the cases use, counted from their plans, and try none
-    #[arg(long, conflicts_with = "list")]
+    #[arg(long, conflicts_with_all = ["list", "baseline", "since", "skips", "flakes", "jobs"])]
     coverage: bool,
     /// Print nothing but errors
     #[arg(short, long)]
@@ -140,6 +148,12 @@ fn run_suite(args: &Args) -> Result<(), Failure> {
         let device = args.device.clone().unwrap_or_default();
         let choice = mutants::Choice { device: &device, only: args.only.as_ref(), shard: args.shard };
         return mutants::run(&choice, args.output.as_deref(), args.quiet);
+    }
+    if args.of_run {
+        end_with_parent();
+    }
+    if args.probe {
+        return output::print(&output::json(&key(&args.device.clone().unwrap_or_default())?)?, false);
     }
     if let Some(bundle) = &args.repro {
         let file = bundle.join(evidence::SUITE);
@@ -179,8 +193,12 @@ fn chosen<'a>(args: &Args, suite: &'a Suite) -> Result<Vec<&'a Case>, Failure> {
 fn one(args: &Args, case: &Case) -> Result<(), Failure> {
     let choice = args.device.clone().unwrap_or_default();
     let baseline = match &args.baseline {
-        Some(folder) if folder.is_dir() => Some(Baseline::open(folder, &physical(&choice)?)?),
-        _ => None,
+        Some(folder) if folder.is_dir() => Some(Baseline::open(folder, &key(&choice)?)?),
+        Some(other) => {
+            let why = format!("one case is compared with a folder of pictures, and {} is none", other.display());
+            return Err(Failure::new(Exit::BadInput, why));
+        }
+        None => None,
     };
     if let Some(folder) = &args.output {
         output::make_folder(folder)?;
@@ -202,11 +220,46 @@ fn one(args: &Args, case: &Case) -> Result<(), Failure> {
 }
 
 /// The device that the choice means.
-fn physical(choice: &DeviceChoice) -> Result<PhysicalDevice, Failure> {
+fn key(choice: &DeviceChoice) -> Result<DeviceKey, Failure> {
     let instance = Instance::new(&InstanceOptions::default())?;
     let mut devices = instance.physical_devices()?;
     let index = choose(&devices, choice)?;
-    Ok(devices.swap_remove(index))
+    let physical = devices.swap_remove(index);
+    Ok(DeviceKey { driver: physical.driver_name, device: physical.name })
+}
+
+/// The same, found out in a process of its own: a driver that crashes does not end the run.
+fn probe(command: &[OsString], choice: &DeviceChoice) -> Result<DeviceKey, Failure> {
+    let mut words = command.iter();
+    let mut probe = Command::new(words.next().map_or("".as_ref(), OsString::as_os_str));
+    probe.args(words).args(["ci", "--probe", "--device", &choice.to_string()]).stdin(Stdio::null());
+    let output = probe.output().map_err(|error| {
+        Failure::new(Exit::BadInput, format!("cannot start {}: {error}", probe.get_program().display()))
+    })?;
+    if let Ok(key) = serde_json::from_slice(&output.stdout) {
+        return Ok(key);
+    }
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    let error = said.lines().find_map(|line| line.strip_prefix("error: ")).map(str::to_owned);
+    let why = error.unwrap_or_else(|| format!("asking for the device ended with {}", output.status));
+    let exit =
+        if output.status.code() == Some(i32::from(Exit::BadInput.code())) { Exit::BadInput } else { Exit::NoVulkan };
+    Err(Failure::new(exit, why))
+}
+
+/// Ends this process when the one that has started it is gone: the device is not to draw what nobody waits for.
+fn end_with_parent() {
+    #[cfg(unix)]
+    {
+        use std::os::unix::process::parent_id;
+        let parent = parent_id();
+        std::thread::spawn(move || {
+            while parent_id() == parent {
+                std::thread::sleep(std::time::Duration::from_millis(200));
+            }
+            std::process::exit(1);
+        });
+    }
 }
 
 /// What a run knows beforehand.
@@ -218,7 +271,7 @@ struct Known {
 }
 
 impl Known {
-    fn of(args: &Args, device: &PhysicalDevice) -> Result<Self, Failure> {
+    fn of(args: &Args, device: &DeviceKey) -> Result<Self, Failure> {
         let is_file = |path: &&PathBuf| path.is_file();
         if let Some(file) = args.baseline.as_ref().filter(is_file)
             && args.bless
@@ -258,28 +311,37 @@ impl Known {
 fn all(args: &Args, suite: &Suite, cases: &[&Case], folder: &Path) -> Result<(), Failure> {
     let begun = Instant::now();
     let choice = args.device.clone().unwrap_or_default();
-    let device = physical(&choice)?;
+    let words = args.runner.iter().flat_map(|command| command.split_whitespace()).map(OsString::from);
+    let mut command: Vec<OsString> = words.chain([own_program()?.into()]).collect();
+    let device = probe(&command, &choice)?;
     let known = Known::of(args, &device)?;
     let (working, bundles) = (folder.join(CASES), folder.join(BUNDLES));
     for own in [&working, &bundles] {
-        if own.exists() {
-            fs::remove_dir_all(own).map_err(|error| Failure::write(&own.display().to_string(), &error))?;
-        }
+        remove_own(own)?;
     }
-    output::make_folder(&working)?;
+    make_own(&working)?;
     let (skipped, tried): (Vec<&Case>, Vec<&Case>) =
         cases.iter().partition(|case| known.expectations.skips(&case.name));
     let jobs = args.jobs.map_or_else(|| available_parallelism().map_or(1, usize::from).min(MOST_JOBS), usize::from);
-    let words = args.runner.iter().flat_map(|command| command.split_whitespace()).map(OsString::from);
-    let command = words.chain([own_program()?.into()]).chain(arguments(args, suite, &choice, jobs > 1)).collect();
+    command.extend(arguments(args, suite, &choice, jobs > 1));
     let runner = Runner { command, cases: &working, jobs };
-    let bar = progress::bar(format!("{} on {}", suite.name, device.name), tried.len() as u64, args.quiet);
-    let reports = runner.run(&tried, &|_| bar.step())?;
+    let bar = progress::bar(format!("{} on {}", suite.name, device.device), tried.len() as u64, args.quiet);
+    // Written anew at the end. A run that is stopped before leaves what it has found out.
+    let path = folder.join("results.jsonl");
+    let lines = fs::File::create(&path).map_err(|error| Failure::write(&path.display().to_string(), &error))?;
+    let lines = Mutex::new(lines);
+    let reports = runner.run(&tried, &|report| {
+        bar.step();
+        let status = known.expectations.status(report);
+        let line = reports::json_lines(&[Judged { status, report, bundle: None }]).unwrap_or_default();
+        // What cannot be written now fails the run at its end.
+        let _ = lines.lock().unwrap_or_else(PoisonError::into_inner).write_all(line.as_bytes());
+    });
     drop(bar);
     if args.bless
         && let Some(baseline) = known.baseline.clone()
     {
-        baseline.bless(&reports, &working)?;
+        baseline.bless(&reports, &working, jobs > 1)?;
     }
     let skips = skipped.iter().map(|case| CaseReport {
         verdict: verdict::Verdict::Skip,
@@ -319,13 +381,36 @@ fn own_program() -> Result<PathBuf, Failure> {
 fn arguments(args: &Args, suite: &Suite, choice: &DeviceChoice, is_shared: bool) -> Vec<OsString> {
     let mut arguments: Vec<OsString> =
         ["ci", &suite.name, "--quiet", "--device", &choice.to_string()].map(Into::into).into();
-    if let Some(folder) = args.baseline.as_ref().filter(|path| path.is_dir()) {
+    arguments.push("--of-run".into());
+    // What is blessed is compared with nothing that it replaces.
+    if let Some(folder) = args.baseline.as_ref().filter(|path| path.is_dir() && !args.bless) {
         arguments.extend(["--baseline".into(), folder.into()]);
     }
     if is_shared {
         arguments.push("--shared".into());
     }
     arguments
+}
+
+/// A file in folders of this command's own: without it a folder is somebody else's, and is not removed.
+const OWN: &str = ".afterlight-ci";
+
+fn make_own(folder: &Path) -> Result<(), Failure> {
+    output::make_folder(folder)?;
+    Sink::File(folder.join(OWN)).write(b"afterlight ci makes this folder anew with each run\n")
+}
+
+/// Removes a folder of an earlier run.
+fn remove_own(folder: &Path) -> Result<(), Failure> {
+    if !folder.exists() {
+        return Ok(());
+    }
+    if !folder.join(OWN).exists() {
+        let why =
+            format!("{} is there, and no earlier run has made it: choose another folder for -o", folder.display());
+        return Err(Failure::new(Exit::BadInput, why));
+    }
+    fs::remove_dir_all(folder).map_err(|error| Failure::write(&folder.display().to_string(), &error))
 }
 
 /// Moves what bad cases left into the folder of bundles, each with the line that tries it again; removes what others left.
@@ -339,20 +424,32 @@ fn keep_bundles(
     let mut kept = BTreeMap::new();
     let is_kept = |report: &&CaseReport| report.verdict.is_bad() || report.verdict == verdict::Verdict::Flake;
     for report in reports.iter().filter(is_kept) {
-        output::make_folder(bundles)?;
+        make_own(bundles)?;
         let (from, to) = (working.join(&report.case), bundles.join(&report.case));
         fs::rename(&from, &to).map_err(|error| failed(&error))?;
-        let device = args
-            .device
-            .as_ref()
-            .map_or_else(String::new, |device| format!(" --device {}", quoted(&device.to_string())));
-        let line = format!("afterlight ci --repro {}{device}\n", quoted(&to.display().to_string()));
+        let line = reproducing(&to, args);
         Sink::File(to.join("reproduce.txt")).write(line.as_bytes())?;
         Sink::File(to.join(runner::VERDICT)).write(output::json(report)?.as_bytes())?;
         kept.insert(report.case.clone(), to);
     }
     fs::remove_dir_all(working).map_err(|error| failed(&error))?;
     Ok(kept)
+}
+
+/// The line that tries a bundle's case again: with the same device, baseline and variables, from any folder.
+fn reproducing(bundle: &Path, args: &Args) -> String {
+    let whole = |path: &Path| fs::canonicalize(path).unwrap_or_else(|_| path.to_owned()).display().to_string();
+    let is_of_loader = |name: &str| name.starts_with("VK_") || name == "AFTERLIGHT_FAILURES";
+    let variables = evidence::variables().into_iter().filter(|(name, _)| is_of_loader(name));
+    let mut line: String = variables.map(|(name, value)| format!("{name}={} ", quoted(&value))).collect();
+    line.push_str(&format!("afterlight ci --repro {}", quoted(&whole(bundle))));
+    if let Some(device) = &args.device {
+        line.push_str(&format!(" --device {}", quoted(&device.to_string())));
+    }
+    if let Some(folder) = args.baseline.as_ref().filter(|path| path.is_dir() && !args.bless) {
+        line.push_str(&format!(" --baseline {}", quoted(&whole(folder))));
+    }
+    line + "\n"
 }
 
 /// Writes all files of results, and adds to the summary of a GitHub workflow's step where there is one.
@@ -370,19 +467,19 @@ fn write(suite: &Suite, folder: &Path, begun: Instant, judged: &[Judged], change
     for (name, text) in files {
         Sink::File(folder.join(name)).write(text.as_bytes())?;
     }
-    if let Some(path) = env::var_os("GITHUB_STEP_SUMMARY") {
-        let appended = fs::OpenOptions::new()
-            .append(true)
-            .create(true)
-            .open(&path)
-            .and_then(|mut file| file.write_all(summary.as_bytes()));
-        appended.map_err(|error| Failure::write(&path.to_string_lossy(), &error))?;
+    if let Some(path) = env::var_os("GITHUB_STEP_SUMMARY").filter(|path| !path.is_empty()) {
+        let file = fs::OpenOptions::new().append(true).create(true).open(&path);
+        if let Err(error) = file.and_then(|mut file| file.write_all(summary.as_bytes())) {
+            // The verdict is worth more than its summary.
+            output::print(&format!("warning: cannot write {}: {error}\n", path.display()), true)?;
+        }
     }
     Ok(())
 }
 
 fn told(suite: &Suite, folder: &Path, begun: Instant, judged: &[Judged], changes: &[String]) -> String {
     let mut text = reports::table(judged);
+    text.extend(reports::skipped_checks(judged).iter().map(|line| format!("{line}\n")));
     text.extend(changes.iter().map(|change| format!("{change}\n")));
     let (counts, seconds) = (reports::counts(judged), begun.elapsed().as_secs_f64());
     text + &format!("{}: {counts}, in {seconds:.1} s -> {}\n", suite.name, folder.display())

@@ -118,7 +118,21 @@ pub fn counts(judged: &[Judged]) -> String {
     format!("{passed} Pass{}", others.collect::<String>())
 }
 
-/// What is not simply a pass, for a terminal.
+/// A line for each reason for which checks could not be made, with their number: a machine without a validation layer is told of, and fails nothing.
+pub fn skipped_checks(judged: &[Judged]) -> Vec<String> {
+    let mut reasons: BTreeMap<&str, usize> = BTreeMap::new();
+    let findings = judged.iter().flat_map(|own| &own.report.findings);
+    for finding in findings.filter(|finding| finding.outcome == Outcome::Skipped) {
+        *reasons.entry(&finding.detail).or_default() += 1;
+    }
+    let line = |(reason, count): (&str, usize)| match count {
+        1 => format!("1 check was skipped: {reason}"),
+        count => format!("{count} checks were skipped: {reason}"),
+    };
+    reasons.into_iter().map(line).collect()
+}
+
+/// Everything but passes, for a terminal.
 pub fn table(judged: &[Judged]) -> String {
     let mut table = Table::new();
     for own in judged.iter().filter(|own| own.status != Status::Pass) {
@@ -140,6 +154,11 @@ pub fn markdown(suite: &str, seconds: f64, judged: &[Judged], changes: &[String]
             let reason = own.report.reason.as_deref().unwrap_or_default().replace('|', "\\|").replace('<', "&lt;");
             let _ = writeln!(text, "| {} | {} | {reason} |", own.status.name(), own.report.case);
         }
+    }
+    let skipped = skipped_checks(judged);
+    if !skipped.is_empty() {
+        text.push('\n');
+        text.extend(skipped.iter().map(|line| format!("- {line}\n")));
     }
     if !changes.is_empty() {
         text.push_str("\n### What changed\n\n");

@@ -4,6 +4,7 @@ use afterlight::frame::{self, Outcome, Presenter};
 use afterlight::gpu::{self, Device, HEADLESS, Instance, InstanceOptions, MessageKind, Surface, Validation, Vsync};
 use afterlight::scene::Settings;
 
+use super::evidence::Evidence;
 use super::examine::{Drawing, Place, Stop};
 use super::verdict::{CaseReport, Check};
 
@@ -11,7 +12,13 @@ use super::verdict::{CaseReport, Check};
 const EDGES: [u32; 11] = [64, 1, 97, 33, 256, 2, 129, 64, 17, 200, 8];
 
 /// Draws into `count` sizes. Skipped where the instance or the device has no surface without a display.
-pub fn storm(count: u32, place: &Place, drawing: &Drawing, report: &mut CaseReport) -> Result<(), Stop> {
+pub fn storm(
+    count: u32,
+    place: &Place,
+    drawing: &Drawing,
+    evidence: &Evidence,
+    report: &mut CaseReport,
+) -> Result<(), Stop> {
     let options = InstanceOptions { validation: Validation::Off, ..InstanceOptions::default() };
     let instance = match Instance::with_extensions(&options, &HEADLESS) {
         Err(error @ gpu::Error::Unsupported(_)) => {
@@ -28,6 +35,7 @@ pub fn storm(count: u32, place: &Place, drawing: &Drawing, report: &mut CaseRepo
         }
         made => made?,
     };
+    evidence.labels("resizes", &device);
     let surface = Surface::headless(&device)?;
     let drawn = draw(count, &device, surface, drawing);
     drop((device, instance));

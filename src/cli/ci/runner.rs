@@ -10,11 +10,9 @@ use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::evidence::{DEVICE, LAST_LABEL};
+use super::evidence::{DEVICE, LAST_LABEL, STAGE};
 use super::suite::Case;
 use super::verdict::{CaseReport, Verdict, Where};
-use crate::cli::failure::{Exit, Failure};
-use crate::cli::output;
 
 /// The file in a case's folder with the verdict of its process.
 pub const VERDICT: &str = "verdict.json";
@@ -35,50 +33,36 @@ pub struct Runner<'a> {
 
 impl Runner<'_> {
     /// Runs all cases, and those that end badly once more: one that then passes is a flake. `told` hears of each as it is done.
-    ///
-    /// # Errors
-    /// When a process cannot be started, or a folder cannot be made.
-    pub fn run(&self, cases: &[&Case], told: &(dyn Fn(&CaseReport) + Sync)) -> Result<Vec<CaseReport>, Failure> {
+    pub fn run(&self, cases: &[&Case], told: &(dyn Fn(&CaseReport) + Sync)) -> Vec<CaseReport> {
         let queue: Mutex<VecDeque<(usize, &Case)>> = Mutex::new(cases.iter().copied().enumerate().collect());
         let done: Mutex<Vec<(usize, CaseReport)>> = Mutex::default();
-        let failed: Mutex<Option<Failure>> = Mutex::default();
         let next = || locked(&queue).pop_front();
         thread::scope(|scope| {
             for _ in 0..self.jobs.clamp(1, cases.len().max(1)) {
                 scope.spawn(|| {
                     while let Some((index, case)) = next() {
-                        match self.twice(case) {
-                            Ok(report) => {
-                                told(&report);
-                                locked(&done).push((index, report));
-                            }
-                            Err(failure) => {
-                                locked(&queue).clear();
-                                *locked(&failed) = Some(failure);
-                            }
-                        }
+                        let report = self.twice(case);
+                        told(&report);
+                        locked(&done).push((index, report));
                     }
                 });
             }
         });
-        if let Some(failure) = locked(&failed).take() {
-            return Err(failure);
-        }
         let mut done = std::mem::take(&mut *locked(&done));
         done.sort_by_key(|(index, _)| *index);
-        Ok(done.into_iter().map(|(_, report)| report).collect())
+        done.into_iter().map(|(_, report)| report).collect()
     }
 
-    fn twice(&self, case: &Case) -> Result<CaseReport, Failure> {
-        let first = self.once(case, &self.cases.join(&case.name))?;
+    fn twice(&self, case: &Case) -> CaseReport {
+        let first = self.once(case, &self.cases.join(&case.name));
         if !first.verdict.is_bad() {
-            return Ok(first);
+            return first;
         }
         let folder = self.cases.join(format!("{}.again", case.name));
-        let again = self.once(case, &folder)?;
+        let again = self.once(case, &folder);
         let _ = fs::remove_dir_all(&folder);
         let was = first.reason.clone().unwrap_or_default();
-        Ok(match again.verdict {
+        match again.verdict {
             Verdict::Pass => CaseReport {
                 verdict: Verdict::Flake,
                 reason: Some(format!("first {:?} ({was}), then Pass", first.verdict)),
@@ -89,37 +73,38 @@ impl Runner<'_> {
                 CaseReport { reason: Some(reason), ..first }
             }
             _ => first,
-        })
+        }
     }
 
     /// Runs a case's process to its end, or stops it.
-    fn once(&self, case: &Case, folder: &Path) -> Result<CaseReport, Failure> {
-        let cannot = |what: &str, error: &io::Error| Failure::new(Exit::BadInput, format!("{what}: {error}"));
+    fn once(&self, case: &Case, folder: &Path) -> CaseReport {
+        let begun = Instant::now();
+        let report = self.watched(case, folder).unwrap_or_else(|error| {
+            let why = format!("its process could not be run: {error}");
+            CaseReport::ended(&case.name, Verdict::Crash, why)
+        });
+        CaseReport { seconds: begun.elapsed().as_secs_f64(), ..report }
+    }
+
+    fn watched(&self, case: &Case, folder: &Path) -> io::Result<CaseReport> {
         if folder.exists() {
-            fs::remove_dir_all(folder)
-                .map_err(|error| cannot(&format!("cannot remove {}", folder.display()), &error))?;
+            fs::remove_dir_all(folder)?;
         }
-        output::make_folder(folder)?;
-        let log = fs::File::create(folder.join(LOG)).map_err(|error| Failure::write(LOG, &error))?;
-        let errors = log.try_clone().map_err(|error| Failure::write(LOG, &error))?;
+        fs::create_dir_all(folder)?;
+        let log = fs::File::create(folder.join(LOG))?;
+        let errors = log.try_clone()?;
         let mut words = self.command.iter();
         let mut command = Command::new(words.next().map_or("".as_ref(), OsString::as_os_str));
         command.args(words).args(["--case", &case.name, "-o"]).arg(folder);
         command.stdin(Stdio::null()).stdout(log).stderr(errors);
-        let begun = Instant::now();
-        let mut child = command
-            .spawn()
-            .map_err(|error| cannot(&format!("cannot start {}", command.get_program().display()), &error))?;
-        let ended = wait(&mut child, Duration::from_secs_f64(case.timeout));
-        let mut report = match ended.map_err(|error| cannot("cannot wait for a case's process", &error))? {
+        let mut child = command.spawn()?;
+        Ok(match wait(&mut child, Duration::from_secs_f64(case.timeout))? {
             Some(status) => judge(case, folder, status),
             None => {
                 let why = format!("stopped after {} s{}", case.timeout, last_label(folder));
                 CaseReport { on: place(folder), ..CaseReport::ended(&case.name, Verdict::Timeout, why) }
             }
-        };
-        report.seconds = begun.elapsed().as_secs_f64();
-        Ok(report)
+        })
     }
 }
 
@@ -144,27 +129,34 @@ fn wait(child: &mut Child, timeout: Duration) -> io::Result<Option<ExitStatus>> 
     }
 }
 
-/// The verdict that the process left, or a crash where it left none.
+/// The verdict that the process left. Without one, or where the process ended otherwise than one with that verdict does, it has crashed: a driver may
+/// do so at its very end.
 fn judge(case: &Case, folder: &Path, status: ExitStatus) -> CaseReport {
-    let left = fs::read(folder.join(VERDICT)).ok().and_then(|json| serde_json::from_slice(&json).ok());
-    left.unwrap_or_else(|| {
-        let said = fs::read_to_string(folder.join(LOG)).unwrap_or_default();
-        let said = said
-            .lines()
-            .rev()
-            .find(|line| !line.trim().is_empty())
-            .map_or_else(String::new, |line| format!(": {line}"));
-        let why = format!("its process ended without a verdict, {status}{}{said}", last_label(folder));
-        CaseReport { on: place(folder), ..CaseReport::ended(&case.name, Verdict::Crash, why) }
-    })
+    let left = fs::read(folder.join(VERDICT)).ok().and_then(|json| serde_json::from_slice::<CaseReport>(&json).ok());
+    let expected = |report: &CaseReport| i32::from(report.verdict.is_bad());
+    match left {
+        Some(report) if status.code() == Some(expected(&report)) => report,
+        Some(report) => {
+            let why = format!("its process ended after the verdict {:?}, {status}", report.verdict);
+            CaseReport { verdict: Verdict::Crash, reason: Some(why), ..report }
+        }
+        None => {
+            let said = fs::read_to_string(folder.join(LOG)).unwrap_or_default();
+            let said = said.lines().rev().find(|line| !line.trim().is_empty());
+            let said = said.map_or_else(String::new, |line| format!(": {line}"));
+            let why = format!("its process ended without a verdict, {status}{}{said}", last_label(folder));
+            CaseReport { on: place(folder), ..CaseReport::ended(&case.name, Verdict::Crash, why) }
+        }
+    }
 }
 
 /// As the end of a sentence.
 fn last_label(folder: &Path) -> String {
-    let label = fs::read_to_string(folder.join(LAST_LABEL)).unwrap_or_default();
-    match label.trim() {
-        "" => ", before a label was recorded".to_owned(),
-        label => format!(", after the label {label}"),
+    let text = |name: &str| fs::read_to_string(folder.join(name)).unwrap_or_default().trim().to_owned();
+    match (text(STAGE).as_str(), text(LAST_LABEL).as_str()) {
+        ("", _) => ", before there was a device".to_owned(),
+        (stage, "") => format!(", before a label was recorded ({stage})"),
+        (stage, label) => format!(", after the label {label} ({stage})"),
     }
 }
 

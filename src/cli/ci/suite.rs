@@ -128,6 +128,8 @@ impl Mode {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
+    /// What paths of this file are relative to, in place of its own folder: a bundle has it.
+    folder: Option<PathBuf>,
     /// Suites whose cases come before its own: shipped ones by their names, others by their files.
     #[serde(default)]
     include: Vec<String>,
@@ -226,6 +228,9 @@ impl Keys {
             return Err("bounds of truth must not be below 0".into());
         }
         match self.identical {
+            _ if self.steady_frames == Some(1) => {
+                Err("steady_frames must be 0 or at least 2: memory is compared between frames".into())
+            }
             Some(0) => Err("identical must be 1 or more: so many pictures are drawn".into()),
             _ => Ok(()),
         }
@@ -262,6 +267,8 @@ impl Suite {
 pub fn alone(case: &Case) -> String {
     #[derive(Serialize)]
     struct Alone<'a> {
+        #[serde(skip_serializing_if = "Option::is_none")]
+        folder: Option<PathBuf>,
         #[serde(skip_serializing_if = "BTreeMap::is_empty")]
         scenes: BTreeMap<&'a str, &'a str>,
         case: [Entry<'a>; 1],
@@ -278,24 +285,35 @@ pub fn alone(case: &Case) -> String {
         each: BTreeMap<&'a str, &'a str>,
     }
     let (group, name) = case.name.split_once('.').unwrap_or(("", &case.name));
+    let whole = |path: &Path| {
+        let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
+        fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
+    };
+    let folder = match &case.scene {
+        SceneSource::Text { folder, .. } => Some(whole(folder)),
+        SceneSource::Named(_) => None,
+    };
     let (scene, scenes) = match &case.scene {
         SceneSource::Named(name) if name.starts_with(builtin::PREFIX) => (name.clone(), BTreeMap::new()),
-        SceneSource::Named(name) => {
-            (fs::canonicalize(name).map_or_else(|_| name.clone(), |path| path.display().to_string()), BTreeMap::new())
-        }
+        SceneSource::Named(name) => (whole(Path::new(name)).display().to_string(), BTreeMap::new()),
         SceneSource::Text { text, .. } => ("scene".to_owned(), [("scene", text.as_str())].into()),
     };
     let (settings, time, timeout, holds) = (case.settings.as_str(), case.time, case.timeout, &case.holds);
     let entry = Entry { group, scene, settings, time, timeout, holds, each: [(name, "")].into() };
-    toml::to_string(&Alone { scenes, case: [entry] }).unwrap_or_default()
+    toml::to_string(&Alone { folder, scenes, case: [entry] }).unwrap_or_default()
 }
 
 fn bad(name: &str, why: &str) -> Failure {
     Failure::new(Exit::BadInput, format!("the suite {name}: {why}"))
 }
 
-/// Adds the cases of a suite to those before it.
-fn collect(name: &str, folder: &Path, depth: usize, cases: &mut Vec<Case>) -> Result<(), Failure> {
+/// Adds the cases of a suite to those before it. Returns the texts of its scenes, and of those that it includes.
+fn collect(
+    name: &str,
+    folder: &Path,
+    depth: usize,
+    cases: &mut Vec<Case>,
+) -> Result<BTreeMap<String, String>, Failure> {
     if depth > MAX_DEPTH {
         return Err(bad(name, "suites include each other without end"));
     }
@@ -319,16 +337,19 @@ fn collect(name: &str, folder: &Path, depth: usize, cases: &mut Vec<Case>) -> Re
     let file: File = toml::from_str(&text).map_err(|error| {
         at(error.span().map_or(0, |span| span.start), &error.message().lines().collect::<Vec<_>>().join(", "))
     })?;
-    let own_folder = if shipped.is_some() { PathBuf::new() } else { path.parent().unwrap_or(Path::new("")).to_owned() };
+    let beside = if shipped.is_some() { PathBuf::new() } else { path.parent().unwrap_or(Path::new("")).to_owned() };
+    let mut scenes = BTreeMap::new();
     for included in &file.include {
-        collect(included, &own_folder, depth + 1, cases)?;
+        scenes.extend(collect(included, &beside, depth + 1, cases)?);
     }
+    scenes.extend(file.scenes);
     file.defaults.check().map_err(|why| at(text.find("[defaults]").unwrap_or(0), &why))?;
+    let own_folder = file.folder.unwrap_or(beside);
     for entry in file.cases {
         let offset = entry.group.span().start;
-        cases.extend(entry.cases(&file.defaults, &file.scenes, &own_folder).map_err(|why| at(offset, &why))?);
+        cases.extend(entry.cases(&file.defaults, &scenes, &own_folder).map_err(|why| at(offset, &why))?);
     }
-    Ok(())
+    Ok(scenes)
 }
 
 impl Entry {
@@ -445,7 +466,10 @@ each = { forward = "light-path=forward" }
             let alone = opened(&alone(case)).unwrap_or_else(|failure| panic!("{}: {}", case.name, failure.one_line()));
             let [again] = &alone.cases[..] else { panic!("one case") };
             let same_scene = match (&case.scene, &again.scene) {
-                (SceneSource::Text { text: one, .. }, SceneSource::Text { text: other, .. }) => one == other,
+                (SceneSource::Text { text: one, folder }, SceneSource::Text { text: other, folder: again }) => {
+                    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+                    one == other && fs::canonicalize(folder).is_ok_and(|folder| folder == *again)
+                }
                 (SceneSource::Named(one), SceneSource::Named(other)) => one == other,
                 _ => false,
             };
@@ -464,6 +488,7 @@ each = { forward = "light-path=forward" }
             (&format!("{case}\n{case}"), "two cases are named a.b"),
             (&format!("{case}timeout = 0\n"), ":2: timeout must be"),
             (&format!("{case}identical = 0\n"), "identical must be 1 or more"),
+            (&format!("{case}steady_frames = 1\n"), "steady_frames must be"),
             (&format!("{case}flip = 2\n"), "flip must be"),
             (&format!("{case}truth = {{ mean = -1 }}\n"), "must not be below 0"),
             (&format!("{case}truth = {{ men = 1 }}\n"), "men"),

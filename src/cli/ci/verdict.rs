@@ -69,7 +69,7 @@ impl Status {
         }
     }
 
-    /// Of a word in a CSV file; `None` for one that deqp-runner has not. What was an improvement is as it is now.
+    /// Parses a status of a CSV file; `None` for a word that deqp-runner does not write. An `UnexpectedImprovement(X)` becomes X.
     pub fn parse(word: &str) -> Option<Self> {
         let word = word.strip_prefix("UnexpectedImprovement(").and_then(|now| now.strip_suffix(')')).unwrap_or(word);
         Some(match word {
@@ -184,7 +184,7 @@ impl CaseReport {
         }
     }
 
-    /// Whose process ended otherwise than by a verdict.
+    /// Of a case whose process left no verdict.
     pub fn ended(case: &str, verdict: Verdict, reason: String) -> Self {
         Self { verdict, reason: Some(reason), ..Self::new(case) }
     }
