@@ -308,7 +308,7 @@ impl<'a> Report<'a> {
         text
     }
 
-    /// Each reason for a miss, once, those of older layers first.
+    /// Each reason for a miss, once, those of older layers first, each kind in the order of its list.
     fn reasons(&self) -> Vec<Miss> {
         let mut reasons: Vec<Miss> = Vec::new();
         for miss in self.judged.iter().filter_map(Judged::miss) {
@@ -316,7 +316,11 @@ impl<'a> Report<'a> {
                 reasons.push(miss);
             }
         }
-        reasons.sort_by_key(|miss| matches!(miss, Miss::Argued(_)));
+        // Sentences go on from those before them in the list.
+        reasons.sort_by_key(|miss| match miss {
+            Miss::Older(entry) => (false, std::ptr::from_ref(*entry).addr()),
+            Miss::Argued(entry) => (true, std::ptr::from_ref(*entry).addr()),
+        });
         reasons
     }
 
