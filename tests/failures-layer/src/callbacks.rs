@@ -3,7 +3,7 @@
 //! A program that has callbacks of its own keeps them.
 
 use std::alloc::{Layout, alloc, dealloc};
-use std::ffi::{c_char, c_void};
+use std::ffi::{CStr, c_char, c_void};
 use std::ptr;
 use std::sync::atomic::{AtomicI64, AtomicPtr, AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -35,6 +35,14 @@ static CALLBACKS: Shared = Shared(vk::AllocationCallbacks {
     pfn_internal_free: None,
     _marker: std::marker::PhantomData,
 });
+
+/// Messengers are the loader's own, and that of Debian 13 (1.4.309) frees by these callbacks what it did not allocate by them.
+const WITHOUT: [&CStr; 2] = [c"vkCreateDebugUtilsMessengerEXT", c"vkDestroyDebugUtilsMessengerEXT"];
+
+/// The callbacks that a command has in place of none.
+pub fn of_command<'a>(name: &CStr, own: *const vk::AllocationCallbacks<'a>) -> *const vk::AllocationCallbacks<'a> {
+    if WITHOUT.contains(&name) { own } else { in_place_of(own) }
+}
 
 /// The callbacks in place of none.
 pub fn in_place_of(own: *const vk::AllocationCallbacks<'_>) -> *const vk::AllocationCallbacks<'_> {

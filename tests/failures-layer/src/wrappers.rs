@@ -69,7 +69,7 @@ macro_rules! fallible {
                 let Some(function) = (unsafe { next::<vk::$pfn>($first, c_name!($name)) }) else {
                     return vk::Result::ERROR_INITIALIZATION_FAILED;
                 };
-                $(let $callbacks = $crate::callbacks::in_place_of($callbacks);)?
+                $(let $callbacks = $crate::callbacks::of_command(c_name!($name), $callbacks);)?
                 // SAFETY: as this function was called.
                 let call = || within(c_name!($name), || unsafe { function($first $(, $argument)*) });
                 // SAFETY: the handle is the caller's own.
@@ -124,7 +124,7 @@ macro_rules! frees {
                 // SAFETY: the handle is the caller's own, and the type is that of the name; as this function was called.
                 unsafe {
                     if let Some(function) = $crate::chain::next::<vk::$pfn>($first, c_name!($name)) {
-                        let callbacks = $crate::callbacks::in_place_of($callbacks);
+                        let callbacks = $crate::callbacks::of_command(c_name!($name), $callbacks);
                         $crate::steering::within(c_name!($name), || function($first, $object, callbacks));
                     }
                 }
