@@ -73,7 +73,7 @@ fn remove_left(folder: &Path) {
     }
 }
 
-/// Whether the process that wrote the file is gone: its lock went with it. One that has just made the file may not have locked it yet.
+/// Returns true if the process that wrote the file is gone, and its lock with it. A process that has just made the file may not have locked it yet.
 fn is_left(path: &Path) -> bool {
     const JUST_NOW: std::time::Duration = std::time::Duration::from_secs(2);
     let is_old = || Some(fs::metadata(path).ok()?.modified().ok()?.elapsed().ok()? > JUST_NOW);

@@ -90,7 +90,7 @@ impl Mutant<'_> {
         format!("mutants.{}.{}.{slug}", self.edge.name, PartName(self.part))
     }
 
-    /// What the specification's rules find in its frames. Never empty: a superfluous bit would be a fault of the table.
+    /// Returns the hazards that the specification's rules find in its frames. There is always one: a superfluous bit would be a fault of the table.
     pub fn hazards(&self) -> Vec<Hazard> {
         Frames::of(self.plan, &self.edges).hazards()
     }

@@ -1,4 +1,4 @@
-//! What layers before [`LAYER`] do not see, of what that sees. Found with 1.3.239; layers between the two may see some of it.
+//! Blind spots of layers before [`LAYER`], beside those of [`LAYER`] itself. They were found with 1.3.239; layers between the two may have fewer.
 
 use super::Mutant;
 use crate::frame::edges::unreported_mutants::{LAYER, Part};

@@ -1,4 +1,4 @@
-//! Whether a layer says what it should.
+//! Verdicts on a layer: a mutant is noticed, or missed for a known reason, or not.
 
 use super::{Heard, Mutant, OlderLayers, older};
 use crate::frame::edges::unreported_mutants::{self, UnreportedMutants};
@@ -22,7 +22,7 @@ impl Miss {
     }
 }
 
-/// What a layer's words or its silence about a mutant mean.
+/// Judges a layer's messages, or its silence, about a mutant.
 #[derive(Debug, Clone, Copy)]
 pub enum Verdict {
     /// The layer says so.

@@ -1,4 +1,4 @@
-//! What earlier runs on the same driver and device drew, how long that took, and which cases are known to fail: a folder for each device,
+//! Baselines: pictures and times of earlier runs on the same driver and device, and the cases that are known to fail. Each device has a folder,
 //! `DIR/DRIVER/DEVICE`.
 
 use std::collections::BTreeMap;
@@ -54,7 +54,7 @@ impl Baseline {
         Ok(Self { folder, times })
     }
 
-    /// Which cases are known to fail on the device; none where the file is not there.
+    /// Returns the cases that are known to fail on the device; none where the file is not there.
     pub fn failures(&self) -> Result<BTreeMap<String, Status>, Failure> {
         let path = self.folder.join(FAILURES);
         if path.exists() { results::read(&path) } else { Ok(BTreeMap::new()) }

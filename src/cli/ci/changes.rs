@@ -1,4 +1,4 @@
-//! What is another than in an earlier run.
+//! Differences from an earlier run.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -15,7 +15,7 @@ const TOLD_RATIO: f64 = 1.2;
 /// An earlier run.
 pub struct Earlier {
     statuses: BTreeMap<String, Status>,
-    /// What it knows besides, where its `results.jsonl` is there.
+    /// The reports of its `results.jsonl`, by case; none where that file is not there.
     reports: BTreeMap<String, CaseReport>,
 }
 
@@ -42,7 +42,7 @@ impl Earlier {
         Ok(Self { statuses, reports })
     }
 
-    /// A line for each thing that is another now.
+    /// Returns a line for each difference.
     pub fn changes(&self, judged: &[Judged]) -> Vec<String> {
         let mut changes = Vec::new();
         for Judged { status, report, .. } in judged {

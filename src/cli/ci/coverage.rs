@@ -1,4 +1,4 @@
-//! What the cases of a suite use, counted from their plans: no device is asked, so that the table is the same everywhere. Each case is planned on a
+//! Counts what the cases of a suite use, from their plans: no device is asked, so that the table is the same everywhere. Each case is planned on a
 //! device that lacks nothing, and on the same as a CPU.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -16,7 +16,7 @@ use crate::cli::failure::{Exit, Failure};
 /// A kind of which not all names are known.
 const FORMATS: &str = "formats of attachments";
 
-/// What is counted: all names that there are, and in how many plans each is in use.
+/// All names of each kind, with the number of plans that use each.
 #[derive(Default)]
 struct Counted(BTreeMap<&'static str, BTreeMap<String, usize>>);
 
@@ -116,7 +116,7 @@ mod tests {
     use super::super::suite::Suite;
     use super::*;
 
-    /// What a picture has not: passes and dependencies of windows, those of formulas, and a choice that every plan decides.
+    /// Names that no picture uses: passes and dependencies of windows, the dependency of formulas, and one of linear pictures.
     const ELSEWHERE: [&str; 23] = [
         "OVERLAY",
         "ENCODE",
@@ -139,7 +139,7 @@ mod tests {
         "swapchain-to-present",
         "upload-to-panels",
         "results-to-host",
-        // Of linear pictures alone, as `truth` draws them.
+        // Only linear pictures have it, as `truth` draws them.
         "samples-reuse",
         // A line of `inspect` for frames without one.
         "G-buffer",

@@ -1,4 +1,4 @@
-//! What is kept of a case while it runs: the files of a bundle, if it ends badly.
+//! Files that a case writes while it runs. They become its bundle if it ends badly.
 
 use std::collections::BTreeMap;
 use std::env;
@@ -77,7 +77,7 @@ impl Evidence {
         self.picture(name, &Picture { size: picture.size, pixels: Pixels::Srgb8(rgba) });
     }
 
-    /// What was drawn and what the truth has, both as light that is shown without a tone mapper.
+    /// Writes the drawn light and the truth as pictures, without a tone mapper, and their difference.
     pub fn compared(&self, seen: &stress::Evidence) {
         let code = |light: f64| (encode_srgb(light.clamp(0.0, 1.0)) * 255.0).round() as u8;
         let shown = |pixels: Vec<[u8; 3]>| Srgb8Image { size: seen.size, pixels };

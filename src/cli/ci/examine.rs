@@ -26,10 +26,10 @@ use crate::cli::table::bytes;
 const TIMED_FRAMES: u32 = 5;
 /// Frames after which memory must be steady.
 const WARM_FRAMES: u32 = 100;
-/// What a process may grow by though it leaks nothing: allocators keep what they have.
+/// Growth of a process that counts as none: allocators keep memory that they have taken.
 const SLACK_BYTES: u64 = 4 << 20;
 
-/// Where a case is tried.
+/// The surroundings of a case: device, baseline, and whether other cases run beside it.
 pub struct Place<'a> {
     pub device: &'a DeviceChoice,
     pub baseline: Option<&'a Baseline>,
@@ -165,7 +165,7 @@ fn try_all(case: &Case, place: &Place, evidence: &Evidence, report: &mut CaseRep
     Ok(())
 }
 
-/// What the layer, and the program itself about what it left behind, said of some work.
+/// Messages of the layer about some work, and the program's own about objects that it left behind.
 struct Observed {
     messages: Vec<Message>,
     dropped: u64,

@@ -262,7 +262,7 @@ fn end_with_parent() {
     }
 }
 
-/// What a run knows beforehand.
+/// Expectations of a run, read before its first case.
 struct Known {
     baseline: Option<Baseline>,
     expectations: Expectations,
@@ -377,7 +377,7 @@ fn own_program() -> Result<PathBuf, Failure> {
     Ok(env::args_os().next().filter(|_| is_linker).map_or(own, PathBuf::from))
 }
 
-/// What each case's process is told.
+/// Returns the arguments that all cases' processes share.
 fn arguments(args: &Args, suite: &Suite, choice: &DeviceChoice, is_shared: bool) -> Vec<OsString> {
     let mut arguments: Vec<OsString> =
         ["ci", &suite.name, "--quiet", "--device", &choice.to_string()].map(Into::into).into();

@@ -22,7 +22,7 @@ use crate::cli::progress;
 use crate::cli::table::version;
 use afterlight::report::sweep::model::Shard;
 
-/// Which mutants are tried, and where.
+/// The mutants to draw, and the device.
 pub struct Choice<'a> {
     pub device: &'a DeviceChoice,
     pub only: Option<&'a Regex>,

@@ -1,4 +1,4 @@
-//! What a run tells, for programs and for people: JSON lines, JUnit's XML, a table in Markdown.
+//! Reports of a run, for programs and for people: JSON lines, JUnit's XML, a table in Markdown.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;

@@ -9,7 +9,7 @@ use regex::RegexSet;
 use super::verdict::{CaseReport, Status};
 use crate::cli::failure::{Exit, Failure};
 
-/// What is expected of cases, and which are not tried.
+/// Expected statuses, and the cases to skip.
 #[derive(Debug, Default)]
 pub struct Expectations {
     pub failures: BTreeMap<String, Status>,

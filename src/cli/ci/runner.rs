@@ -160,7 +160,7 @@ fn last_label(folder: &Path) -> String {
     }
 }
 
-/// Where the case was drawn, as far as its process came.
+/// Returns the device and driver of the case, if its process came so far.
 fn place(folder: &Path) -> Where {
     let device: Option<serde_json::Value> =
         fs::read(folder.join(DEVICE)).ok().and_then(|json| serde_json::from_slice(&json).ok());

@@ -43,7 +43,7 @@ pub struct Case {
     pub holds: Checks,
 }
 
-/// Where a case has its scene from.
+/// The source of a case's scene.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SceneSource {
     /// A built-in scene, or a file.
@@ -52,7 +52,7 @@ pub enum SceneSource {
     Text { text: String, folder: PathBuf },
 }
 
-/// What must hold of a case. That pictures are drawn at all, and that nothing is left of them on the device, is always checked.
+/// The checks of a case. Every case also checks that pictures are drawn at all, and that nothing of them is left on the device.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Checks {
     /// So many pictures of as many renderers must be equal to the byte.
@@ -91,7 +91,7 @@ fn elsewhere() -> f64 {
     afterlight::stress::MOST_ELSEWHERE
 }
 
-/// What the validation layer checks.
+/// A set of checks of the validation layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Mode {
@@ -128,12 +128,12 @@ impl Mode {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
-    /// What paths of this file are relative to, in place of its own folder: a bundle has it.
+    /// The folder that paths are relative to, in place of the file's own: bundles name it.
     folder: Option<PathBuf>,
     /// Suites whose cases come before its own: shipped ones by their names, others by their files.
     #[serde(default)]
     include: Vec<String>,
-    /// What cases of this file have where they do not say otherwise.
+    /// Keys for all cases of this file, which cases may override.
     #[serde(default)]
     defaults: Keys,
     /// Texts of scene files, by the names under which cases of this file know them.
@@ -155,7 +155,7 @@ struct Entry {
     keys: Keys,
 }
 
-/// What both `[defaults]` and cases may say.
+/// The keys that both `[defaults]` and cases may have.
 #[derive(Debug, Clone, Default, Deserialize)]
 struct Keys {
     settings: Option<String>,

@@ -1,4 +1,4 @@
-//! What became of a case.
+//! Verdicts on cases, and the findings that lead to them.
 
 use serde::{Deserialize, Serialize};
 
@@ -36,7 +36,7 @@ impl Verdict {
         }
     }
 
-    /// Whether a repeat may tell a flake from a fault.
+    /// Returns true for verdicts after which the case is run again, to tell a flake from a fault.
     pub fn is_bad(self) -> bool {
         !matches!(self, Self::Pass | Self::Skip | Self::Flake)
     }
@@ -61,7 +61,7 @@ pub enum Status {
 }
 
 impl Status {
-    /// What deqp-runner calls it.
+    /// Returns deqp-runner's word for it.
     pub fn name(self) -> String {
         match self {
             Self::UnexpectedImprovement(now) => format!("UnexpectedImprovement({now})"),
@@ -85,7 +85,7 @@ impl Status {
         })
     }
 
-    /// What it is where the baseline has another one, by deqp-runner's rules.
+    /// Returns the status beside that of the baseline, by deqp-runner's rules.
     pub fn against(self, baseline: Option<Self>) -> Self {
         use Status::{Crash, ExpectedFail, Fail, Pass, Skip, Timeout, UnexpectedImprovement};
         let Some(baseline) = baseline else { return self };
@@ -98,22 +98,22 @@ impl Status {
         }
     }
 
-    /// Whether a run with it is as expected.
+    /// Returns true if it leaves the run's exit code at 0.
     pub fn is_expected(self) -> bool {
         !matches!(self, Self::Fail | Self::Crash | Self::Timeout | Self::UnexpectedImprovement(_))
     }
 
-    /// Whether something is worse than expected.
+    /// Returns true if it is worse than expected.
     pub fn is_regression(self) -> bool {
         matches!(self, Self::Fail | Self::Crash | Self::Timeout)
     }
 }
 
-/// What a check is of.
+/// The subject of a check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Check {
-    /// Whether it could be drawn at all.
+    /// The case can be drawn at all.
     Drawing,
     Determinism,
     /// Against the baseline's.
@@ -145,14 +145,14 @@ pub struct Finding {
     pub detail: String,
 }
 
-/// Where a case was drawn.
+/// The device and driver that drew a case.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Where {
     pub device: String,
     pub driver: String,
 }
 
-/// What became of a case, as its process tells it.
+/// The result of a case, as its process reports it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CaseReport {
     pub case: String,
@@ -170,7 +170,7 @@ pub struct CaseReport {
 }
 
 impl CaseReport {
-    /// Of a case about which nothing is known yet.
+    /// Begins a report: a pass without findings.
     pub fn new(case: &str) -> Self {
         Self {
             case: case.to_owned(),
@@ -184,7 +184,7 @@ impl CaseReport {
         }
     }
 
-    /// Of a case whose process left no verdict.
+    /// Makes a report for a case whose process left no verdict.
     pub fn ended(case: &str, verdict: Verdict, reason: String) -> Self {
         Self { verdict, reason: Some(reason), ..Self::new(case) }
     }

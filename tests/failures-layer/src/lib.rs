@@ -20,7 +20,7 @@ use std::ffi::{CStr, c_char};
 use ash::vk;
 use steering::Asked;
 
-/// What a command can answer but success.
+/// Results that a command can return, except SUCCESS.
 #[derive(Clone, Copy, Debug)]
 pub struct Command {
     pub name: &'static str,

@@ -1,4 +1,4 @@
-//! Which calls fail, and how: told by `AFTERLIGHT_FAILURES`, or by a test in the same process.
+//! Decides which calls fail, and how: told by `AFTERLIGHT_FAILURES`, or by a test in the same process.
 
 use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -23,7 +23,7 @@ struct Told {
     done: bool,
 }
 
-/// What the words of the variable mean.
+/// Meaning of the variable's words.
 #[derive(Debug, Default)]
 pub struct Asked {
     told: Vec<Told>,
@@ -174,7 +174,7 @@ pub fn say_counts() {
     );
 }
 
-/// What becomes of a call.
+/// The fate of a call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
     /// It is made as ever.
