@@ -20,6 +20,9 @@ pub mod measure;
 pub mod mutants;
 pub mod plan;
 pub mod reference;
+// Reads within a bound, for the program.
+#[doc(hidden)]
+pub mod regular_file;
 pub mod report;
 pub mod scene;
 // The catalogue of extreme cases, for the program.

@@ -13,6 +13,7 @@ use std::sync::{Mutex, PoisonError};
 use ash::vk;
 
 use super::physical::PhysicalDevice;
+use crate::regular_file::read_regular;
 use crate::whole_file::WholeFile;
 
 const MAGIC: [u8; 8] = *b"AFTLPC01";
@@ -96,11 +97,7 @@ fn file_name(physical: &PhysicalDevice) -> String {
 
 /// The driver's data in a file, if the file is there and whole.
 fn read(file: &Path) -> Option<Vec<u8>> {
-    let metadata = fs::metadata(file).ok()?;
-    if !metadata.is_file() || metadata.len() > MOST_BYTES {
-        return None;
-    }
-    decode(fs::read(file).ok()?)
+    decode(read_regular(file, MOST_BYTES).ok()?)
 }
 
 fn decode(mut bytes: Vec<u8>) -> Option<Vec<u8>> {

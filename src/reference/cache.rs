@@ -11,6 +11,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
+use crate::regular_file::read_regular;
 use crate::whole_file::WholeFile;
 
 use super::render::{Accumulation, PASS, Progress, Reference};
@@ -136,7 +137,10 @@ struct Work<'a> {
 impl Work<'_> {
     fn point(&mut self, reference: &Reference, view: &View, options: &Options, progress: Progress) -> (Truth, Source) {
         let file = self.file(0, FINISHED);
-        if let Some(truth) = self.read(&file, |bytes| decode_points(bytes, view.size)) {
+        let bytes_a_pixel = 24 + 8;
+        if let Some(truth) =
+            self.read(&file, bytes_a_pixel * pixels(view.size), |bytes| decode_points(bytes, view.size))
+        {
             return (truth, Source::Read);
         }
         let truth = reference.render(view, options, progress);
@@ -210,7 +214,8 @@ impl Work<'_> {
         counts.sort_unstable();
         while let Some((count, extension)) = counts.pop() {
             let sound = |bytes: &[u8]| decode_samples(bytes, size).filter(|found| found.samples == count);
-            if let Some(found) = self.read(&self.file(count, extension), sound) {
+            let bytes = 4 + pixels(size) * 2 * 24;
+            if let Some(found) = self.read(&self.file(count, extension), bytes, sound) {
                 return found;
             }
         }
@@ -227,8 +232,8 @@ impl Work<'_> {
     }
 
     /// The payload of a file, decoded; a warning where there is a file that does not hold it.
-    fn read<T>(&mut self, file: &Path, decode: impl Fn(&[u8]) -> Option<T>) -> Option<T> {
-        let bytes = match fs::read(file) {
+    fn read<T>(&mut self, file: &Path, payload_bytes: usize, decode: impl Fn(&[u8]) -> Option<T>) -> Option<T> {
+        let bytes = match read_regular(file, (HEADER_BYTES + payload_bytes) as u64) {
             Ok(bytes) => bytes,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return None,
             Err(error) => {

@@ -11,9 +11,9 @@ use proc_macro2::{Delimiter, TokenStream, TokenTree};
 
 /// What each part of the project may import. Itself is always allowed; what is not listed here fails.
 const MAY_IMPORT: &[(&str, &[&str])] = &[
-    ("scene", &[]),
+    ("scene", &["regular_file"]),
     ("shaders", &[]),
-    ("gpu", &["whole_file"]),
+    ("gpu", &["regular_file", "whole_file"]),
     // Decided once: nothing in it is worked out for a frame.
     ("plan", &["scene"]),
     ("visible", &["plan", "scene"]),
@@ -21,26 +21,51 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("gpu_scene", &["visible", "plan", "gpu", "scene", "shaders"]),
     ("passes", &["gpu_scene", "targets", "visible", "plan", "gpu", "scene", "shaders"]),
     ("frame", &["passes", "gpu_scene", "targets", "visible", "plan", "gpu", "scene", "shaders"]),
-    ("reference", &["scene", "whole_file"]),
+    ("reference", &["scene", "regular_file", "whole_file"]),
     ("measure", &["scene"]),
     ("window", FRAME_AND_BELOW),
     ("stress", FRAME_AND_BELOW),
     ("mutants", FRAME_AND_BELOW),
     ("report", FRAME_AND_BELOW),
     ("cli", CLI),
-    // A way to write a file, which whoever writes one takes.
+    // Ways to read and to write a file, for all who do.
+    ("regular_file", &[]),
     ("whole_file", &[]),
     ("main", &["cli"]),
     // `afterlight-gtest`, which starts the program.
     ("bin", &[]),
 ];
 
-const FRAME_AND_BELOW: &[&str] =
-    &["frame", "passes", "gpu_scene", "targets", "visible", "plan", "gpu", "scene", "shaders", "measure", "reference"];
+const FRAME_AND_BELOW: &[&str] = &[
+    "frame",
+    "passes",
+    "gpu_scene",
+    "targets",
+    "visible",
+    "plan",
+    "gpu",
+    "scene",
+    "shaders",
+    "measure",
+    "reference",
+    "regular_file",
+];
 
 /// The program is a crate of its own, which sees the library's interface.
-const CLI: &[&str] =
-    &["window", "stress", "mutants", "report", "frame", "plan", "gpu", "scene", "measure", "reference", "whole_file"];
+const CLI: &[&str] = &[
+    "window",
+    "stress",
+    "mutants",
+    "report",
+    "frame",
+    "plan",
+    "gpu",
+    "scene",
+    "measure",
+    "reference",
+    "regular_file",
+    "whole_file",
+];
 
 /// Parts that know no Vulkan.
 const WITHOUT_VULKAN: &[&str] = &["scene", "shaders", "reference", "measure"];
