@@ -29,7 +29,7 @@ impl WholeFile {
             // Temporary files are private by default; these get what the umask leaves, as any new file does.
             builder.permissions(fs::Permissions::from_mode(0o666));
         }
-        let file = builder.tempfile_in(folder)?;
+        let file = builder.tempfile_in(folder).map_err(system_error)?;
         // The lock tells others that it is being written. Without locks on the file system it looks the same to them, and stays.
         let _ = file.as_file().try_lock();
         Ok(Self(file))
@@ -62,6 +62,15 @@ impl Write for WholeFile {
     }
 }
 
+/// The system's own error: tempfile's adds the name of the temporary file, which means nothing to a user.
+fn system_error(error: io::Error) -> io::Error {
+    let text = error.to_string();
+    match text.split_once(" at path ") {
+        Some((system, _)) => io::Error::new(error.kind(), system.to_owned()),
+        None => error,
+    }
+}
+
 /// Removes unfinished files that no process holds a lock on. What cannot be removed does no harm.
 fn remove_left(folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
@@ -76,8 +85,12 @@ fn remove_left(folder: &Path) {
 /// Returns true if the process that wrote the file is gone, and its lock with it. A process that has just made the file may not have locked it yet.
 fn is_left(path: &Path) -> bool {
     const JUST_NOW: std::time::Duration = std::time::Duration::from_secs(2);
-    let is_old = || Some(fs::metadata(path).ok()?.modified().ok()?.elapsed().ok()? > JUST_NOW);
-    is_old() == Some(true) && File::open(path).is_ok_and(|file| file.try_lock().is_ok())
+    let is_old_file = || {
+        let about = fs::symlink_metadata(path).ok()?;
+        // Others do not come from this program, and to open a FIFO would block.
+        Some(about.is_file() && about.modified().ok()?.elapsed().ok()? > JUST_NOW)
+    };
+    is_old_file() == Some(true) && File::open(path).is_ok_and(|file| file.try_lock().is_ok())
 }
 
 #[cfg(test)]

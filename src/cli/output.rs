@@ -147,7 +147,7 @@ impl<'a> PendingFile<'a> {
             return Err(cannot_be(name, &format!("there is no folder {}", folder.display())));
         }
         let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let file = WholeFile::begin_in(folder).map_err(|error| failed(&system_error(error)))?;
+        let file = WholeFile::begin_in(folder).map_err(|error| failed(&error))?;
         Ok(Self { name, target, file })
     }
 
@@ -155,15 +155,6 @@ impl<'a> PendingFile<'a> {
         let failed = |error: &io::Error| Failure::write(&self.name.display().to_string(), error);
         self.file.write_all(bytes).and_then(|()| self.file.sync()).map_err(|error| failed(&error))?;
         self.file.persist(&self.target).map_err(|error| failed(&error))
-    }
-}
-
-/// The system's own error: tempfile's adds the name of the temporary file, which means nothing to a user.
-fn system_error(error: io::Error) -> io::Error {
-    let text = error.to_string();
-    match text.split_once(" at path ") {
-        Some((system, _)) => io::Error::new(error.kind(), system.to_owned()),
-        None => error,
     }
 }
 

@@ -9,6 +9,7 @@ use afterlight::gpu::Device;
 use afterlight::measure::what_moves;
 use afterlight::reference::{Cache, Reference, View};
 use afterlight::report::advice;
+use afterlight::report::sweep::Error as SweepError;
 use afterlight::report::sweep::families::Sweep;
 use afterlight::report::sweep::journal::{Header, Journal, SceneInfo};
 use afterlight::report::sweep::model::{Against, Metric, SceneReport, TruthInfo};
@@ -198,8 +199,15 @@ fn journal_of(args: &Args, header: &Header, info: &SceneInfo) -> Result<(Journal
     let key = blake3::hash(output::json(&(header, info))?.as_bytes()).to_hex();
     let kept = Cache::of_user().map(|cache| cache.folder().join(format!("tune-{}", &key[..16])));
     // One that cannot be written keeps nobody from measuring.
-    if let Some(folder) = kept.filter(|folder| fs::create_dir_all(folder).is_ok()) {
-        let journal = Journal::open(&folder, header, args.restart)?;
+    let opened = kept.map(|folder| match fs::create_dir_all(&folder) {
+        Ok(()) => Journal::open(&folder, header, args.restart),
+        Err(error) => Err(SweepError::File { doing: format!("make {}", folder.display()), error }),
+    });
+    if let Some(Err(error @ SweepError::File { .. })) = &opened {
+        if !args.quiet {
+            output::print(&format!("warning: {error}: what is measured now is not kept\n"), true)?;
+        }
+    } else if let Some(journal) = opened.transpose()? {
         if !journal.is_new && !args.quiet {
             let measured = journal.scenes.first().map_or(0, |scene| scene.drawn.len());
             let text = format!("goes on from an earlier run that drew {measured} points; --restart measures anew\n");

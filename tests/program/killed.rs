@@ -7,6 +7,7 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use crate::common::failures_layer;
 use crate::common::program::program;
 use crate::common::tries_all;
 
@@ -30,12 +31,41 @@ fn is_document(bytes: &[u8]) -> bool {
     text.trim_end().ends_with("</svg>") || text.trim_end().ends_with("</html>")
 }
 
+fn is_xml(bytes: &[u8]) -> bool {
+    std::str::from_utf8(bytes).is_ok_and(|text| roxmltree::Document::parse(text).is_ok())
+}
+
+fn is_toml(bytes: &[u8]) -> bool {
+    std::str::from_utf8(bytes).is_ok_and(|text| text.contains("[settings]") && text.parse::<toml::Table>().is_ok())
+}
+
+const TUNE: [&str; 18] = [
+    "tune",
+    "builtin:triangle",
+    "--max-error",
+    "0.1",
+    "--quick",
+    "--rounds",
+    "6",
+    "--truth-samples",
+    "4",
+    "--cameras",
+    "0",
+    "--joint",
+    "0",
+    "--size",
+    "32x18",
+    "-o",
+    "tuned.toml",
+    "--quiet",
+];
+
 fn is_csv(bytes: &[u8]) -> bool {
     let text = String::from_utf8_lossy(bytes);
     text.ends_with('\n') && text.lines().all(|line| line.split(',').count() == 3)
 }
 
-const WRITERS: [Writer; 9] = [
+const WRITERS: [Writer; 16] = [
     Writer {
         arguments: &["render", "builtin:spheres", "--size", "320x180", "-o", "out.png"],
         file: "out.png",
@@ -62,12 +92,12 @@ const WRITERS: [Writer; 9] = [
         is_whole: is_json,
     },
     Writer {
-        arguments: &["stress", "space/distance", "--quick", "--json", "stress.json"],
+        arguments: &["stress", "space/detail", "--quick", "--json", "stress.json"],
         file: "stress.json",
         is_whole: is_json,
     },
     Writer {
-        arguments: &["stress", "space/distance", "--quick", "--html", "stress.html"],
+        arguments: &["stress", "space/detail", "--quick", "--html", "stress.html"],
         file: "stress.html",
         is_whole: is_document,
     },
@@ -91,10 +121,104 @@ const WRITERS: [Writer; 9] = [
         is_whole: is_document,
     },
     Writer { arguments: &["ci", "smoke", "--only", "compute", "-o", "ci"], file: "ci/results.csv", is_whole: is_csv },
+    Writer {
+        arguments: &["ci", "smoke", "--only", "compute", "-o", "ci", "--baseline", "known", "--bless"],
+        file: "known/compute.png",
+        is_whole: is_picture,
+    },
+    // Goes on from what an earlier run has measured.
+    Writer { arguments: &TUNE, file: "tuned.toml", is_whole: is_toml },
+    Writer {
+        arguments: &["reference", "builtin:spheres", "--size", "48x27", "--export", "mitsuba"],
+        file: "mitsuba/scene.xml",
+        is_whole: is_xml,
+    },
+    Writer {
+        arguments: &[
+            "reference",
+            "builtin:spheres",
+            "--size",
+            "48x27",
+            "--samples",
+            "4",
+            "-o",
+            "truth.exr",
+            "--standard-error",
+            "error.exr",
+        ],
+        file: "error.exr",
+        is_whole: is_picture,
+    },
+    // Numbered pictures, one after another.
+    Writer {
+        arguments: &[
+            "render",
+            "builtin:triangle",
+            "--path",
+            "path.toml",
+            "--fps",
+            "8",
+            "--samples",
+            "1",
+            "--size",
+            "64x36",
+            "-o",
+            "walk.png",
+        ],
+        file: "walk-0008.png",
+        is_whole: is_picture,
+    },
+    // Several scenes, with verdicts.
+    Writer {
+        arguments: &[
+            "render",
+            "builtin:triangle",
+            "builtin:spheres",
+            "--samples",
+            "1",
+            "--size",
+            "64x36",
+            "-o",
+            "{name}.png",
+            "--junit",
+            "junit.xml",
+        ],
+        file: "junit.xml",
+        is_whole: is_xml,
+    },
+    Writer {
+        arguments: &["compare", "a.png", "b.png", "-o", "difference.png"],
+        file: "difference.png",
+        is_whole: is_picture,
+    },
 ];
 
-fn command(folder: &Path, writer: &Writer) -> Command {
+/// Writes what some of the commands read.
+fn prepare(folder: &Path) {
+    let keys = [0, 1].map(|second| format!("[[keys]]\ntime = {second}\nposition = [0, 0, {}]\n", second + 2));
+    fs::write(folder.join("path.toml"), keys.concat()).expect("written");
+    for (name, shade) in [("a.png", 0), ("b.png", 9)] {
+        let picture = image::RgbImage::from_fn(320, 180, |x, y| image::Rgb([x as u8, y as u8, (x ^ y) as u8 ^ shade]));
+        picture.save(folder.join(name)).expect("written");
+    }
+}
+
+/// Removes what the caches have, so that it is written again; what killed commands have left there stays.
+fn forget(folder: &Path) {
+    for cache in ["truths", "pipelines"] {
+        for entry in fs::read_dir(folder.join(cache)).into_iter().flatten().flatten() {
+            let name = entry.file_name();
+            if ["truth-", "pipelines-"].iter().any(|own| name.to_string_lossy().starts_with(own)) {
+                fs::remove_file(entry.path()).expect("removed");
+            }
+        }
+    }
+}
+
+fn command(folder: &Path, layer: &Path, writer: &Writer) -> Command {
     let mut command = program();
+    // Lavapipe keeps nothing in its pipeline cache: the layer has something to keep.
+    command.envs(failures_layer::environment(layer)).env("AFTERLIGHT_FAILURES", "cache:100000");
     command.current_dir(folder).args(writer.arguments).stdout(Stdio::null()).stderr(Stdio::null());
     command.env("AFTERLIGHT_CACHE", folder.join("truths")).env("AFTERLIGHT_PIPELINE_CACHE", folder.join("pipelines"));
     command
@@ -122,11 +246,13 @@ const JUST_NOW: Duration = Duration::from_secs(2);
 #[cfg(unix)]
 fn a_killed_command_leaves_old_files_whole_and_the_next_one_no_litter() {
     let (writers, moments) = if tries_all() { (&WRITERS[..], 50) } else { (&WRITERS[..1], 4) };
+    let layer = failures_layer::folder();
     for writer in writers {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let what = writer.arguments.join(" ");
+        prepare(folder.path());
         let begun = Instant::now();
-        let status = command(folder.path(), writer).status().expect("the program starts");
+        let status = command(folder.path(), layer.path(), writer).status().expect("the program starts");
         assert!(status.success(), "{what}: {status}");
         let took = begun.elapsed();
         let clean = files(folder.path());
@@ -134,7 +260,8 @@ fn a_killed_command_leaves_old_files_whole_and_the_next_one_no_litter() {
         let mut random = fastrand::Rng::with_seed(7);
         let mut killed = 0;
         for _ in 0..moments {
-            let mut child = command(folder.path(), writer).spawn().expect("the program starts");
+            forget(folder.path());
+            let mut child = command(folder.path(), layer.path(), writer).spawn().expect("the program starts");
             thread::sleep(took.mul_f64(random.f64()));
             killed += usize::from(child.kill().is_ok() && !child.wait().is_ok_and(|status| status.success()));
             // A folder of results may be on its way to new ones, without any.
@@ -145,8 +272,9 @@ fn a_killed_command_leaves_old_files_whole_and_the_next_one_no_litter() {
             }
         }
         assert!(killed * 4 > moments, "{what}: only {killed} of {moments} were killed");
+        eprintln!("{what}: {took:.2?}, {killed} of {moments} killed");
         thread::sleep(JUST_NOW + Duration::from_millis(200));
-        let status = command(folder.path(), writer).status().expect("the program starts");
+        let status = command(folder.path(), layer.path(), writer).status().expect("the program starts");
         assert!(status.success(), "{what}, after the others: {status}");
         let left: Vec<_> = files(folder.path()).difference(&clean).cloned().collect();
         assert!(left.is_empty(), "{what} leaves {left:?}");

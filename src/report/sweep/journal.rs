@@ -16,10 +16,14 @@ use super::families::{PlannedFamily, Sweep, name_of};
 use super::model::{Against, Attribution, ErrorsByTruth, LeftOut, Machine, Metric, Shard, TruthInfo};
 use super::timing::{Rounds, Sample};
 use crate::measure::what_moves;
+use crate::regular_file::read_regular;
 use crate::scene::{Scene, Settings, SettingsPatch};
 
 /// The name of the file in a report's folder.
 pub const FILE: &str = "journal";
+
+/// A report of days has some megabytes.
+const MOST_BYTES: u64 = 1 << 30;
 
 /// What was asked for, and where.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -213,7 +217,7 @@ impl Contents {
     /// # Errors
     /// When it cannot be read, or is of another layout.
     pub fn read(path: &Path) -> Result<Option<Self>, Error> {
-        let text = match std::fs::read(path) {
+        let text = match read_regular(path, MOST_BYTES) {
             Ok(text) => text,
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
             Err(error) => return Err(Error::file(format!("read {}", path.display()), error)),

@@ -8,7 +8,7 @@ use ash::vk;
 
 use crate::loader::{self, DeviceLink, Dispatched, InstanceLink, Interface, take_link, typed};
 use crate::steering::{self, Answer, decide, within};
-use crate::{callbacks, table};
+use crate::{callbacks, driver_cache, table};
 
 /// What an instance or a device has below this layer.
 struct Below<H, G> {
@@ -155,7 +155,7 @@ fn own_of_device(name: &CStr) -> vk::PFN_vkVoidFunction {
         b"vkGetDeviceProcAddr" => untyped!(get_device_proc_addr, vk::PFN_vkGetDeviceProcAddr),
         b"vkDestroyDevice" => untyped!(destroy_device, vk::PFN_vkDestroyDevice),
         b"vkQueuePresentKHR" => untyped!(queue_present, vk::PFN_vkQueuePresentKHR),
-        _ => table::fallible(name).or_else(|| table::freeing(name)),
+        _ => driver_cache::own(name).or_else(|| table::fallible(name)).or_else(|| table::freeing(name)),
     }
 }
 

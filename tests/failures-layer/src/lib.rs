@@ -12,6 +12,7 @@ mod wrappers;
 
 mod callbacks;
 mod chain;
+mod driver_cache;
 mod steering;
 pub mod table;
 

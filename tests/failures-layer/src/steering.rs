@@ -8,7 +8,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use ash::vk;
 
-use crate::{OF_THE_LOADER, callbacks, commands};
+use crate::{OF_THE_LOADER, callbacks, commands, driver_cache};
 
 /// The variable by which a program's calls are told to fail.
 pub const VARIABLE: &str = "AFTERLIGHT_FAILURES";
@@ -28,11 +28,13 @@ struct Told {
 pub struct Asked {
     told: Vec<Told>,
     allocations: Vec<u64>,
+    /// Bytes that are added to pipeline caches.
+    cache: Option<u64>,
     counts: bool,
 }
 
 impl Asked {
-    /// Reads `COMMAND:N:RESULT`, `allocation:N` and `count`, with commas between.
+    /// Reads `COMMAND:N:RESULT`, `allocation:N`, `cache:N` and `count`, with commas between.
     pub fn of(text: &str) -> Result<Asked, String> {
         let mut asked = Asked::default();
         for word in text.split(',').map(str::trim).filter(|word| !word.is_empty()) {
@@ -40,8 +42,9 @@ impl Asked {
             match parts[..] {
                 ["count"] => asked.counts = true,
                 ["allocation", nth] => asked.allocations.push(number(nth)?),
+                ["cache", bytes] => asked.cache = Some(number(bytes)?),
                 [command, nth, result] => asked.told.push(told(command, number(nth)?, result)?),
-                _ => return Err(format!("'{word}' is none of COMMAND:N:RESULT, allocation:N and count")),
+                _ => return Err(format!("'{word}' is none of COMMAND:N:RESULT, allocation:N, cache:N and count")),
             }
         }
         Ok(asked)
@@ -50,7 +53,7 @@ impl Asked {
 
 fn number(text: &str) -> Result<u64, String> {
     let number = text.parse().ok().filter(|number| *number > 0);
-    number.ok_or_else(|| format!("'{text}' is no number of a call: the first is 1"))
+    number.ok_or_else(|| format!("'{text}' is no number of 1 or more"))
 }
 
 fn told(command: &str, nth: u64, result: &str) -> Result<Told, String> {
@@ -113,6 +116,9 @@ pub fn add(asked: Asked) {
     state.told.extend(asked.told);
     state.counts |= asked.counts;
     asked.allocations.into_iter().for_each(callbacks::fail_at);
+    if let Some(bytes) = asked.cache {
+        driver_cache::add(usize::try_from(bytes).unwrap_or(usize::MAX));
+    }
 }
 
 pub fn reset() {
