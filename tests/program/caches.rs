@@ -3,7 +3,7 @@
 //!
 //! Lavapipe keeps nothing in its pipeline cache. The layer of tests/failures-layer stands in for a driver that does, and that does not survive damage.
 //! Disks are truly full and folders truly read-only in a mount namespace of the test's own; where none is permitted, that part is skipped, and a limit
-//! on the size of files is what remains of a full disk.
+//! on the size of files is what remains of a full disk, for truths alone.
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
@@ -285,7 +285,8 @@ const READ_ONLY: &str = r#"
     shift
     exec "$@""#;
 
-/// No file may have more than so many blocks of 512 bytes: writes fail, as on a full disk, but with EFBIG.
+/// No file may have more than so many blocks of 512 bytes: writes fail, as on a full disk, but with EFBIG. For commands without a driver: lavapipe of
+/// Mesa 25 maps a file in memory for which there is no room then, and dies of SIGBUS.
 const SMALL_FILES: &str = r#"trap "" XFSZ; ulimit -f "$1"; shift; exec "$@""#;
 
 #[test]
@@ -301,14 +302,16 @@ fn a_cache_on_a_full_disk_costs_a_warning_at_most() {
             assert_eq!(told, usize::from(kept == Kept::Truths), "{kept:?}: {:?}", ran.warnings);
         };
         let command = site.command("picture.png", &site.cache());
-        let output = finish(start(in_shell(SMALL_FILES, &["32".as_ref()], &command)), "small files");
-        check(&output, "File too large", &site.cache());
+        if kept == Kept::Truths {
+            let output = finish(start(in_shell(SMALL_FILES, &["32".as_ref()], &command)), "small files");
+            check(&output, "File too large", &site.cache());
+        }
         for (index, options) in ["size=64k", "nr_inodes=1"].into_iter().enumerate() {
             let left = site.path(&format!("left-{index}"));
             fs::create_dir(&left).expect("a folder");
             let cache = site.cache();
             let arguments: [&OsStr; 3] = [cache.as_os_str(), options.as_ref(), left.as_os_str()];
-            let Some(command) = in_mounts(FULL_DISK, &arguments, &command) else { return };
+            let Some(command) = in_mounts(FULL_DISK, &arguments, &command) else { continue };
             check(&finish(start(command), options), "No space left on device", &left);
         }
     }
@@ -339,7 +342,7 @@ fn a_cache_in_a_folder_that_cannot_be_written_costs_a_warning_at_most() {
             }
             let before = files(&site.cache());
             let command = site.command("picture.png", &site.cache());
-            let Some(command) = in_mounts(READ_ONLY, &[site.cache().as_os_str()], &command) else { return };
+            let Some(command) = in_mounts(READ_ONLY, &[site.cache().as_os_str()], &command) else { break };
             let ran = site.ran(&finish(start(command), "read-only"), "picture.png", "read-only");
             assert!(ran.picture == expected && ran.has_used_cache == is_filled, "{kept:?}: {ran:?}");
             let told = ran.warnings.iter().filter(|line| line.ends_with("Read-only file system (os error 30)")).count();
@@ -413,7 +416,7 @@ const RESULTS: [(&[&str], &str); 4] = [
 
 #[test]
 fn a_result_on_a_full_disk_is_an_error_and_the_old_file_stays() {
-    let results = if tries_all() { &RESULTS[..] } else { &RESULTS[..1] };
+    let results = if tries_all() { &RESULTS[..] } else { &RESULTS[..2] };
     for (arguments, name) in results {
         let what = arguments[0];
         let folder = tempfile::tempdir().expect("a folder");
@@ -434,12 +437,14 @@ fn a_result_on_a_full_disk_is_an_error_and_the_old_file_stays() {
             assert_eq!(found, [(left.join(name), b"old".to_vec())], "{what}: {stderr}");
         };
         fs::write(disk.join(name), b"old").expect("written");
-        let output = finish(start(in_shell(SMALL_FILES, &["16".as_ref()], &command)), what);
-        check(&output, "File too large", &disk);
+        if what == "reference" {
+            let output = finish(start(in_shell(SMALL_FILES, &["16".as_ref()], &command)), what);
+            check(&output, "File too large", &disk);
+        }
         let left = folder.path().join("left");
         fs::create_dir(&left).expect("a folder");
         let arguments: [&OsStr; 3] = [disk.as_os_str(), "size=8k".as_ref(), left.as_os_str()];
-        let Some(command) = in_mounts(FULL_DISK, &arguments, &command) else { return };
+        let Some(command) = in_mounts(FULL_DISK, &arguments, &command) else { continue };
         check(&finish(start(command), what), "No space left on device", &left);
     }
 }
