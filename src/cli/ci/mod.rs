@@ -18,12 +18,12 @@ use std::collections::BTreeMap;
 use std::env;
 use std::ffi::OsString;
 use std::fs;
-use std::io::Write as _;
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::{Mutex, PoisonError};
-use std::thread::available_parallelism;
-use std::time::Instant;
+use std::thread::{self, available_parallelism};
+use std::time::{Duration, Instant};
 
 use afterlight::gpu::{DeviceChoice, Instance, InstanceOptions, choose};
 use afterlight::report::sweep::model::Shard;
@@ -253,9 +253,9 @@ fn end_with_parent() {
     {
         use std::os::unix::process::parent_id;
         let parent = parent_id();
-        std::thread::spawn(move || {
+        thread::spawn(move || {
             while parent_id() == parent {
-                std::thread::sleep(std::time::Duration::from_millis(200));
+                thread::sleep(Duration::from_millis(200));
             }
             std::process::exit(1);
         });
@@ -405,12 +405,37 @@ fn remove_own(folder: &Path) -> Result<(), Failure> {
     if !folder.exists() {
         return Ok(());
     }
-    if !folder.join(OWN).exists() {
+    let failed = |error: &io::Error| Failure::write(&folder.display().to_string(), error);
+    let entries = fs::read_dir(folder).and_then(Iterator::collect::<Result<Vec<_>, _>>);
+    let entries = entries.map_err(|error| failed(&error))?;
+    // A run that was killed before it had made that file, or after it had removed it, leaves nothing else there, but for the unfinished file.
+    if !entries.iter().all(|entry| entry.file_name().to_string_lossy().starts_with(".afterlight-"))
+        && !folder.join(OWN).exists()
+    {
         let why =
             format!("{} is there, and no earlier run has made it: choose another folder for -o", folder.display());
         return Err(Failure::new(Exit::BadInput, why));
     }
-    fs::remove_dir_all(folder).map_err(|error| Failure::write(&folder.display().to_string(), &error))
+    // That file last: a run that is killed meanwhile leaves a folder that the next one knows.
+    for entry in entries.iter().filter(|entry| entry.file_name() != OWN) {
+        let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
+        let path = entry.path();
+        if is_folder { remove_folder(&path) } else { fs::remove_file(&path) }.map_err(|error| failed(&error))?;
+    }
+    remove_folder(folder).map_err(|error| failed(&error))
+}
+
+/// Removes a folder into which the case of a killed run may still write, for a second at most.
+fn remove_folder(folder: &Path) -> io::Result<()> {
+    let mut removed = fs::remove_dir_all(folder);
+    for _ in 0..20 {
+        match &removed {
+            Err(error) if error.kind() == io::ErrorKind::DirectoryNotEmpty => thread::sleep(Duration::from_millis(50)),
+            _ => break,
+        }
+        removed = fs::remove_dir_all(folder);
+    }
+    removed
 }
 
 /// Moves what bad cases left into the folder of bundles, each with the line that tries it again; removes what others left.
@@ -420,7 +445,7 @@ fn keep_bundles(
     bundles: &Path,
     args: &Args,
 ) -> Result<BTreeMap<String, PathBuf>, Failure> {
-    let failed = |error: &std::io::Error| Failure::write(&bundles.display().to_string(), error);
+    let failed = |error: &io::Error| Failure::write(&bundles.display().to_string(), error);
     let mut kept = BTreeMap::new();
     let is_kept = |report: &&CaseReport| report.verdict.is_bad() || report.verdict == verdict::Verdict::Flake;
     for report in reports.iter().filter(is_kept) {
@@ -432,7 +457,7 @@ fn keep_bundles(
         Sink::File(to.join(runner::VERDICT)).write(output::json(report)?.as_bytes())?;
         kept.insert(report.case.clone(), to);
     }
-    fs::remove_dir_all(working).map_err(|error| failed(&error))?;
+    remove_own(working)?;
     Ok(kept)
 }
 
@@ -497,5 +522,26 @@ fn conclude(judged: &[Judged]) -> Result<(), Failure> {
             Err(Failure::new(Exit::Improved, format!("better than the baseline says: {}", better.join(", "))))
         }
         (worse, _) => Err(Failure::new(Exit::FailedCheck, format!("worse than expected: {}", worse.join(", ")))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_of_a_killed_run_is_removed_and_a_foreign_one_is_not() {
+        let parent = tempfile::tempdir().expect("a folder");
+        let folder = parent.path().join("cases");
+        let is_removed = |names: &[&str]| {
+            fs::create_dir_all(&folder).expect("made");
+            for name in names {
+                fs::write(folder.join(name), b"x").expect("written");
+            }
+            remove_own(&folder).is_ok() && !folder.exists()
+        };
+        // Killed before and while it wrote its file; whole.
+        assert!(is_removed(&[]) && is_removed(&[".afterlight-x.part"]) && is_removed(&[OWN, "picture.png"]));
+        assert!(!is_removed(&["picture.png"]) && folder.join("picture.png").exists());
     }
 }
