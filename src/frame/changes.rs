@@ -8,7 +8,7 @@ use super::builder::RendererBuilder;
 use super::{Error, Renderer, edges, plan_for};
 use crate::gpu_scene::Culling;
 use crate::plan;
-use crate::scene::{Light, Look, Pose, Scene, SettingsPatch, exposure_scale};
+use crate::scene::{Light, Look, Pose, Scene, Settings, SettingsPatch, exposure_scale};
 use crate::visible::ShadowCache;
 
 /// What of a scene is another than before.
@@ -94,15 +94,28 @@ impl Renderer {
     /// # Errors
     /// As [`Renderer::new`]; then frames stay as they were.
     pub fn update(&mut self, scene: &Scene, changed: Changed) -> Result<(), Error> {
-        let plan = plan_for(&self.device, scene, &self.settings)?;
+        self.adopt(scene, &self.settings.clone(), changed)
+    }
+
+    /// Draws with other settings from the next frame on, and the scene as it is now, as [`Renderer::update`] does with [`Changed::Arrangement`].
+    ///
+    /// # Errors
+    /// As [`Renderer::new`]; then frames stay as they were.
+    pub fn change_settings(&mut self, scene: &Scene, settings: &Settings) -> Result<(), Error> {
+        self.adopt(scene, settings, Changed::Arrangement)
+    }
+
+    fn adopt(&mut self, scene: &Scene, settings: &Settings, changed: Changed) -> Result<(), Error> {
+        let plan = plan_for(&self.device, scene, settings)?;
         let keeps = changed == Changed::Arrangement;
         let uploaded = (keeps && plan.uploads_as(&self.plan)).then(|| Arc::clone(&self.scene));
         let serves = uploaded.is_some() && plan.has_structure_of(&self.plan);
         let edges = edges::table(&plan);
-        let builder = RendererBuilder::new(&self.device, scene, &self.settings, (plan, edges), uploaded)?;
+        let builder = RendererBuilder::new(&self.device, scene, settings, (plan, edges), uploaded)?;
         let halted = self.world.halted();
         if serves {
             (self.world, self.plan) = builder.into_world();
+            self.settings = settings.clone();
             self.shadow_cache = ShadowCache::default();
             self.posed = 0;
             self.cut();

@@ -107,7 +107,8 @@ pub struct Shadow {
     /// For casters with holes of a texture, where the scene has some.
     masked_layout: Option<Owned<vk::PipelineLayout>>,
     pipelines: BTreeMap<CasterKey, Owned<vk::Pipeline>>,
-    slope_bias: f32,
+    /// Scales the slope bias, which the settings of each frame say.
+    bias_scale: f32,
     clamp: bool,
 }
 
@@ -150,8 +151,7 @@ impl Shadow {
             plain_layout,
             masked_layout: holes.map(layout).transpose()?,
             pipelines: BTreeMap::new(),
-            // Reversed depth: farther from the light is less.
-            slope_bias: -world.shadows.slope_bias * plan.bias_scale(),
+            bias_scale: plan.bias_scale(),
             clamp: plan.clamp,
         };
         let forms = plan.lights.iter().map(|own| world.lights[own.light].kind.form());
@@ -211,8 +211,10 @@ impl Shadow {
             recording.device.raw.cmd_begin_render_pass(recording.cmd, &begin, vk::SubpassContents::INLINE);
         }
         recording.set_rectangle(area);
+        // Reversed depth: farther from the light is less.
+        let slope_bias = -recording.world.shadows.slope_bias * self.bias_scale;
         // SAFETY: depth bias is dynamic in every pipeline of the pass.
-        unsafe { recording.device.raw.cmd_set_depth_bias(recording.cmd, 0.0, 0.0, self.slope_bias) };
+        unsafe { recording.device.raw.cmd_set_depth_bias(recording.cmd, 0.0, 0.0, slope_bias) };
         self.draw(recording, view, casters);
         // SAFETY: begun above.
         unsafe { recording.device.raw.cmd_end_render_pass(recording.cmd) };

@@ -2,14 +2,16 @@
 
 use afterlight::frame::{Changed, Renderer};
 use afterlight::scene::builtin::shapes;
-use afterlight::scene::{AlphaMode, CastsShadow, Light, Material, Object, Playing, Scene, Settings, ShadowSettings};
+use afterlight::scene::{
+    AlphaMode, CastsShadow, Light, LightPath, Material, Object, Playing, Scene, Settings, SettingsPatch, ShadowSettings,
+};
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 use crate::common::compare::assert_identical;
 use crate::common::gpu::{Gpu, on_gpu};
 use crate::common::moving::moving;
 use crate::common::scenes::perforated;
-use crate::common::stage::{add, exact, lambert, point, spot};
+use crate::common::stage::{add, display, exact, lambert, point, spot};
 use crate::common::tries_all;
 
 /// What changes: another one for each number.
@@ -174,5 +176,27 @@ fn an_object_is_mirrored_and_a_dark_light_shines_without_a_new_renderer() {
         renderer.set_light(&mut scene, 2, &lit).unwrap_or_else(|error| panic!("{error}"));
         let expected = picture(&mut gpu.renderer(&scene, &settings), &scene, 0.5);
         assert_identical(&picture(&mut renderer, &scene, 0.5), &expected, "mirrored and lit");
+    });
+}
+
+/// Those that are looked up for each frame, and those that need another plan.
+#[test]
+fn a_renderer_takes_other_settings_and_the_first_ones_again() {
+    on_gpu(|gpu| {
+        let (scene, first) = (moving(DVec3::ZERO), display(48, 36));
+        let mut renderer = gpu.renderer(&scene, &first);
+        let all =
+            ["shadow-slope-bias=3 exposure=4", "light-path=forward", "size=20x30 fxaa=on", "gbuffer=fat taa=on", ""];
+        for text in all {
+            let patch: SettingsPatch = text.parse().unwrap_or_else(|error| panic!("{text}: {error}"));
+            let settings = patch.or(&first.patch()).decide();
+            renderer.change_settings(&scene, &settings).unwrap_or_else(|error| panic!("{text}: {error}"));
+            let expected = picture(&mut gpu.renderer(&scene, &settings), &scene, 0.5);
+            assert_identical(&picture(&mut renderer, &scene, 0.5), &expected, text);
+        }
+        let refused = Settings { light_path: LightPath::Compute, msaa: 4, ..first.clone() };
+        assert!(renderer.change_settings(&scene, &refused).is_err());
+        let expected = picture(&mut gpu.renderer(&scene, &first), &scene, 0.5);
+        assert_identical(&picture(&mut renderer, &scene, 0.5), &expected, "after a refusal");
     });
 }
