@@ -18,7 +18,7 @@ pub use fit::{PowerLaw, fit_power_law};
 pub use flip::{FlipMap, PIXELS_PER_DEGREE, flip};
 pub use front::{front, front_probability};
 pub use images::{LinearImage, Mismatch, Srgb8Image};
-pub use process::{cpu_seconds, peak_memory_bytes, resident_memory_bytes};
+pub use process::{cpu_seconds, open_files, peak_memory_bytes, resident_memory_bytes, threads};
 pub use statistics::{Distribution, percentile};
 
 /// What moves in the frames that a time is of, in words for people.

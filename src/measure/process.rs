@@ -17,6 +17,17 @@ pub fn cpu_seconds() -> Option<f64> {
     cpu_time::ProcessTime::try_now().ok().map(|time| time.as_duration().as_secs_f64())
 }
 
+/// Files that this process has open now, devices and sockets among them. `None` where the system does not tell (only Linux does).
+pub fn open_files() -> Option<usize> {
+    // The folder that is read is open itself.
+    Some(std::fs::read_dir("/proc/self/fd").ok()?.count().saturating_sub(1))
+}
+
+/// Threads that this process has now, a driver's among them. `None` where the system does not tell (only Linux does).
+pub fn threads() -> Option<usize> {
+    Some(std::fs::read_dir("/proc/self/task").ok()?.count())
+}
+
 /// A line of the status file, which the system writes in KiB.
 fn bytes_of(key: &str, status: &str) -> Option<u64> {
     let line = status.lines().find_map(|line| line.strip_prefix(key))?;
@@ -40,6 +51,24 @@ mod tests {
     #[cfg(target_os = "linux")]
     fn this_process_has_used_memory() {
         assert!(peak_memory_bytes().is_some_and(|bytes| bytes > 100_000));
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn an_open_file_and_a_thread_are_counted() {
+        // Other tests of this process open files and start threads meanwhile: more of either than all of them.
+        let (files, threads_before) = (open_files().expect("Linux tells"), threads().expect("Linux tells"));
+        let opened: Vec<_> =
+            (0..200).map(|_| std::fs::File::open("/proc/self/status").expect("there is one")).collect();
+        assert!(open_files().expect("Linux tells") >= files + 100);
+        drop(opened);
+        let barrier = std::sync::Barrier::new(101);
+        std::thread::scope(|scope| {
+            (0..100).for_each(|_| _ = scope.spawn(|| barrier.wait()));
+            let now = threads().expect("Linux tells");
+            barrier.wait();
+            assert!(now >= threads_before + 50);
+        });
     }
 
     #[test]
