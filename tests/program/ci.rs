@@ -342,6 +342,41 @@ fn a_lost_device_and_a_lack_of_memory_are_told_apart() {
     }
 }
 
+/// In a scene with little to draw; what the rule sees grow, the unit tests of the curve show.
+#[test]
+fn a_soak_passes_and_leaves_its_curve() {
+    let suite = r#"
+[[case]]
+group = "soak"
+scene = "builtin:spheres?columns=2&rows=1"
+settings = "size=16x9 shadow-size=64 fog-froxels=4x4x4"
+identical = 1
+soak = { frames = 300, changes_every = 10, seed = 1 }
+each = { spheres = "" }
+"#;
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    fs::write(folder.path().join("own.toml"), suite).expect("written");
+    let run = ci(folder.path(), &["own.toml", "-o", "out"]);
+    assert_eq!(code(&run), Some(0), "{}{}", String::from_utf8_lossy(&run.stdout), errors(&run));
+    let line = fs::read_to_string(folder.path().join("out/results.jsonl")).expect("JSON lines");
+    let report: serde_json::Value = serde_json::from_str(line.trim()).expect("JSON");
+    let details: Vec<_> =
+        report["findings"].as_array().expect("findings").iter().map(|own| own["detail"].to_string()).collect();
+    for part in
+        ["at home all 13 pictures are equal", "memory of objects on the device went from", "objects on the device"]
+    {
+        assert!(details.iter().any(|detail| detail.contains(part)), "{part}: {details:?}");
+    }
+    let curve = fs::read_to_string(folder.path().join("out/curves/soak.spheres.csv")).expect("a curve");
+    let frames: Vec<u32> = curve
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').next().unwrap_or_default().parse().expect("a number"))
+        .collect();
+    assert_eq!((frames.len(), frames[0]), (13, 8), "{curve}");
+    assert!(frames.is_sorted() && frames[12] >= 300, "{curve}");
+}
+
 /// The commands of the files for build servers try each case once, in whichever part.
 #[test]
 #[cfg(unix)]

@@ -15,9 +15,9 @@ use afterlight::stress::{self, Subject};
 
 use super::baseline::Baseline;
 use super::evidence::Evidence;
-use super::resizes;
 use super::suite::{Case, Mode, SceneSource, Truth};
 use super::verdict::{CaseReport, Check, Verdict, Where};
+use super::{resizes, soak};
 use crate::cli::failure::with_causes;
 use crate::cli::session::listing;
 use crate::cli::table::bytes;
@@ -278,6 +278,9 @@ fn unobserved(
         }
         if case.holds.steady_frames > 0 {
             steady(case.holds.steady_frames, drawing, device, report)?;
+        }
+        if let Some(own) = &case.holds.soak {
+            soak::soak(own, place, drawing, device, (evidence, report))?;
         }
         if let Some(truth) = &case.holds.truth {
             against_truth(truth, drawing, device, evidence, report)?;

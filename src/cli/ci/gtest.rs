@@ -26,7 +26,7 @@ const DEVICE: &str = "AFTERLIGHT_DEVICE";
 `afterlight-gtest` is the same as a program without arguments, for deqp-runner's [[gtest]].
 
 Variables:
-  AFTERLIGHT_SUITE     the suite: smoke, quick, full, or a file [default: quick]
+  AFTERLIGHT_SUITE     the suite: smoke, quick, full, soak, or a file [default: quick]
   AFTERLIGHT_DEVICE    the device, as --device takes it [default: auto]
   AFTERLIGHT_EVIDENCE  a folder in which cases leave pictures, plans and shaders
 

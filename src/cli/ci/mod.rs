@@ -11,6 +11,7 @@ mod reports;
 mod resizes;
 mod results;
 mod runner;
+mod soak;
 mod suite;
 mod verdict;
 
@@ -47,6 +48,8 @@ const MOST_JOBS: usize = 8;
 /// Folders inside of the output's: of cases while they run, and of those that ended badly.
 const CASES: &str = "cases";
 const BUNDLES: &str = "bundles";
+/// The folder of the curves of soaks, those that pass as well.
+const CURVES: &str = "curves";
 
 /// Run a suite of cases on a driver, each in a process of its own, and give each a verdict
 #[derive(Debug, clap::Args)]
@@ -65,7 +68,7 @@ Examples:
   afterlight ci --mutants -o out --shard 1/4
   afterlight ci quick --list")]
 pub struct Args {
-    /// The suite: smoke, quick, full, or a file [default: quick]
+    /// The suite: smoke, quick, full, soak, or a file [default: quick]
     #[arg(value_name = "SUITE", conflicts_with = "repro")]
     suite: Option<String>,
     /// Write results, reports and bundles into this folder
@@ -315,8 +318,8 @@ fn all(args: &Args, suite: &Suite, cases: &[&Case], folder: &Path) -> Result<(),
     let mut command: Vec<OsString> = words.chain([own_program()?.into()]).collect();
     let device = probe(&command, &choice)?;
     let known = Known::of(args, &device)?;
-    let (working, bundles) = (folder.join(CASES), folder.join(BUNDLES));
-    for own in [&working, &bundles] {
+    let (working, bundles, curves) = (folder.join(CASES), folder.join(BUNDLES), folder.join(CURVES));
+    for own in [&working, &bundles, &curves] {
         remove_own(own)?;
     }
     make_own(&working)?;
@@ -349,6 +352,7 @@ fn all(args: &Args, suite: &Suite, cases: &[&Case], folder: &Path) -> Result<(),
         ..CaseReport::new(&case.name)
     });
     let reports: Vec<CaseReport> = reports.into_iter().chain(skips).collect();
+    keep_curves(&reports, &working, &curves)?;
     let kept = keep_bundles(&reports, &working, &bundles, args)?;
     let judge = |report| {
         let status = if args.bless { blessed(report) } else { known.expectations.status(report) };
@@ -436,6 +440,18 @@ fn remove_folder(folder: &Path) -> io::Result<()> {
         removed = fs::remove_dir_all(folder);
     }
     removed
+}
+
+/// Copies the curves of soaks into a folder of their own, as `CASE.csv`.
+fn keep_curves(reports: &[CaseReport], working: &Path, curves: &Path) -> Result<(), Failure> {
+    for report in reports {
+        let (from, to) = (working.join(&report.case).join(soak::CURVE), curves.join(format!("{}.csv", report.case)));
+        if from.exists() {
+            make_own(curves)?;
+            fs::copy(&from, &to).map_err(|error| Failure::write(&to.display().to_string(), &error))?;
+        }
+    }
+    Ok(())
 }
 
 /// Moves what bad cases left into the folder of bundles, each with the line that tries it again; removes what others left.

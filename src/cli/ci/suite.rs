@@ -11,10 +11,11 @@ use serde::{Deserialize, Serialize};
 use crate::cli::failure::{Exit, Failure};
 
 /// The suites that the program has with it.
-const SHIPPED: [(&str, &str); 3] = [
+const SHIPPED: [(&str, &str); 4] = [
     ("smoke", include_str!("suites/smoke.toml")),
     ("quick", include_str!("suites/quick.toml")),
     ("full", include_str!("suites/full.toml")),
+    ("soak", include_str!("suites/soak.toml")),
 ];
 
 /// How many suites may include each other.
@@ -68,6 +69,9 @@ pub struct Checks {
     pub steady_frames: u32,
     /// So many sizes of a surface without a display are drawn into, one after the other.
     pub resizes: u32,
+    /// So many frames while everything changes at random.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub soak: Option<Soak>,
     /// The device may take so many times as long for a frame as the baseline says.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slower: Option<f64>,
@@ -89,6 +93,22 @@ pub struct Truth {
 
 fn elsewhere() -> f64 {
     afterlight::stress::MOST_ELSEWHERE
+}
+
+/// A long run in which settings, lights, objects and the camera change at random, and nothing may grow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Soak {
+    pub frames: u32,
+    /// Something changes about every so many frames.
+    pub changes_every: u32,
+    /// The same seed has the same changes.
+    pub seed: u64,
+}
+
+impl Soak {
+    /// Fewer frames have too few samples to tell growth from noise.
+    const LEAST_FRAMES: u32 = 200;
 }
 
 /// A set of checks of the validation layer.
@@ -167,13 +187,14 @@ struct Keys {
     validate: Option<Vec<Mode>>,
     steady_frames: Option<u32>,
     resizes: Option<u32>,
+    soak: Option<Soak>,
     slower: Option<f64>,
     /// Keys that do not exist: serde refuses them in no flattened structure.
     #[serde(flatten)]
     others: BTreeMap<String, toml::Value>,
 }
 
-const KEYS: [&str; 13] = [
+const KEYS: [&str; 14] = [
     "group",
     "each",
     "scene",
@@ -186,6 +207,7 @@ const KEYS: [&str; 13] = [
     "validate",
     "steady_frames",
     "resizes",
+    "soak",
     "slower",
 ];
 
@@ -202,6 +224,7 @@ impl Keys {
             validate: self.validate.or_else(|| other.validate.clone()),
             steady_frames: self.steady_frames.or(other.steady_frames),
             resizes: self.resizes.or(other.resizes),
+            soak: self.soak.or(other.soak),
             slower: self.slower.or(other.slower),
             others: BTreeMap::new(),
         }
@@ -226,6 +249,9 @@ impl Keys {
         let bounds = self.truth.iter().flat_map(|truth| [truth.mean, truth.worst.unwrap_or_default(), truth.elsewhere]);
         if bounds.into_iter().any(|bound| bound.is_nan() || bound < 0.0) {
             return Err("bounds of truth must not be below 0".into());
+        }
+        if self.soak.is_some_and(|soak| soak.frames < Soak::LEAST_FRAMES || soak.changes_every == 0) {
+            return Err(format!("soak needs at least {} frames, and changes_every 1 or more", Soak::LEAST_FRAMES));
         }
         match self.identical {
             _ if self.steady_frames == Some(1) => {
@@ -383,6 +409,7 @@ impl Entry {
                     validate: keys.validate.clone().unwrap_or_default(),
                     steady_frames: keys.steady_frames.unwrap_or_default(),
                     resizes: keys.resizes.unwrap_or_default(),
+                    soak: keys.soak,
                     slower: keys.slower,
                 },
             })
@@ -461,8 +488,8 @@ each = { forward = "light-path=forward" }
 
     #[test]
     fn a_case_alone_is_a_suite_of_that_case() {
-        for case in Suite::open("full").expect("it is shipped").cases.iter().chain(&opened(WHOLE).expect("read").cases)
-        {
+        let shipped = ["full", "soak"].map(|name| Suite::open(name).expect("it is shipped").cases).concat();
+        for case in shipped.iter().chain(&opened(WHOLE).expect("read").cases) {
             let alone = opened(&alone(case)).unwrap_or_else(|failure| panic!("{}: {}", case.name, failure.one_line()));
             let [again] = &alone.cases[..] else { panic!("one case") };
             let same_scene = match (&case.scene, &again.scene) {
@@ -490,6 +517,8 @@ each = { forward = "light-path=forward" }
             (&format!("{case}identical = 0\n"), "identical must be 1 or more"),
             (&format!("{case}steady_frames = 1\n"), "steady_frames must be"),
             (&format!("{case}flip = 2\n"), "flip must be"),
+            (&format!("{case}soak = {{ frames = 100, changes_every = 5, seed = 1 }}\n"), "at least 200 frames"),
+            (&format!("{case}soak = {{ frames = 200, changes_every = 0, seed = 1 }}\n"), "changes_every 1 or more"),
             (&format!("{case}truth = {{ mean = -1 }}\n"), "must not be below 0"),
             (&format!("{case}truth = {{ men = 1 }}\n"), "men"),
             (&format!("{case}validate = [\"some\"]\n"), "some"),

@@ -1,0 +1,239 @@
+//! What a soak measures, and when it grows: the median of a quarter of the samples near the begin is compared with that of the last quarter, so that
+//! single samples say nothing.
+
+use std::fmt::Write as _;
+
+use afterlight::measure::Distribution;
+
+use super::super::verdict::Check;
+
+/// Laps of a soak: the first warms up.
+pub const LAPS: u32 = 4;
+
+const MIB: f64 = 1_048_576.0;
+
+/// What was measured at home. What the system does not tell is `None`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// Frames drawn until then.
+    pub frame: u32,
+    /// Resident memory of the process, in bytes.
+    pub resident: Option<u64>,
+    /// Memory of the device's objects, in bytes.
+    pub device_bytes: u64,
+    /// Memory of the blocks that they lie in, in bytes.
+    pub block_bytes: u64,
+    /// Vulkan objects that are alive.
+    pub objects: usize,
+    pub open_files: Option<usize>,
+    pub threads: Option<usize>,
+    /// Microseconds from the begin of recording until the device is done.
+    pub frame_us: f64,
+}
+
+/// What may not grow.
+struct Bound {
+    what: &'static str,
+    check: Check,
+    of: fn(&Sample) -> Option<f64>,
+    /// Growth that counts as none, by itself and as a share of the first median: the greater of both.
+    slack: f64,
+    share: f64,
+    text: fn(f64) -> String,
+}
+
+/// Allocators, the system's and a driver's compiler keep what they have taken: their memory gets some slack. Objects and their memory are counted by this
+/// program, and have none but that of buffers which have grown with what they held.
+const BOUNDS: [Bound; 7] = [
+    Bound {
+        what: "resident memory",
+        check: Check::Memory,
+        of: |own| own.resident.map(|bytes| bytes as f64),
+        slack: 8.0 * MIB,
+        share: 1.0 / 32.0,
+        text: mebibytes,
+    },
+    Bound {
+        what: "memory of objects on the device",
+        check: Check::Memory,
+        of: |own| Some(own.device_bytes as f64),
+        slack: MIB,
+        share: 0.0,
+        text: mebibytes,
+    },
+    Bound {
+        what: "memory of blocks on the device",
+        check: Check::Memory,
+        of: |own| Some(own.block_bytes as f64),
+        slack: 32.0 * MIB,
+        share: 0.0,
+        text: mebibytes,
+    },
+    Bound {
+        what: "objects on the device",
+        check: Check::ResourcesLeft,
+        of: |own| Some(own.objects as f64),
+        slack: 0.0,
+        share: 0.0,
+        text: count,
+    },
+    Bound {
+        what: "open files",
+        check: Check::ResourcesLeft,
+        of: |own| own.open_files.map(|count| count as f64),
+        slack: 0.0,
+        share: 0.0,
+        text: count,
+    },
+    Bound {
+        what: "threads",
+        check: Check::ResourcesLeft,
+        of: |own| own.threads.map(|count| count as f64),
+        slack: 0.0,
+        share: 0.0,
+        text: count,
+    },
+    Bound {
+        what: "time of a frame",
+        check: Check::Time,
+        of: |own| Some(own.frame_us),
+        slack: 100.0,
+        share: 0.5,
+        text: |us| format!("{us:.0} us"),
+    },
+];
+
+fn mebibytes(bytes: f64) -> String {
+    format!("{:.1} MiB", bytes / MIB)
+}
+
+fn count(number: f64) -> String {
+    number.to_string()
+}
+
+/// One of the [`BOUNDS`], judged.
+pub struct Judged {
+    pub check: Check,
+    pub holds: bool,
+    pub detail: String,
+}
+
+/// Judges all of a curve but what the system does not tell. The first lap warms up.
+pub fn judge(samples: &[Sample]) -> Vec<Judged> {
+    let warm = &samples[samples.len().div_ceil(LAPS as usize)..];
+    let quarter = warm.len().div_ceil(4);
+    let median = |part: &[Sample], of: fn(&Sample) -> Option<f64>| {
+        let values = part.iter().map(of).collect::<Option<Vec<f64>>>()?;
+        Distribution::of(values).map(|values| values.median)
+    };
+    let of = |bound: &Bound| {
+        let begin = median(&warm[..quarter], bound.of)?;
+        let end = median(&warm[warm.len() - quarter..], bound.of)?;
+        let most = begin + bound.slack.max(begin * bound.share);
+        let [begun, ended, bounded] = [begin, end, most].map(bound.text);
+        let detail = format!("{} went from {begun} to {ended}, at most {bounded}", bound.what);
+        Some(Judged { check: bound.check, holds: end <= most, detail })
+    };
+    BOUNDS.iter().filter_map(of).collect()
+}
+
+/// The curve as a table; what the system does not tell is empty.
+pub fn csv(samples: &[Sample]) -> String {
+    let mut text = "frame,resident_bytes,device_bytes,block_bytes,objects,open_files,threads,frame_us\n".to_owned();
+    let told = |number: Option<u64>| number.map_or_else(String::new, |number| number.to_string());
+    for own in samples {
+        let [files, threads] = [own.open_files, own.threads].map(|count| told(count.map(|count| count as u64)));
+        let _ = writeln!(
+            text,
+            "{},{},{},{},{},{files},{threads},{:.1}",
+            own.frame,
+            told(own.resident),
+            own.device_bytes,
+            own.block_bytes,
+            own.objects,
+            own.frame_us
+        );
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As a soak of 100,000 frames is measured, with noise as a driver's and a system's: memory that breathes by 6 MiB, now and then a slow
+    /// sample, a thread more, and objects in the middle of a change.
+    fn curve() -> Vec<Sample> {
+        let mut random = fastrand::Rng::with_seed(3);
+        let sample = |index: u32| Sample {
+            frame: index * 500,
+            resident: Some((150 << 20) + random.u64(0..6 << 20) + if index < 40 { 0 } else { 30 << 20 }),
+            device_bytes: 40 << 20,
+            block_bytes: (64 << 20) + (16 << 20) * random.u64(0..2),
+            objects: if random.u32(0..20) == 0 { 410 } else { 400 },
+            open_files: Some(12 + usize::from(random.u32(0..10) == 0)),
+            threads: Some(9 + usize::from(random.u32(0..10) == 0)),
+            frame_us: 2000.0 + 300.0 * random.f64() + if random.u32(0..10) == 0 { 9000.0 } else { 0.0 },
+        };
+        (0..200).map(sample).collect()
+    }
+
+    /// The details that fail, where each sample of the noise is changed so.
+    fn grown(change: impl Fn(&mut Sample, u32)) -> Vec<String> {
+        let mut samples = curve();
+        for (index, sample) in (0..).zip(&mut samples) {
+            change(sample, index);
+        }
+        judge(&samples).into_iter().filter(|own| !own.holds).map(|own| own.detail).collect()
+    }
+
+    #[test]
+    fn noise_is_no_growth() {
+        assert_eq!(judge(&curve()).len(), BOUNDS.len());
+        assert_eq!(grown(|_, _| ()), [""; 0]);
+        // Less at the end is no growth, and a peak in between none either.
+        assert_eq!(grown(|own, index| own.resident = Some((900 << 20) - u64::from(index) * 1000)), [""; 0]);
+        assert_eq!(grown(|own, index| own.objects += if index == 100 { 1000 } else { 0 }), [""; 0]);
+    }
+
+    #[test]
+    fn each_kind_of_growth_is_seen_and_told() {
+        let leak = |what: &str, change: fn(&mut Sample, u32)| {
+            let told = grown(change);
+            assert!(told.len() == 1 && told[0].starts_with(what), "{what}: {told:?}");
+        };
+        leak("resident memory went from", |own, _| {
+            own.resident = own.resident.map(|all| all + u64::from(own.frame) * 1000)
+        });
+        leak("memory of objects", |own, _| own.device_bytes += u64::from(own.frame) * 100);
+        leak("memory of blocks", |own, _| own.block_bytes += u64::from(own.frame) * 1000);
+        leak("objects on the device", |own, index| own.objects += index as usize / 100);
+        leak("open files", |own, index| own.open_files = own.open_files.map(|all| all + index as usize / 100));
+        leak("threads", |own, index| own.threads = own.threads.map(|all| all + index as usize / 100));
+        leak("time of a frame", |own, _| own.frame_us *= 1.0 + f64::from(own.frame) / 50_000.0);
+    }
+
+    #[test]
+    fn what_the_system_does_not_tell_is_not_judged_and_few_samples_are() {
+        let mut samples = curve();
+        for own in &mut samples {
+            (own.resident, own.open_files, own.threads) = (None, None, None);
+        }
+        assert_eq!(judge(&samples).len(), 4);
+        let mut samples = vec![curve()[0]; 8];
+        samples[6..].iter_mut().for_each(|own| own.objects = 1000);
+        assert_eq!(judge(&samples).iter().filter(|own| !own.holds).count(), 1, "8 samples are enough");
+        assert!(judge(&[]).is_empty());
+    }
+
+    #[test]
+    fn the_table_has_a_line_for_each_sample() {
+        let own = Sample { frame: 8, resident: Some(5), open_files: None, frame_us: 1234.56, ..curve()[0] };
+        let own = Sample { device_bytes: 1, block_bytes: 2, objects: 3, threads: Some(4), ..own };
+        let text = csv(&[own, own]);
+        let lines: Vec<_> = text.lines().collect();
+        assert_eq!(lines.len(), 3);
+        assert_eq!(lines[0].split(',').count(), lines[1].split(',').count());
+        assert_eq!(lines[2], "8,5,1,2,3,,4,1234.6");
+    }
+}

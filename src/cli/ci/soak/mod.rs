@@ -1,0 +1,141 @@
+//! A soak: one renderer draws for long while settings, lights, objects and the camera change at random, and comes home now and then, to the case's own
+//! scene and settings. What it takes is compared there, where nothing but its past differs. The run has several laps of the same changes: heaps are as
+//! large as their greatest load, and drivers keep what they have compiled, so that the first lap grows as long as it meets something new, and the others
+//! meet nothing new.
+
+mod changes;
+mod curve;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use afterlight::frame::{Picture, Renderer};
+use afterlight::gpu::Device;
+use afterlight::measure::{open_files, resident_memory_bytes, threads};
+
+use super::evidence::Evidence;
+use super::examine::{Drawing, Place, Stop, differing};
+use super::suite::Soak;
+use super::verdict::{CaseReport, Check};
+use changes::Changes;
+use curve::{LAPS, Sample};
+
+/// The curve's file.
+pub const CURVE: &str = "soak.csv";
+/// Samples of a long soak.
+const SAMPLES: u32 = 200;
+/// Frames between samples at least.
+const LEAST_FRAMES: u32 = 25;
+/// Frames of each sample; the fastest of them is what a frame takes.
+const TIMED_FRAMES: u32 = 8;
+
+/// After so many frames in a row that each take so long, everything is as at home again: a CPU may draw seconds of what a GPU draws in no time.
+const SLOW_FRAMES: u32 = 3;
+const SLOW: Duration = Duration::from_millis(200);
+
+/// Draws so many frames, and judges the curve.
+pub fn soak(
+    soak: &Soak,
+    place: &Place,
+    drawing: &Drawing,
+    device: &Arc<Device>,
+    (evidence, report): (&Evidence, &mut CaseReport),
+) -> Result<(), Stop> {
+    let mut renderer = drawing.renderer(device)?;
+    let mut changes = Changes::of(drawing);
+    let every = (soak.frames / SAMPLES).max(LEAST_FRAMES);
+    let lap = (soak.frames / every / LAPS).max(1) as usize;
+    let (mut samples, mut first, mut drawn) = (Vec::new(), None, 0);
+    let mut alive = BTreeMap::new();
+    loop {
+        changes.go_home(&mut renderer)?;
+        let picture = drawing.picture(&mut renderer)?;
+        drawn += TIMED_FRAMES;
+        samples.push(sample(drawn, drawing, device, &mut renderer)?);
+        evidence.write(CURVE, curve::csv(&samples).as_bytes());
+        alive = more_alive(device, alive, evidence);
+        if !is_first(&picture, first.get_or_insert_with(|| picture.clone()), drawn, evidence, report) {
+            return Ok(());
+        }
+        if drawn >= soak.frames {
+            break;
+        }
+        // Seeded at each home, so that laps stay alike whatever was too slow on the way.
+        let mut random = fastrand::Rng::with_seed(soak.seed.wrapping_add(((samples.len() - 1) % lap) as u64));
+        let mut slow = 0;
+        for _ in TIMED_FRAMES..every {
+            if random.u32(0..soak.changes_every) == 0 {
+                changes.change(&mut renderer, &mut random)?;
+            }
+            let begun = Instant::now();
+            renderer.render(&changes.camera)?;
+            drawn += 1;
+            slow = if begun.elapsed() > SLOW { slow + 1 } else { 0 };
+            if slow == SLOW_FRAMES {
+                changes.leave(&mut renderer)?;
+            }
+        }
+    }
+    let told = format!("{drawn} frames, {}: at home all {} pictures are equal", changes.told(), samples.len());
+    report.hold(Check::Determinism, true, told);
+    for judged in curve::judge(&samples) {
+        if judged.check == Check::Time && place.is_shared {
+            report.skip(Check::Time, "other cases use the device meanwhile: --jobs 1 gives times that mean something");
+        } else {
+            report.hold(judged.check, judged.holds, judged.detail);
+        }
+    }
+    Ok(())
+}
+
+/// Draws some frames at home, and measures what the process and the device hold.
+fn sample(frame: u32, drawing: &Drawing, device: &Device, renderer: &mut Renderer) -> Result<Sample, Stop> {
+    let mut fastest = f64::MAX;
+    for _ in 0..TIMED_FRAMES {
+        let begun = Instant::now();
+        renderer.render(&drawing.scene.camera)?;
+        renderer.wait()?;
+        fastest = fastest.min(begun.elapsed().as_secs_f64() * 1e6);
+    }
+    // Pipelines that are kept for whoever asks next are given up as well, and what is retired is destroyed.
+    device.wait_idle()?;
+    let memory = device.memory_report();
+    Ok(Sample {
+        frame,
+        resident: resident_memory_bytes(),
+        device_bytes: memory.bytes,
+        block_bytes: memory.block_bytes,
+        objects: memory.objects.values().sum(),
+        open_files: open_files(),
+        threads: threads(),
+        frame_us: fastest,
+    })
+}
+
+/// Counts the objects that someone owns by their names, and keeps which are more than at the sample before: whoever looks for a leak begins there.
+fn more_alive(device: &Device, before: BTreeMap<String, usize>, evidence: &Evidence) -> BTreeMap<String, usize> {
+    let mut alive = BTreeMap::<String, usize>::new();
+    device.live_objects().into_iter().for_each(|name| *alive.entry(name).or_default() += 1);
+    let more = |(name, count): (&String, &usize)| {
+        let more = count.saturating_sub(before.get(name).copied().unwrap_or_default());
+        (more > 0).then(|| format!("{more} {name}\n"))
+    };
+    let text: String = alive.iter().filter_map(more).collect();
+    if !before.is_empty() && !text.is_empty() {
+        evidence.write("soak-objects.txt", text.as_bytes());
+    }
+    alive
+}
+
+/// Whether a picture at home is the first one; if not, both are kept.
+fn is_first(picture: &Picture, first: &Picture, drawn: u32, evidence: &Evidence, report: &mut CaseReport) -> bool {
+    let differ = differing(first, picture);
+    if differ > 0 {
+        evidence.picture("picture-first.png", first);
+        evidence.picture("picture-again.png", picture);
+        let detail = format!("back at the first scene and settings, {differ} pixels are others after {drawn} frames");
+        report.hold(Check::Determinism, false, detail);
+    }
+    differ == 0
+}
