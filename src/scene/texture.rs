@@ -6,6 +6,7 @@ use std::path::Path;
 use image::{DynamicImage, ImageError, ImageFormat, ImageReader, Limits, RgbaImage};
 
 use super::{Error, Texels};
+use crate::regular_file::read_regular;
 
 /// Longest edge of a texture, in texels: what desktop devices take.
 pub const MAX_TEXTURE_EDGE: u32 = 16384;
@@ -97,7 +98,8 @@ impl Texture {
 /// `Error::Read` when the file cannot be read; `Error::Content` when it is no such image, when its header claims an edge above
 /// [`MAX_TEXTURE_EDGE`] (which is refused before anything is allocated), or when a texel is infinite or no number.
 pub(crate) fn read_image(path: &Path, color_space: ColorSpace) -> Result<RgbaImage, Error> {
-    let bytes = std::fs::read(path).map_err(|e| Error::Read { path: path.to_owned(), cause: e.to_string() })?;
+    let bytes = read_regular(path, MAX_DECODED_BYTES);
+    let bytes = bytes.map_err(|error| Error::Read { path: path.to_owned(), cause: error.to_string() })?;
     decode_image(&bytes, path, color_space)
 }
 

@@ -22,6 +22,7 @@ pub use path::{load_path, parse_path};
 pub use write::{Model, Origin, to_toml};
 
 use std::cell::Cell;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use toml::Spanned;
@@ -33,6 +34,8 @@ use self::node::{Node, Source, Table};
 use super::load::OpenOptions;
 use super::{Error, Scene, SettingsPatch, builtin, fit, load};
 
+/// The longest text that is read.
+const MOST_BYTES: u64 = 64 << 20;
 /// How many scene files may build on each other.
 const MAX_BASES: u32 = 8;
 
@@ -48,7 +51,13 @@ pub fn load(path: &Path, options: &OpenOptions) -> Result<Scene, Error> {
 
 fn read_text(path: &Path) -> Result<String, Error> {
     let read = |cause: String| Error::Read { path: path.to_owned(), cause };
-    let bytes = std::fs::read(path).map_err(|error| read(error.to_string()))?;
+    let mut bytes = Vec::new();
+    // A pipe may be read: what a shell makes of `<(command)`.
+    let open = std::fs::File::open(path).and_then(|file| file.take(MOST_BYTES + 1).read_to_end(&mut bytes));
+    open.map_err(|error| read(error.to_string()))?;
+    if bytes.len() as u64 > MOST_BYTES {
+        return Err(read(format!("it has more than {MOST_BYTES} bytes, which no scene file has")));
+    }
     String::from_utf8(bytes).map_err(|error| {
         read(format!("it is not UTF-8 text (byte {}), as TOML must be", error.utf8_error().valid_up_to()))
     })

@@ -62,6 +62,7 @@ use self::nodes::Nodes;
 use self::textures::{Images, Made, Request};
 use self::uri::Resources;
 use super::{Error, Imported, LoadOptions};
+use crate::regular_file::read_regular;
 
 /// What to read of a glTF file.
 #[derive(Default, Clone, Copy)]
@@ -82,7 +83,9 @@ pub struct GltfOptions<'a> {
 /// [`Error::Read`] when the file cannot be read; [`Error::Content`] for what the module's documentation calls an error, for an extension that the
 /// file requires and that is not supported, for a scene or a variant that it does not have, and for a file without a triangle to draw.
 pub fn load(path: &Path, options: &GltfOptions) -> Result<Imported, Error> {
-    let bytes = std::fs::read(path).map_err(|e| Error::Read { path: path.to_owned(), cause: e.to_string() })?;
+    // What a binary file's own header can say of its length.
+    let bytes = read_regular(path, u64::from(u32::MAX));
+    let bytes = bytes.map_err(|error| Error::Read { path: path.to_owned(), cause: error.to_string() })?;
     parse(bytes, path, options)
 }
 

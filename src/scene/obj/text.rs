@@ -4,7 +4,11 @@ use std::borrow::Cow;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::regular_file::read_regular;
 use crate::scene::Error;
+
+/// The longest text that is read: some 100 million triangles.
+const MOST_BYTES: u64 = 16 << 30;
 
 /// Reads a text file. UTF-8 with or without a byte order mark; what is not UTF-8 is taken for Latin-1, as old exporters
 /// write names.
@@ -12,7 +16,8 @@ use crate::scene::Error;
 /// # Errors
 /// `Error::Read` when it cannot be read; `Error::Content` for UTF-16 and for binary files.
 pub(super) fn read(path: &Path) -> Result<String, Error> {
-    let bytes = fs::read(path).map_err(|e| Error::Read { path: path.to_owned(), cause: e.to_string() })?;
+    let bytes = read_regular(path, MOST_BYTES);
+    let bytes = bytes.map_err(|error| Error::Read { path: path.to_owned(), cause: error.to_string() })?;
     let wrong = |what: &str| Error::Content { path: path.to_owned(), line: None, what: what.into() };
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
         return Err(wrong("is UTF-16 text; save it as UTF-8"));

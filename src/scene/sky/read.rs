@@ -1,11 +1,13 @@
 //! Reads pictures of skies: OpenEXR and Radiance HDR.
 
+use std::io::Cursor;
 use std::path::Path;
 
 use glam::{DVec3, Vec3};
 use image::{ImageFormat, ImageReader, Limits};
 
 use super::{MOST_LIGHT, SkyImage, SkyOrigin};
+use crate::regular_file::read_regular;
 use crate::scene::Error;
 
 /// The widest panorama that is read, in texels; `MOST_FACE` is that of a cube's faces.
@@ -111,19 +113,19 @@ fn read(path: &Path, wrong: impl Fn([u32; 2]) -> Option<String>) -> Result<Read,
         Some("exr") => ImageFormat::OpenExr,
         _ => return Err(fault("a sky is read from Radiance HDR (.hdr) and OpenEXR (.exr) files".into())),
     };
+    let bytes = read_regular(path, MOST_BYTES).map_err(|error| fault(error.to_string()))?;
     let open = || {
-        let file = std::fs::File::open(path).map_err(|error| fault(error.to_string()))?;
-        let mut reader = ImageReader::with_format(std::io::BufReader::new(file), format);
+        let mut reader = ImageReader::with_format(Cursor::new(&bytes), format);
         let mut limits = Limits::default();
         limits.max_alloc = Some(MOST_BYTES);
         reader.limits(limits);
-        Ok(reader)
+        reader
     };
-    let (width, height) = open()?.into_dimensions().map_err(|error| fault(error.to_string()))?;
+    let (width, height) = open().into_dimensions().map_err(|error| fault(error.to_string()))?;
     if let Some(cause) = wrong([width, height]) {
         return Err(fault(cause));
     }
-    let decoded = open()?.decode().map_err(|error| fault(error.to_string()))?.into_rgb32f();
+    let decoded = open().decode().map_err(|error| fault(error.to_string()))?.into_rgb32f();
     let mut texels: Vec<[f32; 3]> = decoded.pixels().map(|pixel| pixel.0).collect();
     let mut changed = [0usize; 2];
     for value in texels.iter_mut().flatten() {

@@ -367,6 +367,36 @@ fn files_that_cannot_be_read_are_told_at_the_line_that_names_them() {
     assert!(says(folder.path().join("none.toml")).starts_with("cannot read "));
 }
 
+#[test]
+#[cfg(unix)]
+fn a_pipe_and_a_device_in_the_place_of_a_file_are_refused_at_once() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name);
+    let pipes = ["png", "obj", "glb", "hdr"].map(|kind| path(&format!("pipe.{kind}")));
+    let made = std::process::Command::new("mkfifo").args(pipes).status();
+    assert!(made.is_ok_and(|status| status.success()), "mkfifo");
+    for kind in ["png", "obj", "gltf", "exr"] {
+        std::os::unix::fs::symlink("/dev/zero", path(&format!("zero.{kind}"))).expect("linked");
+    }
+    for text in [
+        "[[materials]]\nname='a'\nnormal_texture='pipe.png'",
+        "[[materials]]\nname='a'\nnormal_texture='zero.png'",
+        "[[models]]\npath='pipe.obj'",
+        "[[models]]\npath='zero.obj'",
+        "[[models]]\npath='pipe.glb'",
+        "[[models]]\npath='zero.gltf'",
+        "[sky]\nfile='pipe.hdr'",
+        "[sky]\nfile='zero.exr'",
+    ] {
+        let error = read(&folder, text).expect_err(text);
+        assert!(error.contains("it is not a regular file"), "{text}: {error}");
+    }
+    // What a shell makes of `<(command)` is a pipe, and scene files may come from one. A device has no end.
+    std::os::unix::fs::symlink("/dev/zero", path("zero.toml")).expect("linked");
+    let endless = open(path("zero.toml").to_str().expect("a name"), &OpenOptions::default());
+    assert!(endless.expect_err("no end").to_string().contains("which no scene file has"));
+}
+
 /// Changes of a text: where (as a share of its length), how much goes, what comes.
 fn edits() -> impl Strategy<Value = Vec<(f64, usize, &'static str)>> {
     let pieces =
