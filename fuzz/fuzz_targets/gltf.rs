@@ -2,4 +2,4 @@
 
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| afterlight_fuzz::read_gltf(bytes));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| afterlight_fuzz::read("gltf", bytes));

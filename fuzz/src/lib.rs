@@ -1,18 +1,43 @@
-//! The promise that fuzzing checks: any bytes end in a scene that can be drawn, or in an error of one line.
+//! The promise that fuzzing checks: any bytes end in something that can be used, or in an error of one line.
 
-use std::path::Path;
+mod files;
+mod scenes;
 
-use afterlight::scene::Scene;
-use afterlight::scene::gltf::{GltfOptions, parse};
+/// A reader, which panics where it breaks the promise.
+pub struct Target {
+    /// Of its binary and of its folder below `corpus`.
+    pub name: &'static str,
+    /// Reads bytes as the file would hold them.
+    pub read: fn(&[u8]),
+}
 
-/// Reads bytes as a glTF file in a folder that does not exist, and panics where a promise is broken.
-pub fn read_gltf(bytes: &[u8]) {
-    match parse(bytes.to_vec(), Path::new("/no/such/folder/x.gltf"), &GltfOptions::default()) {
-        Ok(imported) => {
-            let mut scene = Scene::default();
-            imported.append_to(&mut scene, glam::DAffine3::IDENTITY);
-            scene.check().unwrap_or_else(|error| panic!("what was read cannot be drawn: {error}"));
-        }
-        Err(error) => assert!(!error.to_string().contains('\n'), "{error}"),
-    }
+/// All readers.
+pub const TARGETS: [Target; 12] = [
+    Target { name: "gltf", read: scenes::gltf },
+    Target { name: "obj", read: scenes::obj },
+    Target { name: "mtl", read: scenes::mtl },
+    Target { name: "scene", read: scenes::scene },
+    Target { name: "path", read: scenes::path },
+    Target { name: "settings", read: scenes::settings },
+    Target { name: "image", read: scenes::image },
+    Target { name: "sky_hdr", read: scenes::sky_hdr },
+    Target { name: "sky_exr", read: scenes::sky_exr },
+    Target { name: "journal", read: files::journal },
+    Target { name: "pipeline_cache", read: files::pipeline_cache },
+    Target { name: "truth", read: files::truth },
+];
+
+/// Reads bytes by the reader of this name.
+///
+/// # Panics
+/// Where the promise is broken, and where there is no such reader.
+pub fn read(name: &str, bytes: &[u8]) {
+    let target = TARGETS.iter().find(|target| target.name == name);
+    (target.unwrap_or_else(|| panic!("no reader is called {name}")).read)(bytes);
+}
+
+/// Errors are one line.
+fn is_one_line(error: &impl std::fmt::Display) {
+    let text = error.to_string();
+    assert!(!text.is_empty() && !text.contains('\n'), "an error of several lines: {text:?}");
 }

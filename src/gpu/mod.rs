@@ -84,6 +84,8 @@ mod internals {
     pub use super::pipeline::{
         DepthState, GraphicsPipeline, GraphicsPipelineDesc, ShaderStage, compute_pipeline, pipeline_layout,
     };
+    #[cfg(feature = "internals")]
+    pub use super::pipeline_cache::{DriverHeader, decode as decode_pipeline_cache, encode as encode_pipeline_cache};
     pub use super::queries::Timestamps;
     pub use super::render_pass::{Framebuffer, RenderPass, SubpassDesc, framebuffer};
     pub use super::sampler::Sampler;

@@ -40,7 +40,8 @@ impl PipelineCache {
 
     fn open_in(device: &ash::Device, physical: &PhysicalDevice, dir: Option<&Path>) -> PipelineCache {
         let file = dir.map(|dir| dir.join(file_name(physical)));
-        let data = file.as_deref().and_then(read).filter(|data| is_for(data, physical));
+        let own = DriverHeader::of(physical);
+        let data = file.as_deref().and_then(read).filter(|data| own.begins(data));
         let create = |data: &[u8]| {
             let info = vk::PipelineCacheCreateInfo::default().initial_data(data);
             // SAFETY: the device is alive; the data is what this driver wrote, as its header and our checksum say.
@@ -62,7 +63,7 @@ impl PipelineCache {
         let sum = checksum(&data);
         // A driver that caches elsewhere returns its header only; a file of that would tell nothing.
         let is_new = data.len() > DRIVER_HEADER_BYTES && *on_disk != Some(sum);
-        if is_new && write(file, &data, sum).is_ok() {
+        if is_new && write(file, &data).is_ok() {
             *on_disk = Some(sum);
         }
     }
@@ -100,7 +101,8 @@ fn read(file: &Path) -> Option<Vec<u8>> {
     decode(read_regular(file, MOST_BYTES).ok()?)
 }
 
-fn decode(mut bytes: Vec<u8>) -> Option<Vec<u8>> {
+/// The driver's data in the bytes of a file, if they are whole.
+pub fn decode(mut bytes: Vec<u8>) -> Option<Vec<u8>> {
     let number = |at: usize| Some(u64::from_le_bytes(bytes.get(at..at + 8)?.try_into().ok()?));
     let (length, sum) = (number(8)?, number(16)?);
     if !bytes.starts_with(&MAGIC) {
@@ -110,25 +112,44 @@ fn decode(mut bytes: Vec<u8>) -> Option<Vec<u8>> {
     (data.len() as u64 == length && checksum(&data) == sum).then_some(data)
 }
 
-/// Whether the driver's own header names this device and driver (Vulkan 1.3, section 10.7.4).
-fn is_for(data: &[u8], physical: &PhysicalDevice) -> bool {
-    let number = |at: usize| data.get(at..at + 4).and_then(|bytes| bytes.try_into().ok()).map(u32::from_ne_bytes);
-    number(0).is_some_and(|length| length as usize >= DRIVER_HEADER_BYTES)
-        && number(4) == Some(vk::PipelineCacheHeaderVersion::ONE.as_raw().cast_unsigned())
-        && number(8) == Some(physical.vendor_id)
-        && number(12) == Some(physical.device_id)
-        && data.get(16..DRIVER_HEADER_BYTES) == Some(&physical.pipeline_cache_uuid[..])
+/// What the driver's own header names (Vulkan 1.3, section 10.7.4).
+#[derive(Debug, Clone, Copy)]
+pub struct DriverHeader {
+    /// Of the device's vendor.
+    pub vendor: u32,
+    /// The vendor's number of the device.
+    pub device: u32,
+    /// Of the driver and its version.
+    pub uuid: [u8; vk::UUID_SIZE],
 }
 
-fn write(file: &Path, data: &[u8], sum: u64) -> std::io::Result<()> {
+impl DriverHeader {
+    fn of(physical: &PhysicalDevice) -> Self {
+        Self { vendor: physical.vendor_id, device: physical.device_id, uuid: physical.pipeline_cache_uuid }
+    }
+
+    /// Whether data of a driver begins so.
+    pub fn begins(&self, data: &[u8]) -> bool {
+        let number = |at: usize| data.get(at..at + 4).and_then(|bytes| bytes.try_into().ok()).map(u32::from_ne_bytes);
+        number(0).is_some_and(|length| length as usize >= DRIVER_HEADER_BYTES)
+            && number(4) == Some(vk::PipelineCacheHeaderVersion::ONE.as_raw().cast_unsigned())
+            && number(8) == Some(self.vendor)
+            && number(12) == Some(self.device)
+            && data.get(16..DRIVER_HEADER_BYTES) == Some(&self.uuid[..])
+    }
+}
+
+/// The bytes of a file that holds a driver's data.
+pub fn encode(data: &[u8]) -> Vec<u8> {
+    [&MAGIC, &(data.len() as u64).to_le_bytes()[..], &checksum(data).to_le_bytes(), data].concat()
+}
+
+fn write(file: &Path, data: &[u8]) -> std::io::Result<()> {
     let Some(dir) = file.parent() else { return Ok(()) };
     fs::create_dir_all(dir)?;
     // Renamed into place when it is whole, so that a reader sees the old file or the new one.
     let mut temporary = WholeFile::begin_in(dir)?;
-    temporary.write_all(&MAGIC)?;
-    temporary.write_all(&(data.len() as u64).to_le_bytes())?;
-    temporary.write_all(&sum.to_le_bytes())?;
-    temporary.write_all(data)?;
+    temporary.write_all(&encode(data))?;
     temporary.persist(file)
 }
 
@@ -147,7 +168,7 @@ mod tests {
         let dir = tempfile::tempdir()?;
         let file = dir.path().join("deeper").join("cache.bin");
         let data = b"what a driver has to say".to_vec();
-        write(&file, &data, checksum(&data))?;
+        write(&file, &data)?;
         assert_eq!(read(&file), Some(data));
         let whole = fs::read(&file)?;
         for length in 0..whole.len() {
@@ -171,7 +192,7 @@ mod tests {
         let mut foreign = vec![0_u8; 64];
         foreign[0] = 32;
         foreign[4] = 1;
-        write(&file, &foreign, checksum(&foreign))?;
+        write(&file, &foreign)?;
         for content in [None, Some(&b""[..]), Some(&b"AFTLPC01"[..]), Some(&[0xff; 1000][..])] {
             if let Some(content) = content {
                 fs::write(&file, content)?;

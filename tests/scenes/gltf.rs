@@ -4,9 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use afterlight::scene::gltf::{GltfOptions, parse};
 use afterlight::scene::{OpenOptions, Scene, open};
-use glam::DAffine3;
 
 /// What must become of a file.
 enum Expected {
@@ -138,33 +136,6 @@ fn a_million_triangles_that_share_their_spheres_are_few() {
     assert!(scene.triangle_count() > 1_000_000);
     let own: usize = scene.meshes.iter().map(|mesh| mesh.indices.len() / 3).sum();
     assert!(own < 100_000, "{own} triangles in memory");
-}
-
-#[test]
-fn what_fuzzing_found_to_be_read_in_a_way_of_its_own_ends_in_a_scene_or_a_clear_error() {
-    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus/gltf");
-    let files: Vec<PathBuf> =
-        fs::read_dir(&corpus).expect("a corpus").map(|entry| entry.expect("a file").path()).collect();
-    let (mut scenes, mut errors) = (0, 0);
-    for file in &files {
-        let start = Instant::now();
-        // A folder that does not exist: whatever a file names is not there.
-        let path = Path::new("/no/such/folder/x.gltf");
-        match parse(fs::read(file).expect("readable"), path, &GltfOptions::default()) {
-            Ok(imported) => {
-                let mut scene = Scene::default();
-                imported.append_to(&mut scene, DAffine3::IDENTITY);
-                assert_eq!(scene.check().map_err(|error| error.to_string()), Ok(()), "{}", file.display());
-                scenes += 1;
-            }
-            Err(error) => {
-                assert!(!error.to_string().contains('\n'), "{}: {error}", file.display());
-                errors += 1;
-            }
-        }
-        assert!(start.elapsed() < MOST, "{}: {:?}", file.display(), start.elapsed());
-    }
-    assert!(scenes > 50 && errors > 50, "{scenes} scenes and {errors} errors in {}", corpus.display());
 }
 
 /// All files of a folder and of those in it, in order.

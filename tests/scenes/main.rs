@@ -3,6 +3,9 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+// A journal is one of a report.
+#[cfg(feature = "report")]
+mod corpora;
 mod gltf;
 mod harbour;
 mod leave_out;

@@ -1,10 +1,10 @@
-//! The glTF reader without libFuzzer: files of some folders, changed at random, for so many seconds. What breaks a promise stays in a file.
+//! A reader without libFuzzer: files of some folders, changed at random, for so many seconds. What breaks a promise stays in a file.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use afterlight_fuzz::read_gltf;
+use afterlight_fuzz::TARGETS;
 use fastrand::Rng;
 
 /// Larger files take longer to read than their bytes are worth.
@@ -14,8 +14,9 @@ const LONGEST: Duration = Duration::from_secs(10);
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [seconds, seed, failed, folders @ ..] = arguments.as_slice() else {
-        eprintln!("usage: gltf_loop SECONDS SEED FAILED_FILE FOLDER...");
+    let [name, seconds, seed, failed, folders @ ..] = arguments.as_slice() else {
+        let names: Vec<_> = TARGETS.iter().map(|target| target.name).collect();
+        eprintln!("usage: without_libfuzzer READER SECONDS SEED FAILED_FILE FOLDER...\nreaders: {}", names.join(", "));
         std::process::exit(2);
     };
     let (seconds, seed): (u64, u64) = (seconds.parse().expect("seconds"), seed.parse().expect("a seed"));
@@ -33,7 +34,7 @@ fn main() {
         // Written before it is read: what aborts the program leaves it behind.
         fs::write(failed, &bytes).expect("written");
         let begin = Instant::now();
-        read_gltf(&bytes);
+        afterlight_fuzz::read(name, &bytes);
         slowest = slowest.max(begin.elapsed());
         assert!(begin.elapsed() < LONGEST, "took {:?}", begin.elapsed());
         count += 1;
@@ -47,9 +48,7 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
         let path = entry.path();
         if path.is_dir() {
             collect(&path, files);
-        } else if path.extension().is_none_or(|own| own == "gltf" || own == "glb")
-            && entry.metadata().is_ok_and(|own| own.len() <= LARGEST)
-        {
+        } else if entry.metadata().is_ok_and(|own| own.len() <= LARGEST) {
             files.push(path);
         }
     }
@@ -91,7 +90,7 @@ fn change(bytes: &mut Vec<u8>, corpus: &[Vec<u8>], random: &mut Rng) {
             let end = (from + random.usize(..256)).min(other.len());
             bytes.splice(at..at, other[from..end].iter().copied());
         }
-        // A number of the JSON for another. In a binary file as long, so that its chunks stay where they are.
+        // A number of the text for another. In a binary glTF as long, so that its chunks stay where they are.
         _ => {
             let Some(first) = (at..bytes.len()).find(|&place| bytes[place].is_ascii_digit()) else { return };
             let end = (first..bytes.len()).find(|&place| !bytes[place].is_ascii_digit()).unwrap_or(bytes.len());

@@ -1,0 +1,5 @@
+//! Textures of every format, by libFuzzer.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| afterlight_fuzz::read("image", bytes));

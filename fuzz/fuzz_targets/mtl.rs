@@ -1,0 +1,5 @@
+//! The MTL reader, by libFuzzer.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| afterlight_fuzz::read("mtl", bytes));

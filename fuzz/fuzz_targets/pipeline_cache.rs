@@ -1,0 +1,5 @@
+//! A pipeline cache's file, by libFuzzer.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| afterlight_fuzz::read("pipeline_cache", bytes));

@@ -1,0 +1,5 @@
+//! Scene files, by libFuzzer.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| afterlight_fuzz::read("scene", bytes));

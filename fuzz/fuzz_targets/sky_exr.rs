@@ -1,0 +1,5 @@
+//! Skies in OpenEXR, by libFuzzer.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| afterlight_fuzz::read("sky_exr", bytes));

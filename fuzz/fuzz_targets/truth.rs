@@ -1,0 +1,5 @@
+//! The reference's cache, by libFuzzer.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| afterlight_fuzz::read("truth", bytes));

@@ -1,0 +1,115 @@
+//! What the program writes itself, and reads again.
+
+use std::fs;
+use std::path::PathBuf;
+use std::sync::LazyLock;
+
+use afterlight::gpu::{DriverHeader, decode_pipeline_cache};
+use afterlight::reference::{Cache, Cached, Mode, Options, Reference, Smith, Truth, View};
+use afterlight::report::sweep::journal::Contents;
+use afterlight::report::sweep::merge::{Part, join};
+use afterlight::report::sweep::model::Shard;
+use afterlight::report::sweep::{assemble, table};
+use afterlight::report::{advice, page};
+use afterlight::scene::{Scene, open};
+use tempfile::TempDir;
+
+use super::is_one_line;
+
+static FOLDER: LazyLock<TempDir> = LazyLock::new(|| tempfile::tempdir().expect("a temporary folder"));
+
+/// A report's journal, and the report that is joined from it and another part, which has measured the same.
+pub fn journal(bytes: &[u8]) {
+    let file = FOLDER.path().join("journal");
+    fs::write(&file, bytes).expect("written");
+    let contents = match Contents::read(&file) {
+        Ok(Some(contents)) => contents,
+        Ok(None) => return,
+        Err(error) => return is_one_line(&error),
+    };
+    // A journal's own report, and that of the parts.
+    let mut parts = Vec::new();
+    for index in 1..=2 {
+        let mut part = Part { folder: format!("part-{index}"), contents: contents.clone() };
+        part.contents.header.shard = Some(Shard { index, count: 2 });
+        parts.push(part);
+    }
+    let mut reports = vec![assemble::report(&contents.header, &contents.scenes, contents.header.shard)];
+    match join(&parts) {
+        Ok((header, scenes)) => reports.push(assemble::report(&header, &scenes, None)),
+        Err(error) => is_one_line(&error),
+    }
+    for report in &reports {
+        page::html(report, &|_| None);
+        table::csv(report).expect("a table");
+        for scene in &report.scenes {
+            for front in &scene.fronts {
+                advice::of(scene, front);
+                assemble::default_on_front(scene, front.metric, front.truth);
+            }
+        }
+    }
+}
+
+/// A pipeline cache's file: what comes out of it is what the driver is given.
+pub fn pipeline_cache(bytes: &[u8]) {
+    let header = DriverHeader { vendor: 0x1_0005, device: 0, uuid: *b"0123456789abcdef" };
+    // As it is, and with a header of the program's own around it, as chance finds no checksum.
+    for file in [bytes.to_vec(), afterlight::gpu::encode_pipeline_cache(bytes)] {
+        if let Some(data) = decode_pipeline_cache(file).filter(|data| header.begins(data)) {
+            assert!(data.len() >= 32 && data[16..32] == header.uuid, "a foreign header");
+        }
+    }
+}
+
+/// A scene whose truth is cached, that truth, and the file that holds it.
+struct Known {
+    scene: Scene,
+    truth: Truth,
+    file: PathBuf,
+    whole: Vec<u8>,
+}
+
+const SAMPLES: u32 = 2;
+
+static KNOWN: LazyLock<Known> = LazyLock::new(|| {
+    let scene = open("builtin:triangle", &Default::default()).expect("a built-in scene");
+    let truth = render(&scene).truth;
+    let file = fs::read_dir(FOLDER.path().join("truths"))
+        .expect("a cache")
+        .map(|entry| entry.expect("an entry").path())
+        .find(|path| path.extension().is_some_and(|extension| extension == "bin"))
+        .expect("the truth's file");
+    let whole = fs::read(&file).expect("readable");
+    Known { scene, truth, file, whole }
+});
+
+fn render(scene: &Scene) -> Cached {
+    let options = Options { mode: Mode::Converged { samples: SAMPLES }, smith: Smith::default() };
+    let reference = Reference::new(scene).expect("a scene");
+    let view = View { camera: scene.camera, size: [3, 2] };
+    Cache::at(FOLDER.path().join("truths")).render(&reference, &view, &options, &|_, _| {})
+}
+
+/// Bytes of a header before the samples: a mark, and two hashes.
+const HASHED: usize = 40;
+const HEADER: usize = 72;
+
+/// A file of the reference's cache: damaged, and whole around damaged samples.
+pub fn truth(bytes: &[u8]) {
+    let known = &*KNOWN;
+    let put = |bytes: &[u8]| fs::write(&known.file, bytes).expect("written");
+    put(bytes);
+    let damaged = render(&known.scene);
+    assert_eq!(damaged.truth, known.truth, "a wrong picture");
+    damaged.warnings.iter().for_each(is_one_line);
+    assert_eq!(damaged.warnings.is_empty(), bytes == known.whole);
+    // Chance finds no hash. With one, samples are believed, if they are as many as the picture has.
+    let sealed = [&known.whole[..HASHED], blake3::hash(bytes).as_bytes(), bytes].concat();
+    put(&sealed);
+    let believed = render(&known.scene);
+    assert_eq!(believed.truth.radiance.len(), known.truth.radiance.len());
+    if bytes.len() != known.whole.len() - HEADER {
+        assert_eq!(believed.truth, known.truth, "a wrong picture of too few samples, or too many");
+    }
+}
