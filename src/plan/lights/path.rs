@@ -7,7 +7,7 @@ use crate::plan::{Capabilities, Error};
 use crate::plan::{ao, reflections};
 use crate::scene::{GbufferChoice, HdrFormat, LightPath, Object, Output, Scene, Settings, View};
 
-/// `auto` takes `loop` up to this many local lights: neither lists nor compute save what they cost.
+/// `auto` takes `loop` up to this many local lights where compute is out: lists do not save what they cost.
 const FEW_LIGHTS: usize = 4;
 
 /// Invocations of a work group of TILED (`shaders/tiled.wgsl`).
@@ -39,11 +39,10 @@ pub(in crate::plan) fn choose(
         let path = if settings.depth_prepass == Some(true) { LightPath::Forward } else { LightPath::ForwardNaive };
         return Ok((path, why));
     }
-    let local = planned.iter().filter(|&&index| !scene.lights[index].kind.is_directional()).count();
     let out = compute_is_out(scene, settings, device);
-    if local > FEW_LIGHTS && out.is_none() {
-        // Even if all of them reach everywhere.
-        return Ok((LightPath::Compute, format!("{local} local lights: a GPU computes faster than it shades")));
+    if !planned.is_empty() && out.is_none() {
+        // Even if there is one, or all of them reach everywhere.
+        return Ok((LightPath::Compute, "a GPU computes faster than it shades".into()));
     }
     if !lights.bounded {
         return Ok((LightPath::Loop, "no light has a limited reach, so that there is nothing to leave out".into()));
@@ -155,8 +154,10 @@ mod tests {
         let (gpu, defaults) = (samples::device(), Settings::default());
         let software = Capabilities { software: true, ..gpu };
         let tiler = Capabilities { lazily_allocated: true, ..gpu };
-        assert_eq!(chosen(&lamps(FEW_LIGHTS), &defaults, &gpu).0, LightPath::Loop);
-        assert_eq!(chosen(&lamps(FEW_LIGHTS + 1), &defaults, &gpu).0, LightPath::Compute);
+        for count in [1, FEW_LIGHTS, FEW_LIGHTS + 1] {
+            assert_eq!(chosen(&lamps(count), &defaults, &gpu).0, LightPath::Compute);
+        }
+        assert_eq!(chosen(&lamps(FEW_LIGHTS), &defaults, &software).0, LightPath::Loop);
         for (settings, device) in
             [(&defaults, &software), (&defaults, &tiler), (&Settings { fxaa: true, ..defaults.clone() }, &gpu)]
         {
@@ -201,19 +202,19 @@ mod tests {
             let prepass = Settings { depth_prepass: Some(true), ..Settings::default() };
             assert_eq!(chosen(&scene, &prepass).0, LightPath::Forward);
         }
-        for (scene, settings) in [
-            (one(lambert(), vec![samples::sky(); 2]), defaults.clone()),
-            (one(lambert(), vec![samples::sun()]), defaults.clone()),
-            (one(lambert(), vec![samples::spot(Falloff::InverseSquare)]), defaults.clone()),
-            (one(samples::textured(Brdf::Lambert), vec![samples::sky()]), defaults.clone()),
-            (one(samples::glass(), vec![samples::sky()]), defaults.clone()),
-            (one(lambert(), vec![samples::sky()]), Settings { msaa: 4, ..Settings::default() }),
-            (
-                one(lambert(), vec![samples::sky()]),
-                Settings { gbuffer: samples::gbuffers()[1].1, ..Settings::default() },
-            ),
+        let other_gbuffer = Settings { gbuffer: samples::gbuffers()[1].1, ..Settings::default() };
+        let msaa = Settings { msaa: 4, ..Settings::default() };
+        for (scene, settings, path) in [
+            (one(lambert(), vec![samples::sky(); 2]), &defaults, LightPath::Compute),
+            (one(lambert(), vec![samples::sun()]), &defaults, LightPath::Compute),
+            (one(lambert(), vec![samples::spot(Falloff::InverseSquare)]), &defaults, LightPath::Compute),
+            (one(samples::textured(Brdf::Lambert), vec![samples::sky()]), &defaults, LightPath::Compute),
+            (one(samples::textured(Brdf::Lambert), vec![]), &defaults, LightPath::Loop),
+            (one(samples::glass(), vec![samples::sky()]), &defaults, LightPath::Loop),
+            (one(lambert(), vec![samples::sky()]), &msaa, LightPath::Loop),
+            (one(lambert(), vec![samples::sky()]), &other_gbuffer, LightPath::Compute),
         ] {
-            assert_eq!(chosen(&scene, &settings).0, LightPath::Loop);
+            assert_eq!(chosen(&scene, settings).0, path);
         }
         // A sun whose shadows are switched off is as plain as one without.
         let mut settings = defaults;
