@@ -8,10 +8,12 @@ use super::evidence::Evidence;
 use super::examine::{Drawing, Place, Stop};
 use super::verdict::{CaseReport, Check};
 
-/// The edges of the sizes, in pixels, one after the other: from one pixel to some that share no factor.
-const EDGES: [u32; 11] = [64, 1, 97, 33, 256, 2, 129, 64, 17, 200, 8];
+/// Sizes are the same in each run, so that a failure comes again.
+const SEED: u64 = 7;
+/// The longest edge, in pixels.
+const LONGEST: u32 = 256;
 
-/// Draws into `count` sizes. Skipped where the instance or the device has no surface without a display.
+/// Draws into `count` sizes at random. Skipped where the instance or the device has no surface without a display.
 pub fn storm(
     count: u32,
     place: &Place,
@@ -56,8 +58,10 @@ fn draw(
     drawing: &Drawing,
 ) -> Result<Option<String>, Stop> {
     let mut presenter = Presenter::new(device, surface, &drawing.scene, &drawing.settings, Vsync::Off)?;
-    for index in 0..count as usize {
-        let size = [EDGES[index % EDGES.len()], EDGES[(index / EDGES.len() + 2 * index) % EDGES.len()]];
+    let mut random = fastrand::Rng::with_seed(SEED);
+    for _ in 0..count {
+        // One pixel is the edge that most is wrong with.
+        let size = [(); 2].map(|()| if random.u32(..8) == 0 { 1 } else { random.u32(1..=LONGEST) });
         let settings = Settings { size, ..drawing.settings.clone() };
         presenter.fit(&drawing.scene, &settings, size)?;
         if let Some(refused) = presenter.refusal() {
