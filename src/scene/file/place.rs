@@ -47,7 +47,9 @@ pub(super) fn rotation(node: &Node) -> Result<DQuat, Error> {
             if rotation.length() < 1e-12 {
                 return Err(quaternion.wrong("must not be zero"));
             }
-            Ok(rotation.normalize())
+            // One that has been written already is read as it was, to the last bit.
+            let is_unit = (rotation.length_squared() - 1.0).abs() < 1e-14;
+            Ok(if is_unit { rotation } else { rotation.normalize() })
         }
         (None, Some(axis), Some(degrees)) => {
             Ok(DQuat::from_axis_angle(axis.direction()?, degrees.number(COORDINATE)?.to_radians()))

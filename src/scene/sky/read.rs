@@ -31,7 +31,7 @@ struct Read {
 /// [`Error::Read`] for a file of another kind, one that cannot be decoded, or one that is not twice as wide as high.
 pub fn read_panorama(path: &Path, warnings: &mut Vec<String>) -> Result<SkyImage, Error> {
     let wrong = |[width, height]: [u32; 2]| {
-        (width != 2 * height || width > MOST_WIDTH).then(|| {
+        (width != height.saturating_mul(2) || width > MOST_WIDTH || width == 0).then(|| {
             format!(
                 "it is {width}x{height}: an equirectangular picture of a sky is twice as wide as high, and at most {MOST_WIDTH}x{} here",
                 MOST_WIDTH / 2

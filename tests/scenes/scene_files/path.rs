@@ -74,13 +74,6 @@ proptest! {
         }
         let path = read(&text).unwrap();
         let again = read(&path.to_toml()).unwrap();
-        for (own, other) in path.keys().iter().zip(again.keys()) {
-            let turned = own.camera.rotation.dot(other.camera.rotation).abs();
-            // A quaternion is brought to length 1 when it is read.
-            prop_assert!((turned - 1.0).abs() < 1e-15, "{turned}");
-            let camera = Camera { rotation: own.camera.rotation, ..other.camera };
-            prop_assert_eq!((own.time, own.camera), (other.time, camera));
-        }
-        prop_assert_eq!(path.keys().len(), again.keys().len());
+        prop_assert_eq!(path, again);
     }
 }

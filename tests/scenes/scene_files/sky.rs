@@ -95,11 +95,14 @@ fn pictures_that_are_no_sky_are_refused_by_name() {
     picture(&folder, "wide.hdr", [16384, 8192 / 4096], |_, _| [1.0; 3]);
     std::fs::write(folder.path().join("broken.exr"), b"v/1\x01 and nothing more").unwrap();
     std::fs::write(folder.path().join("broken.hdr"), b"#?RADIANCE\n\n-Y 4 +X 8\n").unwrap();
+    // Twice the height is 4, in 32 bits.
+    std::fs::write(folder.path().join("high.hdr"), b"#?RADIANCE\n\n-Y 2147483650 +X 4\n").unwrap();
     std::fs::write(folder.path().join("sky.png"), b"").unwrap();
     for (text, words) in [
         ("[sky]\nfile = 'one.exr'", "it is 1x1: an equirectangular picture of a sky is twice as wide as high"),
         ("[sky]\nfile = 'square.exr'", "it is 4x4"),
         ("[sky]\nfile = 'wide.hdr'", "it is 16384x2"),
+        ("[sky]\nfile = 'high.hdr'", "it is 4x2147483650"),
         ("[sky]\nfile = 'broken.exr'", "broken.exr"),
         ("[sky]\nfile = 'broken.hdr'", "broken.hdr"),
         ("[sky]\nfile = 'sky.png'", "Radiance HDR (.hdr) and OpenEXR (.exr)"),
