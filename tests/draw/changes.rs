@@ -179,7 +179,7 @@ fn an_object_is_mirrored_and_a_dark_light_shines_without_a_new_renderer() {
     });
 }
 
-/// Those that are looked up for each frame, and those that need another plan.
+/// Settings that are read each frame, and settings that need another plan.
 #[test]
 fn a_renderer_takes_other_settings_and_the_first_ones_again() {
     on_gpu(|gpu| {

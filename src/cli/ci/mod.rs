@@ -420,7 +420,7 @@ fn remove_own(folder: &Path) -> Result<(), Failure> {
             format!("{} is there, and no earlier run has made it: choose another folder for -o", folder.display());
         return Err(Failure::new(Exit::BadInput, why));
     }
-    // That file last: a run that is killed meanwhile leaves a folder that the next one knows.
+    // Removes the mark last, so that the next run recognises a half-removed folder.
     for entry in entries.iter().filter(|entry| entry.file_name() != OWN) {
         let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
         let path = entry.path();

@@ -60,7 +60,7 @@ fn draw(
     let mut presenter = Presenter::new(device, surface, &drawing.scene, &drawing.settings, Vsync::Off)?;
     let mut random = fastrand::Rng::with_seed(SEED);
     for _ in 0..count {
-        // One pixel is the edge that most is wrong with.
+        // One-pixel edges find the most faults.
         let size = [(); 2].map(|()| if random.u32(..8) == 0 { 1 } else { random.u32(1..=LONGEST) });
         let settings = Settings { size, ..drawing.settings.clone() };
         presenter.fit(&drawing.scene, &settings, size)?;

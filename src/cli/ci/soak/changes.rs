@@ -10,7 +10,7 @@ use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 use super::super::examine::{Drawing, Stop};
 
-/// Settings that are others than at home, at most.
+/// Most settings changed at once.
 const MOST_SETTINGS: u32 = 3;
 /// Edges of pictures, at most.
 const MOST_EDGE: u32 = 128;
@@ -49,13 +49,13 @@ impl<'a> Changes<'a> {
         Ok(renderer.change_settings(&self.scene, &self.settings)?)
     }
 
-    /// The same, as frames take too long.
+    /// Goes home and counts the scene as too slow.
     pub fn leave(&mut self, renderer: &mut Renderer) -> Result<(), Stop> {
         self.slow += 1;
         self.go_home(renderer)
     }
 
-    /// Changes something. What the plan refuses is taken back, with all that has changed since home.
+    /// Changes something. If the plan refuses it, everything goes home.
     pub fn change(&mut self, renderer: &mut Renderer, random: &mut Rng) -> Result<(), Stop> {
         self.made += 1;
         let changed = match random.u32(0..16) {
@@ -106,7 +106,7 @@ impl<'a> Changes<'a> {
         Ok(())
     }
 
-    /// Adds or removes a light or an object. Clips know those of a scene that moves by their indices, which stay.
+    /// Adds or removes a light or an object. Clips address objects and lights by index, so the original ones are never removed.
     fn arrangement(&mut self, renderer: &mut Renderer, random: &mut Rng) -> Result<(), frame::Error> {
         let place = self.place(random);
         let first = |count: usize| if self.home.scene.moves() { count } else { 0 };
@@ -154,7 +154,7 @@ impl<'a> Changes<'a> {
         renderer.set_light(&mut self.scene, index, &light)
     }
 
-    /// Moves and turns an object, or hides it far away.
+    /// Moves and turns an object, or moves it so far away that it is out of sight.
     fn object(&mut self, renderer: &mut Renderer, random: &mut Rng) -> Result<(), frame::Error> {
         if self.scene.objects.is_empty() {
             return Ok(());

@@ -1,4 +1,4 @@
-//! What a soak measures, and when it grows: the median of a quarter of the samples near the begin is compared with that of the last quarter, so that
+//! What a soak measures, and when it grows: the median of a quarter of the samples near the start is compared with that of the last quarter, so that
 //! single samples say nothing.
 
 use std::fmt::Write as _;

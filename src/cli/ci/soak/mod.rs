@@ -1,5 +1,5 @@
 //! A soak: one renderer draws for long while settings, lights, objects and the camera change at random, and comes home now and then, to the case's own
-//! scene and settings. What it takes is compared there, where nothing but its past differs. The run has several laps of the same changes: heaps are as
+//! scene and settings. Memory, handles and time are compared there, where nothing but its past differs. The run has several laps of the same changes: heaps are as
 //! large as their greatest load, and drivers keep what they have compiled, so that the first lap grows as long as it meets something new, and the others
 //! meet nothing new.
 
@@ -98,7 +98,7 @@ fn sample(frame: u32, drawing: &Drawing, device: &Device, renderer: &mut Rendere
         renderer.wait()?;
         fastest = fastest.min(begun.elapsed().as_secs_f64() * 1e6);
     }
-    // Pipelines that are kept for whoever asks next are given up as well, and what is retired is destroyed.
+    // Idling also drops cached pipelines and destroys retired objects.
     device.wait_idle()?;
     let memory = device.memory_report();
     Ok(Sample {
