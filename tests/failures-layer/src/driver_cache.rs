@@ -1,5 +1,5 @@
 //! A driver that keeps data in its pipeline cache, and does not survive damage there. Software drivers keep nothing: with `cache:N` the layer
-//! adds N bytes to what the driver has, takes them off when they are given back, and aborts the process if they are not the same.
+//! adds N bytes, at most 64 MiB, to what the driver has, takes them off when they are given back, and aborts the process if they are not the same.
 
 use std::ffi::{CStr, c_void};
 use std::slice;
@@ -11,11 +11,14 @@ use crate::loader::typed;
 use crate::steering::say;
 use crate::table;
 
+/// The most bytes added: sizes are summed in functions that the loader calls, where an overflow would abort.
+const MOST: usize = 64 << 20;
+
 static ADDED: AtomicUsize = AtomicUsize::new(0);
 
-/// From now on a cache has so many bytes more.
+/// From now on a cache has so many bytes more, at most [`MOST`].
 pub fn add(bytes: usize) {
-    ADDED.store(bytes, Ordering::SeqCst);
+    ADDED.store(bytes.min(MOST), Ordering::SeqCst);
 }
 
 /// The bytes that are added.
