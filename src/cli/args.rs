@@ -5,8 +5,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use afterlight::gpu::{DeviceChoice, Validation};
-#[cfg(feature = "report")]
-use afterlight::report::sweep::model::Shard;
+use afterlight::measure::Shard;
 use afterlight::scene::{Camera, SETTINGS, Setting, SettingsPatch, SkyChoice, Up, ValueKind, View, unknown};
 use clap::{Arg, ArgAction, ArgGroup, ArgMatches, Args, Command, FromArgMatches, value_parser};
 
@@ -123,7 +122,6 @@ fn scale(text: &str) -> Result<f64, String> {
 }
 
 /// A part of some work that is divided among machines.
-#[cfg(feature = "report")]
 pub fn shard(text: &str) -> Result<Shard, String> {
     let number = |text: &str| text.parse::<u32>().ok();
     let parsed = text.split_once('/').and_then(|(index, count)| Some((number(index)?, number(count)?)));

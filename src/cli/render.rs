@@ -11,11 +11,11 @@ use std::time::Instant;
 
 use afterlight::frame::{self, Complexity, Picture, Pixels, Renderer, edges, list, plan_for};
 use afterlight::gpu::Device;
-use afterlight::measure::peak_memory_bytes;
+use afterlight::measure::{Shard, peak_memory_bytes};
 use afterlight::plan::{self, FramePlan};
 use afterlight::scene::{Output, Pose, Scene, Settings, SettingsPatch, View, metered_ev100};
 
-use super::args::{DeviceArgs, SettingsArgs, ViewChoice, fps, samples, seconds, view};
+use super::args::{DeviceArgs, SettingsArgs, ViewChoice, fps, samples, seconds, shard, view};
 use super::contact_sheet::{self, Tile};
 use super::failure::Failure;
 use super::image_output::{Format, Target};
@@ -63,6 +63,9 @@ pub struct Args {
     /// Draw clips for so many seconds, --fps pictures to a second, numbered as with --path
     #[arg(long, value_name = "SECONDS", value_parser = seconds, conflicts_with = "frames", allow_hyphen_values = true)]
     duration: Option<f64>,
+    /// Draw every N-th picture of a sequence, from the I-th on, so that N processes or machines draw all of them
+    #[arg(long, value_name = "I/N", value_parser = shard)]
+    shard: Option<Shard>,
     /// Jittered frames that are averaged into the picture, 1 to 4096 [default: 8, or 1 with --view, --msaa and what works on the
     /// finished picture: --fxaa, --vignette, --grain]
     #[arg(long, value_name = "N", value_parser = samples, allow_hyphen_values = true)]
@@ -126,6 +129,9 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
     }
     if args.view == Some(ViewChoice::All) && args.is_sequence() {
         return Err(Failure::usage("--view all draws each view once: --path, --fps and --duration do not apply to it"));
+    }
+    if args.shard.is_some() && !args.is_sequence() {
+        return Err(Failure::usage("--shard deals the pictures of a sequence: it needs --path, --fps or --duration"));
     }
     if args.view == Some(ViewChoice::All) && args.drop.is_some() {
         return Err(Failure::usage("--drop leaves a dependency out of one view: it does not go with --view all"));

@@ -9,6 +9,7 @@ mod flip;
 mod front;
 mod images;
 mod process;
+mod shard;
 mod statistics;
 
 pub use bootstrap::{GroupedMedian, LEAST_FOR_95, MedianInterval, median_interval};
@@ -19,6 +20,7 @@ pub use flip::{FlipMap, PIXELS_PER_DEGREE, flip};
 pub use front::{front, front_probability};
 pub use images::{LinearImage, Mismatch, Srgb8Image};
 pub use process::{cpu_seconds, open_files, peak_memory_bytes, resident_memory_bytes, threads};
+pub use shard::Shard;
 pub use statistics::{Distribution, percentile};
 
 /// What moves in the frames that a time is of, in words for people.

@@ -218,6 +218,38 @@ fn pictures_are_png_exr_or_a_stream_and_the_same_in_each() {
 }
 
 #[test]
+fn shards_of_a_sequence_are_the_whole_of_it() {
+    let folder = folder();
+    let draw = |output: &str, more: &[&str]| {
+        let sequence =
+            ["render", "builtin:seaweed", "--size", "24x14", "--duration", "0.3", "--fps", "10", "-q", "-o", output];
+        succeed(folder.path(), &[&sequence[..], more].concat());
+    };
+    for taa in ["off", "on"] {
+        let whole = ["--taa", taa, "--samples", "1"];
+        draw("whole.png", &whole);
+        draw("part.png", &[&whole[..], &["--shard", "1/2"]].concat());
+        let parts = ["part-0000.png", "part-0002.png"].map(|name| folder.path().join(name));
+        assert!(parts.iter().all(|part| part.is_file()) && !folder.path().join("part-0001.png").exists());
+        draw("part.png", &[&whole[..], &["--shard", "2/2"]].concat());
+        for index in 0..3 {
+            let [whole, part] = ["whole", "part"].map(|name| folder.path().join(format!("{name}-000{index}.png")));
+            assert_eq!(pixels(&whole), pixels(&part), "{index}, TAA {taa}");
+            fs::remove_file(part).expect("there");
+        }
+    }
+    let sequence = ["render", "builtin:triangle", "--duration", "1", "--fps", "2", "--size", "8x8", "--shard"];
+    fail(folder.path(), &[&sequence[..], &["1/2", "-o", "-"]].concat(), 2, &["in their order"]);
+    fail(folder.path(), &[&sequence[..], &["3/3"]].concat(), 2, &["none is left for this shard"]);
+    fail(
+        folder.path(),
+        &["render", "builtin:triangle", "--shard", "1/2"],
+        2,
+        &["it needs --path, --fps or --duration"],
+    );
+}
+
+#[test]
 fn the_sheet_of_all_views_holds_each_also_where_one_cannot_be_drawn() {
     let folder = folder();
     for scene in ["builtin:field?objects=20&lights=4", "builtin:hall?detail=8"] {

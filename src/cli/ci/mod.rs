@@ -188,7 +188,7 @@ fn chosen<'a>(args: &Args, suite: &'a Suite) -> Result<Vec<&'a Case>, Failure> {
         let only = args.only.as_ref().map_or("", Regex::as_str);
         return Err(Failure::new(Exit::BadInput, format!("--only {only}: no case of {} matches", suite.name)));
     }
-    let is_own = |index: usize| args.shard.is_none_or(|Shard { index: own, count }| index as u32 % count == own - 1);
+    let is_own = |index: usize| args.shard.is_none_or(|shard| shard.owns(index));
     Ok(named.into_iter().enumerate().filter(|(index, _)| is_own(*index)).map(|(_, case)| case).collect())
 }
 

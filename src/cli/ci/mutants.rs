@@ -94,7 +94,7 @@ fn judge<'a>(
 ) -> Result<Vec<Judged<'a>>, Failure> {
     let named = mutants(cases, plans).into_iter().map(|mutant| (mutant.name(), mutant));
     let named = named.filter(|(name, _)| choice.only.is_none_or(|only| only.is_match(name)));
-    let is_own = |index: usize| choice.shard.is_none_or(|Shard { index: own, count }| index as u32 % count == own - 1);
+    let is_own = |index: usize| choice.shard.is_none_or(|shard| shard.owns(index));
     let chosen: Vec<_> = named.enumerate().filter(|(index, _)| is_own(*index)).map(|(_, named)| named).collect();
     if chosen.is_empty() {
         return Err(Failure::new(Exit::BadInput, "no mutant has such a name; `afterlight ci --mutants` names all"));

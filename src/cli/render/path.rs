@@ -87,8 +87,17 @@ pub fn draw(args: &Args, mut workload: Workload, device: &Arc<Device>, is_verbos
         // Metered once: it does not follow lights that move.
         settings.exposure = Some(metered_ev100(&workload.scene));
     }
+    if args.shard.is_some() && args.output.sink.is_stdout() {
+        let why = "standard output has the pictures in their order, and those of a shard have others between them";
+        return Err(Failure::usage(why).with_hint("name a file with -o"));
+    }
+    let own: Vec<u32> = (0..count).filter(|&index| args.shard.is_none_or(|shard| shard.owns(index as usize))).collect();
+    let (Some(&first), Some(&last)) = (own.first(), own.last()) else {
+        let why = format!("there are {count} pictures, and none is left for this shard");
+        return Err(Failure::usage(why).with_hint("deal them to fewer shards"));
+    };
     let target = |index| args.output.numbered(index, count);
-    target(0).sink.check()?;
+    target(first).sink.check()?;
     workload.scene.check()?;
 
     let start = Instant::now();
@@ -97,9 +106,9 @@ pub fn draw(args: &Args, mut workload: Workload, device: &Arc<Device>, is_verbos
     workload.warn(renderer.plan())?;
     let mut pose = Pose::default();
     let set_up_ms = milliseconds_since(start);
-    let bar = progress::bar("drawing".into(), u64::from(count), args.quiet);
+    let bar = progress::bar("drawing".into(), own.len() as u64, args.quiet);
     let mut drawing = Vec::new();
-    for index in 0..count {
+    for &index in &own {
         let start = Instant::now();
         let seconds = moments.seconds(index);
         let show = |renderer: &mut Renderer, since| {
@@ -118,14 +127,14 @@ pub fn draw(args: &Args, mut workload: Workload, device: &Arc<Device>, is_verbos
     times.row(["load".to_owned(), milliseconds(workload.load_ms)]);
     times.row(["set-up".to_owned(), milliseconds(set_up_ms)]);
     if let Some(all) = Distribution::of(drawing.iter().copied()) {
-        let what = format!("median of {count} pictures of {}", super::frames_in_words(renderer.plan()));
+        let what = format!("median of {} pictures of {}", own.len(), super::frames_in_words(renderer.plan()));
         times.row([what, milliseconds(all.median)]);
-        let slowest = drawing.iter().position(|&ms| ms == all.max).unwrap_or_default() as f64 / moments.fps;
+        let slowest = moments.seconds(own[drawing.iter().position(|&ms| ms == all.max).unwrap_or_default()]);
         times.row([format!("slowest, at {slowest:.2} s"), milliseconds(all.max)]);
     }
     let output = match args.output.sink.is_stdout() {
         true => args.output.sink.to_string(),
-        false => format!("{} to {}", target(0).sink, target(count - 1).sink),
+        false => format!("{} to {}", target(first).sink, target(last).sink),
     };
     let mut text = heading(workload, settings, device, &output);
     text.push_str(&costs(workload, renderer.plan(), &times, device, is_verbose));

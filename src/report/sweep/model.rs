@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-pub use crate::measure::MedianInterval as Interval;
+pub use crate::measure::{MedianInterval as Interval, Shard};
 
 /// Of the JSON's layout: a merge refuses parts of another one.
 pub const LAYOUT: u32 = 4;
@@ -34,21 +34,6 @@ pub struct Machine {
     pub threads: usize,
     /// Threads that a software driver draws with.
     pub driver_threads: Option<usize>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Shard {
-    /// From 1 to `count`.
-    pub index: u32,
-    pub count: u32,
-}
-
-impl Shard {
-    /// Whether it measures the point with this index of the sweep: every `count`-th from its own, and always the first, beside which all
-    /// others are timed.
-    pub fn has(&self, point: usize) -> bool {
-        point == 0 || point % self.count as usize == self.index as usize - 1
-    }
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -194,9 +194,10 @@ impl Sweep {
         (!names.is_empty()).then(|| format!("--quick left out {} values: {}", names.len(), names.join(", ")))
     }
 
-    /// The points that are measured: those of the shard, or all.
+    /// The points that are measured: those of the shard, or all. Always the first, beside which all others are timed.
     pub fn own(&self, shard: Option<Shard>) -> Vec<usize> {
-        (0..self.points.len()).filter(|&index| shard.is_none_or(|shard| shard.has(index))).collect()
+        let is_own = |index: usize| index == 0 || shard.is_none_or(|shard| shard.owns(index));
+        (0..self.points.len()).filter(|&index| is_own(index)).collect()
     }
 }
 

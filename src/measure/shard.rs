@@ -1,0 +1,19 @@
+//! Work that is dealt to several processes or machines.
+
+use serde::{Deserialize, Serialize};
+
+/// One of `count` equal parts of some work.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Shard {
+    /// From 1 to `count`.
+    pub index: u32,
+    /// How many parts there are, 1 or more.
+    pub count: u32,
+}
+
+impl Shard {
+    /// Whether a piece of the work belongs to it: every `count`-th from its own. Neighbours, which cost about the same, go to different parts.
+    pub fn owns(&self, piece: usize) -> bool {
+        piece % self.count as usize == self.index as usize - 1
+    }
+}
