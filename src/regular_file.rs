@@ -1,4 +1,4 @@
-//! Reads a file whole, within a bound. A FIFO would block the reader, a device has no end, and a sparse file says any length: none of them is read.
+//! Reads a file whole, within a bound. A FIFO would block the reader and a device has no end: neither is read, and nothing beyond the bound.
 
 use std::fs::{self, File, Metadata};
 use std::io::{self, ErrorKind, Read};

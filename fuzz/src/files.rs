@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
-use afterlight::gpu::{DriverHeader, decode_pipeline_cache};
+use afterlight::gpu::{DriverHeader, decode_pipeline_cache, encode_pipeline_cache};
 use afterlight::reference::{Cache, Cached, Mode, Options, Reference, Smith, Truth, View};
 use afterlight::report::sweep::journal::Contents;
 use afterlight::report::sweep::merge::{Part, join};
@@ -12,15 +12,14 @@ use afterlight::report::sweep::model::Shard;
 use afterlight::report::sweep::{assemble, table};
 use afterlight::report::{advice, page};
 use afterlight::scene::{Scene, open};
-use tempfile::TempDir;
 
-use super::is_one_line;
+use super::{folder, is_one_line};
 
-static FOLDER: LazyLock<TempDir> = LazyLock::new(|| tempfile::tempdir().expect("a temporary folder"));
+static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| folder("files"));
 
 /// A report's journal, and the report that is joined from it and another part, which has measured the same.
 pub fn journal(bytes: &[u8]) {
-    let file = FOLDER.path().join("journal");
+    let file = FOLDER.join("journal");
     fs::write(&file, bytes).expect("written");
     let contents = match Contents::read(&file) {
         Ok(Some(contents)) => contents,
@@ -54,11 +53,14 @@ pub fn journal(bytes: &[u8]) {
 /// A pipeline cache's file: what comes out of it is what the driver is given.
 pub fn pipeline_cache(bytes: &[u8]) {
     let header = DriverHeader { vendor: 0x1_0005, device: 0, uuid: *b"0123456789abcdef" };
-    // As it is, and with a header of the program's own around it, as chance finds no checksum.
-    for file in [bytes.to_vec(), afterlight::gpu::encode_pipeline_cache(bytes)] {
-        if let Some(data) = decode_pipeline_cache(file).filter(|data| header.begins(data)) {
-            assert!(data.len() >= 32 && data[16..32] == header.uuid, "a foreign header");
-        }
+    if let Some(data) = decode_pipeline_cache(bytes.to_vec()) {
+        assert_eq!(encode_pipeline_cache(&data), bytes, "a file that this program has not written");
+    }
+    // Chance finds no checksum: the same with a header of the program's own around it.
+    let data = decode_pipeline_cache(encode_pipeline_cache(bytes));
+    assert_eq!(data.as_deref(), Some(bytes));
+    if header.begins(bytes) {
+        assert!(bytes.len() >= 32 && bytes[16..32] == header.uuid, "a foreign header");
     }
 }
 
@@ -75,7 +77,7 @@ const SAMPLES: u32 = 2;
 static KNOWN: LazyLock<Known> = LazyLock::new(|| {
     let scene = open("builtin:triangle", &Default::default()).expect("a built-in scene");
     let truth = render(&scene).truth;
-    let file = fs::read_dir(FOLDER.path().join("truths"))
+    let file = fs::read_dir(FOLDER.join("truths"))
         .expect("a cache")
         .map(|entry| entry.expect("an entry").path())
         .find(|path| path.extension().is_some_and(|extension| extension == "bin"))
@@ -88,7 +90,7 @@ fn render(scene: &Scene) -> Cached {
     let options = Options { mode: Mode::Converged { samples: SAMPLES }, smith: Smith::default() };
     let reference = Reference::new(scene).expect("a scene");
     let view = View { camera: scene.camera, size: [3, 2] };
-    Cache::at(FOLDER.path().join("truths")).render(&reference, &view, &options, &|_, _| {})
+    Cache::at(FOLDER.join("truths")).render(&reference, &view, &options, &|_, _| {})
 }
 
 /// Bytes of a header before the samples: a mark, and two hashes.

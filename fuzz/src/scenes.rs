@@ -8,14 +8,13 @@ use afterlight::plan::{Capabilities, FramePlan};
 use afterlight::scene::file::{parse, parse_path, parse_settings};
 use afterlight::scene::gltf::GltfOptions;
 use afterlight::scene::{Camera, Error, OpenOptions, Scene, SettingsPatch, gltf, open, read_panorama};
-use tempfile::TempDir;
 
 use super::is_one_line;
 
 /// A folder with files that others may name: a model with its material and its texture, a sky, and scenes to build on.
-static FOLDER: LazyLock<TempDir> = LazyLock::new(|| {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let put = |name: &str, bytes: &[u8]| fs::write(folder.path().join(name), bytes).expect("written");
+static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
+    let folder = super::folder("scenes");
+    let put = |name: &str, bytes: &[u8]| fs::write(folder.join(name), bytes).expect("written");
     put("a.obj", b"mtllib a.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n");
     put("a.mtl", b"newmtl m\nKd 1 0.5 0\nmap_Kd a.png\n");
     put("a.png", include_bytes!("../../assets/gallery/perforated.png"));
@@ -30,7 +29,7 @@ static FOLDER: LazyLock<TempDir> = LazyLock::new(|| {
 
 /// A file in that folder.
 fn file(name: &str) -> PathBuf {
-    FOLDER.path().join(name)
+    FOLDER.join(name)
 }
 
 /// Writes a file there and opens it, or another one that names it, as a scene.

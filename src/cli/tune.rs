@@ -198,22 +198,25 @@ fn journal_of(args: &Args, header: &Header, info: &SceneInfo) -> Result<(Journal
     let failed = |error| Failure::new(Exit::BadInput, format!("cannot make a folder for measurements: {error}"));
     let key = blake3::hash(output::json(&(header, info))?.as_bytes()).to_hex();
     let kept = Cache::of_user().map(|cache| cache.folder().join(format!("tune-{}", &key[..16])));
-    // One that cannot be written keeps nobody from measuring.
+    // One that cannot be written, is damaged, or is written by another process keeps nobody from measuring.
     let opened = kept.map(|folder| match fs::create_dir_all(&folder) {
         Ok(()) => Journal::open(&folder, header, args.restart),
         Err(error) => Err(SweepError::File { doing: format!("make {}", folder.display()), error }),
     });
-    if let Some(Err(error @ SweepError::File { .. })) = &opened {
-        if !args.quiet {
+    match opened {
+        Some(Ok(journal)) => {
+            if !journal.is_new && !args.quiet {
+                let measured = journal.scenes.first().map_or(0, |scene| scene.drawn.len());
+                let text =
+                    format!("goes on from an earlier run that drew {measured} points; --restart measures anew\n");
+                output::print(&text, true)?;
+            }
+            return Ok((journal, None));
+        }
+        Some(Err(error)) if !args.quiet => {
             output::print(&format!("warning: {error}: what is measured now is not kept\n"), true)?;
         }
-    } else if let Some(journal) = opened.transpose()? {
-        if !journal.is_new && !args.quiet {
-            let measured = journal.scenes.first().map_or(0, |scene| scene.drawn.len());
-            let text = format!("goes on from an earlier run that drew {measured} points; --restart measures anew\n");
-            output::print(&text, true)?;
-        }
-        return Ok((journal, None));
+        _ => {}
     }
     let folder = tempfile::tempdir().map_err(failed)?;
     Ok((Journal::open(folder.path(), header, true)?, Some(folder)))

@@ -62,7 +62,9 @@ impl PipelineCache {
         let mut on_disk = self.on_disk.lock().unwrap_or_else(PoisonError::into_inner);
         let sum = checksum(&data);
         // A driver that caches elsewhere returns its header only; a file of that would tell nothing.
-        let is_new = data.len() > DRIVER_HEADER_BYTES && *on_disk != Some(sum);
+        // One that is too large would not be read again.
+        let fits = (DRIVER_HEADER_BYTES + 1..=MOST_BYTES as usize - HEADER_BYTES).contains(&data.len());
+        let is_new = fits && *on_disk != Some(sum);
         if is_new && write(file, &data).is_ok() {
             *on_disk = Some(sum);
         }
@@ -115,7 +117,7 @@ pub fn decode(mut bytes: Vec<u8>) -> Option<Vec<u8>> {
 /// What the driver's own header names (Vulkan 1.3, section 10.7.4).
 #[derive(Debug, Clone, Copy)]
 pub struct DriverHeader {
-    /// Of the device's vendor.
+    /// The number of the device's vendor.
     pub vendor: u32,
     /// The vendor's number of the device.
     pub device: u32,

@@ -72,6 +72,9 @@ pub use suggest::{nearest, unknown};
 pub use temperature::{KELVIN, black_body_color};
 pub use texels::{BlockFormat, Texels};
 pub(crate) use texels::{level_size, most_levels};
+// For pictures that the program reads.
+#[doc(hidden)]
+pub use texture::decode;
 pub use texture::{ColorSpace, Filter, Sampler, Texture, Wrap};
 
 use std::path::PathBuf;

@@ -1,6 +1,7 @@
 //! Decoded images.
 
 use std::io::Cursor;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use image::{DynamicImage, ImageError, ImageFormat, ImageReader, Limits, RgbaImage};
@@ -103,6 +104,15 @@ pub(crate) fn read_image(path: &Path, color_space: ColorSpace) -> Result<RgbaIma
     decode_image(&bytes, path, color_space)
 }
 
+/// Decodes an image. Decoders panic at some damaged files (zune-jpeg 0.5.15 where a component is shorter than its rows): that is an error here.
+///
+/// # Errors
+/// As [`ImageReader::decode`].
+pub fn decode(reader: ImageReader<Cursor<impl AsRef<[u8]>>>) -> Result<DynamicImage, ImageError> {
+    let panicked = |_| Err(ImageError::IoError(std::io::Error::other("it makes its decoder fail")));
+    catch_unwind(AssertUnwindSafe(|| reader.decode())).unwrap_or_else(panicked)
+}
+
 /// The same from memory; `path` names it in errors and, for TGA, which has no mark of its own, says the format.
 pub(crate) fn decode_image(bytes: &[u8], path: &Path, color_space: ColorSpace) -> Result<RgbaImage, Error> {
     let wrong = |what: String| Error::Content { path: path.to_owned(), line: None, what };
@@ -116,7 +126,7 @@ pub(crate) fn decode_image(bytes: &[u8], path: &Path, color_space: ColorSpace) -
     limits.max_alloc = Some(MAX_DECODED_BYTES);
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     reader.limits(limits);
-    let image = reader.decode().map_err(|error| match error {
+    let image = decode(reader).map_err(|error| match error {
         ImageError::Limits(_) => wrong(format!("is larger than {MAX_TEXTURE_EDGE}x{MAX_TEXTURE_EDGE} texels")),
         error => wrong(format!("cannot be decoded: {}", error.to_string().replace('\n', " "))),
     })?;
@@ -174,6 +184,13 @@ mod tests {
         assert!(error_of(b"", "wall.jpg").contains("is not an image"));
         assert!(error_of(b"\x89PNG\r\n\x1a\ncut", "wall.png").contains("cannot be decoded"));
         assert!(matches!(read_image(Path::new("/no/such.png"), ColorSpace::Srgb), Err(Error::Read { .. })));
+    }
+
+    #[test]
+    fn a_file_that_makes_its_decoder_panic_is_refused() {
+        // Found by fuzzing.
+        let jpeg = include_bytes!("../../fuzz/corpus/image/short-component.jpg");
+        assert!(error_of(jpeg, "wall.jpg").contains("cannot be decoded: it makes its decoder fail"));
     }
 
     #[test]

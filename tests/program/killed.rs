@@ -266,7 +266,8 @@ fn a_killed_command_leaves_old_files_whole_and_the_next_one_no_litter() {
         let clean = files(folder.path());
         let result = clean.iter().find(|name| name.ends_with(writer.file)).expect("the result");
         let result = folder.path().join(result);
-        let is_of_folder = result.parent() != Some(folder.path());
+        // These commands make their folder anew: after a kill it may hold nothing.
+        let may_go = ["report/", "ci/"].iter().any(|own| writer.file.starts_with(own));
         let mut random = fastrand::Rng::with_seed(7);
         let mut killed = 0;
         for _ in 0..moments {
@@ -277,11 +278,10 @@ fn a_killed_command_leaves_old_files_whole_and_the_next_one_no_litter() {
             let status = child.wait().expect("it has ended");
             assert!(status.success() || status.signal() == Some(9), "{what}, after a killed one: {status}");
             killed += usize::from(!status.success());
-            // A folder of results may be on its way to new ones, without any.
             if let Ok(bytes) = fs::read(&result) {
                 assert!((writer.is_whole)(&bytes), "{what}: half of {} is there", writer.file);
             } else {
-                assert!(is_of_folder, "{what}: {} is gone", writer.file);
+                assert!(may_go, "{what}: {} is gone", writer.file);
             }
         }
         assert!(killed * 4 > moments, "{what}: only {killed} of {moments} were killed");

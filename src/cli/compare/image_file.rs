@@ -1,14 +1,19 @@
 //! Pictures from files, as they are or as they are shown.
 
+use std::io::Cursor;
 use std::path::Path;
 
 use afterlight::measure::{LinearImage, Srgb8Image};
 use afterlight::reference::tonemap::{encode_srgb, tone_map};
-use afterlight::scene::{Tonemap, exposure_scale};
+use afterlight::regular_file::read_regular;
+use afterlight::scene::{Tonemap, decode, exposure_scale};
 use glam::DVec3;
 use image::{ColorType, DynamicImage, ImageReader};
 
 use crate::cli::failure::{Exit, Failure, with_causes};
+
+/// The longest file that is read: some 60 million pixels of single floats.
+const MOST_BYTES: u64 = 1 << 30;
 
 /// What a file holds.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,9 +28,10 @@ impl ImageFile {
     /// Reads a file of any format that is known, by its content and not its name.
     pub fn open(path: &Path) -> Result<Self, Failure> {
         let failed = |why: String| Failure::new(Exit::BadInput, format!("cannot read {}: {why}", path.display()));
-        let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format);
+        let bytes = read_regular(path, MOST_BYTES).map_err(|error| failed(error.to_string()))?;
+        let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
         let reader = reader.map_err(|error| failed(error.to_string()))?;
-        let image = reader.decode().map_err(|error| failed(with_causes(&error)))?;
+        let image = decode(reader).map_err(|error| failed(with_causes(&error)))?;
         let size = [image.width(), image.height()];
         match image.color() {
             ColorType::L8 | ColorType::La8 | ColorType::Rgb8 | ColorType::Rgba8 => {

@@ -33,6 +33,7 @@ use self::models::Models;
 use self::node::{Node, Source, Table};
 use super::load::OpenOptions;
 use super::{Error, Scene, SettingsPatch, builtin, fit, load};
+use crate::regular_file::read_regular;
 
 /// The longest text that is read.
 const MOST_BYTES: u64 = 64 << 20;
@@ -44,20 +45,31 @@ const MAX_BASES: u32 = 8;
 /// # Errors
 /// [`Error::Read`] when it cannot be read; [`Error::Content`] with the line when something in it is wrong.
 pub fn load(path: &Path, options: &OpenOptions) -> Result<Scene, Error> {
-    let mut scene = parse(&read_text(path)?, path, options)?;
+    let mut scene = parse(&read_file(path)?, path, options)?;
     scene.files.push(path.to_owned());
     Ok(scene)
 }
 
+/// The text of a scene file, or of one that another names.
+fn read_file(path: &Path) -> Result<String, Error> {
+    let bytes = read_regular(path, MOST_BYTES);
+    text_of(bytes.map_err(|error| Error::Read { path: path.to_owned(), cause: error.to_string() })?, path)
+}
+
+/// The text of a file that a command line names, which may be a pipe, as a shell makes one of `<(command)`.
 fn read_text(path: &Path) -> Result<String, Error> {
     let read = |cause: String| Error::Read { path: path.to_owned(), cause };
     let mut bytes = Vec::new();
-    // A pipe may be read: what a shell makes of `<(command)`.
     let open = std::fs::File::open(path).and_then(|file| file.take(MOST_BYTES + 1).read_to_end(&mut bytes));
     open.map_err(|error| read(error.to_string()))?;
     if bytes.len() as u64 > MOST_BYTES {
-        return Err(read(format!("it has more than {MOST_BYTES} bytes, which no scene file has")));
+        return Err(read(format!("it has more than {MOST_BYTES} bytes")));
     }
+    text_of(bytes, path)
+}
+
+fn text_of(bytes: Vec<u8>, path: &Path) -> Result<String, Error> {
+    let read = |cause: String| Error::Read { path: path.to_owned(), cause };
     String::from_utf8(bytes).map_err(|error| {
         read(format!("it is not UTF-8 text (byte {}), as TOML must be", error.utf8_error().valid_up_to()))
     })
@@ -112,7 +124,7 @@ pub fn parse(text: &str, path: &Path, options: &OpenOptions) -> Result<Scene, Er
 /// The settings that scene files say themselves, by their keys, each with `FILE:LINE`. Files that cannot be read say none.
 pub fn said_where(files: &[PathBuf]) -> Vec<(&'static str, String)> {
     let of = |path: &PathBuf| {
-        let text = read_text(path).ok()?;
+        let text = read_file(path).ok()?;
         let source = Source { path, text: &text };
         let root = parse_root(source).ok()?;
         let root = Table::open(source, 0, String::new(), root.get_ref(), schema::ROOT).ok()?;

@@ -142,6 +142,7 @@ pub(super) fn from(node: &Node, folder: &Path, files: &mut Vec<PathBuf>) -> Resu
     node.table(schema::SETTINGS)?.read("from", |node| {
         let path = folder.join(node.string()?);
         files.push(path.clone());
-        super::load_settings(&path).map_err(|error| super::from_another(node, error))
+        let read = super::read_file(&path).and_then(|text| super::parse_settings(&text, &path));
+        read.map_err(|error| super::from_another(node, error))
     })
 }

@@ -83,7 +83,7 @@ pub struct GltfOptions<'a> {
 /// [`Error::Read`] when the file cannot be read; [`Error::Content`] for what the module's documentation calls an error, for an extension that the
 /// file requires and that is not supported, for a scene or a variant that it does not have, and for a file without a triangle to draw.
 pub fn load(path: &Path, options: &GltfOptions) -> Result<Imported, Error> {
-    // What a binary file's own header can say of its length.
+    // A binary file's header stores its length in 32 bits.
     let bytes = read_regular(path, u64::from(u32::MAX));
     let bytes = bytes.map_err(|error| Error::Read { path: path.to_owned(), cause: error.to_string() })?;
     parse(bytes, path, options)

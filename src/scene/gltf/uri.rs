@@ -42,10 +42,11 @@ impl Resources {
         let path = self.file(uri)?;
         let cannot = |error: std::io::Error| format!("cannot read {}: {error}", path.display());
         let mut bytes = Vec::new();
-        let file = File::open(&path).map_err(cannot)?;
-        if !file.metadata().map_err(cannot)?.is_file() {
-            return Err(format!("cannot read {}: it is not a file", path.display()));
+        // Asked before it is opened: to open a pipe blocks.
+        if !fs::metadata(&path).map_err(cannot)?.is_file() {
+            return Err(format!("cannot read {}: it is not a regular file", path.display()));
         }
+        let file = File::open(&path).map_err(cannot)?;
         file.take(most).read_to_end(&mut bytes).map_err(cannot)?;
         Ok((bytes, Some(path)))
     }

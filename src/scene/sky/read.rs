@@ -9,6 +9,7 @@ use image::{ImageFormat, ImageReader, Limits};
 use super::{MOST_LIGHT, SkyImage, SkyOrigin};
 use crate::regular_file::read_regular;
 use crate::scene::Error;
+use crate::scene::texture::decode;
 
 /// The widest panorama that is read, in texels; `MOST_FACE` is that of a cube's faces.
 const MOST_WIDTH: u32 = 8192;
@@ -125,7 +126,7 @@ fn read(path: &Path, wrong: impl Fn([u32; 2]) -> Option<String>) -> Result<Read,
     if let Some(cause) = wrong([width, height]) {
         return Err(fault(cause));
     }
-    let decoded = open().decode().map_err(|error| fault(error.to_string()))?.into_rgb32f();
+    let decoded = decode(open()).map_err(|error| fault(error.to_string()))?.into_rgb32f();
     let mut texels: Vec<[f32; 3]> = decoded.pixels().map(|pixel| pixel.0).collect();
     let mut changed = [0usize; 2];
     for value in texels.iter_mut().flatten() {

@@ -372,12 +372,17 @@ fn files_that_cannot_be_read_are_told_at_the_line_that_names_them() {
 fn a_pipe_and_a_device_in_the_place_of_a_file_are_refused_at_once() {
     let folder = folder();
     let path = |name: &str| folder.path().join(name);
-    let pipes = ["png", "obj", "glb", "hdr"].map(|kind| path(&format!("pipe.{kind}")));
+    let pipes = ["png", "obj", "glb", "hdr", "bin", "toml"].map(|kind| path(&format!("pipe.{kind}")));
     let made = std::process::Command::new("mkfifo").args(pipes).status();
     assert!(made.is_ok_and(|status| status.success()), "mkfifo");
     for kind in ["png", "obj", "gltf", "exr"] {
         std::os::unix::fs::symlink("/dev/zero", path(&format!("zero.{kind}"))).expect("linked");
     }
+    let buffer = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"buffers":[{"uri":"pipe.bin","byteLength":36}],
+        "bufferViews":[{"buffer":0,"byteLength":36}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,1]}]}"#;
+    fs::write(path("of_pipe.gltf"), buffer).expect("written");
     for text in [
         "[[materials]]\nname='a'\nnormal_texture='pipe.png'",
         "[[materials]]\nname='a'\nnormal_texture='zero.png'",
@@ -385,16 +390,19 @@ fn a_pipe_and_a_device_in_the_place_of_a_file_are_refused_at_once() {
         "[[models]]\npath='zero.obj'",
         "[[models]]\npath='pipe.glb'",
         "[[models]]\npath='zero.gltf'",
+        "[[models]]\npath='of_pipe.gltf'",
+        "base='pipe.toml'",
+        "[settings]\nfrom='pipe.toml'",
         "[sky]\nfile='pipe.hdr'",
         "[sky]\nfile='zero.exr'",
     ] {
         let error = read(&folder, text).expect_err(text);
         assert!(error.contains("it is not a regular file"), "{text}: {error}");
     }
-    // What a shell makes of `<(command)` is a pipe, and scene files may come from one. A device has no end.
+    // What a shell makes of `<(command)` is a pipe, and settings and paths may come from one. A device has no end.
     std::os::unix::fs::symlink("/dev/zero", path("zero.toml")).expect("linked");
-    let endless = open(path("zero.toml").to_str().expect("a name"), &OpenOptions::default());
-    assert!(endless.expect_err("no end").to_string().contains("which no scene file has"));
+    let endless = load_settings(&path("zero.toml")).expect_err("no end").to_string();
+    assert!(endless.contains("it has more than 67108864 bytes"), "{endless}");
 }
 
 /// Changes of a text: where (as a share of its length), how much goes, what comes.
