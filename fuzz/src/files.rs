@@ -1,4 +1,4 @@
-//! What the program writes itself, and reads again.
+//! Readers of files that the program writes itself.
 
 use std::fs;
 use std::path::PathBuf;

@@ -8,7 +8,7 @@ mod scenes;
 
 /// A reader, which panics where it breaks the promise.
 pub struct Target {
-    /// Of its binary and of its folder below `corpus`.
+    /// The name of its binary and of its folder below `corpus`.
     pub name: &'static str,
     /// Reads bytes as the file would hold them.
     pub read: fn(&[u8]),

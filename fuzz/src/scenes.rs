@@ -1,4 +1,4 @@
-//! What scenes are made of.
+//! Readers of scenes and of the files that scenes are made of.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! What changes in a soak: each time one of settings, lights, objects and the camera, at random.
+//! Changes the scene of a soak: each time one of settings, lights, objects and the camera, at random.
 
 use afterlight::frame::{self, Changed, Renderer};
 use afterlight::gpu;
@@ -34,7 +34,7 @@ impl<'a> Changes<'a> {
         Self { home, scene, settings, camera, pose: Pose::default(), made: 0, of_settings: 0, refused: 0, slow: 0 }
     }
 
-    /// What was done, in words.
+    /// Returns the number of changes of each kind, in words.
     pub fn told(&self) -> String {
         let Self { made, of_settings, refused, slow, .. } = self;
         format!("{made} changes, {of_settings} of settings; {refused} refused by the plan, and {slow} left as too slow")

@@ -1,4 +1,4 @@
-//! What a soak measures, and when it grows: the median of a quarter of the samples near the start is compared with that of the last quarter, so that
+//! Judges the samples of a soak: the median of a quarter of the samples near the start is compared with that of the last quarter, so that
 //! single samples say nothing.
 
 use std::fmt::Write as _;
@@ -12,7 +12,7 @@ pub const LAPS: u32 = 4;
 
 const MIB: f64 = 1_048_576.0;
 
-/// What was measured at home. What the system does not tell is `None`.
+/// A sample, measured at home. A value is `None` where the system does not tell it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
     /// Frames drawn until then.
@@ -31,7 +31,7 @@ pub struct Sample {
     pub frame_us: f64,
 }
 
-/// What may not grow.
+/// The measured values that may not grow.
 struct Bound {
     what: &'static str,
     check: Check,
