@@ -412,10 +412,13 @@ fn remove_own(folder: &Path) -> Result<(), Failure> {
     let failed = |error: &io::Error| Failure::write(&folder.display().to_string(), error);
     let entries = fs::read_dir(folder).and_then(Iterator::collect::<Result<Vec<_>, _>>);
     let entries = entries.map_err(|error| failed(&error))?;
-    // A run that was killed before it had made that file, or after it had removed it, leaves nothing else there, but for the unfinished file.
-    if !entries.iter().all(|entry| entry.file_name().to_string_lossy().starts_with(".afterlight-"))
-        && !folder.join(OWN).exists()
-    {
+    let is_file = |entry: &fs::DirEntry| entry.file_type().is_ok_and(|kind| kind.is_file());
+    let is_unfinished = |entry: &fs::DirEntry| {
+        let name = entry.file_name();
+        is_file(entry) && name.to_str().is_some_and(|name| name.starts_with(".afterlight-") && name.ends_with(".part"))
+    };
+    // A run that was killed before it wrote its mark, or after it removed it, leaves at most unfinished files.
+    if !entries.iter().any(|entry| entry.file_name() == OWN && is_file(entry)) && !entries.iter().all(is_unfinished) {
         let why =
             format!("{} is there, and no earlier run has made it: choose another folder for -o", folder.display());
         return Err(Failure::new(Exit::BadInput, why));
@@ -448,7 +451,8 @@ fn keep_curves(reports: &[CaseReport], working: &Path, curves: &Path) -> Result<
         let (from, to) = (working.join(&report.case).join(soak::CURVE), curves.join(format!("{}.csv", report.case)));
         if from.exists() {
             make_own(curves)?;
-            fs::copy(&from, &to).map_err(|error| Failure::write(&to.display().to_string(), &error))?;
+            let curve = fs::read(&from).map_err(|error| Failure::write(&to.display().to_string(), &error))?;
+            Sink::File(to).write(&curve)?;
         }
     }
     Ok(())
@@ -559,5 +563,14 @@ mod tests {
         // Killed before and while it wrote its file; whole.
         assert!(is_removed(&[]) && is_removed(&[".afterlight-x.part"]) && is_removed(&[OWN, "picture.png"]));
         assert!(!is_removed(&["picture.png"]) && folder.join("picture.png").exists());
+        fs::remove_file(folder.join("picture.png")).expect("removed");
+        // Names like the program's own do not make a folder its own.
+        assert!(!is_removed(&[".afterlight-notes"]) && folder.join(".afterlight-notes").exists());
+        fs::remove_file(folder.join(".afterlight-notes")).expect("removed");
+        fs::create_dir(folder.join(".afterlight-x.part")).expect("made");
+        assert!(!is_removed(&[]) && folder.join(".afterlight-x.part").exists());
+        fs::remove_dir(folder.join(".afterlight-x.part")).expect("removed");
+        fs::create_dir(folder.join(OWN)).expect("made");
+        assert!(!is_removed(&[]) && folder.join(OWN).exists());
     }
 }

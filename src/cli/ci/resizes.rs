@@ -1,4 +1,8 @@
-//! A storm of resizes: one surface without a display is fitted to many sizes, and drawn into at each.
+//! A storm of resizes: one surface without a display is fitted to many sizes, and drawn into at each. A long one returns to the case's own
+//! size now and then, where memory, handles and time are compared as in a soak.
+
+use std::sync::Arc;
+use std::time::Instant;
 
 use afterlight::frame::{self, Outcome, Presenter};
 use afterlight::gpu::{self, Device, HEADLESS, Instance, InstanceOptions, MessageKind, Surface, Validation, Vsync};
@@ -6,12 +10,21 @@ use afterlight::scene::Settings;
 
 use super::evidence::Evidence;
 use super::examine::{Drawing, Place, Stop};
+use super::soak::curve::{self, Sample};
 use super::verdict::{CaseReport, Check};
 
+/// The curve's file.
+const CURVE: &str = "resizes.csv";
 /// Sizes are the same in each run, so that a failure comes again.
 const SEED: u64 = 7;
 /// The longest edge, in pixels.
 const LONGEST: u32 = 256;
+/// Sizes of a storm that is measured, at least: a shorter one ends before allocators have warmed up.
+const LEAST_MEASURED: u32 = 500;
+/// Samples of a storm that is measured.
+const SAMPLES: u32 = 40;
+/// Frames of each sample; the fastest of them is what a frame takes.
+const TIMED_FRAMES: u32 = 8;
 
 /// Draws into `count` sizes at random. Skipped where the instance or the device has no surface without a display.
 pub fn storm(
@@ -39,44 +52,89 @@ pub fn storm(
     };
     evidence.labels("resizes", &device);
     let surface = Surface::headless(&device)?;
-    let drawn = draw(count, &device, surface, drawing);
+    let drawn = draw(count, &device, surface, drawing, evidence);
     drop((device, instance));
     let left = log.take().into_iter().find(|message| message.kind == MessageKind::Leak);
     match (drawn?, left) {
         (_, Some(left)) => report.hold(Check::ResourcesLeft, false, format!("after resizes: {}", left.text)),
-        (None, None) => report.hold(Check::Resizes, true, format!("{count} sizes were drawn into")),
-        (Some(why), None) => report.hold(Check::Resizes, false, why),
+        (Ok(samples), None) => {
+            report.hold(Check::Resizes, true, format!("{count} sizes were drawn into"));
+            if !samples.is_empty() {
+                curve::report_on(&samples, place.is_shared, report);
+            }
+        }
+        (Err(why), None) => report.hold(Check::Resizes, false, why),
     }
     Ok(())
 }
 
-/// Why a size was not drawn into, if one was not.
+/// Draws into all sizes. Returns what was measured, which is nothing in a short storm, or why a size was not drawn into.
 fn draw(
     count: u32,
-    device: &std::sync::Arc<Device>,
-    surface: std::sync::Arc<Surface>,
+    device: &Arc<Device>,
+    surface: Arc<Surface>,
     drawing: &Drawing,
-) -> Result<Option<String>, Stop> {
+    evidence: &Evidence,
+) -> Result<Result<Vec<Sample>, String>, Stop> {
     let mut presenter = Presenter::new(device, surface, &drawing.scene, &drawing.settings, Vsync::Off)?;
     let mut random = fastrand::Rng::with_seed(SEED);
-    for _ in 0..count {
+    let every = if count < LEAST_MEASURED { u32::MAX } else { count.div_ceil(SAMPLES) };
+    let (mut samples, mut alive) = (Vec::new(), curve::Alive::default());
+    for index in 1..=count {
         // One-pixel edges find the most faults.
         let size = [(); 2].map(|()| if random.u32(..8) == 0 { 1 } else { random.u32(1..=LONGEST) });
-        let settings = Settings { size, ..drawing.settings.clone() };
-        presenter.fit(&drawing.scene, &settings, size)?;
-        if let Some(refused) = presenter.refusal() {
-            return Err(frame::Error::into(refused));
+        fit(size, &mut presenter, drawing)?;
+        if let Err(why) = draw_into(size, &mut presenter, drawing)? {
+            return Ok(Err(why));
         }
-        let [width, height] = size;
-        match presenter.draw(&drawing.scene.camera, true, None)? {
-            Outcome::Shown(_) => {
-                let picture = presenter.picture()?;
-                if picture.size != size {
-                    return Ok(Some(format!("the picture of {width}x{height} is {:?}", picture.size)));
-                }
+        // Not before the first size: a buffer of a frame in flight is made when its frame first needs it, which may be after a resize.
+        if index % every == 0 {
+            match sample(index, device, &mut presenter, drawing)? {
+                Ok(own) => samples.push(own),
+                Err(why) => return Ok(Err(why)),
             }
-            Outcome::Nothing(fit) => return Ok(Some(format!("nothing was drawn at {width}x{height}: {fit:?}"))),
+            evidence.write(CURVE, curve::csv(&samples).as_bytes());
+            alive.look(index, device, evidence);
         }
     }
-    Ok(None)
+    Ok(Ok(samples))
+}
+
+fn fit(size: [u32; 2], presenter: &mut Presenter, drawing: &Drawing) -> Result<(), Stop> {
+    let settings = Settings { size, ..drawing.settings.clone() };
+    presenter.fit(&drawing.scene, &settings, size)?;
+    presenter.refusal().map_or(Ok(()), |refused| Err(frame::Error::into(refused)))
+}
+
+/// Draws a frame and reads it back. The inner error says why nothing of that size was drawn.
+fn draw_into(size: [u32; 2], presenter: &mut Presenter, drawing: &Drawing) -> Result<Result<(), String>, Stop> {
+    let [width, height] = size;
+    match presenter.draw(&drawing.scene.camera, true, None)? {
+        Outcome::Shown(_) => {
+            let picture = presenter.picture()?;
+            let is_whole = picture.size == size;
+            Ok(if is_whole { Ok(()) } else { Err(format!("the picture of {width}x{height} is {:?}", picture.size)) })
+        }
+        Outcome::Nothing(fit) => Ok(Err(format!("nothing was drawn at {width}x{height}: {fit:?}"))),
+    }
+}
+
+/// Returns to the case's own size, draws some frames there, and measures what the process and the device hold.
+fn sample(
+    drawn: u32,
+    device: &Device,
+    presenter: &mut Presenter,
+    drawing: &Drawing,
+) -> Result<Result<Sample, String>, Stop> {
+    let size = drawing.settings.size;
+    fit(size, presenter, drawing)?;
+    let mut fastest = f64::MAX;
+    for _ in 0..TIMED_FRAMES {
+        let begun = Instant::now();
+        if let Err(why) = draw_into(size, presenter, drawing)? {
+            return Ok(Err(why));
+        }
+        fastest = fastest.min(begun.elapsed().as_secs_f64() * 1e6);
+    }
+    Ok(Ok(Sample::take(drawn, fastest, device)?))
 }

@@ -102,7 +102,7 @@ pub struct Soak {
     pub frames: u32,
     /// Something changes about every so many frames.
     pub changes_every: u32,
-    /// The same seed has the same changes.
+    /// The same seed tries the same changes; those that make frames too slow are given up, which depends on the device.
     pub seed: u64,
 }
 

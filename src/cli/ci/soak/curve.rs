@@ -1,21 +1,28 @@
-//! Judges the samples of a soak: the median of a quarter of the samples near the start is compared with that of the last quarter, so that
-//! single samples say nothing.
+//! Judges the samples of a soak or of a storm of resizes: the median of a quarter of the samples near the start is compared with that of the last
+//! quarter, so that single samples say nothing. Objects and their memory, which this program counts itself, may not exceed the first sample either.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use afterlight::measure::Distribution;
+use afterlight::gpu::{self, Device};
+use afterlight::measure::{Distribution, open_files, resident_memory_bytes, threads};
 
-use super::super::verdict::Check;
+use super::super::evidence::Evidence;
+use super::super::verdict::{CaseReport, Check, Outcome};
 
 /// Laps of a soak: the first warms up.
 pub const LAPS: u32 = 4;
+/// Samples that a curve needs.
+pub const LEAST_SAMPLES: usize = 8;
 
+/// The file of the objects that were more at one sample than at the one before, by frame.
+const OBJECTS: &str = "soak-objects.txt";
 const MIB: f64 = 1_048_576.0;
 
 /// A sample, measured at home. A value is `None` where the system does not tell it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
-    /// Frames drawn until then.
+    /// Frames or sizes drawn until then.
     pub frame: u32,
     /// Resident memory of the process, in bytes.
     pub resident: Option<u64>,
@@ -27,8 +34,26 @@ pub struct Sample {
     pub objects: usize,
     pub open_files: Option<usize>,
     pub threads: Option<usize>,
-    /// Microseconds from the begin of recording until the device is done.
+    /// Microseconds from the start of recording until the device is done.
     pub frame_us: f64,
+}
+
+impl Sample {
+    /// Measures what the process and the device hold. Idling also drops cached pipelines and destroys retired objects.
+    pub fn take(frame: u32, frame_us: f64, device: &Device) -> gpu::Result<Self> {
+        device.wait_idle()?;
+        let memory = device.memory_report();
+        Ok(Self {
+            frame,
+            resident: resident_memory_bytes(),
+            device_bytes: memory.bytes,
+            block_bytes: memory.block_bytes,
+            objects: memory.objects.values().sum(),
+            open_files: open_files(),
+            threads: threads(),
+            frame_us,
+        })
+    }
 }
 
 /// The measured values that may not grow.
@@ -39,6 +64,8 @@ struct Bound {
     /// Growth that counts as none, by itself and as a share of the first median: the greater of both.
     slack: f64,
     share: f64,
+    /// Whether the first sample bounds it as well. A cache that keeps an entry for each setting is full after the first lap.
+    from_first: bool,
     text: fn(f64) -> String,
 }
 
@@ -51,6 +78,7 @@ const BOUNDS: [Bound; 7] = [
         of: |own| own.resident.map(|bytes| bytes as f64),
         slack: 8.0 * MIB,
         share: 1.0 / 32.0,
+        from_first: false,
         text: mebibytes,
     },
     Bound {
@@ -59,6 +87,7 @@ const BOUNDS: [Bound; 7] = [
         of: |own| Some(own.device_bytes as f64),
         slack: MIB,
         share: 0.0,
+        from_first: true,
         text: mebibytes,
     },
     Bound {
@@ -67,6 +96,7 @@ const BOUNDS: [Bound; 7] = [
         of: |own| Some(own.block_bytes as f64),
         slack: 32.0 * MIB,
         share: 0.0,
+        from_first: false,
         text: mebibytes,
     },
     Bound {
@@ -75,6 +105,7 @@ const BOUNDS: [Bound; 7] = [
         of: |own| Some(own.objects as f64),
         slack: 0.0,
         share: 0.0,
+        from_first: true,
         text: count,
     },
     Bound {
@@ -83,6 +114,7 @@ const BOUNDS: [Bound; 7] = [
         of: |own| own.open_files.map(|count| count as f64),
         slack: 0.0,
         share: 0.0,
+        from_first: false,
         text: count,
     },
     Bound {
@@ -91,6 +123,7 @@ const BOUNDS: [Bound; 7] = [
         of: |own| own.threads.map(|count| count as f64),
         slack: 0.0,
         share: 0.0,
+        from_first: false,
         text: count,
     },
     Bound {
@@ -99,6 +132,7 @@ const BOUNDS: [Bound; 7] = [
         of: |own| Some(own.frame_us),
         slack: 100.0,
         share: 0.5,
+        from_first: false,
         text: |us| format!("{us:.0} us"),
     },
 ];
@@ -114,12 +148,23 @@ fn count(number: f64) -> String {
 /// One of the [`BOUNDS`], judged.
 pub struct Judged {
     pub check: Check,
-    pub holds: bool,
+    pub outcome: Outcome,
     pub detail: String,
 }
 
-/// Judges all of a curve but what the system does not tell. The first lap warms up.
+/// Judges all of a curve, and skips what the system does not tell. The first lap warms up; fewer samples than [`LEAST_SAMPLES`] are not judged.
 pub fn judge(samples: &[Sample]) -> Vec<Judged> {
+    let skipped = |bound: &Bound, why: &str| {
+        let detail = format!("{}: {why}", bound.what);
+        Judged { check: bound.check, outcome: Outcome::Skipped, detail }
+    };
+    let [first, ..] = samples else {
+        return BOUNDS.iter().map(|bound| skipped(bound, "there are no samples")).collect();
+    };
+    if samples.len() < LEAST_SAMPLES {
+        let why = format!("{} samples are too few, {LEAST_SAMPLES} are needed", samples.len());
+        return BOUNDS.iter().map(|bound| skipped(bound, &why)).collect();
+    }
     let warm = &samples[samples.len().div_ceil(LAPS as usize)..];
     let quarter = warm.len().div_ceil(4);
     let median = |part: &[Sample], of: fn(&Sample) -> Option<f64>| {
@@ -127,14 +172,57 @@ pub fn judge(samples: &[Sample]) -> Vec<Judged> {
         Distribution::of(values).map(|values| values.median)
     };
     let of = |bound: &Bound| {
-        let begin = median(&warm[..quarter], bound.of)?;
+        let warmed = median(&warm[..quarter], bound.of)?;
         let end = median(&warm[warm.len() - quarter..], bound.of)?;
-        let most = begin + bound.slack.max(begin * bound.share);
-        let [begun, ended, bounded] = [begin, end, most].map(bound.text);
-        let detail = format!("{} went from {begun} to {ended}, at most {bounded}", bound.what);
-        Some(Judged { check: bound.check, holds: end <= most, detail })
+        let start = if bound.from_first { warmed.min((bound.of)(first)?) } else { warmed };
+        let most = start + bound.slack.max(start * bound.share);
+        let [started, ended, bounded] = [start, end, most].map(bound.text);
+        let detail = format!("{} went from {started} to {ended}, at most {bounded}", bound.what);
+        let outcome = if end <= most { Outcome::Held } else { Outcome::Failed };
+        Some(Judged { check: bound.check, outcome, detail })
     };
-    BOUNDS.iter().filter_map(of).collect()
+    BOUNDS.iter().map(|bound| of(bound).unwrap_or_else(|| skipped(bound, "the system does not tell it"))).collect()
+}
+
+/// Notes how a curve is judged. Times are skipped where other cases share the device.
+pub fn report_on(samples: &[Sample], is_shared: bool, report: &mut CaseReport) {
+    for Judged { check, outcome, detail } in judge(samples) {
+        if check == Check::Time && is_shared {
+            report.skip(check, "other cases use the device meanwhile: --jobs 1 gives times that mean something");
+        } else {
+            report.note(check, outcome, detail);
+        }
+    }
+}
+
+/// The objects that someone owns, counted by their names: whoever looks for a leak begins there.
+#[derive(Default)]
+pub struct Alive {
+    counts: BTreeMap<String, usize>,
+    /// The objects that were more than at the sample before, for all samples so far.
+    told: String,
+}
+
+impl Alive {
+    /// Counts them, and keeps which are more than at the sample before.
+    pub fn look(&mut self, frame: u32, device: &Device, evidence: &Evidence) {
+        let mut counts = BTreeMap::<String, usize>::new();
+        device.live_objects().into_iter().for_each(|name| *counts.entry(name).or_default() += 1);
+        let before = std::mem::replace(&mut self.counts, counts);
+        if before.is_empty() {
+            return;
+        }
+        let length = self.told.len();
+        for (name, count) in &self.counts {
+            let more = count.saturating_sub(before.get(name).copied().unwrap_or_default());
+            if more > 0 {
+                let _ = writeln!(self.told, "{frame}: {more} {name}");
+            }
+        }
+        if self.told.len() > length {
+            evidence.write(OBJECTS, self.told.as_bytes());
+        }
+    }
 }
 
 /// The curve as a table; what the system does not tell is empty.
@@ -184,12 +272,12 @@ mod tests {
         for (index, sample) in (0..).zip(&mut samples) {
             change(sample, index);
         }
-        judge(&samples).into_iter().filter(|own| !own.holds).map(|own| own.detail).collect()
+        judge(&samples).into_iter().filter(|own| own.outcome == Outcome::Failed).map(|own| own.detail).collect()
     }
 
     #[test]
     fn noise_is_no_growth() {
-        assert_eq!(judge(&curve()).len(), BOUNDS.len());
+        assert!(judge(&curve()).iter().all(|own| own.outcome == Outcome::Held));
         assert_eq!(grown(|_, _| ()), [""; 0]);
         // Less at the end is no growth, and a peak in between none either.
         assert_eq!(grown(|own, index| own.resident = Some((900 << 20) - u64::from(index) * 1000)), [""; 0]);
@@ -214,16 +302,31 @@ mod tests {
     }
 
     #[test]
-    fn what_the_system_does_not_tell_is_not_judged_and_few_samples_are() {
+    fn growth_of_the_first_lap_alone_is_seen_in_what_the_program_counts() {
+        let told = grown(|own, index| own.objects += (index as usize).min(40));
+        assert!(told.len() == 1 && told[0].starts_with("objects on the device went from 400 to 440"), "{told:?}");
+        let told = grown(|own, index| own.device_bytes += u64::from(index.min(40)) << 16);
+        assert!(told.len() == 1 && told[0].starts_with("memory of objects"), "{told:?}");
+        // Drivers keep what they have compiled: theirs may grow meanwhile.
+        assert_eq!(grown(|own, index| own.block_bytes += u64::from(index.min(40)) << 24), [""; 0]);
+    }
+
+    #[test]
+    fn what_the_system_does_not_tell_is_skipped_and_so_are_too_few_samples() {
         let mut samples = curve();
         for own in &mut samples {
             (own.resident, own.open_files, own.threads) = (None, None, None);
         }
-        assert_eq!(judge(&samples).len(), 4);
-        let mut samples = vec![curve()[0]; 8];
+        let of = |samples: &[Sample], outcome| judge(samples).iter().filter(|own| own.outcome == outcome).count();
+        assert_eq!((of(&samples, Outcome::Held), of(&samples, Outcome::Skipped)), (4, 3));
+        let mut samples = vec![curve()[0]; LEAST_SAMPLES];
         samples[6..].iter_mut().for_each(|own| own.objects = 1000);
-        assert_eq!(judge(&samples).iter().filter(|own| !own.holds).count(), 1, "8 samples are enough");
-        assert!(judge(&[]).is_empty());
+        assert_eq!(of(&samples, Outcome::Failed), 1, "8 samples are enough");
+        assert_eq!(of(&samples[1..], Outcome::Skipped), BOUNDS.len());
+        assert_eq!(of(&[], Outcome::Skipped), BOUNDS.len());
+        let mut report = CaseReport::new("a.b");
+        report_on(&samples[1..], false, &mut report);
+        assert!(report.findings.iter().all(|own| own.outcome == Outcome::Skipped && own.detail.contains("too few")));
     }
 
     #[test]

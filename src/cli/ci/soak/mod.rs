@@ -4,15 +4,13 @@
 //! meet nothing new.
 
 mod changes;
-mod curve;
+pub mod curve;
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use afterlight::frame::{Picture, Renderer};
 use afterlight::gpu::Device;
-use afterlight::measure::{open_files, resident_memory_bytes, threads};
 
 use super::evidence::Evidence;
 use super::examine::{Drawing, Place, Stop, differing};
@@ -47,14 +45,14 @@ pub fn soak(
     let every = (soak.frames / SAMPLES).max(LEAST_FRAMES);
     let lap = (soak.frames / every / LAPS).max(1) as usize;
     let (mut samples, mut first, mut drawn) = (Vec::new(), None, 0);
-    let mut alive = BTreeMap::new();
+    let mut alive = curve::Alive::default();
     loop {
         changes.go_home(&mut renderer)?;
         let picture = drawing.picture(&mut renderer)?;
         drawn += TIMED_FRAMES;
         samples.push(sample(drawn, drawing, device, &mut renderer)?);
         evidence.write(CURVE, curve::csv(&samples).as_bytes());
-        alive = more_alive(device, alive, evidence);
+        alive.look(drawn, device, evidence);
         if !is_first(&picture, first.get_or_insert_with(|| picture.clone()), drawn, evidence, report) {
             return Ok(());
         }
@@ -74,18 +72,13 @@ pub fn soak(
             slow = if begun.elapsed() > SLOW { slow + 1 } else { 0 };
             if slow == SLOW_FRAMES {
                 changes.leave(&mut renderer)?;
+                slow = 0;
             }
         }
     }
     let told = format!("{drawn} frames, {}: at home all {} pictures are equal", changes.told(), samples.len());
     report.hold(Check::Determinism, true, told);
-    for judged in curve::judge(&samples) {
-        if judged.check == Check::Time && place.is_shared {
-            report.skip(Check::Time, "other cases use the device meanwhile: --jobs 1 gives times that mean something");
-        } else {
-            report.hold(judged.check, judged.holds, judged.detail);
-        }
-    }
+    curve::report_on(&samples, place.is_shared, report);
     Ok(())
 }
 
@@ -98,34 +91,7 @@ fn sample(frame: u32, drawing: &Drawing, device: &Device, renderer: &mut Rendere
         renderer.wait()?;
         fastest = fastest.min(begun.elapsed().as_secs_f64() * 1e6);
     }
-    // Idling also drops cached pipelines and destroys retired objects.
-    device.wait_idle()?;
-    let memory = device.memory_report();
-    Ok(Sample {
-        frame,
-        resident: resident_memory_bytes(),
-        device_bytes: memory.bytes,
-        block_bytes: memory.block_bytes,
-        objects: memory.objects.values().sum(),
-        open_files: open_files(),
-        threads: threads(),
-        frame_us: fastest,
-    })
-}
-
-/// Counts the objects that someone owns by their names, and keeps which are more than at the sample before: whoever looks for a leak begins there.
-fn more_alive(device: &Device, before: BTreeMap<String, usize>, evidence: &Evidence) -> BTreeMap<String, usize> {
-    let mut alive = BTreeMap::<String, usize>::new();
-    device.live_objects().into_iter().for_each(|name| *alive.entry(name).or_default() += 1);
-    let more = |(name, count): (&String, &usize)| {
-        let more = count.saturating_sub(before.get(name).copied().unwrap_or_default());
-        (more > 0).then(|| format!("{more} {name}\n"))
-    };
-    let text: String = alive.iter().filter_map(more).collect();
-    if !before.is_empty() && !text.is_empty() {
-        evidence.write("soak-objects.txt", text.as_bytes());
-    }
-    alive
+    Ok(Sample::take(frame, fastest, device)?)
 }
 
 /// Whether a picture at home is the first one; if not, both are kept.
