@@ -4,6 +4,9 @@ use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
+use exr::math::Vec2;
+use exr::meta::attribute::ChannelList;
+use exr::meta::{BlockDescription, MetaData};
 use image::{DynamicImage, ImageError, ImageFormat, ImageReader, Limits, RgbaImage};
 
 use super::{Error, Texels};
@@ -108,12 +111,41 @@ pub(crate) fn read_image(path: &Path, color_space: ColorSpace) -> Result<RgbaIma
 ///
 /// # Errors
 /// As [`ImageReader::decode`].
-pub fn decode(reader: ImageReader<Cursor<impl AsRef<[u8]>>>) -> Result<DynamicImage, ImageError> {
-    let panicked = |_| Err(ImageError::IoError(std::io::Error::other("it makes its decoder fail")));
+pub fn decode(bytes: &[u8], format: ImageFormat, limits: Limits) -> Result<DynamicImage, ImageError> {
+    let failed = |why: String| ImageError::IoError(std::io::Error::other(why));
+    if let Some(claim) = (format == ImageFormat::OpenExr).then(|| too_much_claimed(bytes)).flatten() {
+        return Err(failed(claim));
+    }
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    reader.limits(limits);
+    let panicked = |_| Err(failed("it makes its decoder fail".into()));
     catch_unwind(AssertUnwindSafe(|| reader.decode())).unwrap_or_else(panicked)
 }
 
-/// The same from memory; `path` names it in errors and, for TGA, which has no mark of its own, says the format.
+/// Says which data window or tile of an OpenEXR file is too large for the file. The decoder (exr 1.74.2) allocates them before it misses the texels, and
+/// checks the display window alone against its limits.
+fn too_much_claimed(bytes: &[u8]) -> Option<String> {
+    // Lossy compression in blocks of 256 rows packs a picture of one colour the most, by some 50,000.
+    const MOST_PACKED: usize = 1 << 17;
+    let most = bytes.len().saturating_mul(MOST_PACKED);
+    let claim = |what: &str, size: Vec2<usize>, channels: &ChannelList| {
+        let needed = size.0.saturating_mul(size.1).saturating_mul(channels.bytes_per_pixel);
+        let told =
+            || format!("a {what} of {}x{} texels has {needed} bytes, and the file {}", size.0, size.1, bytes.len());
+        (needed > most).then(told)
+    };
+    let headers = MetaData::read_from_buffered(bytes, false).ok()?.headers;
+    headers.iter().find_map(|header| {
+        let tile = match header.blocks {
+            BlockDescription::Tiles(tiles) => tiles.tile_size,
+            BlockDescription::ScanLines => Vec2(0, 0),
+        };
+        let window = claim("data window", header.layer_size, &header.channels);
+        window.or_else(|| claim("tile", tile, &header.channels))
+    })
+}
+
+/// Decodes a texture; `path` names it in errors and, for TGA, which has no mark of its own, says the format.
 pub(crate) fn decode_image(bytes: &[u8], path: &Path, color_space: ColorSpace) -> Result<RgbaImage, Error> {
     let wrong = |what: String| Error::Content { path: path.to_owned(), line: None, what };
     let tga = || ImageFormat::from_path(path).ok().filter(|&format| format == ImageFormat::Tga);
@@ -124,9 +156,7 @@ pub(crate) fn decode_image(bytes: &[u8], path: &Path, color_space: ColorSpace) -
     limits.max_image_width = Some(MAX_TEXTURE_EDGE);
     limits.max_image_height = Some(MAX_TEXTURE_EDGE);
     limits.max_alloc = Some(MAX_DECODED_BYTES);
-    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
-    reader.limits(limits);
-    let image = decode(reader).map_err(|error| match error {
+    let image = decode(bytes, format, limits).map_err(|error| match error {
         ImageError::Limits(_) => wrong(format!("is larger than {MAX_TEXTURE_EDGE}x{MAX_TEXTURE_EDGE} texels")),
         error => wrong(format!("cannot be decoded: {}", error.to_string().replace('\n', " "))),
     })?;
@@ -191,6 +221,14 @@ mod tests {
         // Found by fuzzing.
         let jpeg = include_bytes!("../../fuzz/corpus/image/short-component.jpg");
         assert!(error_of(jpeg, "wall.jpg").contains("cannot be decoded: it makes its decoder fail"));
+    }
+
+    #[test]
+    fn a_tile_that_its_file_cannot_fill_is_refused() {
+        // Found by fuzzing: exr takes 1.7 GB before it refuses the file.
+        let exr = include_bytes!("../../fuzz/corpus/sky_exr/wide-window.exr");
+        let error = error_of(exr, "sky.exr");
+        assert!(error.contains("a tile of") && error.ends_with("and the file 916"), "{error}");
     }
 
     #[test]

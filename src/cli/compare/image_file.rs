@@ -1,6 +1,5 @@
 //! Pictures from files, as they are or as they are shown.
 
-use std::io::Cursor;
 use std::path::Path;
 
 use afterlight::measure::{LinearImage, Srgb8Image};
@@ -8,7 +7,7 @@ use afterlight::reference::tonemap::{encode_srgb, tone_map};
 use afterlight::regular_file::read_regular;
 use afterlight::scene::{Tonemap, decode, exposure_scale};
 use glam::DVec3;
-use image::{ColorType, DynamicImage, ImageReader};
+use image::{ColorType, DynamicImage, Limits};
 
 use crate::cli::failure::{Exit, Failure, with_causes};
 
@@ -29,9 +28,8 @@ impl ImageFile {
     pub fn open(path: &Path) -> Result<Self, Failure> {
         let failed = |why: String| Failure::new(Exit::BadInput, format!("cannot read {}: {why}", path.display()));
         let bytes = read_regular(path, MOST_BYTES).map_err(|error| failed(error.to_string()))?;
-        let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
-        let reader = reader.map_err(|error| failed(error.to_string()))?;
-        let image = decode(reader).map_err(|error| failed(with_causes(&error)))?;
+        let format = image::guess_format(&bytes).map_err(|error| failed(error.to_string()))?;
+        let image = decode(&bytes, format, Limits::default()).map_err(|error| failed(with_causes(&error)))?;
         let size = [image.width(), image.height()];
         match image.color() {
             ColorType::L8 | ColorType::La8 | ColorType::Rgb8 | ColorType::Rgba8 => {

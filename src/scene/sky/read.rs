@@ -115,18 +115,15 @@ fn read(path: &Path, wrong: impl Fn([u32; 2]) -> Option<String>) -> Result<Read,
         _ => return Err(fault("a sky is read from Radiance HDR (.hdr) and OpenEXR (.exr) files".into())),
     };
     let bytes = read_regular(path, MOST_BYTES).map_err(|error| fault(error.to_string()))?;
-    let open = || {
-        let mut reader = ImageReader::with_format(Cursor::new(&bytes), format);
-        let mut limits = Limits::default();
-        limits.max_alloc = Some(MOST_BYTES);
-        reader.limits(limits);
-        reader
-    };
-    let (width, height) = open().into_dimensions().map_err(|error| fault(error.to_string()))?;
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(MOST_BYTES);
+    let mut reader = ImageReader::with_format(Cursor::new(&bytes), format);
+    reader.limits(limits.clone());
+    let (width, height) = reader.into_dimensions().map_err(|error| fault(error.to_string()))?;
     if let Some(cause) = wrong([width, height]) {
         return Err(fault(cause));
     }
-    let decoded = decode(open()).map_err(|error| fault(error.to_string()))?.into_rgb32f();
+    let decoded = decode(&bytes, format, limits).map_err(|error| fault(error.to_string()))?.into_rgb32f();
     let mut texels: Vec<[f32; 3]> = decoded.pixels().map(|pixel| pixel.0).collect();
     let mut changed = [0usize; 2];
     for value in texels.iter_mut().flatten() {
