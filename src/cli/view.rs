@@ -7,7 +7,7 @@ use std::process;
 
 use afterlight::frame::WHITE_NITS;
 use afterlight::frame::{Picture, Pixels};
-use afterlight::gpu::Vsync;
+use afterlight::gpu::{PhysicalDevice, Vsync, vk};
 use afterlight::scene::file::{Model, Origin, to_toml};
 use afterlight::scene::{Camera, CameraPath, Scene, SettingsPatch};
 use afterlight::window::{Error, Options, ReadAgain, ShaderFolder, Summary, WindowSystem, help};
@@ -41,6 +41,10 @@ pub struct Args {
     /// Show what is brighter than white so, where the window takes HDR, on a display whose brightest is so many nits: 1000, or --hdr=NITS
     #[arg(long, value_name = "NITS", value_parser = hdr, num_args = 0..=1, require_equals = true, default_missing_value = "1000")]
     hdr: Option<f32>,
+    /// Whether pictures are coarser while something moves, as far as frames would take longer than a tenth of a second: on, off, or auto (on with a device that is
+    /// a CPU, unless --frames measures it)
+    #[arg(long, value_name = "auto|on|off", value_enum, default_value = "auto", hide_possible_values = true)]
+    dynamic_resolution: DynamicResolution,
     /// Draw so many frames without a pause, then close the window and tell how long they took
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     frames: Option<u32>,
@@ -58,6 +62,14 @@ pub struct Args {
     settings: SettingsArgs,
     #[command(flatten)]
     device: DeviceArgs,
+}
+
+/// When the resolution follows the time that frames take.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum DynamicResolution {
+    Auto,
+    On,
+    Off,
 }
 
 fn vsync(text: &str) -> Result<Vsync, String> {
@@ -84,6 +96,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let options = Options {
             vsync: args.vsync,
             hdr: args.hdr,
+            dynamic_resolution: args.has_dynamic_resolution(&device.physical),
             frames: args.frames,
             playing: workload.playing.clone(),
             rests: args.settings.time.is_some(),
@@ -126,6 +139,14 @@ fn read_again(args: &Args, largest: LargestPicture) -> ReadAgain {
 }
 
 impl Args {
+    fn has_dynamic_resolution(&self, device: &PhysicalDevice) -> bool {
+        match self.dynamic_resolution {
+            DynamicResolution::On => true,
+            DynamicResolution::Off => false,
+            DynamicResolution::Auto => device.kind == vk::PhysicalDeviceType::CPU && self.frames.is_none(),
+        }
+    }
+
     #[cfg(feature = "hot-reload")]
     fn shaders(&self) -> Option<ShaderFolder> {
         let own = || Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders");

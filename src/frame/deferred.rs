@@ -374,6 +374,9 @@ impl Deferred {
             // SAFETY: begun above, and every subpass recorded.
             unsafe { gpu.cmd_end_render_pass(cmd) };
         }
+
+        // A window's picture that is enlarged: rows `swapchain-to-present` and `present-to-swapchain`.
+        passes.record_present(frame, times);
     }
 
     /// BLOOM and SPREAD, outside a render pass, and the begin of the one that goes on with TONEMAP.

@@ -146,7 +146,7 @@ fn after_the_picture(plan: &FramePlan) -> Vec<Option<Step>> {
     );
     match plan.presented {
         None => vec![commands(plan, Copied, &copy::PASS, &[], &[to_host])],
-        Some(Canvas::Straight(_)) => vec![
+        Some(Canvas::Straight(_) | Canvas::Enlarge(_)) => vec![
             commands(
                 plan,
                 Always,

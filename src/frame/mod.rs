@@ -386,7 +386,7 @@ impl Renderer {
         &mut self,
         camera: &Camera,
         jitter: [f64; 2],
-        swapchain_image: Option<(usize, vk::Image)>,
+        swapchain_image: Option<(usize, (vk::Image, vk::Extent2D))>,
     ) -> Result<Recorded, Error> {
         self.plan.check_camera(camera)?;
         self.free_place()?;

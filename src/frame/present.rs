@@ -49,6 +49,8 @@ pub struct Presenter {
     desc: SwapchainDesc,
     /// The brightest that the display shows, where it may show more than white, in units of white.
     headroom: f32,
+    /// Of the window's edges, how much pictures have that are enlarged; none where pictures are drawn into the window's images.
+    resolution: Option<f64>,
     /// One for each frame in flight: free again when the frame that waits for it is done.
     acquired: Vec<Owned<vk::Semaphore>>,
     /// None before the window has had any pixels.
@@ -100,6 +102,7 @@ impl Presenter {
             surface: Some(surface),
             desc: SwapchainDesc { vsync, ..desc_for(&plan) },
             headroom: 1.0,
+            resolution: None,
             acquired,
             renderer: None,
             swapchain: None,
@@ -138,6 +141,58 @@ impl Presenter {
     pub fn with_encoding(self) -> Self {
         let images = ImageWish { by_shader: true, ..self.desc.images };
         Self { desc: SwapchainDesc { images, ..self.desc }, ..self }
+    }
+
+    /// The same with pictures that may be smaller than the window and are enlarged into it: see [`Presenter::set_resolution`]. Pictures as large as the
+    /// window are the same to the bit. Where the window's images cannot be copied into, or are of more than 8 bits, nothing changes.
+    pub fn with_dynamic_resolution(self) -> Self {
+        Self { resolution: Some(1.0), ..self }
+    }
+
+    /// From the next frame on pictures have this share, above 0 and up to 1, of the window's width and height, if
+    /// [`Presenter::with_dynamic_resolution`] lets them and the window is not split. Only what has the size of the picture is made anew. Waits for nothing; frames
+    /// that are to be others anyway (see [`Presenter::change`]) have it with the next [`Presenter::fit`].
+    ///
+    /// # Errors
+    /// When the settings cannot be planned at that size, or the device lacks the memory.
+    pub fn set_resolution(&mut self, scene: &Scene, settings: &Settings, share: f64) -> Result<(), Error> {
+        let Some(before) = self.resolution.replace(share) else {
+            self.resolution = None;
+            return Ok(());
+        };
+        let (Some(renderer), Some(swapchain)) = (&self.renderer, &self.swapchain) else { return Ok(()) };
+        let Some(canvas @ Canvas::Enlarge(_)) = renderer.plan.presented.filter(|_| before != share) else {
+            return Ok(());
+        };
+        let settings = Settings { size: self.size_in(swapchain.extent, canvas), ..settings.clone() };
+        let plan = plan_for(&self.device, scene, &settings)?.presented_as(canvas);
+        if self.changed.is_none() && renderer.plan.size != plan.size && renderer.plan.differs_in_size_only(&plan) {
+            self.screenshot = None;
+            self.renderer = self.renderer.take().map(|own| own.resized(plan, &[])).transpose()?;
+        }
+        Ok(())
+    }
+
+    /// The size of pictures in a window of this extent.
+    fn size_in(&self, extent: vk::Extent2D, canvas: Canvas) -> [u32; 2] {
+        let share = match canvas {
+            Canvas::Enlarge(_) if self.split.is_none() => self.resolution.unwrap_or(1.0).clamp(0.0, 1.0),
+            _ => 1.0,
+        };
+        [extent.width, extent.height].map(|edge| ((f64::from(edge) * share).round() as u32).max(1))
+    }
+
+    /// What frames are drawn into that are shown in such images.
+    fn canvas(&self, formats: ImageFormats, usage: vk::ImageUsageFlags) -> Canvas {
+        match (formats.by_shader, transfer_of(formats.color_space)) {
+            // Images that are viewed in another format take what is copied as it is, and not encoded.
+            (false, _) if self.resolution.is_some() && usage.contains(COPIED_INTO) && formats.own == formats.drawn => {
+                Canvas::Enlarge(formats.drawn)
+            }
+            (false, _) => Canvas::Straight(formats.drawn),
+            (true, Transfer::Srgb) => Canvas::Encode(Encoding { transfer: Transfer::Srgb, headroom: 1.0 }),
+            (true, transfer) => Canvas::Encode(Encoding { transfer, headroom: self.headroom }),
+        }
     }
 
     /// Shows another view of the same camera beside the picture from the next [`Presenter::fit`] on, or none any more.
@@ -241,8 +296,8 @@ impl Presenter {
 
     /// Whether the window's images can be copied from, for [`Presenter::picture`].
     pub fn can_copy(&self) -> bool {
-        let own = self.encode.is_some() || self.split.is_none() && self.plan().is_some_and(FramePlan::is_tiled);
-        own || self.swapchain.as_ref().is_some_and(copies)
+        let has_own = self.plan().is_some_and(FramePlan::is_copied_into_swapchain);
+        self.encode.is_some() || self.split.is_none() && has_own || self.swapchain.as_ref().is_some_and(copies)
     }
 
     /// Draws a frame and has it shown. Waits for the frame before the last, and a moment for an image. With `copied`, its picture can be had
@@ -310,7 +365,7 @@ impl Presenter {
         };
         let (place, image) = (renderer.next, &swapchain.images[index]);
         let acquired = self.acquired[place].raw;
-        let recorded = renderer.record(camera, [0.0; 2], Some((index, image.raw)));
+        let recorded = renderer.record(camera, [0.0; 2], Some((index, (image.raw, swapchain.extent))));
         // Nothing else would wait for the semaphore, and it could not be used again.
         let recorded = recorded.inspect_err(|_| _ = self.device.consume(acquired))?;
         let cmd = renderer.frames[place].cmd.raw;
@@ -319,7 +374,7 @@ impl Presenter {
             split.record(&self.device, &renderer.edges, (cmd, picture));
         }
         if let Some(copy) = self.screenshot.as_ref().filter(|_| copied) {
-            record_copy(renderer, copy, copies(swapchain).then_some(image.raw));
+            record_copy(renderer, copy, copies_whole(swapchain, &renderer.plan).then_some(image.raw));
         }
         if let (Some(overlay), Some(panels)) = (&self.overlay, panels) {
             let whole = ImageRange::whole(picture, vk::ImageAspectFlags::COLOR);
@@ -360,7 +415,8 @@ impl Presenter {
         if renderer.plan.encoding.is_some() {
             return picture_up_to_white(copy, renderer.plan.size);
         }
-        let format = if copies(swapchain) { swapchain.formats.drawn } else { renderer.plan.output };
+        let format =
+            if copies_whole(swapchain, &renderer.plan) { swapchain.formats.drawn } else { renderer.plan.output };
         picture_of(copy, renderer.plan.size, format)
     }
 
@@ -486,18 +542,23 @@ fn check_surface(device: &Device, surface: &Surface) -> gpu::Result<()> {
     }
 }
 
-/// How SPLIT uses the swapchain's images.
-const SPLIT_INTO: vk::ImageUsageFlags = vk::ImageUsageFlags::TRANSFER_DST;
+/// How SPLIT and PRESENT use the swapchain's images.
+const COPIED_INTO: vk::ImageUsageFlags = vk::ImageUsageFlags::TRANSFER_DST;
 
-/// What a swapchain's images are used for besides, where the surface allows that: for screenshots, and while the window is split.
-fn wishes(is_split: bool) -> vk::ImageUsageFlags {
-    let split = if is_split { SPLIT_INTO } else { vk::ImageUsageFlags::empty() };
-    vk::ImageUsageFlags::TRANSFER_SRC | split
+/// What a swapchain's images are used for besides, where the surface allows that: for screenshots, and where something is copied into them.
+fn wishes(are_copied_into: bool) -> vk::ImageUsageFlags {
+    let into = if are_copied_into { COPIED_INTO } else { vk::ImageUsageFlags::empty() };
+    vk::ImageUsageFlags::TRANSFER_SRC | into
 }
 
 /// Whether a swapchain's images can be copied from.
 fn copies(swapchain: &Swapchain) -> bool {
     swapchain.usage.contains(vk::ImageUsageFlags::TRANSFER_SRC)
+}
+
+/// Whether a picture is copied from the swapchain's image, with what lies over it: an enlarged one is copied before it is enlarged.
+fn copies_whole(swapchain: &Swapchain, plan: &FramePlan) -> bool {
+    copies(swapchain) && [swapchain.extent.width, swapchain.extent.height] == plan.size
 }
 
 /// The swapchain that a plan's frames are drawn into.
@@ -509,15 +570,6 @@ fn desc_for(plan: &FramePlan) -> SwapchainDesc {
     };
     let images = ImageWish { encodes, hdr: false, by_shader: false };
     SwapchainDesc { images, usage, wishes: wishes(false), vsync: Vsync::default(), size: plan.size }
-}
-
-/// What frames are drawn into that are shown in such images, on a display that shows so much.
-fn canvas_of(formats: ImageFormats, headroom: f32) -> Canvas {
-    match (formats.by_shader, transfer_of(formats.color_space)) {
-        (false, _) => Canvas::Straight(formats.drawn),
-        (true, Transfer::Srgb) => Canvas::Encode(Encoding { transfer: Transfer::Srgb, headroom: 1.0 }),
-        (true, transfer) => Canvas::Encode(Encoding { transfer, headroom }),
-    }
 }
 
 /// What the values of images in a colour space mean.

@@ -14,6 +14,7 @@ use crate::passes::cull::{self, Cull};
 use crate::passes::depth::{self, Depth};
 use crate::passes::fill::{self, Fill};
 use crate::passes::occluders::{self, Occluders};
+use crate::passes::present;
 use crate::passes::pyramid::{self, Pyramid};
 use crate::passes::shadow::{self, Shadow};
 use crate::passes::skin::{self, Skin};
@@ -32,6 +33,7 @@ pub struct RenderPasses {
     skin: Option<SkinStage>,
     hiding: Option<HidingStage>,
     culling: Option<CullingStage>,
+    present: Option<PresentStage>,
 }
 
 /// One of a frame's render passes.
@@ -75,6 +77,13 @@ struct CullingStage {
     arrange_to_fill: Option<Edge>,
     found_to_host: Option<Edge>,
     fill_to_draws: Option<Edge>,
+}
+
+/// PRESENT, with the picture that it copies and the rows of the barriers around it.
+struct PresentStage {
+    picture: Target,
+    before: Edge,
+    after: Edge,
 }
 
 /// SHADOW with its render pass.
@@ -135,7 +144,9 @@ impl RenderPasses {
             }),
             None => None,
         };
-        let mut made = Self { targets, list, passes, shadow, skin, hiding: None, culling };
+        let rows = row(RowName::SWAPCHAIN_TO_PRESENT).zip(row(RowName::PRESENT_TO_SWAPCHAIN));
+        let present = rows.map(|(before, after)| PresentStage { picture: plan.picture(), before, after });
+        let mut made = Self { targets, list, passes, shadow, skin, hiding: None, culling, present };
         made.hiding = HidingStage::new(parts, &made)?;
         made.expose(plan, world);
         Ok(made)
@@ -287,6 +298,20 @@ impl RenderPasses {
             shadow.record(frame);
             frame.end(times, &shadow::PASS);
         }
+    }
+}
+
+impl RenderPasses {
+    /// Records the copy of the picture into the swapchain's image, outside a render pass, where the plan has it.
+    pub fn record_present(&self, frame: &Recording, times: &mut Option<Timestamps>) {
+        let (Some(stage), Some((image, extent))) = (&self.present, frame.swapchain_image) else { return };
+        frame.begin(&present::PASS);
+        let whole = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
+        // Presentation may still have read the image: all of it is written.
+        image_barrier(frame.device, frame.cmd, whole, Some(&stage.before));
+        present::record(frame.device, frame.cmd, self.targets.image(stage.picture), (image, extent));
+        image_barrier(frame.device, frame.cmd, whole, Some(&stage.after));
+        frame.end(times, &present::PASS);
     }
 }
 

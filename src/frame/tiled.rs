@@ -18,13 +18,12 @@ use super::ao::{self, AoStage};
 use super::edges::{Edges, RowName};
 use super::list::{self, MAIN_PASS, Occasion, SHADOW_PASS, Step};
 use super::render_passes::{RenderPassIndex, RenderPasses, background, image_barrier, prepass};
-use crate::gpu::barrier::ImageRange;
 use crate::gpu::{self, Image, Timestamps};
 use crate::passes::depth::{self, Depth};
 use crate::passes::geometry::{self, Geometry};
 use crate::passes::tiled::{self, Tiled};
 use crate::passes::tonemap::encode_srgb;
-use crate::passes::{Recording, Resource, present, shadow};
+use crate::passes::{Recording, Resource, shadow};
 use crate::plan::{FramePlan, OUTPUT_PLAIN, Target};
 use crate::visible::World;
 
@@ -98,14 +97,8 @@ impl TiledFrame {
         image_barrier(frame.device, cmd, output, self.edges.find(RowName::READ_BACK));
         frame.end(times, &tiled::PASS);
 
-        if let (Some(begin), Some(image)) = (self.edges.find(RowName::SWAPCHAIN_TO_PRESENT), frame.swapchain_image) {
-            frame.begin(&present::PASS);
-            let whole = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
-            image_barrier(frame.device, cmd, whole, Some(begin));
-            present::record(frame.device, cmd, output, image);
-            image_barrier(frame.device, cmd, whole, self.edges.find(RowName::PRESENT_TO_SWAPCHAIN));
-            frame.end(times, &present::PASS);
-        }
+        // Rows `swapchain-to-present` and `present-to-swapchain`.
+        passes.record_present(frame, times);
     }
 
     /// Makes everything that the plan has, once.

@@ -41,6 +41,8 @@ pub struct Case {
 pub enum Way {
     /// The last pass draws into them.
     Straight,
+    /// PRESENT enlarges them.
+    Enlarged,
     /// ENCODE writes them.
     Encoded,
 }
@@ -63,6 +65,7 @@ impl Case {
 pub fn presented(plan: FramePlan, way: Way) -> FramePlan {
     plan.presented_as(match way {
         Way::Straight => Canvas::Straight(vk::Format::B8G8R8A8_SRGB),
+        Way::Enlarged => Canvas::Enlarge(vk::Format::B8G8R8A8_SRGB),
         Way::Encoded => Canvas::Encode(Encoding { transfer: Transfer::Srgb, headroom: 1.0 }),
     })
 }

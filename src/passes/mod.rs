@@ -104,7 +104,7 @@ use ash::vk;
 
 use crate::gpu::{self, Device, Timestamps, sync::Use};
 use crate::gpu_scene::{CulledState, Culling, GpuScene, INDEX_READ, Instances, SKY_READ, TEXTURE_READ, VERTEX_READ};
-use crate::plan::{Canvas, FramePlan, IndexWidth, Shading, Target, TexturePlan};
+use crate::plan::{FramePlan, IndexWidth, Shading, Target, TexturePlan};
 use crate::scene::Camera;
 use crate::shaders::Variant;
 use crate::visible::{MapDraw, Since, Visible, World, WorldObject};
@@ -259,12 +259,9 @@ fn sky_light(plan: &FramePlan) -> Option<Touch> {
     plan.is_lit_by_sky().then(|| Touch::resource(Resource::SkyLight, SKY_READ))
 }
 
-/// Where the finished picture is: in an image of the swapchain where a compute pass's was copied into one, else in its target.
+/// Where the finished picture is: in an image of the swapchain where PRESENT has copied it into one, else in its target.
 pub fn shown(plan: &FramePlan) -> Resource {
-    match plan.presented {
-        Some(Canvas::Straight(_)) if plan.is_tiled() => Resource::SwapchainImage,
-        _ => Resource::Target(plan.picture()),
-    }
+    if plan.is_copied_into_swapchain() { Resource::SwapchainImage } else { Resource::Target(plan.picture()) }
 }
 
 /// What the pass after GEOMETRY reads, in the order of the bindings of `shaders/shared/gbuffer.wgsl`; that of depth is the first.
@@ -324,8 +321,8 @@ pub struct Recording<'a> {
     pub posed: bool,
     /// The index of the swapchain's image that the picture goes to; 0 where nothing is presented.
     pub image: usize,
-    /// That image.
-    pub swapchain_image: Option<vk::Image>,
+    /// That image, and its extent.
+    pub swapchain_image: Option<(vk::Image, vk::Extent2D)>,
     pub scene: &'a GpuScene,
     pub world: &'a World,
     /// How textures lie on what is drawn.

@@ -1,10 +1,11 @@
-//! PRESENT: a picture that a compute pass wrote, into an image of the swapchain. What a render pass draws, it draws there by itself.
+//! PRESENT: a picture that a compute pass wrote, or one that is to be enlarged, into an image of the swapchain. What a render pass draws otherwise, it
+//! draws there by itself.
 
 use ash::vk;
 
 use super::{How, Pass, Place, Presence, Resource, Touch};
 use crate::gpu::{Device, Image, sync::Use};
-use crate::plan::{Canvas, Target};
+use crate::plan::Canvas;
 
 /// The first stage of a render pass that touches the swapchain's image, as an attachment. What came before it there was read by presentation,
 /// whose semaphore has made that available.
@@ -20,38 +21,50 @@ const READ: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TR
 pub const PASS: Pass = Pass {
     place: Place::pass("PRESENT"),
     time: "present",
-    what: "copies the picture into an image of the swapchain",
+    what: "copies the picture into an image of the swapchain, enlarged where that is larger",
     presence: |plan| {
-        let is_in = plan.is_tiled() && matches!(plan.presented, Some(Canvas::Straight(_)));
-        Presence::when(
-            is_in,
-            "compute cannot store to an image that the hardware encodes",
-            "no window, or it is drawn into directly",
-        )
+        let why = match plan.presented {
+            Some(Canvas::Enlarge(_)) => "its resolution follows the time that frames take",
+            _ => "compute cannot store to an image that the hardware encodes",
+        };
+        Presence::when(plan.is_copied_into_swapchain(), why, "no window, or it is drawn into directly")
     },
-    touches: |_| {
+    touches: |plan| {
         vec![
-            Touch { resource: Resource::Target(Target::Output), how: How::CopiedFrom, uses: READ },
+            Touch { resource: Resource::Target(plan.picture()), how: How::CopiedFrom, uses: READ },
             Touch { resource: Resource::SwapchainImage, how: How::CopiedTo, uses: WRITE },
         ]
     },
     leave_out: None,
 };
 
-/// Copies the picture, which is in TRANSFER_SRC_OPTIMAL, into an image of its size that is in TRANSFER_DST_OPTIMAL. A blit, because the two may
-/// have their channels in different orders.
-pub fn record(device: &Device, cmd: vk::CommandBuffer, picture: &Image, swapchain_image: vk::Image) {
+/// Copies the picture, which is in TRANSFER_SRC_OPTIMAL, into an image of this extent that is in TRANSFER_DST_OPTIMAL. A blit, because the two may
+/// have their channels in different orders, and the image may be larger: texels between those of the picture are linear then, of light where the
+/// hardware encodes both.
+pub fn record(
+    device: &Device,
+    cmd: vk::CommandBuffer,
+    picture: &Image,
+    (swapchain_image, extent): (vk::Image, vk::Extent2D),
+) {
     let layers = vk::ImageSubresourceLayers {
         aspect_mask: vk::ImageAspectFlags::COLOR,
         mip_level: 0,
         base_array_layer: 0,
         layer_count: 1,
     };
-    let end = vk::Offset3D { x: picture.extent.width as i32, y: picture.extent.height as i32, z: 1 };
-    let corners = [vk::Offset3D::default(), end];
-    let region =
-        vk::ImageBlit { src_subresource: layers, src_offsets: corners, dst_subresource: layers, dst_offsets: corners };
+    let corners =
+        |width: u32, height: u32| [vk::Offset3D::default(), vk::Offset3D { x: width as i32, y: height as i32, z: 1 }];
+    let region = vk::ImageBlit {
+        src_subresource: layers,
+        src_offsets: corners(picture.extent.width, picture.extent.height),
+        dst_subresource: layers,
+        dst_offsets: corners(extent.width, extent.height),
+    };
+    let is_whole = (picture.extent.width, picture.extent.height) == (extent.width, extent.height);
+    let filter = if is_whole { vk::Filter::NEAREST } else { vk::Filter::LINEAR };
     let (from, to) = (vk::ImageLayout::TRANSFER_SRC_OPTIMAL, vk::ImageLayout::TRANSFER_DST_OPTIMAL);
-    // SAFETY: `cmd` is being recorded outside a render pass; both images have the size of the plan and lie in these layouts.
-    unsafe { device.raw.cmd_blit_image(cmd, picture.raw, from, swapchain_image, to, &[region], vk::Filter::NEAREST) };
+    // SAFETY: `cmd` is being recorded outside a render pass; both images have these sizes and lie in these layouts. The 8-bit formats of swapchains
+    // can be sampled with a linear filter everywhere (Vulkan 1.1, 45.3 "Required Format Support").
+    unsafe { device.raw.cmd_blit_image(cmd, picture.raw, from, swapchain_image, to, &[region], filter) };
 }

@@ -54,6 +54,8 @@ pub struct Encoding {
 pub enum Canvas {
     /// Images of a swapchain that have this format. What a compute pass writes is copied there.
     Straight(vk::Format),
+    /// An image of the frame's own with the format of the swapchain's, of any size, which PRESENT enlarges into the swapchain's.
+    Enlarge(vk::Format),
     /// An image of the frame's own, from which ENCODE draws into the swapchain's.
     Encode(Encoding),
 }
@@ -70,12 +72,12 @@ fn hdr_format(asked: HdrFormat, device: &Capabilities) -> Result<vk::Format, Err
 
 impl FramePlan {
     /// The same frames as a window has them. The last pass draws straight into the images of a swapchain; what a compute pass writes, which may
-    /// not store to them, is copied there. Into those that no hardware encodes ENCODE draws, whatever the last pass was.
+    /// not store to them, is copied there, and so is what is to be enlarged. Into those that no hardware encodes ENCODE draws, whatever the last pass was.
     pub fn presented_as(self, canvas: Canvas) -> Self {
         let presented = Some(canvas);
         match canvas {
-            Canvas::Straight(_) if self.is_tiled() => Self { presented, ..self },
-            Canvas::Straight(format) => Self { presented, output: format, ..self },
+            Canvas::Straight(_) | Canvas::Enlarge(_) if self.is_tiled() => Self { presented, ..self },
+            Canvas::Straight(format) | Canvas::Enlarge(format) => Self { presented, output: format, ..self },
             Canvas::Encode(encoding) => Self { presented, ..self.with_encoding(encoding) },
         }
     }
@@ -84,7 +86,7 @@ impl FramePlan {
     /// is encoded by the hardware.
     pub fn copied_to(self, canvas: Canvas) -> Self {
         let format = match canvas {
-            Canvas::Straight(format) => format,
+            Canvas::Straight(format) | Canvas::Enlarge(format) => format,
             Canvas::Encode(encoding) => return self.with_encoding(encoding),
         };
         let blue_first = [vk::Format::B8G8R8A8_SRGB, vk::Format::B8G8R8A8_UNORM].contains(&format);
@@ -112,6 +114,15 @@ impl FramePlan {
     /// Whether the last pass draws into an image of the swapchain, and not into one of the frame's own.
     pub fn draws_into_swapchain(&self) -> bool {
         matches!(self.presented, Some(Canvas::Straight(_))) && !self.is_tiled()
+    }
+
+    /// Whether PRESENT copies the picture into an image of the swapchain.
+    pub fn is_copied_into_swapchain(&self) -> bool {
+        match self.presented {
+            Some(Canvas::Straight(_)) => self.is_tiled(),
+            Some(Canvas::Enlarge(_)) => true,
+            Some(Canvas::Encode(_)) | None => false,
+        }
     }
 
     /// Whether what is drawn into the output is encoded later, by the hardware or by ENCODE.

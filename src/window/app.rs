@@ -20,6 +20,7 @@ use super::controls::Controls;
 use super::keys::{Action, HELP, action};
 use super::player::Player;
 use super::recorder::Recorder;
+use super::resolution::Resolution;
 use super::subject::Subject;
 use super::user_interface::UserInterface;
 use super::watch::Watch;
@@ -51,6 +52,14 @@ struct Opened {
     window: Arc<Window>,
 }
 
+impl Opened {
+    /// The size of the picture, where it is smaller than the window.
+    fn coarse_size(&self) -> Option<[u32; 2]> {
+        let PhysicalSize { width, height } = self.window.inner_size();
+        self.presenter.plan().map(|plan| plan.size).filter(|size| size[0] < width || size[1] < height)
+    }
+}
+
 /// What a frame's picture is copied for.
 #[derive(Clone, Copy)]
 struct Copies {
@@ -77,6 +86,7 @@ pub struct App<'a> {
     /// Where it is.
     mouse: DVec2,
     clock: Clock,
+    resolution: Resolution,
     screenshot: bool,
     /// The light of the picture is to be kept.
     light: bool,
@@ -126,6 +136,7 @@ impl<'a> App<'a> {
         Self {
             device: device.clone(),
             subject,
+            resolution: Resolution::new(options.dynamic_resolution),
             options,
             control,
             control_before: None,
@@ -179,6 +190,9 @@ impl<'a> App<'a> {
         if let Some(nits) = self.options.hdr {
             presenter = presenter.with_hdr(nits);
         }
+        if self.options.dynamic_resolution {
+            presenter = presenter.with_dynamic_resolution();
+        }
         let interface = UserInterface::new(&self.device, &window, Arc::clone(&self.wake));
         self.watch_files();
         self.opened = Some(Opened { presenter, window, interface });
@@ -202,7 +216,21 @@ impl<'a> App<'a> {
         }
         self.play(now);
         let copies = self.wanted_copies(now);
+        self.choose_resolution(now, copies)?;
         self.present(now, panels, copies)
+    }
+
+    /// Pictures that are kept or compared are whole, and so are those of a frame in steps.
+    fn choose_resolution(&mut self, now: Instant, copies: Copies) -> Result<(), Error> {
+        let Some(Opened { presenter, interface, .. }) = &mut self.opened else { return Ok(()) };
+        let whole = copies.kept || copies.compared || interface.is_comparing() || interface.stepper().is_open();
+        let moves = self.subject.player.runs() || self.control.is_moving(self.held);
+        let times = presenter.times();
+        let took = Duration::from_secs_f64((times.record_ms + times.gpu_ms.unwrap_or(0.0)) * 1e-3);
+        let (share, rests) = self.resolution.choose(now, self.control.camera(), (moves, whole), took);
+        self.again = [self.again, rests].into_iter().flatten().min();
+        let drawn = interface.stepper().drawn_settings(&self.subject.settings);
+        Ok(presenter.set_resolution(&self.subject.scene, &drawn, share)?)
     }
 
     fn move_camera(&mut self, now: Instant) {
@@ -459,7 +487,9 @@ impl<'a> App<'a> {
         let (Some(interval), Some(opened)) = (self.clock.tells(Instant::now()), &self.opened) else { return };
         let times = opened.presenter.times();
         let gpu = times.gpu_ms.map(|ms| format!(", GPU {ms:.2}")).unwrap_or_default();
-        let times = format!("{interval:.2} ms a frame, CPU {:.2}{gpu}", times.record_ms);
+        let coarse =
+            opened.coarse_size().map(|[width, height]| format!(", {width}x{height} pixels")).unwrap_or_default();
+        let times = format!("{interval:.2} ms a frame, CPU {:.2}{gpu}{coarse}", times.record_ms);
         opened.window.set_title(&title(&self.subject.scene, Some(&times)));
     }
 
@@ -503,6 +533,7 @@ impl<'a> App<'a> {
             Some(action @ (Action::Play | Action::Nudge { .. } | Action::Clip { .. })) => self.change_clips(action),
             Some(Action::Record) => self.record(),
             Some(Action::Scene) => self.keep_scene(),
+            Some(Action::Resolution) => self.switch_resolution(),
             Some(Action::Compare) => self.open_panels(|controls| controls.asks_truth = true),
             Some(Action::Reset) => self.control.reset(),
             Some(Action::Orbit) => {
@@ -528,6 +559,16 @@ impl<'a> App<'a> {
             None => return,
         }
         self.ask_for_frame();
+    }
+
+    fn switch_resolution(&mut self) {
+        let told = match (self.options.dynamic_resolution, self.resolution.follows) {
+            (false, _) => "resolution: always the window's; --dynamic-resolution on lets it follow the time of frames",
+            (true, true) => "resolution: always the window's",
+            (true, false) => "resolution: follows the time of frames while something moves",
+        };
+        self.resolution = Resolution::new(self.options.dynamic_resolution && !self.resolution.follows);
+        (self.options.tell)(told);
     }
 
     /// False if there was nothing to be ended.

@@ -42,6 +42,8 @@ pub(super) enum Action {
     },
     /// Begin to record the camera's path, or end it.
     Record,
+    /// Let the resolution follow the time that frames take, or draw all pixels again.
+    Resolution,
     /// Write the scene and the settings as they are.
     Scene,
     /// Keep this place.
@@ -75,6 +77,7 @@ pub const HELP: &[(&str, &str)] = &[
     ("T", "compare the picture with the truth: where it is wrong, and by how much"),
     ("K", "record the camera's path, and write it"),
     ("F", "write scene, camera and settings as a scene file, and print the command that draws them"),
+    ("Z", "the resolution follows the time of frames while something moves, or is always the window's"),
     ("H or F1", "these keys"),
     ("Esc", "back to the whole frame, clear what is told of files, end the comparison, clear the selection; then quit"),
 ];
@@ -110,6 +113,7 @@ pub(super) fn action(key: KeyCode, control: bool, shift: bool) -> Option<Action>
         KeyCode::KeyT => Some(Action::Compare),
         KeyCode::KeyK => Some(Action::Record),
         KeyCode::KeyF => Some(Action::Scene),
+        KeyCode::KeyZ => Some(Action::Resolution),
         KeyCode::KeyX => Some(Action::Split { next: shift }),
         KeyCode::KeyP | KeyCode::F12 if shift => Some(Action::Light),
         KeyCode::KeyP | KeyCode::F12 => Some(Action::Screenshot),
@@ -168,6 +172,7 @@ mod tests {
             KeyCode::KeyP,
             KeyCode::KeyX,
             KeyCode::KeyF,
+            KeyCode::KeyZ,
         ]) {
             assert!(action(key, false, false).is_some() && !hold(&mut Held::default(), key, true), "{key:?}");
         }

@@ -13,6 +13,7 @@ mod oracle;
 mod overlay;
 mod player;
 mod recorder;
+mod resolution;
 mod split;
 mod steps;
 mod subject;
@@ -65,6 +66,8 @@ pub struct Options<'a> {
     pub vsync: Vsync,
     /// Show what is brighter than white so, where the display can: up to so many nits.
     pub hdr: Option<f32>,
+    /// Pictures are coarser while something moves, where frames take long.
+    pub dynamic_resolution: bool,
     /// Draw without a pause, and close after so many frames.
     pub frames: Option<u32>,
     /// The moment and the clips that it begins with.

@@ -37,6 +37,7 @@ impl Different {
             let ways = [
                 ("straight in a window", presented(plan.clone(), Way::Straight)),
                 ("encoded in a window", presented(plan.clone(), Way::Encoded)),
+                ("enlarged in a window", presented(plan.clone(), Way::Enlarged)),
                 ("beside another in a window", plan.clone().copied_to(Canvas::Straight(vk::Format::B8G8R8A8_SRGB))),
             ];
             for (way, plan) in one_of(&ways, self.tried) {

@@ -196,7 +196,7 @@ static ROWS: &[Needs] = &[
 
 const COPIED_FROM_SWAPCHAIN: fn(&FramePlan) -> Option<&'static str> = |plan| match plan.presented {
     None => Some("there is no window"),
-    Some(Canvas::Straight(_)) => None,
+    Some(Canvas::Straight(_) | Canvas::Enlarge(_)) => None,
     Some(Canvas::Encode(_)) => Some("COPY takes the picture in the layout that it lies in"),
 };
 
@@ -245,7 +245,7 @@ mod tests {
             .into_iter()
             .flat_map(|(name, plan)| {
                 let format = if plan.is_tiled() { vk::Format::B8G8R8A8_UNORM } else { vk::Format::B8G8R8A8_SRGB };
-                [Canvas::Straight(format), encoded]
+                [Canvas::Straight(format), Canvas::Enlarge(format), encoded]
                     .map(|canvas| (format!("{name}, {canvas:?}"), plan.clone().presented_as(canvas)))
             })
             .collect();

@@ -50,7 +50,7 @@ pub(super) const IN_TURN: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::A
 pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     let mut rows = match plan.presented {
         None => return Vec::new(),
-        Some(Canvas::Straight(_)) => straight(plan),
+        Some(Canvas::Straight(_) | Canvas::Enlarge(_)) => straight(plan),
         Some(Canvas::Encode(_)) => encoded(),
     };
     rows.extend([
@@ -85,16 +85,16 @@ fn acquire((first, first_use): (Place, Use), why: &'static str) -> Edge {
         .because(why)
 }
 
-/// The picture is the swapchain's image.
+/// The picture is the swapchain's image, or is copied into it.
 fn straight(plan: &FramePlan) -> Vec<Edge> {
-    let first = match plan.is_tiled() {
+    let first = match plan.is_copied_into_swapchain() {
         true => (present::PASS.place, BEGIN),
         false => (first_of_picture(plan), ATTACH),
     };
     let why =
         "presentation may still read the image when the frame is recorded; the frame goes on until it needs the image";
     let mut rows = vec![acquire(first, why)];
-    if plan.is_tiled() {
+    if plan.is_copied_into_swapchain() {
         rows.extend([
             barrier(RowName::SWAPCHAIN_TO_PRESENT, vk::ImageLayout::UNDEFINED, WRITTEN)
                 .from(Place::OUTSIDE, &[BEGIN])

@@ -3,7 +3,7 @@
 use ash::vk;
 
 use super::over::{Over, own_canvas};
-use super::{Presenter, SPLIT_INTO, canvas_of, desc_for, wishes};
+use super::{COPIED_INTO, Presenter, desc_for, wishes};
 use crate::frame::builder::RendererBuilder;
 use crate::frame::rebuild::{Begun, Made, Rebuild, Wake};
 use crate::frame::{Error, plan_for};
@@ -84,7 +84,8 @@ impl Presenter {
         let vk::Extent2D { width, height } = swapchain.extent;
         let settings = Settings { size: [width, height], ..settings.clone() };
         let plan = plan_for(&self.device, scene, &settings)?;
-        let canvas = canvas_of(image_formats(&self.device, surface, self.wish_for(&plan))?, self.headroom);
+        let formats = image_formats(&self.device, surface, self.wish_for(&plan))?;
+        let canvas = self.canvas(formats, swapchain.usage);
         let own = self.changed.map(|_| {
             let plan = plan.presented_as(canvas).of_one_pixel();
             let (edges, uploaded) = ((self.edges)(&plan), shown.uploaded_for(&plan));
@@ -117,7 +118,8 @@ impl Presenter {
             }
             own => own?,
         };
-        self.desc = SwapchainDesc { size, wishes: wishes(self.split.is_some()), ..self.desc };
+        self.desc =
+            SwapchainDesc { size, wishes: wishes(self.split.is_some() || self.resolution.is_some()), ..self.desc };
         let Some((settings, plan)) = self.fit_swapchain(scene, settings)? else { return Ok(Fitted::Nothing) };
         let Some(swapchain) = &self.swapchain else { return Ok(Fitted::Nothing) };
         let views = swapchain.views();
@@ -172,15 +174,14 @@ impl Presenter {
             let old = self.swapchain.take();
             self.swapchain = Swapchain::new(&self.device, surface, &self.desc, old)?;
             let Some(swapchain) = &self.swapchain else { return Ok(None) };
-            let vk::Extent2D { width, height } = swapchain.extent;
-            let settings = Settings { size: [width, height], ..settings.clone() };
+            let canvas = self.canvas(swapchain.formats, swapchain.usage);
+            let settings = Settings { size: self.size_in(swapchain.extent, canvas), ..settings.clone() };
             let plan = plan_for(&self.device, scene, &settings)?;
             let before = (self.desc.images, self.desc.usage);
             let (images, usage) = (self.wish_for(&plan), desc_for(&plan).usage);
             // Frames of other settings may need other images than those before. What they need does not depend on their size.
             self.desc = SwapchainDesc { images, usage, ..self.desc };
             if swapchain.formats.by_shader || (images, usage) == before {
-                let canvas = canvas_of(swapchain.formats, self.headroom);
                 return Ok(Some((settings, plan.presented_as(canvas))));
             }
         }
@@ -218,7 +219,7 @@ impl Presenter {
         let (Some(split), Some(renderer), Some(swapchain)) = (&mut self.split, &self.renderer, &self.swapchain) else {
             return false;
         };
-        let can_split = swapchain.usage.contains(SPLIT_INTO) || own_canvas(renderer).is_some();
+        let can_split = swapchain.usage.contains(COPIED_INTO) || own_canvas(renderer).is_some();
         let fitted = match renderer.plan.presented.filter(|_| can_split) {
             Some(canvas) => split.fit((scene, settings), (renderer, canvas), self.changed, made),
             None => Err(gpu::Error::Unsupported("this window's images cannot be copied into".into()).into()),

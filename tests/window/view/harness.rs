@@ -38,7 +38,9 @@ pub mod key {
     pub const T: u8 = 28;
     pub const R: u8 = 27;
     pub const O: u8 = 32;
+    pub const S: u8 = 39;
     pub const X: u8 = 53;
+    pub const Z: u8 = 52;
     pub const P: u8 = 33;
     pub const H: u8 = 43;
     pub const N: u8 = 57;
@@ -183,6 +185,10 @@ impl<'a> View<'a> {
     pub fn start(server: &'a Server, arguments: &[&str]) -> Self {
         let mut command = program();
         command.arg("view").args(arguments);
+        if !arguments.contains(&"--dynamic-resolution") {
+            // A picture that depends on how fast the machine is has tests of its own.
+            command.args(["--dynamic-resolution", "off"]);
+        }
         Self::of(server, command)
     }
 

@@ -12,6 +12,7 @@ mod hdr_display;
 mod light;
 mod openings;
 mod panels;
+mod resolution;
 mod split;
 mod steps;
 mod traces;

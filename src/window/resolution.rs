@@ -1,0 +1,151 @@
+//! The resolution of pictures in a window while something moves, on devices that cannot draw all of its pixels often enough. It follows the time that
+//! frames take; a picture that rests is whole.
+
+use std::time::{Duration, Instant};
+
+use crate::scene::Camera;
+
+/// Steps of the window's width and height: each makes anew what has the size of the picture, so that there are few.
+const STEPS: u32 = 8;
+/// The coarsest, with which a window begins: a sixteenth of the pixels.
+const COARSEST: u32 = 2;
+/// How long a frame may take while something moves: 10 a second.
+const AIM: Duration = Duration::from_millis(100);
+/// Times up to this much longer are no reason for a change.
+const TOLERANCE: f64 = 1.15;
+/// How far the time that is expected of a finer step must be below [`AIM`].
+const MARGIN: f64 = 0.85;
+/// Frames after a change whose known time is still of one before it: two in flight, and the one that is made.
+const LATE: u32 = 3;
+/// When a picture rests, after the last movement.
+const REST: Duration = Duration::from_millis(150);
+
+/// How many of a window's pixels its frames draw.
+#[derive(Debug)]
+pub struct Resolution {
+    /// Otherwise pictures are whole.
+    pub follows: bool,
+    /// The step while something moves.
+    step: u32,
+    /// What the last frame showed.
+    camera: Option<Camera>,
+    /// When something moved last; none before the first frame.
+    moved: Option<Instant>,
+    /// Frames with this step so far, without a pause.
+    since: u32,
+}
+
+impl Resolution {
+    /// Of a window that begins.
+    pub fn new(follows: bool) -> Self {
+        Self { follows, step: COARSEST, camera: None, moved: None, since: 0 }
+    }
+
+    /// The share of the window's width and height for the frame that begins now, and when it is to be drawn anew because it will rest then. `moves`
+    /// tells that something else than the camera moves, `whole` that the picture is kept; `took` is how long the last frame took that is known to be done.
+    pub fn choose(
+        &mut self,
+        now: Instant,
+        camera: &Camera,
+        (moves, whole): (bool, bool),
+        took: Duration,
+    ) -> (f64, Option<Instant>) {
+        if !self.follows {
+            return (1.0, None);
+        }
+        // The first frame comes as soon as can be, too.
+        let has_moved = self.camera.replace(*camera) != Some(*camera);
+        if moves || has_moved {
+            self.moved = Some(now);
+        }
+        let rests = self.moved.map(|moved| moved + REST).filter(|rests| *rests > now);
+        if whole || rests.is_none() {
+            self.since = 0;
+            return (1.0, rests.filter(|_| self.step < STEPS));
+        }
+        if self.since >= LATE {
+            let step = step_for(self.step, took);
+            if step != self.step {
+                (self.step, self.since) = (step, 0);
+            }
+        }
+        self.since += 1;
+        (f64::from(self.step) / f64::from(STEPS), rests.filter(|_| self.step < STEPS))
+    }
+}
+
+/// The step for frames that take so long with `step`. All of a frame's time is taken to be of its pixels; the rest makes a finer step cheaper than expected,
+/// and a coarser one not coarse enough at once.
+fn step_for(step: u32, took: Duration) -> u32 {
+    let share = took.as_secs_f64() / AIM.as_secs_f64();
+    let expected = |other: u32| share * (f64::from(other) / f64::from(step)).powi(2);
+    if share > TOLERANCE {
+        return (COARSEST..step).rev().find(|&other| expected(other) <= 1.0).unwrap_or(COARSEST);
+    }
+    (step + 1..=STEPS).rev().find(|&other| expected(other) <= MARGIN).unwrap_or(step)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A window whose camera moves in each frame; frames take `fixed` and so many milliseconds for all of its pixels, which is known when the one after the
+    /// next begins. Returns all shares.
+    fn shares(fixed: f64, whole: impl Fn(usize) -> f64, frames: usize) -> Vec<f64> {
+        let mut resolution = Resolution::new(true);
+        let (mut now, mut camera) = (Instant::now(), Camera::default());
+        let mut shares: Vec<f64> = Vec::new();
+        for frame in 0..frames {
+            camera.position.x += 1.0;
+            let took =
+                |frame: usize, share: f64| Duration::from_secs_f64((fixed + whole(frame) * share * share) * 1e-3);
+            let known = frame.checked_sub(3).map_or(Duration::ZERO, |frame| took(frame, shares[frame]));
+            let (share, rests) = resolution.choose(now, &camera, (false, false), known);
+            assert_eq!(rests, (share < 1.0).then_some(now + REST));
+            shares.push(share);
+            now += took(frame, share);
+        }
+        shares
+    }
+
+    #[test]
+    fn it_follows_the_time_that_frames_take_and_stays_there() {
+        let cases =
+            [(5.0, 650.0, 0.25), (5.0, 400.0, 0.375), (5.0, 60.0, 1.0), (20.0, 240.0, 0.375), (120.0, 9.0, 0.25)];
+        for (fixed, whole, expected) in cases {
+            let shares = shares(fixed, |_| whole, 40);
+            assert_eq!(shares[0], 0.25, "begins with the coarsest");
+            assert!(shares[20..].iter().all(|&share| share == expected), "{fixed} + {whole} ms: {shares:?}");
+        }
+        // Something comes into view.
+        let shares = shares(5.0, |frame| if frame < 20 { 60.0 } else { 400.0 }, 60);
+        assert_eq!((shares[20], shares[59]), (1.0, 0.375), "{shares:?}");
+    }
+
+    #[test]
+    fn a_picture_that_rests_is_whole() {
+        let (begin, camera, took) = (Instant::now(), Camera::default(), AIM);
+        let mut resolution = Resolution::new(true);
+        let mut choose = |at: Instant, moves: bool, whole: bool| resolution.choose(at, &camera, (moves, whole), took);
+        assert_eq!(choose(begin, false, false), (0.25, Some(begin + REST)));
+        // A frame for another reason meanwhile is not finer, and does not put the rest off.
+        assert_eq!(choose(begin + REST / 2, false, false), (0.25, Some(begin + REST)));
+        assert_eq!(choose(begin + REST, false, false), (1.0, None));
+        assert_eq!(choose(begin + 2 * REST, true, false), (0.25, Some(begin + 3 * REST)));
+        // One that is kept is whole while something moves, too.
+        assert_eq!(choose(begin + 2 * REST, true, true).0, 1.0);
+        assert_eq!(Resolution::new(false).choose(begin, &camera, (true, false), took), (1.0, None));
+    }
+
+    #[test]
+    fn times_of_whole_pictures_do_not_count() {
+        let (begin, camera) = (Instant::now(), Camera::default());
+        let mut resolution = Resolution::new(true);
+        for frame in 0..LATE {
+            resolution.choose(begin + frame * AIM, &camera, (true, false), 9 * AIM);
+        }
+        resolution.choose(begin + 20 * AIM, &camera, (false, false), AIM);
+        resolution.choose(begin + 21 * AIM, &camera, (true, false), AIM / 100);
+        assert_eq!((resolution.step, resolution.since), (COARSEST, 1));
+    }
+}

@@ -1,0 +1,219 @@
+//! Pictures that are coarser than the window while something moves.
+
+use std::process::Command;
+use std::sync::Arc;
+use std::thread::sleep;
+use std::time::Duration;
+
+use afterlight::frame::{Outcome, Presenter, Renderer};
+use afterlight::gpu::{
+    Device, DeviceChoice, Instance, InstanceOptions, MessageKind, Surface, Validation, Vsync, surface_extensions,
+};
+use afterlight::reference::tonemap::{decode_srgb, encode_srgb};
+use afterlight::scene::{LightPath, OpenOptions, Scene, Settings, open};
+use winit::application::ApplicationHandler;
+use winit::dpi::PhysicalSize;
+use winit::event::WindowEvent;
+use winit::event_loop::{ActiveEventLoop, EventLoop};
+use winit::platform::x11::EventLoopBuilderExtX11 as _;
+use winit::raw_window_handle::{HasWindowHandle as _, RawWindowHandle};
+use winit::window::{Window, WindowId};
+use x11rb::protocol::xproto::{ConnectionExt, ImageFormat};
+use x11rb::rust_connection::RustConnection;
+
+use super::WAYS;
+use super::harness::{SIZE, Server, View, key, rendered, rgb, size_text, text};
+use crate::common::compare::assert_identical;
+use crate::common::gpu::bytes;
+use crate::common::program::runner;
+
+const OWN_PROCESS: &str = "AFTERLIGHT_TEST_ENLARGED";
+/// Whole, and two that do not divide the window's edges.
+const SHARES: [f64; 3] = [1.0, 0.5, 0.3];
+
+#[test]
+fn a_picture_that_rests_is_bit_by_bit_what_render_draws_and_so_is_a_screenshot_of_one_that_moves() {
+    let server = Server::start();
+    for arguments in &WAYS[..1] {
+        let expected = rendered(SIZE, arguments);
+        let size = size_text(SIZE);
+        let on = ["--size", size.as_str(), "--dynamic-resolution", "on"];
+        let mut view = View::open(&server, &[arguments, &on[..]].concat());
+        view.shows(&expected, &format!("{arguments:?}"));
+        // Forward and back at once: the camera stays, and frames follow each other.
+        server.press(key::W);
+        server.press(key::S);
+        sleep(Duration::from_millis(100));
+        server.tap(key::P);
+        view.waits_to_tell("screenshot: ");
+        let kept = rgb(&view.folder.path().join("afterlight-0001.png"));
+        assert_eq!(kept.len(), expected.len(), "{arguments:?}: the screenshot is whole");
+        server.release(key::W);
+        server.release(key::S);
+        view.rests();
+        server.tap(key::R);
+        view.shows(&expected, &format!("{arguments:?}, at rest again"));
+        server.tap(key::Z);
+        view.waits_to_tell("resolution: always the window's");
+        server.tap(key::Z);
+        view.waits_to_tell("resolution: follows the time of frames");
+        server.tap(key::ESCAPE);
+        view.ends_well();
+    }
+}
+
+const WINDOW: [u32; 2] = [SIZE[0] as u32, SIZE[1] as u32];
+
+/// A window whose pictures have each of [`SHARES`] of its edges.
+struct App {
+    ways: Vec<(Scene, Settings)>,
+    window: Option<Arc<Window>>,
+    done: bool,
+}
+
+impl App {
+    fn look(&mut self, events: &ActiveEventLoop) {
+        let window = self.window.clone().expect("it is open");
+        let extensions = surface_extensions(events).expect("a window system");
+        let options = InstanceOptions { validation: Validation::Synchronization, ..InstanceOptions::default() };
+        let instance = Instance::with_extensions(&options, &extensions).expect("an instance");
+        let device = Device::with_extensions(&instance, &DeviceChoice::Auto, &[c"VK_KHR_swapchain"]).expect("a device");
+        for (scene, settings) in &self.ways {
+            let surface = Surface::new(&device, Arc::clone(&window)).expect("a surface");
+            let presenter = Presenter::new(&device, surface, scene, settings, Vsync::Off).expect("it can present");
+            let mut presenter = presenter.with_dynamic_resolution();
+            assert!(presenter.fit(scene, settings, WINDOW).expect("it fits"));
+            for share in SHARES {
+                presenter.set_resolution(scene, settings, share).expect("frames of that size");
+                // Into each of its images, and the last one copied.
+                for frame in 0..4 {
+                    let outcome = presenter.draw(&scene.camera, frame == 3, None).expect("a frame");
+                    assert!(matches!(outcome, Outcome::Shown(_)), "{outcome:?}");
+                }
+                let picture = presenter.picture().expect("it was copied");
+                let size = WINDOW.map(|edge| (f64::from(edge) * share).round() as u32);
+                let small = Settings { size, ..settings.clone() };
+                let mut renderer = Renderer::new(&device, scene, &small).expect("a renderer");
+                let own = renderer.picture(&scene.camera, || {}).expect("a picture");
+                assert_identical(&picture, &own, &format!("{share}"));
+                // Presentation copies into the window in a thread of its own.
+                sleep(Duration::from_millis(100));
+                let shown = pixels(&window);
+                let plain = settings.light_path == LightPath::Compute;
+                let expected = enlarged(bytes(&own), size, plain);
+                let most = shown.iter().zip(&expected).map(|(own, other)| own.abs_diff(*other)).max();
+                assert!(most <= Some(if share < 1.0 { 3 } else { 0 }), "{share}: up to {most:?} codes");
+            }
+        }
+        device.wait_idle().expect("it is done");
+        drop(device);
+        let log = instance.message_log();
+        drop(instance);
+        let messages = log.take();
+        assert!(messages.iter().all(|own| own.kind == MessageKind::General), "{messages:?}");
+    }
+}
+
+impl ApplicationHandler for App {
+    fn resumed(&mut self, events: &ActiveEventLoop) {
+        let [width, height] = WINDOW;
+        let attributes =
+            Window::default_attributes().with_title("Afterlight").with_inner_size(PhysicalSize::new(width, height));
+        let window = Arc::new(events.create_window(attributes).expect("a window"));
+        window.request_redraw();
+        self.window = Some(window);
+    }
+
+    fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        if event == WindowEvent::RedrawRequested && !self.done {
+            self.look(events);
+            self.done = true;
+            events.exit();
+        }
+    }
+}
+
+/// What a window shows, RGB, as its X server tells.
+fn pixels(window: &Window) -> Vec<u8> {
+    let (connection, _) = RustConnection::connect(None).expect("the server takes connections");
+    let RawWindowHandle::Xlib(handle) = window.window_handle().expect("it is open").as_raw() else {
+        panic!("a window of X11")
+    };
+    let [width, height] = WINDOW.map(|edge| edge as u16);
+    let asked = connection.get_image(ImageFormat::Z_PIXMAP, handle.window as u32, 0, 0, width, height, !0);
+    let image = asked.expect("sent").reply().expect("it is visible");
+    // Little-endian words of 0x00RRGGBB.
+    image.data.as_chunks::<4>().0.iter().flat_map(|&[b, g, r, _]| [r, g, b]).collect()
+}
+
+/// A picture of this size over the whole window, RGB: linear between the centres of its pixels, of light or, where it is `plain`, of codes.
+fn enlarged(rgba: &[u8], [width, height]: [u32; 2], plain: bool) -> Vec<u8> {
+    let value = |code: u8| if plain { f64::from(code) / 255.0 } else { decode_srgb(f64::from(code) / 255.0) };
+    let code = |value: f64| ((if plain { value } else { encode_srgb(value) }) * 255.0).round() as u8;
+    let texel = |x: i64, y: i64, channel: usize| {
+        let [x, y] = [(x, width), (y, height)].map(|(at, edge)| at.clamp(0, i64::from(edge) - 1) as usize);
+        value(rgba[4 * (y * width as usize + x) + channel])
+    };
+    let mut all = Vec::new();
+    for y in 0..WINDOW[1] {
+        for x in 0..WINDOW[0] {
+            let place =
+                |at: u32, edge: u32, whole: u32| (f64::from(at) + 0.5) * f64::from(edge) / f64::from(whole) - 0.5;
+            let (u, v) = (place(x, width, WINDOW[0]), place(y, height, WINDOW[1]));
+            let (left, top) = (u.floor() as i64, v.floor() as i64);
+            let (right_share, lower_share) = (u - u.floor(), v - v.floor());
+            for channel in 0..3 {
+                let row =
+                    |y: i64| texel(left, y, channel) * (1.0 - right_share) + texel(left + 1, y, channel) * right_share;
+                all.push(code(row(top) * (1.0 - lower_share) + row(top + 1) * lower_share));
+            }
+        }
+    }
+    all
+}
+
+/// A process has one event loop at most: the test below starts this one in a process of its own.
+#[test]
+#[ignore = "a_coarse_picture_is_a_renderers_and_fills_the_window starts it"]
+fn coarse_pictures_in_a_process_of_their_own() {
+    if std::env::var_os(OWN_PROCESS).is_none() {
+        return;
+    }
+    let events = EventLoop::builder().with_any_thread(true).build().expect("an event loop");
+    let scene = open("builtin:spheres", &OpenOptions::default()).expect("it is built in");
+    let settings = Settings { samples: 1, light_path: LightPath::Loop, ..scene.settings.decide() };
+    let ways = [
+        settings.clone(),
+        Settings { msaa: 4, fxaa: true, ..settings.clone() },
+        Settings { light_path: LightPath::Compute, ..settings },
+    ];
+    let ways = ways.map(|settings| (scene.clone(), settings)).to_vec();
+    events.run_app(&mut App { ways, window: None, done: false }).expect("events");
+    println!("all shares were looked at");
+}
+
+#[test]
+fn a_coarse_picture_is_a_renderers_and_fills_the_window() {
+    let server = Server::start();
+    let own = std::env::args_os().next().expect("programs have names");
+    let mut command = runner().map_or_else(
+        || Command::new(&own),
+        |runner| {
+            let mut command = Command::new(runner);
+            command.arg(&own);
+            command
+        },
+    );
+    command.args([
+        "--exact",
+        "view::resolution::coarse_pictures_in_a_process_of_their_own",
+        "--ignored",
+        "--nocapture",
+    ]);
+    command.env(OWN_PROCESS, "1");
+    server.serves(&mut command);
+    let output = command.output().expect("this program starts again");
+    let told = text(&output.stdout);
+    assert!(output.status.success(), "{told}{}", text(&output.stderr));
+    assert!(told.contains("all shares were looked at"), "{told}");
+}
