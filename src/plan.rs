@@ -102,6 +102,8 @@ pub struct Capabilities {
     pub msaa: u32,
     /// The most that textures can be filtered with; 1 where the device has no anisotropic filtering.
     pub anisotropy: u32,
+    /// Its samplers look at every texel that a pixel covers, which takes long: shaders look at some places.
+    pub slow_anisotropy: bool,
     /// Shaders are told which triangle of a draw they shade.
     pub primitive_index: bool,
     /// There is memory that only exists while a tile needs it.
@@ -132,6 +134,7 @@ impl Capabilities {
             packed_float_blends: true,
             msaa: 1 | 2 | 4 | 8,
             anisotropy: 16,
+            slow_anisotropy: false,
             primitive_index: true,
             lazily_allocated: false,
             indirect_draws: true,
@@ -324,6 +327,8 @@ pub struct FramePlan {
     pub textures: TexturePlan,
     /// How textures are filtered where they are seen at a low angle; 1 where there is none of more than one texel.
     pub anisotropy: u32,
+    /// Shaders find the places that this takes, and no samplers.
+    pub places_by_shaders: bool,
     /// Edge of the square of a pixel, in pixels, that a frame filters textures for: 1, or less where several frames make a picture.
     pub footprint: f32,
     /// What the first frame waits to be copied to the device.
@@ -472,7 +477,7 @@ impl FramePlan {
         let mut meshes = MeshPlan::of(scene, &rules);
         meshes.deforms.keeps_positions = moves && !meshes.deforms.meshes.is_empty();
         let rules = SurfaceRules { lod: if meshes.has_levels() { rules.lod } else { 0.0 }, ..rules };
-        let FilteredTextures { textures, anisotropy, footprint, warning } =
+        let FilteredTextures { textures, anisotropy, places_by_shaders, footprint, warning } =
             FilteredTextures::of(scene, settings, device, &rules);
         let depth_prepass = lighting.has_prepass(settings, shading);
         let culling = match moves {
@@ -535,6 +540,7 @@ impl FramePlan {
             textures,
             materials: surfaces.materials,
             anisotropy,
+            places_by_shaders,
             footprint,
             lazily_allocated: device.lazily_allocated,
             software: device.software,

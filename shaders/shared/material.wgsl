@@ -206,10 +206,41 @@ fn uv_of(slot: u32, uvs: Uvs) -> vec2<f32> {
 // in a whole pixel.
 override FOOTPRINT: f32 = 1.0;
 
+// Places that a pixel is filtered from at most where shaders find them; 1 where the sampler does.
+override PLACES: u32 = 1u;
+
+// The places along the long side of the parallelogram that a pixel covers on a texture.
+struct Places {
+    // From one to the next.
+    step: vec2<f32>,
+    count: f32,
+    level: f32,
+}
+
+// As EXT_texture_filter_anisotropic has them, but rounded: fewer places, and all from one level, where the mean of several hides its border.
+fn places_of(uv: vec2<f32>, size: vec2<u32>) -> Places {
+    let sides = array(dpdx(uv), dpdy(uv));
+    let squares = vec2(dot(sides[0] * vec2<f32>(size), sides[0] * vec2<f32>(size)), dot(sides[1] * vec2<f32>(size), sides[1] * vec2<f32>(size)));
+    let lengths = max(sqrt(squares), vec2(1e-9));
+    let long = max(lengths.x, lengths.y);
+    let count = clamp(round(long / min(lengths.x, lengths.y)), 1.0, f32(PLACES));
+    let level = log2(long / count);
+    return Places(select(sides[1], sides[0], lengths.x >= lengths.y) / count, count, select(level, round(level), count > 1.0));
+}
+
 // The texture of a slot at a place.
 #ifdef EXTRAS
 fn texel_of(slot: u32, own: texture_2d_array<f32>, own_sampler: sampler, uvs: Uvs) -> vec4<f32> {
     let uv = uv_of(slot, uvs);
+    if PLACES > 1u {
+        let places = places_of(uv, textureDimensions(own));
+        var sum = vec4(0.0);
+        for (var place = 0.5; place < places.count; place += 1.0) {
+            let at = uv + places.step * (place - places.count * 0.5);
+            sum += textureSampleLevel(own, own_sampler, at, uvs.layer, places.level);
+        }
+        return sum / places.count;
+    }
     if FOOTPRINT < 1.0 {
         return textureSampleGrad(own, own_sampler, uv, uvs.layer, dpdx(uv) * FOOTPRINT, dpdy(uv) * FOOTPRINT);
     }
@@ -218,6 +249,14 @@ fn texel_of(slot: u32, own: texture_2d_array<f32>, own_sampler: sampler, uvs: Uv
 #else
 fn texel_of(slot: u32, own: texture_2d<f32>, own_sampler: sampler, uvs: Uvs) -> vec4<f32> {
     let uv = uv_of(slot, uvs);
+    if PLACES > 1u {
+        let places = places_of(uv, textureDimensions(own));
+        var sum = vec4(0.0);
+        for (var place = 0.5; place < places.count; place += 1.0) {
+            sum += textureSampleLevel(own, own_sampler, uv + places.step * (place - places.count * 0.5), places.level);
+        }
+        return sum / places.count;
+    }
     if FOOTPRINT < 1.0 {
         return textureSampleGrad(own, own_sampler, uv, dpdx(uv) * FOOTPRINT, dpdy(uv) * FOOTPRINT);
     }

@@ -29,6 +29,7 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
             .all(|format| device.supports_color_attachment(format, true)),
         msaa: msaa(device),
         anisotropy: anisotropy(device),
+        slow_anisotropy: has_slow_anisotropy(&device.driver_name, &device.driver_info),
         primitive_index: device.features.geometry_shader == vk::TRUE,
         lazily_allocated: device.has_lazily_allocated_memory(),
         compute_invocations: limits.max_compute_work_group_invocations.min(limits.max_compute_work_group_size[0]),
@@ -63,6 +64,12 @@ fn anisotropy(device: &PhysicalDevice) -> u32 {
     }
 }
 
+/// Whether a driver's anisotropic samplers go through every texel that a pixel covers: lavapipe's before Mesa 25, which looks at places along its long side.
+fn has_slow_anisotropy(driver_name: &str, driver_info: &str) -> bool {
+    let major = driver_info.strip_prefix("Mesa ").and_then(|rest| rest.split('.').next()?.parse::<u32>().ok());
+    driver_name == "llvmpipe" && major.is_some_and(|major| major < 25)
+}
+
 /// The sample counts that every format of an attachment has on the device. More than one must be shaded one by one, and lie where
 /// `shaders/shared/multisampling.wgsl` says.
 fn msaa(device: &PhysicalDevice) -> u32 {
@@ -95,4 +102,17 @@ fn msaa(device: &PhysicalDevice) -> u32 {
         }
     }
     counts.as_raw()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lavapipe_filters_slowly_before_mesa_25() {
+        let slow = |info: &str| has_slow_anisotropy("llvmpipe", info);
+        assert!(slow("Mesa 22.3.6 (LLVM 15.0.6)") && slow("Mesa 24.2.8-1ubuntu1 (LLVM 17.0.6)"));
+        assert!(!slow("Mesa 25.0.7-2+deb13u1 (LLVM 19.1.7)") && !slow("Mesa 26.1.0-devel (git-0123)"));
+        assert!(!slow("") && !slow("LLVM 10") && !has_slow_anisotropy("radv", "Mesa 22.3.6"));
+    }
 }

@@ -116,7 +116,7 @@ impl Materials {
     /// Makes the sets.
     fn describe(&mut self, device: &Arc<Device>, scene: &Scene, plan: &FramePlan) -> gpu::Result<()> {
         let planned = &plan.textures;
-        let mut samplers = Samplers { device, anisotropy: plan.anisotropy, all: BTreeMap::new() };
+        let mut samplers = Samplers { device, anisotropy: plan.places_of_samplers(), all: BTreeMap::new() };
         // What has no other texture than its base colour casts its shadow with the same set.
         let shares = |material: usize| planned.mask(material) == HOLES.textures;
         let holes: Vec<(usize, BTreeMap<TextureSlot, usize>)> = planned

@@ -136,6 +136,7 @@ fn constants_of(plan: &FramePlan, key: GeometryKey) -> Vec<(u32, u32)> {
     vec![
         (constants::TEXTURES, key.textures.bits()),
         (constants::FOOTPRINT, plan.footprint.to_bits()),
+        (constants::PLACES, plan.places_of_shaders()),
         (constants::COLORED, u32::from(key.extras.colors)),
         (constants::COLORED_LIGHT, u32::from(key.extras.colored_light)),
         (constants::LOOKS, u32::from(key.extras.looks)),

@@ -279,13 +279,18 @@ pub fn bound_fragment(variant: &Variant, key: GeometryKey) -> Vec<u32> {
 /// cells, the one word of the type that says so is cleared: then the images are plain, and the layer is a component of the coordinate beyond those
 /// that are needed, which SPIR-V allows ("OpImageSampleImplicitLod"). So plain materials pay nothing, and there is no other variant. A module may have no two
 /// types that are alike ("Universal Validation Rules"). It may have plain images already, so these do not say that they have no depth, which Vulkan
-/// ignores.
+/// ignores. What is asked of their size has no layers either; who asks takes the first two numbers in any case.
 pub fn with_cells(words: &[u32], extras: Extras) -> Vec<u32> {
     let mut spirv = words.to_vec();
     if extras.any() && !extras.cells {
         let arrays: Vec<usize> = instructions(&spirv).filter(|&at| is_array_of_colors(&spirv[at..])).collect();
-        for at in arrays {
+        for &at in &arrays {
             (spirv[at + DEPTH], spirv[at + ARRAYED]) = (UNTOLD, 0);
+        }
+        let types: Vec<u32> = arrays.iter().map(|at| spirv[at + 1]).collect();
+        let sizes: Vec<usize> = sizes_of(&spirv, &types).collect();
+        if let Some(pair) = pair_of_numbers(&spirv) {
+            sizes.into_iter().for_each(|at| spirv[at + 1] = pair);
         }
     }
     spirv
@@ -305,6 +310,26 @@ fn instructions(spirv: &[u32]) -> impl Iterator<Item = usize> {
         next += (*spirv.get(at)? >> 16).max(1) as usize;
         Some(at)
     })
+}
+
+/// Each OpImageQuerySizeLod (103) of an image of these types, which was loaded (OpLoad, 61).
+fn sizes_of(spirv: &[u32], types: &[u32]) -> impl Iterator<Item = usize> {
+    let loaded = |at: usize| match spirv[at..] {
+        [first, kind, loaded, ..] if first & 0xffff == 61 && types.contains(&kind) => Some(loaded),
+        _ => None,
+    };
+    let images: Vec<u32> = instructions(spirv).filter_map(loaded).collect();
+    let is_size = move |&at: &usize| matches!(spirv[at..], [first, _, _, image, ..] if first & 0xffff == 103 && images.contains(&image));
+    instructions(spirv).filter(is_size)
+}
+
+/// The type of two unsigned numbers: OpTypeVector (23) of OpTypeInt (21) of 32 bits.
+fn pair_of_numbers(spirv: &[u32]) -> Option<u32> {
+    let number =
+        instructions(spirv).find(|&at| matches!(spirv[at..], [first, _, 32, 0, ..] if first & 0xffff == 21))?;
+    let is_pair =
+        |&at: &usize| matches!(spirv[at..], [first, _, of, 2, ..] if first & 0xffff == 23 && of == spirv[number + 1]);
+    instructions(spirv).find(is_pair).map(|at| spirv[at + 1])
 }
 
 /// OpTypeImage (25) of two dimensions (1), without depth, in layers, of one sample, to be sampled (1).
@@ -446,6 +471,7 @@ fn lit_constants(plan: &FramePlan, key: GeometryKey, desc: &LitDesc) -> Vec<(u32
     [
         (constants::TEXTURES, key.textures.bits()),
         (constants::FOOTPRINT, plan.footprint.to_bits()),
+        (constants::PLACES, plan.places_of_shaders()),
         (constants::COLORED, u32::from(key.extras.colors)),
         (constants::COLORED_LIGHT, u32::from(key.extras.colored_light)),
         (constants::LOOKS, u32::from(key.extras.looks)),

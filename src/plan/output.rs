@@ -138,8 +138,8 @@ impl FramePlan {
     /// Whether the same scene lies on the device in the same way for the other plan: its meshes and textures can stay.
     pub fn uploads_as(&self, other: &Self) -> bool {
         let textures = |plan: &Self| plan.particles.as_ref().map_or_else(Vec::new, |own| own.textures.clone());
-        (&self.meshes, &self.textures, &self.uploads, self.anisotropy, self.sky)
-            == (&other.meshes, &other.textures, &other.uploads, other.anisotropy, other.sky)
+        (&self.meshes, &self.textures, &self.uploads, self.places_of_samplers(), self.sky)
+            == (&other.meshes, &other.textures, &other.uploads, other.places_of_samplers(), other.sky)
             && textures(self) == textures(other)
     }
 

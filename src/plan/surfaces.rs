@@ -101,6 +101,7 @@ impl Surfaces {
 pub(super) struct FilteredTextures {
     pub textures: TexturePlan,
     pub anisotropy: u32,
+    pub places_by_shaders: bool,
     pub footprint: f32,
     pub warning: Option<String>,
 }
@@ -110,8 +111,10 @@ impl FilteredTextures {
         let degree = anisotropy::degree(settings, device);
         let textures = TexturePlan::of(scene, rules, device);
         let have_levels = textures.have_levels();
+        let used = if have_levels { degree } else { 1 };
         Self {
-            anisotropy: if have_levels { degree } else { 1 },
+            anisotropy: used,
+            places_by_shaders: anisotropy::by_shaders(device, used),
             footprint: if have_levels { anisotropy::footprint(settings) } else { 1.0 },
             warning: anisotropy::warning(settings, device, degree).filter(|_| have_levels),
             textures,
@@ -120,6 +123,16 @@ impl FilteredTextures {
 }
 
 impl FramePlan {
+    /// Places that shaders filter a pixel of a texture from, at most.
+    pub fn places_of_shaders(&self) -> u32 {
+        if self.places_by_shaders { self.anisotropy } else { 1 }
+    }
+
+    /// The same of samplers.
+    pub fn places_of_samplers(&self) -> u32 {
+        if self.places_by_shaders { 1 } else { self.anisotropy }
+    }
+
     /// Whether what is drawn says by instance how it looks.
     pub fn has_looks(&self) -> bool {
         self.keys().any(|key| key.extras.looks)

@@ -229,6 +229,12 @@ fn textures_are_filtered_as_far_as_the_device_goes_and_what_it_lacks_is_told() {
     };
     assert_eq!((of(&textured, 8, 16), of(&textured, 8, 4), of(&textured, 8, 1)), ((8, 0), (4, 1), (1, 1)));
     assert_eq!(of(&textured, 1, 16), (1, 0));
+    let places = |slow_anisotropy, asked| {
+        let settings = Settings { anisotropy: asked, ..samples::deferred() };
+        let plan = FramePlan::of(&textured, &settings, &Capabilities { slow_anisotropy, ..device() }).expect("a plan");
+        [plan.places_of_samplers(), plan.places_of_shaders()]
+    };
+    assert_eq!((places(false, 8), places(true, 8), places(true, 1)), ([8, 1], [1, 8], [1, 1]));
     let multisampled = |software, asked| {
         let settings = Settings { msaa: 4, anisotropy: asked, ..samples::deferred() };
         let plan = FramePlan::of(&textured, &settings, &Capabilities { software, ..device() }).expect("a plan");

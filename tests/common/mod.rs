@@ -71,6 +71,7 @@ pub fn capabilities() -> Capabilities {
         packed_float_blends: true,
         msaa: 1,
         anisotropy: 16,
+        slow_anisotropy: false,
         primitive_index: true,
         lazily_allocated: false,
         indirect_draws: true,

@@ -357,6 +357,7 @@ mod tests {
         packed_float_blends: true,
         msaa: 4,
         anisotropy: 16,
+        slow_anisotropy: false,
         primitive_index: true,
         lazily_allocated: false,
         compute_invocations: 1024,

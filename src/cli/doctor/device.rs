@@ -2,7 +2,9 @@
 
 use std::fmt::Write as _;
 
+use afterlight::frame::capabilities;
 use afterlight::gpu::{PhysicalDevice, vk};
+use afterlight::plan::Capabilities;
 use serde::Serialize;
 
 use crate::cli::table::{Table, bytes, version};
@@ -163,10 +165,20 @@ fn limits(device: &PhysicalDevice) -> Vec<(&'static str, String)> {
         ("timestamps", timestamps),
         ("memory heaps", heaps.collect::<Vec<_>>().join(", ")),
         ("lazily allocated memory", yes_no(device.has_lazily_allocated_memory())),
-        ("anisotropic filtering", yes_no(device.features.sampler_anisotropy == vk::TRUE)),
+        ("anisotropic filtering", anisotropy(&capabilities(device))),
         ("depth clamp", yes_no(device.features.depth_clamp == vk::TRUE)),
         ("the view triangle", yes_no(device.features.geometry_shader == vk::TRUE)),
     ]
+}
+
+fn anisotropy(device: &Capabilities) -> String {
+    match (device.anisotropy, device.slow_anisotropy) {
+        (1, _) => "no".into(),
+        (most, false) => format!("up to {most} places a pixel"),
+        (most, true) => {
+            format!("up to {most} places a pixel, by shaders: this driver's samplers take long; Mesa 25's do not")
+        }
+    }
 }
 
 fn largest_picture(device: &PhysicalDevice) -> u32 {
