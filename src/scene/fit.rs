@@ -131,14 +131,12 @@ fn hall_camera(scene: &Scene, bounds: &Aabb) -> Option<Camera> {
     {
         let along = axis * side * (0.5 - stand) * length;
         let eye = DVec3::new(bounds.center().x, bounds.min.y + height * size.y, bounds.center().z) + along;
-        let Some(view) = surface.view_from(eye, -axis * side) else { continue };
         // Of places with much the same view the first wins: lower, and nearer to the end.
-        if best.as_ref().is_none_or(|(longest, _)| view > longest * 1.1) {
-            let target = eye - axis * side * length + DVec3::Y * (0.09 * length);
-            let camera =
-                Camera { projection: Projection::perspective(60.0), ..Camera::looking_at(eye, target, DVec3::Y) };
-            best = Some((view, Camera { near: bounds.radius() * 1e-3, ..camera }));
-        }
+        let least = best.as_ref().map_or(0.0, |(longest, _)| longest * 1.1);
+        let Some(view) = surface.view_from(eye, -axis * side, least) else { continue };
+        let target = eye - axis * side * length + DVec3::Y * (0.09 * length);
+        let camera = Camera { projection: Projection::perspective(60.0), ..Camera::looking_at(eye, target, DVec3::Y) };
+        best = Some((view, Camera { near: bounds.radius() * 1e-3, ..camera }));
     }
     best.filter(|(view, _)| *view > 0.33 * length).map(|(_, camera)| camera)
 }
@@ -161,20 +159,21 @@ impl Surface {
         Self(triangles.collect(), center)
     }
 
-    /// How far one sees along `forward` from a place inside a hall; none when it is not inside one.
-    fn view_from(&self, eye: DVec3, forward: DVec3) -> Option<f64> {
+    /// How far one sees along `forward` from a place inside a hall; none when it is not inside one, or sees no farther than `least`. Each ray is
+    /// tried on all triangles, so the one that most places fail at comes first, and no more are cast than decide.
+    fn view_from(&self, eye: DVec3, forward: DVec3, least: f64) -> Option<f64> {
         let eye = (eye - self.1).as_vec3();
-        let forward = forward.as_vec3();
-        let (down_distance, is_floor) = self.nearest(eye, Vec3::NEG_Y)?;
-        let (view, _) = self.nearest(eye, forward)?;
-        if !is_floor || down_distance <= 0.0 {
+        let (view, _) = self.nearest(eye, forward.as_vec3())?;
+        let view = Some(f64::from(view)).filter(|view| *view > least)?;
+        let (_, is_floor) = self.nearest(eye, Vec3::NEG_Y)?;
+        if !is_floor {
             return None;
         }
-        let fronts = (0..HORIZON_RAYS).filter(|index| {
+        let mut others = (0..HORIZON_RAYS).filter(|index| {
             let (sin, cos) = (*index as f32 / HORIZON_RAYS as f32 * std::f32::consts::TAU).sin_cos();
-            self.nearest(eye, Vec3::new(cos, 0.013, sin)).is_some_and(|(_, is_front)| is_front)
+            !self.nearest(eye, Vec3::new(cos, 0.013, sin)).is_some_and(|(_, is_front)| is_front)
         });
-        (fronts.count() >= HORIZON_HITS).then_some(f64::from(view))
+        others.nth(HORIZON_RAYS - HORIZON_HITS).is_none().then_some(view)
     }
 
     /// Distance of the nearest surface, and whether it shows its front.

@@ -1,6 +1,6 @@
 //! MTL definitions into materials; the module above documents the mapping.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -231,7 +231,9 @@ pub(super) fn finish(
     let done = AtomicUsize::new(0);
     let make = |request: &&Request| {
         let mut made = request.make();
-        made.iter_mut().flat_map(|made| &mut made.texture).for_each(Texture::make_levels);
+        // Normal maps may be turned over when all have been looked at.
+        let is_final = |made: &&mut Made| made.downwardness.is_none();
+        made.iter_mut().filter(is_final).flat_map(|made| &mut made.texture).for_each(Texture::make_levels);
         options.report("textures", done.fetch_add(1, Ordering::Relaxed) + 1, requests.len());
         made
     };
@@ -245,8 +247,9 @@ pub(super) fn finish(
         outcomes.push((made.texture.is_some().then_some(textures.len()), made.has_holes, made.downwardness));
         textures.extend(made.texture);
     }
-    let normal_maps: Vec<_> = outcomes.iter().filter_map(|&(texture, _, down)| Some((texture?, down?))).collect();
-    turn_normal_maps(&mut textures, &normal_maps, warnings);
+    let normal_maps: BTreeMap<_, _> =
+        outcomes.iter().filter_map(|&(texture, _, down)| Some((texture?, down?))).collect();
+    finish_normal_maps(&mut textures, &normal_maps, warnings);
     let materials = pending.into_iter().map(|PendingMaterial { mut material, requests, .. }| {
         for (slot, request) in requests {
             let (texture, has_holes, downwardness) = outcomes[numbers[&request]];
@@ -265,18 +268,22 @@ pub(super) fn finish(
     Ok((materials, textures))
 }
 
-/// MTL does not say which way a normal map's green points. All of a model's maps come from one tool, so they vote.
-fn turn_normal_maps(textures: &mut [Texture], maps: &[(usize, f32)], warnings: &mut Vec<String>) {
-    let mean = maps.iter().map(|(_, down)| down).sum::<f32>() / maps.len().max(1) as f32;
-    if mean <= CLEARLY_DOWN {
-        return;
+/// MTL does not say which way a normal map's green points. All of a model's maps come from one tool, so they vote. Then their levels are made.
+/// `maps` has the evidence of each by its place among the textures.
+fn finish_normal_maps(textures: &mut [Texture], maps: &BTreeMap<usize, f32>, warnings: &mut Vec<String>) {
+    let mean = maps.values().sum::<f32>() / maps.len().max(1) as f32;
+    let points_down = mean > CLEARLY_DOWN;
+    if let Some((&first, _)) = maps.first_key_value().filter(|_| points_down) {
+        let (first, count) = (&textures[first].name, maps.len());
+        warnings
+            .push(format!("normal maps ({count}, as `{first}`) have green pointing down, as in DirectX; turned over"));
     }
-    for &(texture, _) in maps {
-        turn_green_over(textures[texture].rgba8_mut());
-        textures[texture].make_levels();
-    }
-    let (first, count) = (&textures[maps[0].0].name, maps.len());
-    warnings.push(format!("normal maps ({count}, as `{first}`) have green pointing down, as in DirectX; turned over"));
+    textures.par_iter_mut().enumerate().filter(|(index, _)| maps.contains_key(index)).for_each(|(_, texture)| {
+        if points_down {
+            turn_green_over(texture.rgba8_mut());
+        }
+        texture.make_levels();
+    });
 }
 
 /// The definitions of the libraries that an OBJ names, by name; a later one of the same name wins, as in tobj.

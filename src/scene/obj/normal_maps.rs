@@ -10,8 +10,9 @@ const HEIGHT_IN_TEXELS: f32 = 8.0;
 pub(super) const CLEARLY_DOWN: f32 = 0.2;
 
 fn decode(texel: &Rgba<u8>) -> Vec3 {
-    let [x, y, z, _] = texel.0.map(|value| (f32::from(value) - 128.0) / 127.0);
-    Vec3::new(x, y, z)
+    let [x, y, z, _] = texel.0;
+    let axis = |code: u8| (f32::from(code) - 128.0) / 127.0;
+    Vec3::new(axis(x), axis(y), axis(z))
 }
 
 fn is_unit(normal: Vec3) -> bool {
@@ -55,16 +56,29 @@ pub(super) fn normals_of_heights(heights: &GrayImage, bump_scale: f32) -> RgbaIm
 /// is taken to point up is compared with what they have if it points down: the logarithm of the ratio of their squares' sums.
 pub(super) fn downwardness(image: &RgbaImage) -> f32 {
     let (width, height) = image.dimensions();
-    let slopes = |x: u32, y: u32| {
-        let normal = decode(image.get_pixel(x % width, y % height));
+    let slope = |texel: &Rgba<u8>| {
+        let normal = decode(texel);
         // Steeper than 80 degrees, 8 bits say nothing any more.
         (is_unit(normal) && normal.z > 0.17).then(|| (normal.x / normal.z, normal.y / normal.z))
     };
+    let row =
+        |y: u32| -> Vec<Option<(f32, f32)>> { (0..width).map(|x| slope(image.get_pixel(x, y % height))).collect() };
     let (mut up, mut down) = (0.0_f64, 0.0_f64);
+    // Each row is read once, and stays while its neighbours are looked at.
+    let mut rows = [row(0), row(1), row(2)];
     for y in 0..height {
-        for x in 0..width {
-            let around = (slopes(x, y), slopes(x, y + 2), slopes(x + width - 1, y + 1), slopes(x + 1, y + 1));
-            let (Some(above), Some(below), Some(left), Some(right)) = around else { continue };
+        if y > 0 {
+            rows.rotate_left(1);
+            rows[2] = row(y + 2);
+        }
+        let [row_above, between, row_below] = &rows;
+        for x in 0..width as usize {
+            let (before, after) =
+                (between[x.checked_sub(1).unwrap_or(between.len() - 1)], between[(x + 1) % between.len()]);
+            let (Some(above), Some(below), Some(left), Some(right)) = (row_above[x], row_below[x], before, after)
+            else {
+                continue;
+            };
             let (across, along) = (f64::from(below.0 - above.0), f64::from(right.1 - left.1));
             up += (across + along).powi(2);
             down += (across - along).powi(2);
