@@ -94,7 +94,7 @@ pub enum Spirv {
 }
 
 impl Spirv {
-    /// The words. A block is unpacked when the first of its modules is asked for, in about 2 ms, and stays so until the program ends.
+    /// The words. A block is unpacked when the first of its modules is asked for, in about half a millisecond, and stays so until the program ends.
     #[must_use]
     pub fn words(self) -> &'static [u32] {
         match self {
