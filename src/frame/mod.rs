@@ -575,15 +575,10 @@ impl Renderer {
         for index in 0..count {
             let camera = go_to(self, moment(index, count) * shutter)?;
             self.render_jittered(&self.behind_lens(&camera, index), sample_offset(index, count))?;
-            match self.read_back()?.pixels {
-                Pixels::LinearF32(rgba) => sum.add(&rgba),
-                Pixels::Srgb8(_) => {
-                    return Err(
-                        Error::from(gpu::Error::Misuse("frames of several samples are not linear".into())).into()
-                    );
-                }
-            }
-            drawn();
+            self.look_at_linear(|rgba| {
+                drawn();
+                sum.add(rgba);
+            })?;
         }
         Ok(sum.picture())
     }

@@ -48,13 +48,35 @@ impl Renderer {
     /// # Errors
     /// When none was started, or the device is lost.
     pub fn finish_read_back(&mut self) -> Result<Picture, Error> {
+        picture_of(self.finished_copy()?, self.plan.size, self.plan.output)
+    }
+
+    /// The last frame's picture where it was copied to, for frames whose output is linear: RGBA.
+    ///
+    /// # Errors
+    /// As [`Renderer::read_back`], and when the output is not linear.
+    pub(super) fn look_at_linear(&mut self, look: impl FnOnce(&[f32])) -> Result<(), Error> {
+        self.start_read_back()?;
+        let copy = self.finished_copy()?;
+        let linear = copy.buffer.read_with(0, copy.buffer.size, |bytes| match bytemuck::try_cast_slice(bytes) {
+            Ok(texels) if self.plan.output == vk::Format::R32G32B32A32_SFLOAT => Some(look(texels)),
+            _ => match decode(self.plan.output, bytes) {
+                Pixels::LinearF32(texels) => Some(look(&texels)),
+                Pixels::Srgb8(_) => None,
+            },
+        })?;
+        linear.ok_or_else(|| gpu::Error::Misuse("frames of several samples are not linear".into()).into())
+    }
+
+    /// Waits for the copy that was started last.
+    fn finished_copy(&self) -> Result<&Copy, Error> {
         let started = self.copy.as_ref().and_then(|(cmd, copy)| Some((cmd.last_ticket()?, copy)));
         let Some((ticket, copy)) = started else {
             return Err(gpu::Error::Misuse("a picture is read back of which no copy was started".into()).into());
         };
         // The row "copy-to-host".
         self.device.wait(ticket)?;
-        picture_of(copy, self.plan.size, self.plan.output)
+        Ok(copy)
     }
 }
 
