@@ -1,15 +1,31 @@
-//! Memory that the process has freed and still holds.
+//! What the process asks of the C library's allocator. Other C libraries than glibc are not asked.
 
-/// Gives freed memory back to the system. glibc keeps what lies below anything that still lives: of a scene with 60 textures of 1024 x 1024 that
-/// has been uploaded and dropped, 200 of 400 MiB. Other C libraries are not asked.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+mod glibc {
+    use std::ffi::c_int;
+
+    // SAFETY: declared as in mallopt(3) and malloc_trim(3). They can be called at any time and leave what is in use where it is.
+    unsafe extern "C" {
+        pub safe fn mallopt(param: c_int, value: c_int) -> c_int;
+        pub safe fn malloc_trim(pad: usize) -> c_int;
+    }
+
+    pub const M_MMAP_THRESHOLD: c_int = -3;
+}
+
+/// From so many bytes on, memory goes back to the system when it is freed: a texture of 512 x 512 texels and more.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+const LARGE: std::ffi::c_int = 1 << 20;
+
+/// Has large pieces of memory go back to the system when they are freed. By itself glibc keeps pieces of as many bytes as the largest one that was
+/// freed before, up to 32 MiB: texels that have been uploaded would stay.
+pub fn give_back_large_pieces() {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    glibc::mallopt(glibc::M_MMAP_THRESHOLD, LARGE);
+}
+
+/// Gives freed memory back to the system. glibc keeps what lies below anything that still lives.
 pub fn give_back() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
-    {
-        // SAFETY: declared as in malloc_trim(3). It can be called at any time and leaves what is in use where it is.
-        unsafe extern "C" {
-            safe fn malloc_trim(pad: usize) -> std::ffi::c_int;
-        }
-        // It returns whether there was any.
-        malloc_trim(0);
-    }
+    glibc::malloc_trim(0);
 }

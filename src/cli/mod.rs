@@ -105,6 +105,7 @@ fn of_command_line(error: &clap::Error) -> Failure {
 
 /// Does what the command line says.
 pub fn run() -> Result<(), Failure> {
+    memory::give_back_large_pieces();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) => {

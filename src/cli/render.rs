@@ -13,7 +13,7 @@ use afterlight::frame::{self, Complexity, Picture, Pixels, Renderer, edges, list
 use afterlight::gpu::Device;
 use afterlight::measure::{Shard, peak_memory_bytes};
 use afterlight::plan::{self, FramePlan};
-use afterlight::scene::{Output, Pose, Scene, Settings, SettingsPatch, View, metered_ev100};
+use afterlight::scene::{Output, Pose, Settings, SettingsPatch, View, metered_ev100};
 
 use super::args::{DeviceArgs, SettingsArgs, ViewChoice, fps, samples, seconds, shard, view};
 use super::contact_sheet::{self, Tile};
@@ -159,24 +159,31 @@ fn draw_scene(args: &Args, scene: &str, device: &Arc<Device>, is_verbose: bool) 
     Ok(Drawn { files, ..drawn? })
 }
 
-/// The renderer, and what may go wrong without the dependency of `--drop`.
+/// The renderer, and what may go wrong without the dependency of `--drop`. A scene that rests is uploaded once, and its meshes and textures go with
+/// that: drivers need memory for the first frame, because they compile shaders for it.
 fn renderer(
     args: &Args,
     device: &Arc<Device>,
-    (workload, scene): (&Workload, &Scene),
+    workload: &mut Workload,
     settings: &Settings,
 ) -> Result<(Renderer, Vec<String>), Failure> {
-    let blame = |error| workload.blame(error, &device.physical, settings);
-    let Some(name) = &args.drop else {
-        return Ok((Renderer::new(device, scene, settings).map_err(blame)?, Vec::new()));
+    let mut hazards = Vec::new();
+    let renderer = match &args.drop {
+        None if workload.scene.moves() => Renderer::new(device, &workload.scene, settings),
+        None => Renderer::taking(device, &mut workload.scene, settings),
+        Some(name) => {
+            let plan = plan_for(device, &workload.scene, settings);
+            let plan = plan.map_err(|error| workload.blame(error, &device.physical, settings))?;
+            let without = drop::without(&plan, &edges::table(&plan), name)?;
+            hazards = drop::in_words(&plan, &without);
+            // SAFETY: whoever leaves a dependency out asks for frames whose memory is used in any order: that is what `--drop` is for, and its
+            // help says so. The rows without which a driver need not survive cannot be dropped.
+            unsafe { Renderer::with_edges(device, &workload.scene, settings, without) }
+        }
     };
-    let plan = plan_for(device, scene, settings).map_err(|error| blame(error.into()))?;
-    let without = drop::without(&plan, &edges::table(&plan), name)?;
-    let hazards = drop::in_words(&plan, &without);
-    // SAFETY: whoever leaves a dependency out asks for frames whose memory is used in any order: that is what `--drop` is for, and its help
-    // says so. The rows without which a driver need not survive cannot be dropped.
-    let renderer = unsafe { Renderer::with_edges(device, scene, settings, without) };
-    Ok((renderer.map_err(blame)?, hazards))
+    let renderer = renderer.map_err(|error| workload.blame(error, &device.physical, settings))?;
+    memory::give_back();
+    Ok((renderer, hazards))
 }
 
 /// Draws the picture as often as asked for, writes the last one and returns what there is to tell.
@@ -192,15 +199,10 @@ fn draw(
     if moves && settings.output != Output::Nits && settings.exposure.is_none() {
         settings.exposure = Some(metered_ev100(&workload.scene.at(&workload.playing)));
     }
-    let start = Instant::now();
-    let (mut renderer, hazards) = renderer(args, device, (&workload, &workload.scene), &settings)?;
-    workload.warn(renderer.plan())?;
     let mut text = heading(&workload, &settings, device, &args.output.sink.to_string());
-    if !moves {
-        // They lie on the device now, and the first frame needs memory: drivers compile shaders for it.
-        (workload.scene.textures, workload.scene.meshes) = (Vec::new(), Vec::new());
-    }
-    memory::give_back();
+    let start = Instant::now();
+    let (mut renderer, hazards) = renderer(args, device, &mut workload, &settings)?;
+    workload.warn(renderer.plan())?;
     let bar =
         progress::bar("drawing".into(), u64::from(args.frames) * u64::from(frames_of(renderer.plan())), args.quiet);
     let mut times = Table::with_figures_from(1);
@@ -208,9 +210,17 @@ fn draw(
     // The camera rests; without the cache maps are drawn as if all did not.
     let moving = if settings.shadows.cache { "nothing moving" } else { "everything moving" };
     let mut pose = Pose::default();
+    let mut is_first = true;
+    let mut drawn = || {
+        bar.step();
+        // What drivers needed for compiling the shaders, 40 MiB of lavapipe's, goes before pictures are added up.
+        if std::mem::take(&mut is_first) {
+            memory::give_back();
+        }
+    };
     let mut taken = |renderer: &mut Renderer| {
         let show = |renderer: &mut Renderer, seconds| go_to(seconds, renderer, &workload, &mut pose);
-        renderer.picture_while(show, || bar.step())
+        renderer.picture_while(show, &mut drawn)
     };
     let mut picture;
     if frames_of(renderer.plan()) == 1 && !moves {

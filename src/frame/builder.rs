@@ -10,11 +10,11 @@ use super::list::List;
 use super::{Drawn, Error, Frame, FrameParts, IN_FLIGHT, InFlight, Renderer, Timeline};
 use crate::gpu::{self, CommandBuffer, Device, Timestamps};
 use crate::gpu_scene::{
-    Culling, GpuScene, Instances, PoseBuffer, ShadowAtlas, SortedIndices, ViewBuffers, view_set_layout,
+    Culling, GpuScene, Instances, PoseBuffer, SceneSource, ShadowAtlas, SortedIndices, ViewBuffers, view_set_layout,
 };
 use crate::passes::prefilter;
 use crate::plan::FramePlan;
-use crate::scene::{Scene, Settings, exposure_scale, metered_ev100};
+use crate::scene::{Settings, exposure_scale, metered_ev100};
 use crate::visible::{ShadowCache, World};
 
 /// All of a renderer that the scene is needed for.
@@ -32,13 +32,15 @@ impl RendererBuilder {
     ///
     /// # Errors
     /// When the device lacks the memory or is lost.
-    pub(super) fn new(
+    pub(super) fn new<'a>(
         device: &Arc<Device>,
-        scene: &Scene,
+        source: impl Into<SceneSource<'a>>,
         settings: &Settings,
         (plan, edges): (FramePlan, Edges),
         uploaded: Option<Arc<GpuScene>>,
     ) -> Result<Self, Error> {
+        let mut source = source.into();
+        let scene = source.scene();
         let exposure = match plan.exposes {
             true => exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(scene))),
             false => 1.0,
@@ -47,7 +49,7 @@ impl RendererBuilder {
         let scene = match uploaded {
             Some(uploaded) => uploaded,
             None => {
-                let scene = GpuScene::new(device, scene, &plan, edges.upload_order())?;
+                let scene = GpuScene::new(device, &mut source, &plan, edges.upload_order())?;
                 if let (Some(sky), Some(planned), Some(order)) = (&scene.sky, &plan.sky, edges.prefilter_order()) {
                     prefilter::submit(device, sky, planned, order)?;
                 }

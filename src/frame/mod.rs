@@ -328,7 +328,18 @@ impl Renderer {
         RendererBuilder::new(device, scene, settings, (plan, edges), None)?.finish(&[])
     }
 
-    /// The same with other dependencies than [`edges::table`] has for the plan, for experiments and proofs: a synchronization validation
+    /// The same of a scene that is not needed any more: its meshes, textures and sky go while they are uploaded, so that memory never holds them
+    /// twice. When the frames cannot be planned, the scene is still whole.
+    ///
+    /// # Errors
+    /// As [`Renderer::new`].
+    pub fn taking(device: &Arc<Device>, scene: &mut Scene, settings: &Settings) -> Result<Self, Error> {
+        let plan = plan_for(device, scene, settings)?;
+        let edges = edges::table(&plan);
+        RendererBuilder::new(device, scene, settings, (plan, edges), None)?.finish(&[])
+    }
+
+    /// The same as [`Renderer::new`] with other dependencies than [`edges::table`] has for the plan, for experiments and proofs: a synchronization validation
     /// layer should say what is missing.
     ///
     /// # Safety

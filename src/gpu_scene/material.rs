@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use super::SceneSource;
 use crate::gpu::{
     self, DescriptorPool, Device, Image, ImageDesc, Location, MemoryKind, Owned, Sampler, SetLayout, SetLayoutBinding,
     SetWriter, Uploader, binding,
@@ -71,19 +72,27 @@ pub(super) struct Sheet {
 }
 
 impl Materials {
-    /// `None` when the plan has no texture.
+    /// `None` when the plan has no texture. A source that was given up keeps no texels of those that it has.
     pub(super) fn new(
         device: &Arc<Device>,
         uploader: &mut Uploader,
-        scene: &Scene,
+        source: &mut SceneSource,
         plan: &FramePlan,
     ) -> gpu::Result<Option<Self>> {
         let planned = &plan.textures;
         if planned.images.is_empty() {
             return Ok(None);
         }
-        let upload = |texture| upload(device, uploader, scene, (texture, planned.sheet));
-        let images = planned.images.iter().map(upload).collect::<gpu::Result<Vec<_>>>()?;
+        let mut images = Vec::new();
+        for (index, texture) in planned.images.iter().enumerate() {
+            images.push(upload(device, uploader, source.scene(), (texture, planned.sheet))?);
+            // A texture is several images where it is an atlas as well. They follow each other.
+            let is_last = planned.images.get(index + 1).is_none_or(|next| next.source != texture.source);
+            if let (TextureSource::Scene(own), true) = (texture.source, is_last) {
+                source.forget_texels(own);
+            }
+        }
+        let scene = source.scene();
         let mut materials = Self {
             layouts: BTreeMap::new(),
             sets: BTreeMap::new(),
@@ -359,5 +368,53 @@ fn level_of<'s>(scene: &'s Scene, planned: &PlannedTexture, level: usize) -> Cow
     match &scene.textures[index].texels {
         Texels::Blocks { levels, .. } if planned.blocks.is_some() => levels[level].as_slice().into(),
         _ => scene.textures[index].rgba8(level),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::{DeviceChoice, Instance, InstanceOptions, UploadOrder};
+    use crate::gpu_scene::{TEXTURE_READ, VERTEX_READ};
+    use crate::plan::samples;
+    use crate::scene::Brdf;
+
+    /// Bytes of texels that a scene holds, by texture.
+    fn held(scene: &Scene) -> Vec<usize> {
+        scene
+            .textures
+            .iter()
+            .map(|own| (0..own.own_levels()).map(|level| own.rgba8(level as usize).len()).sum())
+            .collect()
+    }
+
+    #[test]
+    fn texels_of_a_scene_that_is_given_up_go_when_they_are_uploaded() -> Result<(), Box<dyn std::error::Error>> {
+        let instance = Instance::new(&InstanceOptions::default())?;
+        let device = Device::new(&instance, &DeviceChoice::Auto)?;
+        // Ks and the share of light from everywhere are of no use here.
+        let mut scene = samples::scene(vec![samples::textured(Brdf::CookTorrance)], vec![samples::sun()]);
+        let plan = samples::plan(&scene, &samples::deferred());
+        let uploaded: Vec<TextureSource> = plan.textures.images.iter().map(|image| image.source).collect();
+        let is_uploaded = |index: usize| uploaded.contains(&TextureSource::Scene(index));
+        assert!((1..scene.textures.len()).contains(&uploaded.len()), "some, and not all: {uploaded:?}");
+        let before = held(&scene);
+        assert!(before.iter().all(|&bytes| bytes >= 16), "{before:?}");
+        let upload = |source: &mut SceneSource| {
+            let mut uploader = Uploader::new(&device, 1 << 20, UploadOrder::before(VERTEX_READ, TEXTURE_READ))?;
+            let materials = Materials::new(&device, &mut uploader, source, &plan)?;
+            uploader.finish()?;
+            Ok::<_, gpu::Error>(materials.map_or(0, |own| own.images.len()))
+        };
+        assert_eq!(upload(&mut SceneSource::Kept(&scene))?, uploaded.len());
+        assert_eq!(held(&scene), before, "others need it");
+        assert_eq!(upload(&mut SceneSource::Taken(&mut scene))?, uploaded.len());
+        let left = before.iter().enumerate().map(|(index, &bytes)| if is_uploaded(index) { 0 } else { bytes });
+        assert_eq!(held(&scene), left.collect::<Vec<_>>());
+        let mut source = SceneSource::Taken(&mut scene);
+        source.forget_all_but_textures();
+        source.forget_textures();
+        assert!(scene.textures.is_empty() && scene.meshes.is_empty() && scene.sky.is_none());
+        Ok(())
     }
 }

@@ -10,6 +10,7 @@ mod particles;
 mod shadows;
 mod sky;
 mod sorted;
+mod source;
 mod view;
 
 pub use culling::{CulledState, Culling};
@@ -21,6 +22,7 @@ pub use particles::{ParticleBuffers, ParticleTextures};
 pub use shadows::{ATLAS_LAYOUT, ClearOrder, ShadowAtlas, clear as shadow_clear};
 pub use sky::{BASE_EDGE, LOBE_EDGE, LOBE_LEVELS, SKY_READ, SkyMaps, TABLE_EDGE};
 pub use sorted::SortedIndices;
+pub use source::SceneSource;
 pub use view::{FrameUniform, LightRecord, ViewBuffers, set_layout as view_set_layout};
 
 use std::borrow::Cow;
@@ -192,7 +194,13 @@ impl GpuScene {
     ///
     /// # Errors
     /// When there is no memory for it, or the device is lost.
-    pub fn new(device: &Arc<Device>, scene: &Scene, plan: &FramePlan, order: UploadOrder) -> gpu::Result<Self> {
+    pub fn new(
+        device: &Arc<Device>,
+        source: &mut SceneSource,
+        plan: &FramePlan,
+        order: UploadOrder,
+    ) -> gpu::Result<Self> {
+        let scene = source.scene();
         let limit = u64::from(device.physical.limits.max_draw_indexed_index_value);
         for mesh in plan.meshes.meshes.iter().map(|planned| &scene.meshes[planned.mesh]) {
             let asked = (mesh.positions.len() as u64).saturating_sub(1);
@@ -212,7 +220,7 @@ impl GpuScene {
             ranges[deform.mesh].map(|range| MeshRange { vertex_offset, deformed: true, ..range })
         };
         let deforms = plan.meshes.deforms.meshes.iter().filter_map(deform_range).collect();
-        let gpu_scene = Self {
+        let mut gpu_scene = Self {
             positions: meshes.stream("positions", plan.meshes.vertices, |mesh| mesh.positions.as_slice().into())?,
             normals: meshes.stream("normals", plan.meshes.normals, |mesh| bounded(&mesh.normals))?,
             uvs: meshes.stream("uvs", plan.meshes.uvs, |mesh| mesh.uvs.as_slice().into())?,
@@ -228,7 +236,7 @@ impl GpuScene {
                 true => Some(Deformed::new(device, &mut uploader, scene, &plan.meshes.deforms)?),
                 false => None,
             },
-            materials: Materials::new(device, &mut uploader, scene, plan)?,
+            materials: None,
             sky: match (&scene.sky, &plan.sky) {
                 (Some(sky), Some(planned)) => Some(SkyMaps::new(device, &mut uploader, sky, planned)?),
                 _ => None,
@@ -242,6 +250,10 @@ impl GpuScene {
                 false => None,
             },
         };
+        // Textures come last and are most of the bytes: each goes when it has been staged, and all else has gone before.
+        source.forget_all_but_textures();
+        gpu_scene.materials = Materials::new(device, &mut uploader, source, plan)?;
+        source.forget_textures();
         uploader.finish()?;
         Ok(gpu_scene)
     }

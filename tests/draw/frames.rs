@@ -46,6 +46,24 @@ fn the_same_scene_gives_the_same_bytes_on_a_new_device_and_frame_after_frame() {
 }
 
 #[test]
+fn a_scene_that_is_given_up_is_drawn_as_any_other_and_stays_whole_where_it_cannot_be_planned() {
+    on_gpu(|gpu| {
+        let mut scene = open("builtin:hall");
+        let settings = own(&scene, SMALL.0, SMALL.1);
+        let wanted = gpu.draw(&scene, &settings);
+        let impossible = Settings { size: [0, 0], ..settings.clone() };
+        let (meshes, textures) = (scene.meshes.len(), scene.textures.len());
+        assert!(Renderer::taking(&gpu.device, &mut scene, &impossible).is_err());
+        assert!(meshes > 0 && textures > 0 && (scene.meshes.len(), scene.textures.len()) == (meshes, textures));
+        let camera = scene.camera;
+        let renderer = Renderer::taking(&gpu.device, &mut scene, &settings);
+        let mut renderer = renderer.unwrap_or_else(|error| panic!("{error}"));
+        assert!(scene.meshes.is_empty() && scene.textures.is_empty());
+        assert_identical(&drawn_after(&mut renderer, &[camera; 3]), &wanted, "the hall");
+    });
+}
+
+#[test]
 fn a_picture_is_that_of_its_own_camera_whatever_is_in_flight() {
     on_gpu(|gpu| {
         // Cornell has an HDR target, the hall a shadow map that follows the camera.

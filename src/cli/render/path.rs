@@ -101,8 +101,13 @@ pub fn draw(args: &Args, mut workload: Workload, device: &Arc<Device>, is_verbos
     workload.scene.check()?;
 
     let start = Instant::now();
-    let (workload, settings) = (&workload, &settings);
-    let (mut renderer, hazards) = renderer(args, device, (workload, &workload.scene), settings)?;
+    let output = match args.output.sink.is_stdout() {
+        true => args.output.sink.to_string(),
+        false => format!("{} to {}", target(first).sink, target(last).sink),
+    };
+    let mut text = heading(&workload, &settings, device, &output);
+    let (mut renderer, hazards) = renderer(args, device, &mut workload, &settings)?;
+    let workload = &workload;
     workload.warn(renderer.plan())?;
     let mut pose = Pose::default();
     let set_up_ms = milliseconds_since(start);
@@ -132,11 +137,6 @@ pub fn draw(args: &Args, mut workload: Workload, device: &Arc<Device>, is_verbos
         let slowest = moments.seconds(own[drawing.iter().position(|&ms| ms == all.max).unwrap_or_default()]);
         times.row([format!("slowest, at {slowest:.2} s"), milliseconds(all.max)]);
     }
-    let output = match args.output.sink.is_stdout() {
-        true => args.output.sink.to_string(),
-        false => format!("{} to {}", target(first).sink, target(last).sink),
-    };
-    let mut text = heading(workload, settings, device, &output);
     text.push_str(&costs(workload, renderer.plan(), &times, device, is_verbose));
     Ok(Drawn { text, hazards, files: Vec::new() })
 }
