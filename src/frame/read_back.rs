@@ -55,7 +55,7 @@ impl Renderer {
     ///
     /// # Errors
     /// As [`Renderer::read_back`], and when the output is not linear.
-    pub(super) fn look_at_linear(&mut self, look: impl FnOnce(&[f32])) -> Result<(), Error> {
+    pub(super) fn look_at_linear<T>(&mut self, look: impl FnOnce(&[f32]) -> T) -> Result<T, Error> {
         self.start_read_back()?;
         let copy = self.finished_copy()?;
         let linear = copy.buffer.read_with(0, copy.buffer.size, |bytes| match bytemuck::try_cast_slice(bytes) {
