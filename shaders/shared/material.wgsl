@@ -217,7 +217,8 @@ struct Places {
     level: f32,
 }
 
-// As EXT_texture_filter_anisotropic has them, but rounded: fewer places, and all from one level, where the mean of several hides its border.
+// As EXT_texture_filter_anisotropic has them, with two savings: their count is rounded to the nearest, and several places are sampled from one level, because
+// their mean hides the border between levels.
 fn places_of(uv: vec2<f32>, size: vec2<u32>) -> Places {
     let sides = array(dpdx(uv), dpdy(uv));
     let squares = vec2(dot(sides[0] * vec2<f32>(size), sides[0] * vec2<f32>(size)), dot(sides[1] * vec2<f32>(size), sides[1] * vec2<f32>(size)));

@@ -49,7 +49,7 @@ pub struct Presenter {
     desc: SwapchainDesc,
     /// The brightest that the display shows, where it may show more than white, in units of white.
     headroom: f32,
-    /// Of the window's edges, how much pictures have that are enlarged; none where pictures are drawn into the window's images.
+    /// The share of the window's width and height that pictures have. None: passes draw into the swapchain's images.
     resolution: Option<f64>,
     /// One for each frame in flight: free again when the frame that waits for it is done.
     acquired: Vec<Owned<vk::Semaphore>>,
@@ -66,9 +66,9 @@ pub struct Presenter {
     overlay: Option<Overlay>,
     /// Only where no hardware encodes the swapchain's images.
     encode: Option<Encode>,
-    /// After how many lights frames are halted.
     /// The moment of the scene's motion that was asked for last.
     pose: Pose,
+    /// After how many lights frames are halted.
     halted: Option<usize>,
     /// What their dependencies are.
     edges: Box<dyn Fn(&FramePlan) -> Edges>,
@@ -149,28 +149,26 @@ impl Presenter {
         Self { resolution: Some(1.0), ..self }
     }
 
-    /// From the next frame on pictures have this share, above 0 and up to 1, of the window's width and height, if
-    /// [`Presenter::with_dynamic_resolution`] lets them and the window is not split. Only what has the size of the picture is made anew. Waits for nothing; frames
-    /// that are to be others anyway (see [`Presenter::change`]) have it with the next [`Presenter::fit`].
+    /// From the next frame on pictures have this share, above 0 and up to 1, of the window's width and height. Returns false where they are whole instead:
+    /// without [`Presenter::with_dynamic_resolution`], while the window is split, and where the next frames are not made yet, which then have the share. Only
+    /// what has the size of the picture is made anew; the parts that the plan tells stay those of the size before. Waits for nothing.
     ///
     /// # Errors
-    /// When the settings cannot be planned at that size, or the device lacks the memory.
-    pub fn set_resolution(&mut self, scene: &Scene, settings: &Settings, share: f64) -> Result<(), Error> {
-        let Some(before) = self.resolution.replace(share) else {
-            self.resolution = None;
-            return Ok(());
-        };
-        let (Some(renderer), Some(swapchain)) = (&self.renderer, &self.swapchain) else { return Ok(()) };
-        let Some(canvas @ Canvas::Enlarge(_)) = renderer.plan.presented.filter(|_| before != share) else {
-            return Ok(());
-        };
-        let settings = Settings { size: self.size_in(swapchain.extent, canvas), ..settings.clone() };
-        let plan = plan_for(&self.device, scene, &settings)?.presented_as(canvas);
-        if self.changed.is_none() && renderer.plan.size != plan.size && renderer.plan.differs_in_size_only(&plan) {
+    /// When the device lacks the memory.
+    pub fn set_resolution(&mut self, share: f64) -> Result<bool, Error> {
+        if self.resolution.is_none() {
+            return Ok(false);
+        }
+        self.resolution = Some(share);
+        let (Some(renderer), Some(swapchain)) = (&self.renderer, &self.swapchain) else { return Ok(false) };
+        let Some(canvas @ Canvas::Enlarge(_)) = renderer.plan.presented else { return Ok(false) };
+        let size = self.size_in(swapchain.extent, canvas);
+        if size != renderer.plan.size {
+            let plan = renderer.plan.clone().of_size(size);
             self.screenshot = None;
             self.renderer = self.renderer.take().map(|own| own.resized(plan, &[])).transpose()?;
         }
-        Ok(())
+        Ok(self.split.is_none())
     }
 
     /// The size of pictures in a window of this extent.
@@ -292,6 +290,11 @@ impl Presenter {
         check_surface(&self.device, &surface)?;
         self.surface = Some(surface);
         Ok(())
+    }
+
+    /// The window's size in pixels, while it has any.
+    pub fn window_size(&self) -> Option<[u32; 2]> {
+        self.swapchain.as_ref().map(|swapchain| [swapchain.extent.width, swapchain.extent.height])
     }
 
     /// Whether the window's images can be copied from, for [`Presenter::picture`].

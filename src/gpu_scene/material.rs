@@ -277,9 +277,7 @@ fn sampler_info(how: scene::Sampler, anisotropy: u32) -> vk::SamplerCreateInfo<'
         Wrap::Mirror => vk::SamplerAddressMode::MIRRORED_REPEAT,
         Wrap::Clamp => vk::SamplerAddressMode::CLAMP_TO_EDGE,
     });
-    // Several places of a texel that is meant to have an edge would soften it.
-    let softens = [Some(how.magnify), Some(how.minify), how.levels] == [Some(Filter::Linear); 3];
-    let anisotropy = if softens { anisotropy } else { 1 };
+    let anisotropy = if how.softens() { anisotropy } else { 1 };
     vk::SamplerCreateInfo::default()
         .mag_filter(filter(how.magnify))
         .min_filter(filter(how.minify))

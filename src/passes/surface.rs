@@ -279,7 +279,7 @@ pub fn bound_fragment(variant: &Variant, key: GeometryKey) -> Vec<u32> {
 /// cells, the one word of the type that says so is cleared: then the images are plain, and the layer is a component of the coordinate beyond those
 /// that are needed, which SPIR-V allows ("OpImageSampleImplicitLod"). So plain materials pay nothing, and there is no other variant. A module may have no two
 /// types that are alike ("Universal Validation Rules"). It may have plain images already, so these do not say that they have no depth, which Vulkan
-/// ignores. What is asked of their size has no layers either; who asks takes the first two numbers in any case.
+/// ignores. Size queries on them return two numbers instead of three; shaders use only the first two.
 pub fn with_cells(words: &[u32], extras: Extras) -> Vec<u32> {
     let mut spirv = words.to_vec();
     if extras.any() && !extras.cells {
@@ -530,8 +530,8 @@ mod tests {
     }
 
     #[test]
-    fn no_two_types_of_images_are_alike_with_cells_or_without() {
-        let (mut plain, mut cleared) = (0, 0);
+    fn no_two_types_of_images_are_alike_with_cells_or_without_and_sizes_are_of_their_type() {
+        let (mut plain, mut cleared, mut sized) = (0, 0, 0);
         for variant in shader::VARIANTS.iter().chain(geometry::VARIANTS) {
             let Some(fragment) = variant.fragment() else { continue };
             let extras = Extras { colors: true, ..Extras::default() };
@@ -539,10 +539,17 @@ mod tests {
             let images: Vec<_> =
                 instructions(&spirv).filter(|&at| spirv[at] & 0xffff == 25).map(|at| &spirv[at + 2..at + 9]).collect();
             assert_eq!(images.iter().collect::<BTreeSet<_>>().len(), images.len(), "{:#b}: {images:?}", variant.bits);
+            let types: Vec<u32> = instructions(&spirv)
+                .filter(|&at| spirv[at] & 0xffff == 25 && spirv[at + DEPTH] == UNTOLD)
+                .map(|at| spirv[at + 1])
+                .collect();
+            let pair = pair_of_numbers(&spirv);
+            sized += sizes_of(&spirv, &types).filter(|&at| Some(spirv[at + 1]) == pair).count();
+            assert!(sizes_of(&spirv, &types).all(|at| Some(spirv[at + 1]) == pair), "{:#b}", variant.bits);
             plain += usize::from(images.iter().any(|image| image[1..5] == [1, 0, 0, 0]));
             cleared += usize::from(images.iter().any(|image| image[1..5] == [1, UNTOLD, 0, 0]));
         }
-        assert!(plain > 0 && cleared > 0);
+        assert!(plain > 0 && cleared > 0 && sized > 0);
     }
 
     #[test]

@@ -106,9 +106,14 @@ impl FramePlan {
         new
     }
 
+    /// The same frames of another size in pixels. Their parts tell the bytes of the size before.
+    pub fn of_size(self, size: [u32; 2]) -> Self {
+        Self { size, ..self }
+    }
+
     /// The same frames of one pixel: what has the size of the picture can be made later.
     pub fn of_one_pixel(self) -> Self {
-        Self { size: [1, 1], ..self }
+        self.of_size([1, 1])
     }
 
     /// Whether the last pass draws into an image of the swapchain, and not into one of the frame's own.

@@ -114,7 +114,7 @@ impl FilteredTextures {
         let used = if have_levels { degree } else { 1 };
         Self {
             anisotropy: used,
-            places_by_shaders: anisotropy::by_shaders(device, used),
+            places_by_shaders: used > 1 && anisotropy::by_shaders(scene, device),
             footprint: if have_levels { anisotropy::footprint(settings) } else { 1.0 },
             warning: anisotropy::warning(settings, device, degree).filter(|_| have_levels),
             textures,

@@ -3,8 +3,8 @@ use glam::Vec3;
 use super::samples::{self, device, emissive, masked, material, point, scene, sky, spot, sun, textured};
 use super::*;
 use crate::scene::{
-    AlphaMode, Camera, CastsShadow, Falloff, Fog, GbufferChoice, GbufferPreset, HdrFormat, Light, Material, Output,
-    Projection, ShadowSettings, TRAITS, TargetChoice, TextureSlot, Tonemap,
+    AlphaMode, Camera, CastsShadow, Falloff, Filter, Fog, GbufferChoice, GbufferPreset, HdrFormat, Light, Material,
+    Output, Projection, ShadowSettings, TRAITS, TargetChoice, TextureSlot, Tonemap,
 };
 
 const CT: Brdf = Brdf::CookTorrance;
@@ -229,12 +229,16 @@ fn textures_are_filtered_as_far_as_the_device_goes_and_what_it_lacks_is_told() {
     };
     assert_eq!((of(&textured, 8, 16), of(&textured, 8, 4), of(&textured, 8, 1)), ((8, 0), (4, 1), (1, 1)));
     assert_eq!(of(&textured, 1, 16), (1, 0));
-    let places = |slow_anisotropy, asked| {
+    let places = |scene: &Scene, slow_anisotropy, asked| {
         let settings = Settings { anisotropy: asked, ..samples::deferred() };
-        let plan = FramePlan::of(&textured, &settings, &Capabilities { slow_anisotropy, ..device() }).expect("a plan");
+        let plan = FramePlan::of(scene, &settings, &Capabilities { slow_anisotropy, ..device() }).expect("a plan");
         [plan.places_of_samplers(), plan.places_of_shaders()]
     };
-    assert_eq!((places(false, 8), places(true, 8), places(true, 1)), ([8, 1], [1, 8], [1, 1]));
+    let of_shaders = [(false, 8), (true, 8), (true, 1)].map(|(slow, asked)| places(&textured, slow, asked));
+    assert_eq!(of_shaders, [[8, 1], [1, 8], [1, 1]]);
+    let mut edged = textured.clone();
+    edged.textures[0].sampler.magnify = Filter::Nearest;
+    assert_eq!(places(&edged, true, 8), [8, 1], "texels with edges stay sharp");
     let multisampled = |software, asked| {
         let settings = Settings { msaa: 4, anisotropy: asked, ..samples::deferred() };
         let plan = FramePlan::of(&textured, &settings, &Capabilities { software, ..device() }).expect("a plan");

@@ -63,6 +63,11 @@ pub struct Sampler {
 }
 
 impl Sampler {
+    /// Whether texels and levels blend into each other everywhere. A texel that is meant to have an edge would be softened by filtering from several places.
+    pub fn softens(&self) -> bool {
+        [Some(self.magnify), Some(self.minify), self.levels] == [Some(Filter::Linear); 3]
+    }
+
     /// Repeated, linear between texels and levels.
     pub const DEFAULT: Self =
         Self { wrap: [Wrap::Repeat; 2], magnify: Filter::Linear, minify: Filter::Linear, levels: Some(Filter::Linear) };
@@ -112,14 +117,16 @@ pub(crate) fn read_image(path: &Path, color_space: ColorSpace) -> Result<RgbaIma
 /// # Errors
 /// As [`ImageReader::decode`].
 pub fn decode(bytes: &[u8], format: ImageFormat, limits: Limits) -> Result<DynamicImage, ImageError> {
-    let failed = |why: String| ImageError::IoError(std::io::Error::other(why));
-    if let Some(claim) = (format == ImageFormat::OpenExr).then(|| too_much_claimed(bytes)).flatten() {
-        return Err(failed(claim));
-    }
-    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
-    reader.limits(limits);
-    let panicked = |_| Err(failed("it makes its decoder fail".into()));
-    catch_unwind(AssertUnwindSafe(|| reader.decode())).unwrap_or_else(panicked)
+    let failed = |why: String| Err(ImageError::IoError(std::io::Error::other(why)));
+    let decoded = catch_unwind(AssertUnwindSafe(|| {
+        if let Some(claim) = (format == ImageFormat::OpenExr).then(|| too_much_claimed(bytes)).flatten() {
+            return failed(claim);
+        }
+        let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+        reader.limits(limits);
+        reader.decode()
+    }));
+    decoded.unwrap_or_else(|_| failed("it makes its decoder fail".into()))
 }
 
 /// Says which data window or tile of an OpenEXR file is too large for the file. The decoder (exr 1.74.2) allocates them before it misses the texels, and

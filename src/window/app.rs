@@ -20,7 +20,7 @@ use super::controls::Controls;
 use super::keys::{Action, HELP, action};
 use super::player::Player;
 use super::recorder::Recorder;
-use super::resolution::Resolution;
+use super::resolution::{Motion, Resolution};
 use super::subject::Subject;
 use super::user_interface::UserInterface;
 use super::watch::Watch;
@@ -87,6 +87,10 @@ pub struct App<'a> {
     mouse: DVec2,
     clock: Clock,
     resolution: Resolution,
+    /// The times in the title.
+    told_times: Option<String>,
+    /// The size of the picture in the title.
+    told_coarse: Option<[u32; 2]>,
     screenshot: bool,
     /// The light of the picture is to be kept.
     light: bool,
@@ -148,6 +152,8 @@ impl<'a> App<'a> {
             way: 0.0,
             mouse: DVec2::ZERO,
             clock: Clock::default(),
+            told_times: None,
+            told_coarse: None,
             screenshot: false,
             light: false,
             unfit: true,
@@ -224,13 +230,19 @@ impl<'a> App<'a> {
     fn choose_resolution(&mut self, now: Instant, copies: Copies) -> Result<(), Error> {
         let Some(Opened { presenter, interface, .. }) = &mut self.opened else { return Ok(()) };
         let whole = copies.kept || copies.compared || interface.is_comparing() || interface.stepper().is_open();
-        let moves = self.subject.player.runs() || self.control.is_moving(self.held);
+        let motion = match self.subject.player.runs() || self.control.is_moving(self.held) {
+            _ if whole => Motion::Kept,
+            true => Motion::Moves,
+            false => Motion::Rests,
+        };
         let times = presenter.times();
         let took = Duration::from_secs_f64((times.record_ms + times.gpu_ms.unwrap_or(0.0)) * 1e-3);
-        let (share, rests) = self.resolution.choose(now, self.control.camera(), (moves, whole), took);
-        self.again = [self.again, rests].into_iter().flatten().min();
-        let drawn = interface.stepper().drawn_settings(&self.subject.settings);
-        Ok(presenter.set_resolution(&self.subject.scene, &drawn, share)?)
+        let (share, rests) = self.resolution.choose(now, self.control.camera(), motion, took);
+        match presenter.set_resolution(share)? {
+            true => self.again = [self.again, rests].into_iter().flatten().min(),
+            false => self.resolution.forget_times(),
+        }
+        Ok(())
     }
 
     fn move_camera(&mut self, now: Instant) {
@@ -365,6 +377,7 @@ impl<'a> App<'a> {
             watch.fitted();
         }
         self.control_before = None;
+        self.resolution.forget_times();
         (self.unfit, self.misfit, self.hidden) = (false, false, false);
         Ok(true)
     }
@@ -483,14 +496,23 @@ impl<'a> App<'a> {
         self.write_title();
     }
 
+    /// Tells the times now and then, and at once when the picture is coarser or finer than before.
     fn write_title(&mut self) {
-        let (Some(interval), Some(opened)) = (self.clock.tells(Instant::now()), &self.opened) else { return };
-        let times = opened.presenter.times();
-        let gpu = times.gpu_ms.map(|ms| format!(", GPU {ms:.2}")).unwrap_or_default();
-        let coarse =
-            opened.coarse_size().map(|[width, height]| format!(", {width}x{height} pixels")).unwrap_or_default();
-        let times = format!("{interval:.2} ms a frame, CPU {:.2}{gpu}{coarse}", times.record_ms);
-        opened.window.set_title(&title(&self.subject.scene, Some(&times)));
+        let Some(opened) = &self.opened else { return };
+        let (interval, coarse) = (self.clock.tells(Instant::now()), opened.coarse_size());
+        if let Some(interval) = interval {
+            let times = opened.presenter.times();
+            let gpu = times.gpu_ms.map(|ms| format!(", GPU {ms:.2}")).unwrap_or_default();
+            self.told_times = Some(format!("{interval:.2} ms a frame, CPU {:.2}{gpu}", times.record_ms));
+        }
+        if interval.is_some() || coarse != self.told_coarse {
+            self.told_coarse = coarse;
+            let coarse = coarse.map(|[width, height]| format!("{width}x{height} pixels"));
+            let told: Vec<&str> = [&self.told_times, &coarse].into_iter().filter_map(Option::as_deref).collect();
+            opened
+                .window
+                .set_title(&title(&self.subject.scene, (!told.is_empty()).then(|| told.join(", ")).as_deref()));
+        }
     }
 
     /// Whether frames follow each other without a pause.
@@ -567,7 +589,9 @@ impl<'a> App<'a> {
             (true, true) => "resolution: always the window's",
             (true, false) => "resolution: follows the time of frames while something moves",
         };
-        self.resolution = Resolution::new(self.options.dynamic_resolution && !self.resolution.follows);
+        if self.options.dynamic_resolution {
+            self.resolution.switch();
+        }
         (self.options.tell)(told);
     }
 

@@ -13,12 +13,23 @@ const COARSEST: u32 = 2;
 const AIM: Duration = Duration::from_millis(100);
 /// Times up to this much longer are no reason for a change.
 const TOLERANCE: f64 = 1.15;
-/// How far the time that is expected of a finer step must be below [`AIM`].
+/// A finer step is taken if its expected time is below this share of [`AIM`].
 const MARGIN: f64 = 0.85;
-/// Frames after a change whose known time is still of one before it: two in flight, and the one that is made.
+/// Frames after a change before the first time of its own size is known: two are in flight, and one is being recorded.
 const LATE: u32 = 3;
 /// When a picture rests, after the last movement.
 const REST: Duration = Duration::from_millis(150);
+
+/// What a frame shows, besides a camera that may have moved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Motion {
+    /// Nothing moves.
+    Rests,
+    /// Something moves.
+    Moves,
+    /// The picture is kept or compared: it is whole.
+    Kept,
+}
 
 /// How many of a window's pixels its frames draw.
 #[derive(Debug)]
@@ -41,29 +52,23 @@ impl Resolution {
         Self { follows, step: COARSEST, camera: None, moved: None, since: 0 }
     }
 
-    /// The share of the window's width and height for the frame that begins now, and when it is to be drawn anew because it will rest then. `moves`
-    /// tells that something else than the camera moves, `whole` that the picture is kept; `took` is how long the last frame took that is known to be done.
-    pub fn choose(
-        &mut self,
-        now: Instant,
-        camera: &Camera,
-        (moves, whole): (bool, bool),
-        took: Duration,
-    ) -> (f64, Option<Instant>) {
+    /// The share of the window's width and height for the frame that begins now, and when it is to be drawn anew because it will rest then. `took` is how
+    /// long the last frame took that is known to be done.
+    pub fn choose(&mut self, now: Instant, camera: &Camera, motion: Motion, took: Duration) -> (f64, Option<Instant>) {
         if !self.follows {
             return (1.0, None);
         }
         // The first frame comes as soon as can be, too.
         let has_moved = self.camera.replace(*camera) != Some(*camera);
-        if moves || has_moved {
+        if motion == Motion::Moves || has_moved {
             self.moved = Some(now);
         }
         let rests = self.moved.map(|moved| moved + REST).filter(|rests| *rests > now);
-        if whole || rests.is_none() {
-            self.since = 0;
-            return (1.0, rests.filter(|_| self.step < STEPS));
+        if motion == Motion::Kept || rests.is_none() {
+            self.forget_times();
+            return (1.0, rests);
         }
-        if self.since >= LATE {
+        if self.since >= LATE && !took.is_zero() {
             let step = step_for(self.step, took);
             if step != self.step {
                 (self.step, self.since) = (step, 0);
@@ -71,6 +76,16 @@ impl Resolution {
         }
         self.since += 1;
         (f64::from(self.step) / f64::from(STEPS), rests.filter(|_| self.step < STEPS))
+    }
+
+    /// The next times are of frames that had another size.
+    pub fn forget_times(&mut self) {
+        self.since = 0;
+    }
+
+    /// Lets pictures be whole, or coarser again while something moves.
+    pub fn switch(&mut self) {
+        self.follows = !self.follows;
     }
 }
 
@@ -100,7 +115,7 @@ mod tests {
             let took =
                 |frame: usize, share: f64| Duration::from_secs_f64((fixed + whole(frame) * share * share) * 1e-3);
             let known = frame.checked_sub(3).map_or(Duration::ZERO, |frame| took(frame, shares[frame]));
-            let (share, rests) = resolution.choose(now, &camera, (false, false), known);
+            let (share, rests) = resolution.choose(now, &camera, Motion::Rests, known);
             assert_eq!(rests, (share < 1.0).then_some(now + REST));
             shares.push(share);
             now += took(frame, share);
@@ -126,15 +141,15 @@ mod tests {
     fn a_picture_that_rests_is_whole() {
         let (begin, camera, took) = (Instant::now(), Camera::default(), AIM);
         let mut resolution = Resolution::new(true);
-        let mut choose = |at: Instant, moves: bool, whole: bool| resolution.choose(at, &camera, (moves, whole), took);
-        assert_eq!(choose(begin, false, false), (0.25, Some(begin + REST)));
+        let mut choose = |at: Instant, motion| resolution.choose(at, &camera, motion, took);
+        assert_eq!(choose(begin, Motion::Rests), (0.25, Some(begin + REST)));
         // A frame for another reason meanwhile is not finer, and does not put the rest off.
-        assert_eq!(choose(begin + REST / 2, false, false), (0.25, Some(begin + REST)));
-        assert_eq!(choose(begin + REST, false, false), (1.0, None));
-        assert_eq!(choose(begin + 2 * REST, true, false), (0.25, Some(begin + 3 * REST)));
+        assert_eq!(choose(begin + REST / 2, Motion::Rests), (0.25, Some(begin + REST)));
+        assert_eq!(choose(begin + REST, Motion::Rests), (1.0, None));
+        assert_eq!(choose(begin + 2 * REST, Motion::Moves), (0.25, Some(begin + 3 * REST)));
         // One that is kept is whole while something moves, too.
-        assert_eq!(choose(begin + 2 * REST, true, true).0, 1.0);
-        assert_eq!(Resolution::new(false).choose(begin, &camera, (true, false), took), (1.0, None));
+        assert_eq!(choose(begin + 2 * REST, Motion::Kept).0, 1.0);
+        assert_eq!(Resolution::new(false).choose(begin, &camera, Motion::Moves, took), (1.0, None));
     }
 
     #[test]
@@ -142,10 +157,10 @@ mod tests {
         let (begin, camera) = (Instant::now(), Camera::default());
         let mut resolution = Resolution::new(true);
         for frame in 0..LATE {
-            resolution.choose(begin + frame * AIM, &camera, (true, false), 9 * AIM);
+            resolution.choose(begin + frame * AIM, &camera, Motion::Moves, 9 * AIM);
         }
-        resolution.choose(begin + 20 * AIM, &camera, (false, false), AIM);
-        resolution.choose(begin + 21 * AIM, &camera, (true, false), AIM / 100);
+        resolution.choose(begin + 20 * AIM, &camera, Motion::Rests, AIM);
+        resolution.choose(begin + 21 * AIM, &camera, Motion::Moves, AIM / 100);
         assert_eq!((resolution.step, resolution.since), (COARSEST, 1));
     }
 }

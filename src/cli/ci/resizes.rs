@@ -21,7 +21,7 @@ const SEED: u64 = 7;
 const LONGEST: u32 = 256;
 /// Sizes of a storm that is measured, at least: a shorter one ends before allocators have warmed up.
 const LEAST_MEASURED: u32 = 500;
-/// Samples of a storm that is measured.
+/// Samples of a storm that is measured, about.
 const SAMPLES: u32 = 40;
 /// Frames of each sample; the fastest of them is what a frame takes.
 const TIMED_FRAMES: u32 = 8;

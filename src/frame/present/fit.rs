@@ -102,7 +102,7 @@ impl Presenter {
         Ok((own.is_some() || beside.is_some()).then_some([own, beside]))
     }
 
-    /// Takes of what was made whatever can do.
+    /// Takes those renderers that were made for these settings, and makes the others.
     fn fit_with(
         &mut self,
         scene: &Scene,

@@ -1,7 +1,7 @@
 //! How textures are filtered: for how much of a pixel, and where they are seen at a low angle.
 
 use crate::plan::{Capabilities, FramePlan, Part, parts, taa};
-use crate::scene::Settings;
+use crate::scene::{Scene, Settings};
 
 /// Places of a texture that a pixel is filtered from at most, in one frame.
 pub(in crate::plan) fn degree(settings: &Settings, device: &Capabilities) -> u32 {
@@ -46,8 +46,10 @@ pub(in crate::plan) fn footprint(settings: &Settings) -> f32 {
 /// | anisotropy 1 | 152 ms | .0545 | 204 ms | .0361 |
 ///
 /// Mesa 25.0.7's samplers cost next to nothing (hall 76 ms, with anisotropy 1 78), and shaders more (94).
-pub(in crate::plan) fn by_shaders(device: &Capabilities, degree: u32) -> bool {
-    device.slow_anisotropy && degree > 1
+///
+/// Shaders filter all textures of a plan or none: where a texel of some is meant to have an edge, samplers filter the others.
+pub(in crate::plan) fn by_shaders(scene: &Scene, device: &Capabilities) -> bool {
+    device.slow_anisotropy && scene.textures.iter().all(|texture| texture.sampler.softens())
 }
 
 /// Jittered frames of which a picture is the mean: those of `samples`, or those that TAA averages.

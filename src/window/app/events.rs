@@ -100,20 +100,17 @@ impl ApplicationHandler for App<'_> {
 
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
         let now = Instant::now();
-        let flow = match self.again {
-            // What moves does not wait for what is to be shown anew later.
-            Some(again) if again > now && !self.goes_on() => ControlFlow::WaitUntil(again),
-            _ => {
-                let again = self.again.take().is_some();
-                if again || self.goes_on() {
-                    self.ask_for_frame();
-                } else {
-                    self.clock.pause();
-                    self.advanced = None;
-                    self.subject.player.rest();
-                }
-                ControlFlow::Wait
-            }
+        // What moves does not wait for what is to be shown anew later.
+        let is_due = self.again.is_some_and(|again| again <= now);
+        let flow = if is_due || self.goes_on() {
+            self.again = None;
+            self.ask_for_frame();
+            ControlFlow::Wait
+        } else {
+            self.clock.pause();
+            self.advanced = None;
+            self.subject.player.rest();
+            self.again.map_or(ControlFlow::Wait, ControlFlow::WaitUntil)
         };
         events.set_control_flow(flow);
     }

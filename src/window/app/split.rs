@@ -79,7 +79,7 @@ pub(super) fn compare_up_to_white(
     if interface.refuses_comparison(subject) {
         return;
     }
-    let size = presenter.plan().map_or(subject.settings.size, |plan| plan.size);
+    let size = presenter.window_size().unwrap_or(subject.settings.size);
     let settings = Settings { size, ..subject.settings.clone() };
     match presenter.picture_apart(&subject.scene, &settings, camera) {
         Ok(picture) => interface.compare(subject, *camera, &picture),
@@ -89,7 +89,7 @@ pub(super) fn compare_up_to_white(
 
 /// Keeps the light that the window's picture from this camera is made of.
 pub(super) fn keep_light(presenter: &Presenter, subject: &Subject, camera: &Camera, options: &Options) {
-    let size = presenter.plan().map_or(subject.settings.size, |plan| plan.size);
+    let size = presenter.window_size().unwrap_or(subject.settings.size);
     let picture = presenter.picture_apart(&subject.scene, &subject.in_nits(size), camera);
     let told = picture.map_err(|error| error.to_string()).and_then(|picture| (options.keep)(&picture));
     (options.tell)(&told.unwrap_or_else(|error| format!("warning: no screenshot: {error}")));

@@ -38,7 +38,6 @@ pub mod key {
     pub const T: u8 = 28;
     pub const R: u8 = 27;
     pub const O: u8 = 32;
-    pub const S: u8 = 39;
     pub const X: u8 = 53;
     pub const Z: u8 = 52;
     pub const P: u8 = 33;

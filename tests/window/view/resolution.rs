@@ -7,10 +7,10 @@ use std::time::Duration;
 
 use afterlight::frame::{Outcome, Presenter, Renderer};
 use afterlight::gpu::{
-    Device, DeviceChoice, Instance, InstanceOptions, MessageKind, Surface, Validation, Vsync, surface_extensions,
+    Device, DeviceChoice, Fit, Instance, InstanceOptions, MessageKind, Surface, Validation, Vsync, surface_extensions,
 };
 use afterlight::reference::tonemap::{decode_srgb, encode_srgb};
-use afterlight::scene::{LightPath, OpenOptions, Scene, Settings, open};
+use afterlight::scene::{Light, LightPath, OpenOptions, Scene, Settings, open};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::event::WindowEvent;
@@ -22,8 +22,7 @@ use x11rb::protocol::xproto::{ConnectionExt, ImageFormat};
 use x11rb::rust_connection::RustConnection;
 
 use super::WAYS;
-use super::harness::{SIZE, Server, View, key, rendered, rgb, size_text, text};
-use crate::common::compare::assert_identical;
+use super::harness::{SIZE, Server, View, key, rendered, rgb, size_text, text, until};
 use crate::common::gpu::bytes;
 use crate::common::program::runner;
 
@@ -32,34 +31,29 @@ const OWN_PROCESS: &str = "AFTERLIGHT_TEST_ENLARGED";
 const SHARES: [f64; 3] = [1.0, 0.5, 0.3];
 
 #[test]
-fn a_picture_that_rests_is_bit_by_bit_what_render_draws_and_so_is_a_screenshot_of_one_that_moves() {
+fn a_picture_that_rests_is_bit_by_bit_what_render_draws_and_a_screenshot_has_all_pixels() {
     let server = Server::start();
-    for arguments in &WAYS[..1] {
-        let expected = rendered(SIZE, arguments);
-        let size = size_text(SIZE);
-        let on = ["--size", size.as_str(), "--dynamic-resolution", "on"];
-        let mut view = View::open(&server, &[arguments, &on[..]].concat());
-        view.shows(&expected, &format!("{arguments:?}"));
-        // Forward and back at once: the camera stays, and frames follow each other.
-        server.press(key::W);
-        server.press(key::S);
-        sleep(Duration::from_millis(100));
-        server.tap(key::P);
-        view.waits_to_tell("screenshot: ");
-        let kept = rgb(&view.folder.path().join("afterlight-0001.png"));
-        assert_eq!(kept.len(), expected.len(), "{arguments:?}: the screenshot is whole");
-        server.release(key::W);
-        server.release(key::S);
-        view.rests();
-        server.tap(key::R);
-        view.shows(&expected, &format!("{arguments:?}, at rest again"));
-        server.tap(key::Z);
-        view.waits_to_tell("resolution: always the window's");
-        server.tap(key::Z);
-        view.waits_to_tell("resolution: follows the time of frames");
-        server.tap(key::ESCAPE);
-        view.ends_well();
-    }
+    let arguments = WAYS[0];
+    let expected = rendered(SIZE, arguments);
+    let size = size_text(SIZE);
+    let on = ["--size", size.as_str(), "--dynamic-resolution", "on"];
+    let mut view = View::open(&server, &[arguments, &on[..]].concat());
+    view.shows(&expected, "at rest");
+    server.press(key::W);
+    sleep(Duration::from_millis(100));
+    server.tap(key::P);
+    view.waits_to_tell("screenshot: ");
+    server.release(key::W);
+    let kept = rgb(&view.folder.path().join("afterlight-0001.png"));
+    assert!(kept.len() == expected.len() && kept != expected, "a screenshot of another place with all pixels");
+    server.tap(key::R);
+    view.shows(&expected, "at rest again");
+    server.tap(key::Z);
+    view.waits_to_tell("resolution: always the window's");
+    server.tap(key::Z);
+    view.waits_to_tell("resolution: follows the time of frames");
+    server.tap(key::ESCAPE);
+    view.ends_well();
 }
 
 const WINDOW: [u32; 2] = [SIZE[0] as u32, SIZE[1] as u32];
@@ -84,26 +78,42 @@ impl App {
             let mut presenter = presenter.with_dynamic_resolution();
             assert!(presenter.fit(scene, settings, WINDOW).expect("it fits"));
             for share in SHARES {
-                presenter.set_resolution(scene, settings, share).expect("frames of that size");
-                // Into each of its images, and the last one copied.
-                for frame in 0..4 {
-                    let outcome = presenter.draw(&scene.camera, frame == 3, None).expect("a frame");
-                    assert!(matches!(outcome, Outcome::Shown(_)), "{outcome:?}");
-                }
-                let picture = presenter.picture().expect("it was copied");
+                assert!(presenter.set_resolution(share).expect("frames of that size"));
                 let size = WINDOW.map(|edge| (f64::from(edge) * share).round() as u32);
                 let small = Settings { size, ..settings.clone() };
                 let mut renderer = Renderer::new(&device, scene, &small).expect("a renderer");
                 let own = renderer.picture(&scene.camera, || {}).expect("a picture");
-                assert_identical(&picture, &own, &format!("{share}"));
+                // Into each of its images.
+                for _ in 0..4 {
+                    // An image may be late on a busy machine.
+                    while presenter.draw(&scene.camera, true, None).expect("a frame") == Outcome::Nothing(Fit::Exact) {}
+                    let picture = presenter.picture().expect("it was copied");
+                    assert_eq!(picture.size, size, "{share}");
+                    // An average is of other frames than a renderer's first picture.
+                    assert!(settings.taa || picture == own, "{share}: another picture");
+                }
+                if settings.taa {
+                    continue;
+                }
+                let expected = enlarged(bytes(&own), size, settings.light_path == LightPath::Compute);
+                let allowed = if share < 1.0 { 3 } else { 0 };
                 // Presentation copies into the window in a thread of its own.
-                sleep(Duration::from_millis(100));
-                let shown = pixels(&window);
-                let plain = settings.light_path == LightPath::Compute;
-                let expected = enlarged(bytes(&own), size, plain);
-                let most = shown.iter().zip(&expected).map(|(own, other)| own.abs_diff(*other)).max();
-                assert!(most <= Some(if share < 1.0 { 3 } else { 0 }), "{share}: up to {most:?} codes");
+                until("the picture in the window", || {
+                    let shown = pixels(&window);
+                    let most = shown.iter().zip(&expected).map(|(own, other)| own.abs_diff(*other)).max();
+                    (most <= Some(allowed)).then_some(())
+                });
             }
+            // A light that shines no more needs no other frames, and they still change their size.
+            let dark = Light { intensity: 0.0, ..scene.lights[0].clone() };
+            assert!(presenter.set_light(0, &dark).expect("a light"));
+            assert!(presenter.set_resolution(1.0).expect("frames of that size"));
+            assert_eq!(presenter.plan().map(|plan| plan.size), Some(WINDOW));
+            // Two pictures beside each other are whole.
+            presenter.show_beside(Some(settings.view));
+            assert!(presenter.fit(scene, settings, WINDOW).expect("it fits"));
+            assert!(!presenter.set_resolution(0.5).expect("nothing to do"));
+            assert_eq!(presenter.plan().map(|plan| plan.size), Some(WINDOW));
         }
         device.wait_idle().expect("it is done");
         drop(device);
@@ -185,6 +195,7 @@ fn coarse_pictures_in_a_process_of_their_own() {
     let ways = [
         settings.clone(),
         Settings { msaa: 4, fxaa: true, ..settings.clone() },
+        Settings { taa: true, bloom: 0.2, ..settings.clone() },
         Settings { light_path: LightPath::Compute, ..settings },
     ];
     let ways = ways.map(|settings| (scene.clone(), settings)).to_vec();

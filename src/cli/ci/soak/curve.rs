@@ -158,13 +158,10 @@ pub fn judge(samples: &[Sample]) -> Vec<Judged> {
         let detail = format!("{}: {why}", bound.what);
         Judged { check: bound.check, outcome: Outcome::Skipped, detail }
     };
-    let [first, ..] = samples else {
-        return BOUNDS.iter().map(|bound| skipped(bound, "there are no samples")).collect();
-    };
-    if samples.len() < LEAST_SAMPLES {
+    let Some(first) = samples.first().filter(|_| samples.len() >= LEAST_SAMPLES) else {
         let why = format!("{} samples are too few, {LEAST_SAMPLES} are needed", samples.len());
         return BOUNDS.iter().map(|bound| skipped(bound, &why)).collect();
-    }
+    };
     let warm = &samples[samples.len().div_ceil(LAPS as usize)..];
     let quarter = warm.len().div_ceil(4);
     let median = |part: &[Sample], of: fn(&Sample) -> Option<f64>| {
