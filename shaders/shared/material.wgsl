@@ -221,8 +221,7 @@ struct Places {
 // their mean hides the border between levels.
 fn places_of(uv: vec2<f32>, size: vec2<u32>) -> Places {
     let sides = array(dpdx(uv), dpdy(uv));
-    let squares = vec2(dot(sides[0] * vec2<f32>(size), sides[0] * vec2<f32>(size)), dot(sides[1] * vec2<f32>(size), sides[1] * vec2<f32>(size)));
-    let lengths = max(sqrt(squares), vec2(1e-9));
+    let lengths = max(vec2(length(sides[0] * vec2<f32>(size)), length(sides[1] * vec2<f32>(size))), vec2(1e-9));
     let long = max(lengths.x, lengths.y);
     let count = clamp(round(long / min(lengths.x, lengths.y)), 1.0, f32(PLACES));
     let level = log2(long / count);
@@ -230,40 +229,42 @@ fn places_of(uv: vec2<f32>, size: vec2<u32>) -> Places {
 }
 
 // The texture of a slot at a place.
+fn texel_of(
+    slot: u32,
 #ifdef EXTRAS
-fn texel_of(slot: u32, own: texture_2d_array<f32>, own_sampler: sampler, uvs: Uvs) -> vec4<f32> {
+    own: texture_2d_array<f32>,
+#else
+    own: texture_2d<f32>,
+#endif
+    own_sampler: sampler,
+    uvs: Uvs,
+) -> vec4<f32> {
     let uv = uv_of(slot, uvs);
     if PLACES > 1u {
         let places = places_of(uv, textureDimensions(own));
         var sum = vec4(0.0);
         for (var place = 0.5; place < places.count; place += 1.0) {
             let at = uv + places.step * (place - places.count * 0.5);
+#ifdef EXTRAS
             sum += textureSampleLevel(own, own_sampler, at, uvs.layer, places.level);
+#else
+            sum += textureSampleLevel(own, own_sampler, at, places.level);
+#endif
         }
         return sum / places.count;
     }
+#ifdef EXTRAS
     if FOOTPRINT < 1.0 {
         return textureSampleGrad(own, own_sampler, uv, uvs.layer, dpdx(uv) * FOOTPRINT, dpdy(uv) * FOOTPRINT);
     }
     return textureSample(own, own_sampler, uv, uvs.layer);
-}
 #else
-fn texel_of(slot: u32, own: texture_2d<f32>, own_sampler: sampler, uvs: Uvs) -> vec4<f32> {
-    let uv = uv_of(slot, uvs);
-    if PLACES > 1u {
-        let places = places_of(uv, textureDimensions(own));
-        var sum = vec4(0.0);
-        for (var place = 0.5; place < places.count; place += 1.0) {
-            sum += textureSampleLevel(own, own_sampler, uv + places.step * (place - places.count * 0.5), places.level);
-        }
-        return sum / places.count;
-    }
     if FOOTPRINT < 1.0 {
         return textureSampleGrad(own, own_sampler, uv, dpdx(uv) * FOOTPRINT, dpdy(uv) * FOOTPRINT);
     }
     return textureSample(own, own_sampler, uv);
-}
 #endif
+}
 
 fn mapped_normal(normal: vec3<f32>, tangent: vec4<f32>, uvs: Uvs) -> vec3<f32> {
     // 128 of 255 is the zero: a neutral map decodes to exactly (0, 0, 1). The dead zone of 1/100 of a step takes up the

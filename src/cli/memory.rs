@@ -1,4 +1,4 @@
-//! What the process asks of the C library's allocator. Other C libraries than glibc are not asked.
+//! Settings of glibc's allocator for the process. Other C libraries keep theirs.
 
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 mod glibc {

@@ -213,7 +213,7 @@ fn draw(
     let mut is_first = true;
     let mut drawn = || {
         bar.step();
-        // What drivers needed for compiling the shaders, 40 MiB of lavapipe's, goes before pictures are added up.
+        // The driver has compiled its shaders: what it freed (lavapipe 40 MiB) goes back before pictures are added up.
         if std::mem::take(&mut is_first) {
             memory::give_back();
         }

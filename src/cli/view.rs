@@ -41,8 +41,8 @@ pub struct Args {
     /// Show what is brighter than white so, where the window takes HDR, on a display whose brightest is so many nits: 1000, or --hdr=NITS
     #[arg(long, value_name = "NITS", value_parser = hdr, num_args = 0..=1, require_equals = true, default_missing_value = "1000")]
     hdr: Option<f32>,
-    /// Whether pictures are coarser while something moves, as far as frames would take longer than a tenth of a second: on, off, or auto (on with a device that is
-    /// a CPU, unless --frames measures it)
+    /// Draw coarser pictures while something moves, where whole ones would take longer than a tenth of a second: on, off, or auto (on with a device that is a
+    /// CPU, unless --frames measures it)
     #[arg(long, value_name = "auto|on|off", value_enum, default_value = "auto", hide_possible_values = true)]
     dynamic_resolution: DynamicResolution,
     /// Draw so many frames without a pause, then close the window and tell how long they took

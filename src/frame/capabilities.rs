@@ -64,8 +64,8 @@ fn anisotropy(device: &PhysicalDevice) -> u32 {
     }
 }
 
-/// Whether a driver's anisotropic samplers go through every texel that a pixel covers. Lavapipe's do before Mesa 25; since then they filter from places along the
-/// pixel's long side.
+/// Tells a driver whose anisotropic samplers go through every texel that a pixel covers. Lavapipe's do before Mesa 25; since then they filter from places along
+/// the pixel's long side.
 fn has_slow_anisotropy(driver_name: &str, driver_info: &str) -> bool {
     let major = driver_info.strip_prefix("Mesa ").and_then(|rest| rest.split('.').next()?.parse::<u32>().ok());
     driver_name == "llvmpipe" && major.is_some_and(|major| major < 25)

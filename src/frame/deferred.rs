@@ -344,7 +344,6 @@ impl Deferred {
         if let Some(tonemap) = &self.tonemap {
             match &self.bloom {
                 // Row `hdr-to-tonemap`: it reads the light of its pixel when the last surface is blended.
-                // Row `hdr-to-tonemap`: it reads the light of its pixel when the last surface is blended.
                 None => next_subpass(),
                 // Rows `hdr-to-bloom` and `spread-to-tonemap`: the light is stored, and BLOOM spreads it in between.
                 Some(stage) => {

@@ -180,7 +180,7 @@ impl Presenter {
         [extent.width, extent.height].map(|edge| ((f64::from(edge) * share).round() as u32).max(1))
     }
 
-    /// What frames are drawn into that are shown in such images.
+    /// The canvas of frames that are shown in images of these formats and uses.
     fn canvas(&self, formats: ImageFormats, usage: vk::ImageUsageFlags) -> Canvas {
         match (formats.by_shader, transfer_of(formats.color_space)) {
             // Images that are viewed in another format take what is copied as it is, and not encoded.
@@ -548,7 +548,7 @@ fn check_surface(device: &Device, surface: &Surface) -> gpu::Result<()> {
 /// How SPLIT and PRESENT use the swapchain's images.
 const COPIED_INTO: vk::ImageUsageFlags = vk::ImageUsageFlags::TRANSFER_DST;
 
-/// What a swapchain's images are used for besides, where the surface allows that: for screenshots, and where something is copied into them.
+/// Further uses of a swapchain's images, where the surface allows them: screenshots copy from them, SPLIT and PRESENT into them.
 fn wishes(are_copied_into: bool) -> vk::ImageUsageFlags {
     let into = if are_copied_into { COPIED_INTO } else { vk::ImageUsageFlags::empty() };
     vk::ImageUsageFlags::TRANSFER_SRC | into
@@ -559,7 +559,7 @@ fn copies(swapchain: &Swapchain) -> bool {
     swapchain.usage.contains(vk::ImageUsageFlags::TRANSFER_SRC)
 }
 
-/// Whether a picture is copied from the swapchain's image, with what lies over it: an enlarged one is copied before it is enlarged.
+/// A whole picture is copied from the swapchain's image, with the view beside it; a coarse one is copied before it is enlarged.
 fn copies_whole(swapchain: &Swapchain, plan: &FramePlan) -> bool {
     copies(swapchain) && [swapchain.extent.width, swapchain.extent.height] == plan.size
 }

@@ -64,7 +64,7 @@ struct Bound {
     /// Growth that counts as none, by itself and as a share of the first median: the greater of both.
     slack: f64,
     share: f64,
-    /// Whether the first sample bounds it as well. A cache that keeps an entry for each setting is full after the first lap.
+    /// The first sample bounds it as well: a cache that keeps an entry for each setting is full after the first lap.
     from_first: bool,
     text: fn(f64) -> String,
 }
