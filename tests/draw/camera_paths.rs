@@ -93,7 +93,6 @@ fn a_benchmark_tells_each_moment_and_the_slowest() {
     let table = succeed(&folder, &[&scene[..], &vary].concat());
     let table = String::from_utf8_lossy(&table).into_owned();
     let slowest = table.lines().find(|line| line.trim_start().starts_with("slowest along the path")).expect("a row");
-    assert_eq!(slowest.matches(" s, with ").count(), 2, "{slowest}");
     let json = fs::read_to_string(folder.path().join("bench.json")).expect("a report");
     let report: Value = serde_json::from_str(&json).expect("is JSON");
     let scene = &report["scenes"][0];
@@ -105,6 +104,12 @@ fn a_benchmark_tells_each_moment_and_the_slowest() {
         let walls: Vec<f64> = moments.iter().map(|moment| moment["wall_ms"].as_f64().expect("a time")).collect();
         let longest = walls.iter().copied().fold(0.0, f64::max);
         assert_eq!(run["wall_ms"]["max"].as_f64(), Some(longest));
+        // A column whose text is that of the first one stays empty, so the row has each text at least once.
+        let told = moments.iter().filter(|moment| moment["wall_ms"].as_f64() == Some(longest)).any(|moment| {
+            let at = moment["at_s"].as_f64().expect("a time");
+            slowest.contains(&format!(" at {at:.2} s, with {} triangles", moment["triangles"]))
+        });
+        assert!(told, "{slowest}: {moments:?}");
     }
 }
 
