@@ -7,6 +7,7 @@ use std::sync::LazyLock;
 use afterlight::gpu::{DriverHeader, decode_pipeline_cache, encode_pipeline_cache};
 use afterlight::reference::{Cache, Cached, Mode, Options, Reference, Smith, Truth, View};
 use afterlight::report::sweep::journal::Contents;
+use afterlight::report::sweep::line::with_checksums;
 use afterlight::report::sweep::merge::{Part, join};
 use afterlight::report::sweep::model::Shard;
 use afterlight::report::sweep::{assemble, table};
@@ -17,8 +18,14 @@ use super::{folder, is_one_line};
 
 static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| folder("files"));
 
-/// A report's journal, and the report that is joined from it and another part, which has measured the same.
+/// A report's journal. Chance finds no checksum: also the same with one before each line.
 pub fn journal(bytes: &[u8]) {
+    journal_of(bytes);
+    journal_of(&with_checksums(bytes));
+}
+
+/// A journal, and the report that is joined from it and another part, which has measured the same.
+fn journal_of(bytes: &[u8]) {
     let file = FOLDER.join("journal");
     fs::write(&file, bytes).expect("written");
     let contents = match Contents::read(&file) {

@@ -1,4 +1,4 @@
-//! What was measured so far, on disk: a line of JSON for each thing that is finished, behind a line that says what was asked for.
+//! What was measured so far, on disk: a line of JSON with a checksum for each thing that is finished, behind a line that says what was asked for.
 //!
 //! A run that is broken off goes on with what is there; a line that was cut off is measured again. It also is what parts of a report are
 //! joined from, as it has all measurements and not only what they come to. One process writes it at a time.
@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::accuracy::Truths;
 use super::error::Error;
 use super::families::{PlannedFamily, Sweep, name_of};
+use super::line;
 use super::model::{Against, Attribution, ErrorsByTruth, LeftOut, Machine, Metric, Shard, TruthInfo};
 use super::timing::{Rounds, Sample};
 use crate::measure::what_moves;
@@ -21,6 +22,9 @@ use crate::scene::{Scene, Settings, SettingsPatch};
 
 /// The name of the file in a report's folder.
 pub const FILE: &str = "journal";
+
+/// Of its lines: 2 have checksums.
+pub const FORMAT: u32 = 2;
 
 /// A report of days has some megabytes.
 const MOST_BYTES: u64 = 1 << 30;
@@ -168,7 +172,7 @@ pub struct Measured {
 }
 
 impl Measured {
-    pub(super) fn add(&mut self, record: Record) {
+    pub(in crate::report) fn add(&mut self, record: Record) {
         match record {
             Record::Header(_) => {}
             Record::Scene { info, .. } => self.info = Some(info),
@@ -226,9 +230,7 @@ impl Contents {
         let mut whole = 0;
         for line in text.split_inclusive(|&byte| byte == b'\n') {
             // Cut off while it was written, or damaged: nothing after it counts.
-            let Some(record) = line.strip_suffix(b"\n").and_then(|line| serde_json::from_slice(line).ok()) else {
-                break;
-            };
+            let Some(record) = line::opened(line) else { break };
             whole += line.len() as u64;
             match (&mut found, record) {
                 (None, Record::Header(header)) => {
@@ -239,7 +241,10 @@ impl Contents {
             }
         }
         if found.is_none() && !text.is_empty() && text.contains(&b'\n') {
-            let why = "is no journal of a report that this program can read: --restart begins anew";
+            let why = match line::is_without_checksums(&text) {
+                true => "is of an older program, whose lines have no checksums: --restart begins anew",
+                false => "is no journal of a report that this program can read: --restart begins anew",
+            };
             return Err(Error::Refused(format!("{} {why}", path.display())));
         }
         let dropped = text[whole as usize..].iter().filter(|&&byte| byte == b'\n').count();
@@ -319,12 +324,9 @@ impl Journal {
 
     fn write(&mut self, record: &Record) -> Result<(), Error> {
         let failed = |error| Error::file(format!("write {}", self.name), error);
-        let mut line = serde_json::to_vec(record).map_err(|error| failed(error.into()))?;
         // JSON has no number that is not finite: a line that cannot be read again would take all after it along.
-        if let Err(error) = serde_json::from_slice::<Record>(&line) {
-            return Err(failed(std::io::Error::other(format!("a figure is not finite ({error})"))));
-        }
-        line.push(b'\n');
+        let not_finite = |error| failed(std::io::Error::other(format!("a figure is not finite ({error})")));
+        let line = line::sealed(record).map_err(not_finite)?;
         self.file.write_all(&line).and_then(|()| self.file.flush()).map_err(failed)
     }
 }
@@ -492,6 +494,39 @@ mod tests {
         assert_eq!(Contents::read(&path).expect("readable").expect("there").dropped, 3);
         assert_eq!(Journal::open(folder.path(), &header(), false).expect("goes on").dropped, 3);
         assert_eq!(Journal::open(folder.path(), &header(), false).expect("goes on").dropped, 0);
+    }
+
+    #[test]
+    fn a_flipped_digit_is_noticed_and_what_it_said_is_measured_again() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let mut journal = Journal::open(folder.path(), &header(), false).expect("new");
+        journal.add(0, scene()).expect("written");
+        for point in ["default", "a"] {
+            journal.add(0, Record::Drawn { scene: 0, point: point.into(), drawn: drawn(0.125) }).expect("written");
+        }
+        drop(journal);
+        let path = folder.path().join(FILE);
+        let text = std::fs::read_to_string(&path).expect("there");
+        // Still JSON, and still a number.
+        let flipped = text.replacen("0.125", "0.175", 1);
+        assert_ne!(flipped, text);
+        std::fs::write(&path, flipped).expect("written");
+        let journal = Journal::open(folder.path(), &header(), false).expect("goes on");
+        assert_eq!(journal.dropped, 2);
+        assert!(journal.scenes[0].info.is_some() && journal.scenes[0].drawn.is_empty());
+    }
+
+    #[test]
+    fn a_journal_without_checksums_is_refused_until_it_is_begun_anew() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let old: String = [Record::Header(header()), scene()]
+            .iter()
+            .map(|record| serde_json::to_string(record).expect("JSON") + "\n")
+            .collect();
+        std::fs::write(folder.path().join(FILE), old).expect("written");
+        let refusal = Journal::open(folder.path(), &header(), false).expect_err("old").to_string();
+        assert!(refusal.contains("no checksums: --restart begins anew"), "{refusal}");
+        assert!(Journal::open(folder.path(), &header(), true).expect("anew").is_new);
     }
 
     #[test]

@@ -11,6 +11,7 @@ mod convergence;
 mod error;
 pub mod families;
 pub mod journal;
+pub mod line;
 pub mod machine;
 pub mod merge;
 pub mod meter;
