@@ -3,7 +3,9 @@
 use std::cell::RefCell;
 use std::fmt::Write as _;
 use std::fs;
+use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use afterlight::gpu::Device;
 use afterlight::measure::what_moves;
@@ -11,12 +13,12 @@ use afterlight::reference::{Cache, Reference, View};
 use afterlight::report::advice;
 use afterlight::report::sweep::Error as SweepError;
 use afterlight::report::sweep::families::Sweep;
-use afterlight::report::sweep::journal::{Header, Journal, SceneInfo};
+use afterlight::report::sweep::journal::{self, Header, Journal, SceneInfo};
 use afterlight::report::sweep::model::{Against, Metric, SceneReport, TruthInfo};
-use afterlight::report::tune::cameras::{Elsewhere, held_out};
+use afterlight::report::tune::cameras::{Elsewhere, held_out, moments};
 use afterlight::report::tune::choice::{Attempt, Bound, Goal, Measurement};
-use afterlight::report::tune::evidence::{self, Evidence, Search, error_text};
-use afterlight::report::tune::{Tuned, Tuning};
+use afterlight::report::tune::evidence::{self, Evidence, Search, Walk, error_text};
+use afterlight::report::tune::{Tuned, Tuning, Within};
 use afterlight::scene::SettingsPatch;
 use tempfile::TempDir;
 
@@ -37,13 +39,14 @@ Examples:
   afterlight tune builtin:hall --max-loss 2% --quick
   afterlight tune builtin:hall --max-error 0.05 --samples 1 --quick
   afterlight tune scene.toml --max-error 0.001 --metric relmse -o tuned.toml
-  afterlight tune sponza.obj --max-ms 16.6 --size 1920x1080 --cameras 5
+  afterlight tune sponza.obj --max-ms 16.6 --size 1920x1080 --cameras 5 --within 300
+  afterlight tune builtin:hall --max-loss 5% --quick --path walk.toml
   afterlight render builtin:hall --settings tuned.toml -o tuned.png
 
 The file has the settings as a scene file has them, and what they were chosen by:
 `render --settings FILE` takes it, and `from` in a scene file's [settings].
-A run that was broken off goes on when the same command is given again; another
-bound needs no new measurements. docs/FLIP.md shows what an error looks like."
+The same command given again goes on where it ended or was broken off; another
+bound measures only what it needs besides. docs/FLIP.md shows what an error looks like."
 )]
 pub struct Args {
     /// The scene: a model (.gltf, .glb, .obj), a .toml scene file, or `builtin:NAME?key=value&...`
@@ -70,6 +73,16 @@ pub struct Args {
     /// Other cameras that the choice must hold from, 0 to 64
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..=64))]
     cameras: u32,
+    /// Look from moments of a camera path, a TOML file with [[keys]], in place of the scene's camera and others around it: settings are chosen
+    /// from the path's middle, and must hold from all moments
+    #[arg(long, value_name = "FILE", conflicts_with = "cameras")]
+    path: Option<PathBuf>,
+    /// Moments of the path, spread evenly from its start to its end, 2 to 64
+    #[arg(long, value_name = "N", default_value_t = 5, requires = "path", value_parser = clap::value_parser!(u32).range(2..=64))]
+    moments: u32,
+    /// How long all of it may take, about, 1 to 1000000: then the best so far is verified, and what was not measured is named
+    #[arg(long, value_name = "SECONDS", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    within: u32,
     /// Measure anew what an earlier run of this command has measured
     #[arg(long)]
     restart: bool,
@@ -104,18 +117,25 @@ struct Measured {
     header: Header,
     tuned: Tuned,
     cameras: Vec<Elsewhere>,
+    walk: Option<Walk>,
+    /// Points that there are.
+    points: usize,
+    took: Duration,
 }
 
 /// Measures, chooses, verifies, and writes the settings.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    let begun = Instant::now();
     args.output.check()?;
+    output::spare([&args.output], &args.path)?;
     fix_driver_threads();
     session::with_device(&args.device, |device| {
-        let workload = Workload::open(&args.scene, &args.measuring.settings(&args.motion, &args.settings), args.quiet)?;
+        let mut workload =
+            Workload::open(&args.scene, &args.measuring.settings(&args.motion, &args.settings), args.quiet)?;
         workload.refuse_shutter("a choice of settings")?;
         workload.spare([&args.output])?;
         let goal = args.goal();
-        let measured = measure(args, &workload, &device, &goal)?;
+        let measured = measure(args, &mut workload, (&device, begun), &goal)?;
         let texts: Vec<String> = measured.cameras.iter().map(|camera| camera.text.clone()).collect();
         let search = Search {
             program: concat!("afterlight ", env!("CARGO_PKG_VERSION")),
@@ -123,11 +143,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             scene: &measured.tuned.scene,
             goal: &goal,
             cameras: &texts,
+            path: measured.walk.as_ref(),
         };
         let Tuned { patches, outcome, .. } = &measured.tuned;
         let Some(chosen) = &outcome.chosen else {
             let wider = "a wider bound or more --joint may do; `afterlight report` shows all of the front";
-            let hint = search.fitting(outcome).unwrap_or_else(|| wider.to_owned());
+            let longer = || not_measured(args, &measured).unwrap_or_else(|| wider.to_owned());
+            let hint = search.fitting(outcome).unwrap_or_else(longer);
             return Err(Failure::new(Exit::FailedCheck, search.failure(outcome)).with_hint(hint));
         };
         let evidence = Evidence::of(&search, chosen, &outcome.passed_over);
@@ -164,12 +186,22 @@ fn tuned(args: &Args, workload: &Workload, choice: &SettingsPatch) -> SettingsPa
     SettingsPatch { size, shadow_cache, samples, ..choice.or(&workload.said()) }
 }
 
-fn measure(args: &Args, workload: &Workload, device: &Arc<Device>, goal: &Goal) -> Result<Measured, Failure> {
+fn measure(
+    args: &Args,
+    workload: &mut Workload,
+    (device, begun): (&Arc<Device>, Instant),
+    goal: &Goal,
+) -> Result<Measured, Failure> {
     let MeasuringArgs { seed, .. } = args.measuring;
+    let walk = walk_of(args, workload)?;
+    let workload = &*workload;
     let base = args.base(workload);
     let sweep = sweep_of(workload, &base, device, &args.measuring.selection(None))?;
     // Before the sweep, which takes long: without them nothing can be verified.
-    let cameras = cameras_of(args, workload, &base)?;
+    let (walk, cameras) = match walk {
+        Some((walk, cameras)) => (Some(walk), cameras),
+        None => (None, cameras_of(args, workload, &base)?),
+    };
     let truths = |camera, what: String| {
         truths(workload, camera, &base, args.measuring.truth_samples(), &Bars::of(what, args.quiet))
     };
@@ -177,7 +209,9 @@ fn measure(args: &Args, workload: &Workload, device: &Arc<Device>, goal: &Goal) 
     let own = truths(workload.scene.camera, workload.scene.name.clone())?;
     warn_of_noise(args, goal, &own.info)?;
     let (scene, goal, effort) = (&workload.scene, *goal, args.measuring.effort());
-    let tuning = Tuning { device, scene, base: &base, sweep: &sweep, goal, effort, seed };
+    let time = Duration::from_secs(args.within.into());
+    let within = Some(Within { begun, time, is_verified: !cameras.is_empty() });
+    let tuning = Tuning { device, scene, base: &base, sweep: &sweep, goal, effort, seed, within };
     let bars = RefCell::new(Bars::of(workload.scene.name.clone(), args.quiet));
     let elsewhere = || {
         bars.borrow_mut().clear();
@@ -190,13 +224,41 @@ fn measure(args: &Args, workload: &Workload, device: &Arc<Device>, goal: &Goal) 
     };
     let (mut journal, _folder) = journal_of(args, &header, &tuning.info(&own))?;
     let tuned = tuning.run(&mut journal, own, &mut |step| bars.borrow_mut().step(step), elsewhere)?;
-    Ok(Measured { header, tuned, cameras })
+    Ok(Measured { header, tuned, cameras, walk, points: sweep.points.len(), took: begun.elapsed() })
+}
+
+/// The moments of `--path`, and the cameras there but for that in the middle, which is the scene's from here on.
+fn walk_of(args: &Args, workload: &mut Workload) -> Result<Option<(Walk, Vec<Elsewhere>)>, Failure> {
+    let Some(file) = &args.path else { return Ok(None) };
+    let path = workload.follow(file)?;
+    let mut moments = moments(&path, args.moments as usize).into_iter();
+    let own = moments.next().map_or(0.0, |(seconds, own)| {
+        workload.scene.camera = own.camera;
+        seconds
+    });
+    let (others, cameras) = moments.unzip();
+    Ok(Some((Walk { file: file.display().to_string(), own, others }, cameras)))
+}
+
+/// What the time was not enough for, in a sentence.
+fn not_measured(args: &Args, measured: &Measured) -> Option<String> {
+    const MOST: usize = 8;
+    let left = &measured.tuned.not_measured;
+    let named = left.iter().take(MOST).map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+    let more = left.len().saturating_sub(MOST);
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    let (count, points, within) = (left.len(), measured.points, args.within);
+    (count > 0).then(|| {
+        format!(
+            "{count} of {points} points were not measured within {within} s: {named}{more}; the same command goes on with them, and --within has more time"
+        )
+    })
 }
 
 /// The folder of measurements so far: in that of the truths, by all that was asked but the bound. Where none is kept it is a temporary one.
 fn journal_of(args: &Args, header: &Header, info: &SceneInfo) -> Result<(Journal, Option<TempDir>), Failure> {
     let failed = |error| Failure::new(Exit::BadInput, format!("cannot make a folder for measurements: {error}"));
-    let key = blake3::hash(output::json(&(header, info))?.as_bytes()).to_hex();
+    let key = blake3::hash(output::json(&(journal::FORMAT, header, info))?.as_bytes()).to_hex();
     let kept = Cache::of_user().map(|cache| cache.folder().join(format!("tune-{}", &key[..16])));
     // One that cannot be written, is damaged, or is written by another process keeps nobody from measuring.
     let opened = kept.map(|folder| match fs::create_dir_all(&folder) {
@@ -267,9 +329,11 @@ fn report(args: &Args, measured: &Measured, search: &Search, chosen: &Attempt) -
     let mut text = format!("{} ({}), {}\n", header.machine.device, header.machine.driver, header.machine.cpu);
     let _ = writeln!(
         text,
-        "{}: {width}x{height}, {} points, truth of {} samples\ntimes: {}",
+        "{}: {width}x{height}, {} of {} points drawn and timed in {:.0} s, truth of {} samples\ntimes: {}",
         scene.name,
         scene.points.len(),
+        measured.points,
+        measured.took.as_secs_f64(),
         scene.truth.samples,
         what_moves(scene.moving)
     );
@@ -287,7 +351,14 @@ fn report(args: &Args, measured: &Measured, search: &Search, chosen: &Attempt) -
     let _ = writeln!(text, "\n{}", recommendation(scene, args.metric, chosen.point));
     let mut table = Table::with_figures_from(1);
     let metric = evidence::metric_key(args.metric);
-    table.row(["camera", metric, "a picture", "95%", "as given", "a picture"]);
+    table.row([
+        if measured.walk.is_some() { "moment" } else { "camera" },
+        metric,
+        "a picture",
+        "95%",
+        "as given",
+        "a picture",
+    ]);
     let mut row = |camera: &str, own: &Measurement, default: &Measurement| {
         table.row([
             camera.to_owned(),
@@ -299,11 +370,15 @@ fn report(args: &Args, measured: &Measured, search: &Search, chosen: &Attempt) -
         ]);
     };
     let of = |point: usize| search.goal.of(&scene.points[point]);
-    row("the scene's own", &of(chosen.point), &of(scene.default));
-    for (pair, camera) in chosen.held_out.iter().zip(search.cameras) {
-        row(camera, &pair.own, &pair.default);
+    let at = |seconds: f64| format!("{seconds:.2} s");
+    let own = measured.walk.as_ref().map_or_else(|| "the scene's own".to_owned(), |walk| at(walk.own));
+    row(&own, &of(chosen.point), &of(scene.default));
+    for (index, (pair, camera)) in chosen.held_out.iter().zip(search.cameras).enumerate() {
+        let moment = measured.walk.as_ref().and_then(|walk| walk.others.get(index).copied());
+        row(&moment.map_or_else(|| camera.clone(), at), &pair.own, &pair.default);
     }
     text += &table.render();
+    text.extend(not_measured(args, measured).map(|words| words + "\n"));
     text.extend(Sweep::quick_words(&scene.left_out).map(|words| words + "\n"));
     if let Sink::File(path) = &args.output {
         let _ = writeln!(

@@ -339,6 +339,17 @@ impl Renderer {
         RendererBuilder::new(device, scene, settings, (plan, edges), None)?.finish(&[])
     }
 
+    /// The same for other settings, beside this renderer of the same scene: what it has uploaded serves both, where they need the same of it.
+    ///
+    /// # Errors
+    /// As [`Renderer::new`].
+    pub fn beside(&self, scene: &Scene, settings: &Settings) -> Result<Self, Error> {
+        let plan = plan_for(&self.device, scene, settings)?;
+        let uploaded = plan.uploads_as(&self.plan).then(|| Arc::clone(&self.scene));
+        let edges = edges::table(&plan);
+        RendererBuilder::new(&self.device, scene, settings, (plan, edges), uploaded)?.finish(&[])
+    }
+
     /// The same as [`Renderer::new`] with other dependencies than [`edges::table`] has for the plan, for experiments and proofs: a synchronization validation
     /// layer should say what is missing.
     ///

@@ -156,6 +156,93 @@ fn another_bound_measures_nothing_again_and_a_near_miss_names_one_that_fits() {
     assert!(text(&single(fitting, &["--restart"]).stderr).contains("pictures 1/"));
 }
 
+/// From one place to another, two seconds long.
+const PATH: &str = "\
+[[keys]]
+time = 0.0
+position = [0.0, 1.0, 6.0]
+target = [0.0, 0.5, 0.0]
+[[keys]]
+time = 2.0
+position = [3.0, 2.0, 5.0]
+target = [0.0, 0.5, 0.0]
+";
+
+#[test]
+fn a_path_is_looked_at_from_its_middle_and_must_keep_the_bound_at_all_moments() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let here = folder.path();
+    std::fs::write(here.join("walk.toml"), PATH).expect("written");
+    let walk = ["--samples", "1", "--path", "walk.toml", "--moments", "3", "-o", "tuned.toml"];
+    let output = search(here, ["--max-loss", "5%"], &walk);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let told = text(&output.stdout);
+    assert!(["moment", "1.00 s", "0.00 s", "2.00 s"].iter().all(|word| told.contains(word)), "{told}");
+    let table: toml::Table = std::fs::read_to_string(here.join("tuned.toml")).expect("written").parse().expect("TOML");
+    let evidence = &table["evidence"];
+    assert_eq!((evidence["path"].as_str(), number(evidence, "at_s")), (Some("walk.toml"), 1.0));
+    let held_out = evidence["held_out"].as_array().expect("moments");
+    assert_eq!(held_out.iter().map(|moment| number(moment, "at_s")).collect::<Vec<_>>(), [0.0, 2.0]);
+    for moment in held_out {
+        assert!(number(moment, "error") <= 1.05 * number(moment, "default_error"), "{moment}");
+    }
+    // The same again has measured all, from the same cameras.
+    let again = search(here, ["--max-loss", "5%"], &walk);
+    let errors = text(&again.stderr);
+    assert!(again.status.success() && errors.contains("goes on from an earlier run"), "{errors}");
+    assert!(!errors.contains(": times 1/") && !errors.contains("pictures "), "{errors}");
+}
+
+#[test]
+fn a_path_that_cannot_be_read_is_refused_before_anything_is_measured() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let here = folder.path();
+    std::fs::write(here.join("short.toml"), &PATH[..PATH.len() / 2]).expect("written");
+    std::fs::write(here.join("wrong.toml"), PATH.replace("time = 2.0", "time = \"two\"")).expect("written");
+    for (path, words) in
+        [("none.toml", "cannot read none.toml"), ("short.toml", "two keys"), ("wrong.toml", "wrong.toml:")]
+    {
+        let output = search(here, ["--max-loss", "5%"], &["--path", path, "-o", "tuned.toml"]);
+        let errors = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(3), "{errors}");
+        assert!(errors.contains(words) && !errors.contains("pictures "), "{errors}");
+        assert!(!here.join("tuned.toml").exists());
+    }
+    for more in [
+        &["--path", "short.toml", "--cameras", "2"][..],
+        &["--moments", "3"],
+        &["--path", "short.toml", "--moments", "1"],
+        &["--path", "short.toml", "-o", "short.toml"],
+        &["--within", "0"],
+    ] {
+        let output = search(here, ["--max-loss", "5%"], more);
+        assert_eq!(output.status.code(), Some(2), "{more:?}: {}", text(&output.stderr));
+    }
+}
+
+#[test]
+fn time_that_is_over_leaves_points_that_are_named_and_the_next_run_goes_on_with_them() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let here = folder.path();
+    // Of a whole sweep, and at the size of --quick.
+    let run = |within: &str| {
+        let small = ["--size", "320x180", "--joint", "0", "--samples", "1", "--cameras", "0", "--truth-samples", "2"];
+        let command = ["tune", SCENE, "--max-loss", "5%", "--within", within, "-o", "tuned.toml"];
+        let output = run(here, &[&command[..], &small[..]].concat());
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let told = text(&output.stdout);
+        let count = |line: &str, before: &str| line.split(before).nth(1)?.split(' ').next()?.parse::<usize>().ok();
+        let left = told.lines().find(|line| line.contains("points were not measured within"));
+        let left = left.map_or(0, |line| line.split(' ').next().and_then(|count| count.parse().ok()).unwrap_or(0));
+        let measured = told.lines().find_map(|line| count(line, "320x180, "));
+        (left, measured.unwrap_or_else(|| panic!("no count in {told}")), told)
+    };
+    let (left, measured, told) = run("1");
+    assert!(left > 0 && told.contains("the same command goes on with them"), "{told}");
+    let (left_then, measured_then, told) = run("1000");
+    assert!(left_then == 0 && measured_then >= measured, "{left_then} {measured} {told}");
+}
+
 #[test]
 fn exactly_one_bound_is_needed() {
     let folder = tempfile::tempdir().expect("a temporary folder");

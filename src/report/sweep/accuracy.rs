@@ -132,6 +132,30 @@ impl Truths {
         })
     }
 
+    /// The error against the converged truth of what is shown alone: FLIP and PSNR. Other figures are no numbers, and pixels that are not finite are
+    /// seen in light only.
+    ///
+    /// # Errors
+    /// When the picture is of another size.
+    pub fn error_shown(&self, picture: &Srgb8Image) -> Result<ErrorsByTruth, Error> {
+        let psnr_db = shown_errors(picture, &self.converged.shown)?.psnr_db(1.0);
+        let flip = flip(picture, &self.converged.shown)?.mean();
+        let converged = Errors { flip, psnr_db: Some(psnr_db).filter(|psnr| psnr.is_finite()), ..Errors::UNKNOWN };
+        Ok(ErrorsByTruth { point: Errors::UNKNOWN, converged })
+    }
+
+    /// The error against the converged truth of light alone.
+    ///
+    /// # Errors
+    /// When the picture is of another size.
+    pub fn error_of_light(&self, light: &LinearImage) -> Result<ErrorsByTruth, Error> {
+        let light = errors(light, &self.converged.light)?;
+        let (rel_mse, rmse, max, p99_9, not_finite) =
+            (light.rel_mse, light.rmse, light.max, light.p99_9, light.not_finite);
+        let converged = Errors { rel_mse, rmse, max, p99_9, not_finite, ..Errors::UNKNOWN };
+        Ok(ErrorsByTruth { point: Errors::UNKNOWN, converged })
+    }
+
     pub fn errors(&self, drawing: &Drawing) -> Result<ErrorsByTruth, Error> {
         Ok(ErrorsByTruth {
             point: errors_against(drawing, &self.point)?,
@@ -196,23 +220,44 @@ impl Shown {
     pub fn of(device: &Arc<Device>, scene: &Scene, camera: &Camera, settings: &Settings) -> Result<Self, Error> {
         let before = bytes_on(device);
         let mut renderer = Renderer::new(device, scene, settings)?;
-        let Pixels::Srgb8(rgba) = renderer.picture(camera, || {})?.pixels else {
-            return Err(Error::Refused("a picture that is shown is linear".into()));
-        };
+        let picture = shown_by(&mut renderer, camera, settings.size)?;
         let memory = bytes_on(device).saturating_sub(before);
         let gbuffer_bytes_per_pixel = renderer.plan().gbuffer_bytes_per_pixel();
-        Ok(Self { picture: Srgb8Image::from_rgba(settings.size, &rgba), memory, gbuffer_bytes_per_pixel })
+        Ok(Self { picture, memory, gbuffer_bytes_per_pixel })
     }
 }
 
-/// Exposed light, before FXAA.
+/// What a renderer of a picture shows.
+pub(in crate::report) fn shown_by(
+    renderer: &mut Renderer,
+    camera: &Camera,
+    size: [u32; 2],
+) -> Result<Srgb8Image, Error> {
+    match renderer.picture(camera, || {})?.pixels {
+        Pixels::Srgb8(rgba) => Ok(Srgb8Image::from_rgba(size, &rgba)),
+        _ => Err(Error::Refused("a picture that is shown is linear".into())),
+    }
+}
+
+/// Settings of exposed light, before FXAA.
+pub(in crate::report) fn of_light(settings: &Settings) -> Settings {
+    Settings { output: Output::Exposed, ..settings.without_effects() }
+}
+
+/// The light of a renderer of [`of_light`].
+pub(in crate::report) fn light_by(
+    renderer: &mut Renderer,
+    camera: &Camera,
+    size: [u32; 2],
+) -> Result<LinearImage, Error> {
+    match renderer.picture(camera, || {})?.pixels {
+        Pixels::LinearF32(rgba) => Ok(LinearImage::from_rgba(size, &rgba)),
+        _ => Err(Error::Refused("a linear picture is not linear".into())),
+    }
+}
+
 fn light_of(device: &Arc<Device>, scene: &Scene, camera: &Camera, settings: &Settings) -> Result<LinearImage, Error> {
-    let linear = Settings { output: Output::Exposed, ..settings.without_effects() };
-    let mut renderer = Renderer::new(device, scene, &linear)?;
-    let Pixels::LinearF32(rgba) = renderer.picture(camera, || {})?.pixels else {
-        return Err(Error::Refused("a linear picture is not linear".into()));
-    };
-    Ok(LinearImage::from_rgba(settings.size, &rgba))
+    light_by(&mut Renderer::new(device, scene, &of_light(settings))?, camera, settings.size)
 }
 
 /// The share of pixels on which the raster and the truth see different triangles; `None` where the device does not number them.

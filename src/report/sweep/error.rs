@@ -21,7 +21,7 @@ impl Error {
     }
 
     /// Whether only the settings at hand are too much for the device, and others may do.
-    pub(super) fn is_of_point(&self) -> bool {
+    pub(crate) fn is_of_point(&self) -> bool {
         match self {
             Self::Frame(frame::Error::Plan(_)) => true,
             Self::Frame(frame::Error::Gpu(error)) => {

@@ -103,7 +103,7 @@ impl Meter for DeviceMeter<'_> {
     fn time(&mut self, points: &[SettingsPatch], random: &mut fastrand::Rng) -> Result<Rounds, Error> {
         let anchor = SettingsPatch::default();
         let all = std::iter::once(&anchor).chain(points);
-        let contender = |point| Contender::new(self.device, self.scene, &self.camera, &settings_of(point, self.base));
+        let contender = |point| Contender::new(self.device, self.scene, self.camera, &settings_of(point, self.base));
         let mut contenders = all.map(contender).collect::<Result<Vec<_>, _>>()?;
         for contender in &mut contenders {
             contender.warm_up(self.effort.steady_frames)?;

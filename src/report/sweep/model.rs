@@ -207,6 +207,22 @@ pub enum Against {
 }
 
 impl Errors {
+    /// Of what nobody has compared.
+    pub const UNKNOWN: Self = Self {
+        rel_mse: f64::NAN,
+        rmse: f64::NAN,
+        max: f64::NAN,
+        p99_9: f64::NAN,
+        flip: f64::NAN,
+        psnr_db: None,
+        not_finite: 0,
+    };
+
+    /// Whether light and what is shown have both been compared.
+    pub fn is_whole(&self) -> bool {
+        self.not_finite > 0 || !(self.rmse.is_nan() || self.flip.is_nan())
+    }
+
     /// What is compared on fronts and with bounds: infinite where a pixel is not finite, since no metric has it.
     pub fn comparable(&self, metric: Metric) -> f64 {
         if self.not_finite > 0 { f64::INFINITY } else { self.by(metric) }

@@ -3,7 +3,7 @@
 //! Each finished thing goes into the journal, and what is there is not done again.
 
 #[cfg(test)]
-pub(super) mod samples;
+pub(in crate::report) mod samples;
 #[cfg(test)]
 mod tests;
 
@@ -17,7 +17,7 @@ use crate::scene::SettingsPatch;
 /// Renderers that are held at once, besides the anchor.
 const BATCH: usize = 7;
 /// What they may take on the device together.
-const BATCH_BYTES: u64 = 768 << 20;
+pub const BATCH_BYTES: u64 = 768 << 20;
 
 /// How far a scene has come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -24,6 +24,9 @@ const MOST_WARM_UP_FRAMES: usize = 40;
 const MOST_WARM_UP: Duration = Duration::from_secs(10);
 /// Rounds that a batch has at least, however slow it is.
 const LEAST_ROUNDS: usize = LEAST_FOR_95;
+/// Rounds of a first look, if they take longer than this.
+const LEAST_GLANCES: usize = 2;
+const LONG_GLANCE: Duration = Duration::from_millis(500);
 /// Batches with a wide interval get this many times the rounds, at most.
 const MORE_ROUNDS: usize = 3;
 
@@ -67,17 +70,38 @@ impl Effort {
 }
 
 /// A renderer that takes its turns.
-pub struct Contender<'a> {
-    camera: &'a Camera,
+pub struct Contender {
+    camera: Camera,
     renderer: Renderer,
     software: bool,
 }
 
-impl<'a> Contender<'a> {
-    pub fn new(device: &Arc<Device>, scene: &Scene, camera: &'a Camera, settings: &Settings) -> Result<Self, Error> {
-        let renderer = Renderer::new(device, scene, settings)?;
+impl Contender {
+    pub fn new(device: &Arc<Device>, scene: &Scene, camera: Camera, settings: &Settings) -> Result<Self, Error> {
+        Ok(Self::of(Renderer::new(device, scene, settings)?, camera))
+    }
+
+    /// Of other settings, beside this one: the scene is uploaded once, where both need the same of it.
+    pub fn beside(&self, scene: &Scene, camera: Camera, settings: &Settings) -> Result<Self, Error> {
+        Ok(Self::of(self.renderer.beside(scene, settings)?, camera))
+    }
+
+    fn of(renderer: Renderer, camera: Camera) -> Self {
         let software = renderer.plan().software;
-        Ok(Self { camera, renderer, software })
+        Self { camera, renderer, software }
+    }
+
+    pub fn renderer(&self) -> &Renderer {
+        &self.renderer
+    }
+
+    /// Draws frames, as many as this.
+    pub fn warm_up_for(&mut self, frames: usize) -> Result<(), Error> {
+        for _ in 0..frames {
+            self.renderer.render(&self.camera)?;
+            self.renderer.wait()?;
+        }
+        Ok(())
     }
 
     /// Draws frames until they stop getting faster.
@@ -85,25 +109,33 @@ impl<'a> Contender<'a> {
         let begun = Instant::now();
         let mut times = Vec::new();
         while !is_steady(&times, steady_frames) && times.len() < MOST_WARM_UP_FRAMES && begun.elapsed() < MOST_WARM_UP {
-            self.renderer.render(self.camera)?;
+            self.renderer.render(&self.camera)?;
             let frame = self.renderer.wait()?;
             times.push(if self.software { frame.wall_ms } else { frame.gpu_ms.unwrap_or(frame.wall_ms) });
         }
         Ok(())
     }
 
-    /// Draws one picture, of one that is averaged over time all frames since its cut. One of several samples is read back frame by frame and averaged, which is a part of its wall time; one of a single frame
-    /// is done when the device is.
+    /// Draws one picture, of one that is averaged over time all frames since its cut. One of several samples is read back frame by frame and
+    /// averaged, which is a part of its wall time; one of a single frame is done when the device is.
     pub fn draw(&mut self) -> Result<Sample, Error> {
-        let (begun, cpu_before) = (Instant::now(), cpu_seconds());
+        self.draw_frames(u32::MAX)
+    }
+
+    /// Draws the first frames of a picture, at most so many, and tells what all of it would take: its frames differ by less than times scatter.
+    pub fn draw_frames(&mut self, most: u32) -> Result<Sample, Error> {
+        let cpu_before = cpu_seconds();
         let over_time = self.renderer.plan().taa.map(|taa| taa.frames);
-        let count = over_time.unwrap_or(self.renderer.plan().samples);
+        let whole = over_time.unwrap_or(self.renderer.plan().samples);
+        let count = whole.min(most.max(1));
+        let all = f64::from(whole) / f64::from(count);
         self.renderer.cut();
+        let begun = Instant::now();
         let (mut gpu, mut wall) = (Some(0.0), 0.0);
-        let mut sum = (count > 1 && over_time.is_none()).then(|| Accumulator::new(self.renderer.plan()));
+        let mut sum = (whole > 1 && over_time.is_none()).then(|| Accumulator::new(self.renderer.plan()));
         for index in 0..count {
-            let camera = self.renderer.behind_lens(self.camera, index);
-            self.renderer.render_jittered(&camera, sample_offset(index, count))?;
+            let camera = self.renderer.behind_lens(&self.camera, index);
+            self.renderer.render_jittered(&camera, sample_offset(index, whole))?;
             let frame = self.renderer.wait()?;
             gpu = gpu.zip(frame.gpu_ms).map(|(sum, ms)| sum + ms);
             wall += frame.wall_ms;
@@ -113,12 +145,15 @@ impl<'a> Contender<'a> {
                 sum.add(&rgba);
             }
         }
+        let mut wall = wall * all;
         if let Some(sum) = sum {
+            let frames = begun.elapsed();
             std::hint::black_box(sum.picture());
-            wall = begun.elapsed().as_secs_f64() * 1e3;
+            // The mean is made once, however many frames there are.
+            wall = (frames.as_secs_f64() * all + (begun.elapsed() - frames).as_secs_f64()) * 1e3;
         }
-        let cpu = cpu_before.zip(cpu_seconds()).map(|(before, after)| (after - before) * 1e3);
-        Ok(Sample { wall, gpu: gpu.filter(|_| !self.software), cpu: cpu.filter(|_| self.software) })
+        let cpu = cpu_before.zip(cpu_seconds()).map(|(before, after)| (after - before) * all * 1e3);
+        Ok(Sample { wall, gpu: gpu.map(|ms| ms * all).filter(|_| !self.software), cpu: cpu.filter(|_| self.software) })
     }
 }
 
@@ -149,6 +184,28 @@ pub fn take_turns<E>(
         let is_enough = || times[1..].iter().all(|own| !is_unsure(own, &times[0]));
         let is_late = begun.elapsed() >= effort.longest;
         if round >= LEAST_ROUNDS && (is_late || (round >= effort.rounds && is_enough())) {
+            break;
+        }
+        random.shuffle(&mut order);
+        for &contender in &order {
+            times[contender].push(draw(contender)?);
+        }
+    }
+    let anchor = times.remove(0);
+    Ok(Rounds { anchor, others: times })
+}
+
+/// The same for a first look: few rounds where they take long, and as many as an interval needs where they do not.
+pub fn glance<E>(
+    contenders: usize,
+    random: &mut fastrand::Rng,
+    mut draw: impl FnMut(usize) -> Result<Sample, E>,
+) -> Result<Rounds, E> {
+    let begun = Instant::now();
+    let mut times: Vec<Vec<Sample>> = vec![Vec::new(); contenders];
+    let mut order: Vec<usize> = (0..contenders).collect();
+    for round in 0..LEAST_ROUNDS {
+        if round >= LEAST_GLANCES && begun.elapsed() >= LONG_GLANCE {
             break;
         }
         random.shuffle(&mut order);
@@ -280,6 +337,19 @@ mod tests {
         let orders: std::collections::BTreeSet<&[usize]> = drawn.chunks(3).collect();
         assert!(orders.len() > 3, "{orders:?}");
         assert!(orders.iter().all(|order| order.iter().sum::<usize>() == 3));
+    }
+
+    #[test]
+    fn a_first_look_has_more_rounds_where_they_take_no_time() {
+        let mut random = fastrand::Rng::with_seed(1);
+        let rounds = glance(3, &mut random, |contender| Ok::<_, ()>(wall(1.0 + contender as f64))).expect("no error");
+        assert_eq!((rounds.anchor.len(), rounds.others.len()), (LEAST_ROUNDS, 2));
+        assert!(rounds.others.iter().all(|times| times.len() == LEAST_ROUNDS));
+        let slow = |_| {
+            std::thread::sleep(LONG_GLANCE / 2);
+            Ok::<_, ()>(wall(1.0))
+        };
+        assert_eq!(glance(1, &mut random, slow).expect("no error").anchor.len(), LEAST_GLANCES);
     }
 
     #[test]

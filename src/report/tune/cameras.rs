@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use glam::{DQuat, DVec2, DVec3};
 
 use crate::reference::{Reference, View};
-use crate::scene::{Camera, Projection};
+use crate::scene::{Camera, CameraPath, Projection};
 
 /// Rays across and down that say what a camera sees.
 const GRID: [u32; 2] = [16, 9];
@@ -69,6 +69,21 @@ pub struct Elsewhere {
     pub camera: Camera,
     /// The same, as `--camera` takes it.
     pub text: String,
+}
+
+/// Moments of a path, spread evenly from its start to its end, in seconds from the start: the one in the middle first, from which settings are
+/// chosen, and then the others in order.
+pub fn moments(path: &CameraPath, count: usize) -> Vec<(f64, Elsewhere)> {
+    let last = count.max(2) - 1;
+    let mut moments: Vec<(f64, Elsewhere)> = (0..=last)
+        .map(|index| {
+            let seconds = path.seconds() * index as f64 / last as f64;
+            let camera = path.at(seconds);
+            (seconds, Elsewhere { camera, text: camera.to_string() })
+        })
+        .collect();
+    moments[..=last / 2].rotate_right(1);
+    moments
 }
 
 /// Up to `count` cameras; fewer where the scene has no room for more, as where the camera sees nothing.
@@ -139,7 +154,7 @@ fn short(number: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{OpenOptions, Scene, open};
+    use crate::scene::{CameraKey, OpenOptions, Scene, open};
 
     fn scene(spec: &str) -> Scene {
         open(spec, &OpenOptions::default()).expect("a built-in scene")
@@ -190,6 +205,20 @@ mod tests {
         for Elsewhere { camera, text } in cameras {
             let told: Camera = text.parse().expect("as --camera takes it");
             assert_eq!(Camera { near: camera.near, ..told }, camera);
+        }
+    }
+
+    #[test]
+    fn moments_of_a_path_begin_with_its_middle_and_have_both_ends() {
+        let key = |time: f64| CameraKey { time, camera: Camera { position: DVec3::X * time, ..Camera::default() } };
+        let path = CameraPath::new(vec![key(1.0), key(5.0)]).expect("a path");
+        let seconds = |count| moments(&path, count).iter().map(|(seconds, _)| *seconds).collect::<Vec<_>>();
+        assert_eq!(seconds(5), [2.0, 0.0, 1.0, 3.0, 4.0]);
+        assert_eq!((seconds(2), seconds(3)), (vec![0.0, 4.0], vec![2.0, 0.0, 4.0]));
+        for (seconds, elsewhere) in moments(&path, 4) {
+            assert_eq!(elsewhere.camera, path.at(seconds));
+            let told: Camera = elsewhere.text.parse().expect("as --camera takes it");
+            assert!((told.position - elsewhere.camera.position).length() < 1e-4, "{}", elsewhere.text);
         }
     }
 

@@ -1,5 +1,5 @@
-//! Which point of a front serves a bound, and what to try next when it does not hold elsewhere. Pure: what is measured comes from a
-//! [`Witness`].
+//! Which point serves a bound, and what to try next when it does not hold elsewhere. Pure: what is measured comes from a [`Witness`] and from a
+//! search that is asked for more.
 
 use crate::report::sweep::Error;
 use crate::report::sweep::model::{Against, Interval, Metric, Point, SceneReport, Timing, TruthInfo};
@@ -47,8 +47,12 @@ pub trait Witness {
     ///
     /// # Errors
     /// When the device cannot draw it from there.
-    fn measure(&mut self, camera: usize, point: usize) -> Result<Pair, Error>;
+    fn measure(&mut self, camera: usize, scene: &SceneReport, point: usize) -> Result<Pair, Error>;
 }
+
+/// Measures points of a scene until nothing that is left could change the choice: with a margin among those alone whose error (where time is
+/// bounded, whose time) is below it.
+pub type Searcher<'a> = &'a mut dyn FnMut(Option<f64>) -> Result<SceneReport, Error>;
 
 /// Settings, and those as given, that took turns.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -130,22 +134,41 @@ impl Goal {
         Pair { own: self.of(&scene.points[point]), default: self.of(&scene.points[scene.default]) }
     }
 
-    /// Points of the front on which the bound holds, as was measured twice, the best first. Each further one has more of a margin: it is slower
-    /// and nearer to the truth where error is bounded, faster and further from it where time is. The settings as given lose nothing against
+    /// Points on which the bound holds, as was measured twice, the best first: the fastest where error is bounded, else those that err least.
+    /// `margin` is an error (or a time) that failed elsewhere: only what lies below it is of use. The settings as given lose nothing against
     /// themselves: they are the last that a bound on the loss has.
-    pub fn candidates(&self, scene: &SceneReport) -> Vec<usize> {
-        let mut points = self.front(scene);
-        match self.bound {
-            Bound::Error(_) => {}
-            Bound::Loss(_) => {
-                let time = |index: usize| self.of(&scene.points[index]).time.median;
-                points.retain(|&index| index != scene.default && time(index) < time(scene.default));
-                points.push(scene.default);
-            }
-            Bound::Milliseconds(_) => points.reverse(),
+    pub fn candidates(&self, scene: &SceneReport, margin: Option<f64>) -> Vec<usize> {
+        let of = |index: usize| self.of(&scene.points[index]);
+        let is_bounded_in_time = matches!(self.bound, Bound::Milliseconds(_));
+        let is_below = |index: usize| {
+            let Measurement { error, time } = of(index);
+            margin.is_none_or(|margin| if is_bounded_in_time { time.median < margin } else { error < margin })
+        };
+        let mut points: Vec<usize> = (0..scene.points.len()).filter(|&index| is_below(index)).collect();
+        points.retain(|&index| scene.points[index].time.confirmed && !is_textbook(&scene.points[index]));
+        if matches!(self.bound, Bound::Loss(_)) {
+            let default = of(scene.default).time.median;
+            points.retain(|&index| index != scene.default && of(index).time.median < default);
         }
-        points.retain(|&index| scene.points[index].time.confirmed && self.holds(&self.pair(scene, index)));
+        let rank = |index: usize| {
+            let Measurement { error, time } = of(index);
+            if is_bounded_in_time { (error, time.median) } else { (time.median, error) }
+        };
+        points.sort_by(|&a, &b| {
+            let ((first, second), (other, last)) = (rank(a), rank(b));
+            first.total_cmp(&other).then(second.total_cmp(&last))
+        });
+        if matches!(self.bound, Bound::Loss(_)) && scene.points[scene.default].time.confirmed {
+            points.push(scene.default);
+        }
+        points.retain(|&index| of(index).error.is_finite() && self.holds(&self.pair(scene, index)));
         points
+    }
+
+    /// The margin that others need once this point has failed elsewhere.
+    fn margin(&self, scene: &SceneReport, point: usize) -> f64 {
+        let Measurement { error, time } = self.of(&scene.points[point]);
+        if matches!(self.bound, Bound::Milliseconds(_)) { time.median } else { error }
     }
 
     /// What comes nearest to the bound, of the front.
@@ -157,7 +180,7 @@ impl Goal {
     /// Whether anything keeps the bound from the scene's own camera, or misses it by little: then other cameras have something to tell.
     pub fn is_near(&self, scene: &SceneReport) -> bool {
         let near = |index| self.bounded(&self.pair(scene, index)) <= NEAR_MISS * self.limit();
-        !self.candidates(scene).is_empty() || self.nearest(scene).is_some_and(near)
+        !self.candidates(scene, None).is_empty() || self.nearest(scene).is_some_and(near)
     }
 
     /// The bound that an attempt would keep from all cameras that it was measured from, in two digits. A time has 5% more, as times scatter.
@@ -186,35 +209,52 @@ impl Goal {
         points.into_iter().filter(|&index| index < scene.points.len()).collect()
     }
 
-    /// Tries the candidates in turn until the bound holds on all of a witness's cameras.
+    /// Tries the best candidate of a search until the bound holds on all of a witness's cameras: after each that fails the search goes on with
+    /// its margin. `witness` is asked for once something keeps the bound so far, or nearly does.
     ///
     /// # Errors
-    /// As [`Witness::measure`].
-    pub fn choose(&self, scene: &SceneReport, witness: &mut dyn Witness) -> Result<Outcome, Error> {
-        let mut passed_over = Vec::new();
-        for point in self.candidates(scene) {
-            let mut attempt = Attempt { point, held_out: Vec::new() };
-            self.go_on(&mut attempt, witness, |pair| self.holds(pair))?;
-            if attempt.held_out.iter().all(|pair| self.holds(pair)) {
-                return Ok(Outcome { chosen: Some(attempt), passed_over, near_miss: None });
-            }
-            passed_over.push(attempt);
+    /// Those of the search and of the witness.
+    pub fn choose<W: Witness, E: From<Error>>(
+        &self,
+        search: Searcher,
+        witness: impl FnOnce(&SceneReport) -> Result<W, E>,
+    ) -> Result<(SceneReport, Outcome), E> {
+        let mut scene = search(None)?;
+        let nothing = Outcome { chosen: None, passed_over: Vec::new(), near_miss: None };
+        if !self.is_near(&scene) {
+            return Ok((scene, nothing));
         }
-        let near_miss = self.near_miss(scene, &passed_over, witness)?;
-        Ok(Outcome { chosen: None, passed_over, near_miss })
+        let mut witness = witness(&scene)?;
+        let (mut passed_over, mut margin) = (Vec::<Attempt>::new(), None);
+        // Settings as given that lose nothing have no margin to ask for: they are tried once.
+        let was_tried = |passed_over: &[Attempt], point: usize| passed_over.iter().any(|other| other.point == point);
+        while let Some(point) = self.candidates(&scene, margin).into_iter().find(|&one| !was_tried(&passed_over, one)) {
+            let mut attempt = Attempt { point, held_out: Vec::new() };
+            self.go_on(&mut attempt, (&scene, &mut witness), |pair| self.holds(pair))?;
+            if attempt.held_out.iter().all(|pair| self.holds(pair)) {
+                return Ok((scene, Outcome { chosen: Some(attempt), passed_over, near_miss: None }));
+            }
+            let own = self.margin(&scene, point);
+            margin = Some(margin.map_or(own, |margin: f64| margin.min(own)));
+            passed_over.push(attempt);
+            let before = std::mem::replace(&mut scene, search(margin)?);
+            passed_over.retain_mut(|attempt| attempt.goes_over(&before, &scene));
+        }
+        let near_miss = self.near_miss(&scene, &passed_over, &mut witness)?;
+        Ok((scene, Outcome { chosen: None, passed_over, near_miss }))
     }
 
     fn near_miss(
         &self,
         scene: &SceneReport,
         passed_over: &[Attempt],
-        witness: &mut dyn Witness,
+        witness: &mut impl Witness,
     ) -> Result<Option<Attempt>, Error> {
         let best = passed_over.iter().min_by(|a, b| self.worst(scene, a).total_cmp(&self.worst(scene, b))).cloned();
         let nearest = || self.nearest(scene).map(|point| Attempt { point, held_out: Vec::new() });
         let near = best.or_else(nearest).filter(|attempt| self.worst(scene, attempt) <= NEAR_MISS * self.limit());
         let Some(mut attempt) = near else { return Ok(None) };
-        self.go_on(&mut attempt, witness, |_| true)?;
+        self.go_on(&mut attempt, (scene, witness), |_| true)?;
         Ok(Some(attempt))
     }
 
@@ -222,11 +262,11 @@ impl Goal {
     fn go_on(
         &self,
         attempt: &mut Attempt,
-        witness: &mut dyn Witness,
+        (scene, witness): (&SceneReport, &mut impl Witness),
         suits: impl Fn(&Pair) -> bool,
     ) -> Result<(), Error> {
         for camera in attempt.held_out.len()..witness.cameras() {
-            let pair = witness.measure(camera, attempt.point)?;
+            let pair = witness.measure(camera, scene, attempt.point)?;
             attempt.held_out.push(pair);
             if !suits(&pair) {
                 break;
@@ -234,6 +274,21 @@ impl Goal {
         }
         Ok(())
     }
+}
+
+impl Attempt {
+    /// Whether a later state of the scene's points has this one still, which is then meant there.
+    fn goes_over(&mut self, before: &SceneReport, now: &SceneReport) -> bool {
+        let name = &before.points[self.point].name;
+        let place = now.points.iter().position(|point| point.name == *name);
+        self.point = place.unwrap_or(self.point);
+        place.is_some()
+    }
+}
+
+/// Textbooks' formulas are never chosen.
+fn is_textbook(point: &Point) -> bool {
+    point.name.split(' ').any(|setting| setting == "textbook=on")
 }
 
 /// The least number of two significant digits that is no less.
@@ -278,7 +333,7 @@ mod tests {
             self.error.len()
         }
 
-        fn measure(&mut self, camera: usize, point: usize) -> Result<Pair, Error> {
+        fn measure(&mut self, camera: usize, _: &SceneReport, point: usize) -> Result<Pair, Error> {
             self.asked.push((camera, point));
             let of = |point: usize| {
                 let Measurement { error, time } = self.goal.of(&self.scene.points[point]);
@@ -291,6 +346,22 @@ mod tests {
         }
     }
 
+    impl<W: Witness> Witness for &mut W {
+        fn cameras(&self) -> usize {
+            (**self).cameras()
+        }
+
+        fn measure(&mut self, camera: usize, scene: &SceneReport, point: usize) -> Result<Pair, Error> {
+            (**self).measure(camera, scene, point)
+        }
+    }
+
+    /// The choice where all has been measured already.
+    fn choose(goal: &Goal, scene: &SceneReport, witness: &mut Factors) -> Outcome {
+        let outcome = goal.choose(&mut |_| Ok(scene.clone()), |_| Ok::<_, Error>(witness));
+        outcome.expect("measured").1
+    }
+
     fn factors<'a>(scene: &'a SceneReport, goal: Goal, error: &[f64], time: &[f64]) -> Factors<'a> {
         Factors { scene, goal, error: error.to_vec(), time: time.to_vec(), asked: Vec::new() }
     }
@@ -299,7 +370,7 @@ mod tests {
     fn the_fastest_that_keeps_the_error_is_chosen() {
         let scene = scene();
         let goal = error_below(0.05);
-        let outcome = goal.choose(&scene, &mut factors(&scene, goal, &[1.0; 3], &[1.0; 3])).expect("measured");
+        let outcome = choose(&goal, &scene, &mut factors(&scene, goal, &[1.0; 3], &[1.0; 3]));
         let chosen = goal.of(&scene.points[outcome.chosen.expect("a choice").point]);
         assert!(chosen.error <= 0.05);
         for point in &scene.points {
@@ -313,7 +384,7 @@ mod tests {
     fn the_best_that_keeps_the_time_is_chosen() {
         let scene = scene();
         let goal = time_below(14.0);
-        let outcome = goal.choose(&scene, &mut factors(&scene, goal, &[1.0; 3], &[1.0; 3])).expect("measured");
+        let outcome = choose(&goal, &scene, &mut factors(&scene, goal, &[1.0; 3], &[1.0; 3]));
         let chosen = goal.of(&scene.points[outcome.chosen.expect("a choice").point]);
         assert!(chosen.time.high <= 14.0);
         let front = &scene.fronts[2].points;
@@ -326,10 +397,10 @@ mod tests {
     fn a_bound_that_fails_elsewhere_makes_it_go_on_with_more_margin() {
         let scene = scene();
         let goal = error_below(0.05);
-        let first = goal.candidates(&scene)[0];
+        let first = goal.candidates(&scene, None)[0];
         // From the second camera all err half as much again.
         let mut witness = factors(&scene, goal, &[1.0, 1.5, 1.0], &[1.0; 3]);
-        let outcome = goal.choose(&scene, &mut witness).expect("measured");
+        let outcome = choose(&goal, &scene, &mut witness);
         let chosen = outcome.chosen.expect("a choice");
         assert!(goal.of(&scene.points[chosen.point]).error * 1.5 <= 0.05);
         assert_eq!(chosen.held_out.len(), 3);
@@ -344,7 +415,7 @@ mod tests {
     fn a_slower_camera_makes_it_go_on_to_faster_settings() {
         let scene = scene();
         let goal = time_below(14.0);
-        let outcome = goal.choose(&scene, &mut factors(&scene, goal, &[1.0], &[1.2])).expect("measured");
+        let outcome = choose(&goal, &scene, &mut factors(&scene, goal, &[1.0], &[1.2]));
         let chosen = goal.of(&scene.points[outcome.chosen.expect("a choice").point]);
         assert!(chosen.time.high * 1.2 <= 14.0 && !outcome.passed_over.is_empty());
     }
@@ -353,17 +424,64 @@ mod tests {
     fn what_nothing_keeps_is_not_chosen_and_the_nearest_is_known() {
         let scene = scene();
         for (goal, is_nearest) in [(error_below(1e-9), 1), (time_below(0.01), 0)] {
-            assert_eq!(goal.candidates(&scene), Vec::<usize>::new());
-            let outcome = goal.choose(&scene, &mut factors(&scene, goal, &[1.0], &[1.0])).expect("measured");
+            assert_eq!(goal.candidates(&scene, None), Vec::<usize>::new());
+            let outcome = choose(&goal, &scene, &mut factors(&scene, goal, &[1.0], &[1.0]));
             assert_eq!(outcome, Outcome { chosen: None, passed_over: Vec::new(), near_miss: None });
             let front = &scene.fronts[2].points;
             let expected = if is_nearest == 1 { front.last() } else { front.first() };
             assert_eq!(goal.nearest(&scene).as_ref(), expected);
         }
         let goal = error_below(0.05);
-        let outcome = goal.choose(&scene, &mut factors(&scene, goal, &[100.0], &[1.0])).expect("measured");
-        assert_eq!(outcome.passed_over.len(), goal.candidates(&scene).len());
+        let outcome = choose(&goal, &scene, &mut factors(&scene, goal, &[100.0], &[1.0]));
         assert_eq!(outcome.chosen, None);
+        // All of the front that keeps the bound: each errs less than the one before.
+        let keeps = |index: &&usize| goal.of(&scene.points[**index]).error <= 0.05;
+        let front: Vec<usize> = scene.fronts[2].points.iter().filter(keeps).copied().collect();
+        assert_eq!(outcome.passed_over.iter().map(|attempt| attempt.point).collect::<Vec<_>>(), front);
+    }
+
+    #[test]
+    fn a_search_that_finds_more_after_a_failure_leaves_attempts_about_the_same_points() {
+        let whole = scene();
+        let goal = error_below(0.05);
+        let [first, second] = goal.candidates(&whole, None)[..2] else { panic!("two candidates") };
+        let second =
+            goal.candidates(&whole, Some(goal.of(&whole.points[first]).error)).first().copied().unwrap_or(second);
+        // At first a part of the points is there, in other places.
+        let mut part = whole.clone();
+        part.points = vec![whole.points[whole.default].clone(), whole.points[first].clone()];
+        (part.default, part.fronts) = (0, Vec::new());
+        let mut margins = Vec::new();
+        let mut search = |margin: Option<f64>| {
+            margins.push(margin);
+            Ok(if margin.is_none() { part.clone() } else { whole.clone() })
+        };
+        // The first camera has the first candidate err more, and it alone.
+        let mut witness = Once { scene: &whole, goal, failing: whole.points[first].name.clone() };
+        let (now, outcome) = goal.choose(&mut search, |_| Ok::<_, Error>(&mut witness)).expect("measured");
+        assert_eq!(outcome.passed_over[0].point, first);
+        assert_eq!(outcome.chosen.map(|chosen| chosen.point), Some(second));
+        assert_eq!(now, whole);
+        assert_eq!(margins, [None, Some(goal.of(&whole.points[first]).error)]);
+    }
+
+    /// One camera, from which one point fails.
+    struct Once<'a> {
+        scene: &'a SceneReport,
+        goal: Goal,
+        failing: String,
+    }
+
+    impl Witness for Once<'_> {
+        fn cameras(&self) -> usize {
+            1
+        }
+
+        fn measure(&mut self, _: usize, scene: &SceneReport, point: usize) -> Result<Pair, Error> {
+            let mut own = self.goal.of(&scene.points[point]);
+            own.error *= if scene.points[point].name == self.failing { 100.0 } else { 1.0 };
+            Ok(Pair { own, default: self.goal.of(&self.scene.points[self.scene.default]) })
+        }
     }
 
     fn loss_below(share: f64) -> Goal {
@@ -375,7 +493,7 @@ mod tests {
         let scene = scene();
         let goal = loss_below(0.1);
         // Elsewhere everything errs three times as much, the settings as given too.
-        let outcome = goal.choose(&scene, &mut factors(&scene, goal, &[3.0; 2], &[1.0; 2])).expect("measured");
+        let outcome = choose(&goal, &scene, &mut factors(&scene, goal, &[3.0; 2], &[1.0; 2]));
         let chosen = outcome.chosen.expect("a choice");
         let of = |point: usize| goal.of(&scene.points[point]);
         assert!(of(chosen.point).error <= 1.1 * of(scene.default).error && outcome.passed_over.is_empty());
@@ -393,13 +511,13 @@ mod tests {
             front.points.retain(|&point| point != default);
         }
         let goal = loss_below(1e-9);
-        let candidates = goal.candidates(&scene);
+        let candidates = goal.candidates(&scene, None);
         assert_eq!(candidates.last(), Some(&default));
         let time = |point: usize| goal.of(&scene.points[point]).time.median;
         assert!(candidates.iter().all(|&point| time(point) <= time(default)));
         scene.points[default].errors.converged.flip = 0.0;
         assert_eq!(goal.bounded(&goal.pair(&scene, default)), 0.0);
-        assert_eq!(goal.candidates(&scene), [default]);
+        assert_eq!(goal.candidates(&scene, None), [default]);
     }
 
     #[test]
@@ -408,19 +526,19 @@ mod tests {
         let least = goal_error(&scene, error_below(1.0).nearest(&scene).expect("a front"));
         // From the scene's own camera nothing keeps it, by little.
         let goal = error_below(0.8 * least);
-        assert!(goal.candidates(&scene).is_empty() && goal.is_near(&scene));
-        let outcome = goal.choose(&scene, &mut factors(&scene, goal, &[1.0, 1.3, 1.2], &[1.0; 3])).expect("measured");
+        assert!(goal.candidates(&scene, None).is_empty() && goal.is_near(&scene));
+        let outcome = choose(&goal, &scene, &mut factors(&scene, goal, &[1.0, 1.3, 1.2], &[1.0; 3]));
         let near_miss = outcome.near_miss.expect("near");
         assert_eq!(near_miss.held_out.len(), 3, "it is measured from all cameras");
         let Bound::Error(fitting) = goal.fitting(&scene, &near_miss) else { panic!("another kind of bound") };
         assert!(fitting >= 1.3 * least && fitting < 1.43 * least, "{fitting} {least}");
         // Asked for, it fits.
         let goal = error_below(fitting);
-        let again = goal.choose(&scene, &mut factors(&scene, goal, &[1.0, 1.3, 1.2], &[1.0; 3])).expect("measured");
+        let again = choose(&goal, &scene, &mut factors(&scene, goal, &[1.0, 1.3, 1.2], &[1.0; 3]));
         assert!(again.chosen.is_some());
         // What fails from another camera alone is a near miss as well; what fails by far is none.
         let goal = error_below(1.01 * least);
-        let outcome = goal.choose(&scene, &mut factors(&scene, goal, &[1.2, 1.3], &[1.0; 2])).expect("measured");
+        let outcome = choose(&goal, &scene, &mut factors(&scene, goal, &[1.2, 1.3], &[1.0; 2]));
         assert_eq!(outcome.near_miss.map(|near| near.held_out.len()), Some(2));
         assert!(!error_below(0.4 * least).is_near(&scene));
     }
@@ -443,12 +561,12 @@ mod tests {
     fn a_bound_on_time_is_about_the_slower_clock() {
         let mut scene = scene();
         let goal = time_below(14.0);
-        let before = goal.candidates(&scene);
+        let before = goal.candidates(&scene, None);
         for point in &mut scene.points {
             let wall = point.time.wall;
             point.time.gpu = Some(Interval { median: 0.1, low: 0.1, high: 0.1, ..wall });
         }
-        assert_eq!(goal.candidates(&scene), before);
+        assert_eq!(goal.candidates(&scene, None), before);
         assert_eq!(goal.clock(&scene.points[0].time).0, "wall");
         assert_eq!(error_below(1.0).clock(&scene.points[0].time).0, "device");
         scene.points[0].time.gpu = Some(Interval { median: 99.0, low: 99.0, high: 99.0, count: 9 });
@@ -463,9 +581,9 @@ mod tests {
             |point: &mut Point| point.errors.converged.not_finite = 1,
         ] {
             let mut scene = scene();
-            let first = goal.candidates(&scene)[0];
+            let first = goal.candidates(&scene, None)[0];
             spoil(&mut scene.points[first]);
-            assert!(!goal.candidates(&scene).contains(&first));
+            assert!(!goal.candidates(&scene, None).contains(&first));
         }
     }
 
@@ -486,6 +604,6 @@ mod tests {
         for point in &mut scene.points {
             point.errors.converged.flip = f64::NAN;
         }
-        assert_eq!(error_below(1.0).candidates(&scene), Vec::<usize>::new());
+        assert_eq!(error_below(1.0).candidates(&scene, None), Vec::<usize>::new());
     }
 }

@@ -40,6 +40,12 @@ pub struct Evidence {
     pub clock: &'static str,
     /// Times are of frames in which everything moves, and not of those that keep their shadow maps.
     pub moving: bool,
+    /// The path that the cameras stand on, where there is one, and the moment that the settings were chosen with.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub path: Option<String>,
+    /// In seconds from the path's start.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at_s: Option<f64>,
     /// From the camera that the settings were chosen with.
     pub choice: Found,
     /// The settings as given.
@@ -78,6 +84,9 @@ pub struct Figures {
 pub struct HeldOut {
     /// The camera, as `--camera` takes it.
     pub camera: String,
+    /// The moment of the path, in seconds from its start.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at_s: Option<f64>,
     /// Of the choice.
     #[serde(flatten)]
     pub choice: Figures,
@@ -127,14 +136,28 @@ pub struct Search<'a> {
     pub goal: &'a Goal,
     /// By their index, as `--camera` takes them.
     pub cameras: &'a [String],
+    /// The path that they stand on, if they do.
+    pub path: Option<&'a Walk>,
+}
+
+/// A path with the moments that are looked at, in seconds from its start.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Walk {
+    /// The file.
+    pub file: String,
+    /// Of the camera that settings are chosen with.
+    pub own: f64,
+    /// Of the other cameras.
+    pub others: Vec<f64>,
 }
 
 impl Evidence {
     /// The evidence for a search's choice.
     pub fn of(search: &Search, chosen: &Attempt, passed_over: &[Attempt]) -> Self {
         let Search { machine, scene, goal, cameras, .. } = search;
-        let held_out = |(pair, camera): (&Pair, &String)| HeldOut {
+        let held_out = |(index, (pair, camera)): (usize, (&Pair, &String))| HeldOut {
             camera: camera.clone(),
+            at_s: search.path.and_then(|path| path.others.get(index).copied()),
             choice: Figures::of(&pair.own),
             default_error: pair.default.error,
             default_ms: pair.default.time.median,
@@ -155,9 +178,11 @@ impl Evidence {
             noise_rel_mse: scene.truth.noise_rel_mse,
             clock: goal.clock(&scene.points[chosen.point].time).0,
             moving: scene.moving,
+            path: search.path.map(|path| path.file.clone()),
+            at_s: search.path.map(|path| path.own),
             choice: Found::of(scene, goal, chosen.point),
             default: Found::of(scene, goal, scene.default),
-            held_out: chosen.held_out.iter().zip(*cameras).map(held_out).collect(),
+            held_out: chosen.held_out.iter().zip(*cameras).enumerate().map(held_out).collect(),
             passed_over: passed_over.iter().filter_map(|attempt| search.passed_over(attempt)).collect(),
         }
     }
@@ -271,8 +296,14 @@ mod tests {
         let goal = Goal { bound: Bound::Error(0.05), metric: Metric::Flip };
         let scene = &report.scenes[0];
         let cameras = ["0,1,2/3,4,5/60".to_owned(), "1,1,2/3,4,5/60".to_owned()];
-        let search =
-            Search { program: "afterlight 0.1.0", machine: &report.machine, scene, goal: &goal, cameras: &cameras };
+        let search = Search {
+            program: "afterlight 0.1.0",
+            machine: &report.machine,
+            scene,
+            goal: &goal,
+            cameras: &cameras,
+            path: None,
+        };
         let chosen = Attempt { point: 2, held_out: vec![pair(&goal, scene, 2); 2] };
         let passed = Attempt { point: 1, held_out: vec![pair(&goal, scene, 1)] };
         let evidence = Evidence::of(&search, &chosen, &[passed]);
@@ -296,7 +327,8 @@ mod tests {
         let scene = &report.scenes[0];
         let cameras = ["0,1,2/3,4,5/60".to_owned()];
         let goal = Goal { bound: Bound::Error(1e-9), metric: Metric::Flip };
-        let search = Search { program: "", machine: &report.machine, scene, goal: &goal, cameras: &cameras };
+        let search =
+            Search { program: "", machine: &report.machine, scene, goal: &goal, cameras: &cameras, path: None };
         let nothing = Outcome { chosen: None, passed_over: Vec::new(), near_miss: None };
         let nearest = &scene.points[goal.nearest(scene).expect("a front")].name;
         assert!(search.failure(&nothing).contains(&format!("the nearest, {nearest}, errs by")));
@@ -318,7 +350,8 @@ mod tests {
         let cameras = ["0,1,2/3,4,5/60".to_owned()];
         let told = |bound: Bound, near_miss: Option<Attempt>| {
             let goal = Goal { bound, metric: Metric::Flip };
-            let search = Search { program: "", machine: &report.machine, scene, goal: &goal, cameras: &cameras };
+            let search =
+                Search { program: "", machine: &report.machine, scene, goal: &goal, cameras: &cameras, path: None };
             search.fitting(&Outcome { chosen: None, passed_over: Vec::new(), near_miss })
         };
         let attempt = |held_out| Attempt { point: 0, held_out };

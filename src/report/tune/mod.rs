@@ -1,11 +1,13 @@
-//! The choice: settings from a measured front that keep a bound, verified from cameras that the front was not made with.
+//! The choice: settings that keep a bound, found by a search and verified from cameras that it was not made with.
 //!
-//! [`choice`] decides, [`cameras`] says where else to look from, [`verify`] measures there, and [`evidence`] writes down what was chosen and
-//! by what. The front itself comes from [`crate::report::sweep`].
+//! [`search`] says what to measure next, [`probe`] measures it, [`choice`] decides, [`cameras`] says where else to look from, [`verify`] measures
+//! there, and [`evidence`] writes down what was chosen and by what. Points and their families come from [`crate::report::sweep`].
 
 pub mod cameras;
 pub mod choice;
 pub mod evidence;
+pub mod probe;
+pub mod search;
 pub mod verify;
 
 pub use super::sweep::Error;
@@ -13,24 +15,35 @@ pub use super::sweep::families::Selection;
 pub use super::sweep::model::Metric;
 pub use choice::{Bound, Goal};
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use self::cameras::held_out;
-use self::choice::{Outcome, Pair, Witness};
-use self::verify::OnDevice;
+use self::choice::Outcome;
+use self::probe::{Bench, Look, Probe};
+use self::search::{Search, Step as Next};
+use self::verify::{Elsewhere, OnDevice};
 use super::sweep::accuracy::Truths;
 use super::sweep::families::{Sweep, name_of};
-use super::sweep::journal::{Asked, Header, Journal, Record, SceneInfo};
-use super::sweep::meter::DeviceMeter;
-use super::sweep::model::{Against, LAYOUT, Point, SceneReport};
-use super::sweep::run::{Run, Step, Watch};
+use super::sweep::journal::{Asked, Batch, Header, Journal, Record, SceneInfo};
+use super::sweep::model::{Against, LAYOUT, SceneReport};
+use super::sweep::run::{BATCH_BYTES, Step, Watch};
 use super::sweep::timing::Effort;
 use super::sweep::{assemble, machine};
 use crate::frame::{self, capabilities};
 use crate::gpu::Device;
 use crate::reference::{Reference, View};
 use crate::scene::{Camera, Scene, SettingsPatch};
+
+/// Shares of the time after which a search ends: the rest is for other cameras, where there are any that are still to verify what it finds.
+const SHARE: f64 = 0.5;
+const SHARE_ALONE: f64 = 0.85;
+/// However long truths take, a search has this share of the time, counted from its own begin.
+const LEAST_SHARE: f64 = 1.0 / 3.0;
+/// The share of the time after which no batch has more rounds than an interval needs.
+const BATCH_SHARE: f64 = 0.1;
 
 /// A search for settings, from a sweep of them.
 #[derive(Clone, Copy)]
@@ -49,16 +62,31 @@ pub struct Tuning<'a> {
     pub effort: Effort,
     /// Decides the order of measuring.
     pub seed: u64,
+    /// How long all of it may take, about; without end for `None`.
+    pub within: Option<Within>,
+}
+
+/// A time that a search should end in.
+#[derive(Debug, Clone, Copy)]
+pub struct Within {
+    /// When it began.
+    pub begun: Instant,
+    /// How long it may take.
+    pub time: Duration,
+    /// Other cameras verify what is found, and need their share.
+    pub is_verified: bool,
 }
 
 /// What a search found.
 pub struct Tuned {
-    /// Error and time of all settings from the scene's own camera.
+    /// Error and time of the settings that were drawn and timed, from the scene's own camera.
     pub scene: SceneReport,
     /// The settings of each of its points.
     pub patches: Vec<SettingsPatch>,
     /// The choice, and what was passed over.
     pub outcome: Outcome,
+    /// Names of the points that might have been the choice, and that the time was not enough for.
+    pub not_measured: Vec<String>,
 }
 
 impl Tuned {
@@ -69,11 +97,11 @@ impl Tuned {
 }
 
 impl<'a> Tuning<'a> {
-    /// Measures all settings from the scene's own camera against `own` truth, as far as the journal does not have them, then verifies candidates
-    /// from the cameras that `elsewhere` brings with their truths. It is asked only if some settings keep the bound so far, or nearly do.
+    /// Searches from the scene's own camera against `own` truth, going on with what the journal has, and verifies candidates from the cameras that
+    /// `elsewhere` brings with their truths. It is asked only if some settings keep the bound so far, or nearly do.
     ///
     /// # Errors
-    /// When the device is lost or lacks the memory; what `elsewhere` fails with.
+    /// When the device cannot draw the settings as given, is lost or lacks the memory; when the journal cannot be written; and those of `elsewhere`.
     pub fn run<E: From<Error>>(
         &self,
         journal: &mut Journal,
@@ -81,19 +109,37 @@ impl<'a> Tuning<'a> {
         watch: Watch,
         elsewhere: impl FnOnce() -> Result<Vec<(Camera, Truths)>, E>,
     ) -> Result<Tuned, E> {
-        let scene = self.front(journal, own, watch)?;
-        let known = |name: &str| self.sweep.points.iter().find(|patch| name_of(patch) == name).cloned();
-        let patches: Vec<_> = scene.points.iter().map(|point| known(&point.name).unwrap_or_default()).collect();
-        let cameras = if self.goal.is_near(&scene) { elsewhere()? } else { Vec::new() };
-        let meters = cameras.into_iter().map(|(camera, truths)| self.meter(camera, truths)).collect();
-        let mut witness = OnDevice::new(meters, patches.clone(), self.goal, self.seed);
-        let outcome = self.goal.choose(&scene, &mut Watched { witness: &mut witness, points: &scene.points, watch })?;
-        Ok(Tuned { scene, patches, outcome })
+        if journal.scenes[0].info.is_none() {
+            journal.add(0, Record::Scene { scene: 0, info: self.info(&own) })?;
+        }
+        let patches: BTreeMap<String, SettingsPatch> =
+            self.sweep.points.iter().map(|patch| (name_of(patch), patch.clone())).collect();
+        let watch = RefCell::new(watch);
+        let bench = RefCell::new(self.bench(own));
+        let mut run = SearchRun { tuning: self, journal, begun: Instant::now(), not_measured: Vec::new() };
+        let mut search =
+            |margin| run.until_done(&mut *bench.borrow_mut(), margin, &mut |step| (watch.borrow_mut())(step));
+        let mut told = |step: Step| (watch.borrow_mut())(step);
+        let witness = |_: &SceneReport| {
+            let mut cameras = Vec::new();
+            for (camera, truths) in elsewhere()? {
+                let bench = bench.borrow_mut().elsewhere(camera, truths)?;
+                cameras.push(Elsewhere { bench, default_error: None });
+            }
+            let random = fastrand::Rng::with_seed(self.seed);
+            Ok::<_, E>(OnDevice { goal: self.goal, patches: &patches, cameras, random, watch: &mut told })
+        };
+        let (scene, outcome) = self.goal.choose(&mut search, witness)?;
+        let known = |name: &str| patches.get(name).cloned();
+        let patches = scene.points.iter().map(|point| known(&point.name).unwrap_or_default()).collect();
+        Ok(Tuned { scene, patches, outcome, not_measured: run.not_measured })
     }
 
-    fn meter(&self, camera: Camera, truths: Truths) -> DeviceMeter<'a> {
-        let Self { device, scene, base, effort, .. } = *self;
-        DeviceMeter { device, scene, camera, base, truths, effort, kept: BTreeMap::new() }
+    fn bench(&self, truths: Truths) -> Bench<'a> {
+        let Self { device, scene, base, effort, goal, .. } = *self;
+        let longest = self.within.map_or(effort.longest, |within| effort.longest.min(within.time.mul_f64(BATCH_SHARE)));
+        let effort = Effort { longest, ..effort };
+        Bench { device, scene, camera: scene.camera, base, truths, goal, effort, anchor: None }
     }
 
     /// What the journal must be of.
@@ -101,36 +147,117 @@ impl<'a> Tuning<'a> {
         let fronts = vec![(self.goal.metric, Against::Converged)];
         SceneInfo::of(self.scene, self.base, self.sweep, own, fronts)
     }
+}
 
-    fn front(&self, journal: &mut Journal, own: Truths, watch: Watch) -> Result<SceneReport, Error> {
-        if journal.scenes[0].info.is_none() {
-            journal.add(0, Record::Scene { scene: 0, info: self.info(&own) })?;
+/// A search that measures.
+struct SearchRun<'a, 'b> {
+    tuning: &'a Tuning<'b>,
+    journal: &'a mut Journal,
+    /// When the first search began.
+    begun: Instant,
+    not_measured: Vec<String>,
+}
+
+impl SearchRun<'_, '_> {
+    /// Takes step after step until there is none, or the time is over; then only those that a choice needs.
+    fn until_done(&mut self, probe: &mut dyn Probe, margin: Option<f64>, watch: Watch) -> Result<SceneReport, Error> {
+        loop {
+            let search = self.search(margin)?;
+            let (left, step) = (search.left().into_iter().map(str::to_owned).collect(), search.next());
+            self.not_measured = left;
+            match step {
+                Some(step) => self.take(probe, &step, watch)?,
+                None => {
+                    let scene = self.scene()?;
+                    // Light was not drawn so far where the metric needs none: only there pixels are seen that are not finite.
+                    let candidate = self.tuning.goal.candidates(&scene, margin).first().copied();
+                    let name = candidate.map(|candidate| scene.points[candidate].name.clone());
+                    let partial = name.filter(|name| {
+                        !self.journal.scenes[0].drawn.get(name).is_some_and(|drawn| drawn.errors.converged.is_whole())
+                    });
+                    let Some(name) = partial else { return Ok(scene) };
+                    let index = self.tuning.sweep.points.iter().position(|patch| name_of(patch) == name);
+                    self.draw(probe, index.unwrap_or(0), Look::Whole, watch)?;
+                }
+            }
         }
-        let points = self.sweep.own(None);
-        let mut run = Run { scene: 0, sweep: self.sweep, own: &points, seed: self.seed, journal, watch };
-        run.measure(&mut self.meter(self.scene.camera, own))?;
-        assemble::scene_report(&run.journal.scenes[0])
-            .ok_or_else(|| Error::Refused(format!("nothing of {} was measured", self.scene.name)))
-    }
-}
-
-/// Tells of each measurement before it is made.
-struct Watched<'a, 'b> {
-    witness: &'a mut OnDevice<'b>,
-    points: &'a [Point],
-    watch: Watch<'a>,
-}
-
-impl Witness for Watched<'_, '_> {
-    fn cameras(&self) -> usize {
-        self.witness.cameras()
     }
 
-    fn measure(&mut self, camera: usize, point: usize) -> Result<Pair, Error> {
-        let now = &self.points[point].name;
-        let total = self.cameras();
-        (self.watch)(Step { what: "other cameras", now, done: camera, total });
-        self.witness.measure(camera, point)
+    fn search(&self, margin: Option<f64>) -> Result<Search<'_>, Error> {
+        let measured = &self.journal.scenes[0];
+        let info = measured.info.as_ref().ok_or_else(|| Error::Refused("the journal has no scene".into()))?;
+        Ok(Search { goal: &self.tuning.goal, info, measured, margin, is_late: self.is_late(margin.is_none()) })
+    }
+
+    /// A search that goes on since a candidate failed elsewhere has all but what it takes to verify the next.
+    fn is_late(&self, is_first: bool) -> bool {
+        let Some(Within { begun, time, is_verified }) = self.tuning.within else { return false };
+        let share = if is_verified && is_first { SHARE } else { SHARE_ALONE };
+        begun.elapsed() > time.mul_f64(share) && self.begun.elapsed() > time.mul_f64(LEAST_SHARE)
+    }
+
+    fn scene(&self) -> Result<SceneReport, Error> {
+        let scene = assemble::scene_report(&self.journal.scenes[0]);
+        scene.ok_or_else(|| Error::Refused(format!("nothing of {} was measured", self.tuning.scene.name)))
+    }
+
+    fn take(&mut self, probe: &mut dyn Probe, step: &Next, watch: Watch) -> Result<(), Error> {
+        match step {
+            Next::Draw(index) => self.draw(probe, *index, Look::Glance, watch),
+            Next::Glance(points) => self.time(probe, points, Look::Glance, watch),
+            Next::Confirm(points) => self.time(probe, points, Look::Whole, watch),
+        }
+    }
+
+    fn name(&self, index: usize) -> String {
+        name_of(&self.tuning.sweep.points[index])
+    }
+
+    fn draw(&mut self, probe: &mut dyn Probe, index: usize, look: Look, watch: Watch) -> Result<(), Error> {
+        let (point, total) = (self.name(index), self.tuning.sweep.points.len());
+        watch(Step { what: "pictures", now: &point, done: self.journal.scenes[0].drawn.len().min(total - 1), total });
+        let record = match probe.draw(&self.tuning.sweep.points[index], look) {
+            Ok(drawn) => Record::Drawn { scene: 0, point, drawn },
+            Err(error) if index != 0 && error.is_of_point() => {
+                Record::Failed { scene: 0, point, reason: error.to_string() }
+            }
+            Err(error) => return Err(error),
+        };
+        self.journal.add(0, record)
+    }
+
+    /// Times points together, as far as the device has room; what is too much alone as well is left out.
+    fn time(&mut self, probe: &mut dyn Probe, points: &[usize], look: Look, watch: Watch) -> Result<(), Error> {
+        let names: Vec<String> = points.iter().map(|&index| self.name(index)).collect();
+        let (what, total) = match look {
+            Look::Glance => ("times", self.tuning.sweep.points.len()),
+            Look::Whole => ("times, again", points.len()),
+        };
+        let known = if look == Look::Glance { self.journal.scenes[0].timed().len() } else { 0 };
+        watch(Step { what, now: &names.join(", "), done: known, total });
+        let patches: Vec<SettingsPatch> = points.iter().map(|&index| self.tuning.sweep.points[index].clone()).collect();
+        let bytes: u64 = patches.iter().map(|patch| probe.bytes(patch)).sum();
+        if points.len() > 1 && bytes > BATCH_BYTES {
+            return self.halves(probe, points, look, watch);
+        }
+        let before = self.journal.scenes[0].batches.len() as u64;
+        let mut random = fastrand::Rng::with_seed(self.tuning.seed ^ (before << 32));
+        let record = match probe.time(&patches, look, &mut random) {
+            Ok(rounds) => {
+                let batch = Batch { points: names, confirms: look == Look::Whole, rounds };
+                Record::Batch { scene: 0, batch }
+            }
+            Err(error) if !error.is_of_point() || names.is_empty() => return Err(error),
+            Err(_) if points.len() > 1 => return self.halves(probe, points, look, watch),
+            Err(error) => Record::Failed { scene: 0, point: names.concat(), reason: error.to_string() },
+        };
+        self.journal.add(0, record)
+    }
+
+    fn halves(&mut self, probe: &mut dyn Probe, points: &[usize], look: Look, watch: Watch) -> Result<(), Error> {
+        let (first, last) = points.split_at(points.len() / 2);
+        self.time(probe, first, look, watch)?;
+        self.time(probe, last, look, watch)
     }
 }
 
@@ -166,7 +293,7 @@ pub fn tune(
     };
     let reference = Reference::new(scene).map_err(frame::Error::from)?;
     let others = held_out(&reference, &View { camera: scene.camera, size: settings.size }, cameras);
-    let tuning = Tuning { device, scene, base, sweep: &sweep, goal, effort, seed };
+    let tuning = Tuning { device, scene, base, sweep: &sweep, goal, effort, seed, within: None };
     let (_, own) = truths(scene.camera)?;
     let folder = tempfile::tempdir().map_err(|error| Error::file("make a temporary folder", error))?;
     let mut journal = Journal::open(folder.path(), &header, true)?;

@@ -1,32 +1,30 @@
 //! Error and time from other cameras, on the device at hand.
 
+use std::collections::BTreeMap;
+
 use super::choice::{Goal, Measurement, Pair, Witness};
+use super::probe::{Bench, Look, Probe};
 use crate::report::sweep::Error;
-use crate::report::sweep::meter::{DeviceMeter, Meter};
+use crate::report::sweep::model::SceneReport;
+use crate::report::sweep::run::{Step, Watch};
 use crate::report::sweep::timing::Anchor;
 use crate::scene::SettingsPatch;
 
 /// A device that draws the scene from cameras elsewhere.
 pub struct OnDevice<'a> {
-    goal: Goal,
-    /// By point of the scene's report.
-    patches: Vec<SettingsPatch>,
-    cameras: Vec<Elsewhere<'a>>,
-    random: fastrand::Rng,
+    pub(super) goal: Goal,
+    /// By the names of points.
+    pub(super) patches: &'a BTreeMap<String, SettingsPatch>,
+    pub(super) cameras: Vec<Elsewhere<'a>>,
+    pub(super) random: fastrand::Rng,
+    pub(super) watch: Watch<'a>,
 }
 
-struct Elsewhere<'a> {
-    meter: DeviceMeter<'a>,
+/// One of them.
+pub struct Elsewhere<'a> {
+    pub(super) bench: Bench<'a>,
     /// Of the settings as given, once it is known.
-    default_error: Option<f64>,
-}
-
-impl<'a> OnDevice<'a> {
-    /// One meter for each camera, with its own truth. `patches` are those of the report's points, in its order.
-    pub fn new(meters: Vec<DeviceMeter<'a>>, patches: Vec<SettingsPatch>, goal: Goal, seed: u64) -> Self {
-        let cameras = meters.into_iter().map(|meter| Elsewhere { meter, default_error: None });
-        Self { goal, patches, cameras: cameras.collect(), random: fastrand::Rng::with_seed(seed) }
-    }
+    pub(super) default_error: Option<f64>,
 }
 
 impl Witness for OnDevice<'_> {
@@ -34,20 +32,33 @@ impl Witness for OnDevice<'_> {
         self.cameras.len()
     }
 
-    fn measure(&mut self, camera: usize, point: usize) -> Result<Pair, Error> {
-        let Self { goal, patches, cameras, random } = self;
-        let Elsewhere { meter, default_error } = &mut cameras[camera];
-        let mut error = |patch| Ok::<f64, Error>(meter.draw(patch)?.errors.converged.comparable(goal.metric));
-        let own_error = error(&patches[point])?;
+    fn measure(&mut self, camera: usize, scene: &SceneReport, point: usize) -> Result<Pair, Error> {
+        let Self { goal, patches, cameras, random, watch } = self;
+        let name = &scene.points[point].name;
+        watch(Step { what: "other cameras", now: name, done: camera, total: cameras.len() });
+        let patch = patches.get(name).cloned().unwrap_or_default();
+        let Elsewhere { bench, default_error } = &mut cameras[camera];
+        let mut error =
+            |patch| Ok::<f64, Error>(bench.draw(patch, Look::Glance)?.errors.converged.comparable(goal.metric));
+        let own_error = error(&patch)?;
         let default = match *default_error {
             Some(known) => known,
+            None if patch == SettingsPatch::default() => own_error,
             None => error(&SettingsPatch::default())?,
         };
         *default_error = Some(default);
-        let rounds = meter.time(std::slice::from_ref(&patches[point]), random)?;
-        let times = rounds.others.first().zip(Anchor::of(&[&rounds.anchor]));
-        let times =
-            times.and_then(|(own, anchor)| Some((anchor.scaled(own, &rounds.anchor, true)?, anchor.times(true)?)));
+        // The settings as given need no turns with themselves.
+        let is_given = patch == SettingsPatch::default();
+        let others = if is_given { &[][..] } else { std::slice::from_ref(&patch) };
+        let rounds = bench.time(others, Look::Whole, random)?;
+        let times = Anchor::of(&[&rounds.anchor]).and_then(|anchor| {
+            let given = anchor.times(true)?;
+            let own = match rounds.others.first() {
+                Some(own) => anchor.scaled(own, &rounds.anchor, true)?,
+                None => given.clone(),
+            };
+            Some((own, given))
+        });
         let Some((own, anchor)) = times else {
             return Err(Error::Refused("no time could be measured from another camera".into()));
         };
