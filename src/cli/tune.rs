@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use afterlight::gpu::Device;
-use afterlight::measure::what_moves;
+use afterlight::measure::{LEAST_FOR_95, what_moves};
 use afterlight::reference::{Cache, Reference, View};
 use afterlight::report::advice;
 use afterlight::report::sweep::Error as SweepError;
@@ -206,11 +206,13 @@ fn measure(
         truths(workload, camera, &base, args.measuring.truth_samples(), &Bars::of(what, args.quiet))
     };
     let header = args.measuring.header(device, std::slice::from_ref(&args.scene), None, None);
+    let before = Instant::now();
     let own = truths(workload.scene.camera, workload.scene.name.clone())?;
+    let truth = before.elapsed();
     warn_of_noise(args, goal, &own.info)?;
     let (scene, goal, effort) = (&workload.scene, *goal, args.measuring.effort());
     let time = Duration::from_secs(args.within.into());
-    let within = Some(Within { begun, time, is_verified: !cameras.is_empty() });
+    let within = Some(Within { begun, time, cameras: cameras.len() as u32, truth });
     let tuning = Tuning { device, scene, base: &base, sweep: &sweep, goal, effort, seed, within };
     let bars = RefCell::new(Bars::of(workload.scene.name.clone(), args.quiet));
     let elsewhere = || {
@@ -364,7 +366,11 @@ fn report(args: &Args, measured: &Measured, search: &Search, chosen: &Attempt) -
             camera.to_owned(),
             error_text(own.error),
             milliseconds(own.time.median),
-            format!("+-{:.1}%", 100.0 * own.time.relative_half_width()),
+            match own.time.count {
+                LEAST_FOR_95.. => format!("+-{:.1}%", 100.0 * own.time.relative_half_width()),
+                // No interval of so few covers 95%.
+                _ => String::new(),
+            },
             error_text(default.error),
             milliseconds(default.time.median),
         ]);

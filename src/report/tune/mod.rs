@@ -37,9 +37,9 @@ use crate::gpu::Device;
 use crate::reference::{Reference, View};
 use crate::scene::{Camera, Scene, SettingsPatch};
 
-/// Shares of the time after which a search ends: the rest is for other cameras, where there are any that are still to verify what it finds.
-const SHARE: f64 = 0.5;
-const SHARE_ALONE: f64 = 0.85;
+/// What a candidate takes from one other camera, and what finalists take, in steps of a search: pictures and times of two.
+const STEPS_ELSEWHERE: u32 = 2;
+const STEPS_AT_LAST: u32 = 2;
 /// However long truths take, a search has this share of the time, counted from its own begin.
 const LEAST_SHARE: f64 = 1.0 / 3.0;
 /// The share of the time after which no batch has more rounds than an interval needs.
@@ -73,8 +73,10 @@ pub struct Within {
     pub begun: Instant,
     /// How long it may take.
     pub time: Duration,
-    /// Other cameras verify what is found, and need their share.
-    pub is_verified: bool,
+    /// How many other cameras verify what is found, and need their part of it.
+    pub cameras: u32,
+    /// What the truth of the scene's own camera took: others take about as long.
+    pub truth: Duration,
 }
 
 /// What a search found.
@@ -116,7 +118,7 @@ impl<'a> Tuning<'a> {
             self.sweep.points.iter().map(|patch| (name_of(patch), patch.clone())).collect();
         let watch = RefCell::new(watch);
         let bench = RefCell::new(self.bench(own));
-        let mut run = SearchRun { tuning: self, journal, begun: Instant::now(), not_measured: Vec::new() };
+        let mut run = SearchRun { tuning: self, journal, begun: Instant::now(), steps: 0, not_measured: Vec::new() };
         let mut search =
             |margin| run.until_done(&mut *bench.borrow_mut(), margin, &mut |step| (watch.borrow_mut())(step));
         let mut told = |step: Step| (watch.borrow_mut())(step);
@@ -155,6 +157,8 @@ struct SearchRun<'a, 'b> {
     journal: &'a mut Journal,
     /// When the first search began.
     begun: Instant,
+    /// Taken so far.
+    steps: u32,
     not_measured: Vec<String>,
 }
 
@@ -191,9 +195,12 @@ impl SearchRun<'_, '_> {
 
     /// A search that goes on since a candidate failed elsewhere has all but what it takes to verify the next.
     fn is_late(&self, is_first: bool) -> bool {
-        let Some(Within { begun, time, is_verified }) = self.tuning.within else { return false };
-        let share = if is_verified && is_first { SHARE } else { SHARE_ALONE };
-        begun.elapsed() > time.mul_f64(share) && self.begun.elapsed() > time.mul_f64(LEAST_SHARE)
+        let Some(Within { begun, time, cameras, truth }) = self.tuning.within else { return false };
+        let searched = self.begun.elapsed();
+        let step = searched / self.steps.max(1);
+        let elsewhere = step * STEPS_ELSEWHERE + if is_first { truth } else { Duration::ZERO };
+        let rest = elsewhere * cameras + step * STEPS_AT_LAST;
+        begun.elapsed() + rest > time && searched > time.mul_f64(LEAST_SHARE)
     }
 
     fn scene(&self) -> Result<SceneReport, Error> {
@@ -202,6 +209,7 @@ impl SearchRun<'_, '_> {
     }
 
     fn take(&mut self, probe: &mut dyn Probe, step: &Next, watch: Watch) -> Result<(), Error> {
+        self.steps += 1;
         match step {
             Next::Draw(index) => self.draw(probe, *index, Look::Glance, watch),
             Next::Glance(points) => self.time(probe, points, Look::Glance, watch),

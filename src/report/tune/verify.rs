@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::choice::{Goal, Measurement, Pair, Witness};
+use super::choice::{Bound, Goal, Measurement, Pair, Witness};
 use super::probe::{Bench, Look, Probe};
 use crate::report::sweep::Error;
 use crate::report::sweep::model::SceneReport;
@@ -50,7 +50,9 @@ impl Witness for OnDevice<'_> {
         // The settings as given need no turns with themselves.
         let is_given = patch == SettingsPatch::default();
         let others = if is_given { &[][..] } else { std::slice::from_ref(&patch) };
-        let rounds = bench.time(others, Look::Whole, random)?;
+        // Where error is bounded, a time from elsewhere is told and decides nothing.
+        let look = if matches!(goal.bound, Bound::Milliseconds(_)) { Look::Whole } else { Look::Glance };
+        let rounds = bench.time(others, look, random)?;
         let times = Anchor::of(&[&rounds.anchor]).and_then(|anchor| {
             let given = anchor.times(true)?;
             let own = match rounds.others.first() {
