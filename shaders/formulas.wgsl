@@ -38,9 +38,9 @@ fn cook_torrance_of(in: Input) -> vec3<f32> {
     }
     let surface = cook_torrance_surface(in.a.xyz, in.b.xyz, in.d.xyz, in.b.w, in.a.w, dielectric_of(in));
 #ifdef PLANTED
-    return textbook_light(surface, COOK_TORRANCE, in.c.xyz, n_dot_l);
+    return textbook_light(surface, COOK_TORRANCE, in.c.xyz, n_dot_l) * n_dot_l;
 #else
-    return reflect_light(surface, COOK_TORRANCE, in.c.xyz, n_dot_l);
+    return reflect_light(surface, COOK_TORRANCE, in.c.xyz, n_dot_l) * n_dot_l;
 #endif
 }
 
@@ -52,9 +52,9 @@ fn phong_of(in: Input, brdf: u32) -> vec3<f32> {
     }
     let surface = phong_surface(in.a.xyz, in.b.xyz, in.d.xyz, vec3(in.b.w), in.a.w, brdf);
 #ifdef PLANTED
-    return textbook_light(surface, brdf, in.c.xyz, n_dot_l);
+    return textbook_light(surface, brdf, in.c.xyz, n_dot_l) * n_dot_l;
 #else
-    return reflect_light(surface, brdf, in.c.xyz, n_dot_l);
+    return reflect_light(surface, brdf, in.c.xyz, n_dot_l) * n_dot_l;
 #endif
 }
 

@@ -25,7 +25,7 @@
 #import afterlight::shading::{directional_light}
 #endif
 #ifdef CLUSTERED
-#import afterlight::shading::{punctual_light}
+#import afterlight::shading::{add_punctual}
 #import afterlight::clusters::{cluster_at, cluster_lights}
 #endif
 #import afterlight::fogged::{fogged}
@@ -214,7 +214,7 @@ fn all_light(pixel: vec4<f32>, surface: Surface, texel: Texel, model: Model) -> 
     }
     let list = cluster_at(pixel.xy, depth);
     for (var i = 0u; i < list.y; i++) {
-        radiance += punctual_light(cluster_lights[list.x + i], surface, texel, model);
+        add_punctual(&radiance, cluster_lights[list.x + i], true, surface, texel, model);
     }
 #endif
     return radiance;

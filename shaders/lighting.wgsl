@@ -22,7 +22,7 @@
 #endif
 #import afterlight::shading::{light_everywhere, surface_of, Everywhere, Model}
 #ifdef CLUSTERED
-#import afterlight::shading::{punctual_light}
+#import afterlight::shading::{add_punctual}
 #import afterlight::clusters::{cluster_at, cluster_lights}
 #endif
 #import afterlight::tonemapping::{tone_map}
@@ -75,7 +75,7 @@ fn shade(pixel: vec2<f32>) -> vec4<f32> {
 #ifdef CLUSTERED
     let list = cluster_at(pixel.xy, load_depth(pixel.xy));
     for (var i = 0u; i < list.y; i++) {
-        radiance += punctual_light(cluster_lights[list.x + i], surface, texel, model);
+        add_punctual(&radiance, cluster_lights[list.x + i], true, surface, texel, model);
     }
 #endif
     let exposed = min(radiance * frame.exposure, vec3(LARGEST));

@@ -7,7 +7,7 @@
 // precise
 #import afterlight::frame::{across, distance_at, frame, ORTHOGRAPHIC}
 #import afterlight::gbuffer::{load_depth, load_texel}
-#import afterlight::shading::{light_everywhere, punctual_light, surface_of, Everywhere, Model}
+#import afterlight::shading::{add_punctual, light_everywhere, surface_of, Everywhere, Model}
 #import afterlight::tonemapping::{encode_srgb, tone_map}
 
 override BRDF: u32 = 0u;
@@ -199,7 +199,7 @@ fn main(
                         while bits != 0u {
                             let light = start + word * 32u + firstTrailingBit(bits);
                             bits &= bits - 1u;
-                            radiance += punctual_light(first + light, surface, texel, model);
+                            add_punctual(&radiance, first + light, true, surface, texel, model);
                         }
                     }
                 }

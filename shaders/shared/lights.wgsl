@@ -64,36 +64,63 @@ fn reach_of_beam(light: Light, position: vec3<f32>, traits: u32) -> Reach {
     return Reach(-light.direction, strength);
 }
 
-// Zero from the range on, and out of a cone. `all_falloff` and `traits` are constants.
-fn reach_of(light: Light, position: vec3<f32>, all_falloff: u32, traits: u32) -> Reach {
-    if (traits & BEAMS) != 0u && (light.falloff & 3u) == NO_FALLOFF {
-        return reach_of_beam(light, position, traits);
-    }
-    let falloff = select(all_falloff, light.falloff & 3u, all_falloff == MIXED_FALLOFF);
-    let offset = light.position - position;
-    let distance_squared = dot(offset, offset);
+fn is_beam(light: Light, traits: u32) -> bool {
+    return (traits & BEAMS) != 0u && (light.falloff & 3u) == NO_FALLOFF;
+}
+
+// The way from a place to a light.
+struct Way {
+    // Unit vector.
+    to_light: vec3<f32>,
+    distance_squared: f32,
+    inverse_distance: f32,
+}
+
+fn way_of(offset: vec3<f32>, distance_squared: f32) -> Way {
+    // Finite where the light is in the place itself.
     let inverse_distance = inverseSqrt(max(distance_squared, 1e-20));
+    return Way(offset * inverse_distance, distance_squared, inverse_distance);
+}
+
+// False only where a light that is no beam has no strength.
+fn within_range(light: Light, distance_squared: f32, traits: u32) -> bool {
+    return (traits & RANGES) == 0u || distance_squared * light.inverse_range_squared < 1.0;
+}
+
+// What a light that is no beam has left at the end of the way. `all_falloff` and `traits` are constants.
+fn strength_after(way: Way, light: Light, all_falloff: u32, traits: u32) -> f32 {
+    let distance_squared = way.distance_squared;
+    let falloff = select(all_falloff, light.falloff & 3u, all_falloff == MIXED_FALLOFF);
     var strength = 0.0;
     if falloff == INVERSE_SQUARE {
         // 1 / max(d^2, least^2), from the reciprocal that is there already.
-        strength = min(inverse_distance * inverse_distance, 1.0 / MIN_DISTANCE_SQUARED);
+        strength = min(way.inverse_distance * way.inverse_distance, 1.0 / MIN_DISTANCE_SQUARED);
         if (traits & RANGES) != 0u {
             strength *= window_of(light, distance_squared);
         }
     } else if falloff == QUADRATIC {
         strength = max(1.0 - distance_squared * light.inverse_range_squared, 0.0);
     } else {
-        let distance = distance_squared * inverse_distance;
+        let distance = distance_squared * way.inverse_distance;
         let polynomial = light.polynomial.x + light.polynomial.y * distance + light.polynomial.z * distance_squared;
         let inside = distance_squared * light.inverse_range_squared < 1.0;
         strength = select(0.0, 1.0 / max(polynomial, 1e-4), inside);
     }
-    let to_light = offset * inverse_distance;
     if (traits & CONES) != 0u {
-        let t = saturate(-dot(light.direction, to_light) * light.edge_scale + light.edge_offset);
+        let t = saturate(-dot(light.direction, way.to_light) * light.edge_scale + light.edge_offset);
         strength *= t * t;
     }
-    return Reach(to_light, strength);
+    return strength;
+}
+
+// Zero from the range on, and out of a cone. `all_falloff` and `traits` are constants.
+fn reach_of(light: Light, position: vec3<f32>, all_falloff: u32, traits: u32) -> Reach {
+    if is_beam(light, traits) {
+        return reach_of_beam(light, position, traits);
+    }
+    let offset = light.position - position;
+    let way = way_of(offset, dot(offset, offset));
+    return Reach(way.to_light, strength_after(way, light, all_falloff, traits));
 }
 
 // Lights that fit into the least uniform buffer that a device must have, 16 KiB.

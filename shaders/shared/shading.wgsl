@@ -6,7 +6,7 @@
 #import afterlight::brdf::{Surface, cook_torrance_surface, ambient_lobe, phong_surface, reflect_ambient, reflect_light, COOK_TORRANCE, LAMBERT}
 #import afterlight::textbook::{textbook_light}
 #ifdef LIGHTS
-#import afterlight::lights::{lights, reach_of}
+#import afterlight::lights::{is_beam, lights, reach_of, reach_of_beam, strength_after, way_of, within_range, Reach, CONES}
 #endif
 #ifdef SHADOW
 #import afterlight::shadows::{visibility}
@@ -53,6 +53,7 @@ fn brdf_of(surface: Surface, model: Model) -> u32 {
     return select(model.brdf, surface.brdf, model.brdf == MIXED_BRDF);
 }
 
+// f(l, v).
 fn reflected(surface: Surface, model: Model, to_light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
     if model.textbook {
         return textbook_light(surface, brdf_of(surface, model), to_light, n_dot_l);
@@ -86,7 +87,7 @@ fn directional_light(i: u32, surface: Surface, texel: Texel, model: Model) -> ve
     if n_dot_l <= 0.0 {
         return vec3(0.0);
     }
-    var light = lights[i].color * reflected(surface, model, to_light, n_dot_l);
+    var light = lights[i].color * (n_dot_l * reflected(surface, model, to_light, n_dot_l));
 #ifdef SHADOW
     if model.directional_shadows && texel.receives {
         light *= visibility(lights[i].falloff, texel.position, texel.geometric_normal, to_light, model.shadow_filter);
@@ -100,21 +101,45 @@ fn reaches(i: u32, position: vec3<f32>, model: Model) -> bool {
     return reach_of(lights[i], position, model.falloff, model.traits).strength > 0.0;
 }
 
-// What point or spot light number `i` adds; exactly zero out of its range, its cone, and behind the surface.
-fn punctual_light(i: u32, surface: Surface, texel: Texel, model: Model) -> vec3<f32> {
-    let light = lights[i];
-    let reach = reach_of(light, texel.position, model.falloff, model.traits);
-    let n_dot_l = dot(surface.normal, reach.to_light);
-    var strength = reach.strength;
-    if n_dot_l <= 0.0 || strength <= 0.0 {
-        return vec3(0.0);
-    }
+// What light number `i` brings to a surface that faces it.
+fn lit(i: u32, reach: Reach, n_dot_l: f32, surface: Surface, texel: Texel, model: Model) -> vec3<f32> {
+    var share = reach.strength * n_dot_l;
 #ifdef SHADOW
     if model.punctual_shadows && texel.receives {
-        strength *= visibility(light.falloff, texel.position, texel.geometric_normal, reach.to_light, model.shadow_filter);
+        share *= visibility(lights[i].falloff, texel.position, texel.geometric_normal, reach.to_light, model.shadow_filter);
     }
 #endif
-    return light.color * (strength * reflected(surface, model, reach.to_light, n_dot_l));
+    return lights[i].color * (share * reflected(surface, model, reach.to_light, n_dot_l));
+}
+
+// Adds what point or spot light number `i` brings where it is wanted; exactly zero out of its range, its cone, and behind the surface.
+fn add_punctual(radiance: ptr<function, vec3<f32>>, i: u32, wanted: bool, surface: Surface, texel: Texel, model: Model) {
+    if is_beam(lights[i], model.traits) {
+        let reach = reach_of_beam(lights[i], texel.position, model.traits);
+        let n_dot_l = dot(surface.normal, reach.to_light);
+        if wanted && n_dot_l > 0.0 && reach.strength > 0.0 {
+            *radiance += lit(i, reach, n_dot_l, surface, texel, model);
+        }
+        return;
+    }
+    let offset = lights[i].position - texel.position;
+    let facing = dot(surface.normal, offset);
+    let distance_squared = dot(offset, offset);
+    // Asked before the square root, since lavapipe branches where no lane of a vector goes on, and half of all lights are behind a wall's surface.
+    if wanted && facing > 0.0 && within_range(lights[i], distance_squared, model.traits) {
+        let way = way_of(offset, distance_squared);
+        let strength = strength_after(way, lights[i], model.falloff, model.traits);
+        if (model.traits & CONES) == 0u || strength > 0.0 {
+            *radiance += lit(i, Reach(way.to_light, strength), facing * way.inverse_distance, surface, texel, model);
+        }
+    }
+}
+
+// The same from nothing.
+fn punctual_light(i: u32, surface: Surface, texel: Texel, model: Model) -> vec3<f32> {
+    var radiance = vec3(0.0);
+    add_punctual(&radiance, i, true, surface, texel, model);
+    return radiance;
 }
 #endif
 
@@ -145,7 +170,7 @@ fn light_everywhere(surface: Surface, texel: Texel, model: Model, which: Everywh
     }
     if which.punctual {
         for (var i = frame.directional_count; i < which.end; i++) {
-            radiance += punctual_light(i, surface, texel, model);
+            add_punctual(&radiance, i, true, surface, texel, model);
         }
     }
 #endif

@@ -8,9 +8,9 @@
 fn textbook_light(s: Surface, brdf: u32, light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
     switch brdf {
         case COOK_TORRANCE: { return textbook_cook_torrance(s, light, n_dot_l); }
-        case PHONG: { return textbook_power(s, dot(reflect(-light, s.normal), s.view), n_dot_l); }
-        case BLINN_PHONG: { return textbook_power(s, dot(s.normal, normalize(light + s.view)), n_dot_l); }
-        default: { return lambert(s, n_dot_l); }
+        case PHONG: { return textbook_power(s, dot(reflect(-light, s.normal), s.view)); }
+        case BLINN_PHONG: { return textbook_power(s, dot(s.normal, normalize(light + s.view))); }
+        default: { return lambert(s); }
     }
 }
 
@@ -22,10 +22,10 @@ fn textbook_cook_torrance(s: Surface, light: vec3<f32>, n_dot_l: f32) -> vec3<f3
     let d = n_dot_h * n_dot_h * (s.alpha_squared - 1.0) + 1.0;
     let distribution = s.alpha_squared / (PI * d * d);
     let visibility = 0.5 / (n_dot_l * s.smith_v + s.n_dot_v * smith_root(n_dot_l, s.alpha_squared));
-    return (s.diffuse * (vec3(1.0) - fresnel) + fresnel * distribution * visibility) * n_dot_l;
+    return s.diffuse * (vec3(1.0) - fresnel) + fresnel * distribution * visibility;
 }
 
 // The power of a cosine, which is rounded where the lobe is sharpest.
-fn textbook_power(s: Surface, cosine: f32, n_dot_l: f32) -> vec3<f32> {
-    return (s.diffuse + s.specular * (pow(max(cosine, 0.0), s.shininess) * s.lobe_scale)) * n_dot_l;
+fn textbook_power(s: Surface, cosine: f32) -> vec3<f32> {
+    return s.diffuse + s.specular * (pow(max(cosine, 0.0), s.shininess) * s.lobe_scale);
 }
