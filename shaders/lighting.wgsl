@@ -21,8 +21,12 @@
 #import afterlight::multisampling::{sample_offset}
 #endif
 #import afterlight::shading::{light_everywhere, surface_of, Everywhere, Model}
-#ifdef CLUSTERED
+#ifdef LIGHTS
 #import afterlight::shading::{add_punctual}
+#import afterlight::brdf::{Surface}
+#import afterlight::texel::{Texel}
+#endif
+#ifdef CLUSTERED
 #import afterlight::clusters::{cluster_at, cluster_lights}
 #endif
 #import afterlight::tonemapping::{tone_map}
@@ -57,6 +61,42 @@ override LIGHT_ONLY: bool = false;
 #ifdef MSAA
 override SAMPLES: u32 = 4u;
 #endif
+// The loop over punctual lights takes four at a time.
+override BY_FOURS: bool = false;
+
+#ifdef LIGHTS
+const PLACES: u32 = 32u;
+
+struct Push {
+    // Each its own index. Indices into push constants must be the same in all invocations, so llvmpipe (Mesa 25) takes what it reads from there for
+    // uniform. A light whose number comes from here it reads once for the eight pixels of a vector; by a loop's counter it gathers each float
+    // lane by lane, in some 24 instructions.
+    places: array<u32, PLACES>,
+}
+
+var<immediate> push: Push;
+
+// The loop over punctual lights of `light_everywhere`, for up to 4 PLACES^2 lights of any kind.
+fn add_by_fours(radiance: ptr<function, vec3<f32>>, surface: Surface, texel: Texel, model: Model) {
+    let first = frame.directional_count;
+    let count = frame.looped_count - first;
+    let end = (frame.looped_count + 3u) / 4u;
+    var four = first / 4u;
+    while four < end {
+        let block = push.places[four / PLACES] * PLACES;
+        let last = min((four / PLACES + 1u) * PLACES, end);
+        for (; four < last; four++) {
+            let i = (block + push.places[four % PLACES]) * 4u;
+            // Wraps around for directional lights.
+            let place = i - first;
+            add_punctual(radiance, i, place < count, surface, texel, model);
+            add_punctual(radiance, i + 1u, place + 1u < count, surface, texel, model);
+            add_punctual(radiance, i + 2u, place + 2u < count, surface, texel, model);
+            add_punctual(radiance, i + 3u, place + 3u < count, surface, texel, model);
+        }
+    }
+}
+#endif
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
@@ -70,8 +110,13 @@ fn shade(pixel: vec2<f32>) -> vec4<f32> {
     texel.albedo = select(texel.albedo, vec3(1.0), LIGHT_ONLY);
     texel.metallic = select(0.0, texel.metallic, METAL && !LIGHT_ONLY);
     let surface = surface_of(texel, model);
-    let which = Everywhere(AMBIENT, DIRECTIONAL, PUNCTUAL, frame.looped_count);
+    let which = Everywhere(AMBIENT, DIRECTIONAL, PUNCTUAL && !BY_FOURS, frame.looped_count);
     var radiance = light_everywhere(surface, texel, model, which);
+#ifdef LIGHTS
+    if PUNCTUAL && BY_FOURS {
+        add_by_fours(&radiance, surface, texel, model);
+    }
+#endif
 #ifdef CLUSTERED
     let list = cluster_at(pixel.xy, load_depth(pixel.xy));
     for (var i = 0u; i < list.y; i++) {

@@ -104,6 +104,8 @@ pub struct Capabilities {
     pub anisotropy: u32,
     /// Its samplers look at every texel that a pixel covers, which takes long: shaders look at some places.
     pub slow_anisotropy: bool,
+    /// Of buffers it reads once for many invocations what stands at a place that comes from push constants.
+    pub reads_pushed_places_once: bool,
     /// Shaders are told which triangle of a draw they shade.
     pub primitive_index: bool,
     /// There is memory that only exists while a tile needs it.
@@ -135,6 +137,7 @@ impl Capabilities {
             msaa: 1 | 2 | 4 | 8,
             anisotropy: 16,
             slow_anisotropy: false,
+            reads_pushed_places_once: false,
             primitive_index: true,
             lazily_allocated: false,
             indirect_draws: true,

@@ -30,6 +30,7 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
         msaa: msaa(device),
         anisotropy: anisotropy(device),
         slow_anisotropy: has_slow_anisotropy(&device.driver_name, &device.driver_info),
+        reads_pushed_places_once: reads_pushed_places_once(&device.driver_name, &device.driver_info),
         primitive_index: device.features.geometry_shader == vk::TRUE,
         lazily_allocated: device.has_lazily_allocated_memory(),
         compute_invocations: limits.max_compute_work_group_invocations.min(limits.max_compute_work_group_size[0]),
@@ -67,8 +68,19 @@ fn anisotropy(device: &PhysicalDevice) -> u32 {
 /// Tells a driver whose anisotropic samplers go through every texel that a pixel covers. Lavapipe's do before Mesa 25; since then they filter from places along
 /// the pixel's long side.
 fn has_slow_anisotropy(driver_name: &str, driver_info: &str) -> bool {
-    let major = driver_info.strip_prefix("Mesa ").and_then(|rest| rest.split('.').next()?.parse::<u32>().ok());
-    driver_name == "llvmpipe" && major.is_some_and(|major| major < 25)
+    lavapipe_of_mesa(driver_name, driver_info).is_some_and(|major| major < 25)
+}
+
+/// Tells a driver whose compiler knows numbers from push constants to be the same in all invocations, and reads what stands at such a place in a buffer once
+/// for a vector of eight pixels. Before Mesa 25 lavapipe's reads push constants as any buffer, and gathers either way.
+fn reads_pushed_places_once(driver_name: &str, driver_info: &str) -> bool {
+    lavapipe_of_mesa(driver_name, driver_info).is_some_and(|major| major >= 25)
+}
+
+/// The first number of Mesa's version, where the driver is lavapipe.
+fn lavapipe_of_mesa(driver_name: &str, driver_info: &str) -> Option<u32> {
+    let version = driver_info.strip_prefix("Mesa ").filter(|_| driver_name == "llvmpipe")?;
+    version.split('.').next()?.parse().ok()
 }
 
 /// The sample counts that every format of an attachment has on the device. More than one must be shaded one by one, and lie where
@@ -115,5 +127,12 @@ mod tests {
         assert!(slow("Mesa 22.3.6 (LLVM 15.0.6)") && slow("Mesa 24.2.8-1ubuntu1 (LLVM 17.0.6)"));
         assert!(!slow("Mesa 25.0.7-2+deb13u1 (LLVM 19.1.7)") && !slow("Mesa 26.1.0-devel (git-0123)"));
         assert!(!slow("") && !slow("LLVM 10") && !has_slow_anisotropy("radv", "Mesa 22.3.6"));
+    }
+
+    #[test]
+    fn lavapipe_reads_pushed_places_once_since_mesa_25() {
+        let once = |info: &str| reads_pushed_places_once("llvmpipe", info);
+        assert!(once("Mesa 25.0.7-2+deb13u1 (LLVM 19.1.7)") && once("Mesa 26.1.0-devel (git-0123)"));
+        assert!(!once("Mesa 22.3.6 (LLVM 15.0.6)") && !once("") && !reads_pushed_places_once("radv", "Mesa 25.0.7"));
     }
 }

@@ -253,6 +253,8 @@ impl ViewBuffers {
         // Shaders declare a uniform buffer with room for more lights and never read beyond the last one, which is all that is asked of them
         // (VUID-vkCmdDraw-uniformBuffers-06935). A kind of light that is kept without any has one that nobody reads.
         let count = world.lights.len().max(1);
+        // The last four lights of a loop may be fewer: what is read of the others is of no consequence.
+        let count = if plan.lights.by_fours { count.next_multiple_of(4) } else { count };
         let usage = match plan.lights.uniform {
             true => vk::BufferUsageFlags::UNIFORM_BUFFER,
             false => vk::BufferUsageFlags::STORAGE_BUFFER,

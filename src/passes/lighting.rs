@@ -59,11 +59,18 @@ fn touches(plan: &FramePlan) -> Vec<Touch> {
     touches
 }
 
+/// Each its own index: what the shader takes numbers of lights from, so that lavapipe knows them to be the same in all invocations.
+type Places = [u32; 32];
+
+const _: () = assert!(size_of::<Places>() == shader::push::SIZE && size_of::<Places>() <= 128);
+
 /// The pass: its constants set by the plan.
 pub struct Lighting {
     /// One pipeline; with several samples a pixel one for pixels whose samples agree, and one that shades the others' samples.
     screens: Vec<Screen>,
     pub inputs: Inputs,
+    /// Only with lights has the shader push constants.
+    has_lights: bool,
 }
 
 impl Lighting {
@@ -95,7 +102,7 @@ impl Lighting {
         if plan.msaa > 1 {
             screens.push(screen("lighting by sample", flags(plan) | Flags::PER_SAMPLE)?);
         }
-        Ok(Self { screens, inputs })
+        Ok(Self { screens, inputs, has_lights: plan.lights.any() })
     }
 
     /// Lights the picture. Runs inside its subpass.
@@ -103,6 +110,10 @@ impl Lighting {
         let mut sets = vec![(0, recording.frame_set), (1, self.inputs.set)];
         sets.extend(recording.shadow_set.map(|set| (2, set)));
         for screen in &self.screens {
+            if self.has_lights {
+                let places: Places = std::array::from_fn(|index| index as u32);
+                recording.push(screen.layout.raw, vk::ShaderStageFlags::FRAGMENT, &places);
+            }
             screen.record(recording, &sets);
         }
     }
@@ -127,6 +138,7 @@ fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
         (constants::AMBIENT, u32::from(plan.lights.ambient)),
         (constants::DIRECTIONAL, u32::from(plan.lights.directional)),
         (constants::PUNCTUAL, u32::from(plan.lights.punctual)),
+        (constants::BY_FOURS, u32::from(plan.lights.by_fours)),
         (constants::DIRECTIONAL_SHADOWS, u32::from(plan.has_directional_shadows())),
         (constants::TONE_MAP, tone_map),
         (constants::OPERATOR, curve),

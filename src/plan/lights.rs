@@ -7,6 +7,7 @@ mod path;
 mod reach;
 
 use std::collections::BTreeSet;
+use std::ops::RangeInclusive;
 
 pub use froxels::{Grid, SLICES, TILE};
 pub(crate) use order::{IdleLights, LightOrder, shows_all};
@@ -18,10 +19,14 @@ pub(crate) use reach::{Cut, range_of, sphere_of, weakens};
 
 use super::shadows::ShadowPlan;
 use super::{Capabilities, Error, Shading};
-use crate::scene::{Keep, LightPath, OptionalPart, Scene, Settings, TRAITS, View};
+use crate::scene::{Keep, Light, LightPath, OptionalPart, Scene, Settings, TRAITS, View};
 
 /// Lights that fit into the least uniform buffer that a device must have; `shaders/shared/lights.wgsl` has the same number.
 pub const UNIFORM_LIGHTS: usize = 256;
+
+/// How many point and spot lights a loop takes four at a time, where it brings anything. Fewer are not worth the larger shader
+/// (docs/FIGURES.md has what more gain). `shaders/lighting.wgsl` counts no further than the last.
+const BY_FOURS: RangeInclusive<usize> = 8..=4096;
 
 /// The fall-off is each light's own (`shaders/shared/shading.wgsl`).
 pub(super) const MIXED_FALLOFF: u32 = 3;
@@ -50,6 +55,14 @@ impl Lighting {
         let (path, reason) = path::choose(scene, settings, &needed, order.needed(), device)?;
         let lights = planned_lights(scene, settings, shading, &order.order);
         let lights = if shading.is_lit() { lights.kept(keep) } else { lights };
+        let loops_over = |light: &Light| match path {
+            LightPath::Loop => !light.kind.is_directional(),
+            LightPath::Volumes | LightPath::Clustered => !light.kind.is_directional() && !bounded(light, settings),
+            _ => false,
+        };
+        let looped = order.order.iter().filter(|&&index| loops_over(&scene.lights[index])).count();
+        let lights =
+            PlannedLights { by_fours: device.reads_pushed_places_once && BY_FOURS.contains(&looped), ..lights };
         let (shadow, shadow_warnings) = ShadowPlan::wanted(scene, settings, device, shading, &order)?;
         // Shadows that are switched off are not wanted, not just not needed.
         let possible = settings.shadows.enabled && settings.shadows.size <= device.max_extent;
@@ -88,6 +101,8 @@ pub struct PlannedLights {
     pub one_directional: bool,
     /// Few enough for a uniform buffer.
     pub uniform: bool,
+    /// LIGHTING's loop over point and spot lights takes four at a time, whose places come from push constants.
+    pub by_fours: bool,
 }
 
 impl PlannedLights {

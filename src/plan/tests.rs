@@ -462,6 +462,22 @@ fn lighting_has_code_for_the_lights_that_shine_and_no_others() {
 }
 
 #[test]
+fn loops_over_many_lights_take_four_at_a_time_where_that_saves_reads() {
+    let by_fours = |reads_pushed_places_once, light_path, lights: Vec<Light>| {
+        let settings = Settings { light_path, ..samples::deferred() };
+        let device = Capabilities { reads_pushed_places_once, ..samples::software() };
+        FramePlan::of(&scene(vec![material(CT)], lights), &settings, &device).expect("a plan").lights.by_fours
+    };
+    let lamps = |count| vec![point(Falloff::InverseSquare); count];
+    assert!(by_fours(true, LightPath::Loop, lamps(8)) && !by_fours(true, LightPath::Loop, lamps(7)));
+    assert!(!by_fours(false, LightPath::Loop, lamps(8)) && !by_fours(true, LightPath::Loop, vec![sun(); 8]));
+    // The places of that many do not fit into push constants.
+    assert!(by_fours(true, LightPath::Loop, lamps(4096)) && !by_fours(true, LightPath::Loop, lamps(4097)));
+    // Lists have the lights of limited range.
+    assert!(!by_fours(true, LightPath::Clustered, lamps(8)) && !by_fours(true, LightPath::PerLight, lamps(8)));
+}
+
+#[test]
 fn one_falloff_is_a_constant_and_several_are_not() {
     let polynomial = |linear| Falloff::Polynomial { constant: 1.0, linear, quadratic: 0.0 };
     let falloff = |all: &[Falloff]| {

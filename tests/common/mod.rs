@@ -72,6 +72,7 @@ pub fn capabilities() -> Capabilities {
         msaa: 1,
         anisotropy: 16,
         slow_anisotropy: false,
+        reads_pushed_places_once: false,
         primitive_index: true,
         lazily_allocated: false,
         indirect_draws: true,

@@ -358,6 +358,7 @@ mod tests {
         msaa: 4,
         anisotropy: 16,
         slow_anisotropy: false,
+        reads_pushed_places_once: false,
         primitive_index: true,
         lazily_allocated: false,
         compute_invocations: 1024,
