@@ -23,6 +23,7 @@ pub(super) const FIELD: Builtin = Builtin {
             "walls across half the view, left and right in turn, that hide what is behind",
         ),
         Parameter::integer("detail", [1, 64], 1, "how many times as many edges go around spheres, rings and cones"),
+        Parameter::integer("materials", [1, 100_000], 8, "materials of the objects, taken at random"),
         Parameter::integer("seed", [0, u64::MAX], 1, "of the scatter"),
     ],
     build,
@@ -39,7 +40,8 @@ fn build(params: &Params) -> Scene {
     let mut random = Random(params.integer("seed") as u64);
     walls(&mut stage, params.integer("overdraw"));
     screens(&mut stage, params.integer("screens"));
-    objects(&mut stage, &mut random, params.integer("objects"), params.integer("detail"));
+    let (count, materials) = (params.integer("objects"), params.integer("materials"));
+    objects(&mut stage, &mut random, (count, materials), params.integer("detail"));
     lights(&mut stage, &mut random, params.integer("lights"), params.number("range"));
     stage.scene.environment = Environment { ambient: Vec3::splat(2.0), background: Vec3::splat(1.0), ground: None };
     stage.scene.camera = Camera {
@@ -112,17 +114,17 @@ fn volume() -> f64 {
     4.0 * slope() * slope() * ASPECT * (FARTHEST.powi(3) - NEAREST.powi(3)) / 3.0
 }
 
-fn objects(stage: &mut Stage, random: &mut Random, count: usize, detail: usize) {
+fn objects(stage: &mut Stage, random: &mut Random, (count, materials): (usize, usize), detail: usize) {
     if count == 0 {
         return;
     }
-    let materials: Vec<usize> = (0..8)
+    let materials: Vec<usize> = (0..materials)
         .map(|index| {
             stage.material(Material {
                 name: format!("object {index}"),
-                base_color: Vec3::splat(0.75).lerp(hue(index as f64 / 8.0), 0.6),
+                base_color: Vec3::splat(0.75).lerp(hue(index as f64 / materials as f64), 0.6),
                 metallic: if index % 4 == 3 { 1.0 } else { 0.0 },
-                roughness: 0.2 + 0.1 * index as f32,
+                roughness: 0.2 + 0.1 * (index % 8) as f32,
                 ..Material::default()
             })
         })
