@@ -9,16 +9,18 @@
 #import afterlight::frame::{frame, view_ray, ORTHOGRAPHIC}
 #import afterlight::encodings::{encode_shininess}
 #import afterlight::brdf::{coat_share, usual_dielectric, Dielectric, Surface}
-#import afterlight::material::{plain_point, push, Rows, world_normal, world_position, world_tangent}
+#import afterlight::instance::{Rows, world_normal, world_position, world_tangent}
+#import afterlight::material::{plain_point, push}
 #import afterlight::vectors::{unit_or}
 #ifdef TEXTURED
 #import afterlight::material::{emissive_at, mapped_normal, point_at, Uvs}
 #ifdef EXTRAS
-#import afterlight::material::{layer_of, mapped_uvs}
+#import afterlight::instance::{layer_of}
+#import afterlight::material::{mapped_uvs}
 #endif
 #endif
 #ifdef EXTRAS
-#import afterlight::material::{highlighted, is_selected, tint_of}
+#import afterlight::instance::{highlighted, is_selected, tint_of}
 #endif
 #import afterlight::shading::{light_everywhere, surface_of, Everywhere, Model}
 #ifdef LIGHTS

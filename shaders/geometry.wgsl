@@ -1,7 +1,9 @@
 // GEOMETRY: surfaces into the G-buffer. Emissive light goes straight into the HDR target.
-// Views without a G-buffer are drawn by OVERDRAW, which counts fragments, and with TRIANGLE writes which triangle is seen.
-// variants: TEXTURED NORMAL_MAP EXTRAS MATERIAL SPECULAR EMISSIVE POSITION NORMAL_UINT OVERDRAW TRIANGLE
+// Views without a G-buffer are drawn by OVERDRAW, which counts fragments, and with TRIANGLE writes which triangle is seen: for the light path
+// `visibility` in 32 bits, with PACKED.
+// variants: TEXTURED NORMAL_MAP EXTRAS MATERIAL SPECULAR EMISSIVE POSITION NORMAL_UINT OVERDRAW TRIANGLE PACKED
 // requires: TRIANGLE -> OVERDRAW
+// requires: PACKED -> TRIANGLE
 // requires: NORMAL_MAP -> TEXTURED
 // excludes: OVERDRAW NORMAL_MAP
 // excludes: OVERDRAW MATERIAL
@@ -16,16 +18,18 @@ enable primitive_index;
 #ifdef SPECULAR
 #import afterlight::encodings::{encode_dielectric}
 #endif
-#import afterlight::material::{plain_point, push, Rows, world_normal, world_position, world_tangent}
+#import afterlight::instance::{Rows, world_normal, world_position, world_tangent}
+#import afterlight::material::{plain_point, push}
 #import afterlight::vectors::{unit_or}
 #ifdef TEXTURED
 #import afterlight::material::{alpha_at, emissive_at, mapped_normal, point_at, Uvs, BASE_COLOR}
 #ifdef EXTRAS
-#import afterlight::material::{layer_of, mapped_uvs}
+#import afterlight::instance::{layer_of}
+#import afterlight::material::{mapped_uvs}
 #endif
 #endif
 #ifdef EXTRAS
-#import afterlight::material::{highlighted, is_selected, tint_of}
+#import afterlight::instance::{highlighted, is_selected, tint_of}
 #endif
 
 // Bits of the textures that a material has (material.wgsl).
@@ -53,6 +57,10 @@ override REFLECTANCE: bool = false;
 override LARGEST: f32 = 65000.0;
 // Largest coordinate that the position target holds.
 override FARTHEST: f32 = 65000.0;
+#ifdef PACKED
+// Low bits that hold the number of a triangle in its mesh.
+override TRIANGLE_BITS: u32 = 16u;
+#endif
 
 struct Vertex {
     @location(0) position: vec3<f32>,
@@ -79,7 +87,10 @@ struct Vertex {
     // How it looks (material.wgsl).
     @location(13) look: vec4<u32>,
 #endif
-#ifdef TRIANGLE
+#ifdef PACKED
+    // Its place among the frame's instances.
+    @builtin(instance_index) instance: u32,
+#else ifdef TRIANGLE
     @location(12) number: u32,
 #endif
 }
@@ -115,7 +126,7 @@ struct Varying {
     @location(10) @interpolate(flat) look: u32,
 #endif
 #ifdef TRIANGLE
-    // The object's number and 1.
+    // The object's number and 1, or that of the instance.
     @location(9) @interpolate(flat) number: u32,
 #endif
 }
@@ -150,7 +161,9 @@ fn vertex(in: Vertex) -> Varying {
     out.color = select(vec4(1.0), in.color, COLORED) * vec4(select(vec3(1.0), tint_of(in.look), LOOKS), 1.0);
     out.look = in.look.w;
 #endif
-#ifdef TRIANGLE
+#ifdef PACKED
+    out.number = in.instance + 1u;
+#else ifdef TRIANGLE
     out.number = in.number;
 #endif
     return out;
@@ -191,7 +204,11 @@ fn cut_away(in: Varying) -> bool {
 #ifdef TRIANGLE
 // The numbers of the object, from 1, and of the triangle in its mesh, from 0.
 @fragment
+#ifdef PACKED
+fn fragment(in: Varying, @builtin(primitive_index) triangle: u32) -> @location(0) u32 {
+#else
 fn fragment(in: Varying, @builtin(primitive_index) triangle: u32) -> @location(0) vec2<u32> {
+#endif
 #ifdef TEXTURED
     if cut_away(in) {
         discard;
@@ -201,7 +218,11 @@ fn fragment(in: Varying, @builtin(primitive_index) triangle: u32) -> @location(0
         discard;
     }
 #endif
+#ifdef PACKED
+    return (in.number << TRIANGLE_BITS) | triangle;
+#else
     return vec2(in.number, triangle);
+#endif
 }
 #else
 // Adds one step of an 8-bit target for each fragment that is shaded.

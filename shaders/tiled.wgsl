@@ -1,13 +1,30 @@
 // TILED: every light on every pixel by compute, from a stored G-buffer. A work group is a tile of pixels; it tests the lights against
 // the tile's frustum together, keeps a bit for each in shared memory, and then each pixel goes over the bits in the lights' order.
+// With VISIBILITY there is no G-buffer: which triangle a pixel shows is stored, and each surface is looked up here.
 // always: LIGHTS STORED
-// variants: UNIFORM_BUFFER SHADOW MATERIAL SPECULAR POSITION NORMAL_UINT EMISSIVE LINEAR_OUTPUT HALF_OUTPUT
+// variants: UNIFORM_BUFFER SHADOW MATERIAL SPECULAR POSITION NORMAL_UINT EMISSIVE LINEAR_OUTPUT HALF_OUTPUT VISIBILITY TEXTURED
 // excludes: LINEAR_OUTPUT HALF_OUTPUT
 // requires: SPECULAR -> MATERIAL
+// excludes: VISIBILITY MATERIAL
+// excludes: VISIBILITY SPECULAR
+// excludes: VISIBILITY POSITION
+// excludes: VISIBILITY NORMAL_UINT
+// excludes: VISIBILITY EMISSIVE
+// excludes: VISIBILITY UNIFORM_BUFFER
+// requires: TEXTURED -> VISIBILITY
 // precise
+enable wgpu_binding_array;
 #import afterlight::frame::{across, distance_at, frame, ORTHOGRAPHIC}
+#ifdef VISIBILITY
+#import afterlight::frame::{depth_at}
+#import afterlight::seen::{hit_of, seen_at, Hit}
+#else
 #import afterlight::gbuffer::{load_depth, load_texel}
+#endif
 #import afterlight::shading::{add_punctual, light_everywhere, surface_of, Everywhere, Model}
+#ifdef VISIBILITY
+#import afterlight::texel::{Texel}
+#endif
 #import afterlight::tonemapping::{encode_srgb, tone_map}
 
 override BRDF: u32 = 0u;
@@ -15,8 +32,10 @@ override BRDF: u32 = 0u;
 override TEXTBOOK: bool = false;
 // Some surface is a metal.
 override METAL: bool = true;
+#ifndef VISIBILITY
 override NORMAL_ENCODING: u32 = 0u;
 override GEOMETRIC_STEPS: f32 = 255.0;
+#endif
 override AMBIENT: bool = true;
 override DIRECTIONAL: bool = true;
 // Some lights reach everywhere, and meet every pixel.
@@ -47,6 +66,10 @@ var<immediate> push: Push;
 // Spheres around what the lights of limited reach light up, relative to the camera: centre and radius.
 @group(0) @binding(4) var<storage, read> spheres: array<vec4<f32>>;
 
+#ifdef VISIBILITY
+// Numbers of the instance and of the triangle in its mesh (seen.wgsl); 0 where nothing is.
+@group(1) @binding(0) var stored_triangle: texture_2d<u32>;
+#endif
 #ifdef EMISSIVE
 @group(1) @binding(6) var stored_emissive: texture_2d<f32>;
 #endif
@@ -70,6 +93,13 @@ var<workgroup> nearest: atomic<u32>;
 // A bit for each light of the batch, and a bit for each word that is not empty.
 var<workgroup> masks: array<atomic<u32>, WORDS>;
 var<workgroup> summary: array<atomic<u32>, SUMMARY_WORDS>;
+
+#ifdef VISIBILITY
+// The material whose turn it is: the least of those that are still to be looked up.
+var<workgroup> next: atomic<u32>;
+var<workgroup> turn: u32;
+const NO_MATERIAL: u32 = 0xffffffffu;
+#endif
 
 // The volume of a tile: planes through the eye, or beside it where rays are parallel, their normals pointing inside; and an interval of distances
 // along the view.
@@ -136,10 +166,23 @@ fn main(
     let inside = all(id.xy < size);
     // The sky has depth 0; so have the threads outside the picture.
     var depth = 0.0;
+#ifdef VISIBILITY
+    var number = 0u;
+    if inside {
+        number = textureLoad(stored_triangle, id.xy, 0).x;
+    }
+    let seen = number != 0u;
+    var hit: Hit;
+    if seen {
+        hit = hit_of(number, pixel);
+        depth = depth_at(dot(hit.position, frame.forward));
+    }
+#else
     if inside {
         depth = load_depth(pixel);
     }
     let seen = depth > 0.0;
+#endif
     let model = Model(BRDF, FALLOFF, TRAITS, DIRECTIONAL_SHADOWS, PUNCTUAL_SHADOWS, SHADOW_FILTER, TEXTBOOK);
 
     if thread == 0u {
@@ -156,7 +199,37 @@ fn main(
     tile.begin = distance_at(bitcast<f32>(atomicLoad(&nearest)));
     tile.end = distance_at(bitcast<f32>(atomicLoad(&farthest)));
 
+#ifdef VISIBILITY
+    // Material by material, so that all invocations sample the same textures at a time: what reads other ones from pixel to pixel, not every device has.
+    var texel: Texel;
+    var emissive = vec3(0.0);
+    var waits_for = select(NO_MATERIAL, hit.material, seen);
+    loop {
+        if thread == 0u {
+            atomicStore(&next, NO_MATERIAL);
+        }
+        workgroupBarrier();
+        if waits_for != NO_MATERIAL {
+            atomicMin(&next, waits_for);
+        }
+        workgroupBarrier();
+        if thread == 0u {
+            turn = atomicLoad(&next);
+        }
+        let material = workgroupUniformLoad(&turn);
+        if material == NO_MATERIAL {
+            break;
+        }
+        if waits_for == material {
+            let surface = seen_at(hit, material, pixel);
+            texel = surface.texel;
+            emissive = surface.emissive;
+            waits_for = NO_MATERIAL;
+        }
+    }
+#else
     var texel = load_texel(clamp(pixel, vec2(0.5), vec2<f32>(size) - 0.5), NORMAL_ENCODING, GEOMETRIC_STEPS);
+#endif
     texel.albedo = select(texel.albedo, vec3(1.0), LIGHT_ONLY);
     texel.metallic = select(0.0, texel.metallic, METAL && !LIGHT_ONLY);
     let surface = surface_of(texel, model);
@@ -214,6 +287,9 @@ fn main(
         return;
     }
     var light = min(radiance * frame.exposure, vec3(LARGEST));
+#ifdef VISIBILITY
+    light = min(light + min(emissive, vec3(LARGEST)), vec3(LARGEST));
+#endif
 #ifdef EMISSIVE
     light = min(light + textureLoad(stored_emissive, id.xy, 0).rgb, vec3(LARGEST));
 #endif

@@ -33,6 +33,7 @@ mod taa;
 mod targets;
 #[cfg(test)]
 mod tests;
+mod visibility;
 
 pub use ao::AoPlan;
 pub use bloom::{Bloom, BloomLevel};
@@ -55,6 +56,7 @@ pub use surfaces::{
 };
 pub use taa::{TaaPlan, Vectors};
 pub use targets::Target;
+pub use visibility::TriangleCode;
 
 #[cfg(test)]
 pub(crate) use lights::steepest;
@@ -108,6 +110,10 @@ pub struct Capabilities {
     pub reads_pushed_places_once: bool,
     /// Shaders are told which triangle of a draw they shade.
     pub primitive_index: bool,
+    /// Sampled images that a compute shader can name, by numbers that it reads; 0 where it cannot do so.
+    pub dynamic_textures: u32,
+    /// Storage buffers that a compute shader can name.
+    pub storage_buffers: u32,
     /// There is memory that only exists while a tile needs it.
     pub lazily_allocated: bool,
     /// Invocations of a compute work group.
@@ -139,6 +145,8 @@ impl Capabilities {
             slow_anisotropy: false,
             reads_pushed_places_once: false,
             primitive_index: true,
+            dynamic_textures: 1 << 20,
+            storage_buffers: 1 << 20,
             lazily_allocated: false,
             indirect_draws: true,
             software: false,
@@ -241,6 +249,8 @@ pub struct FramePlan {
     pub gbuffer: Option<Gbuffer>,
     /// GEOMETRY has a render pass of its own, which stores the G-buffer for the next one.
     pub stores_gbuffer: bool,
+    /// Which triangle each pixel shows is stored, in the place of a G-buffer.
+    pub triangles: Option<TriangleCode>,
     /// The scene's sky, where it is seen or lights surfaces.
     pub sky: Option<SkyPlan>,
     /// How ambient occlusion is found, or why it is not.
@@ -373,7 +383,7 @@ impl Choices {
         // What the view of the complexity compares must be what LIGHTING would read.
         let shadowed = lighting.shadow.is_some()
             || (settings.view == View::Complexity && shadow_reason(scene, settings, &lighting.order.order).is_ok());
-        let gbuffer = (!is_forward(lighting.path) && shading.reads_gbuffer()).then(|| {
+        let gbuffer = (!lacks_gbuffer(lighting.path) && shading.reads_gbuffer()).then(|| {
             let stored = Stored {
                 brdf: surfaces.brdf,
                 metal: surfaces.opaque_metal,
@@ -392,7 +402,7 @@ impl Choices {
         let reflections = reflections::choose(scene, settings, lighting.path)?;
         let blending = Blending {
             lit: shading.is_lit(),
-            tiled: lighting.path == LightPath::Compute,
+            tiled: is_tiled(lighting.path),
             emissive: surfaces.emissive,
             adds_lights: adds_lights(lighting.path, &lighting.lights),
             transparent: surfaces.transparency.is_some(),
@@ -408,6 +418,10 @@ impl Choices {
         }
         let lit_by_sky = sky.is_some_and(|sky| sky.lights);
         let fog = FogPlan::of(settings, lighting.lights.any())?;
+        if lighting.path == LightPath::Visibility {
+            // TILED has no code for lights in a uniform buffer there.
+            lighting.lights.uniform = false;
+        }
         if fog.is_some() {
             // FOG has no code for lights in a uniform buffer.
             lighting.lights.uniform = false;
@@ -419,12 +433,13 @@ impl Choices {
         let blending =
             Blending { adds_ambient: lit_by_sky && !is_forward(lighting.path), fogs: fog.is_some(), ..blending };
         let way = Way::of(settings, device, blending)?;
-        let locations = geometry_locations(gbuffer.as_ref(), shading, surfaces.emissive);
+        let triangles = lighting.path == LightPath::Visibility;
+        let locations = geometry_locations(gbuffer.as_ref(), shading, (surfaces.emissive, triangles));
         checks::check_attachments(locations, gbuffer.as_ref(), settings.msaa, device)?;
         let ao = ao::choose(scene, settings, lighting.path)?;
         // With a G-buffer that the next pass reads at its own pixel, depth with it. AO reads its neighbours, and so do reflections.
         let stores_gbuffer = gbuffer.is_some()
-            && lighting.path != LightPath::Compute
+            && !is_tiled(lighting.path)
             && settings.view != View::Complexity
             && (settings.keep.has(OptionalPart::StoredGbuffer) || ao.is_ok() || reflections.is_ok());
         Ok(Self { shading, lighting, surfaces, gbuffer, stores_gbuffer, sky, ao, particles, reflections, fog, way })
@@ -483,7 +498,12 @@ impl FramePlan {
         let FilteredTextures { textures, anisotropy, places_by_shaders, footprint, warning } =
             FilteredTextures::of(scene, settings, device, &rules);
         let depth_prepass = lighting.has_prepass(settings, shading);
+        let triangles = match lighting.path {
+            LightPath::Visibility => Some(visibility::choose(scene, &rules, (&meshes, &textures), device)?),
+            _ => None,
+        };
         let culling = match moves {
+            _ if triangles.is_some() => Err("the CPU does: it lists which instance each number is".into()),
             true => Err("the CPU does: it lists what moves by itself, whose vectors taa needs".into()),
             false => {
                 culling::choose(scene, settings, device, &rules, shading, (depth_prepass, lighting.shadow.is_some()))
@@ -499,6 +519,7 @@ impl FramePlan {
             ao,
             reflections,
             gbuffer,
+            triangles,
             sky,
             shadow: lighting.shadow,
             emissive: surfaces.emissive,
@@ -574,7 +595,7 @@ impl FramePlan {
 
     /// Colour locations of GEOMETRY.
     pub fn geometry_locations(&self) -> u32 {
-        geometry_locations(self.gbuffer.as_ref(), self.shading, self.emissive)
+        geometry_locations(self.gbuffer.as_ref(), self.shading, (self.emissive, self.triangles.is_some()))
     }
 
     /// Each part that a frame can have: in or out, why, and its bytes.
@@ -613,9 +634,9 @@ impl FramePlan {
         !self.meshes.deforms.objects.is_empty()
     }
 
-    /// Whether a compute pass lights a stored G-buffer, so that the main pass ends with GEOMETRY.
+    /// Whether a compute pass lights what GEOMETRY stores, so that the main pass ends with it.
     pub fn is_tiled(&self) -> bool {
-        self.light_path == LightPath::Compute
+        is_tiled(self.light_path)
     }
 
     /// Whether surfaces are lit while they are rasterized: there is no G-buffer.
@@ -742,9 +763,9 @@ impl FramePlan {
 }
 
 /// They are fixed (`shaders/geometry.wgsl`), so the highest in use counts.
-fn geometry_locations(gbuffer: Option<&Gbuffer>, shading: Shading, emissive: bool) -> u32 {
+fn geometry_locations(gbuffer: Option<&Gbuffer>, shading: Shading, (emissive, triangles): (bool, bool)) -> u32 {
     match gbuffer {
-        None => u32::from(shading.only_covers()),
+        None => u32::from(shading.only_covers() || triangles),
         Some(gbuffer) if gbuffer.position.is_some() => 6,
         Some(gbuffer) if gbuffer.specular.is_some() => 5,
         Some(_) if emissive => 4,
@@ -755,4 +776,12 @@ fn geometry_locations(gbuffer: Option<&Gbuffer>, shading: Shading, emissive: boo
 
 fn is_forward(path: LightPath) -> bool {
     matches!(path, LightPath::Forward | LightPath::ForwardNaive)
+}
+
+fn is_tiled(path: LightPath) -> bool {
+    matches!(path, LightPath::Compute | LightPath::Visibility)
+}
+
+fn lacks_gbuffer(path: LightPath) -> bool {
+    is_forward(path) || path == LightPath::Visibility
 }

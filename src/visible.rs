@@ -253,7 +253,7 @@ fn light_work(world: &World, camera: &Camera, plan: &FramePlan, active: &ActiveL
             LightWork::Draws(volumes::rectangles(&active.spheres(world, first), first as u32, camera, plan.size))
         }
         LightPath::Volumes => LightWork::Volumes(Volumes::of(world, active, camera)),
-        LightPath::Compute => {
+        LightPath::Compute | LightPath::Visibility => {
             // A little larger, for the rounding of f32.
             let relative = |reach: Reach| {
                 let center = reach.center - camera.position;

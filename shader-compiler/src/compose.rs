@@ -12,12 +12,13 @@ use crate::error::{Error, Location};
 use crate::scan;
 use crate::source::Source;
 
-/// What shaders may use: Vulkan 1.1 core features, per-sample inputs, which need `sampleRateShading`, and the number of a triangle, which
-/// needs `geometryShader`.
+/// What shaders may use: Vulkan 1.1 core features, per-sample inputs, which need `sampleRateShading`, the number of a triangle, which
+/// needs `geometryShader`, and arrays of textures, which need `shaderSampledImageArrayDynamicIndexing`: what naga says beyond that, the patch takes back.
 pub const CAPABILITIES: Capabilities = Capabilities::IMMEDIATES
     .union(Capabilities::MULTISAMPLED_SHADING)
     .union(Capabilities::CUBE_ARRAY_TEXTURES)
     .union(Capabilities::TEXTURE_AND_SAMPLER_BINDING_ARRAY)
+    .union(Capabilities::TEXTURE_AND_SAMPLER_BINDING_ARRAY_NON_UNIFORM_INDEXING)
     .union(Capabilities::PRIMITIVE_INDEX)
     .union(Capabilities::EARLY_DEPTH_TEST)
     // Vulkan packs half floats on every device.

@@ -1,13 +1,9 @@
-// A drawn object and its material: what changes from instance to instance and from draw to draw, and what its textures say of a point.
+// The material of what is drawn: what changes from draw to draw, and what its textures say of a point.
 #define_import_path afterlight::material
-#import afterlight::vectors::{handedness, scaled_rows, turned_normal, unit_or}
-
-// Rows of an instance's map from mesh space to the world around the camera.
-struct Rows {
-    x: vec4<f32>,
-    y: vec4<f32>,
-    z: vec4<f32>,
-}
+#ifdef TEXTURED
+#import afterlight::filtering::{places_of, FOOTPRINT, PLACES}
+#import afterlight::instance::{bent_normal, layer_of}
+#endif
 
 struct Push {
     base_color: vec3<f32>,
@@ -72,26 +68,6 @@ struct UvMap {
 #endif
 #endif
 
-#ifdef EXTRAS
-// How an instance looks (src/visible/looks.rs): its tint in 65535ths, then the layer of its cell, and in bit 15 whether it is selected.
-fn tint_of(look: vec4<u32>) -> vec3<f32> {
-    return vec3<f32>(look.xyz) / 65535.0;
-}
-
-fn layer_of(last: u32) -> u32 {
-    return last & 0x7fffu;
-}
-
-fn is_selected(last: u32) -> bool {
-    return (last & 0x8000u) != 0u;
-}
-
-// The base colour of what is selected (HIGHLIGHT and its share in src/scene/look.rs).
-fn highlighted(color: vec3<f32>, exposure: f32) -> vec3<f32> {
-    return color * 0.25 + vec3(1.0, 0.4, 0.0) * (0.75 * exposure);
-}
-#endif
-
 // The numbers of the slots, which are those of their bindings.
 const BASE_COLOR_SLOT: u32 = 0u;
 const NORMAL_SLOT: u32 = 1u;
@@ -141,29 +117,6 @@ struct Uvs {
 }
 #endif
 
-// From mesh space to the world around the camera.
-fn world_position(rows: Rows, position: vec3<f32>) -> vec3<f32> {
-    let p = vec4(position, 1.0);
-    return vec3(dot(rows.x, p), dot(rows.y, p), dot(rows.z, p));
-}
-
-// Of the transform's linear part.
-fn linear(rows: Rows) -> mat3x3<f32> {
-    return scaled_rows(rows.x.xyz, rows.y.xyz, rows.z.xyz);
-}
-
-// Not of unit length.
-fn world_normal(rows: Rows, normal: vec3<f32>) -> vec3<f32> {
-    return turned_normal(linear(rows), normal);
-}
-
-// The tangent has unit length, however large the object is: a mapped normal leans as far at any scale.
-fn world_tangent(rows: Rows, tangent: vec4<f32>) -> vec4<f32> {
-    let t = tangent.xyz;
-    let sign = handedness(linear(rows));
-    return vec4(unit_or(vec3(dot(rows.x.xyz, t), dot(rows.y.xyz, t), dot(rows.z.xyz, t)), vec3(0.0)), tangent.w * sign);
-}
-
 #ifdef TEXTURED
 #ifdef EXTRAS
 fn mapped_uv(slot: u32, first: vec2<f32>, second: vec2<f32>) -> vec2<f32> {
@@ -201,33 +154,6 @@ fn uv_of(slot: u32, uvs: Uvs) -> vec2<f32> {
 #endif
 }
 
-// Edge of the square of a pixel for which textures are filtered, in pixels: less than 1 where several frames make a picture, because each of them looks
-// at a part of the pixel. Gradients are scaled and not the level biased: a bias would leave the places of anisotropic filtering as far apart as they are
-// in a whole pixel.
-override FOOTPRINT: f32 = 1.0;
-
-// Places that a pixel is filtered from at most where shaders find them; 1 where the sampler does.
-override PLACES: u32 = 1u;
-
-// The places along the long side of the parallelogram that a pixel covers on a texture.
-struct Places {
-    // From one to the next.
-    step: vec2<f32>,
-    count: f32,
-    level: f32,
-}
-
-// As EXT_texture_filter_anisotropic has them, with two savings: their count is rounded to the nearest, and several places are sampled from one level, because
-// their mean hides the border between levels.
-fn places_of(uv: vec2<f32>, size: vec2<u32>) -> Places {
-    let sides = array(dpdx(uv), dpdy(uv));
-    let lengths = max(vec2(length(sides[0] * vec2<f32>(size)), length(sides[1] * vec2<f32>(size))), vec2(1e-9));
-    let long = max(lengths.x, lengths.y);
-    let count = clamp(round(long / min(lengths.x, lengths.y)), 1.0, f32(PLACES));
-    let level = log2(long / count);
-    return Places(select(sides[1], sides[0], lengths.x >= lengths.y) / count, count, select(level, round(level), count > 1.0));
-}
-
 // The texture of a slot at a place.
 fn texel_of(
     slot: u32,
@@ -241,7 +167,7 @@ fn texel_of(
 ) -> vec4<f32> {
     let uv = uv_of(slot, uvs);
     if PLACES > 1u {
-        let places = places_of(uv, textureDimensions(own));
+        let places = places_of(array(dpdx(uv), dpdy(uv)), textureDimensions(own));
         var sum = vec4(0.0);
         for (var place = 0.5; place < places.count; place += 1.0) {
             let at = uv + places.step * (place - places.count * 0.5);
@@ -267,16 +193,7 @@ fn texel_of(
 }
 
 fn mapped_normal(normal: vec3<f32>, tangent: vec4<f32>, uvs: Uvs) -> vec3<f32> {
-    // 128 of 255 is the zero: a neutral map decodes to exactly (0, 0, 1). The dead zone of 1/100 of a step takes up the
-    // driver's rounding.
-    let centered = texel_of(NORMAL_SLOT, normal_texture, normal_sampler, uvs).xyz * 255.0 - 128.0;
-    let snapped = select(centered, vec3(0.0), abs(centered) < vec3(0.01));
-    let n = snapped / 127.0 * vec3(push.normal_scale, push.normal_scale, 1.0);
-    let bitangent = cross(normal, tangent.xyz) * tangent.w;
-    // MikkTSpace: the interpolated frame is used as it is, neither orthogonalized nor normalized (Mikkelsen 2008).
-    let mapped = unit_or(tangent.xyz * n.x + bitangent * n.y + normal * n.z, normal);
-    // A flat texel leaves the normal as it is, to the last bit: so that a flat map can be left out.
-    return select(mapped, normal, n.x == 0.0 && n.y == 0.0 && n.z > 0.0);
+    return bent_normal(texel_of(NORMAL_SLOT, normal_texture, normal_sampler, uvs).xyz, push.normal_scale, normal, tangent);
 }
 
 // For what only needs to know whether there is anything.

@@ -10,7 +10,8 @@ use super::list::List;
 use super::{Drawn, Error, Frame, FrameParts, IN_FLIGHT, InFlight, Renderer, Timeline};
 use crate::gpu::{self, CommandBuffer, Device, Timestamps};
 use crate::gpu_scene::{
-    Culling, GpuScene, Instances, PoseBuffer, SceneSource, ShadowAtlas, SortedIndices, ViewBuffers, view_set_layout,
+    Culling, GpuScene, Instances, PoseBuffer, SceneSource, Seen, ShadowAtlas, SortedIndices, ViewBuffers,
+    view_set_layout,
 };
 use crate::passes::prefilter;
 use crate::plan::FramePlan;
@@ -85,6 +86,7 @@ impl RendererBuilder {
         let poses = (0..IN_FLIGHT).map(|index| PoseBuffer::new(&device, index, deforms));
         let poses: Vec<_> = poses.filter_map(Result::transpose).collect::<gpu::Result<_>>()?;
         let culling = Culling::new(&device, &plan, IN_FLIGHT)?;
+        let seen = Seen::new(&device, &plan, &scene, IN_FLIGHT)?;
         let frame = Frame::new(&FrameParts {
             device: &device,
             plan: &plan,
@@ -95,6 +97,7 @@ impl RendererBuilder {
             world: &world,
             poses: &poses,
             culling: culling.as_ref(),
+            seen: seen.as_ref(),
             swapchain,
         })?;
         // The begin of a frame, the end of each of its passes, and of what lies over the picture.
@@ -130,6 +133,7 @@ impl RendererBuilder {
             poses,
             posed: 0,
             culling,
+            seen,
             next: 0,
             timeline,
             frame_layout,

@@ -57,12 +57,12 @@ use ash::vk;
 
 use crate::gpu::{self, Around, CommandBuffer, Device, Image, Owned, Ticket, Timestamps};
 use crate::gpu_scene::{
-    Culling, FrameUniform, GpuScene, Instances, PoseBuffer, ShadowAtlas, SortedIndices, ViewBuffers,
+    Culling, FrameUniform, GpuScene, Instances, PoseBuffer, Seen, ShadowAtlas, SortedIndices, ViewBuffers,
 };
 use crate::passes::copy::Copy;
 use crate::passes::{Recording, SetLayouts};
 use crate::plan::{self, FramePlan};
-use crate::scene::{self, Camera, LightPath, Scene, Settings, ThinLens};
+use crate::scene::{self, Camera, Scene, Settings, ThinLens};
 use crate::visible::{Eye, MapDraw, STEPS, ShadowCache, Since, Visible, World};
 
 /// While the device draws one frame, the CPU records the next.
@@ -215,6 +215,8 @@ pub(crate) struct FrameParts<'a> {
     pub poses: &'a [PoseBuffer],
     /// Where the plan culls on the device.
     pub culling: Option<&'a Culling>,
+    /// Where TILED looks up what pixels show.
+    pub seen: Option<&'a Seen>,
     /// Views of the swapchain's images; none where pictures are not presented.
     pub swapchain: &'a [vk::ImageView],
 }
@@ -228,9 +230,9 @@ impl FrameParts<'_> {
 
 impl Frame {
     fn new(parts: &FrameParts) -> gpu::Result<Self> {
-        Ok(match parts.plan.light_path {
-            LightPath::Compute => Self::Tiled(Box::new(TiledFrame::new(parts)?)),
-            _ => Self::Deferred(Box::new(Deferred::new(parts)?)),
+        Ok(match parts.plan.is_tiled() {
+            true => Self::Tiled(Box::new(TiledFrame::new(parts)?)),
+            false => Self::Deferred(Box::new(Deferred::new(parts)?)),
         })
     }
 
@@ -302,6 +304,8 @@ pub struct Renderer {
     posed: u64,
     /// Where the plan culls on the device.
     culling: Option<Culling>,
+    /// Where TILED looks up what pixels show.
+    seen: Option<Seen>,
     next: usize,
     /// Where the plan averages frames over time.
     timeline: Timeline,
@@ -446,6 +450,10 @@ impl Renderer {
             )?;
         }
         frame.instances.write(&self.device, &self.world, (&visible, camera), &stale_maps)?;
+        if let Some(seen) = &mut self.seen {
+            let of_frame = (&frame.instances, frame.view.uv_maps());
+            seen.write(&self.device, self.next, (&self.world, &self.plan, &self.scene), &visible, of_frame)?;
+        }
         let posed = !self.poses.is_empty() && self.posed != self.world.pose.revision;
         if posed {
             self.poses[self.next].write(&self.world.pose.joints, &self.world.pose.weights)?;
@@ -474,6 +482,7 @@ impl Renderer {
                 shadow_set: self.atlas.as_ref().map(|atlas| atlas.set(self.next)),
                 instances: &frame.instances,
                 culling: self.culling.as_ref(),
+                seen_set: self.seen.as_ref().map(|seen| seen.set(self.next)),
                 since: since.as_ref(),
                 stale_maps: &stale_maps,
                 sorted: frame.sorted.as_ref().map(SortedIndices::raw),

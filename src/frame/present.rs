@@ -531,6 +531,7 @@ impl Renderer {
             world: &self.world,
             poses: &self.poses,
             culling: self.culling.as_ref(),
+            seen: self.seen.as_ref(),
             swapchain,
         })?;
         Ok(self)

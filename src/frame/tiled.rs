@@ -4,7 +4,7 @@
 //! compute        SKIN       as in the deferred frame
 //! occluder pass, compute     what the device finds out of what is seen, as in the deferred frame
 //! shadow passes  SHADOW     as in the deferred frame
-//! main pass      GEOMETRY   surfaces into the G-buffer, which is stored
+//! main pass      GEOMETRY   surfaces into the G-buffer, which is stored; or which triangle each pixel shows
 //! compute        AO, AO_DENOISE  as in the deferred frame
 //! compute        TILED      every light on every pixel, tile by tile, into the output
 //! copies         PRESENT    the output into an image of the swapchain, where there is one
@@ -110,7 +110,8 @@ impl TiledFrame {
         let geometry = Geometry::new(device, plan, passes.needed_slot(&geometry::PASS)?, frame_layout, scene)?;
         let ao = AoStage::new(parts, &passes)?;
         let (stored, output) = (passes.inputs(&tiled::PASS, plan), passes.targets.image(Target::Output).view);
-        let tiled = Tiled::new(device, plan, parts.layouts(), (&stored, output), written_background(plan, world))?;
+        let tiled =
+            Tiled::new(device, plan, parts.layouts(), parts.seen, (&stored, output), written_background(plan, world))?;
         Ok(Self { passes, main, depth, geometry, ao, tiled, edges: edges.clone() })
     }
 

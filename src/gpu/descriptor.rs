@@ -130,10 +130,11 @@ impl From<std::ops::RangeFull> for BufferRange {
     }
 }
 
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 enum Resource {
     Buffer(vk::DescriptorBufferInfo),
-    Image(vk::DescriptorImageInfo),
+    /// An array, from its first element.
+    Images(Vec<vk::DescriptorImageInfo>),
 }
 
 /// Collects what the bindings of a set shall refer to, then writes them at once.
@@ -177,7 +178,28 @@ impl SetWriter {
     /// A sampler.
     pub fn sampler(mut self, binding: u32, sampler: vk::Sampler) -> SetWriter {
         let info = vk::DescriptorImageInfo::default().sampler(sampler);
-        self.writes.push((binding, vk::DescriptorType::SAMPLER, Resource::Image(info)));
+        self.writes.push((binding, vk::DescriptorType::SAMPLER, Resource::Images(vec![info])));
+        self
+    }
+
+    /// An array of images that are sampled, all in this layout.
+    pub fn sampled_images(
+        mut self,
+        binding: u32,
+        views: impl IntoIterator<Item = vk::ImageView>,
+        layout: vk::ImageLayout,
+    ) -> SetWriter {
+        let info = |view| vk::DescriptorImageInfo::default().image_view(view).image_layout(layout);
+        let all = Resource::Images(views.into_iter().map(info).collect());
+        self.writes.push((binding, vk::DescriptorType::SAMPLED_IMAGE, all));
+        self
+    }
+
+    /// An array of samplers.
+    pub fn samplers(mut self, binding: u32, samplers: impl IntoIterator<Item = vk::Sampler>) -> SetWriter {
+        let info = |sampler| vk::DescriptorImageInfo::default().sampler(sampler);
+        let all = Resource::Images(samplers.into_iter().map(info).collect());
+        self.writes.push((binding, vk::DescriptorType::SAMPLER, all));
         self
     }
 
@@ -195,7 +217,7 @@ impl SetWriter {
         layout: vk::ImageLayout,
     ) -> SetWriter {
         let info = vk::DescriptorImageInfo::default().image_view(view).image_layout(layout);
-        self.writes.push((binding, ty, Resource::Image(info)));
+        self.writes.push((binding, ty, Resource::Images(vec![info])));
         self
     }
 
@@ -208,7 +230,7 @@ impl SetWriter {
                 let write = vk::WriteDescriptorSet::default().dst_set(set).dst_binding(*binding).descriptor_type(*ty);
                 match resource {
                     Resource::Buffer(info) => write.buffer_info(std::slice::from_ref(info)),
-                    Resource::Image(info) => write.image_info(std::slice::from_ref(info)),
+                    Resource::Images(infos) => write.image_info(infos),
                 }
             })
             .collect();

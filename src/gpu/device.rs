@@ -33,6 +33,8 @@ pub struct EnabledFeatures {
     pub sample_rate_shading: bool,
     /// Fragment shaders know the number of their triangle; geometry shaders themselves have no use here.
     pub geometry_shader: bool,
+    /// Shaders look textures of an array up by numbers that they read.
+    pub dynamic_textures: bool,
     /// Many commands that draw are read from a buffer by one.
     pub multi_draw_indirect: bool,
     /// And begin at any instance.
@@ -61,6 +63,7 @@ impl EnabledFeatures {
             sampler_anisotropy: physical.features.sampler_anisotropy == vk::TRUE,
             sample_rate_shading: physical.features.sample_rate_shading == vk::TRUE,
             geometry_shader: physical.features.geometry_shader == vk::TRUE,
+            dynamic_textures: physical.features.shader_sampled_image_array_dynamic_indexing == vk::TRUE,
             multi_draw_indirect: physical.features.multi_draw_indirect == vk::TRUE,
             draw_indirect_first_instance: physical.features.draw_indirect_first_instance == vk::TRUE,
             texture_compression_bc: physical.features.texture_compression_bc == vk::TRUE,
@@ -82,6 +85,7 @@ impl EnabledFeatures {
             .sampler_anisotropy(self.sampler_anisotropy)
             .sample_rate_shading(self.sample_rate_shading)
             .geometry_shader(self.geometry_shader)
+            .shader_sampled_image_array_dynamic_indexing(self.dynamic_textures)
             .multi_draw_indirect(self.multi_draw_indirect)
             .draw_indirect_first_instance(self.draw_indirect_first_instance)
             .texture_compression_bc(self.texture_compression_bc)

@@ -15,26 +15,30 @@ use crate::visible::{MapDraw, Visible, World};
 /// The instances of one frame in flight.
 pub struct Instances {
     /// Three rows each, from the mesh to the world around the camera.
-    rows: List,
+    pub(super) rows: List,
     /// Four rows each, from the mesh to a map's clip space: of one map after the other. None without shadow maps.
     casters: Option<List>,
     /// The number of each one's object and 1, in the view of triangles.
     numbers: Option<List>,
     /// How each one looks, and each caster, where the plan has looks.
-    looks: Option<List>,
+    pub(super) looks: Option<List>,
     caster_looks: Option<List>,
 }
 
 /// A buffer that grows with what it holds.
-struct List {
-    name: String,
-    buffer: Option<Buffer>,
+pub(super) struct List {
+    pub name: String,
+    pub usage: vk::BufferUsageFlags,
+    pub buffer: Option<Buffer>,
 }
 
 impl Instances {
     /// Of a frame in flight, with nothing in them yet.
     pub fn new(index: usize, plan: &FramePlan) -> Self {
-        let list = |name: &str| List { name: format!("{name} of frame {index}"), buffer: None };
+        // A compute pass looks them up, too, where it is told the instance of each pixel.
+        let looked_up = plan.triangles.map_or(vk::BufferUsageFlags::empty(), |_| vk::BufferUsageFlags::STORAGE_BUFFER);
+        let usage = vk::BufferUsageFlags::VERTEX_BUFFER | looked_up;
+        let list = |name: &str| List { name: format!("{name} of frame {index}"), usage, buffer: None };
         Self {
             rows: list("instances"),
             casters: plan.shadow.is_some().then(|| list("casters")),
@@ -98,7 +102,7 @@ impl Instances {
 
 impl List {
     /// Writes a list, into a longer buffer where it no longer fits. Nothing uses the old one: its frame is done.
-    fn write<T: Pod>(&mut self, device: &Arc<Device>, list: &[T]) -> gpu::Result<()> {
+    pub fn write<T: Pod>(&mut self, device: &Arc<Device>, list: &[T]) -> gpu::Result<()> {
         let needed = size_of_val(list) as u64;
         if needed == 0 {
             return Ok(());
@@ -106,8 +110,8 @@ impl List {
         let buffer = match self.buffer.take() {
             Some(buffer) if buffer.size >= needed => buffer,
             _ => {
-                let (size, usage) = (needed.next_power_of_two(), vk::BufferUsageFlags::VERTEX_BUFFER);
-                Buffer::new(device, &self.name, size, usage, Location::Upload, MemoryKind::Uniform)?
+                let size = needed.next_power_of_two();
+                Buffer::new(device, &self.name, size, self.usage, Location::Upload, MemoryKind::Uniform)?
             }
         };
         buffer.write(0, list)?;

@@ -41,11 +41,31 @@ pub struct Materials {
     sets: BTreeMap<(usize, u32), vk::DescriptorSet>,
     /// By material and sheet, for SHADOW, which samples the base colour alone.
     holes: BTreeMap<(usize, u32), vk::DescriptorSet>,
+    /// Where a shader looks textures up by their numbers.
+    numbered: Option<NumberedTextures>,
     _pool: Option<DescriptorPool>,
     _samplers: Vec<Owned<vk::Sampler>>,
     /// By the plan's images, the sheets of each: one, but of atlases with more cells than an array has layers.
     images: Vec<Vec<Sheet>>,
 }
+
+/// All textures and samplers, by their numbers.
+pub struct NumberedTextures {
+    pub views: Vec<Owned<vk::ImageView>>,
+    pub samplers: Vec<vk::Sampler>,
+    /// By material and sheet: what each slot is, as `SeenMaterial` of `shaders/shared/seen.wgsl` has it.
+    slots: BTreeMap<(usize, u32), [u32; TextureSlot::ALL.len()]>,
+}
+
+impl NumberedTextures {
+    /// What a material's slots are, with a sheet of its atlas; zeros of one without textures.
+    pub fn slots(&self, material: (usize, u32)) -> [u32; TextureSlot::ALL.len()] {
+        self.slots.get(&material).copied().unwrap_or_default()
+    }
+}
+
+/// The bit of a slot's word from which on it is the number of a sampler; below, that of a texture.
+const SAMPLER_SHIFT: u32 = 24;
 
 /// A material's sets, before they exist: one for each sheet of its atlas.
 struct PlannedSet<'a> {
@@ -97,6 +117,7 @@ impl Materials {
             layouts: BTreeMap::new(),
             sets: BTreeMap::new(),
             holes: BTreeMap::new(),
+            numbered: None,
             _pool: None,
             _samplers: Vec::new(),
             images,
@@ -166,6 +187,9 @@ impl Materials {
                 }
             }
         }
+        if plan.triangles.is_some() {
+            self.numbered = Some(self.number(planned, &mut samplers, &sets)?);
+        }
         for set in &holes {
             for sheet in 0..set.sheets {
                 let made = self.set_of(planned, (&pool, &mut samplers), set, sheet)?;
@@ -174,6 +198,52 @@ impl Materials {
         }
         (self._pool, self._samplers) = (Some(pool), samplers.all.into_values().collect());
         Ok(())
+    }
+
+    /// All textures by their numbers, where shaders look them up so.
+    pub fn numbered(&self) -> Option<&NumberedTextures> {
+        self.numbered.as_ref()
+    }
+
+    fn number(
+        &self,
+        planned: &TexturePlan,
+        samplers: &mut Samplers,
+        sets: &[PlannedSet],
+    ) -> gpu::Result<NumberedTextures> {
+        let mut firsts = Vec::new();
+        let mut views = Vec::new();
+        for sheets in &self.images {
+            firsts.push(views.len() as u32);
+            for sheet in sheets {
+                views.push(sheet.image.array_view()?);
+            }
+        }
+        let mut all: Vec<scene::Sampler> = Vec::new();
+        let mut number_of = |how: scene::Sampler| match all.iter().position(|own| *own == how) {
+            Some(number) => number as u32,
+            None => {
+                all.push(how);
+                all.len() as u32 - 1
+            }
+        };
+        let mut slots = BTreeMap::new();
+        for set in sets {
+            for sheet in 0..set.sheets {
+                let mut words = [0; TextureSlot::ALL.len()];
+                for (&slot, &image) in set.slots {
+                    let how = match set.samplers {
+                        SetSamplers::One(one) => one,
+                        SetSamplers::Each => planned.images[image].sampler,
+                    };
+                    let last = self.images[image].len() as u32 - 1;
+                    words[slot as usize] = (firsts[image] + sheet.min(last)) | (number_of(how) << SAMPLER_SHIFT);
+                }
+                slots.insert((set.material, sheet), words);
+            }
+        }
+        let samplers = all.into_iter().map(|how| samplers.get(how)).collect::<gpu::Result<_>>()?;
+        Ok(NumberedTextures { views, samplers, slots })
     }
 
     fn planned<'a>(

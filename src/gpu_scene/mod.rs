@@ -7,6 +7,7 @@ mod froxels;
 mod instances;
 mod material;
 mod particles;
+mod seen;
 mod shadows;
 mod sky;
 mod sorted;
@@ -19,6 +20,7 @@ pub use froxels::froxel_buffer;
 pub use instances::Instances;
 pub use material::{HOLES, Materials, OWN_SAMPLERS, SAMPLER, SetForm};
 pub use particles::{ParticleBuffers, ParticleTextures};
+pub use seen::{LOOK_UP, Seen};
 pub use shadows::{ATLAS_LAYOUT, ClearOrder, ShadowAtlas, clear as shadow_clear};
 pub use sky::{BASE_EDGE, LOBE_EDGE, LOBE_LEVELS, SKY_READ, SkyMaps, TABLE_EDGE};
 pub use sorted::SortedIndices;
@@ -213,7 +215,8 @@ impl GpuScene {
             }
         }
         let mut uploader = Uploader::new(device, 32 << 20, order)?;
-        let mut meshes = MeshUpload { device, uploader: &mut uploader, scene, plan: &plan.meshes };
+        let looked_up = plan.triangles.map_or(vk::BufferUsageFlags::empty(), |_| vk::BufferUsageFlags::STORAGE_BUFFER);
+        let mut meshes = MeshUpload { device, uploader: &mut uploader, scene, plan: &plan.meshes, looked_up };
         let ranges = meshes.ranges();
         let deform_range = |deform: &PlannedDeform| {
             let vertex_offset = deform.first_vertex as i32;
@@ -333,6 +336,8 @@ struct MeshUpload<'a> {
     uploader: &'a mut Uploader,
     scene: &'a Scene,
     plan: &'a MeshPlan,
+    /// How buffers are used beside drawing.
+    looked_up: vk::BufferUsageFlags,
 }
 
 impl<'a> MeshUpload<'a> {
@@ -355,7 +360,7 @@ impl<'a> MeshUpload<'a> {
         data: impl Fn(&'a Mesh) -> Cow<'a, [T]>,
     ) -> gpu::Result<Option<Buffer>> {
         let stride = size_of::<T>() as u64;
-        let usage = vk::BufferUsageFlags::VERTEX_BUFFER;
+        let usage = vk::BufferUsageFlags::VERTEX_BUFFER | self.looked_up;
         let Some(buffer) = self.buffer(&format!("vertex {name}"), vertices * stride, usage)? else { return Ok(None) };
         let placed = self.plan.meshes.iter().filter_map(|planned| Some((planned, u64::from(planned.first_vertex?))));
         for (planned, first) in placed.filter(|&(_, first)| first < vertices) {
@@ -374,8 +379,11 @@ impl<'a> MeshUpload<'a> {
             IndexWidth::Bits16 => "indices of 16 bits",
             IndexWidth::Bits32 => "indices of 32 bits",
         };
-        let usage = vk::BufferUsageFlags::INDEX_BUFFER;
-        let Some(buffer) = self.buffer(name, count * width.bytes(), usage)? else { return Ok(None) };
+        let usage = vk::BufferUsageFlags::INDEX_BUFFER | self.looked_up;
+        // Shaders read whole words.
+        let Some(buffer) = self.buffer(name, (count * width.bytes()).next_multiple_of(4), usage)? else {
+            return Ok(None);
+        };
         for planned in self.plan.meshes.iter().filter(|mesh| mesh.width == width) {
             let mesh = &self.scene.meshes[planned.mesh];
             self.index_range(&buffer, (width, planned.first_index), &mesh.indices)?;

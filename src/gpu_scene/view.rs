@@ -211,7 +211,7 @@ const VOLUMES: u32 = 4;
 fn list_bindings(plan: &FramePlan) -> Vec<u32> {
     let clusters = plan.has_clusters().then_some([CLUSTER_HEADS, CLUSTER_LIGHTS]);
     let volumes = match plan.light_path {
-        LightPath::Compute => true,
+        LightPath::Compute | LightPath::Visibility => true,
         LightPath::Volumes => plan.lights.bounded,
         _ => false,
     };
@@ -302,6 +302,11 @@ impl ViewBuffers {
         }
         writer.update(device, set);
         Ok(Self { uniform, lights, lists, uv_maps, index, set, _pool: pool })
+    }
+
+    /// Where some texture lies on its mesh otherwise than the mesh says: how each does.
+    pub fn uv_maps(&self) -> Option<&Buffer> {
+        self.uv_maps.as_ref()
     }
 
     /// Writes this frame's values. The frame that used the buffers before must be done.

@@ -32,6 +32,7 @@ pub fn cases() -> Vec<Case> {
     let hdr: Change = |settings| settings.output = Output::Nits;
     let forward: Change = |settings| settings.light_path = LightPath::Forward;
     let compute: Change = |settings| settings.light_path = LightPath::Compute;
+    let visibility: Change = |settings| settings.light_path = LightPath::Visibility;
     let stored: Change = |settings| settings.keep = settings.keep.with(OptionalPart::StoredGbuffer);
     let mut all = Vec::new();
     let mut case = |name: &str, scene: Scene, changes: &[Change]| {
@@ -79,6 +80,7 @@ pub fn cases() -> Vec<Case> {
     case("compute", lamplit(), &[compute]);
     case("compute, glowing and sunlit", glowing(sunlit()), &[compute]);
     case("compute, linear", lamplit(), &[compute, hdr]);
+    case("visibility, glowing and sunlit", glowing(sunlit()), &[visibility]);
     case("forward", plain(), &[forward]);
     case("forward, naive", lamplit(), &[|settings| settings.light_path = LightPath::ForwardNaive]);
     case("forward, sunlit", sunlit(), &[forward]);

@@ -32,6 +32,9 @@ pub const PASS: Pass = Pass {
     time: "geometry",
     what: "surfaces into the G-buffer, near ones first",
     presence: |plan| match (plan.has_geometry(), plan.is_forward()) {
+        (true, false) if plan.triangles.is_some() => {
+            Presence::In("which triangle each pixel shows is stored, and looked up when it is lit".into())
+        }
         (true, false) => Presence::In("surfaces are drawn before they are lit or shown".into()),
         (true, true) => Presence::Out("surfaces are lit as they are drawn".into()),
         (false, _) => Presence::Out("this view shows no surface".into()),
@@ -53,7 +56,7 @@ fn touches(plan: &FramePlan) -> Vec<Touch> {
         (4, Target::Specular, First::Undefined, COLOR_WRITE),
         (5, Target::Position, finds_texels, COLOR_WRITE),
         (0, Target::Count, First::Clear, COUNT_BLEND),
-        (0, Target::Triangle, First::Undefined, COLOR_WRITE),
+        (0, Target::Triangle, if plan.triangles.is_some() { First::Clear } else { First::Undefined }, COLOR_WRITE),
     ];
     let drawn = locations.into_iter().filter(|&(_, target, ..)| plan.format_of(target).is_some());
     let mut touches = vec![Touch::depth(First::Clear, DEPTH_TEST), frame_data()];
@@ -120,6 +123,14 @@ fn pipeline(
 
 /// Which variant of the shader a pipeline of the plan takes.
 pub(crate) fn flags(plan: &FramePlan, key: GeometryKey) -> Flags {
+    if plan.triangles.is_some() {
+        // Nothing of a surface but its holes.
+        return Flags::TEXTURED.when(key.discards && key.textures.contains(TextureSlot::BaseColor))
+            | Flags::EXTRAS.when(key.discards && key.extras.any())
+            | Flags::OVERDRAW
+            | Flags::TRIANGLE
+            | Flags::PACKED;
+    }
     Flags::TEXTURED.when(!key.textures.is_empty())
         | Flags::NORMAL_MAP.when(key.textures.contains(TextureSlot::Normal))
         | Flags::EXTRAS.when(key.extras.any())
@@ -134,6 +145,7 @@ fn constants_of(plan: &FramePlan, key: GeometryKey) -> Vec<(u32, u32)> {
     let half_position = gbuffer.is_some_and(|gbuffer| gbuffer.position == Some(vk::Format::R16G16B16A16_SFLOAT));
     let farthest: f32 = if half_position { 65000.0 } else { f32::MAX };
     vec![
+        (constants::TRIANGLE_BITS, plan.triangles.map_or(0, |code| code.bits)),
         (constants::TEXTURES, key.textures.bits()),
         (constants::FOOTPRINT, plan.footprint.to_bits()),
         (constants::PLACES, plan.places_of_shaders()),

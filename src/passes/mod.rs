@@ -333,6 +333,8 @@ pub struct Recording<'a> {
     pub frame_set: vk::DescriptorSet,
     /// Set 2 of whatever shades: the shadow maps, where the plan has some.
     pub shadow_set: Option<vk::DescriptorSet>,
+    /// Set 3 of TILED, where it looks up what pixels show.
+    pub seen_set: Option<vk::DescriptorSet>,
     /// Where what is drawn stands.
     pub instances: &'a Instances,
     /// The same of opaque surfaces, where the device finds out which of them are seen.

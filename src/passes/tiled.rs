@@ -1,4 +1,4 @@
-//! TILED: every light on every pixel by compute, tile by tile, from a stored G-buffer into the output.
+//! TILED: every light on every pixel by compute, tile by tile, from a stored G-buffer into the output, or from the numbers of the triangles that pixels show.
 
 use std::sync::Arc;
 
@@ -6,18 +6,22 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-use super::{Pass, Place, Presence, Recording, SetLayouts, Touch, frame_data, gbuffer_inputs, maps};
+use super::{Pass, Place, Presence, Recording, Resource, SetLayouts, Touch, frame_data, gbuffer_inputs, maps};
 use crate::gpu::{
     self, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, binding, compute_pipeline, pipeline_layout,
     sync::Use,
 };
+use crate::gpu_scene::Seen;
 use crate::plan::{FramePlan, HDR, Shading, Target, ToneMapping};
+use crate::scene::TextureSlot;
 use crate::shaders::tiled::{self as shader, Flags, constants};
 
 /// Reads the stored G-buffer.
 pub const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
 /// Writes every pixel of the output.
 pub const OUTPUT_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
+/// Looks up vertices, indices and textures of what a pixel shows, where there is no G-buffer.
+pub use crate::gpu_scene::LOOK_UP;
 /// Loads from the shadow map.
 pub const MAP_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
 
@@ -30,23 +34,38 @@ pub const PASS: Pass = Pass {
     time: "lighting",
     what: "every light on every pixel, tile by tile, in a compute shader",
     presence: |plan| {
-        Presence::when(
-            plan.is_tiled(),
-            "a compute pass lights the stored G-buffer",
-            "the light path has no compute pass",
-        )
+        let why = match plan.triangles {
+            Some(_) => "a compute pass looks up what each pixel shows, and lights it",
+            None => "a compute pass lights the stored G-buffer",
+        };
+        Presence::when(plan.is_tiled(), why, "the light path has no compute pass")
     },
     touches: |plan| {
         let stored =
             stored_inputs(plan).into_iter().map(|(binding, target)| Touch::sampled(binding, target, GBUFFER_READ));
         let others = [Touch::storage(OUTPUT, Target::Output, OUTPUT_WRITE), frame_data()];
-        stored.chain(others).chain(maps(plan, MAP_READ)).collect()
+        stored.chain(others).chain(maps(plan, MAP_READ)).chain(looked_up(plan)).collect()
     },
     leave_out: None,
 };
 
-/// What it reads, by binding of `shaders/shared/gbuffer.wgsl`: as LIGHTING does, depth in any case, and what surfaces emit.
+/// The meshes and textures of what pixels show, where there is no G-buffer.
+fn looked_up(plan: &FramePlan) -> impl Iterator<Item = Touch> {
+    let (is_any, uploads) = (plan.triangles.is_some(), plan.uploads);
+    [
+        (uploads.vertices, Touch::resource(Resource::Vertices, LOOK_UP)),
+        (uploads.vertices, Touch::resource(Resource::Indices, LOOK_UP)),
+        (uploads.textures, Touch::resource(Resource::Textures, LOOK_UP)),
+    ]
+    .into_iter()
+    .filter_map(move |(is_in, touch)| (is_any && is_in).then_some(touch))
+}
+
+/// What it reads, by binding of `shaders/shared/gbuffer.wgsl`: as LIGHTING does, depth in any case, and what surfaces emit; or the triangles alone.
 pub fn stored_inputs(plan: &FramePlan) -> Vec<(u32, Target)> {
+    if plan.triangles.is_some() {
+        return vec![(0, Target::Triangle)];
+    }
     let others = gbuffer_inputs(plan).into_iter().filter(|&(_, target)| target != Target::Depth);
     let emitted = plan.emissive.then_some((EMISSIVE, Target::Hdr));
     [(0, Target::Depth)].into_iter().chain(others).chain(emitted).collect()
@@ -73,6 +92,8 @@ pub struct Tiled {
     layout: Owned<vk::PipelineLayout>,
     pipeline: Owned<vk::Pipeline>,
     set_layout: SetLayout,
+    /// In the place of the shadow maps' set, where only the one after it exists.
+    _empty: Option<SetLayout>,
     pool: DescriptorPool,
     set: vk::DescriptorSet,
     /// What the picture holds where nothing is seen.
@@ -88,6 +109,7 @@ impl Tiled {
         device: &Arc<Device>,
         plan: &FramePlan,
         layouts: SetLayouts,
+        seen: Option<&Seen>,
         (stored, output): (&[Stored], vk::ImageView),
         background: Vec3,
     ) -> gpu::Result<Self> {
@@ -102,15 +124,21 @@ impl Tiled {
         let Some(entry) = entry else {
             return Err(gpu::Error::Unsupported(format!("tiled.wgsl has no variant {flags:?}")));
         };
+        let empty = match (layouts.shadows, seen) {
+            (None, Some(_)) => Some(SetLayout::new(device, "no shadow maps", &[])?),
+            _ => None,
+        };
         let mut sets = vec![layouts.frame, set_layout.raw];
-        sets.extend(layouts.shadows);
+        sets.extend(layouts.shadows.or(empty.as_ref().map(|empty| empty.raw)));
+        sets.extend(seen.map(|seen| seen.set_layout.raw));
         let range = vk::PushConstantRange { stage_flags: COMPUTE, offset: 0, size: shader::push::SIZE as u32 };
         let layout = pipeline_layout(device, "tiled", &sets, &[range])?;
         let constants = constants_of(plan);
-        let stage =
-            ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage: COMPUTE, constants: &constants };
+        let sized = seen.map(|seen| with_lengths(entry.spirv.words(), [seen.textures, seen.samplers]));
+        let spirv = sized.as_deref().unwrap_or(entry.spirv.words());
+        let stage = ShaderStage { spirv, entry: entry.name, stage: COMPUTE, constants: &constants };
         let pipeline = compute_pipeline(device, "tiled", &stage, layout.raw)?;
-        Ok(Self { layout, pipeline, set_layout, pool, set, background })
+        Ok(Self { layout, pipeline, set_layout, _empty: empty, pool, set, background })
     }
 
     /// Reads and writes other images, as of another size.
@@ -134,10 +162,34 @@ impl Tiled {
         unsafe {
             raw.cmd_bind_pipeline(cmd, point, self.pipeline.raw);
             raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &sets, &[]);
+            if let Some(seen) = recording.seen_set {
+                raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, SEEN_SET, &[seen], &[]);
+            }
             raw.cmd_push_constants(cmd, self.layout.raw, COMPUTE, 0, &push);
             raw.cmd_dispatch(cmd, groups[0], groups[1], 1);
         }
     }
+}
+
+/// The set of `shaders/shared/seen.wgsl`.
+const SEEN_SET: u32 = 3;
+/// The lengths that the shader declares for its arrays of textures and of samplers, no number twice.
+const DECLARED: [u32; 2] = [1021, 1019];
+
+/// The shader with arrays as long as their bindings: Vulkan wants a descriptor for each element, and WGSL a number.
+fn with_lengths(words: &[u32], lengths: [u32; 2]) -> Vec<u32> {
+    let mut spirv = words.to_vec();
+    let mut at = 5;
+    // OpConstant (43) of four words: its type, its id, and the number.
+    while let Some(&first) = spirv.get(at) {
+        if let (43, 4) = (first & 0xffff, first >> 16)
+            && let Some(index) = DECLARED.iter().position(|&declared| declared == spirv[at + 3])
+        {
+            spirv[at + 3] = lengths[index];
+        }
+        at += (first >> 16).max(1) as usize;
+    }
+    spirv
 }
 
 /// The set with all that is read and written.
@@ -163,6 +215,8 @@ pub(crate) fn flags(plan: &FramePlan) -> Flags {
         | Flags::SHADOW.when(plan.shadow.is_some())
         | gbuffer_flags!(plan)
         | Flags::EMISSIVE.when(plan.emissive)
+        | Flags::VISIBILITY.when(plan.triangles.is_some())
+        | Flags::TEXTURED.when(plan.triangles.is_some() && plan.keys().any(|key| !key.textures.is_empty()))
         | Flags::LINEAR_OUTPUT.when(plan.output == vk::Format::R32G32B32A32_SFLOAT)
         | Flags::HALF_OUTPUT.when(plan.output == HDR)
 }
@@ -183,5 +237,13 @@ fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
         (constants::HEADROOM, plan.headroom().to_bits()),
         (constants::SWAPPED, u32::from(plan.swaps_red_and_blue)),
     ];
-    [&light_constants!(plan)[..], &own].concat()
+    let seen = [
+        (constants::TRIANGLE_BITS, plan.triangles.map_or(0, |code| code.bits)),
+        (constants::EXTRAS, u32::from(plan.keys().any(|key| key.extras.any()))),
+        (constants::NORMAL_MAPS, u32::from(plan.keys().any(|key| key.textures.contains(TextureSlot::Normal)))),
+        (constants::FOOTPRINT, plan.footprint.to_bits()),
+        (constants::PLACES, plan.places_of_shaders()),
+    ];
+    let seen = if plan.triangles.is_some() { &seen[..] } else { &[] };
+    [&light_constants!(plan)[..], &own, seen].concat()
 }

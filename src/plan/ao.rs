@@ -67,7 +67,7 @@ pub(super) fn choose(scene: &Scene, settings: &Settings, path: LightPath) -> Res
         };
         return Ok(Err(why.into()));
     }
-    if matches!(path, LightPath::Forward | LightPath::ForwardNaive) {
+    if super::lacks_gbuffer(path) {
         return refuse(format!(
             "{method} looks at a G-buffer, and the light path {path} has none: choose another, as loop"
         ));

@@ -114,7 +114,7 @@ pub(super) fn check_msaa(
             "normals in integers are not multisampled: choose another format, as --gbuffer lean,normal=rgb10a2".into(),
         );
     }
-    if matches!(light_path, LightPath::PerLight | LightPath::Volumes | LightPath::Compute) {
+    if matches!(light_path, LightPath::PerLight | LightPath::Volumes | LightPath::Compute | LightPath::Visibility) {
         return refuse(format!(
             "the light path {light_path} shades one sample a pixel: choose loop, clustered or forward"
         ));

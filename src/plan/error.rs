@@ -35,16 +35,12 @@ pub enum Error {
     /// A light path that needs blending into 32-bit floats.
     #[error("the light path {0} adds lights by blending into 32-bit floats, which this device cannot: try clustered")]
     NoFloatBlending(LightPath),
-    #[error(
-        "compute writes the finished picture by itself, and {0} works on one that is drawn: choose another light path"
-    )]
-    /// An effect on the finished picture on the light path `compute`, by its name.
-    ComputeWithEffect(&'static str),
-    #[error(
-        "the light path compute needs work groups of {0} invocations, and this device has at most {1}: try clustered"
-    )]
+    #[error("{0} writes the finished picture by itself, and {1} works on one that is drawn: choose another light path")]
+    /// An effect on the finished picture, by its name, on a light path that ends with a compute pass.
+    ComputeWithEffect(LightPath, &'static str),
+    #[error("the light path {0} needs work groups of {1} invocations, and this device has at most {2}: try clustered")]
     /// Invocations of a work group, and the device's limit.
-    WorkGroup(u32, u32),
+    WorkGroup(LightPath, u32, u32),
     #[error(
         "the light path {0} adds lights into 32-bit floats, so that the HDR format {1} does not apply: leave it out"
     )]
@@ -62,6 +58,9 @@ pub enum Error {
     /// Anti-aliasing that does not go with other settings.
     #[error("anti-aliasing: {0}")]
     AntiAliasing(String),
+    /// The light path `visibility` where the device or the scene does not allow it.
+    #[error("the light path visibility: {0}: choose another, as compute or clustered")]
+    Visibility(String),
     /// Bloom that does not go with other settings.
     #[error("bloom: {0}")]
     Bloom(String),
@@ -87,15 +86,15 @@ pub enum Error {
     #[error("forward-naive has no depth pre-pass, which is what it is there to show: choose `--light-path forward`")]
     NaivePrepass,
     #[error(
-        "the light path compute writes the finished picture, and transparent surfaces would have to come after it: choose `--light-path clustered`"
+        "the light path {0} writes the finished picture, and transparent surfaces would have to come after it: choose `--light-path clustered`"
     )]
-    /// Transparent surfaces on the light path `compute`.
-    ComputeWithTransparency,
+    /// Transparent surfaces on a light path that ends with a compute pass.
+    ComputeWithTransparency(LightPath),
     #[error(
-        "the light path compute writes the finished picture, and the sky would have to come after it: choose `--light-path clustered`"
+        "the light path {0} writes the finished picture, and the sky would have to come after it: choose `--light-path clustered`"
     )]
-    /// A sky on the light path `compute`.
-    ComputeWithSky,
+    /// A sky on such a path.
+    ComputeWithSky(LightPath),
     /// The edge of a face of the sky's cube, and the device's limit.
     #[error("a sky whose faces are {0} texels wide is not possible on this device: the limit is {1}")]
     Sky(u32, u32),

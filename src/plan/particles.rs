@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::{Capabilities, Error, FramePlan, PlannedTexture, Shading, parts};
+use super::{Capabilities, Error, FramePlan, PlannedTexture, Shading, is_tiled, parts};
 use crate::scene::{AmbientOcclusion, Fog, LightPath, Reflections, Scene, Settings, Transparency, View};
 
 /// Keys that a work group of SORT has in shared memory; `shaders/sort.wgsl` has the same number.
@@ -56,9 +56,10 @@ pub(super) fn choose(
     if !are_shown(scene, settings) || shading != (Shading::Light { light_only: false }) {
         return Ok(None);
     }
-    if path == LightPath::Compute {
-        let why = "the light path compute writes the finished picture, and particles would have to come after it: choose `--light-path clustered`";
-        return Err(Error::Particles(why.into()));
+    if is_tiled(path) {
+        return Err(Error::Particles(format!(
+            "the light path {path} writes the finished picture, and particles would have to come after it: choose `--light-path clustered`"
+        )));
     }
     if settings.msaa > 1 {
         let why = "they are soft where they meet the one surface of a pixel, and several samples have several: ask for --msaa 1, or --samples";

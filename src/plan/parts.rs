@@ -205,7 +205,15 @@ fn gbuffer(plan: &FramePlan) -> Vec<Part> {
         if plan.shading == Shading::ShowTriangle {
             parts.push(attachment("triangle", Target::Triangle, "the view shows it".into()));
         }
-        let reason = if plan.is_forward() { "surfaces are lit as they are drawn" } else { "this view reads none" };
+        if let Some(code) = plan.triangles {
+            let why = format!("its number in its mesh has {} bits, and that of its instance those above", code.bits);
+            parts.push(attachment("triangle", Target::Triangle, why));
+        }
+        let reason = match plan.triangles {
+            Some(_) => "surfaces are looked up by their triangles",
+            None if plan.is_forward() => "surfaces are lit as they are drawn",
+            None => "this view reads none",
+        };
         parts.push(part("G-buffer", false, reason, 0));
         return parts;
     };
@@ -382,6 +390,7 @@ fn shading(plan: &FramePlan) -> Vec<Part> {
     let brdf = match plan.brdf {
         _ if plan.is_forward() => "a constant of each pipeline that lights what it draws".into(),
         PlannedBrdf::One(brdf) => format!("all materials are {brdf:?}: a constant in LIGHTING"),
+        PlannedBrdf::PerPixel if plan.triangles.is_some() => "materials differ: each says its own".into(),
         PlannedBrdf::PerPixel => "materials differ: chosen for each pixel".into(),
     };
     let lights = &plan.lights;

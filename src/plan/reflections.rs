@@ -99,8 +99,8 @@ pub(super) fn choose(
                 "they are found by a G-buffer, and the light path {path} has none: choose another, as loop"
             ));
         }
-        LightPath::Compute => {
-            return refuse("the light path compute writes the picture by itself: choose another, as clustered".into());
+        LightPath::Compute | LightPath::Visibility => {
+            return refuse(format!("the light path {path} writes the picture by itself: choose another, as clustered"));
         }
         _ => {}
     }

@@ -366,7 +366,9 @@ fn light_paths(wanted: impl Fn(&FramePlan) -> bool) -> Vec<(String, FramePlan)> 
                     let settings = Settings { light_path, light_cutoff, gbuffer, output, ..Settings::default() };
                     let name = format!("{scene_name} {layout} {path_name} {output} cutoff={light_cutoff}");
                     let plan = match FramePlan::of(&scene, &settings, &device()) {
-                        Err(Error::ComputeWithTransparency | Error::ComputeWithSky) => continue,
+                        Err(Error::ComputeWithTransparency(_) | Error::ComputeWithSky(_) | Error::Visibility(_)) => {
+                            continue;
+                        }
                         plan => plan.unwrap_or_else(|error| panic!("{name}: {error}")),
                     };
                     plans.extend(wanted(&plan).then_some((name, plan)));

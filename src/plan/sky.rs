@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{Capabilities, Error, Shading};
+use super::{Capabilities, Error, Shading, is_tiled};
 use crate::scene::{LightPath, Scene, Settings, Sky, SkyCube};
 
 /// The sky of a plan's frames.
@@ -55,8 +55,8 @@ pub(super) fn lights(sky: &Sky, settings: &Settings) -> bool {
 /// A path that writes the picture by itself cannot have a sky come after it.
 pub(super) fn check(scene: &Scene, path: LightPath, device: &Capabilities) -> Result<(), Error> {
     let Some(sky) = &scene.sky else { return Ok(()) };
-    if path == LightPath::Compute {
-        return Err(Error::ComputeWithSky);
+    if is_tiled(path) {
+        return Err(Error::ComputeWithSky(path));
     }
     let edge = SkyCube::edge_of(&sky.image);
     if edge > device.max_extent { Err(Error::Sky(edge, device.max_extent)) } else { Ok(()) }

@@ -19,7 +19,7 @@ pub(crate) use rules::{Cuts, SurfaceRules};
 pub use textures::{PlannedTexture, SetSamplers, TexturePlan, TextureSource, texture_format};
 pub use uploads::Uploads;
 
-use super::{Capabilities, Error, FramePlan, is_forward};
+use super::{Capabilities, Error, FramePlan, is_tiled, lacks_gbuffer};
 use crate::scene::{Brdf, LightPath, Material, Object, OptionalPart, Scene, Settings, Transparency, View};
 
 /// Which reflection models LIGHTING evaluates.
@@ -58,13 +58,13 @@ pub(super) struct Surfaces {
 
 impl Surfaces {
     pub(super) fn of(scene: &Scene, settings: &Settings, path: LightPath) -> Result<Self, Error> {
-        let (keep, is_final, tiled) = (settings.keep, settings.view == View::Final, path == LightPath::Compute);
+        let (keep, is_final, tiled) = (settings.keep, settings.view == View::Final, is_tiled(path));
         let materials = EffectiveMaterials::of(scene, settings);
         let material = |object: &Object| &materials.all[object.material];
         let (transparent, opaque): (Vec<_>, Vec<_>) =
             scene.objects.iter().partition(|object| material(object).is_transparent());
         if tiled && is_final && !transparent.is_empty() {
-            return Err(Error::ComputeWithTransparency);
+            return Err(Error::ComputeWithTransparency(path));
         }
         let brdf = |material: &Material| material.model(settings.brdf);
         let metal = |object: &&Object| brdf(material(object)) == Brdf::CookTorrance && material(object).metallic > 0.0;
@@ -82,8 +82,8 @@ impl Surfaces {
                 true => PlannedBrdf::PerPixel,
                 false => planned_brdf(opaque.iter().map(|object| brdf(material(object)))),
             },
-            // Where there is no G-buffer, what surfaces emit is added as they are drawn.
-            emissive: !is_forward(path)
+            // Where there is no G-buffer, what surfaces emit is added as they are lit.
+            emissive: !lacks_gbuffer(path)
                 && settings.view.shows_emission()
                 && (any(&Material::is_emissive) || keep.has(OptionalPart::Emissive)),
             reflectance: any(&|own| brdf(own) == Brdf::CookTorrance && own.has_reflectance()),
@@ -114,7 +114,7 @@ impl FilteredTextures {
         let used = if have_levels { degree } else { 1 };
         Self {
             anisotropy: used,
-            places_by_shaders: used > 1 && anisotropy::by_shaders(scene, device),
+            places_by_shaders: used > 1 && anisotropy::by_shaders(scene, device, rules.looked_up),
             footprint: if have_levels { anisotropy::footprint(settings) } else { 1.0 },
             warning: anisotropy::warning(settings, device, degree).filter(|_| have_levels),
             textures,

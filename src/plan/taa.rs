@@ -95,7 +95,7 @@ pub(super) fn check(settings: &Settings, path: LightPath, lit: bool) -> Result<(
     let refuse = |why: String| Err(Error::AntiAliasing(why));
     let Settings { samples, msaa, .. } = *settings;
     match path {
-        LightPath::Compute => Err(Error::ComputeWithEffect("taa")),
+        LightPath::Compute | LightPath::Visibility => Err(Error::ComputeWithEffect(path, "taa")),
         _ if samples > 1 => {
             refuse(format!("taa averages frames over time, and --samples {samples} frames of one time: choose one"))
         }

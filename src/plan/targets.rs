@@ -29,7 +29,7 @@ pub enum Target {
     Hiz,
     /// What each pixel's ray finds to mirror: light, how sure that is, and where it lies.
     Rays,
-    /// The number of the object that is seen, from 1, and of the triangle in its mesh, from 0.
+    /// The number of the object that is seen, from 1, and of the triangle in its mesh, from 0; or both in 32 bits ([`super::TriangleCode`]).
     Triangle,
     /// Transparent surfaces, weighted and summed up; alpha is the share of the picture that they leave.
     Accumulation,
@@ -89,6 +89,7 @@ impl FramePlan {
             Target::Specular => gbuffer?.specular,
             Target::Position => gbuffer?.position,
             Target::Count => shown(Shading::ShowOverdraw, COUNT),
+            Target::Triangle if self.triangles.is_some() => Some(vk::Format::R32_UINT),
             Target::Triangle => shown(Shading::ShowTriangle, TRIANGLE),
             Target::Accumulation => self.sums.map(|sums| sums.accumulation),
             Target::Weights => self.sums.map(|sums| sums.weights),

@@ -792,5 +792,5 @@ fn auto_takes_a_path_that_multisampling_and_fxaa_go_with() {
         assert_eq!(plan.light_path, LightPath::Clustered);
     }
     let plain = FramePlan::of(&lit, &Settings::default(), &gpu).expect("a plan");
-    assert_eq!(plain.light_path, LightPath::Compute, "or this test says nothing");
+    assert_eq!(plain.light_path, LightPath::Visibility, "or this test says nothing");
 }

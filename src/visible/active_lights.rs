@@ -91,7 +91,11 @@ impl ActiveLights {
         let (directional, global) = (first(world.directional_count()), first(world.global_count()));
         let looped = match plan.light_path {
             LightPath::PerLight => directional,
-            LightPath::Volumes | LightPath::Clustered | LightPath::Forward | LightPath::Compute => global,
+            LightPath::Volumes
+            | LightPath::Clustered
+            | LightPath::Forward
+            | LightPath::Compute
+            | LightPath::Visibility => global,
             LightPath::Auto | LightPath::Loop | LightPath::ForwardNaive => lights.len(),
         };
         Self { lights, directional, global, looped }

@@ -9,7 +9,7 @@ use afterlight::gpu::{
     self, Buffer, CommandBuffer, DescriptorPool, Device, DeviceChoice, Instance, InstanceOptions, Location, MemoryKind,
     Message, MessageKind, MessageLog, PhysicalDevice, SetLayout, SetWriter, ShaderStage, Validation, vk,
 };
-use afterlight::scene::{Playing, Scene, Settings, View};
+use afterlight::scene::{LightPath, Playing, Scene, Settings, View};
 use glam::DVec3;
 
 use super::tries_all;
@@ -251,6 +251,13 @@ impl Gpu {
     /// Whether the device can draw a view: without geometryShader, as on SwiftShader, triangles have no numbers.
     pub fn shows(&self, view: View) -> bool {
         view != View::Triangle || self.device.features.geometry_shader
+    }
+
+    /// Whether the device can draw a scene by a light path, as far as `visibility` goes: not every one numbers triangles, or looks textures up.
+    pub fn takes(&self, path: LightPath, scene: &Scene) -> bool {
+        let features = &self.device.features;
+        let has_textures = scene.materials.iter().any(|material| material.textures().next().is_some());
+        path != LightPath::Visibility || features.geometry_shader && (features.dynamic_textures || !has_textures)
     }
 
     /// One frame from the scene's own camera.

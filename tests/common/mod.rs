@@ -74,6 +74,8 @@ pub fn capabilities() -> Capabilities {
         slow_anisotropy: false,
         reads_pushed_places_once: false,
         primitive_index: true,
+        dynamic_textures: 1 << 20,
+        storage_buffers: 1 << 20,
         lazily_allocated: false,
         indirect_draws: true,
         software: false,

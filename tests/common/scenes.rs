@@ -141,8 +141,9 @@ pub fn draw_everything(gpu: &Gpu) {
     let (plain, glass, many) = (nothing_emits(), with_transparent(one_of_each()), crowd());
     for &(_, light_path) in LightPath::NAMES {
         for scene in [&plain, &glass, &many] {
-            // Compute blends nothing.
-            if !(light_path == LightPath::Compute && std::ptr::eq(scene, &glass)) {
+            // What ends with a compute pass blends nothing.
+            let ends = matches!(light_path, LightPath::Compute | LightPath::Visibility);
+            if !(ends && std::ptr::eq(scene, &glass)) && gpu.takes(light_path, scene) {
                 exercise(gpu, scene, &Settings { light_path, ..small(scene) });
             }
         }

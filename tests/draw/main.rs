@@ -34,3 +34,4 @@ mod skin;
 mod taa;
 mod tone;
 mod transparency;
+mod visibility;

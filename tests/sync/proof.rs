@@ -109,7 +109,7 @@ fn every_combination_of_settings_and_every_built_in_scene_is_proved() {
     let mut plans = Different::default();
     let scenes = combinations::scenes();
     let combinations = combinations::combinations();
-    assert_eq!(combinations.len(), 6656);
+    assert_eq!(combinations.len(), 7488);
     for (named, scene, settings) in combinations {
         let scene = &scenes[scene];
         let settings = Settings { exposure: Some(0.0), ..settings };

@@ -312,7 +312,8 @@ fn shadow_maps_that_are_kept_or_drawn_anew_are_silent_on_every_light_path() {
                     // Whatever path looks maps up, those that are drawn anew are drawn alike.
                     continue;
                 }
-                let scene = if light_path == LightPath::Compute { &plain } else { &glass };
+                let ends = matches!(light_path, LightPath::Compute | LightPath::Visibility);
+                let scene = if ends { &plain } else { &glass };
                 let shadows = ShadowSettings { cache, size: 64, ..ShadowSettings::default() };
                 draw_while_things_move(gpu, scene, &Settings { light_path, shadows, ..small(scene) });
             }

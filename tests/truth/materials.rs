@@ -14,8 +14,25 @@ use glam::{DAffine3, DVec2, DVec3, Vec3};
 
 const SIZE: [u32; 2] = [97, 97];
 const POINT: Options = Options { mode: Mode::Point, smith: Smith::HeightCorrelated };
-pub const PATHS: [LightPath; 5] =
-    [LightPath::Loop, LightPath::Clustered, LightPath::PerLight, LightPath::Compute, LightPath::Forward];
+pub const PATHS: [LightPath; 6] = [
+    LightPath::Loop,
+    LightPath::Clustered,
+    LightPath::PerLight,
+    LightPath::Compute,
+    LightPath::Forward,
+    LightPath::Visibility,
+];
+
+/// Those of them that can draw a scene.
+fn paths<'a>(gpu: &'a Gpu, scene: &'a Scene) -> impl Iterator<Item = LightPath> + 'a {
+    let blends = scene.materials.iter().any(Material::is_transparent);
+    PATHS.into_iter().filter(move |&path| !(blends && writes_the_picture(path)) && gpu.takes(path, scene))
+}
+
+/// Whether nothing can come after what the path lights.
+pub fn writes_the_picture(path: LightPath) -> bool {
+    matches!(path, LightPath::Compute | LightPath::Visibility)
+}
 
 /// How far pixels are from the truth, relative to the brightest one, in order.
 pub fn differences(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Vec<f64> {
@@ -71,7 +88,8 @@ fn textures_wrap_and_are_magnified_as_their_samplers_say() {
         for (index, wrap) in WRAPS.into_iter().flat_map(|u| WRAPS.map(|v| [u, v])).enumerate() {
             for filter in [Filter::Nearest, Filter::Linear] {
                 let scene = papered(paper.clone(), sampled(wrap, filter));
-                let settings = nits_of(PATHS[index % PATHS.len()]);
+                let paths: Vec<_> = paths(gpu, &scene).collect();
+                let settings = nits_of(paths[index % paths.len()]);
                 // A sampler has 8 bits for the share of a texel at least, and the edges of nearest ones run along pixels.
                 let most = if filter == Filter::Nearest { 1e-5 } else { 8e-3 };
                 assert_near(gpu, &scene, &settings, [4e-3, most], 0.93, &format!("{wrap:?} {filter:?}"));
@@ -91,7 +109,7 @@ fn textures_of_one_material_have_samplers_of_their_own() {
         };
         let mut scene = papered(own, sampled([Wrap::Clamp; 2], Filter::Nearest));
         scene.textures.push(texture(sampled([Wrap::Mirror, Wrap::Repeat], Filter::Linear)));
-        for path in PATHS {
+        for path in paths(gpu, &scene) {
             let what = format!("two samplers, {path}");
             assert_near(gpu, &scene, &nits_of(path), [4e-3, 8e-3], 0.93, &what);
         }
@@ -142,7 +160,7 @@ fn colours_of_vertices_multiply_the_base_colour_and_alpha() {
         for (name, material) in cases {
             let mut scene = sheet(material.clone());
             scene.textures.push(texture(Sampler::DEFAULT));
-            for path in PATHS.into_iter().filter(|&path| path != LightPath::Compute || !material.is_transparent()) {
+            for path in paths(gpu, &scene) {
                 // Of the rest are the edges of shadows and holes.
                 let bound = if scene.materials[1].textures().next().is_some() { 8e-3 } else { 1e-5 };
                 assert_near(gpu, &scene, &nits_of(path), [bound, bound], 0.93, &format!("{name}, {path}"));
@@ -204,7 +222,7 @@ fn textures_lie_on_meshes_as_their_uv_maps_say() {
             mesh.uvs_1 = mesh.uvs.iter().map(|[u, v]| [v * 0.5 + 0.1, u * 0.6]).collect();
             mesh.compute_tangents();
             scene.environment.ambient = Vec3::splat(0.2);
-            for path in PATHS.into_iter().filter(|&path| path != LightPath::Compute || !material.is_transparent()) {
+            for path in paths(gpu, &scene) {
                 let settings = nits_of(path);
                 assert_near(gpu, &scene, &settings, [8e-3, 0.03], 0.97, &format!("{name}, {path}"));
             }
@@ -309,8 +327,8 @@ fn ball(material: Material) -> Scene {
 fn what_is_unlit_sends_its_colour_and_reflects_nothing() {
     on_gpu(|gpu| {
         let glowing = Material { unlit: true, base_color: Vec3::new(0.9, 0.3, 0.1), ..Material::default() };
-        for path in PATHS {
-            let scene = ball(glowing.clone());
+        let scene = ball(glowing.clone());
+        for path in paths(gpu, &scene) {
             let picture = gpu.draw(&scene, &nits_of(path));
             let middle = nits(&picture, SIZE[0] / 2, SIZE[1] / 2);
             assert!((middle - glowing.base_color.as_dvec3()).abs().max_element() < 1e-6, "{path}: {middle}");
@@ -354,7 +372,7 @@ fn a_dielectric_reflects_as_much_as_it_says() {
                 add(&mut scene, shapes::sphere(0.25, 48), other, DAffine3::from_translation(place));
             }
             let bound = if material.specular_texture.is_some() { [1e-4, 4e-3] } else { [1e-5, 3e-4] };
-            for path in PATHS {
+            for path in paths(gpu, &scene) {
                 assert_near(gpu, &scene, &nits_of(path), bound, 0.94, &format!("{name}, {path}"));
             }
             // 8 bits a channel.

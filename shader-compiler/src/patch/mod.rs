@@ -1,5 +1,6 @@
-//! What naga cannot say in SPIR-V, added to what it wrote: subpass inputs, specialization constants, Invariant and NoContraction.
+//! What naga cannot say in SPIR-V, added to what it wrote: subpass inputs, specialization constants, uniform indices, Invariant and NoContraction.
 
+mod arrays;
 mod constants;
 mod decorate;
 mod subpass;
@@ -71,6 +72,7 @@ impl Patch {
             .map_err(|error| PatchError::of("", format!("the SPIR-V to be patched cannot be read: {error}")))?;
         subpass::patch(&mut module, &self.inputs)?;
         constants::patch(&mut module, &self.constants)?;
+        arrays::uniform_indices(&mut module);
         decorate::invariant_position(&mut module);
         if self.precise {
             decorate::no_contraction(&mut module);

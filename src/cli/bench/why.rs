@@ -360,6 +360,8 @@ mod tests {
         slow_anisotropy: false,
         reads_pushed_places_once: false,
         primitive_index: true,
+        dynamic_textures: 1 << 20,
+        storage_buffers: 1 << 20,
         lazily_allocated: false,
         compute_invocations: 1024,
         indirect_draws: true,

@@ -62,7 +62,7 @@ fn waits_for_compute(plan: &FramePlan) -> bool {
 /// Who looks maps up, and how.
 fn reader(plan: &FramePlan) -> (Place, Use) {
     match plan.light_path {
-        LightPath::Compute => (tiled::PASS.place, tiled::MAP_READ),
+        LightPath::Compute | LightPath::Visibility => (tiled::PASS.place, tiled::MAP_READ),
         LightPath::Forward | LightPath::ForwardNaive => (forward::PASS.place, forward::MAP_READ),
         _ => (lighting::PASS.place, lighting::MAP_READ),
     }

@@ -6,7 +6,7 @@ use super::{Carrier, Edge, Edges, Place, RowName, barrier, row};
 use crate::gpu::UploadOrder;
 use crate::gpu::sync::Use;
 use crate::gpu::upload::{BLIT_READ, COPY_WRITE};
-use crate::gpu_scene::{INDEX_READ, TEXTURE_READ, VERTEX_READ};
+use crate::gpu_scene::{INDEX_READ, LOOK_UP, TEXTURE_READ, VERTEX_READ};
 use crate::passes::{prefilter, skin};
 use crate::plan::FramePlan;
 
@@ -36,6 +36,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
                 .because("draws fetch vertices and indices that were copied; the same barrier serves all buffers"),
         );
     }
+    let looked_up = if plan.triangles.is_some() { LOOK_UP } else { TEXTURE_READ };
     if uploads.textures {
         rows.push(
             barrier(RowName::TEXTURE_TO_COPY, vk::ImageLayout::UNDEFINED, WRITTEN)
@@ -54,6 +55,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         rows.push(
             barrier(RowName::BLIT_TO_TEXTURES, BLITTED, READABLE)
                 .from(Place::UPLOAD, &[BLIT_READ])
+                // TILED, which looks textures up, waits for GEOMETRY.
                 .to(Place::DRAWS, &[TEXTURE_READ])
                 .because("shaders sample a level when the blit that reads it is over; its layout changes in between"),
         );
@@ -63,7 +65,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         rows.push(
             barrier(RowName::UPLOAD_TO_TEXTURES, WRITTEN, READABLE)
                 .from(Place::UPLOAD, &[COPY_WRITE])
-                .to(Place::DRAWS, &[TEXTURE_READ, sky])
+                .to(Place::DRAWS, &[TEXTURE_READ, sky, looked_up])
                 .because("shaders sample the levels that a copy wrote, and the last one that a blit wrote"),
         );
     }

@@ -4,7 +4,7 @@ use super::{PlannedLights, bounded};
 use crate::plan::fog::is_asked_for;
 use crate::plan::shadows::shadow_reason;
 use crate::plan::{Capabilities, Error};
-use crate::plan::{ao, reflections};
+use crate::plan::{ao, lacks_gbuffer, reflections, visibility};
 use crate::scene::{GbufferChoice, HdrFormat, LightPath, Object, Output, Scene, Settings, View};
 
 /// `auto` takes `loop` up to this many local lights where compute is out: lists do not save what they cost.
@@ -27,7 +27,13 @@ pub(in crate::plan) fn choose(
     }
     match settings.light_path {
         LightPath::Auto => {}
-        LightPath::PerLight | LightPath::Volumes | LightPath::Clustered | LightPath::Compute if !lights.any() => {
+        LightPath::PerLight
+        | LightPath::Volumes
+        | LightPath::Clustered
+        | LightPath::Compute
+        | LightPath::Visibility
+            if !lights.any() =>
+        {
             return Ok((LightPath::Loop, format!("{} was asked for, and there is no light", settings.light_path)));
         }
         asked => return Ok((asked, "asked for".into())),
@@ -44,7 +50,12 @@ pub(in crate::plan) fn choose(
         // Even if there is one, or all of them reach everywhere.
         let many = if planned.len() == 1 { "one light".into() } else { format!("{} lights", planned.len()) };
         let why = format!("{many}: on a GPU compute takes a quarter to three quarters of the loop's time");
-        return Ok((LightPath::Compute, why));
+        return Ok(match visibility::is_out(scene, settings, device) {
+            None => {
+                (LightPath::Visibility, format!("{why}, and numbers of triangles are written faster than a G-buffer"))
+            }
+            Some(out) => (LightPath::Compute, format!("{why}; not by visibility, as {out}")),
+        });
     }
     if !lights.bounded {
         return Ok((LightPath::Loop, "no light has a limited reach, so that there is nothing to leave out".into()));
@@ -64,20 +75,23 @@ fn check(settings: &Settings, device: &Capabilities) -> Result<(), Error> {
         return Err(Error::CutoffWithoutSteps);
     }
     if !is_lit(settings.view) {
-        let forward = matches!(path, LightPath::Forward | LightPath::ForwardNaive);
-        return if forward && needs_gbuffer(settings.view) { Err(Error::NoGbuffer(path)) } else { Ok(()) };
+        return if lacks_gbuffer(path) && needs_gbuffer(settings.view) { Err(Error::NoGbuffer(path)) } else { Ok(()) };
     }
     match path {
         LightPath::PerLight | LightPath::Volumes if !device.float32_blends => Err(Error::NoFloatBlending(path)),
         LightPath::PerLight | LightPath::Volumes if settings.hdr_format == HdrFormat::B10g11r11 => {
             Err(Error::BlendedFormat(path, settings.hdr_format))
         }
-        LightPath::Compute if is_asked_for(settings) => Err(Error::ComputeWithEffect("fog")),
-        LightPath::Compute if settings.bloom > 0.0 => Err(Error::ComputeWithEffect("bloom")),
-        LightPath::Compute => match settings.first_effect() {
-            Some(effect) => Err(Error::ComputeWithEffect(effect)),
+        LightPath::Compute | LightPath::Visibility if is_asked_for(settings) => {
+            Err(Error::ComputeWithEffect(path, "fog"))
+        }
+        LightPath::Compute | LightPath::Visibility if settings.bloom > 0.0 => {
+            Err(Error::ComputeWithEffect(path, "bloom"))
+        }
+        LightPath::Compute | LightPath::Visibility => match settings.first_effect() {
+            Some(effect) => Err(Error::ComputeWithEffect(path, effect)),
             None if device.compute_invocations < TILE_INVOCATIONS => {
-                Err(Error::WorkGroup(TILE_INVOCATIONS, device.compute_invocations))
+                Err(Error::WorkGroup(path, TILE_INVOCATIONS, device.compute_invocations))
             }
             None => Ok(()),
         },
@@ -142,7 +156,7 @@ fn needs_gbuffer(view: View) -> bool {
 mod tests {
     use super::*;
     use crate::plan::{FramePlan, samples};
-    use crate::scene::{Brdf, Falloff, Keep, Light, Material};
+    use crate::scene::{AmbientOcclusion, Brdf, Falloff, Keep, Light, Material};
 
     #[test]
     fn auto_chooses_by_lights_and_device_and_says_why() {
@@ -157,7 +171,19 @@ mod tests {
         let software = Capabilities { software: true, ..gpu };
         let tiler = Capabilities { lazily_allocated: true, ..gpu };
         for count in [1, FEW_LIGHTS, FEW_LIGHTS + 1] {
-            assert_eq!(chosen(&lamps(count), &defaults, &gpu).0, LightPath::Compute);
+            assert_eq!(chosen(&lamps(count), &defaults, &gpu).0, LightPath::Visibility);
+        }
+        let unnumbered = Capabilities { primitive_index: false, ..gpu };
+        let occluded = Settings { ao: AmbientOcclusion::Gtao, ..defaults.clone() };
+        let mut in_the_open = lamps(1);
+        in_the_open.environment.ambient = glam::Vec3::ONE;
+        for (scene, settings, device, says) in [
+            (&lamps(1), &defaults, &unnumbered, "number triangles"),
+            (&lamps(1), &defaults, &Capabilities { storage_buffers: 8, ..gpu }, "too few buffers"),
+            (&in_the_open, &occluded, &gpu, "ambient occlusion"),
+        ] {
+            let (path, why) = chosen(scene, settings, device);
+            assert!(path == LightPath::Compute && why.contains("not by visibility") && why.contains(says), "{why}");
         }
         assert_eq!(chosen(&lamps(FEW_LIGHTS), &defaults, &software).0, LightPath::Loop);
         for (settings, device) in
@@ -168,11 +194,11 @@ mod tests {
         }
         let mut unlimited = lamps(9);
         unlimited.lights = vec![samples::spot(Falloff::InverseSquare); 9];
-        assert_eq!(chosen(&unlimited, &defaults, &gpu).0, LightPath::Compute);
+        assert_eq!(chosen(&unlimited, &defaults, &gpu).0, LightPath::Visibility);
         assert_eq!(chosen(&unlimited, &defaults, &software).0, LightPath::Loop);
         let cut = Settings { light_cutoff: true, ..defaults };
         assert_eq!(chosen(&unlimited, &cut, &software).0, LightPath::Clustered);
-        for asked in [LightPath::Volumes, LightPath::Clustered, LightPath::Compute] {
+        for asked in [LightPath::Volumes, LightPath::Clustered, LightPath::Compute, LightPath::Visibility] {
             let settings = Settings { light_path: asked, ..Settings::default() };
             assert_eq!(chosen(&lamps(1), &settings, &software), (asked, "asked for".into()));
             assert_eq!(chosen(&lamps(0), &settings, &software).0, LightPath::Loop);
@@ -183,7 +209,7 @@ mod tests {
     fn auto_lights_plain_surfaces_as_it_draws_them_and_says_why() {
         let chosen = |scene: &Scene, settings: &Settings| {
             let plan = FramePlan::of(scene, settings, &samples::device()).expect("a plan");
-            assert_eq!(plan.is_forward(), plan.gbuffer.is_none());
+            assert_eq!(lacks_gbuffer(plan.light_path), plan.gbuffer.is_none());
             // What is kept without need changes no path, or pictures could differ.
             let full = Settings { keep: Keep::ALL, ..settings.clone() };
             let full = FramePlan::of(scene, &full, &samples::device()).expect("a full plan");
@@ -207,10 +233,10 @@ mod tests {
         let other_gbuffer = Settings { gbuffer: samples::gbuffers()[1].1, ..Settings::default() };
         let msaa = Settings { msaa: 4, ..Settings::default() };
         for (scene, settings, path) in [
-            (one(lambert(), vec![samples::sky(); 2]), &defaults, LightPath::Compute),
-            (one(lambert(), vec![samples::sun()]), &defaults, LightPath::Compute),
-            (one(lambert(), vec![samples::spot(Falloff::InverseSquare)]), &defaults, LightPath::Compute),
-            (one(samples::textured(Brdf::Lambert), vec![samples::sky()]), &defaults, LightPath::Compute),
+            (one(lambert(), vec![samples::sky(); 2]), &defaults, LightPath::Visibility),
+            (one(lambert(), vec![samples::sun()]), &defaults, LightPath::Visibility),
+            (one(lambert(), vec![samples::spot(Falloff::InverseSquare)]), &defaults, LightPath::Visibility),
+            (one(samples::textured(Brdf::Lambert), vec![samples::sky()]), &defaults, LightPath::Visibility),
             (one(samples::textured(Brdf::Lambert), vec![]), &defaults, LightPath::Loop),
             (one(samples::glass(), vec![samples::sky()]), &defaults, LightPath::Loop),
             (one(lambert(), vec![samples::sky()]), &msaa, LightPath::Loop),

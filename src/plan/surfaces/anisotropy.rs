@@ -48,8 +48,10 @@ pub(in crate::plan) fn footprint(settings: &Settings) -> f32 {
 /// Mesa 25.0.7's samplers cost next to nothing (hall 76 ms, with anisotropy 1 78), and shaders more (94).
 ///
 /// Shaders filter all textures of a plan or none: where a texel of some is meant to have an edge, samplers filter the others.
-pub(in crate::plan) fn by_shaders(scene: &Scene, device: &Capabilities) -> bool {
-    device.slow_anisotropy && scene.textures.iter().all(|texture| texture.sampler.softens())
+pub(in crate::plan) fn by_shaders(scene: &Scene, device: &Capabilities, looked_up: bool) -> bool {
+    // In compute, samplers of lavapipe filter isotropically, whatever the gradients.
+    let badly = device.slow_anisotropy || looked_up && device.software;
+    badly && scene.textures.iter().all(|texture| texture.sampler.softens())
 }
 
 /// Jittered frames of which a picture is the mean: those of `samples`, or those that TAA averages.

@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 
 use super::{EffectiveMaterials, Extras, GeometryKey, Surfaces};
 use crate::plan::lights::Lighting;
-use crate::plan::{FramePlan, Shading, is_forward};
+use crate::plan::{FramePlan, Shading, lacks_gbuffer};
 use crate::scene::{
-    AlphaMode, Brdf, CastsShadow, Keep, Material, Object, Scene, Settings, TextureSlot, Transparency, UvMap,
+    AlphaMode, Brdf, CastsShadow, Keep, LightPath, Material, Object, Scene, Settings, TextureSlot, Transparency, UvMap,
 };
 
 /// What is decided of a plan before its pipelines, meshes and textures.
@@ -14,8 +14,10 @@ use crate::scene::{
 pub(crate) struct SurfaceRules<'a> {
     pub materials: &'a EffectiveMaterials,
     pub shading: Shading,
-    /// Surfaces are lit as they are drawn.
+    /// There is no G-buffer: surfaces are lit as they are drawn, or looked up.
     pub forward: bool,
+    /// They are looked up.
+    pub looked_up: bool,
     pub shadow: bool,
     pub emissive: bool,
     /// The G-buffer has what Cook-Torrance surfaces reflect.
@@ -53,7 +55,8 @@ impl<'a> SurfaceRules<'a> {
         Self {
             materials: &surfaces.materials,
             shading,
-            forward: is_forward(lighting.path),
+            forward: lacks_gbuffer(lighting.path),
+            looked_up: lighting.path == LightPath::Visibility,
             shadow: lighting.shadow.is_some(),
             emissive: surfaces.emissive,
             reflectance: surfaces.reflectance,
@@ -189,7 +192,8 @@ impl FramePlan {
         SurfaceRules {
             materials: &self.materials,
             shading: self.shading,
-            forward: self.is_forward(),
+            forward: lacks_gbuffer(self.light_path),
+            looked_up: self.triangles.is_some(),
             shadow: self.shadow.is_some(),
             emissive: self.emissive,
             reflectance: self.reflectance,

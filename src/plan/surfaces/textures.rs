@@ -116,6 +116,11 @@ impl PlannedTexture {
         Self { cells: Some(rows * columns), ..own }
     }
 
+    /// How many images it is, if an array has at most so many layers.
+    pub fn sheets(&self, most: u32) -> u32 {
+        self.cells.map_or(1, |cells| cells.div_ceil(most.max(1)))
+    }
+
     /// The format of its image.
     pub fn format(&self) -> vk::Format {
         texture_format(self.blocks, self.color_space)
@@ -385,10 +390,10 @@ mod tests {
     fn a_kept_slot_is_in_every_material_with_a_neutral_texel() {
         let glow = Material { emissive: glam::Vec3::ONE, ..Material::default() };
         let scene = samples::scene(vec![glow, samples::textured(Brdf::CookTorrance)], vec![samples::sky()]);
-        let lean = plan(&scene, &Settings::default());
+        let lean = plan(&scene, &samples::deferred());
         assert!(lean.textures.mask(0).is_empty());
         for (slot, part) in TextureSlot::ALL.map(|slot| (slot, slot.form().part)) {
-            let kept = plan(&scene, &keeping(&[part]));
+            let kept = plan(&scene, &Settings { keep: Keep::NONE.with(part), ..samples::deferred() });
             let image = &kept.textures.images[kept.textures.sets[&0][&slot]];
             let neutral = if slot == TextureSlot::Normal { [128, 128, 255, 255] } else { [255; 4] };
             assert_eq!((image.source.texel(), image.bytes()), (Some(neutral), 4), "{part}");

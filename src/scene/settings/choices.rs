@@ -114,6 +114,8 @@ pub enum LightPath {
     Clustered,
     /// The G-buffer is stored and a compute pass lights tiles with lists in shared memory.
     Compute,
+    /// No G-buffer: which triangle each pixel shows is stored, and the compute pass looks surfaces up and lights them as `Compute` does.
+    Visibility,
     /// No G-buffer: surfaces are lit as they are drawn, with the lists of `Clustered`.
     Forward,
     /// No G-buffer, no lists, no depth pre-pass: every fragment meets every light.

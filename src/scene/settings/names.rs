@@ -61,7 +61,7 @@ named!(Reflections, "way of reflections", "off" => Off, "screen" => Screen);
 named!(Culling, "culling", "auto" => Auto, "cpu" => Cpu, "gpu" => Gpu);
 named!(LightPath, "light path",
     "auto" => Auto, "loop" => Loop, "per-light" => PerLight, "volumes" => Volumes, "clustered" => Clustered,
-    "compute" => Compute, "forward" => Forward, "forward-naive" => ForwardNaive);
+    "compute" => Compute, "visibility" => Visibility, "forward" => Forward, "forward-naive" => ForwardNaive);
 named!(Output, "output", "srgb8" => Srgb8, "nits" => Nits, "exposed" => Exposed);
 named!(Resolve, "resolve", "linear" => Linear, "tone-mapped" => ToneMapped);
 named!(HdrFormat, "HDR format", "rgba16f" => Rgba16f, "b10g11r11" => B10g11r11, "rgba32f" => Rgba32f);

@@ -216,8 +216,8 @@ settings! {
         }
         /// How pixels meet their lights; the picture is the same
         "light-path", "light_path" => light_path: LightPath = LightPath::Auto, {
-            title: "light path", sweep: Sweep::Joint, quick: &["loop", "clustered", "compute", "forward"],
-            cheaper: &["loop", "clustered", "compute", "forward"],
+            title: "light path", sweep: Sweep::Joint, quick: &["loop", "clustered", "compute", "visibility", "forward"],
+            cheaper: &["loop", "clustered", "compute", "visibility", "forward"],
         }
         /// Who finds out which opaque objects are in view; the picture is the same
         "culling", "culling" => culling: Culling = Culling::Auto, {

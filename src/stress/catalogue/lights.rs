@@ -51,6 +51,7 @@ pub const CASES: &[Case] = &[
     many("lights/count-volumes", |count| count_of(count, LightPath::Volumes)),
     many("lights/count-clustered", |count| count_of(count, LightPath::Clustered)),
     many("lights/count-compute", |count| count_of(count, LightPath::Compute)),
+    many("lights/count-visibility", |count| count_of(count, LightPath::Visibility)),
     many("lights/count-forward", |count| count_of(count, LightPath::Forward)),
     many("lights/count-forward-naive", |count| count_of(count, LightPath::ForwardNaive)),
     case("lights/sum", "a thousand equal lamps after one that is so many times as bright")

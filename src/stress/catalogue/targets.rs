@@ -35,6 +35,7 @@ pub const CASES: &[Case] = &[
     path("targets/volumes", "the same by volumes", |edge| lit_by(LightPath::Volumes, edge)),
     path("targets/clustered", "the same by clustered", |edge| lit_by(LightPath::Clustered, edge)),
     path("targets/compute", "the same by compute", |edge| lit_by(LightPath::Compute, edge)),
+    path("targets/visibility", "the same by visibility", |edge| lit_by(LightPath::Visibility, edge)),
     path("targets/forward", "the same by forward", |edge| lit_by(LightPath::Forward, edge)),
     path("targets/forward-naive", "the same by forward-naive", |edge| lit_by(LightPath::ForwardNaive, edge)),
     case("targets/msaa", "a wall of even light in so many samples a pixel")

@@ -130,6 +130,9 @@ fn before_lights(plan: &FramePlan) -> String {
         }
         LightPath::Clustered => "One triangle; each pixel goes over the list of its froxel.",
         LightPath::Compute => "A compute pass: each tile of pixels finds the lights that reach it.",
+        LightPath::Visibility => {
+            "A compute pass: each tile of pixels looks its surfaces up by the numbers of their triangles, and finds the lights that reach it."
+        }
         LightPath::Forward => "Surfaces are lit as they are drawn; each pixel goes over the list of its froxel.",
         LightPath::ForwardNaive => "Surfaces are lit as they are drawn, each by every light.",
         LightPath::Auto | LightPath::Loop => "One triangle; each pixel goes over all lights.",

@@ -199,10 +199,10 @@ impl Extremes {
         let blends = matches!(self.light_path, LightPath::PerLight | LightPath::Volumes);
         let is_transparent = matches!(self.alpha_mode, AlphaMode::Blend | AlphaMode::Glass);
         let light_path = match self.light_path {
-            LightPath::Compute if is_transparent => LightPath::Clustered,
+            LightPath::Compute | LightPath::Visibility if is_transparent => LightPath::Clustered,
             path => path,
         };
-        let is_single = blends || light_path == LightPath::Compute;
+        let is_single = blends || matches!(light_path, LightPath::Compute | LightPath::Visibility);
         let hdr_format = match self.hdr_format {
             HdrFormat::B10g11r11 if blends => HdrFormat::Rgba16f,
             format => format,

@@ -1,0 +1,92 @@
+//! The light path `visibility`: what of a pixel is stored, and what the device must be able to look up.
+
+use std::collections::BTreeSet;
+
+use super::culling::MANY_INSTANCES;
+use super::{Capabilities, Error, MeshPlan, SurfaceRules, TexturePlan, ao};
+use crate::scene::{GbufferChoice, Scene, Settings};
+
+/// How 32 bits hold which triangle a pixel shows: in the low bits its number in its mesh, above them the place of its instance in the frame, and 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TriangleCode {
+    /// The low bits.
+    pub bits: u32,
+}
+
+/// Buffers that TILED names beside the lights and their volumes: `shaders/shared/seen.wgsl` and the shadow maps' views.
+const BUFFERS: u32 = 16;
+/// Images beside the textures: the triangles, and the shadow maps.
+const IMAGES: u32 = 2;
+
+/// Why `auto` does not choose the path where it would choose `compute`. What it lets pass, [`choose`] does not refuse.
+pub(super) fn is_out(scene: &Scene, settings: &Settings, device: &Capabilities) -> Option<&'static str> {
+    let atlases = scene.materials.iter().map(|material| material.atlas);
+    let atlases: BTreeSet<[u32; 2]> = atlases.chain([[1, 1]]).collect();
+    let sheets =
+        |&[rows, columns]: &[u32; 2]| u64::from((rows * columns).div_ceil(device.max_layers.clamp(1, 1 << 15)));
+    // Each texture in each way, and the neutral ones.
+    let images = (scene.textures.len() as u64 + 2) * atlases.iter().map(sheets).sum::<u64>();
+    let triangles = scene.meshes.iter().map(|mesh| mesh.indices.len() as u64 / 3).max().unwrap_or(0);
+    let bits = bits_of(triangles.saturating_sub(1)) + bits_of(2 * scene.objects.len() as u64 + 1);
+    [
+        (!device.primitive_index, "the device does not number triangles"),
+        (
+            images > 2 && images + u64::from(IMAGES) > u64::from(device.dynamic_textures),
+            "the device cannot look so many textures up by their numbers",
+        ),
+        (BUFFERS > device.storage_buffers, "the device's shaders name too few buffers"),
+        (scene.objects.iter().any(|object| scene.deforms(object)), "some meshes are deformed"),
+        (bits > u32::BITS, "the numbers of triangles and instances do not fit into 32 bits"),
+        (scene.objects.len() >= MANY_INSTANCES, "the device culls so many objects by itself"),
+        (ao::is_used(scene, settings), "ambient occlusion looks at a G-buffer"),
+        (settings.gbuffer != GbufferChoice::default(), "a layout of the G-buffer is asked for"),
+    ]
+    .into_iter()
+    .find_map(|(out, why)| out.then_some(why))
+}
+
+fn bits_of(largest: u64) -> u32 {
+    u64::BITS - largest.leading_zeros()
+}
+
+/// # Errors
+/// When the device cannot look up what it must, or the scene has too much of something.
+pub(super) fn choose(
+    scene: &Scene,
+    rules: &SurfaceRules,
+    (meshes, textures): (&MeshPlan, &TexturePlan),
+    device: &Capabilities,
+) -> Result<TriangleCode, Error> {
+    let refuse = |why: String| Err(Error::Visibility(why));
+    if !device.primitive_index {
+        return refuse("this device does not number triangles (it lacks geometryShader)".into());
+    }
+    let images = textures.images.iter().map(|image| u64::from(image.sheets(textures.sheet))).sum::<u64>();
+    if images > 0 && images + u64::from(IMAGES) > u64::from(device.dynamic_textures) {
+        let most = device.dynamic_textures.saturating_sub(IMAGES);
+        return refuse(format!(
+            "a shader looks up {images} textures by their numbers, and on this device at most {most}"
+        ));
+    }
+    if BUFFERS > device.storage_buffers {
+        return refuse(format!(
+            "a shader names {BUFFERS} buffers, and on this device at most {}",
+            device.storage_buffers
+        ));
+    }
+    if !meshes.deforms.objects.is_empty() {
+        return refuse("some meshes are deformed, and a pixel's triangle is looked up at rest".into());
+    }
+    // Twice: once more after a depth pre-pass.
+    let instances = 2 * rules.drawn(scene).count() as u64 + 1;
+    let triangles = meshes.meshes.iter().map(|mesh| u64::from(mesh.index_count / 3)).max().unwrap_or(0);
+    let bits = bits_of(triangles.saturating_sub(1));
+    let needed = bits + bits_of(instances);
+    if needed > u32::BITS {
+        return refuse(format!(
+            "{triangles} triangles of a mesh and {} objects are numbered by {needed} bits, and a pixel has 32",
+            instances / 2
+        ));
+    }
+    Ok(TriangleCode { bits })
+}
