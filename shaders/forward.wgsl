@@ -296,6 +296,7 @@ fn shade(in: Varying, front: bool) -> vec4<f32> {
         surface.diffuse = vec3(0.0);
         surface.specular = vec3(alpha);
         surface.grazing = alpha;
+        surface.fresnel_rise = vec3(0.0);
     }
     let light = min(all_light(in.position, surface, texel, model) * frame.exposure, vec3(LARGEST)) + min(emissive, vec3(LARGEST));
     let share = select(1.0, alpha, OPACITY == BLEND);

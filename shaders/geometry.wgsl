@@ -126,7 +126,7 @@ struct Varying {
     @location(10) @interpolate(flat) look: u32,
 #endif
 #ifdef TRIANGLE
-    // The object's number and 1, or that of the instance.
+    // The number of the object and 1, or that of the instance.
     @location(9) @interpolate(flat) number: u32,
 #endif
 }
@@ -162,7 +162,7 @@ fn vertex(in: Vertex) -> Varying {
     out.look = in.look.w;
 #endif
 #ifdef PACKED
-    out.number = in.instance + 1u;
+    out.number = in.instance;
 #else ifdef TRIANGLE
     out.number = in.number;
 #endif

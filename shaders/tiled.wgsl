@@ -16,7 +16,6 @@
 enable wgpu_binding_array;
 #import afterlight::frame::{across, distance_at, frame, ORTHOGRAPHIC}
 #ifdef VISIBILITY
-#import afterlight::frame::{depth_at}
 #import afterlight::seen::{hit_of, seen_at, Hit}
 #else
 #import afterlight::gbuffer::{load_depth, load_texel}
@@ -67,8 +66,10 @@ var<immediate> push: Push;
 @group(0) @binding(4) var<storage, read> spheres: array<vec4<f32>>;
 
 #ifdef VISIBILITY
-// Numbers of the instance and of the triangle in its mesh (seen.wgsl); 0 where nothing is.
-@group(1) @binding(0) var stored_triangle: texture_2d<u32>;
+@group(1) @binding(0) var stored_depth: texture_depth_2d;
+// Numbers of the instance and of the triangle in its mesh (seen.wgsl), where depth says that there is something: to clear this target takes a GPU as long
+// as to draw a layer.
+@group(1) @binding(1) var stored_triangle: texture_2d<u32>;
 #endif
 #ifdef EMISSIVE
 @group(1) @binding(6) var stored_emissive: texture_2d<f32>;
@@ -166,22 +167,19 @@ fn main(
     let inside = all(id.xy < size);
     // The sky has depth 0; so have the threads outside the picture.
     var depth = 0.0;
+    if inside {
 #ifdef VISIBILITY
-    var number = 0u;
-    if inside {
-        number = textureLoad(stored_triangle, id.xy, 0).x;
-    }
-    let seen = number != 0u;
-    var hit: Hit;
-    if seen {
-        hit = hit_of(number, pixel);
-        depth = depth_at(dot(hit.position, frame.forward));
-    }
+        depth = textureLoad(stored_depth, id.xy, 0);
 #else
-    if inside {
         depth = load_depth(pixel);
+#endif
     }
     let seen = depth > 0.0;
+#ifdef VISIBILITY
+    var hit: Hit;
+    if seen {
+        hit = hit_of(textureLoad(stored_triangle, id.xy, 0).x, pixel);
+    }
 #endif
     let model = Model(BRDF, FALLOFF, TRAITS, DIRECTIONAL_SHADOWS, PUNCTUAL_SHADOWS, SHADOW_FILTER, TEXTBOOK);
 

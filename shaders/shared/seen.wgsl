@@ -10,7 +10,7 @@ enable wgpu_binding_array;
 #import afterlight::texel::{Texel}
 #import afterlight::vectors::{unit_or}
 
-// Low bits of a pixel that hold the number of a triangle in its mesh; those above hold the place of its instance in the frame, and 1.
+// Low bits of a pixel that hold the number of a triangle in its mesh; those above hold the place of its instance in the frame.
 override TRIANGLE_BITS: u32 = 16u;
 // Some mesh has vertex colours, or some instance a look.
 override EXTRAS: bool = false;
@@ -121,7 +121,7 @@ fn rows_of(instance: u32) -> Rows {
 // linear in the ray, so that the derivatives are exact.
 fn hit_of(number: u32, pixel: vec2<f32>) -> Hit {
     var hit: Hit;
-    hit.instance = (number >> TRIANGLE_BITS) - 1u;
+    hit.instance = number >> TRIANGLE_BITS;
     let record = instances[hit.instance];
     let narrow = (record.w & 1u) != 0u;
     let first = record.x + 3u * (number & ((1u << TRIANGLE_BITS) - 1u));

@@ -39,7 +39,7 @@ Examples:
   afterlight tune builtin:hall --max-loss 2% --quick
   afterlight tune builtin:hall --max-error 0.05 --samples 1 --quick
   afterlight tune scene.toml --max-error 0.001 --metric relmse -o tuned.toml
-  afterlight tune sponza.obj --max-ms 16.6 --size 1920x1080 --cameras 5 --within 300
+  afterlight tune sponza.obj --max-ms 16.6 --size 1920x1080 --within 300
   afterlight tune builtin:hall --max-loss 5% --quick --path walk.toml
   afterlight render builtin:hall --settings tuned.toml -o tuned.png
 

@@ -56,7 +56,7 @@ fn touches(plan: &FramePlan) -> Vec<Touch> {
         (4, Target::Specular, First::Undefined, COLOR_WRITE),
         (5, Target::Position, finds_texels, COLOR_WRITE),
         (0, Target::Count, First::Clear, COUNT_BLEND),
-        (0, Target::Triangle, if plan.triangles.is_some() { First::Clear } else { First::Undefined }, COLOR_WRITE),
+        (0, Target::Triangle, First::Undefined, COLOR_WRITE),
     ];
     let drawn = locations.into_iter().filter(|&(_, target, ..)| plan.format_of(target).is_some());
     let mut touches = vec![Touch::depth(First::Clear, DEPTH_TEST), frame_data()];

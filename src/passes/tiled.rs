@@ -61,10 +61,10 @@ fn looked_up(plan: &FramePlan) -> impl Iterator<Item = Touch> {
     .filter_map(move |(is_in, touch)| (is_any && is_in).then_some(touch))
 }
 
-/// What it reads, by binding of `shaders/shared/gbuffer.wgsl`: as LIGHTING does, depth in any case, and what surfaces emit; or the triangles alone.
+/// What it reads, by binding of `shaders/shared/gbuffer.wgsl`: as LIGHTING does, depth in any case, and what surfaces emit; or, in the place of all but depth, the triangles.
 pub fn stored_inputs(plan: &FramePlan) -> Vec<(u32, Target)> {
     if plan.triangles.is_some() {
-        return vec![(0, Target::Triangle)];
+        return vec![(0, Target::Depth), (1, Target::Triangle)];
     }
     let others = gbuffer_inputs(plan).into_iter().filter(|&(_, target)| target != Target::Depth);
     let emitted = plan.emissive.then_some((EMISSIVE, Target::Hdr));

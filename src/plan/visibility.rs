@@ -6,7 +6,7 @@ use super::culling::MANY_INSTANCES;
 use super::{Capabilities, Error, MeshPlan, SurfaceRules, TexturePlan, ao};
 use crate::scene::{GbufferChoice, Scene, Settings};
 
-/// How 32 bits hold which triangle a pixel shows: in the low bits its number in its mesh, above them the place of its instance in the frame, and 1.
+/// How 32 bits hold which triangle a pixel shows: in the low bits its number in its mesh, above them the place of its instance in the frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TriangleCode {
     /// The low bits.
@@ -27,7 +27,7 @@ pub(super) fn is_out(scene: &Scene, settings: &Settings, device: &Capabilities) 
     // Each texture in each way, and the neutral ones.
     let images = (scene.textures.len() as u64 + 2) * atlases.iter().map(sheets).sum::<u64>();
     let triangles = scene.meshes.iter().map(|mesh| mesh.indices.len() as u64 / 3).max().unwrap_or(0);
-    let bits = bits_of(triangles.saturating_sub(1)) + bits_of(2 * scene.objects.len() as u64 + 1);
+    let bits = bits_of(triangles.saturating_sub(1)) + bits_of((2 * scene.objects.len() as u64).saturating_sub(1));
     [
         (!device.primitive_index, "the device does not number triangles"),
         (
@@ -78,10 +78,10 @@ pub(super) fn choose(
         return refuse("some meshes are deformed, and a pixel's triangle is looked up at rest".into());
     }
     // Twice: once more after a depth pre-pass.
-    let instances = 2 * rules.drawn(scene).count() as u64 + 1;
+    let instances = 2 * rules.drawn(scene).count() as u64;
     let triangles = meshes.meshes.iter().map(|mesh| u64::from(mesh.index_count / 3)).max().unwrap_or(0);
     let bits = bits_of(triangles.saturating_sub(1));
-    let needed = bits + bits_of(instances);
+    let needed = bits + bits_of(instances.saturating_sub(1));
     if needed > u32::BITS {
         return refuse(format!(
             "{triangles} triangles of a mesh and {} objects are numbered by {needed} bits, and a pixel has 32",
