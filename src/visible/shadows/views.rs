@@ -47,7 +47,15 @@ pub struct Caster {
     pub level: u8,
 }
 
+/// Steps of depth by which casters are sorted: more of them make more commands.
+const CASTER_STEPS: u32 = 8;
+
 impl WorldObject {
+    /// What sets pipelines of casters apart.
+    fn caster_pipeline(&self) -> (bool, CastsShadow, bool) {
+        (self.key.masked, self.casts, self.key.mirrored)
+    }
+
     /// What casters have in common that follow each other in a map.
     pub(in crate::visible) fn caster_group(&self) -> (bool, CastsShadow, bool, Option<usize>, usize) {
         let material = self.cuts.any().then_some(self.material);
@@ -153,14 +161,22 @@ impl ShadowView {
             object.casts != CastsShadow::No && self.may_shadow(&object.bounds)
         };
         let mut casters: Vec<usize> = (0..world.objects.len()).filter(casts).collect();
-        // Casters that share a pipeline, a material and a mesh follow each other.
-        casters.sort_by_key(|&index| {
+        // Casters that share a pipeline follow each other, those near the light first, so that early depth tests save the most: a map's time is that of the
+        // texels that are written. Of those in a step of depth the ones that share a material and a mesh follow each other.
+        casters.sort_by_cached_key(|&index| {
             let object = &world.objects[index];
-            (object.caster_group(), index)
+            (object.caster_pipeline(), self.step_of(object.bounds.center()), object.caster_group(), index)
         });
         let caster = |object: usize| Caster { object, revision: world.objects[object].revision, level: 0 };
         self.casters = casters.into_iter().map(caster).collect();
         Arc::new(self)
+    }
+
+    /// By how far from the light a place is, of [`CASTER_STEPS`]; 0 is near.
+    fn step_of(&self, place: DVec3) -> u32 {
+        let [.., depth, w] = self.rows.map(|row| row.truncate().dot(place) + row.w);
+        // A cast takes what is no number for 0.
+        ((1.0 - depth / w).clamp(0.0, 1.0) * f64::from(CASTER_STEPS - 1)).round() as u32
     }
 
     /// Whether it sees the same part of the world in the same texels.
