@@ -29,10 +29,11 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     if uploads.vertices || uploads.volumes {
         let indices = if uploads.vertices { INDEX_READ } else { VERTEX_READ };
         let rest = if plan.deforms() { skin::SOURCE_READ } else { VERTEX_READ };
+        let looked_up = if plan.triangles.is_some() { LOOK_UP } else { VERTEX_READ };
         rows.push(
             row(RowName::UPLOAD_TO_VERTICES, Carrier::MemoryBarrier)
                 .from(Place::UPLOAD, &[COPY_WRITE])
-                .to(Place::DRAWS, &[VERTEX_READ, indices, rest])
+                .to(Place::DRAWS, &[VERTEX_READ, indices, rest, looked_up])
                 .because("draws fetch vertices and indices that were copied; the same barrier serves all buffers"),
         );
     }
