@@ -146,6 +146,8 @@ impl FramePlan {
         (&self.meshes, &self.textures, &self.uploads, self.places_of_samplers(), self.sky)
             == (&other.meshes, &other.textures, &other.uploads, other.places_of_samplers(), other.sky)
             && textures(self) == textures(other)
+            // Shaders look up buffers and textures of one alone.
+            && self.triangles.is_some() == other.triangles.is_some()
     }
 
     /// Whether frames of the other plan need nothing else than those of this one, but for the size of their attachments.

@@ -135,6 +135,27 @@ fn what_changes_is_looked_up_anew() {
     });
 }
 
+/// What lies on the device for a path that looks nothing up cannot be looked up: such a change uploads the scene anew.
+#[test]
+fn a_renderer_changes_to_the_path_and_from_it() {
+    on_gpu(|gpu| {
+        for name in ["spheres", "hall"] {
+            let scene = open(&format!("builtin:{name}"));
+            if !gpu.takes(LightPath::Visibility, &scene) {
+                continue;
+            }
+            let on = |light_path| Settings { light_path, output: Output::Nits, ..own(&scene, SIZE[0], SIZE[1]) };
+            let mut renderer = gpu.renderer(&scene, &on(LightPath::Compute));
+            for path in [LightPath::Visibility, LightPath::Loop, LightPath::Visibility] {
+                renderer.change_settings(&scene, &on(path)).unwrap_or_else(|error| panic!("{path}: {error}"));
+                renderer.render(&scene.camera).unwrap_or_else(|error| panic!("{path}: {error}"));
+            }
+            let changed = renderer.read_back().unwrap_or_else(|error| panic!("{error}"));
+            assert!(changed == gpu.draw(&scene, &on(LightPath::Visibility)), "{name}");
+        }
+    });
+}
+
 #[test]
 fn what_cannot_be_looked_up_is_refused_in_a_sentence() {
     let refused = |scene: &Scene, change: &dyn Fn(&mut afterlight::plan::Capabilities)| {
