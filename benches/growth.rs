@@ -107,7 +107,7 @@ fn main() -> Result<()> {
 
     let instance = Instance::new(&InstanceOptions { validation: Validation::Off, ..InstanceOptions::default() })?;
     let device = Device::new(&instance, &DeviceChoice::Auto)?;
-    println!("On {}, {width}x{height}; medians of up to {frames} frames", device.physical.name);
+    println!("On {}, {width}x{height} but for pixels; medians of up to {frames} frames", device.physical.name);
     for curve in CURVES.iter().filter(|curve| named.is_empty() || named.iter().any(|name| *name == curve.name)) {
         println!("\n### {}: {}\n", curve.name, curve.what);
         println!("| {} | triangles | light path | load ms | record ms | GPU ms | frame ms | slope |", curve.name);
@@ -117,7 +117,10 @@ fn main() -> Result<()> {
             let (spec, own) = (curve.scene)(count);
             let settings = |own_settings: Settings| Settings { size: own.unwrap_or(size), samples: 1, ..own_settings };
             match row(&device, (count, curve.power), &spec, &settings, (frames, most, &last)) {
-                Ok(row) if row.ms > most => break,
+                Ok(row) if row.ms > most => {
+                    println!("| {count} | is the last: a frame took longer than {most} ms |");
+                    break;
+                }
                 Ok(row) => last = Some(row),
                 Err(error) => {
                     println!("| {count} | {error} |");

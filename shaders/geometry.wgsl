@@ -202,7 +202,7 @@ fn cut_away(in: Varying) -> bool {
 #endif
 
 #ifdef TRIANGLE
-// The numbers of the object, from 1, and of the triangle in its mesh, from 0.
+// The number of the object, from 1, or with PACKED the place of its instance, from 0; and that of the triangle in its mesh, from 0.
 @fragment
 #ifdef PACKED
 fn fragment(in: Varying, @builtin(primitive_index) triangle: u32) -> @location(0) u32 {

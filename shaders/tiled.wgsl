@@ -198,7 +198,7 @@ fn main(
     tile.end = distance_at(bitcast<f32>(atomicLoad(&farthest)));
 
 #ifdef VISIBILITY
-    // Material by material, so that all invocations sample the same textures at a time: what reads other ones from pixel to pixel, not every device has.
+    // Not every device can index textures differently from pixel to pixel, so materials take turns.
     var texel: Texel;
     var emissive = vec3(0.0);
     var waits_for = select(NO_MATERIAL, hit.material, seen);
@@ -219,7 +219,7 @@ fn main(
             break;
         }
         if waits_for == material {
-            let surface = seen_at(hit, material, pixel);
+            let surface = seen_at(hit, material, pixel, depth);
             texel = surface.texel;
             emissive = surface.emissive;
             waits_for = NO_MATERIAL;

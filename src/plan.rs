@@ -114,6 +114,8 @@ pub struct Capabilities {
     pub dynamic_textures: u32,
     /// Storage buffers that a compute shader can name.
     pub storage_buffers: u32,
+    /// Bytes of one of them that it can see.
+    pub storage_range: u32,
     /// There is memory that only exists while a tile needs it.
     pub lazily_allocated: bool,
     /// Invocations of a compute work group.
@@ -147,6 +149,7 @@ impl Capabilities {
             primitive_index: true,
             dynamic_textures: 1 << 20,
             storage_buffers: 1 << 20,
+            storage_range: u32::MAX,
             lazily_allocated: false,
             indirect_draws: true,
             software: false,

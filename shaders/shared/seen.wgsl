@@ -5,7 +5,7 @@ enable wgpu_binding_array;
 #import afterlight::brdf::{usual_dielectric, Dielectric}
 #import afterlight::encodings::{encode_shininess}
 #import afterlight::filtering::{places_of, FOOTPRINT, PLACES}
-#import afterlight::frame::{across, frame, view_ray, ORTHOGRAPHIC}
+#import afterlight::frame::{across, frame, position_at, view_ray, ORTHOGRAPHIC}
 #import afterlight::instance::{bent_normal, highlighted, is_selected, layer_of, tint_of, world_normal, world_position, world_tangent, Rows}
 #import afterlight::texel::{Texel}
 #import afterlight::vectors::{unit_or}
@@ -91,8 +91,6 @@ struct Hit {
     shares: vec2<f32>,
     step_x: vec2<f32>,
     step_y: vec2<f32>,
-    // Relative to the camera.
-    position: vec3<f32>,
     // The triangle's corners go round anticlockwise.
     front: bool,
 }
@@ -131,22 +129,27 @@ fn hit_of(number: u32, pixel: vec2<f32>) -> Hit {
     let corner = three(hit.vertices.x, false);
     let to_second = three(hit.vertices.y, false) - corner;
     let to_third = three(hit.vertices.z, false) - corner;
-    let place = world_position(rows, corner);
     // Edges keep their bits, however far the triangle is.
-    let second = vec3(dot(rows.x.xyz, to_second), dot(rows.y.xyz, to_second), dot(rows.z.xyz, to_second));
-    let third = vec3(dot(rows.x.xyz, to_third), dot(rows.y.xyz, to_third), dot(rows.z.xyz, to_third));
+    let long_second = vec3(dot(rows.x.xyz, to_second), dot(rows.y.xyz, to_second), dot(rows.z.xyz, to_second));
+    let long_third = vec3(dot(rows.x.xyz, to_third), dot(rows.y.xyz, to_third), dot(rows.z.xyz, to_third));
+    // In units of the larger edge, so that no product overflows or vanishes.
+    let sizes = max(abs(long_second), abs(long_third));
+    let unit = 1.0 / max(max(sizes.x, sizes.y), max(sizes.z, 1e-30));
+    let place = world_position(rows, corner) * unit;
+    let second = long_second * unit;
+    let third = long_third * unit;
     let right = frame.ray_x * frame.pixel_width;
     let down = frame.ray_y * frame.pixel_height;
     var along: f32;
     var shares: vec2<f32>;
     if ORTHOGRAPHIC {
-        let from_corner = across(pixel) - place;
+        let from_corner = across(pixel) * unit - place;
         let of_second = cross(frame.forward, third);
         let of_third = cross(second, frame.forward);
         along = dot(second, of_second);
         shares = vec2(dot(from_corner, of_second), dot(from_corner, of_third));
-        hit.step_x = vec2(dot(right, of_second), dot(right, of_third)) / along;
-        hit.step_y = vec2(dot(down, of_second), dot(down, of_third)) / along;
+        hit.step_x = vec2(dot(right, of_second), dot(right, of_third)) * (unit / along);
+        hit.step_y = vec2(dot(down, of_second), dot(down, of_third)) * (unit / along);
         shares /= along;
     } else {
         let ray = across(pixel);
@@ -166,7 +169,9 @@ fn hit_of(number: u32, pixel: vec2<f32>) -> Hit {
         hit.step_x = vec2(0.0);
         hit.step_y = vec2(0.0);
     }
-    hit.position = place + second * hit.shares.x + third * hit.shares.y;
+    // Rasterizers snap corners to parts of a pixel, so that its middle may lie beside the triangle.
+    hit.shares = max(hit.shares, vec2(0.0));
+    hit.shares /= max(hit.shares.x + hit.shares.y, 1.0);
     return hit;
 }
 
@@ -231,7 +236,7 @@ struct Seen {
 }
 
 // What the pixel shows, with this material: as geometry.wgsl and forward.wgsl have it.
-fn seen_at(hit: Hit, material: u32, pixel: vec2<f32>) -> Seen {
+fn seen_at(hit: Hit, material: u32, pixel: vec2<f32>, depth: f32) -> Seen {
     let own = materials[material].traits;
     let rows = rows_of(hit.instance);
     var base = vec4(materials[material].base_color, materials[material].alpha);
@@ -315,7 +320,8 @@ fn seen_at(hit: Hit, material: u32, pixel: vec2<f32>) -> Seen {
     let facing = select(1.0, -1.0, (own & TWO_SIDED) != 0u && !front);
     var seen: Seen;
     seen.emissive = emissive;
-    seen.texel.position = hit.position;
+    // Along the ray, where a sum over the corners of a large triangle would have their rounding.
+    seen.texel.position = position_at(pixel, depth);
     seen.texel.ray = view_ray(pixel);
     seen.texel.normal = normal * facing;
     seen.texel.geometric_normal = geometric * facing;

@@ -33,10 +33,15 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
         reads_pushed_places_once: reads_pushed_places_once(&device.driver_name, &device.driver_info),
         primitive_index: device.features.geometry_shader == vk::TRUE,
         dynamic_textures: match device.features.shader_sampled_image_array_dynamic_indexing {
-            vk::TRUE => limits.max_per_stage_descriptor_sampled_images.min(limits.max_descriptor_set_sampled_images),
+            vk::TRUE => limits
+                .max_per_stage_descriptor_sampled_images
+                .min(limits.max_descriptor_set_sampled_images)
+                // Of all kinds; the others are fewer than so many.
+                .min(limits.max_per_stage_resources.saturating_sub(48)),
             _ => 0,
         },
         storage_buffers: limits.max_per_stage_descriptor_storage_buffers.min(limits.max_descriptor_set_storage_buffers),
+        storage_range: limits.max_storage_buffer_range,
         lazily_allocated: device.has_lazily_allocated_memory(),
         compute_invocations: limits.max_compute_work_group_invocations.min(limits.max_compute_work_group_size[0]),
         indirect_draws: device.features.multi_draw_indirect == vk::TRUE

@@ -179,7 +179,7 @@ impl Seen {
         self.frames[place].set
     }
 
-    /// The world is another, whatever its list says of itself.
+    /// Forgets the states: the world was replaced, and its revision may repeat.
     pub fn forget(&mut self) {
         self.arranged = None;
     }
@@ -260,7 +260,7 @@ impl PlaceBuffers {
     /// Has the set name its buffers, where they are others than before.
     fn name(&mut self, device: &Device, scene: &GpuScene, instances: &Instances, uv_maps: Option<&Buffer>) {
         let (Some(own), Some(materials)) = (&self.instances.buffer, &self.materials.buffer) else { return };
-        // Of what is not there the shader reads nothing, but has a name for it.
+        // Bindings without a stream name this buffer; the shader never reads them.
         let rows = instances.rows.buffer.as_ref().unwrap_or(own);
         let looks = instances.looks.as_ref().and_then(|looks| looks.buffer.as_ref()).unwrap_or(own);
         let or_own = |buffer: &'_ Option<Buffer>| buffer.as_ref().map_or(own.raw, |buffer| buffer.raw);

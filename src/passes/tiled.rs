@@ -134,7 +134,8 @@ impl Tiled {
         let range = vk::PushConstantRange { stage_flags: COMPUTE, offset: 0, size: shader::push::SIZE as u32 };
         let layout = pipeline_layout(device, "tiled", &sets, &[range])?;
         let constants = constants_of(plan);
-        let sized = seen.map(|seen| with_lengths(entry.spirv.words(), [seen.textures, seen.samplers]));
+        let sized = seen.filter(|seen| seen.textures > 0);
+        let sized = sized.map(|seen| with_lengths(entry.spirv.words(), [seen.textures, seen.samplers]));
         let spirv = sized.as_deref().unwrap_or(entry.spirv.words());
         let stage = ShaderStage { spirv, entry: entry.name, stage: COMPUTE, constants: &constants };
         let pipeline = compute_pipeline(device, "tiled", &stage, layout.raw)?;

@@ -61,8 +61,10 @@ impl Lighting {
             _ => false,
         };
         let looped = order.order.iter().filter(|&&index| loops_over(&scene.lights[index])).count();
-        let lights =
-            PlannedLights { by_fours: device.reads_pushed_places_once && BY_FOURS.contains(&looped), ..lights };
+        let directional = order.order.iter().filter(|&&index| scene.lights[index].kind.is_directional()).count();
+        // Places are counted from the first light of any kind.
+        let fits = *BY_FOURS.start() <= looped && looped + directional <= *BY_FOURS.end();
+        let lights = PlannedLights { by_fours: device.reads_pushed_places_once && fits, ..lights };
         let (shadow, shadow_warnings) = ShadowPlan::wanted(scene, settings, device, shading, &order)?;
         // Shadows that are switched off are not wanted, not just not needed.
         let possible = settings.shadows.enabled && settings.shadows.size <= device.max_extent;

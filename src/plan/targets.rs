@@ -29,7 +29,7 @@ pub enum Target {
     Hiz,
     /// What each pixel's ray finds to mirror: light, how sure that is, and where it lies.
     Rays,
-    /// The number of the object that is seen, from 1, and of the triangle in its mesh, from 0; or both in 32 bits ([`super::TriangleCode`]).
+    /// The number of the object that is seen, from 1, and of the triangle in its mesh, from 0; or in 32 bits the place of its instance and the triangle ([`super::TriangleCode`]).
     Triangle,
     /// Transparent surfaces, weighted and summed up; alpha is the share of the picture that they leave.
     Accumulation,

@@ -473,6 +473,8 @@ fn loops_over_many_lights_take_four_at_a_time_where_that_saves_reads() {
     assert!(!by_fours(false, LightPath::Loop, lamps(8)) && !by_fours(true, LightPath::Loop, vec![sun(); 8]));
     // The places of that many do not fit into push constants.
     assert!(by_fours(true, LightPath::Loop, lamps(4096)) && !by_fours(true, LightPath::Loop, lamps(4097)));
+    let with_sun = |count| [vec![sun()], lamps(count)].concat();
+    assert!(by_fours(true, LightPath::Loop, with_sun(4095)) && !by_fours(true, LightPath::Loop, with_sun(4096)));
     // Lists have the lights of limited range.
     assert!(!by_fours(true, LightPath::Clustered, lamps(8)) && !by_fours(true, LightPath::PerLight, lamps(8)));
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::culling::MANY_INSTANCES;
 use super::{Capabilities, Error, MeshPlan, SurfaceRules, TexturePlan, ao};
-use crate::scene::{GbufferChoice, Scene, Settings};
+use crate::scene::{Culling, GbufferChoice, Sampler, Scene, Settings};
 
 /// How 32 bits hold which triangle a pixel shows: in the low bits its number in its mesh, above them the place of its instance in the frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -13,12 +13,16 @@ pub struct TriangleCode {
     pub bits: u32,
 }
 
-/// Buffers that TILED names beside the lights and their volumes: `shaders/shared/seen.wgsl` and the shadow maps' views.
-const BUFFERS: u32 = 16;
-/// Images beside the textures: the triangles, and the shadow maps.
-const IMAGES: u32 = 2;
+/// Buffers that TILED names: the lights, their spheres, and those of `shaders/shared/seen.wgsl`.
+const BUFFERS: u32 = 15;
+/// Images beside the textures: depth, the triangles, and the shadow maps.
+const IMAGES: u32 = 3;
+/// Samplers that every device's shaders can name.
+const SAMPLERS: usize = 16;
+/// Bytes of a vertex in the widest stream.
+const WIDEST: u64 = 16;
 
-/// Why `auto` does not choose the path where it would choose `compute`. What it lets pass, [`choose`] does not refuse.
+/// Why `auto` does not choose the path where it would choose `compute`. It never passes what [`choose`] refuses.
 pub(super) fn is_out(scene: &Scene, settings: &Settings, device: &Capabilities) -> Option<&'static str> {
     let atlases = scene.materials.iter().map(|material| material.atlas);
     let atlases: BTreeSet<[u32; 2]> = atlases.chain([[1, 1]]).collect();
@@ -26,18 +30,32 @@ pub(super) fn is_out(scene: &Scene, settings: &Settings, device: &Capabilities) 
         |&[rows, columns]: &[u32; 2]| u64::from((rows * columns).div_ceil(device.max_layers.clamp(1, 1 << 15)));
     // Each texture in each way, and the neutral ones.
     let images = (scene.textures.len() as u64 + 2) * atlases.iter().map(sheets).sum::<u64>();
+    let samplers: BTreeSet<Sampler> = scene.textures.iter().map(|texture| texture.sampler).collect();
     let triangles = scene.meshes.iter().map(|mesh| mesh.indices.len() as u64 / 3).max().unwrap_or(0);
     let bits = bits_of(triangles.saturating_sub(1)) + bits_of((2 * scene.objects.len() as u64).saturating_sub(1));
+    let vertices: u64 = scene.meshes.iter().map(|mesh| mesh.positions.len() as u64).sum();
+    // Levels of detail have fewer than the mesh has, all together.
+    let indices: u64 = scene.meshes.iter().map(|mesh| 2 * mesh.indices.len() as u64).sum();
     [
         (!device.primitive_index, "the device does not number triangles"),
         (
-            images > 2 && images + u64::from(IMAGES) > u64::from(device.dynamic_textures),
+            !scene.textures.is_empty() && images + u64::from(IMAGES) > u64::from(device.dynamic_textures),
             "the device cannot look so many textures up by their numbers",
         ),
+        // The default, of neutral textures, beside those.
+        (samplers.len() >= SAMPLERS, "textures are sampled in too many ways"),
         (BUFFERS > device.storage_buffers, "the device's shaders name too few buffers"),
+        (
+            (WIDEST * vertices).max(4 * indices) > u64::from(device.storage_range),
+            "the device's shaders see too little of a buffer",
+        ),
         (scene.objects.iter().any(|object| scene.deforms(object)), "some meshes are deformed"),
         (bits > u32::BITS, "the numbers of triangles and instances do not fit into 32 bits"),
-        (scene.objects.len() >= MANY_INSTANCES, "the device culls so many objects by itself"),
+        (settings.culling == Culling::Gpu, "the device is asked to cull"),
+        (
+            scene.objects.len() >= MANY_INSTANCES,
+            "so many objects are left to compute, for which the device may cull them",
+        ),
         (ao::is_used(scene, settings), "ambient occlusion looks at a G-buffer"),
         (settings.gbuffer != GbufferChoice::default(), "a layout of the G-buffer is asked for"),
     ]
@@ -66,6 +84,26 @@ pub(super) fn choose(
         let most = device.dynamic_textures.saturating_sub(IMAGES);
         return refuse(format!(
             "a shader looks up {images} textures by their numbers, and on this device at most {most}"
+        ));
+    }
+    let samplers: BTreeSet<Sampler> = textures.images.iter().map(|image| image.sampler).collect();
+    if samplers.len() > SAMPLERS {
+        return refuse(format!(
+            "textures are sampled in {} ways, and a shader names at most {SAMPLERS}",
+            samplers.len()
+        ));
+    }
+    let longest = [
+        12 * meshes.vertices.max(meshes.normals),
+        8 * meshes.uvs.max(meshes.second_uvs),
+        WIDEST * meshes.tangents.max(meshes.colors),
+        meshes.index_bytes(),
+    ];
+    let longest = longest.into_iter().max().unwrap_or(0);
+    if longest > u64::from(device.storage_range) {
+        let most = device.storage_range;
+        return refuse(format!(
+            "a shader looks into a buffer of {longest} bytes, and on this device sees at most {most}"
         ));
     }
     if BUFFERS > device.storage_buffers {

@@ -76,6 +76,7 @@ pub fn capabilities() -> Capabilities {
         primitive_index: true,
         dynamic_textures: 1 << 20,
         storage_buffers: 1 << 20,
+        storage_range: u32::MAX,
         lazily_allocated: false,
         indirect_draws: true,
         software: false,

@@ -362,6 +362,7 @@ mod tests {
         primitive_index: true,
         dynamic_textures: 1 << 20,
         storage_buffers: 1 << 20,
+        storage_range: u32::MAX,
         lazily_allocated: false,
         compute_invocations: 1024,
         indirect_draws: true,
