@@ -22,7 +22,7 @@ struct Curve {
     name: &'static str,
     what: &'static str,
     counts: &'static [u64],
-    /// What a count stands for: itself, or its square.
+    /// The amount grows as this power of the count.
     power: i32,
     /// The scene with so many, and the picture's size where that is what grows.
     scene: fn(u64) -> (String, Option<[u32; 2]>),
@@ -80,7 +80,7 @@ const CURVES: [Curve; 6] = [
 
 /// A row of a curve.
 struct Row {
-    /// What the slope is by: the count, or what follows from it.
+    /// The slope is taken by this: the count, or its square.
     amount: f64,
     ms: f64,
 }

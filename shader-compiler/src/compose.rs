@@ -12,8 +12,8 @@ use crate::error::{Error, Location};
 use crate::scan;
 use crate::source::Source;
 
-/// What shaders may use: Vulkan 1.1 core features, per-sample inputs, which need `sampleRateShading`, the number of a triangle, which
-/// needs `geometryShader`, and arrays of textures, which need `shaderSampledImageArrayDynamicIndexing`: what naga says beyond that, the patch takes back.
+/// Shaders may use these: Vulkan 1.1 core features, per-sample inputs, which need `sampleRateShading`, the number of a triangle, which
+/// needs `geometryShader`, and arrays of textures, which need `shaderSampledImageArrayDynamicIndexing`: the patch takes back what naga asks for beyond that.
 pub const CAPABILITIES: Capabilities = Capabilities::IMMEDIATES
     .union(Capabilities::MULTISAMPLED_SHADING)
     .union(Capabilities::CUBE_ARRAY_TEXTURES)

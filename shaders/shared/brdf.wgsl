@@ -20,7 +20,7 @@ const LAMBERT: u32 = 3u;
 // A lit point, with all that is the same for every light.
 struct Surface {
     normal: vec3<f32>,
-    // Of Cook-Torrance: the same, HALF_SCALE long.
+    // The same, HALF_SCALE long; Cook-Torrance alone has it.
     half_axis: vec3<f32>,
     // Unit vector towards the eye.
     view: vec3<f32>,

@@ -15,7 +15,7 @@ fn world_position(rows: Rows, position: vec3<f32>) -> vec3<f32> {
     return vec3(dot(rows.x, p), dot(rows.y, p), dot(rows.z, p));
 }
 
-// Of the transform's linear part.
+// The linear part of an instance's map.
 fn linear(rows: Rows) -> mat3x3<f32> {
     return scaled_rows(rows.x.xyz, rows.y.xyz, rows.z.xyz);
 }

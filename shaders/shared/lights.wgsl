@@ -87,7 +87,7 @@ fn within_range(light: Light, distance_squared: f32, traits: u32) -> bool {
     return (traits & RANGES) == 0u || distance_squared * light.inverse_range_squared < 1.0;
 }
 
-// What a light that is no beam has left at the end of the way. `all_falloff` and `traits` are constants.
+// The share of its light that a light which is no beam has left at the end of the way. `all_falloff` and `traits` are constants.
 fn strength_after(way: Way, light: Light, all_falloff: u32, traits: u32) -> f32 {
     let distance_squared = way.distance_squared;
     let falloff = select(all_falloff, light.falloff & 3u, all_falloff == MIXED_FALLOFF);

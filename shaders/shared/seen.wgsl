@@ -1,5 +1,5 @@
-// What a pixel of the light path `visibility` shows: GEOMETRY has written which triangle that is, and its vertices, its instance and its material are
-// looked up here. What the rasterizer would interpolate follows from where the pixel's ray meets the triangle.
+// Surfaces of the light path `visibility`: GEOMETRY has written which triangle each pixel shows, and its vertices, its instance and its material are looked
+// up here. What the rasterizer would interpolate follows from where the pixel's ray meets the triangle.
 enable wgpu_binding_array;
 #define_import_path afterlight::seen
 #import afterlight::brdf::{usual_dielectric, Dielectric}

@@ -36,7 +36,7 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
             vk::TRUE => limits
                 .max_per_stage_descriptor_sampled_images
                 .min(limits.max_descriptor_set_sampled_images)
-                // Of all kinds; the others are fewer than so many.
+                // This limit counts resources of all kinds, of which fewer than 48 are no textures.
                 .min(limits.max_per_stage_resources.saturating_sub(48)),
             _ => 0,
         },

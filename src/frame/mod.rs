@@ -343,7 +343,7 @@ impl Renderer {
         RendererBuilder::new(device, scene, settings, (plan, edges), None)?.finish(&[])
     }
 
-    /// The same for other settings, beside this renderer of the same scene: what it has uploaded serves both, where they need the same of it.
+    /// The same for other settings, beside this renderer of the same scene: it shares the uploaded scene if both plans upload the same.
     ///
     /// # Errors
     /// As [`Renderer::new`].

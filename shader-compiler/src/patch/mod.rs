@@ -1,4 +1,4 @@
-//! What naga cannot say in SPIR-V, added to what it wrote: subpass inputs, specialization constants, uniform indices, Invariant and NoContraction.
+//! The patch adds to SPIR-V what naga cannot write: subpass inputs, specialization constants, uniform indices, Invariant and NoContraction.
 
 mod arrays;
 mod constants;

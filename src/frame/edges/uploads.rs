@@ -26,18 +26,17 @@ const READABLE: vk::ImageLayout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
 pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     let mut rows = Vec::new();
     let uploads = plan.uploads;
+    let looked_up = |drawn| if plan.triangles.is_some() { LOOK_UP } else { drawn };
     if uploads.vertices || uploads.volumes {
         let indices = if uploads.vertices { INDEX_READ } else { VERTEX_READ };
         let rest = if plan.deforms() { skin::SOURCE_READ } else { VERTEX_READ };
-        let looked_up = if plan.triangles.is_some() { LOOK_UP } else { VERTEX_READ };
         rows.push(
             row(RowName::UPLOAD_TO_VERTICES, Carrier::MemoryBarrier)
                 .from(Place::UPLOAD, &[COPY_WRITE])
-                .to(Place::DRAWS, &[VERTEX_READ, indices, rest, looked_up])
+                .to(Place::DRAWS, &[VERTEX_READ, indices, rest, looked_up(VERTEX_READ)])
                 .because("draws fetch vertices and indices that were copied; the same barrier serves all buffers"),
         );
     }
-    let looked_up = if plan.triangles.is_some() { LOOK_UP } else { TEXTURE_READ };
     if uploads.textures {
         rows.push(
             barrier(RowName::TEXTURE_TO_COPY, vk::ImageLayout::UNDEFINED, WRITTEN)
@@ -66,7 +65,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         rows.push(
             barrier(RowName::UPLOAD_TO_TEXTURES, WRITTEN, READABLE)
                 .from(Place::UPLOAD, &[COPY_WRITE])
-                .to(Place::DRAWS, &[TEXTURE_READ, sky, looked_up])
+                .to(Place::DRAWS, &[TEXTURE_READ, sky, looked_up(TEXTURE_READ)])
                 .because("shaders sample the levels that a copy wrote, and the last one that a blit wrote"),
         );
     }
