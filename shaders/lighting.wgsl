@@ -2,12 +2,16 @@
 // the sky, which has depth 0, costs nothing.
 // With several samples a pixel there are two draws, because one invocation cannot write different samples: pixels whose samples
 // agree are shaded once, the others once a sample (PER_SAMPLE).
-// variants: LIGHTS UNIFORM_BUFFER CLUSTERED SHADOW MATERIAL SPECULAR POSITION NORMAL_UINT MSAA PER_SAMPLE
+// variants: LIGHTS UNIFORM_BUFFER CLUSTERED SHADOW MATERIAL SPECULAR POSITION NORMAL_UINT MSAA PER_SAMPLE BY_FOURS
 // requires: PER_SAMPLE -> MSAA
 // excludes: MSAA NORMAL_UINT
 // requires: SHADOW -> LIGHTS
 // requires: UNIFORM_BUFFER -> LIGHTS
 // requires: CLUSTERED -> LIGHTS
+// requires: BY_FOURS -> LIGHTS
+// excludes: BY_FOURS CLUSTERED
+// excludes: BY_FOURS MSAA
+// excludes: BY_FOURS NORMAL_UINT
 // requires: SPECULAR -> MATERIAL
 // precise
 #import afterlight::frame::{frame}
@@ -23,6 +27,8 @@
 #import afterlight::shading::{light_everywhere, surface_of, Everywhere, Model}
 #ifdef LIGHTS
 #import afterlight::shading::{add_punctual}
+#endif
+#ifdef BY_FOURS
 #import afterlight::brdf::{Surface}
 #import afterlight::texel::{Texel}
 #endif
@@ -61,10 +67,10 @@ override LIGHT_ONLY: bool = false;
 #ifdef MSAA
 override SAMPLES: u32 = 4u;
 #endif
-// The loop over punctual lights takes four at a time.
-override BY_FOURS: bool = false;
 
-#ifdef LIGHTS
+// The loop over punctual lights takes four at a time. A variant and no constant: drivers compile what a constant leaves out, and this is four times the code.
+#ifdef BY_FOURS
+const HAS_FOURS = true;
 const PLACES: u32 = 32u;
 
 struct Push {
@@ -96,6 +102,8 @@ fn add_by_fours(radiance: ptr<function, vec3<f32>>, surface: Surface, texel: Tex
         }
     }
 }
+#else
+const HAS_FOURS = false;
 #endif
 
 @vertex
@@ -110,12 +118,10 @@ fn shade(pixel: vec2<f32>) -> vec4<f32> {
     texel.albedo = select(texel.albedo, vec3(1.0), LIGHT_ONLY);
     texel.metallic = select(0.0, texel.metallic, METAL && !LIGHT_ONLY);
     let surface = surface_of(texel, model);
-    let which = Everywhere(AMBIENT, DIRECTIONAL, PUNCTUAL && !BY_FOURS, frame.looped_count);
+    let which = Everywhere(AMBIENT, DIRECTIONAL, PUNCTUAL && !HAS_FOURS, frame.looped_count);
     var radiance = light_everywhere(surface, texel, model, which);
-#ifdef LIGHTS
-    if PUNCTUAL && BY_FOURS {
-        add_by_fours(&radiance, surface, texel, model);
-    }
+#ifdef BY_FOURS
+    add_by_fours(&radiance, surface, texel, model);
 #endif
 #ifdef CLUSTERED
     let list = cluster_at(pixel.xy, load_depth(pixel.xy));

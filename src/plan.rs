@@ -12,6 +12,7 @@ mod ao;
 mod bloom;
 mod checks;
 mod cost;
+mod cost_model;
 mod culling;
 mod error;
 mod fog;
@@ -38,6 +39,7 @@ mod visibility;
 pub use ao::AoPlan;
 pub use bloom::{Bloom, BloomLevel};
 pub use cost::Cost;
+pub use cost_model::{ABSENT, Basis, COMPARED, CostModel, CullingCost, Load, PathCost};
 pub use error::Error;
 pub use fog::FogPlan;
 pub use froxels::FroxelPlan;
@@ -124,6 +126,8 @@ pub struct Capabilities {
     pub indirect_draws: bool,
     /// The device is a CPU.
     pub software: bool,
+    /// What frames take on it.
+    pub costs: CostModel,
     /// BC7 can be sampled, with linear filtering.
     pub bc7: bool,
     /// Every format of ETC2 can be.
@@ -153,6 +157,7 @@ impl Capabilities {
             lazily_allocated: false,
             indirect_draws: true,
             software: false,
+            costs: CostModel::GPU,
             compute_invocations: 1024,
             bc7: true,
             etc2: true,
@@ -421,6 +426,9 @@ impl Choices {
         }
         let lit_by_sky = sky.is_some_and(|sky| sky.lights);
         let fog = FogPlan::of(settings, lighting.lights.any())?;
+        let integers = gbuffer.as_ref().is_some_and(|gbuffer| gbuffer.normal == vk::Format::R16G16_UINT);
+        // LIGHTING has no variant for both: each is asked for, or of devices that gain nothing from it.
+        lighting.lights.by_fours &= settings.msaa == 1 && !integers;
         if lighting.path == LightPath::Visibility {
             // TILED has no code for lights in a uniform buffer there.
             lighting.lights.uniform = false;

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
-use afterlight::gpu::{DriverHeader, decode_pipeline_cache, encode_pipeline_cache};
+use afterlight::gpu::{DriverHeader, decode_device_file, encode_device_file};
 use afterlight::reference::{Cache, Cached, Mode, Options, Reference, Smith, Truth, View};
 use afterlight::report::sweep::journal::Contents;
 use afterlight::report::sweep::line::with_checksums;
@@ -60,11 +60,11 @@ fn journal_of(bytes: &[u8]) {
 /// A pipeline cache's file: what comes out of it is what the driver is given.
 pub fn pipeline_cache(bytes: &[u8]) {
     let header = DriverHeader { vendor: 0x1_0005, device: 0, uuid: *b"0123456789abcdef" };
-    if let Some(data) = decode_pipeline_cache(bytes.to_vec()) {
-        assert_eq!(encode_pipeline_cache(&data), bytes, "a file that this program has not written");
+    if let Some(data) = decode_device_file(bytes.to_vec()) {
+        assert_eq!(encode_device_file(&data), bytes, "a file that this program has not written");
     }
     // Chance finds no checksum: the same with a header of the program's own around it.
-    let data = decode_pipeline_cache(encode_pipeline_cache(bytes));
+    let data = decode_device_file(encode_device_file(bytes));
     assert_eq!(data.as_deref(), Some(bytes));
     if header.begins(bytes) {
         assert!(bytes.len() >= 32 && bytes[16..32] == header.uuid, "a foreign header");

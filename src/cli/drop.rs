@@ -95,7 +95,11 @@ impl<'a> Laboratory<'a> {
         args: &DeviceArgs,
         sync_shader_heuristic: bool,
     ) -> Result<Option<Self>, Failure> {
-        let options = InstanceOptions { validation: Validation::Synchronization, sync_shader_heuristic };
+        let options = InstanceOptions {
+            validation: Validation::Synchronization,
+            sync_shader_heuristic,
+            ..InstanceOptions::default()
+        };
         let instance = Instance::new(&options)?;
         let layer = instance.validation_layer().unwrap_or_default();
         if sync_shader_heuristic && layer < HEURISTIC {

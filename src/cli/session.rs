@@ -1,8 +1,10 @@
 //! A device for the length of one command, and what the validation layer had to say meanwhile.
 
 use std::collections::BTreeMap;
+use std::env;
 use std::ffi::CStr;
 use std::fmt::Write as _;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use afterlight::gpu::{Device, Instance, InstanceOptions, Message, MessageKind, Severity, Validation};
@@ -47,7 +49,7 @@ fn observe_with<T>(
     work: impl FnOnce(Arc<Device>) -> Result<T, Failure>,
 ) -> (Result<T, Failure>, Heard) {
     let mut heard = Heard { validation: args.validate.unwrap_or_default(), ..Heard::default() };
-    let options = InstanceOptions { validation: heard.validation, ..InstanceOptions::default() };
+    let options = InstanceOptions { validation: heard.validation, calibrated: true, ..InstanceOptions::default() };
     let instance = match Instance::with_extensions(&options, of_instance) {
         Ok(instance) => instance,
         Err(error) => return (Err(error.into()), heard),
@@ -69,6 +71,14 @@ fn observe_with<T>(
     }
     heard.messages = about_us;
     (outcome, heard)
+}
+
+/// This program's own file. One that a dynamic linker was told to start has its name from its command line.
+pub fn own_program() -> Result<PathBuf, Failure> {
+    let own = env::current_exe()
+        .map_err(|error| Failure::new(Exit::BadInput, format!("cannot find out where this program is: {error}")))?;
+    let is_linker = own.file_name().is_some_and(|name| name.to_string_lossy().starts_with("ld-"));
+    Ok(env::args_os().next().filter(|_| is_linker).map_or(own, PathBuf::from))
 }
 
 /// What the validation layer said of some work, and which checks it made.

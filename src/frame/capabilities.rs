@@ -2,6 +2,7 @@
 
 use ash::vk;
 
+use super::calibration;
 use crate::gpu::PhysicalDevice;
 use crate::plan::{Capabilities, texture_format};
 use crate::scene::{BlockFormat, ColorSpace};
@@ -49,6 +50,7 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
             && limits.max_draw_indirect_count >= 65536
             && limits.max_compute_work_group_invocations >= 128,
         software: device.kind == vk::PhysicalDeviceType::CPU,
+        costs: calibration::costs(device),
         bc7: device.features.texture_compression_bc == vk::TRUE && samples(device, BlockFormat::Bc7),
         etc2: device.features.texture_compression_etc2 == vk::TRUE
             && [BlockFormat::Etc2Rgb8, BlockFormat::Etc2Rgb8A1, BlockFormat::Etc2Rgba8]

@@ -3,6 +3,7 @@
 mod accumulate;
 mod ao;
 mod builder;
+pub mod calibration;
 mod capabilities;
 mod changes;
 mod complexity;

@@ -41,6 +41,9 @@ pub struct InstanceOptions {
     /// With `Synchronization`: also account for what shaders access, as far as the layer can tell from their code
     /// (`syncval_shader_accesses_heuristic`). Layers that do not know the setting are not given it.
     pub sync_shader_heuristic: bool,
+    /// Devices have what was measured of them on earlier runs ([`super::PhysicalDevice::calibration`]). Without, what is planned depends on the device and its
+    /// driver alone, whatever somebody measured.
+    pub calibrated: bool,
 }
 
 /// A layer that the loader found.
@@ -63,6 +66,7 @@ pub struct Instance {
     layers: Vec<LayerInfo>,
     validation: Validation,
     sync_shader_heuristic: bool,
+    calibrated: bool,
     api_version: u32,
     extensions: Vec<&'static CStr>,
 }
@@ -126,6 +130,7 @@ impl Instance {
             layers,
             validation: options.validation,
             sync_shader_heuristic: plan.shader_heuristic,
+            calibrated: options.calibrated,
             api_version,
             extensions: extensions.names,
         }))
@@ -154,7 +159,11 @@ impl Instance {
         if raw.is_empty() {
             return Err(no_driver("the drivers found no device"));
         }
-        raw.into_iter().map(|raw| PhysicalDevice::query(&self.handles, raw)).collect()
+        let query = |raw| {
+            let device = PhysicalDevice::query(&self.handles, raw)?;
+            Ok(if self.calibrated { device.with_calibration() } else { device })
+        };
+        raw.into_iter().map(query).collect()
     }
 
     /// All messages so far, oldest first, which are then forgotten.

@@ -22,6 +22,7 @@ mod buffer;
 mod command;
 mod descriptor;
 mod device;
+mod device_file;
 mod error;
 mod image;
 #[cfg(feature = "present")]
@@ -76,6 +77,8 @@ mod internals {
     pub use super::buffer::Buffer;
     pub use super::command::CommandBuffer;
     pub use super::descriptor::{DescriptorPool, SetLayout, SetLayoutBinding, SetWriter, binding};
+    #[cfg(feature = "internals")]
+    pub use super::device_file::{decode as decode_device_file, encode as encode_device_file};
     pub use super::image::{Image, ImageDesc, format_bytes};
     #[cfg(feature = "present")]
     pub use super::image_formats::{ImageFormats, ImageWish, image_formats};
@@ -85,7 +88,7 @@ mod internals {
         DepthState, GraphicsPipeline, GraphicsPipelineDesc, ShaderStage, compute_pipeline, pipeline_layout,
     };
     #[cfg(feature = "internals")]
-    pub use super::pipeline_cache::{DriverHeader, decode as decode_pipeline_cache, encode as encode_pipeline_cache};
+    pub use super::pipeline_cache::DriverHeader;
     pub use super::queries::Timestamps;
     pub use super::render_pass::{Framebuffer, RenderPass, SubpassDesc, framebuffer};
     pub use super::sampler::Sampler;

@@ -3,11 +3,14 @@
 use std::collections::BTreeSet;
 use std::convert::Infallible;
 use std::fmt;
+use std::io;
+use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::Arc;
 
 use ash::vk;
 
+use super::device_file::{CALIBRATION, check, read, write};
 use super::error::{Doing, Error, Result};
 use super::instance::{InstanceHandles, fixed_text};
 
@@ -46,6 +49,9 @@ pub struct PhysicalDevice {
     pub queue_family: Option<u32>,
     /// How many bits of a timestamp that family writes; 0: it writes none.
     pub timestamp_valid_bits: u32,
+    /// What was measured of the device and its driver on an earlier run, as [`PhysicalDevice::keep_calibration`] took it; only with
+    /// [`super::InstanceOptions::calibrated`].
+    pub calibration: Option<Vec<u8>>,
     instance: Arc<InstanceHandles>,
 }
 
@@ -88,8 +94,35 @@ impl PhysicalDevice {
             extensions,
             queue_family: family.and_then(|index| u32::try_from(index).ok()),
             timestamp_valid_bits: family.map_or(0, |index| families[index].timestamp_valid_bits),
+            calibration: None,
             instance: Arc::clone(instance),
         })
+    }
+
+    /// With what [`PhysicalDevice::keep_calibration`] has kept.
+    pub(super) fn with_calibration(self) -> PhysicalDevice {
+        let calibration = CALIBRATION.place(&self).as_deref().and_then(read);
+        PhysicalDevice { calibration, ..self }
+    }
+
+    /// Where [`PhysicalDevice::keep_calibration`] will write: `calibration-...` in `AFTERLIGHT_CALIBRATION`, else beside the pipeline cache.
+    ///
+    /// # Errors
+    /// When nothing can be written there, or there is no place for it.
+    pub fn calibration_place(&self) -> io::Result<PathBuf> {
+        let place = CALIBRATION.place(self).ok_or_else(|| io::Error::other("there is no folder for them"))?;
+        check(&place)?;
+        Ok(place)
+    }
+
+    /// Keeps what was measured of the device for later runs.
+    ///
+    /// # Errors
+    /// As [`PhysicalDevice::calibration_place`].
+    pub fn keep_calibration(&self, measured: &[u8]) -> io::Result<PathBuf> {
+        let place = self.calibration_place()?;
+        write(&place, measured)?;
+        Ok(place)
     }
 
     /// What images of this format can do with optimal tiling.

@@ -1,28 +1,15 @@
-//! The pipeline cache on disk. Whatever goes wrong here costs time later and is never an error.
-//!
-//! One file a device and driver, in `AFTERLIGHT_PIPELINE_CACHE` (empty: no file), else `XDG_CACHE_HOME/afterlight`, else
-//! `~/.cache/afterlight`. The file is the driver's data behind a header of our own with length and checksum: drivers
-//! check their own header, but not all of them survive a file that is cut off or damaged behind it.
+//! The pipeline cache on disk: the driver's data, in a [device's file](super::device_file). Whatever goes wrong here costs time later and is never an error.
 
-use std::env;
-use std::fs;
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
 use ash::vk;
 
+use super::device_file::{HEADER_BYTES, MOST_BYTES, PIPELINES, checksum, read, write};
 use super::physical::PhysicalDevice;
-use crate::regular_file::read_regular;
-use crate::whole_file::WholeFile;
 
-const MAGIC: [u8; 8] = *b"AFTLPC01";
-/// Magic, length (u64) and checksum (u64), little-endian.
-const HEADER_BYTES: usize = 24;
 /// `VkPipelineCacheHeaderVersionOne`: length, version, vendor and device (u32 each), then the UUID.
 const DRIVER_HEADER_BYTES: usize = 16 + vk::UUID_SIZE;
-/// A larger file is not read: it is not ours, or it would take longer than compiling.
-const MOST_BYTES: u64 = 256 << 20;
 
 /// A device's pipeline cache and the file behind it.
 pub(super) struct PipelineCache {
@@ -35,11 +22,10 @@ pub(super) struct PipelineCache {
 
 impl PipelineCache {
     pub(super) fn open(device: &ash::Device, physical: &PhysicalDevice) -> PipelineCache {
-        PipelineCache::open_in(device, physical, cache_dir().as_deref())
+        PipelineCache::open_as(device, physical, PIPELINES.place(physical))
     }
 
-    fn open_in(device: &ash::Device, physical: &PhysicalDevice, dir: Option<&Path>) -> PipelineCache {
-        let file = dir.map(|dir| dir.join(file_name(physical)));
+    fn open_as(device: &ash::Device, physical: &PhysicalDevice, file: Option<PathBuf>) -> PipelineCache {
         let own = DriverHeader::of(physical);
         let data = file.as_deref().and_then(read).filter(|data| own.begins(data));
         let create = |data: &[u8]| {
@@ -77,43 +63,6 @@ impl PipelineCache {
     }
 }
 
-fn cache_dir() -> Option<PathBuf> {
-    if let Some(dir) = env::var_os("AFTERLIGHT_PIPELINE_CACHE") {
-        return (!dir.is_empty()).then(|| PathBuf::from(dir));
-    }
-    // The XDG base directory specification: a path that is not absolute is to be ignored.
-    let absolute = |name: &str| env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
-    let base = absolute("XDG_CACHE_HOME")
-        .or_else(|| absolute("HOME").map(|home| home.join(".cache")))
-        .or_else(|| absolute("LOCALAPPDATA"));
-    base.map(|base| base.join("afterlight"))
-}
-
-/// A name for each device and driver, so that two of them on one machine do not push each other out.
-fn file_name(physical: &PhysicalDevice) -> String {
-    let uuid: String = physical.pipeline_cache_uuid.iter().map(|byte| format!("{byte:02x}")).collect();
-    format!(
-        "pipelines-{:08x}-{:08x}-{:08x}-{uuid}.bin",
-        physical.vendor_id, physical.device_id, physical.driver_version
-    )
-}
-
-/// The driver's data in a file, if the file is there and whole.
-fn read(file: &Path) -> Option<Vec<u8>> {
-    decode(read_regular(file, MOST_BYTES).ok()?)
-}
-
-/// The driver's data in the bytes of a file, if they are whole.
-pub fn decode(mut bytes: Vec<u8>) -> Option<Vec<u8>> {
-    let number = |at: usize| Some(u64::from_le_bytes(bytes.get(at..at + 8)?.try_into().ok()?));
-    let (length, sum) = (number(8)?, number(16)?);
-    if !bytes.starts_with(&MAGIC) {
-        return None;
-    }
-    let data = bytes.split_off(HEADER_BYTES);
-    (data.len() as u64 == length && checksum(&data) == sum).then_some(data)
-}
-
 /// What the driver's own header names (Vulkan 1.3, section 10.7.4).
 #[derive(Debug, Clone, Copy)]
 pub struct DriverHeader {
@@ -141,55 +90,19 @@ impl DriverHeader {
     }
 }
 
-/// The bytes of a file that holds a driver's data.
-pub fn encode(data: &[u8]) -> Vec<u8> {
-    [&MAGIC, &(data.len() as u64).to_le_bytes()[..], &checksum(data).to_le_bytes(), data].concat()
-}
-
-fn write(file: &Path, data: &[u8]) -> std::io::Result<()> {
-    let Some(dir) = file.parent() else { return Ok(()) };
-    fs::create_dir_all(dir)?;
-    // Renamed into place when it is whole, so that a reader sees the old file or the new one.
-    let mut temporary = WholeFile::begin_in(dir)?;
-    temporary.write_all(&encode(data))?;
-    temporary.persist(file)
-}
-
-/// FNV-1a, 64 bits: against damage, not against malice.
-fn checksum(data: &[u8]) -> u64 {
-    data.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
-}
-
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
     use crate::gpu::{Device, DeviceChoice, Instance, InstanceOptions};
-
-    #[test]
-    fn what_is_written_is_read_back_and_damage_is_noticed() -> std::io::Result<()> {
-        let dir = tempfile::tempdir()?;
-        let file = dir.path().join("deeper").join("cache.bin");
-        let data = b"what a driver has to say".to_vec();
-        write(&file, &data)?;
-        assert_eq!(read(&file), Some(data));
-        let whole = fs::read(&file)?;
-        for length in 0..whole.len() {
-            assert_eq!(decode(whole[..length].to_vec()), None, "cut off after {length} bytes");
-        }
-        for index in 0..whole.len() {
-            let mut damaged = whole.clone();
-            damaged[index] ^= 0x10;
-            assert_eq!(decode(damaged), None, "byte {index} damaged");
-        }
-        Ok(())
-    }
 
     #[test]
     fn a_corrupt_or_foreign_file_is_ignored() -> Result<(), Box<dyn std::error::Error>> {
         let instance = Instance::new(&InstanceOptions::default())?;
         let device = Device::new(&instance, &DeviceChoice::Auto)?;
         let dir = tempfile::tempdir()?;
-        let file = dir.path().join(file_name(&device.physical));
+        let file = PIPELINES.place_in(dir.path(), &device.physical);
         // Whole by our header, but of another device by the driver's.
         let mut foreign = vec![0_u8; 64];
         foreign[0] = 32;
@@ -199,7 +112,7 @@ mod tests {
             if let Some(content) = content {
                 fs::write(&file, content)?;
             }
-            let cache = PipelineCache::open_in(&device.raw, &device.physical, Some(dir.path()));
+            let cache = PipelineCache::open_as(&device.raw, &device.physical, Some(file.clone()));
             assert_ne!(cache.raw, vk::PipelineCache::null());
             assert_eq!(*cache.on_disk.lock().unwrap_or_else(PoisonError::into_inner), None);
             cache.destroy(&device.raw);
@@ -214,7 +127,7 @@ mod tests {
         let dir = tempfile::tempdir()?;
         let not_a_directory = dir.path().join("file");
         fs::write(&not_a_directory, b"")?;
-        let cache = PipelineCache::open_in(&device.raw, &device.physical, Some(&not_a_directory));
+        let cache = PipelineCache::open_as(&device.raw, &device.physical, Some(not_a_directory.join("cache.bin")));
         cache.save(&device.raw);
         cache.destroy(&device.raw);
         Ok(())

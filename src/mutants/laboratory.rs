@@ -96,7 +96,11 @@ impl Laboratory {
     ) -> Result<Vec<Mode>, gpu::Error> {
         let mut modes = Vec::new();
         for sync_shader_heuristic in [false, true] {
-            let options = InstanceOptions { validation: Validation::Synchronization, sync_shader_heuristic };
+            let options = InstanceOptions {
+                validation: Validation::Synchronization,
+                sync_shader_heuristic,
+                ..InstanceOptions::default()
+            };
             let instance = Instance::with_extensions(&options, of_instance)?;
             if instance.sync_shader_heuristic() == sync_shader_heuristic {
                 let device = Device::with_extensions(&instance, choice, of_device)?;

@@ -69,8 +69,8 @@ pub struct Lighting {
     /// One pipeline; with several samples a pixel one for pixels whose samples agree, and one that shades the others' samples.
     screens: Vec<Screen>,
     pub inputs: Inputs,
-    /// Only with lights has the shader push constants.
-    has_lights: bool,
+    /// Only where lights are taken four at a time has the shader push constants.
+    pushes: bool,
 }
 
 impl Lighting {
@@ -102,7 +102,7 @@ impl Lighting {
         if plan.msaa > 1 {
             screens.push(screen("lighting by sample", flags(plan) | Flags::PER_SAMPLE)?);
         }
-        Ok(Self { screens, inputs, has_lights: plan.lights.any() })
+        Ok(Self { screens, inputs, pushes: plan.lights.by_fours })
     }
 
     /// Lights the picture. Runs inside its subpass.
@@ -110,7 +110,7 @@ impl Lighting {
         let mut sets = vec![(0, recording.frame_set), (1, self.inputs.set)];
         sets.extend(recording.shadow_set.map(|set| (2, set)));
         for screen in &self.screens {
-            if self.has_lights {
+            if self.pushes {
                 let places: Places = std::array::from_fn(|index| index as u32);
                 recording.push(screen.layout.raw, vk::ShaderStageFlags::FRAGMENT, &places);
             }
@@ -124,6 +124,7 @@ pub(crate) fn flags(plan: &FramePlan) -> Flags {
     Flags::LIGHTS.when(plan.lights.any())
         | Flags::UNIFORM_BUFFER.when(plan.lights.any() && plan.lights.uniform)
         | Flags::CLUSTERED.when(plan.lights_by_clusters())
+        | Flags::BY_FOURS.when(plan.lights.by_fours)
         | Flags::SHADOW.when(plan.shadow.is_some())
         | gbuffer_flags!(plan)
         | Flags::MSAA.when(plan.msaa > 1)
@@ -138,7 +139,6 @@ fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
         (constants::AMBIENT, u32::from(plan.lights.ambient)),
         (constants::DIRECTIONAL, u32::from(plan.lights.directional)),
         (constants::PUNCTUAL, u32::from(plan.lights.punctual)),
-        (constants::BY_FOURS, u32::from(plan.lights.by_fours)),
         (constants::DIRECTIONAL_SHADOWS, u32::from(plan.has_directional_shadows())),
         (constants::TONE_MAP, tone_map),
         (constants::OPERATOR, curve),

@@ -5,8 +5,7 @@ use std::collections::BTreeSet;
 use super::{Capabilities, Shading, SurfaceRules};
 use crate::scene::{Culling, OptionalPart, Scene, Settings};
 
-/// Objects from which on a device does it by itself: below, the CPU is done sooner than three dispatches are.
-pub(crate) const MANY_INSTANCES: usize = 4096;
+/// From a number of objects on (`CullingCost::many_objects`) a device does it by itself: below, the CPU is done sooner than three dispatches are.
 /// And so many objects share a mesh and a material: each such pair is a command in every step of depth, drawn or not.
 const SHARED_BY: usize = 16;
 
@@ -43,15 +42,15 @@ pub(super) fn choose(
     };
     let count = drawn().count();
     let pairs = || drawn().map(|object| (object.mesh, object.material)).collect::<BTreeSet<_>>().len();
+    let many = device.costs.culling.many_objects();
     match count {
         0 => Err("no opaque object is drawn".into()),
         _ if asked => Ok("the device does, as asked for".into()),
         _ if device.software && shadowed => {
             Err("the CPU does: it is the device, and leaves out casters of shadows that are not seen".into())
         }
-        _ if count < MANY_INSTANCES => {
-            Err(format!("the CPU does: there are fewer than {MANY_INSTANCES} opaque objects"))
-        }
+        _ if many == usize::MAX => Err("the CPU does: the device takes longer for any number of objects".into()),
+        _ if count < many => Err(format!("the CPU does: there are fewer than {many} opaque objects")),
         _ if pairs() * SHARED_BY > count => {
             Err(format!("the CPU does: fewer than {SHARED_BY} objects share a mesh and a material"))
         }
@@ -79,11 +78,17 @@ mod tests {
     #[test]
     fn a_device_culls_by_itself_where_many_objects_share_few_materials() {
         let (gpu, defaults) = (samples::device(), Settings::default());
-        assert!(culls(&crowd(MANY_INSTANCES, 4), &defaults, &gpu));
-        assert!(!culls(&crowd(MANY_INSTANCES - 1, 4), &defaults, &gpu));
-        assert!(!culls(&crowd(MANY_INSTANCES, MANY_INSTANCES / SHARED_BY + 1), &defaults, &gpu));
+        let many = gpu.costs.culling.many_objects();
+        assert!(culls(&crowd(many, 4), &defaults, &gpu));
+        assert!(!culls(&crowd(many - 1, 4), &defaults, &gpu));
+        assert!(!culls(&crowd(many, many / SHARED_BY + 1), &defaults, &gpu));
+        let mut slow = gpu;
+        slow.costs.culling.device_frame *= 2;
+        assert!(!culls(&crowd(many, 4), &defaults, &slow));
+        slow.costs.culling.device_object = slow.costs.culling.cpu_object;
+        assert!(!culls(&crowd(many, 4), &defaults, &slow));
         // One that is the CPU does so without shadows.
-        let mut unshadowed = crowd(MANY_INSTANCES, 4);
+        let mut unshadowed = crowd(samples::software().costs.culling.many_objects(), 4);
         assert!(!culls(&unshadowed, &defaults, &samples::software()));
         unshadowed.lights[0].casts_shadow = false;
         assert!(culls(&unshadowed, &defaults, &samples::software()));
@@ -103,6 +108,6 @@ mod tests {
         assert!(warned(&Settings { depth_prepass: Some(true), ..asked.clone() }, &gpu));
         assert!(warned(&Settings { view: View::Triangle, ..asked.clone() }, &gpu));
         let cpu = Settings { culling: Culling::Cpu, ..Settings::default() };
-        assert!(!culls(&crowd(MANY_INSTANCES, 4), &cpu, &gpu));
+        assert!(!culls(&crowd(gpu.costs.culling.many_objects(), 4), &cpu, &gpu));
     }
 }

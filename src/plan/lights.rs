@@ -57,14 +57,15 @@ impl Lighting {
         let lights = if shading.is_lit() { lights.kept(keep) } else { lights };
         let loops_over = |light: &Light| match path {
             LightPath::Loop => !light.kind.is_directional(),
-            LightPath::Volumes | LightPath::Clustered => !light.kind.is_directional() && !bounded(light, settings),
+            // Beside lists LIGHTING has no variant for it.
+            LightPath::Volumes => !light.kind.is_directional() && !bounded(light, settings),
             _ => false,
         };
         let looped = order.order.iter().filter(|&&index| loops_over(&scene.lights[index])).count();
         let directional = order.order.iter().filter(|&&index| scene.lights[index].kind.is_directional()).count();
         // Places are counted from the first light of any kind.
         let fits = *BY_FOURS.start() <= looped && looped + directional <= *BY_FOURS.end();
-        let lights = PlannedLights { by_fours: device.reads_pushed_places_once && fits, ..lights };
+        let lights = PlannedLights { by_fours: device.reads_pushed_places_once && fits && lights.punctual, ..lights };
         let (shadow, shadow_warnings) = ShadowPlan::wanted(scene, settings, device, shading, &order)?;
         // Shadows that are switched off are not wanted, not just not needed.
         let possible = settings.shadows.enabled && settings.shadows.size <= device.max_extent;

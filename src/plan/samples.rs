@@ -3,7 +3,7 @@
 use glam::{DAffine3, DVec3, Vec3};
 use proptest::prelude::*;
 
-use super::{Capabilities, Error, FramePlan};
+use super::{Capabilities, CostModel, Error, FramePlan};
 use crate::scene::{
     AlphaMode, AmbientOcclusion, Brdf, Channel, Clip, Culling, Emitter, Falloff, Fog, GbufferChoice, GbufferPreset,
     Influences, Interpolation, Light, LightKind, LightPath, Local, Material, Mesh, Morph, Motion, Node, Object,
@@ -30,7 +30,7 @@ pub fn device() -> Capabilities {
 
 /// The same, but a CPU.
 pub fn software() -> Capabilities {
-    Capabilities { software: true, ..device() }
+    Capabilities { software: true, costs: CostModel::CPU, ..device() }
 }
 
 pub fn vector(range: f64) -> impl Strategy<Value = DVec3> {

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use super::culling::MANY_INSTANCES;
 use super::{Capabilities, Error, MeshPlan, SurfaceRules, TexturePlan, ao};
 use crate::scene::{Culling, GbufferChoice, Sampler, Scene, Settings};
 
@@ -53,7 +52,7 @@ pub(super) fn is_out(scene: &Scene, settings: &Settings, device: &Capabilities) 
         (bits > u32::BITS, "the numbers of triangles and instances do not fit into 32 bits"),
         (settings.culling == Culling::Gpu, "the device is asked to cull"),
         (
-            scene.objects.len() >= MANY_INSTANCES,
+            scene.objects.len() >= device.costs.culling.many_objects(),
             "so many objects are left to compute, for which the device may cull them",
         ),
         (ao::is_used(scene, settings), "ambient occlusion looks at a G-buffer"),

@@ -5,6 +5,7 @@
 #[cfg(feature = "report")]
 #[doc(hidden)]
 pub mod advice;
+pub mod calibrate;
 #[doc(hidden)]
 pub mod graph;
 #[cfg(feature = "report")]

@@ -78,7 +78,11 @@ pub fn on_prepared_presenting_gpu(prepare: impl FnOnce(&mut Device), test: impl 
 }
 
 fn instance(sync_shader_heuristic: bool) -> Arc<Instance> {
-    let options = InstanceOptions { validation: Validation::Synchronization, sync_shader_heuristic };
+    let options = InstanceOptions {
+        validation: Validation::Synchronization,
+        sync_shader_heuristic,
+        ..InstanceOptions::default()
+    };
     Instance::new(&options).unwrap_or_else(|error| panic!("{error}"))
 }
 

@@ -18,7 +18,7 @@ pub mod truth;
 
 use std::path::PathBuf;
 
-use afterlight::plan::Capabilities;
+use afterlight::plan::{Capabilities, CostModel};
 
 /// Returns true in `make test-all`, where long tests try all of their cases; in `make test` they try some.
 pub fn tries_all() -> bool {
@@ -80,6 +80,7 @@ pub fn capabilities() -> Capabilities {
         lazily_allocated: false,
         indirect_draws: true,
         software: false,
+        costs: CostModel::GPU,
         compute_invocations: 256,
         bc7: true,
         etc2: true,

@@ -24,8 +24,11 @@ pub fn runner() -> Option<OsString> {
 }
 
 fn start(binary: &Path) -> Command {
-    let Some(runner) = runner() else { return Command::new(binary) };
-    let mut command = Command::new(runner);
-    command.arg(binary);
+    let mut command = Command::new(runner().unwrap_or_else(|| binary.into()));
+    if runner().is_some() {
+        command.arg(binary);
+    }
+    // Whatever was measured on this machine, plans are those of its kind.
+    command.env("AFTERLIGHT_CALIBRATION", "");
     command
 }

@@ -5,6 +5,7 @@ mod common;
 
 #[cfg(target_os = "linux")]
 mod caches;
+mod calibration;
 mod cheapest;
 mod ci;
 mod cli;

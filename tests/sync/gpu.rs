@@ -21,7 +21,11 @@ type TestResult = Result<(), Box<dyn StdError>>;
 fn with_device(test: impl Fn(&Arc<Device>) -> TestResult) -> TestResult {
     // Neither mode of the layer notices all that the other does.
     for sync_shader_heuristic in [false, true] {
-        let options = InstanceOptions { validation: Validation::Synchronization, sync_shader_heuristic };
+        let options = InstanceOptions {
+            validation: Validation::Synchronization,
+            sync_shader_heuristic,
+            ..InstanceOptions::default()
+        };
         let instance = Instance::new(&options).map_err(|error| error.to_string())?;
         let log = instance.message_log();
         let device = Device::new(&instance, &DeviceChoice::Auto).map_err(|error| error.to_string())?;
@@ -615,7 +619,11 @@ fn a_graphics_pipeline_draws_its_triangle() -> TestResult {
 fn every_missing_barrier_is_noticed_however_often() -> TestResult {
     // As often as a layer with a limit on repeated messages would not say it.
     const TIMES: usize = 15;
-    let options = InstanceOptions { validation: Validation::Synchronization, sync_shader_heuristic: true };
+    let options = InstanceOptions {
+        validation: Validation::Synchronization,
+        sync_shader_heuristic: true,
+        ..InstanceOptions::default()
+    };
     let instance = Instance::new(&options).map_err(|error| error.to_string())?;
     let device = Device::new(&instance, &DeviceChoice::Auto)?;
     let usage = vk::BufferUsageFlags::TRANSFER_DST | vk::BufferUsageFlags::TRANSFER_SRC;

@@ -23,7 +23,7 @@ use afterlight::passes::{depth, per_light};
 // `samples` looks for these in the parent module.
 use crate::common::gpu::{not_run, on_gpu};
 use crate::common::tries_all;
-use afterlight::plan::{Capabilities, Error, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB};
+use afterlight::plan::{Capabilities, CostModel, Error, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB};
 
 /// What a frame records is what the proof takes it to do: the same passes in the same order.
 #[test]

@@ -342,6 +342,7 @@ impl Why {
 
 #[cfg(test)]
 mod tests {
+    use afterlight::plan::CostModel;
     use afterlight::scene::{OpenOptions, open};
 
     use super::*;
@@ -367,6 +368,7 @@ mod tests {
         compute_invocations: 1024,
         indirect_draws: true,
         software: true,
+        costs: CostModel::CPU,
         bc7: true,
         etc2: true,
     };

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 
 use afterlight::frame::edges;
 use afterlight::frame::list::{self, List};
-use afterlight::plan::{Capabilities, FramePlan, PartGroup};
+use afterlight::plan::{Capabilities, CostModel, FramePlan, PartGroup};
 use afterlight::scene::{LightPath, Settings, View};
 
 use super::examine::Drawing;
@@ -90,7 +90,8 @@ impl Counted {
 }
 
 fn counted(cases: &[&Case]) -> Result<Counted, Failure> {
-    let devices = [Capabilities::ample(), Capabilities { software: true, ..Capabilities::ample() }];
+    let devices =
+        [Capabilities::ample(), Capabilities { software: true, costs: CostModel::CPU, ..Capabilities::ample() }];
     let mut all = Counted::default();
     for case in cases {
         let wrong = |why: &str| Failure::new(Exit::BadInput, format!("{}: {why}", case.name));

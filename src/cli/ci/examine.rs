@@ -215,7 +215,11 @@ fn with_device<T>(
     work: impl FnOnce(&Arc<Device>, &mut CaseReport) -> Result<T, Stop>,
 ) -> Result<Option<T>, Stop> {
     let validation = mode.map_or(Validation::Off, Mode::validation);
-    let options = InstanceOptions { validation, sync_shader_heuristic: mode == Some(Mode::SyncShaders) };
+    let options = InstanceOptions {
+        validation,
+        sync_shader_heuristic: mode == Some(Mode::SyncShaders),
+        ..InstanceOptions::default()
+    };
     let skipped = |error: gpu::Error, report: &mut CaseReport| match (&error, mode) {
         (gpu::Error::MissingLayer { .. } | gpu::Error::Unsupported(_), Some(mode)) => {
             report.skip(Check::LayerMessage, format!("{}: {error}", mode.name()));

@@ -33,7 +33,7 @@ use regex::Regex;
 use super::args;
 use super::failure::{Exit, Failure};
 use super::output::{self, Sink, quoted};
-use super::progress;
+use super::{progress, session};
 use baseline::{Baseline, DeviceKey};
 use evidence::Evidence;
 use examine::Place;
@@ -315,7 +315,7 @@ fn all(args: &Args, suite: &Suite, cases: &[&Case], folder: &Path) -> Result<(),
     let begun = Instant::now();
     let choice = args.device.clone().unwrap_or_default();
     let words = args.runner.iter().flat_map(|command| command.split_whitespace()).map(OsString::from);
-    let mut command: Vec<OsString> = words.chain([own_program()?.into()]).collect();
+    let mut command: Vec<OsString> = words.chain([session::own_program()?.into()]).collect();
     let device = probe(&command, &choice)?;
     let known = Known::of(args, &device)?;
     let (working, bundles, curves) = (folder.join(CASES), folder.join(BUNDLES), folder.join(CURVES));
@@ -371,14 +371,6 @@ fn all(args: &Args, suite: &Suite, cases: &[&Case], folder: &Path) -> Result<(),
 fn blessed(report: &CaseReport) -> Status {
     let status = report.verdict.status();
     status.against(Some(status))
-}
-
-/// This program's own file. One that a dynamic linker was told to start has its name from its command line.
-fn own_program() -> Result<PathBuf, Failure> {
-    let own = env::current_exe()
-        .map_err(|error| Failure::new(Exit::BadInput, format!("cannot find out where this program is: {error}")))?;
-    let is_linker = own.file_name().is_some_and(|name| name.to_string_lossy().starts_with("ld-"));
-    Ok(env::args_os().next().filter(|_| is_linker).map_or(own, PathBuf::from))
 }
 
 /// Returns the arguments that all cases' processes share.

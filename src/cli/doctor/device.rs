@@ -7,6 +7,7 @@ use afterlight::gpu::{PhysicalDevice, vk};
 use afterlight::plan::Capabilities;
 use serde::Serialize;
 
+use super::calibration::CalibrationReport;
 use crate::cli::table::{Table, bytes, version};
 
 /// A format that frames use.
@@ -68,6 +69,8 @@ pub struct DeviceReport {
     vulkan: String,
     limits: Vec<Limit>,
     formats: Vec<Format>,
+    /// What frames take on it.
+    calibration: CalibrationReport,
     /// Why nothing can be drawn on it.
     unusable: Option<String>,
 }
@@ -104,6 +107,7 @@ impl DeviceReport {
             vulkan: version(device.api_version),
             limits: limits(device).into_iter().map(|(name, value)| Limit { name, value }).collect(),
             formats: FORMATS.iter().map(format).collect(),
+            calibration: CalibrationReport::of(device),
             unusable: unusable(device),
         }
     }
@@ -131,6 +135,7 @@ impl DeviceReport {
             table.row([own.format.clone(), own.used_for.to_owned(), state]);
         }
         text.push_str(&table.render());
+        text.push_str(&self.calibration.text());
         if let Some(reason) = &self.unusable {
             let _ = writeln!(text, "  NOT USABLE: {reason}");
         }

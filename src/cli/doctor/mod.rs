@@ -1,6 +1,7 @@
 //! `afterlight doctor`: what of Vulkan is here, what works, and what to install for the rest. It must work where nothing
 //! else does, so nothing that it finds missing stops it.
 
+mod calibration;
 mod device;
 mod manifests;
 
@@ -11,28 +12,42 @@ use afterlight::gpu::system::{Missing, install_hint};
 use afterlight::gpu::{self, DeviceChoice, Instance, InstanceOptions, PhysicalDevice};
 use serde::Serialize;
 
+use super::args;
 use super::failure::{Exit, Failure, with_causes};
 use super::output;
 use super::table::{Table, version};
 pub use device::DeviceReport;
 
-/// Tell what of Vulkan is here, what works, and what to install
+/// Tell what of Vulkan is here, what works, and what to install; measure a device
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
   afterlight doctor
   afterlight doctor >/dev/null && make test
   afterlight doctor --json | jq -r '.devices[].name'
+  afterlight doctor --calibrate
 
 Ends with exit code 4 when no device can draw.")]
 pub struct Args {
     /// Print the findings as JSON
     #[arg(long)]
     json: bool,
+    /// Measure what frames take on a device, and keep the figures: from then on `auto` chooses by them and not by those of another device of its kind
+    #[arg(long)]
+    calibrate: bool,
+    /// The device to calibrate: its number in `afterlight doctor`, or a part of its name [default: a real GPU before a CPU]
+    #[arg(long, value_name = "N|NAME", value_parser = args::device, allow_hyphen_values = true, requires = "calibrate")]
+    device: Option<DeviceChoice>,
+    /// Nobody asked for the measurement: no picture changes by a bit
+    #[arg(long, hide = true, requires = "calibrate")]
+    unasked: bool,
 }
 
 /// Prints the findings.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    if args.calibrate {
+        return calibration::run(args.device.clone(), !args.unasked, args.json);
+    }
     let found = Findings::gather();
     output::print(&if args.json { output::json(&found)? } else { found.text() }, false)?;
     found.error.map_or(Ok(()), |error| Err(Failure::new(Exit::NoVulkan, error)))
@@ -90,7 +105,9 @@ impl Findings {
             device: None,
             error: None,
         };
-        match Instance::new(&InstanceOptions::default()).and_then(|instance| found.look(&instance)) {
+        match Instance::new(&InstanceOptions { calibrated: true, ..InstanceOptions::default() })
+            .and_then(|instance| found.look(&instance))
+        {
             Ok(number) => found.device = Some(number),
             Err(error) => found.error = Some(with_causes(&error)),
         }

@@ -1,14 +1,13 @@
 //! How pixels meet their lights: which light path the plan takes.
 
+use std::fmt::Write as _;
+
 use super::{PlannedLights, bounded};
 use crate::plan::fog::is_asked_for;
 use crate::plan::shadows::shadow_reason;
-use crate::plan::{Capabilities, Error};
+use crate::plan::{Basis, COMPARED, Capabilities, CostModel, Error, Load};
 use crate::plan::{ao, lacks_gbuffer, reflections, visibility};
 use crate::scene::{GbufferChoice, HdrFormat, LightPath, Object, Output, Scene, Settings, View};
-
-/// `auto` takes `loop` up to this many local lights where compute is out: lists do not save what they cost.
-const FEW_LIGHTS: usize = 4;
 
 /// Invocations of a work group of TILED (`shaders/tiled.wgsl`).
 const TILE_INVOCATIONS: u32 = 256;
@@ -45,27 +44,86 @@ pub(in crate::plan) fn choose(
         let path = if settings.depth_prepass == Some(true) { LightPath::Forward } else { LightPath::ForwardNaive };
         return Ok((path, why));
     }
-    let out = compute_is_out(scene, settings, device);
-    if !planned.is_empty() && out.is_none() {
-        // Even if there is one, or all of them reach everywhere.
-        let many = if planned.len() == 1 { "one light".into() } else { format!("{} lights", planned.len()) };
-        let why = format!("{many}: on a GPU compute takes a quarter to three quarters of the loop's time");
-        return Ok(match visibility::is_out(scene, settings, device) {
-            None => {
-                (LightPath::Visibility, format!("{why}, and numbers of triangles are written faster than a G-buffer"))
-            }
-            Some(out) => (LightPath::Compute, format!("{why}; not by visibility, as {out}")),
-        });
+    Ok(cheapest(scene, settings, (planned, bounded), device))
+}
+
+/// Of the paths that are not out, the one that takes the least time by the figures of the device.
+fn cheapest(
+    scene: &Scene,
+    settings: &Settings,
+    (planned, bounded): (&[usize], usize),
+    device: &Capabilities,
+) -> (LightPath, String) {
+    let triangles = scene.objects.iter().map(|object| scene.meshes[object.mesh].indices.len() as u64 / 3).sum();
+    let [width, height] = settings.size.map(u64::from);
+    let (unlimited, limited) = ((planned.len() - bounded) as u64, bounded as u64);
+    let load = Load { pixels: width * height, triangles, unlimited, limited };
+    let no_lists = (bounded == 0).then_some("no light has a limited reach, so that there is nothing to leave out");
+    let no_compute = match planned {
+        [] => Some("there is no light"),
+        _ => compute_is_out(scene, settings, device),
+    };
+    let no_visibility = no_compute.or_else(|| visibility::is_out(scene, settings, device));
+    let outs = [
+        (LightPath::Loop, None),
+        (LightPath::Clustered, no_lists),
+        (LightPath::Compute, no_compute),
+        (LightPath::Visibility, no_visibility),
+    ];
+    let can = |wanted: &[LightPath]| {
+        let those = outs.iter().filter(|(path, out)| out.is_none() && wanted.contains(path));
+        those.map(|&(path, _)| path).collect::<Vec<_>>()
+    };
+    // Compute shaders write other last digits than fragment shaders do: loop and clustered write the same.
+    let figures = device.costs.of_pictures(device.software);
+    let shown = figures.cheapest(can(&COMPARED), &load).unwrap_or(LightPath::Loop);
+    let (path, figures) = match shown {
+        LightPath::Loop | LightPath::Clustered => {
+            let same = can(&[LightPath::Loop, LightPath::Clustered]);
+            (device.costs.cheapest(same, &load).unwrap_or(LightPath::Loop), device.costs)
+        }
+        _ => (shown, figures),
+    };
+    (path, reason(path, &outs, &figures, &load))
+}
+
+/// What each path takes that could be taken, in milliseconds, and why the others could not.
+fn reason(path: LightPath, outs: &[(LightPath, Option<&'static str>)], figures: &CostModel, load: &Load) -> String {
+    let many = match load.unlimited + load.limited {
+        0 => "no light".into(),
+        1 => "one light".into(),
+        count => format!("{count} lights"),
+    };
+    let reach = match load.limited {
+        0 => String::new(),
+        limited => format!(", {limited} of limited reach"),
+    };
+    let cost = |own: LightPath| Some(figures.of(own, load)? as f64 / 1e9);
+    let named = |own: LightPath| Some(format!("{own} {}", milliseconds(cost(own)?)));
+    let mut others: Vec<(LightPath, f64)> = Vec::new();
+    for &(own, _) in outs.iter().filter(|(own, out)| out.is_none() && *own != path) {
+        others.extend(cost(own).map(|cost| (own, cost)));
     }
-    if !lights.bounded {
-        return Ok((LightPath::Loop, "no light has a limited reach, so that there is nothing to leave out".into()));
+    others.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let mut text = format!("{many}{reach}");
+    if !others.is_empty() {
+        let all = std::iter::once(path).chain(others.iter().map(|&(own, _)| own)).filter_map(named);
+        let _ = write!(text, ": by figures of {}, {} ms", figures.whose(), all.collect::<Vec<_>>().join(", "));
     }
-    let many = format!("{bounded} lights of limited reach");
-    if bounded <= FEW_LIGHTS {
-        return Ok((LightPath::Loop, format!("{many}: lists cost more than they save")));
+    // Of compute and visibility, which are out for the same reasons, the reason once.
+    let mut told = None;
+    for &(own, out) in outs.iter().rev() {
+        let Some(out) = out.filter(|&out| told != Some(out)) else { continue };
+        told = Some(out);
+        let _ = write!(text, "; not {own}, as {out}");
     }
-    let instead = out.map_or_else(String::new, |why| format!("; not by compute, as {why}"));
-    Ok((LightPath::Clustered, format!("{many}: each pixel meets its own{instead}")))
+    text
+}
+
+/// With two digits at least.
+fn milliseconds(value: f64) -> String {
+    let decimals = if value < 1.0 { 2 } else { usize::from(value < 10.0) };
+    format!("{value:.decimals$}")
 }
 
 /// Refuses a path that the device cannot take, or that does not go with the other settings.
@@ -126,12 +184,14 @@ fn is_plain(scene: &Scene, settings: &Settings, planned: &[usize]) -> bool {
         && scene.objects.iter().all(plain)
 }
 
-/// Why `auto` does not choose compute: what the path cannot do, and where it is known to be slower (docs/LIGHT_PATHS.md, "Measured").
+/// Why `auto` does not choose compute, whatever it costs: what the path cannot do, and tile memory, of which only a device's own figures tell.
 fn compute_is_out(scene: &Scene, settings: &Settings, device: &Capabilities) -> Option<&'static str> {
     let transparent = scene.objects.iter().any(|object| scene.materials[object.material].is_transparent());
     [
-        (device.software, "a CPU keeps no list in shared memory faster than in any other"),
-        (device.lazily_allocated, "the G-buffer would leave the tile"),
+        (
+            device.lazily_allocated && device.costs.basis != Basis::Asked,
+            "the G-buffer would leave the tile, and the device was not calibrated",
+        ),
         (device.compute_invocations < TILE_INVOCATIONS, "the device's work groups are too small"),
         (transparent, "transparent surfaces come after it"),
         (super::super::particles::are_shown(scene, settings), "particles come after it"),
@@ -155,7 +215,7 @@ fn needs_gbuffer(view: View) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::{FramePlan, samples};
+    use crate::plan::{ABSENT, FramePlan, PathCost, samples};
     use crate::scene::{AmbientOcclusion, Brdf, Falloff, Keep, Light, Material};
 
     #[test]
@@ -168,10 +228,12 @@ mod tests {
             (plan.light_path, plan.light_path_reason)
         };
         let (gpu, defaults) = (samples::device(), Settings::default());
-        let software = Capabilities { software: true, ..gpu };
+        let software = samples::software();
         let tiler = Capabilities { lazily_allocated: true, ..gpu };
-        for count in [1, FEW_LIGHTS, FEW_LIGHTS + 1] {
-            assert_eq!(chosen(&lamps(count), &defaults, &gpu).0, LightPath::Visibility);
+        for count in [1, 4, 1000] {
+            let (path, why) = chosen(&lamps(count), &defaults, &gpu);
+            assert_eq!(path, LightPath::Visibility);
+            assert!(why.contains("by figures of an NVIDIA H100 (this device was not calibrated), visibility "), "{why}");
         }
         let unnumbered = Capabilities { primitive_index: false, ..gpu };
         let occluded = Settings { ao: AmbientOcclusion::Gtao, ..defaults.clone() };
@@ -183,14 +245,14 @@ mod tests {
             (&in_the_open, &occluded, &gpu, "ambient occlusion"),
         ] {
             let (path, why) = chosen(scene, settings, device);
-            assert!(path == LightPath::Compute && why.contains("not by visibility") && why.contains(says), "{why}");
+            assert!(path == LightPath::Compute && why.contains("not visibility") && why.contains(says), "{why}");
         }
-        assert_eq!(chosen(&lamps(FEW_LIGHTS), &defaults, &software).0, LightPath::Loop);
+        assert_eq!(chosen(&lamps(1), &defaults, &software).0, LightPath::Loop);
         for (settings, device) in
             [(&defaults, &software), (&defaults, &tiler), (&Settings { fxaa: true, ..defaults.clone() }, &gpu)]
         {
-            let (path, why) = chosen(&lamps(FEW_LIGHTS + 1), settings, device);
-            assert!(path == LightPath::Clustered && why.contains("not by compute"), "{why}");
+            let (path, why) = chosen(&lamps(100), settings, device);
+            assert!(path == LightPath::Clustered && why.contains("not compute, as") != device.software, "{why}");
         }
         let mut unlimited = lamps(9);
         unlimited.lights = vec![samples::spot(Falloff::InverseSquare); 9];
@@ -203,6 +265,41 @@ mod tests {
             assert_eq!(chosen(&lamps(1), &settings, &software), (asked, "asked for".into()));
             assert_eq!(chosen(&lamps(0), &settings, &software).0, LightPath::Loop);
         }
+    }
+
+    /// Whoever opens a window has a device measured, and its pictures must stay as they were.
+    #[test]
+    fn figures_that_nobody_asked_for_choose_only_between_the_same_bits() {
+        let lamps = |count| {
+            samples::scene(vec![samples::material(Brdf::Lambert)], vec![samples::point(Falloff::Quadratic); count])
+        };
+        let chosen = |count, device: &Capabilities| {
+            FramePlan::of(&lamps(count), &Settings::default(), device).expect("a plan").light_path
+        };
+        let [same, fast] = [1000, 1].map(|base| PathCost { base, triangle: 0, lists: 0, unlimited: 1, limited: 1 });
+        for device in [samples::device(), samples::software()] {
+            let measured = |basis, paths| Capabilities { costs: CostModel { basis, paths, ..device.costs }, ..device };
+            let alone = |wanted| std::array::from_fn(|index| if COMPARED[index] == wanted { fast } else { same });
+            for wanted in COMPARED {
+                assert_eq!(chosen(5, &measured(Basis::Asked, alone(wanted))), wanted);
+                let unasked = chosen(5, &measured(Basis::Unasked, alone(wanted)));
+                match chosen(5, &device) {
+                    LightPath::Loop | LightPath::Clustered => {
+                        let expected = if wanted == LightPath::Clustered { wanted } else { LightPath::Loop };
+                        assert_eq!(unasked, expected);
+                    }
+                    shown => assert_eq!(unasked, shown),
+                }
+            }
+            // A path that could not be measured is not taken.
+            let mut paths = alone(LightPath::Loop);
+            paths[0] = ABSENT;
+            assert_eq!(chosen(5, &measured(Basis::Asked, paths)), LightPath::Clustered);
+        }
+        let tiler = Capabilities { lazily_allocated: true, ..samples::device() };
+        assert_eq!(chosen(5, &tiler), LightPath::Clustered);
+        let measured = CostModel { basis: Basis::Asked, ..tiler.costs };
+        assert_eq!(chosen(5, &Capabilities { costs: measured, ..tiler }), LightPath::Visibility);
     }
 
     #[test]

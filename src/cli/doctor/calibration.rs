@@ -1,0 +1,111 @@
+//! What frames take on a device: measured with `--calibrate`, and told with all that is known of a device.
+
+use afterlight::frame::capabilities;
+use afterlight::gpu::{DeviceChoice, PhysicalDevice};
+use afterlight::plan::{Basis, COMPARED, CostModel, CullingCost, PathCost};
+use afterlight::report::calibrate;
+use serde::Serialize;
+
+use crate::cli::args::DeviceArgs;
+use crate::cli::failure::{Exit, Failure};
+use crate::cli::table::Table;
+use crate::cli::{output, progress, session};
+
+/// The figures that `auto` chooses by.
+#[derive(Debug, Serialize)]
+pub struct CalibrationReport {
+    /// `asked`, `unasked`, or `null` where they are those of another device.
+    measured: Option<&'static str>,
+    /// The other device.
+    of: Option<&'static str>,
+    paths: Vec<PathReport>,
+    culling: CullingCost,
+    /// Objects from which on the device culls, where it can; `null`: it never does.
+    many_objects: Option<usize>,
+}
+
+/// In picoseconds.
+#[derive(Debug, Serialize)]
+struct PathReport {
+    path: String,
+    /// `null` where the device cannot take it.
+    #[serde(flatten)]
+    cost: Option<PathCost>,
+}
+
+impl CalibrationReport {
+    pub fn of(device: &PhysicalDevice) -> Self {
+        let costs: CostModel = capabilities(device).costs;
+        let (measured, of) = match costs.basis {
+            Basis::Kind(of) => (None, Some(of)),
+            Basis::Unasked => (Some("unasked"), None),
+            Basis::Asked => (Some("asked"), None),
+        };
+        let paths = COMPARED.iter().zip(costs.paths);
+        let paths = paths.map(|(path, cost)| PathReport {
+            path: path.to_string(),
+            cost: Some(cost).filter(|cost| *cost != afterlight::plan::ABSENT),
+        });
+        let many = costs.culling.many_objects();
+        Self {
+            measured,
+            of,
+            paths: paths.collect(),
+            culling: costs.culling,
+            many_objects: (many != usize::MAX).then_some(many),
+        }
+    }
+
+    pub fn text(&self) -> String {
+        let whose = match (self.of, self.measured) {
+            (Some(of), _) => {
+                format!("figures of {of}; `afterlight doctor --calibrate` measures this device")
+            }
+            (None, Some("unasked")) => "what was measured on this device beside a window".into(),
+            (None, _) => "what was measured on this device".into(),
+        };
+        let mut table = Table::new();
+        let nanoseconds = |picoseconds: u32| format!("{:.3}", f64::from(picoseconds) / 1e3);
+        table.row(["ns", "a pixel", "a light without a range", "lists", "a light of limited reach", "a triangle"]);
+        for PathReport { path, cost } in &self.paths {
+            match cost {
+                Some(cost) => {
+                    let all = [cost.base, cost.unlimited, cost.lists, cost.limited, cost.triangle].map(nanoseconds);
+                    table.row(std::iter::once(path.clone()).chain(all))
+                }
+                None => table.row([path.as_str(), "not on this device"]),
+            };
+        }
+        let culls = match self.many_objects {
+            Some(many) => format!("from {many} objects on the device culls, where it can"),
+            None => "the device never culls by itself".into(),
+        };
+        format!("  `auto` chooses by {whose}\n{}  {culls}\n", table.render())
+    }
+}
+
+/// Measures the device and keeps the figures for later runs.
+pub fn run(device: Option<DeviceChoice>, asked: bool, json: bool) -> Result<(), Failure> {
+    session::with_device(&DeviceArgs { device, validate: None }, |device| {
+        let unkept = |error| {
+            let what = format!("the figures of {} cannot be kept: {error}", device.physical.name);
+            Failure::new(Exit::BadInput, what).with_hint("AFTERLIGHT_CALIBRATION names a folder for them")
+        };
+        // Before seconds go into figures that are lost.
+        device.physical.calibration_place().map_err(unkept)?;
+        let mut bar = None;
+        let measured = calibrate::measure(&device, asked, &mut |_, all| {
+            bar.get_or_insert_with(|| progress::bar("calibrating".into(), all as u64, !asked)).step();
+        })?;
+        drop(bar);
+        let place = measured.keep(&device.physical).map_err(unkept)?;
+        let mut physical = device.physical.clone();
+        physical.calibration = serde_json::to_vec(&measured).ok();
+        let report = CalibrationReport::of(&physical);
+        let text = match json {
+            true => output::json(&report)?,
+            false => format!("{}\n{}  kept in {}\n", physical.name, report.text(), place.display()),
+        };
+        output::print(&text, false)
+    })
+}

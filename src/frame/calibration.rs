@@ -1,0 +1,62 @@
+//! The figures of a device, kept from run to run: what [`crate::report::calibrate`] measures, and plans choose by.
+
+use std::io;
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use crate::gpu::{PhysicalDevice, vk};
+use crate::plan::{ABSENT, Basis, COMPARED, CostModel, CullingCost, PathCost};
+
+/// Of the file. Figures of another layout, or of another version of the program, are measured again.
+const LAYOUT: u32 = 1;
+
+/// What frames take on a device.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Calibration {
+    layout: u32,
+    /// The program's version.
+    version: String,
+    /// Somebody asked for it: it then also decides between pictures that differ in their last digits.
+    pub asked: bool,
+    /// Of each of [`COMPARED`]; `None` where the device cannot take it.
+    pub paths: [Option<PathCost>; COMPARED.len()],
+    /// `None` on CPU devices, on which the two ways take the same within what can be measured.
+    pub culling: Option<CullingCost>,
+}
+
+impl Calibration {
+    /// Of what was measured.
+    pub fn new(asked: bool, paths: [Option<PathCost>; COMPARED.len()], culling: Option<CullingCost>) -> Self {
+        Self { layout: LAYOUT, version: env!("CARGO_PKG_VERSION").into(), asked, paths, culling }
+    }
+
+    /// What an earlier run of this version has kept.
+    pub fn of(device: &PhysicalDevice) -> Option<Self> {
+        let kept: Self = serde_json::from_slice(device.calibration.as_deref()?).ok()?;
+        (kept.layout == LAYOUT && kept.version == env!("CARGO_PKG_VERSION")).then_some(kept)
+    }
+
+    /// Keeps it for later runs, and returns where.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn keep(&self, device: &PhysicalDevice) -> io::Result<PathBuf> {
+        device.keep_calibration(&serde_json::to_vec(self)?)
+    }
+
+    /// The figures for plans.
+    pub fn costs(&self, software: bool) -> CostModel {
+        let kind = CostModel::of_kind(software);
+        let basis = if self.asked { Basis::Asked } else { Basis::Unasked };
+        let paths = self.paths.map(|cost| cost.unwrap_or(ABSENT));
+        CostModel { basis, paths, culling: self.culling.unwrap_or(kind.culling) }
+    }
+}
+
+/// What frames take on a device, by its own figures or by those of its kind.
+pub(super) fn costs(device: &PhysicalDevice) -> CostModel {
+    let software = device.kind == vk::PhysicalDeviceType::CPU;
+    Calibration::of(device).map_or(CostModel::of_kind(software), |kept| kept.costs(software))
+}

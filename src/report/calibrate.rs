@@ -1,0 +1,234 @@
+//! Measures what `auto` chooses by: each light path with few lights and with many, and both ways to cull, as frames of built-in scenes that take turns.
+//!
+//! Of what it measures only ratios matter, so that other work on the machine does no harm as long as it hits all contenders alike.
+
+use std::sync::Arc;
+
+use crate::frame::calibration::Calibration;
+use crate::frame::{Error, FrameTimes, Renderer};
+use crate::gpu::{Device, vk};
+use crate::measure::Distribution;
+use crate::plan::{COMPARED, CullingCost, PathCost};
+use crate::scene::{Camera, Culling, LightPath, OpenOptions, Scene, Settings, ShadowSettings, open};
+
+/// Pixels of a measured frame: enough that a GPU's time is theirs, and few enough that a CPU is done in seconds.
+const SIZE: [[u32; 2]; 2] = [[1920, 1080], [640, 360]];
+/// Frames of each contender that count, on GPUs and on CPUs, and those before them.
+const ROUNDS: [usize; 2] = [25, 15];
+const WARM_UP: usize = 3;
+
+/// Lights of the scenes for light paths: a few and many that reach everywhere, a few and many of limited reach.
+const UNLIMITED: [u32; 2] = [1, 33];
+const LIMITED: [u32; 2] = [4, 68];
+/// The scenes that all light paths draw, and the first of those with lights of limited reach.
+const SCENES: usize = 5;
+const FIRST_LIMITED: usize = 3;
+/// Objects of the scenes for culling.
+const OBJECTS: [u32; 2] = [1024, 8192];
+
+/// One scene that is drawn with one choice, and what its frames took.
+struct Contender {
+    renderer: Renderer,
+    camera: Camera,
+    times: Vec<FrameTimes>,
+}
+
+impl Contender {
+    fn new(device: &Arc<Device>, scene: &Scene, settings: &Settings) -> Result<Self, Error> {
+        Ok(Self { renderer: Renderer::new(device, scene, settings)?, camera: scene.camera, times: Vec::new() })
+    }
+
+    fn draw(&mut self) -> Result<FrameTimes, Error> {
+        self.renderer.render(&self.camera)?;
+        self.renderer.wait()
+    }
+
+    fn median(&self, of: impl Fn(&FrameTimes) -> f64) -> f64 {
+        Distribution::of(self.times.iter().map(of)).map_or(f64::NAN, |times| times.median)
+    }
+}
+
+/// Measures the device. `step` is told how much is done of how much.
+///
+/// # Errors
+/// When the device fails, or lacks the memory for frames of 1920x1080.
+pub fn measure(device: &Arc<Device>, asked: bool, step: &mut dyn FnMut(usize, usize)) -> Result<Calibration, Error> {
+    let software = device.physical.kind == vk::PhysicalDeviceType::CPU;
+    let size = SIZE[usize::from(software)];
+    let culls = if software { 0 } else { 2 * OBJECTS.len() };
+    let rounds = ROUNDS[usize::from(software)] + WARM_UP;
+    let all = SCENES * COMPARED.len() + culls + rounds;
+    let mut contenders: Vec<Option<Contender>> = Vec::new();
+    let mut triangles = Vec::new();
+    for (index, spec) in scenes().iter().enumerate() {
+        let scene = open(spec, &OpenOptions::default())?;
+        triangles.push(scene.objects.iter().map(|own| scene.meshes[own.mesh].indices.len() / 3).sum::<usize>() as f64);
+        for light_path in COMPARED {
+            // Without lights of limited reach it is the loop, command by command.
+            let is_loop = light_path == LightPath::Clustered && index < FIRST_LIMITED;
+            let settings = settings(size, light_path, Culling::Cpu);
+            let made = if is_loop { None } else { of_device(Contender::new(device, &scene, &settings))? };
+            contenders.push(made);
+            step(contenders.len(), all);
+        }
+    }
+    for count in OBJECTS.into_iter().filter(|_| culls > 0) {
+        let scene = open(&format!("builtin:field?objects={count}&lights=1"), &OpenOptions::default())?;
+        for culling in [Culling::Cpu, Culling::Gpu] {
+            contenders.push(of_device(Contender::new(device, &scene, &settings(size, LightPath::Loop, culling)))?);
+            step(contenders.len(), all);
+        }
+    }
+    for round in 0..rounds {
+        for contender in contenders.iter_mut().flatten() {
+            let times = contender.draw()?;
+            if round >= WARM_UP {
+                contender.times.push(times);
+            }
+        }
+        step(all - rounds + round + 1, all);
+    }
+    let (by_path, by_culling) = contenders.split_at(SCENES * COMPARED.len());
+    let anchor = by_path.first().and_then(Option::as_ref);
+    // By the ratios to the first contender in the same rounds, in picoseconds.
+    let time = |contender: &Contender| {
+        let anchor = anchor.unwrap_or(contender);
+        let ratios = contender.times.iter().zip(&anchor.times).map(|(own, anchor)| whole(own) / whole(anchor));
+        let ratio = Distribution::of(ratios).map_or(f64::NAN, |ratios| ratios.median);
+        ratio * anchor.median(whole) * 1e9
+    };
+    let times_of = |path: usize| {
+        std::array::from_fn(|scene| {
+            let own = by_path[scene * COMPARED.len() + path].as_ref();
+            let is_loop = COMPARED[path] == LightPath::Clustered && scene < FIRST_LIMITED;
+            own.or(by_path[scene * COMPARED.len()].as_ref().filter(|_| is_loop)).map_or(f64::NAN, time)
+        })
+    };
+    let frames = Frames { pixels: f64::from(size[0]) * f64::from(size[1]), triangles: [triangles[0], triangles[2]] };
+    let looped = times_of(0);
+    let paths = std::array::from_fn(|path| frames.cost(times_of(path), looped));
+    Ok(Calibration::new(asked, paths, culling_cost(by_culling)))
+}
+
+/// What the frames of [`scenes`] have in common.
+struct Frames {
+    pixels: f64,
+    /// Of the first scene, and of that with more.
+    triangles: [f64; 2],
+}
+
+impl Frames {
+    /// From the times of the scenes, in picoseconds, and those of the loop: what lists take is told apart from what another scene does by what the
+    /// loop takes in both. `None` where nothing was measured.
+    fn cost(&self, times: [f64; SCENES], looped: [f64; SCENES]) -> Option<PathCost> {
+        let each = |[few, many]: [u32; 2], less: f64, more: f64| ((more - less) / f64::from(many - few)).max(0.0);
+        let figures = |times: [f64; SCENES]| {
+            let [one, many, detailed, few_limited, many_limited] = times.map(|time| time / self.pixels);
+            let (unlimited, limited) = (each(UNLIMITED, one, many), each(LIMITED, few_limited, many_limited));
+            let without = one - f64::from(UNLIMITED[0]) * unlimited;
+            let triangle = ((detailed - one) * self.pixels / (self.triangles[1] - self.triangles[0])).max(0.0);
+            (without, triangle, unlimited, limited, few_limited - f64::from(LIMITED[0]) * limited)
+        };
+        let (without, triangle, unlimited, limited, with_lists) = figures(times);
+        let (loop_without, .., loop_with_lists) = figures(looped);
+        let lists = (with_lists - loop_with_lists - (without - loop_without)).max(0.0);
+        let base = (without - triangle * self.triangles[0] / self.pixels).max(0.0);
+        let all = [base, triangle, lists, unlimited, limited];
+        // A base of the largest number means that there is no such path.
+        let is_measured = all.iter().all(|value| value.is_finite() && *value < 4e9) && without > 0.0;
+        is_measured.then(|| {
+            let [base, triangle, lists, unlimited, limited] = all.map(|value| value.round() as u32);
+            PathCost { base, triangle, lists, unlimited, limited }
+        })
+    }
+}
+
+/// Of a frame, by the device's clock where it has one.
+fn whole(times: &FrameTimes) -> f64 {
+    times.gpu_ms.unwrap_or(times.wall_ms)
+}
+
+/// From few objects culled by the CPU and by the device, and from many.
+fn culling_cost(contenders: &[Option<Contender>]) -> Option<CullingCost> {
+    let [Some(few_cpu), Some(few_device), Some(many_cpu), Some(many_device)] = contenders else { return None };
+    // In nanoseconds. What the device takes longer for a frame counts as its own.
+    let on_cpu = |contender: &Contender| 1e6 * contender.median(|times| times.record_ms);
+    let on_device = |cpu: &Contender, device: &Contender| {
+        let more = device.median(whole) - cpu.median(whole);
+        on_cpu(device) + 1e6 * more.max(0.0)
+    };
+    let [few, many] = OBJECTS.map(f64::from);
+    let line = |less: f64, more: f64| {
+        let each = ((more - less) / (many - few)).max(0.0);
+        (less - few * each, each)
+    };
+    let (cpu_frame, cpu_object) = line(on_cpu(few_cpu), on_cpu(many_cpu));
+    let (device_frame, device_object) = line(on_device(few_cpu, few_device), on_device(many_cpu, many_device));
+    let whole = |value: f64| value.is_finite().then(|| value.max(0.0).round() as u32);
+    Some(CullingCost {
+        cpu_object: whole(cpu_object)?,
+        device_frame: whole(device_frame - cpu_frame)?,
+        device_object: whole(device_object)?,
+    })
+}
+
+/// 290 objects before walls that fill the picture: one light, many, one with nine times as many triangles, few and many of limited reach.
+fn scenes() -> [String; SCENES] {
+    let lamps = |count: u32, range: f64, detail: u32| {
+        format!("builtin:field?objects=290&lights={count}&range={range}&detail={detail}")
+    };
+    let [few, many] = LIMITED.map(|count| lamps(count, reach(count), 1));
+    [lamps(UNLIMITED[0], 0.0, 1), lamps(UNLIMITED[1], 0.0, 1), lamps(UNLIMITED[0], 0.0, 3), few, many]
+}
+
+/// The range with which a place is in reach of 1.8 lights of the field, however many there are.
+fn reach(count: u32) -> f64 {
+    4.0 * (256.0 / f64::from(count)).cbrt()
+}
+
+fn settings(size: [u32; 2], light_path: LightPath, culling: Culling) -> Settings {
+    let shadows = ShadowSettings { enabled: false, ..ShadowSettings::default() };
+    Settings { size, light_path, culling, shadows, samples: 1, ..Settings::default() }
+}
+
+/// What the device cannot do is not measured.
+fn of_device<T>(made: Result<T, Error>) -> Result<Option<T>, Error> {
+    match made {
+        Ok(made) => Ok(Some(made)),
+        Err(Error::Plan(_)) => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_come_back_from_the_times_that_they_make() {
+        let frames = Frames { pixels: 1000.0, triangles: [500.0, 4500.0] };
+        // The scenes of limited lights take so much longer by themselves.
+        let times = |known: PathCost, scene: f64| {
+            let time = |triangles: f64, unlimited: u32, limited: u32| {
+                let lists = if limited > 0 { f64::from(known.lists) + scene } else { 0.0 };
+                let lights = f64::from(unlimited * known.unlimited + limited * known.limited);
+                (f64::from(known.base) + lights + lists) * frames.pixels + triangles * f64::from(known.triangle)
+            };
+            let [few, many] = frames.triangles;
+            let unlimited = UNLIMITED.map(|count| time(few, count, 0));
+            let limited = LIMITED.map(|count| time(few, 0, count));
+            [unlimited[0], unlimited[1], time(many, UNLIMITED[0], 0), limited[0], limited[1]]
+        };
+        let looped = PathCost { base: 5000, triangle: 80, lists: 0, unlimited: 70, limited: 20 };
+        let known = PathCost { base: 9000, triangle: 300, lists: 300, unlimited: 7, limited: 2 };
+        for scene in [0.0, 1234.0] {
+            let of_loop = times(looped, scene);
+            assert_eq!(frames.cost(times(known, scene), of_loop), Some(known));
+            assert_eq!(frames.cost(of_loop, of_loop), Some(looped));
+        }
+        // Noise makes nothing negative, and what was not measured is no figure.
+        let noisy = frames.cost([5e6, 4.9e6, 4.8e6, 4.7e6, 4.6e6], [5e6; SCENES]).expect("measured");
+        assert_eq!((noisy.triangle, noisy.unlimited, noisy.limited, noisy.lists), (0, 0, 0, 0));
+        assert_eq!(frames.cost([f64::NAN, 1.0, 1.0, 1.0, 1.0], [1.0; SCENES]), None);
+    }
+}

@@ -1,0 +1,97 @@
+//! `doctor --calibrate`: what it measures is kept, whoever chooses says by whose figures, and a file that cannot be used is as none.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use crate::common::program::program;
+
+/// A scene with lights of limited reach, for which `auto` has a choice on every device.
+const SCENE: &str = "builtin:field?objects=10&lights=9";
+
+/// Runs the program with a folder for figures, and returns its exit code, standard output and standard error.
+fn run(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
+    let output = program().env("AFTERLIGHT_CALIBRATION", folder).args(arguments).output().expect("started");
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.code(), text(&output.stdout), text(&output.stderr))
+}
+
+/// What the plan says of its light path.
+fn reason(folder: &Path) -> String {
+    let (code, out, err) = run(folder, &["inspect", SCENE, "--json"]);
+    assert_eq!(code, Some(0), "{err}");
+    let plan: Value = serde_json::from_str(&out).expect("JSON");
+    let parts = plan["parts"].as_array().expect("parts");
+    let path = parts.iter().find(|part| part["name"].as_str().is_some_and(|name| name.starts_with("light path ")));
+    path.expect("a light path")["reason"].as_str().expect("a reason").to_owned()
+}
+
+fn kept(folder: &Path) -> PathBuf {
+    let mut files = fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path());
+    let file = files.next().expect("a file");
+    assert_eq!(files.next(), None, "nothing beside it");
+    file
+}
+
+#[test]
+fn figures_of_a_device_are_kept_and_chosen_by() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path().join("deeper");
+    assert!(reason(&folder).contains("was not calibrated"));
+    let (code, out, err) = run(&folder, &["doctor", "--calibrate", "--json"]);
+    assert_eq!(code, Some(0), "{err}");
+    let report: Value = serde_json::from_str(&out).expect("JSON");
+    assert_eq!((report["measured"].as_str(), report["of"].is_null()), (Some("asked"), true), "{out}");
+    let paths = report["paths"].as_array().expect("paths");
+    for path in
+        paths.iter().filter(|path| ["loop", "clustered", "compute"].contains(&path["path"].as_str().expect("a name")))
+    {
+        assert!(path["base"].as_u64().is_some_and(|picoseconds| picoseconds > 0), "{path}");
+    }
+    let each = |name: &str, figure: &str| {
+        let path = paths.iter().find(|path| path["path"] == name).expect("a path");
+        path[figure].as_u64().expect("a figure")
+    };
+    // Each pixel of a loop meets each light: hundreds of them take longer than the rest of a frame, whatever else the machine does.
+    assert!(300 * each("loop", "limited") > each("loop", "base"), "{out}");
+    assert!(each("clustered", "limited") < each("loop", "limited"), "{out}");
+
+    let why = reason(&folder);
+    assert!(why.contains("by figures of this device,"), "{why}");
+    let (_, out, _) = run(&folder, &["doctor"]);
+    assert!(
+        out.contains("`auto` chooses by measured on this device") || out.contains("measured on this device"),
+        "{out}"
+    );
+
+    let file = kept(&folder);
+    let whole = fs::read(&file).expect("read");
+    let mut flipped = whole.clone();
+    *flipped.last_mut().expect("bytes") ^= 1;
+    for (what, bytes) in [("cut off", &whole[..whole.len() / 2]), ("flipped", &flipped), ("empty", b"")] {
+        fs::write(&file, bytes).expect("written");
+        assert!(reason(&folder).contains("was not calibrated"), "{what}");
+    }
+    fs::write(&file, &whole).expect("written");
+    assert!(reason(&folder).contains("by figures of this device,"));
+    // A suite's verdicts are the same on a machine that was measured.
+    let (code, out, err) = run(Path::new(""), &["inspect", SCENE]);
+    assert!(code == Some(0) && out.contains("not calibrated"), "{err}");
+}
+
+#[test]
+fn figures_that_cannot_be_kept_are_an_error_and_options_alone_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("file");
+    fs::write(&file, b"").expect("written");
+    // Asked before anything is measured.
+    let (code, _, err) = run(&file, &["doctor", "--calibrate"]);
+    assert!(code == Some(3) && err.contains("AFTERLIGHT_CALIBRATION"), "{code:?} {err}");
+    let (code, _, err) = run(Path::new(""), &["doctor", "--calibrate"]);
+    assert!(code == Some(3) && err.contains("AFTERLIGHT_CALIBRATION"), "{code:?} {err}");
+    for arguments in [&["doctor", "--device", "0"][..], &["doctor", "--unasked"]] {
+        assert_eq!(run(folder.path(), arguments).0, Some(2), "{arguments:?}");
+    }
+    assert_eq!(run(folder.path(), &["doctor", "--calibrate", "--device", "no such device"]).0, Some(2));
+}
