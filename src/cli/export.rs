@@ -8,7 +8,7 @@ use afterlight::scene::gltf::{self, Shot};
 use afterlight::scene::{Scene, Settings, SettingsPatch, metered_ev100};
 
 use super::args::SettingsArgs;
-use super::failure::{Exit, Failure};
+use super::failure::Failure;
 use super::output::{self, Sink, quoted};
 use super::table::bytes;
 use super::workload::Workload;

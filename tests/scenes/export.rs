@@ -9,14 +9,14 @@ use afterlight::scene::{OpenOptions, Output, Scene, Settings, metered_ev100, ope
 
 use crate::common::gpu::{Gpu, on_gpu};
 use crate::common::program::program;
-use crate::common::stage::gbuffer;
+use crate::common::stage::{self, gbuffer};
 use crate::common::{capabilities, tries_all};
 
 const SIZE: [u32; 2] = [96, 54];
 
-/// How far light may differ, as a share of the brightest: transforms go through rotations of f64, whose last digits may move the f32 that the
-/// device gets by one. Most pictures are the same to the last bit.
-const MOST: f32 = 1e-5;
+/// How far light of a lambert surface may differ, as a share of the brightest, where it is drawn by the formula of a dielectric that reflects nothing:
+/// roundings of a few products in f32.
+const MOST: f32 = 1e-6;
 
 /// Scenes between them have every material, light and texture that glTF has words for.
 fn specs() -> Vec<String> {
@@ -30,7 +30,7 @@ fn specs() -> Vec<String> {
         gallery("transparency"),
     ];
     if tries_all() {
-        specs.extend([gallery("spot"), gallery("point"), gallery("emissive"), "builtin:seaweed".into()]);
+        specs.extend([gallery("spot"), gallery("point"), gallery("several-directional"), "builtin:seaweed".into()]);
     }
     specs
 }
@@ -59,6 +59,16 @@ fn light(gpu: &Gpu, scene: &Scene) -> Vec<f32> {
     light
 }
 
+/// What of two plans differs, as they print themselves: all of one is too long to read.
+fn differences(found: &FramePlan, expected: &FramePlan) -> Vec<String> {
+    let [found, expected] = [found, expected].map(|plan| format!("{plan:#?}"));
+    if found.lines().count() != expected.lines().count() {
+        return vec!["they have other parts".into()];
+    }
+    let pairs = found.lines().zip(expected.lines()).filter(|(found, expected)| found != expected);
+    pairs.map(|(found, expected)| format!("{} for {}", found.trim(), expected.trim())).collect()
+}
+
 #[test]
 fn a_file_opens_as_the_scene_that_was_written_with_the_same_plan_and_picture() {
     on_gpu(|gpu| {
@@ -76,15 +86,25 @@ fn a_file_opens_as_the_scene_that_was_written_with_the_same_plan_and_picture() {
             let plan = |scene: &Scene| {
                 FramePlan::of(scene, &settings(), &capabilities()).unwrap_or_else(|error| panic!("{spec}: {error}"))
             };
-            assert_eq!(plan(&read), plan(own), "{spec}");
+            let changes = differences(&plan(&read), &plan(own));
+            assert!(changes.is_empty(), "{spec}: {changes:#?}");
             let [found, expected] = [&read, own].map(|scene| light(gpu, scene));
-            let brightest = expected.iter().copied().fold(0.0, f32::max);
-            let differences = found.iter().zip(&expected).map(|(found, own)| (found - own).abs() / brightest);
-            let worst = differences.clone().fold(0.0, f32::max);
-            let changed = differences.filter(|difference| *difference > 0.0).count();
-            eprintln!("{spec}: {} bytes, {changed} values differ, by {worst:.1e} at most", exported.bytes.len());
-            assert!(brightest > 0.0 && worst <= MOST, "{spec}: {changed} values differ, by {worst:e} at most");
+            // Places and directions are read in 64 bits, and the device gets the same 32.
+            let changed = found.iter().zip(&expected).filter(|(found, own)| found != own).count();
+            assert!(changed == 0 && expected.iter().any(|light| *light > 0.0), "{spec}: {changed} values differ");
         }
+    });
+}
+
+#[test]
+fn lambert_surfaces_look_as_they_did() {
+    on_gpu(|gpu| {
+        let (exported, _) = there_and_back("builtin:cornell");
+        let original = Scene { environment: exported.scene.environment, ..stage::open("builtin:cornell") };
+        let [found, expected] = [&exported.scene, &original].map(|scene| light(gpu, scene));
+        let brightest = expected.iter().copied().fold(0.0, f32::max);
+        let worst = found.iter().zip(&expected).map(|(found, own)| (found - own).abs() / brightest).fold(0.0, f32::max);
+        assert!(brightest > 0.0 && worst <= MOST, "{worst:e}");
     });
 }
 

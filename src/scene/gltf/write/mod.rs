@@ -23,6 +23,7 @@ mod tests;
 
 use std::collections::BTreeSet;
 
+use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 
 use self::binary::Binary;
@@ -63,7 +64,7 @@ pub struct Exported {
 pub fn write(scene: Scene, shot: &Shot) -> Result<Exported, Error> {
     scene.check()?;
     let environment = scene.environment;
-    let (scene, left_out) = expressible::expressible(scene);
+    let (mut scene, left_out) = expressible::expressible(scene);
     if scene.objects.is_empty() {
         return Err(Error::Scene(format!("{}: has no triangle to export", scene.name)));
     }
@@ -72,6 +73,11 @@ pub fn write(scene: Scene, shot: &Shot) -> Result<Exported, Error> {
     Nodes { scene: &scene, materials: &materials, aspect: f64::from(shot.size[0]) / f64::from(shot.size[1]) }
         .write(&mut document, json!({ "afterlight": exposure(shot) }));
     let bytes = document.finish(shot, &environment).map_err(|what| Error::Scene(format!("{}: {what}", scene.name)))?;
+    // A reader makes smaller levels itself, whichever there were.
+    scene.textures.par_iter_mut().for_each(|texture| {
+        texture.rgba8_mut();
+        texture.make_levels();
+    });
     let extensions = document.extensions.into_iter().collect();
     Ok(Exported { bytes, scene, left_out, extensions })
 }

@@ -155,6 +155,7 @@ fn meshes_keep_their_bits_and_share_their_vertices() {
     scene.meshes[0].colors =
         (0..scene.meshes[0].positions.len()).map(|index| [1.0, 0.1, 0.7, index as f32 / 1e4]).collect();
     scene.meshes[0].origin = DVec3::new(3e6, 0.1, -7.0);
+    scene.meshes[0].bounds = scene.meshes[0].compute_bounds();
     let skew = DAffine3::from_scale(DVec3::new(1.0, 3.0, 1.0)) * DAffine3::from_rotation_z(0.4);
     scene.objects[1].transform = skew;
     // A normal map has its tangents read.
@@ -244,7 +245,7 @@ fn what_gltf_cannot_say_is_told_once_for_each_kind() {
         direction: DVec3::X,
         inner_angle_degrees: 100.0,
         outer_angle_degrees: 120.0,
-        range: None,
+        range: Some(9.0),
         falloff: Falloff::Quadratic,
     };
     let (position, direction) = (DVec3::ZERO, DVec3::X);
