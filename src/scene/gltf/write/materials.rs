@@ -37,10 +37,10 @@ impl Materials {
         let mut writer = Writer { scene, document, asked: Vec::new() };
         let mut numbers = HashMap::new();
         for &own in worn.iter().flatten() {
-            if !numbers.contains_key(&own) {
+            numbers.entry(own).or_insert_with(|| {
                 let material = writer.material(own);
-                numbers.insert(own, writer.document.push("materials", material));
-            }
+                writer.document.push("materials", material)
+            });
         }
         let asked = writer.asked;
         images::write(&scene.textures, &asked, document)?;
