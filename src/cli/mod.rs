@@ -9,6 +9,7 @@ mod compare;
 mod contact_sheet;
 mod doctor;
 mod drop;
+mod export;
 mod failure;
 mod image_output;
 mod inspect;
@@ -58,6 +59,7 @@ enum Command {
     Compare(compare::Args),
     Doctor(doctor::Args),
     Reference(reference::Args),
+    Export(export::Args),
     Stress(stress::Args),
     #[cfg(feature = "ci")]
     Ci(Box<ci::Args>),
@@ -80,6 +82,7 @@ fn after_help() -> String {
          afterlight inspect builtin:spheres\n  \
          afterlight reference builtin:hall -o truth.exr\n  \
          afterlight compare hall.exr truth.exr -o difference.png\n  \
+         afterlight export builtin:hall -o hall.glb\n  \
          afterlight doctor\n\n{EXIT_CODES}"
     )
 }
@@ -126,6 +129,7 @@ pub fn run() -> Result<(), Failure> {
         Command::Compare(args) => compare::run(&args),
         Command::Doctor(args) => doctor::run(&args),
         Command::Reference(args) => reference::run(&args),
+        Command::Export(args) => export::run(&args),
         Command::Stress(args) => stress::run(&args),
         #[cfg(feature = "ci")]
         Command::Ci(args) => ci::run(&args),

@@ -211,6 +211,7 @@ fn the_documents_name_every_option_and_no_other() {
         "compare",
         "doctor",
         "reference",
+        "export",
         "stress",
         "report",
         "tune",

@@ -6,6 +6,7 @@ mod common;
 // A journal is one of a report.
 #[cfg(feature = "report")]
 mod corpora;
+mod export;
 mod gltf;
 mod harbour;
 mod leave_out;

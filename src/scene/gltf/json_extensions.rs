@@ -28,6 +28,8 @@ pub(super) struct Light {
     pub intensity: Option<f64>,
     pub range: Option<f64>,
     pub spot: Option<Spot>,
+    #[serde(default)]
+    pub extras: serde_json::Value,
 }
 
 #[derive(Debug, Default, Deserialize)]

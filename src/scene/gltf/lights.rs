@@ -1,4 +1,5 @@
-//! KHR_lights_punctual, whose units are those of [`Light`].
+//! KHR_lights_punctual, whose units are those of [`Light`]. Shadows and sizes, of which it says nothing, are read where this program has written them:
+//! from `extras.afterlight`.
 
 use glam::{DVec3, Vec3};
 
@@ -35,14 +36,15 @@ pub(super) fn light(index: usize, json: &JsonLight) -> Result<Light, String> {
             return Err(within(format!("its type is `{}`: expected directional, point or spot", other.escape_debug())));
         }
     };
+    let own = &json.extras["afterlight"];
     let light = Light {
         name: json.name.clone().unwrap_or_default(),
         kind,
         color: json.color.map_or(Vec3::ONE, |color| Vec3::from(color.map(|channel| channel as f32))),
         intensity: json.intensity.unwrap_or(1.0) as f32,
         // As lights of scene files do where they do not say, and spots, of which a file has few: six maps of a point light are many.
-        casts_shadow: !matches!(kind, LightKind::Point { .. }),
-        size: 0.0,
+        casts_shadow: own["casts_shadow"].as_bool().unwrap_or(!matches!(kind, LightKind::Point { .. })),
+        size: own["size"].as_f64().unwrap_or(0.0),
     };
     light.fault().map_or(Ok(light), |fault| Err(within(fault)))
 }
@@ -69,6 +71,16 @@ mod tests {
         let point = of(r#"{"type":"point","range":3}"#).unwrap();
         assert!(matches!(point.kind, LightKind::Point { range: Some(3.0), .. }) && point.intensity == 1.0);
         assert!(of(r#"{"type":"directional"}"#).unwrap().kind.is_directional());
+    }
+
+    #[test]
+    fn extras_of_this_program_say_shadow_and_size_and_no_others_do() {
+        let lamp = of(r#"{"type":"point","extras":{"afterlight":{"casts_shadow":true,"size":0.25}}}"#).unwrap();
+        assert_eq!((lamp.casts_shadow, lamp.size), (true, 0.25));
+        for extras in ["7", "[1]", "null", r#"{"size":-1}"#, r#"{"afterlight":{"size":"wide","casts_shadow":1}}"#] {
+            let sun = of(&format!(r#"{{"type":"directional","extras":{extras}}}"#)).unwrap();
+            assert_eq!((sun.casts_shadow, sun.size), (true, 0.0), "{extras}");
+        }
     }
 
     #[test]

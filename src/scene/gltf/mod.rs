@@ -12,6 +12,7 @@
 //! | which meshes to make, and making them | `drawables`, `instances`, `source`, `draco`, `topology`, `primitive`, `influences`, `shapes` |
 //! | materials and textures | `materials`, `textures`, `ktx`, `basis` |
 //! | the scene of it | `assembly`, `lights`, `cameras` |
+//! | writing a scene | `write` |
 //!
 //! A primitive is read once however many nodes show it. What no clip moves is placed, blended and hung on its joints while it is read, and the
 //! [`Motion`](super::Motion) has no trace of it.
@@ -44,6 +45,7 @@ mod source;
 mod textures;
 mod topology;
 mod uri;
+mod write;
 
 #[cfg(test)]
 mod tests;
@@ -61,6 +63,7 @@ use self::movement::Movement;
 use self::nodes::Nodes;
 use self::textures::{Images, Made, Request};
 use self::uri::Resources;
+pub use self::write::{Exported, Shot, write};
 use super::{Error, Imported, LoadOptions};
 use crate::regular_file::read_regular;
 

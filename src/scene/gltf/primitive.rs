@@ -197,7 +197,10 @@ impl Order<'_> {
                 warnings.push("tangents have no length or lie along their normals, made by MikkTSpace");
                 return Ok(());
             };
-            *tangent = along.as_vec3().extend(sign.signum()).to_array();
+            // Most are as they should be, and stay to the last bit.
+            let is_unit = (Vec3::new(x, y, z).length_squared() - 1.0).abs() <= 1e-6;
+            let [x, y, z] = if is_unit { [x, y, z] } else { along.as_vec3().to_array() };
+            *tangent = [x, y, z, sign.signum()];
         }
         mesh.tangents = tangents;
         Ok(())
