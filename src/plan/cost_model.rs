@@ -105,13 +105,14 @@ pub const ABSENT: PathCost = PathCost { base: u32::MAX, triangle: 0, lists: 0, u
 impl CostModel {
     /// Of GPUs.
     pub const GPU: Self = Self {
-        basis: Basis::Kind("an NVIDIA H100"),
+        basis: Basis::Kind("an NVIDIA H200"),
         paths: [
-            PathCost { base: 1020, triangle: 1100, lists: 40, unlimited: 90, limited: 40 },
-            PathCost { base: 1020, triangle: 1100, lists: 120, unlimited: 90, limited: 1 },
-            PathCost { base: 700, triangle: 1100, lists: 20, unlimited: 4, limited: 1 },
-            PathCost { base: 500, triangle: 1600, lists: 20, unlimited: 4, limited: 1 },
+            PathCost { base: 669, triangle: 660, lists: 0, unlimited: 80, limited: 33 },
+            PathCost { base: 669, triangle: 660, lists: 119, unlimited: 80, limited: 3 },
+            PathCost { base: 412, triangle: 660, lists: 0, unlimited: 3, limited: 0 },
+            PathCost { base: 269, triangle: 1131, lists: 0, unlimited: 3, limited: 0 },
         ],
+        // From 4256 objects on.
         culling: CullingCost { cpu_object: 99, device_frame: 400_000, device_object: 5 },
     };
 

@@ -233,7 +233,10 @@ mod tests {
         for count in [1, 4, 1000] {
             let (path, why) = chosen(&lamps(count), &defaults, &gpu);
             assert_eq!(path, LightPath::Visibility);
-            assert!(why.contains("by figures of an NVIDIA H100 (this device was not calibrated), visibility "), "{why}");
+            assert!(
+                why.contains("by figures of an NVIDIA H200 (this device was not calibrated), visibility "),
+                "{why}"
+            );
         }
         let unnumbered = Capabilities { primitive_index: false, ..gpu };
         let occluded = Settings { ao: AmbientOcclusion::Gtao, ..defaults.clone() };
