@@ -427,7 +427,7 @@ impl Choices {
         let lit_by_sky = sky.is_some_and(|sky| sky.lights);
         let fog = FogPlan::of(settings, lighting.lights.any())?;
         let integers = gbuffer.as_ref().is_some_and(|gbuffer| gbuffer.normal == vk::Format::R16G16_UINT);
-        // LIGHTING has no variant for both: each is asked for, or of devices that gain nothing from it.
+        // Multisampling and integer normals are rare: LIGHTING has no variant with lights by fours for them.
         lighting.lights.by_fours &= settings.msaa == 1 && !integers;
         if lighting.path == LightPath::Visibility {
             // TILED has no code for lights in a uniform buffer there.

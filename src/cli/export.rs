@@ -85,6 +85,10 @@ fn content(scene: &Scene) -> String {
     counts.map(|(count, what)| format!("{count} {what}{}", if count == 1 { "" } else { "s" })).join(", ")
 }
 
+/// Settings of what frames do to the picture beside lighting it.
+const EFFECTS: [&str; 9] =
+    ["fog", "bloom", "ao", "reflections", "aperture", "shutter", "vignette", "grain", "light-cutoff"];
+
 /// What of the picture is an effect of this renderer's frames.
 fn effects(settings: &Settings) -> Option<String> {
     let plain = Settings::default().patch();
@@ -92,7 +96,7 @@ fn effects(settings: &Settings) -> Option<String> {
         let setting = afterlight::scene::SETTINGS.iter().find(|setting| setting.key == *key);
         setting.is_some_and(|own| own.text(&settings.patch()) != own.text(&plain))
     };
-    let on: Vec<&str> = ["fog", "bloom", "ao", "reflections", "aperture"].into_iter().filter(is_on).collect();
+    let on: Vec<&str> = EFFECTS.iter().copied().filter(is_on).collect();
     (!on.is_empty()).then(|| format!("effects of the picture ({}): the scene's extras name them", on.join(", ")))
 }
 
@@ -103,7 +107,7 @@ fn model(text: &str) -> Result<Sink, String> {
     let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
     match extension.as_deref() {
         Some("glb") => Ok(sink),
-        // What this is must be told as what it is, whatever its name ends in.
+        // Writing refuses a folder by that name, which says more than its ending.
         _ if Path::new(text).is_dir() => Ok(sink),
         Some(other) => Err(format!("'.{other}' is not written; use .glb")),
         None => Err("the name must end in .glb".into()),

@@ -9,7 +9,7 @@ use std::process::{self, Child, Command, Stdio};
 use afterlight::frame::WHITE_NITS;
 use afterlight::frame::calibration::Calibration;
 use afterlight::frame::{Picture, Pixels};
-use afterlight::gpu::{PhysicalDevice, Vsync, vk};
+use afterlight::gpu::{Instance, PhysicalDevice, Vsync, vk};
 use afterlight::scene::file::{Model, Origin, to_toml};
 use afterlight::scene::{Camera, CameraPath, Scene, SettingsPatch};
 use afterlight::window::{Error, Options, ReadAgain, ShaderFolder, Summary, WindowSystem, help};
@@ -114,7 +114,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             read_again: Some(read_again(args, LargestPicture::of(&device.physical))),
             shaders: args.shaders(),
         };
-        let _calibrating = Calibrating::begin(args, &device.physical);
+        let _calibrating = Calibrating::begin(args, &device.physical, &device.instance);
         let summary = system.view(&device, workload.scene, settings, options)?;
         match args.quiet || args.frames.is_none() {
             true => Ok(()),
@@ -128,19 +128,28 @@ struct Calibrating(Option<Child>);
 
 impl Calibrating {
     /// Not where frames are measured, nor where no figures are kept. What goes wrong is no matter: the next window tries again.
-    fn begin(args: &Args, device: &PhysicalDevice) -> Self {
+    fn begin(args: &Args, device: &PhysicalDevice, instance: &Instance) -> Self {
         let is_known = Calibration::of(device).is_some();
         if is_known || args.frames.is_some() || env::var_os("AFTERLIGHT_CALIBRATION").is_some_and(|dir| dir.is_empty())
         {
             return Self(None);
         }
-        let Ok(program) = own_program() else { return Self(None) };
+        let (Ok(program), Some(number)) = (own_program(), number(device, instance)) else { return Self(None) };
         // The window comes first: the figures are ratios, and so the same on a busy machine.
-        let mut command = Command::new("nice");
-        command.arg("-n19").arg(program).args(["doctor", "--calibrate", "--unasked", "--device", &device.name]);
-        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+        let mut command = if cfg!(unix) { Command::new("nice") } else { Command::new(&program) };
+        if cfg!(unix) {
+            command.arg("-n19").arg(program);
+        }
+        command.args(["doctor", "--calibrate", "--unasked", "--device", &number.to_string()]);
+        // It ends when the other end of this pipe is closed, whichever way this process ends.
+        command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null());
         Self(command.spawn().ok())
     }
+}
+
+/// As `--device` takes it: other devices may have the same name.
+fn number(device: &PhysicalDevice, instance: &Instance) -> Option<usize> {
+    instance.physical_devices().ok()?.iter().position(|own| own.raw == device.raw)
 }
 
 impl Drop for Calibrating {

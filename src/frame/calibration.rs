@@ -38,11 +38,15 @@ impl Calibration {
         (kept.layout == LAYOUT && kept.version == env!("CARGO_PKG_VERSION")).then_some(kept)
     }
 
-    /// Keeps it for later runs, and returns where.
+    /// Keeps it for later runs, and returns where. What nobody asked for does not take the place of what somebody did.
     ///
     /// # Errors
     /// When the file cannot be written.
     pub fn keep(&self, device: &PhysicalDevice) -> io::Result<PathBuf> {
+        let now = device.clone().with_calibration();
+        if !self.asked && Self::of(&now).is_some_and(|kept| kept.asked) {
+            return device.calibration_place();
+        }
         device.keep_calibration(&serde_json::to_vec(self)?)
     }
 

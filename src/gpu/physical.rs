@@ -99,13 +99,13 @@ impl PhysicalDevice {
         })
     }
 
-    /// With what [`PhysicalDevice::keep_calibration`] has kept.
-    pub(super) fn with_calibration(self) -> PhysicalDevice {
+    /// With what [`PhysicalDevice::keep_calibration`] has kept by now.
+    pub(crate) fn with_calibration(self) -> PhysicalDevice {
         let calibration = CALIBRATION.place(&self).as_deref().and_then(read);
         PhysicalDevice { calibration, ..self }
     }
 
-    /// Where [`PhysicalDevice::keep_calibration`] will write: `calibration-...` in `AFTERLIGHT_CALIBRATION`, else beside the pipeline cache.
+    /// Where [`PhysicalDevice::keep_calibration`] will write: `calibration-...` in `AFTERLIGHT_CALIBRATION`, else in `afterlight` in `XDG_CACHE_HOME` or `~/.cache`.
     ///
     /// # Errors
     /// When nothing can be written there, or there is no place for it.

@@ -1,6 +1,7 @@
 //! What frames take on a device: the figures by which `auto` chooses between ways to the same picture.
 //!
-//! A calibration (`afterlight doctor --calibrate`) measures them; a device without one has those of its kind, measured in the same way on one such device.
+//! A calibration (`afterlight doctor --calibrate`) measures them; a device without one has those of its kind, measured in the same way on one such device
+//! (but for culling on CPUs, which is too near to nothing to be measured).
 //! Figures of a device choose among light paths that give the same bits, and whether the device culls, which changes no bit either. Visibility numbers in
 //! the place of a G-buffer give a picture that differs in its last digits, so that only a calibration that somebody asked for decides on those: what a
 //! device writes must not change because a window was opened on it once.
@@ -28,7 +29,7 @@ pub struct PathCost {
     pub base: u32,
     /// Of each triangle of the scene, in picoseconds.
     pub triangle: u32,
-    /// More, where some light has a limited reach.
+    /// Added once a pixel if some light has a limited reach.
     pub lists: u32,
     /// More for each light that reaches everywhere.
     pub unlimited: u32,
@@ -60,7 +61,7 @@ pub struct Load {
     pub limited: u64,
 }
 
-/// What culling takes, in nanoseconds a frame, of whoever is busier with it.
+/// What culling takes, in nanoseconds: of the CPU for recording, and what frames take longer on the device where it culls.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CullingCost {
@@ -73,7 +74,7 @@ pub struct CullingCost {
 }
 
 impl CullingCost {
-    /// Objects from which on the device is done sooner; `usize::MAX` where it never is.
+    /// Objects from which on a device culls by itself, as it is done sooner; `usize::MAX` where it never is.
     pub fn many_objects(&self) -> usize {
         match self.cpu_object.saturating_sub(self.device_object) {
             0 => usize::MAX,
@@ -149,7 +150,7 @@ impl CostModel {
     /// Which device was measured, for a sentence.
     pub fn whose(&self) -> String {
         match self.basis {
-            Basis::Kind(name) => format!("{name} (this device was not calibrated)"),
+            Basis::Kind(name) => format!("{name} (afterlight doctor --calibrate measures this device)"),
             Basis::Unasked | Basis::Asked => "this device".into(),
         }
     }

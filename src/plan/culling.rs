@@ -5,8 +5,7 @@ use std::collections::BTreeSet;
 use super::{Capabilities, Shading, SurfaceRules};
 use crate::scene::{Culling, OptionalPart, Scene, Settings};
 
-/// From a number of objects on (`CullingCost::many_objects`) a device does it by itself: below, the CPU is done sooner than three dispatches are.
-/// And so many objects share a mesh and a material: each such pair is a command in every step of depth, drawn or not.
+/// Where a device culls by itself so many objects share a mesh and a material: each such pair is a command in every step of depth, drawn or not.
 const SHARED_BY: usize = 16;
 
 /// What is said where the device was asked and does not.
@@ -50,7 +49,10 @@ pub(super) fn choose(
             Err("the CPU does: it is the device, and leaves out casters of shadows that are not seen".into())
         }
         _ if many == usize::MAX => Err("the CPU does: the device takes longer for any number of objects".into()),
-        _ if count < many => Err(format!("the CPU does: there are fewer than {many} opaque objects")),
+        _ if count < many => Err(format!(
+            "the CPU does: there are fewer than {many} opaque objects, by figures of {}",
+            device.costs.whose()
+        )),
         _ if pairs() * SHARED_BY > count => {
             Err(format!("the CPU does: fewer than {SHARED_BY} objects share a mesh and a material"))
         }

@@ -52,7 +52,7 @@ pub(super) fn is_out(scene: &Scene, settings: &Settings, device: &Capabilities) 
         (bits > u32::BITS, "the numbers of triangles and instances do not fit into 32 bits"),
         (settings.culling == Culling::Gpu, "the device is asked to cull"),
         (
-            scene.objects.len() >= device.costs.culling.many_objects(),
+            scene.objects.len() >= device.costs.of_pictures(device.software).culling.many_objects(),
             "so many objects are left to compute, for which the device may cull them",
         ),
         (ao::is_used(scene, settings), "ambient occlusion looks at a G-buffer"),

@@ -46,68 +46,79 @@ impl Contender {
     fn median(&self, of: impl Fn(&FrameTimes) -> f64) -> f64 {
         Distribution::of(self.times.iter().map(of)).map_or(f64::NAN, |times| times.median)
     }
+
+    /// Its time over that of another in the same rounds.
+    fn ratio(&self, other: &Self) -> f64 {
+        let ratios = self.times.iter().zip(&other.times).map(|(own, other)| whole(own) / whole(other));
+        Distribution::of(ratios).map_or(f64::NAN, |ratios| ratios.median)
+    }
 }
 
 /// Measures the device. `step` is told how much is done of how much.
 ///
 /// # Errors
-/// When the device fails, or lacks the memory for frames of 1920x1080.
+/// When the device fails, or lacks the memory for five frames of 1920x1080.
 pub fn measure(device: &Arc<Device>, asked: bool, step: &mut dyn FnMut(usize, usize)) -> Result<Calibration, Error> {
     let software = device.physical.kind == vk::PhysicalDeviceType::CPU;
     let size = SIZE[usize::from(software)];
-    let culls = if software { 0 } else { 2 * OBJECTS.len() };
-    let rounds = ROUNDS[usize::from(software)] + WARM_UP;
-    let all = SCENES * COMPARED.len() + culls + rounds;
-    let mut contenders: Vec<Option<Contender>> = Vec::new();
-    let mut triangles = Vec::new();
+    let rounds = ROUNDS[usize::from(software)];
+    let all = SCENES + if software { 0 } else { OBJECTS.len() };
+    let first = open(&scenes()[0], &OpenOptions::default())?;
+    let mut anchor = Contender::new(device, &first, &settings(size, LightPath::Loop, Culling::Cpu))?;
+    let mut anchored = Vec::new();
+    let mut triangles = [0.0; SCENES];
+    // By scene and path, over the anchor's in the same rounds.
+    let mut ratios = [[f64::NAN; COMPARED.len()]; SCENES];
     for (index, spec) in scenes().iter().enumerate() {
         let scene = open(spec, &OpenOptions::default())?;
-        triangles.push(scene.objects.iter().map(|own| scene.meshes[own.mesh].indices.len() / 3).sum::<usize>() as f64);
-        for light_path in COMPARED {
+        triangles[index] = scene.triangle_count() as f64;
+        let contender = |light_path| {
             // Without lights of limited reach it is the loop, command by command.
-            let is_loop = light_path == LightPath::Clustered && index < FIRST_LIMITED;
-            let settings = settings(size, light_path, Culling::Cpu);
-            let made = if is_loop { None } else { of_device(Contender::new(device, &scene, &settings))? };
-            contenders.push(made);
-            step(contenders.len(), all);
+            match light_path == LightPath::Clustered && index < FIRST_LIMITED {
+                true => Ok(None),
+                false => of_device(Contender::new(device, &scene, &settings(size, light_path, Culling::Cpu))),
+            }
+        };
+        let mut own = COMPARED.into_iter().map(contender).collect::<Result<Vec<_>, _>>()?;
+        take_turns(&mut anchor, &mut own, rounds)?;
+        for (path, own) in own.iter().enumerate() {
+            ratios[index][path] = own.as_ref().map_or(f64::NAN, |own| own.ratio(&anchor));
         }
+        if index < FIRST_LIMITED {
+            ratios[index][1] = ratios[index][0];
+        }
+        anchored.append(&mut anchor.times);
+        step(index + 1, all);
     }
-    for count in OBJECTS.into_iter().filter(|_| culls > 0) {
+    let anchor_ms = Distribution::of(anchored.iter().map(whole)).map_or(f64::NAN, |times| times.median);
+    let mut by_culling = Vec::new();
+    for (index, count) in OBJECTS.into_iter().enumerate().filter(|_| !software) {
         let scene = open(&format!("builtin:field?objects={count}&lights=1&screens=2"), &OpenOptions::default())?;
-        for culling in [Culling::Cpu, Culling::Gpu] {
-            contenders.push(of_device(Contender::new(device, &scene, &settings(size, LightPath::Loop, culling)))?);
-            step(contenders.len(), all);
-        }
+        let contender = |culling| of_device(Contender::new(device, &scene, &settings(size, LightPath::Loop, culling)));
+        let mut own = [Culling::Cpu, Culling::Gpu].into_iter().map(contender).collect::<Result<Vec<_>, _>>()?;
+        take_turns(&mut anchor, &mut own, rounds)?;
+        by_culling.append(&mut own);
+        step(SCENES + index + 1, all);
     }
-    for round in 0..rounds {
-        for contender in contenders.iter_mut().flatten() {
+    let frames = Frames { pixels: f64::from(size[0]) * f64::from(size[1]), triangles: [triangles[0], triangles[2]] };
+    let times_of = |path: usize| ratios.map(|of_scene| of_scene[path] * anchor_ms * 1e9);
+    let looped = times_of(0);
+    let paths = std::array::from_fn(|path| frames.cost(times_of(path), looped));
+    Ok(Calibration::new(asked, paths, culling_cost(&by_culling)))
+}
+
+/// Draws frames of all in turn, so that what slows the machine slows all of them.
+fn take_turns(anchor: &mut Contender, own: &mut [Option<Contender>], rounds: usize) -> Result<(), Error> {
+    anchor.times.clear();
+    for round in 0..WARM_UP + rounds {
+        for contender in std::iter::once(&mut *anchor).chain(own.iter_mut().flatten()) {
             let times = contender.draw()?;
             if round >= WARM_UP {
                 contender.times.push(times);
             }
         }
-        step(all - rounds + round + 1, all);
     }
-    let (by_path, by_culling) = contenders.split_at(SCENES * COMPARED.len());
-    let anchor = by_path.first().and_then(Option::as_ref);
-    // By the ratios to the first contender in the same rounds, in picoseconds.
-    let time = |contender: &Contender| {
-        let anchor = anchor.unwrap_or(contender);
-        let ratios = contender.times.iter().zip(&anchor.times).map(|(own, anchor)| whole(own) / whole(anchor));
-        let ratio = Distribution::of(ratios).map_or(f64::NAN, |ratios| ratios.median);
-        ratio * anchor.median(whole) * 1e9
-    };
-    let times_of = |path: usize| {
-        std::array::from_fn(|scene| {
-            let own = by_path[scene * COMPARED.len() + path].as_ref();
-            let is_loop = COMPARED[path] == LightPath::Clustered && scene < FIRST_LIMITED;
-            own.or(by_path[scene * COMPARED.len()].as_ref().filter(|_| is_loop)).map_or(f64::NAN, time)
-        })
-    };
-    let frames = Frames { pixels: f64::from(size[0]) * f64::from(size[1]), triangles: [triangles[0], triangles[2]] };
-    let looped = times_of(0);
-    let paths = std::array::from_fn(|path| frames.cost(times_of(path), looped));
-    Ok(Calibration::new(asked, paths, culling_cost(by_culling)))
+    Ok(())
 }
 
 /// What the frames of [`scenes`] have in common.
@@ -151,6 +162,8 @@ fn whole(times: &FrameTimes) -> f64 {
 /// From few objects culled by the CPU and by the device, and from many.
 fn culling_cost(contenders: &[Option<Contender>]) -> Option<CullingCost> {
     let [Some(few_cpu), Some(few_device), Some(many_cpu), Some(many_device)] = contenders else { return None };
+    // Wall clocks have the recording in them.
+    few_cpu.times.first()?.gpu_ms?;
     // In nanoseconds. What the device takes longer for a frame counts as its own; what it hides, and the CPU does not look for, as saved.
     let on_cpu = |contender: &Contender| 1e6 * contender.median(|times| times.record_ms);
     let on_device = |cpu: &Contender, device: &Contender| {

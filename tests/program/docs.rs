@@ -117,7 +117,7 @@ fn every_example_works_when_pasted() {
             let folder = tempfile::tempdir().expect("a temporary folder");
             let mut shell = Command::new("bash");
             shell.args(["-euo", "pipefail", "-c", &format!("{SMALL}{block}")]).current_dir(folder.path());
-            shell.env("PROGRAM", env!("CARGO_BIN_EXE_afterlight"));
+            shell.env("PROGRAM", env!("CARGO_BIN_EXE_afterlight")).env("AFTERLIGHT_CALIBRATION", "");
             shell.env("AFTERLIGHT_CACHE", folder.path().join("truths"));
             if let Some(scenes) = &scenes {
                 shell.env("AFTERLIGHT_SCENES", fs::canonicalize(scenes).expect("the folder is there"));

@@ -5,7 +5,7 @@ use std::fs;
 use afterlight::frame::Pixels;
 use afterlight::plan::FramePlan;
 use afterlight::scene::gltf::{self, Exported, Shot};
-use afterlight::scene::{OpenOptions, Output, Scene, Settings, metered_ev100, open};
+use afterlight::scene::{OpenOptions, Output, Scene, Settings, SettingsPatch, metered_ev100, open};
 
 use crate::common::gpu::{Gpu, on_gpu};
 use crate::common::program::program;
@@ -39,7 +39,7 @@ fn specs() -> Vec<String> {
 fn there_and_back(spec: &str) -> (Exported, Scene) {
     let scene = open(spec, &OpenOptions::default()).unwrap_or_else(|error| panic!("{error}"));
     let exposure = scene.settings.exposure.unwrap_or_else(|| metered_ev100(&scene));
-    let shot = Shot { size: SIZE, exposure, ..Shot::default() };
+    let shot = Shot { size: SIZE, exposure, settings: SettingsPatch::default(), copyright: None };
     let exported = gltf::write(scene, &shot).unwrap_or_else(|error| panic!("{error}"));
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("scene.glb");

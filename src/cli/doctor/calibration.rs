@@ -1,5 +1,7 @@
 //! What frames take on a device: measured with `--calibrate`, and told with all that is known of a device.
 
+use std::{io, process, thread};
+
 use afterlight::frame::capabilities;
 use afterlight::gpu::{DeviceChoice, PhysicalDevice};
 use afterlight::plan::{Basis, COMPARED, CostModel, CullingCost, PathCost};
@@ -86,6 +88,9 @@ impl CalibrationReport {
 
 /// Measures the device and keeps the figures for later runs.
 pub fn run(device: Option<DeviceChoice>, asked: bool, json: bool) -> Result<(), Failure> {
+    if !asked {
+        thread::spawn(end_with_parent);
+    }
     session::with_device(&DeviceArgs { device, validate: None }, |device| {
         let unkept = |error| {
             let what = format!("the figures of {} cannot be kept: {error}", device.physical.name);
@@ -108,4 +113,10 @@ pub fn run(device: Option<DeviceChoice>, asked: bool, json: bool) -> Result<(), 
         };
         output::print(&text, false)
     })
+}
+
+/// Ends the process when nobody holds the other end of standard input any more: the window that it measures beside is gone.
+fn end_with_parent() {
+    let _ = io::copy(&mut io::stdin(), &mut io::sink());
+    process::exit(0);
 }

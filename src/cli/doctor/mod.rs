@@ -38,7 +38,7 @@ pub struct Args {
     /// The device to calibrate: its number in `afterlight doctor`, or a part of its name [default: a real GPU before a CPU]
     #[arg(long, value_name = "N|NAME", value_parser = args::device, allow_hyphen_values = true, requires = "calibrate")]
     device: Option<DeviceChoice>,
-    /// Nobody asked for the measurement: no picture changes by a bit
+    /// Measure for a window: the figures leave every picture as it is, and the process ends with its standard input
     #[arg(long, hide = true, requires = "calibrate")]
     unasked: bool,
 }

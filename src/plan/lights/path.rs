@@ -105,6 +105,10 @@ fn reason(path: LightPath, outs: &[(LightPath, Option<&'static str>)], figures: 
         others.extend(cost(own).map(|cost| (own, cost)));
     }
     others.sort_by(|a, b| a.1.total_cmp(&b.1));
+    // Figures that nobody asked for decide between these two alone.
+    let decides =
+        |own: &LightPath| figures.basis != Basis::Unasked || matches!(own, LightPath::Loop | LightPath::Clustered);
+    others.retain(|(own, _)| decides(own));
     let mut text = format!("{many}{reach}");
     if !others.is_empty() {
         let all = std::iter::once(path).chain(others.iter().map(|&(own, _)| own)).filter_map(named);
@@ -190,7 +194,7 @@ fn compute_is_out(scene: &Scene, settings: &Settings, device: &Capabilities) -> 
     [
         (
             device.lazily_allocated && device.costs.basis != Basis::Asked,
-            "the G-buffer would leave the tile, and the device was not calibrated",
+            "the G-buffer would leave the tile, and nobody typed doctor --calibrate",
         ),
         (device.compute_invocations < TILE_INVOCATIONS, "the device's work groups are too small"),
         (transparent, "transparent surfaces come after it"),
@@ -215,7 +219,7 @@ fn needs_gbuffer(view: View) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::{ABSENT, FramePlan, PathCost, samples};
+    use crate::plan::{ABSENT, CullingCost, FramePlan, PathCost, samples};
     use crate::scene::{AmbientOcclusion, Brdf, Falloff, Keep, Light, Material};
 
     #[test]
@@ -234,7 +238,9 @@ mod tests {
             let (path, why) = chosen(&lamps(count), &defaults, &gpu);
             assert_eq!(path, LightPath::Visibility);
             assert!(
-                why.contains("by figures of an NVIDIA H200 (this device was not calibrated), visibility "),
+                why.contains(
+                    "by figures of an NVIDIA H200 (afterlight doctor --calibrate measures this device), visibility "
+                ),
                 "{why}"
             );
         }
@@ -255,7 +261,7 @@ mod tests {
             [(&defaults, &software), (&defaults, &tiler), (&Settings { fxaa: true, ..defaults.clone() }, &gpu)]
         {
             let (path, why) = chosen(&lamps(100), settings, device);
-            assert!(path == LightPath::Clustered && why.contains("not compute, as") != device.software, "{why}");
+            assert!(path == LightPath::Clustered && why.contains("not visibility, as") != device.software, "{why}");
         }
         let mut unlimited = lamps(9);
         unlimited.lights = vec![samples::spot(Falloff::InverseSquare); 9];
@@ -299,6 +305,16 @@ mod tests {
             paths[0] = ABSENT;
             assert_eq!(chosen(5, &measured(Basis::Asked, paths)), LightPath::Clustered);
         }
+        // Nor do they move the number of objects that visibility leaves to the device's culling.
+        let mut device = samples::device();
+        device.costs.basis = Basis::Unasked;
+        device.costs.culling = CullingCost { cpu_object: 1000, device_frame: 0, device_object: 0 };
+        let mut crowd = lamps(5);
+        crowd.objects = (0..1000).map(|_| crowd.objects[0].clone()).collect();
+        let planned = |device| FramePlan::of(&crowd, &Settings::default(), &device).expect("a plan").light_path;
+        assert_eq!((planned(device), planned(samples::device())), (LightPath::Visibility, LightPath::Visibility));
+        device.costs.basis = Basis::Asked;
+        assert_eq!(planned(device), LightPath::Compute);
         let tiler = Capabilities { lazily_allocated: true, ..samples::device() };
         assert_eq!(chosen(5, &tiler), LightPath::Clustered);
         let measured = CostModel { basis: Basis::Asked, ..tiler.costs };

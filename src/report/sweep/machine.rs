@@ -1,6 +1,7 @@
 //! Where times are taken.
 
 use super::model::Machine;
+use crate::frame::calibration::Calibration;
 use crate::gpu::PhysicalDevice;
 use crate::shaders;
 use ash::vk;
@@ -14,13 +15,19 @@ pub fn here(device: &PhysicalDevice) -> Machine {
     let driver_threads = std::env::var(DRIVER_THREADS).ok().and_then(|text| text.parse().ok());
     Machine {
         device: device.name.clone(),
-        driver: format!("{} {}", device.driver_name, device.driver_info).trim().to_owned(),
+        driver: format!("{} {}{}", device.driver_name, device.driver_info, calibrated(device)).trim().to_owned(),
         software,
         os: os(),
         cpu: cpu().unwrap_or_else(|| std::env::consts::ARCH.into()),
         threads: threads(),
         driver_threads: driver_threads.filter(|_| software),
     }
+}
+
+/// The figures that `auto` chooses by, told apart: with others the same settings may draw in another way.
+fn calibrated(device: &PhysicalDevice) -> String {
+    let figures = device.calibration.as_ref().filter(|_| Calibration::of(device).is_some());
+    figures.map_or_else(String::new, |figures| format!(", calibrated ({:08x})", crc32fast::hash(figures)))
 }
 
 /// The shaders, and whether this is a build for finding mistakes: its frames take longer.

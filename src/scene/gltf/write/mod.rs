@@ -32,7 +32,7 @@ use self::nodes::Nodes;
 use crate::scene::{Environment, Error, SETTINGS, Scene, SettingsPatch, exposure_scale, luminance};
 
 /// What the file says of the picture besides the scene.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Shot {
     /// Width and height in pixels; both at least 1.
     pub size: [u32; 2],
@@ -60,9 +60,15 @@ pub struct Exported {
 /// Writes a scene as it is when no clip has begun. Particles, skies, ambient light and what else glTF has no words for are left out, and told.
 ///
 /// # Errors
-/// [`Error::Scene`] for a fault of the scene, for one without a triangle, and for one that is too large for a `.glb`.
+/// [`Error::Scene`] for a fault of the scene, for a picture without pixels, for a scene without a triangle, and for one that is too large for a `.glb`.
 pub fn write(scene: Scene, shot: &Shot) -> Result<Exported, Error> {
     scene.check()?;
+    if shot.size.contains(&0) {
+        return Err(Error::Scene(format!(
+            "{}: a picture of {}x{} shows nothing",
+            scene.name, shot.size[0], shot.size[1]
+        )));
+    }
     let environment = scene.environment;
     let (mut scene, left_out) = expressible::expressible(scene);
     if scene.objects.is_empty() {

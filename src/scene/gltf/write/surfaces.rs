@@ -17,8 +17,15 @@ pub(super) fn express(scene: &mut Scene, left_out: &mut Vec<String>) {
     drop_lone_coats(scene);
     tell(left_out, before - scene.objects.len(), "coat", "lies on no other object and is left out");
     let worn: BTreeSet<usize> = scene.objects.iter().map(|object| object.material).collect();
-    let (mut phong, mut atlases) = (0, 0);
+    let (mut phong, mut atlases, mut glass) = (0, 0, 0);
+    let textures = &mut scene.textures;
     for (_, material) in scene.materials.iter_mut().enumerate().filter(|(index, _)| worn.contains(index)) {
+        // The reader merges a texture of transmission into the colour's alpha, which glTF does not read of glass.
+        let color = material.texture(TextureSlot::BaseColor).filter(|_| material.alpha_mode == AlphaMode::Glass);
+        if color.is_some_and(|index| textures[index].rgba8_mut().chunks_exact(4).any(|texel| texel[3] < 255)) {
+            material.alpha_mode = AlphaMode::Blend;
+            glass += 1;
+        }
         if !material.unlit && !is_coat(material) {
             phong += usize::from(model(material));
         }
@@ -29,6 +36,7 @@ pub(super) fn express(scene: &mut Scene, left_out: &mut Vec<String>) {
         normal_form(material);
     }
     tell(left_out, phong, "material", "a Phong model is written as metallic-roughness with a highlight about as wide");
+    tell(left_out, glass, "material", "glass whose texture says how much light it holds back is written as blended");
     tell(left_out, atlases, "material", "the whole atlas is shown in place of a cell");
 }
 

@@ -14,7 +14,7 @@ use crate::scene::{
 };
 
 fn shot() -> Shot {
-    Shot { size: [16, 9], exposure: 7.3, ..Shot::default() }
+    Shot { size: [16, 9], exposure: 7.3, settings: SettingsPatch::default(), copyright: None }
 }
 
 fn exported(scene: Scene) -> Exported {
