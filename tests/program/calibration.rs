@@ -2,7 +2,11 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::thread;
+use std::time::Duration;
 
+use afterlight::gpu::{decode_device_file, encode_device_file};
 use serde_json::Value;
 
 use crate::common::program::program;
@@ -70,11 +74,50 @@ fn figures_of_a_device_are_kept_and_chosen_by() {
         fs::write(&file, bytes).expect("written");
         assert!(reason(&folder).contains("doctor --calibrate measures this device"), "{what}");
     }
+    // Figures of another version, of another layout, and whole files that are no figures.
+    let figures = decode_device_file(whole.clone()).expect("whole");
+    let text = String::from_utf8(figures).expect("JSON");
+    let version = format!("\"version\":\"{}\"", env!("CARGO_PKG_VERSION"));
+    let changed = |from: &str, to: &str| {
+        assert!(text.contains(from), "{text}");
+        fs::write(&file, encode_device_file(text.replace(from, to).as_bytes())).expect("written");
+    };
+    for (from, to) in
+        [(version.as_str(), "\"version\":\"0.0.1\""), ("\"layout\":1", "\"layout\":0"), ("\"asked\"", "\"else\"")]
+    {
+        changed(from, to);
+        assert!(reason(&folder).contains("doctor --calibrate measures this device"), "{to}");
+    }
+    // What a window measured decides between loop and clustered, and says nothing of the others.
+    changed("\"asked\":true", "\"asked\":false");
+    let why = reason(&folder);
+    assert!(
+        why.contains("by figures of this device,") && !why.contains("compute 0") && !why.contains("compute 1"),
+        "{why}"
+    );
+    let (_, out, _) = run(&folder, &["doctor"]);
+    assert!(out.contains("what was measured on this device beside a window\n"), "{out}");
     fs::write(&file, &whole).expect("written");
     assert!(reason(&folder).contains("by figures of this device,"));
-    // A suite's verdicts are the same on a machine that was measured.
+    // Without a folder no figures are read.
     let (code, out, err) = run(Path::new(""), &["inspect", SCENE]);
     assert!(code == Some(0) && out.contains("doctor --calibrate measures this device"), "{err}");
+}
+
+/// Its window may have been killed.
+#[test]
+fn a_measurement_beside_a_window_ends_when_the_window_is_gone() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut command = program();
+    command.env("AFTERLIGHT_CALIBRATION", folder.path()).args(["doctor", "--calibrate", "--unasked"]);
+    let mut child = command.stdin(Stdio::piped()).stdout(Stdio::null()).spawn().expect("started");
+    thread::sleep(Duration::from_millis(300));
+    assert!(child.try_wait().expect("asked").is_none(), "it measures while the pipe is open");
+    drop(child.stdin.take());
+    // In whichever state: its driver may still have been compiling.
+    child.wait().expect("ended");
+    let files = fs::read_dir(folder.path()).expect("a folder").count();
+    assert_eq!(files, 0, "half a measurement is kept as none");
 }
 
 #[test]
