@@ -148,10 +148,10 @@ impl CostModel {
     }
 
     /// Which device was measured, for a sentence.
-    pub fn whose(&self) -> String {
+    pub fn whose(&self) -> &'static str {
         match self.basis {
-            Basis::Kind(name) => format!("{name} (afterlight doctor --calibrate measures this device)"),
-            Basis::Unasked | Basis::Asked => "this device".into(),
+            Basis::Kind(name) => name,
+            Basis::Unasked | Basis::Asked => "this device",
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Capabilities, Shading, SurfaceRules};
+use super::{Basis, Capabilities, Shading, SurfaceRules};
 use crate::scene::{Culling, OptionalPart, Scene, Settings};
 
 /// Where a device culls by itself so many objects share a mesh and a material: each such pair is a command in every step of depth, drawn or not.
@@ -49,10 +49,11 @@ pub(super) fn choose(
             Err("the CPU does: it is the device, and leaves out casters of shadows that are not seen".into())
         }
         _ if many == usize::MAX => Err("the CPU does: the device takes longer for any number of objects".into()),
-        _ if count < many => Err(format!(
-            "the CPU does: there are fewer than {many} opaque objects, by figures of {}",
-            device.costs.whose()
-        )),
+        _ if count < many => {
+            let measured =
+                if matches!(device.costs.basis, Basis::Kind(_)) { "" } else { ", as measured on this device" };
+            Err(format!("the CPU does: there are fewer than {many} opaque objects{measured}"))
+        }
         _ if pairs() * SHARED_BY > count => {
             Err(format!("the CPU does: fewer than {SHARED_BY} objects share a mesh and a material"))
         }

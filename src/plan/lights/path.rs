@@ -112,7 +112,12 @@ fn reason(path: LightPath, outs: &[(LightPath, Option<&'static str>)], figures: 
     let mut text = format!("{many}{reach}");
     if !others.is_empty() {
         let all = std::iter::once(path).chain(others.iter().map(|&(own, _)| own)).filter_map(named);
-        let _ = write!(text, ": by figures of {}, {} ms", figures.whose(), all.collect::<Vec<_>>().join(", "));
+        let hint = match figures.basis {
+            Basis::Kind(_) => " (afterlight doctor --calibrate measures this device)",
+            Basis::Unasked | Basis::Asked => "",
+        };
+        let all = all.collect::<Vec<_>>().join(", ");
+        let _ = write!(text, ": by figures of {}{hint}, {all} ms", figures.whose());
     }
     // Of compute and visibility, which are out for the same reasons, the reason once.
     let mut told = None;
