@@ -126,7 +126,7 @@ pub struct Capabilities {
     pub indirect_draws: bool,
     /// The device is a CPU.
     pub software: bool,
-    /// What frames take on it.
+    /// The figures that `auto` chooses by.
     pub costs: CostModel,
     /// BC7 can be sampled, with linear filtering.
     pub bc7: bool,

@@ -5,13 +5,13 @@ use std::path::Path;
 
 use afterlight::scene::builtin;
 use afterlight::scene::gltf::{self, Shot};
-use afterlight::scene::{Scene, Settings, SettingsPatch, metered_ev100};
+use afterlight::scene::{Settings, SettingsPatch, metered_ev100};
 
 use super::args::SettingsArgs;
 use super::failure::Failure;
 use super::output::{self, Sink, quoted};
 use super::table::bytes;
-use super::workload::Workload;
+use super::workload::{Workload, counts};
 
 /// Whose the built-in scenes are.
 const CC0: &str = "CC0 1.0: made by the Afterlight project";
@@ -64,7 +64,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     output::print(&warnings, true)?;
     workload.scene = exported.scene;
     let size = bytes(exported.bytes.len() as u64);
-    let mut text = format!("{name} -> {}: {size} of glTF 2.0\n{}\n{place}\n", args.output, content(&workload.scene));
+    let mut text = format!("{name} -> {}: {size} of glTF 2.0\n{}\n{place}\n", args.output, counts(&workload.scene));
     if !exported.extensions.is_empty() {
         let _ = writeln!(text, "extensions: {}", exported.extensions.join(", "));
     }
@@ -74,22 +74,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     output::print(&text, args.output.is_stdout())
 }
 
-fn content(scene: &Scene) -> String {
-    let counts = [
-        (scene.objects.len(), "object"),
-        (scene.triangle_count(), "triangle"),
-        (scene.materials.len(), "material"),
-        (scene.textures.len(), "texture"),
-        (scene.lights.len(), "light"),
-    ];
-    counts.map(|(count, what)| format!("{count} {what}{}", if count == 1 { "" } else { "s" })).join(", ")
-}
-
 /// Settings of what frames do to the picture beside lighting it.
 const EFFECTS: [&str; 9] =
     ["fog", "bloom", "ao", "reflections", "aperture", "shutter", "vignette", "grain", "light-cutoff"];
 
-/// What of the picture is an effect of this renderer's frames.
+/// Names the settings in use that glTF has no words for, because they work on this renderer's frames.
 fn effects(settings: &Settings) -> Option<String> {
     let plain = Settings::default().patch();
     let is_on = |key: &&str| {

@@ -195,15 +195,7 @@ impl Workload {
     /// What the scene holds, and how large it is.
     pub fn content(&self) -> String {
         let (scene, bounds) = (&self.scene, self.scene.bounds());
-        let counts = [
-            (scene.objects.len(), "object"),
-            (scene.triangle_count(), "triangle"),
-            (scene.materials.len(), "material"),
-            (scene.textures.len(), "texture"),
-            (scene.lights.len(), "light"),
-        ];
-        let counted = counts.map(|(count, what)| format!("{count} {what}{}", if count == 1 { "" } else { "s" }));
-        let mut text = counted.join(", ");
+        let mut text = counts(scene);
         if !bounds.is_empty() {
             let (min, max, size) = (bounds.min, bounds.max, bounds.size());
             // With four digits of the longest side.
@@ -374,6 +366,18 @@ pub fn memory_table(memory: &MemoryReport) -> Table {
         table.row(["peak of the process".to_owned(), bytes(peak)]);
     }
     table
+}
+
+/// Counts objects, triangles, materials, textures and lights.
+pub fn counts(scene: &Scene) -> String {
+    let counts = [
+        (scene.objects.len(), "object"),
+        (scene.triangle_count(), "triangle"),
+        (scene.materials.len(), "material"),
+        (scene.textures.len(), "texture"),
+        (scene.lights.len(), "light"),
+    ];
+    counts.map(|(count, what)| format!("{count} {what}{}", if count == 1 { "" } else { "s" })).join(", ")
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! The figures of a device, kept from run to run: what [`crate::report::calibrate`] measures, and plans choose by.
+//! A device's figures, kept from run to run: [`crate::report::calibrate`] measures them, and plans choose by them.
 
 use std::io;
 use std::path::PathBuf;
@@ -8,10 +8,10 @@ use serde::{Deserialize, Serialize};
 use crate::gpu::{PhysicalDevice, vk};
 use crate::plan::{ABSENT, Basis, COMPARED, CostModel, CullingCost, PathCost};
 
-/// Of the file. Figures of another layout, or of another version of the program, are measured again.
+/// The file's layout. Files of another layout or of another version of the program are ignored.
 const LAYOUT: u32 = 1;
 
-/// What frames take on a device.
+/// The measured figures of one device and driver.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Calibration {
@@ -20,19 +20,19 @@ pub struct Calibration {
     version: String,
     /// Somebody asked for it: it then also decides between pictures that differ in their last digits.
     pub asked: bool,
-    /// Of each of [`COMPARED`]; `None` where the device cannot take it.
+    /// One entry for each of [`COMPARED`]; `None` where the device cannot take the path.
     pub paths: [Option<PathCost>; COMPARED.len()],
     /// `None` on CPU devices, on which the two ways take the same within what can be measured.
     pub culling: Option<CullingCost>,
 }
 
 impl Calibration {
-    /// Of what was measured.
+    /// Makes a calibration of this version of the program.
     pub fn new(asked: bool, paths: [Option<PathCost>; COMPARED.len()], culling: Option<CullingCost>) -> Self {
         Self { layout: LAYOUT, version: env!("CARGO_PKG_VERSION").into(), asked, paths, culling }
     }
 
-    /// What an earlier run of this version has kept.
+    /// Reads what an earlier run of this version has kept.
     pub fn of(device: &PhysicalDevice) -> Option<Self> {
         let kept: Self = serde_json::from_slice(device.calibration.as_deref()?).ok()?;
         (kept.layout == LAYOUT && kept.version == env!("CARGO_PKG_VERSION")).then_some(kept)
@@ -59,7 +59,7 @@ impl Calibration {
     }
 }
 
-/// What frames take on a device, by its own figures or by those of its kind.
+/// Returns the device's own figures, or those of its kind.
 pub(super) fn costs(device: &PhysicalDevice) -> CostModel {
     let software = device.kind == vk::PhysicalDeviceType::CPU;
     Calibration::of(device).map_or(CostModel::of_kind(software), |kept| kept.costs(software))

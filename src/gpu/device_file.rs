@@ -27,9 +27,9 @@ pub(super) struct Kind {
     pub variable: &'static str,
 }
 
-/// What a driver has compiled.
+/// The driver's pipeline cache.
 pub(super) const PIPELINES: Kind = Kind { name: "pipelines", variable: "AFTERLIGHT_PIPELINE_CACHE" };
-/// What was measured of the device.
+/// The measured figures of the device.
 pub(super) const CALIBRATION: Kind = Kind { name: "calibration", variable: "AFTERLIGHT_CALIBRATION" };
 
 impl Kind {
@@ -60,12 +60,12 @@ impl Kind {
     }
 }
 
-/// What a file holds, if it is there and whole.
+/// Returns a file's content, if it is there and whole.
 pub(super) fn read(file: &Path) -> Option<Vec<u8>> {
     decode(read_regular(file, MOST_BYTES).ok()?)
 }
 
-/// What the bytes of a file hold, if they are whole.
+/// Returns the content of a file's bytes, if they are whole.
 pub fn decode(mut bytes: Vec<u8>) -> Option<Vec<u8>> {
     let number = |at: usize| Some(u64::from_le_bytes(bytes.get(at..at + 8)?.try_into().ok()?));
     let (length, sum) = (number(8)?, number(16)?);

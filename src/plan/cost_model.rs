@@ -1,4 +1,4 @@
-//! What frames take on a device: the figures by which `auto` chooses between ways to the same picture.
+//! A cost model of frames on a device, by which `auto` chooses between ways to the same picture.
 //!
 //! A calibration (`afterlight doctor --calibrate`) measures them; a device without one has those of its kind, measured in the same way on one such device
 //! (but for culling on CPUs, which is too near to nothing to be measured).
@@ -21,13 +21,13 @@ pub enum Basis {
     Asked,
 }
 
-/// What a frame takes with one light path, in picoseconds a pixel: of the whole frame, GEOMETRY included.
+/// The cost of a frame with one light path, GEOMETRY included, in picoseconds a pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PathCost {
     /// Without a light, for surfaces that fill the picture.
     pub base: u32,
-    /// Of each triangle of the scene, in picoseconds.
+    /// Added for each triangle of the scene, in picoseconds.
     pub triangle: u32,
     /// Added once a pixel if some light has a limited reach.
     pub lists: u32,
@@ -38,7 +38,7 @@ pub struct PathCost {
 }
 
 impl PathCost {
-    /// Of a frame with so much in it, in picoseconds.
+    /// Returns a frame's time in picoseconds.
     fn of(self, load: &Load) -> u64 {
         let times = |count: u64, each: u32| count.saturating_mul(u64::from(each));
         let lists = if load.limited > 0 { self.lists } else { 0 };
@@ -48,12 +48,12 @@ impl PathCost {
     }
 }
 
-/// What frames have to draw, as far as their cost depends on it.
+/// The load of a frame, as far as its cost depends on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Load {
-    /// Of the picture.
+    /// Pixels of the picture.
     pub pixels: u64,
-    /// Of all opaque objects.
+    /// Triangles of all objects.
     pub triangles: u64,
     /// Lights that reach everywhere.
     pub unlimited: u64,
@@ -61,11 +61,11 @@ pub struct Load {
     pub limited: u64,
 }
 
-/// What culling takes, in nanoseconds: of the CPU for recording, and what frames take longer on the device where it culls.
+/// The cost of culling in nanoseconds: the CPU's recording, and by how much frames take longer on a device that culls.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CullingCost {
-    /// Of the CPU for each object, where it culls.
+    /// Where the CPU culls: for each object.
     pub cpu_object: u32,
     /// Where the device culls: of any frame.
     pub device_frame: u32,
@@ -94,17 +94,17 @@ pub const COMPARED: [LightPath; 4] = [LightPath::Loop, LightPath::Clustered, Lig
 pub struct CostModel {
     /// Where they come from.
     pub basis: Basis,
-    /// Of each of [`COMPARED`]; a path that the device does not have is never cheapest.
+    /// One entry for each of [`COMPARED`]; [`ABSENT`] is never cheapest.
     pub paths: [PathCost; COMPARED.len()],
-    /// Of culling.
+    /// The cost of both ways to cull.
     pub culling: CullingCost,
 }
 
-/// Of a path that a device does not have, or that could not be measured.
+/// Stands for a path that a device does not have, or that could not be measured.
 pub const ABSENT: PathCost = PathCost { base: u32::MAX, triangle: 0, lists: 0, unlimited: 0, limited: 0 };
 
 impl CostModel {
-    /// Of GPUs.
+    /// Stands for GPUs that were not measured.
     pub const GPU: Self = Self {
         basis: Basis::Kind("an NVIDIA H200"),
         paths: [
@@ -117,7 +117,7 @@ impl CostModel {
         culling: CullingCost { cpu_object: 99, device_frame: 400_000, device_object: 5 },
     };
 
-    /// Of CPUs.
+    /// Stands for CPUs that were not measured.
     pub const CPU: Self = Self {
         basis: Basis::Kind("lavapipe of Mesa 25.0"),
         paths: [
@@ -130,12 +130,12 @@ impl CostModel {
         culling: CullingCost { cpu_object: 570, device_frame: 2_000_000, device_object: 110 },
     };
 
-    /// Of a device that was not measured.
+    /// Returns the figures for a device that was not measured.
     pub fn of_kind(software: bool) -> Self {
         if software { Self::CPU } else { Self::GPU }
     }
 
-    /// What a frame takes by one of [`COMPARED`], in picoseconds.
+    /// Returns a frame's time by one of [`COMPARED`], in picoseconds.
     pub fn of(&self, path: LightPath, load: &Load) -> Option<u64> {
         let cost = self.paths[COMPARED.iter().position(|compared| *compared == path)?];
         (cost != ABSENT).then(|| cost.of(load))

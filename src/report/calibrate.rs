@@ -121,16 +121,16 @@ fn take_turns(anchor: &mut Contender, own: &mut [Option<Contender>], rounds: usi
     Ok(())
 }
 
-/// What the frames of [`scenes`] have in common.
+/// Pixels and triangles of the frames of [`scenes`].
 struct Frames {
     pixels: f64,
-    /// Of the first scene, and of that with more.
+    /// Those of the first scene, and of the detailed one.
     triangles: [f64; 2],
 }
 
 impl Frames {
-    /// From the times of the scenes, in picoseconds, and those of the loop: what lists take is told apart from what another scene does by what the
-    /// loop takes in both. `None` where nothing was measured.
+    /// Solves for a path's figures from the times of the scenes, in picoseconds. The scenes with limited lights also differ otherwise; the loop's times in both
+    /// tell that difference apart from the cost of lists. `None` where nothing was measured.
     fn cost(&self, times: [f64; SCENES], looped: [f64; SCENES]) -> Option<PathCost> {
         let each = |[few, many]: [u32; 2], less: f64, more: f64| ((more - less) / f64::from(many - few)).max(0.0);
         let figures = |times: [f64; SCENES]| {
@@ -154,12 +154,12 @@ impl Frames {
     }
 }
 
-/// Of a frame, by the device's clock where it has one.
+/// A frame's time in milliseconds, by the device's clock where it has one.
 fn whole(times: &FrameTimes) -> f64 {
     times.gpu_ms.unwrap_or(times.wall_ms)
 }
 
-/// From few objects culled by the CPU and by the device, and from many.
+/// Solves for the figures of culling from few objects culled by the CPU and by the device, and from many.
 fn culling_cost(contenders: &[Option<Contender>]) -> Option<CullingCost> {
     let [Some(few_cpu), Some(few_device), Some(many_cpu), Some(many_device)] = contenders else { return None };
     // Wall clocks have the recording in them.
@@ -204,7 +204,7 @@ fn settings(size: [u32; 2], light_path: LightPath, culling: Culling) -> Settings
     Settings { size, light_path, culling, shadows, samples: 1, ..Settings::default() }
 }
 
-/// What the device cannot do is not measured.
+/// Turns a refused plan into an absent contender.
 fn of_device<T>(made: Result<T, Error>) -> Result<Option<T>, Error> {
     match made {
         Ok(made) => Ok(Some(made)),

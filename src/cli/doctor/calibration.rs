@@ -1,4 +1,4 @@
-//! What frames take on a device: measured with `--calibrate`, and told with all that is known of a device.
+//! `--calibrate` measures the figures that `auto` chooses by; without it `doctor` tells them with the rest of a device.
 
 use std::{io, process, thread};
 
@@ -26,7 +26,7 @@ pub struct CalibrationReport {
     many_objects: Option<usize>,
 }
 
-/// In picoseconds.
+/// One path's figures, in picoseconds.
 #[derive(Debug, Serialize)]
 struct PathReport {
     path: String,

@@ -69,7 +69,7 @@ pub struct DeviceReport {
     vulkan: String,
     limits: Vec<Limit>,
     formats: Vec<Format>,
-    /// What frames take on it.
+    /// The figures that `auto` chooses by.
     calibration: CalibrationReport,
     /// Why nothing can be drawn on it.
     unusable: Option<String>,
