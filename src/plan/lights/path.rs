@@ -54,7 +54,7 @@ fn cheapest(
     (planned, bounded): (&[usize], usize),
     device: &Capabilities,
 ) -> (LightPath, String) {
-    let triangles = scene.objects.iter().map(|object| scene.meshes[object.mesh].indices.len() as u64 / 3).sum();
+    let triangles = scene.triangle_count() as u64;
     let [width, height] = settings.size.map(u64::from);
     let (unlimited, limited) = ((planned.len() - bounded) as u64, bounded as u64);
     let load = Load { pixels: width * height, triangles, unlimited, limited };
