@@ -1,12 +1,19 @@
 //! FLIP, the error that somebody sees who flips between two pictures (Andersson et al. 2020), by NVIDIA's own code.
 
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageFloat, FlipImageRgb8, magma_lut};
+use rayon::prelude::*;
 
 use super::images::{Mismatch, Srgb8Image, same_size};
 
 /// How far away the eye is: pixels in a degree of its view. 67 is a 0.7 m wide screen of 3840 pixels seen from 0.7 m, the authors' own
 /// choice.
 pub const PIXELS_PER_DEGREE: f32 = DEFAULT_PIXELS_PER_DEGREE;
+
+/// How many rows (and columns) away a pixel's error can come from: the larger of the two filters' radii. The contrast sensitivity's is three standard
+/// deviations of its widest Gaussian, ceil(3 sqrt(0.04 / (2 pi^2)) 67) = 10, that of edges and points ceil(3 x 0.041 x 67) = 9.
+const REACH: usize = 10;
+/// The fewest rows of a band: a band also filters [`REACH`] rows on either side of its own.
+const LEAST_ROWS: usize = 4 * REACH;
 
 /// The error at each pixel, 0 (none) to 1, rows from the top.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,19 +41,32 @@ impl FlipMap {
     }
 }
 
-/// LDR-FLIP of two pictures at [`PIXELS_PER_DEGREE`].
+/// LDR-FLIP of two pictures at [`PIXELS_PER_DEGREE`]. All of rayon's threads take part, a band of rows each; the errors are those of the whole picture
+/// to the bit.
 ///
 /// # Errors
 /// When the sizes differ, or a picture does not have as many pixels as it says.
 pub fn flip(actual: &Srgb8Image, expected: &Srgb8Image) -> Result<FlipMap, Mismatch> {
     same_size((actual.size, &actual.pixels), (expected.size, &expected.pixels))?;
-    let size @ [width, height] = actual.size;
+    let size = actual.size;
     if actual.pixels.is_empty() {
         return Ok(FlipMap { size, errors: Vec::new() });
     }
-    let [actual, expected] =
-        [actual, expected].map(|image| FlipImageRgb8::with_data(width, height, image.pixels.as_flattened()));
-    Ok(FlipMap { size, errors: nv_flip::flip(expected, actual, PIXELS_PER_DEGREE).to_vec() })
+    let [width, height] = size.map(|side| side as usize);
+    let rows = height.div_ceil(rayon::current_num_threads()).max(LEAST_ROWS);
+    let mut errors = vec![0.0; width * height];
+    errors.par_chunks_mut(rows * width).enumerate().for_each(|(band, own)| {
+        let first = band * rows;
+        let above = first.min(REACH);
+        let end = (first + own.len() / width + REACH).min(height);
+        let [actual, expected] = [actual, expected].map(|image| {
+            let pixels = &image.pixels[(first - above) * width..end * width];
+            FlipImageRgb8::with_data(size[0], (end - first + above) as u32, pixels.as_flattened())
+        });
+        let with_reach = nv_flip::flip(expected, actual, PIXELS_PER_DEGREE).to_vec();
+        own.copy_from_slice(&with_reach[above * width..][..own.len()]);
+    });
+    Ok(FlipMap { size, errors })
 }
 
 #[cfg(test)]
@@ -78,6 +98,25 @@ mod tests {
         assert_eq!(map.errors[31], 0.0, "far away nothing is seen");
         let mean = |code| flip(&filled([code; 3]), &expected).expect("sizes agree").mean();
         assert!(0.0 < mean(122) && mean(122) < mean(140) && mean(140) < mean(200));
+    }
+
+    #[test]
+    fn bands_are_the_whole_to_the_bit() {
+        let size @ [width, height] = [48, 3 * LEAST_ROWS as u32 + 7];
+        let mut random = fastrand::Rng::with_seed(7);
+        let mut noise =
+            || Srgb8Image { size, pixels: (0..width * height).map(|_| [0; 3].map(|_: u8| random.u8(..))).collect() };
+        let (actual, expected) = (noise(), noise());
+        let whole = {
+            let [actual, expected] =
+                [&actual, &expected].map(|image| FlipImageRgb8::with_data(width, height, image.pixels.as_flattened()));
+            nv_flip::flip(expected, actual, PIXELS_PER_DEGREE).to_vec()
+        };
+        for threads in [1, 2, 4, 64] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+            let map = pool.install(|| flip(&actual, &expected)).expect("sizes agree");
+            assert_eq!(map.errors, whole, "{threads} threads");
+        }
     }
 
     #[test]

@@ -6,7 +6,7 @@ use crate::common::stage::{
     EDGE, EYE, add, directional, display, exact, gbuffer, lambert, open, own, plane, point, rectangle, srgb_code, stage,
 };
 use crate::common::truth::radiance;
-use crate::common::{one_of, some_in_turn};
+use crate::common::{one_of, some_in_turn, some_of};
 use afterlight::frame::{Complexity, Picture, sample_offset};
 use afterlight::scene::{
     AlphaMode, ColorSpace, Falloff, LightPath, Material, Output, Resolve, Scene, Settings, Texture, Transparency, View,
@@ -299,7 +299,7 @@ fn the_layers_have_nothing_to_say_about_any_of_it() {
             scene.name += " of glass";
             scene
         });
-        for scene in scenes.into_iter().chain(glass) {
+        for scene in some_of(scenes.into_iter().chain(glass), 3) {
             let spec = scene.name.clone();
             let base = own(&scene, 24, 16);
             let forward = Settings { msaa: 4, light_path: LightPath::Forward, ..base.clone() };

@@ -353,12 +353,15 @@ fn every_part_is_left_out_somewhere_and_needed_somewhere() {
 fn the_full_plan_draws_the_same_bits() {
     on_gpu(|gpu| {
         for (turn, case) in cases().into_iter().enumerate() {
+            if turn % 2 != 0 && !tries_all() {
+                continue;
+            }
             let (lean, full) = (draw(gpu, &case, Keep::NONE), draw(gpu, &case, exact()));
             let colors: BTreeSet<&[u8]> = bytes(&lean).chunks_exact(4).collect();
             assert!(colors.len() > 1 || case.scene.objects.is_empty(), "{}: there is nothing to see", case.scene.name);
             assert_identical(&lean, &full, &case.scene.name);
             // What changes bits is kept alone below.
-            if turn % 3 != 0 && !tries_all() {
+            if turn % 6 != 0 && !tries_all() {
                 continue;
             }
             let all = draw(gpu, &case, Keep::ALL);
@@ -403,7 +406,7 @@ fn every_part_alone_draws_the_same_bits() {
 #[test]
 fn what_changes_bits_stays_within_its_bound() {
     on_gpu(|gpu| {
-        for case in some_of(cases(), 3) {
+        for case in some_of(cases(), 6) {
             let lean = draw(gpu, &case, Keep::NONE);
             let renderer = gpu.renderer(&case.scene, &settings(&case, Keep::NONE));
             let shadowed = renderer.plan().shadow.is_some();
@@ -572,7 +575,7 @@ fn what_is_left_out_leaves_no_trace() {
 #[test]
 fn attachments_take_the_bytes_of_the_plan() {
     on_gpu(|gpu| {
-        for case in some_of(cases(), 3) {
+        for case in some_of(cases(), 6) {
             for keep in [Keep::NONE, Keep::ALL] {
                 let traces = traces(gpu, &case, keep);
                 let planned: Vec<u64> = (traces.plan.parts().iter())

@@ -21,9 +21,9 @@ use glam::{DAffine3, DQuat, DVec3};
 fn transparent_surfaces_are_silent_sorted_and_weighted() {
     on_gpu_in_both_modes(|gpu| {
         let alone = Scene { name: "nothing".into(), ..plane(lambert(0.5), Vec::new()) };
-        for scene in [one_of_each(), nothing_emits(), alone].map(with_transparent) {
-            for (_, transparency) in Transparency::NAMES {
-                for &(_, output) in Output::NAMES {
+        for (turn, scene) in [one_of_each(), nothing_emits(), alone].map(with_transparent).into_iter().enumerate() {
+            for (kind, (_, transparency)) in Transparency::NAMES.iter().enumerate() {
+                for &(_, output) in one_of(Output::NAMES, turn + kind) {
                     // What lies behind the panes is stored in either layout by the tests of layouts.
                     for name in some_of(["lean", "float32"], 2) {
                         let settings = Settings { transparency: *transparency, output, ..small(&scene) };
@@ -58,11 +58,11 @@ fn transparent_surfaces_are_silent_on_every_light_path() {
 #[test]
 fn every_built_in_scene_is_silent_in_every_kind_of_output() {
     on_gpu_in_both_modes(|gpu| {
-        for builtin in CATALOGUE {
+        for (turn, builtin) in CATALOGUE.iter().enumerate() {
             // Fewer objects than by default: what is drawn more often is recorded the same way.
             let query = if builtin.name == "field" { "?objects=40&lights=20" } else { "" };
             let scene = open(&format!("builtin:{}{query}", builtin.name));
-            for &(_, output) in Output::NAMES {
+            for &(_, output) in one_of(Output::NAMES, turn) {
                 exercise(gpu, &scene, &Settings { output, ..small(&scene) });
             }
         }
@@ -73,19 +73,20 @@ fn every_built_in_scene_is_silent_in_every_kind_of_output() {
 fn every_view_is_silent_or_says_why_there_is_none() {
     on_gpu_in_both_modes(|gpu| {
         let smoke = open("assets/gallery/particles.toml").into_still(&Playing::at(9.0));
-        for scene in [one_of_each(), open("builtin:cornell"), open("builtin:spheres?rows=1&columns=2"), smoke] {
+        let scenes = [one_of_each(), open("builtin:cornell"), open("builtin:spheres?rows=1&columns=2"), smoke];
+        for (turn, scene) in scenes.into_iter().enumerate() {
             let shadowed = scene.lights.iter().any(|light| light.casts_shadow);
-            for (name, view) in View::NAMES {
+            for (name, view) in some_in_turn(View::NAMES, turn, 2) {
                 // What it shows is how samples differ.
-                let msaa = if *view == View::Complexity { 4 } else { 1 };
-                let settings = Settings { view: *view, msaa, ..small(&scene) };
+                let msaa = if view == View::Complexity { 4 } else { 1 };
+                let settings = Settings { view, msaa, ..small(&scene) };
                 match Renderer::new(&gpu.device, &scene, &settings) {
                     Ok(mut renderer) => {
                         let drawn = draw_frames(&mut renderer, &scene);
                         drawn.unwrap_or_else(|error| panic!("{} {name}: {error}", scene.name));
                     }
-                    Err(Error::Plan(plan::Error::NoTriangles)) if !gpu.shows(*view) => {}
-                    Err(Error::Plan(plan::Error::NoShadowMap(_))) if *view == View::ShadowMap && !shadowed => {}
+                    Err(Error::Plan(plan::Error::NoTriangles)) if !gpu.shows(view) => {}
+                    Err(Error::Plan(plan::Error::NoShadowMap(_))) if view == View::ShadowMap && !shadowed => {}
                     Err(Error::Plan(plan::Error::Particles(_))) if scene.emitters.is_empty() => {}
                     Err(error) => panic!("{} {name}: {error}", scene.name),
                 }
@@ -121,7 +122,7 @@ fn every_light_path_is_silent() {
     on_gpu_in_both_modes(|gpu| {
         for (path, (_, light_path)) in LightPath::NAMES.iter().enumerate() {
             let scenes = [&one_of_each(), &nothing_emits(), &crowd()];
-            for (turn, scene) in some_in_turn(&scenes, path, 2).enumerate() {
+            for (turn, scene) in some_in_turn(&scenes, path, 3).enumerate() {
                 for &(_, output) in one_of(Output::NAMES, path + turn) {
                     exercise(gpu, scene, &Settings { light_path: *light_path, output, ..small(scene) });
                 }
@@ -134,8 +135,11 @@ fn every_light_path_is_silent() {
             for &name in one_of(&layouts, turn) {
                 exercise(gpu, &scene, &Settings { light_path, gbuffer: gbuffer(name), ..small(&scene) });
             }
-            exercise(gpu, &scene, &Settings { light_path, light_cutoff: true, ..small(&scene) });
-            exercise(gpu, &scene, &Settings { light_path, depth_prepass: Some(true), ..small(&scene) });
+            let alone = [
+                Settings { light_path, light_cutoff: true, ..small(&scene) },
+                Settings { light_path, depth_prepass: Some(true), ..small(&scene) },
+            ];
+            one_of(&alone, turn).iter().for_each(|settings| exercise(gpu, &scene, settings));
         }
     });
 }
@@ -327,11 +331,11 @@ fn every_filter_and_number_of_cascades_is_silent_with_and_without_the_cache() {
         let scene = shadowed();
         for cache in [true, false] {
             let base = ShadowSettings { cache, size: 64, ..ShadowSettings::default() };
-            for &(_, filter) in ShadowFilter::NAMES {
+            for (_, filter) in some_in_turn(ShadowFilter::NAMES, usize::from(cache), 2) {
                 let shadows = ShadowSettings { filter, ..base };
                 draw_while_things_move(gpu, &scene, &Settings { shadows, ..small(&scene) });
             }
-            for cascades in 1..=4 {
+            for cascades in some_in_turn(&[1, 2, 3, 4], usize::from(cache), 2) {
                 let shadows = ShadowSettings { cascades, ..base };
                 draw_while_things_move(gpu, &scene, &Settings { shadows, ..small(&scene) });
             }

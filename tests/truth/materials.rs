@@ -4,6 +4,7 @@
 use crate::common::compare::{assert_identical, largest_code_difference};
 use crate::common::gpu::{Gpu, nits, on_gpu, places};
 use crate::common::stage::{add, directional, display, exact, lambert, plane, point, rectangle, stage, sun};
+use crate::common::tries_all;
 use afterlight::reference::{Mode, Options, Reference, Smith, View};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
@@ -157,10 +158,13 @@ fn colours_of_vertices_multiply_the_base_colour_and_alpha() {
             ("blended", Material { alpha_mode: AlphaMode::Blend, ..textured.clone() }),
             ("glass", Material { alpha_mode: AlphaMode::Glass, ..lambert(0.9) }),
         ];
-        for (name, material) in cases {
+        for (turn, (name, material)) in cases.into_iter().enumerate() {
             let mut scene = sheet(material.clone());
             scene.textures.push(texture(Sampler::DEFAULT));
-            for path in paths(gpu, &scene) {
+            for (index, path) in paths(gpu, &scene).enumerate() {
+                if (index + turn) % 2 != 0 && !tries_all() {
+                    continue;
+                }
                 // Of the rest are the edges of shadows and holes.
                 let bound = if scene.materials[1].textures().next().is_some() { 8e-3 } else { 1e-5 };
                 assert_near(gpu, &scene, &nits_of(path), [bound, bound], 0.93, &format!("{name}, {path}"));

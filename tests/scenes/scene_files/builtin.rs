@@ -1,5 +1,6 @@
 //! Built-in scenes: each opens over the whole range of its parameters, and what it holds fits together.
 
+use crate::common::some_in_turn;
 use afterlight::scene::builtin::{self, Builtin, CATALOGUE, Kind, Parameter};
 use afterlight::scene::{Brdf, LightKind, Mesh, Scene, metered_ev100};
 use glam::Vec3;
@@ -103,8 +104,8 @@ fn opened(builtin: &Builtin, query: &str) -> Result<Scene, String> {
 fn every_scene_is_whole_with_its_defaults_and_at_the_ends_of_each_range() {
     for builtin in CATALOGUE {
         check(&opened(builtin, "").unwrap());
-        for parameter in builtin.parameters {
-            for value in ends(parameter) {
+        for (index, parameter) in builtin.parameters.iter().enumerate() {
+            for value in some_in_turn(&ends(parameter).iter().collect::<Vec<_>>(), index, 2) {
                 check(&opened(builtin, &format!("?{}={value}", parameter.name)).unwrap());
             }
         }

@@ -108,9 +108,11 @@ fn keys_move_models_with_their_copies_lights_and_the_camera() {
 
 #[test]
 fn what_is_wrong_with_a_channel_has_its_line() {
+    // Seaweed takes long to grow, and any model will do.
+    let clips = CLIPS.replacen("seaweed?count=1&joints=3", "triangle", 1);
     let refused = |from: &str, to: &str, what: &str| {
-        assert!(CLIPS.contains(from), "{from}");
-        let error = refusal(&CLIPS.replacen(from, to, 1));
+        assert!(clips.contains(from), "{from}");
+        let error = refusal(&clips.replacen(from, to, 1));
         assert!(error.starts_with("scene.toml:") && error.contains(what), "{error}\n{what}");
     };
     refused("models.box", "models.bax", "no model of this file has this name");
@@ -128,9 +130,9 @@ fn what_is_wrong_with_a_channel_has_its_line() {
     refused("property = \"scale\"", "property = \"rotation\"", "must be ");
     refused("[[0, 8, 0], [0", "[[0, 8], [0", "must be 3 numbers a second");
     let twice = "\n    { target = \"camera\", property = \"fov_y_degrees\", times = [0], values = [60] },\n]\n";
-    let error = refusal(&CLIPS.replacen("\n]\n", twice, 1));
+    let error = refusal(&clips.replacen("\n]\n", twice, 1));
     assert!(error.contains("another channel of this clip moves the same"), "{error}");
-    let point = CLIPS.replacen("kind = \"spot\"", "kind = \"point\"", 1).replacen("direction = [0, -1, 0]\n", "", 1);
+    let point = clips.replacen("kind = \"spot\"", "kind = \"point\"", 1).replacen("direction = [0, -1, 0]\n", "", 1);
     let point = point.replacen("inner_angle_degrees = 10\nouter_angle_degrees = 30\n", "", 1);
     assert!(refusal(&point).contains("shines all around: it has no rotation"));
 }
