@@ -194,9 +194,9 @@ fn the_table_names_settings_that_exist() {
     }
 }
 
-/// Pairs of values that have been drawn. Most faults of combinations are faults of two values (Kuhn, Wallace and Gallo, 2004): `make test` draws
-/// frames until it has every pair of paths, samples, transparency and outputs, `make test-all` each combination; `proof` has asked of all of them
-/// whether their dependencies are enough.
+/// Pairs of values that have come up. Most faults of combinations are faults of two values (Kuhn, Wallace and Gallo, 2004): `make test` draws every
+/// third of the frames that bring a new pair of paths, samples, transparency and outputs, `make test-all` each combination; `proof` has asked of all
+/// of them whether their dependencies are enough.
 #[derive(Default)]
 struct Pairs(BTreeSet<[String; 2]>);
 
@@ -230,7 +230,7 @@ fn every_combination_is_drawn_or_refused_as_the_table_says() {
         let rules = rules();
         let device = capabilities(&gpu.device.physical);
         let scenes = scenes();
-        let (mut drawn, mut refused, mut pairs) = (BTreeSet::new(), 0, Pairs::default());
+        let (mut drawn, mut refused, mut pairs, mut turn) = (BTreeSet::new(), 0, Pairs::default(), 0);
         for (named, scene, settings) in combinations() {
             let scene = &scenes[scene];
             let settings = Settings { size: [33, 21], ..Settings { exposure: own(scene, 1, 1).exposure, ..settings } };
@@ -252,6 +252,10 @@ fn every_combination_is_drawn_or_refused_as_the_table_says() {
                     );
                     let formats = (plan.hdr, plan.output, plan.tone_mapping);
                     if drawn.insert(format!("{structure:?} {formats:?}")) && (tries_all() || pairs.are_new(&named)) {
+                        turn += 1;
+                        if turn % 3 != 1 && !tries_all() {
+                            continue;
+                        }
                         draw(gpu, scene, &settings).unwrap_or_else(|error| panic!("{named:?}: {error}"));
                     }
                 }

@@ -157,10 +157,9 @@ impl Truths {
     }
 
     pub fn errors(&self, drawing: &Drawing) -> Result<ErrorsByTruth, Error> {
-        Ok(ErrorsByTruth {
-            point: errors_against(drawing, &self.point)?,
-            converged: errors_against(drawing, &self.converged)?,
-        })
+        let against = |truth| move || errors_against(drawing, truth);
+        let (point, converged) = rayon::join(against(&self.point), against(&self.converged));
+        Ok(ErrorsByTruth { point: point?, converged: converged? })
     }
 }
 
@@ -188,14 +187,18 @@ fn info(point: &Truth, converged: &Truth, exposure: f64, samples: u32) -> TruthI
 }
 
 fn errors_against(drawing: &Drawing, expected: &Expected) -> Result<Errors, Error> {
-    let light = errors(&drawing.light, &expected.light)?;
-    let psnr_db = shown_errors(&drawing.shown.picture, &expected.shown)?.psnr_db(1.0);
+    let picture = &drawing.shown.picture;
+    let (light, (psnr_db, flip)) = rayon::join(
+        || errors(&drawing.light, &expected.light),
+        || rayon::join(|| shown_errors(picture, &expected.shown), || flip(picture, &expected.shown)),
+    );
+    let (light, psnr_db, flip) = (light?, psnr_db?.psnr_db(1.0), flip?.mean());
     Ok(Errors {
         rel_mse: light.rel_mse,
         rmse: light.rmse,
         max: light.max,
         p99_9: light.p99_9,
-        flip: flip(&drawing.shown.picture, &expected.shown)?.mean(),
+        flip,
         psnr_db: Some(psnr_db).filter(|psnr| psnr.is_finite()),
         not_finite: light.not_finite,
     })
