@@ -1,4 +1,4 @@
-//! What a scene needs on a device: decided once, before anything is created.
+//! The plan of a frame: the parts that a scene needs on a device, decided once, before anything is created.
 //!
 //! [`FramePlan::of`] is pure. Attachments, pipelines, specialization, dependency rows and commands are derived from the plan
 //! and nothing else decides. What changes with the camera or with time is `visible`'s, which imports the plan and never the other way round:
@@ -83,7 +83,7 @@ use crate::scene::{
     BlockFormat, Brdf, Keep, LightPath, OptionalPart, Output, Resolve, Scene, Settings, Transparency, View,
 };
 
-/// What the device can do, as far as a plan depends on it.
+/// The device's capabilities that a plan depends on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Capabilities {
     /// Largest edge of an attachment in pixels.
@@ -164,7 +164,7 @@ impl Capabilities {
         }
     }
 
-    /// Whether textures can stay in these blocks.
+    /// Returns true if textures can stay in these blocks.
     pub fn samples(&self, format: BlockFormat) -> bool {
         match format {
             BlockFormat::Bc7 => self.bc7,
@@ -193,7 +193,7 @@ impl Sums {
     }
 }
 
-/// What the subpass after GEOMETRY does.
+/// The work of the subpass after GEOMETRY.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shading {
     /// Lights every pixel.
@@ -235,12 +235,12 @@ impl Shading {
         matches!(self, Self::Light { .. })
     }
 
-    /// Whether a G-buffer is read, unless surfaces are lit as they are drawn.
+    /// Returns true if a G-buffer is read, unless surfaces are lit as they are drawn.
     fn reads_gbuffer(self) -> bool {
         matches!(self, Self::Light { .. } | Self::ShowGbuffer(_))
     }
 
-    /// Whether GEOMETRY looks at nothing of a surface but where it is.
+    /// Returns true if GEOMETRY looks at nothing of a surface but where it is.
     pub fn only_covers(self) -> bool {
         matches!(self, Self::ShowOverdraw | Self::ShowTriangle)
     }
@@ -251,13 +251,13 @@ impl Shading {
 pub struct FramePlan {
     /// Width and height of the picture in pixels.
     pub size: [u32; 2],
-    /// Whether frames light their pixels or show a value, from [`Settings::view`].
+    /// Lighting, or a value to show, from [`Settings::view`].
     pub shading: Shading,
     /// Absent for the views that read none.
     pub gbuffer: Option<Gbuffer>,
     /// GEOMETRY has a render pass of its own, which stores the G-buffer for the next one.
     pub stores_gbuffer: bool,
-    /// Which triangle each pixel shows is stored, in the place of a G-buffer.
+    /// The layout of the triangle codes that pixels store in place of a G-buffer.
     pub triangles: Option<TriangleCode>,
     /// The scene's sky, where it is seen or lights surfaces.
     pub sky: Option<SkyPlan>,
@@ -271,7 +271,7 @@ pub struct FramePlan {
     pub emissive: bool,
     /// How transparent surfaces are laid over the lit ones, where some are drawn.
     pub transparency: Option<Transparency>,
-    /// What weighted blending sums up, where it is chosen.
+    /// The sums of weighted blending, where it is chosen.
     pub sums: Option<Sums>,
     /// The particles of the scene's emitters, where they are drawn.
     pub particles: Option<ParticlePlan>,
@@ -281,19 +281,19 @@ pub struct FramePlan {
     pub hdr: Option<vk::Format>,
     /// The format of [`Target::Output`] and of the finished picture.
     pub output: vk::Format,
-    /// What pictures are drawn into, where they are presented.
+    /// The images that presented pictures are drawn into.
     pub presented: Option<Canvas>,
     /// They are linear light for ENCODE: those that a window shows so, and those beside them.
     pub encoding: Option<Encoding>,
     /// A compute pass stores red and blue in each other's place, for a swapchain whose images have them so.
     pub swaps_red_and_blue: bool,
-    /// Which step applies the tone curve, and which curve.
+    /// The step that applies the tone curve, and the curve.
     pub tone_mapping: ToneMapping,
     /// Light is exposed before it is stored; that of a picture in nits is not.
     pub exposes: bool,
     /// Jittered frames that make one picture.
     pub samples: u32,
-    /// Whether `samples` and `msaa` are averaged before the tone curve or after it.
+    /// The step at which `samples` and `msaa` are averaged: before the tone curve or after it.
     pub resolve: Resolve,
     /// Settings of what works on the finished picture; all others are as by default.
     pub effects: Settings,
@@ -307,7 +307,7 @@ pub struct FramePlan {
     pub fxaa: bool,
     /// Samples of each attachment but the output.
     pub msaa: u32,
-    /// Which reflection models lighting evaluates, from the materials that can be drawn.
+    /// The reflection models that lighting evaluates, from the materials that can be drawn.
     pub brdf: PlannedBrdf,
     /// Some surface is a metal.
     pub metal: bool,
@@ -315,11 +315,11 @@ pub struct FramePlan {
     pub reflectance: bool,
     /// As [`Settings::textbook`] says.
     pub textbook: bool,
-    /// Whether frames have an orthographic camera. Pipelines know which.
+    /// True if frames have an orthographic camera. Pipelines know which.
     pub orthographic: bool,
     /// Every material's, whatever it says itself.
     pub brdf_override: Option<Brdf>,
-    /// Which kinds of light shaders have code for.
+    /// The kinds of light that shaders have code for.
     pub lights: PlannedLights,
     pub(crate) light_order: LightOrder,
     /// Depth of opaque surfaces is drawn first, so that each pixel is shaded once.
@@ -328,9 +328,9 @@ pub struct FramePlan {
     pub light_path: LightPath,
     /// Why it is this one.
     pub light_path_reason: String,
-    /// Whether the device finds out which opaque objects are seen, and why or why not.
+    /// Culling on the device: the reason why it is done, or why not.
     pub culling: Result<String, String>,
-    /// Whether it also finds out which of them are hidden behind others, and why or why not.
+    /// Occlusion culling on the device: the reason why it is done, or why not.
     pub hiding: Result<String, String>,
     /// How far levels of detail may be off, in pixels; 0 where no mesh has any.
     pub lod: f32,
@@ -340,7 +340,7 @@ pub struct FramePlan {
     pub transparent: BTreeSet<GeometryKey>,
     /// The vertex streams that there are.
     pub streams: Streams,
-    /// What surfaces are drawn with.
+    /// The materials that surfaces are drawn with.
     pub materials: EffectiveMaterials,
     /// Meshes on the device.
     pub meshes: MeshPlan,
@@ -352,13 +352,13 @@ pub struct FramePlan {
     pub places_by_shaders: bool,
     /// Edge of the square of a pixel, in pixels, that a frame filters textures for: 1, or less where several frames make a picture.
     pub footprint: f32,
-    /// What the first frame waits to be copied to the device.
+    /// The copies to the device that the first frame waits for.
     pub uploads: Uploads,
     /// The device can keep transient attachments in tile memory alone.
     pub lazily_allocated: bool,
     /// The device is a CPU. Then frames leave out what costs the CPU time to find out: see `seeks`.
     pub software: bool,
-    /// What stays although nothing needs it.
+    /// The parts that stay although nothing needs them.
     pub keep: Keep,
     parts: Vec<Part>,
     warnings: Vec<String>,
@@ -366,7 +366,7 @@ pub struct FramePlan {
     shadow_warnings: Vec<String>,
 }
 
-/// What is chosen by the settings, the device, and what the scene has. Pipelines, meshes and textures follow from it.
+/// The choices by settings, device and scene. Pipelines, meshes and textures follow from them.
 struct Choices {
     shading: Shading,
     lighting: Lighting,
@@ -593,7 +593,7 @@ impl FramePlan {
         })
     }
 
-    /// Whether a frame finds out, on the CPU, which of these its camera does not need, and leaves them out. A GPU draws them faster
+    /// Returns true if a frame finds out, on the CPU, which of these its camera does not need, and leaves them out. A GPU draws them faster
     /// than that (docs/FIGURES.md).
     pub(crate) fn seeks(&self, part: OptionalPart) -> bool {
         self.software && !self.keep.has(part)
@@ -614,7 +614,7 @@ impl FramePlan {
         &self.parts
     }
 
-    /// What was asked for and is not there, a line each.
+    /// Returns the requests that were not met, a line each.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
@@ -625,52 +625,52 @@ impl FramePlan {
         &self.light_order.order
     }
 
-    /// Whether lights are added one by one, by blending in LIGHTING.
+    /// Returns true if lights are added one by one, by blending in LIGHTING.
     pub fn adds_lights(&self) -> bool {
         adds_lights(self.light_path, &self.lights)
     }
 
-    /// Whether the device finds out which opaque objects are seen.
+    /// Returns true if the device finds out which opaque objects are seen.
     pub fn culls_on_device(&self) -> bool {
         self.culling.is_ok()
     }
 
-    /// Whether it also finds out which of them are hidden.
+    /// Returns true if it also finds out which of them are hidden.
     pub fn hides_on_device(&self) -> bool {
         self.hiding.is_ok()
     }
 
-    /// Whether some object's mesh is deformed on the device.
+    /// Returns true if some object's mesh is deformed on the device.
     pub fn deforms(&self) -> bool {
         !self.meshes.deforms.objects.is_empty()
     }
 
-    /// Whether a compute pass lights what GEOMETRY stores, so that the main pass ends with it.
+    /// Returns true if a compute pass lights what GEOMETRY stores, so that the main pass ends with it.
     pub fn is_tiled(&self) -> bool {
         is_tiled(self.light_path)
     }
 
-    /// Whether surfaces are lit while they are rasterized: there is no G-buffer.
+    /// Returns true if surfaces are lit while they are rasterized: there is no G-buffer.
     pub fn is_forward(&self) -> bool {
         is_forward(self.light_path)
     }
 
-    /// Whether LIGHTING blends over what is in its target.
+    /// Returns true if LIGHTING blends over what is in its target.
     pub fn blends_light(&self) -> bool {
         self.emissive || self.adds_lights() || self.adds_ambient()
     }
 
-    /// Whether the sky lights surfaces.
+    /// Returns true if the sky lights surfaces.
     pub fn is_lit_by_sky(&self) -> bool {
         self.sky.is_some_and(|sky| sky.lights)
     }
 
-    /// Whether AMBIENT adds the sky's light to LIGHTING's.
+    /// Returns true if AMBIENT adds the sky's light to LIGHTING's.
     pub fn adds_ambient(&self) -> bool {
         self.is_lit_by_sky() && !self.is_forward()
     }
 
-    /// Whether a directional light has shadow maps. lavapipe runs both sides of every branch, so that a lookup which no light needs is left out
+    /// Returns true if a directional light has shadow maps. lavapipe runs both sides of every branch, so that a lookup which no light needs is left out
     /// by a constant.
     pub fn has_directional_shadows(&self) -> bool {
         self.lights.directional && self.has_shadows_of(|projection| matches!(projection, MapProjection::Cascades(_)))
@@ -686,7 +686,7 @@ impl FramePlan {
         self.shadow.as_ref().is_some_and(|shadow| kept || shadow.lights.iter().any(|light| kind(light.projection)))
     }
 
-    /// Whether each froxel has a list of lights.
+    /// Returns true if each froxel has a list of lights.
     pub fn has_clusters(&self) -> bool {
         let forward = match self.light_path {
             LightPath::Clustered | LightPath::Forward => true,
@@ -702,7 +702,7 @@ impl FramePlan {
         self.lights.bounded || (self.lights.any() && self.keep.has(OptionalPart::LightLists))
     }
 
-    /// Whether LIGHTING goes over the lists of the froxels.
+    /// Returns true if LIGHTING goes over the lists of the froxels.
     pub fn lights_by_clusters(&self) -> bool {
         self.light_path == LightPath::Clustered && self.may_list_lights()
     }
@@ -717,7 +717,7 @@ impl FramePlan {
         vk::SampleCountFlags::from_raw(self.msaa)
     }
 
-    /// Whether the output's own light is written sample by sample, which the render pass then resolves.
+    /// Returns true if the output's own light is written sample by sample, which the render pass then resolves.
     pub fn resolves_output(&self) -> bool {
         self.msaa > 1 && self.hdr.is_none() && matches!(self.shading, Shading::Light { .. })
     }
@@ -759,12 +759,12 @@ impl FramePlan {
         self.geometry.iter().chain(&self.transparent)
     }
 
-    /// Whether GEOMETRY exists: all but the view of the shadow map.
+    /// Returns true if GEOMETRY exists: all but the view of the shadow map.
     pub fn has_geometry(&self) -> bool {
         self.shading != Shading::ShowShadowMap
     }
 
-    /// Whether there is TONEMAP, which reads the HDR target: it ends the main pass, or comes after BLOOM, SHARPEN or reflections in another.
+    /// Returns true if there is TONEMAP, which reads the HDR target: it ends the main pass, or comes after BLOOM, SHARPEN or reflections in another.
     pub fn has_tonemap_subpass(&self) -> bool {
         matches!(self.tone_mapping, ToneMapping::Subpass(_) | ToneMapping::Kept)
             || self.bloom.is_some()

@@ -24,7 +24,7 @@ pub struct Shader {
 /// A shader with certain flags on.
 #[derive(Debug)]
 pub struct Variant {
-    /// Which flags, as their bits.
+    /// The flags, as bits.
     pub bits: u32,
     /// Its entry points, in the order of the source.
     pub entry_points: &'static [&'static EntryPoint],
@@ -149,22 +149,22 @@ pub struct Binding {
     pub set: u32,
     /// Binding in the set.
     pub binding: u32,
-    /// What it takes.
+    /// The kind of resource.
     pub kind: BindingKind,
     /// Descriptors; 0 for an array without a size.
     pub count: u32,
-    /// Which word of the module is the binding's number.
+    /// The index of the module's word that holds the binding's number.
     pub word: u32,
 }
 
-/// What a binding takes.
+/// The kinds of resources in bindings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum BindingKind {
     /// A uniform buffer.
     UniformBuffer,
     /// A storage buffer.
     StorageBuffer {
-        /// Whether the shader only reads it.
+        /// True if the shader only reads it.
         read_only: bool,
     },
     /// A texture without its sampler.
@@ -294,7 +294,7 @@ fn built(variants: &'static [Variant], bits: u32) -> Option<&'static Variant> {
 /// Defines the flags of a shader.
 macro_rules! flags {
     ($($name:ident = $bit:literal),*) => {
-        /// Which variant of the shader: a set of flags.
+        /// A variant of the shader: a set of flags.
         #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
         pub struct Flags(u32);
 
@@ -312,7 +312,7 @@ macro_rules! flags {
                 self.0
             }
 
-            /// Whether all of `other` is in the set.
+            /// Returns true if all of `other` is in the set.
             #[must_use]
             pub const fn contains(self, other: Self) -> bool {
                 self.0 & other.0 == other.0

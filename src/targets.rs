@@ -7,7 +7,7 @@ use ash::vk;
 use crate::gpu::{self, Device, Framebuffer, Image, ImageDesc, Location, MemoryKind, RenderPass, framebuffer};
 use crate::plan::{FramePlan, Target};
 
-/// What a render pass draws into: one framebuffer, or one for each image of a swapchain.
+/// The framebuffers of a render pass: one framebuffer, or one for each image of a swapchain.
 pub struct Framebuffers(pub Vec<Framebuffer>);
 
 impl Framebuffers {

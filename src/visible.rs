@@ -1,4 +1,4 @@
-//! What one camera sees of a scene, worked out anew for each frame: culled, sorted, and the shadow maps fitted to it. It follows from a
+//! The part of a scene that one camera sees, found anew for each frame: culled, sorted, and the shadow maps fitted to it. It follows from a
 //! [`FramePlan`], which is decided once, and changes nothing of it: no pipeline, no target, no buffer.
 
 pub(crate) mod active_lights;
@@ -44,7 +44,7 @@ use world::SortableTriangle;
 use crate::plan::{FramePlan, GeometryKey, Opacity, Reach, Shading, ShadowPlan};
 use crate::scene::{Aabb, Camera, LightPath, OptionalPart};
 
-/// What the light path does with lights beyond the loop over those that meet every pixel.
+/// The light path's work beyond the loop over lights that reach every pixel.
 #[derive(Debug, Clone, Default)]
 pub enum LightWork {
     #[default]
@@ -68,9 +68,9 @@ pub struct SortedDraw {
 /// The lists of one frame.
 #[derive(Debug, Clone)]
 pub struct Visible {
-    /// What is drawn, by its index in [`World::objects`]: the instances of `draws`, of `shaded`, of `occluders`, and of `transparent`.
+    /// Indices into [`World::objects`] of everything that is drawn: the instances of `draws`, of `shaded`, of `occluders`, and of `transparent`.
     pub instances: Vec<u32>,
-    /// What CULL is told, where the device finds out which opaque objects are seen; then `draws` has none of them.
+    /// CULL's input, where the device culls opaque objects; then `draws` has none of them.
     pub culling: Option<CullView>,
     /// Where meshes have levels of detail: how they are chosen.
     pub levels: Option<LevelChoice>,
@@ -88,7 +88,7 @@ pub struct Visible {
     pub sorted_indices: Vec<u32>,
     /// The plan's shadow maps; none in which nothing that is seen is looked up.
     pub shadows: Vec<Option<Arc<ShadowView>>>,
-    /// What is seen and receives shadows, where casters are left out that shadow none of it.
+    /// The visible receivers, where casters that shadow none of them are left out.
     receivers: Option<Receivers>,
     /// The lights of limited reach by froxel, where the plan has such lists.
     pub clusters: Option<Clusters>,
@@ -101,7 +101,7 @@ pub struct Visible {
     pub culled: usize,
     /// Objects in view that others hide.
     pub occluded: usize,
-    /// What depths are told by.
+    /// The mapping from distances to depths.
     pub depth: Depth,
 }
 

@@ -81,7 +81,7 @@ impl Error {
         self
     }
 
-    /// Whether both say the same of the same place; notes, which name the variant, may differ.
+    /// Returns true if both say the same of the same place; notes, which name the variant, may differ.
     #[must_use]
     pub fn same_fault(&self, other: &Self) -> bool {
         self.message == other.message && self.file == other.file && self.location == other.location

@@ -65,7 +65,7 @@ fn renumber(instruction: &mut Instruction, new: &HashMap<Word, Word>) {
     }
 }
 
-/// Whether two modules are the same but for the numbers of their ids. What is no module is the same as itself alone.
+/// Returns true if two modules are the same but for the numbers of their ids. What is no module is the same as itself alone.
 #[must_use]
 pub fn same_but_for_ids(a: &[Word], b: &[Word]) -> bool {
     // Alone, a module is numbered in the order of its instructions.

@@ -14,7 +14,7 @@ pub enum BindingKind {
     UniformBuffer,
     /// `var<storage>`
     StorageBuffer {
-        /// Whether the shader only reads it.
+        /// True if the shader only reads it.
         read_only: bool,
     },
     /// A texture, depth or multisampled too.

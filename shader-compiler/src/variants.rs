@@ -25,7 +25,7 @@ pub struct Head {
     excludes: Vec<u32>,
     /// On in every variant, without a bit.
     always: Vec<String>,
-    /// Whether floating-point arithmetic is decorated NoContraction.
+    /// True if floating-point arithmetic is decorated NoContraction.
     pub precise: bool,
 }
 

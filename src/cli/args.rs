@@ -64,7 +64,7 @@ pub struct SettingsArgs {
     pub sky: Option<SkyChoice>,
     pub sky_rotation: Option<f64>,
     pub sky_strength: Option<f32>,
-    /// Whether glTF files may read what lies outside their folders.
+    /// True if glTF files may read what lies outside their folders.
     pub allow_outside: bool,
     pub said: SettingsPatch,
 }
@@ -167,7 +167,7 @@ pub struct MotionArgs {
 }
 
 impl MotionArgs {
-    /// Whether nothing moves, clips neither.
+    /// Returns true if nothing moves, clips neither.
     pub fn is_still(&self) -> bool {
         self.still
     }

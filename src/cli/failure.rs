@@ -114,7 +114,7 @@ impl Failure {
         self.exit
     }
 
-    /// Whether it ends the program without a word and with success.
+    /// Returns true if it ends the program without a word and with success.
     pub fn is_quiet(&self) -> bool {
         self.exit.is_none()
     }

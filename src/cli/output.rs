@@ -31,7 +31,7 @@ impl Sink {
         matches!(self, Self::Stdout)
     }
 
-    /// Whether both are one file, by whatever names.
+    /// Returns true if both are one file, by whatever names.
     pub fn is_same(&self, other: &Self) -> bool {
         let (Self::File(own), Self::File(other)) = (self, other) else { return false };
         let whole = |path: &Path| {

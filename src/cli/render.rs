@@ -102,7 +102,7 @@ struct Drawn {
 }
 
 impl Args {
-    /// Whether there are several moments to be drawn.
+    /// Returns true if there are several moments to be drawn.
     fn is_sequence(&self) -> bool {
         self.path.is_some() || self.fps.is_some() || self.duration.is_some()
     }

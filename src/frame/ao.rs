@@ -19,7 +19,7 @@ pub struct AoStage {
     denoise_to_tiled: Option<Edge>,
 }
 
-/// What a pass reads and stores to, at its bindings.
+/// Returns the images that a pass reads and stores to, at its bindings.
 pub(super) fn images(passes: &RenderPasses, pass: &Pass, plan: &FramePlan) -> Vec<Bound> {
     let all = (pass.touches)(plan).into_iter().filter_map(|touch| {
         let Resource::Target(target) = touch.resource else { return None };

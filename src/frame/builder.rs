@@ -66,7 +66,7 @@ impl RendererBuilder {
         self.plan.uploads_as(plan).then(|| Arc::clone(&self.scene))
     }
 
-    /// What alone is another where frames of the same structure go on.
+    /// Takes the parts that change when frames of the same structure go on.
     pub(super) fn into_world(self) -> (World, FramePlan) {
         (self.world, self.plan)
     }

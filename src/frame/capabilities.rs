@@ -1,4 +1,4 @@
-//! What of a device a plan depends on.
+//! The capabilities of a device that plans depend on.
 
 use ash::vk;
 
@@ -7,7 +7,7 @@ use crate::gpu::PhysicalDevice;
 use crate::plan::{Capabilities, texture_format};
 use crate::scene::{BlockFormat, ColorSpace};
 
-/// What of the device a plan depends on.
+/// Returns the capabilities of a device that plans depend on.
 pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
     let limits = &device.limits;
     Capabilities {
@@ -59,7 +59,7 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
     }
 }
 
-/// Whether textures in these blocks can be uploaded and filtered.
+/// Returns true if textures in these blocks can be uploaded and filtered.
 fn samples(device: &PhysicalDevice, format: BlockFormat) -> bool {
     let needed = vk::FormatFeatureFlags::SAMPLED_IMAGE
         | vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR

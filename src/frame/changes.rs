@@ -11,10 +11,10 @@ use crate::plan;
 use crate::scene::{Light, Look, Pose, Scene, Settings, SettingsPatch, exposure_scale};
 use crate::visible::ShadowCache;
 
-/// What of a scene is another than before.
+/// The part of a scene that has changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Changed {
-    /// Which objects, lights and materials there are, and everything about them.
+    /// The set of objects, lights and materials, and everything about them.
     Arrangement,
     /// Meshes or textures as well: what they hold is uploaded anew.
     Content,

@@ -1,4 +1,4 @@
-//! What the view `complexity` says, in numbers.
+//! The view `complexity` in numbers.
 
 use super::{Picture, Pixels};
 

@@ -45,7 +45,7 @@ pub(super) use host::FORMULA_WRITE;
 pub(super) use masks::SUPPORTED;
 use unreported_mutants::Part;
 
-/// What a row becomes. One queue does everything, so that only presentation needs semaphores.
+/// The Vulkan mechanism that carries a row. One queue does everything, so only presentation needs semaphores.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Carrier {
     /// A subpass dependency of a render pass.
@@ -56,8 +56,8 @@ pub enum Carrier {
     BufferBarrier,
     /// A pipeline barrier on all memory.
     MemoryBarrier,
-    /// What `vkQueueSubmit` orders by itself: the CPU's writes before it, and all that is submitted ("Host Write Ordering Guarantees").
-    /// Submissions are not ordered among themselves but by rows that reach over them: those from OUTSIDE, and to it.
+    /// `vkQueueSubmit` itself, which orders the CPU's earlier writes before everything submitted ("Host Write Ordering Guarantees").
+    /// Two submissions are ordered only by rows that reach beyond one of them: those from and to OUTSIDE.
     Submission,
     /// The CPU waits for a submission's fence (a `Ticket`).
     Fence,
@@ -66,12 +66,12 @@ pub enum Carrier {
 }
 
 impl Carrier {
-    /// Whether rows of this kind are dependencies of a render pass.
+    /// Returns true if rows of this kind are dependencies of a render pass.
     pub fn is_render_pass(self) -> bool {
         matches!(self, Self::Subpass(_))
     }
 
-    /// Why rows of this kind cannot be dropped, where they cannot.
+    /// The reason why rows of this kind cannot be dropped; none if they can.
     pub fn stays(self) -> Option<&'static str> {
         match self {
             Self::Submission => Some("vkQueueSubmit orders it, whatever the program does"),
@@ -128,9 +128,9 @@ pub struct Edge {
     pub from: Place,
     /// The subpass or step that must wait.
     pub to: Place,
-    /// All uses that must be over, in one: their stages, and of their accesses the writes.
+    /// The first scope, the union of all uses that must be complete: their stages, and their write accesses.
     pub before: Use,
-    /// All uses that must wait, in one.
+    /// The second scope, the union of all uses that wait.
     pub after: Use,
     /// `VK_DEPENDENCY_BY_REGION_BIT`: each pixel waits only for itself. False outside of subpass dependencies.
     pub by_region: bool,
@@ -141,9 +141,9 @@ pub struct Edge {
 /// A side of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Side {
-    /// What must be over.
+    /// The first scope: uses that must be complete.
     Before,
-    /// What must wait.
+    /// The second scope: uses that wait.
     After,
 }
 
@@ -323,14 +323,14 @@ fn subpass(name: RowName) -> Row {
 }
 
 impl Row {
-    /// What must be over.
+    /// Sets the first scope: uses that must be complete.
     fn from(self, from: Place, uses: &[Use]) -> Self {
-        // A reader is waited for by its stage alone: only what was written has to be made available (specification, "Execution and
-        // Memory Dependencies"), so that a read access before a dependency does nothing. Nor does its stage, beside a later one.
+        // Only writes have to be made available (specification, "Execution and Memory Dependencies"): a read access in the first scope
+        // does nothing, and an earlier stage does nothing beside a later one.
         Self(Edge { from, before: masks::latest(Use::all(uses).writes()), ..self.0 })
     }
 
-    /// What must wait.
+    /// Sets the second scope: uses that wait.
     fn to(self, to: Place, uses: &[Use]) -> Self {
         Self(Edge { to, after: Use::all(uses), ..self.0 })
     }

@@ -124,7 +124,7 @@ pub(super) fn commands(
     is_in.then(|| Step::Commands(Commands { pass, when, before: before.to_vec(), after: after.to_vec() }))
 }
 
-/// What happens to the finished picture: the CPU gets a copy, or a window shows it with what lies over it.
+/// Returns the steps after the picture: a copy for the CPU, or a window's overlay and presentation.
 fn after_the_picture(plan: &FramePlan) -> Vec<Option<Step>> {
     use Occasion::{Always, Copied, Covered, Split};
     let shown = shown(plan);
@@ -421,7 +421,7 @@ impl List {
     }
 }
 
-/// What of a pass's touches contradicts itself, the plan, or what was `written` before.
+/// Finds a touch of a pass that contradicts another one, the plan, or what was `written` before.
 fn contradiction(plan: &FramePlan, place: Place, touches: &[Touch], written: &mut Vec<Resource>) -> Option<String> {
     for (index, touch) in touches.iter().enumerate() {
         let resource = touch.resource;

@@ -86,7 +86,7 @@ impl From<scene::Error> for Error {
     }
 }
 
-/// What a frame drew.
+/// The figures of a frame that was drawn.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Drawn {
     /// Opaque objects that were drawn, but for those of `on_device`.
@@ -128,7 +128,7 @@ pub struct FrameTimes {
     pub gpu_ms: Option<f64>,
     /// By pass, by the device's own clock. Empty on CPU devices: they shade when they like, whatever subpass is recorded.
     pub passes: Vec<(String, f64)>,
-    /// What the frame drew.
+    /// The frame's figures.
     pub drawn: Drawn,
 }
 
@@ -193,13 +193,13 @@ struct Recorded {
     since: Option<Since>,
 }
 
-/// What a frame of the plan is.
+/// The kind of frame that a plan makes.
 enum Frame {
     Deferred(Box<Deferred>),
     Tiled(Box<TiledFrame>),
 }
 
-/// What frames are made of.
+/// The inputs from which frames are made.
 #[derive(Clone, Copy)]
 pub(crate) struct FrameParts<'a> {
     pub device: &'a Arc<Device>,
@@ -564,7 +564,7 @@ impl Renderer {
         self.timeline.begin(self.plan.taa.map_or(1, |taa| taa.history));
     }
 
-    /// Whether more frames of the same would still come nearer to the truth.
+    /// Returns true if more frames of the same would still come nearer to the truth.
     pub fn converges(&self) -> bool {
         self.plan.taa.is_some_and(|taa| self.timeline.still() < taa.history)
     }

@@ -30,7 +30,7 @@ use crate::plan::{self, Canvas, Encoding, FramePlan, Part, Transfer};
 use crate::scene::{Camera, Light, Pose, Scene, Settings, View};
 use over::{Over, overlay, own_canvas, record_copy, record_encode};
 
-/// What became of a frame.
+/// The outcome of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
     /// It is drawn and will be shown.
@@ -70,7 +70,7 @@ pub struct Presenter {
     pose: Pose,
     /// After how many lights frames are halted.
     halted: Option<usize>,
-    /// What their dependencies are.
+    /// Returns the dependencies of a plan's frames.
     edges: Box<dyn Fn(&FramePlan) -> Edges>,
     /// Only while another view is shown beside the picture.
     split: Option<Split>,
@@ -297,7 +297,7 @@ impl Presenter {
         self.swapchain.as_ref().map(|swapchain| [swapchain.extent.width, swapchain.extent.height])
     }
 
-    /// Whether the window's images can be copied from, for [`Presenter::picture`].
+    /// Returns true if the window's images can be copied from, for [`Presenter::picture`].
     pub fn can_copy(&self) -> bool {
         let has_own = self.plan().is_some_and(FramePlan::is_copied_into_swapchain);
         self.encode.is_some() || self.split.is_none() && has_own || self.swapchain.as_ref().is_some_and(copies)
@@ -314,7 +314,7 @@ impl Presenter {
         let (Some(renderer), Some(swapchain)) = (&mut self.renderer, &self.swapchain) else {
             return Ok(Outcome::Nothing(Fit::OutOfDate));
         };
-        // What can fail comes before the image: one that is acquired must be presented.
+        // Everything that can fail comes before the image is acquired: an acquired image must be presented.
         renderer.plan.check_camera(camera)?;
         if renderer.plan.encoding.is_some() != self.encode.is_some() {
             // It could not be made.
@@ -333,7 +333,7 @@ impl Presenter {
         if let Some(split) = &mut self.split {
             split.draw(camera)?;
         }
-        // Whoever waited for the semaphore is done then.
+        // The semaphore's last wait is over then.
         if let Some(times) = renderer.free_place()? {
             self.times = times;
         }
@@ -443,13 +443,13 @@ impl Presenter {
         self.times.clone()
     }
 
-    /// What the last frame drew.
+    /// Returns the last frame's figures.
     pub fn drawn(&self) -> Drawn {
         let last = |renderer: &Renderer| renderer.frames[(renderer.next + IN_FLIGHT - 1) % IN_FLIGHT].drawn;
         self.renderer.as_ref().map_or_else(Drawn::default, last)
     }
 
-    /// Whether what lies over the picture is on the device: if not, its textures must be sent with the next panels.
+    /// Returns true if what lies over the picture is on the device: if not, its textures must be sent with the next panels.
     pub fn has_overlay(&self) -> bool {
         self.overlay.is_some()
     }
@@ -555,7 +555,7 @@ fn wishes(are_copied_into: bool) -> vk::ImageUsageFlags {
     vk::ImageUsageFlags::TRANSFER_SRC | into
 }
 
-/// Whether a swapchain's images can be copied from.
+/// Returns true if a swapchain's images can be copied from.
 fn copies(swapchain: &Swapchain) -> bool {
     swapchain.usage.contains(vk::ImageUsageFlags::TRANSFER_SRC)
 }
@@ -576,7 +576,7 @@ fn desc_for(plan: &FramePlan) -> SwapchainDesc {
     SwapchainDesc { images, usage, wishes: wishes(false), vsync: Vsync::default(), size: plan.size }
 }
 
-/// What the values of images in a colour space mean.
+/// Returns the transfer function of images in a colour space.
 fn transfer_of(color_space: vk::ColorSpaceKHR) -> Transfer {
     match color_space {
         vk::ColorSpaceKHR::HDR10_ST2084_EXT => Transfer::Pq,

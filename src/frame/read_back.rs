@@ -87,7 +87,7 @@ pub(super) fn host_barrier(device: &Device, cmd: vk::CommandBuffer, copy: &Copy,
     }
 }
 
-/// What was copied out of an image of this size and format, when it is done.
+/// Returns the picture that was copied out of an image of this size and format, once the copy is done.
 ///
 /// # Errors
 /// When the device is lost.

@@ -13,7 +13,7 @@ use crate::scene::{Light, Scene, Settings};
 /// Called, from any thread, when there is something new to show.
 pub type Wake = Arc<dyn Fn() + Send + Sync>;
 
-/// What may change of frames without making them anew, as it was when they were begun.
+/// The state that may change without making frames anew, as it was when they were begun.
 pub(super) struct Begun {
     /// How often it had been said that frames are to be others.
     pub(super) changes: u64,
@@ -45,7 +45,7 @@ impl Begun {
     }
 }
 
-/// What came of it.
+/// The result.
 pub(super) struct Made {
     begun: Begun,
     /// The window's own frames, where they were to be others.

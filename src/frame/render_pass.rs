@@ -65,7 +65,7 @@ pub fn layout_changes(plan: &FramePlan, edges: &Edges, edge: &Edge) -> Vec<Layou
     changes.filter(own).collect()
 }
 
-/// What a subpass does with attachments; references count them in the order of the pass, and `vk::ATTACHMENT_UNUSED` is a gap.
+/// The attachments of a subpass; references count them in the order of the pass, and `vk::ATTACHMENT_UNUSED` is a gap.
 #[derive(Debug, Clone)]
 pub struct Subpass {
     pub place: Place,

@@ -1,4 +1,4 @@
-//! What every kind of frame has: the images that it draws into, and its render passes with their framebuffers and clear values.
+//! The parts that every kind of frame has: the images that it draws into, and its render passes with their framebuffers and clear values.
 
 use ash::vk;
 use glam::Vec3;
@@ -67,7 +67,7 @@ struct HidingStage {
     pyramid_to_cull: Option<Edge>,
 }
 
-/// What finds out on the device what is seen, with the rows of the barriers before and after each pass.
+/// The passes that cull on the device, with the rows of the barriers before and after each.
 struct CullingStage {
     cull: Cull,
     arrange: Arrange,
@@ -191,7 +191,7 @@ impl RenderPasses {
         self.slot(pass).ok_or_else(|| gpu::Error::Misuse(format!("the frame has no subpass for {}", pass.place)))
     }
 
-    /// What a pass reads of the frame's targets, at its bindings.
+    /// Returns the frame's targets that a pass reads, at its bindings.
     pub fn inputs(&self, pass: &Pass, plan: &FramePlan) -> Vec<Input> {
         let all = (pass.touches)(plan).into_iter().filter_map(|touch| match (touch.how, touch.resource) {
             (How::Input { binding } | How::Sampled { binding }, Resource::Target(target)) => {
@@ -406,7 +406,7 @@ fn clear_values(plan: &FramePlan, world: &World, targets: &[Target]) -> Vec<vk::
         .collect()
 }
 
-/// What a target holds where nothing is drawn.
+/// Returns the clear colour of a target.
 pub(super) fn background(plan: &FramePlan, world: &World, target: Target) -> Vec3 {
     if !matches!(plan.shading, Shading::Light { light_only: false }) {
         return Vec3::ZERO;

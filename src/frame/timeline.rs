@@ -1,4 +1,4 @@
-//! What a renderer remembers of the frame before, where frames are averaged over time.
+//! A renderer's memory of the frame before, where frames are averaged over time.
 
 use super::jitter::Order;
 use crate::visible::{Eye, Particles, Sight, Since, Visible, World};
@@ -18,7 +18,7 @@ pub(super) struct Timeline {
     still: u32,
 }
 
-/// What the last one saw.
+/// The view of the last frame.
 #[derive(Debug)]
 struct Last {
     sight: Sight,
@@ -44,7 +44,7 @@ impl Timeline {
         self.still
     }
 
-    /// What the next frame knows.
+    /// Returns what the next frame needs of the last one.
     pub fn since(&self, world: &World, visible: &Visible, eye: &Eye, size: [u32; 2]) -> Since {
         let now = Sight::of(eye, &visible.depth, size);
         let last = self.last.as_ref();

@@ -1,4 +1,4 @@
-//! Which triangle each pixel shows.
+//! The triangle that each pixel shows.
 
 use std::sync::Arc;
 

@@ -16,7 +16,7 @@ pub struct Buffer {
     pub raw: vk::Buffer,
     /// Its size in bytes.
     pub size: u64,
-    /// What it is used for.
+    /// Its usage flags.
     pub usage: vk::BufferUsageFlags,
     /// Its name.
     pub name: String,

@@ -1,4 +1,4 @@
-//! What can go wrong on the way to the GPU, each variant saying what was being done.
+//! Errors on the way to the GPU. Each variant says what was being done.
 
 use ash::vk;
 
@@ -11,17 +11,17 @@ pub enum Error {
     /// The Vulkan loader library is not there or does not work.
     #[error("no Vulkan loader: {reason}; {hint}")]
     NoLoader {
-        /// What the system said.
+        /// The system's message.
         reason: String,
-        /// What to install on this system.
+        /// How to install it on this system.
         hint: String,
     },
     /// The loader works, but it found no driver, or none with a usable device.
     #[error("no usable Vulkan driver: {reason}; {hint}")]
     NoDriver {
-        /// What the loader said.
+        /// The loader's message.
         reason: String,
-        /// What to install on this system.
+        /// How to install it on this system.
         hint: String,
     },
     /// No device has the number or the name asked for.
@@ -37,27 +37,27 @@ pub enum Error {
     MissingLayer {
         /// The layer's name.
         layer: String,
-        /// What to install on this system.
+        /// How to install it on this system.
         hint: String,
     },
     /// The device is lost: everything made on it is, and only dropping is left to do with that.
     #[error("{doing}: the device is lost (its driver gave up or was reset); what was drawn on it has to be made anew")]
     DeviceLost {
-        /// What was being done when the driver said so.
+        /// The operation during which the driver reported it.
         doing: String,
     },
     /// A Vulkan call failed.
     #[error("{doing}: Vulkan says {result:?} ({result})")]
     Vulkan {
-        /// What was being done and by which command, as "creating the image 'albedo' by vkCreateImage".
+        /// The operation and its command, as "creating the image 'albedo' by vkCreateImage".
         doing: String,
-        /// What the driver returned.
+        /// The driver's result code.
         result: vk::Result,
     },
     /// Host or device memory ran out.
     #[error("{doing}: out of memory{}", asked_bytes(*.bytes))]
     OutOfMemory {
-        /// What was being done.
+        /// The operation that failed.
         doing: String,
         /// The size asked for, if it is known.
         bytes: Option<u64>,
@@ -67,7 +67,7 @@ pub enum Error {
     TooLarge {
         /// The thing and its unit, as "the width of the image 'output' in pixels".
         what: String,
-        /// What was asked for.
+        /// The requested amount.
         asked: u64,
         /// The device's limit.
         limit: u64,
@@ -78,7 +78,7 @@ pub enum Error {
     /// The memory allocator failed, other than by running out.
     #[error("{doing}: the memory allocator failed: {source}")]
     Allocator {
-        /// What was being done.
+        /// The operation that failed.
         doing: String,
         /// The allocator's own error.
         source: gpu_allocator::AllocationError,
@@ -118,7 +118,7 @@ impl Error {
     }
 }
 
-/// What was being done, and by which command of Vulkan.
+/// An operation, and the Vulkan command that it uses.
 pub(super) fn by(command: &str, doing: &str) -> String {
     format!("{doing} by {command}")
 }

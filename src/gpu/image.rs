@@ -11,7 +11,7 @@ use super::memory::{Location, MemoryKind, MemoryNeed};
 use super::owned::Owned;
 use super::physical::PhysicalDevice;
 
-/// What an image is to be: two-dimensional, optimally tiled.
+/// The description of a two-dimensional, optimally tiled image.
 #[derive(Clone, Copy, Debug)]
 pub struct ImageDesc<'a> {
     /// Its name.
@@ -28,13 +28,13 @@ pub struct ImageDesc<'a> {
     pub cube: bool,
     /// The samples a texel.
     pub samples: vk::SampleCountFlags,
-    /// What it is used for.
+    /// Its usage flags.
     pub usage: vk::ImageUsageFlags,
     /// The format, of the same size, that shaders store to it as; undefined for its own.
     pub stored_as: vk::Format,
-    /// Where it lies.
+    /// The kind of memory it is allocated from.
     pub location: Location,
-    /// What it counts as in reports.
+    /// Its category in memory reports.
     pub kind: MemoryKind,
 }
 
@@ -76,7 +76,7 @@ pub struct Image {
     pub layers: u32,
     /// The samples a texel.
     pub samples: vk::SampleCountFlags,
-    /// What it is used for.
+    /// Its usage flags.
     pub usage: vk::ImageUsageFlags,
     /// Its name.
     pub name: String,
@@ -337,7 +337,7 @@ pub fn mip_count(extent: vk::Extent2D) -> u32 {
     extent.width.max(extent.height).max(1).ilog2() + 1
 }
 
-/// Whether mip levels of this format can be made by linear blits, as [`super::Uploader::texture`] does.
+/// Returns true if mip levels of this format can be made by linear blits, as [`super::Uploader::texture`] does.
 pub fn can_blit(physical: &PhysicalDevice, format: vk::Format) -> bool {
     physical.format_features(format).contains(
         vk::FormatFeatureFlags::BLIT_SRC

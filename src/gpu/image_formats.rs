@@ -9,7 +9,7 @@ use super::surface::Surface;
 /// Which images are wanted of a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImageWish {
-    /// Whether what is drawn is linear and the hardware encodes it; else it is encoded already.
+    /// True if what is drawn is linear and the hardware encodes it; else it is encoded already.
     pub encodes: bool,
     /// Brightness beyond white, where the surface has it: HDR.
     pub hdr: bool,
@@ -26,7 +26,7 @@ pub struct ImageFormats {
     pub drawn: vk::Format,
     /// What their values mean to presentation.
     pub color_space: vk::ColorSpaceKHR,
-    /// Whether a shader must encode what they show. Else they take it as was wished for.
+    /// True if a shader must encode what they show. Else they take it as was wished for.
     pub by_shader: bool,
 }
 

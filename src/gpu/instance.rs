@@ -11,12 +11,12 @@ use super::message::{Message, MessageLog, messenger_info};
 use super::physical::{PhysicalDevice, version_text};
 use super::system::{Missing, install_hint};
 
-/// How often devices are listed again while their number changes.
+/// The most times that devices are listed while their number changes.
 const LISTED_AGAIN: usize = 8;
 
 const KHRONOS_VALIDATION: &CStr = c"VK_LAYER_KHRONOS_validation";
 
-/// How much the validation layer checks.
+/// The checks of the validation layer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Validation {
     /// No layer is loaded by this program.
@@ -33,10 +33,10 @@ pub enum Validation {
     BestPractices,
 }
 
-/// What an instance is created with.
+/// Options of an instance.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct InstanceOptions {
-    /// How much the validation layer checks. Anything but `Off` needs the layer to be installed.
+    /// The checks of the validation layer. Anything but `Off` needs the layer to be installed.
     pub validation: Validation,
     /// With `Synchronization`: also account for what shaders access, as far as the layer can tell from their code
     /// (`syncval_shader_accesses_heuristic`). Layers that do not know the setting are not given it.
@@ -51,7 +51,7 @@ pub struct InstanceOptions {
 pub struct LayerInfo {
     /// Its name, as `VK_LAYER_KHRONOS_validation`.
     pub name: String,
-    /// What it says of itself.
+    /// Its description of itself.
     pub description: String,
     /// The Vulkan version that it was written for, packed as Vulkan packs it.
     pub spec_version: u32,
@@ -71,7 +71,7 @@ pub struct Instance {
     extensions: Vec<&'static CStr>,
 }
 
-/// What must outlive every object made from an instance.
+/// The parts that must outlive every object made from an instance.
 pub(super) struct InstanceHandles {
     pub(super) raw: ash::Instance,
     pub(super) has_debug_utils: bool,
@@ -197,12 +197,12 @@ impl Instance {
         self.layers.iter().filter(|layer| layer.name == name).map(|layer| layer.spec_version).max()
     }
 
-    /// Whether it was made with an extension.
+    /// Returns true if it was made with an extension.
     pub fn has_extension(&self, name: &CStr) -> bool {
         self.extensions.contains(&name)
     }
 
-    /// How much this instance checks.
+    /// Returns the checks of this instance.
     pub fn validation(&self) -> Validation {
         self.validation
     }
@@ -212,7 +212,7 @@ impl Instance {
         self.sync_shader_heuristic
     }
 
-    /// Whether objects can be named and messages collected: VK_EXT_debug_utils is in use.
+    /// Returns true if objects can be named and messages collected: VK_EXT_debug_utils is in use.
     pub fn has_debug_utils(&self) -> bool {
         self.handles.has_debug_utils
     }
@@ -350,7 +350,7 @@ impl ValidationPlan {
         Ok(plan)
     }
 
-    /// What is asked for by VK_EXT_layer_settings.
+    /// The settings passed through VK_EXT_layer_settings.
     fn settings(&self) -> Vec<vk::LayerSettingEXT<'static>> {
         let mut settings = vec![bool_setting(c"enable_message_limit", &vk::FALSE)];
         settings.extend(match self.checks {
@@ -365,7 +365,7 @@ impl ValidationPlan {
         settings
     }
 
-    /// What is switched on by VK_EXT_validation_features.
+    /// The features enabled through VK_EXT_validation_features.
     fn enables(&self) -> &'static [vk::ValidationFeatureEnableEXT] {
         match self.checks {
             Validation::Off | Validation::Core | Validation::GpuAssisted => &[],

@@ -13,7 +13,7 @@ use super::error::{Error, Result};
 use super::message::{Message, MessageKind, MessageLog, Severity};
 use super::owned::LiveSet;
 
-/// What memory is for, as reports list it.
+/// The purpose of memory, as reports list it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum MemoryKind {
     /// G-buffer, HDR, output: what a render pass writes.
@@ -26,9 +26,9 @@ pub enum MemoryKind {
     Geometry,
     /// Uniform and storage buffers: cameras, lights, materials.
     Uniform,
-    /// What uploads pass through.
+    /// Staging buffers of uploads.
     Staging,
-    /// What comes back to the CPU.
+    /// Buffers that are read back by the CPU.
     ReadBack,
 }
 
@@ -53,7 +53,7 @@ impl fmt::Display for MemoryKind {
     }
 }
 
-/// Where memory lies.
+/// The kind of memory an object is allocated from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Location {
     /// On the device.
@@ -68,7 +68,7 @@ pub enum Location {
 }
 
 impl Location {
-    /// What the memory's type must have, best first.
+    /// The property flags to look for in memory types, best first.
     fn wishes(self) -> &'static [vk::MemoryPropertyFlags] {
         use vk::MemoryPropertyFlags as Flags;
         const DEVICE: Flags = Flags::DEVICE_LOCAL;
@@ -87,12 +87,12 @@ impl Location {
     }
 }
 
-/// What memory an object needs.
+/// An object's memory requirements.
 pub(super) struct MemoryNeed<'a> {
     pub(super) name: &'a str,
     pub(super) requirements: vk::MemoryRequirements,
     pub(super) location: Location,
-    /// Whether it is for a buffer; an image of optimal tiling is not linear.
+    /// True if it is for a buffer; an image of optimal tiling is not linear.
     pub(super) linear: bool,
     /// The image to make a device allocation for that holds nothing else.
     pub(super) dedicated_to: Option<vk::Image>,
@@ -236,7 +236,7 @@ pub(super) fn leak(text: String) -> Message {
 /// The objects of one [`MemoryKind`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct KindReport {
-    /// How many objects.
+    /// The number of objects.
     pub objects: usize,
     /// Their memory in bytes, as the driver sizes it.
     pub bytes: u64,
@@ -251,7 +251,7 @@ pub struct HeapReport {
     pub usage_and_budget: Option<(u64, u64)>,
 }
 
-/// What memory a device's objects take.
+/// The memory that a device's objects take.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct MemoryReport {
     /// Each kind that has objects. Retired objects count until the GPU is done with them.
@@ -260,18 +260,18 @@ pub struct MemoryReport {
     pub bytes: u64,
     /// The most that the sum ever was, in bytes.
     pub peak_bytes: u64,
-    /// How many blocks of memory are taken from the driver; objects share blocks.
+    /// The number of blocks allocated from the driver; objects share blocks.
     pub blocks: usize,
     /// The size of these blocks in bytes.
     pub block_bytes: u64,
-    /// How many objects are alive, by type, as `IMAGE_VIEW`; those without memory too.
+    /// The number of live objects by type, as `IMAGE_VIEW`, with or without memory.
     pub objects: BTreeMap<String, usize>,
     /// The device's heaps.
     pub heaps: Vec<HeapReport>,
 }
 
 impl Device {
-    /// What memory the device's objects take now, and took at most.
+    /// Returns the memory that the device's objects take now, and its peak.
     pub fn memory_report(&self) -> MemoryReport {
         let mut report = MemoryReport { heaps: self.heap_reports(), ..MemoryReport::default() };
         {

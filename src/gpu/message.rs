@@ -1,4 +1,4 @@
-//! What the loader, the layers and this module have to say, collected so that the caller can print or fail on it.
+//! Messages of the loader, the layers and this module, collected so that the caller can print them or fail on them.
 
 use std::borrow::Cow;
 use std::ffi::{CStr, c_char, c_void};
@@ -6,7 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use ash::vk;
 
-/// How bad a message is.
+/// The severity of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
     /// Probably a mistake.
@@ -15,7 +15,7 @@ pub enum Severity {
     Error,
 }
 
-/// Where a message comes from.
+/// The source of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum MessageKind {
     /// The loader, a driver or a layer, about the system rather than about this program.
@@ -31,9 +31,9 @@ pub enum MessageKind {
 /// One message of a layer, the loader, a driver or this module.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Message {
-    /// How bad it is.
+    /// Its severity.
     pub severity: Severity,
-    /// Where it comes from.
+    /// Its source.
     pub kind: MessageKind,
     /// The rule's name, as `VUID-vkCmdDraw-None-02697`; may be empty.
     pub id_name: String,
@@ -44,14 +44,14 @@ pub struct Message {
 }
 
 impl Message {
-    /// Whether it is advice on best practices: what it speaks of is allowed. Layers give it the kinds of mistakes, and tell it apart by
+    /// Returns true if it is advice on best practices: what it speaks of is allowed. Layers give it the kinds of mistakes, and tell it apart by
     /// name only.
     pub fn is_advice(&self) -> bool {
         self.severity == Severity::Warning && self.id_name.contains("BestPractices")
     }
 }
 
-/// What GPU-assisted validation says of checks that the device does not allow.
+/// The id of GPU-assisted validation's messages about checks that the device does not allow.
 const OF_THE_LAYER_ITSELF: &str = "WARNING-GPU-Assisted-Validation";
 
 /// The messages kept; later ones are counted only. A frame loop with one mistake in it would otherwise eat the memory.
@@ -77,7 +77,7 @@ impl MessageLog {
         std::mem::take(&mut state.kept)
     }
 
-    /// How many messages came after the list was full, since the last [`take`](MessageLog::take).
+    /// The number of messages that came after the list was full, since the last [`take`](MessageLog::take).
     pub fn dropped(&self) -> u64 {
         self.lock().dropped
     }

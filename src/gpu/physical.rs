@@ -25,7 +25,7 @@ pub struct PhysicalDevice {
     pub kind: vk::PhysicalDeviceType,
     /// The driver's name, as `llvmpipe`; its number if it tells none.
     pub driver_name: String,
-    /// What the driver says of its version, as `Mesa 22.3.6 (LLVM 15.0.6)`; may be empty.
+    /// The driver's description of its version, as `Mesa 22.3.6 (LLVM 15.0.6)`; may be empty.
     pub driver_info: String,
     /// The driver's version, packed as the vendor packs it.
     pub driver_version: u32,
@@ -35,7 +35,7 @@ pub struct PhysicalDevice {
     pub vendor_id: u32,
     /// The vendor's id of the device.
     pub device_id: u32,
-    /// Which pipeline caches the device accepts.
+    /// The UUID of pipeline caches that the device accepts.
     pub pipeline_cache_uuid: [u8; vk::UUID_SIZE],
     /// The device's limits.
     pub limits: vk::PhysicalDeviceLimits,
@@ -47,7 +47,7 @@ pub struct PhysicalDevice {
     pub extensions: BTreeSet<String>,
     /// The first queue family that does graphics and compute, if there is one.
     pub queue_family: Option<u32>,
-    /// How many bits of a timestamp that family writes; 0: it writes none.
+    /// The number of valid bits in that family's timestamps; 0: it writes none.
     pub timestamp_valid_bits: u32,
     /// What was measured of the device and its driver on an earlier run, as [`PhysicalDevice::keep_calibration`] took it; only with
     /// [`super::InstanceOptions::calibrated`].
@@ -125,13 +125,13 @@ impl PhysicalDevice {
         Ok(place)
     }
 
-    /// What images of this format can do with optimal tiling.
+    /// Returns the features of this format for optimally tiled images.
     pub fn format_features(&self, format: vk::Format) -> vk::FormatFeatureFlags {
         // SAFETY: the instance is alive, as `self` holds it.
         unsafe { self.instance.raw.get_physical_device_format_properties(self.raw, format) }.optimal_tiling_features
     }
 
-    /// Whether images of this format can be colour attachments, also of a subpass that blends if `blended`.
+    /// Returns true if images of this format can be colour attachments, also of a subpass that blends if `blended`.
     pub fn supports_color_attachment(&self, format: vk::Format, blended: bool) -> bool {
         let needed = if blended {
             vk::FormatFeatureFlags::COLOR_ATTACHMENT | vk::FormatFeatureFlags::COLOR_ATTACHMENT_BLEND
@@ -172,7 +172,7 @@ impl PhysicalDevice {
         self.limits.framebuffer_color_sample_counts & self.limits.framebuffer_depth_sample_counts
     }
 
-    /// Whether there is memory that transient attachments take only when a tile does not hold them.
+    /// Returns true if there is memory that transient attachments take only when a tile does not hold them.
     pub fn has_lazily_allocated_memory(&self) -> bool {
         let types = self.memory.memory_types_as_slice().iter();
         types.into_iter().any(|kind| kind.property_flags.contains(vk::MemoryPropertyFlags::LAZILY_ALLOCATED))
@@ -222,7 +222,7 @@ fn driver_of(
     (name, fixed_text(&driver.driver_info))
 }
 
-/// Which device to take.
+/// The choice of a device.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum DeviceChoice {
     /// A real GPU before a virtual one, and that before a CPU.

@@ -26,9 +26,9 @@ pub struct ShaderStage<'a> {
 /// How a pipeline uses the depth attachment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DepthState {
-    /// Which fragments pass.
+    /// The depth test that fragments must pass.
     pub test: vk::CompareOp,
-    /// Whether those that pass write their depth.
+    /// True if those that pass write their depth.
     pub write: bool,
 }
 
@@ -41,17 +41,17 @@ pub struct GraphicsPipelineDesc<'a> {
     pub stages: &'a [ShaderStage<'a>],
     /// The vertex buffers; none for triangles that the shader makes.
     pub vertex_bindings: &'a [vk::VertexInputBindingDescription],
-    /// What is read from them.
+    /// The attributes that are read from them.
     pub vertex_attributes: &'a [vk::VertexInputAttributeDescription],
-    /// Which faces are not drawn.
+    /// The faces that are culled.
     pub cull_mode: vk::CullModeFlags,
-    /// Which winding, in framebuffer coordinates, is the front.
+    /// The winding of front faces, in framebuffer coordinates.
     pub front_face: vk::FrontFace,
     /// The depth test, if there is one.
     pub depth: Option<DepthState>,
-    /// Whether a depth bias is applied, which `vkCmdSetDepthBias` then sets.
+    /// True if a depth bias is applied, which `vkCmdSetDepthBias` then sets.
     pub depth_bias: bool,
-    /// Whether depth is clamped instead of clipped; needs the feature.
+    /// True if depth is clamped instead of clipped; needs the feature.
     pub depth_clamp: bool,
     /// One for each colour attachment of the subpass.
     pub blend: &'a [vk::PipelineColorBlendAttachmentState],
@@ -230,7 +230,7 @@ fn depth_state(depth: Option<DepthState>) -> vk::PipelineDepthStencilStateCreate
     }
 }
 
-/// What the pipeline functions of Vulkan return: those made, and on failure the reason.
+/// The result of Vulkan's functions that create pipelines: the pipelines, and on failure the reason.
 type Created = std::result::Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)>;
 
 fn owned_pipeline(

@@ -79,7 +79,7 @@ impl DriverHeader {
         Self { vendor: physical.vendor_id, device: physical.device_id, uuid: physical.pipeline_cache_uuid }
     }
 
-    /// Whether data of a driver begins so.
+    /// Returns true if data of a driver begins so.
     pub fn begins(&self, data: &[u8]) -> bool {
         let number = |at: usize| data.get(at..at + 4).and_then(|bytes| bytes.try_into().ok()).map(u32::from_ne_bytes);
         number(0).is_some_and(|length| length as usize >= DRIVER_HEADER_BYTES)

@@ -14,14 +14,14 @@ pub type RenderPass = Owned<vk::RenderPass>;
 /// The views that a render pass renders into.
 pub type Framebuffer = Owned<vk::Framebuffer>;
 
-/// What one subpass does with which attachments. A reference to `vk::ATTACHMENT_UNUSED` leaves a gap.
+/// The attachments of one subpass. A reference to `vk::ATTACHMENT_UNUSED` leaves a gap.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SubpassDesc<'a> {
     /// Read by `InputAttachmentIndex`.
     pub input: &'a [vk::AttachmentReference],
     /// Written by location.
     pub color: &'a [vk::AttachmentReference],
-    /// Where each of `color` is resolved to after the subpass; empty, or as many.
+    /// The resolve targets of `color` after the subpass; empty, or as many.
     pub resolve: &'a [vk::AttachmentReference],
     /// Tested, and written if its layout allows that.
     pub depth: Option<vk::AttachmentReference>,

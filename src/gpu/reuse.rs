@@ -16,18 +16,18 @@ use super::owned::{Destroy, ObjectId};
 /// The hash of everything that an object was made of.
 pub(super) type Content = blake3::Hash;
 
-/// How many are kept. The hall's frame has six.
+/// The most pipelines that are kept. The hall's frame has six.
 const MOST: usize = 128;
 
-/// What a device keeps for reuse.
+/// The pipelines that a device keeps for reuse.
 #[derive(Default)]
 pub(super) struct Reuse(Mutex<State>);
 
 #[derive(Default)]
 struct State {
-    /// Of what layouts and render passes were made that pipelines are made with.
+    /// The contents of the layouts and render passes that pipelines are made with.
     contents: HashMap<(vk::ObjectType, u64), Content>,
-    /// The last given up comes last.
+    /// In the order in which they were given up.
     kept: VecDeque<(Content, vk::Pipeline, ObjectId)>,
 }
 
@@ -41,7 +41,7 @@ impl Reuse {
         self.lock().contents.insert((H::TYPE, object.as_raw()), content_of(parts));
     }
 
-    /// What was noted; none for an object of which nothing was.
+    /// The content noted for an object, if any was.
     pub(super) fn content<H: Handle>(&self, object: H) -> Option<Content> {
         self.lock().contents.get(&(H::TYPE, object.as_raw())).copied()
     }

@@ -8,7 +8,7 @@ use super::device::Device;
 use super::error::{Doing, Error, Result};
 use super::owned::Owned;
 
-/// How shaders filter and address an image.
+/// The filtering and addressing of an image in shaders.
 pub type Sampler = Owned<vk::Sampler>;
 
 impl Sampler {

@@ -16,7 +16,7 @@ use super::error::{Doing, Error, Result};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Ticket(pub u64);
 
-/// What a submission does beside running its commands.
+/// The effects of a submission beside running its commands.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Around<'a> {
     /// Semaphores to wait for before the given stages.
@@ -264,7 +264,7 @@ impl Device {
     }
 }
 
-/// Whether everything may be destroyed after a wait, which is tried again for a while where memory was short.
+/// Returns true if everything may be destroyed after a wait, which is tried again for a while where memory was short.
 fn settled(mut wait: impl FnMut() -> Result<()>, mut pause: impl FnMut()) -> bool {
     const TRIES: usize = 50;
     for _ in 0..TRIES {

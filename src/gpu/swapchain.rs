@@ -15,7 +15,7 @@ use super::memory::leak;
 use super::owned::Owned;
 use super::surface::Surface;
 
-/// Whether images wait for the display to begin its next picture.
+/// Synchronization of presented images with the display's refresh: which images wait for it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Vsync {
     /// Each image does, and none is torn.
@@ -27,10 +27,10 @@ pub enum Vsync {
     Adaptive,
 }
 
-/// What a swapchain is to be.
+/// The description of a swapchain.
 #[derive(Clone, Copy, Debug)]
 pub struct SwapchainDesc {
-    /// Which images it is to have.
+    /// The images to ask for.
     pub images: ImageWish,
     /// What its images are used for, unless a shader encodes what they show: then that draws into them, and they are used for nothing else.
     pub usage: vk::ImageUsageFlags,
@@ -42,7 +42,7 @@ pub struct SwapchainDesc {
     pub size: [u32; 2],
 }
 
-/// How well a swapchain suits its surface.
+/// The fit between a swapchain and its surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fit {
     /// As it was made for it.
@@ -55,7 +55,7 @@ pub enum Fit {
     SurfaceLost,
 }
 
-/// What came of asking for an image.
+/// The result of acquiring an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Acquired {
     /// The image of this index, once the semaphore is signalled.
@@ -84,7 +84,7 @@ pub struct Swapchain {
     pub formats: ImageFormats,
     /// Their size in pixels.
     pub extent: vk::Extent2D,
-    /// How they follow each other.
+    /// The present mode.
     pub present_mode: vk::PresentModeKHR,
     /// What they are used for: what was asked for, and of the wishes what the surface allows.
     pub usage: vk::ImageUsageFlags,
@@ -268,7 +268,7 @@ fn fit_of(suboptimal: bool) -> Fit {
     if suboptimal { Fit::Suboptimal } else { Fit::Exact }
 }
 
-/// What a failure says of the surface, if it is that.
+/// The surface's state that a failure tells, if it is about the surface.
 fn misfit(result: vk::Result) -> Option<Fit> {
     match result {
         vk::Result::ERROR_OUT_OF_DATE_KHR => Some(Fit::OutOfDate),
@@ -333,7 +333,7 @@ fn choose_alpha(offered: vk::CompositeAlphaFlagsKHR) -> vk::CompositeAlphaFlagsK
 }
 
 impl Vsync {
-    /// Whether a swapchain's mode is what was asked for, and not only the nearest that there is.
+    /// Returns true if a swapchain's mode is what was asked for, and not only the nearest that there is.
     pub fn is(self, mode: vk::PresentModeKHR) -> bool {
         match self {
             Vsync::On => mode == vk::PresentModeKHR::FIFO,

@@ -1,4 +1,4 @@
-//! How a pass names the way it touches something.
+//! The vocabulary of dependencies: a use is a pipeline stage with its accesses.
 
 use ash::vk;
 
@@ -8,11 +8,11 @@ use ash::vk;
 pub struct Use {
     /// One stage, or several.
     pub stage: vk::PipelineStageFlags,
-    /// What that stage does.
+    /// Its accesses to memory.
     pub access: vk::AccessFlags,
 }
 
-/// What the CPU does to mapped memory before a submission.
+/// The CPU's writes to mapped memory before a submission.
 pub const HOST_WRITE: Use = Use::new(vk::PipelineStageFlags::HOST, vk::AccessFlags::HOST_WRITE);
 /// Everything that a submission does.
 pub const DEVICE_ACCESS: Use = Use::new(
@@ -20,7 +20,7 @@ pub const DEVICE_ACCESS: Use = Use::new(
     vk::AccessFlags::from_raw(vk::AccessFlags::MEMORY_READ.as_raw() | vk::AccessFlags::MEMORY_WRITE.as_raw()),
 );
 
-/// Every access that writes, of those that passes name.
+/// All write accesses that passes name.
 const WRITES: u32 = vk::AccessFlags::SHADER_WRITE.as_raw()
     | vk::AccessFlags::COLOR_ATTACHMENT_WRITE.as_raw()
     | vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE.as_raw()
@@ -47,7 +47,7 @@ impl Use {
         }
     }
 
-    /// The same stages, and of the accesses those that write.
+    /// The same stages with the write accesses alone.
     pub const fn writes(self) -> Self {
         Self { access: vk::AccessFlags::from_raw(self.access.as_raw() & WRITES), ..self }
     }
@@ -58,11 +58,11 @@ impl Use {
     }
 }
 
-/// What a barrier orders.
+/// The two sides of a barrier.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Dependency {
-    /// What must be over.
+    /// The first scope: uses that must be complete.
     pub before: Use,
-    /// What must wait.
+    /// The second scope: uses that wait.
     pub after: Use,
 }

@@ -1,4 +1,4 @@
-//! What to install on this system when a part of Vulkan is missing.
+//! Hints for installing a missing part of Vulkan on this system.
 
 use std::fs;
 

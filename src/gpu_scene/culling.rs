@@ -137,7 +137,7 @@ impl Extent {
 /// The buffers of the passes that cull on the device, and the sets that name them.
 pub struct Culling {
     pub set_layout: SetLayout,
-    /// What they write, and what draws read. Frames share it.
+    /// Their output, which draws read. Frames share it.
     pub culled: Buffer,
     /// The depths that PYRAMID writes and CULL reads, where the device finds hidden objects. Frames share the buffer.
     pub pyramid: Option<Buffer>,
@@ -152,7 +152,7 @@ pub struct Culling {
     _pool: DescriptorPool,
 }
 
-/// What the CPU writes for a frame in flight.
+/// The CPU's data for a frame in flight.
 struct Inputs {
     index: usize,
     uniform: Buffer,
@@ -335,7 +335,7 @@ impl Culling {
         self.inputs[place].set
     }
 
-    /// What ARRANGE counts for the CPU in a frame in flight.
+    /// Returns the counters that ARRANGE writes for the CPU in a frame in flight.
     pub fn found_buffer(&self, place: usize) -> &Buffer {
         &self.inputs[place].found
     }
@@ -366,17 +366,17 @@ impl Culling {
         tiles(self.size)
     }
 
-    /// Whether it finds out what is hidden.
+    /// Returns true if it finds out what is hidden.
     pub fn hides(&self) -> bool {
         self.pyramid.is_some()
     }
 
-    /// Whether meshes have levels of detail.
+    /// Returns true if meshes have levels of detail.
     pub fn has_levels(&self) -> bool {
         self.has_levels
     }
 
-    /// Whether instances have looks.
+    /// Returns true if instances have looks.
     pub fn has_looks(&self) -> bool {
         self.inputs.iter().any(|own| own.has_looks)
     }

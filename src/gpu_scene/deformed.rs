@@ -14,7 +14,7 @@ use crate::scene::{Mesh, Scene};
 const GROUP: usize = 64;
 /// Work groups of a row of the dispatch: every device takes as many.
 const COLUMNS: u32 = 65535;
-/// What is not there, in a record and in the push constants.
+/// The offset of absent data, in a record and in the push constants.
 const NONE: u32 = u32::MAX;
 
 /// How many vertex streams there may be.
@@ -22,11 +22,11 @@ const STREAMS: usize = 6;
 
 /// The buffers of all deformed objects.
 pub struct Deformed {
-    /// What SKIN writes and passes draw. Streams lie one after the other.
+    /// SKIN's output, which passes draw: streams one after the other.
     pub vertices: Buffer,
-    /// What SKIN reads.
+    /// SKIN's input.
     pub sources: Buffer,
-    /// What it is told.
+    /// SKIN's push constants.
     pub push: SkinPush,
     /// Where streams begin, in bytes.
     starts: [Option<u64>; STREAMS],
@@ -284,7 +284,7 @@ fn append_shapes(words: &mut Vec<u32>, mesh: &Mesh) -> (u32, u32) {
     ((words.len() - before).checked_div(mesh.morphs.len()).unwrap_or(0) as u32, bits)
 }
 
-/// What the CPU writes of a pose for one frame in flight.
+/// The CPU's data of a pose for one frame in flight.
 pub struct PoseBuffer {
     buffer: Buffer,
     joints: usize,

@@ -1,4 +1,4 @@
-//! What frames tell their shaders of fog: worked out in 64 bits where heights are far from the camera's.
+//! The fog's parameters for shaders: computed in 64 bits where heights are far from the camera's.
 
 use glam::Vec3;
 

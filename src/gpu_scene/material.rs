@@ -19,7 +19,7 @@ pub const SAMPLER: u32 = 15;
 /// The binding of the first texture's sampler where each has its own, as `shaders/shared/material.wgsl` declares them.
 pub const OWN_SAMPLERS: u32 = 16;
 
-/// What a material's set has.
+/// The layout of a material's descriptor set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct SetForm {
     pub textures: TextureMask,
@@ -133,12 +133,12 @@ impl Materials {
         self.layouts.get(&form).map(|layout| layout.raw)
     }
 
-    /// What a material's pipelines sample, with a sheet of its atlas.
+    /// Returns the descriptor set of a material's textures, with a sheet of its atlas.
     pub fn set(&self, material: (usize, u32)) -> Option<vk::DescriptorSet> {
         self.sets.get(&material).copied()
     }
 
-    /// What cuts holes into a material's shadow.
+    /// Returns the descriptor set of the texture that cuts holes into a material's shadow.
     pub fn holes(&self, material: (usize, u32)) -> Option<vk::DescriptorSet> {
         self.holes.get(&material).copied()
     }

@@ -103,7 +103,7 @@ pub const SECOND_UV: u32 = 5;
 pub const ROWS: u32 = 8;
 /// The last of a map's four.
 const ROW_W: u32 = 11;
-/// Which object an instance is.
+/// The number of an instance's object.
 pub const NUMBER: u32 = 12;
 /// How an instance looks: red, green and blue of its tint, then its layer of an atlas and whether it is selected.
 pub const LOOK: u32 = 13;

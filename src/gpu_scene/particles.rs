@@ -61,7 +61,7 @@ impl ParticleTextures {
     }
 }
 
-/// What SIMULATE writes: one of each for all frames in flight.
+/// SIMULATE's output: one of each for all frames in flight.
 pub struct ParticleBuffers {
     pub states: Buffer,
     /// Where particles are sorted.

@@ -1,4 +1,4 @@
-//! What the light path `visibility` looks surfaces up in: the scene's meshes and textures, and for each frame its instances and materials.
+//! The buffers in which the light path `visibility` looks surfaces up: the scene's meshes and textures, and for each frame its instances and materials.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -99,7 +99,7 @@ fn traits(key: GeometryKey, brdf: Brdf) -> u32 {
     own | key.textures.bits() | ((brdf as u32) << BRDF_SHIFT)
 }
 
-/// What sets one record apart from another.
+/// Returns the key by which records differ.
 fn state(object: &WorldObject) -> (GeometryKey, (usize, u32)) {
     (object.key, object.material_set())
 }
@@ -120,7 +120,7 @@ pub struct Seen {
     _pool: DescriptorPool,
 }
 
-/// What the CPU writes for a frame in flight.
+/// The CPU's data for a frame in flight.
 struct PlaceBuffers {
     instances: List,
     materials: List,

@@ -45,7 +45,7 @@ const _: () = {
 /// Layout of the atlas whenever no map is being drawn.
 pub const ATLAS_LAYOUT: vk::ImageLayout = vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL;
 
-/// What the barriers around the atlas's first clear order.
+/// The barriers around the atlas's first clear.
 #[derive(Debug, Clone, Copy)]
 pub struct ClearOrder {
     /// Whatever there was, and the clear.

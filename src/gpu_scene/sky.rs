@@ -44,7 +44,7 @@ pub struct SkyMaps {
     pub sampler: Sampler,
 }
 
-/// What PREFILTER writes once.
+/// PREFILTER's output, written once.
 pub struct SkyLight {
     pub lobe: Image,
     pub base: Image,

@@ -23,7 +23,7 @@ impl<'a> From<&'a mut Scene> for SceneSource<'a> {
 }
 
 impl SceneSource<'_> {
-    /// What is left of it.
+    /// Returns the scene, or what is left of it.
     pub fn scene(&self) -> &Scene {
         match self {
             Self::Kept(scene) => scene,

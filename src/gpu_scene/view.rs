@@ -1,4 +1,4 @@
-//! What a frame tells its shaders: the camera and the lights, relative to each other, in buffers of the frame's own.
+//! A frame's data for shaders: the camera and the lights, relative to each other, in buffers of the frame's own.
 
 use std::sync::Arc;
 
@@ -193,7 +193,7 @@ pub fn set_layout(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<Owned<v
 /// Rows of UV maps, as `shaders/shared/material.wgsl` declares them.
 const UV_MAPS: u32 = 5;
 
-/// Whether shaders name the fog's froxels: all that light what they draw do, whose code for froxels a constant leaves out.
+/// Returns true if shaders name the fog's froxels: all that light what they draw do, whose code for froxels a constant leaves out.
 fn names_froxels(plan: &FramePlan) -> bool {
     let lit_as_drawn = plan.is_forward() || plan.transparency.is_some();
     plan.froxels().is_some() || lit_as_drawn && plan.lights.any() && !plan.lights.uniform

@@ -31,7 +31,7 @@ impl MedianInterval {
         (self.high - self.low) / (2.0 * self.median)
     }
 
-    /// Whether a figure says so that is this unsure; one of too few samples for 95% always does.
+    /// Returns true if the interval is wide enough to warn about; that of too few samples for 95% always is.
     pub fn is_wide(&self) -> bool {
         self.relative_half_width() > 0.05 || self.count < LEAST_FOR_95
     }

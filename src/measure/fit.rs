@@ -33,7 +33,7 @@ pub struct PowerLaw {
     pub low: f64,
     /// The upper end of the exponent's interval.
     pub high: f64,
-    /// What the error does not fall below; 0 where the points do not show one.
+    /// The floor of the error; 0 where the points do not show one.
     pub floor: f64,
 }
 

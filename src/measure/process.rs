@@ -1,4 +1,4 @@
-//! What the operating system counts for this process.
+//! The operating system's figures of this process.
 
 /// The most resident memory that this process has had so far, in bytes. `None` where the system does not tell (only
 /// Linux does, as `VmHWM`).

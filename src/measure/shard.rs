@@ -12,7 +12,7 @@ pub struct Shard {
 }
 
 impl Shard {
-    /// Whether a piece of the work belongs to it: every `count`-th from its own. Neighbours, which cost about the same, go to different parts.
+    /// Returns true if a piece of the work belongs to it: every `count`-th from its own. Neighbours, which cost about the same, go to different parts.
     pub fn owns(&self, piece: usize) -> bool {
         piece % self.count as usize == self.index as usize - 1
     }

@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-/// What repeated measurements of one quantity look like, in the unit of the samples.
+/// The distribution of repeated measurements of one quantity, in the unit of the samples.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Distribution {
     /// Samples that went in.

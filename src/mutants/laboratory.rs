@@ -48,7 +48,7 @@ pub struct Heard {
 }
 
 impl Heard {
-    /// Whether the layer says anything, in any mode.
+    /// Returns true if the layer says anything, in any mode.
     pub fn anything(&self) -> bool {
         !self.plain.is_empty() || self.heuristic.as_ref().is_some_and(|rules| !rules.is_empty())
     }
@@ -120,7 +120,7 @@ impl Laboratory {
         &self.modes[0].device
     }
 
-    /// Whether cases that are presented can be drawn.
+    /// Returns true if cases that are presented can be drawn.
     pub fn presents(&self) -> bool {
         self.presents
     }

@@ -65,7 +65,7 @@ impl Ambient {
     }
 }
 
-/// Which variant of the shader a plan takes.
+/// Returns the shader variant of a plan.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
     gbuffer_flags!(plan) | Flags::MSAA.when(plan.msaa > 1)
 }

@@ -71,7 +71,7 @@ impl Ao {
     }
 }
 
-/// Which variant of the shader a plan takes.
+/// Returns the shader variant of a plan.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
     let uint = plan.gbuffer.as_ref().is_some_and(|gbuffer| gbuffer.normal == vk::Format::R16G16_UINT);
     Flags::NORMAL_UINT.when(uint)

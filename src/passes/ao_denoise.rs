@@ -61,7 +61,7 @@ pub fn new(
     PerPixel::new(device, &desc, images)
 }
 
-/// Which variant of the shader a plan takes.
+/// Returns the shader variant of a plan.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
     let gbuffer = plan.gbuffer.as_ref();
     let albedo = gbuffer.map(|gbuffer| gbuffer.albedo);

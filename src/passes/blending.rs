@@ -1,4 +1,4 @@
-//! What TRANSPARENT and PARTICLES share, who blend in one subpass: its attachments, how they blend, and what a layer may be.
+//! Shared by TRANSPARENT and PARTICLES, which blend in one subpass: its attachments, how they blend, and what a layer may be.
 
 use ash::vk;
 

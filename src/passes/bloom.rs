@@ -94,7 +94,7 @@ pub struct Bloom {
 /// A dispatch: what it does, and the texels that it writes across and down.
 type Step = (Kind, Push, [u32; 2]);
 
-/// What a step does; the index of its pipeline.
+/// The kind of a step, which is the index of its pipeline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
     First,
@@ -215,7 +215,7 @@ fn bound(
     Ok((pool, set))
 }
 
-/// Which variant of the shader a step takes.
+/// Returns the shader variant of a step.
 fn flags(plan: &FramePlan, kind: Kind) -> Flags {
     match kind {
         Kind::First => Flags::FIRST | Flags::MSAA.when(plan.msaa > 1),

@@ -75,7 +75,7 @@ pub(super) fn most(plan: &FramePlan) -> f32 {
     if plan.sums == Some(Sums::SINGLE) { f32::MAX } else { 65504.0 }
 }
 
-/// Which variant of the shader a plan takes.
+/// Returns the shader variant of a plan.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
     if plan.msaa > 1 { Flags::MSAA } else { Flags::NONE }
 }

@@ -1,4 +1,4 @@
-//! What CULL, ARRANGE and FILL share, and the passes before them that find out what is hidden.
+//! Shared by CULL, ARRANGE and FILL, and by the passes before them that find occluded objects.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! What a pass says of itself, once, in its own file. Attachments, references, layouts, labels, times, the proof of dependencies, the graph
+//! The declaration of a pass, written once, in the pass's own file. Attachments, references, layouts, labels, times, the proof of dependencies, the graph
 //! and the window's steps follow from the list of a plan's passes ([`crate::frame::list`]).
 
 use std::fmt;
@@ -15,11 +15,11 @@ pub struct Pass {
     pub place: Place,
     /// The name of its time in tables. Passes that do the same work in different frames share one, to be compared.
     pub time: &'static str,
-    /// What it does, in a few words.
+    /// Its work, in a few words.
     pub what: &'static str,
     /// Whether a plan's frames have it.
     pub presence: fn(&FramePlan) -> Presence,
-    /// What it reads and writes, in a frame that has it.
+    /// The resources that it reads and writes, in a frame that has it.
     pub touches: fn(&FramePlan) -> Vec<Touch>,
     /// How settings leave it out; `None` for a pass that no setting alone decides.
     pub leave_out: Option<fn(&mut Settings)>,
@@ -52,13 +52,13 @@ impl Place {
     pub const OUTSIDE: Self = Self("OUTSIDE");
     /// Copies out of staging buffers, and blits from level to level of a texture.
     pub const UPLOAD: Self = Self("UPLOAD");
-    /// What surfaces collect of the sky, computed when it is uploaded.
+    /// Computes the sky's diffuse and specular light when the sky is uploaded.
     pub const PREFILTER: Self = Self("PREFILTER");
     /// The clear that the shadow maps' image begins with.
     pub const CLEAR: Self = Self("CLEAR");
     /// Every pass that draws the scene's meshes with its textures.
     pub const DRAWS: Self = Self("DRAWS");
-    /// What shows the swapchain's images.
+    /// The presentation engine.
     pub const PRESENTATION: Self = Self("PRESENTATION");
     /// Everything that one submission does on the device.
     pub const DEVICE: Self = Self("DEVICE");
@@ -82,7 +82,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// What a pass touches.
+/// A resource that passes touch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Resource {
     Target(Target),
@@ -92,24 +92,24 @@ pub enum Resource {
     ShadowMaps,
     /// Textures of the scene, and its sky.
     Textures,
-    /// What surfaces collect of the sky.
+    /// The sky's prefiltered diffuse and specular light.
     SkyLight,
     /// Vertices of the scene's meshes, and of light volumes.
     Vertices,
-    /// What deformed meshes are at rest.
+    /// The rest pose of deformed meshes.
     RestMeshes,
     /// Vertices that SKIN writes.
     DeformedVertices,
     Indices,
-    /// What CULL, ARRANGE and FILL write: rows of instances, and commands that draw them.
+    /// The outputs of CULL, ARRANGE and FILL: rows of instances, and the indirect commands that draw them.
     CulledInstances,
     /// How many instances ARRANGE found to be seen, for the CPU: one for each frame in flight.
     FoundCounts,
     /// The least depths of squares of the picture, which PYRAMID writes.
     DepthPyramid,
-    /// What SIMULATE and SORT write: particles, and their order.
+    /// The outputs of SIMULATE and SORT: particles, and their order.
     Particles,
-    /// What TAA keeps of a frame for the next one: of this frame.
+    /// TAA's history that this frame writes for the next one.
     History,
     /// The same of the frame before.
     LastHistory,
@@ -117,9 +117,9 @@ pub enum Resource {
     BloomLevels,
     /// Light in the fog's froxels, and what is scattered before them.
     Froxels,
-    /// What the CPU writes for each frame: camera, lights, lists, instances, sorted indices.
+    /// The CPU's data for each frame: camera, lights, lists, instances, sorted indices.
     FrameData,
-    /// What the picture is copied to for the CPU.
+    /// The buffer that the picture is copied to for the CPU.
     ReadBack,
     /// Textures of a window's panels.
     PanelTextures,
@@ -178,7 +178,7 @@ pub enum How {
     Depth {
         first: First,
     },
-    /// What the samples that the subpass draws are resolved into.
+    /// The resolve target of the samples that the subpass draws.
     Resolve,
     /// An image that shaders load or sample anywhere: also at the pixel's neighbours, so no subpass reads so what its own render pass draws.
     Sampled {
@@ -196,7 +196,7 @@ pub enum How {
     Buffer,
 }
 
-/// What the first pass that touches an attachment finds in it.
+/// The contents of an attachment before the first pass that touches it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum First {
     /// The value that [`crate::frame`] clears the target to.
@@ -260,7 +260,7 @@ impl Touch {
         self.uses.writes().access != vk::AccessFlags::empty()
     }
 
-    /// Whether it is an attachment of the render pass.
+    /// Returns true if it is an attachment of the render pass.
     pub fn is_attachment(&self) -> bool {
         matches!(self.how, How::Input { .. } | How::Color { .. } | How::Depth { .. } | How::Resolve)
     }
@@ -284,7 +284,7 @@ impl Touch {
         }
     }
 
-    /// What an image must allow.
+    /// Returns the usage flags that the image needs.
     pub fn usage(&self) -> vk::ImageUsageFlags {
         match self.how {
             How::Input { .. } => vk::ImageUsageFlags::INPUT_ATTACHMENT,

@@ -1,4 +1,4 @@
-//! What the passes share that draw depth alone. Masked surfaces are left out: what cuts their holes is their texture, and the pass that
+//! Shared by the passes that draw depth alone. Masked surfaces are left out: what cuts their holes is their texture, and the pass that
 //! shades samples it anyway.
 
 use std::collections::BTreeMap;

@@ -76,7 +76,7 @@ impl Encode {
         Ok(Self { pass, transfer, screen, set_layout, picture: None })
     }
 
-    /// Whether it was made for such images.
+    /// Returns true if it was made for such images.
     pub fn is_for(&self, format: vk::Format, transfer: Transfer) -> bool {
         (self.pass.format, self.transfer) == (format, transfer)
     }

@@ -91,7 +91,7 @@ impl FogPass {
     }
 }
 
-/// Which variant of the shader a plan takes.
+/// Returns the shader variant of a plan.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
     Flags::LIGHTS.when(plan.lights.any())
         | Flags::FROXELS.when(plan.froxels().is_some())

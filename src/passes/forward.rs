@@ -86,7 +86,7 @@ impl Forward {
     }
 }
 
-/// Which variant of the shader a pipeline of the plan takes.
+/// Returns the shader variant of one of the plan's pipelines.
 #[cfg(test)]
 pub(crate) fn flags(plan: &FramePlan, key: crate::plan::GeometryKey) -> Flags {
     super::surface::lit_flags(plan, key)

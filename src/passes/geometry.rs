@@ -121,7 +121,7 @@ fn pipeline(
     surface_pipeline(device, plan, slot, (key, layout), &surface)
 }
 
-/// Which variant of the shader a pipeline of the plan takes.
+/// Returns the shader variant of one of the plan's pipelines.
 pub(crate) fn flags(plan: &FramePlan, key: GeometryKey) -> Flags {
     if plan.triangles.is_some() {
         // Nothing of a surface but its holes.

@@ -119,7 +119,7 @@ impl Lighting {
     }
 }
 
-/// Which variant of the shader a plan takes. The G-buffer's flags are the same in every shader that reads it.
+/// Returns the shader variant of a plan. The G-buffer's flags are the same in every shader that reads it.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
     Flags::LIGHTS.when(plan.lights.any())
         | Flags::UNIFORM_BUFFER.when(plan.lights.any() && plan.lights.uniform)

@@ -264,7 +264,7 @@ pub fn shown(plan: &FramePlan) -> Resource {
     if plan.is_copied_into_swapchain() { Resource::SwapchainImage } else { Resource::Target(plan.picture()) }
 }
 
-/// What the pass after GEOMETRY reads, in the order of the bindings of `shaders/shared/gbuffer.wgsl`; that of depth is the first.
+/// Returns the input attachments of the pass after GEOMETRY, in the order of the bindings of `shaders/shared/gbuffer.wgsl`, depth first.
 pub fn gbuffer_inputs(plan: &FramePlan) -> Vec<(u32, Target)> {
     match (plan.shading, &plan.gbuffer) {
         (Shading::ShowOverdraw, _) => vec![(0, Target::Count)],
@@ -308,14 +308,14 @@ pub struct SetLayouts {
     pub shadows: Option<vk::DescriptorSetLayout>,
 }
 
-/// What every `record` needs: the frame that is being recorded.
+/// The frame that is being recorded, which every `record` needs.
 #[derive(Clone, Copy)]
 pub struct Recording<'a> {
     pub device: &'a Device,
     pub cmd: vk::CommandBuffer,
     /// Width and height of the picture in pixels.
     pub size: [u32; 2],
-    /// Which of the frames in flight it is.
+    /// The index among the frames in flight.
     pub place: usize,
     /// Deformed objects have another pose than in the frame before.
     pub posed: bool,
@@ -339,7 +339,7 @@ pub struct Recording<'a> {
     pub instances: &'a Instances,
     /// The same of opaque surfaces, where the device finds out which of them are seen.
     pub culling: Option<&'a Culling>,
-    /// What is known of the frame before, where frames are averaged over time.
+    /// The frame before, where frames are averaged over time.
     pub since: Option<&'a Since>,
     /// Shadow maps that this frame draws anew.
     pub stale_maps: &'a [MapDraw],
@@ -408,7 +408,7 @@ impl Recording<'_> {
     }
 }
 
-/// Which index buffer is bound.
+/// The index buffer that is bound.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Indices {
     OfScene(IndexWidth),

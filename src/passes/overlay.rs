@@ -1,6 +1,6 @@
 //! OVERLAY: panels of a user interface over the finished picture. A render pass of its own, which exists only while something is shown.
 //!
-//! What is drawn comes as plain triangles, so that nothing here knows who made them.
+//! Panels come as plain triangles, so that nothing here depends on the UI library.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -68,7 +68,7 @@ pub struct Texture {
     pub rgba: Vec<u8>,
 }
 
-/// What is shown in one frame.
+/// The panels of one frame.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Panels {
     pub vertices: Vec<Vertex>,

@@ -178,7 +178,7 @@ fn described(
     Ok((layout, pool, set))
 }
 
-/// Which variant of the shader a plan takes.
+/// Returns the shader variant of a plan.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
     let textured = plan.particles.as_ref().is_some_and(|own| !own.textures.is_empty());
     Flags::TEXTURED.when(textured)

@@ -133,7 +133,7 @@ impl PerLight {
     }
 }
 
-/// Which variant of the shader a plan takes.
+/// Returns the shader variant of a plan.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
     Flags::VOLUME.when(plan.light_path == LightPath::Volumes)
         | Flags::UNIFORM_BUFFER.when(plan.lights.uniform)

@@ -1,4 +1,4 @@
-//! What compute passes over the pixels of a target share: a pipeline whose set 1 has the images that it reads and stores to.
+//! Shared by compute passes over the pixels of a target: a pipeline whose set 1 has the images that it reads and stores to.
 
 use std::sync::Arc;
 

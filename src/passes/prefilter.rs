@@ -29,7 +29,7 @@ const GROUP: u32 = 8;
 
 const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
 
-/// What orders it.
+/// The rows that order it.
 #[derive(Debug, Clone, Copy)]
 pub struct PrefilterOrder {
     pub begin: Dependency,

@@ -57,7 +57,7 @@ pub fn new(
     PerPixel::new(device, &desc, images)
 }
 
-/// Which variant of the shader a plan takes.
+/// Returns the shader variant of a plan.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
     let gbuffer = plan.gbuffer.as_ref();
     Flags::SPECULAR.when(gbuffer.is_some_and(|gbuffer| gbuffer.specular.is_some()))

@@ -82,7 +82,7 @@ impl Scatter {
     }
 }
 
-/// Which variant of the shader a plan takes.
+/// Returns the shader variant of a plan.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
     Flags::SHADOW.when(plan.shadow.is_some())
 }

@@ -1,4 +1,4 @@
-//! What the full-screen passes share: pipelines of one triangle that reads input attachments.
+//! Shared by full-screen passes: pipelines of one triangle that reads input attachments.
 
 use std::sync::Arc;
 

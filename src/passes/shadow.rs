@@ -76,7 +76,7 @@ struct CasterKey {
     front: bool,
     /// The transform swaps front and back.
     mirrored: bool,
-    /// What stands before the near plane still casts.
+    /// True if casters before the near plane still cast: depth is clamped.
     clamps: bool,
 }
 
@@ -257,7 +257,7 @@ impl Shadow {
     }
 }
 
-/// What casters have in common that one command draws.
+/// The state shared by casters that one command draws.
 #[derive(PartialEq)]
 struct Batch {
     key: CasterKey,

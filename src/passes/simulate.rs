@@ -149,7 +149,7 @@ impl Simulate {
     }
 }
 
-/// Which variant of the shader a plan takes.
+/// Returns the shader variant of a plan.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
     Flags::LIGHTS.when(plan.lights.any())
         | Flags::SHADOW.when(plan.shadow.is_some())

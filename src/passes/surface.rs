@@ -1,4 +1,4 @@
-//! What the passes share that draw surfaces: their push constants, pipeline layouts, and the loop over the objects.
+//! Shared by the passes that draw surfaces: their push constants, pipeline layouts, and the loop over the objects.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -24,7 +24,7 @@ use crate::visible::{Draw, STEPS, WorldObject};
 pub const PUSH_STAGES: vk::ShaderStageFlags =
     vk::ShaderStageFlags::from_raw(vk::ShaderStageFlags::VERTEX.as_raw() | vk::ShaderStageFlags::FRAGMENT.as_raw());
 
-/// What changes from draw to draw: 68 of the 128 bytes that every device has.
+/// The push constants, which change from draw to draw: 68 of the 128 bytes that every device has.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub struct Push {
@@ -61,7 +61,7 @@ const _: () = {
     assert!(offset_of!(Push, first_uv_map) == wgsl::FIRST_UV_MAP);
 };
 
-/// What is bound.
+/// The pipeline and the material that are bound.
 #[derive(Default)]
 struct Bound {
     key: Option<GeometryKey>,
@@ -73,7 +73,7 @@ pub struct Surfaces {
     /// By what a pipeline samples.
     layouts: BTreeMap<SetForm, Owned<vk::PipelineLayout>>,
     pipelines: BTreeMap<GeometryKey, Owned<vk::Pipeline>>,
-    /// What is drawn is lit, with shadows.
+    /// True if surfaces are lit with shadows as they are drawn.
     shadows: bool,
     _empty: Option<SetLayout>,
     streams: Vec<u32>,
@@ -356,7 +356,7 @@ pub fn opaque_depth(plan: &FramePlan, key: GeometryKey) -> DepthState {
     }
 }
 
-/// What FORWARD and TRANSPARENT do differently with `shaders/forward.wgsl`.
+/// The differences between FORWARD and TRANSPARENT, which share `shaders/forward.wgsl`.
 pub struct LitDesc<'a> {
     pub name: &'a str,
     /// [`Flags::WEIGHTED`] or nothing.
@@ -400,7 +400,7 @@ pub fn lit_pipeline(
     surface_pipeline(device, plan, slot, (key, layout), &surface)
 }
 
-/// What passes do differently with the surfaces of a key.
+/// The differences between passes that draw the surfaces of a key.
 pub struct SurfaceDesc<'a> {
     pub name: &'a str,
     pub variant: &'a Variant,
@@ -442,7 +442,7 @@ pub fn surface_pipeline(
     )
 }
 
-/// Which variant of `shaders/forward.wgsl` a pipeline of the plan takes, but for the outputs.
+/// Returns the variant of `shaders/forward.wgsl` for one of the plan's pipelines, but for the outputs.
 pub(crate) fn lit_flags(plan: &FramePlan, key: GeometryKey) -> Flags {
     Flags::TEXTURED.when(!key.textures.is_empty())
         | Flags::NORMAL_MAP.when(key.textures.contains(TextureSlot::Normal))
@@ -454,7 +454,7 @@ pub(crate) fn lit_flags(plan: &FramePlan, key: GeometryKey) -> Flags {
         | Flags::SHADOW.when(plan.shadow.is_some())
 }
 
-/// Whether a pipeline fogs what it draws: FOG fogs what is opaque.
+/// Returns true if a pipeline fogs what it draws: FOG fogs what is opaque.
 fn is_in_fog(plan: &FramePlan, key: GeometryKey) -> bool {
     plan.has_fog() && key.forward.is_some_and(|forward| forward.opacity != Opacity::Hides)
 }
@@ -522,7 +522,7 @@ mod tests {
     use crate::scene::{Keep, Settings};
     use crate::shaders::geometry;
 
-    /// What a module's variables of set 1 are bound to, by their names.
+    /// Returns the names of a module's variables in set 1, each with the word of its binding.
     fn bound(variant: &Variant, spirv: &[u32]) -> Vec<(&'static str, u32)> {
         let fragment = variant.fragment().expect("a fragment stage");
         let material = fragment.bindings.iter().filter(|binding| binding.set == MATERIAL_SET);

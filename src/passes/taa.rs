@@ -201,7 +201,7 @@ fn bound(
     Ok((pool, sets))
 }
 
-/// Which variant of the shader a plan takes.
+/// Returns the shader variant of a plan.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
     Flags::VELOCITY.when(plan.has_velocity())
 }

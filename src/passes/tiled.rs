@@ -61,7 +61,7 @@ fn looked_up(plan: &FramePlan) -> impl Iterator<Item = Touch> {
     .filter_map(move |(is_in, touch)| (is_any && is_in).then_some(touch))
 }
 
-/// What it reads, by binding of `shaders/shared/gbuffer.wgsl`: as LIGHTING does, depth in any case, and what surfaces emit; or, in the place of all but depth, the triangles.
+/// Returns the targets that it reads, by binding of `shaders/shared/gbuffer.wgsl`: as LIGHTING does, depth in any case, and what surfaces emit; or, in the place of all but depth, the triangles.
 pub fn stored_inputs(plan: &FramePlan) -> Vec<(u32, Target)> {
     if plan.triangles.is_some() {
         return vec![(0, Target::Depth), (1, Target::Triangle)];
@@ -96,7 +96,7 @@ pub struct Tiled {
     _empty: Option<SetLayout>,
     pool: DescriptorPool,
     set: vk::DescriptorSet,
-    /// What the picture holds where nothing is seen.
+    /// The picture's colour where nothing is seen.
     pub background: Vec3,
 }
 
@@ -210,7 +210,7 @@ fn bound(
     Ok((pool, set))
 }
 
-/// Which variant of the shader a plan takes.
+/// Returns the shader variant of a plan.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
     Flags::UNIFORM_BUFFER.when(plan.lights.uniform)
         | Flags::SHADOW.when(plan.shadow.is_some())

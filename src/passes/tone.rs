@@ -62,7 +62,7 @@ impl Tone {
     }
 }
 
-/// What is drawn times what is there, which a target that encodes blends as light.
+/// Blends by multiplying source and destination; a target with sRGB encoding blends linear light.
 fn multiply() -> vk::PipelineColorBlendAttachmentState {
     replace()
         .blend_enable(true)

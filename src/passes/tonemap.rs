@@ -148,7 +148,7 @@ fn bound(
     Ok((pool, set))
 }
 
-/// Which variant of the shader a plan takes.
+/// Returns the shader variant of a plan.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
     Flags::MSAA.when(plan.msaa > 1) | Flags::BLOOM.when(plan.bloom.is_some())
 }

@@ -113,7 +113,7 @@ fn weighted(plan: &FramePlan) -> Flags {
     if plan.transparency == Some(Transparency::Oit) { Flags::WEIGHTED } else { Flags::NONE }
 }
 
-/// Which variant of the shader a pipeline of the plan takes.
+/// Returns the shader variant of one of the plan's pipelines.
 #[cfg(test)]
 pub(crate) fn flags(plan: &FramePlan, key: GeometryKey) -> Flags {
     super::surface::lit_flags(plan, key) | weighted(plan)
@@ -226,7 +226,7 @@ mod tests {
             let mut sum = 0.0;
             for _ in 0..count {
                 let next = self.half(sum + value);
-                // What does not change it once never will.
+                // A step that changes nothing is followed by none that does.
                 if next == sum {
                     break;
                 }

@@ -98,7 +98,7 @@ impl Velocity {
                     stages: &stages(needed("velocity", shader::variant, flags)?, &[]),
                     vertex_bindings: &vertex_bindings,
                     vertex_attributes: &vertex_attributes,
-                    // What is seen of a surface has the depth of the picture, whichever side it is.
+                    // The depth test passes only what the picture shows, front or back face.
                     cull_mode: vk::CullModeFlags::NONE,
                     front_face: vk::FrontFace::COUNTER_CLOCKWISE,
                     depth: Some(DepthState { test: vk::CompareOp::EQUAL, write: false }),

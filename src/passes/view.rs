@@ -99,7 +99,7 @@ impl ViewPass {
     }
 }
 
-/// Which variant of the shader a plan takes.
+/// Returns the shader variant of a plan.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
     match (plan.shading, &plan.gbuffer) {
         (Shading::ShowOverdraw, _) => Flags::OVERDRAW,

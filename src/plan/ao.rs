@@ -42,7 +42,7 @@ impl AoPlan {
     }
 }
 
-/// What frames have, or why they have none.
+/// Chooses what frames have, or the reason why they have none.
 ///
 /// # Errors
 /// What does not go with it, in a sentence.
@@ -84,10 +84,10 @@ pub(super) fn choose(scene: &Scene, settings: &Settings, path: LightPath) -> Res
 
 /// The least and the greatest radius in metres.
 const RADII: (f32, f32) = (0.001, 1000.0);
-/// What a driver surely draws before its watchdog bites.
+/// The most samples: drivers surely finish so many before their watchdog bites.
 const MOST_SAMPLES: u32 = 256;
 
-/// Whether something would show it.
+/// Returns true if something would show it.
 pub(super) fn is_used(scene: &Scene, settings: &Settings) -> bool {
     settings.ao != AmbientOcclusion::Off
         && match settings.view {
@@ -100,7 +100,7 @@ pub(super) fn is_used(scene: &Scene, settings: &Settings) -> bool {
 }
 
 impl FramePlan {
-    /// Whether frames find ambient occlusion.
+    /// Returns true if frames find ambient occlusion.
     pub fn has_ao(&self) -> bool {
         self.ao.is_ok()
     }

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use super::Shading;
 use crate::scene::{Settings, View};
 
-/// What BLOOM makes of the light of a picture.
+/// The parameters of BLOOM.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bloom {
     /// The share of all light that is spread.

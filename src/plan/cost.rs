@@ -1,9 +1,9 @@
-//! What a plan's parts take, and what leaving one out saves: found by planning once more with that part kept.
+//! The cost of a plan's parts, and the saving of leaving one out: found by planning once more with that part kept.
 
 use super::{Capabilities, Error, FramePlan};
 use crate::scene::{Keep, OptionalPart, Scene, Settings};
 
-/// What a frame would take more if the settings kept something without need.
+/// The extra cost of a frame if the settings kept a part without need.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Cost {
     /// Device memory. Less than nothing where a part that stays makes another one smaller.
@@ -54,7 +54,7 @@ impl FramePlan {
         })
     }
 
-    /// Whether two plans make the same frames, whatever they say of why.
+    /// Returns true if two plans make the same frames, whatever they say of why.
     pub fn has_structure_of(&self, other: &Self) -> bool {
         let plain = |plan: &Self| {
             let light_path_reason = String::new();

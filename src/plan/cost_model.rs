@@ -147,7 +147,7 @@ impl CostModel {
         costs.min_by_key(|&(_, cost)| cost).map(|(path, _)| path)
     }
 
-    /// Which device was measured, for a sentence.
+    /// Returns the device whose figures these are, for a sentence.
     pub fn whose(&self) -> &'static str {
         match self.basis {
             Basis::Kind(name) => name,

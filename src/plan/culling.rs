@@ -1,4 +1,4 @@
-//! Who finds out which opaque objects are in view: the CPU, or the device by CULL, ARRANGE and FILL. The picture is the same to the last bit.
+//! The choice of who culls opaque objects: the CPU, or the device by CULL, ARRANGE and FILL. The picture is the same to the last bit.
 
 use std::collections::BTreeSet;
 
@@ -8,7 +8,7 @@ use crate::scene::{Culling, OptionalPart, Scene, Settings};
 /// Where a device culls by itself so many objects share a mesh and a material: each such pair is a command in every step of depth, drawn or not.
 const SHARED_BY: usize = 16;
 
-/// What is said where the device was asked and does not.
+/// Returns the warning where culling on the device was asked for and is not done.
 pub(super) fn warning(settings: &Settings, culling: &Result<String, String>) -> Option<String> {
     let why = culling.as_ref().err().filter(|_| settings.culling == Culling::Gpu)?;
     Some(format!("culling = gpu is not followed: {why}"))

@@ -1,4 +1,4 @@
-//! What cannot be planned.
+//! Errors of planning.
 
 use crate::scene::{self, HdrFormat, LightPath};
 

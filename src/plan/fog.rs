@@ -65,13 +65,13 @@ pub(super) fn is_asked_for(settings: &Settings) -> bool {
 }
 
 impl FramePlan {
-    /// Whether FOG comes after what lights opaque surfaces.
+    /// Returns true if FOG comes after what lights opaque surfaces.
     pub fn has_fog(&self) -> bool {
         self.fog.is_some()
     }
 }
 
-/// What `inspect` says of it.
+/// Returns its line of `inspect`.
 pub(super) fn parts(plan: &FramePlan) -> Part {
     let reason = match &plan.fog {
         Some(fog) => format!(

@@ -62,7 +62,7 @@ impl FramePlan {
     }
 }
 
-/// What `inspect` says of them.
+/// Returns their line of `inspect`.
 pub(super) fn parts(plan: &FramePlan) -> Part {
     match (&plan.fog, plan.froxels()) {
         (_, Some(own)) => part("froxels of fog", true, own.to_string(), own.bytes()),

@@ -41,7 +41,7 @@ pub struct Gbuffer {
     pub position: Option<vk::Format>,
 }
 
-/// What of the surfaces a G-buffer has to hold.
+/// The properties of surfaces that a G-buffer has to store.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stored {
     pub brdf: PlannedBrdf,

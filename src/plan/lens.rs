@@ -19,7 +19,7 @@ pub(super) fn check(scene: &Scene, settings: &Settings) -> Result<(), Error> {
     Ok(())
 }
 
-/// What was asked for, and one frame alone cannot show.
+/// Returns the warning where one frame alone cannot show what was asked for.
 pub(super) fn warning(settings: &Settings) -> Option<String> {
     let asked = match (settings.aperture.is_pinhole(), settings.shutter > 0.0) {
         _ if settings.samples > 1 => return None,

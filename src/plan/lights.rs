@@ -1,4 +1,4 @@
-//! Which lights a plan has: their kinds, for which shaders have code, their order, how far they reach, and the path by which pixels meet them.
+//! The lights of a plan: their kinds, for which shaders have code, their order, how far they reach, and the path by which pixels meet them.
 
 pub(crate) mod box_tree;
 mod froxels;
@@ -31,7 +31,7 @@ const BY_FOURS: RangeInclusive<usize> = 8..=4096;
 /// The fall-off is each light's own (`shaders/shared/shading.wgsl`).
 pub(super) const MIXED_FALLOFF: u32 = 3;
 
-/// Which lights frames have, by which path pixels meet them, and their shadow maps.
+/// The lights of frames, the light path, and their shadow maps.
 pub(super) struct Lighting {
     pub order: LightOrder,
     pub lights: PlannedLights,
@@ -90,7 +90,7 @@ pub struct PlannedLights {
     pub directional: bool,
     /// Some light is a point light, a spot light or a beam, or code for such lights is kept.
     pub punctual: bool,
-    /// What some light needs code for: bits of [`TRAITS`].
+    /// The traits of lights that need code: bits of [`TRAITS`].
     pub traits: u32,
     /// The index of the one fall-off that all have (`shaders/shared/lights.wgsl`), 3 where they differ.
     pub falloff: u32,
@@ -109,7 +109,7 @@ pub struct PlannedLights {
 }
 
 impl PlannedLights {
-    /// Whether there is a buffer of lights.
+    /// Returns true if there is a buffer of lights.
     pub fn any(&self) -> bool {
         self.directional || self.punctual
     }

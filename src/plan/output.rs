@@ -40,16 +40,16 @@ pub enum Transfer {
     Linear,
 }
 
-/// What ENCODE makes of a picture, which until then is linear, with a white of 1.
+/// The output of ENCODE. Before that pass a picture is linear, with a white of 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Encoding {
-    /// What the stored values mean.
+    /// The transfer function of stored values.
     pub transfer: Transfer,
     /// The brightest that the display shows, in units of white: 1 where white is the brightest.
     pub headroom: f32,
 }
 
-/// What a window's pictures are drawn into.
+/// The images that a window's pictures are drawn into.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Canvas {
     /// Images of a swapchain that have this format. What a compute pass writes is copied there.
@@ -116,12 +116,12 @@ impl FramePlan {
         self.of_size([1, 1])
     }
 
-    /// Whether the last pass draws into an image of the swapchain, and not into one of the frame's own.
+    /// Returns true if the last pass draws into an image of the swapchain, and not into one of the frame's own.
     pub fn draws_into_swapchain(&self) -> bool {
         matches!(self.presented, Some(Canvas::Straight(_))) && !self.is_tiled()
     }
 
-    /// Whether PRESENT copies the picture into an image of the swapchain.
+    /// Returns true if PRESENT copies the picture into an image of the swapchain.
     pub fn is_copied_into_swapchain(&self) -> bool {
         match self.presented {
             Some(Canvas::Straight(_)) => self.is_tiled(),
@@ -140,7 +140,7 @@ impl FramePlan {
         self.encoding.map_or(1.0, |encoding| encoding.headroom)
     }
 
-    /// Whether the same scene lies on the device in the same way for the other plan: its meshes and textures can stay.
+    /// Returns true if the same scene lies on the device in the same way for the other plan: its meshes and textures can stay.
     pub fn uploads_as(&self, other: &Self) -> bool {
         let textures = |plan: &Self| plan.particles.as_ref().map_or_else(Vec::new, |own| own.textures.clone());
         (&self.meshes, &self.textures, &self.uploads, self.places_of_samplers(), self.sky)
@@ -150,7 +150,7 @@ impl FramePlan {
             && self.triangles.is_some() == other.triangles.is_some()
     }
 
-    /// Whether frames of the other plan need nothing else than those of this one, but for the size of their attachments.
+    /// Returns true if frames of the other plan need nothing else than those of this one, but for the size of their attachments.
     pub fn differs_in_size_only(&self, other: &Self) -> bool {
         let resized =
             Self { size: other.size, parts: other.parts.clone(), warnings: other.warnings.clone(), ..self.clone() };
@@ -158,7 +158,7 @@ impl FramePlan {
     }
 }
 
-/// What the way of the light depends on.
+/// The properties that the way of the light depends on.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Blending {
     /// The frame is lit, and no view.

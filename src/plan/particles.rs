@@ -35,7 +35,7 @@ pub(super) fn planned(settings: &Settings) -> Cow<'_, Settings> {
     }
 }
 
-/// Whether a picture shows the scene's particles.
+/// Returns true if a picture shows the scene's particles.
 pub(super) fn are_shown(scene: &Scene, settings: &Settings) -> bool {
     settings.particles && settings.view == View::Final && !scene.emitters.is_empty()
 }
@@ -95,7 +95,7 @@ impl ParticlePlan {
 }
 
 impl FramePlan {
-    /// Whether particles are drawn from back to front.
+    /// Returns true if particles are drawn from back to front.
     pub fn sorts_particles(&self) -> bool {
         let sorted = self.transparency == Some(Transparency::Sorted);
         self.particles.as_ref().is_some_and(|own| sorted && !own.counts)

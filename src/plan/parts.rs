@@ -16,13 +16,13 @@ use crate::scene::{
 /// Something that a frame can have.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Part {
-    /// What the part is called.
+    /// The part's name.
     pub name: String,
-    /// What it is a part of.
+    /// The group that it belongs to.
     pub group: PartGroup,
     /// Its word for `--plan`, where it can be kept without need.
     pub optional: Option<OptionalPart>,
-    /// Whether frames have it.
+    /// True if frames have it.
     pub included: bool,
     /// Why it is in or out.
     pub reason: String,
@@ -30,7 +30,7 @@ pub struct Part {
     pub bytes: u64,
 }
 
-/// What a part belongs to, in the order of reports.
+/// The groups of parts, in the order of reports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum PartGroup {
     /// Attachments.
@@ -45,7 +45,7 @@ pub enum PartGroup {
     Lights,
     /// Shadow maps.
     Shadows,
-    /// What is decided anew for each frame.
+    /// Parts that are decided anew for each frame.
     Camera,
 }
 
@@ -603,7 +603,7 @@ fn textures(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
     parts
 }
 
-/// Which textures of compressed files lie on the device as texels, and what the blocks of the others save.
+/// Returns the part about textures of compressed files: those decoded to texels, and the bytes that the blocks of the others save.
 fn decoded(plan: &FramePlan) -> Part {
     let images = || plan.textures.images.iter().filter(|image| image.compressed.is_some());
     let count = |is: &dyn Fn(&PlannedTexture) -> bool| images().filter(|image| is(image)).count();
@@ -625,7 +625,7 @@ fn decoded(plan: &FramePlan) -> Part {
     part("decoded textures", lacking + foreign > 0, reason, 0).is(OptionalPart::DecodedTextures)
 }
 
-/// What textures are for, where factors of materials do as well.
+/// Returns the parts about textures for which factors of materials do as well.
 fn masks(plan: &FramePlan) -> [Part; 3] {
     let materials = &plan.materials;
     let constant = materials.constant.len();

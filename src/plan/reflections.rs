@@ -125,7 +125,7 @@ fn shows(view: View) -> bool {
     matches!(view, View::Final | View::Ambient | View::Bloom | View::Reflections)
 }
 
-/// Whether some surface mirrors others.
+/// Returns true if some surface mirrors others.
 pub(super) fn is_used(scene: &Scene, settings: &Settings) -> bool {
     let mirrors = |object: &Object| {
         let material = &scene.materials[object.material];
@@ -139,27 +139,27 @@ pub(super) fn is_used(scene: &Scene, settings: &Settings) -> bool {
 }
 
 impl FramePlan {
-    /// Whether surfaces mirror what the picture shows of others.
+    /// Returns true if surfaces mirror what the picture shows of others.
     pub fn reflects(&self) -> bool {
         self.reflections.is_ok()
     }
 
-    /// Whether nothing is blended over the light to which they are added.
+    /// Returns true if nothing is blended over the light to which they are added.
     pub fn ends_with_reflections(&self) -> bool {
         self.reflects() && self.transparency.is_none() && !self.has_fog()
     }
 
-    /// Whether TAA is the next to read the light to which they are added.
+    /// Returns true if TAA is the next to read the light to which they are added.
     pub fn averages_reflected(&self) -> bool {
         self.ends_with_reflections() && self.taa.is_some()
     }
 
-    /// Whether BLOOM is.
+    /// Returns true if BLOOM is the next to read the light to which they are added.
     pub fn blooms_reflected(&self) -> bool {
         self.ends_with_reflections() && self.taa.is_none() && self.bloom.is_some()
     }
 
-    /// Whether TONEMAP is.
+    /// Returns true if TONEMAP is.
     pub fn tone_maps_reflected(&self) -> bool {
         self.ends_with_reflections() && self.taa.is_none() && self.bloom.is_none()
     }

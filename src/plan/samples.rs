@@ -105,7 +105,7 @@ pub fn masked() -> Material {
     Material { alpha_mode: AlphaMode::Mask { cutoff: 0.5 }, base_color_texture: Some(0), ..Material::default() }
 }
 
-/// What lies behind shows through it.
+/// Returns a material through which surfaces behind it are seen.
 pub fn glass() -> Material {
     Material { alpha_mode: AlphaMode::Glass, alpha: 0.25, ..Material::default() }
 }

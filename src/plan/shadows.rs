@@ -164,7 +164,7 @@ impl ShadowPlan {
         ((!plan.lights.is_empty()).then_some(plan), warnings)
     }
 
-    /// What would give all lights their maps: the budget that they need at this size, or the size at which they are within the budget.
+    /// Returns the change that would give all lights their maps: the budget that they need at this size, or the size at which they are within the budget.
     fn remedy(scene: &Scene, settings: &Settings, order: &LightOrder, device: &Capabilities) -> String {
         let shadows = ShadowSettings { budget: u32::MAX, ..settings.shadows };
         let whole = Self::of(scene, &Settings { shadows, ..settings.clone() }, order, device).0;
@@ -216,7 +216,7 @@ impl ShadowPlan {
         u64::from(self.layers) * u64::from(self.size) * u64::from(self.size) * 4
     }
 
-    /// What a light's record tells the shader of its maps, above the two bits of the fall-off (`shaders/shared/shadows.wgsl`): 0 for
+    /// Returns the code of a light's maps in its record, above the two bits of the fall-off (`shaders/shared/shadows.wgsl`): 0 for
     /// a light without one.
     pub fn code(&self, light: usize) -> u32 {
         self.lights.iter().find(|own| own.light == light).map_or(0, |own| {
@@ -229,7 +229,7 @@ impl ShadowPlan {
         })
     }
 
-    /// Whether the near plane of a cascade lies before all casters. The distance of a blocker that is pressed onto it would be lost, and
+    /// Returns true if the near plane of a cascade lies before all casters. The distance of a blocker that is pressed onto it would be lost, and
     /// with it the penumbra's width.
     pub(crate) fn reaches_back(&self) -> bool {
         !self.clamp || self.filter == ShadowFilter::Pcss
@@ -288,7 +288,7 @@ pub(super) fn shadow_reason(scene: &Scene, settings: &Settings, lights: &[usize]
     }
 }
 
-/// What keeps a light from its maps.
+/// The reason why a light has no maps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Short {
     /// No layer is left that the budget has room for, or the device.

@@ -1,4 +1,4 @@
-//! What of a scene's sky frames have.
+//! The parts of a scene's sky that frames have.
 
 use glam::Vec3;
 
@@ -47,7 +47,7 @@ impl SkyPlan {
     }
 }
 
-/// Whether a sky lights surfaces.
+/// Returns true if a sky lights surfaces.
 pub(super) fn lights(sky: &Sky, settings: &Settings) -> bool {
     sky.lights && settings.sky_light && sky.nits > 0.0
 }

@@ -1,4 +1,4 @@
-//! What the surfaces of a scene ask of its frames, and what of them lies on the device: materials, pipelines, meshes, textures.
+//! The demands of a scene's surfaces on its frames, and their data on the device: materials, pipelines, meshes, textures.
 
 pub(super) mod anisotropy;
 mod deforms;
@@ -22,7 +22,7 @@ pub use uploads::Uploads;
 use super::{Capabilities, Error, FramePlan, is_tiled, lacks_gbuffer};
 use crate::scene::{Brdf, LightPath, Material, Object, OptionalPart, Scene, Settings, Transparency, View};
 
-/// Which reflection models LIGHTING evaluates.
+/// The reflection models that LIGHTING evaluates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PlannedBrdf {
     /// The same for all materials, so a constant.
@@ -41,7 +41,7 @@ impl PlannedBrdf {
     }
 }
 
-/// What is chosen for the surfaces that can be drawn.
+/// The choices for the surfaces that can be drawn.
 pub(super) struct Surfaces {
     pub materials: EffectiveMaterials,
     pub brdf: PlannedBrdf,
@@ -133,12 +133,12 @@ impl FramePlan {
         if self.places_by_shaders { 1 } else { self.anisotropy }
     }
 
-    /// Whether what is drawn says by instance how it looks.
+    /// Returns true if what is drawn says by instance how it looks.
     pub fn has_looks(&self) -> bool {
         self.keys().any(|key| key.extras.looks)
     }
 
-    /// Whether the holes in shadows are those of cells.
+    /// Returns true if the holes in shadows are those of cells.
     pub fn has_caster_looks(&self) -> bool {
         self.textures.holes.values().any(|&image| self.textures.images[image].cells.is_some())
     }

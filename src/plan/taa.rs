@@ -6,7 +6,7 @@ use super::surfaces::SurfaceRules;
 use super::{Error, FramePlan, Part, Shading, parts::part};
 use crate::scene::{Fog, LightPath, Output, Reflections, Resolve, Scene, Settings, Tonemap, View};
 
-/// What TAA makes of frames.
+/// The parameters of TAA.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TaaPlan {
     /// Frames that [`crate::frame::Renderer::picture`] draws for a picture, the last of which is read back.
@@ -87,7 +87,7 @@ impl TaaPlan {
     }
 }
 
-/// What it does not go with.
+/// Refuses the settings that it does not go with.
 pub(super) fn check(settings: &Settings, path: LightPath, lit: bool) -> Result<(), Error> {
     if !settings.taa || !lit {
         return Ok(());
@@ -107,7 +107,7 @@ pub(super) fn check(settings: &Settings, path: LightPath, lit: bool) -> Result<(
 }
 
 impl FramePlan {
-    /// Whether VELOCITY draws vectors of what moves by itself.
+    /// Returns true if VELOCITY draws vectors of what moves by itself.
     pub fn has_velocity(&self) -> bool {
         self.taa.is_some_and(|taa| taa.moves)
     }
@@ -119,7 +119,7 @@ impl FramePlan {
     }
 }
 
-/// What is kept from frame to frame, as `inspect` lists it.
+/// Returns the part of `inspect` about the history that is kept from frame to frame.
 pub(super) fn part_of(plan: &FramePlan) -> Part {
     let Some(taa) = plan.taa else { return part("history of frames", false, "no frames are averaged over time", 0) };
     let reason = format!("two frames, of four words a pixel, of what up to {} frames were averaged to", taa.history);

@@ -4,7 +4,7 @@ use ash::vk;
 
 use super::{COUNT, DEPTH, FramePlan, Hiz, Shading, TRIANGLE, VELOCITY, VISIBILITY, format_bytes, reflections};
 
-/// What an image of the frame holds. Framebuffers have them in this order.
+/// The content of a frame's image. Framebuffers have them in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Target {
     /// Reversed Z: cleared to 0, which is infinitely far.
@@ -23,11 +23,11 @@ pub enum Target {
     Count,
     /// Depth of the largest objects alone, to find out what they hide.
     Occluders,
-    /// What AO finds: a share of the light from everywhere in 10 bits, and 22 of the depth of its pixel.
+    /// AO's output: a share of the light from everywhere in 10 bits, and 22 of the depth of its pixel.
     Visibility,
     /// The nearest and the farthest depth of squares of pixels, in levels ([`super::Hiz`]).
     Hiz,
-    /// What each pixel's ray finds to mirror: light, how sure that is, and where it lies.
+    /// The hit of each pixel's reflection ray: light, confidence, and place.
     Rays,
     /// The number of the object that is seen, from 1, and of the triangle in its mesh, from 0; or in 32 bits the place of its instance and the triangle ([`super::TriangleCode`]).
     Triangle,

@@ -1,4 +1,4 @@
-//! What the air of a ray makes of light, in f64: in fog of the kind `height` by closed forms, and in fog with lamps and shadows in it by a march with rays to
+//! The effect of fog on the light of a ray, in f64: in fog of the kind `height` by closed forms, and in fog with lamps and shadows in it by a march with rays to
 //! each light.
 //!
 //! The march is light by light. Probes along the ray find where the light is seen, and halving finds the ends of those intervals to a millionth of the step. Within

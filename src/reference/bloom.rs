@@ -14,7 +14,7 @@ use crate::scene::Settings;
 
 /// Rows from the top, three channels.
 type Light = Vec<[f64; 3]>;
-/// What becomes of a row (axis 0) or a column (axis 1).
+/// A filter of a row (axis 0) or a column (axis 1).
 type Filter<'a> = &'a (dyn Fn(&[f64], usize) -> Vec<f64> + Sync);
 
 /// The picture's light with its share of spread light, as the settings have it.
@@ -187,7 +187,7 @@ fn exchange(row: &mut [f64], masses: &[f64], which: &dyn Fn(usize) -> bool) {
     }
 }
 
-/// What `filter` makes of each row and then of each column, channel by channel.
+/// Applies `filter` to each row and then to each column, channel by channel.
 fn along_axes(light: &[[f64; 3]], width: usize, filter: Filter) -> Light {
     let filtered = |line: &[[f64; 3]], axis: usize| -> Light {
         let channels: [Vec<f64>; 3] =

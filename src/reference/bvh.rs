@@ -1,4 +1,4 @@
-//! Which triangles a ray may meet: a tree of boxes over them.
+//! A bounding volume hierarchy over triangles.
 //!
 //! The tree's shape is made by the `bvh` crate, by the surface area heuristic, in f64 and on all threads. It is walked here: the crate's own
 //! walks return all boxes that are met or keep 32 levels at most, and none takes a bound that shrinks while triangles are met. The boxes are
@@ -146,7 +146,7 @@ fn entry_of(bounds: &Aabb, ray: &Ray, limit: f64) -> Option<f64> {
     (entry <= exit && entry <= limit * SLACK).then_some(entry)
 }
 
-/// What is still to be visited. Trees are seldom deeper than the array; where one is, the rest goes to the heap.
+/// The nodes still to visit. Trees are seldom deeper than the array; where one is, the rest goes to the heap.
 struct Stack {
     first: [(u32, f64); Stack::DEPTH],
     count: usize,

@@ -27,7 +27,7 @@ const FINISHED: &str = "bin";
 const UNFINISHED: &str = "part";
 /// How often work in progress is saved, at most.
 const SAVE_EVERY: Duration = Duration::from_secs(10);
-/// What all files of a folder take, at most, in bytes.
+/// The most bytes that all files of a folder take.
 const LIMIT: u64 = 2 << 30;
 
 /// A folder of truths.
@@ -56,7 +56,7 @@ pub struct Cached {
     pub truth: Truth,
     /// Whether it was read or rendered.
     pub source: Source,
-    /// What was wrong with the cache, a line each. The truth is right all the same.
+    /// Warnings about the cache, a line each. The truth is right all the same.
     pub warnings: Vec<String>,
 }
 
@@ -207,7 +207,7 @@ impl Work<'_> {
         entries.filter_map(|entry| parse(entry.file_name().to_str()?)).collect()
     }
 
-    /// What the sound file with the most samples up to `most` holds.
+    /// Reads the sound file with the most samples up to `most`.
     fn furthest(&mut self, size: [u32; 2], most: u32) -> Accumulation {
         let mut counts = self.counts();
         counts.retain(|&(count, _)| (1..=most).contains(&count));
@@ -264,7 +264,7 @@ impl Work<'_> {
     }
 }
 
-/// What is behind a sound header.
+/// Returns the data behind a sound header.
 fn open<'a>(bytes: &'a [u8], key: &blake3::Hash) -> Option<&'a [u8]> {
     let (header, payload) = bytes.split_at_checked(HEADER_BYTES)?;
     let sound = header.starts_with(&MAGIC)

@@ -97,7 +97,7 @@ impl DepthBuffer<'_> {
         if whole > 0.0 { (open / whole).clamp(0.0, 1.0) } else { 1.0 }
     }
 
-    /// What is seen through a place of the picture, relative to the camera.
+    /// Returns the visible point at a place of the picture, relative to the camera.
     fn place(&self, lens: &Rays, at: DVec2) -> Option<DVec3> {
         let [width, height] = self.view.size;
         let inside = at.x >= 0.0 && at.y >= 0.0 && at.x < f64::from(width) && at.y < f64::from(height);

@@ -31,7 +31,7 @@ pub struct Medium {
 pub struct Passage {
     /// The share of the light that is left.
     pub left: f64,
-    /// What is scattered into the ray and arrives, in nits.
+    /// The light scattered into the ray that arrives, in nits.
     pub gained: DVec3,
 }
 
@@ -49,7 +49,7 @@ impl Medium {
         (own.kind != Fog::Off && own.density > 0.0).then_some(own)
     }
 
-    /// What is lost of light along a metre at a height, in 1/m.
+    /// Returns the extinction at a height, in 1/m.
     pub fn extinction(&self, height: f64) -> f64 {
         self.density * (-(height - self.base) / self.height).exp()
     }
@@ -77,7 +77,7 @@ impl Medium {
         (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cosine).powf(1.5))
     }
 
-    /// What endless fog without shadows sends against a direction of length 1, in nits. `sky` is the one that lights the scene.
+    /// Returns the radiance of endless fog without shadows against a direction of length 1, in nits. `sky` is the one that lights the scene.
     pub fn light(&self, direction: DVec3, environment: &Environment, sky: Option<&Sky>, lights: &[Light]) -> DVec3 {
         let everywhere = self.from_everywhere(environment, sky);
         let suns = lights.iter().filter_map(|light| match light.kind.form() {
@@ -90,7 +90,7 @@ impl Medium {
         everywhere + suns.sum::<DVec3>() * self.albedo
     }
 
-    /// What it scatters of light from everywhere alike.
+    /// Returns the light that it scatters of ambient light and the sky's.
     pub fn from_everywhere(&self, environment: &Environment, sky: Option<&Sky>) -> DVec3 {
         let below = environment.ground.unwrap_or(environment.ambient).as_dvec3();
         let mean =
@@ -108,7 +108,7 @@ impl Passage {
     /// Nothing is lost or gained.
     pub const CLEAR: Self = Self { left: 1.0, gained: DVec3::ZERO };
 
-    /// What comes out where this goes in.
+    /// Returns the outgoing light for this incoming light.
     pub fn of(&self, light: DVec3) -> DVec3 {
         light * self.left + self.gained
     }

@@ -21,7 +21,7 @@ pub struct Triangle {
     pub id: TriangleId,
 }
 
-/// What all triangles of an object have in common.
+/// The properties shared by all triangles of an object.
 #[derive(Debug, Clone, Copy)]
 pub struct Part<'a> {
     pub mesh: &'a Mesh,
@@ -104,7 +104,7 @@ impl<'a> Part<'a> {
         }
     }
 
-    /// What the texture of a slot says at a place, if there is one: that of the object's cell.
+    /// Returns the texel of a slot's texture at a place, if there is one: that of the object's cell.
     pub fn texel(&self, scene: &Scene, slot: TextureSlot, triangle: u32, weights: [f64; 3]) -> Option<DVec4> {
         let texture = &scene.textures[self.material.texture(slot)?];
         let cell = Window::cell(texture, self.material.atlas, self.look.cell);
@@ -163,7 +163,7 @@ impl<'a> Geometry<'a> {
         part.cutoff.is_some_and(|cutoff| self.alpha(part, triangle, weights) < cutoff)
     }
 
-    /// What is seen along a ray from `near` on: the nearest opaque surface, and through `transparent` each transparent one before
+    /// Finds the surfaces along a ray from `near` on: the nearest opaque surface, and through `transparent` each transparent one before
     /// it, from back to front.
     pub fn seen(&self, ray: &Ray, near: f64, transparent: &mut Vec<Hit>) -> Option<Hit> {
         let mut nearest: Option<Hit> = None;
@@ -228,7 +228,7 @@ impl<'a> Geometry<'a> {
         nearest
     }
 
-    /// Whether something that casts shadows lies on the ray before `limit`, as seen from a receiver that looks to the light.
+    /// Returns true if something that casts shadows lies on the ray before `limit`, as seen from a receiver that looks to the light.
     pub fn is_blocked(&self, ray: &Ray, limit: f64) -> bool {
         let mut blocked = false;
         self.tree.walk(ray, limit, |index, limit| {

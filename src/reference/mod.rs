@@ -48,7 +48,7 @@ pub struct View {
     pub size: [u32; 2],
 }
 
-/// What a pixel is worth.
+/// The way a pixel is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Mode {
     /// The light through the pixel's centre, with textures bilinear at level 0: what is left between it and a picture of one sample is
@@ -61,7 +61,7 @@ pub enum Mode {
     },
 }
 
-/// Which masking and shadowing function the specular lobe has.
+/// The masking and shadowing function of the specular lobe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Smith {
     /// The renderer's own (Heitz 2014).
@@ -74,7 +74,7 @@ pub enum Smith {
 /// How the truth is evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Options {
-    /// What a pixel is worth.
+    /// The way a pixel is computed.
     pub mode: Mode,
     /// The masking and shadowing function.
     pub smith: Smith,

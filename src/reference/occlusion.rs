@@ -22,7 +22,7 @@ pub fn hidden(distance: f64, radius: f64) -> f64 {
     (1.0 - (distance / radius).powi(2)).max(0.0)
 }
 
-/// Which rays are sent.
+/// The rays to send.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Rays {
     /// [`RAYS`] of them.

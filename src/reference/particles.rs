@@ -43,7 +43,7 @@ pub(super) struct Billboards<'a> {
     near: f64,
 }
 
-/// What of one a ray meets.
+/// A particle that a ray meets.
 pub(super) struct Layer {
     /// Along the view, in metres.
     pub distance: f64,
@@ -80,7 +80,7 @@ impl Reference<'_> {
         lit.collect()
     }
 
-    /// What a white particle sends to all sides.
+    /// Returns the light that a white particle scatters.
     fn scattered(&self, position: DVec3) -> DVec3 {
         let (even, _) = self.scene.environment.hemispheres();
         let sky = self.scene.sky.as_ref().filter(|sky| sky.lights && self.sky_light);
@@ -143,7 +143,7 @@ impl<'a> Billboards<'a> {
         self.near
     }
 
-    /// What a ray through this row of the picture meets, from the farthest to the nearest.
+    /// Returns the particles on a ray through this row of the picture, from the farthest to the nearest.
     pub fn met(&self, ray: &Ray, row: usize) -> impl Iterator<Item = Layer> {
         let of_row = self.rows.as_ref().map_or(&[][..], |rows| &rows[row]);
         let all = if self.rows.is_some() { 0..0 } else { 0..self.all.len() as u32 };

@@ -1,4 +1,4 @@
-//! What smooth surfaces mirror of others: one bounce, by rays.
+//! Reflections of surfaces in smooth ones: one bounce, by rays.
 //!
 //! The lobe of Cook-Torrance looks along directions that lie as often as its visible facets (Heitz 2018). What a direction meets first of opaque surfaces shines
 //! as it does for an eye there: by lights with their shadows, ambient light, the sky and what it emits, but it mirrors nothing itself. That stands in the

@@ -75,14 +75,14 @@ pub(super) struct Rays {
     lens: Option<ThinLens>,
 }
 
-/// Which points of a light a sample asks.
+/// The points of a light that a sample asks.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Points {
     All,
     One { sample: u32, pixel: u64 },
 }
 
-/// What is beneath a sample.
+/// The light of a sample, and the triangle seen there, if any.
 struct Seen {
     radiance: DVec3,
     triangle: Option<TriangleId>,
@@ -128,12 +128,12 @@ impl Rays {
         self.size.y / 2.0 / metres
     }
 
-    /// Whether each place of the picture has one ray, as without a lens.
+    /// Returns true if each place of the picture has one ray, as without a lens.
     pub(super) fn sees_through_a_point(&self) -> bool {
         self.lens.is_none()
     }
 
-    /// What is so far along the view there, relative to the camera.
+    /// Returns the point at a distance along the view, relative to the camera.
     pub(super) fn place(&self, at: DVec2, distance: f64) -> DVec3 {
         let ray = self.ray(at);
         ray.origin - self.eye + ray.direction * distance
@@ -415,7 +415,7 @@ impl<'a> Reference<'a> {
         });
     }
 
-    /// What comes to the eye at a place of the picture, in this row of it: the nearest opaque surface or the background, and over it what is
+    /// Returns the light at a place of the picture, in this row of it: the nearest opaque surface or the background, and over it what is
     /// transparent, surfaces and particles, each in its place. [`Surface::ray`] is `along`.
     fn look(
         &self,
@@ -454,7 +454,7 @@ impl<'a> Reference<'a> {
         Seen { radiance, triangle: nearest.map(|hit| self.geometry.triangles[hit.triangle].id) }
     }
 
-    /// What is seen where nothing is, along a direction of any length.
+    /// Returns the background along a direction of any length.
     fn background(&self, direction: DVec3) -> DVec3 {
         match &self.scene.sky {
             Some(sky) => sky.seen(direction.normalize()),
@@ -467,7 +467,7 @@ impl<'a> Reference<'a> {
         material::surface(self.scene, &self.geometry, hit, position, self.brdf)
     }
 
-    /// What a surface shows towards the eye, over what lies behind it.
+    /// Returns a surface's light towards the eye, blended over the light behind it.
     pub(super) fn shown(
         &self,
         hit: &Hit,
@@ -560,12 +560,12 @@ pub(super) struct Around<'a> {
 }
 
 impl Around<'_> {
-    /// Whether all of it arrives.
+    /// Returns true if all of it arrives.
     pub(super) fn is_open(&self) -> bool {
         self.rays.as_ref().is_none_or(|(_, receiver, _)| receiver.is_none())
     }
 
-    /// What the lobe of a surface mirrors of it.
+    /// Returns the sky's light that a surface's lobe mirrors.
     pub(super) fn lobe(&self, surface: &Collector) -> DVec3 {
         let [_, lobe] = self.collected(surface);
         lobe

@@ -85,7 +85,7 @@ pub fn on_lens(index: u32, pixel: u64) -> DVec2 {
     disc(element(index, hash(hash(pixel) ^ LENS)))
 }
 
-/// Which of `count` equal parts of its time sample `index` of a pixel takes.
+/// Returns the index of the part of the time, of `count` equal ones, in which sample `index` of a pixel lies.
 pub fn part_of_time(index: u32, pixel: u64, count: u32) -> u32 {
     (hash(hash(pixel ^ SHUTTER) ^ u64::from(index)) % u64::from(count)) as u32
 }

@@ -88,7 +88,7 @@ impl ScreenMarch<'_> {
         None
     }
 
-    /// What a pixel shows, relative to the camera.
+    /// Returns the visible point of a pixel, relative to the camera.
     fn place(&self, lens: &Rays, pixel: [u32; 2]) -> Option<DVec3> {
         let index = pixel[1] as usize * self.depth.view.size[0] as usize + pixel[0] as usize;
         let distance = *self.depth.distances.get(index).filter(|own| own.is_finite())?;

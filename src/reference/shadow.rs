@@ -1,4 +1,4 @@
-//! What share of a light reaches a surface: rays to the light, in f64.
+//! The visibility of a light from a surface: rays to the light, in f64.
 //!
 //! A ray begins a little above the triangle that is seen, on the side that is seen, and meets every triangle, that one too. So light that
 //! comes from behind a triangle is stopped by it, also where its interpolated normal is turned to the light: on a coarse sphere shadow
@@ -49,12 +49,12 @@ impl Receiver {
         ((self.start - self.place).dot(direction) > 0.0).then(|| Ray::new(self.start, direction))
     }
 
-    /// Whether light from infinitely far away arrives.
+    /// Returns true if light from infinitely far away arrives.
     pub fn sees_along(&self, geometry: &Geometry, direction: DVec3) -> bool {
         !geometry.is_blocked(&Ray::new(self.start, direction), f64::INFINITY)
     }
 
-    /// Whether light from a point of the disc arrives; `on_disc` is in the unit circle.
+    /// Returns true if light from a point of the disc arrives; `on_disc` is in the unit circle.
     pub fn sees(&self, geometry: &Geometry, light: &Light, on_disc: DVec2) -> bool {
         let (towards, distance) = to_light(light, self.place);
         if distance == 0.0 {

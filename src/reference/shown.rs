@@ -1,4 +1,4 @@
-//! What a display shows of the truth: exposed light through the tone curve, with vignette and grain, as codes of 8 bits.
+//! The truth as a display shows it: exposed light through the tone curve, with vignette and grain, as codes of 8 bits.
 
 use glam::{DVec2, DVec3};
 

@@ -36,7 +36,7 @@ impl Shot<'_> {
     }
 }
 
-/// What else a truth of it depends on.
+/// The other parameters that a truth of it depends on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exposure {
     /// Width and height in pixels.

@@ -38,6 +38,6 @@ pub struct Surface {
     pub emissive: DVec3,
     /// Share of what lies behind that is hidden, 0 to 1; 1 for opaque surfaces.
     pub alpha: f64,
-    /// Whether shadows fall on it.
+    /// True if shadows fall on it.
     pub receives_shadow: bool,
 }

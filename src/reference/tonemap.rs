@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::light::{Real, vector, widened};
 use crate::scene::Tonemap;
 
-/// What a display is told to show, 0 to 1 and linear, for any finite light that is not negative.
+/// Returns the display's value, 0 to 1 and linear, for any finite light that is not negative.
 pub fn tone_map<R: Real>(exposed: DVec3, curve: Tonemap) -> DVec3 {
     let exposed: Vector3<R> = vector(exposed);
     let mapped = match curve {
@@ -32,7 +32,7 @@ pub fn decode_srgb(encoded: f64) -> f64 {
     if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
-/// What Fresnel reflection adds to a base colour.
+/// The Fresnel reflection added to a base colour.
 const NEUTRAL_OFFSET: f64 = 0.04;
 /// Where compression begins.
 const NEUTRAL_START: f64 = 0.8 - NEUTRAL_OFFSET;

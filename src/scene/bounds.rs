@@ -26,7 +26,7 @@ impl Aabb {
         points.into_iter().fold(Self::EMPTY, |all, p| Self { min: all.min.min(p), max: all.max.max(p) })
     }
 
-    /// Whether it holds no point.
+    /// Returns true if it holds no point.
     pub fn is_empty(&self) -> bool {
         !self.min.cmple(self.max).all()
     }

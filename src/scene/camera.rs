@@ -113,7 +113,7 @@ impl Camera {
         self.right() * self.shift.x + self.up() * self.shift.y
     }
 
-    /// Whether its rays are parallel.
+    /// Returns true if its rays are parallel.
     pub fn is_orthographic(&self) -> bool {
         matches!(self.projection, Projection::Orthographic { .. })
     }
@@ -217,7 +217,7 @@ pub fn decimal(value: f64, decimals: usize) -> String {
 }
 
 impl Camera {
-    /// Whether its up is +Y as far as its direction allows: only then its text describes it whole.
+    /// Returns true if its up is +Y as far as its direction allows: only then its text describes it whole.
     pub fn is_level(&self) -> bool {
         let level = Self::looking_at(self.position, self.position + self.forward(), DVec3::Y);
         level.right().dot(self.right()) > 1.0 - 1e-9

@@ -47,7 +47,7 @@ pub struct Emitter {
     pub color: Vec<[f32; 4]>,
     /// Radiance that it sends out by itself, over its life.
     pub emission: Vec<Vec3>,
-    /// Whether it scatters the light that meets it.
+    /// True if it scatters the light that meets it.
     pub lit: bool,
     /// The most by which it is turned at first, either way.
     pub turn_degrees: f64,
@@ -59,7 +59,7 @@ pub struct Emitter {
     pub texture: Option<usize>,
     /// Columns and rows of the texture's cells.
     pub frames: [u32; 2],
-    /// Whether each shows a cell of its own, and not one after the other.
+    /// True if each shows a cell of its own, and not one after the other.
     pub picks_frame: bool,
     /// What is random is another with another seed.
     pub seed: u32,

@@ -39,7 +39,7 @@ impl Aperture {
         }
     }
 
-    /// Whether it has no width.
+    /// Returns true if it has no width.
     pub fn is_pinhole(self) -> bool {
         self == Self::PINHOLE
     }

@@ -16,7 +16,7 @@ pub struct Light {
     pub color: Vec3,
     /// Lux for a directional light and a beam, candela for point and spot. Not negative.
     pub intensity: f32,
-    /// Whether objects stand in its way.
+    /// True if objects stand in its way.
     pub casts_shadow: bool,
     /// How large the source is, for soft shadows: the angular diameter in degrees where rays are parallel, else the radius in metres. 0 for a
     /// light without a size.
@@ -206,7 +206,7 @@ impl LightKind {
         }
     }
 
-    /// Whether the light is infinitely far away.
+    /// Returns true if the light is infinitely far away.
     pub fn is_directional(&self) -> bool {
         self.form().place.is_none()
     }
@@ -345,12 +345,12 @@ impl LightForm {
         }
     }
 
-    /// Whether its rays are parallel; [`Light::size`] is then an angle.
+    /// Returns true if its rays are parallel; [`Light::size`] is then an angle.
     pub fn is_parallel(&self) -> bool {
         self.place.is_none() || matches!(self.outline, Outline::Cylinder { .. })
     }
 
-    /// Whether its rays begin at a plane: that of a beam's disc.
+    /// Returns true if its rays begin at a plane: that of a beam's disc.
     pub fn starts_at_plane(&self) -> bool {
         self.place.is_some() && self.is_parallel()
     }
@@ -402,7 +402,7 @@ impl Light {
         self
     }
 
-    /// Whether it can add anything.
+    /// Returns true if it can add anything.
     pub(crate) fn shines(&self) -> bool {
         self.intensity > 0.0 && self.color.max_element() > 0.0
     }

@@ -22,7 +22,7 @@ pub struct OpenOptions<'a> {
     pub scene: Option<&'a str>,
     /// Which look of its materials a bare glTF file has (KHR_materials_variants).
     pub variant: Option<&'a str>,
-    /// Whether glTF files may read what lies outside their folders.
+    /// True if glTF files may read what lies outside their folders.
     pub allow_outside: bool,
 }
 

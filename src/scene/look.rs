@@ -63,7 +63,7 @@ impl Object {
 }
 
 impl Material {
-    /// Whether its textures are grids of more than one cell.
+    /// Returns true if its textures are grids of more than one cell.
     pub fn has_atlas(&self) -> bool {
         self.atlas != [1, 1]
     }

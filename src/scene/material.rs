@@ -270,7 +270,7 @@ pub struct Material {
     pub emissive: Vec3,
     /// Scale of the normal map's X and Y.
     pub normal_scale: f32,
-    /// Whether back faces are drawn, with their normals turned.
+    /// True if back faces are drawn, with their normals turned.
     pub two_sided: bool,
     /// Sends its base colour, in nits, whatever lights it, and reflects nothing (KHR_materials_unlit).
     pub unlit: bool,
@@ -359,23 +359,23 @@ impl Material {
         self.specular_texture.filter(|_| is_dielectric && self.alpha_mode != AlphaMode::Coat)
     }
 
-    /// Whether its dielectric share reflects something else than [`DIELECTRIC`] facing the eye and 1 grazing.
+    /// Returns true if its dielectric share reflects something else than [`DIELECTRIC`] facing the eye and 1 grazing.
     pub fn has_reflectance(&self) -> bool {
         let usual = self.reflectance == Vec3::splat(DIELECTRIC) && self.grazing == 1.0;
         !usual || self.reflectance_texture().is_some()
     }
 
-    /// Whether texels below a cut-off are left out.
+    /// Returns true if texels below a cut-off are left out.
     pub fn is_masked(&self) -> bool {
         matches!(self.alpha_mode, AlphaMode::Mask { .. })
     }
 
-    /// Whether what lies behind shows through.
+    /// Returns true if what lies behind shows through.
     pub fn is_transparent(&self) -> bool {
         matches!(self.alpha_mode, AlphaMode::Blend | AlphaMode::Glass | AlphaMode::Coat)
     }
 
-    /// Whether it emits light.
+    /// Returns true if it emits light.
     pub fn is_emissive(&self) -> bool {
         self.emissive.max_element() > 0.0
     }

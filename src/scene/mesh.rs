@@ -167,7 +167,7 @@ pub(crate) fn corner_angle(points: &[DVec3; 3], corner: usize) -> f64 {
     a.dot(b).clamp(-1.0, 1.0).acos()
 }
 
-/// Whether normal and tangent give a bitangent: MikkTSpace answers (1, 0, 0) where texture coordinates coincide, and huge
+/// Returns true if normal and tangent give a bitangent: MikkTSpace answers (1, 0, 0) where texture coordinates coincide, and huge
 /// triangles overflow its f32.
 fn spans_plane(normal: [f32; 3], [x, y, z, _]: [f32; 4]) -> bool {
     // A comparison that is false for NaN.
@@ -232,7 +232,7 @@ pub struct Object {
     pub transform: DAffine3,
     /// Which of its faces cast shadows.
     pub casts_shadow: CastsShadow,
-    /// Whether shadows fall on it.
+    /// True if shadows fall on it.
     pub receives_shadow: bool,
     /// The node of [`Motion::nodes`](super::Motion::nodes) that it hangs on; `None` where nothing moves it. Its shapes are weighted by the
     /// node's weights. An object with a skin stands where its joints are, not where its node is, and `transform` moves it from there: so

@@ -162,7 +162,7 @@ impl Environment {
         self.ground.unwrap_or(self.ambient)
     }
 
-    /// Whether ambient light comes from anywhere.
+    /// Returns true if ambient light comes from anywhere.
     pub fn is_lit(&self) -> bool {
         self.ambient.max(self.ground()).max_element() > 0.0
     }

@@ -139,7 +139,7 @@ impl Keep {
     /// Every part, to compare with.
     pub const ALL: Self = Self((1 << OptionalPart::NAMES.len()) - 1);
 
-    /// Whether the part stays.
+    /// Returns true if the part stays.
     pub const fn has(self, part: OptionalPart) -> bool {
         self.0 & (1 << part as u64) != 0
     }

@@ -162,7 +162,7 @@ impl Texture {
         }
     }
 
-    /// Whether a texel of level 0 is so. Texels come in any order, and no more than are needed.
+    /// Returns true if any texel of level 0 satisfies the predicate. Texels are visited in any order until one does.
     pub(crate) fn any_texel(&self, mut is: impl FnMut([u8; 4]) -> bool) -> bool {
         match self.level_0() {
             Ok(texels) => texels.iter().any(|&texel| is(texel)),

@@ -63,7 +63,7 @@ pub struct Sampler {
 }
 
 impl Sampler {
-    /// Whether texels and levels blend into each other everywhere. A texel that is meant to have an edge would be softened by filtering from several places.
+    /// Returns true if texels and levels blend into each other everywhere. A texel that is meant to have an edge would be softened by filtering from several places.
     pub fn softens(&self) -> bool {
         [Some(self.magnify), Some(self.minify), self.levels] == [Some(Filter::Linear); 3]
     }

@@ -16,14 +16,14 @@ use super::{
     VertexInput,
 };
 
-/// Which variant: its shader, and its flags as bits.
+/// The key of a variant: its shader, and its flags as bits.
 type Key = (&'static str, u32);
 
 /// Variants that were compiled, in the places of those that the program was built with.
 #[derive(Clone, Default)]
 pub struct Replacements(HashMap<Key, &'static Variant>);
 
-/// What passes get, and what they have asked for.
+/// The variants in use, and those that passes have asked for.
 #[derive(Default)]
 struct State {
     asked: HashSet<Key>,
@@ -58,7 +58,7 @@ pub fn asked() -> usize {
 }
 
 impl Replacements {
-    /// Whether some pass has asked for a variant that is not among these.
+    /// Returns true if some pass has asked for a variant that is not among these.
     #[must_use]
     pub fn lack(&self) -> bool {
         state().as_ref().is_some_and(|state| state.asked.iter().any(|key| !self.0.contains_key(key)))
@@ -106,7 +106,7 @@ pub fn compile(directory: &Path) -> Result<Replacements, String> {
     Ok(Replacements(new))
 }
 
-/// What cannot be exchanged while the program runs.
+/// Returns the error for a shader that cannot be exchanged while the program runs.
 fn stale(shader: &Shader, what: String) -> String {
     format!("error: {what}\n --> {}.wgsl\n = the program has to be built anew for that", shader.name)
 }
@@ -140,7 +140,7 @@ fn replacement(shader: &Shader, built: &'static Variant, own: &compiler::Variant
     Ok(Box::leak(Box::new(new)))
 }
 
-/// Whether a new entry point can stand where an old one stands.
+/// Returns true if a new entry point can stand where an old one stands.
 fn takes_and_gives(new: &EntryPoint, old: &EntryPoint) -> bool {
     let known = |binding: &Binding| {
         let place = |own: &Binding| (own.set, own.binding, own.kind, own.count);

@@ -127,7 +127,7 @@ impl Case {
         all.into_iter().enumerate().filter(|&(index, value)| is_kept(index, value)).map(|(_, value)| value).collect()
     }
 
-    /// Whether the bound is to hold for a value.
+    /// Returns true if the bound is to hold for a value.
     pub fn claims(&self, value: f64) -> bool {
         (self.claim[0]..=self.claim[1]).contains(&value)
     }

@@ -148,7 +148,7 @@ impl Finding {
 }
 
 impl Verdict {
-    /// Whether all that is claimed is so.
+    /// Returns true if all that is claimed is so.
     pub fn passes(&self) -> bool {
         let is_claimed = self.findings.iter().any(|finding| self.case.claims(finding.value));
         is_claimed && self.findings.iter().all(|finding| finding.is_as_claimed(&self.case))

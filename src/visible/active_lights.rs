@@ -1,4 +1,4 @@
-//! Which of the plan's lights a frame has: those that can reach something that is seen.
+//! A frame's lights: those of the plan's that can reach something visible.
 
 use ash::vk;
 

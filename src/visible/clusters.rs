@@ -60,7 +60,7 @@ impl Depth {
     }
 }
 
-/// Which lights reach which clusters. `reaches` are spheres in the world; the result has the indices from `first` on.
+/// Finds the lights that reach each cluster. `reaches` are spheres in the world; the result has the indices from `first` on.
 ///
 /// So many lights that reach so much that their lists exceed `MOST_ENTRIES` gain nothing from lists: then one list, of all, is
 /// every cluster's.

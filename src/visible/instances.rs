@@ -101,7 +101,7 @@ pub struct InstanceList {
     opaque: usize,
     /// Of the objects' boxes, by place.
     tree: BoxTree,
-    /// What [`Stand`]s are relative to.
+    /// The origin of [`Stand`]s.
     anchor: DVec3,
     /// Counts how often objects have come to other places of the list.
     arranged: u64,
@@ -109,7 +109,7 @@ pub struct InstanceList {
     moves: Vec<u32>,
 }
 
-/// What objects have in common that one command draws.
+/// Returns the state shared by objects that one command draws.
 fn batch(object: &WorldObject) -> (bool, GeometryKey, (usize, u32), usize, Option<usize>) {
     (object.transparent, object.key, object.material_set(), object.mesh, object.deform)
 }
@@ -168,14 +168,14 @@ impl InstanceList {
         self.tree.bounds()
     }
 
-    /// Which places are in view.
+    /// Returns the places that are in view.
     pub(super) fn in_view(&self, frustum: &Frustum) -> Vec<bool> {
         let mut seen = vec![false; self.objects.len()];
         self.tree.sort_out(|bounds| frustum.side(bounds), |place| seen[place] = true);
         seen
     }
 
-    /// Whether any of the `seen` comes into a sphere.
+    /// Returns true if any of the `seen` comes into a sphere.
     pub(super) fn touches(&self, seen: impl Fn(usize) -> bool, sphere: &Reach) -> bool {
         self.tree.each(|bounds| sphere.touches(bounds)).any(seen)
     }
@@ -216,7 +216,7 @@ impl InstanceList {
         (center.as_vec3(), (half + F32_SLACK * (center.abs() + half)).as_vec3())
     }
 
-    /// What a camera sees, as CULL takes it.
+    /// Returns a camera's view in CULL's form.
     pub(super) fn cull_view(&self, frustum: &Frustum, camera: &Camera, world: &World) -> CullView {
         let steps = DepthSteps::of(self.anchor, &world.bounds, camera);
         let (place, slack) = self.place_of(camera, world);
@@ -286,7 +286,7 @@ impl InstanceList {
         (sorted, draws)
     }
 
-    /// Which places of transparent ones are in view.
+    /// Returns the places of transparent ones that are in view.
     pub(super) fn transparent_in_view(&self, world: &World, frustum: &Frustum) -> Vec<bool> {
         let is_in_view = |place| place >= self.opaque && frustum.may_see(&world.objects[self.object(place)].bounds);
         (0..self.objects.len()).map(is_in_view).collect()
@@ -306,10 +306,10 @@ pub(super) fn reversed(instances: &mut Vec<u32>, draws: &[Draw]) -> Vec<Draw> {
     draws.iter().rev().map(|draw| Draw { first: 2 * count - draw.first - draw.count, ..*draw }).collect()
 }
 
-/// What f32 may lose of a length, as a share of the lengths that it comes of.
+/// The largest error of a length in f32, relative to the lengths that it is computed from.
 const F32_SLACK: f64 = 1e-6;
 
-/// What a camera sees, as CULL takes it: relative to what [`Stand`]s are relative to.
+/// A camera's view in CULL's form; its place is relative to the origin of [`Stand`]s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CullView {
     /// Of the view, around the camera; normals point inside.

@@ -1,4 +1,4 @@
-//! Which level of detail an object is drawn with: the one of fewest triangles that is off by no more pixels than the settings allow.
+//! The level of detail of an object: the one of fewest triangles whose error in pixels the settings allow.
 //!
 //! A level's error counts as if it lay at the point of the object's box that is nearest to the camera, across the view, in the middle of the
 //! picture. So the choice does not depend on how the camera is turned: in a corner of the picture an angle takes more pixels than in the middle,
@@ -14,7 +14,7 @@ use super::{Caster, Draw, Visible, World, WorldObject};
 use crate::plan::{FramePlan, PlannedLevel};
 use crate::scene::Camera;
 
-/// What the choice of a frame depends on. In f32, as `shaders/cull.wgsl` has it, to the bit: CPU and device choose the same.
+/// The parameters of a frame's choice. In f32, as `shaders/cull.wgsl` has it, to the bit: CPU and device choose the same.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LevelChoice {
     /// Relative to what [`super::Stand`]s are relative to.
@@ -101,7 +101,7 @@ impl Visible {
         own.into()
     }
 
-    /// Whether casters have the levels that the camera chooses.
+    /// Returns true if casters have the levels that the camera chooses.
     pub fn has_levels_of(&self, world: &World, casters: &[Caster]) -> bool {
         let is_chosen =
             |levels: &LevelChoice, caster: &Caster| levels.level(world, &world.objects[caster.object]) == caster.level;

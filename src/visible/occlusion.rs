@@ -1,4 +1,4 @@
-//! Which objects lie wholly behind others: a coarse picture of the largest opaque objects, drawn on the CPU for each frame.
+//! Occlusion culling on the CPU: a coarse picture of the largest opaque objects, drawn on the CPU for each frame.
 //!
 //! The picture's cells are several pixels wide, and what it says of a cell holds for every point of it. A mesh covers a cell if it covers the
 //! middle and none of its outline's edges comes near the cell: from inside to outside one has to cross an edge that has no triangle, or one that
@@ -150,12 +150,12 @@ impl Picture {
         }
     }
 
-    /// Whether anything is certain to be hidden anywhere.
+    /// Returns true if anything is certain to be hidden anywhere.
     pub(super) fn hides_something(&self) -> bool {
         self.hidden_from.iter().any(|from| from.is_finite())
     }
 
-    /// Whether no point of the box can be seen.
+    /// Returns true if no point of the box can be seen.
     pub(super) fn hides(&self, bounds: &Aabb) -> bool {
         // Its middle is in one of the cells that it comes near, and no nearer than its nearest point.
         let middle = self.view.place(bounds.center());

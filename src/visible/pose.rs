@@ -9,7 +9,7 @@ use super::world::SortableTriangle;
 use crate::plan::FramePlan;
 use crate::scene::{Aabb, CastsShadow, DeformBounds, Mesh, Motion, Pose, Scene, deform, deform_frame};
 
-/// What SKIN is told: the joints and weights of all deformed objects, in the order of the plan.
+/// SKIN's input: the joints and weights of all deformed objects, in the order of the plan.
 #[derive(Debug, Clone, Default)]
 pub struct WorldPose {
     /// Another number for each pose; 0 is none.
@@ -99,7 +99,7 @@ struct Stand {
     /// From what SKIN writes to the world, or to where objects move it from.
     transform: DAffine3,
     bounds: Aabb,
-    /// What SKIN writes changes.
+    /// True if SKIN's output changes.
     is_new: bool,
     /// Where triangles are, before `transform`.
     triangles: Option<Vec<SortableTriangle>>,

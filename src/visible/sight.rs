@@ -1,4 +1,4 @@
-//! What a camera projects where: the map to clip space, and the way of places on the picture from one frame to the next.
+//! A camera's projection: the map to clip space, and the way of places on the picture from one frame to the next.
 
 use glam::{DAffine3, DMat4, DVec3, DVec4, Mat4, Vec4};
 
@@ -23,7 +23,7 @@ pub fn clip_from_world(
     DMat4::from_cols(right - w * offset_x, down - w * offset_y, z, w).transpose()
 }
 
-/// What a frame sees where, without its jitter. In f64, for the differences from frame to frame are small.
+/// A frame's projection without its jitter. In f64, as the differences from frame to frame are small.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sight {
     camera: Camera,

@@ -6,7 +6,7 @@ use glam::DAffine3;
 
 use super::{Draw, Sight, Visible, World};
 
-/// What has moved since the last frame, where frames ask for it.
+/// The objects that have moved since the last frame, where frames ask for them.
 #[derive(Debug, Clone, Default)]
 pub struct Trail {
     is_kept: bool,
@@ -58,7 +58,7 @@ impl Visible {
     }
 }
 
-/// What a frame knows of the one before.
+/// A frame's knowledge of the one before.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Since {
     pub now: Sight,

@@ -149,7 +149,7 @@ mod tests {
         mesh.chunks_exact(3).map(|face| [0, 1, 2].map(|i| Vec3::from(face[i]).as_dvec3())).collect()
     }
 
-    /// Whether every face, seen from outside, has the point behind it.
+    /// Returns true if every face, seen from outside, has the point behind it.
     fn holds(mesh: &[[f32; 3]], point: DVec3) -> bool {
         faces(mesh).iter().all(|[a, b, c]| (*b - *a).cross(*c - *a).dot(point - *a) <= 1e-6)
     }

@@ -1,4 +1,4 @@
-//! What frames look at of a scene: its objects, lights and materials as the plan has them, which a program may move and change between frames.
+//! The part of a scene that frames read: its objects, lights and materials as the plan has them, which a program may move and change between frames.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -21,7 +21,7 @@ use crate::scene::{
     ShadowSettings, Sky, Transparency,
 };
 
-/// What of a scene a frame looks at again each time. No texels, and no vertices but where triangles are sorted.
+/// The part of a scene that every frame reads again. No texels, and no vertices but where triangles are sorted.
 #[derive(Debug, Clone)]
 pub struct World {
     pub objects: Vec<WorldObject>,
@@ -63,17 +63,17 @@ pub struct World {
     /// By the scene's own numbers: which of [`World::objects`] and [`World::lights`] it is, if it is among them.
     object_of: Vec<Option<usize>>,
     light_of: Vec<Option<usize>>,
-    /// What the plan left out.
+    /// The lights that the plan left out.
     idle_lights: IdleLights,
     /// By mesh: its levels of detail; empty where there are none of any.
     pub(super) levels: Vec<Vec<PlannedLevel>>,
-    /// What can hide other objects, where the plan leaves out what is hidden.
+    /// The occluders, where the plan leaves occluded objects out.
     pub(super) occluders: Option<Occluders>,
     /// After how many of [`World::lights`] frames are halted.
     halted: Option<usize>,
     /// Counts the changes of objects and lights, and of which lights are lit.
     pub(super) generation: u64,
-    /// What is deformed, as SKIN takes it.
+    /// The deformed meshes in SKIN's form.
     pub pose: WorldPose,
     /// Where objects were in the frame before.
     pub trail: Trail,
@@ -135,10 +135,10 @@ pub struct WorldObject {
     pub revision: u32,
     /// The mesh's own place and box.
     pub(super) mesh_place: (DVec3, Aabb),
-    /// What moves it can swap its left and right.
+    /// True if its motion can mirror it.
     pub may_mirror: bool,
     pub key: GeometryKey,
-    /// What cuts holes into its shadow.
+    /// The holes in its shadow.
     pub(crate) cuts: Cuts,
     pub triangles: usize,
     pub transparent: bool,
@@ -397,7 +397,7 @@ fn at_rest(scene: &Scene, plan: &FramePlan) -> Vec<Material> {
     materials
 }
 
-/// What of a light a plan depends on.
+/// Returns the part of a light that a plan depends on.
 fn structure(light: &Light, shadows: &ShadowSettings) -> impl PartialEq {
     let form = light.kind.form();
     let falloff = form.falloff.map(|falloff| (falloff.index(), weakens(falloff)));

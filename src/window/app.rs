@@ -53,7 +53,7 @@ struct Opened {
     window: Arc<Window>,
 }
 
-/// What a frame's picture is copied for.
+/// The purposes for which a frame's picture is copied.
 #[derive(Clone, Copy)]
 struct Copies {
     kept: bool,
@@ -168,7 +168,7 @@ impl<'a> App<'a> {
         }
     }
 
-    /// What the window drew, or what ended it.
+    /// Returns a summary of the frames, or the error that ended the window.
     pub fn end(mut self) -> Result<Summary, Error> {
         match self.failure.take() {
             Some(failure) => Err(failure),
@@ -252,7 +252,7 @@ impl<'a> App<'a> {
         panels
     }
 
-    /// What the next picture is copied for. Light is kept at once, and so is a picture that ends at white compared.
+    /// Returns the purposes for which the next picture is copied. Light is kept at once, and so is a picture that ends at white compared.
     fn wanted_copies(&mut self, now: Instant) -> Copies {
         let none = Copies { kept: false, compared: false };
         let Some(Opened { presenter, interface, .. }) = &mut self.opened else { return none };
@@ -438,7 +438,7 @@ impl<'a> App<'a> {
         }
     }
 
-    /// Whether the window keeps its last picture and tries again later, as there was no memory for another.
+    /// Returns true if the window keeps its last picture and tries again later, as there was no memory for another.
     fn waits_for_memory(&mut self, error: &Error) -> bool {
         let is_for_memory = matches!(error, Error::Frame(frame::Error::Gpu(gpu::Error::OutOfMemory { .. })));
         let most = self.options.frames.map_or(u32::MAX, |_| TRIES_FOR_MEMORY);
@@ -470,7 +470,7 @@ impl<'a> App<'a> {
         self.write_title();
     }
 
-    /// Whether frames follow each other without a pause.
+    /// Returns true if frames follow each other without a pause.
     fn goes_on(&self) -> bool {
         !self.hidden
             && (self.options.frames.is_some()

@@ -15,7 +15,7 @@ const EASING: f64 = 0.08;
 const STEP: f64 = 1.0 / 240.0;
 /// The most time that a frame can have taken, in seconds: a program that was stopped does not leap when it goes on.
 const LONGEST: f64 = 0.25;
-/// What is left to turn, in radians, or to zoom when nobody can see it any more.
+/// The rest of a turn, in radians, or of a zoom, in e-folds, that is too small to be seen: the movement ends.
 const SETTLED: f64 = 1e-5;
 /// A turn by the mouse, in radians, for a drag by the height of the window.
 const TURN: f64 = TAU / 3.0;
@@ -28,7 +28,7 @@ const ZOOM: f64 = 1.2;
 /// How much faster a user moves in a hurry.
 const HURRY: f64 = 4.0;
 
-/// What is held down.
+/// The keys and buttons that are held down.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Held {
     pub forward: bool,
@@ -67,13 +67,13 @@ pub struct CameraControl {
     mode: Mode,
     /// In the camera's axes, in metres a second; forward, in e-folds a second, for an orthographic camera.
     velocity: DVec3,
-    /// What is left to turn: to the left, and up, in radians.
+    /// The rest of the turn: to the left, and up, in radians.
     turn: [f64; 2],
-    /// What is left of zooming, in e-folds.
+    /// The rest of the zoom, in e-folds.
     zoom: f64,
     /// Metres a second.
     speed: f64,
-    /// What an orbit goes around, ahead of the camera by this distance.
+    /// The distance of the orbit's centre ahead of the camera.
     reach: f64,
     bookmarks: [Option<Camera>; 9],
 }
@@ -110,7 +110,7 @@ impl CameraControl {
         self.mode
     }
 
-    /// Whether the next frame would be another one.
+    /// Returns true if the next frame would be another one.
     pub fn is_moving(&self, held: Held) -> bool {
         held.direction() != DVec3::ZERO || self.velocity != DVec3::ZERO || self.turn != [0.0; 2] || self.zoom != 0.0
     }

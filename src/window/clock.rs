@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use crate::frame::FrameTimes;
 
-/// What a window drew.
+/// A summary of a window's frames.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Summary {
     /// Frames shown.
@@ -22,7 +22,7 @@ pub struct Summary {
 pub struct Interval {
     /// From the frame before it to this one.
     pub interval_ms: f64,
-    /// What of the time the CPU recorded, and the device drew, the last frame that is known to be done.
+    /// The times of the last finished frame: recording on the CPU, and drawing on the device.
     pub record_ms: f64,
     /// By the device's own clock, in milliseconds.
     pub gpu_ms: Option<f64>,

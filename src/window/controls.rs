@@ -18,7 +18,7 @@ use crate::scene::{
     Aabb, GbufferChoice, GbufferPreset, Light, Motion, SETTINGS, Setting, Settings, ValueKind, View, decimal,
 };
 
-/// What is known of the frames so far.
+/// Figures of the frames so far.
 pub struct Facts<'a> {
     pub device: &'a str,
     /// Of the last frames, the newest at the end.
@@ -61,7 +61,7 @@ pub struct Selected {
     pub bounds: Aabb,
 }
 
-/// What can be changed, as it is before and after the panels were shown.
+/// The values that panels can change, before and after they were shown.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Values {
     pub settings: Settings,
@@ -73,7 +73,7 @@ pub struct Values {
     pub roughness: Option<f32>,
 }
 
-/// Which panels are open.
+/// The panels that are open.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Controls {
     /// The main one.
@@ -93,7 +93,7 @@ const DARK_MOST: f32 = 1e3;
 /// Milliseconds that the graph of times shows at least.
 const LEAST_MS: f32 = 4.0;
 
-/// Whether panels have no room beside each other: then the keys are shown alone, and what is selected gives way to the steps of the frame.
+/// Returns true if panels have no room beside each other: then the keys are shown alone, and what is selected gives way to the steps of the frame.
 pub fn is_small(context: &Context) -> bool {
     let size = context.content_rect().size();
     size.x < 960.0 || size.y < 600.0
@@ -433,7 +433,7 @@ fn plan_parts(ui: &mut Ui, parts: &[Part]) {
     }
 }
 
-/// What is shown right of a divider, if anything is.
+/// Offers the views to show right of the divider.
 fn choose_beside(ui: &mut Ui, beside: &mut Option<View>) {
     let views = View::NAMES.iter().map(|&(name, view)| (name, Some(view)));
     let names: Vec<_> = std::iter::once(("nothing", None)).chain(views).collect();

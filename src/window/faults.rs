@@ -1,8 +1,8 @@
-//! What is wrong with files that were changed while the window is open, told over the picture of those before.
+//! Errors in files that were changed while the window is open, told over the last good picture.
 
 use egui::{Align2, Context, RichText, ScrollArea};
 
-/// What is wrong, in lines.
+/// Errors, in lines.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct Faults {
     pub scene: Option<String>,

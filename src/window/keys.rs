@@ -1,10 +1,10 @@
-//! What keys do. They go by their place on the keyboard, so that WASD lie together on any layout.
+//! The actions of keys. Keys are told by their place on the keyboard, so that WASD lie together on any layout.
 
 use winit::keyboard::KeyCode;
 
 use super::camera::Held;
 
-/// What a key does when it is pressed.
+/// The action of a key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Action {
     Quit,
@@ -94,7 +94,7 @@ const DIGITS: [KeyCode; 9] = [
     KeyCode::Digit9,
 ];
 
-/// What a key does when it is pressed, alone, with Ctrl or with Shift.
+/// Returns the action of a key, alone, with Ctrl or with Shift.
 pub(super) fn action(key: KeyCode, control: bool, shift: bool) -> Option<Action> {
     let number = DIGITS.iter().position(|&digit| digit == key);
     match key {

@@ -1,4 +1,4 @@
-//! What is drawn over the picture itself: the box of the object that was picked, and where the picture is wrong.
+//! Marks over the picture itself: the box of the object that was picked, and where the picture is wrong.
 
 use egui::{Color32, ColorImage, Context, LayerId, Pos2, Rect, Stroke, TextureHandle, TextureOptions, Vec2, pos2};
 use glam::DVec3;

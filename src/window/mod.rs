@@ -60,7 +60,7 @@ impl From<gpu::Error> for Error {
     }
 }
 
-/// What a window is opened for.
+/// Options of a window.
 pub struct Options<'a> {
     /// When frames are shown.
     pub vsync: Vsync,
@@ -150,7 +150,7 @@ fn surface_of(device: &Device, window: &Arc<Window>) -> Result<Arc<Surface>, Err
     Ok(Surface::new(device, drawn)?)
 }
 
-/// What winit says, without the place in its sources.
+/// Returns winit's message without the place in its sources.
 fn reason(error: &EventLoopError) -> String {
     let text = match error {
         EventLoopError::Os(error) => error.to_string(),

@@ -14,9 +14,9 @@ use crate::reference::shown::{Pixel, shown};
 use crate::reference::{Reference, Smith, View};
 use crate::scene::{Scene, Settings, exposure_scale};
 
-/// What is asked.
+/// A question.
 pub enum Question {
-    /// What is at this place, in pixels from the upper left corner.
+    /// The object at a place, in pixels from the upper left corner.
     Pick(View, DVec2),
     /// How far the picture is from the truth.
     Error(Box<Drawn>),
@@ -31,7 +31,7 @@ pub struct Drawn {
     pub picture: Vec<u8>,
 }
 
-/// What is known now.
+/// An answer.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Answer {
     /// The object that was picked, by its index in the scene, and its distance along the view in metres.

@@ -27,11 +27,11 @@ pub struct Overlay {
     spent: Vec<u64>,
 }
 
-/// What came of an event.
+/// The effect of an event on the panels.
 pub struct Taken {
     /// Nobody else should act on it.
     pub consumed: bool,
-    /// What is shown may change.
+    /// True if the panels may look different.
     pub changes: bool,
 }
 
@@ -52,7 +52,7 @@ impl Overlay {
         }
     }
 
-    /// What egui knows of the window.
+    /// Returns egui's context of the window.
     pub fn context(&self) -> &egui::Context {
         &self.context
     }
@@ -111,7 +111,7 @@ impl Overlay {
         sent.map(|(&id, image)| texture(id, image)).collect()
     }
 
-    /// What [`Overlay::run`] made is drawn.
+    /// Notes that the output of [`Overlay::run`] was drawn.
     pub fn drawn(&mut self) {
         self.spent.clear();
     }

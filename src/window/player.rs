@@ -12,7 +12,7 @@ const NUDGE: f64 = 1.0 / 30.0;
 /// The longest that a frame goes forward, in seconds: what took longer was no motion but a pause.
 const LONGEST: f64 = 0.25;
 
-/// What plays of a scene.
+/// The playback of a scene's clips.
 #[derive(Debug, Clone, Default)]
 pub struct Player {
     pub playing: Playing,
@@ -50,7 +50,7 @@ impl Player {
         Self { runs: self.runs && goes_on, ..Self::new(motion, playing, true).emitting(self.emits, true) }
     }
 
-    /// Whether the picture changes by itself.
+    /// Returns true if the picture changes by itself.
     pub fn runs(&self) -> bool {
         self.runs
     }
@@ -102,7 +102,7 @@ impl Player {
         self.playing.clips = clips;
     }
 
-    /// What it does, in a line.
+    /// Returns its state, in a line.
     pub fn line(&self, motion: &Motion) -> String {
         if motion.clips.is_empty() {
             return "clips: the scene has none".into();
@@ -170,7 +170,7 @@ impl Player {
     }
 }
 
-/// What can be chosen of the clips, by name.
+/// Returns the choices of clips, by name.
 fn choices(motion: &Motion) -> Vec<(String, ClipChoice)> {
     let each = motion.clips.iter().enumerate();
     let each = each.map(|(index, clip)| (format!("{index} {}", clip.name), ClipChoice::Only(vec![index])));

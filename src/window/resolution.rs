@@ -20,7 +20,7 @@ const LATE: u32 = 3;
 /// When a picture rests, after the last movement.
 const REST: Duration = Duration::from_millis(150);
 
-/// What a frame shows, besides a camera that may have moved.
+/// The state of a frame's picture, besides a camera that may have moved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Motion {
     /// Nothing moves.
@@ -38,7 +38,7 @@ pub struct Resolution {
     pub follows: bool,
     /// The step while something moves.
     step: u32,
-    /// What the last frame showed.
+    /// The camera of the last frame.
     camera: Option<Camera>,
     /// When something moved last; none before the first frame.
     moved: Option<Instant>,

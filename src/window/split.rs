@@ -14,7 +14,7 @@ const DOUBLE_CLICK: Duration = Duration::from_millis(400);
 /// Points between the divider and what stands beside it.
 const GAP: f32 = 8.0;
 
-/// What the mouse did with the divider.
+/// The mouse's action on the divider.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Grip {
     /// Nothing: it is elsewhere.

@@ -1,14 +1,14 @@
-//! What a window shows, with what was changed of it.
+//! The scene of a window, with the user's changes.
 
 use super::controls::Values;
 use super::player::Player;
 use crate::scene::{Aabb, Camera, Light, Output, Projection, Scene, Settings, View, metered_ev100};
 
-/// What is drawn, of which a user may change more than the camera.
+/// The scene that is drawn, of which a user may change more than the camera.
 pub struct Subject {
     pub scene: Scene,
     pub settings: Settings,
-    /// What plays of it.
+    /// The playback of its clips.
     pub player: Player,
     /// Of each material, as it came.
     own_roughness: Vec<f32>,
@@ -21,7 +21,7 @@ pub struct Subject {
     own: Own,
 }
 
-/// What was said of a scene before anything was changed on the panels.
+/// The scene's own settings, before any change on the panels.
 #[derive(Debug, Clone, PartialEq)]
 struct Own {
     settings: Settings,
@@ -109,7 +109,7 @@ impl Subject {
         self.bounds
     }
 
-    /// Whether materials are not as rough as they came.
+    /// Returns true if materials are not as rough as they came.
     pub(super) fn has_other_roughness(&self) -> bool {
         self.roughness.is_some()
     }

@@ -49,16 +49,16 @@ pub struct UserInterface {
     compared: Option<Camera>,
     error: Option<ErrorMap>,
     heat: HeatMap,
-    /// What the frames were last made for, and the lights.
+    /// The values and the lights that frames were last made for.
     fitted: Option<(Values, Vec<Light>)>,
-    /// What the frames were last made of, if that is something else since.
+    /// The state that frames were last made of, if it has changed since.
     before: Before,
-    /// What is wrong with changed files.
+    /// The errors in changed files.
     pub faults: Faults,
     stepper: Stepper,
 }
 
-/// What can be gone back to.
+/// The state to go back to.
 #[derive(Default)]
 struct Before {
     subject: Option<Subject>,
@@ -198,7 +198,7 @@ impl UserInterface {
         presenter.change(false);
     }
 
-    /// What is known of a scene ends with it.
+    /// Drops all knowledge of a scene.
     fn forget_scene(&mut self, presenter: &mut Presenter) {
         presenter.change(true);
         self.end_comparison();
@@ -247,12 +247,12 @@ impl UserInterface {
         self.oracle = None;
     }
 
-    /// What was shown over the picture is drawn.
+    /// Notes that the panels were drawn.
     pub fn drawn(&mut self) {
         self.overlay.drawn();
     }
 
-    /// Whether anything lies over the picture.
+    /// Returns true if anything lies over the picture.
     fn is_shown(&self) -> bool {
         self.controls.is_any_shown()
             || self.selected.is_some()
@@ -282,7 +282,7 @@ impl UserInterface {
         self.oracle(subject).ask(Question::Pick(view, place));
     }
 
-    /// Whether the picture that is shown is being compared.
+    /// Returns true if the picture that is shown is being compared.
     pub fn is_comparing(&self) -> bool {
         self.compared.is_some()
     }
@@ -303,7 +303,7 @@ impl UserInterface {
         (self.compared, self.error) = (Some(camera), None);
     }
 
-    /// Whether what is shown cannot be compared, which is told then.
+    /// Returns true if what is shown cannot be compared, which is told then.
     pub fn refuses_comparison(&mut self, subject: &Subject) -> bool {
         let refuses = subject.settings.view != View::Final || self.stepper.is_open();
         if refuses {
@@ -378,7 +378,7 @@ impl UserInterface {
         self.stepper.end(presenter, &subject.settings)
     }
 
-    /// What a window steps through.
+    /// Returns the stepper.
     pub fn stepper(&self) -> &Stepper {
         &self.stepper
     }

@@ -20,7 +20,7 @@ const QUIET: Duration = Duration::from_millis(60);
 /// And after so long in any case.
 const LONGEST: Duration = Duration::from_millis(500);
 
-/// What has become of files that changed.
+/// The outcome of reading changed files.
 pub enum Reload {
     /// The scene as it is in its files, or what is wrong with them.
     Scene(Result<Box<(Scene, Settings)>, String>),
@@ -29,7 +29,7 @@ pub enum Reload {
     Shaders(Result<Replacements, String>),
 }
 
-/// What the thread is told.
+/// An order to the thread.
 enum Order {
     Changed(Vec<PathBuf>),
     /// Pipelines were made, perhaps of variants that are not compiled yet.
@@ -124,7 +124,7 @@ fn changed_by(event: Event) -> Option<Vec<PathBuf>> {
     is_change.then_some(event.paths)
 }
 
-/// What was ordered since files were looked at last.
+/// The orders since files were last read.
 #[derive(Default)]
 struct Noted {
     scene: bool,

@@ -1,4 +1,4 @@
-//! What X11 asks of every program that draws with a driver, and would end in its own words.
+//! X11: a handler for a broken connection, where Xlib's own would end the program, and a separate connection for the driver.
 
 use std::ffi::c_int;
 use std::ptr::NonNull;

@@ -90,7 +90,7 @@ pub fn measure(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result
     Ok(report)
 }
 
-/// Whether the plan has a part because the scene needs it.
+/// Returns true if the plan has a part because the scene needs it.
 fn has(plan: &FramePlan, part: OptionalPart) -> bool {
     plan.parts().iter().any(|own| own.optional == Some(part) && own.included)
 }

@@ -66,7 +66,7 @@ impl Pair {
         self.expected.size()
     }
 
-    /// Whether both pictures are linear light.
+    /// Returns true if both pictures are linear light.
     pub fn is_light(&self) -> bool {
         matches!((&self.actual, &self.expected), (ImageFile::Light(_), ImageFile::Light(_)))
     }

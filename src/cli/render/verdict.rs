@@ -84,7 +84,7 @@ impl Case {
         Self { dropped, hazards, ..self }
     }
 
-    /// Whether a check failed; any other failure is an error of JUnit's.
+    /// Returns true if a check failed; any other failure is an error of JUnit's.
     fn is_failed_check(&self) -> bool {
         self.exit_code == Exit::FailedCheck.code()
     }

@@ -13,11 +13,11 @@ use crate::plan::{Canvas, FramePlan, Target};
 pub struct Absent {
     /// The row's name.
     pub name: RowName,
-    /// What these frames lack, or which row orders the same.
+    /// The part that these frames lack, or the row that orders the same.
     pub why: String,
 }
 
-/// What a row needs. The first that is missing is why the row is.
+/// The parts that a row needs. The first one missing is the reason why the row is absent.
 struct Needs {
     row: RowName,
     passes: &'static [&'static Pass],

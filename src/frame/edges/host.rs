@@ -20,7 +20,7 @@ impl RowName {
 pub(in crate::frame) const FORMULA_WRITE: Use =
     Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
 
-/// What FORMULAS writes reaches the CPU.
+/// Returns the rows by which FORMULAS reads its inputs and the CPU its results.
 pub(super) fn formulas() -> [Edge; 3] {
     [
         row(RowName::HOST_TO_FRAME, Carrier::Submission)

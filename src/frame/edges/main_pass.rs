@@ -66,7 +66,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     if lights == Target::Samples && !plan.emissive && !plan.is_forward() && first != lighting::PASS.place {
         table.push(samples_reuse(plan));
     }
-    // What finishes the picture, and in which render pass.
+    // The subpass that finishes the picture, and its render pass.
     let mut pass = match (&plan.bloom, &plan.taa) {
         (Some(_), _) => TONEMAP_PASS,
         (None, Some(_)) => SHARPEN_PASS,
@@ -127,7 +127,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     table.into_iter().map(|row| reflections::in_blend_pass(plan, row)).collect()
 }
 
-/// Whether TONE is the last subpass of the pass that draws the output.
+/// Returns true if TONE is the last subpass of the pass that draws the output.
 pub(super) fn is_toned(plan: &FramePlan) -> bool {
     !plan.fxaa && (tone::PASS.presence)(plan).is_in()
 }
@@ -192,7 +192,7 @@ pub(super) fn depth_dropped(plan: &FramePlan) -> Use {
     }
 }
 
-/// Who may still read the last frame's output, or has acquired its image.
+/// Returns the last read of the previous frame's output, or the use that waits for its image to be acquired.
 pub(super) fn output_reader(plan: &FramePlan) -> Use {
     match (plan.fxaa, plan.draws_into_swapchain()) {
         (true, _) => fxaa::OUTPUT_READ,
@@ -408,7 +408,7 @@ fn hdr_reuse(plan: &FramePlan) -> Edge {
         )
 }
 
-/// What FXAA waits for. The main pass hands it the output.
+/// Returns the rows that FXAA waits for. The main pass hands it the output.
 fn fxaa_edges(plan: &FramePlan, last: Place, output_write: Use) -> [Edge; 2] {
     [
         subpass(RowName::OUTPUT_TO_FXAA)

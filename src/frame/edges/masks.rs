@@ -1,4 +1,4 @@
-//! Which stage can do what: what goes with a bit that is taken out of a mask.
+//! The accesses that each stage supports, which go with the stage's bit when that is taken out of a mask.
 
 use ash::vk::{AccessFlags as A, PipelineStageFlags as S};
 

@@ -53,13 +53,13 @@ pub(super) fn rows(plan: &FramePlan) -> [Edge; 4] {
     ]
 }
 
-/// Whether the fragments that look maps up have waited for all that ran by compute before them: LIGHTING's for AO, and TRANSPARENT's for reflections.
+/// Returns true if the fragments that look maps up have waited for all that ran by compute before them: LIGHTING's for AO, and TRANSPARENT's for reflections.
 fn waits_for_compute(plan: &FramePlan) -> bool {
     let over_reflections = plan.reflects() && (transparent::PASS.presence)(plan).is_in();
     !plan.is_tiled() && (plan.has_ao() || over_reflections)
 }
 
-/// Who looks maps up, and how.
+/// Returns the pass that samples shadow maps, and its use of them.
 fn reader(plan: &FramePlan) -> (Place, Use) {
     match plan.light_path {
         LightPath::Compute | LightPath::Visibility => (tiled::PASS.place, tiled::MAP_READ),

@@ -1,4 +1,4 @@
-//! What holds of the table itself; that its rows are enough, and needed, is for `super::super::proof`.
+//! Properties of the table itself; that its rows are enough, and needed, is for `super::super::proof`.
 
 use std::collections::BTreeSet;
 

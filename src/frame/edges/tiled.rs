@@ -35,7 +35,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
             .because("COPY reads the picture that TILED wrote"),
     ];
     if plan.has_ao() {
-        // What AO waits for is visible to TILED, too.
+        // The rows before AO make the same writes visible to TILED.
         rows.retain(|row| row.name != RowName::GBUFFER_TO_TILED);
     }
     rows

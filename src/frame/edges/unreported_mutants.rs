@@ -1,4 +1,4 @@
-//! What the validation layer does not notice when it is missing, and why it is there all the same.
+//! Rows and bits whose absence the validation layer does not report, and why they are there all the same.
 //!
 //! Layer 1.4.309 is silent about these in both modes of its shader heuristic. Nothing is left out of the table for that reason: each entry
 //! quotes what the specification has to say, and [`super::super::proof`] finds a hazard without it. `tests/sync/necessity.rs` fails when an entry is noticed after all, when none of its rows is
@@ -14,7 +14,7 @@ use crate::passes::{forward, lighting, reflect_resolve};
 /// The first layer that sees wrong masks of subpass dependencies.
 pub const LAYER: u32 = vk::make_api_version(0, 1, 4, 309);
 
-/// What of a row is taken away.
+/// The part of a row that is removed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
     /// All of it.

@@ -12,7 +12,7 @@ use crate::passes::encode::Encode;
 use crate::plan::FramePlan;
 use crate::scene::{Scene, Settings};
 
-/// What became of frames that were asked for.
+/// The outcome of asking for other frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fitted {
     /// They are there, as another thread has made them.
@@ -67,7 +67,7 @@ impl Presenter {
         self.rebuild.is_some()
     }
 
-    /// Whether new frames wait to be taken by [`Presenter::fit_later`].
+    /// Returns true if new frames wait to be taken by [`Presenter::fit_later`].
     pub fn is_made(&mut self) -> bool {
         self.rebuild.as_mut().is_some_and(Rebuild::is_done)
     }
@@ -187,12 +187,12 @@ impl Presenter {
         }
     }
 
-    /// Which images the frames of a plan need, of those that are wished for.
+    /// Returns the swapchain images that the frames of a plan ask for.
     fn wish_for(&self, plan: &FramePlan) -> ImageWish {
         ImageWish { encodes: desc_for(plan).images.encodes, ..self.desc.images }
     }
 
-    /// What comes over the picture, for the images as they are.
+    /// Fits the overlay and ENCODE to the images as they are, and drops those that do not fit.
     fn fit_over(&mut self) -> Result<(), Error> {
         let (Some(swapchain), Some(renderer)) = (&self.swapchain, &self.renderer) else { return Ok(()) };
         let over = Over::of(renderer, swapchain, self.desc.images);
@@ -231,7 +231,7 @@ impl Presenter {
     }
 }
 
-/// Whether it is memory that lacked.
+/// Returns true if it is memory that lacked.
 fn is_for_memory(error: &Error) -> bool {
     matches!(error, Error::Gpu(gpu::Error::OutOfMemory { .. } | gpu::Error::Allocator { .. }))
 }

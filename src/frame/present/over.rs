@@ -1,4 +1,4 @@
-//! What comes over a window's picture, and on the way into the swapchain's image: panels, a copy of it, and ENCODE.
+//! The steps between a window's picture and the swapchain's image: panels, a copy of it, and ENCODE.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ pub(super) fn own_canvas(renderer: &Renderer) -> Option<&Image> {
     renderer.plan.encoding.and_then(|_| renderer.frame.output(&renderer.plan))
 }
 
-/// What panels are drawn over.
+/// The images that panels are drawn over.
 pub(super) struct Over {
     pub(super) format: vk::Format,
     /// It takes them linear.
@@ -27,7 +27,7 @@ pub(super) struct Over {
     /// One, or one for each image of the swapchain.
     pub(super) views: Vec<vk::ImageView>,
     pub(super) extent: vk::Extent2D,
-    /// What its textures wait for, and what waits for them.
+    /// The rows before and after uploads of its textures.
     pub(super) uploads: UploadOrder,
 }
 
@@ -90,7 +90,7 @@ pub(super) fn record_encode(
     let in_flight = &mut renderer.frames[renderer.next];
     let cmd = in_flight.cmd.raw;
     if is_covered {
-        // What comes over the picture is no part of ENCODE.
+        // The overlay's time is not ENCODE's.
         Timestamps::stamp(&mut in_flight.times, cmd, "over the picture");
     }
     let Some(picture) = own_canvas(renderer) else { return };

@@ -1,4 +1,4 @@
-//! What a plan's frames do, told by the plan, its render passes and its rows: uploads, frames in flight, copies, and what a window adds.
+//! A model of the work of a plan's frames, made from the plan, its render passes and its rows: uploads, frames in flight, copies, and what a window adds.
 
 use ash::vk::{AccessFlags as A, ImageLayout as L};
 
@@ -21,7 +21,7 @@ const LEVELS: [Memory; 3] = [Memory::Level(0), Memory::Level(1), Memory::Level(2
 
 const PRESENTED: Use = Use::new(PRESENTATION, A::MEMORY_READ);
 
-/// What is different from frame to frame.
+/// The state that differs from frame to frame.
 #[derive(Clone, Copy, Default)]
 struct Turn {
     /// How often each shadow map is drawn.
@@ -135,7 +135,7 @@ impl Frames<'_> {
         }
     }
 
-    /// What the CPU wrote before a submission is there.
+    /// Makes the CPU's earlier writes visible to a submission.
     fn submit(&mut self) {
         self.barrier(RowName::HOST_TO_FRAME, None);
     }
@@ -193,7 +193,7 @@ impl Frames<'_> {
         self.program.step()
     }
 
-    /// What surfaces collect of the sky.
+    /// Adds PREFILTER, with the barriers around it.
     fn prefilter(&mut self) {
         if !self.plan.is_lit_by_sky() {
             return;

@@ -1,4 +1,4 @@
-//! Which hazards a plan's rows leave, and which rows order nothing: told without a device, a driver or a layer.
+//! Proves a plan's rows without a device, a driver or a layer: finds the hazards that they leave, and the rows that order nothing.
 //!
 //! From the plan follows what its frames touch, and when; from the rows, what synchronizes that ([`frames`]). The specification's rules of
 //! execution and memory dependencies say what is ordered ([`order`]). A pair of touches of the same memory, one of which writes, is a hazard if it
@@ -24,7 +24,7 @@ mod words;
 
 pub use words::{Consequence, in_words};
 
-/// What may go wrong between two touches.
+/// The kind of hazard between two touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum HazardKind {
     /// A read may come before the write that it needs.
@@ -57,7 +57,7 @@ impl fmt::Display for HazardKind {
 /// Two touches of the same memory that nothing orders.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Hazard {
-    /// Which order is missing.
+    /// The kind of the hazard.
     pub kind: HazardKind,
     /// As `the target Depth`.
     pub memory: String,
@@ -79,12 +79,12 @@ impl fmt::Display for Hazard {
     }
 }
 
-/// What a plan's frames do with these rows: touches of memory, and what synchronizes them. Different plans may have frames that are the same here.
+/// A model of a plan's frames with these rows: touches of memory, and their synchronization. Different plans may have equal models.
 #[derive(Debug, PartialEq, Eq, Hash)]
 pub struct Frames(Program);
 
 impl Frames {
-    /// What frames of a plan do, with these dependencies.
+    /// Models the frames of a plan with these dependencies.
     pub fn of(plan: &FramePlan, edges: &Edges) -> Self {
         Self(frames::program(plan, edges))
     }
@@ -116,7 +116,7 @@ impl Frames {
         hazards_of(&self.0).collect()
     }
 
-    /// Whether there are any: found sooner than all of them.
+    /// Returns true if there are any: found sooner than all of them.
     pub fn are_safe(&self) -> bool {
         hazards_of(&self.0).next().is_none()
     }
@@ -130,7 +130,7 @@ pub fn is_superfluous(plan: &FramePlan, edges: &Edges, name: RowName, part: Part
     Ok(Frames::of(plan, &edges.without_part(name, part)?).are_safe())
 }
 
-/// What was done to memory so far.
+/// The touches of memory so far.
 #[derive(Default)]
 struct Past<'a> {
     /// By the last group that wrote it.

@@ -1,4 +1,4 @@
-//! What is ordered before what: the specification's rules of execution and memory dependencies ("Execution and Memory Dependencies", "Pipeline
+//! The happens-before relation of touches: the specification's rules of execution and memory dependencies ("Execution and Memory Dependencies", "Pipeline
 //! Stages", "Image Layout Transitions"), as a pure function of a [`Program`].
 
 use std::cell::RefCell;
@@ -97,7 +97,7 @@ pub(super) struct Order<'a> {
     seconds: Vec<S>,
     /// For each synchronization those that it may follow in a chain.
     before: Vec<Bits>,
-    /// What was asked for already, by touch; within a render pass, and not.
+    /// Results so far, by the first touch, and by whether the second is in the same instance of a render pass.
     reached: RefCell<HashMap<(*const Touch, bool), Rc<Reached>>>,
 }
 
@@ -122,7 +122,7 @@ impl<'a> Order<'a> {
         Self { program, firsts, seconds, before, reached: RefCell::default() }
     }
 
-    /// Whether `first` is over before `second` begins, and what it wrote, if it did, is there.
+    /// Returns true if `first` is over before `second` begins, and what it wrote, if it did, is there.
     pub(super) fn has(&self, first: &Touch, second: &Touch) -> bool {
         // A dependency by region orders what touches its own pixel alone, in the same instance of a render pass.
         let local = first.local.filter(|_| first.local == second.local);

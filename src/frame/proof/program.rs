@@ -11,7 +11,7 @@ use crate::plan::Target;
 /// A place in the order of submission.
 pub(super) type Time = u32;
 
-/// What is recorded from one time until another.
+/// The part of a recording between two times.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Span {
     pub(super) from: Time,
@@ -44,14 +44,14 @@ pub(super) struct Scope {
     pub(super) mask: Use,
 }
 
-/// What orders: a barrier, a dependency of a render pass, a semaphore, a fence, or a submission.
+/// A synchronization: a barrier, a dependency of a render pass, a semaphore, a fence, or a submission.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub(super) struct Sync {
     pub(super) first: Scope,
     pub(super) second: Scope,
     /// The instance of a render pass within whose regions alone it orders.
     pub(super) region: Option<u32>,
-    /// What it is about; none for everything. The specification lets dependencies of a render pass, and the execution dependency of any
+    /// The memory that it is about; none for all of it. The specification lets dependencies of a render pass, and the execution dependency of any
     /// barrier, order whatever there is. Here they order what their pass or their barrier touches: no pass may rest on another one's rows.
     pub(super) memory: Option<MemorySet>,
     /// Its first scope has all that the span has, layout changes included: fences, and semaphores that are signaled.
@@ -66,7 +66,7 @@ impl Sync {
     }
 }
 
-/// What is special about a touch.
+/// The special kinds of touches.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub(super) enum Kind {
     /// Nothing.
@@ -92,7 +92,7 @@ pub(super) enum Memory {
     Level(usize),
     /// A texture without levels.
     Texture,
-    /// What surfaces collect of the sky.
+    /// The sky's prefiltered diffuse and specular light.
     SkyLight,
     Vertices,
     RestMeshes,
@@ -102,15 +102,15 @@ pub(super) enum Memory {
     BloomLevels,
     Particles,
     Froxels,
-    /// What a frame in flight leaves for the next one.
+    /// The data that a frame in flight leaves for the next one.
     History(usize),
     /// Counts that the CPU reads of a frame in flight.
     Found(usize),
     Indices,
     Staging,
-    /// What the CPU writes for a frame in flight.
+    /// The CPU's data for a frame in flight.
     Written(usize),
-    /// What pictures are copied to, and formulas write.
+    /// The buffer that pictures are copied to, and formulas write.
     ReadBack,
     /// A texture of OVERLAY.
     Panel,
@@ -188,7 +188,7 @@ impl fmt::Display for Memory {
     }
 }
 
-/// Who touches: a place of the frame, or the row that changes a layout.
+/// The author of a touch: a place of the frame, or the row that changes a layout.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Who {
     At(Place),
@@ -227,7 +227,7 @@ pub(super) struct Touch {
 }
 
 impl Touch {
-    /// Whether it changes a layout.
+    /// Returns true if it changes a layout.
     pub(super) fn is_change(&self) -> bool {
         matches!(self.kind, Kind::Transition { .. })
     }

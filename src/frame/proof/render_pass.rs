@@ -27,7 +27,7 @@ const IMPLICIT: A = A::from_raw(
         | A::DEPTH_STENCIL_ATTACHMENT_WRITE.as_raw(),
 );
 
-/// What a subpass does besides to attachments: memory, its layout, the use.
+/// A subpass's touch of something other than an attachment: memory, its layout, the use.
 pub(super) type Besides = (Memory, vk::ImageLayout, Use);
 
 /// An instance of a render pass that is being added.
@@ -129,7 +129,7 @@ impl Instance<'_> {
         }
     }
 
-    /// What a subpass does to an attachment, with the layout change before it.
+    /// Adds a subpass's touch of an attachment, with the layout change before it.
     fn touch(&self, program: &mut Program, who: Who, (subpass, attachment): (u32, u32), group: u32) {
         let Some(layout) = self.layout(subpass, attachment) else { return };
         let users = self.users(attachment);

@@ -25,7 +25,7 @@ fn bare(uses: Use) -> Use {
     Use::new(uses.stage, A::empty())
 }
 
-/// What two touches of the same buffer are with these barriers between them, one after the other.
+/// Returns the hazards of two touches of one buffer with these barriers between them, one after the other.
 fn between(first: Use, barriers: &[(Use, Use)], second: Use) -> Vec<HazardKind> {
     let mut program = Program::default();
     program.command(Place::UPLOAD, &[(Memory::Vertices, BUFFER, first)]);
@@ -70,7 +70,7 @@ fn a_first_scope_has_logically_earlier_stages_and_a_second_one_later_stages_for_
     assert_eq!(between(COPY_READ, &[(COPY_READ, fetch)], COLOR_WRITE), NONE);
     assert_eq!(between(COPY_READ, &[(COPY_READ, Use::END)], COLOR_WRITE), [HazardKind::WriteAfterRead]);
     assert_eq!(between(SAMPLE, &[(Use::START, COPY_WRITE)], COPY_WRITE), [HazardKind::WriteAfterRead]);
-    // What is written early is not made available by naming the late tests.
+    // Naming the late tests does not make early writes available.
     assert_eq!(between(EARLY_WRITE, &[(LATE_WRITE, SAMPLE)], SAMPLE), [HazardKind::ReadAfterWrite]);
     assert_eq!(between(EARLY_WRITE, &[(LATE_WRITE.or(EARLY_WRITE), SAMPLE)], SAMPLE), NONE);
 }

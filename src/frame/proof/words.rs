@@ -1,10 +1,10 @@
-//! What a hazard may do to a frame, without Vulkan's terms: who may do what to which memory too soon.
+//! The effect of a hazard on a frame, without Vulkan's terms: who may touch which memory too soon.
 
 use super::program::{Memory, Touch, Who};
 use crate::frame::edges::Place;
 use crate::plan::Target;
 
-/// What the later use may do.
+/// The action of the later use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Action {
     Read,
@@ -19,7 +19,7 @@ pub struct Consequence {
     action: Action,
     who: String,
     memory: &'static str,
-    /// What is wrong with that.
+    /// The fault.
     clause: String,
 }
 

@@ -1,4 +1,4 @@
-//! What one command draws, as groups of instances that work groups look at.
+//! The instances of one command, in groups for work groups.
 
 use std::ops::Range;
 

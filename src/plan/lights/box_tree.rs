@@ -159,7 +159,7 @@ impl BoxTree {
         })
     }
 
-    /// Whether any of the boxes comes into a sphere.
+    /// Returns true if any of the boxes comes into a sphere.
     pub fn touches(&self, sphere: &Reach) -> bool {
         self.each(|bounds| sphere.touches(bounds)).next().is_some()
     }

@@ -1,4 +1,4 @@
-//! Which lights a plan has, in which order: those that can reach something of the scene. Beyond its range every fall-off is exactly zero
+//! The lights of a plan in order: those that can reach something of the scene. Beyond its range every fall-off is exactly zero
 //! (`shaders/shared/lights.wgsl`), so that a light which is left out would have added zero to each pixel. Only ranges count: the certified
 //! cut-off of a light without one is not exact.
 
@@ -14,7 +14,7 @@ use crate::scene::{Aabb, Emitter, Fog, GbufferPreset, Light, OptionalPart, Scene
 /// within 100 radii.
 const PLANNED_ROUNDING: f64 = 0.01;
 
-/// Whether surfaces are lit so far beside where they are that a plan, which knows no camera, leaves no light out: half floats are as
+/// Returns true if surfaces are lit so far beside where they are that a plan, which knows no camera, leaves no light out: half floats are as
 /// coarse as the camera is far away, and several samples of a pixel are lit at their mean.
 fn is_misplaced(settings: &Settings) -> bool {
     let choice = &settings.gbuffer;
@@ -22,7 +22,7 @@ fn is_misplaced(settings: &Settings) -> bool {
     settings.msaa > 1 || choice.position.or(preset) == Some(TargetChoice::Rgba16f)
 }
 
-/// Whether a view is about all lights: one says how many of them reach a pixel, the other shows all maps.
+/// Returns true if a view is about all lights: one says how many of them reach a pixel, the other shows all maps.
 pub(crate) fn shows_all(view: View) -> bool {
     matches!(view, View::LightsPerPixel | View::ShadowMap)
 }
@@ -83,7 +83,7 @@ impl LightOrder {
 /// The lights that a plan leaves out: those that shine and reach no object of the scene.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct IdleLights {
-    /// What each may reach, by its number in the scene.
+    /// The reach of each, by its number in the scene.
     reaches: BTreeMap<usize, Reach>,
     /// How much further a light is taken to reach.
     metres: f64,

@@ -170,7 +170,7 @@ fn is_lit(view: View) -> bool {
     matches!(view, View::Final | View::Lighting | View::Ambient | View::Fog | View::Reflections)
 }
 
-/// Whether surfaces are so plain that each is best lit as it is drawn. Measured in docs/LIGHT_PATHS.md: with one light this beats the loop for any number
+/// Returns true if surfaces are so plain that each is best lit as it is drawn. Measured in docs/LIGHT_PATHS.md: with one light this beats the loop for any number
 /// of layers on a GPU, and up to two on a CPU even where they lie back to front; draws go from near to far.
 ///
 /// What is shadowed, textured or transparent is not: overdraw then costs more. Nor are several samples a pixel, which the two ways

@@ -7,13 +7,13 @@ use crate::scene::{Aabb, AlphaMode, Brdf, Falloff, Light, Material, Object, Scen
 /// Metres beyond which no scene of f32 positions extends.
 const FARTHEST: f64 = 1e30;
 
-/// Whether light paths can leave this light out somewhere.
+/// Returns true if light paths can leave this light out somewhere.
 pub(in crate::plan) fn bounded(light: &Light, settings: &Settings) -> bool {
     let form = light.kind.form();
     form.range.is_some() || (settings.light_cutoff && form.falloff.is_some_and(weakens))
 }
 
-/// Whether light grows weaker with distance at all: a polynomial of nothing but a constant does not.
+/// Returns true if light grows weaker with distance at all: a polynomial of nothing but a constant does not.
 pub(crate) fn weakens(falloff: Falloff) -> bool {
     !matches!(falloff, Falloff::Polynomial { linear: 0.0, quadratic: 0.0, .. })
 }
@@ -50,7 +50,7 @@ pub(crate) struct Cut {
     /// Brightest pixel for each candela, at a metre, in nits.
     reflection: f64,
     exposure: f32,
-    /// What each light may drop.
+    /// The error that each light may cause.
     share: f64,
 }
 

@@ -1,4 +1,4 @@
-//! What each frame leaves out because of where its camera is.
+//! The parts that each frame leaves out because of where its camera is.
 
 use super::{Part, part};
 use crate::plan::{FramePlan, Shading};

@@ -64,7 +64,7 @@ fn is_too_slow(software: bool, msaa: u32) -> bool {
     software && msaa > 1
 }
 
-/// What somebody asked for whose textures are filtered with less. The default is no wish: where it does not pay, nobody misses it.
+/// Returns the warning where textures are filtered with less anisotropy than was asked for. The default is no request.
 pub(in crate::plan) fn warning(settings: &Settings, device: &Capabilities, degree: u32) -> Option<String> {
     let asked = settings.anisotropy;
     let spared = is_too_slow(device.software, settings.msaa);

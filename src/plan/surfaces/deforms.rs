@@ -1,4 +1,4 @@
-//! Which meshes are deformed on the device, for which objects, and where their vertices lie.
+//! Deformed meshes: their objects, and the places of their vertices on the device.
 
 use std::collections::BTreeMap;
 

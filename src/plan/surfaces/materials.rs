@@ -97,12 +97,12 @@ impl EffectiveMaterials {
         own
     }
 
-    /// Whether a material's colour is what it emits: that of what is unlit, in views that show what is emitted.
+    /// Returns true if a material's colour is what it emits: that of what is unlit, in views that show what is emitted.
     pub(crate) fn emits_color(&self, material: &Material) -> bool {
         material.unlit && self.view.shows_emission()
     }
 
-    /// Whether textures of a material in these slots are not sampled alike.
+    /// Returns true if textures of a material in these slots are not sampled alike.
     pub(crate) fn samplers_differ(&self, material: &Material, slots: TextureMask) -> bool {
         let mut samplers = slots.slots().filter_map(|slot| self.samplers.get(material.texture(slot)?));
         let first = samplers.next();
@@ -252,7 +252,7 @@ impl Texels<'_> {
         })
     }
 
-    /// Whether a normal map says (0, 0, 1) everywhere: `mapped_normal` of `shaders/shared/material.wgsl` takes 128 for zero, whatever the third
+    /// Returns true if a normal map says (0, 0, 1) everywhere: `mapped_normal` of `shaders/shared/material.wgsl` takes 128 for zero, whatever the third
     /// channel is above that.
     fn is_flat(&self, index: usize) -> bool {
         let is_bent = |[x, y, z, _]: [u8; 4]| [x, y] != [128; 2] || z <= 128;

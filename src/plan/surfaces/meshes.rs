@@ -1,4 +1,4 @@
-//! Which meshes lie on the device, which vertex streams each of them has there, and how wide its indices are.
+//! The meshes on the device, the vertex streams of each, and the width of its indices.
 
 use std::sync::Arc;
 
@@ -158,7 +158,7 @@ impl MeshPlan {
         }
     }
 
-    /// Whether some mesh has levels of detail.
+    /// Returns true if some mesh has levels of detail.
     pub fn has_levels(&self) -> bool {
         self.meshes.iter().any(|mesh| !mesh.levels.is_empty())
     }

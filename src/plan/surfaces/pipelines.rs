@@ -1,4 +1,4 @@
-//! Which pipelines draw surfaces and which vertex attributes they read.
+//! The pipelines that draw surfaces, and the vertex attributes that they read.
 
 use std::fmt;
 
@@ -13,7 +13,7 @@ pub struct TextureMask(u8);
 impl TextureMask {
     pub(crate) const BASE_COLOR: Self = Self(1 << TextureSlot::BaseColor as u8);
 
-    /// Whether the bit of a slot is set.
+    /// Returns true if the bit of a slot is set.
     pub fn contains(self, slot: TextureSlot) -> bool {
         self.0 & (1 << slot as u8) != 0
     }
@@ -27,7 +27,7 @@ impl TextureMask {
         u32::from(self.0)
     }
 
-    /// Whether the material samples nothing.
+    /// Returns true if the material samples nothing.
     pub fn is_empty(self) -> bool {
         self.0 == 0
     }
@@ -56,18 +56,18 @@ pub enum Opacity {
     Coat = 3,
 }
 
-/// What sets pipelines apart that light surfaces while they draw them.
+/// The key by which forward pipelines differ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ForwardKey {
     /// [`Material::brdf`], or the override of the settings.
     pub brdf: Brdf,
     /// From [`Material::alpha_mode`].
     pub opacity: Opacity,
-    /// What the material emits is added; in views that show no emission it is not.
+    /// True if emission is added; in views that show none it is not.
     pub emissive: bool,
 }
 
-/// What few surfaces have of their vertices and instances: their shaders are variants of their own.
+/// Rare attributes of vertices and instances, whose shaders are variants of their own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct Extras {
     /// Colours of vertices multiply the base colour and alpha.
@@ -85,7 +85,7 @@ pub struct Extras {
 }
 
 impl Extras {
-    /// Whether there is anything.
+    /// Returns true if at least one extra is in use.
     pub fn any(self) -> bool {
         self.colors || self.uv_maps || self.looks
     }
@@ -114,7 +114,7 @@ pub struct GeometryKey {
     pub reflectance: bool,
     /// Shadows fall on it; always where there are none.
     pub receives: bool,
-    /// What is lit as it is drawn; none for what goes into the G-buffer.
+    /// The forward lighting; none for surfaces that go into the G-buffer.
     pub forward: Option<ForwardKey>,
 }
 
@@ -226,7 +226,7 @@ fn is_phong(brdf: Brdf) -> bool {
     matches!(brdf, Brdf::Phong | Brdf::BlinnPhong)
 }
 
-/// Whether the pipeline of a material writes what it emits.
+/// Returns true if the pipeline of a material writes what it emits.
 fn shows_emission(material: &Material, rules: &SurfaceRules) -> bool {
     let forward = material.is_transparent() || rules.forward;
     let is_final = rules.shading == Shading::Light { light_only: false };

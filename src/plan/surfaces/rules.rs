@@ -1,4 +1,4 @@
-//! Which objects of a scene are drawn, and what of them: the rules from which pipelines, meshes and textures follow.
+//! The objects of a scene that are drawn, and their parts: the rules from which pipelines, meshes and textures follow.
 
 use std::collections::BTreeSet;
 
@@ -9,7 +9,7 @@ use crate::scene::{
     AlphaMode, Brdf, CastsShadow, Keep, LightPath, Material, Object, Scene, Settings, TextureSlot, Transparency, UvMap,
 };
 
-/// What is decided of a plan before its pipelines, meshes and textures.
+/// The decisions of a plan before its pipelines, meshes and textures.
 #[derive(Clone, Copy)]
 pub(crate) struct SurfaceRules<'a> {
     pub materials: &'a EffectiveMaterials,
@@ -30,7 +30,7 @@ pub(crate) struct SurfaceRules<'a> {
     pub keep: Keep,
 }
 
-/// What lets light past a caster that its shape would stop.
+/// The holes of a caster, through which light passes.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Cuts {
     /// Whose alpha counts; none where that of vertices alone does.
@@ -77,7 +77,7 @@ impl<'a> SurfaceRules<'a> {
         material.model(self.brdf_override)
     }
 
-    /// Whether GEOMETRY exists: all but the view of the shadow map.
+    /// Returns true if GEOMETRY exists: all but the view of the shadow map.
     pub fn has_geometry(&self) -> bool {
         self.shading != Shading::ShowShadowMap
     }
@@ -86,7 +86,7 @@ impl<'a> SurfaceRules<'a> {
         !self.forward && self.shading.reads_gbuffer()
     }
 
-    /// Whether an object of the scene is in the world of the plan's frames.
+    /// Returns true if an object of the scene is in the world of the plan's frames.
     pub fn draws(&self, scene: &Scene, object: &Object) -> bool {
         let material = self.material(object);
         let left_out = material.is_transparent() && self.transparency.is_none();
@@ -97,7 +97,7 @@ impl<'a> SurfaceRules<'a> {
         scene.objects.iter().filter(|object| self.draws(scene, object))
     }
 
-    /// Whether a pass draws an object's mesh.
+    /// Returns true if a pass draws an object's mesh.
     pub fn needs_mesh(&self, scene: &Scene, object: &Object) -> bool {
         let casts = self.casts(object) && !self.material(object).is_transparent();
         self.draws(scene, object) && (self.has_geometry() || casts)
@@ -112,12 +112,12 @@ impl<'a> SurfaceRules<'a> {
         self.cuts_of(object)?.texture
     }
 
-    /// What cuts holes into an object's shadow, in some shadow map.
+    /// Returns the holes in an object's shadow, in some shadow map.
     pub fn cuts_of(&self, object: &Object) -> Option<Cuts> {
         Some(self.cuts(object)).filter(|cuts| self.casts(object) && cuts.any())
     }
 
-    /// What would cut holes into it.
+    /// Returns the holes that its shadow would have.
     pub fn cuts(&self, object: &Object) -> Cuts {
         let material = self.material(object);
         let texture = material.base_color_texture.filter(|_| material.is_masked());
@@ -135,7 +135,7 @@ impl<'a> SurfaceRules<'a> {
         Cuts { texture, extras }
     }
 
-    /// Whether an object's mesh has colours that are not all white.
+    /// Returns true if an object's mesh has colours that are not all white.
     pub fn is_colored(&self, object: &Object) -> bool {
         self.materials.colored.contains(&object.mesh)
     }
@@ -154,7 +154,7 @@ impl<'a> SurfaceRules<'a> {
         }
     }
 
-    /// Whether an object's triangles are sorted for each frame.
+    /// Returns true if an object's triangles are sorted for each frame.
     pub fn sorts(&self, scene: &Scene, object: &Object) -> bool {
         let sorted = self.transparency == Some(Transparency::Sorted);
         sorted && self.material(object).is_transparent() && self.draws(scene, object)

@@ -1,4 +1,4 @@
-//! Which textures lie on the device, and which of them each material's pipelines sample.
+//! The textures on the device, and those that each material's pipelines sample.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -55,7 +55,7 @@ pub struct PlannedTexture {
     pub cells: Option<u32>,
     /// Those that the texture has, or down to one texel; one where only the largest is looked at.
     pub levels: u32,
-    /// Whether levels are made by blits: all of 8-bit RGBA but the first. Its formats must be blittable with linear filtering on every device,
+    /// True if levels are made by blits: all of 8-bit RGBA but the first. Its formats must be blittable with linear filtering on every device,
     /// by the table of required formats.
     pub makes_levels: bool,
     /// The blocks that lie on the device as the file has them; `None`: 8-bit RGBA.
@@ -131,7 +131,7 @@ impl PlannedTexture {
         self.bytes_in(self.blocks)
     }
 
-    /// What its blocks take less than texels would.
+    /// Returns the bytes that its blocks save over texels.
     pub(in crate::plan) fn saved_bytes(&self) -> u64 {
         self.bytes_in(None) - self.bytes()
     }
@@ -179,7 +179,7 @@ pub struct TexturePlan {
 }
 
 impl TexturePlan {
-    /// What the pipelines of these rules sample.
+    /// Returns the textures that the pipelines of these rules sample.
     pub(in crate::plan) fn of(scene: &Scene, rules: &SurfaceRules, device: &Capabilities) -> Self {
         let samples = |format| device.samples(format) && !rules.keep.has(OptionalPart::DecodedTextures);
         let mut sets: BTreeMap<usize, BTreeMap<TextureSlot, Atlas>> = BTreeMap::new();
@@ -277,7 +277,7 @@ impl TexturePlan {
         self.sets.values().flat_map(BTreeMap::values).chain(self.holes.values()).copied().collect()
     }
 
-    /// Whether something is sampled that has smaller levels.
+    /// Returns true if something is sampled that has smaller levels.
     pub fn have_levels(&self) -> bool {
         self.sampled().into_iter().any(|image| self.images[image].levels > 1)
     }

@@ -1,4 +1,4 @@
-//! What a scene brings to the device before its first frame.
+//! The uploads of a scene before its first frame.
 
 use super::{MeshPlan, TexturePlan};
 use crate::plan::{ParticlePlan, SkyPlan};

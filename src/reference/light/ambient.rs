@@ -6,7 +6,7 @@ use super::brdf::Reflector;
 use super::real::{Real, color};
 use crate::scene::{Brdf, Environment};
 
-/// What a surface sends to the eye of the light from everywhere, in nits, all of which arrives: its base and its lobe.
+/// Returns the ambient light that a surface reflects to the eye, in nits, unoccluded: by its base and by its lobe.
 ///
 /// The base collects the half-spheres by the cosine, mean + tilt n.y, which is exact (Liu and Jordan 1963). The lobe is taken to do so
 /// about the mirrored view. The base gets what the lobe leaves, so that together they never exceed what arrives.

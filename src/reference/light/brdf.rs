@@ -22,9 +22,9 @@ pub const DIELECTRIC: f64 = 0.04;
 /// In inverse steradians: times the arriving light and the cosine at the surface it is radiance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reflectance<R: Real> {
-    /// What the body reflects.
+    /// The reflectance of the body.
     pub base: Vector3<R>,
-    /// What the specular lobe reflects.
+    /// The reflectance of the specular lobe.
     pub lobe: Vector3<R>,
 }
 
@@ -130,7 +130,7 @@ impl<R: Real> Reflector<R> {
         }
     }
 
-    /// What the surface does to light from a direction, a unit vector on the normal's side.
+    /// Evaluates the surface for light from a direction, a unit vector on the normal's side.
     pub fn reflect(&self, light: &Vector3<R>) -> Reflectance<R> {
         let lambert = self.diffuse / R::PI();
         match self.brdf {

@@ -36,11 +36,11 @@ pub fn arriving(light: &Light, point: DVec3) -> (DVec3, f64) {
     (super::real::widened(arriving.direction), arriving.strength)
 }
 
-/// What arrives at a point, in the arithmetic of the model.
+/// The light that arrives at a point, in the arithmetic of the model.
 pub(super) struct Arriving<R: Real> {
     /// Unit vector towards the light; zero at the light itself.
     pub direction: Vector3<R>,
-    /// What is left of the light's intensity.
+    /// The share of the light's intensity that arrives.
     pub strength: R,
 }
 

@@ -40,7 +40,7 @@ pub struct Illumination<'a> {
 
 /// Light that surfaces collect from all directions that they face.
 pub trait Collects: Sync {
-    /// What base and lobe of a surface send to the eye of it, in nits.
+    /// Returns the light that a surface's base and lobe reflect to the eye, in nits.
     fn collected(&self, surface: &Collector) -> [DVec3; 2];
 }
 
@@ -48,13 +48,13 @@ pub trait Collects: Sync {
 /// it shows `body * alpha + shine` over what lies behind times 1 - alpha. Everything else shows the sum.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Radiance {
-    /// What the base reflects of lights and ambient light.
+    /// The light that the base reflects, of lights and ambient light.
     pub body: DVec3,
-    /// What the lobes reflect, and what the surface emits.
+    /// The light that the lobes reflect and the surface emits.
     pub shine: DVec3,
 }
 
-/// What a surface sends towards the eye, in nits: ambient light, emission and each light.
+/// Returns a surface's radiance towards the eye, in nits: ambient light, emission and each light.
 ///
 /// `visibility(i)` is the share of light number `i` that arrives, 0 to 1. It is asked only where that light would add something, casts
 /// shadows, and the surface receives them.
@@ -95,7 +95,7 @@ pub fn split_radiance<R: Real>(
     Radiance { body: widened(body), shine: widened(shine) }
 }
 
-/// What the lobe mirrors of ambient light, all of which arrives, in nits.
+/// Returns the ambient light that the lobe mirrors, unoccluded, in nits.
 pub fn mirrored_ambient(surface: &Surface, environment: &Environment) -> DVec3 {
     let [_, lobe] = ambient::ambient(&Reflector::<f64>::new(surface, Smith::default()), environment);
     widened(lobe)
@@ -108,7 +108,7 @@ pub fn coat_share(surface: &Surface) -> f64 {
     DIELECTRIC + (1.0 - DIELECTRIC) * (1.0 - n_dot_v).max(0.0).powi(5)
 }
 
-/// What one light adds if nothing hides it, in nits; `None` where that is nothing: out of its range or cone, or behind the surface.
+/// Returns the light that a surface reflects of one light if nothing hides it, in nits; `None` where that is nothing: out of its range or cone, or behind the surface.
 fn unshadowed<R: Real>(
     surface: &Surface,
     reflector: &Reflector<R>,

@@ -52,7 +52,7 @@ pub fn file(scene: &SceneReport, point: &str, kind: &str) -> String {
     format!("{FOLDER}/{}-{}-{}-{kind}.png", plain(&scene.name), &hash[..6], plain(point))
 }
 
-/// Whether a file in the folder of pictures has a name as [`file`] gives it.
+/// Returns true if a file in the folder of pictures has a name as [`file`] gives it.
 pub fn is_file(name: &str) -> bool {
     let is_hash = |part: &str| part.len() == 6 && part.chars().all(|c| c.is_ascii_hexdigit());
     let parts: Vec<&str> = name.split('-').collect();

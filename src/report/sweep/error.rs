@@ -20,7 +20,7 @@ impl Error {
         Self::File { doing: doing.into(), error }
     }
 
-    /// Whether only the settings at hand are too much for the device, and others may do.
+    /// Returns true if only the settings at hand are too much for the device, and others may do.
     pub(crate) fn is_of_point(&self) -> bool {
         match self {
             Self::Frame(frame::Error::Plan(_)) => true,

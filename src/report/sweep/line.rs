@@ -38,7 +38,7 @@ pub fn with_checksums(text: &[u8]) -> Vec<u8> {
     text.split_inclusive(|&byte| byte == b'\n').flat_map(line).collect()
 }
 
-/// Whether a file begins as journals did before their lines had checksums.
+/// Returns true if a file begins as journals did before their lines had checksums.
 pub fn is_without_checksums(text: &[u8]) -> bool {
     text.starts_with(b"{")
 }

@@ -218,7 +218,7 @@ impl Errors {
         not_finite: 0,
     };
 
-    /// Whether light and what is shown have both been compared.
+    /// Returns true if light and what is shown have both been compared.
     pub fn is_whole(&self) -> bool {
         self.not_finite > 0 || !(self.rmse.is_nan() || self.flip.is_nan())
     }

@@ -157,7 +157,7 @@ impl Contender {
     }
 }
 
-/// Whether the last frames are no faster than those before them.
+/// Returns true if the last frames are no faster than those before them.
 fn is_steady(times: &[f64], frames: usize) -> bool {
     let Some(before) = times.len().checked_sub(2 * frames) else { return false };
     let (before, last) = times[before..].split_at(frames);

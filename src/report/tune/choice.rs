@@ -277,7 +277,7 @@ impl Goal {
 }
 
 impl Attempt {
-    /// Whether a later state of the scene's points has this one still, which is then meant there.
+    /// Returns true if a later state of the scene's points has this one still, which is then meant there.
     fn goes_over(&mut self, before: &SceneReport, now: &SceneReport) -> bool {
         let name = &before.points[self.point].name;
         let place = now.points.iter().position(|point| point.name == *name);

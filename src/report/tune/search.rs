@@ -155,7 +155,7 @@ impl Search<'_> {
         (is_first || !finalists.is_empty()).then_some(Step::Confirm(finalists))
     }
 
-    /// Whether an error keeps the bound, with the margin that other cameras need.
+    /// Returns true if an error keeps the bound, with the margin that other cameras need.
     fn keeps(&self, known: &[Known], index: usize, error: f64) -> bool {
         let is_given = index == 0 && matches!(self.goal.bound, Bound::Loss(_));
         let is_below = is_given || self.margin.is_none_or(|margin| error < margin);

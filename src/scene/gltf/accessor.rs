@@ -121,7 +121,7 @@ impl<'a> Accessors<'a> {
         self.within(index, &["VEC4"], |checked| checked.whole(self))
     }
 
-    /// Whether an accessor's data begins where its components may (glTF 2.0, "Data Alignment"). It is read all the same.
+    /// Returns true if an accessor's data begins where its components may (glTF 2.0, "Data Alignment"). It is read all the same.
     pub fn is_aligned(&self, index: Whole) -> bool {
         let Some(accessor) = self.document.accessors.get(index.0) else { return true };
         let Ok(component) = Component::of(accessor.component_type) else { return true };

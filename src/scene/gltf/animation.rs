@@ -130,7 +130,7 @@ fn values(accessors: &Accessors, sampler: &AnimationSampler, aim: Aim) -> Result
     }
 }
 
-/// Whether each key of a rotation turns to somewhere.
+/// Returns true if each key of a rotation turns to somewhere.
 fn rotations_turn(values: &[f64], interpolation: Interpolation) -> bool {
     let (step, first) = if interpolation == Interpolation::CubicSpline { (12, 4) } else { (4, 0) };
     let length = |key: &[f64]| key[first..first + 4].iter().map(|part| part * part).sum::<f64>();

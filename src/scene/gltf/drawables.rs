@@ -43,7 +43,7 @@ pub(super) struct Drawable {
     pub skin: Option<usize>,
     /// The skin of the file in whose pose its mesh is made, as nothing moves it.
     pub posed: Option<usize>,
-    /// Whether clips move the weights of its shapes.
+    /// True if clips move the weights of its shapes.
     pub blends: bool,
     /// Where its copies stand in the node; one in it where it has none.
     pub instances: usize,

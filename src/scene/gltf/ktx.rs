@@ -7,7 +7,7 @@ use crate::scene::{BlockFormat, Texels, level_size, most_levels};
 
 const IDENTIFIER: &[u8] = b"\xabKTX 20\xbb\r\n\x1a\n";
 
-/// Whether bytes begin as a KTX 2.0 file does.
+/// Returns true if bytes begin as a KTX 2.0 file does.
 pub(super) fn is_ktx(bytes: &[u8]) -> bool {
     bytes.starts_with(IDENTIFIER)
 }

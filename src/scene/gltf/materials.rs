@@ -20,7 +20,7 @@ pub(super) struct Dress {
     pub uv_sets: [Option<usize>; 2],
     /// Whether whole repeats may be taken off each.
     pub repeats: [bool; 2],
-    /// Whether a normal map needs tangents.
+    /// True if a normal map needs tangents.
     pub tangents: bool,
 }
 
@@ -315,7 +315,7 @@ impl Reader<'_> {
 }
 
 impl Used {
-    /// Whether coordinates that are a whole number larger show the same texels.
+    /// Returns true if coordinates that are a whole number larger show the same texels.
     fn repeats(&self) -> bool {
         let UvMap { rotation, scale, .. } = self.map;
         !self.moves && self.sampler.wrap == [Wrap::Repeat; 2] && rotation == 0.0 && scale == scale.round()
@@ -327,7 +327,7 @@ pub(super) fn held_back(glass: &Transmission) -> f64 {
     if glass.transmission_texture.is_some() { 1.0 } else { 1.0 - glass.transmission_factor.clamp(0.0, 1.0) }
 }
 
-/// Whether two textures lie alike on a mesh, so that their texels can be merged.
+/// Returns true if two textures lie alike on a mesh, so that their texels can be merged.
 fn lie_alike(a: &TextureInfo, b: &TextureInfo) -> bool {
     let of = |info: &TextureInfo| {
         let own = info.extensions.transform.clone().unwrap_or_default();

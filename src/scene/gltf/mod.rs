@@ -74,7 +74,7 @@ pub struct GltfOptions<'a> {
     pub scene: Option<&'a str>,
     /// The look of its materials, by its name (KHR_materials_variants).
     pub variant: Option<&'a str>,
-    /// Whether buffers and images outside the file's folder are read.
+    /// True if buffers and images outside the file's folder are read.
     pub allow_outside: bool,
     /// As of every model.
     pub load: LoadOptions<'a>,

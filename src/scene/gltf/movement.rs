@@ -15,7 +15,7 @@ use crate::scene::{MaterialValue, deform_frame};
 pub(super) struct Joints {
     pub joints: Vec<usize>,
     pub inverse_bind: Vec<DAffine3>,
-    /// Whether a clip moves any of them.
+    /// True if a clip moves any of them.
     pub moves: bool,
 }
 

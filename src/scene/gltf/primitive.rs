@@ -21,7 +21,7 @@ pub(super) struct Needs {
     pub uv_sets: [Option<usize>; 2],
     /// Whether whole repeats may be taken off each.
     pub repeats: [bool; 2],
-    /// Whether a normal map bends its normals.
+    /// True if a normal map bends its normals.
     pub tangents: bool,
     /// Joints of the skin that moves it.
     pub joints: Option<usize>,

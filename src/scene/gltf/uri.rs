@@ -21,7 +21,7 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 #[derive(Debug)]
 pub(super) struct Resources {
     folder: PathBuf,
-    /// Whether files outside the folder may be read.
+    /// True if files outside the folder may be read.
     allow_outside: bool,
 }
 
@@ -83,7 +83,7 @@ impl Resources {
     }
 }
 
-/// Whether a relative path never leaves its folder, also of a system whose paths have backslashes.
+/// Returns true if a relative path never leaves its folder, also of a system whose paths have backslashes.
 fn stays_inside(path: &str) -> bool {
     if path.starts_with(['/', '\\']) {
         return false;

@@ -88,7 +88,7 @@ impl Scene {
 }
 
 impl Mesh {
-    /// Whether nothing can deform it.
+    /// Returns true if nothing can deform it.
     pub(crate) fn is_plain(&self) -> bool {
         self.influences.is_none() && self.morphs.is_empty()
     }

@@ -22,7 +22,7 @@ pub struct Playing {
     pub time: f64,
     /// Which play.
     pub clips: ClipChoice,
-    /// Whether each clip begins again when its own duration is over; else it stays at its end.
+    /// True if each clip begins again when its own duration is over; else it stays at its end.
     pub looped: bool,
 }
 

@@ -133,7 +133,7 @@ impl Pose {
         }
     }
 
-    /// Whether it is a moment of this motion, as far as the number of nodes tells; that of none is not.
+    /// Returns true if it is a moment of this motion, as far as the number of nodes tells; that of none is not.
     pub fn is_of(&self, motion: &Motion) -> bool {
         !self.worlds.is_empty() && self.worlds.len() == motion.nodes.len()
     }

@@ -19,7 +19,7 @@ fn is_unit(normal: Vec3) -> bool {
     normal.z > 0.0 && (normal.length() - 1.0).abs() < 0.25
 }
 
-/// Whether an image holds tangent-space normals: bluish all over, and its texels decode to unit vectors. Black ones do not
+/// Returns true if an image holds tangent-space normals: bluish all over, and its texels decode to unit vectors. Black ones do not
 /// count: it is what baking leaves where no surface is.
 pub(super) fn looks_like_normals(image: &RgbaImage) -> bool {
     let stride = (image.pixels().len() / 65_536).max(1);

@@ -67,7 +67,7 @@ fn clip_ears(points: &[DVec2], mut emit: impl FnMut([usize; 3])) {
     emit([left[0], left[1], left[2]]);
 }
 
-/// Whether the corner sticks out and nothing else of the outline lies in it.
+/// Returns true if the corner sticks out and nothing else of the outline lies in it.
 fn is_ear(points: &[DVec2], left: &[usize], [a, b, c]: [usize; 3]) -> bool {
     let [pa, pb, pc] = [a, b, c].map(|i| points[i]);
     turn(pa, pb, pc) > 0.0

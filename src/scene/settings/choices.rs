@@ -17,7 +17,7 @@ pub enum Output {
 }
 
 impl Output {
-    /// Whether pixels are floats, and not tone-mapped.
+    /// Returns true if pixels are floats, and not tone-mapped.
     pub fn is_linear(self) -> bool {
         self != Self::Srgb8
     }

@@ -81,7 +81,7 @@ pub enum ValueKind {
 }
 
 impl ValueKind {
-    /// Whether a text is one of them, as far as that can be told here: what is made of names says itself what is wrong with it.
+    /// Returns true if a text is one of them, as far as that can be told here: what is made of names says itself what is wrong with it.
     fn admit(self, text: &str) -> bool {
         match self {
             Self::OnOff => bool::read(text).is_ok(),

@@ -87,7 +87,7 @@ pub fn put_atmosphere(scene: &mut Scene, air: Atmosphere, sun: Option<DVec3>, ad
     scene.sky = Some(Sky { image: Arc::new(image), rotation_degrees: 0.0, nits, lights: true, sun });
 }
 
-/// Whether there was some.
+/// Returns true if there was some.
 fn drop_fitted_light(scene: &mut Scene) -> bool {
     if !scene.fitted.light {
         return false;

@@ -33,7 +33,7 @@ pub struct Sky {
     pub rotation_degrees: f64,
     /// Radiance of a texel of 1, in nits.
     pub nits: f32,
-    /// Whether it lights surfaces, beside being seen.
+    /// True if it lights surfaces, beside being seen.
     pub lights: bool,
     /// The sun, where it is no part of the image.
     pub sun: Option<SunDisc>,

@@ -57,7 +57,7 @@ pub struct Truth {
     pub values: [f64; 4],
     /// Errors are relative to the largest of the values, or to this if it is larger.
     pub floor: f64,
-    /// Whether the error counts; else the output need only be sane.
+    /// True if the error counts; else the output need only be sane.
     pub held: bool,
 }
 

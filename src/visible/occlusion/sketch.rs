@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::view::Cells;
 
-/// What one mesh does to the cells around it.
+/// The effect of one mesh on the cells around it.
 pub(super) struct Sketch {
     at: Cells,
     slack: f64,

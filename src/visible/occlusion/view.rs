@@ -91,7 +91,7 @@ impl View {
         Some(Cells { columns: axis(low.x, high.x, self.columns)?, rows: axis(low.y, high.y, self.rows)? })
     }
 
-    /// Whether a box may come near so many cells: of the sphere around it, which is sooner known than of its corners.
+    /// Returns true if a box may come near so many cells: of the sphere around it, which is sooner known than of its corners.
     pub(super) fn may_cover(&self, bounds: &Aabb, least: f64) -> bool {
         let (middle, radius) = (self.place(bounds.center()), bounds.radius());
         let [near, far] = [middle.z - radius, middle.z + radius].map(|z| self.camera.w(z));

@@ -1,4 +1,4 @@
-//! Which shadow maps a frame draws anew, and what into them.
+//! The cache of shadow maps: finds the maps that a frame draws anew, and their casters.
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ pub struct MapDraw {
     pub idle: usize,
 }
 
-/// Which maps hold what they should, so that only the others are drawn.
+/// The maps that are up to date; the others are drawn.
 ///
 /// A map stays while it lies where it did, nothing that was drawn into it has moved, and whatever is needed now is in it. What is drawn depends on
 /// how long the map is likely to last: a map that is drawn for the first time, or was drawn by the frame before as well, gets what is needed now;
@@ -82,7 +82,7 @@ impl ShadowCache {
 }
 
 impl DrawnMap {
-    /// Whether the same texels would come of drawing the same casters again.
+    /// Returns true if the same texels would come of drawing the same casters again.
     fn stands(&self, world: &World, visible: &Visible, view: &Arc<ShadowView>) -> bool {
         let unmoved = |caster: &Caster| world.objects[caster.object].revision == caster.revision;
         let lies = Arc::ptr_eq(&self.view, view) || self.view.lies_as(view) && self.casters.iter().all(unmoved);

@@ -1,4 +1,4 @@
-//! Which casters a map needs in a frame: those whose shadow falls on something that is seen.
+//! The casters that a map needs in a frame: those whose shadow falls on something visible.
 //!
 //! What is seen and receives shadows lies in boxes, large ones in pieces, of which those out of view are dropped. For a map, a coarse grid over its
 //! texels has for each cell the farthest depth at which anything that is seen may look there. A caster is needed if its box covers a cell
@@ -25,7 +25,7 @@ const MOST_PIECES: usize = 2048;
 /// Of depths, for the rounding of f32: absolute where they are linear, else as a share.
 const DEPTH_SLACK: f64 = 1e-5;
 
-/// What a camera sees that shadows fall on.
+/// The visible receivers of shadows.
 #[derive(Debug, Clone)]
 pub struct Receivers {
     pieces: Vec<Piece>,
@@ -45,7 +45,7 @@ struct Piece {
 struct Filter {
     /// The offset along the normal, in texels.
     offset: f64,
-    /// Whether a texel may be compared with a depth far from the point's own: that of its plane, which may be seen from its edge.
+    /// True if a texel may be compared with a depth far from the point's own: that of its plane, which may be seen from its edge.
     is_slanting: bool,
 }
 
@@ -92,7 +92,7 @@ impl Receivers {
         own.filter(|piece| piece.along.1 >= view.begin && piece.along.0 <= view.end)
     }
 
-    /// Whether anything is looked up in a map.
+    /// Returns true if anything is looked up in a map.
     pub(in crate::visible) fn look_into(&self, view: &ShadowView) -> bool {
         self.in_map(view).next().is_some()
     }
@@ -132,7 +132,7 @@ fn cut(bounds: Aabb, cuts: u32, (camera, frustum): (&Camera, &Frustum), pieces: 
     cut(second, cuts - 1, (camera, frustum), pieces);
 }
 
-/// What a box covers of a map.
+/// The part of a map that a box covers.
 struct Footprint {
     /// In texels of the layer; infinite where the box comes beside or behind the light.
     low: DVec2,
@@ -208,7 +208,7 @@ impl<'a> Grid<'a> {
         }
     }
 
-    /// Whether anything is seen in the shadow of a box, as far as the grid tells.
+    /// Returns true if anything is seen in the shadow of a box, as far as the grid tells.
     fn looks_behind(&self, caster: &Footprint) -> bool {
         // A texel around it, for how its triangles are rounded.
         self.cells(caster, 1.0).any(|cell| self.farthest[cell] <= caster.nearest)

@@ -51,7 +51,7 @@ pub struct Caster {
 const CASTER_STEPS: u32 = 8;
 
 impl WorldObject {
-    /// What sets pipelines of casters apart.
+    /// Returns the key by which pipelines of casters differ.
     fn caster_pipeline(&self) -> (bool, CastsShadow, bool) {
         (self.key.masked, self.casts, self.key.mirrored)
     }
@@ -135,13 +135,13 @@ impl ShadowView {
         Self::of(rows, tile, texel)
     }
 
-    /// Whether the box can stand between the light and anything in the map.
+    /// Returns true if the box can stand between the light and anything in the map.
     fn may_shadow(&self, bounds: &Aabb) -> bool {
         // Nothing behind the map's end.
         self.may_hold(bounds, 0.0) && is_before(self.rows[2], bounds)
     }
 
-    /// Whether any point of the box can be looked up in the map with so many texels around it, and is in the light's reach.
+    /// Returns true if any point of the box can be looked up in the map with so many texels around it, and is in the light's reach.
     pub(super) fn may_hold(&self, bounds: &Aabb, around: f64) -> bool {
         if let Some((place, range)) = self.reach
             && place.distance(place.clamp(bounds.min, bounds.max)) > range
@@ -179,7 +179,7 @@ impl ShadowView {
         ((1.0 - depth / w).clamp(0.0, 1.0) * f64::from(CASTER_STEPS - 1)).round() as u32
     }
 
-    /// Whether it sees the same part of the world in the same texels.
+    /// Returns true if it sees the same part of the world in the same texels.
     pub(super) fn lies_as(&self, other: &Self) -> bool {
         (self.rows, self.tile) == (other.rows, other.tile)
     }
@@ -217,7 +217,7 @@ pub(super) fn light_axes(direction: DVec3) -> DMat3 {
     DMat3::from_cols(right, direction.cross(right), direction).transpose()
 }
 
-/// What has changed since the maps of lamps were worked out.
+/// The changes since the maps of lamps were computed.
 #[derive(Debug, Clone, Default)]
 pub(in crate::visible) struct Changes {
     /// Indices into [`World::lights`].
@@ -437,7 +437,7 @@ impl Fit {
     }
 }
 
-/// Whether any of the boxes lies in a part of the camera's view, as far as boxes around both in the light's axes tell.
+/// Returns true if any of the boxes lies in a part of the camera's view, as far as boxes around both in the light's axes tell.
 fn is_seen<'a>(axes: &DMat3, volume: &[DVec3], seen: impl Iterator<Item = &'a Aabb>) -> bool {
     let to_light = DAffine3::from_mat3(*axes);
     let receivers = seen.fold(Aabb::EMPTY, |all, bounds| all.union(&bounds.transformed(&to_light)));

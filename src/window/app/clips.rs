@@ -23,7 +23,7 @@ impl App<'_> {
         }
     }
 
-    /// What keys do to clips.
+    /// Applies a key's action to clips.
     pub(super) fn change_clips(&mut self, action: Action) {
         let Subject { scene, player, .. } = &mut self.subject;
         match action {

@@ -1,4 +1,4 @@
-//! What happens to the window.
+//! Events of the window.
 
 use std::time::Instant;
 

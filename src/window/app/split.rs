@@ -1,4 +1,4 @@
-//! What the user does to a window that is split, and the pictures of light that go past it.
+//! Input to a split window, and pictures of light, which ignore the split.
 
 use std::time::Instant;
 

@@ -1,4 +1,4 @@
-//! What is said of a step: its name, and a sentence of what the pass or the lights did.
+//! The description of a step: its name, and a sentence about the pass or the lights.
 
 use std::collections::BTreeMap;
 
@@ -32,7 +32,7 @@ impl Step {
         }
     }
 
-    /// What happened, in a sentence or two.
+    /// Describes the step, in a sentence or two.
     pub fn sentence(self, plan: &FramePlan, scene: &Scene) -> String {
         match self {
             Self::ShadowMaps => shadow_maps(plan),
@@ -51,7 +51,7 @@ impl Step {
         }
     }
 
-    /// What the last frame drew for it.
+    /// Returns the last frame's figures of it.
     pub fn counts(self, drawn: &Drawn) -> String {
         match self {
             Self::ShadowMaps => format!(
@@ -74,7 +74,7 @@ impl Step {
     }
 }
 
-/// What a pass over the picture says of itself.
+/// Describes a pass over the picture.
 fn effect(plan: &FramePlan, place: Place) -> String {
     let what = List::of(plan).passes_at(place).first().map_or("", |pass| pass.what);
     let mut letters = what.chars();
@@ -161,7 +161,7 @@ fn light_name(plan: &FramePlan, scene: &Scene, place: usize) -> String {
     }
 }
 
-/// Whether another light has the same name.
+/// Returns true if another light has the same name.
 fn has_namesake(scene: &Scene, number: usize) -> bool {
     let mut others = scene.lights.iter().enumerate().filter(|&(other, _)| other != number);
     others.any(|(_, other)| other.name == scene.lights[number].name)

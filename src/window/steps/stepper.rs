@@ -9,7 +9,7 @@ use crate::frame::{Drawn, Presenter};
 use crate::plan::{self, FramePlan};
 use crate::scene::{Scene, Settings, View};
 
-/// What is asked for on the panel.
+/// A request on the panel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Wish {
     Turn { back: bool },
@@ -48,7 +48,7 @@ pub struct Stepper {
 }
 
 impl Stepper {
-    /// Whether the window shows a step and not the whole frame.
+    /// Returns true if the window shows a step and not the whole frame.
     pub fn is_open(&self) -> bool {
         self.shown.is_some()
     }
@@ -185,7 +185,7 @@ impl Stepper {
         self.wish = if open { wish } else { Some(Wish::End) };
     }
 
-    /// Whether the panel should be built once more at once: only then does it tell what the present step's frame has drawn.
+    /// Returns true if the panel should be built once more at once: only then does it tell what the present step's frame has drawn.
     pub fn take_new(&mut self) -> bool {
         std::mem::take(&mut self.is_new)
     }
@@ -204,7 +204,7 @@ fn stepped(
     Ok(Stepped { plan, settings, steps, now: 0 })
 }
 
-/// What the present step is.
+/// Shows the present step.
 fn present(ui: &mut Ui, shown: &Stepped, scene: &Scene, drawn: &Drawn) {
     let (step, plan) = (shown.step(), &shown.plan);
     ui.label(RichText::new(format!("{} of {}", shown.now + 1, shown.steps.len())).weak());

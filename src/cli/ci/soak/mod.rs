@@ -94,7 +94,7 @@ fn sample(frame: u32, drawing: &Drawing, device: &Device, renderer: &mut Rendere
     Ok(Sample::take(frame, fastest, device)?)
 }
 
-/// Whether a picture at home is the first one; if not, both are kept.
+/// Returns true if a picture at home is the first one; if not, both are kept.
 fn is_first(picture: &Picture, first: &Picture, drawn: u32, evidence: &Evidence, report: &mut CaseReport) -> bool {
     let differ = differing(first, picture);
     if differ > 0 {

@@ -179,7 +179,7 @@ pub fn without_emission(scene: &Scene) -> Scene {
     scene
 }
 
-/// Whether a G-buffer holds a shininess in place of a roughness.
+/// Returns true if a G-buffer holds a shininess in place of a roughness.
 pub fn stores_shininess(brdf: Brdf) -> bool {
     matches!(brdf, Brdf::Phong | Brdf::BlinnPhong)
 }

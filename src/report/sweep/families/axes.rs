@@ -32,7 +32,7 @@ pub fn swept() -> impl Iterator<Item = &'static Setting> {
 }
 
 impl Axis {
-    /// Whether it is of the family that somebody asks for by `key`: `shadow-size/none` is of `shadow-size`.
+    /// Returns true if it is of the family that somebody asks for by `key`: `shadow-size/none` is of `shadow-size`.
     pub fn is_of(&self, key: &str) -> bool {
         self.key == key || self.key.split_once('/').is_some_and(|(family, _)| family == key)
     }

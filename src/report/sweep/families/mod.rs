@@ -115,7 +115,7 @@ impl<'a> Base<'a> {
         if self.draws_the_same(&settings, &plan) { Outcome::Same } else { Outcome::Point }
     }
 
-    /// Whether frames of other settings are those of the settings as given, drawn in the same way.
+    /// Returns true if frames of other settings are those of the settings as given, drawn in the same way.
     fn draws_the_same(&self, settings: &Settings, plan: &FramePlan) -> bool {
         if !plan.has_structure_of(&self.plan) {
             return false;
@@ -131,18 +131,18 @@ impl<'a> Base<'a> {
         })
     }
 
-    /// Whether a directional light has more than one map.
+    /// Returns true if a directional light has more than one map.
     pub fn has_cascades(&self) -> bool {
         self.has_sun_shadow() && self.settings.shadows.cascades > 1
     }
 
-    /// Whether a directional light has maps.
+    /// Returns true if a directional light has maps.
     pub fn has_sun_shadow(&self) -> bool {
         let casts = |light: &crate::scene::Light| light.kind.is_directional() && light.casts_shadow;
         self.plan.shadow.is_some() && self.scene.lights.iter().any(casts)
     }
 
-    /// Whether lights reach as far as with the settings as given.
+    /// Returns true if lights reach as far as with the settings as given.
     fn reaches(&self, settings: &Settings, plan: &FramePlan) -> bool {
         let exposure = exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(self.scene)));
         let of = |settings: &Settings, plan: &FramePlan| World::of(self.scene, settings, plan, exposure).reaches;

@@ -14,7 +14,7 @@ use crate::scene::{Error, Filter, Sampler, Texture, Wrap};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Asked {
     pub texture: usize,
-    /// Whether its alpha is written as red, where the coat's strength is looked up.
+    /// True if its alpha is written as red, where the coat's strength is looked up.
     pub alpha_as_red: bool,
 }
 

@@ -11,7 +11,7 @@ fn both(scene: &Scene, shadows: ShadowSettings) -> [(World, FramePlan); 2] {
     })
 }
 
-/// Whether the segment between two points meets a box.
+/// Returns true if the segment between two points meets a box.
 fn stands_between(bounds: &Aabb, from: DVec3, to: DVec3) -> bool {
     let ray = to - from;
     let (a, b) = ((bounds.min - from) / ray, (bounds.max - from) / ray);
