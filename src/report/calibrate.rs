@@ -124,7 +124,7 @@ fn take_turns(anchor: &mut Contender, own: &mut [Option<Contender>], rounds: usi
 /// Pixels and triangles of the frames of [`scenes`].
 struct Frames {
     pixels: f64,
-    /// Those of the first scene, and of the detailed one.
+    /// The triangle counts of the first scene and of the detailed one.
     triangles: [f64; 2],
 }
 

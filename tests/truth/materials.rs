@@ -16,15 +16,15 @@ use glam::{DAffine3, DVec2, DVec3, Vec3};
 const SIZE: [u32; 2] = [97, 97];
 const POINT: Options = Options { mode: Mode::Point, smith: Smith::HeightCorrelated };
 pub const PATHS: [LightPath; 6] = [
-    LightPath::Loop,
-    LightPath::Clustered,
-    LightPath::PerLight,
-    LightPath::Compute,
     LightPath::Forward,
+    LightPath::Loop,
+    LightPath::Compute,
+    LightPath::Clustered,
     LightPath::Visibility,
+    LightPath::PerLight,
 ];
 
-/// Those of them that can draw a scene: in `make test` every second.
+/// Returns the paths that can draw a scene; in `make test` every second one, so that each kind of shader is among them.
 fn paths<'a>(gpu: &'a Gpu, scene: &'a Scene) -> impl Iterator<Item = LightPath> + 'a {
     let blends = scene.materials.iter().any(Material::is_transparent);
     let takes = move |&path: &LightPath| !(blends && writes_the_picture(path)) && gpu.takes(path, scene);
