@@ -7,7 +7,7 @@ DEMO_IMAGE ?= hall.png
 AFTERLIGHT ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all test-swiftshader check cross-check bless setup
+.PHONY: help demo test test-all test-swiftshader check cross-check bless book setup
 
 help: ## Print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-16s %s\n", $$1, $$2}' Makefile
@@ -49,6 +49,11 @@ cross-check: ## Ask Mitsuba 3 (from PyPI, into .cache) for the reference rendere
 bless: ## Render the golden images anew and keep them as the expected ones (look at the diff before committing)
 	@scripts/setup test
 	@AFTERLIGHT_BLESS=1 scripts/test machine draw golden::
+
+book: ## Make the book's pictures, tables and numbers anew, and build its pages into target/book
+	@scripts/setup test
+	@AFTERLIGHT_BLESS=1 scripts/test machine book sessions::
+	@scripts/book
 
 setup: ## Install what is missing, and unpack Debian 13's Vulkan stack into .cache
 	@scripts/setup test

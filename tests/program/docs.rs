@@ -28,7 +28,7 @@ pub fn document(name: &str) -> String {
 /// The project's own documents, relative to it.
 fn documents() -> Vec<PathBuf> {
     let mut found = Vec::new();
-    for folder in ["", "docs", "benches", "assets"] {
+    for folder in ["", "docs", "benches", "assets", "book", "book/src"] {
         let Ok(entries) = fs::read_dir(project().join(folder)) else { continue };
         let names = entries.map(|entry| Path::new(folder).join(entry.expect("a readable folder").file_name()));
         found.extend(names.filter(|name| name.extension().is_some_and(|extension| extension == "md")));

@@ -1,0 +1,162 @@
+//! Listings, pictures and exercises: what a chapter names is there, and nothing is there that no chapter names.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::chapter::{Chapter, folder, project};
+
+/// The widest picture, in pixels, and the most bytes that those of a chapter take: they are kept for ever.
+const WIDEST: u32 = 480;
+const LARGEST_CHAPTER: u64 = 700_000;
+
+/// Chapters without exercises.
+const READ_ONLY: [&str; 2] = ["introduction", "one-line"];
+
+/// What is included by a chapter: a path from the chapter, and an anchor in that file.
+fn includes(text: &str) -> Vec<(String, Option<String>)> {
+    let inner = text.split("{{#include ").skip(1).filter_map(|rest| rest.split_once("}}"));
+    inner
+        .map(|(inner, _)| match inner.split_once(':') {
+            Some((path, anchor)) => (path.to_owned(), Some(anchor.to_owned())),
+            None => (inner.to_owned(), None),
+        })
+        .collect()
+}
+
+/// The lines between the marks of an anchor.
+fn listing(text: &str, anchor: &str) -> Result<String, String> {
+    let marks = |kind: &str| -> Vec<usize> {
+        let is_mark = |line: &str| {
+            line.trim_start()
+                .trim_start_matches(['/', '#', ' '])
+                .strip_prefix(kind)
+                .is_some_and(|rest| rest.trim() == anchor)
+        };
+        text.lines().enumerate().filter(|(_, line)| is_mark(line)).map(|(index, _)| index).collect()
+    };
+    match (marks("ANCHOR:").as_slice(), marks("ANCHOR_END:").as_slice()) {
+        (&[begin], &[end]) if begin + 1 < end => {
+            Ok(text.lines().skip(begin + 1).take(end - begin - 1).collect::<Vec<_>>().join("\n"))
+        }
+        (begins, ends) => {
+            Err(format!("{} begins and {} ends of it, or no lines between them", begins.len(), ends.len()))
+        }
+    }
+}
+
+/// Text files below a folder.
+fn files_below(folder: &Path, endings: &[&str], found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("a readable folder") {
+        let path = entry.expect("a readable entry").path();
+        if path.is_dir() {
+            files_below(&path, endings, found);
+        } else if path.extension().is_some_and(|own| endings.iter().any(|ending| own == *ending)) {
+            found.push(path);
+        }
+    }
+}
+
+#[test]
+fn every_listing_is_code_of_the_project_and_every_anchor_is_shown() {
+    let mut shown: BTreeMap<PathBuf, BTreeSet<String>> = BTreeMap::new();
+    let mut wrong = Vec::new();
+    for chapter in Chapter::all() {
+        for (path, anchor) in includes(&chapter.text()) {
+            let full = folder().join(&path);
+            let Ok(text) = fs::read_to_string(&full) else {
+                wrong.push(format!("{}.md includes {path}, which is not there", chapter.name));
+                continue;
+            };
+            let Some(anchor) = anchor else { continue };
+            if let Err(why) = listing(&text, &anchor) {
+                wrong.push(format!("{}.md shows {anchor} of {path}: {why}", chapter.name));
+            }
+            let full = fs::canonicalize(&full).expect("it was read");
+            shown.entry(full).or_default().insert(anchor);
+        }
+    }
+    let mut sources = Vec::new();
+    for folder in ["src", "shaders", "shader-compiler", "examples", "assets"] {
+        files_below(&project().join(folder), &["rs", "wgsl", "toml"], &mut sources);
+    }
+    for source in sources {
+        let text = fs::read_to_string(&source).expect("a source is text");
+        let source = fs::canonicalize(&source).expect("it was read");
+        for (_, rest) in text.match_indices("ANCHOR: ").map(|(at, mark)| text.split_at(at + mark.len())) {
+            let anchor = rest.lines().next().unwrap_or_default().trim();
+            // Some chapters alone do not show all.
+            let is_shown = shown.get(&source).is_some_and(|anchors| anchors.contains(anchor));
+            if !is_shown && std::env::var_os("AFTERLIGHT_BOOK").is_none() {
+                wrong.push(format!("{} has the anchor {anchor}, which no chapter shows", source.display()));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn pictures_are_small_and_few_and_all_are_shown() {
+    let mut wrong = Vec::new();
+    for chapter in Chapter::all() {
+        let (shown, mut bytes) = (chapter.shown(), 0);
+        for entry in fs::read_dir(chapter.made()).into_iter().flatten() {
+            let entry = entry.expect("a readable entry");
+            let (path, name) = (entry.path(), entry.file_name().to_string_lossy().into_owned());
+            if !shown.contains(&name) {
+                wrong.push(format!("{} is shown nowhere", path.display()));
+            }
+            bytes += entry.metadata().expect("a readable entry").len();
+            if path.extension().is_some_and(|ending| ending == "png") {
+                let (width, _) =
+                    image::image_dimensions(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+                if width > WIDEST {
+                    wrong.push(format!("{} is {width} pixels wide, and may have {WIDEST}", path.display()));
+                }
+            }
+        }
+        if bytes > LARGEST_CHAPTER {
+            wrong.push(format!("{}.md shows {bytes} bytes, and may show {LARGEST_CHAPTER}", chapter.name));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Headings of exercises, each with the text below it.
+fn exercises(text: &str) -> Vec<(&str, &str)> {
+    let Some((_, rest)) = text.split_once("\n## Exercises\n") else { return Vec::new() };
+    let rest = rest.split("\n## ").next().unwrap_or_default();
+    rest.split("\n### ").skip(1).filter_map(|own| own.split_once('\n')).collect()
+}
+
+#[test]
+fn every_chapter_has_three_exercises_whose_answers_are_tried() {
+    let mut wrong = Vec::new();
+    for chapter in Chapter::all().into_iter().filter(|own| !READ_ONLY.contains(&own.name.as_str())) {
+        let text = chapter.text();
+        let exercises = exercises(&text);
+        if exercises.len() < 3 {
+            wrong.push(format!("{}.md has {} exercises", chapter.name, exercises.len()));
+        }
+        for (title, body) in exercises {
+            let answer =
+                body.split_once("<summary>Answer</summary>").and_then(|(_, rest)| rest.split_once("</details>"));
+            if !answer.is_some_and(|(answer, _)| answer.contains("```console") && answer.contains("\n$ ")) {
+                wrong.push(format!("{}.md: the answer of \u{201c}{title}\u{201d} has no commands", chapter.name));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn listings_are_found_by_their_marks() {
+    let text = "a\n    // ANCHOR: one\nb\nc\n    // ANCHOR_END: one\n# ANCHOR: two\n# ANCHOR_END: two\n";
+    assert_eq!(listing(text, "one").as_deref(), Ok("b\nc"));
+    assert!(listing(text, "two").is_err() && listing(text, "three").is_err());
+    assert_eq!(
+        includes("{{#include ../a.rs:b}} {{#include c.md}}"),
+        [("../a.rs".into(), Some("b".into())), ("c.md".into(), None)]
+    );
+    assert_eq!(exercises("x\n## Exercises\n\n### A\nb\n### C\nd\n## E\n### F\ng"), [("A", "b"), ("C", "d")]);
+}
