@@ -98,12 +98,12 @@ impl Camera {
         self.rotation * DVec3::NEG_Z
     }
 
-    /// What is right in its picture, of length 1.
+    /// Returns the direction of the picture's right side, of length 1.
     pub fn right(&self) -> DVec3 {
         self.rotation * DVec3::X
     }
 
-    /// What is up in its picture, of length 1.
+    /// Returns the direction of the picture's upper side, of length 1.
     pub fn up(&self) -> DVec3 {
         self.rotation * DVec3::Y
     }

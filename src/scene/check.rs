@@ -241,7 +241,7 @@ impl Texture {
     }
 }
 
-/// What is wrong with the levels of a texture of this size, in words.
+/// Returns the fault of the levels of a texture of this size, in words.
 fn faulty_levels(form: &str, size: [u32; 2], levels: &[Vec<u8>], bytes: impl Fn([u32; 2]) -> u64) -> Option<String> {
     let most = most_levels(size);
     if !(1..=most as usize).contains(&levels.len()) {
@@ -257,7 +257,7 @@ fn faulty_levels(form: &str, size: [u32; 2], levels: &[Vec<u8>], bytes: impl Fn(
 }
 
 impl Light {
-    /// What of the light could not be drawn, in words.
+    /// Returns why the light could not be drawn, in words.
     pub(crate) fn fault(&self) -> Option<String> {
         let values = [
             ("color", self.color, POSITIVE),
@@ -313,7 +313,7 @@ impl Environment {
 }
 
 impl Camera {
-    /// What of the camera nothing could be seen with, in words.
+    /// Returns why the camera would see nothing, in words.
     pub(crate) fn fault(&self) -> Option<String> {
         let Self { position, rotation, projection, near, shift } = *self;
         if !position.is_finite() {

@@ -61,7 +61,7 @@ pub struct Emitter {
     pub frames: [u32; 2],
     /// True if each shows a cell of its own, and not one after the other.
     pub picks_frame: bool,
-    /// What is random is another with another seed.
+    /// Seed of all that is random.
     pub seed: u32,
 }
 
@@ -177,7 +177,7 @@ pub fn over_life<T: Copy>(keys: &[T], share: f64, mix: impl Fn(T, T, f64) -> T) 
 }
 
 impl Emitter {
-    /// Which particles are alive at a time: born by then, and not `life` seconds ago.
+    /// Returns the particles that are alive at a time: born by then, and not `life` seconds ago.
     pub fn alive(&self, time: f64) -> Alive {
         let since = time - self.start.unwrap_or(0.0);
         let mut last = (since * self.rate).floor();
@@ -244,7 +244,7 @@ impl Emitter {
         }
     }
 
-    /// What of it is out of its range, if anything is.
+    /// Returns which of its numbers is out of its range, if one is.
     pub(super) fn fault(&self, scene: &Scene) -> Option<String> {
         let within = |value: f64, from: f64, to: f64| (from..=to).contains(&value);
         let vector = |value: DVec3, most: f64| value.to_array().iter().all(|own| own.abs() <= most);

@@ -1,4 +1,4 @@
-//! What can be wrong with input.
+//! Errors of input.
 
 use std::path::PathBuf;
 
@@ -10,7 +10,7 @@ pub enum Error {
     Read {
         /// As the user or the scene file named it.
         path: PathBuf,
-        /// What the system said, or what is wrong with the name.
+        /// The system's message, or the fault of the name.
         cause: String,
     },
     /// The file's content is wrong.
@@ -20,7 +20,7 @@ pub enum Error {
         path: PathBuf,
         /// From 1; none for binary files and for faults of the whole file.
         line: Option<usize>,
-        /// What is wrong and what was expected; displayed behind the path.
+        /// The fault and what was expected; displayed behind the path.
         what: String,
     },
     /// A `builtin:` name or a parameter of it is wrong.

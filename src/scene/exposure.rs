@@ -13,7 +13,7 @@ pub fn luminance(color: Vec3) -> f32 {
     color.dot(Vec3::new(0.2126, 0.7152, 0.0722))
 }
 
-/// What pre-exposed radiance is multiplied by: 1 / (1.2 * 2^EV100), so that 1 is where a sensor saturates.
+/// Returns the factor of pre-exposed radiance: 1 / (1.2 * 2^EV100), so that 1 is where a sensor saturates.
 ///
 /// Finite and positive for EV100 in -100 to 100; an exposure beyond is clamped to that.
 pub fn exposure_scale(ev100: f32) -> f32 {

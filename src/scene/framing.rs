@@ -1,4 +1,4 @@
-//! What is drawn of a scene from far away in some direction, weighted by how large it looks, and the camera that holds it.
+//! The surfaces of a scene that are seen from far away in some direction, weighted by how large they look, and the camera that holds them.
 
 use std::borrow::Cow;
 

@@ -1,4 +1,4 @@
-//! What a reader of model files is asked for and hands over.
+//! The input and the output of readers of model files.
 
 use std::path::PathBuf;
 
@@ -25,7 +25,7 @@ impl LoadOptions<'_> {
 /// A step of loading: `done` of `total` units of `what`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Progress {
-    /// What is counted.
+    /// The noun for the count.
     pub what: &'static str,
     /// Units that are done.
     pub done: usize,
@@ -48,9 +48,9 @@ pub struct Imported {
     pub lights: Vec<Light>,
     /// Where it can be seen from.
     pub cameras: Vec<NamedCamera>,
-    /// What moves in it.
+    /// Its nodes, skins, shapes and clips.
     pub motion: Motion,
-    /// What was odd and how it was handled, a line each.
+    /// Oddities and how each was handled, a line each.
     pub warnings: Vec<String>,
     /// The files that it was read from.
     pub files: Vec<PathBuf>,
@@ -145,7 +145,7 @@ impl Imported {
     }
 }
 
-/// What nodes and skins of a copy became.
+/// The indices that nodes and skins of a copy were moved to.
 #[derive(Debug, Clone, Copy)]
 struct Moved {
     /// The node that the copy's nodes hang on and follow, if it has some.

@@ -72,7 +72,7 @@ impl Display for Aperture {
 }
 
 impl Aperture {
-    /// What its text may be, in words.
+    /// The values of its text, in words.
     pub(crate) const RANGE: &'static str =
         "a diameter from 0 to 1000000 metres, or an f-number from f/0.01 to f/1000000, as f/2.8";
 }
@@ -87,7 +87,7 @@ pub struct ThinLens {
 }
 
 impl ThinLens {
-    /// What the settings ask for; `None` for a pinhole, and for parallel rays, which no lens makes.
+    /// Returns the lens that the settings ask for; `None` for a pinhole, and for parallel rays, which no lens makes.
     pub fn of(settings: &Settings, camera: &Camera) -> Option<Self> {
         let radius = 0.5 * settings.aperture.diameter(camera);
         let focus = f64::from(settings.focus?);

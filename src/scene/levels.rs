@@ -108,7 +108,7 @@ fn make(mesh: &Mesh) -> Vec<Level> {
     levels
 }
 
-/// What a mesh's vertices have beside their positions, and what each number of it weighs.
+/// The attributes of a mesh's vertices beside their positions, and the weight of each number.
 struct Simplifier {
     attributes: Vec<f32>,
     weights: Vec<f32>,

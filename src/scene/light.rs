@@ -70,7 +70,7 @@ pub enum LightKind {
     },
 }
 
-/// What the program asks of a light, whatever its kind.
+/// The answers to all that the program asks of a light, whatever its kind.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LightForm {
     /// The kind's number in fingerprints of truths.
@@ -83,7 +83,7 @@ pub struct LightForm {
     pub place: Option<DVec3>,
     /// Where its light travels to, of any length but 0; `None` for one that shines all around.
     pub direction: Option<DVec3>,
-    /// What its rays fill.
+    /// The space that its rays fill.
     pub outline: Outline,
     /// Metres beyond which it is exactly zero.
     pub range: Option<f64>,
@@ -91,7 +91,7 @@ pub struct LightForm {
     pub falloff: Option<Falloff>,
 }
 
-/// What a light's rays fill.
+/// The space that a light's rays fill.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Outline {
     /// All of it.
@@ -123,7 +123,7 @@ pub enum Sight {
     Around,
 }
 
-/// What a light's volume is the image of: a unit sphere, or a cone with its apex at zero, its axis +Z and its base of radius 1 at 1.
+/// The solid of which a light's volume is the image: a unit sphere, or a cone with its apex at zero, its axis +Z and its base of radius 1 at 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Solid {
     /// Around zero.
@@ -153,7 +153,7 @@ const RANGES: u32 = 1;
 const CONES: u32 = 2;
 const BEAMS: u32 = 4;
 
-/// What stands in a record in a fall-off's place (`shaders/shared/lights.wgsl`).
+/// The value in a record in place of a fall-off (`shaders/shared/lights.wgsl`).
 const NO_FALLOFF: u32 = 3;
 
 /// A cone that is wider than this, measured from its axis in degrees, gets the six shadow maps of a point light, and the volume of one: one
@@ -178,7 +178,7 @@ pub fn unit(direction: DVec3) -> Option<DVec3> {
 }
 
 impl LightKind {
-    /// What there is to know about it. The patterns name every field, so that a new one does not compile until it has its place here, and with
+    /// Returns all there is to know about it. The patterns name every field, so that a new one does not compile until it has its place here, and with
     /// it in the checks of scenes and in the fingerprints of truths.
     pub fn form(&self) -> LightForm {
         let (place, direction, outline, range, falloff) = (None, None, Outline::Space, None, None);
@@ -231,7 +231,7 @@ impl LightKind {
 }
 
 impl Outline {
-    /// What is wrong with its numbers, in words.
+    /// Returns the fault of its numbers, in words.
     pub(super) fn fault(&self) -> Option<String> {
         match *self {
             Self::Space => None,

@@ -16,11 +16,11 @@ pub struct OpenOptions<'a> {
     pub aspect: f64,
     /// Metres that a unit of a bare model's file is, above 0.
     pub scale: f64,
-    /// Which way is up in a bare model's file.
+    /// The axis that is up in a bare model's file.
     pub up: Up,
-    /// Which scene of a bare glTF file is opened, by its name or its number.
+    /// The scene of a bare glTF file that is opened, by its name or its number.
     pub scene: Option<&'a str>,
-    /// Which look of its materials a bare glTF file has (KHR_materials_variants).
+    /// The look of a bare glTF file's materials (KHR_materials_variants).
     pub variant: Option<&'a str>,
     /// True if glTF files may read what lies outside their folders.
     pub allow_outside: bool,
@@ -68,7 +68,7 @@ impl<'a> OpenOptions<'a> {
 /// Metres from which on a bare model is thought to have another unit.
 const LONG: f64 = 500.0;
 
-/// What can be opened, and what a scene file may take its models from, for messages.
+/// The files that can be opened, and that a scene file may take its models from, for messages.
 const READS: &str = "scene files (.toml), models (.gltf, .glb, .obj) and builtin:NAME";
 const READS_MODELS: &str = "models from .gltf, .glb and .obj files (a scene file goes under base)";
 
@@ -149,7 +149,7 @@ fn open_model(path: &Path, format: Format, options: &OpenOptions) -> Result<Scen
     Ok(scene)
 }
 
-/// What hardly anybody models in metres.
+/// Returns a warning for sizes in which hardly anybody models in metres.
 fn doubt(bounds: &Aabb, options: &OpenOptions) -> Option<String> {
     let longest = bounds.size().max_element();
     let is_odd = options.scale == 1.0 && !bounds.is_empty() && longest > LONG;
@@ -158,7 +158,7 @@ fn doubt(bounds: &Aabb, options: &OpenOptions) -> Option<String> {
     })
 }
 
-/// What of a glTF file is shown.
+/// The parts of a glTF file that are shown.
 #[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Chosen<'a> {
     pub scene: Option<&'a str>,

@@ -1,4 +1,4 @@
-//! What sets objects of one mesh and material apart: the cell of an atlas, a tint, a highlight. One command draws them all the same.
+//! Differences between objects of one mesh and material: the cell of an atlas, a tint, a highlight. One command draws them all the same.
 
 use glam::Vec3;
 
@@ -7,7 +7,7 @@ use super::{Material, Object, Scene};
 /// The most rows, and the most columns, of an atlas.
 pub const MAX_ATLAS_EDGE: u32 = 256;
 
-/// What the base colour of a selected object is mixed with: linear RGB. What is unlit sends the mix, in nits; a coat has no colour, and shows the
+/// The colour that a selected object's base colour is mixed with: linear RGB. An unlit surface sends the mix, in nits; a coat has no colour, and shows the
 /// highlight of what it lies in.
 pub const HIGHLIGHT: Vec3 = Vec3::new(1.0, 0.4, 0.0);
 
@@ -17,7 +17,7 @@ pub const HIGHLIGHT_SHARE: f32 = 0.75;
 /// How an object differs from others of its mesh and material.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Look {
-    /// Which cell of its material's atlas it shows: row by row, 0 in the upper left.
+    /// The cell of its material's atlas that it shows: row by row, 0 in the upper left.
     pub cell: u32,
     /// Linear RGB from 0 to 1, which multiplies the base colour.
     pub tint: Vec3,
@@ -29,7 +29,7 @@ impl Look {
     /// The first cell, not tinted, not selected.
     pub const PLAIN: Self = Self { cell: 0, tint: Vec3::ONE, selected: false };
 
-    /// What of it an object of this material cannot have, in words.
+    /// Returns the part of it that an object of this material cannot have, in words.
     pub(crate) fn fault(&self, material: &Material) -> Option<String> {
         let (cells, [rows, columns]) = (material.cells(), material.atlas);
         if self.cell >= cells {

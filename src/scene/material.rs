@@ -18,7 +18,7 @@ pub enum Brdf {
     Lambert,
 }
 
-/// What alpha does.
+/// The effect of alpha.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum AlphaMode {
     /// Nothing.
@@ -29,7 +29,7 @@ pub enum AlphaMode {
         /// 0 to 1.
         cutoff: f32,
     },
-    /// What the surface reflects and emits, times alpha, over what lies behind it: a thin cover, as gauze or smoke.
+    /// Light that the surface reflects and emits, times alpha, over the light from behind it: a thin cover, as gauze or smoke.
     Blend,
     /// Alpha is that of the body only: its diffuse light is times alpha, its highlights and what it emits are whole, and what lies
     /// behind is times 1 - alpha. So that a clear pane still shines.
@@ -71,14 +71,14 @@ impl TextureSlot {
         Self::Shininess,
     ];
 
-    /// What there is to know of the slot.
+    /// Returns all there is to know of the slot.
     pub fn form(self) -> &'static SlotForm {
         let forms: &'static [SlotForm] = &FORMS;
         &forms[self as usize]
     }
 }
 
-/// What the program asks of a texture slot.
+/// The answers to all that the program asks of a texture slot.
 #[derive(Debug, Clone, Copy)]
 pub struct SlotForm {
     /// Its key in scene files.
@@ -91,7 +91,7 @@ pub struct SlotForm {
     pub color_space: ColorSpace,
     /// Red, green, blue and alpha: which of them count.
     pub channels: [bool; 4],
-    /// Whether the Phong models alone look at it, or the others alone.
+    /// True if the Phong models alone look at it, false if the others alone do.
     pub phong: Option<bool>,
     /// Puts into the factors what a texture says all over, in linear values.
     pub(crate) fold: fn(&mut Material, [f64; 4]),
@@ -206,7 +206,7 @@ fn times(factor: Vec3, color: [f64; 4]) -> Vec3 {
 /// How a slot's texture lies on a mesh (KHR_texture_transform): its coordinates are those of a set, scaled, then turned, then moved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UvMap {
-    /// Which coordinates of the mesh: 0 for `Mesh::uvs`, 1 for `Mesh::uvs_1`.
+    /// The coordinates of the mesh that it uses: 0 for `Mesh::uvs`, 1 for `Mesh::uvs_1`.
     pub set: u8,
     /// In images.
     pub offset: DVec2,
@@ -234,7 +234,7 @@ impl Default for UvMap {
     }
 }
 
-/// What a dielectric of index of refraction 1.5 reflects at normal incidence.
+/// Reflectance of a dielectric of index of refraction 1.5 at normal incidence.
 pub const DIELECTRIC: f32 = 0.04;
 
 /// A material; factors multiply what the textures say. Colours are linear RGB.
@@ -256,10 +256,10 @@ pub struct Material {
     pub roughness: f32,
     /// Ks of the Phong models, 0 to 1.
     pub specular: Vec3,
-    /// What the dielectric share of a Cook-Torrance surface reflects at normal incidence, 0 to 1: [`DIELECTRIC`], or
+    /// Reflectance of the dielectric share of a Cook-Torrance surface at normal incidence, 0 to 1: [`DIELECTRIC`], or
     /// min(((ior - 1) / (ior + 1))^2 specularColor, 1) specular (KHR_materials_ior, KHR_materials_specular).
     pub reflectance: Vec3,
-    /// What it reflects at grazing incidence, 0 to 1: 1, or specular (KHR_materials_specular).
+    /// Its reflectance at grazing incidence, 0 to 1: 1, or specular (KHR_materials_specular).
     pub grazing: f32,
     /// Ns of the Phong models, 0 and up.
     pub shininess: f32,

@@ -44,7 +44,7 @@ pub struct Mesh {
     pub indices: Vec<u32>,
     /// Holds all of `origin + positions`.
     pub bounds: Aabb,
-    /// What [`Mesh::levels_of_detail`] has made.
+    /// The levels that [`Mesh::levels_of_detail`] has made.
     pub levels: Levels,
 }
 
@@ -230,7 +230,7 @@ pub struct Object {
     pub material: usize,
     /// From mesh space to world space. May mirror.
     pub transform: DAffine3,
-    /// Which of its faces cast shadows.
+    /// The faces of it that cast shadows.
     pub casts_shadow: CastsShadow,
     /// True if shadows fall on it.
     pub receives_shadow: bool,
@@ -242,12 +242,12 @@ pub struct Object {
     pub skin: Option<usize>,
     /// It will be moved by the program, so that plans keep what it may need elsewhere. What clips move need not say so.
     pub movable: bool,
-    /// What sets it apart from others of its mesh and material. One that is there, and be it plain, keeps what any look needs in the plan, so
+    /// Its difference from other objects of its mesh and material. One that is there, and be it plain, keeps what any look needs in the plan, so
     /// that [`Renderer::set_look`](crate::frame::Renderer::set_look) costs no other: `None` where it never has one.
     pub look: Option<Look>,
 }
 
-/// Which faces of an object stand in the light.
+/// The faces of an object that stand in the light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub enum CastsShadow {
     /// None.
@@ -277,7 +277,7 @@ impl Object {
         }
     }
 
-    /// Whether a node or a skin moves it.
+    /// Returns true if a node or a skin moves it.
     pub fn moves(&self) -> bool {
         self.node.is_some() || self.skin.is_some()
     }

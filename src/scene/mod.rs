@@ -1,4 +1,4 @@
-//! What is drawn: meshes, materials, textures, lights and a camera, as pure data. No Vulkan.
+//! Scenes: meshes, materials, textures, lights and a camera, as pure data. No Vulkan.
 //!
 //! World space is right-handed with +Y up; a camera looks along its -Z. Lengths are metres, light is linear Rec. 709 RGB.
 //! Positions and transforms of the world are f64: a mesh keeps its `origin` apart and only what is left becomes f32, and a
@@ -84,11 +84,11 @@ use glam::Vec3;
 /// Everything that a frame can show.
 #[derive(Debug, Clone, Default)]
 pub struct Scene {
-    /// What the scene is called in reports: a file's name or `builtin:…`.
+    /// The scene's name in reports: a file's name or `builtin:…`.
     pub name: String,
     /// `Object::mesh` indexes it.
     pub meshes: Vec<Mesh>,
-    /// What is drawn: each object is a mesh with a material at a place.
+    /// The objects that are drawn: each is a mesh with a material at a place.
     pub objects: Vec<Object>,
     /// At least one when there is an object; `Object::material` indexes it.
     pub materials: Vec<Material>,
@@ -98,7 +98,7 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// Light from everywhere.
     pub environment: Environment,
-    /// What is seen where nothing is, in place of the environment's background, and lights what is there beside its ambient light.
+    /// The sky, which is seen where nothing is, in place of the environment's background, and lights surfaces beside its ambient light.
     pub sky: Option<Sky>,
     /// Where the scene is seen from.
     pub camera: Camera,
@@ -106,17 +106,17 @@ pub struct Scene {
     pub cameras: Vec<NamedCamera>,
     /// The one of `cameras` that `camera` is, so that it moves as that one does; `None` where it stands still.
     pub looks_through: Option<usize>,
-    /// What moves in it.
+    /// Its nodes, skins, shapes and clips.
     pub motion: Motion,
     /// Sources of particles.
     pub emitters: Vec<Emitter>,
     /// The moment at which its particles stand still, in seconds; none where they go on, from 0.
     pub moment: Option<f64>,
-    /// What of it no file and no caller chose.
+    /// The parts of it that no file and no caller chose.
     pub fitted: Fitted,
-    /// What the scene file asks for; the command line overrides it.
+    /// The settings that the scene file asks for; the command line overrides it.
     pub settings: SettingsPatch,
-    /// What was odd about the input and how it was handled, a line each, naming file and line where there is one.
+    /// Oddities of the input and how each was handled, a line each, naming file and line where there is one.
     pub warnings: Vec<String>,
     /// The files that it was read from; none for a scene that is built in.
     pub files: Vec<PathBuf>,
@@ -133,7 +133,7 @@ pub struct NamedCamera {
     pub node: Option<usize>,
 }
 
-/// What was fitted to the objects of a scene, as nobody said it.
+/// The parts of a scene that were fitted to its objects, as nobody said them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Fitted {
     /// Where it is seen from.
@@ -183,7 +183,7 @@ impl Scene {
         self.objects.iter().fold(Aabb::EMPTY, |all, object| all.union(&object.bounds(&self.meshes)))
     }
 
-    /// Whether a skin or shapes deform an object's mesh, so that it has vertices of its own.
+    /// Returns true if a skin or shapes deform an object's mesh, so that it has vertices of its own.
     pub fn deforms(&self, object: &Object) -> bool {
         let Some(mesh) = self.meshes.get(object.mesh) else { return false };
         let skinned = object.skin.is_some() && mesh.influences.is_some();

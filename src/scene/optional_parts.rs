@@ -1,4 +1,4 @@
-//! What a plan may leave out, by name: the words that the plan, the reports and the command line share.
+//! The parts that a plan may leave out, by name: the words that the plan, the reports and the command line share.
 
 use std::fmt;
 use std::str::FromStr;

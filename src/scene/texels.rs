@@ -1,4 +1,4 @@
-//! What a texture holds: texels, or the blocks of 4x4 texels that its file compresses them to, with the levels of the file.
+//! The contents of a texture: texels, or the blocks of 4x4 texels that its file compresses them to, with the levels of the file.
 
 use std::borrow::Cow;
 use std::fmt;

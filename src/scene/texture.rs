@@ -18,7 +18,7 @@ pub const MAX_TEXTURE_EDGE: u32 = 16384;
 /// The most that decoding one image may allocate: the largest texture of 8-bit RGBA.
 const MAX_DECODED_BYTES: u64 = 4 * (MAX_TEXTURE_EDGE as u64) * (MAX_TEXTURE_EDGE as u64);
 
-/// What the values of texels mean.
+/// The meaning of the values of texels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ColorSpace {
     /// RGB is sRGB-encoded, alpha linear.
@@ -27,7 +27,7 @@ pub enum ColorSpace {
     Linear,
 }
 
-/// What lies outside 0..1.
+/// The texture's continuation outside 0..1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
 pub enum Wrap {
     /// The image again.
@@ -90,7 +90,7 @@ pub struct Texture {
     pub color_space: ColorSpace,
     /// How it is sampled.
     pub sampler: Sampler,
-    /// What it shows.
+    /// Its contents.
     pub texels: Texels,
 }
 

@@ -33,7 +33,7 @@ pub(super) fn wrapped(uvs: &[DVec2], indices: &[u32]) -> Vec<[f32; 2]> {
     roots.iter().zip(uvs).map(|(&root, &uv)| (uv - repeats(root)).as_vec2().to_array()).collect()
 }
 
-/// Which vertices hang together: each points to another of its part, or to itself (Tarjan 1975).
+/// Vertices that hang together: each points to another of its part, or to itself (Tarjan 1975).
 struct Parts(Vec<u32>);
 
 impl Parts {

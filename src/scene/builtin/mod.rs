@@ -25,7 +25,7 @@ use super::{Error, Scene};
 pub struct Builtin {
     /// As it stands after the prefix.
     pub name: &'static str,
-    /// What it shows, a sentence.
+    /// A sentence on the scene.
     pub about: &'static str,
     /// All that it takes.
     pub parameters: &'static [Parameter],

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::scene::{ColorSpace, Texture};
 
-/// What a painted surface is at one point.
+/// A painted surface at one point.
 #[derive(Clone, Copy)]
 pub(super) struct Texel {
     /// sRGB-encoded, 0 to 1: painted as seen.

@@ -3,7 +3,7 @@
 use crate::scene::suggest::unknown;
 use crate::scene::{Brdf, Error};
 
-/// What a parameter may be.
+/// The values that a parameter may have.
 #[expect(missing_docs, reason = "the variants tell of their fields")]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kind {
@@ -20,7 +20,7 @@ pub enum Kind {
 pub struct Parameter {
     /// Its key.
     pub name: &'static str,
-    /// What it says, with the unit.
+    /// Its meaning, with the unit.
     pub about: &'static str,
     /// Type, range and default.
     pub kind: Kind,

@@ -12,7 +12,7 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// What a material's slot for it holds.
+    /// Returns what a material's slot for it holds.
     pub fn texture(&mut self, texture: Texture) -> Option<usize> {
         self.scene.textures.push(texture);
         Some(self.scene.textures.len() - 1)

@@ -18,7 +18,7 @@ const MOST_TURN: f64 = 90.0;
 /// The most keys that a turn of whole turns is cut into.
 const MOST_KEYS: usize = 100_000;
 
-/// What a key moves.
+/// The property that a key moves.
 #[derive(Clone, Copy, PartialEq)]
 enum Property {
     Translation,

@@ -158,7 +158,7 @@ fn atlas(node: &Node) -> Result<[u32; 2], Error> {
     Ok([rows.integer(1..=MAX_ATLAS_EDGE)?, columns.integer(1..=MAX_ATLAS_EDGE)?])
 }
 
-/// What the dielectric share reflects (KHR_materials_ior, KHR_materials_specular), where one of its keys is there.
+/// Reads the reflectance of the dielectric share (KHR_materials_ior, KHR_materials_specular), where one of its keys is there.
 fn dielectric(table: &Table, material: &mut Material) -> Result<(), Error> {
     let ior = table.read("ior", |node| node.number(REFRACTION))?;
     let strength = table.read("specular_strength", |node| node.number(SHARE))?;

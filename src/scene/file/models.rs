@@ -206,7 +206,7 @@ fn from_shape(node: &Node, scene: &mut Scene) -> Result<Vec<Object>, Error> {
     Ok(vec![Object::new(kind, mesh, material, DAffine3::IDENTITY)])
 }
 
-/// What the model says of its shadows.
+/// Reads which faces of the model cast shadows.
 fn shadow(table: &Table, objects: &mut [Object]) -> Result<(), Error> {
     if let Some(node) = table.get("casts_shadow") {
         let casts = match node.is_boolean() {
@@ -225,7 +225,7 @@ fn shadow(table: &Table, objects: &mut [Object]) -> Result<(), Error> {
     Ok(())
 }
 
-/// What a table says of a look.
+/// The part of a look that a table sets.
 #[derive(Clone, Copy, Default)]
 struct LookPatch {
     cell: Option<u32>,
@@ -242,7 +242,7 @@ impl LookPatch {
         })
     }
 
-    /// What this one does not say, the other may.
+    /// Takes from the other what this one does not set.
     fn or(self, other: Self) -> Self {
         Self {
             cell: self.cell.or(other.cell),

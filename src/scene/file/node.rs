@@ -35,7 +35,7 @@ fn line_of(text: &str, at: usize) -> usize {
     text.as_bytes().iter().take(at).filter(|byte| **byte == b'\n').count() + 1
 }
 
-/// What a number must be.
+/// The range of a number.
 #[derive(Clone, Copy)]
 pub(super) struct Limit {
     text: &'static str,
@@ -51,7 +51,7 @@ impl Limit {
 /// Positions and lengths: far beyond the observable, and squares of them still fit.
 pub(super) const COORDINATE: Limit = Limit { text: "a number from -1e15 to 1e15", holds: |x| x.abs() <= 1e15 };
 pub(super) const FINITE: Limit = Limit { text: "a finite number", holds: f64::is_finite };
-/// What is above 0 must still be so as f32, and so must its square.
+/// A length above 0 must stay above 0 as f32, and so must its square.
 pub(super) const LENGTH: Limit = Limit { text: "from 1e-12 to 1e15", holds: |x| (1e-12..=1e15).contains(&x) };
 pub(super) const SHARE: Limit = Limit { text: "from 0 to 1", holds: |x| (0.0..=1.0).contains(&x) };
 /// Of light: a product of two still fits f32.

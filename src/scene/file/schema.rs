@@ -169,7 +169,7 @@ pub(super) const KEY: Schema = Schema {
     table: "path.keys",
     keys: &["time", "position", "target", "up", "rotation", "fov_y_degrees", "orthographic_height"],
 };
-/// What stands at the top of a settings file, which is no scene.
+/// The top of a settings file, which is no scene.
 pub(super) const SETTINGS_FILE: Schema = Schema { table: "settings file", keys: &["settings", "evidence"] };
 pub(super) const SHADOWS: Schema = Schema { table: "settings.shadows", keys: settings::SHADOW_KEYS };
 

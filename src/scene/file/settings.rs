@@ -9,7 +9,7 @@ use super::place::rotation;
 use super::schema;
 use crate::scene::{Camera, Environment, Error, Projection, SETTINGS, Setting, SettingsPatch, ValueKind};
 
-/// What the file says of the camera, over what there was.
+/// Reads what the file says of the camera, over the one before.
 pub(super) fn camera(node: &Node, before: Camera) -> Result<Camera, Error> {
     let table = node.table(schema::CAMERA)?;
     let camera = camera_of(&table, before)?;

@@ -11,7 +11,7 @@ use super::lights;
 use crate::scene::path::lens;
 use crate::scene::{Atmosphere, Camera, Environment, Scene, SettingsPatch, Sky, SkyOrigin};
 
-/// What a scene was opened from.
+/// The source that a scene was opened from.
 #[derive(Debug, Clone, Copy)]
 pub enum Origin<'a> {
     /// `builtin:NAME?key=value&…`.
@@ -31,9 +31,9 @@ pub struct Model<'a> {
     pub scale: f64,
     /// Its upward axis.
     pub up: Up,
-    /// Which scene of it.
+    /// The scene of the file.
     pub scene: Option<&'a str>,
-    /// Which look of its materials.
+    /// The look of its materials.
     pub variant: Option<&'a str>,
 }
 

@@ -6,7 +6,7 @@ use super::json::{Accessor, Document, Sparse, Whole, entry, named};
 /// The most elements of an accessor without a view: nothing in the file stands behind them.
 const MOST_ZEROS: usize = 1 << 22;
 
-/// What the numbers of an accessor are.
+/// The type of an accessor's numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Component {
     I8,

@@ -16,7 +16,7 @@ use crate::scene::{
     CastsShadow, Channel, Clip, Imported, Local, Material, Mesh, NamedCamera, Node, Object, Placement, Skin, Target,
 };
 
-/// What of a file became what of the scene.
+/// Which parts of a file became which parts of the scene.
 #[derive(Default)]
 pub(super) struct Assembly {
     pub imported: Imported,
@@ -246,7 +246,7 @@ impl Assembly {
         }
     }
 
-    /// What `--camera` calls a camera: by its own name, its node's, or its number, and no other by the same.
+    /// Returns the name by which `--camera` calls a camera: by its own name, its node's, or its number, and no other by the same.
     fn camera_name(&self, document: &Document, node: usize, index: usize) -> String {
         let set = |name: &Option<String>| name.clone().filter(|name| !name.is_empty());
         let names =

@@ -1,4 +1,4 @@
-//! What is drawn at which node: primitives with the meshes that are made for them, as few as can be.
+//! The primitives that are drawn at each node, with the meshes that are made for them, as few as can be.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -23,7 +23,7 @@ pub(super) const MOST_OBJECTS: usize = 4_000_000;
 /// The most vertices and indices of all meshes together, before any is made.
 const MOST_NUMBERS: usize = 1 << 28;
 
-/// What a file is read with.
+/// The readers of a file's parts.
 pub(super) struct Sources<'a> {
     pub document: &'a Document,
     pub buffers: &'a Buffers<'a>,
@@ -75,7 +75,7 @@ pub(super) struct Drawables {
     pub left_out: [usize; 2],
 }
 
-/// What two primitives have in common whose meshes are the same.
+/// The parts of a primitive by which two have the same mesh.
 type Content<'a> = (&'a Attributes, Option<Whole>, Option<Whole>, &'a Vec<Attributes>, Option<&'a Draco>);
 
 fn content(primitive: &Primitive) -> Content<'_> {
@@ -155,7 +155,7 @@ impl Drawables {
         Some(index)
     }
 
-    /// What is needed of a primitive's mesh at a node, and the skin that it hangs on.
+    /// Returns what objects need of a primitive's mesh at a node, and the skin that it hangs on.
     fn needs(
         &mut self,
         sources: &Sources,
@@ -236,7 +236,7 @@ impl Drawables {
     }
 }
 
-/// What becomes of the morph targets of a primitive at a node.
+/// Returns what becomes of the morph targets of a primitive at a node.
 fn shapes(sources: &Sources, node: usize, primitive: &Primitive) -> Shapes {
     if primitive.targets.is_empty() {
         return Shapes::None;

@@ -1,4 +1,4 @@
-//! Which extensions are drawn, and what is said of the others.
+//! The extensions that are drawn, and the warnings for the others.
 
 use super::json::Document;
 

@@ -43,7 +43,7 @@ impl<'de> Deserialize<'de> for Whole {
     }
 }
 
-/// What attributes a primitive or a shape has: semantics with the numbers of accessors.
+/// The attributes of a primitive or a shape: semantics with the numbers of accessors.
 pub(super) type Attributes = BTreeMap<String, Whole>;
 
 #[derive(Debug, Default, Deserialize)]

@@ -29,7 +29,7 @@ pub(super) struct Level {
     pub unpacked: u64,
 }
 
-/// What the beginning of a file says (KTX 2.0, "File Structure").
+/// The beginning of a file (KTX 2.0, "File Structure").
 pub(super) struct Header {
     /// By the numbers of `VkFormat`; 0 for Basis Universal.
     format: u32,

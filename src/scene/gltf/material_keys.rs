@@ -1,4 +1,4 @@
-//! What clips change of materials, in the numbers of the materials that are made: emission times its strength, and the alpha of what is drawn.
+//! Materials that clips change, in the numbers of the materials that are made: emission times its strength, and the alpha of what is drawn.
 
 use std::collections::BTreeSet;
 

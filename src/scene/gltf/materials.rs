@@ -18,7 +18,7 @@ pub(super) struct Dress {
     pub coat: Option<Pending>,
     /// The sets of texture coordinates that become a mesh's first and second.
     pub uv_sets: [Option<usize>; 2],
-    /// Whether whole repeats may be taken off each.
+    /// True for each set of coordinates from which whole repeats may be taken off.
     pub repeats: [bool; 2],
     /// True if a normal map needs tangents.
     pub tangents: bool,
@@ -62,14 +62,14 @@ struct Used {
     map: UvMap,
     sampler: Sampler,
     is_normal_map: bool,
-    /// Whether clips turn or scale it.
+    /// True if clips turn or scale it.
     moves: bool,
 }
 
 struct Reader<'a> {
     document: &'a Document,
     json: &'a JsonMaterial,
-    /// What clips change of it.
+    /// The values of it that clips change.
     moving: &'a BTreeSet<MaterialValue>,
     warnings: Vec<String>,
     used: Vec<Used>,

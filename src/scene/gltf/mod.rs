@@ -67,7 +67,7 @@ pub use self::write::{Exported, Shot, write};
 use super::{Error, Imported, LoadOptions};
 use crate::regular_file::read_regular;
 
-/// What to read of a glTF file.
+/// The parts of a glTF file to read.
 #[derive(Default, Clone, Copy)]
 pub struct GltfOptions<'a> {
     /// The scene, by its name or its number, in place of the one that the file opens with.
@@ -153,7 +153,7 @@ impl Reader<'_> {
         Ok(imported)
     }
 
-    /// What is wrong with a file that shows nothing.
+    /// Returns the fault of a file that shows nothing.
     fn nothing(&self, nodes: &Nodes, drawables: &Drawables) -> String {
         let with_mesh = nodes.shown.iter().filter(|&&node| self.document.nodes[node].mesh.is_some()).count();
         let [points, lines] = drawables.left_out;

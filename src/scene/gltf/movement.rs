@@ -1,4 +1,4 @@
-//! What of a scene moves: the nodes that clips move and what hangs on them. What nothing moves keeps no trace of it.
+//! The moving parts of a scene: the nodes that clips move and what hangs on them. A part that nothing moves keeps no trace of its node.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -36,7 +36,7 @@ impl Joints {
     }
 }
 
-/// What clips move.
+/// The nodes and values that clips move.
 pub(super) struct Movement {
     /// By node, whether its place in the world moves.
     pub places: Vec<bool>,

@@ -53,12 +53,12 @@ impl Nodes {
     }
 }
 
-/// What messages call a node.
+/// Returns the name of a node in messages.
 pub(super) fn name(nodes: &[Node], index: usize) -> String {
     named("node", index, nodes.get(index).and_then(|node| node.name.as_ref()))
 }
 
-/// What an object of a node is called.
+/// Returns the name of an object of a node.
 pub(super) fn object_name(document: &Document, index: usize) -> String {
     let node = &document.nodes[index];
     let of_mesh = || node.mesh.and_then(|mesh| document.meshes.get(mesh.0)?.name.clone());

@@ -1,9 +1,9 @@
-//! What an animation channel moves: a node's path, or what a JSON pointer leads to (KHR_animation_pointer).
+//! The target of an animation channel: a node's path, or the value that a JSON pointer leads to (KHR_animation_pointer).
 
 use super::json::{Document, Whole, entry};
 use crate::scene::{CameraValue, LightValue, MaterialValue, TextureSlot};
 
-/// What of the file a channel moves.
+/// The part of the file that a channel moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Aim {
     /// Of a node.
@@ -57,7 +57,7 @@ pub(super) fn shapes(document: &Document, node: usize) -> usize {
     mesh.and_then(|mesh| mesh.primitives.iter().map(|primitive| primitive.targets.len()).max()).unwrap_or(0)
 }
 
-/// What a pointer leads to.
+/// Returns the value that a pointer leads to.
 ///
 /// # Errors
 /// What is wrong with it, to be read behind it.

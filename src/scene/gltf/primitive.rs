@@ -14,12 +14,12 @@ use crate::scene::{Aabb, Influences, Mesh, Morph, uvs};
 /// A box whose middle is so many times its radius from zero is recentred: f32 would keep fewer digits of what is added to its positions.
 const FAR: f64 = 16.0;
 
-/// What objects need of a primitive's mesh.
+/// The attributes that objects need of a primitive's mesh.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Hash)]
 pub(super) struct Needs {
     /// The sets of texture coordinates that become the mesh's first and second.
     pub uv_sets: [Option<usize>; 2],
-    /// Whether whole repeats may be taken off each.
+    /// True for each set of coordinates from which whole repeats may be taken off.
     pub repeats: [bool; 2],
     /// True if a normal map bends its normals.
     pub tangents: bool,
@@ -30,7 +30,7 @@ pub(super) struct Needs {
     pub posed: Option<usize>,
 }
 
-/// What becomes of a primitive's morph targets.
+/// The fate of a primitive's morph targets.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Hash)]
 pub(super) enum Shapes {
     #[default]
@@ -41,7 +41,7 @@ pub(super) enum Shapes {
     Fixed(Vec<u64>),
 }
 
-/// What messages call a primitive, and what a mesh is made of.
+/// The name of a primitive in messages, and the parts that its mesh is made of.
 pub(super) struct Order<'a> {
     pub name: &'a str,
     pub mesh: &'a JsonMesh,

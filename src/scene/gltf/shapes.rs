@@ -35,7 +35,7 @@ struct Target<'a> {
 }
 
 impl Target<'_> {
-    /// What vertices have more of an attribute; empty where that is nothing.
+    /// Returns what a shape adds to an attribute of each vertex; empty where it adds nothing.
     fn list<const N: usize>(&self, semantic: &str, kinds: &[&str]) -> Result<Vec<[f32; N]>, String> {
         let Some(list) = self.source.of_target::<N>(self.index, semantic, kinds)? else { return Ok(Vec::new()) };
         if list.len() != self.vertices {

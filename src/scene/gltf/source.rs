@@ -82,7 +82,7 @@ impl<'a> Source<'a> {
         read.map_err(|what| format!("indices: {what}"))
     }
 
-    /// Which mode the indices are for: compressed ones are always of single triangles.
+    /// Returns the mode that the indices are for: compressed ones are always of single triangles.
     pub fn mode(&self) -> usize {
         if self.packed.is_some() { 4 } else { self.primitive.mode.map_or(4, |mode| mode.0) }
     }

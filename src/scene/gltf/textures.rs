@@ -25,7 +25,7 @@ pub(super) struct Picture {
     pub otherwise: Option<usize>,
 }
 
-/// What a texture is made of. A number is the bits of an f64.
+/// The pictures that a texture is made of. A number is the bits of an f64.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Recipe {
     Plain(Picture, ColorSpace),
@@ -90,7 +90,7 @@ pub(super) fn picture(document: &Document, texture: Whole) -> Result<Option<(Pic
     Ok(sources.first().map(|&image| (Picture { image, otherwise }, sampler)))
 }
 
-/// What of a sampler is unknown is as by default.
+/// Unknown values of a sampler are as by default.
 fn sampler_of(json: &super::json::Sampler) -> Sampler {
     let wrap = |mode: Option<Whole>| match mode.map(|mode| mode.0) {
         Some(33071) => Wrap::Clamp,
@@ -130,7 +130,7 @@ pub(super) struct Made {
 pub(super) struct Pixels {
     pub size: [u32; 2],
     pub texels: Texels,
-    /// What the values of texels were taken for when levels were made of them.
+    /// The colour space in which levels were made of the texels.
     levels_in: Option<ColorSpace>,
 }
 
@@ -290,7 +290,7 @@ impl Images<'_> {
     }
 }
 
-/// What a recipe makes of the texels of its pictures.
+/// Makes of the texels of its pictures what a recipe says.
 fn cooked(recipe: Recipe, mut found: impl Iterator<Item = Option<RgbaImage>>) -> Option<RgbaImage> {
     Some(match recipe {
         Recipe::Plain(..) => found.next()??,

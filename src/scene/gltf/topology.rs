@@ -1,6 +1,6 @@
 //! Primitive modes as lists of triangles (glTF 2.0, "Meshes").
 
-/// What a primitive of some mode is drawn as.
+/// The form as which a primitive of some mode is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Topology {
     Points,

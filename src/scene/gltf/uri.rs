@@ -1,4 +1,4 @@
-//! What a URI in a glTF file names: bytes in the URI itself, or a file in the folder of the glTF file.
+//! URIs in glTF files: bytes in the URI itself, or a file in the folder of the glTF file.
 
 use std::fs::{self, File};
 use std::io::Read;
@@ -99,7 +99,7 @@ fn stays_inside(path: &str) -> bool {
     })
 }
 
-/// Whether it begins as `http:`, `file:` or `C:` do (RFC 3986, section 3.1).
+/// Returns true if it begins as `http:`, `file:` or `C:` do (RFC 3986, section 3.1).
 fn has_scheme(uri: &str) -> bool {
     let Some((scheme, _)) = uri.split_once(':') else { return false };
     let is_of_scheme = |byte: u8| byte.is_ascii_alphanumeric() || b"+-.".contains(&byte);

@@ -7,7 +7,7 @@ use crate::scene::{Aabb, Mesh};
 /// By how much a box grows beyond what it holds, as a share of its longest edge: positions on a device are f32.
 const SLACK: f64 = 1e-6;
 
-/// What of a mesh moves together: the vertices that hang on one joint with any weight, or all vertices.
+/// A part of a mesh that moves together: the vertices that hang on one joint with any weight, or all vertices.
 #[derive(Debug, Clone, PartialEq)]
 struct Part {
     /// Index in the skin's joints; `None` where the mesh hangs on none.

@@ -1,4 +1,4 @@
-//! What moves in a scene: a hierarchy of nodes, the clips that move them, the skins that hang meshes on them, and shapes that meshes blend to.
+//! Motion: a hierarchy of nodes, the clips that move them, the skins that hang meshes on them, and shapes that meshes blend to.
 //!
 //! Everything is f64 and a pure function of time. [`Scene::at`](super::Scene::at) gives the scene as it is at a time, its deformed meshes as
 //! plain ones: rays, exports and tests take that. Frames on a device deform on the device, from [`Pose`].
@@ -108,7 +108,7 @@ pub enum Interpolation {
     CubicSpline,
 }
 
-/// What a channel moves.
+/// The target of a channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Target {
     /// Of a node by its index: three values.
@@ -129,7 +129,7 @@ pub enum Target {
     Cell(usize),
 }
 
-/// What of a light moves, besides its node.
+/// The values of a light that move, besides its node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum LightValue {
     /// Linear RGB.
@@ -144,7 +144,7 @@ pub enum LightValue {
     OuterAngle,
 }
 
-/// What of a camera moves, besides its node.
+/// The values of a camera that move, besides its node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum CameraValue {
     /// Radians, of a perspective one.
@@ -155,7 +155,7 @@ pub enum CameraValue {
     Near,
 }
 
-/// What of a material moves.
+/// The values of a material that move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum MaterialValue {
     /// Linear RGB and alpha.
@@ -184,7 +184,7 @@ pub enum MaterialValue {
 /// Keys of one value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Channel {
-    /// What they move.
+    /// The value that they move.
     pub target: Target,
     /// In seconds, each after the one before it.
     pub times: Vec<f64>,
@@ -269,7 +269,7 @@ impl Target {
 }
 
 impl Motion {
-    /// Whether nothing moves or deforms.
+    /// Returns true if nothing moves or deforms.
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty() && self.clips.is_empty()
     }
@@ -322,7 +322,7 @@ impl Motion {
         hung.chain(changed).collect()
     }
 
-    /// Whether some node, key or joint mirrors.
+    /// Returns true if some node, key or joint mirrors.
     pub(crate) fn mirrors(&self) -> bool {
         let negative = |node: &Node| node.local.to_affine().matrix3.determinant() < 0.0;
         let keyed = |channel: &Channel| {

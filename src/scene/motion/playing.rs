@@ -1,4 +1,4 @@
-//! Which clips play, and where in them a moment is.
+//! The clips that play, and the moment's place in each of them.
 
 use super::{Clip, Motion};
 use crate::scene::{Error, unknown};
@@ -20,7 +20,7 @@ pub enum ClipChoice {
 pub struct Playing {
     /// Seconds since the clips began.
     pub time: f64,
-    /// Which play.
+    /// The clips that play.
     pub clips: ClipChoice,
     /// True if each clip begins again when its own duration is over; else it stays at its end.
     pub looped: bool,

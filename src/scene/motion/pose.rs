@@ -159,7 +159,7 @@ impl Pose {
         out.extend(joints.map(|(&joint, bind)| back * (self.world(joint) * *bind)));
     }
 
-    /// What moves an object from its mesh, or from where its joints are: the world of its node, or its own transform if it has a skin or no
+    /// Returns the transform of an object from its mesh, or from where its joints are: the world of its node, or its own transform if it has a skin or no
     /// node.
     pub fn object_transform(&self, object: &Object) -> DAffine3 {
         let node = object.node.filter(|_| object.skin.is_none());

@@ -1,4 +1,4 @@
-//! What clips change of lights, cameras and materials, kept within the ranges that these have: a cubic may swing beyond its keys.
+//! Values of lights, cameras and materials that clips change, kept within the ranges that these have: a cubic may swing beyond its keys.
 
 use glam::{DVec2, Vec3};
 

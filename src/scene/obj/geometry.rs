@@ -21,7 +21,7 @@ pub(super) struct Group {
     pub mesh: Mesh,
 }
 
-/// What a material wants of its meshes.
+/// The attributes that a material wants of its meshes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct MaterialNeeds {
     pub tangents: bool,

@@ -27,7 +27,7 @@ pub(super) enum Request {
     MetallicRoughness { roughness: Option<Source>, shininess: Option<u32>, metallic: Option<Source> },
 }
 
-/// What became of a request.
+/// The result of a request.
 pub(super) struct Made {
     /// None when the warning says why not.
     pub texture: Option<Texture>,

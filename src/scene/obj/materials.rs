@@ -22,7 +22,7 @@ pub(super) struct PendingMaterial {
     pub requests: Vec<(TextureSlot, Request)>,
 }
 
-/// What a face gets whose material is nowhere defined.
+/// Returns the material of faces whose own is nowhere defined.
 pub(super) fn plain(name: &str) -> PendingMaterial {
     let mut pending = PendingMaterial::default();
     if !name.is_empty() {

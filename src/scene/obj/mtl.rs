@@ -94,7 +94,7 @@ fn canonical(keyword: &str) -> Option<&'static str> {
     })
 }
 
-/// What tobj shall read after the keyword; none where it would be nothing.
+/// Returns what tobj shall read after the keyword; none where nothing is left.
 fn value(keyword: &str, rest: &str) -> Result<Option<String>, String> {
     if keyword.starts_with("map_") || keyword == "bump" || keyword == "norm" {
         check_options(rest)?;

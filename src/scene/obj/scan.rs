@@ -38,16 +38,16 @@ pub(super) struct Part {
 /// An OBJ file, checked.
 #[derive(Debug, Default)]
 pub(super) struct Scan {
-    /// What tobj reads.
+    /// The text that tobj reads.
     pub text: String,
     pub parts: Vec<Part>,
     /// Names of groups; the first stands for faces before any.
     pub groups: Vec<String>,
     /// Names that `usemtl` gave and the line of the first; an empty one stands for faces before any.
     pub materials: Vec<(String, usize)>,
-    /// What follows each `mtllib`, and its line.
+    /// The text after each `mtllib`, and its line.
     pub libraries: Vec<(String, usize)>,
-    /// What is not drawn, a line each.
+    /// The parts that are not drawn, a line each.
     pub warnings: Vec<String>,
 }
 
@@ -109,7 +109,7 @@ struct Scanner {
     material: Option<usize>,
     smoothing: Option<Smoothing>,
     libraries: Vec<(String, usize)>,
-    /// Whether the file has any positions, texture coordinates and normals.
+    /// True for each of positions, texture coordinates and normals that the file has.
     exists: [bool; 3],
     /// How many of them there are so far.
     counts: [usize; 3],

@@ -1,8 +1,8 @@
-//! What settings choose among.
+//! The choices of settings.
 
 use serde::{Deserialize, Serialize};
 
-/// What the pixels of a picture are.
+/// The form of a picture's pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Output {
     /// Tone-mapped, 8 bits a channel, sRGB-encoded.
@@ -80,7 +80,7 @@ pub enum Reflections {
     /// They mirror lights and the sky alone.
     #[default]
     Off,
-    /// What the picture shows of others is mirrored, as far as a ray through its depth buffer meets it.
+    /// Surfaces mirror what the picture shows of others, as far as a ray through its depth buffer meets it.
     Screen,
 }
 
@@ -212,7 +212,7 @@ pub enum View {
     /// How far what each pixel shows has come on the picture since the frame before: the direction is a colour, and far is bright; in pixels to the
     /// right and down where the output is linear.
     Velocity,
-    /// What each pixel finds on the screen to mirror: its light times the share of the lobe that found any; black where that is nothing.
+    /// The light that each pixel finds on the screen to mirror: its light times the share of the lobe that found any; black where that is nothing.
     Reflections,
 }
 
@@ -228,7 +228,7 @@ pub enum Fog {
     Froxels,
 }
 
-/// Which format each target of the G-buffer has.
+/// The format of each target of the G-buffer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct GbufferChoice {
     /// Where no override below says otherwise.

@@ -17,7 +17,7 @@ pub(super) use table::{KEYS, SHADOW_KEYS};
 pub use table::{SETTINGS, Settings, SettingsPatch, ShadowSettings};
 
 impl View {
-    /// Whether it shows what surfaces emit, or where that is mirrored.
+    /// Returns true if it shows what surfaces emit, or where that is mirrored.
     pub(crate) fn shows_emission(self) -> bool {
         matches!(self, Self::Final | Self::Reflections)
     }

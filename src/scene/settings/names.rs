@@ -73,7 +73,7 @@ named!(TargetChoice, "target format",
     "depth" => Depth, "oct16" => Oct16, "oct16-uint" => Oct16Uint, "oct8" => Oct8, "rgb8" => Rgb8, "rgb10a2" => Rgb10a2,
     "rgba8" => Rgba8, "rgba16f" => Rgba16f, "rgba32f" => Rgba32f);
 
-/// Which formats a target of the G-buffer takes.
+/// The formats that each target of the G-buffer takes.
 pub const TARGETS: &[(&str, &[TargetChoice])] = &[
     ("position", &[TargetChoice::Depth, TargetChoice::Rgba16f, TargetChoice::Rgba32f]),
     (

@@ -21,7 +21,7 @@ impl SettingsPatch {
         setting.set(self, Some(value)).map_err(|why| Error::Setting(format!("{key}={value}: {why}")))
     }
 
-    /// Whether each value that was said is in its range.
+    /// Checks that each value that was said is in its range.
     ///
     /// # Errors
     /// [`Error::Setting`], which names the setting, what it was and what it must be.

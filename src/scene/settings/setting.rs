@@ -1,4 +1,4 @@
-//! What a setting is: its row in the table, what it may be, and how its values are read from text and written as text.
+//! A setting: its row in the table, its range, and how its values are read from text and written as text.
 
 use std::fmt::{self, Display};
 
@@ -20,7 +20,7 @@ pub struct Setting {
     pub values: ValueKind,
     /// Of a number; empty where it has none.
     pub unit: &'static str,
-    /// What decides where nothing is said; empty where a default does.
+    /// Says what decides where the setting is not given; empty where a default does.
     pub unset: &'static str,
     /// Frames of another value may have another plan; otherwise it is looked up for each frame.
     pub changes_plan: bool,
@@ -32,11 +32,11 @@ pub struct Setting {
     pub only: &'static str,
     /// It has a row in the window's panel.
     pub in_panel: bool,
-    /// Whether `afterlight report` tries other values of it.
+    /// Says which other values of it `afterlight report` tries.
     pub sweep: Sweep,
     /// The numbers that a sweep tries, and that the panel's menu offers; none for all values that there are.
     pub tried: &'static [&'static str],
-    /// What `--quick` tries; nothing for the same.
+    /// The values that `--quick` tries; none for the same.
     pub quick: &'static [&'static str],
     /// Values that may make a frame cheaper than the default does: `bench --why` tries them, and the default.
     pub cheaper: &'static [&'static str],
@@ -55,7 +55,7 @@ pub enum Sweep {
     Joint,
 }
 
-/// What a value may be.
+/// The range of a value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ValueKind {
     /// A boolean; in text also `true`, `yes`, `false` and `no`.
@@ -148,7 +148,7 @@ impl Display for ValueKind {
 }
 
 impl Setting {
-    /// What a patch says of it, as text.
+    /// Returns its value in a patch, as text.
     pub fn text(&self, patch: &SettingsPatch) -> Option<String> {
         (self.get)(patch)
     }
@@ -176,7 +176,7 @@ impl Setting {
         if self.values.admit(text) { T::read(text) } else { Err(format!("must be {}", self.range())) }
     }
 
-    /// What it may be, with its unit.
+    /// Returns its range, with its unit.
     pub fn range(&self) -> String {
         match self.unit {
             "" => self.values.to_string(),
@@ -194,7 +194,7 @@ impl Setting {
         self.text(&super::Settings::default().patch()).unwrap_or_else(|| self.unset.to_owned())
     }
 
-    /// What stands for its value in a line of help.
+    /// Returns what stands for its value in a line of help.
     pub fn value_name(&self) -> &'static str {
         match self.values {
             ValueKind::OnOff => "on|off",
@@ -211,9 +211,9 @@ impl Setting {
     }
 }
 
-/// What a setting is kept in.
+/// A type in which a setting is kept.
 pub(super) trait Value: Copy {
-    /// What it may be where its row says nothing else.
+    /// Its range where its row says nothing else.
     const VALUES: ValueKind;
 
     fn read(text: &str) -> Result<Self, String>;

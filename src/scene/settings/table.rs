@@ -37,7 +37,7 @@ macro_rules! settings {
             pub $field: decided!($type $(, $default)?),)+
             /// How shadows are drawn.
             pub shadows: ShadowSettings,
-            /// What a picture holds.
+            /// The form of a picture's pixels.
             pub output: Output,
         }
 

@@ -33,14 +33,14 @@ const WIDTH: u32 = 512;
 /// Steps of a ray, and of the rays of tables.
 const STEPS: usize = 40;
 
-/// What an atmosphere is made of.
+/// An atmosphere and the ground below it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Atmosphere {
     /// Towards the sun, of length 1.
     pub sun: DVec3,
     /// How much haze there is: 1 on a clear day, 0 for none.
     pub haze: f64,
-    /// What the ground reflects, 0 to 1.
+    /// Reflectance of the ground, 0 to 1.
     pub ground: f64,
     /// Metres above the sea.
     pub altitude: f64,
@@ -53,7 +53,7 @@ impl Default for Atmosphere {
     }
 }
 
-/// What air does to light at a place, a metre.
+/// Coefficients of the air at a place, a metre.
 struct Medium {
     rayleigh: DVec3,
     mie: f64,
@@ -81,7 +81,7 @@ impl Atmosphere {
         (SkyImage { origin: SkyOrigin::Atmosphere(*self), ..image }, NITS as f32)
     }
 
-    /// What is left of the sun's light at the eye, in lux on a surface that faces it: the colour of a directional light.
+    /// Returns what is left of the sun's light at the eye, in lux on a surface that faces it: the colour of a directional light.
     pub fn sunlight(&self) -> Vec3 {
         let eye = DVec3::Y * (GROUND + self.altitude.max(1.0));
         if meets_ground(eye, self.sun) {
@@ -140,7 +140,7 @@ impl Atmosphere {
         light
     }
 
-    /// What the ground at the end of a ray reflects, of what arrives there.
+    /// Returns what the ground at the end of a ray reflects of the light that arrives there.
     fn of_ground(&self, from: DVec3, to: DVec3, steps: usize, arriving: impl Fn(DVec3) -> DVec3) -> DVec3 {
         if !meets_ground(from, to) {
             return DVec3::ZERO;

@@ -1,4 +1,4 @@
-//! What lies around a scene: a picture of the sky, from a file or of an atmosphere, that is seen where nothing is and lights what is there.
+//! The sky around a scene: a picture of the sky, from a file or of an atmosphere, that is seen where nothing is and lights what is there.
 
 mod atmosphere;
 mod choice;
@@ -21,7 +21,7 @@ use super::check::infinite;
 /// The largest value of a texel. Beyond it a sun would leave no steps for the sky around it in half floats.
 pub const MOST_LIGHT: f32 = 1e6;
 
-/// What the brightest texel becomes as a half float: below 65504, so that sums of filters stay finite.
+/// The brightest texel as a half float: below 65504, so that sums of filters stay finite.
 const BRIGHTEST_HALF: f32 = 60_000.0;
 
 /// The sky of a scene.
@@ -63,7 +63,7 @@ pub struct SkyImage {
     pub origin: SkyOrigin,
 }
 
-/// What a sky was made of, so that a scene file can say it.
+/// The source of a sky, so that a scene file can say it.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SkyOrigin {
     /// An equirectangular picture.
@@ -136,7 +136,7 @@ impl SunDisc {
 }
 
 impl SkyImage {
-    /// What every texel has is computed from its direction.
+    /// Makes a sky by computing each texel from its direction.
     pub fn of(name: &str, width: u32, radiance: impl Fn(DVec3) -> DVec3 + Sync) -> Self {
         use rayon::prelude::*;
         let size = [width, width / 2];
@@ -189,7 +189,7 @@ impl SkyImage {
         self.texels.iter().flatten().fold(0.0, |most, &value| most.max(value))
     }
 
-    /// What texels are multiplied by before they become half floats, so that the brightest is [`BRIGHTEST_HALF`].
+    /// Returns the factor of texels before they become half floats, so that the brightest is [`BRIGHTEST_HALF`].
     pub fn half_scale(&self) -> f32 {
         let brightest = self.brightest();
         if brightest > 0.0 { BRIGHTEST_HALF / brightest } else { 1.0 }

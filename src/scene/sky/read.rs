@@ -16,7 +16,7 @@ const MOST_WIDTH: u32 = 8192;
 const MOST_FACE: u32 = 2048;
 /// A panorama is kept at most this wide: faces of a cube are no finer.
 const KEPT_WIDTH: u32 = 4096;
-/// What a decoder may allocate: an RGBA picture of the largest size in single floats, and as much again.
+/// The most memory that a decoder may allocate: an RGBA picture of the largest size in single floats, and as much again.
 const MOST_BYTES: u64 = 2 * 16 * (MOST_WIDTH as u64) * (MOST_WIDTH as u64 / 2);
 
 /// A picture as it was read, with what was odd about it.

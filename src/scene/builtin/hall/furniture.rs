@@ -1,4 +1,4 @@
-//! What stands and hangs in the hall: cloth, plants, iron, lanterns, urns and a fountain.
+//! The furniture of the hall: cloth, plants, iron, lanterns, urns and a fountain.
 
 use glam::{DAffine3, DVec2, DVec3};
 

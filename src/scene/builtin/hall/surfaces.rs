@@ -1,4 +1,4 @@
-//! What the hall is made of: painted textures and the materials that wear them.
+//! The surfaces of the hall: painted textures and the materials that wear them.
 
 use glam::Vec3;
 

@@ -18,7 +18,7 @@ const KEYS: usize = 5;
 /// Kinds of stalk.
 const KINDS: u64 = 3;
 
-/// What grows.
+/// The stalks of a garden.
 pub struct Garden {
     pub count: usize,
     pub joints: usize,

@@ -1,4 +1,4 @@
-//! What other encoders made: draco3d 1.5.7, meshoptimizer and ktx2-encoder of the npm registry, libwebp by sharp. Base64.
+//! Files of other encoders: draco3d 1.5.7, meshoptimizer and ktx2-encoder of the npm registry, libwebp by sharp. Base64.
 
 /// Draco 1.5, `MESH_EDGEBREAKER_ENCODING`, of the grid.
 pub(super) const EDGEBREAKER: &str = "\

@@ -1,4 +1,4 @@
-//! What clips move, and what keeps no trace of them.
+//! Clips move what they name, and nothing else keeps a trace of them.
 
 use serde_json::{Value, json};
 

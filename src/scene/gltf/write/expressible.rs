@@ -1,4 +1,4 @@
-//! What glTF can say of a scene, as a scene: still, lit by punctual lights alone, of the metallic-roughness materials that the reader knows.
+//! The part of a scene that glTF can say, as a scene: still, lit by punctual lights alone, of the metallic-roughness materials that the reader knows.
 
 use glam::Vec3;
 

@@ -109,7 +109,7 @@ impl Writer<'_, '_> {
         json["extensions"][self.document.uses(extension)] = content;
     }
 
-    /// What it emits, in nits: a colour from 0 to 1 times a power of 2, which rounds nothing.
+    /// Writes what it emits, in nits: a colour from 0 to 1 times a power of 2, which rounds nothing.
     fn emission(&mut self, json: &mut Value, material: &Material) {
         if !material.is_emissive() {
             return;

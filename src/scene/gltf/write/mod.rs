@@ -31,7 +31,7 @@ use self::materials::Materials;
 use self::nodes::Nodes;
 use crate::scene::{Environment, Error, SETTINGS, Scene, SettingsPatch, exposure_scale, luminance};
 
-/// What the file says of the picture besides the scene.
+/// The picture's data in the file, besides the scene.
 #[derive(Debug, Clone)]
 pub struct Shot {
     /// Width and height in pixels; both at least 1.
@@ -51,7 +51,7 @@ pub struct Exported {
     pub bytes: Vec<u8>,
     /// The scene that it holds.
     pub scene: Scene,
-    /// What glTF cannot say of the scene that was given, a line each.
+    /// The parts of the given scene that glTF cannot say, a line each.
     pub left_out: Vec<String>,
     /// The extensions in use, by name.
     pub extensions: Vec<&'static str>,
@@ -139,7 +139,7 @@ impl Document {
     }
 }
 
-/// What a renderer that draws the same picture must know of how it is exposed.
+/// Returns what a renderer must know of the exposure to draw the same picture.
 fn exposure(shot: &Shot) -> Value {
     json!({ "exposure_ev100": number(shot.exposure), "exposure_scale": number(exposure_scale(shot.exposure)) })
 }

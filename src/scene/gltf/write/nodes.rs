@@ -10,7 +10,7 @@ use super::placing::{Placing, aimed, placing, turned};
 use super::{Document, number};
 use crate::scene::{Camera, Light, LightKind, Mesh, Object, Outline, Projection, Scene, unit};
 
-/// What is made nodes of.
+/// The parts of a scene that become nodes.
 pub(super) struct Nodes<'a> {
     pub scene: &'a Scene,
     pub materials: &'a Materials,

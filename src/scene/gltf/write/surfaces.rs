@@ -64,7 +64,7 @@ fn model(material: &mut Material) -> bool {
     true
 }
 
-/// What the reader makes of what says the same.
+/// Makes of a material what the reader makes of its glTF.
 fn normal_form(material: &mut Material) {
     match material.alpha_mode {
         AlphaMode::Opaque => material.alpha = 1.0,
@@ -88,7 +88,7 @@ fn normal_form(material: &mut Material) {
     }
 }
 
-/// What KHR_materials_clearcoat says of a coat.
+/// Returns a coat as KHR_materials_clearcoat can say it.
 fn lacquer(material: &Material) -> Material {
     let Material { alpha, alpha_mode, roughness, normal_scale, two_sided, uv_maps, .. } = *material;
     let Material { base_color_texture, normal_texture, metallic_roughness_texture, .. } = *material;
@@ -127,7 +127,7 @@ fn drop_lone_coats(scene: &mut Scene) {
     scene.objects = kept;
 }
 
-/// What an object and its coat have in common.
+/// Returns what an object and its coat have in common.
 fn place(object: &Object) -> (usize, [u64; 12]) {
     (object.mesh, object.transform.to_cols_array().map(f64::to_bits))
 }

@@ -1,4 +1,4 @@
-//! What is written is what is read, to the last bit, and what cannot be written is told.
+//! The reader reads what was written, to the last bit, and the writer tells what it cannot write.
 
 use std::path::Path;
 
