@@ -9,7 +9,7 @@ use afterlight::measure::Shard;
 use afterlight::scene::{Camera, SETTINGS, Setting, SettingsPatch, SkyChoice, Up, ValueKind, View, unknown};
 use clap::{Arg, ArgAction, ArgGroup, ArgMatches, Args, Command, FromArgMatches, value_parser};
 
-/// Which device draws, and whether its use is checked.
+/// The device that draws, and the checks of its use.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Device")]
 pub struct DeviceArgs {
@@ -30,7 +30,7 @@ pub struct DeviceArgs {
     pub validate: Option<Validation>,
 }
 
-/// What `--validate` can ask for, by its names.
+/// The checks that `--validate` can ask for, by their names.
 const CHECKS: [(&str, Validation); 3] = [
     ("sync", Validation::Synchronization),
     ("gpu-assisted", Validation::GpuAssisted),
@@ -105,7 +105,7 @@ pub enum CameraChoice {
     Named(String),
 }
 
-/// What has a slash, or two commas, is taken for a pose with a slip rather than for a name.
+/// A text with a slash, or with two commas, is taken for a pose with a slip rather than for a name.
 fn camera(text: &str) -> Result<CameraChoice, String> {
     let is_pose = text.trim().is_empty() || text.contains('/') || text.split(',').count() == 3;
     match text.parse() {
@@ -293,7 +293,7 @@ pub fn device(text: &str) -> Result<DeviceChoice, String> {
     if text.trim().is_empty() { Err("a number or a part of a name is needed".into()) } else { value(text) }
 }
 
-/// What is read of a setting that a command has as an option of its own.
+/// Reads the value of a setting that a command has as an option of its own.
 fn own<T>(key: &str, text: &str, of: fn(SettingsPatch) -> Option<T>) -> Result<T, String> {
     let setting = SETTINGS.iter().find(|setting| setting.key == key);
     let read = setting.map(|setting| setting.read(text)).transpose()?;

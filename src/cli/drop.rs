@@ -31,7 +31,7 @@ pub fn without(plan: &FramePlan, table: &Edges, name: &str) -> Result<Edges, Fai
     table.without(row.name).map_err(|error| Failure::usage(error.to_string()))
 }
 
-/// What may go wrong in frames with these dependencies, the worst first.
+/// Returns what may go wrong in frames with these dependencies, the worst first.
 pub fn in_words(plan: &FramePlan, edges: &Edges) -> Vec<String> {
     told(&Frames::of(plan, edges).hazards())
 }
@@ -79,7 +79,7 @@ struct Laboratory<'a> {
     picture: Picture,
 }
 
-/// What was found of some frames.
+/// The picture and the messages of some frames.
 struct Found {
     picture: Picture,
     messages: Vec<Message>,
@@ -251,7 +251,7 @@ impl Found {
     }
 }
 
-/// What the layer says: its rules, or its own words.
+/// Lists what the layer says: its rules, or its own words.
 fn listing(found: &Found, is_verbose: bool) -> String {
     let mut text = match found.messages.is_empty() {
         true => "  nothing\n".to_owned(),
@@ -303,7 +303,7 @@ fn proved(hazards: &[Hazard]) -> String {
     })
 }
 
-/// What it means that the layer says nothing.
+/// Explains why the layer says nothing.
 fn silence(edge: &Edge, layer: u32) -> String {
     let (own, known) = (version(layer), version(LAYER));
     match reason(edge, Part::Row) {

@@ -30,7 +30,7 @@ pub enum Exit {
 }
 
 impl Exit {
-    /// What the program ends with.
+    /// Returns the program's exit code.
     pub fn code(self) -> u8 {
         match self {
             Self::FailedCheck => 1,
@@ -119,7 +119,7 @@ impl Failure {
         self.exit.is_none()
     }
 
-    /// What clap has against the command line: its first paragraph as one line, its tip as the hint.
+    /// Turns clap's error into a failure: its first paragraph as one line, its tip as the hint.
     pub fn from_clap(error: &clap::Error) -> Self {
         let text = error.render().to_string();
         let mut paragraphs = text.split("\n\n").map(|paragraph| {

@@ -51,7 +51,7 @@ pub struct Args {
     device: DeviceArgs,
 }
 
-/// What `--json` prints.
+/// The output of `--json`.
 #[derive(Serialize)]
 struct Report {
     scene: String,
@@ -61,7 +61,7 @@ struct Report {
     camera: String,
     /// Of the box around all objects, in metres; `null` without any.
     bounds: Option<[[f64; 3]; 2]>,
-    /// What moves in the scene, of which the plan is that of one moment; `null` where nothing does.
+    /// The scene's motion, of which the plan is that of one moment; `null` where nothing moves.
     motion: Option<MotionReport>,
     gbuffer_bytes_per_pixel: u32,
     #[serde(flatten)]

@@ -1,4 +1,4 @@
-//! What `report` and `tune` share: how much is measured, of which settings, and how far it has come.
+//! Shared by `report` and `tune`: how much is measured, of which settings, and how far it has come.
 
 use std::time::Duration;
 
@@ -20,7 +20,7 @@ use super::failure::Failure;
 use super::workload::Workload;
 use super::{output, progress};
 
-/// What `--quick` measures at, unless `--size` says another.
+/// The size of `--quick`, unless `--size` says another.
 const QUICK_SIZE: [u32; 2] = [320, 180];
 
 /// How much is measured, and how well.

@@ -87,12 +87,12 @@ fn after_help() -> String {
     )
 }
 
-/// What there is to choose from: which commands there are depends on the features.
+/// Lists the commands to choose from, which depend on the features.
 fn commands() -> String {
     Cli::command().get_subcommands().map(clap::Command::get_name).collect::<Vec<_>>().join(", ")
 }
 
-/// What is wrong with the command line. `ci` has another use for the exit code of usage.
+/// Returns the fault of the command line. `ci` has another use for the exit code of usage.
 fn of_command_line(error: &clap::Error) -> Failure {
     let failure = Failure::from_clap(error);
     #[cfg(feature = "ci")]

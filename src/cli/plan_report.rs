@@ -19,7 +19,7 @@ pub struct PlanReport {
     bytes: u64,
     /// Of attachments and the output.
     target_bytes_per_pixel: u64,
-    /// What `--plan full` would take more; `null` where it cannot be planned.
+    /// The additional cost of `--plan full`; `null` where it cannot be planned.
     full: Option<CostReport>,
 }
 
@@ -33,7 +33,7 @@ struct PartReport {
     reason: String,
     /// Device memory that it takes.
     bytes: u64,
-    /// What it would take if it stayed without need; `null` where it is in, or cannot stay.
+    /// Its cost if it stayed without need; `null` where it is in, or cannot stay.
     cost: Option<CostReport>,
     /// Why it cannot stay.
     refused: Option<String>,

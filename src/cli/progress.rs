@@ -74,7 +74,7 @@ pub struct Progress {
     lines: Option<Lines>,
 }
 
-/// What is told off a terminal of work that has very many steps.
+/// The lines that tell of work with very many steps where there is no terminal.
 struct Lines {
     what: String,
     steps: u64,

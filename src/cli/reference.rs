@@ -150,7 +150,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.quiet { Ok(()) } else { output::print(&report, args.output.sink.is_stdout()) }
 }
 
-/// What only says how a frame approximates the truth, or how it is made, does not apply to the truth.
+/// Refuses settings that only say how a frame approximates the truth, or how it is made.
 fn refuse_approximations(args: &SettingsArgs) -> Result<(), Failure> {
     let given = SETTINGS.iter().find(|setting| !setting.of_truth && setting.text(&args.said).is_some());
     let Some(Setting { key, .. }) = given else { return Ok(()) };
@@ -166,7 +166,7 @@ fn samples_of(mode: Mode) -> u64 {
     }
 }
 
-/// What is seen while the shutter is open. No cache keeps it.
+/// Renders what is seen while the shutter is open. No cache keeps it.
 fn expose(args: &Args, shot: &Shot, exposure: &Exposure, settings: &Settings) -> Result<Cached, Failure> {
     let pixels = u64::from(exposure.size[0]) * u64::from(exposure.size[1]);
     let bar = progress::shares(format!("{}: samples", args.scene), pixels * u64::from(exposure.samples), args.quiet);

@@ -91,13 +91,13 @@ pub struct Args {
     device: DeviceArgs,
 }
 
-/// What a scene was drawn into.
+/// The result of drawing a scene.
 struct Drawn {
-    /// What there is to tell.
+    /// The text to print.
     text: String,
-    /// What may go wrong without the dependency of `--drop`, a sentence each.
+    /// The hazards without the dependency of `--drop`, a sentence each.
     hazards: Vec<String>,
-    /// What the scene was read from.
+    /// The files that the scene was read from.
     files: Vec<PathBuf>,
 }
 
@@ -280,7 +280,7 @@ fn frames_in_words(plan: &FramePlan) -> String {
     }
 }
 
-/// What the frames took, in three lines: plan, times and memory; or in a table each.
+/// Tells the cost of the frames in three lines: plan, times and memory; or in a table each.
 fn costs(workload: &Workload, plan: &FramePlan, times: &Table, device: &Device, is_verbose: bool) -> String {
     let report = device.memory_report();
     if is_verbose {

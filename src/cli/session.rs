@@ -35,7 +35,7 @@ pub fn with_device_for(
     heard.judge(outcome)
 }
 
-/// What work with a device gave, and what the layer said of it, for whoever reports both.
+/// Does work with a device, and returns its result and the layer's messages, for whoever reports both.
 pub fn observe<T>(
     args: &DeviceArgs,
     work: impl FnOnce(Arc<Device>) -> Result<T, Failure>,
@@ -81,7 +81,7 @@ pub fn own_program() -> Result<PathBuf, Failure> {
     Ok(env::args_os().next().filter(|_| is_linker).map_or(own, PathBuf::from))
 }
 
-/// What the validation layer said of some work, and which checks it made.
+/// The validation layer's messages on some work, and the checks that it made.
 #[derive(Debug, Default)]
 pub struct Heard {
     validation: Validation,
@@ -106,7 +106,7 @@ pub struct MessageReport {
 }
 
 impl Heard {
-    /// What was checked, by which layer; `None` without `--validate`, and where there was no device to check.
+    /// Returns what was checked, by which layer; `None` without `--validate`, and where there was no device to check.
     pub fn checks(&self) -> Option<(&'static str, String)> {
         self.device.as_ref()?;
         let checks = match self.validation {

@@ -209,7 +209,7 @@ fn bound(case: &Case) -> String {
     format!("{:.0e} / {:.0e}", case.bound.worst, case.bound.mean)
 }
 
-/// What `--json` writes.
+/// The output of `--json`.
 #[derive(Serialize)]
 struct Report<'a> {
     #[serde(flatten)]

@@ -112,7 +112,7 @@ fn percent(text: &str) -> Result<f64, String> {
     number.map(|percent| percent / 100.0).ok_or_else(|| "expected a percentage above 0, as 2%".into())
 }
 
-/// What was measured on the device.
+/// The measurements on the device.
 struct Measured {
     header: Header,
     tuned: Tuned,
@@ -178,7 +178,7 @@ impl Args {
     }
 }
 
-/// What the file says: the choice over what the command line and `--settings` said, but for the size of `--quick` and for what moves while
+/// Returns the settings of the file: the choice over what the command line and `--settings` said, but for the size of `--quick` and for what moves while
 /// frames are timed; always the samples that were measured, for `render` would choose others where the choice has `msaa` or `fxaa`.
 fn tuned(args: &Args, workload: &Workload, choice: &SettingsPatch) -> SettingsPatch {
     let samples = choice.or(&args.base(workload)).samples;
@@ -242,7 +242,7 @@ fn walk_of(args: &Args, workload: &mut Workload) -> Result<Option<(Walk, Vec<Els
     Ok(Some((Walk { file: file.display().to_string(), own, others }, cameras)))
 }
 
-/// What the time was not enough for, in a sentence.
+/// Returns what the time was not enough for, in a sentence.
 fn not_measured(args: &Args, measured: &Measured) -> Option<String> {
     const MOST: usize = 8;
     let left = &measured.tuned.not_measured;

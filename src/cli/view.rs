@@ -201,7 +201,7 @@ impl Args {
     }
 }
 
-/// What is left to do when the X server is gone: nothing can be drawn, and nothing returns to where it could be told.
+/// Ends the process when the X server is gone: nothing can be drawn, and nothing returns to where it could be told.
 fn end_without_display() -> ! {
     let gone = Error::System("the connection to the X server broke".into());
     let failure = Failure::from(gone);

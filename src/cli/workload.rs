@@ -45,7 +45,7 @@ impl LargestPicture {
 /// A loaded scene, with the camera that the command line gave it.
 pub struct Workload {
     pub scene: Scene,
-    /// What moves in it, also where the scene itself is that of one moment.
+    /// Its motion, also where the scene itself is that of one moment.
     pub motion: Motion,
     /// The moment and the clips that the command line asks for.
     pub playing: Playing,
@@ -192,7 +192,7 @@ impl Workload {
         format!("camera {camera_text} ({of_camera}{roll}); exposure {exposure:.2} EV100 ({of_exposure})")
     }
 
-    /// What the scene holds, and how large it is.
+    /// Tells what the scene holds, and how large it is.
     pub fn content(&self) -> String {
         let (scene, bounds) = (&self.scene, self.scene.bounds());
         let mut text = counts(scene);
@@ -211,7 +211,7 @@ impl Workload {
         text
     }
 
-    /// What this command was told of the settings: the command line over `--settings`.
+    /// Returns the settings that this command was given: the command line over `--settings`.
     pub fn said(&self) -> SettingsPatch {
         self.command_line.or(&self.settings_file)
     }

@@ -2,7 +2,7 @@
 
 use super::images::{LinearImage, Mismatch, Srgb8Image, same_size};
 
-/// What keeps black from counting without limit in relMSE. It is meant for exposed light, where 1 is where the sensor saturates: 0.01 is
+/// A constant that keeps black from counting without limit in relMSE. It is meant for exposed light, where 1 is where the sensor saturates: 0.01 is
 /// then the square of a tenth of that.
 pub const RELATIVE_EPSILON: f64 = 0.01;
 

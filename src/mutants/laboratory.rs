@@ -43,7 +43,7 @@ pub struct Heard {
     pub plain: BTreeSet<String>,
     /// With it; `None` where the layer has none.
     pub heuristic: Option<BTreeSet<String>>,
-    /// What drawing it took, in both modes.
+    /// The time of drawing it, in both modes.
     pub seconds: f64,
 }
 
@@ -125,7 +125,7 @@ impl Laboratory {
         self.presents
     }
 
-    /// What the layer says of each mutant. Of the whole tables it says nothing: so it is not noise that is heard. Calls `step` as each case and each
+    /// Returns what the layer says of each mutant. It says nothing of the whole tables, so its messages are not noise. Calls `step` as each case and each
     /// mutant is drawn in each mode ([`Laboratory::steps`]).
     ///
     /// # Safety

@@ -28,7 +28,7 @@ pub use verdict::{Miss, Verdict, verdict};
 pub struct Case {
     /// In words: `sunlit`.
     pub name: String,
-    /// What is drawn.
+    /// The scene that is drawn.
     pub scene: Scene,
     /// How it is drawn.
     pub settings: Settings,
@@ -79,7 +79,7 @@ pub struct Mutant<'a> {
     pub plan: &'a FramePlan,
     /// The row as the plan has it.
     pub edge: Edge,
-    /// What of the row is missing.
+    /// The part of the row that is missing.
     pub part: Part,
     /// All rows that are left.
     pub edges: Edges,

@@ -1,4 +1,4 @@
-//! What to change, in words: of the points of a front those that are worth taking in place of the settings as given, and what each would gain.
+//! Advice on settings, in words: of the points of a front those that are worth taking in place of the settings as given, and what each would gain.
 //!
 //! An advice counts only what is told apart: a time whose 95% interval lies below that of the settings as given, an error that differs by more than
 //! 1% and by more than the truth's own noise.
@@ -22,7 +22,7 @@ pub enum Reason {
 }
 
 impl Reason {
-    /// What stands before the settings.
+    /// Returns the words before the settings.
     pub fn text(self) -> &'static str {
         match self {
             Self::Free => "What to change",
@@ -40,11 +40,11 @@ pub struct Advice {
     pub point: usize,
 }
 
-/// What a report's first paragraph says where nothing is to be had for free.
+/// A report's first paragraph where nothing is to be had for free.
 pub const KEEP: &str = "What to change: nothing. No settings that were measured are faster with the same error, or nearer to the truth in the \
                         same time.";
 
-/// What to change: what is free first, then the trades. Empty where the settings as given have no error that can be compared.
+/// Returns the changes to make: what is free first, then the trades. Empty where the settings as given have no error that can be compared.
 pub fn of(scene: &SceneReport, front: &Front) -> Vec<Advice> {
     let change = |point: usize| Change::of(scene, front.metric, front.truth, point);
     let default = change(scene.default);
@@ -90,7 +90,7 @@ pub fn of(scene: &SceneReport, front: &Front) -> Vec<Advice> {
     advice
 }
 
-/// What a point gains and costs, as "half the time, the same error within 1%".
+/// Returns what a point gains and costs, as "half the time, the same error within 1%".
 pub fn gain(scene: &SceneReport, metric: Metric, truth: Against, point: usize) -> String {
     let change = Change::of(scene, metric, truth, point);
     let time = match change.time {
@@ -153,7 +153,7 @@ impl Change {
         self.time.high < 1.0 && self.time.median <= WORTH
     }
 
-    /// What is not told apart is not slower, unless it is so by much: then its times scatter.
+    /// A time that cannot be told apart is not slower, unless its median is by much: then its times scatter.
     fn is_slower(&self) -> bool {
         self.time.low > 1.0 || self.time.median > 1.0 / WORTH
     }
@@ -199,7 +199,7 @@ mod tests {
         scene
     }
 
-    /// What is advised, as a reader has it.
+    /// Returns the advice as a reader has it.
     fn advised(points: &[(f64, f64, f64)]) -> Vec<String> {
         let scene = scene(points, FLIP);
         let text = |Advice { reason, point }: Advice| {

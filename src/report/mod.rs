@@ -1,4 +1,4 @@
-//! What people read: the drawing of a frame, made from the values that the frame itself is made from, and how far its pictures are from
+//! Drawings and pages for people: the drawing of a frame, made from the values that the frame itself is made from, and how far its pictures are from
 //! the truth for what they cost.
 
 // Hidden is what only the program needs: it changes with its pages and files.

@@ -1,4 +1,4 @@
-//! What a case is: a quantity, its values, what is claimed of them, and how one is tried.
+//! A case: a quantity, its values, the claim on them, and how one is tried.
 
 use super::formula::Trial;
 use super::pixel_errors::Subject;
@@ -8,7 +8,7 @@ use super::pixel_errors::Subject;
 pub struct Case {
     /// `group/quantity`.
     pub name: &'static str,
-    /// What is extreme, in words.
+    /// The extreme of the case, in words.
     pub extreme: &'static str,
     /// Of the values; empty for a plain number.
     pub unit: &'static str,
@@ -75,7 +75,7 @@ impl Check {
         }
     }
 
-    /// What errors are counted over.
+    /// Returns what errors are counted over.
     pub fn compared(&self) -> &'static str {
         if let Self::Formula(_) = self { "inputs" } else { "pixels" }
     }

@@ -1,4 +1,4 @@
-//! What every comparison begins with: a picture of the subject, and the truth that it is held against.
+//! The beginning of every comparison: a picture of the subject, and the truth that it is held against.
 
 use std::sync::Arc;
 

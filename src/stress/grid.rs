@@ -1,4 +1,4 @@
-//! What may differ because devices place vertices on a grid.
+//! Differences that are allowed because devices place vertices on a grid.
 //!
 //! A rasterizer snaps vertices to steps of 1 / 2^`subPixelPrecisionBits` of a pixel (Vulkan, "Limits"), at least 1/16 and mostly 1/256, and what it
 //! interpolates moves along: what a pixel shows lies up to half a step beside its middle, to either side and up or down. How much light changes over
@@ -19,7 +19,7 @@ pub fn half_step(device: &Device) -> f64 {
     0.5 * (-f64::from(device.physical.limits.sub_pixel_precision_bits)).exp2()
 }
 
-/// What light a pixel may show, in each channel: the least and the most.
+/// The light that a pixel may show, in each channel: the least and the most.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Span {
     pub least: [f64; 3],

@@ -1,6 +1,6 @@
 //! Draws a scene and holds it against the reference, pixel by pixel.
 //!
-//! What is compared is numeric error: the reference looks through the middle of each pixel, as a frame of one sample does. A pixel on
+//! Only numeric error is compared: the reference looks through the middle of each pixel, as a frame of one sample does. A pixel on
 //! which both see different triangles says where edges lie, not how light is computed: it is left out of the error, and counted. It must
 //! be finite all the same, and so must everything that the G-buffer holds.
 
@@ -23,7 +23,7 @@ pub const FLOOR: f64 = 1e-4;
 /// The most that tone mapping takes (`shaders/tonemap.wgsl`); a target may hold less.
 const WHITE: f32 = 65000.0;
 
-/// What is drawn for a value.
+/// The drawing for a value.
 #[derive(Debug, Clone)]
 pub struct Subject {
     pub scene: Scene,
@@ -32,7 +32,7 @@ pub struct Subject {
     /// [`FLOOR`], or what else a pixel's error is relative to at least: 1 for errors relative to the picture's peak, 0 where each decade of
     /// one picture counts.
     pub floor: f64,
-    /// What the truth is taken of, where that is another scene: one that ought to look the same.
+    /// The scene that the truth is taken of, where that is another one: one that ought to look the same.
     pub truth: Option<Scene>,
     /// The moment that is drawn of a scene that moves; none: as it is at rest.
     pub playing: Option<Playing>,
@@ -67,7 +67,7 @@ impl Errors {
     }
 }
 
-/// What was drawn and what should have been, to be looked at. Exposed light, RGB, rows from the top.
+/// The picture that was drawn and the one that should have been, to be looked at. Exposed light, RGB, rows from the top.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Evidence {
     /// Width and height in pixels.
@@ -105,7 +105,7 @@ impl Subject {
         self.playing.as_ref().map(|playing| self.scene.motion.pose(playing))
     }
 
-    /// What its pictures should show.
+    /// Returns the scene that its pictures should show.
     pub(super) fn still(&self) -> Scene {
         self.playing.as_ref().map_or_else(|| self.scene.clone(), |playing| self.scene.at(playing).into_owned())
     }
@@ -163,27 +163,27 @@ pub(super) struct Pictures<'a> {
     device: &'a Arc<Device>,
     subject: &'a Subject,
     settings: Settings,
-    /// What the last one drawn saturates at.
+    /// The light at which the last one drawn saturates.
     largest: f64,
 }
 
-/// What errors are relative to.
+/// The scale of relative errors.
 #[derive(Debug, Clone, Copy)]
 struct Scale {
     floor: f64,
-    /// What is brighter counts as that bright: it is white, and only has to be finite.
+    /// Brighter light counts as this bright: it is white, and only has to be finite.
     largest: f64,
 }
 
-/// What should be seen.
+/// The expectation of a picture.
 #[derive(Clone, Copy)]
 struct Expected<'a> {
     light: &'a [[f64; 3]],
-    /// What else it may be, as [`grid`] says.
+    /// Other light that it may be, as [`grid`] says.
     spans: &'a [Span],
 }
 
-/// What is brighter in pictures of the plan is as bright as that.
+/// Returns the light at which pictures of the plan saturate.
 pub(super) fn saturation(plan: &FramePlan) -> f64 {
     let most = if plan.tone_mapping == ToneMapping::Kept { WHITE } else { f32::MAX };
     f64::from(plan.largest_light().min(most))
@@ -213,7 +213,7 @@ impl<'a> Pictures<'a> {
         }
     }
 
-    /// Which pixels show another triangle than the truth. Without numbers from the device, those next to where the truth changes.
+    /// Returns the pixels that show another triangle than the truth. Without numbers from the device, those next to where the truth changes.
     pub fn elsewhere(&self, truth: &[Option<TriangleId>]) -> Result<Vec<bool>, Error> {
         let (scene, camera) = (&self.subject.scene, &self.subject.scene.camera);
         let pose = self.subject.pose();
@@ -267,7 +267,7 @@ mod tests {
 
     const SCALE: Scale = Scale { floor: FLOOR, largest: 1e30 };
 
-    /// What nothing else may be.
+    /// Allows no other light than this.
     fn exactly(light: &[[f64; 3]]) -> (&[[f64; 3]], Vec<Span>) {
         (light, light.iter().copied().map(Span::of).collect())
     }

@@ -21,7 +21,7 @@ pub struct RunInfo {
     pub seconds: f64,
 }
 
-/// What became of one value.
+/// The outcome of one value.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outcome {
     Measured(Errors),

@@ -17,7 +17,7 @@ pub struct Contender {
     pub settings: Settings,
     /// From a scene in memory to its first picture: uploads, pipelines and the frame.
     pub first_frame_ms: f64,
-    /// What this renderer allocated on the device, by kind, in bytes.
+    /// Memory that this renderer allocated on the device, by kind, in bytes.
     pub memory: BTreeMap<MemoryKind, u64>,
     pub renderer: Renderer,
     /// Of each measured frame.

@@ -17,7 +17,7 @@ use crate::cli::progress;
 use crate::cli::table::{Table, bytes_more, milliseconds};
 use crate::cli::workload::Workload;
 
-/// What keeping parts without need costs.
+/// The cost of keeping parts without need.
 #[derive(Serialize)]
 pub struct PlanCost {
     /// Each part alone.
@@ -95,7 +95,7 @@ fn has(plan: &FramePlan, part: OptionalPart) -> bool {
     plan.parts().iter().any(|own| own.optional == Some(part) && own.included)
 }
 
-/// Whether one frame of each draws as many objects, triangles and maps, from as much memory. The camera decides some parts anew for each
+/// Returns true if one frame of each draws as many objects, triangles and maps, from as much memory. The camera decides some parts anew for each
 /// frame, of which a plan says nothing.
 fn draws_the_same(base: &mut Contender, other: &mut Contender, workload: &Workload) -> Result<bool, Failure> {
     let drawn = |contender: &mut Contender| -> Result<_, Failure> {

@@ -135,7 +135,7 @@ impl BenchReport {
         Self { afterlight, device, warmup_frames, measured_frames, scenes, peak_memory_bytes: None }
     }
 
-    /// What is said once, after all scenes.
+    /// Returns the text that is printed once, after all scenes.
     pub fn closing_text(&self) -> String {
         let frames = format!("{} frames each, after {} to warm up", self.measured_frames, self.warmup_frames);
         match self.peak_memory_bytes {

@@ -35,12 +35,12 @@ impl Walk {
         self.path.seconds()
     }
 
-    /// What the measured frame of this number shows.
+    /// Returns the camera of the measured frame of this number.
     pub fn camera(&self, index: u32) -> Camera {
         self.path.at(self.at(index))
     }
 
-    /// What is told of it.
+    /// Returns its row in the table of moments.
     pub fn moment(&self, index: u32, frame: &FrameTimes) -> Moment {
         let triangles = frame.drawn.triangles;
         Moment { at_s: self.at(index), wall_ms: frame.wall_ms, gpu_ms: frame.gpu_ms, triangles }

@@ -204,7 +204,7 @@ fn scaled(image: &Srgb8Image, size @ [width, height]: [u32; 2]) -> Srgb8Image {
     Srgb8Image { size, pixels: codes.as_chunks::<3>().0.to_vec() }
 }
 
-/// What a contender's last frame shows. The settings do not ask for linear pixels.
+/// Returns the picture of a contender's last frame. The settings do not ask for linear pixels.
 fn picture(contender: &mut Contender) -> Result<Srgb8Image, Failure> {
     let Picture { size, pixels } = contender.renderer.read_back()?;
     let Pixels::Srgb8(rgba) = pixels else { return Ok(Srgb8Image { size, pixels: Vec::new() }) };

@@ -14,7 +14,7 @@ use crate::cli::failure::{Exit, Failure, with_causes};
 /// The longest file that is read: some 60 million pixels of single floats.
 const MOST_BYTES: u64 = 1 << 30;
 
-/// What a file holds.
+/// The contents of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ImageFile {
     /// 8-bit sRGB.

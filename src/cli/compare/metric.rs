@@ -60,7 +60,7 @@ impl Metric {
     }
 }
 
-/// What a metric may be: at most, or of PSNR at least.
+/// The limit of a metric: its most, or of PSNR its least.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limit {
     pub metric: Metric,
@@ -77,7 +77,7 @@ impl Limit {
         Ok(Self { metric, value: value.ok_or("the value is not a number from 0 up")? })
     }
 
-    /// What breaks the limit, if anything does.
+    /// Returns what breaks the limit, if anything does.
     pub fn broken_by(&self, comparison: &Comparison) -> Option<String> {
         // What cannot be said does not hold; `Metric::applies` has told why.
         let found = self.metric.of(comparison).unwrap_or(f64::NAN);

@@ -97,7 +97,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     judge(&args.limits, &comparison)
 }
 
-/// Whether all limits hold; `None` without any.
+/// Returns whether all limits hold, in a word; `None` without any.
 fn verdict(limits: &[Limit], comparison: &Comparison) -> Option<&'static str> {
     let passed = || if judge(limits, comparison).is_ok() { "passed" } else { "failed" };
     (!limits.is_empty()).then(passed)

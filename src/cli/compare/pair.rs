@@ -9,7 +9,7 @@ use super::Args;
 use super::image_file::ImageFile;
 use crate::cli::failure::{Exit, Failure};
 
-/// What the expected picture's mean luminance becomes where no exposure is said: the reflectance of a photographer's grey card.
+/// The expected picture's mean luminance after exposure, where none is said: the reflectance of a photographer's grey card.
 const MID_TONE: f64 = 0.18;
 
 pub struct Pair {
@@ -19,7 +19,7 @@ pub struct Pair {
     tonemap: Tonemap,
 }
 
-/// What was found, by all metrics.
+/// The difference by all metrics.
 pub struct Comparison {
     /// Of exposed light, where both pictures are light.
     pub light: Option<Difference>,

@@ -1,4 +1,4 @@
-//! What a device has of what the renderer uses.
+//! The features of a device that the renderer uses.
 
 use std::fmt::Write as _;
 
@@ -15,7 +15,7 @@ struct FormatUse {
     format: vk::Format,
     needed: vk::FormatFeatureFlags,
     what_for: &'static str,
-    /// What happens on a device without it; `None`: nothing can be drawn there.
+    /// The consequence on a device without it; `None`: nothing can be drawn there.
     without: Option<&'static str>,
 }
 
@@ -87,7 +87,7 @@ struct Format {
     format: String,
     used_for: &'static str,
     usable: bool,
-    /// What happens without it; `None`: nothing can be drawn.
+    /// The consequence without it; `None`: nothing can be drawn.
     without: Option<&'static str>,
 }
 

@@ -19,7 +19,7 @@ impl Manifest {
         Self { path, library }
     }
 
-    /// What is wrong with it, as far as that shows without loading the library.
+    /// Returns its fault, as far as that shows without loading the library.
     pub fn fault(&self) -> Option<String> {
         match &self.library {
             Err(why) => Some(why.clone()),

@@ -53,7 +53,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     found.error.map_or(Ok(()), |error| Err(Failure::new(Exit::NoVulkan, error)))
 }
 
-/// What of Vulkan is here; docs/COMMANDS.md has the keys.
+/// The parts of Vulkan that are here; docs/COMMANDS.md has the keys.
 #[derive(Debug, Serialize)]
 struct Findings {
     afterlight: &'static str,

@@ -21,7 +21,7 @@ pub struct Export {
     pub meshes: Vec<(String, String)>,
 }
 
-/// What is looked at, and how.
+/// The scene that is looked at, and how.
 pub struct Shot<'a> {
     pub scene: &'a Scene,
     pub camera: Camera,

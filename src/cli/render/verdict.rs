@@ -1,4 +1,4 @@
-//! Which scenes were drawn as they should, for programs: as JSON, and as JUnit's XML.
+//! The verdict on each scene that was drawn, for programs: as JSON, and as JUnit's XML.
 
 use std::fmt::Write as _;
 
@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::cli::failure::{Exit, Failure};
 use crate::cli::session::{Heard, MessageReport};
 
-/// What `--json` writes; docs/COMMANDS.md has the keys.
+/// The output of `--json`; docs/COMMANDS.md has the keys.
 #[derive(Debug, Serialize)]
 pub struct Report {
     afterlight: &'static str,
@@ -30,7 +30,7 @@ pub struct Case {
     error: Option<String>,
     /// With `--drop`.
     dropped: Option<String>,
-    /// What may go wrong without it, a sentence each.
+    /// The hazards without it, a sentence each.
     hazards: Vec<String>,
     messages: Vec<MessageReport>,
     messages_not_kept: u64,

@@ -30,7 +30,7 @@ struct Placed {
     notes: Vec<Note>,
 }
 
-/// What is written of a dependency above the box that waits.
+/// The text on a dependency above the box that waits.
 struct Note {
     edge: usize,
     top: f64,

@@ -1,4 +1,4 @@
-//! What the drawing shows: stops in time, images, and who touches which how. Derived from the list of passes, from the descriptions that the
+//! The model of the drawing: stops in time, images, and who touches which how. Derived from the list of passes, from the descriptions that the
 //! render passes are made from, and from the table of dependencies.
 
 use ash::vk;
@@ -16,7 +16,7 @@ pub struct Stop {
     pub place: Place,
     /// When the dependency meets it.
     pub when: When,
-    /// What it is called.
+    /// Its name in the drawing.
     pub name: String,
     pub what: &'static str,
     /// The render pass that it is a subpass of.
@@ -46,7 +46,7 @@ pub struct Touch {
 #[derive(Debug, Clone)]
 pub struct Image {
     pub resource: Resource,
-    /// What it is called.
+    /// Its name in the drawing.
     pub name: String,
     pub format: vk::Format,
     pub samples: u32,
@@ -64,7 +64,7 @@ pub struct Graph {
     pub images: Vec<Image>,
     /// Each with the indices of the stops that it is between.
     pub edges: Vec<(Edge, [usize; 2])>,
-    /// What layouts each of them changes.
+    /// The layouts that each of them changes.
     pub layouts: Vec<Vec<LayoutChange>>,
 }
 
@@ -168,7 +168,7 @@ impl Graph {
         touches
     }
 
-    /// What is read and written by other means than attachments.
+    /// Adds reads and writes by other means than attachments.
     fn add_touches_outside_of_passes(&mut self, plan: &FramePlan, list: &List) {
         let mut all = Vec::new();
         for step in &list.0 {

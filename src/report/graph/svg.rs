@@ -67,7 +67,7 @@ impl Font {
     }
 }
 
-/// Which end of a text is at its point.
+/// The end of a text that is at its point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Anchor {
     Start,
@@ -78,7 +78,7 @@ pub enum Anchor {
 #[derive(Default)]
 pub struct Svg {
     body: String,
-    /// What each text takes, so that tests see that none lies on another.
+    /// The area of each text, so that tests see that none lies on another.
     pub texts: Vec<(Rect, String)>,
 }
 
@@ -110,7 +110,7 @@ impl Svg {
         self
     }
 
-    /// What a pointer over the group is told.
+    /// Sets the text that a pointer over the group shows.
     pub fn tooltip(&mut self, text: &str) -> &mut Self {
         let _ = writeln!(self.body, "<title>{}</title>", escape(text));
         self

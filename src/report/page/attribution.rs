@@ -1,4 +1,4 @@
-//! Which part of the error comes from what: signed shares that add up to the whole, each bar beginning where the last one ended.
+//! The parts of the error by their causes: signed shares that add up to the whole, each bar beginning where the last one ended.
 
 use maud::{Markup, html};
 

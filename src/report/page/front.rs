@@ -35,7 +35,7 @@ pub fn tabs(scene: &SceneReport, uid: usize) -> Markup {
     }
 }
 
-/// What a point looks like: as the first family that it belongs to, and grey if that is the joint sweep only.
+/// Returns the look of a point: that of the first family that it belongs to, and grey if that is the joint sweep only.
 pub fn glyph(scene: &SceneReport, point: usize) -> Glyph {
     if point == scene.default {
         return Glyph::DEFAULT;

@@ -32,7 +32,7 @@ const SHAPES: [Shape; 8] = [
     Shape::Hexagon,
 ];
 
-/// What a point looks like.
+/// The look of a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Glyph {
     pub shape: Shape,

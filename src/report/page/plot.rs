@@ -34,7 +34,7 @@ pub struct Plot {
     pub size: (f64, f64),
     pub x_title: String,
     pub y_title: String,
-    /// What it shows, for those who do not see it.
+    /// A description, for those who do not see it.
     pub label: String,
     pub lines: Vec<Line>,
     pub marks: Vec<Mark>,
@@ -235,7 +235,7 @@ impl Plot {
     }
 }
 
-/// What plotters drew, and what is to be put over it.
+/// The drawing of plotters, and the marks to be put over it.
 struct Drawn<'a> {
     axes: String,
     frame: Frame,
@@ -308,7 +308,7 @@ fn overlap(a: &Extent, b: &Extent) -> f64 {
     width.max(0.0) * height.max(0.0)
 }
 
-/// What a label may hide, with how much that matters.
+/// Extents that a label may hide, with how much each matters.
 struct Taken(Vec<(Extent, f64)>);
 
 impl Taken {

@@ -7,7 +7,7 @@ use super::words;
 /// Of an axis in pixels, how much is free beyond the outermost points, as a share of its length.
 const MARGIN: f64 = 0.07;
 
-/// What a logarithmic axis spans.
+/// The span of a logarithmic axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scale {
     pub range: Range<f64>,

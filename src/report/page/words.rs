@@ -124,7 +124,7 @@ impl Metric {
 }
 
 impl Against {
-    /// What the error is against this truth.
+    /// Returns the name of the error against this truth.
     pub(super) fn title(self) -> &'static str {
         match self {
             Self::Point => "numeric error and texture filtering",
@@ -133,7 +133,7 @@ impl Against {
     }
 }
 
-/// What the time axis shows.
+/// Returns the title of the time axis.
 pub fn clock(scene: &SceneReport) -> &'static str {
     match scene.points.iter().all(|point| point.time.gpu.is_some()) {
         true => "device time",
@@ -141,7 +141,7 @@ pub fn clock(scene: &SceneReport) -> &'static str {
     }
 }
 
-/// What a pointer over a point is told; its numbers are in a table too.
+/// Returns the text that a pointer over a point shows; its numbers are in a table too.
 pub fn tooltip(point: &Point, metric: Metric, truth: Against) -> String {
     let time_known = if point.time.decisive().is_wide() { ", not well known" } else { "" };
     format!(

@@ -17,7 +17,7 @@ use crate::reference::shown::{Pixel, shown};
 use crate::reference::{Cache, Mode, Options, Reference, Smith, Truth, View};
 use crate::scene::{Camera, Output, Scene, Settings, exposure_scale, metered_ev100};
 
-/// What a point's pictures are compared with.
+/// The truths that a point's pictures are compared with.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expected {
     /// Exposed.
@@ -35,7 +35,7 @@ pub struct Truths {
     pub hash: String,
     /// As they came, in nits, without bloom.
     pub raw: Raw,
-    /// What was wrong with the cache, a line each. The truths are right all the same.
+    /// Faults of the cache, a line each. The truths are right all the same.
     pub warnings: Vec<String>,
 }
 
@@ -46,7 +46,7 @@ pub struct Raw {
     pub converged: Truth,
 }
 
-/// What a point draws.
+/// The drawing of a point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drawing {
     pub light: LinearImage,
@@ -88,7 +88,7 @@ impl Raw {
 }
 
 impl Truths {
-    /// What `progress` is told of the truth of several samples.
+    /// The name by which `progress` knows the truth of several samples.
     pub const CONVERGED: &'static str = "converged";
 
     /// Renders both, or reads them from the cache. The scene's lights cast shadows as the settings as given have it.
@@ -230,7 +230,7 @@ impl Shown {
     }
 }
 
-/// What a renderer of a picture shows.
+/// Returns the picture that a renderer shows.
 pub(in crate::report) fn shown_by(
     renderer: &mut Renderer,
     camera: &Camera,

@@ -1,4 +1,4 @@
-//! Which points show their pictures, and what these files are called.
+//! The points that show their pictures, and the names of these files.
 
 use std::collections::BTreeSet;
 
@@ -11,7 +11,7 @@ pub const LONGEST_EDGE: u32 = 480;
 /// The folder of pictures, beside the report.
 pub const FOLDER: &str = "pictures";
 
-/// What a point's files show.
+/// The kinds of a point's files.
 pub const KINDS: [&str; 2] = ["picture", "difference"];
 
 /// Indices of the points whose pictures are shown: the default settings, the fronts by FLIP and relMSE against the converged truth, and

@@ -1,4 +1,4 @@
-//! What keeps a report from being made.
+//! Errors that keep a report from being made.
 
 use crate::{frame, gpu, measure, plan};
 
@@ -8,7 +8,7 @@ pub enum Error {
     Frame(#[from] frame::Error),
     #[error(transparent)]
     Mismatch(#[from] measure::Mismatch),
-    /// What the folder already holds, or the parts of a merge, do not fit.
+    /// The folder's contents, or the parts of a merge, do not fit.
     #[error("{0}")]
     Refused(String),
     #[error("cannot {doing}: {error}")]

@@ -1,4 +1,4 @@
-//! What was measured so far, on disk: a line of JSON with a checksum for each thing that is finished, behind a line that says what was asked for.
+//! The measurements so far, on disk: a line of JSON with a checksum for each thing that is finished, behind a line that says what was asked for.
 //!
 //! A run that is broken off goes on with what is there; a line that was cut off is measured again. It also is what parts of a report are
 //! joined from, as it has all measurements and not only what they come to. One process writes it at a time.
@@ -29,14 +29,14 @@ pub const FORMAT: u32 = 2;
 /// A report of days has some megabytes.
 const MOST_BYTES: u64 = 1 << 30;
 
-/// What was asked for, and where.
+/// The options of the measurement, and its machine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Header {
     /// Of this file and of the report.
     pub layout: u32,
     /// Of the program.
     pub version: String,
-    /// What tells builds of one version apart, as far as pictures and times depend on it.
+    /// An identity that tells builds of one version apart, as far as pictures and times depend on it.
     pub build: String,
     pub machine: Machine,
     pub shard: Option<Shard>,
@@ -45,7 +45,7 @@ pub struct Header {
     pub asked: Asked,
 }
 
-/// What decides which points are measured, and how well.
+/// The options that decide which points are measured, and how well.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Asked {
     pub families: Option<Vec<String>>,
@@ -105,7 +105,7 @@ impl SceneInfo {
     }
 }
 
-/// What was found of a point's pictures.
+/// The errors of a point's pictures.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Drawn {
     pub errors: ErrorsByTruth,
@@ -138,7 +138,7 @@ pub enum Record {
         point: String,
         drawn: Drawn,
     },
-    /// What this device could not do after all.
+    /// Something that this device could not do after all.
     Failed {
         scene: usize,
         point: String,
@@ -203,7 +203,7 @@ impl Measured {
     }
 }
 
-/// What a folder's journal says.
+/// The contents of a folder's journal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contents {
     pub header: Header,

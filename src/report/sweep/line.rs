@@ -8,7 +8,7 @@ use serde::de::DeserializeOwned;
 /// Digits of the checksum, and the space behind it.
 const PREFIX: usize = 9;
 
-/// What a line says, without its end, behind its checksum; with its end.
+/// Returns a line that says the value behind its checksum, with the line's end.
 ///
 /// # Errors
 /// When the value has no form in JSON, or none that can be read again, as one with a figure that is not finite.
@@ -21,7 +21,7 @@ pub fn sealed<T: Serialize + DeserializeOwned>(value: &T) -> serde_json::Result<
     Ok(line)
 }
 
-/// What a line says that has its end and is whole.
+/// Returns the value of a line that has its end and is whole.
 pub fn opened<T: DeserializeOwned>(line: &[u8]) -> Option<T> {
     let line = line.strip_suffix(b"\n")?;
     let (sum, json) = line.split_at_checked(PREFIX)?;

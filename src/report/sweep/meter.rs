@@ -1,4 +1,4 @@
-//! What a run measures with: the device at hand, or in tests something that answers at once.
+//! The meter of a run: the device at hand, or in tests something that answers at once.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -31,7 +31,7 @@ pub trait Meter {
     /// When the device cannot hold or draw them.
     fn time(&mut self, points: &[SettingsPatch], random: &mut fastrand::Rng) -> Result<Rounds, Error>;
 
-    /// What a renderer of it takes on the device, about, in bytes.
+    /// Returns about how much memory a renderer of it takes on the device, in bytes.
     fn bytes(&self, point: &SettingsPatch) -> u64;
 }
 
@@ -44,15 +44,15 @@ pub struct DeviceMeter<'a> {
     pub base: &'a SettingsPatch,
     pub truths: Truths,
     pub effort: Effort,
-    /// What points showed, by their names, as far as there is room: some are shown again in the report.
+    /// The pictures of points, by their names, as far as there is room: some are shown again in the report.
     pub kept: BTreeMap<String, Srgb8Image>,
 }
 
-/// What pictures that are kept take, in bytes.
+/// The most memory for pictures that are kept, in bytes.
 const KEPT_BYTES: usize = 256 << 20;
 
 impl DeviceMeter<'_> {
-    /// What a point shows.
+    /// Returns the picture of a point.
     ///
     /// # Errors
     /// When the device cannot draw it.

@@ -1,4 +1,4 @@
-//! What a report holds: the value that `report.json` is, and that pages, tables and plots are made from.
+//! The contents of a report: the value that `report.json` is, and that pages, tables and plots are made from.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ pub struct Report {
     /// Of the program.
     pub version: String,
     pub machine: Machine,
-    /// Which of how many shards this is; `None` for all of it.
+    /// The shard that this is, and of how many; `None` for all of it.
     pub shard: Option<Shard>,
     pub scenes: Vec<SceneReport>,
 }
@@ -45,7 +45,7 @@ pub struct SceneReport {
     pub triangles: usize,
     pub lights: usize,
     pub truth: TruthInfo,
-    /// What is measured, each once, in the order of the sweep; families name them by their index.
+    /// The points that are measured, each once, in the order of the sweep; families name them by their index.
     pub points: Vec<Point>,
     pub families: Vec<Family>,
     /// Index of the default settings' point.
@@ -163,7 +163,7 @@ pub struct Family {
     pub members: Vec<Member>,
     /// Where theory has an order of convergence.
     pub convergence: Option<Convergence>,
-    /// What keeps the curve from falling further, in a sentence.
+    /// The reason why the curve falls no further, in a sentence.
     pub floor: Option<String>,
 }
 
@@ -187,7 +187,7 @@ pub struct Convergence {
     pub low: f64,
     pub high: f64,
     pub floor: f64,
-    /// What theory says, and whose.
+    /// The expectation of theory, and its source.
     pub expected: String,
 }
 
@@ -223,7 +223,7 @@ impl Errors {
         self.not_finite > 0 || !(self.rmse.is_nan() || self.flip.is_nan())
     }
 
-    /// What is compared on fronts and with bounds: infinite where a pixel is not finite, since no metric has it.
+    /// Returns the error that fronts and bounds compare: infinite where a pixel is not finite, since no metric has it.
     pub fn comparable(&self, metric: Metric) -> f64 {
         if self.not_finite > 0 { f64::INFINITY } else { self.by(metric) }
     }
@@ -278,7 +278,7 @@ impl Front {
     }
 }
 
-/// Which part of the error comes from what, in exposed linear light.
+/// The parts of the error by their causes, in exposed linear light.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Attribution {
     /// Index of the point whose frame was taken apart.
@@ -307,7 +307,7 @@ pub struct AttributedPart {
     /// works against the others.
     #[serde(deserialize_with = "real")]
     pub share: f64,
-    /// What it is, in a sentence.
+    /// Its meaning, in a sentence.
     pub note: String,
 }
 

@@ -234,7 +234,7 @@ const WALL: Clock = |sample| Some(sample.wall);
 const GPU: Clock = |sample| sample.gpu;
 const CPU: Clock = |sample| sample.cpu;
 
-/// What all times are scaled by: every measurement of the anchor, by its clocks.
+/// The scale of all times: every measurement of the anchor, by its clocks.
 #[derive(Debug, Clone)]
 pub struct Anchor {
     wall: GroupedMedian,

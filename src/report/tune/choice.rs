@@ -1,4 +1,4 @@
-//! Which point serves a bound, and what to try next when it does not hold elsewhere. Pure: what is measured comes from a [`Witness`] and from a
+//! The choice of the point that serves a bound, and of the next to try where the bound does not hold elsewhere. Pure: what is measured comes from a [`Witness`] and from a
 //! search that is asked for more.
 
 use crate::report::sweep::Error;
@@ -6,13 +6,13 @@ use crate::report::sweep::model::{Against, Interval, Metric, Point, SceneReport,
 
 /// An error below this multiple of the truth's noise cannot be told well.
 const NEAR_NOISE: f64 = 2.0;
-/// What misses the bound by no more than this factor is worth measuring from all cameras, to name a bound that would fit.
+/// A point that misses the bound by no more than this factor is worth measuring from all cameras, to name a bound that would fit.
 const NEAR_MISS: f64 = 2.0;
 
-/// What is asked for.
+/// The goal of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Goal {
-    /// What must hold.
+    /// The bound that must hold.
     pub bound: Bound,
     /// How error is measured, against the converged truth.
     pub metric: Metric,
@@ -29,7 +29,7 @@ pub enum Bound {
     Milliseconds(f64),
 }
 
-/// What was found of settings from one camera.
+/// The figures of settings from one camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Measurement {
     /// By the goal's metric, against the converged truth.
@@ -72,7 +72,7 @@ pub struct Attempt {
     pub held_out: Vec<Pair>,
 }
 
-/// What a search came to.
+/// The result of a search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
     /// On which the bound holds from every camera.
@@ -84,7 +84,7 @@ pub struct Outcome {
 }
 
 impl Goal {
-    /// What counts of a point's figures.
+    /// Returns those of a point's figures that count.
     pub fn of(&self, point: &Point) -> Measurement {
         let error = point.errors.against(Against::Converged).comparable(self.metric);
         Measurement { error, time: *self.clock(&point.time).1 }
@@ -111,7 +111,7 @@ impl Goal {
         self.bounded(pair) <= self.limit()
     }
 
-    /// What the bound is about.
+    /// Returns the figure that the bound is about.
     pub fn bounded(&self, pair: &Pair) -> f64 {
         let Pair { own, default } = pair;
         match self.bound {
@@ -171,13 +171,13 @@ impl Goal {
         if matches!(self.bound, Bound::Milliseconds(_)) { time.median } else { error }
     }
 
-    /// What comes nearest to the bound, of the front.
+    /// Returns the point of the front that comes nearest to the bound.
     pub fn nearest(&self, scene: &SceneReport) -> Option<usize> {
         let bounded = |index: &usize| self.bounded(&self.pair(scene, *index));
         self.front(scene).into_iter().min_by(|a, b| bounded(a).total_cmp(&bounded(b)))
     }
 
-    /// Whether anything keeps the bound from the scene's own camera, or misses it by little: then other cameras have something to tell.
+    /// Returns true if any point keeps the bound from the scene's own camera, or misses it by little: then other cameras have something to tell.
     pub fn is_near(&self, scene: &SceneReport) -> bool {
         let near = |index| self.bounded(&self.pair(scene, index)) <= NEAR_MISS * self.limit();
         !self.candidates(scene, None).is_empty() || self.nearest(scene).is_some_and(near)
@@ -193,7 +193,7 @@ impl Goal {
         }
     }
 
-    /// What the bound is about, from the camera on which it is worst.
+    /// Returns the figure that the bound is about, from the camera on which it is worst.
     pub fn worst(&self, scene: &SceneReport, attempt: &Attempt) -> f64 {
         let own = self.bounded(&self.pair(scene, attempt.point));
         attempt.held_out.iter().map(|pair| self.bounded(pair)).fold(own, f64::max)

@@ -6,7 +6,7 @@ use super::choice::{Attempt, Bound, Goal, Measurement, Outcome, Pair};
 use crate::report::sweep::model::{Machine, Metric, SceneReport};
 use crate::scene::SettingsPatch;
 
-/// What the settings were chosen by. Times are milliseconds a picture, sizes pixels.
+/// The evidence that settings were chosen by. Times are milliseconds a picture, sizes pixels.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Evidence {
     /// The program and its version.
@@ -26,7 +26,7 @@ pub struct Evidence {
     pub scene: String,
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// What was asked for, as the command line has it.
+    /// The bound that was asked for, as the command line has it.
     pub bound: String,
     /// How error was measured, against a truth of so many samples a pixel.
     pub metric: Metric,
@@ -52,7 +52,7 @@ pub struct Evidence {
     pub default: Found,
     /// From cameras that they were not chosen with.
     pub held_out: Vec<HeldOut>,
-    /// What the bound did not hold for, from one of these cameras.
+    /// The settings for which the bound did not hold from one of these cameras.
     pub passed_over: Vec<PassedOver>,
 }
 
@@ -61,7 +61,7 @@ pub struct Evidence {
 pub struct Found {
     /// The settings, as a command line has them.
     pub settings: String,
-    /// What was measured.
+    /// The measurements.
     #[serde(flatten)]
     pub figures: Figures,
 }
@@ -103,7 +103,7 @@ pub struct PassedOver {
     pub settings: String,
     /// The camera, as `--camera` takes it.
     pub camera: String,
-    /// What was measured.
+    /// The measurements.
     #[serde(flatten)]
     pub figures: Figures,
 }
@@ -132,7 +132,7 @@ pub struct Search<'a> {
     pub machine: &'a Machine,
     /// The front that the choice is from.
     pub scene: &'a SceneReport,
-    /// What was asked for.
+    /// The goal of the search.
     pub goal: &'a Goal,
     /// By their index, as `--camera` takes them.
     pub cameras: &'a [String],

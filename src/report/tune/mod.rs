@@ -37,7 +37,7 @@ use crate::gpu::Device;
 use crate::reference::{Reference, View};
 use crate::scene::{Camera, Scene, SettingsPatch};
 
-/// What a candidate takes from one other camera, and what finalists take, in steps of a search: pictures and times of two.
+/// Steps of a search that a candidate takes from one other camera, and that finalists take: pictures and times of two.
 const STEPS_ELSEWHERE: u32 = 2;
 const STEPS_AT_LAST: u32 = 2;
 /// However long truths take, a search has this share of the time, counted from its own begin.
@@ -50,13 +50,13 @@ const BATCH_SHARE: f64 = 0.1;
 pub struct Tuning<'a> {
     /// Where frames are drawn and timed.
     pub device: &'a Arc<Device>,
-    /// What is drawn.
+    /// The scene that is drawn.
     pub scene: &'a Scene,
     /// The settings as given, which the sweep changes.
     pub base: &'a SettingsPatch,
     /// The settings to choose from.
     pub sweep: &'a Sweep,
-    /// What the choice must keep.
+    /// The goal that the choice must keep.
     pub goal: Goal,
     /// How well times are measured.
     pub effort: Effort,
@@ -75,11 +75,11 @@ pub struct Within {
     pub time: Duration,
     /// How many other cameras verify what is found, and need their part of it.
     pub cameras: u32,
-    /// What the truth of the scene's own camera took: others take about as long.
+    /// The time that the truth of the scene's own camera took: others take about as long.
     pub truth: Duration,
 }
 
-/// What a search found.
+/// The result of a search.
 pub struct Tuned {
     /// Error and time of the settings that were drawn and timed, from the scene's own camera.
     pub scene: SceneReport,
@@ -144,7 +144,7 @@ impl<'a> Tuning<'a> {
         Bench { device, scene, camera: scene.camera, base, truths, goal, effort, anchor: None }
     }
 
-    /// What the journal must be of.
+    /// Returns the description that the journal must have.
     pub fn info(&self, own: &Truths) -> SceneInfo {
         let fronts = vec![(self.goal.metric, Against::Converged)];
         SceneInfo::of(self.scene, self.base, self.sweep, own, fronts)

@@ -1,4 +1,4 @@
-//! What a search measures with: the device at hand, or in tests something that answers at once.
+//! The probe of a search: the device at hand, or in tests something that answers at once.
 //!
 //! One renderer of the settings as given stays: all others share what it has uploaded, and take turns with it.
 
@@ -41,7 +41,7 @@ pub trait Probe {
     /// When the device cannot hold or draw them.
     fn time(&mut self, points: &[SettingsPatch], look: Look, random: &mut fastrand::Rng) -> Result<Rounds, Error>;
 
-    /// What a renderer of it takes on the device, about, in bytes.
+    /// Returns about how much memory a renderer of it takes on the device, in bytes.
     fn bytes(&self, point: &SettingsPatch) -> u64;
 }
 
@@ -81,7 +81,7 @@ impl<'a> Bench<'a> {
         self.anchor.as_mut().ok_or_else(|| Error::Refused("the settings as given are not drawn".into()))
     }
 
-    /// What a point draws its pictures with. Nothing moves while a picture is drawn: maps of shadows are drawn once, and show the same.
+    /// Returns the settings with which a point draws its pictures. Nothing moves while a picture is drawn: maps of shadows are drawn once, and show the same.
     fn still(&self, point: &SettingsPatch) -> Settings {
         let mut settings = settings_of(point, self.base);
         settings.shadows.cache = true;

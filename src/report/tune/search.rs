@@ -1,4 +1,4 @@
-//! What to measure next, so that few measurements find what a whole sweep would: successive halving (Jamieson and Talwalkar 2016).
+//! The choice of the next measurement, so that few measurements find what a whole sweep would: successive halving (Jamieson and Talwalkar 2016).
 //!
 //! All points get a glance of a few frames; those that may still win are drawn, and timed again with more rounds. A point is dropped
 //! as soon as the lower end of its time lies above that of a better one that keeps the bound, or its error breaks the bound. What settings did
@@ -19,7 +19,7 @@ use crate::report::sweep::timing::Sample;
 const GLANCES: usize = 4;
 /// Points that are timed again together.
 const FINALISTS: usize = 4;
-/// What a glance may be wrong by, beside what its rounds scatter.
+/// The error of a glance beside the scatter of its rounds.
 const GLANCE_ERROR: f64 = 0.05;
 /// A family's other values are worth a glance if one of them changed the time by more.
 const MATTERS: f64 = 0.03;
@@ -28,7 +28,7 @@ const HOPE: f64 = 0.5;
 /// Combinations whose parts err by more than this multiple of the bound come last.
 const HOPELESS: f64 = 1.25;
 
-/// What is measured next; points by their index in the sweep.
+/// The next measurement; points by their index in the sweep.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Step {
     /// A picture against the truth.
@@ -42,11 +42,11 @@ pub enum Step {
 /// A search at one moment.
 #[derive(Debug, Clone, Copy)]
 pub struct Search<'a> {
-    /// What is asked for.
+    /// The goal of the search.
     pub goal: &'a Goal,
     /// The points, and what families they are of.
     pub info: &'a SceneInfo,
-    /// What was measured of them.
+    /// The measurements of them.
     pub measured: &'a Measured,
     /// An error, or a time where time is bounded, that failed from another camera: only points below it are of use.
     pub margin: Option<f64>,
@@ -62,7 +62,7 @@ struct Span {
     high: f64,
 }
 
-/// What is known of a point.
+/// The knowledge of a point.
 #[derive(Debug, Clone, Copy, Default)]
 struct Known {
     time: Option<Span>,
@@ -264,7 +264,7 @@ fn span(ratios: &[f64], is_confirmed: bool) -> Option<Span> {
     Some(Span { low, median: percentile(&sorted, 50.0)?, high })
 }
 
-/// What settings did on their own.
+/// The effect of each setting on its own.
 struct Model<'a> {
     info: &'a SceneInfo,
     known: &'a [Known],
@@ -295,7 +295,7 @@ impl<'a> Model<'a> {
         self.known[index].time.map(|time| time.median / self.anchor)
     }
 
-    /// What is to be hoped for, over the settings as given.
+    /// Returns the time to be hoped for, over that of the settings as given.
     fn time(&self, index: usize) -> f64 {
         if let Some(family) = self.families[index] {
             return self.of_family(family);
@@ -351,7 +351,7 @@ mod tests {
         info: SceneInfo,
         /// Over the settings as given, and their error.
         truth: Vec<(f64, f64)>,
-        /// What times scatter by.
+        /// The scatter of times.
         noise: f64,
     }
 

@@ -8,7 +8,7 @@ use crate::scene::builtin::shapes::{self, MeshBuilder, Vertex};
 use crate::scene::builtin::stage::Stage;
 use crate::scene::{Camera, Material, Mesh};
 
-/// What rounding in 32 bits leaves; the worst pixels are those that light grazes.
+/// The error that rounding in 32 bits leaves; the worst pixels are those that light grazes.
 const TIGHT: Bound = Bound { worst: 1e-3, mean: 1e-6 };
 
 pub const CASES: &[Case] = &[

@@ -1,4 +1,4 @@
-//! What moves: joints far away, of next to no weight and in long chains, rotations whose keys nearly oppose each other, late keys, and nodes of
+//! Motion: joints far away, of next to no weight and in long chains, rotations whose keys nearly oppose each other, late keys, and nodes of
 //! extreme scales. The truth is a scene that stands still: the same one near the origin, or where a closed form has everything.
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};

@@ -1,4 +1,4 @@
-//! What lies between pixels: textures, masks and highlights that are smaller than a pixel, meshes that do not quite meet, and numbers that
+//! Details between pixels: textures, masks and highlights that are smaller than a pixel, meshes that do not quite meet, and numbers that
 //! are smaller than drivers keep.
 
 use glam::{DAffine3, DVec2, DVec3, Vec3};

@@ -1,4 +1,4 @@
-//! What most cases look at: a floor and a sphere on it, small enough that everything is seen from the camera.
+//! The stage of most cases: a floor and a sphere on it, small enough that everything is seen from the camera.
 
 use glam::{DVec3, Vec3};
 

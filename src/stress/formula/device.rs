@@ -77,7 +77,7 @@ impl Program {
     }
 }
 
-/// What the shader makes of each input of the trial.
+/// Returns what the shader makes of each input of the trial.
 ///
 /// # Errors
 /// A device that is lost or out of memory.

@@ -13,7 +13,7 @@ use crate::scene::{Camera, DIELECTRIC, Falloff, Light, LightKind};
 /// Inputs of a trial.
 pub const COUNT: usize = 1 << 16;
 
-/// What [`reflection`] numbers are.
+/// The numbers of [`reflection`].
 pub const REFLECTION: &[(&str, usize)] = &[
     ("normal", 3),
     ("roughness or power", 1),
@@ -101,7 +101,7 @@ fn directions(rng: &mut Rng, index: usize, width: f64) -> Directions {
     }
 }
 
-/// What a usual dielectric reflects, facing the eye and grazing.
+/// Reflectance of a usual dielectric, facing the eye and grazing.
 const USUAL: [f32; 2] = [DIELECTRIC, 1.0];
 
 fn packed([normal, view, light]: Directions, fourth: [f32; 2], albedo: [f32; 3]) -> Input {
@@ -210,7 +210,7 @@ pub fn filled<const N: usize>(first: [f32; N]) -> Input {
     input
 }
 
-/// What [`lamp`] numbers are. Inner and outer angle and range stand in place of the colour, which no fall-off reads.
+/// The numbers of [`lamp`]. Inner and outer angle and range stand in place of the colour, which no fall-off reads.
 pub const LAMP: &[(&str, usize)] = &[
     ("to the light", 3),
     ("1/range^2", 1),

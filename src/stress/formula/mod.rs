@@ -51,7 +51,7 @@ pub enum Formula {
     ToLight,
 }
 
-/// What a formula should give for an input.
+/// The value that a formula should give for an input.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Truth {
     pub values: [f64; 4],
@@ -73,12 +73,12 @@ pub enum Judge {
     Pairs { cosine: fn(&Input) -> f64 },
 }
 
-/// What is asked of the device for a value.
+/// The question to the device for a value.
 #[derive(Debug, Clone)]
 pub struct Trial {
     pub formula: Formula,
     pub inputs: Vec<Input>,
-    /// What the numbers of an input are, and how many each takes; what is not named is left out.
+    /// The names of an input's numbers, and how many each takes; others are left out.
     pub names: &'static [(&'static str, usize)],
     /// For formulas that read it.
     pub frame: Option<FrameUniform>,

@@ -8,7 +8,7 @@ use image::{ExtendedColorType, ImageEncoder};
 use crate::passes::tonemap::encode_srgb;
 use crate::stress::{Evidence, FLOOR};
 
-/// What was drawn, what should have been, and where they differ, by their names. Light is scaled to the brightest of the truth.
+/// Returns the picture, the truth and their difference, by their names. Light is scaled to the brightest of the truth.
 pub fn all(evidence: &Evidence) -> Vec<(&'static str, String)> {
     let brightest = evidence.expected.iter().flatten().fold(0.0f64, |most, &channel| most.max(channel));
     let scale = if brightest > 0.0 { brightest.recip() } else { 1.0 };

@@ -1,4 +1,4 @@
-//! What the device at hand makes of a frame, step by step: surfaces as its G-buffer holds them, light as its formats hold it, and the
+//! The frame that the device at hand makes, step by step: surfaces as its G-buffer holds them, light as its formats hold it, and the
 //! picture. Measured, not modelled: rounding is whatever the driver does.
 
 use std::sync::Arc;
@@ -39,13 +39,13 @@ pub struct Captured {
     pub uncut: Option<Vec<DVec3>>,
     /// The same as `unrounded` without light of the sky; `None` where no sky lights the scene.
     pub without_sky: Option<Vec<DVec3>>,
-    /// What is shown, decoded to linear, 0 to 1.
+    /// The picture, decoded to linear, 0 to 1.
     pub shown: Vec<DVec3>,
     /// From the frame's own G-buffer.
     pub own: Vec<Stored>,
     /// From one of 32 bits a channel.
     pub unquantized: Vec<Stored>,
-    /// Which triangle is seen; `None` where the device does not number them.
+    /// The triangle that is seen; `None` where the device does not number them.
     pub triangles: Option<Vec<Option<TriangleId>>>,
 }
 
@@ -115,7 +115,7 @@ impl Drawing<'_> {
         })
     }
 
-    /// Whether the light's target changes with the settings, and the device has both.
+    /// Returns true if the light's target changes with the settings, and the device has both.
     fn keeps_light_otherwise(&self, own: &Settings, other: &Settings) -> Result<bool, frame::Error> {
         let plan = |settings| frame::plan_for(self.device, self.scene, settings);
         let own = plan(own)?;
@@ -139,7 +139,7 @@ impl Drawing<'_> {
         Ok(stored.collect())
     }
 
-    /// What a white surface in white ambient light of 1 nit shows.
+    /// Draws every surface white, in white ambient light of 1 nit.
     fn occlusion(&self, settings: &Settings, gbuffer: GbufferChoice) -> Result<Vec<f64>, frame::Error> {
         if !self.scene.environment.is_lit() {
             return Ok(vec![1.0; self.pixels.len()]);
@@ -153,7 +153,7 @@ impl Drawing<'_> {
         Ok(shown.into_iter().map(|white| white.x).collect())
     }
 
-    /// What surfaces show in the dark.
+    /// Draws surfaces in the dark.
     fn emission(&self, settings: &Settings) -> Result<Vec<DVec3>, frame::Error> {
         if !self.scene.materials.iter().any(Material::is_emissive) {
             return Ok(vec![DVec3::ZERO; self.pixels.len()]);

@@ -1,4 +1,4 @@
-//! What a frame's formats make of light, modelled: how a float of few bits rounds it, and what a picture of 8 bits leaves of it.
+//! A model of what a frame's formats make of light: how a float of few bits rounds it, and what a picture of 8 bits leaves of it.
 //!
 //! The model rounds to the nearest and once. A driver may truncate, and rounds each time that a light is added: what it did to the frame's own
 //! light is measured, and the model only says how that depends on the light.
@@ -14,7 +14,7 @@ const LEAST_EXPONENT: i32 = -14;
 /// Of one frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Formats {
-    /// What light is kept in until it is tone-mapped; `None` where that rounds nothing.
+    /// The format of light until it is tone-mapped; `None` where it rounds nothing.
     pub hdr: Option<HdrFormat>,
     /// The curve by which light is shown; `None` where nothing is.
     pub output: Option<Tonemap>,

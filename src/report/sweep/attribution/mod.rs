@@ -1,4 +1,4 @@
-//! Which part of a frame's error comes from what: signed, in exposed linear light, pixel by pixel.
+//! The parts of a frame's error by their causes: signed, in exposed linear light, pixel by pixel.
 //!
 //! The error of a pixel is what the device shows minus the converged truth. Its parts add up to it.
 //!
@@ -68,7 +68,7 @@ pub struct Subject<'a> {
     pub point: usize,
 }
 
-/// What is right, of the same view.
+/// The truths of the same view.
 #[derive(Clone, Copy)]
 pub struct Truths<'a> {
     pub point: &'a Truth,

@@ -31,7 +31,7 @@ pub struct Seen<'a> {
     pub unquantized: &'a Stored,
 }
 
-/// Which share of a light arrives, by its index: as it is, and as the device has it.
+/// The share of a light that arrives, by its index: as it is, and as the device has it.
 pub trait Visibility {
     fn exact(&mut self, light: usize) -> f64;
     fn measured(&mut self, light: usize) -> f64;
@@ -41,14 +41,14 @@ pub trait Visibility {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shades(pub [DVec3; SHADINGS]);
 
-/// What was measured of a pixel, exposed.
+/// The measurements of a pixel, exposed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Measured {
     /// Light in 32 bits.
     pub unrounded: DVec3,
-    /// What its target makes of it: the difference.
+    /// The difference that its target makes.
     pub hdr: DVec3,
-    /// What the picture makes of that, referred back to light: the difference.
+    /// The difference that the picture makes of that, referred back to light.
     pub output: DVec3,
 }
 
@@ -63,9 +63,9 @@ impl Shades {
         self.0[SHADINGS - 1]
     }
 
-    /// What each switch does, averaged over all orders. They add up to `all - truth + hdr + output`.
+    /// Returns the effect of each switch, averaged over all orders. They add up to `all - truth + hdr + output`.
     ///
-    /// What formats make of any other light than the measured is modelled. What they did to that and the model does not, is theirs.
+    /// The effect of formats on any other light than the measured is modelled. What they did to that and the model does not, is theirs.
     pub fn apart(&self, formats: &Formats, measured: &Measured) -> [DVec3; SWITCHES.len()] {
         // So that where everything is at work, formats get the light that the device gave them.
         let offset = measured.unrounded - self.all();

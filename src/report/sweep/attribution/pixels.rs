@@ -1,4 +1,4 @@
-//! Which pixels are taken apart.
+//! The pixels that are taken apart.
 
 /// Pixels spread evenly over a picture, by index row by row: one out of each square of as many pixels as keeps their number at about
 /// `most`. Where the picture has no more than that, all of them. Always the same for the same size.

@@ -50,7 +50,7 @@ pub(super) struct Pixel {
     pub parts: Parts,
     /// The device's light minus the converged truth.
     pub light: DVec3,
-    /// What the picture makes of the light, referred back. With `light` it is the whole, found without the parts.
+    /// The difference that the picture makes of the light, referred back. With `light` it is the whole, found without the parts.
     pub output: DVec3,
 }
 
@@ -108,7 +108,7 @@ impl Taken<'_> {
         Pixel { parts, light: exposed - converged, output }
     }
 
-    /// What is between the point truth and what is shown.
+    /// Takes apart the difference between the point truth and the picture.
     fn apart(&self, at: usize, pixel: usize, surface: Option<&(Surface, TriangleId)>, point: DVec3) -> Parts {
         let mut parts = [DVec3::ZERO; COUNT];
         let exposed = self.captured.exposed[at];
@@ -157,7 +157,7 @@ impl Taken<'_> {
         Shades(nits.0.map(|nits| nits * self.exposure + of_sky))
     }
 
-    /// What of the truth's light is the sky's, exposed.
+    /// Returns the sky's part of the truth's light, exposed.
     fn light_of_sky(&self, pixel: usize) -> DVec3 {
         if self.captured.without_sky.is_none() {
             return DVec3::ZERO;

@@ -1,4 +1,4 @@
-//! What share of each light a frame's shadow maps let through, measured: the light alone, with shadows and without.
+//! The share of each light that a frame's shadow maps let through, measured: the light alone, with shadows and without.
 
 use glam::DVec3;
 

@@ -83,7 +83,7 @@ fn axis(base: &Base, setting: &Setting, quick: bool) -> Axis {
     Axis { key: setting.key.into(), title, candidates, without: without(base, setting.key), as_given: false }
 }
 
-/// What is particular about the values of some settings.
+/// Adapts the values of some settings to the scene.
 fn suit(base: &Base, key: &str, quick: bool, candidates: &mut Vec<Candidate>) {
     match key {
         "gbuffer" if !quick => candidates.extend(single_targets()),

@@ -1,4 +1,4 @@
-//! What is swept: for each setting that says how good a picture is, its values, as far as a scene needs it and a device has it.
+//! The points of a sweep: for each setting that says how good a picture is, its values, as far as a scene needs it and a device has it.
 //!
 //! All of this is decided from the scene, the settings as given and what the device can do, before anything is drawn. Values whose frames
 //! are those of the settings as given are not drawn again, a setting that changes nothing is left out, and both say so.
@@ -40,7 +40,7 @@ pub struct Selection {
 /// A scene's points and families, in the order in which they are measured and shown.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sweep {
-    /// What differs from the settings as given. The first says nothing; each stands here once.
+    /// The differences from the settings as given. The first says nothing; each stands here once.
     pub points: Vec<SettingsPatch>,
     pub families: Vec<PlannedFamily>,
     pub left_out: Vec<LeftOut>,
@@ -78,7 +78,7 @@ pub(super) struct Base<'a> {
     pub plan: FramePlan,
 }
 
-/// What became of a value that was tried.
+/// The fate of a value that was tried.
 enum Outcome {
     /// Frames of their own.
     Point,
@@ -188,7 +188,7 @@ impl Sweep {
         Ok(Self { points: builder.points, families: builder.families, left_out: builder.left_out })
     }
 
-    /// What `--quick` did not try, in a line.
+    /// Tells what `--quick` did not try, in a line.
     pub fn quick_words(left_out: &[LeftOut]) -> Option<String> {
         let names: Vec<_> = left_out.iter().filter(|own| own.reason == QUICK).map(|own| own.name.as_str()).collect();
         (!names.is_empty()).then(|| format!("--quick left out {} values: {}", names.len(), names.join(", ")))

@@ -2,7 +2,7 @@ use super::*;
 use crate::plan::samples as plans;
 use crate::scene::{OpenOptions, open};
 
-/// What decides about a sweep is in one bay as in seven.
+/// One bay decides about a sweep as seven do.
 const HALL: &str = "builtin:hall?bays=1&detail=6";
 
 fn selection() -> Selection {

@@ -1,4 +1,4 @@
-//! What the tests of a sweep share: a meter that answers at once, and small values.
+//! Shared by the tests of a sweep: a meter that answers at once, and small values.
 
 use std::collections::BTreeMap;
 
@@ -102,7 +102,7 @@ pub fn info(sweep: &Sweep) -> SceneInfo {
     }
 }
 
-/// What a meter says whose time is over.
+/// The error of a meter whose time is over.
 pub const KILLED: &str = "killed";
 
 /// Errors and times that follow from the settings alone, and a record of what was asked.

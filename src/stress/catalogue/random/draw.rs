@@ -49,7 +49,7 @@ impl Draw<'_> {
         Vec3::new(self.share(plain), self.share(plain), self.share(plain))
     }
 
-    /// What is there in this share of all draws; takes its numbers all the same, so that those after it stay what they are.
+    /// Returns the value in this share of all draws; takes its numbers all the same, so that those after it stay what they are.
     pub fn sometimes<T>(&mut self, share: f64, value: impl FnOnce(&mut Self) -> T) -> Option<T> {
         let is_there = self.chance(share);
         let value = value(self);

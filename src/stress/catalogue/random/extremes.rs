@@ -1,4 +1,4 @@
-//! What a random scene is made of.
+//! The parts of a random scene.
 
 use fastrand::Rng;
 use glam::Vec3;
@@ -79,7 +79,7 @@ pub struct Extremes {
     pub parallel: bool,
 }
 
-/// Which fall-off lamps have.
+/// The fall-off of lamps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Falling {
     InverseSquare,
