@@ -1,5 +1,5 @@
-//! The choice of the point that serves a bound, and of the next to try where the bound does not hold elsewhere. Pure: what is measured comes from a [`Witness`] and from a
-//! search that is asked for more.
+//! The choice of the point that serves a bound, and of the next to try where the bound does not hold elsewhere. Pure: measurements
+//! come from a [`Witness`] and from a search that is asked for more.
 
 use crate::report::sweep::Error;
 use crate::report::sweep::model::{Against, Interval, Metric, Point, SceneReport, Timing, TruthInfo};
