@@ -101,8 +101,10 @@ fn fragment() -> @location(0) vec4<f32> {
     }
     return vec4(mean, 1.0);
 #else
+    // ANCHOR: read
     let hdr = textureLoad(subpass_hdr, vec2<i32>(0, 0), 0).rgb;
     return vec4(shown(hdr), 1.0);
+    // ANCHOR_END: read
 #endif
 }
 #endif

@@ -143,12 +143,14 @@ pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
         (None, None) => shown = last,
     }
     let [tonemap, tone] = shown;
+    // ANCHOR: list-subpasses
     let lit = [
         subpass(&lighting::PASS, &[&lighting::PASS, &per_light::PASS, &ambient::PASS, &sky::PASS, &view::PASS]),
         subpass(&forward::PASS, &[&depth::PASS, &forward::PASS, &sky::PASS]),
     ];
     let over = subpass(&transparent::PASS, &[&transparent::PASS, &particles::PASS]);
     let blended = [alone(&fog::PASS), over, alone(&composite::PASS), tonemap, tone];
+    // ANCHOR_END: list-subpasses
     // REFLECT reads the light of all pixels, so that the main pass ends with it.
     let (light, blended): (Vec<Option<Subpass>>, Vec<_>) = match plan.reflects() {
         true => (lit.into(), blended.into()),
@@ -159,6 +161,7 @@ pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
     steps.push(list::render_pass(SHADOW_PASS, [alone(&shadow::PASS)]));
     steps.extend(froxel_steps::steps(plan));
     steps.extend(particle_steps::steps(plan));
+    // ANCHOR: list-main-pass
     // Each of these reads only its own pixel, so that a tiler never leaves the tile. AO reads neighbours, and parts them.
     match plan.stores_gbuffer {
         false => steps.push(list::render_pass(MAIN_PASS, [surfaces].into_iter().chain(light))),
@@ -168,6 +171,7 @@ pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
             steps.push(list::render_pass(MAIN_PASS, light));
         }
     }
+    // ANCHOR_END: list-main-pass
     steps.extend(reflections::steps(plan));
     steps.push(list::render_pass(BLEND_PASS, blended));
     steps.extend(taa::steps(plan));
@@ -297,6 +301,7 @@ impl Deferred {
                 unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
             }
         };
+        // ANCHOR: record-fog
         if let Some(fog) = &self.fog {
             // Row `lighting-to-fog`, `resolve-to-fog` or `forward-to-fog`: it reads the depth of its pixel, and is blended over its light.
             next_subpass();
@@ -304,6 +309,7 @@ impl Deferred {
             fog.record(frame);
             frame.end(times, &fog::PASS);
         }
+        // ANCHOR_END: record-fog
         if self.transparent.is_some() || self.particles.is_some() {
             // Rows `lighting-to-transparent`, `resolve-to-transparent`, `forward-to-transparent` or `fog-to-transparent`: it tests against the depth of
             // opaque surfaces, and sorted surfaces are blended over their light.
@@ -362,6 +368,7 @@ impl Deferred {
         // SAFETY: begun above, and every subpass recorded.
         unsafe { gpu.cmd_end_render_pass(cmd) };
 
+        // ANCHOR: record-fxaa
         if let Some((pass, fxaa)) = &self.fxaa {
             // A render pass of its own, because it reads each pixel's neighbours: row `output-to-fxaa`. Its picture waits by `picture-reuse`.
             frame.begin(&fxaa::PASS);
@@ -373,6 +380,7 @@ impl Deferred {
             // SAFETY: begun above, and every subpass recorded.
             unsafe { gpu.cmd_end_render_pass(cmd) };
         }
+        // ANCHOR_END: record-fxaa
 
         // A window's picture that is enlarged: rows `swapchain-to-present` and `present-to-swapchain`.
         passes.record_present(frame, times);

@@ -296,6 +296,7 @@ impl List {
     ) -> vk::AttachmentDescription {
         let image = Resource::Target(target);
         let touches = |step: &Step| step.touches(plan).iter().any(|touch| touch.resource == image);
+        // ANCHOR: load-and-store
         let (before, after) = (&self.0[..index], &self.0[index + 1..]);
         let is_loaded = before.iter().any(touches);
         let load = match (is_loaded, first.how) {
@@ -310,6 +311,7 @@ impl List {
             // It need never leave the tile.
             false => vk::AttachmentStoreOp::DONT_CARE,
         };
+        // ANCHOR_END: load-and-store
         vk::AttachmentDescription::default()
             .format(plan.format_of(target).unwrap_or_default())
             .samples(vk::SampleCountFlags::from_raw(plan.samples_of(target)))
@@ -335,9 +337,11 @@ impl List {
             .map(|step| step.touches(plan).into_iter().filter(|touch| touch.resource == image).collect())
             .filter(|touches: &Vec<_>| !touches.is_empty())
             .collect();
+        // ANCHOR: transient
         let all = users.iter().flatten().fold(vk::ImageUsageFlags::empty(), |usage, touch| usage | touch.usage());
         let stays = users.len() == 1 && users[0].iter().all(Touch::is_attachment);
         if stays { all | vk::ImageUsageFlags::TRANSIENT_ATTACHMENT } else { all }
+        // ANCHOR_END: transient
     }
 
     /// Holds the list and the rows against what Vulkan can do.
@@ -393,6 +397,7 @@ impl List {
                         all.into_iter().any(|touch| touch.resource == resource && touch.is_attachment())
                     };
                     for Subpass { place, touches, .. } in subpasses {
+                        // ANCHOR: neighbours
                         let neighbour = touches
                             .iter()
                             .find(|touch| matches!(touch.how, How::Sampled { .. }) && draws(touch.resource));
@@ -403,6 +408,7 @@ impl List {
                                 name.0
                             ));
                         }
+                        // ANCHOR_END: neighbours
                         if let Some(sentence) = contradiction(plan, *place, touches, &mut written) {
                             return Some(sentence);
                         }

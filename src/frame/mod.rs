@@ -420,6 +420,7 @@ impl Renderer {
         let frame = &mut self.frames[self.next];
         frame.begun = Instant::now();
         self.world.refresh(&self.plan);
+        // ANCHOR: record-frame
         let eye = Eye::of(camera, &self.world.drawn_bounds(&self.plan));
         let camera = &eye.camera;
         let visible = Visible::of(&self.world, camera, &self.plan);
@@ -435,6 +436,7 @@ impl Renderer {
         let uniform = FrameUniform::of(&self.world, &visible, &eye, &self.plan, jitter);
         // The submission makes them visible to the device: the row "host-to-frame".
         frame.view.write(&uniform, (&self.world, &self.plan), &visible, camera)?;
+        // ANCHOR_END: record-frame
         self.frame.write(self.next, &visible)?;
         if let Some(atlas) = &self.atlas {
             atlas.write(self.next, &visible, camera)?;

@@ -27,6 +27,7 @@ pub const LEVEL_READ: Use = SAMPLED;
 /// Writes the output; its undefined load is a write too.
 pub const OUTPUT_WRITE: Use = COLOR_WRITE;
 
+// ANCHOR: pass
 pub const PASS: Pass = Pass {
     place: Place::pass("TONEMAP"),
     time: "tonemap",
@@ -43,6 +44,7 @@ pub const PASS: Pass = Pass {
     },
     leave_out: None,
 };
+// ANCHOR_END: pass
 
 /// The pass.
 pub struct TonemapPass {
