@@ -31,7 +31,7 @@
 //! FXAA pass      FXAA       smooths edges of the finished picture, where asked for
 //! ```
 //!
-//! A pass that the plan leaves out has no object, no resources and no commands. On the light path `compute` the frame is
+//! A pass that the plan leaves out has no object, no resources and no commands. On the light paths `compute` and `visibility` the frame is
 //! [`super::tiled`]'s instead. Both share [`super::render_passes`].
 
 use std::cell::Cell;
