@@ -140,6 +140,7 @@ fn shade(pixel: vec2<f32>) -> vec4<f32> {
 
 #ifdef PER_SAMPLE
 @fragment
+// ANCHOR: by-sample
 fn fragment(@builtin(position) pixel: vec4<f32>, @builtin(sample_index) sample: u32) -> @location(0) vec4<f32> {
     let center = floor(pixel.xy) + 0.5;
     if samples_agree(center, SAMPLES, NORMAL_ENCODING, GEOMETRIC_STEPS) {
@@ -148,6 +149,7 @@ fn fragment(@builtin(position) pixel: vec4<f32>, @builtin(sample_index) sample: 
     read_one(sample);
     return shade(center + sample_offset(sample, SAMPLES));
 }
+// ANCHOR_END: by-sample
 #else
 @fragment
 fn fragment(@builtin(position) pixel: vec4<f32>) -> @location(0) vec4<f32> {
