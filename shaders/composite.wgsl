@@ -33,9 +33,11 @@ fn layer(sums: vec4<f32>, all_weights: f32) -> vec4<f32> {
     if weights <= 0.0 {
         return vec4(0.0);
     }
+    // ANCHOR: one-layer
     // The mean colour, as much of it as the surfaces hide together. With one surface its own colour, whatever its weight.
     let mean = sum.rgb / max(weights, 1e-30);
     return vec4(min(mean * cover, vec3(LARGEST)), cover);
+    // ANCHOR_END: one-layer
 }
 
 #ifdef MSAA

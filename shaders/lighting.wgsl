@@ -118,6 +118,7 @@ fn shade(pixel: vec2<f32>) -> vec4<f32> {
     texel.albedo = select(texel.albedo, vec3(1.0), LIGHT_ONLY);
     texel.metallic = select(0.0, texel.metallic, METAL && !LIGHT_ONLY);
     let surface = surface_of(texel, model);
+    // ANCHOR: loop-and-lists
     let which = Everywhere(AMBIENT, DIRECTIONAL, PUNCTUAL && !HAS_FOURS, frame.looped_count);
     var radiance = light_everywhere(surface, texel, model, which);
 #ifdef BY_FOURS
@@ -129,6 +130,7 @@ fn shade(pixel: vec2<f32>) -> vec4<f32> {
         add_punctual(&radiance, cluster_lights[list.x + i], true, surface, texel, model);
     }
 #endif
+    // ANCHOR_END: loop-and-lists
     let exposed = min(radiance * frame.exposure, vec3(LARGEST));
     if TONE_MAP {
         return vec4(tone_map(exposed, OPERATOR), 1.0);
@@ -138,6 +140,7 @@ fn shade(pixel: vec2<f32>) -> vec4<f32> {
 
 #ifdef PER_SAMPLE
 @fragment
+// ANCHOR: by-sample
 fn fragment(@builtin(position) pixel: vec4<f32>, @builtin(sample_index) sample: u32) -> @location(0) vec4<f32> {
     let center = floor(pixel.xy) + 0.5;
     if samples_agree(center, SAMPLES, NORMAL_ENCODING, GEOMETRIC_STEPS) {
@@ -146,6 +149,7 @@ fn fragment(@builtin(position) pixel: vec4<f32>, @builtin(sample_index) sample: 
     read_one(sample);
     return shade(center + sample_offset(sample, SAMPLES));
 }
+// ANCHOR_END: by-sample
 #else
 @fragment
 fn fragment(@builtin(position) pixel: vec4<f32>) -> @location(0) vec4<f32> {

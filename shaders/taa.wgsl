@@ -192,6 +192,7 @@ fn exposed(mean: vec3<f32>) -> vec3<f32> {
 }
 
 // The nearest of the colours from one to the mean of those around that is like them.
+// ANCHOR: clip-history
 fn clipped(color: vec3<f32>, around: Around) -> vec3<f32> {
     let offset = to_ycocg(color) - around.mean;
     let reach = SPREAD * around.deviation;
@@ -199,6 +200,7 @@ fn clipped(color: vec3<f32>, around: Around) -> vec3<f32> {
     let most_times = max(max(times.x, times.y), times.z);
     return max(from_ycocg(around.mean + offset / max(most_times, 1.0)), vec3(0.0));
 }
+// ANCHOR_END: clip-history
 
 // Colours of a hue, from 0 to 1 around the circle.
 fn hue(turn: f32) -> vec3<f32> {

@@ -251,6 +251,7 @@ fn main(
                 atomicStore(&summary[thread], 0u);
             }
             workgroupBarrier();
+            // ANCHOR: tile-lists
             for (var light = thread; light < batch; light += THREADS) {
                 if touches(tile, spheres[start + light]) {
                     let word = light / 32u;
@@ -259,6 +260,7 @@ fn main(
                 }
             }
             workgroupBarrier();
+            // ANCHOR_END: tile-lists
             if seen {
                 let summaries = (words + 31u) / 32u;
                 for (var s = 0u; s < summaries; s++) {

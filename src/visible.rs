@@ -281,12 +281,14 @@ fn back_to_front(world: &World, camera: &Camera, first: u32, instances: &[u32]) 
         let Some(triangles) = triangles else {
             return SortedDraw { draw, first_index: None };
         };
+        // ANCHOR: sort-triangles
         // In f64: what is near must not take its order from how far the origin is.
         let distance =
             |triangle: &SortableTriangle| camera.order(object.transform.transform_point3(triangle.centroid.as_dvec3()));
         let mut order: Vec<(f64, usize)> =
             triangles.iter().enumerate().map(|(place, triangle)| (distance(triangle), place)).collect();
         order.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        // ANCHOR_END: sort-triangles
         let first_index = indices.len() as u32;
         indices.extend(order.into_iter().flat_map(|(_, place)| triangles[place].indices));
         SortedDraw { draw, first_index: Some(first_index) }

@@ -12,6 +12,7 @@ const SLICE_SHIFT: u32 = 22u;
 @group(0) @binding(3) var<storage, read> cluster_lights: array<u32>;
 
 // The list for a pixel at a reversed depth. The bits decide, so that every pass and the CPU agree; a linear depth has equally thick slices.
+// ANCHOR: cluster-at
 fn cluster_at(pixel: vec2<f32>, depth: f32) -> vec2<u32> {
     var slice = (bitcast<u32>(1.0) - bitcast<u32>(saturate(depth))) >> SLICE_SHIFT;
     if ORTHOGRAPHIC {
@@ -21,3 +22,4 @@ fn cluster_at(pixel: vec2<f32>, depth: f32) -> vec2<u32> {
     let tile = vec2<u32>(pixel) / TILE;
     return cluster_heads[(slice * frame.cluster_rows + tile.y) * frame.cluster_columns + tile.x];
 }
+// ANCHOR_END: cluster-at

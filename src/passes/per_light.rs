@@ -67,11 +67,13 @@ impl PerLight {
                 stages: &stages(shader, &constants_of(plan)),
                 vertex_bindings: &vertex_bindings,
                 vertex_attributes: &vertex_attributes,
+                // ANCHOR: volume-depth
                 // The back of a volume is there also when the camera stands inside.
                 cull_mode: if volume { vk::CullModeFlags::FRONT } else { vk::CullModeFlags::NONE },
                 front_face: vk::FrontFace::COUNTER_CLOCKWISE,
                 // Reversed Z: surfaces before the back of the volume, or before infinity.
                 depth: Some(DepthState { test: vk::CompareOp::LESS, write: false }),
+                // ANCHOR_END: volume-depth
                 depth_bias: false,
                 depth_clamp: false,
                 blend: &[add()],

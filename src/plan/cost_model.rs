@@ -39,6 +39,7 @@ pub struct PathCost {
 
 impl PathCost {
     /// Returns a frame's time in picoseconds.
+    // ANCHOR: path-cost
     fn of(self, load: &Load) -> u64 {
         let times = |count: u64, each: u32| count.saturating_mul(u64::from(each));
         let lists = if load.limited > 0 { self.lists } else { 0 };
@@ -46,6 +47,7 @@ impl PathCost {
         let of_pixel = of_pixel.into_iter().fold(u64::from(self.base), u64::saturating_add);
         of_pixel.saturating_mul(load.pixels).saturating_add(times(load.triangles, self.triangle))
     }
+    // ANCHOR_END: path-cost
 }
 
 /// The load of a frame, as far as its cost depends on it.

@@ -191,6 +191,7 @@ impl Slice {
                 break;
             }
         }
+        // ANCHOR: stable-lists
         // A counting sort is stable: lights stay in order within their cluster.
         let clusters = (view.grid.columns * view.grid.rows) as usize;
         let mut heads = vec![[0u32; 2]; clusters];
@@ -208,6 +209,7 @@ impl Slice {
             *place += 1;
         }
         Self { heads, lights }
+        // ANCHOR_END: stable-lists
     }
 }
 
