@@ -31,7 +31,7 @@ pub fn without(plan: &FramePlan, table: &Edges, name: &str) -> Result<Edges, Fai
     table.without(row.name).map_err(|error| Failure::usage(error.to_string()))
 }
 
-/// Returns what may go wrong in frames with these dependencies, the worst first.
+/// Returns the hazards of frames with these dependencies in words, the worst first.
 pub fn in_words(plan: &FramePlan, edges: &Edges) -> Vec<String> {
     told(&Frames::of(plan, edges).hazards())
 }

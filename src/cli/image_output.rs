@@ -4,9 +4,14 @@ use std::io::Cursor;
 use std::path::Path;
 
 use afterlight::frame::{Picture, Pixels};
-use image::codecs::openexr::OpenExrEncoder;
+use exr::image::{Encoding, Image, Layer, SpecificChannels};
+use exr::math::Vec2;
+use exr::meta::attribute::LineOrder;
+use exr::meta::header::LayerAttributes;
+use exr::prelude::WritableImage as _;
 use image::codecs::png::PngEncoder;
-use image::{ExtendedColorType, ImageEncoder, ImageResult};
+use image::error::EncodingError;
+use image::{ExtendedColorType, ImageEncoder, ImageError, ImageFormat, ImageResult};
 
 use super::failure::{Exit, Failure};
 use super::output::Sink;
@@ -70,6 +75,9 @@ impl Target {
     }
 }
 
+/// Threads compress the tiles of an EXR file, and by default each tile stands where its thread was done: equal pictures had different bytes.
+const ORDERED: Encoding = Encoding { line_order: LineOrder::Increasing, ..Encoding::FAST_LOSSLESS };
+
 /// The bytes of a file with the picture. Pixels that are not of the format's kind are refused by the encoder.
 fn encode(picture: &Picture, format: Format) -> ImageResult<Vec<u8>> {
     let [width, height] = picture.size;
@@ -81,9 +89,14 @@ fn encode(picture: &Picture, format: Format) -> ImageResult<Vec<u8>> {
             PngEncoder::new(&mut file).write_image(&rgb, width, height, ExtendedColorType::Rgb8)?;
         }
         (Pixels::LinearF32(rgba), Format::Exr) => {
-            let rgb = without_alpha(rgba);
-            let bytes = bytemuck::cast_slice(&rgb);
-            OpenExrEncoder::new(&mut file).write_image(bytes, width, height, ExtendedColorType::Rgb32F)?;
+            let [width, height] = [width as usize, height as usize];
+            let channels = SpecificChannels::rgb(|Vec2(x, y)| {
+                let at = 4 * (y * width + x);
+                (rgba[at], rgba[at + 1], rgba[at + 2])
+            });
+            let layer = Layer::new((width, height), LayerAttributes::default(), ORDERED, channels);
+            let written = Image::from_layer(layer).write().to_buffered(&mut file);
+            written.map_err(|error| ImageError::Encoding(EncodingError::new(ImageFormat::OpenExr.into(), error)))?;
         }
         (Pixels::Srgb8(_), Format::Exr) => {
             return Err(mismatch("an EXR file needs linear pixels"));
@@ -125,6 +138,22 @@ mod tests {
         assert_eq!(name("dir.x/walk.png", 7, 100), "dir.x/walk-0007.png");
         assert_eq!(name("a.b.EXR", 12_345, 100_001), "a.b-012345.EXR");
         assert_eq!(Target::parse("-").map(|out| out.numbered(3, 9)), Target::parse("-"));
+    }
+
+    #[test]
+    fn equal_pictures_have_equal_bytes_whatever_thread_is_first() {
+        let noise = (0..512 * 512).flat_map(|index: u32| {
+            // Some tiles take longer than others.
+            let value = if index % 512 < 64 { index.wrapping_mul(2_654_435_761) as f32 } else { 0.5 };
+            [value, value * 0.5, index as f32, 1.0]
+        });
+        let picture = Picture { size: [512, 512], pixels: Pixels::LinearF32(noise.collect()) };
+        let first = encode(&picture, Format::Exr).expect("encodes");
+        for _ in 0..10 {
+            assert!(encode(&picture, Format::Exr).expect("encodes") == first);
+        }
+        let header = exr::meta::MetaData::read_from_buffered(Cursor::new(first), true).expect("is an EXR");
+        assert_eq!(header.headers[0].line_order, LineOrder::Increasing);
     }
 
     #[test]

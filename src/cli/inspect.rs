@@ -61,7 +61,7 @@ struct Report {
     camera: String,
     /// Of the box around all objects, in metres; `null` without any.
     bounds: Option<[[f64; 3]; 2]>,
-    /// The scene's motion, of which the plan is that of one moment; `null` where nothing moves.
+    /// The scene's motion, of which the plan covers one moment; `null` where nothing moves.
     motion: Option<MotionReport>,
     gbuffer_bytes_per_pixel: u32,
     #[serde(flatten)]

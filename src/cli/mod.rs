@@ -92,7 +92,7 @@ fn commands() -> String {
     Cli::command().get_subcommands().map(clap::Command::get_name).collect::<Vec<_>>().join(", ")
 }
 
-/// Returns the fault of the command line. `ci` has another use for the exit code of usage.
+/// Turns clap's error into a failure. `ci` has another use for the exit code of usage.
 fn of_command_line(error: &clap::Error) -> Failure {
     let failure = Failure::from_clap(error);
     #[cfg(feature = "ci")]

@@ -11,7 +11,7 @@ use super::table::Table;
 /// Rows of a table that are printed without -v; the others are counted.
 const MOST_ROWS: usize = 20;
 
-/// Its part of the output of `--json`.
+/// The motion's part of the output of `--json`.
 #[derive(Serialize)]
 pub struct MotionReport {
     /// Of the longest clip.
@@ -27,7 +27,7 @@ struct ClipReport {
     duration_s: f64,
     channels: usize,
     keys: usize,
-    /// The things that it moves, by kind.
+    /// The kinds of things that it moves.
     moves: Vec<&'static str>,
     /// Between keys.
     interpolations: Vec<&'static str>,
@@ -37,7 +37,7 @@ struct ClipReport {
 struct NodeReport {
     name: String,
     parent: Option<usize>,
-    /// True if a clip moves it, or one above it.
+    /// True if a clip moves it, or a node above it.
     moves: bool,
     shapes: usize,
 }

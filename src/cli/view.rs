@@ -201,7 +201,7 @@ impl Args {
     }
 }
 
-/// Ends the process when the X server is gone: nothing can be drawn, and nothing returns to where it could be told.
+/// Ends the process when the X server is gone: nothing can be drawn, and no call returns to where the error could be handled.
 fn end_without_display() -> ! {
     let gone = Error::System("the connection to the X server broke".into());
     let failure = Failure::from(gone);

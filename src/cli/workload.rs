@@ -45,7 +45,7 @@ impl LargestPicture {
 /// A loaded scene, with the camera that the command line gave it.
 pub struct Workload {
     pub scene: Scene,
-    /// Its motion, also where the scene itself is that of one moment.
+    /// The scene's motion, also where `scene` is that of one moment.
     pub motion: Motion,
     /// The moment and the clips that the command line asks for.
     pub playing: Playing,

@@ -23,7 +23,7 @@ pub use process::{cpu_seconds, open_files, peak_memory_bytes, resident_memory_by
 pub use shard::Shard;
 pub use statistics::{Distribution, percentile};
 
-/// Tells what moves in the frames that a time is of, in words for people.
+/// Tells what moves in the timed frames, in words for people.
 pub fn what_moves(moving: bool) -> &'static str {
     match moving {
         true => "everything moves: shadow maps are drawn in each frame",

@@ -43,7 +43,7 @@ pub struct Heard {
     pub plain: BTreeSet<String>,
     /// With it; `None` where the layer has none.
     pub heuristic: Option<BTreeSet<String>>,
-    /// The time of drawing it, in both modes.
+    /// The time that drawing the mutant took, in both modes.
     pub seconds: f64,
 }
 

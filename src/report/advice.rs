@@ -153,7 +153,7 @@ impl Change {
         self.time.high < 1.0 && self.time.median <= WORTH
     }
 
-    /// A time that cannot be told apart is not slower, unless its median is by much: then its times scatter.
+    /// A point is slower if the interval of its time lies above 1, or the median does by about 5%: then its times scatter.
     fn is_slower(&self) -> bool {
         self.time.low > 1.0 || self.time.median > 1.0 / WORTH
     }

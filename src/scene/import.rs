@@ -25,7 +25,7 @@ impl LoadOptions<'_> {
 /// A step of loading: `done` of `total` units of `what`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Progress {
-    /// The noun for the count.
+    /// The units that are counted, as "meshes".
     pub what: &'static str,
     /// Units that are done.
     pub done: usize,
@@ -145,7 +145,7 @@ impl Imported {
     }
 }
 
-/// The indices that nodes and skins of a copy were moved to.
+/// The indices of a copy's root node and first skin in the scene.
 #[derive(Debug, Clone, Copy)]
 struct Moved {
     /// The node that the copy's nodes hang on and follow, if it has some.

@@ -72,7 +72,7 @@ impl Display for Aperture {
 }
 
 impl Aperture {
-    /// The values of its text, in words.
+    /// The values that its text may have, in words.
     pub(crate) const RANGE: &'static str =
         "a diameter from 0 to 1000000 metres, or an f-number from f/0.01 to f/1000000, as f/2.8";
 }

@@ -70,7 +70,7 @@ pub enum LightKind {
     },
 }
 
-/// The answers to all that the program asks of a light, whatever its kind.
+/// All that the program needs to know of a light, whatever its kind.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LightForm {
     /// The kind's number in fingerprints of truths.
@@ -153,7 +153,7 @@ const RANGES: u32 = 1;
 const CONES: u32 = 2;
 const BEAMS: u32 = 4;
 
-/// The value in a record in place of a fall-off (`shaders/shared/lights.wgsl`).
+/// The value that stands in a record in place of a fall-off (`shaders/shared/lights.wgsl`).
 const NO_FALLOFF: u32 = 3;
 
 /// A cone that is wider than this, measured from its axis in degrees, gets the six shadow maps of a point light, and the volume of one: one

@@ -149,7 +149,7 @@ fn open_model(path: &Path, format: Format, options: &OpenOptions) -> Result<Scen
     Ok(scene)
 }
 
-/// Returns a warning for sizes in which hardly anybody models in metres.
+/// Returns a warning if the model is so large that its unit is hardly the metre.
 fn doubt(bounds: &Aabb, options: &OpenOptions) -> Option<String> {
     let longest = bounds.size().max_element();
     let is_odd = options.scale == 1.0 && !bounds.is_empty() && longest > LONG;

@@ -78,7 +78,7 @@ impl TextureSlot {
     }
 }
 
-/// The answers to all that the program asks of a texture slot.
+/// All that the program needs to know of a texture slot.
 #[derive(Debug, Clone, Copy)]
 pub struct SlotForm {
     /// Its key in scene files.
@@ -91,7 +91,7 @@ pub struct SlotForm {
     pub color_space: ColorSpace,
     /// Red, green, blue and alpha: which of them count.
     pub channels: [bool; 4],
-    /// True if the Phong models alone look at it, false if the others alone do.
+    /// True if the Phong models alone look at it, false if the others alone do; `None` if all do.
     pub phong: Option<bool>,
     /// Puts into the factors what a texture says all over, in linear values.
     pub(crate) fold: fn(&mut Material, [f64; 4]),

@@ -230,7 +230,7 @@ pub struct Object {
     pub material: usize,
     /// From mesh space to world space. May mirror.
     pub transform: DAffine3,
-    /// The faces of it that cast shadows.
+    /// The faces that cast shadows.
     pub casts_shadow: CastsShadow,
     /// True if shadows fall on it.
     pub receives_shadow: bool,
@@ -242,7 +242,7 @@ pub struct Object {
     pub skin: Option<usize>,
     /// It will be moved by the program, so that plans keep what it may need elsewhere. What clips move need not say so.
     pub movable: bool,
-    /// Its difference from other objects of its mesh and material. One that is there, and be it plain, keeps what any look needs in the plan, so
+    /// Its look, if it may differ from others of its mesh and material. One that is there, and be it plain, keeps what any look needs in the plan, so
     /// that [`Renderer::set_look`](crate::frame::Renderer::set_look) costs no other: `None` where it never has one.
     pub look: Option<Look>,
 }

@@ -98,7 +98,7 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// Light from everywhere.
     pub environment: Environment,
-    /// The sky, which is seen where nothing is, in place of the environment's background, and lights surfaces beside its ambient light.
+    /// The sky: it is seen where no surface is, in place of the environment's background, and lights surfaces beside the ambient light.
     pub sky: Option<Sky>,
     /// Where the scene is seen from.
     pub camera: Camera,

@@ -23,7 +23,7 @@ pub const FLOOR: f64 = 1e-4;
 /// The most that tone mapping takes (`shaders/tonemap.wgsl`); a target may hold less.
 const WHITE: f32 = 65000.0;
 
-/// The drawing for a value.
+/// The scene that is drawn for a value, and what it is compared with.
 #[derive(Debug, Clone)]
 pub struct Subject {
     pub scene: Scene,
@@ -175,11 +175,11 @@ struct Scale {
     largest: f64,
 }
 
-/// The expectation of a picture.
+/// The light that a picture should show.
 #[derive(Clone, Copy)]
 struct Expected<'a> {
     light: &'a [[f64; 3]],
-    /// Other light that it may be, as [`grid`] says.
+    /// The light that each pixel may show besides, as [`grid`] says.
     spans: &'a [Span],
 }
 

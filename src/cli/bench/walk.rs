@@ -40,7 +40,7 @@ impl Walk {
         self.path.at(self.at(index))
     }
 
-    /// Returns its row in the table of moments.
+    /// Returns the row of the measured frame of this number in the table of moments.
     pub fn moment(&self, index: u32, frame: &FrameTimes) -> Moment {
         let triangles = frame.drawn.triangles;
         Moment { at_s: self.at(index), wall_ms: frame.wall_ms, gpu_ms: frame.gpu_ms, triangles }

@@ -60,7 +60,7 @@ impl Metric {
     }
 }
 
-/// The limit of a metric: its most, or of PSNR its least.
+/// The limit of a metric: the greatest value that passes, or of PSNR the least.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limit {
     pub metric: Metric,

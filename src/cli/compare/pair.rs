@@ -9,7 +9,7 @@ use super::Args;
 use super::image_file::ImageFile;
 use crate::cli::failure::{Exit, Failure};
 
-/// The expected picture's mean luminance after exposure, where none is said: the reflectance of a photographer's grey card.
+/// The mean luminance that the expected picture is exposed to where `--exposure` is not given: the reflectance of a photographer's grey card.
 const MID_TONE: f64 = 0.18;
 
 pub struct Pair {

@@ -30,7 +30,7 @@ struct Placed {
     notes: Vec<Note>,
 }
 
-/// The text on a dependency above the box that waits.
+/// The text that describes a dependency, above the box that waits.
 struct Note {
     edge: usize,
     top: f64,

@@ -64,7 +64,7 @@ pub struct Graph {
     pub images: Vec<Image>,
     /// Each with the indices of the stops that it is between.
     pub edges: Vec<(Edge, [usize; 2])>,
-    /// The layouts that each of them changes.
+    /// The layout changes that each of `edges` makes.
     pub layouts: Vec<Vec<LayoutChange>>,
 }
 

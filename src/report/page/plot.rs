@@ -34,7 +34,7 @@ pub struct Plot {
     pub size: (f64, f64),
     pub x_title: String,
     pub y_title: String,
-    /// A description, for those who do not see it.
+    /// A description of the plot, for those who do not see it.
     pub label: String,
     pub lines: Vec<Line>,
     pub marks: Vec<Mark>,
@@ -235,7 +235,7 @@ impl Plot {
     }
 }
 
-/// The drawing of plotters, and the marks to be put over it.
+/// The drawing that plotters made, and the marks to be put over it.
 struct Drawn<'a> {
     axes: String,
     frame: Frame,

@@ -46,7 +46,7 @@ pub struct Raw {
     pub converged: Truth,
 }
 
-/// The drawing of a point.
+/// The light and the picture that a point draws.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drawing {
     pub light: LinearImage,

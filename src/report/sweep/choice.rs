@@ -1,4 +1,4 @@
-//! The points that show their pictures, and the names of these files.
+//! The points whose pictures a report shows, and the names of the pictures' files.
 
 use std::collections::BTreeSet;
 

@@ -3,7 +3,7 @@
 use super::model::{Against, Convergence, Member, Metric, Point, TruthInfo};
 use crate::measure::fit_power_law;
 
-/// The expectation of theory for a family.
+/// The convergence that theory expects of a family.
 struct Expected {
     metric: Metric,
     truth: Against,

@@ -105,7 +105,7 @@ impl SceneInfo {
     }
 }
 
-/// The errors of a point's pictures.
+/// The errors of a point's pictures, and the memory that they take.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Drawn {
     pub errors: ErrorsByTruth,
@@ -138,7 +138,7 @@ pub enum Record {
         point: String,
         drawn: Drawn,
     },
-    /// Something that this device could not do after all.
+    /// A point that this device could not draw or time after all.
     Failed {
         scene: usize,
         point: String,

@@ -8,7 +8,7 @@ use serde::de::DeserializeOwned;
 /// Digits of the checksum, and the space behind it.
 const PREFIX: usize = 9;
 
-/// Returns a line that says the value behind its checksum, with the line's end.
+/// Returns a line with a checksum, the value as JSON, and the line's end.
 ///
 /// # Errors
 /// When the value has no form in JSON, or none that can be read again, as one with a figure that is not finite.

@@ -31,7 +31,7 @@ pub trait Meter {
     /// When the device cannot hold or draw them.
     fn time(&mut self, points: &[SettingsPatch], random: &mut fastrand::Rng) -> Result<Rounds, Error>;
 
-    /// Returns about how much memory a renderer of it takes on the device, in bytes.
+    /// Returns about how much memory a renderer of the point takes on the device, in bytes.
     fn bytes(&self, point: &SettingsPatch) -> u64;
 }
 

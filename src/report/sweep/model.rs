@@ -187,7 +187,7 @@ pub struct Convergence {
     pub low: f64,
     pub high: f64,
     pub floor: f64,
-    /// The expectation of theory, and its source.
+    /// The order that theory expects, and the source.
     pub expected: String,
 }
 
@@ -223,7 +223,7 @@ impl Errors {
         self.not_finite > 0 || !(self.rmse.is_nan() || self.flip.is_nan())
     }
 
-    /// Returns the error that fronts and bounds compare: infinite where a pixel is not finite, since no metric has it.
+    /// Returns the error that fronts and bounds compare: infinite where a pixel is not finite, since metrics leave such pixels out.
     pub fn comparable(&self, metric: Metric) -> f64 {
         if self.not_finite > 0 { f64::INFINITY } else { self.by(metric) }
     }

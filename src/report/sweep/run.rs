@@ -16,7 +16,7 @@ use crate::scene::SettingsPatch;
 
 /// Renderers that are held at once, besides the anchor.
 const BATCH: usize = 7;
-/// The most memory that they may take on the device together.
+/// The most memory that renderers held at once may take on the device together.
 pub const BATCH_BYTES: u64 = 768 << 20;
 
 /// How far a scene has come.

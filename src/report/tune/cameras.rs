@@ -26,7 +26,7 @@ const MOST_IN_THE_WAY: f64 = 0.3;
 const LEAST_TURN_DEGREES: f64 = 15.0;
 const LEAST_MOVE: f64 = 0.15;
 
-/// The sight of a camera.
+/// The surfaces that a camera sees.
 struct Sight {
     /// Relative to it, in metres: where each ray ends that meets a surface.
     hits: Vec<DVec3>,

@@ -19,7 +19,7 @@ use crate::report::sweep::timing::Sample;
 const GLANCES: usize = 4;
 /// Points that are timed again together.
 const FINALISTS: usize = 4;
-/// The error of a glance beside the scatter of its rounds.
+/// The relative error of a glance, on top of the scatter of its rounds.
 const GLANCE_ERROR: f64 = 0.05;
 /// A family's other values are worth a glance if one of them changed the time by more.
 const MATTERS: f64 = 0.03;
@@ -46,7 +46,7 @@ pub struct Search<'a> {
     pub goal: &'a Goal,
     /// The points, and what families they are of.
     pub info: &'a SceneInfo,
-    /// The measurements of them.
+    /// The measurements of the points.
     pub measured: &'a Measured,
     /// An error, or a time where time is bounded, that failed from another camera: only points below it are of use.
     pub margin: Option<f64>,
@@ -62,7 +62,7 @@ struct Span {
     high: f64,
 }
 
-/// The knowledge of a point.
+/// The measurements of a point so far.
 #[derive(Debug, Clone, Copy, Default)]
 struct Known {
     time: Option<Span>,
@@ -295,7 +295,7 @@ impl<'a> Model<'a> {
         self.known[index].time.map(|time| time.median / self.anchor)
     }
 
-    /// Returns the time to be hoped for, over that of the settings as given.
+    /// Estimates a point's time, hopeful where little is measured, over that of the settings as given.
     fn time(&self, index: usize) -> f64 {
         if let Some(family) = self.families[index] {
             return self.of_family(family);

@@ -12,7 +12,7 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// Returns what a material's slot for it holds.
+    /// Adds a texture and returns its index, as a material's slot holds it.
     pub fn texture(&mut self, texture: Texture) -> Option<usize> {
         self.scene.textures.push(texture);
         Some(self.scene.textures.len() - 1)

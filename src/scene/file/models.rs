@@ -206,7 +206,7 @@ fn from_shape(node: &Node, scene: &mut Scene) -> Result<Vec<Object>, Error> {
     Ok(vec![Object::new(kind, mesh, material, DAffine3::IDENTITY)])
 }
 
-/// Reads which faces of the model cast shadows.
+/// Reads which faces of the model cast shadows, and whether shadows fall on it.
 fn shadow(table: &Table, objects: &mut [Object]) -> Result<(), Error> {
     if let Some(node) = table.get("casts_shadow") {
         let casts = match node.is_boolean() {

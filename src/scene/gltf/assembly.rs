@@ -16,7 +16,7 @@ use crate::scene::{
     CastsShadow, Channel, Clip, Imported, Local, Material, Mesh, NamedCamera, Node, Object, Placement, Skin, Target,
 };
 
-/// Which parts of a file became which parts of the scene.
+/// The scene so far, with the indices in it of the file's parts.
 #[derive(Default)]
 pub(super) struct Assembly {
     pub imported: Imported,
@@ -246,7 +246,7 @@ impl Assembly {
         }
     }
 
-    /// Returns the name by which `--camera` calls a camera: by its own name, its node's, or its number, and no other by the same.
+    /// Returns the name of a camera for `--camera`: its own, its node's or its number, whichever no other camera has.
     fn camera_name(&self, document: &Document, node: usize, index: usize) -> String {
         let set = |name: &Option<String>| name.clone().filter(|name| !name.is_empty());
         let names =

@@ -23,7 +23,7 @@ pub(super) const MOST_OBJECTS: usize = 4_000_000;
 /// The most vertices and indices of all meshes together, before any is made.
 const MOST_NUMBERS: usize = 1 << 28;
 
-/// The readers of a file's parts.
+/// The parts of a file that drawables are made from.
 pub(super) struct Sources<'a> {
     pub document: &'a Document,
     pub buffers: &'a Buffers<'a>,
@@ -75,7 +75,7 @@ pub(super) struct Drawables {
     pub left_out: [usize; 2],
 }
 
-/// The parts of a primitive by which two have the same mesh.
+/// The parts of a primitive that decide its mesh: where they are equal, two primitives share one.
 type Content<'a> = (&'a Attributes, Option<Whole>, Option<Whole>, &'a Vec<Attributes>, Option<&'a Draco>);
 
 fn content(primitive: &Primitive) -> Content<'_> {

@@ -1,4 +1,4 @@
-//! Materials that clips change, in the numbers of the materials that are made: emission times its strength, and the alpha of what is drawn.
+//! Keys of material values, rewritten in the numbers of the materials that are made: emission times its strength, and the alpha of what is drawn.
 
 use std::collections::BTreeSet;
 

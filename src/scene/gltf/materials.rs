@@ -69,7 +69,7 @@ struct Used {
 struct Reader<'a> {
     document: &'a Document,
     json: &'a JsonMaterial,
-    /// The values of it that clips change.
+    /// The material's values that clips change.
     moving: &'a BTreeSet<MaterialValue>,
     warnings: Vec<String>,
     used: Vec<Used>,

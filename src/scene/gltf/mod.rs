@@ -153,7 +153,7 @@ impl Reader<'_> {
         Ok(imported)
     }
 
-    /// Returns the fault of a file that shows nothing.
+    /// Explains why the file shows nothing.
     fn nothing(&self, nodes: &Nodes, drawables: &Drawables) -> String {
         let with_mesh = nodes.shown.iter().filter(|&&node| self.document.nodes[node].mesh.is_some()).count();
         let [points, lines] = drawables.left_out;

@@ -30,7 +30,7 @@ pub(super) struct Needs {
     pub posed: Option<usize>,
 }
 
-/// The fate of a primitive's morph targets.
+/// How a mesh takes over its primitive's morph targets.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Hash)]
 pub(super) enum Shapes {
     #[default]

@@ -25,7 +25,7 @@ pub(super) struct Picture {
     pub otherwise: Option<usize>,
 }
 
-/// The pictures that a texture is made of. A number is the bits of an f64.
+/// The pictures that a texture is made of, and how. A number is the bits of an f64.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Recipe {
     Plain(Picture, ColorSpace),
@@ -290,7 +290,7 @@ impl Images<'_> {
     }
 }
 
-/// Makes of the texels of its pictures what a recipe says.
+/// Makes a texture's texels from those of its pictures, as a recipe says.
 fn cooked(recipe: Recipe, mut found: impl Iterator<Item = Option<RgbaImage>>) -> Option<RgbaImage> {
     Some(match recipe {
         Recipe::Plain(..) => found.next()??,

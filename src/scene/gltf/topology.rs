@@ -1,6 +1,6 @@
 //! Primitive modes as lists of triangles (glTF 2.0, "Meshes").
 
-/// The form as which a primitive of some mode is drawn.
+/// The arrangement of a primitive's vertices, by its mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Topology {
     Points,

@@ -27,7 +27,7 @@ impl Scene {
         Self { textures, ..self.posed(&self.motion.pose(playing)) }
     }
 
-    /// Returns true if anything of it can move or be deformed, or particles go on.
+    /// Returns true if anything in the scene can move or be deformed, or its particles go on.
     pub fn moves(&self) -> bool {
         let emits = !self.emitters.is_empty() && self.moment.is_none();
         emits || !(self.motion.is_empty() && self.meshes.iter().all(Mesh::is_plain))

@@ -47,7 +47,7 @@ pub(super) struct Scan {
     pub materials: Vec<(String, usize)>,
     /// The text after each `mtllib`, and its line.
     pub libraries: Vec<(String, usize)>,
-    /// The parts that are not drawn, a line each.
+    /// Warnings of what is not drawn, a line each.
     pub warnings: Vec<String>,
 }
 

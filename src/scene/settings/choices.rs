@@ -1,4 +1,4 @@
-//! The choices of settings.
+//! The values that settings choose among.
 
 use serde::{Deserialize, Serialize};
 
@@ -212,7 +212,7 @@ pub enum View {
     /// How far what each pixel shows has come on the picture since the frame before: the direction is a colour, and far is bright; in pixels to the
     /// right and down where the output is linear.
     Velocity,
-    /// The light that each pixel finds on the screen to mirror: its light times the share of the lobe that found any; black where that is nothing.
+    /// The light that each pixel finds on the screen to mirror, times the share of the lobe that found any; black where none did.
     Reflections,
 }
 

@@ -36,7 +36,7 @@ pub struct Setting {
     pub sweep: Sweep,
     /// The numbers that a sweep tries, and that the panel's menu offers; none for all values that there are.
     pub tried: &'static [&'static str],
-    /// The values that `--quick` tries; none for the same.
+    /// The values that `--quick` tries; none for those of `tried`.
     pub quick: &'static [&'static str],
     /// Values that may make a frame cheaper than the default does: `bench --why` tries them, and the default.
     pub cheaper: &'static [&'static str],
@@ -213,7 +213,7 @@ impl Setting {
 
 /// A type in which a setting is kept.
 pub(super) trait Value: Copy {
-    /// Its range where its row says nothing else.
+    /// The range of a setting of this type whose row gives no other.
     const VALUES: ValueKind;
 
     fn read(text: &str) -> Result<Self, String>;

@@ -53,7 +53,7 @@ impl Default for Atmosphere {
     }
 }
 
-/// Coefficients of the air at a place, a metre.
+/// Coefficients of the air at a place, per metre.
 struct Medium {
     rayleigh: DVec3,
     mie: f64,

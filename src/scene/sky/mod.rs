@@ -189,7 +189,7 @@ impl SkyImage {
         self.texels.iter().flatten().fold(0.0, |most, &value| most.max(value))
     }
 
-    /// Returns the factor of texels before they become half floats, so that the brightest is [`BRIGHTEST_HALF`].
+    /// Returns the factor that texels are multiplied by before they become half floats, so that the brightest is [`BRIGHTEST_HALF`].
     pub fn half_scale(&self) -> f32 {
         let brightest = self.brightest();
         if brightest > 0.0 { BRIGHTEST_HALF / brightest } else { 1.0 }

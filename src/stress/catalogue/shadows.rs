@@ -78,7 +78,7 @@ const SLANTS: Values = Values::List(&[
 ]);
 const RADII: Values = Values::List(&[0.0, 1e-6, 0.5, 0.9, 0.99, 1.01, 1.1, 1.5, 2.0]);
 
-/// Claims so large a share of pixels at most.
+/// Claims that at most this share of pixels is wrong.
 const fn wrong(share: f64) -> Bound {
     Bound { worst: 1.0, mean: share }
 }

@@ -73,7 +73,7 @@ pub enum Judge {
     Pairs { cosine: fn(&Input) -> f64 },
 }
 
-/// The question to the device for a value.
+/// A formula's inputs for a value, and how the device's outputs are judged.
 #[derive(Debug, Clone)]
 pub struct Trial {
     pub formula: Formula,

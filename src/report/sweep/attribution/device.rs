@@ -139,7 +139,7 @@ impl Drawing<'_> {
         Ok(stored.collect())
     }
 
-    /// Draws every surface white, in white ambient light of 1 nit.
+    /// Returns the occlusion of each pixel: its lighting where all light is white ambient light of 1 nit.
     fn occlusion(&self, settings: &Settings, gbuffer: GbufferChoice) -> Result<Vec<f64>, frame::Error> {
         if !self.scene.environment.is_lit() {
             return Ok(vec![1.0; self.pixels.len()]);
@@ -153,7 +153,7 @@ impl Drawing<'_> {
         Ok(shown.into_iter().map(|white| white.x).collect())
     }
 
-    /// Draws surfaces in the dark.
+    /// Returns the emission of each pixel: surfaces drawn in the dark.
     fn emission(&self, settings: &Settings) -> Result<Vec<DVec3>, frame::Error> {
         if !self.scene.materials.iter().any(Material::is_emissive) {
             return Ok(vec![DVec3::ZERO; self.pixels.len()]);

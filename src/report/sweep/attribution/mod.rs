@@ -68,7 +68,7 @@ pub struct Subject<'a> {
     pub point: usize,
 }
 
-/// The truths of the same view.
+/// The truths of the subject's view.
 #[derive(Clone, Copy)]
 pub struct Truths<'a> {
     pub point: &'a Truth,

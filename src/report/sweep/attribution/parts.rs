@@ -46,9 +46,9 @@ pub struct Shades(pub [DVec3; SHADINGS]);
 pub struct Measured {
     /// Light in 32 bits.
     pub unrounded: DVec3,
-    /// The difference that its target makes.
+    /// The difference that the light's target makes.
     pub hdr: DVec3,
-    /// The difference that the picture makes of that, referred back to light.
+    /// The difference that the picture makes to the target's light, referred back to light.
     pub output: DVec3,
 }
 
@@ -65,7 +65,7 @@ impl Shades {
 
     /// Returns the effect of each switch, averaged over all orders. They add up to `all - truth + hdr + output`.
     ///
-    /// The effect of formats on any other light than the measured is modelled. What they did to that and the model does not, is theirs.
+    /// The effect of formats on light that was not measured is modelled. The model's error at the measured light is added to the formats' parts.
     pub fn apart(&self, formats: &Formats, measured: &Measured) -> [DVec3; SWITCHES.len()] {
         // So that where everything is at work, formats get the light that the device gave them.
         let offset = measured.unrounded - self.all();

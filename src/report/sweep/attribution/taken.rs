@@ -50,7 +50,7 @@ pub(super) struct Pixel {
     pub parts: Parts,
     /// The device's light minus the converged truth.
     pub light: DVec3,
-    /// The difference that the picture makes of the light, referred back. With `light` it is the whole, found without the parts.
+    /// The difference that the picture makes to the light, referred back. Added to `light` it is the whole, found without the parts.
     pub output: DVec3,
 }
 

@@ -83,7 +83,7 @@ fn axis(base: &Base, setting: &Setting, quick: bool) -> Axis {
     Axis { key: setting.key.into(), title, candidates, without: without(base, setting.key), as_given: false }
 }
 
-/// Adapts the values of some settings to the scene.
+/// Adapts the values of some settings to the scene, to `--quick` and to the settings as given.
 fn suit(base: &Base, key: &str, quick: bool, candidates: &mut Vec<Candidate>) {
     match key {
         "gbuffer" if !quick => candidates.extend(single_targets()),

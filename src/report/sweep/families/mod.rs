@@ -78,7 +78,7 @@ pub(super) struct Base<'a> {
     pub plan: FramePlan,
 }
 
-/// The fate of a value that was tried.
+/// The result of trying a value: its frames, or why there are none.
 enum Outcome {
     /// Frames of their own.
     Point,

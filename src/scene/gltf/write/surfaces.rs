@@ -64,7 +64,7 @@ fn model(material: &mut Material) -> bool {
     true
 }
 
-/// Makes of a material what the reader makes of its glTF.
+/// Changes a material into what the reader makes of its glTF.
 fn normal_form(material: &mut Material) {
     match material.alpha_mode {
         AlphaMode::Opaque => material.alpha = 1.0,
