@@ -38,7 +38,7 @@ pub const PASS: Pass = Pass {
     what: "every light on every pixel, which reads its own place of the G-buffer",
     presence: |plan| match plan.shading {
         Shading::Light { .. } if plan.is_forward() => Presence::Out("surfaces are lit as they are drawn".into()),
-        Shading::Light { .. } if plan.is_tiled() => Presence::Out("a compute pass lights the stored G-buffer".into()),
+        Shading::Light { .. } if plan.is_tiled() => Presence::Out("TILED lights every pixel, by compute".into()),
         Shading::Light { .. } => Presence::In("lights what GEOMETRY has stored of each pixel".into()),
         _ => Presence::Out("this view is not lit".into()),
     },

@@ -23,8 +23,11 @@ pub const PASS: Pass = Pass {
     time: "lighting",
     what: "adds lights one by one, in LIGHTING's subpass",
     presence: |plan| {
-        let why_not = "no light is drawn by itself";
-        Presence::when(plan.adds_lights(), "each light of limited reach is a draw, added by blending", why_not)
+        let why = match plan.light_path {
+            LightPath::Volumes => "each light of limited reach is a draw, added by blending",
+            _ => "each point light, spot and beam is a draw, added by blending",
+        };
+        Presence::when(plan.adds_lights(), why, "no light is drawn by itself")
     },
     // Of attachments as LIGHTING, in whose subpass it draws.
     touches: |plan| {

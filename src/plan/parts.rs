@@ -7,7 +7,8 @@ use std::collections::BTreeSet;
 use super::lights::MIXED_FALLOFF;
 use super::{
     FramePlan, Gbuffer, Grid, MapProjection, PlannedBrdf, PlannedLights, PlannedTexture, SLICES, Shading, ShadowLight,
-    ShadowPlan, Sums, Target, TextureSource, ToneMapping, anisotropy, format_bytes, lens, shadow_reason, taa,
+    ShadowPlan, Sums, Target, TextureSource, ToneMapping, anisotropy, format_bytes, lacks_gbuffer, lens, shadow_reason,
+    taa,
 };
 use crate::scene::{
     BlockFormat, HdrFormat, OptionalPart, Scene, Settings, SlotForm, TRAITS, TextureSlot, Transparency,
@@ -332,6 +333,8 @@ fn stored(plan: &FramePlan) -> Part {
     let reason = match plan.has_ao() {
         true => "AO reads the depth and the normals around each pixel",
         false if plan.reflects() => "REFLECT reads the depth and the normals of all pixels",
+        false if lacks_gbuffer(plan.light_path) => "there is no G-buffer",
+        false if plan.is_tiled() => "the main pass ends with it, and TILED reads it: no other pass comes between",
         false => "no pass between GEOMETRY and LIGHTING reads neighbours: it need not leave the tile",
     };
     part("stored G-buffer", plan.stores_gbuffer, reason, 0).is(OptionalPart::StoredGbuffer)

@@ -268,7 +268,7 @@ mod tests {
         let has = |row, why: &str| reasons.iter().any(|(own, reason)| *own == row && reason == why);
         assert!(has(RowName::SHADOW_MAP_REUSE, "no SHADOW pass: no light casts one, or this view shows none"));
         assert!(has(RowName::GBUFFER_TO_LIGHTING, "no GEOMETRY pass: surfaces are lit as they are drawn"));
-        assert!(has(RowName::GBUFFER_TO_LIGHTING, "no LIGHTING pass: a compute pass lights the stored G-buffer"));
+        assert!(has(RowName::GBUFFER_TO_LIGHTING, "no LIGHTING pass: TILED lights every pixel, by compute"));
         assert!(has(RowName::OUTPUT_REUSE, "targets-reuse orders it"));
     }
 
