@@ -119,6 +119,7 @@ impl Lighting {
     }
 }
 
+// ANCHOR: variant
 /// Returns the shader variant of a plan. The G-buffer's flags are the same in every shader that reads it.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
     Flags::LIGHTS.when(plan.lights.any())
@@ -129,6 +130,7 @@ pub(crate) fn flags(plan: &FramePlan) -> Flags {
         | gbuffer_flags!(plan)
         | Flags::MSAA.when(plan.msaa > 1)
 }
+// ANCHOR_END: variant
 
 fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
     let (tone_map, curve) = match plan.tone_mapping {

@@ -45,6 +45,7 @@ impl FramePlan {
         settings: &Settings,
         device: &Capabilities,
     ) -> Result<Cost, Error> {
+        // ANCHOR: cost-of-a-part
         let kept = Self::of(scene, &Settings { keep, ..settings.clone() }, device)?;
         let bytes_per_pixel = |plan: &Self| plan.target_bytes_per_pixel().cast_signed();
         Ok(Cost {
@@ -52,6 +53,7 @@ impl FramePlan {
             bytes_per_pixel: bytes_per_pixel(&kept) - bytes_per_pixel(self),
             same: kept.has_structure_of(self),
         })
+        // ANCHOR_END: cost-of-a-part
     }
 
     /// Returns true if two plans make the same frames, whatever they say of why.

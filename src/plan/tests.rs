@@ -631,6 +631,7 @@ fn the_largest_and_the_smallest_size_are_possible() {
     }
 }
 
+// ANCHOR: plan-is-pure
 #[test]
 fn a_plan_is_pure_and_knows_no_camera() {
     let plans = samples::plans();
@@ -642,6 +643,7 @@ fn a_plan_is_pure_and_knows_no_camera() {
         Camera { position: glam::DVec3::splat(1e6), projection: Projection::perspective(20.0), ..Camera::default() };
     assert_eq!(plan(&moved), before);
 }
+// ANCHOR_END: plan-is-pure
 
 #[test]
 fn spread_light_is_planned_where_it_is_asked_for_and_there_is_light() {

@@ -321,6 +321,7 @@ fn a_lost_device_and_a_lack_of_memory_are_told_apart() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     fs::write(folder.path().join("own.toml"), SUITE).expect("written");
     let layer = failures_layer::folder();
+    // ANCHOR: failures
     for (failure, verdict, status) in [
         ("vkQueueSubmit:2:ERROR_DEVICE_LOST", "Lost", "Crash"),
         ("vkCreateBuffer:1:ERROR_OUT_OF_DEVICE_MEMORY", "OutOfMemory", "Fail"),
@@ -328,6 +329,7 @@ fn a_lost_device_and_a_lack_of_memory_are_told_apart() {
         let mut command = program();
         command.current_dir(folder.path()).args(["ci", "own.toml", "-o", "out", "--only", "good.loop", "--quiet"]);
         command.envs(failures_layer::environment(layer.path())).env("AFTERLIGHT_FAILURES", failure);
+        // ANCHOR_END: failures
         if let Some(runner) = runner() {
             command.arg("--runner").arg(runner);
         }

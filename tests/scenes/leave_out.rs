@@ -32,6 +32,7 @@ struct Bound {
     beyond: f64,
 }
 
+// ANCHOR: inexact
 /// Parts that legitimately change bits when they are kept, by how much, and why.
 const INEXACT: &[(P, Bound, &str)] = &[
     (
@@ -47,6 +48,7 @@ const INEXACT: &[(P, Bound, &str)] = &[
         "a driver decodes sRGB texels to fewer bits than the factor has that the texture was folded into",
     ),
 ];
+// ANCHOR_END: inexact
 
 /// Every part that changes no bit.
 fn exact() -> Keep {
@@ -508,12 +510,14 @@ const TRACES: &[Trace] = &[
     trace(P::ConstantTextures, &["texture ochre"], &[], &[]),
     trace(P::AlphaMasks, &["discards: true"], &[], &[]),
     trace(P::LightLists, &["light list 2", "light list 3"], &[], &[("set of frame", ": 2 STORAGE_BUFFER")]),
+    // ANCHOR: trace-of-shadow-maps
     trace(
         P::ShadowMaps,
         &["shadow atlas", "shadow pass", "shadow set layout", "shadow maps of frame"],
         &["SHADOW"],
         &[("shadow set of frame", ": 0 SAMPLED_IMAGE"), ("shadow set of frame", ": 1 UNIFORM_BUFFER")],
     ),
+    // ANCHOR_END: trace-of-shadow-maps
 ];
 
 impl Traces {

@@ -445,11 +445,13 @@ fn against_truth(
         Err(stress::Error::Frame(error)) => return Err(error.into()),
     };
     let elsewhere = errors.elsewhere_share();
+    // ANCHOR: truth
     let is_sane = errors.not_finite == 0 && errors.negative == 0;
     let holds = is_sane
         && errors.mean <= bound.mean
         && errors.worst <= bound.worst.unwrap_or(f64::MAX)
         && elsewhere <= bound.elsewhere;
+    // ANCHOR_END: truth
     let at_most = |bound: Option<f64>| bound.map_or_else(String::new, |bound| format!(" (at most {bound})"));
     let detail = format!(
         "mean error {:.4}{}, worst {:.3}{}, {:.1}% elsewhere{}{}",

@@ -53,6 +53,7 @@ impl Runner<'_> {
         done.into_iter().map(|(_, report)| report).collect()
     }
 
+    // ANCHOR: twice
     fn twice(&self, case: &Case) -> CaseReport {
         let first = self.once(case, &self.cases.join(&case.name));
         if !first.verdict.is_bad() {
@@ -75,6 +76,7 @@ impl Runner<'_> {
             _ => first,
         }
     }
+    // ANCHOR_END: twice
 
     /// Runs a case's process to its end, or stops it.
     fn once(&self, case: &Case, folder: &Path) -> CaseReport {
