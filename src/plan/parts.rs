@@ -133,7 +133,7 @@ pub(super) fn say_what_is_kept(parts: &mut [Part], lean: &[Part]) {
 fn shadow(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Part {
     let missing = plan.shadow_warnings.iter().map(|warning| format!("; {warning}")).collect::<String>();
     let (reason, bytes) = match (shadow_reason(scene, settings, &plan.light_order.order), &plan.shadow) {
-        (Err(reason), _) => (reason, 0),
+        (Err(reason), kept) => (reason, kept.as_ref().map_or(0, ShadowPlan::bytes)),
         (Ok(()), Some(shadow)) => (shadow_maps(shadow) + &missing, shadow.bytes()),
         (Ok(()), None) if missing.is_empty() => ("this view shows no shadows".into(), 0),
         (Ok(()), None) => (missing.trim_start_matches("; ").into(), 0),

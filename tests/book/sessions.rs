@@ -139,7 +139,12 @@ fn try_commands(chapter: &Chapter, desk: &Desk, patch: Option<&str>) -> Result<(
         }
         let told = session.clone();
         for (Command { typed, output }, printed) in session.commands.iter_mut().zip(printed) {
-            if !same(&told, output, &printed) {
+            if printed.lines().any(|line| line.starts_with("> ") || line.starts_with("$ ")) {
+                wrong.push(format!(
+                    "{}.md, line {}: $ {typed}\nprints lines that look like commands",
+                    chapter.name, told.line
+                ));
+            } else if !same(&told, output, &printed) {
                 wrong.push(format!(
                     "{}.md, line {}: $ {typed}\nthe chapter says:\n{output}it prints:\n{printed}",
                     chapter.name, told.line
