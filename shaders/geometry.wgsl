@@ -285,6 +285,7 @@ fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Gbuffer {
 #ifdef NORMAL_MAP
     normal = mapped_normal(geometric, in.tangent, uvs_of(in));
 #endif
+    // ANCHOR: store
     out.albedo = vec4(point.base.rgb, point.ambient);
 #ifdef NORMAL_UINT
     out.normal = encode_normal_uint(normal * facing);
@@ -300,6 +301,7 @@ fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Gbuffer {
         // Only shadows need the geometric normal. Its codes never reach 1, which says that there is none.
         plane.x = select(1.0, plane.x, RECEIVES);
         out.material = vec4(stored_roughness, point.metallic, plane);
+    // ANCHOR_END: store
     }
 #endif
 #ifdef SPECULAR

@@ -137,6 +137,7 @@ fn half_vector(sum: vec3<f32>) -> Half {
     return Half(sum * inverse, length2 * inverse);
 }
 
+// ANCHOR: ggx-lobe
 // D V of GGX in one division, where V = 0.5 / smith. 1 - NdotH^2 by Lagrange's identity: the difference would cancel where the lobe is
 // sharpest.
 fn ggx_lobe(normal: vec3<f32>, half: vec3<f32>, alpha_squared: f32, smith: f32) -> f32 {
@@ -145,6 +146,7 @@ fn ggx_lobe(normal: vec3<f32>, half: vec3<f32>, alpha_squared: f32, smith: f32) 
     let d = along * along * alpha_squared + dot(across, across);
     // d >= alpha^2 >= 1e-8 and smith >= 1e-8 for unit vectors: the guard is only for a half vector of zero.
     return alpha_squared * (0.5 / PI) / max(d * d * smith, 1e-30);
+// ANCHOR_END: ggx-lobe
 }
 
 // How long half vectors are made, in units of |l + v|, so that their fourth powers do not vanish where light and eye are nearly opposite.

@@ -7,6 +7,7 @@ const HALF_ENCODED: u32 = 1u;
 const SIGNED: u32 = 2u;
 const OCTAHEDRAL_8: u32 = 3u;
 
+// ANCHOR: octahedral
 fn sign_not_zero(v: vec2<f32>) -> vec2<f32> {
     return select(vec2(-1.0), vec2(1.0), v >= vec2(0.0));
 }
@@ -33,6 +34,7 @@ fn to_unorm(v: vec2<f32>, steps: f32) -> vec2<f32> {
 fn from_unorm(v: vec2<f32>, steps: f32) -> vec2<f32> {
     let half_steps = floor(steps * 0.5);
     return clamp((round(v * steps) - half_steps) / half_steps, vec2(-1.0), vec2(1.0));
+// ANCHOR_END: octahedral
 }
 
 fn encode_normal(n: vec3<f32>, encoding: u32) -> vec4<f32> {

@@ -100,6 +100,7 @@ fn to_sky(direction: vec3<f32>) -> vec3<f32> {
     return vec3(direction.x * turn.x - direction.z * turn.y, direction.y, direction.x * turn.y + direction.z * turn.x);
 }
 
+// ANCHOR: place-of-a-pixel
 // What a depth says of the distance along the view axis, in metres. Without a far plane: depth = near / distance.
 fn distance_at(depth: f32) -> f32 {
     if ORTHOGRAPHIC {
@@ -123,4 +124,5 @@ fn position_at(pixel: vec2<f32>, depth: f32) -> vec3<f32> {
         return across(pixel) + frame.forward * distance;
     }
     return across(pixel) * distance;
+// ANCHOR_END: place-of-a-pixel
 }

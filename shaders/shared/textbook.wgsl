@@ -14,6 +14,7 @@ fn textbook_light(s: Surface, brdf: u32, light: vec3<f32>, n_dot_l: f32) -> vec3
     }
 }
 
+// ANCHOR: difference
 // 1 - NdotH^2 as a difference, which cancels where the lobe is sharpest, and a half vector without a guard.
 fn textbook_cook_torrance(s: Surface, light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
     let half = normalize(light + s.view);
@@ -23,6 +24,7 @@ fn textbook_cook_torrance(s: Surface, light: vec3<f32>, n_dot_l: f32) -> vec3<f3
     let distribution = s.alpha_squared / (PI * d * d);
     let visibility = 0.5 / (n_dot_l * s.smith_v + s.n_dot_v * smith_root(n_dot_l, s.alpha_squared));
     return s.diffuse * (vec3(1.0) - fresnel) + fresnel * distribution * visibility;
+// ANCHOR_END: difference
 }
 
 // The power of a cosine, which is rounded where the lobe is sharpest.

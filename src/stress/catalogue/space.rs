@@ -9,10 +9,12 @@ use crate::scene::builtin::stage::Stage;
 use crate::scene::{Camera, Material, Projection, Scene, SettingsPatch};
 
 pub const CASES: &[Case] = &[
+    // ANCHOR: claim
     case("space/origin", "scene and camera so far from the origin; the truth stays there")
         .over(Values::Decades(0, 15), "m")
         .claim([1.0, 1e15], Bound { worst: 1e-4, mean: 1e-6 })
         .check(Check::Placed(origin, 0.01)),
+    // ANCHOR_END: claim
     case("space/detail", "a model of millimetres whose vertices are written so far from its zero")
         .over(Values::Decades(0, 12), "m")
         .claim([1.0, 1e9], Bound { worst: 1e-4, mean: 1e-6 })
