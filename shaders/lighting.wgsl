@@ -129,11 +129,13 @@ fn shade(pixel: vec2<f32>) -> vec4<f32> {
         add_punctual(&radiance, cluster_lights[list.x + i], true, surface, texel, model);
     }
 #endif
+    // ANCHOR: expose
     let exposed = min(radiance * frame.exposure, vec3(LARGEST));
     if TONE_MAP {
         return vec4(tone_map(exposed, OPERATOR), 1.0);
     }
     return vec4(exposed, 1.0);
+    // ANCHOR_END: expose
 }
 
 #ifdef PER_SAMPLE
