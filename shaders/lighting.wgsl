@@ -131,11 +131,13 @@ fn shade(pixel: vec2<f32>) -> vec4<f32> {
     }
 #endif
     // ANCHOR_END: loop-and-lists
+    // ANCHOR: expose
     let exposed = min(radiance * frame.exposure, vec3(LARGEST));
     if TONE_MAP {
         return vec4(tone_map(exposed, OPERATOR), 1.0);
     }
     return vec4(exposed, 1.0);
+    // ANCHOR_END: expose
 }
 
 #ifdef PER_SAMPLE

@@ -153,6 +153,7 @@ fn ggx_lobe(normal: vec3<f32>, half: vec3<f32>, alpha_squared: f32, smith: f32) 
 const HALF_SCALE: f32 = 1048576.0;
 
 // GGX D, height-correlated Smith V, Schlick F, and the uncoupled lambert base (1 - F)(1 - metallic) albedo / pi.
+// ANCHOR: cook-torrance
 fn cook_torrance(s: Surface, light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
     // h = l + v is left as long as it is: N.h and |N x h|, and by Lagrange's identity |h|^2 of both, as a normal has the length 1. That saves a
     // division and some fifteen other operations a light.
@@ -172,6 +173,7 @@ fn cook_torrance(s: Surface, light: vec3<f32>, n_dot_l: f32) -> vec3<f32> {
     let lobe = length_squared * length_squared * s.lobe_scale / max(d * d * smith, 1e-30);
     return s.diffuse * (vec3(1.0) - fresnel) + fresnel * lobe;
 }
+// ANCHOR_END: cook-torrance
 
 // A power of the cosine between two unit vectors. Near 1 a cosine tells little of its angle, and drivers' logarithms little of the cosine:
 // there the sine says it, ln(cos) = ln(1 - sin^2) / 2 = -(sin^2 + sin^4 / 2 + ...) / 2.

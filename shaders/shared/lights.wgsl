@@ -45,11 +45,13 @@ struct Reach {
 }
 
 // sat(1 - (d/r)^4)^2, of d^2: draws to zero at the range.
+// ANCHOR: window
 fn window_of(light: Light, distance_squared: f32) -> f32 {
     let x2 = distance_squared * light.inverse_range_squared;
     let window = saturate(1.0 - x2 * x2);
     return window * window;
 }
+// ANCHOR_END: window
 
 // Parallel light from a disc: nothing behind it and beside its cylinder.
 fn reach_of_beam(light: Light, position: vec3<f32>, traits: u32) -> Reach {
@@ -93,11 +95,13 @@ fn strength_after(way: Way, light: Light, all_falloff: u32, traits: u32) -> f32 
     let falloff = select(all_falloff, light.falloff & 3u, all_falloff == MIXED_FALLOFF);
     var strength = 0.0;
     if falloff == INVERSE_SQUARE {
+        // ANCHOR: inverse-square
         // 1 / max(d^2, least^2), from the reciprocal that is there already.
         strength = min(way.inverse_distance * way.inverse_distance, 1.0 / MIN_DISTANCE_SQUARED);
         if (traits & RANGES) != 0u {
             strength *= window_of(light, distance_squared);
         }
+        // ANCHOR_END: inverse-square
     } else if falloff == QUADRATIC {
         strength = max(1.0 - distance_squared * light.inverse_range_squared, 0.0);
     } else {

@@ -81,6 +81,7 @@ fn mirrored_ambient(surface: Surface, texel: Texel, model: Model) -> vec3<f32> {
 
 #ifdef LIGHTS
 // What directional light number `i` adds.
+// ANCHOR: directional-light
 fn directional_light(i: u32, surface: Surface, texel: Texel, model: Model) -> vec3<f32> {
     let to_light = lights[i].position;
     let n_dot_l = dot(surface.normal, to_light);
@@ -95,6 +96,7 @@ fn directional_light(i: u32, surface: Surface, texel: Texel, model: Model) -> ve
 #endif
     return light;
 }
+// ANCHOR_END: directional-light
 
 // Whether point or spot light number `i` brings anything to a place.
 fn reaches(i: u32, position: vec3<f32>, model: Model) -> bool {

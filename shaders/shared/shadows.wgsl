@@ -73,12 +73,14 @@ fn map_point(view: ShadowView, position: vec3<f32>, normal: vec3<f32>) -> MapPoi
     let w = dot(view.w, p);
     let uv = vec2(dot(view.u, p), dot(view.v, p)) / w;
     let depth = dot(view.depth, p) / w;
+    // ANCHOR: plane-slope
     // Gradients in the world. That of depth is a sum of those of u and v, and of the normal, along which the plane does not go: Cramer's rule.
     let du = (view.u.xyz - uv.x * view.w.xyz) / w;
     let dv = (view.v.xyz - uv.y * view.w.xyz) / w;
     let dz = (view.depth.xyz - depth * view.w.xyz) / w;
     let area = dot(normal, cross(du, dv));
     let slope = vec2(dot(normal, cross(dz, dv)), dot(normal, cross(du, dz))) / area;
+    // ANCHOR_END: plane-slope
     // Seen from its edge, a plane has no slope that means anything.
     let step = view.texel * w;
     return MapPoint(uv, depth, w, select(slope, vec2(0.0), abs(area) * step * step < 0.005));
@@ -95,9 +97,11 @@ fn plane_depth(at: MapPoint, texel: vec2<f32>) -> f32 {
     return at.depth + dot(at.slope, texel + 0.5 - at.uv);
 }
 
+// ANCHOR: is-lit
 fn is_lit(view: ShadowView, at: MapPoint, texel: vec2<f32>) -> f32 {
     return select(0.0, 1.0, plane_depth(at, texel) >= stored_depth(view, texel));
 }
+// ANCHOR_END: is-lit
 
 // Percentage-closer filtering (Reeves et al. 1987) over a square of texels, the outer ones weighted by how much of them the square
 // covers, so that the edge slides instead of stepping. Two texels a side is bilinear filtering.
@@ -191,8 +195,10 @@ fn visibility_in(view: ShadowView, position: vec3<f32>, normal: vec3<f32>, chose
         return 1.0;
     }
     // In texels at that place, so that the same scene in another unit has the same shadows.
+    // ANCHOR: normal-offset
     let moved = position + normal * (view.texel * w * frame.shadow_normal_offset);
     let at = map_point(view, moved, normal);
+    // ANCHOR_END: normal-offset
     if any(at.uv < view.low) || any(at.uv > view.low + view.edge) || at.depth <= 0.0 {
         return 1.0;
     }
@@ -245,6 +251,7 @@ fn visibility(code: u32, position: vec3<f32>, normal: vec3<f32>, to_light: vec3<
     while index < last && distance > shadow_views[index].end {
         index += 1u;
     }
+    // ANCHOR: next-cascade
     let view = shadow_views[index];
     var light = visibility_in(view, position, normal, chosen);
     if distance > view.blend && index < last {
@@ -252,4 +259,5 @@ fn visibility(code: u32, position: vec3<f32>, normal: vec3<f32>, to_light: vec3<
         light = mix(light, next, (distance - view.blend) / (view.end - view.blend));
     }
     return light;
+    // ANCHOR_END: next-cascade
 }

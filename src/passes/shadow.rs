@@ -211,10 +211,12 @@ impl Shadow {
             recording.device.raw.cmd_begin_render_pass(recording.cmd, &begin, vk::SubpassContents::INLINE);
         }
         recording.set_rectangle(area);
+        // ANCHOR: slope-bias
         // Reversed depth: farther from the light is less.
         let slope_bias = -recording.world.shadows.slope_bias * self.bias_scale;
         // SAFETY: depth bias is dynamic in every pipeline of the pass.
         unsafe { recording.device.raw.cmd_set_depth_bias(recording.cmd, 0.0, 0.0, slope_bias) };
+        // ANCHOR_END: slope-bias
         self.draw(recording, view, casters);
         // SAFETY: begun above.
         unsafe { recording.device.raw.cmd_end_render_pass(recording.cmd) };

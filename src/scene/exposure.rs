@@ -16,9 +16,11 @@ pub fn luminance(color: Vec3) -> f32 {
 /// Returns the factor of pre-exposed radiance: 1 / (1.2 * 2^EV100), so that 1 is where a sensor saturates.
 ///
 /// Finite and positive for EV100 in -100 to 100; an exposure beyond is clamped to that.
+// ANCHOR: exposure-scale
 pub fn exposure_scale(ev100: f32) -> f32 {
     (1.0 / (1.2 * f64::from(ev100.clamp(-100.0, 100.0)).exp2())) as f32
 }
+// ANCHOR_END: exposure-scale
 
 /// EV100 = log2(E * 100 / 250), where E is the illuminance in lux at the point that the scene is about: the centre of its
 /// bounds, for a receptor turned to each light in turn, without shadows or cones of spots.

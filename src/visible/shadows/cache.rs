@@ -83,11 +83,13 @@ impl ShadowCache {
 
 impl DrawnMap {
     /// Returns true if the same texels would come of drawing the same casters again.
+    // ANCHOR: stands
     fn stands(&self, world: &World, visible: &Visible, view: &Arc<ShadowView>) -> bool {
         let unmoved = |caster: &Caster| world.objects[caster.object].revision == caster.revision;
         let lies = Arc::ptr_eq(&self.view, view) || self.view.lies_as(view) && self.casters.iter().all(unmoved);
         lies && visible.has_levels_of(world, &self.casters)
     }
+    // ANCHOR_END: stands
 
     fn holds(&self, needed: &[Caster]) -> bool {
         // In the same order: both are parts of what stands in the map's volume.

@@ -360,12 +360,14 @@ pub(in crate::visible) fn widened(at_first: &Aabb, bounds: &Aabb) -> Aabb {
 
 /// Where the cascade ends, in metres along the view: the practical split scheme (Zhang et al. 2006, "Parallel-Split Shadow Maps for
 /// Large-scale Virtual Environments"), a mixture of logarithmic and even splits.
+// ANCHOR: split
 pub(super) fn split(near: f64, far: f64, lambda: f32, index: u32, count: u32) -> f64 {
     let nearest = if lambda < 1.0 { NEAREST_SPLIT } else { NEAREST_LOGARITHMIC_SPLIT };
     let near = near.max(nearest * far);
     let (share, lambda) = (f64::from(index) / f64::from(count), f64::from(lambda));
     lambda * near * (far / near).powf(share) + (1.0 - lambda) * (near + (far - near) * share)
 }
+// ANCHOR_END: split
 
 pub(super) struct Sphere {
     pub(super) center: DVec3,
