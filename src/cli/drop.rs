@@ -40,7 +40,11 @@ fn told(hazards: &[Hazard]) -> Vec<String> {
     proof::in_words(hazards.iter().map(|hazard| &hazard.consequence))
 }
 
-fn row<'a>(plan: &FramePlan, table: &'a Edges, name: &str) -> Result<&'a Edge, Failure> {
+/// The row of this name.
+///
+/// # Errors
+/// When this plan has no such row, with the reason for that.
+pub fn row<'a>(plan: &FramePlan, table: &'a Edges, name: &str) -> Result<&'a Edge, Failure> {
     let absent = edges::absent(plan, table).into_iter().find(|absent| absent.name.name() == name);
     if let Some(Absent { name, why }) = absent {
         return Err(Failure::usage(format!("these frames have no dependency {name}: {why}")));

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use afterlight::frame::edges::{self, Absent, Edge, Edges};
 use afterlight::frame::{LayoutChange, layout_changes};
 use afterlight::frame::{capabilities, plan_for};
+use afterlight::plan::FramePlan;
 use afterlight::report::graph;
 use afterlight::scene::{SettingsPatch, View};
 use serde::Serialize;
@@ -24,6 +25,8 @@ use super::{drop, output, session};
 Examples:
   afterlight inspect builtin:hall
   afterlight inspect builtin:hall --graph frame.svg
+  afterlight inspect builtin:hall --hazards hazards.svg
+  afterlight inspect builtin:hall --hazards - --rows gbuffer-reuse,gbuffer-to-lighting >two.svg
   afterlight inspect sponza.obj --shadows off --gbuffer fat
   afterlight inspect scene.toml --settings tuned.toml
   afterlight inspect scene.toml --json | jq '.parts[] | select(.included)'
@@ -38,9 +41,15 @@ pub struct Args {
     /// Draw the frame into an .svg file as well: passes, what they draw into, and every dependency; - is standard output
     #[arg(long, value_name = "FILE", value_parser = drawing)]
     graph: Option<Sink>,
+    /// Draw each dependency with the hazard that it prevents into an .svg file as well; - is standard output
+    #[arg(long, value_name = "FILE", value_parser = drawing)]
+    hazards: Option<Sink>,
+    /// The dependencies that --hazards draws, in this order, instead of all
+    #[arg(long, value_name = "DEPENDENCY,...", value_delimiter = ',', requires = "hazards")]
+    rows: Vec<String>,
     /// Draw a few frames without this dependency, or without each in turn (all), and print what may go wrong, what the validation
     /// layer says of it (its own text with -v), and whether the picture changed
-    #[arg(long, value_name = "DEPENDENCY|all", conflicts_with_all = ["json", "validate", "graph"])]
+    #[arg(long, value_name = "DEPENDENCY|all", conflicts_with_all = ["json", "validate", "graph", "hazards"])]
     drop: Option<String>,
     /// What the picture would show, as for `render`
     #[arg(long, value_name = "NAME", value_parser = value::<View>)]
@@ -122,22 +131,48 @@ impl EdgeReport {
     }
 }
 
+impl Args {
+    /// The drawings that are asked for, by their options.
+    fn drawings(&self) -> impl Iterator<Item = (&'static str, &Sink)> {
+        let all = [("--graph", &self.graph), ("--hazards", &self.hazards)];
+        all.into_iter().filter_map(|(option, sink)| Some((option, sink.as_ref()?)))
+    }
+
+    /// Finds out before the work whether the drawings can be written. Returns true if one of them takes standard output.
+    fn check_drawings(&self) -> Result<bool, Failure> {
+        for (option, sink) in self.drawings() {
+            if sink.is_stdout() && self.json {
+                return Err(Failure::usage(format!("--json takes standard output: give {option} a file")));
+            }
+            sink.check()?;
+        }
+        if let (Some(graph), Some(hazards)) = (&self.graph, &self.hazards)
+            && (graph == hazards || graph.is_same(hazards))
+        {
+            return Err(Failure::usage(format!("--graph takes {graph}: give --hazards another file")));
+        }
+        Ok(self.drawings().any(|(_, sink)| sink.is_stdout()))
+    }
+}
+
+/// The rows of these names, in their order; without names all of the table.
+fn rows<'a>(names: &[String], plan: &FramePlan, table: &'a Edges) -> Result<Vec<&'a Edge>, Failure> {
+    match names {
+        [] => Ok(table.iter().collect()),
+        names => names.iter().map(|name| drop::row(plan, table, name)).collect(),
+    }
+}
+
 /// Prints the plan.
 pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
     if let Some(name) = &args.drop {
         let variation = SettingsPatch { view: args.view, samples: Some(1), ..SettingsPatch::default() };
         return drop::run(name, &args.scene, &args.settings, &variation, &args.device, is_verbose);
     }
-    let drawn_to_stdout = args.graph.as_ref().is_some_and(Sink::is_stdout);
-    if drawn_to_stdout && args.json {
-        return Err(Failure::usage("--json takes standard output: give --graph a file"));
-    }
-    if let Some(sink) = &args.graph {
-        sink.check()?;
-    }
+    let drawn_to_stdout = args.check_drawings()?;
     session::with_device(&args.device, |device| {
         let workload = Workload::open_for_frames(&args.scene, &args.settings, args.view, false)?;
-        workload.spare(&args.graph)?;
+        workload.spare(args.drawings().map(|(_, sink)| sink))?;
         // The plan is that of a frame, however many of them a picture is made of.
         let variation = SettingsPatch { view: args.view, samples: Some(1), ..SettingsPatch::default() };
         let settings = workload.settings(&variation, &device.physical)?;
@@ -149,6 +184,10 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
         let layouts = |edge: &Edge| layout_changes(&plan, &dependencies, edge);
         if let Some(sink) = &args.graph {
             sink.write(graph::draw(&workload.scene.name, &plan, &dependencies).as_bytes())?;
+        }
+        if let Some(sink) = &args.hazards {
+            let rows = rows(&args.rows, &plan, &dependencies)?;
+            sink.write(graph::draw_hazards(&workload.scene.name, &plan, &dependencies, &rows).as_bytes())?;
         }
         let motion = MotionReport::of(&workload.motion);
         if args.json {
@@ -191,7 +230,7 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
 fn drawing(text: &str) -> Result<Sink, String> {
     match Sink::parse(text)? {
         Sink::File(path) if path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("svg")) => {
-            Err("the frame is drawn as .svg".into())
+            Err("drawings are .svg files".into())
         }
         sink => Ok(sink),
     }

@@ -323,12 +323,14 @@ fn subpass(name: RowName) -> Row {
 }
 
 impl Row {
+    // ANCHOR: first-scope
     /// Sets the first scope: uses that must be complete.
     fn from(self, from: Place, uses: &[Use]) -> Self {
         // Only writes have to be made available (specification, "Execution and Memory Dependencies"): a read access in the first scope
         // does nothing, and an earlier stage does nothing beside a later one.
         Self(Edge { from, before: masks::latest(Use::all(uses).writes()), ..self.0 })
     }
+    // ANCHOR_END: first-scope
 
     /// Sets the second scope: uses that wait.
     fn to(self, to: Place, uses: &[Use]) -> Self {

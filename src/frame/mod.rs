@@ -399,11 +399,13 @@ impl Renderer {
 
     /// Waits until the place of the next frame is free: its buffers are written anew, and so is its semaphore used. The times of the frame that
     /// was there, if there was one.
+    // ANCHOR: free-place
     fn free_place(&mut self) -> Result<Option<FrameTimes>, Error> {
         let frame = &mut self.frames[self.next];
         let Some(ticket) = frame.ticket.take() else { return Ok(None) };
         // The row "frame-to-host".
         self.device.wait(ticket)?;
+        // ANCHOR_END: free-place
         let found = self.culling.as_ref().map(|culling| culling.found(self.next)).transpose()?;
         Ok(Some(frame.times(&self.device, found)?))
     }

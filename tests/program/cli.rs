@@ -455,6 +455,29 @@ fn a_drawn_frame_is_an_svg_file_or_a_stream() {
 }
 
 #[test]
+fn drawn_hazards_are_an_svg_file_or_a_stream() {
+    let folder = folder();
+    let inspect = |more: &[&str]| succeed(folder.path(), &[&["inspect", "builtin:quad"], more].concat());
+    assert!(inspect(&["--hazards", "hazards.svg", "--graph", "frame.svg"]).contains("Targets"));
+    let file = fs::read_to_string(folder.path().join("hazards.svg")).expect("it was written");
+    assert!(file.starts_with("<svg ") && file.ends_with("</svg>\n") && folder.path().join("frame.svg").exists());
+    assert_eq!(inspect(&["--hazards", "-"]), file, "a stream is the file");
+    let one = inspect(&["--hazards", "-", "--rows", "read-back"]);
+    assert!(one.contains("data-dependency=\"read-back\"") && one.matches("data-dependency").count() == 1, "{one}");
+    for (arguments, words) in [
+        (&["--hazards", "hazards.png"][..], ".svg"),
+        (&["--hazards", "-", "--json"], "--hazards"),
+        (&["--hazards", "-", "--graph", "-"], "--hazards"),
+        (&["--hazards", "same.svg", "--graph", "same.svg"], "--hazards"),
+        (&["--hazards", "-", "--rows", "reed-back"], "read-back"),
+        (&["--hazards", "-", "--rows", "acquire"], "there is no window"),
+        (&["--rows", "read-back"], "--hazards"),
+    ] {
+        fail(folder.path(), &[&["inspect", "builtin:quad"], arguments].concat(), 2, &[words]);
+    }
+}
+
+#[test]
 fn a_part_that_is_out_says_what_it_would_cost() {
     let folder = folder();
     let report: Value = serde_json::from_str(&succeed(

@@ -57,6 +57,7 @@ pub(super) fn rows() -> [Edge; 5] {
                 "objects and memory are destroyed when the last submission before their owner's end is done (the \
                  retire queue)",
             ),
+        // ANCHOR: picture-to-host
         row(RowName::PICTURE_TO_HOST, Carrier::BufferBarrier)
             .from(copy::PASS.place, &[copy::WRITE])
             .to(Place::HOST, &[copy::HOST_READ])
@@ -64,5 +65,6 @@ pub(super) fn rows() -> [Edge; 5] {
         wait(RowName::COPY_TO_HOST, copy::PASS.place)
             .to(Place::HOST, &[copy::HOST_READ])
             .because("the CPU reads the picture when the copy is done; a barrier does not make it wait"),
+        // ANCHOR_END: picture-to-host
     ]
 }

@@ -96,10 +96,12 @@ fn straight(plan: &FramePlan) -> Vec<Edge> {
     let mut rows = vec![acquire(first, why)];
     if plan.is_copied_into_swapchain() {
         rows.extend([
+            // ANCHOR: swapchain-image
             barrier(RowName::SWAPCHAIN_TO_PRESENT, vk::ImageLayout::UNDEFINED, WRITTEN)
                 .from(Place::OUTSIDE, &[BEGIN])
                 .to(present::PASS.place, &[WRITE])
                 .because("the image's layout changes when it is acquired, before PRESENT writes all of it"),
+            // ANCHOR_END: swapchain-image
             barrier(RowName::PRESENT_TO_SWAPCHAIN, WRITTEN, READ_BY_PRESENTATION)
                 .from(present::PASS.place, &[WRITE])
                 .to(Place::PRESENTATION, &[IN_TURN])

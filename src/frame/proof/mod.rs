@@ -16,12 +16,14 @@ use crate::plan::FramePlan;
 use order::Order;
 use program::{Kind, Memory, Program, Touch, Who};
 
+mod clash;
 mod frames;
 mod order;
 mod program;
 mod render_pass;
 mod words;
 
+pub use clash::{Clash, End, clashes};
 pub use words::{Consequence, in_words};
 
 /// The kind of hazard between two touches.
@@ -67,6 +69,8 @@ pub struct Hazard {
     pub second: String,
     /// The same without Vulkan's terms.
     pub consequence: Consequence,
+    /// The two uses apart; none for a wrong layout, which needs one use only.
+    clash: Option<Clash>,
 }
 
 impl fmt::Display for Hazard {
@@ -165,13 +169,14 @@ impl<'a> Past<'a> {
     /// Adds what a group does, and gives what it waits for too little.
     fn take(&mut self, order: &Order, group: &[&'a Touch]) -> Vec<Hazard> {
         let mut found = Vec::new();
-        let mut report = |kind, first: String, second: &Touch, consequence| {
-            found.push(Hazard { kind, memory: second.memory.to_string(), first, second: told(second), consequence });
+        let mut report = |kind, first: String, second: &Touch, consequence, clash| {
+            let (memory, second) = (second.memory.to_string(), told(second));
+            found.push(Hazard { kind, memory, first, second, consequence, clash });
         };
         for &touch in group {
             if touch.layout != vk::ImageLayout::UNDEFINED && touch.layout != self.layout {
                 let layout = format!("{:?}", self.layout);
-                report(HazardKind::Layout, layout.clone(), touch, Consequence::of_layout(&layout, touch));
+                report(HazardKind::Layout, layout.clone(), touch, Consequence::of_layout(&layout, touch), None);
             }
             if let Kind::Transition { to, .. } = touch.kind {
                 self.layout = to;
@@ -184,7 +189,9 @@ impl<'a> Past<'a> {
         for second in if loads.is_empty() { group.to_vec() } else { loads } {
             let reads = self.reads.iter().filter(|_| second.is_write());
             for first in self.writes.iter().chain(reads).filter(|first| !order.has(first, second)) {
-                report(kind_of(first, second), told(first), second, Consequence::of(first, self.overtaken, second));
+                let consequence = Consequence::of(first, self.overtaken, second);
+                let clash = Clash::of(words::blamed(first, self.overtaken, second), second);
+                report(kind_of(first, second), told(first), second, consequence, Some(clash));
                 overtaken.get_or_insert(*first);
             }
         }

@@ -122,6 +122,7 @@ impl<'a> Order<'a> {
         Self { program, firsts, seconds, before, reached: RefCell::default() }
     }
 
+    // ANCHOR: has
     /// Returns true if `first` is over before `second` begins, and what it wrote, if it did, is there.
     pub(super) fn has(&self, first: &Touch, second: &Touch) -> bool {
         // A dependency by region orders what touches its own pixel alone, in the same instance of a render pass.
@@ -146,6 +147,7 @@ impl<'a> Order<'a> {
             _ => self.after(second, from, |_| true),
         }
     }
+    // ANCHOR_END: has
 
     fn sees(&self, second: &Touch, available: &Bits) -> bool {
         let mut syncs = self.program.syncs.iter().enumerate();

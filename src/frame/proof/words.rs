@@ -48,8 +48,7 @@ impl Consequence {
             touch if touch.is_write() => Action::Overwrite,
             _ => Action::Read,
         };
-        // A change that waits for nothing is no news to whoever comes after it: what it overtook is.
-        let before = overtaken.filter(|_| first.is_change() && !second.is_change()).unwrap_or(first);
+        let before = blamed(first, overtaken, second);
         let unfinished = |does: &str| format!("that {}{} has not finished {does}", who(before), when(before, second));
         let clause = match before {
             touch if touch.is_change() && second.is_change() => unfinished("changing"),
@@ -82,6 +81,11 @@ impl Consequence {
     }
 }
 
+/// The earlier use to tell of: `first`, or what it overtook if it is a layout change, since a change that waits for nothing is no news to later uses.
+pub(super) fn blamed<'a>(first: &'a Touch, overtaken: Option<&'a Touch>, second: &Touch) -> &'a Touch {
+    overtaken.filter(|_| first.is_change() && !second.is_change()).unwrap_or(first)
+}
+
 fn who(touch: &Touch) -> String {
     match touch.who {
         Who::At(Place::HOST) => "the CPU".into(),
@@ -105,7 +109,7 @@ fn when(first: &Touch, second: &Touch) -> &'static str {
     }
 }
 
-fn noun(memory: Memory) -> &'static str {
+pub(super) fn noun(memory: Memory) -> &'static str {
     match memory {
         Memory::Target(target) => match target {
             Target::Depth => "depth",

@@ -3,6 +3,7 @@
 //! It is made from the values that the render passes and barriers are made from ([`crate::frame::render_pass`] and
 //! [`crate::frame::edges`]), so that it cannot say anything else than they do.
 
+mod hazards;
 mod layout;
 mod model;
 mod svg;
@@ -11,11 +12,17 @@ mod tests;
 
 pub use svg::escape;
 
-use crate::frame::edges::Edges;
+use crate::frame::edges::{Edge, Edges};
 use crate::plan::FramePlan;
 
 /// The frames of a plan as SVG. `title` says what they are of.
 pub fn draw(title: &str, plan: &FramePlan, edges: &Edges) -> String {
     let graph = model::Graph::of(plan, edges);
     layout::draw(title, plan, &graph)
+}
+
+/// A strip for each of these rows of a plan's table: the uses that the row orders, and the hazard between them without it.
+pub fn draw_hazards(title: &str, plan: &FramePlan, edges: &Edges, rows: &[&Edge]) -> String {
+    let strips: Vec<_> = rows.iter().map(|row| hazards::Strip::of(plan, edges, row)).collect();
+    hazards::draw(title, &strips)
 }

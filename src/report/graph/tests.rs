@@ -2,11 +2,11 @@ use std::collections::BTreeSet;
 use std::sync::LazyLock;
 
 use super::model::Graph;
-use super::{draw, layout};
+use super::{draw, draw_hazards, hazards, layout};
 use crate::frame::edges::{self, Edges};
 use crate::frame::render_pass::PassDescription;
 use crate::plan::{FramePlan, samples};
-use crate::scene::{Settings, View};
+use crate::scene::{LightPath, Settings, View};
 
 /// One plan for each different frame: many samples differ only in what no drawing shows.
 fn plans() -> &'static [(String, FramePlan, Edges)] {
@@ -117,4 +117,59 @@ fn a_view_is_not_called_lighting() {
     let scene = samples::scene(vec![samples::emissive()], vec![samples::sun()]);
     let plan = FramePlan::of(&scene, &settings, &samples::device()).expect("a plan");
     assert!(draw("x", &plan, &edges::table(&plan)).contains("shows a buffer"));
+}
+
+fn strips(plan: &FramePlan, edges: &Edges) -> Vec<hazards::Strip> {
+    edges.iter().map(|row| hazards::Strip::of(plan, edges, row)).collect()
+}
+
+#[test]
+fn every_row_is_a_strip_with_its_reason_and_a_hazard_or_why_it_stays() {
+    for (name, plan, edges) in plans() {
+        let rows: Vec<_> = edges.iter().collect();
+        let text = draw_hazards("<a & b>", plan, edges, &rows);
+        let document = roxmltree::Document::parse(&text).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert_eq!(
+            groups(&document, "dependency"),
+            rows.iter().map(|row| row.name.name()).collect::<Vec<_>>(),
+            "{name}"
+        );
+        for (strip, row) in strips(plan, edges).iter().zip(&rows) {
+            let kinds: Vec<_> = strip.pairs.iter().flat_map(|pair| &pair.arrows).map(|arrow| arrow.kind).collect();
+            let stays = row.carrier.stays().is_some();
+            assert!(!kinds.is_empty(), "{name}: {} has nothing to order", row.name);
+            assert!(kinds.iter().all(|kind| kind.is_none() == stays), "{name}: {}: {kinds:?}", row.name);
+            assert_eq!(stays, strip.below_says("cannot be dropped"), "{name}: {}", row.name);
+            assert!(strip.below_says(row.why), "{name}: {}", row.name);
+        }
+    }
+}
+
+#[test]
+fn no_text_of_the_hazards_lies_on_another_or_outside_of_the_page() {
+    for (name, plan, edges) in plans() {
+        let (svg, height) = hazards::paint("builtin:hall", &strips(plan, edges));
+        for (index, (text, words)) in svg.texts.iter().enumerate() {
+            assert!(text.x >= 0.0 && text.x + text.width <= 900.0, "{name}: {words} is wider than the page");
+            assert!(text.y >= 0.0 && text.y + text.height <= height, "{name}: {words} is below the page");
+            // Texts are set from top to bottom, but for the columns of a pair of boxes.
+            for (other, others) in &svg.texts[index.saturating_sub(60)..index] {
+                assert!(!text.overlaps(other), "{name}: '{words}' lies on '{others}'");
+            }
+        }
+    }
+}
+
+/// What frames in flight share is named with the frame, and what a layout change overtook instead of the change.
+#[test]
+fn a_strip_shows_the_earlier_use_of_another_frame() {
+    let scene = samples::scene(vec![samples::emissive()], vec![samples::sun()]);
+    let settings = Settings { light_path: LightPath::Loop, ..Settings::default() };
+    let plan = FramePlan::of(&scene, &settings, &samples::device()).expect("a plan");
+    let edges = edges::table(&plan);
+    let drawn = |name| draw_hazards("x", &plan, &edges, &[edges.named(name).expect("a row")]);
+    let reuse = drawn("gbuffer-reuse");
+    assert!(reuse.contains("LIGHTING of the last frame") && reuse.contains("(store operation)"), "{reuse}");
+    let lighting = drawn("gbuffer-to-lighting");
+    assert!(lighting.contains("read after write") && !lighting.contains("use after layout change"), "{lighting}");
 }

@@ -1,0 +1,103 @@
+//! The two uses of a hazard apart, and those of hazards that are alike as one: what drawings show.
+
+use ash::vk::{AccessFlags as A, ImageLayout, PipelineStageFlags as S};
+
+use super::order::PRESENTATION;
+use super::program::{Kind, Touch};
+use super::words::noun;
+use super::{Hazard, HazardKind, kind_of};
+
+/// One side of a clash.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct End {
+    /// As `GEOMETRY`, or `the end of the main pass`.
+    pub who: String,
+    /// Empty for layout changes, and for presentation, which is no stage of Vulkan's.
+    pub stages: S,
+    /// Empty for layout changes.
+    pub accesses: A,
+    /// The load or store operation of an attachment, if the use is nothing else.
+    pub operation: Option<&'static str>,
+    /// Layout changes, each from one layout to another.
+    pub changes: Vec<[ImageLayout; 2]>,
+}
+
+/// Two uses that nothing orders, and the memory that both touch.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Clash {
+    /// Of a use after a layout change that itself came too soon, the kind is that without the change.
+    pub kind: HazardKind,
+    /// Without articles where the memory is not one thing: `depth`, `the picture`.
+    pub memories: Vec<&'static str>,
+    /// How many frames the earlier use comes before the later one's; 0 for what comes before all frames.
+    pub frames_apart: usize,
+    /// The earlier use.
+    pub first: End,
+    /// The later use.
+    pub second: End,
+}
+
+/// Clashes that differ only in memory, stages, accesses and frames as one, what reads wrong values before what changes a layout too soon.
+pub fn clashes(hazards: &[Hazard]) -> Vec<Clash> {
+    let mut merged: Vec<Clash> = Vec::new();
+    for clash in hazards.iter().filter_map(|hazard| hazard.clash.as_ref()) {
+        match merged.iter_mut().find(|own| own.is_alike(clash)) {
+            Some(own) => own.merge(clash),
+            None => merged.push(clash.clone()),
+        }
+    }
+    merged.sort_by_key(|clash| clash.kind);
+    merged
+}
+
+impl Clash {
+    pub(super) fn of(first: &Touch, second: &Touch) -> Self {
+        Self {
+            kind: kind_of(first, second),
+            memories: vec![noun(second.memory)],
+            frames_apart: if first.frame == 0 { 0 } else { second.frame.saturating_sub(first.frame) },
+            first: End::of(first),
+            second: End::of(second),
+        }
+    }
+
+    fn is_alike(&self, other: &Self) -> bool {
+        let key = |own: &Self| (own.kind, own.frames_apart == 0);
+        key(self) == key(other) && self.first.who == other.first.who && self.second.who == other.second.who
+    }
+
+    fn merge(&mut self, other: &Self) {
+        add_new(&mut self.memories, &other.memories);
+        self.frames_apart = self.frames_apart.min(other.frames_apart);
+        self.first.merge(&other.first);
+        self.second.merge(&other.second);
+    }
+}
+
+impl End {
+    fn of(touch: &Touch) -> Self {
+        let (operation, changes) = match touch.kind {
+            Kind::Plain => (None, Vec::new()),
+            Kind::Load => (Some("load operation"), Vec::new()),
+            Kind::Store => (Some("store operation"), Vec::new()),
+            Kind::Transition { to, .. } => (None, vec![[touch.layout, to]]),
+        };
+        let stages = if touch.stage == PRESENTATION { S::empty() } else { touch.stage };
+        Self { who: touch.who.to_string(), stages, accesses: touch.access, operation, changes }
+    }
+
+    fn merge(&mut self, other: &Self) {
+        self.stages |= other.stages;
+        self.accesses |= other.accesses;
+        self.operation = self.operation.filter(|_| self.operation == other.operation);
+        add_new(&mut self.changes, &other.changes);
+    }
+}
+
+fn add_new<T: Copy + PartialEq>(all: &mut Vec<T>, others: &[T]) {
+    for other in others {
+        if !all.contains(other) {
+            all.push(*other);
+        }
+    }
+}
