@@ -206,7 +206,7 @@ fn sentence(finding: &Finding, case: &Case) -> String {
 }
 
 fn bound(case: &Case) -> String {
-    format!("{:.0e} / {:.0e}", case.bound.worst, case.bound.mean)
+    format!("{:e} / {:e}", case.bound.worst, case.bound.mean)
 }
 
 /// The output of `--json`.

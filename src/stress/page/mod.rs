@@ -58,7 +58,7 @@ fn table(verdicts: &[Verdict]) -> Markup {
                     td { (range(verdict.holds(), case.unit)) }
                     td { (format!("{:.1e}", worst.worst)) }
                     td { (format!("{:.1e}", worst.mean)) }
-                    td { (format!("{:.0e} / {:.0e}", case.bound.worst, case.bound.mean)) }
+                    td { (format!("{:e} / {:e}", case.bound.worst, case.bound.mean)) }
                     td { (worst.not_finite) }
                     td { (worst.negative) }
                     td.words { (pill(verdict)) }
