@@ -74,7 +74,7 @@ impl Gbuffer {
             T::Rgb10a2 => (vk::Format::A2B10G10R10_UNORM_PACK32, NormalEncoding::HalfEncoded),
             T::Rgba16f => (vk::Format::R16G16B16A16_SFLOAT, NormalEncoding::Signed),
             T::Rgba32f | T::Depth | T::Rgba8 => (vk::Format::R32G32B32A32_SFLOAT, NormalEncoding::Signed),
-        // ANCHOR_END: formats
+            // ANCHOR_END: formats
         };
         let material = choice.material.unwrap_or(rest);
         let keep = |part| stored.keep.has(part);

@@ -228,7 +228,7 @@ pub fn try_chapter(chapter: &Chapter, desk: &Desk, patch: Option<&str>) -> Vec<S
 fn commands_print_and_draw_what_the_chapters_say() {
     let (layer, project) = (layer(), project());
     let chapters = Chapter::all();
-    let every = if blesses() || std::env::var_os("AFTERLIGHT_BOOK").is_some() { 1 } else { 4 };
+    let every = if blesses() || std::env::var_os("AFTERLIGHT_BOOK").is_some() { 1 } else { 6 };
     // Another stack is asked what its layer says.
     let chapters =
         chapters.iter().filter(|own| runner().is_none() || own.sessions().any(|own| own.layer() == layer.as_deref()));

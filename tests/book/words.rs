@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 
 use crate::chapter::{Chapter, Piece, project};
 
-/// A chapter's prose: without blocks, code, addresses, tags and comments.
+/// A chapter's prose: without blocks, code, addresses, paths, tags and comments.
 fn prose(chapter: &Chapter) -> String {
     let texts = chapter.pieces.iter().filter_map(|piece| match piece {
         Piece::Text(text) => Some(text.as_str()),
@@ -17,7 +17,12 @@ fn prose(chapter: &Chapter) -> String {
     let text: String = text.split("```").step_by(2).collect();
     let text: String = text.split('`').step_by(2).collect::<Vec<_>>().join(" ");
     let text = without(&without(&without(&text, "<", ">"), "](", ")"), "{{", "}}");
-    text.replace('\u{2019}', "'")
+    let text = text.replace('\u{2019}', "'");
+    // Nor paths.
+    text.split_whitespace()
+        .filter(|word| !word.contains('/') && !word.contains(".rs") && !word.contains(".md"))
+        .map(|word| format!("{word}\n"))
+        .collect()
 }
 
 /// The text without all that stands between these, and without them.
