@@ -37,7 +37,8 @@ def link_page(pages, page):
 
     def rewrite(match):
         path, anchor = match.group(1), match.group(2) or ""
-        if "://" in path or os.path.exists(os.path.join(folder, path)):
+        beside = os.path.normpath(os.path.join(folder, path))
+        if "://" in path or (beside.startswith(pages + os.sep) and os.path.exists(beside)):
             return match.group(0)
         source = os.path.normpath(os.path.join(home, path))
         if source.startswith("..") or not os.path.exists(source):

@@ -125,7 +125,8 @@ function make_probe(figure, pictures) {
 const makers = { compare: make_compare, steps: make_steps, probe: make_probe };
 for (const [name, make] of Object.entries(makers)) {
     for (const figure of document.querySelectorAll(`figure.${name}`)) {
-        const pictures = [...figure.querySelectorAll("img")];
+        // mdBook puts a second copy of each picture behind it, to be shown large.
+        const pictures = [...figure.querySelectorAll("img")].filter((picture) => !picture.closest(".img-wrapper"));
         if (pictures.length > 1) {
             make(figure, pictures);
         }

@@ -8,11 +8,12 @@ use image::{Rgb, RgbImage};
 
 use crate::chapter::project;
 
-/// Three pictures of one colour each, in each kind of figure.
+/// Pictures of one colour each, in each kind of figure; in the first with what mdBook makes of a picture.
 const PAGE: &str = r#"<!doctype html><meta charset="utf-8"><meta name="viewport" content="width=device-width">
 <link rel="stylesheet" href="figures.css"><style>body { margin: 0 } figure { margin: 0 !important }</style>
 <div class="content">
-<figure class="compare"><p><img src="red.png" alt="red"></p><p><img src="blue.png" alt="blue"></p><figcaption>c</figcaption></figure>
+<figure class="compare"><p><label><input type="checkbox"><img src="red.png" alt="red"><span class="img-wrapper"><img src="red.png" alt="red"></span></label>
+<label><input type="checkbox"><img src="blue.png" alt="blue"><span class="img-wrapper"><img src="blue.png" alt="blue"></span></label></p><figcaption>c</figcaption></figure>
 <figure class="steps"><p><img src="red.png" alt="red"></p><p><img src="lime.png" alt="lime"></p><p><img src="blue.png" alt="blue"></p></figure>
 <figure class="probe"><p><img src="red.png" alt="red"> <img src="half.png" alt="half"></p></figure>
 </div>
@@ -29,11 +30,11 @@ window.addEventListener("load", () => {
         find(selector).dispatchEvent(new Event("input"));
     };
     tell("compare-first", find(".compare .figure-over").style.clipPath);
-    slide(".compare input", 25);
+    slide(".compare input[type=range]", 25);
     tell("compare-slid", find(".compare .figure-over").style.clipPath);
     const box = find(".compare .figure-frame").getBoundingClientRect();
     find(".compare .figure-frame").dispatchEvent(new PointerEvent("pointermove", { buttons: 1, clientX: box.left + box.width * 0.75, bubbles: true }));
-    tell("compare-dragged", find(".compare input").value);
+    tell("compare-dragged", find(".compare input[type=range]").value);
     const shown = () => [...document.querySelectorAll(".steps img")].filter((picture) => !picture.hidden).map((picture) => picture.alt).join();
     tell("steps-first", shown());
     slide(".steps input", 1);
