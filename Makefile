@@ -52,7 +52,7 @@ bless: ## Render the golden images anew and keep them as the expected ones (look
 
 book: ## Make the book's pictures, tables and numbers anew, and build its pages into target/book
 	@scripts/setup test
-	@AFTERLIGHT_BLESS=1 scripts/test machine book sessions::
+	@AFTERLIGHT_BLESS=1 AFTERLIGHT_TESTS=all scripts/test machine book sessions:: patches::every_patch_is_built
 	@scripts/book
 
 setup: ## Install what is missing, and unpack Debian 13's Vulkan stack into .cache

@@ -185,7 +185,7 @@ fn pieces(text: &str) -> Vec<Piece> {
     pieces
 }
 
-const SAMPLE: &str = "# Title\n\n```rust\n$ not a session\n```\n\n```console varies layer=1.4\n$ echo \\\n> one\none\n$ true\n```\nEnd.\n<!-- console\n$ touch x.png\n-->\n";
+const SAMPLE: &str = "# Title\n\n```rust\n$ not a session\n```\n\n```console varies layer=1.4.309\n$ echo \\\n> one\none\n$ true\n```\nEnd.\n<!-- console\n$ touch x.png\n-->\n";
 
 #[test]
 fn a_chapter_that_is_read_is_written_the_same() {
@@ -194,7 +194,7 @@ fn a_chapter_that_is_read_is_written_the_same() {
     let sessions: Vec<_> = chapter.sessions().collect();
     assert_eq!(sessions.len(), 2);
     assert!(sessions[0].varies() && !sessions[0].hidden && sessions[1].hidden);
-    assert_eq!((sessions[0].layer(), sessions[0].line), (Some("1.4"), 7));
+    assert_eq!((sessions[0].layer(), sessions[0].line), (Some("1.4.309"), 7));
     let commands = [("echo \\\none", "one\n"), ("true", "")];
     let expected = commands.map(|(typed, output)| Command { typed: typed.into(), output: output.into() });
     assert_eq!(sessions[0].commands, expected);

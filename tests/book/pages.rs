@@ -35,17 +35,15 @@ window.addEventListener("load", () => {
     const box = find(".compare .figure-frame").getBoundingClientRect();
     find(".compare .figure-frame").dispatchEvent(new PointerEvent("pointermove", { buttons: 1, clientX: box.left + box.width * 0.75, bubbles: true }));
     tell("compare-dragged", find(".compare input[type=range]").value);
-    const shown = () => [...document.querySelectorAll(".steps img")].filter((picture) => !picture.hidden).map((picture) => picture.alt).join();
+    const shown = () => [...document.querySelectorAll(".steps img")].filter((picture) => getComputedStyle(picture).display !== "none").map((picture) => picture.alt).join();
     tell("steps-first", shown());
     slide(".steps input", 1);
     tell("steps-slid", shown());
     tell("steps-told", find(".steps .figure-told").textContent);
-    const canvas = document.querySelectorAll(".probe canvas")[1];
-    const colour = () => [...canvas.getContext("2d").getImageData(0, 0, 1, 1).data].slice(0, 3).join("-");
     const frame = find(".probe .figure-frame");
     const area = frame.getBoundingClientRect();
     const point = (x) => frame.dispatchEvent(new PointerEvent("pointermove", { clientX: area.left + area.width * x, clientY: area.top + 10 }));
-    // A canvas with pictures of a folder cannot be read: what it drew is seen in the screenshot. Where the spot is can be.
+    // A canvas with pictures of a folder cannot be read; where the spot is that it magnifies can be.
     const spot = () => parseFloat(find(".probe .figure-spot").style.left).toFixed(1);
     point(0.1);
     tell("probe-left", spot());
@@ -93,6 +91,7 @@ fn open(browser: &str, folder: &Path, arguments: &[&str]) -> String {
 #[test]
 fn figures_follow_pointer_and_keys_on_wide_and_narrow_screens() {
     let Some(browser) = browser() else {
+        assert!(std::env::var_os("AFTERLIGHT_NEEDS_BROWSER").is_none(), "there is no Chromium");
         eprintln!("NOT RUN: the figures of the book need Chromium");
         return;
     };

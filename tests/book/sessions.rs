@@ -22,12 +22,13 @@ pub fn blesses() -> bool {
     std::env::var("AFTERLIGHT_BLESS").is_ok_and(|value| value == "1")
 }
 
-/// The version of the machine's layer, as in 1.4; none where there is none.
+/// The version of the machine's layer, as in 1.4.309; none where there is none.
 fn layer() -> Option<String> {
     use afterlight::gpu::{Instance, InstanceOptions, Validation, vk};
     let options = InstanceOptions { validation: Validation::Core, ..InstanceOptions::default() };
     let version = Instance::new(&options).ok()?.validation_layer()?;
-    Some(format!("{}.{}", vk::api_version_major(version), vk::api_version_minor(version)))
+    let [major, minor] = [vk::api_version_major(version), vk::api_version_minor(version)];
+    Some(format!("{major}.{minor}.{}", vk::api_version_patch(version)))
 }
 
 /// The program that commands mean by `afterlight`.
@@ -144,12 +145,13 @@ fn try_commands(chapter: &Chapter, desk: &Desk, patch: Option<&str>) -> Result<(
                     "{}.md, line {}: $ {typed}\nprints lines that look like commands",
                     chapter.name, told.line
                 ));
+            } else if blesses() {
+                *output = printed;
             } else if !same(&told, output, &printed) {
                 wrong.push(format!(
                     "{}.md, line {}: $ {typed}\nthe chapter says:\n{output}it prints:\n{printed}",
                     chapter.name, told.line
                 ));
-                *output = printed;
             }
         }
     }
@@ -199,12 +201,11 @@ fn try_files(chapter: &Chapter, desk: &Desk, patch: Option<&str>) -> Vec<String>
         if runner().is_some() {
             continue;
         }
-        if let Err(what) = compare_file(&kept, &made) {
+        if blesses() {
+            fs::create_dir_all(chapter.made()).expect("a folder for pictures");
+            fs::copy(&made, &kept).unwrap_or_else(|error| panic!("{}: {error}", kept.display()));
+        } else if let Err(what) = compare_file(&kept, &made) {
             wrong.push(what);
-            if blesses() {
-                fs::create_dir_all(chapter.made()).expect("a folder for pictures");
-                fs::copy(&made, &kept).unwrap_or_else(|error| panic!("{}: {error}", kept.display()));
-            }
         }
     }
     wrong
@@ -219,7 +220,6 @@ pub fn try_chapter(chapter: &Chapter, desk: &Desk, patch: Option<&str>) -> Vec<S
     wrong.extend(try_files(chapter, desk, patch));
     if blesses() {
         fs::write(chapter.path(), right.text()).unwrap_or_else(|error| panic!("{}: {error}", chapter.path().display()));
-        return Vec::new();
     }
     wrong
 }
