@@ -101,7 +101,7 @@ fn every_example_works_when_pasted() {
     let examples: BTreeSet<String> = blocks(&document("README.md"), "sh")
         .into_iter()
         // `make test-all` types all of them.
-        .chain(some_of(blocks(&document("docs/COMMANDS.md"), "sh"), 3))
+        .chain(some_of(blocks(&document("docs/COMMANDS.md"), "sh"), 5))
         .filter(|block| block.contains("\nafterlight ") || block.starts_with("afterlight "))
         .filter(|block| {
             let can_be_tried = scenes.is_some() || !block.contains("$AFTERLIGHT_SCENES");
@@ -154,7 +154,7 @@ fn every_picture_of_a_light_has_a_command_that_draws_it() {
     assert_eq!(shown, drawn.iter().cloned().collect());
 
     // `make test-all` tries each of them.
-    let (tried, drawn): (Vec<&str>, Vec<String>) = some_of(blocks.lines().zip(drawn), 3).unzip();
+    let (tried, drawn): (Vec<&str>, Vec<String>) = some_of(blocks.lines().zip(drawn), 6).unzip();
     let folder = tempfile::tempdir().expect("a temporary folder");
     fs::create_dir_all(folder.path().join("docs/images/lights")).expect("it can be made");
     std::os::unix::fs::symlink(project().join("assets"), folder.path().join("assets")).expect("a link");
