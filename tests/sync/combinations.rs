@@ -195,7 +195,7 @@ fn the_table_names_settings_that_exist() {
 }
 
 /// Pairs of values that have come up. Most faults of combinations are faults of two values (Kuhn, Wallace and Gallo, 2004): `make test` draws every
-/// third of the frames that bring a new pair of paths, samples, transparency and outputs, `make test-all` each combination; `proof` has asked of all
+/// fifth of the frames that bring a new pair of paths, samples, transparency and outputs, `make test-all` each combination; `proof` has asked of all
 /// of them whether their dependencies are enough.
 #[derive(Default)]
 struct Pairs(BTreeSet<[String; 2]>);
