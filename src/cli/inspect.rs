@@ -26,7 +26,7 @@ Examples:
   afterlight inspect builtin:hall
   afterlight inspect builtin:hall --graph frame.svg
   afterlight inspect builtin:hall --hazards hazards.svg
-  afterlight inspect builtin:hall --hazards two.svg --rows read-back,output-reuse
+  afterlight inspect builtin:hall --hazards row.svg --rows read-back
   afterlight inspect sponza.obj --shadows off --gbuffer fat
   afterlight inspect scene.toml --settings tuned.toml
   afterlight inspect scene.toml --json | jq '.parts[] | select(.included)'
