@@ -33,3 +33,8 @@ pub enum Error {
     #[error("{0}")]
     Setting(String),
 }
+
+/// Spells out control characters: names and paths may hold line breaks, and escapes that a terminal would obey.
+pub(crate) fn without_controls(text: &str) -> String {
+    text.chars().flat_map(|c| if c.is_control() { c.escape_default().collect() } else { vec![c] }).collect()
+}

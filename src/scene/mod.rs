@@ -40,6 +40,7 @@ pub use bounds::Aabb;
 pub use camera::{Camera, HEIGHT as ORTHOGRAPHIC_HEIGHT, Projection, decimal};
 pub use emitter::{Emitter, Particle};
 pub use error::Error;
+pub(crate) use error::without_controls;
 pub use exposure::{exposure_scale, luminance, metered_ev100};
 pub use fit::{add_daylight, add_studio, fit_camera};
 pub use import::{Imported, LoadOptions, Progress};

@@ -1,5 +1,6 @@
 //! Errors that keep a report from being made.
 
+use crate::scene::without_controls;
 use crate::{frame, gpu, measure, plan};
 
 #[derive(Debug, thiserror::Error)]
@@ -9,7 +10,7 @@ pub enum Error {
     #[error(transparent)]
     Mismatch(#[from] measure::Mismatch),
     /// The folder's contents, or the parts of a merge, do not fit.
-    #[error("{0}")]
+    #[error("{}", without_controls(.0))]
     Refused(String),
     #[error("cannot {doing}: {error}")]
     File { doing: String, error: std::io::Error },

@@ -12,7 +12,7 @@ use super::schema::Schema;
 use crate::scene::camera::FOV_Y_DEGREES;
 use crate::scene::path::MAX_SECONDS;
 use crate::scene::suggest::unknown;
-use crate::scene::{Error, unit};
+use crate::scene::{Error, unit, without_controls};
 
 /// The text that is being read.
 #[derive(Clone, Copy)]
@@ -24,9 +24,7 @@ pub(super) struct Source<'a> {
 impl Source<'_> {
     pub fn error(&self, at: usize, what: String) -> Error {
         let line = line_of(self.text, at);
-        // Names and paths may hold line breaks, and escapes that a terminal would obey.
-        let what = what.chars().flat_map(|c| if c.is_control() { c.escape_default().collect() } else { vec![c] });
-        Error::Content { path: self.path.to_owned(), line: Some(line), what: what.collect() }
+        Error::Content { path: self.path.to_owned(), line: Some(line), what: without_controls(&what) }
     }
 }
 

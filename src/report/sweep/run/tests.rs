@@ -190,4 +190,7 @@ fn parts_that_do_not_belong_together_are_refused_by_name() {
     // Broken off when all points had been measured, and something else had not.
     let text = changed(&|part| part.contents.scenes[0].done = false);
     assert!(text.contains("not finished with builtin:test"), "{text}");
+    // A scene's file may have any name: the error stays one line, and the terminal gets no escape.
+    let text = changed(&|part| part.contents.header.scenes = vec!["a\n\u{1b}b.gltf".into()]);
+    assert!(text.contains(r"and that of this one a\n\u{1b}b.gltf"), "{text}");
 }
