@@ -1,6 +1,5 @@
 //! Errors of input.
 
-use std::borrow::Cow;
 use std::path::PathBuf;
 
 /// An input that cannot become a scene. Displays as one line that names the thing, what was expected and what to do.
@@ -36,9 +35,6 @@ pub enum Error {
 }
 
 /// Spells out control characters: names and paths may hold line breaks, and escapes that a terminal would obey.
-pub(crate) fn without_controls(text: &str) -> Cow<'_, str> {
-    if !text.contains(char::is_control) {
-        return text.into();
-    }
+pub(crate) fn without_controls(text: &str) -> String {
     text.chars().flat_map(|c| if c.is_control() { c.escape_default().collect() } else { vec![c] }).collect()
 }

@@ -24,7 +24,7 @@ pub(super) struct Source<'a> {
 impl Source<'_> {
     pub fn error(&self, at: usize, what: String) -> Error {
         let line = line_of(self.text, at);
-        Error::Content { path: self.path.to_owned(), line: Some(line), what: without_controls(&what).into_owned() }
+        Error::Content { path: self.path.to_owned(), line: Some(line), what: without_controls(&what) }
     }
 }
 
