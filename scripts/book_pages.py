@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What scripts/book does to the pages of the book.
+"""Links of the book's pages, for scripts/book.
 
 usage: book_pages.py link FOLDER     make links into the repository links to texts in FOLDER/code, before mdBook builds
        book_pages.py check FOLDER    hold every link of the built pages against what is there, and find none that needs a network
@@ -76,7 +76,7 @@ class Page(html.parser.HTMLParser):
         for key, value in attributes:
             if key in ("id", "name") and value:
                 self.ids.add(value)
-            # Where a reader may go is his own choice; what a page needs must be there.
+            # A reader may follow links to other sites; whatever the page itself needs must be there.
             if key in ("href", "src") and value and not (tag == "a" and "://" in value):
                 self.links.append(value)
 

@@ -10,6 +10,7 @@
 
 mod ao;
 mod bloom;
+mod capabilities;
 mod checks;
 mod cost;
 mod cost_model;
@@ -38,6 +39,7 @@ mod visibility;
 
 pub use ao::AoPlan;
 pub use bloom::{Bloom, BloomLevel};
+pub use capabilities::Capabilities;
 pub use cost::Cost;
 pub use cost_model::{ABSENT, Basis, COMPARED, CostModel, CullingCost, Load, PathCost};
 pub use error::Error;
@@ -79,99 +81,7 @@ use output::{Blending, Way};
 use shadows::shadow_reason;
 use surfaces::{FilteredTextures, Surfaces, anisotropy};
 
-use crate::scene::{
-    BlockFormat, Brdf, Keep, LightPath, OptionalPart, Output, Resolve, Scene, Settings, Transparency, View,
-};
-
-/// The device's capabilities that a plan depends on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Capabilities {
-    /// Largest edge of an attachment in pixels.
-    pub max_extent: u32,
-    /// Colour attachments of one subpass.
-    pub max_color_attachments: u32,
-    /// Input attachments of one subpass.
-    pub max_input_attachments: u32,
-    /// Layers of an image.
-    pub max_layers: u32,
-    /// Depth can be clamped instead of clipped.
-    pub depth_clamp: bool,
-    /// R16G16_UNORM can be a colour attachment; not mandatory in Vulkan.
-    pub unorm_2x16_attachment: bool,
-    /// R32G32B32A32_SFLOAT and R32_SFLOAT blend; not mandatory in Vulkan.
-    pub float32_blends: bool,
-    /// B10G11R11_UFLOAT_PACK32 blends; not mandatory in Vulkan.
-    pub packed_float_blends: bool,
-    /// Samples a pixel that every attachment can have, as bits (2 for 2, 4 for 4), at their standard places and shaded one by one.
-    pub msaa: u32,
-    /// The most that textures can be filtered with; 1 where the device has no anisotropic filtering.
-    pub anisotropy: u32,
-    /// Its samplers look at every texel that a pixel covers, which takes long: shaders look at some places.
-    pub slow_anisotropy: bool,
-    /// Of buffers it reads once for many invocations what stands at a place that comes from push constants.
-    pub reads_pushed_places_once: bool,
-    /// Shaders are told which triangle of a draw they shade.
-    pub primitive_index: bool,
-    /// Sampled images that a compute shader can name, by numbers that it reads; 0 where it cannot do so.
-    pub dynamic_textures: u32,
-    /// Storage buffers that a compute shader can name.
-    pub storage_buffers: u32,
-    /// Bytes of one of them that it can see.
-    pub storage_range: u32,
-    /// There is memory that only exists while a tile needs it.
-    pub lazily_allocated: bool,
-    /// Invocations of a compute work group.
-    pub compute_invocations: u32,
-    /// Compute passes can write the commands that draw instances, many at once.
-    pub indirect_draws: bool,
-    /// The device is a CPU.
-    pub software: bool,
-    /// The figures that `auto` chooses by.
-    pub costs: CostModel,
-    /// BC7 can be sampled, with linear filtering.
-    pub bc7: bool,
-    /// Every format of ETC2 can be.
-    pub etc2: bool,
-}
-
-impl Capabilities {
-    /// Those of a device that lacks nothing, but memory of its own for tiles: what is refused even there is refused for the settings' sake.
-    pub fn ample() -> Self {
-        Self {
-            max_extent: 16384,
-            max_layers: 2048,
-            depth_clamp: true,
-            max_color_attachments: 8,
-            max_input_attachments: 8,
-            unorm_2x16_attachment: true,
-            float32_blends: true,
-            packed_float_blends: true,
-            msaa: 1 | 2 | 4 | 8,
-            anisotropy: 16,
-            slow_anisotropy: false,
-            reads_pushed_places_once: false,
-            primitive_index: true,
-            dynamic_textures: 1 << 20,
-            storage_buffers: 1 << 20,
-            storage_range: u32::MAX,
-            lazily_allocated: false,
-            indirect_draws: true,
-            software: false,
-            costs: CostModel::GPU,
-            compute_invocations: 1024,
-            bc7: true,
-            etc2: true,
-        }
-    }
-
-    /// Returns true if textures can stay in these blocks.
-    pub fn samples(&self, format: BlockFormat) -> bool {
-        match format {
-            BlockFormat::Bc7 => self.bc7,
-            BlockFormat::Etc2Rgb8 | BlockFormat::Etc2Rgb8A1 | BlockFormat::Etc2Rgba8 => self.etc2,
-        }
-    }
-}
+use crate::scene::{Brdf, Keep, LightPath, OptionalPart, Output, Resolve, Scene, Settings, Transparency, View};
 
 /// Formats of the targets of weighted blending.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -17,7 +17,7 @@ pub fn folder() -> PathBuf {
 /// A command, and what it prints.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Command {
-    /// What is typed, without prompts.
+    /// The text that is typed, without prompts.
     pub typed: String,
     pub output: String,
 }
@@ -25,11 +25,11 @@ pub struct Command {
 /// A block of commands.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Session {
-    /// What stands behind `console`.
+    /// The words behind `console`.
     pub words: Vec<String>,
-    /// In a comment: its output is not compared.
+    /// True for a block in a comment, whose output is not compared.
     pub hidden: bool,
-    /// Of the first line, from 1.
+    /// The number of the first line, from 1.
     pub line: usize,
     pub commands: Vec<Command>,
 }
@@ -86,7 +86,7 @@ pub enum Piece {
 
 #[derive(Debug, Clone)]
 pub struct Chapter {
-    /// Of its file, without the ending.
+    /// The name of its file, without the ending.
     pub name: String,
     pub pieces: Vec<Piece>,
 }
@@ -111,7 +111,7 @@ impl Chapter {
         folder().join(format!("{}.md", self.name))
     }
 
-    /// What its commands have made, as it is kept.
+    /// The folder of the files that its commands have made, as they are kept.
     pub fn made(&self) -> PathBuf {
         folder().join("made").join(&self.name)
     }
@@ -123,7 +123,7 @@ impl Chapter {
         })
     }
 
-    /// Its Markdown.
+    /// Returns its Markdown.
     pub fn text(&self) -> String {
         let mut text = String::new();
         for piece in &self.pieces {
@@ -135,7 +135,7 @@ impl Chapter {
         text
     }
 
-    /// The files of its own that it shows or includes, by their names.
+    /// Returns the names of the files of its own that it shows or includes.
     pub fn shown(&self) -> Vec<String> {
         let prefix = format!("made/{}/", self.name);
         let text = self.text();

@@ -1,4 +1,4 @@
-//! What the commands of chapters print and draw.
+//! The commands of chapters: their output and their pictures.
 
 use std::fs;
 use std::os::unix::fs::{PermissionsExt as _, symlink};
@@ -15,7 +15,7 @@ use crate::common::some_of;
 /// Begins a line before which a command is over, and which says how it ended.
 const MARK: char = '\u{1e}';
 
-/// What stands beside a chapter's own files while its commands run.
+/// The project's folders that lie beside a chapter's own files while its commands run.
 const LINKED: [&str; 5] = ["assets", "docs", "examples", "shaders", "src"];
 
 pub fn blesses() -> bool {
@@ -39,7 +39,7 @@ fn afterlight() -> PathBuf {
 /// A folder in which a chapter's commands run.
 pub struct Desk {
     folder: tempfile::TempDir,
-    /// On the path, with the program.
+    /// A folder on the path, with the program.
     programs: tempfile::TempDir,
     layer: Option<String>,
 }
@@ -121,7 +121,8 @@ fn same(session: &Session, expected: &str, actual: &str) -> bool {
     }
 }
 
-/// Types what this chapter types, of the program that is built from the tree as it stands or with a patch. Returns what is not as it says, and the chapter as it would be right.
+/// Types the commands of a chapter that are for the tree as it stands, or for a patch. Returns what is not as the chapter says, and the chapter as it
+/// would be right.
 fn try_commands(chapter: &Chapter, desk: &Desk, patch: Option<&str>) -> Result<(Vec<String>, Chapter), String> {
     let (mut wrong, mut right) = (Vec::new(), chapter.clone());
     let runs =
@@ -176,8 +177,17 @@ fn compare_file(kept: &Path, made: &Path) -> Result<(), String> {
             let (mean, _) = flip_error(&expected, &actual);
             if mean > LARGEST_MEAN { Err(format!("{name} is not what is drawn: FLIP {mean:.4}")) } else { Ok(()) }
         }
-        // A page of times is another one each time.
-        Some("html") => Ok(()),
+        // A page of times is another one each time; its sections stay.
+        Some("html") => {
+            let headings = |path: &Path| -> Result<Vec<String>, String> {
+                let text = fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
+                let found = text.split("<h").filter(|rest| rest.starts_with(['1', '2', '3']));
+                let found = found.filter_map(|rest| rest.split_once("</h"));
+                Ok(found.map(|(heading, _)| without_numbers(heading)).collect())
+            };
+            let (expected, actual) = (headings(kept)?, headings(made)?);
+            if expected == actual { Ok(()) } else { Err(format!("{name} has other headings than what is made")) }
+        }
         _ => {
             let read = |path: &Path| fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()));
             if read(kept)? == read(made)? { Ok(()) } else { Err(format!("{name} is not what is made")) }

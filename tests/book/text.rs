@@ -13,7 +13,7 @@ const LARGEST_CHAPTER: u64 = 700_000;
 /// Chapters without exercises.
 const READ_ONLY: [&str; 2] = ["introduction", "one-line"];
 
-/// What is included by a chapter: a path from the chapter, and an anchor in that file.
+/// Returns the files that a chapter includes: their paths from the chapter, and the anchors in them.
 fn includes(text: &str) -> Vec<(String, Option<String>)> {
     let inner = text.split("{{#include ").skip(1).filter_map(|rest| rest.split_once("}}"));
     inner
@@ -92,10 +92,11 @@ fn every_listing_is_code_of_the_project_and_every_anchor_is_shown() {
         let source = fs::canonicalize(&source).expect("it was read");
         for (_, rest) in text.match_indices("ANCHOR: ").map(|(at, mark)| text.split_at(at + mark.len())) {
             let anchor = rest.lines().next().unwrap_or_default().trim();
-            // Some chapters alone do not show all.
-            if source.starts_with(project().join("tests/book")) {
+            // This file has examples of anchors.
+            if source.ends_with("tests/book/text.rs") {
                 continue;
             }
+            // Where some chapters are asked for, the others show the rest.
             let is_shown = shown.get(&source).is_some_and(|anchors| anchors.contains(anchor));
             if !is_shown && std::env::var_os("AFTERLIGHT_BOOK").is_none() {
                 wrong.push(format!("{} has the anchor {anchor}, which no chapter shows", source.display()));

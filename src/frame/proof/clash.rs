@@ -1,4 +1,4 @@
-//! The two uses of a hazard apart, and those of hazards that are alike as one: what drawings show.
+//! Hazards as drawings show them: each with its two uses apart, and hazards that are alike as one.
 
 use ash::vk::{AccessFlags as A, ImageLayout, PipelineStageFlags as S};
 
@@ -10,7 +10,7 @@ use super::{Hazard, HazardKind, kind_of};
 /// One side of a clash.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct End {
-    /// As `GEOMETRY`, or `the end of the main pass`.
+    /// The author of the use: `GEOMETRY`, or `the end of the main pass`.
     pub who: String,
     /// Empty for layout changes, and for presentation, which is no stage of Vulkan's.
     pub stages: S,
@@ -25,9 +25,9 @@ pub struct End {
 /// Two uses that nothing orders, and the memory that both touch.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Clash {
-    /// Of a use after a layout change that itself came too soon, the kind is that without the change.
+    /// The kind of hazard. Where a use comes after a layout change that itself came too soon, it is the kind that the two uses have without the change.
     pub kind: HazardKind,
-    /// Without articles where the memory is not one thing: `depth`, `the picture`.
+    /// The names of the memory, without articles where it is not one thing: `depth`, `the picture`.
     pub memories: Vec<&'static str>,
     /// How many frames the earlier use comes before the later one's; 0 for what comes before all frames.
     pub frames_apart: usize,
@@ -37,7 +37,7 @@ pub struct Clash {
     pub second: End,
 }
 
-/// Clashes that differ only in memory, stages, accesses and frames as one, what reads wrong values before what changes a layout too soon.
+/// Returns the clashes of hazards. Those that differ only in memory, stages, accesses and frames are one, and reads of wrong values come before layouts that change too soon.
 pub fn clashes(hazards: &[Hazard]) -> Vec<Clash> {
     let mut merged: Vec<Clash> = Vec::new();
     for clash in hazards.iter().filter_map(|hazard| hazard.clash.as_ref()) {

@@ -11,39 +11,39 @@ use crate::frame::proof::{Clash, End, Frames, HazardKind, clashes};
 use crate::gpu::sync::Use;
 use crate::plan::FramePlan;
 
-/// Of the page. Books and README files show about so much.
+/// Width of the page in pixels: about as much as books and README files show.
 const WIDTH: f64 = 900.0;
 const MARGIN: f64 = 20.0;
-/// Of a box; the longest word of Vulkan in one is `from DEPTH_STENCIL_ATTACHMENT_OPTIMAL`.
+/// Width of a box: its longest line is `from DEPTH_STENCIL_ATTACHMENT_OPTIMAL`.
 const BOX: f64 = 300.0;
-/// From the edge of a box to its words.
+/// Distance from the edge of a box to its words.
 const PADDING: f64 = 10.0;
-/// Between arrows, boxes and strips.
+/// Distance between arrows, boxes and strips.
 const GAP: f64 = 10.0;
 
-/// A row.
+/// A row of the table, as it is drawn.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Strip {
     pub name: &'static str,
-    /// Its places and its carrier.
+    /// The row's places and its carrier.
     heading: String,
     pub pairs: Vec<Pair>,
-    /// Its reason, and why it cannot be dropped where that is so.
+    /// The row's reason, and why it cannot be dropped where that is so.
     below: Vec<String>,
 }
 
 /// Two boxes, and the arrows between them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pair {
-    /// By whom, and in which frame.
+    /// The authors of the two uses, the first with its frame where that is another one.
     who: [String; 2],
     pub arrows: Vec<Arrow>,
 }
 
-/// What one use must not overtake of the other.
+/// A hazard between the two uses, in one memory or several.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Arrow {
-    /// None for rows that cannot be dropped: their carrier is told.
+    /// None for rows that cannot be dropped: the arrow then names their carrier.
     pub kind: Option<HazardKind>,
     label: String,
     memories: String,
@@ -158,10 +158,10 @@ fn masks(uses: Use) -> Lines {
     [lines("", &uses.stage), lines("faint", &uses.access)].concat()
 }
 
-/// Between two boxes, less the room around arrows.
+/// Width between two boxes, less the room around arrows.
 const MIDDLE: f64 = WIDTH - 2.0 * (MARGIN + BOX) - 2.0 * PADDING;
 
-/// Draws them below one another.
+/// Draws the strips below one another.
 pub fn draw(title: &str, strips: &[Strip]) -> String {
     let (svg, height) = paint(title, strips);
     svg.finish(title, WIDTH, height)

@@ -1,0 +1,99 @@
+//! Vertices and indices.
+
+use std::collections::BTreeSet;
+
+use super::{Part, part};
+use crate::plan::{FramePlan, Shading};
+use crate::scene::{OptionalPart, Scene, Settings};
+
+/// Vertices and indices on the device, by stream.
+pub(super) fn geometry(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
+    let planned = &plan.meshes;
+    let rules = plan.surface_rules();
+    let needed: BTreeSet<usize> =
+        scene.objects.iter().filter(|object| rules.needs_mesh(scene, object)).map(|object| object.mesh).collect();
+    let unused = scene.meshes.len() - needed.len();
+    let keeps_unused = plan.keep.has(OptionalPart::UnusedMeshes) && unused > 0;
+    let unused = match unused {
+        0 => "no mesh of the scene is unused".into(),
+        count => format!("no pass draws {count} of {} meshes", scene.meshes.len()),
+    };
+    let stream = |name: &str, optional: OptionalPart, vertices: u64, stride: u64, (yes, no): (&str, &str)| {
+        let reason = match (vertices, plan.keep.has(optional)) {
+            (0, _) => no.to_string(),
+            (_, true) => "kept for all vertices".into(),
+            (some, false) if some == planned.vertices => yes.to_string(),
+            (some, false) => format!("{yes}: {some} of {} vertices have it", planned.vertices),
+        };
+        part(name, vertices > 0, reason, stride * vertices).is(optional)
+    };
+    let wide = match (planned.indices_32, plan.keep.has(OptionalPart::WideIndices)) {
+        (0, _) => "no mesh has more vertices than 16 bits can number".into(),
+        (_, true) => "kept for all meshes".into(),
+        (_, false) => "of meshes with more than 65536 vertices".to_string(),
+    };
+    vec![
+        part(
+            "vertex positions",
+            planned.vertices > 0,
+            "every pass that draws meshes reads them",
+            12 * planned.vertices,
+        ),
+        part("16-bit indices", planned.indices_16 > 0, "of meshes with at most 65536 vertices", 2 * planned.indices_16),
+        part("32-bit indices", planned.indices_32 > 0, wide, 4 * planned.indices_32).is(OptionalPart::WideIndices),
+        // Their bytes count above and below.
+        part("unused meshes", keeps_unused, unused, 0).is(OptionalPart::UnusedMeshes),
+        stream("vertex normals", OptionalPart::Normals, planned.normals, 12, ("shading reads them", "nothing shades")),
+        stream("vertex UVs", OptionalPart::Uvs, planned.uvs, 8, ("textures are sampled", "no texture is sampled")),
+        stream(
+            "vertex tangents",
+            OptionalPart::Tangents,
+            planned.tangents,
+            16,
+            ("a normal map is sampled", "no normal map is sampled"),
+        ),
+        stream(
+            "second vertex UVs",
+            OptionalPart::SecondUvs,
+            planned.second_uvs,
+            8,
+            ("a texture lies on them", "no texture lies on them"),
+        ),
+        stream(
+            "vertex colours",
+            OptionalPart::VertexColors,
+            planned.colors,
+            16,
+            ("they multiply base colours", "no drawn mesh has other colours than white"),
+        ),
+        looks(plan),
+    ]
+}
+
+fn looks(plan: &FramePlan) -> Part {
+    let reason = match (plan.has_looks(), plan.keep.has(OptionalPart::Looks)) {
+        (true, true) => "kept for all objects: 8 bytes an instance, beside the 48 of its place",
+        (true, false) => "objects have a tint, a cell of an atlas or may be selected: 8 bytes an instance",
+        (false, _) => "no object has one",
+    };
+    // They are written for each frame, as many as it draws.
+    part("looks of instances", plan.has_looks(), reason, 0).is(OptionalPart::Looks)
+}
+
+/// Levels of detail. Their bytes count with the indices.
+pub(super) fn levels(settings: &Settings, plan: &FramePlan) -> Part {
+    let leveled: Vec<_> = plan.meshes.meshes.iter().map(|mesh| mesh.levels.len()).filter(|&count| count > 0).collect();
+    let reason = match plan.shading {
+        _ if plan.lod > 0.0 => format!(
+            "objects are off by at most {} pixels: {} levels of {} meshes, {} KiB of indices",
+            plan.lod,
+            leveled.iter().sum::<usize>(),
+            leveled.len(),
+            plan.meshes.level_bytes().div_ceil(1024)
+        ),
+        _ if settings.lod <= 0.0 => "not asked for: meshes are drawn themselves".into(),
+        Shading::ShowTriangle => "the view shows the triangles of the meshes themselves".into(),
+        _ => "no mesh that opaque objects have as it is can be simplified, or is worth it".into(),
+    };
+    part("levels of detail", plan.lod > 0.0, reason, 0)
+}

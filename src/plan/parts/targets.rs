@@ -1,0 +1,195 @@
+//! Attachments and the buffers that stand in for them.
+
+use super::{Part, part, why};
+use crate::plan::{FramePlan, Gbuffer, Shading, Sums, Target, ToneMapping, format_bytes, lacks_gbuffer};
+use crate::scene::{HdrFormat, OptionalPart, Settings};
+
+pub(super) fn output(plan: &FramePlan) -> Part {
+    part(&format!("output ({:?})", plan.output), true, "the picture", bytes(plan, Target::Output))
+}
+
+pub(super) fn gbuffer(plan: &FramePlan) -> Vec<Part> {
+    let attachment = |name: &str, target: Target, reason: String| {
+        let format = plan.format_of(target);
+        let name = match format {
+            Some(format) => format!("{name} ({format:?})"),
+            None => name.to_string(),
+        };
+        part(&name, format.is_some(), reason, bytes(plan, target))
+    };
+    let rebuilt = plan.gbuffer.is_some_and(|gbuffer| gbuffer.position.is_none());
+    let hides = match (plan.has_geometry(), rebuilt) {
+        (false, _) => "nothing is drawn that could hide anything",
+        (true, true) => "hides what lies behind; position is rebuilt from it",
+        (true, false) => "hides what lies behind",
+    };
+    let largest = plan.hiding.clone().unwrap_or_else(|why| why);
+    let mut parts = vec![
+        output(plan),
+        attachment("depth", Target::Depth, hides.into()),
+        attachment("depth of the largest objects", Target::Occluders, largest),
+        attachment(
+            "visibility",
+            Target::Visibility,
+            plan.ao.as_ref().map_or_else(Clone::clone, |_| "AO hands it to AO_DENOISE".into()),
+        ),
+        attachment(
+            "pyramid of depths of the picture",
+            Target::Hiz,
+            plan.reflections.as_ref().map_or_else(Clone::clone, |_| "REFLECT takes long steps through it".into()),
+        ),
+        attachment(
+            "rays",
+            Target::Rays,
+            plan.reflections.as_ref().map_or_else(Clone::clone, |_| "REFLECT hands them to REFLECT_RESOLVE".into()),
+        ),
+    ];
+    let Some(gbuffer) = &plan.gbuffer else {
+        if plan.shading == Shading::ShowOverdraw {
+            parts.push(attachment("fragment count", Target::Count, "the view shows it".into()));
+        }
+        if plan.shading == Shading::ShowTriangle {
+            parts.push(attachment("triangle", Target::Triangle, "the view shows it".into()));
+        }
+        if let Some(code) = plan.triangles {
+            let why = format!("its number in its mesh has {} bits, and that of its instance those above", code.bits);
+            parts.push(attachment("triangle", Target::Triangle, why));
+        }
+        let reason = match plan.triangles {
+            Some(_) => "surfaces are looked up by their triangles",
+            None if plan.is_forward() => "surfaces are lit as they are drawn",
+            None => "this view reads none",
+        };
+        parts.push(part("G-buffer", false, reason, 0));
+        return parts;
+    };
+    parts.push(attachment("albedo", Target::Albedo, "every light needs it; alpha is ambient occlusion".into()));
+    parts.push(attachment("normal", Target::Normal, format!("{:?}", gbuffer.normal_encoding)));
+    let material = why(
+        gbuffer.material.is_some(),
+        "roughness, and what else the channels below say",
+        "all materials are lambert, and the shading normal is the geometric one or nothing casts a shadow",
+    );
+    parts.push(attachment("material", Target::Material, material).is(OptionalPart::MaterialTarget));
+    parts.extend(channels(gbuffer));
+    let specular = why(
+        gbuffer.specular.is_some(),
+        "a material has Phong's terms or a reflectance of its own, or materials differ in their BRDF",
+        "no material has Phong's terms or a reflectance of its own, and all have the same BRDF",
+    );
+    parts.push(attachment("specular", Target::Specular, specular).is(OptionalPart::SpecularTarget));
+    let position = why(gbuffer.position.is_some(), "asked for", "rebuilt from depth");
+    parts.push(attachment("position", Target::Position, position));
+    parts
+}
+
+/// The channels of the material target that not every scene needs; their bytes are the target's.
+fn channels(gbuffer: &Gbuffer) -> [Part; 2] {
+    let (metallic, geometric) = (gbuffer.metallic, gbuffer.geometric_normal);
+    let metal = if metallic { "a material is a metal, or it is shown" } else { "no material is a metal" };
+    let normal = match geometric {
+        true => "shadows are biased by it where normal maps bend the other, and it says where no shadow falls",
+        false => "nothing casts a shadow, or no normal map bends the shading normal and shadows fall on everything",
+    };
+    [
+        part("metallic channel", metallic, metal, 0).is(OptionalPart::MetallicChannel),
+        part("geometric normal channels", geometric, normal, 0).is(OptionalPart::GeometricNormalChannels),
+    ]
+}
+
+pub(super) fn stored(plan: &FramePlan) -> Part {
+    let reason = match plan.has_ao() {
+        true => "AO reads the depth and the normals around each pixel",
+        false if plan.reflects() => "REFLECT reads the depth and the normals of all pixels",
+        false if lacks_gbuffer(plan.light_path) => "there is no G-buffer",
+        false if plan.is_tiled() => "the main pass ends with it, and TILED reads it: no other pass comes between",
+        false => "no pass between GEOMETRY and LIGHTING reads neighbours: it need not leave the tile",
+    };
+    part("stored G-buffer", plan.stores_gbuffer, reason, 0).is(OptionalPart::StoredGbuffer)
+}
+
+pub(super) fn hdr(settings: &Settings, plan: &FramePlan) -> Part {
+    let reason = match plan.tone_mapping {
+        ToneMapping::Subpass(_) if plan.adds_lights() => {
+            "lights are added one by one before tone mapping, in 32-bit floats, as half floats would lose light"
+        }
+        ToneMapping::Subpass(_) if plan.emissive => "emissive light is blended before tone mapping",
+        ToneMapping::Subpass(_) if plan.adds_ambient() => "light of the sky is added before tone mapping",
+        ToneMapping::Subpass(_) if plan.has_fog() => "fog is blended over the light before tone mapping",
+        ToneMapping::Subpass(_) if plan.transparency.is_some() => {
+            match plan.transparent.is_empty() && plan.particles.is_some() {
+                true => "particles are blended before tone mapping",
+                false => "transparent surfaces are blended before tone mapping",
+            }
+        }
+        _ if plan.taa.is_some() => "light is averaged over time before it is tone-mapped",
+        _ if plan.reflects() => "REFLECT reads the light of all pixels before it is tone-mapped",
+        _ if plan.bloom.is_some() => "light is spread before it is tone-mapped",
+        ToneMapping::Subpass(_) => "samples of a pixel are averaged as light before tone mapping",
+        ToneMapping::InLighting(_) if plan.is_forward() => "nothing blends over it: FORWARD tone-maps into the output",
+        ToneMapping::InLighting(_) if plan.is_tiled() => "compute tone-maps what it lit straight into the output",
+        ToneMapping::InLighting(_) => "nothing blends over the lighting: it tone-maps straight into the output",
+        ToneMapping::Kept => "light is kept as the tone-mapped frame keeps it, and written without a curve",
+        ToneMapping::AfterFrames(_) => "frames are averaged before they are tone-mapped, on the CPU",
+        ToneMapping::Absent if matches!(plan.shading, Shading::Light { .. }) => "the output itself is linear",
+        ToneMapping::Absent => "a view is not tone-mapped",
+    };
+    let asked = settings.hdr_format;
+    let reason = match plan.hdr {
+        Some(format) => format!("{reason}; {format:?}"),
+        None if asked != HdrFormat::default() => format!("{reason}, and {asked} has nothing to be the format of"),
+        None => reason.to_owned(),
+    };
+    let name = if plan.is_tiled() { "target of emitted light" } else { "HDR target" };
+    part(name, plan.hdr.is_some(), reason, bytes(plan, Target::Hdr)).is(OptionalPart::HdrTarget)
+}
+
+pub(super) fn sums(plan: &FramePlan) -> Part {
+    let reason = match plan.sums {
+        Some(Sums { accumulation, weights }) => {
+            format!(
+                "in {accumulation:?} and {weights:?}: what the surfaces send, how much they leave, and their weights"
+            )
+        }
+        None => "transparent surfaces are sorted, or there are none".into(),
+    };
+    part(
+        "sums of transparent surfaces",
+        plan.sums.is_some(),
+        reason,
+        bytes(plan, Target::Accumulation) + bytes(plan, Target::Weights),
+    )
+}
+
+pub(super) fn samples_of_output(plan: &FramePlan) -> Part {
+    let resolved = match (plan.resolves_output(), plan.msaa) {
+        (true, _) => "the render pass resolves what is shown of each sample",
+        (false, 1) => "one sample a pixel",
+        (false, _) => "TONEMAP resolves, or the view shows all samples at once",
+    };
+    part("samples of the output", plan.resolves_output(), resolved, bytes(plan, Target::Samples))
+}
+
+pub(super) fn bloom(plan: &FramePlan) -> Part {
+    match &plan.bloom {
+        Some(own) => {
+            let levels = own.levels(plan.size).len();
+            let reason =
+                format!("{levels} levels, each half as large as the one before it, four single floats a texel");
+            part("levels of bloom", true, reason, own.bytes(plan.size))
+        }
+        None => part("levels of bloom", false, "no light is spread", 0),
+    }
+}
+
+pub(super) fn smoothed(plan: &FramePlan) -> Part {
+    let reason = if plan.fxaa { "FXAA draws it" } else { "nothing smooths the picture" };
+    part("smoothed picture", plan.fxaa, reason, bytes(plan, Target::Smoothed))
+}
+
+/// Returns the bytes of a target for the whole picture; 0 where there is none.
+fn bytes(plan: &FramePlan, target: Target) -> u64 {
+    let [width, height] = plan.extent_of(target).map(u64::from);
+    let texel = plan.format_of(target).map_or(0, format_bytes) * plan.samples_of(target);
+    u64::from(texel) * width * height
+}
