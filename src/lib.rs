@@ -29,6 +29,7 @@ pub mod scene;
 // The catalogue of extreme cases, for the program.
 #[doc(hidden)]
 pub mod stress;
+mod user_cache;
 mod visible;
 // Whole files, for the program.
 #[doc(hidden)]

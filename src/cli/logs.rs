@@ -1,7 +1,6 @@
 //! Logs, on standard error.
 
 use std::env::{self, VarError};
-use std::io::{self, IsTerminal};
 
 use tracing_subscriber::filter::Targets;
 use tracing_subscriber::layer::SubscriberExt as _;
@@ -28,8 +27,10 @@ pub fn start(verbosity: u8) -> Result<(), Failure> {
         })?,
         Err(error) => return Err(wrong(&error)),
     };
-    let lines = tracing_subscriber::fmt::layer().with_writer(io::stderr);
-    let lines = lines.with_ansi(io::stderr().is_terminal()).without_time().with_target(false);
+    // The stream takes colours away where there is no terminal, and where TERM or NO_COLOR says so, as the command line's does; an old console of Windows
+    // gets its own.
+    let lines = tracing_subscriber::fmt::layer().with_writer(anstream::stderr).with_ansi(true);
+    let lines = lines.without_time().with_target(false);
     // Fails only when logging has been started before, which does no harm.
     let _ = tracing_subscriber::registry().with(lines).with(filter).try_init();
     Ok(())

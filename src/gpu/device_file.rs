@@ -1,6 +1,6 @@
 //! Files that are one device's and one driver's, on disk from run to run. Whatever goes wrong with one costs time later and is never an error of its reader.
 //!
-//! Each kind has a folder of its own in a variable (empty: no file), else they are in `XDG_CACHE_HOME/afterlight`, else in `~/.cache/afterlight`. What a file holds
+//! Each kind has a folder of its own in a variable (empty: no file), else they are in the user's cache. What a file holds
 //! stands behind a header with length and checksum: drivers check their own header, but not all of them survive a file that is cut off or damaged behind it.
 
 use std::env;
@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use super::physical::PhysicalDevice;
 use crate::regular_file::read_regular;
+use crate::user_cache::user_cache;
 use crate::whole_file::WholeFile;
 
 const MAGIC: [u8; 8] = *b"AFTLPC01";
@@ -37,12 +38,7 @@ impl Kind {
         if let Some(dir) = env::var_os(self.variable) {
             return (!dir.is_empty()).then(|| PathBuf::from(dir));
         }
-        // The XDG base directory specification: a path that is not absolute is to be ignored.
-        let absolute = |name: &str| env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
-        let base = absolute("XDG_CACHE_HOME")
-            .or_else(|| absolute("HOME").map(|home| home.join(".cache")))
-            .or_else(|| absolute("LOCALAPPDATA"));
-        base.map(|base| base.join("afterlight"))
+        user_cache()
     }
 
     /// A place for each device and driver, so that two of them on one machine do not push each other out.

@@ -105,7 +105,7 @@ impl PhysicalDevice {
         PhysicalDevice { calibration, ..self }
     }
 
-    /// Where [`PhysicalDevice::keep_calibration`] will write: `calibration-...` in `AFTERLIGHT_CALIBRATION`, else in `afterlight` in `XDG_CACHE_HOME` or `~/.cache`.
+    /// Where [`PhysicalDevice::keep_calibration`] will write: `calibration-...` in `AFTERLIGHT_CALIBRATION`, else in `afterlight` in the user's cache.
     ///
     /// # Errors
     /// When nothing can be written there, or there is no place for it.

@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
 use crate::regular_file::read_regular;
+use crate::user_cache::user_cache;
 use crate::whole_file::WholeFile;
 
 use super::render::{Accumulation, PASS, Progress, Reference};
@@ -66,17 +67,13 @@ impl Cache {
         Self { folder: folder.into(), save_every: SAVE_EVERY, limit: LIMIT }
     }
 
-    /// The user's: in `AFTERLIGHT_CACHE` (empty: none), else `XDG_CACHE_HOME/afterlight/truth`, else `~/.cache/afterlight/truth`.
+    /// The user's: in `AFTERLIGHT_CACHE` (empty: none), else `afterlight/truth` in `XDG_CACHE_HOME`, `%LOCALAPPDATA%` (Windows),
+    /// `~/Library/Caches` (macOS) or `~/.cache`.
     pub fn of_user() -> Option<Self> {
         if let Some(folder) = env::var_os("AFTERLIGHT_CACHE") {
             return (!folder.is_empty()).then(|| Self::at(folder));
         }
-        // The XDG base directory specification: a path that is not absolute is to be ignored.
-        let absolute = |name: &str| env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
-        let base = absolute("XDG_CACHE_HOME")
-            .or_else(|| absolute("HOME").map(|home| home.join(".cache")))
-            .or_else(|| absolute("LOCALAPPDATA"));
-        base.map(|base| Self::at(base.join("afterlight").join("truth")))
+        user_cache().map(|folder| Self::at(folder.join("truth")))
     }
 
     /// Where it is.

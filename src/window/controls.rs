@@ -259,7 +259,7 @@ fn graph(ui: &mut Ui, intervals: &[Interval]) {
             let height = of(own)? as f32 / most * rect.height();
             Some(pos2(rect.left() + index as f32 * step, rect.bottom() - height))
         };
-        painter.line(intervals.iter().enumerate().filter_map(point).collect(), Stroke::new(1.0, color));
+        painter.line(intervals.iter().enumerate().filter_map(point).collect(), Stroke::new(1.0_f32, color));
     }
 }
 

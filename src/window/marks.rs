@@ -29,7 +29,7 @@ pub fn draw_box(context: &Context, scene: &Scene, camera: &Camera, object: usize
     for from in 0..8 {
         for to in [from | 1, from | 2, from | 4].into_iter().filter(|&to| to != from) {
             if let Some(line) = project(camera, [corner(from), corner(to)], screen.size()) {
-                painter.line_segment(line.map(|point| screen.min + point.to_vec2()), Stroke::new(1.5, BOX));
+                painter.line_segment(line.map(|point| screen.min + point.to_vec2()), Stroke::new(1.5_f32, BOX));
             }
         }
     }

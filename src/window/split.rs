@@ -87,8 +87,8 @@ impl Divider {
         // At the border of two pixels, as the pictures are.
         let x = screen.left() + (self.at * f64::from(screen.width() * scale)).round() as f32 / scale;
         let painter = context.layer_painter(LayerId::background());
-        painter.vline(x, screen.y_range(), Stroke::new(3.0, Color32::from_black_alpha(140)));
-        painter.vline(x, screen.y_range(), Stroke::new(1.0, Color32::WHITE));
+        painter.vline(x, screen.y_range(), Stroke::new(3.0_f32, Color32::from_black_alpha(140)));
+        painter.vline(x, screen.y_range(), Stroke::new(1.0_f32, Color32::WHITE));
         let names = [(left, Align2::RIGHT_TOP, -GAP), (right, Align2::LEFT_TOP, GAP)];
         for (view, anchor, gap) in names {
             let place = pos2(x + gap, screen.top() + GAP);
