@@ -19,8 +19,9 @@ use super::{progress, session};
 /// Try extreme cases on this device against the truth in 64 bits, and tell how far each goes
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Every value of every case must give pixels that are finite and not negative; within the claimed range the error of each
-pixel, relative to its light, must keep the bound. Else the exit code is 1.
+Every value of every case must give pixels that are finite and not negative;
+within the claimed range the error of each pixel, relative to its light, must
+keep the bound. Else the exit code is 1.
 
 Examples:
   afterlight stress --quick

@@ -54,8 +54,9 @@ const CURVES: &str = "curves";
 /// Run a suite of cases on a driver, each in a process of its own, and give each a verdict
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Exit codes are those of deqp-runner: 1 where something is worse than expected, 2 where something is only better than the
-baseline says. A suite or an option that is wrong is 3 here.
+Exit codes are those of deqp-runner: 1 where something is worse than expected,
+2 where something is only better than the baseline says. A suite or an option
+that is wrong is 3 here.
 
 Examples:
   afterlight ci smoke -o out
