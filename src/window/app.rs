@@ -18,6 +18,7 @@ use winit::window::Window;
 use super::camera::{CameraControl, Held, Mode};
 use super::clock::{Clock, Summary};
 use super::controls::Controls;
+use super::icon::icon;
 use super::keys::{Action, HELP, action};
 use super::player::Player;
 use super::recorder::Recorder;
@@ -180,6 +181,7 @@ impl<'a> App<'a> {
         let [width, height] = self.subject.settings.size;
         let attributes = Window::default_attributes()
             .with_title(title(&self.subject.scene, None))
+            .with_window_icon(icon())
             .with_inner_size(PhysicalSize::new(width, height));
         let window = events.create_window(attributes).map_err(|error| Error::System(error.to_string()))?;
         let window = Arc::new(window);

@@ -8,6 +8,7 @@ mod camera;
 mod clock;
 mod controls;
 mod faults;
+mod icon;
 mod marks;
 mod oracle;
 mod overlay;
