@@ -18,3 +18,4 @@ mod prints;
 mod settings;
 #[cfg(feature = "hot-reload")]
 mod shader_exchange;
+mod version;
