@@ -16,6 +16,7 @@ mod layering;
 mod library;
 mod prints;
 mod settings;
+mod setup;
 #[cfg(feature = "hot-reload")]
 mod shader_exchange;
 mod version;
