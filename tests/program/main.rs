@@ -14,6 +14,7 @@ mod examples;
 mod killed;
 mod layering;
 mod library;
+mod package;
 mod prints;
 mod settings;
 mod setup;
