@@ -7,7 +7,7 @@ DEMO_IMAGE ?= hall.png
 AFTERLIGHT ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all test-swiftshader check cross-check bless book setup
+.PHONY: help demo test test-all test-swiftshader check cross-check bless book package setup
 
 help: ## Print this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-16s %s\n", $$1, $$2}' Makefile
@@ -54,6 +54,10 @@ book: ## Make the book's pictures, tables and numbers anew, and build its pages 
 	@scripts/setup test
 	@AFTERLIGHT_BLESS=1 AFTERLIGHT_TESTS=all scripts/test machine book sessions:: patches::every_patch_is_built
 	@scripts/book
+
+package: ## Make crates, a tarball and a Debian package of the program in target/package (some minutes)
+	@scripts/setup demo
+	@scripts/package
 
 setup: ## Install what is missing, and unpack Debian 13's Vulkan stack into .cache
 	@scripts/setup test

@@ -1,7 +1,8 @@
-//! Compiles `shaders/` into what `src/shaders.rs` includes, and says when a shader has more variants than before.
+//! Compiles `shaders/` into what `src/shaders.rs` includes, and says when a shader has more variants than before. Tells the program what it is
+//! built as, for `afterlight --version`.
 
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 
 use afterlight_shader_compiler::{Error, Shader, compile_directory, variants_growth, variants_table, write_rust};
 
@@ -12,6 +13,9 @@ const TABLE: &str = "shaders/variants.txt";
 /// does as well, or whether `requires:` and `excludes:` rule variants out.
 const MOST_MODULES: usize = 1330;
 
+/// The file in which `cargo package` notes the commit. A checkout has none: there the shaders would be compiled anew after each commit.
+const COMMIT_OF_PACKAGE: &str = ".cargo_vcs_info.json";
+
 fn main() -> ExitCode {
     println!("cargo::rerun-if-changed=shaders");
     println!("cargo::rerun-if-changed=build.rs");
@@ -19,6 +23,7 @@ fn main() -> ExitCode {
         eprintln!("error: OUT_DIR is not set: this is cargo's build script");
         return ExitCode::FAILURE;
     };
+    tell_what_is_built();
     match build(&out) {
         Ok(()) => {
             if std::env::var("CARGO_CFG_TARGET_OS").is_ok_and(|system| system == "windows")
@@ -35,6 +40,33 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// Sets variables that `src/cli/version.rs` reads when it is compiled; what cannot be found out stays unset.
+fn tell_what_is_built() {
+    for (variable, of_cargo) in [("AFTERLIGHT_TARGET", "TARGET"), ("AFTERLIGHT_FEATURES", "CARGO_CFG_FEATURE")] {
+        if let Ok(value) = std::env::var(of_cargo) {
+            println!("cargo::rustc-env={variable}={value}");
+        }
+    }
+    let rustc = std::env::var_os("RUSTC").and_then(|rustc| Command::new(rustc).arg("--version").output().ok());
+    if let Some(version) = rustc.as_ref().and_then(|told| std::str::from_utf8(&told.stdout).ok()?.lines().next()) {
+        println!("cargo::rustc-env=AFTERLIGHT_RUSTC={version}");
+    }
+    // Cargo runs a build script each time whose file is missing.
+    if Path::new(COMMIT_OF_PACKAGE).exists() {
+        println!("cargo::rerun-if-changed={COMMIT_OF_PACKAGE}");
+    }
+    if let Some(commit) = std::fs::read_to_string(COMMIT_OF_PACKAGE).ok().and_then(|info| commit_of_package(&info)) {
+        println!("cargo::rustc-env=AFTERLIGHT_COMMIT={commit}");
+    }
+}
+
+/// Returns the commit, with a word for files that differed from it.
+fn commit_of_package(info: &str) -> Option<String> {
+    let commit = info.split_once("\"sha1\": \"")?.1.split('"').next()?;
+    let changed = if info.contains("\"dirty\": true") { " and changes that are in no commit" } else { "" };
+    Some(format!("{commit}{changed}"))
 }
 
 fn build(out: &Path) -> Result<(), Vec<Error>> {

@@ -30,6 +30,7 @@ mod stress;
 mod table;
 #[cfg(feature = "report")]
 mod tune;
+mod version;
 #[cfg(feature = "window")]
 mod view;
 mod workload;
@@ -41,7 +42,7 @@ use failure::{EXIT_CODES, Failure};
 
 /// A deferred renderer on raw Vulkan that knows its own error.
 #[derive(Debug, Parser)]
-#[command(name = "afterlight", version, after_help = after_help())]
+#[command(name = "afterlight", version, long_version = version::LONG, disable_version_flag = true, after_help = after_help())]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -49,6 +50,9 @@ struct Cli {
     /// `afterlight=debug`
     #[arg(short, long, action = ArgAction::Count, global = true)]
     verbose: u8,
+    /// Print the version; --version adds commit, features, Vulkan's loader, layers and drivers
+    #[arg(short = 'V', long, action = ArgAction::Version)]
+    version: (),
 }
 
 #[derive(Debug, Subcommand)]
@@ -111,7 +115,8 @@ pub fn run() -> Result<(), Failure> {
     memory::give_back_large_pieces();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
-        Err(error) if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) => {
+        Err(error) if error.kind() == ErrorKind::DisplayVersion => return version::print(&error.to_string()),
+        Err(error) if error.kind() == ErrorKind::DisplayHelp => {
             return error.print().map_err(|error| Failure::stdout(&error));
         }
         // Without a command there is nothing to name in an error: the help says more.

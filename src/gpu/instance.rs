@@ -59,6 +59,31 @@ pub struct LayerInfo {
     pub implementation_version: u32,
 }
 
+/// The system's Vulkan loader, which can be asked without a driver.
+#[derive(Debug, Clone)]
+pub struct LoaderInfo {
+    /// The highest Vulkan version that it knows, packed as Vulkan packs it.
+    pub version: u32,
+    /// The layers that it finds.
+    pub layers: Vec<LayerInfo>,
+}
+
+impl LoaderInfo {
+    /// Loads the loader and asks it.
+    ///
+    /// # Errors
+    /// [`Error::NoLoader`] with what to install on this system, and [`Error::Unsupported`] for a loader of Vulkan 1.0.
+    pub fn find() -> Result<LoaderInfo> {
+        let entry = load_entry()?;
+        Ok(LoaderInfo { version: loader_version(&entry)?, layers: enumerate_layers(&entry)? })
+    }
+
+    /// The version of the validation layer, packed as Vulkan packs it.
+    pub fn validation_layer(&self) -> Option<u32> {
+        validation_layer(&self.layers)
+    }
+}
+
 /// A Vulkan instance. It is destroyed when the last device and the last [`PhysicalDevice`] made from it are gone.
 pub struct Instance {
     handles: Arc<InstanceHandles>,
@@ -193,8 +218,7 @@ impl Instance {
 
     /// The version of the validation layer that the loader found, packed as Vulkan packs it.
     pub fn validation_layer(&self) -> Option<u32> {
-        let name = KHRONOS_VALIDATION.to_string_lossy();
-        self.layers.iter().filter(|layer| layer.name == name).map(|layer| layer.spec_version).max()
+        validation_layer(&self.layers)
     }
 
     /// Returns true if it was made with an extension.
@@ -226,6 +250,11 @@ impl Instance {
     pub fn entry(&self) -> &ash::Entry {
         &self.handles.entry
     }
+}
+
+fn validation_layer(layers: &[LayerInfo]) -> Option<u32> {
+    let name = KHRONOS_VALIDATION.to_string_lossy();
+    layers.iter().filter(|layer| layer.name == name).map(|layer| layer.spec_version).max()
 }
 
 fn no_driver(reason: &str) -> Error {

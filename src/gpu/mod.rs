@@ -56,7 +56,7 @@ pub use ash::vk;
 
 pub use device::{Device, EnabledFeatures};
 pub use error::{Error, Result};
-pub use instance::{Instance, InstanceOptions, LayerInfo, Validation};
+pub use instance::{Instance, InstanceOptions, LayerInfo, LoaderInfo, Validation};
 pub use memory::{HeapReport, KindReport, MemoryKind, MemoryReport};
 pub use message::{Message, MessageKind, MessageLog, Severity};
 pub use physical::{DeviceChoice, PhysicalDevice, choose};

@@ -221,6 +221,8 @@ fn the_documents_name_every_option_and_no_other() {
     ]
     .iter()
     .flat_map(|command| options(&help_of(command)))
+    // Of the program itself.
+    .chain(["--version".to_owned()])
     .collect();
     assert!(defined.contains("--gbuffer") && defined.contains("--warmup"), "{defined:?}");
     // Of cargo; and what only development builds have.

@@ -14,7 +14,10 @@ mod examples;
 mod killed;
 mod layering;
 mod library;
+mod package;
 mod prints;
 mod settings;
+mod setup;
 #[cfg(feature = "hot-reload")]
 mod shader_exchange;
+mod version;

@@ -116,6 +116,12 @@ impl DeviceReport {
         self.number == number
     }
 
+    /// Its name, its driver's and their versions.
+    pub fn line(&self) -> String {
+        let Self { number, name, driver, vulkan, .. } = self;
+        format!("device {number}: {name}, driver {driver}, Vulkan {vulkan}")
+    }
+
     pub fn text(&self, is_default: bool) -> String {
         let mark = if is_default { " (used by default)" } else { "" };
         let mut text = format!("Device {}: {}{mark}\n", self.number, self.name);

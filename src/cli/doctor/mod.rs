@@ -9,7 +9,7 @@ use std::env::consts::{ARCH, OS};
 use std::fmt::Write as _;
 
 use afterlight::gpu::system::{Missing, install_hint};
-use afterlight::gpu::{self, DeviceChoice, Instance, InstanceOptions, PhysicalDevice};
+use afterlight::gpu::{self, DeviceChoice, Instance, InstanceOptions, LoaderInfo, PhysicalDevice};
 use serde::Serialize;
 
 use super::args;
@@ -51,6 +51,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let found = Findings::gather();
     output::print(&if args.json { output::json(&found)? } else { found.text() }, false)?;
     found.error.map_or(Ok(()), |error| Err(Failure::new(Exit::NoVulkan, error)))
+}
+
+/// Loader, layers and devices of this machine with their versions, a line each, or what is missing.
+pub fn versions() -> String {
+    Findings::gather().versions()
 }
 
 /// The parts of Vulkan that are here; docs/COMMANDS.md has the keys.
@@ -105,9 +110,7 @@ impl Findings {
             device: None,
             error: None,
         };
-        match Instance::new(&InstanceOptions { calibrated: true, ..InstanceOptions::default() })
-            .and_then(|instance| found.look(&instance))
-        {
+        match found.look() {
             Ok(number) => found.device = Some(number),
             Err(error) => found.error = Some(with_causes(&error)),
         }
@@ -115,18 +118,41 @@ impl Findings {
     }
 
     /// Adds loader, layers and devices, and returns the number of the device that is used when none is asked for.
-    fn look(&mut self, instance: &Instance) -> gpu::Result<usize> {
-        self.loader = Some(version(instance.loader_version()));
-        let layers = instance.layers().iter().map(|layer| LayerReport {
-            name: layer.name.clone(),
+    fn look(&mut self) -> gpu::Result<usize> {
+        let loader = LoaderInfo::find()?;
+        self.loader = Some(version(loader.version));
+        self.validation_layer = loader.validation_layer().map(version);
+        let layers = loader.layers.into_iter().map(|layer| LayerReport {
+            name: layer.name,
             vulkan: version(layer.spec_version),
-            description: layer.description.clone(),
+            description: layer.description,
         });
         self.layers = layers.collect();
-        self.validation_layer = instance.validation_layer().map(version);
+        let instance = Instance::new(&InstanceOptions { calibrated: true, ..InstanceOptions::default() })?;
         let devices = instance.physical_devices()?;
         self.devices = devices.iter().enumerate().map(|(number, device)| DeviceReport::of(number, device)).collect();
         usable(&devices)
+    }
+
+    /// Loader, layers and devices with their versions, a line each, or what is missing.
+    fn versions(&self) -> String {
+        let mut text = String::new();
+        if let Some(loader) = &self.loader {
+            let _ = writeln!(text, "loader: Vulkan {loader}");
+            for LayerReport { name, vulkan, .. } in &self.layers {
+                let _ = writeln!(text, "layer: {name} {vulkan}");
+            }
+            if self.validation_layer.is_none() {
+                let _ = writeln!(text, "layer: no VK_LAYER_KHRONOS_validation");
+            }
+        }
+        for device in &self.devices {
+            let _ = writeln!(text, "{}", device.line());
+        }
+        if let Some(error) = &self.error {
+            let _ = writeln!(text, "drawing does not work: {error}");
+        }
+        text
     }
 
     fn text(&self) -> String {
