@@ -482,7 +482,6 @@ impl Renderer {
                 scene: &self.scene,
                 world: &self.world,
                 visible: &visible,
-                camera,
                 frame_set: frame.view.set,
                 shadow_set: self.atlas.as_ref().map(|atlas| atlas.set(self.next)),
                 instances: &frame.instances,

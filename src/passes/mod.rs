@@ -105,7 +105,6 @@ use ash::vk;
 use crate::gpu::{self, Device, Timestamps, sync::Use};
 use crate::gpu_scene::{CulledState, Culling, GpuScene, INDEX_READ, Instances, SKY_READ, TEXTURE_READ, VERTEX_READ};
 use crate::plan::{FramePlan, IndexWidth, Shading, Target, TexturePlan};
-use crate::scene::Camera;
 use crate::shaders::Variant;
 use crate::visible::{MapDraw, Since, Visible, World, WorldObject};
 
@@ -328,7 +327,6 @@ pub struct Recording<'a> {
     /// How textures lie on what is drawn.
     pub textures: &'a TexturePlan,
     pub visible: &'a Visible,
-    pub camera: &'a Camera,
     /// Set 0 of every pass: camera and lights.
     pub frame_set: vk::DescriptorSet,
     /// Set 2 of whatever shades: the shadow maps, where the plan has some.

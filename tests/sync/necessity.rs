@@ -31,7 +31,7 @@ fn passes_are_recorded_in_the_order_of_the_list() {
     on_gpu(|gpu| {
         let mut orders = BTreeSet::new();
         let beside = [depth::PASS.place, per_light::PASS.place];
-        for case in some_of(cases().iter().filter(|case| case.presented.is_none()), 3) {
+        for case in some_of(cases().iter().filter(|case| case.presented.is_none()), 6) {
             let mut renderer = gpu.renderer(&case.scene, &case.settings);
             renderer.render(&case.scene.camera).unwrap_or_else(|error| panic!("{}: {error}", case.name));
             // Passes beside another one in its subpass have no time of their own.
@@ -121,7 +121,7 @@ fn without_any_row_or_bit_the_layer_complains_or_the_specification_does() {
         // What the rules say of all of them, `proof` asks. The layer sees a sample; a reason that no longer holds may wait for the daily
         // `make test-all`.
         let (all, mut index) = (mutants.len(), 0);
-        mutants.retain(|_| (index += 1, index % 64 == 0).1);
+        mutants.retain(|_| (index += 1, index % 128 == 0).1);
         println!("{} of {all} mutants", mutants.len());
     }
     // The others are silent in `validation`.

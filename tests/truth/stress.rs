@@ -18,7 +18,7 @@ fn told(verdict: &Verdict) -> String {
 }
 
 /// Of every so many cases in `make test` one; `make test-all` and `afterlight stress` try them all.
-const TRIED: usize = 16;
+const TRIED: usize = 24;
 
 /// Two tests, so that they run side by side.
 #[test]
