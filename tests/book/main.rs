@@ -4,6 +4,9 @@
 //! `AFTERLIGHT_BLESS=1 cargo test --test book sessions::` writes what commands print into the chapters, and takes their pictures.
 //! `AFTERLIGHT_BOOK=shadows,light` names the chapters that are tried.
 
+// Its sessions are typed into bash, in folders with links.
+#![cfg(unix)]
+
 #[path = "../common/mod.rs"]
 mod common;
 

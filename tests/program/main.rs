@@ -9,6 +9,8 @@ mod calibration;
 mod cheapest;
 mod ci;
 mod cli;
+// They are typed into bash, in folders with links.
+#[cfg(unix)]
 mod docs;
 mod examples;
 mod killed;
