@@ -9,6 +9,7 @@ mod calibration;
 mod cheapest;
 mod ci;
 mod cli;
+mod devices;
 mod docs;
 mod examples;
 mod killed;

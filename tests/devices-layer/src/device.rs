@@ -171,11 +171,11 @@ unsafe fn next<F: Copy>(device: vk::Device, name: &CStr) -> Option<(F, DeviceBel
 
 /// As [`next`], or returns this from the function.
 macro_rules! next {
-    ($device:ident, $type:ty, $name:literal, $or:expr) => {{
+    ($device:ident, $type:ty, $name:literal $(, $or:expr)?) => {{
         // SAFETY: the device is the caller's own, and the type is that of the name.
         match unsafe { next::<$type>($device, $name) } {
             Some(next) => next,
-            None => return $or,
+            None => return $($or)?,
         }
     }};
 }
@@ -223,7 +223,7 @@ pub unsafe extern "system" fn destroy_image(
     image: vk::Image,
     allocator: *const vk::AllocationCallbacks<'_>,
 ) {
-    let (destroy, _) = next!(device, vk::PFN_vkDestroyImage, c"vkDestroyImage", ());
+    let (destroy, _) = next!(device, vk::PFN_vkDestroyImage, c"vkDestroyImage");
     // Before another thread can get the same handle.
     transient().remove(&(device, image.as_raw()));
     // SAFETY: as this function was called.
@@ -242,7 +242,7 @@ pub unsafe extern "system" fn image_requirements(
     image: vk::Image,
     place: *mut vk::MemoryRequirements,
 ) {
-    let (ask, below) = next!(device, vk::PFN_vkGetImageMemoryRequirements, c"vkGetImageMemoryRequirements", ());
+    let (ask, below) = next!(device, vk::PFN_vkGetImageMemoryRequirements, c"vkGetImageMemoryRequirements");
     // SAFETY: as this function was called.
     unsafe { ask(device, image, place) };
     // SAFETY: it was just written there.
@@ -254,7 +254,7 @@ pub unsafe extern "system" fn image_requirements2(
     info: *const vk::ImageMemoryRequirementsInfo2<'_>,
     place: *mut vk::MemoryRequirements2<'_>,
 ) {
-    let (ask, below) = next!(device, vk::PFN_vkGetImageMemoryRequirements2, c"vkGetImageMemoryRequirements2", ());
+    let (ask, below) = next!(device, vk::PFN_vkGetImageMemoryRequirements2, c"vkGetImageMemoryRequirements2");
     // SAFETY: as this function was called.
     unsafe { ask(device, info, place) };
     // SAFETY: it was just written there, and the structure is the caller's.

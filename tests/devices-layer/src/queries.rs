@@ -48,11 +48,11 @@ unsafe fn next<F: Copy>(physical: vk::PhysicalDevice, name: &CStr) -> Option<(F,
 
 /// As [`next`], or returns this from the function.
 macro_rules! next {
-    ($physical:ident, $type:ty, $name:literal, $or:expr) => {{
+    ($physical:ident, $type:ty, $name:literal $(, $or:expr)?) => {{
         // SAFETY: the physical device is the caller's own, and the type is that of the name.
         match unsafe { next::<$type>($physical, $name) } {
             Some(next) => next,
-            None => return $or,
+            None => return $($or)?,
         }
     }};
 }
@@ -136,7 +136,7 @@ pub unsafe extern "system" fn extensions(
 }
 
 pub unsafe extern "system" fn properties(physical: vk::PhysicalDevice, place: *mut vk::PhysicalDeviceProperties) {
-    let (ask, profile) = next!(physical, vk::PFN_vkGetPhysicalDeviceProperties, c"vkGetPhysicalDeviceProperties", ());
+    let (ask, profile) = next!(physical, vk::PFN_vkGetPhysicalDeviceProperties, c"vkGetPhysicalDeviceProperties");
     // SAFETY: as this function was called.
     unsafe { ask(physical, place) };
     // SAFETY: it was just written there.
@@ -144,7 +144,7 @@ pub unsafe extern "system" fn properties(physical: vk::PhysicalDevice, place: *m
 }
 
 pub unsafe extern "system" fn properties2(physical: vk::PhysicalDevice, place: *mut vk::PhysicalDeviceProperties2<'_>) {
-    let (ask, profile) = next!(physical, vk::PFN_vkGetPhysicalDeviceProperties2, c"vkGetPhysicalDeviceProperties2", ());
+    let (ask, profile) = next!(physical, vk::PFN_vkGetPhysicalDeviceProperties2, c"vkGetPhysicalDeviceProperties2");
     // SAFETY: as this function was called.
     unsafe { ask(physical, place) };
     // SAFETY: it was just written there.
@@ -155,7 +155,7 @@ pub unsafe extern "system" fn properties2(physical: vk::PhysicalDevice, place: *
 }
 
 pub unsafe extern "system" fn features(physical: vk::PhysicalDevice, place: *mut vk::PhysicalDeviceFeatures) {
-    let (ask, profile) = next!(physical, vk::PFN_vkGetPhysicalDeviceFeatures, c"vkGetPhysicalDeviceFeatures", ());
+    let (ask, profile) = next!(physical, vk::PFN_vkGetPhysicalDeviceFeatures, c"vkGetPhysicalDeviceFeatures");
     // SAFETY: as this function was called.
     unsafe { ask(physical, place) };
     // SAFETY: it was just written there.
@@ -164,7 +164,7 @@ pub unsafe extern "system" fn features(physical: vk::PhysicalDevice, place: *mut
 }
 
 pub unsafe extern "system" fn features2(physical: vk::PhysicalDevice, place: *mut vk::PhysicalDeviceFeatures2<'_>) {
-    let (ask, profile) = next!(physical, vk::PFN_vkGetPhysicalDeviceFeatures2, c"vkGetPhysicalDeviceFeatures2", ());
+    let (ask, profile) = next!(physical, vk::PFN_vkGetPhysicalDeviceFeatures2, c"vkGetPhysicalDeviceFeatures2");
     // SAFETY: as this function was called.
     unsafe { ask(physical, place) };
     // SAFETY: it was just written there.
@@ -176,7 +176,7 @@ pub unsafe extern "system" fn features2(physical: vk::PhysicalDevice, place: *mu
 
 pub unsafe extern "system" fn memory(physical: vk::PhysicalDevice, place: *mut vk::PhysicalDeviceMemoryProperties) {
     let (ask, profile) =
-        next!(physical, vk::PFN_vkGetPhysicalDeviceMemoryProperties, c"vkGetPhysicalDeviceMemoryProperties", ());
+        next!(physical, vk::PFN_vkGetPhysicalDeviceMemoryProperties, c"vkGetPhysicalDeviceMemoryProperties");
     // SAFETY: as this function was called.
     unsafe { ask(physical, place) };
     // SAFETY: it was just written there.
@@ -188,7 +188,7 @@ pub unsafe extern "system" fn memory2(
     place: *mut vk::PhysicalDeviceMemoryProperties2<'_>,
 ) {
     let (ask, profile) =
-        next!(physical, vk::PFN_vkGetPhysicalDeviceMemoryProperties2, c"vkGetPhysicalDeviceMemoryProperties2", ());
+        next!(physical, vk::PFN_vkGetPhysicalDeviceMemoryProperties2, c"vkGetPhysicalDeviceMemoryProperties2");
     // SAFETY: as this function was called.
     unsafe { ask(physical, place) };
     // SAFETY: it was just written there.
@@ -225,12 +225,8 @@ pub unsafe extern "system" fn families(
     count: *mut u32,
     place: *mut vk::QueueFamilyProperties,
 ) {
-    let (ask, profile) = next!(
-        physical,
-        vk::PFN_vkGetPhysicalDeviceQueueFamilyProperties,
-        c"vkGetPhysicalDeviceQueueFamilyProperties",
-        ()
-    );
+    let (ask, profile) =
+        next!(physical, vk::PFN_vkGetPhysicalDeviceQueueFamilyProperties, c"vkGetPhysicalDeviceQueueFamilyProperties");
     // SAFETY: as this function was called.
     unsafe { ask(physical, count, place) };
     if !place.is_null() {
@@ -249,8 +245,7 @@ pub unsafe extern "system" fn families2(
     let (ask, profile) = next!(
         physical,
         vk::PFN_vkGetPhysicalDeviceQueueFamilyProperties2,
-        c"vkGetPhysicalDeviceQueueFamilyProperties2",
-        ()
+        c"vkGetPhysicalDeviceQueueFamilyProperties2"
     );
     // SAFETY: as this function was called.
     unsafe { ask(physical, count, place) };
@@ -268,7 +263,7 @@ pub unsafe extern "system" fn format(
     place: *mut vk::FormatProperties,
 ) {
     let (ask, profile) =
-        next!(physical, vk::PFN_vkGetPhysicalDeviceFormatProperties, c"vkGetPhysicalDeviceFormatProperties", ());
+        next!(physical, vk::PFN_vkGetPhysicalDeviceFormatProperties, c"vkGetPhysicalDeviceFormatProperties");
     // SAFETY: as this function was called.
     unsafe { ask(physical, format, place) };
     // SAFETY: it was just written there.
@@ -282,7 +277,7 @@ pub unsafe extern "system" fn format2(
     place: *mut vk::FormatProperties2<'_>,
 ) {
     let (ask, profile) =
-        next!(physical, vk::PFN_vkGetPhysicalDeviceFormatProperties2, c"vkGetPhysicalDeviceFormatProperties2", ());
+        next!(physical, vk::PFN_vkGetPhysicalDeviceFormatProperties2, c"vkGetPhysicalDeviceFormatProperties2");
     // SAFETY: as this function was called.
     unsafe { ask(physical, format, place) };
     // SAFETY: it was just written there.
