@@ -62,6 +62,7 @@ pub use taa::{TaaPlan, Vectors};
 pub use targets::Target;
 pub use visibility::TriangleCode;
 
+pub(crate) use culling::{CULL_BUFFERS, CULL_SHARED_BYTES};
 #[cfg(test)]
 pub(crate) use lights::steepest;
 pub(crate) use lights::{Cut, IdleLights, LightOrder, box_tree, range_of, shows_all, sphere_of, weakens};
@@ -81,7 +82,9 @@ use output::{Blending, Way};
 use shadows::shadow_reason;
 use surfaces::{FilteredTextures, Surfaces, anisotropy};
 
-use crate::scene::{Brdf, Keep, LightPath, OptionalPart, Output, Resolve, Scene, Settings, Transparency, View};
+use crate::scene::{
+    Brdf, GbufferChoice, Keep, LightPath, OptionalPart, Output, Resolve, Scene, Settings, Transparency, View,
+};
 
 /// Formats of the targets of weighted blending.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -406,7 +409,32 @@ impl FramePlan {
 
     /// All but the words about it, for a scene that has been checked.
     /// `counts`: layers of particles are counted.
+    ///
+    /// Where a device has too few attachments for the G-buffer and nobody asked for a light path, surfaces are lit as they are drawn.
     fn decide(scene: &Scene, settings: &Settings, device: &Capabilities, counts: bool) -> Result<Self, Error> {
+        let few = match Self::decide_as_asked(scene, settings, device, counts) {
+            Err(few @ (Error::ColorAttachments(..) | Error::InputAttachments(..))) => few,
+            decided => return decided,
+        };
+        if settings.light_path != LightPath::Auto || settings.gbuffer != GbufferChoice::default() {
+            return Err(few);
+        }
+        let forward = Settings { light_path: LightPath::Forward, ..settings.clone() };
+        // What else needs a G-buffer, such as a view of it or ambient occlusion, refuses that path: then the attachments are the reason.
+        let Ok(plan) = Self::decide_as_asked(scene, &forward, device, counts) else { return Err(few) };
+        let light_path_reason = match few {
+            Error::ColorAttachments(needed, most) => {
+                format!("a G-buffer needs {needed} colour attachments in one subpass, and the device has {most}")
+            }
+            Error::InputAttachments(needed, most) => {
+                format!("a G-buffer is read through {needed} input attachments, and the device has {most}")
+            }
+            other => other.to_string(),
+        };
+        Ok(Self { light_path_reason, ..plan })
+    }
+
+    fn decide_as_asked(scene: &Scene, settings: &Settings, device: &Capabilities, counts: bool) -> Result<Self, Error> {
         let Choices { shading, lighting, surfaces, gbuffer, stores_gbuffer, sky, ao, particles, reflections, fog, way } =
             Choices::of(scene, settings, device, counts)?;
         let rules = SurfaceRules::of(settings, shading, &lighting, &surfaces);
@@ -433,7 +461,7 @@ impl FramePlan {
         let hiding = occlusion::choose(scene, settings, &culling, (&rules, &pipelines.geometry), shading);
         let refused_culling = culling::warning(settings, &culling);
         let volumes = lighting.path == LightPath::Volumes && adds_lights(lighting.path, &lighting.lights);
-        Ok(Self {
+        let plan = Self {
             size: settings.size,
             shading,
             stores_gbuffer,
@@ -500,7 +528,9 @@ impl FramePlan {
                 .chain(lens::warning(settings))
                 .collect(),
             shadow_warnings: lighting.shadow_warnings,
-        })
+        };
+        particles::check_buffers(&plan, device)?;
+        Ok(plan)
     }
 
     /// Returns true if a frame finds out, on the CPU, which of these its camera does not need, and leaves them out. A GPU draws them faster

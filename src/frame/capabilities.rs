@@ -45,6 +45,7 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
         storage_range: limits.max_storage_buffer_range,
         lazily_allocated: device.has_lazily_allocated_memory(),
         compute_invocations: limits.max_compute_work_group_invocations.min(limits.max_compute_work_group_size[0]),
+        shared_memory: limits.max_compute_shared_memory_size,
         indirect_draws: device.features.multi_draw_indirect == vk::TRUE
             && device.features.draw_indirect_first_instance == vk::TRUE
             && limits.max_draw_indirect_count >= 65536

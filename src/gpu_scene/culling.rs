@@ -13,7 +13,7 @@ pub use self::groups::CulledState;
 use self::groups::Groups;
 use super::GpuScene;
 use crate::gpu::{self, Buffer, DescriptorPool, Device, Location, MemoryKind, SetLayout, SetWriter, binding};
-use crate::plan::FramePlan;
+use crate::plan::{CULL_BUFFERS, CULL_SHARED_BYTES, FramePlan};
 use crate::scene::MOST_LEVELS;
 use crate::visible::{CullView, InstanceList, LevelChoice, PackedLook, STEPS, Stand, World};
 
@@ -70,8 +70,11 @@ struct BoxRecord {
     _second: f32,
 }
 
+const _: () = assert!(CULL_BUFFERS as usize == BINDINGS.len() - 1);
+
 // Of each step of depth and level of detail, `shaders/cull.wgsl` has a place.
 const _: () = assert!(STEPS * (MOST_LEVELS + 1) == 544);
+const _: () = assert!(CULL_SHARED_BYTES[0] as usize == 8 * STEPS && CULL_SHARED_BYTES[1] == 8 * 544);
 
 const _: () = {
     use crate::shaders::cull::structs::{bounds as box_record, cull as wgsl, stand};

@@ -10,7 +10,7 @@ use super::SkyMaps;
 use super::fog::FogUniform;
 use crate::gpu::{self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, binding};
 use crate::plan::{FramePlan, Grid, Reach, ShadowPlan};
-use crate::scene::{Camera, Light, LightPath, TextureSlot};
+use crate::scene::{Camera, Light, TextureSlot};
 use crate::visible::{Depth, Eye, LightWork, Visible, VolumeRecord, World, clip_from_world};
 
 /// `Frame` of `shaders/shared/frame.wgsl`.
@@ -182,22 +182,21 @@ pub fn set_layout(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<Owned<v
     if !plan.textures.mapped.is_empty() {
         bindings.push(binding(UV_MAPS, vk::DescriptorType::STORAGE_BUFFER, vk::ShaderStageFlags::VERTEX));
     }
-    if names_froxels(plan) {
+    if plan.names_froxels() {
         let stages = vk::ShaderStageFlags::FRAGMENT | vk::ShaderStageFlags::COMPUTE;
         bindings.push(binding(FROXELS, vk::DescriptorType::STORAGE_BUFFER, stages));
     }
     bindings.extend(super::sky::bindings(plan));
+    let is_storage = |own: &&vk::DescriptorSetLayoutBinding<'_>| {
+        own.descriptor_type == vk::DescriptorType::STORAGE_BUFFER
+            && own.stage_flags.contains(vk::ShaderStageFlags::COMPUTE)
+    };
+    debug_assert_eq!(bindings.iter().filter(is_storage).count() as u32, plan.frame_buffers());
     SetLayout::new(device, "frame set layout", &bindings)
 }
 
 /// Rows of UV maps, as `shaders/shared/material.wgsl` declares them.
 const UV_MAPS: u32 = 5;
-
-/// Returns true if shaders name the fog's froxels: all that light what they draw do, whose code for froxels a constant leaves out.
-fn names_froxels(plan: &FramePlan) -> bool {
-    let lit_as_drawn = plan.is_forward() || plan.transparency.is_some();
-    plan.froxels().is_some() || lit_as_drawn && plan.lights.any() && !plan.lights.uniform
-}
 
 /// The fog's froxels, as `shaders/shared/froxels.wgsl` declares them.
 const FROXELS: u32 = 14;
@@ -210,12 +209,7 @@ const VOLUMES: u32 = 4;
 
 fn list_bindings(plan: &FramePlan) -> Vec<u32> {
     let clusters = plan.has_clusters().then_some([CLUSTER_HEADS, CLUSTER_LIGHTS]);
-    let volumes = match plan.light_path {
-        LightPath::Compute | LightPath::Visibility => true,
-        LightPath::Volumes => plan.lights.bounded,
-        _ => false,
-    };
-    clusters.into_iter().flatten().chain(volumes.then_some(VOLUMES)).collect()
+    clusters.into_iter().flatten().chain(plan.lists_volumes().then_some(VOLUMES)).collect()
 }
 
 fn lights_kind(plan: &FramePlan) -> vk::DescriptorType {
@@ -274,7 +268,7 @@ impl ViewBuffers {
         };
         let kinds = [
             (vk::DescriptorType::UNIFORM_BUFFER, 2),
-            (vk::DescriptorType::STORAGE_BUFFER, 5 + u32::from(names_froxels(plan))),
+            (vk::DescriptorType::STORAGE_BUFFER, 5 + u32::from(plan.names_froxels())),
             (vk::DescriptorType::SAMPLED_IMAGE, if sky.is_some() { 4 } else { 0 }),
             (vk::DescriptorType::SAMPLER, u32::from(sky.is_some())),
         ];
@@ -294,7 +288,7 @@ impl ViewBuffers {
             writer = writer.storage_buffer(UV_MAPS, uv_maps, uv_maps.size);
         }
         // Where there are none, what nobody reads has to be some buffer: the lights.
-        if let Some(froxels) = froxels.or(lights.as_ref()).filter(|_| names_froxels(plan)) {
+        if let Some(froxels) = froxels.or(lights.as_ref()).filter(|_| plan.names_froxels()) {
             writer = writer.storage_buffer(FROXELS, froxels, froxels.size);
         }
         if let (Some(sky), Some(planned)) = (sky, &plan.sky) {

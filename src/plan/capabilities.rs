@@ -42,6 +42,8 @@ pub struct Capabilities {
     pub lazily_allocated: bool,
     /// Invocations of a compute work group.
     pub compute_invocations: u32,
+    /// Bytes that the invocations of a compute work group share.
+    pub shared_memory: u32,
     /// Compute passes can write the commands that draw instances, many at once.
     pub indirect_draws: bool,
     /// The device is a CPU.
@@ -79,6 +81,7 @@ impl Capabilities {
             software: false,
             costs: CostModel::GPU,
             compute_invocations: 1024,
+            shared_memory: 1 << 15,
             bc7: true,
             etc2: true,
         }

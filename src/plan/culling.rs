@@ -8,6 +8,12 @@ use crate::scene::{Culling, OptionalPart, Scene, Settings};
 /// Where a device culls by itself so many objects share a mesh and a material: each such pair is a command in every step of depth, drawn or not.
 const SHARED_BY: usize = 16;
 
+/// Storage buffers that CULL names, with levels of detail and where it finds out what is hidden.
+pub(crate) const CULL_BUFFERS: u32 = 7;
+
+/// Bytes that a work group of CULL shares: two words for each of 32 steps of depth, and of each level of detail where there are some.
+pub(crate) const CULL_SHARED_BYTES: [u32; 2] = [256, 4352];
+
 /// Returns the warning where culling on the device was asked for and is not done.
 pub(super) fn warning(settings: &Settings, culling: &Result<String, String>) -> Option<String> {
     let why = culling.as_ref().err().filter(|_| settings.culling == Culling::Gpu)?;
@@ -27,6 +33,12 @@ pub(super) fn choose(
     match shading {
         _ if settings.culling == Culling::Cpu => return Err("the CPU does, as asked for".into()),
         _ if !device.indirect_draws => return Err("the CPU does: the device draws by no commands of its own".into()),
+        _ if device.storage_buffers < CULL_BUFFERS => {
+            return Err("the CPU does: shaders of the device name too few buffers".into());
+        }
+        _ if device.shared_memory < CULL_SHARED_BYTES[usize::from(rules.lod > 0.0)] => {
+            return Err("the CPU does: work groups of the device share too little memory".into());
+        }
         _ if settings.keep.has(OptionalPart::OffscreenObjects) => {
             return Err("nobody does: all objects are drawn".into());
         }

@@ -15,12 +15,12 @@ pub enum Error {
     #[error("a shadow map of {0} texels is not possible on this device: the limit is {1}")]
     ShadowSize(u32, u32),
     #[error(
-        "this G-buffer needs {0} colour attachments in one subpass and the device has {1}: choose fewer targets, as `--gbuffer lean`"
+        "this G-buffer needs {0} colour attachments in one subpass and the device has {1}: choose fewer targets, as `--gbuffer lean`, or a light path without a G-buffer, as `--light-path forward`"
     )]
     /// Colour attachments of a subpass, and the device's limit.
     ColorAttachments(u32, u32),
     #[error(
-        "this G-buffer is read through {0} input attachments and the device has {1}: choose fewer targets, as `--gbuffer lean`"
+        "this G-buffer is read through {0} input attachments and the device has {1}: choose fewer targets, as `--gbuffer lean`, or a light path without a G-buffer, as `--light-path forward`"
     )]
     /// Input attachments of a subpass, and the device's limit.
     InputAttachments(u32, u32),

@@ -18,7 +18,7 @@ pub use reach::steepest;
 pub(crate) use reach::{Cut, range_of, sphere_of, weakens};
 
 use super::shadows::ShadowPlan;
-use super::{Capabilities, Error, Shading};
+use super::{Capabilities, Error, FramePlan, Shading};
 use crate::scene::{Keep, Light, LightPath, OptionalPart, Scene, Settings, TRAITS, View};
 
 /// Lights that fit into the least uniform buffer that a device must have; `shaders/shared/lights.wgsl` has the same number.
@@ -80,6 +80,31 @@ impl Lighting {
     /// Counting and depth alone gain nothing from it.
     pub(super) fn has_prepass(&self, settings: &Settings, shading: Shading) -> bool {
         settings.depth_prepass.unwrap_or(self.path == LightPath::Forward) && shading.reads_gbuffer()
+    }
+}
+
+impl FramePlan {
+    /// Storage buffers that every stage which lights sees in the frame's set: lights, lists of clusters, volumes, froxels.
+    pub(crate) fn frame_buffers(&self) -> u32 {
+        u32::from(self.lights.any() && !self.lights.uniform)
+            + 2 * u32::from(self.has_clusters())
+            + u32::from(self.lists_volumes())
+            + u32::from(self.names_froxels())
+    }
+
+    /// Returns true if volumes of lights are drawn, or their spheres tested.
+    pub(crate) fn lists_volumes(&self) -> bool {
+        match self.light_path {
+            LightPath::Compute | LightPath::Visibility => true,
+            LightPath::Volumes => self.lights.bounded,
+            _ => false,
+        }
+    }
+
+    /// Returns true if shaders name the fog's froxels: all that light what they draw do, whose code for froxels a constant leaves out.
+    pub(crate) fn names_froxels(&self) -> bool {
+        let lit_as_drawn = self.is_forward() || self.transparency.is_some();
+        self.froxels().is_some() || lit_as_drawn && self.lights.any() && !self.lights.uniform
     }
 }
 

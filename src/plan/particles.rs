@@ -8,6 +8,9 @@ use crate::scene::{AmbientOcclusion, Fog, LightPath, Reflections, Scene, Setting
 /// Keys that a work group of SORT has in shared memory; `shaders/sort.wgsl` has the same number.
 pub const SORT_BLOCK: u32 = 2048;
 
+/// Bytes that a work group of SORT shares: the keys of a block, of two words each.
+pub const SORT_SHARED_BYTES: u32 = 8 * SORT_BLOCK;
+
 /// The particles of a plan's frames.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ParticlePlan {
@@ -65,6 +68,12 @@ pub(super) fn choose(
         let why = "they are soft where they meet the one surface of a pixel, and several samples have several: ask for --msaa 1, or --samples";
         return Err(Error::Particles(why.into()));
     }
+    if settings.transparency == Transparency::Sorted && !counts && device.shared_memory < SORT_SHARED_BYTES {
+        return Err(Error::Particles(format!(
+            "to sort them, work groups share {SORT_SHARED_BYTES} bytes, and those of this device at most {}: choose --transparency oit, which needs no order",
+            device.shared_memory
+        )));
+    }
     let all = scene.particle_textures();
     let place = |own: (usize, [u32; 2])| all.iter().position(|other| *other == own).map(|place| place as u32);
     Ok(Some(ParticlePlan {
@@ -92,6 +101,19 @@ impl ParticlePlan {
         let textures: u64 = self.textures.iter().map(PlannedTexture::bytes).sum();
         48 * u64::from(self.capacity) + 8 * u64::from(self.places()) + textures
     }
+}
+
+/// Refuses particles whose shaders name more buffers than the device lets them: SIMULATE names those of the frame, the emitters, the particles and, where
+/// they are sorted, their keys.
+pub(super) fn check_buffers(plan: &FramePlan, device: &Capabilities) -> Result<(), Error> {
+    let needed = plan.frame_buffers() + 2 + u32::from(plan.sorts_particles());
+    if plan.particles.is_none() || needed <= device.storage_buffers {
+        return Ok(());
+    }
+    Err(Error::Particles(format!(
+        "a shader names {needed} buffers for them, and on this device at most {}: choose --transparency oit, which takes one less, or --particles off",
+        device.storage_buffers
+    )))
 }
 
 impl FramePlan {

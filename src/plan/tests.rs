@@ -483,6 +483,14 @@ fn what_cannot_be_is_refused_in_one_line_that_names_it() {
     assert_eq!(error, Error::ColorAttachments(6, 4));
     assert!(text.contains("--gbuffer lean"), "{text}");
     assert!(FramePlan::of(&lit, &samples::deferred(), &few).is_ok());
+    // Nobody asked for a light path, or for these targets: surfaces are lit as they are drawn. What needs a G-buffer is refused.
+    let none = Capabilities { max_input_attachments: 2, ..samples::software() };
+    let (lamps, usual) = (scene(vec![material(CT)], vec![point(Falloff::Quadratic); 2]), Settings::default());
+    let planned = FramePlan::of(&lamps, &usual, &none).expect("a plan");
+    assert_eq!(planned.light_path, LightPath::Forward);
+    assert!(planned.light_path_reason.contains("input attachments, and the device has 2"));
+    let normals = Settings { view: View::Normal, ..usual };
+    assert!(matches!(refuse(&lamps, &normals, &none).0, Error::InputAttachments(_, 2)));
     let map = Settings { view: View::ShadowMap, ..samples::deferred() };
     assert!(refuse(&scene(vec![material(CT)], vec![sky()]), &map, &device()).1.contains("no light casts"));
     let off = Settings { view: View::ShadowMap, ..shadows(false, 64) };

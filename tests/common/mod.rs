@@ -82,6 +82,7 @@ pub fn capabilities() -> Capabilities {
         software: false,
         costs: CostModel::GPU,
         compute_invocations: 256,
+        shared_memory: 1 << 15,
         bc7: true,
         etc2: true,
     }

@@ -366,6 +366,7 @@ mod tests {
         storage_range: u32::MAX,
         lazily_allocated: false,
         compute_invocations: 1024,
+        shared_memory: 1 << 15,
         indirect_draws: true,
         software: true,
         costs: CostModel::CPU,

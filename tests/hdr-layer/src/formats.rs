@@ -23,26 +23,6 @@ pub fn for_driver(color_space: vk::ColorSpaceKHR) -> vk::ColorSpaceKHR {
     if color_space == HDR10 { SRGB } else { color_space }
 }
 
-/// Tells a list as Vulkan's functions do: without a place for it how long it is, else as much of it as there is place for.
-///
-/// # Safety
-/// `count` points to a number, and `place` is null or points to so many elements; nobody else uses them meanwhile.
-pub unsafe fn tell<T: Copy>(list: &[T], count: *mut u32, place: *mut T) -> vk::Result {
-    let length = u32::try_from(list.len()).unwrap_or(u32::MAX);
-    if place.is_null() {
-        // SAFETY: the caller's promise.
-        unsafe { count.write(length) };
-        return vk::Result::SUCCESS;
-    }
-    // SAFETY: the caller's promise.
-    let told = length.min(unsafe { count.read() });
-    // SAFETY: the list has so many, and so has the place; one is this layer's own, the other is not.
-    unsafe { place.copy_from_nonoverlapping(list.as_ptr(), told as usize) };
-    // SAFETY: as above.
-    unsafe { count.write(told) };
-    if told < length { vk::Result::INCOMPLETE } else { vk::Result::SUCCESS }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -68,27 +48,5 @@ mod tests {
     fn drivers_are_told_of_no_colour_space_that_they_do_not_offer() {
         let linear = vk::ColorSpaceKHR::BT709_LINEAR_EXT;
         assert!([HDR10, SRGB, linear].map(for_driver) == [SRGB, SRGB, linear]);
-    }
-
-    #[test]
-    fn a_list_is_counted_then_told_and_cut_where_the_place_ends() {
-        let list = [7, 8, 9];
-        let told = |mut count: u32, place: Option<&mut [i32; 4]>| {
-            let place = place.map_or(std::ptr::null_mut(), |place| place.as_mut_ptr());
-            // SAFETY: no test gives a count beyond the four places.
-            let result = unsafe { tell(&list, &raw mut count, place) };
-            (result, count)
-        };
-        assert_eq!(told(99, None), (vk::Result::SUCCESS, 3));
-        for (count, result, expected) in [
-            (0, vk::Result::INCOMPLETE, [0; 4]),
-            (2, vk::Result::INCOMPLETE, [7, 8, 0, 0]),
-            (3, vk::Result::SUCCESS, [7, 8, 9, 0]),
-            (4, vk::Result::SUCCESS, [7, 8, 9, 0]),
-        ] {
-            let mut place = [0; 4];
-            assert_eq!(told(count, Some(&mut place)), (result, count.min(3)));
-            assert_eq!(place, expected);
-        }
     }
 }

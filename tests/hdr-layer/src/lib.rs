@@ -7,14 +7,15 @@
 
 mod formats;
 mod loader;
+#[macro_use]
+mod shared;
 
-use std::collections::HashMap;
 use std::ffi::{CStr, c_char};
-use std::mem::transmute;
-use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
+use std::sync::{LazyLock, Mutex};
 
 use ash::vk;
 use loader::{DeviceLink, Dispatched, InstanceLink, Interface, take_link, typed};
+use shared::{Table, all, below, locked, names_extension, tell};
 
 /// What an instance has below this layer.
 #[derive(Clone, Copy)]
@@ -37,26 +38,8 @@ struct DeviceBelow {
     create_swapchain: Option<vk::PFN_vkCreateSwapchainKHR>,
 }
 
-/// By [`Dispatched::key`].
-type Table<T> = LazyLock<Mutex<HashMap<usize, T>>>;
-
 static INSTANCES: Table<InstanceBelow> = LazyLock::new(Mutex::default);
 static DEVICES: Table<DeviceBelow> = LazyLock::new(Mutex::default);
-
-fn locked<T>(table: &Table<T>) -> MutexGuard<'_, HashMap<usize, T>> {
-    // Whoever held it has changed it wholly or not at all.
-    table.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// What is below a handle: copied, so that nothing is locked while it is called.
-///
-/// # Safety
-/// As [`Dispatched::key`].
-unsafe fn below<T: Copy>(table: &Table<T>, handle: impl Dispatched) -> Option<T> {
-    // SAFETY: the caller's promise.
-    let key = unsafe { handle.key() }?;
-    locked(table).get(&key).copied()
-}
 
 /// The layer's entry: the loader asks which version of their interface both know, and for the functions by which it asks for all others.
 ///
@@ -76,21 +59,12 @@ pub unsafe extern "system" fn vkNegotiateLoaderLayerInterfaceVersion(interface: 
     vk::Result::SUCCESS
 }
 
-/// A function's pointer without its type, as functions are asked for by name.
-macro_rules! untyped {
-    ($function:ident: $type:ty) => {{
-        let function: $type = $function;
-        // SAFETY: both are pointers to functions; whoever calls it gives it the type that goes with its name.
-        Some(unsafe { transmute::<$type, unsafe extern "system" fn()>(function) })
-    }};
-}
-
 /// What this layer has of a device's functions.
 fn own_of_device(name: &CStr) -> vk::PFN_vkVoidFunction {
     match name.to_bytes() {
-        b"vkGetDeviceProcAddr" => untyped!(get_device_proc_addr: vk::PFN_vkGetDeviceProcAddr),
-        b"vkDestroyDevice" => untyped!(destroy_device: vk::PFN_vkDestroyDevice),
-        b"vkCreateSwapchainKHR" => untyped!(create_swapchain: vk::PFN_vkCreateSwapchainKHR),
+        b"vkGetDeviceProcAddr" => untyped!(get_device_proc_addr, vk::PFN_vkGetDeviceProcAddr),
+        b"vkDestroyDevice" => untyped!(destroy_device, vk::PFN_vkDestroyDevice),
+        b"vkCreateSwapchainKHR" => untyped!(create_swapchain, vk::PFN_vkCreateSwapchainKHR),
         _ => None,
     }
 }
@@ -98,12 +72,12 @@ fn own_of_device(name: &CStr) -> vk::PFN_vkVoidFunction {
 /// What this layer has of an instance's functions.
 fn own_of_instance(name: &CStr) -> vk::PFN_vkVoidFunction {
     match name.to_bytes() {
-        b"vkGetInstanceProcAddr" => untyped!(get_instance_proc_addr: vk::PFN_vkGetInstanceProcAddr),
-        b"vkCreateInstance" => untyped!(create_instance: vk::PFN_vkCreateInstance),
-        b"vkDestroyInstance" => untyped!(destroy_instance: vk::PFN_vkDestroyInstance),
-        b"vkCreateDevice" => untyped!(create_device: vk::PFN_vkCreateDevice),
+        b"vkGetInstanceProcAddr" => untyped!(get_instance_proc_addr, vk::PFN_vkGetInstanceProcAddr),
+        b"vkCreateInstance" => untyped!(create_instance, vk::PFN_vkCreateInstance),
+        b"vkDestroyInstance" => untyped!(destroy_instance, vk::PFN_vkDestroyInstance),
+        b"vkCreateDevice" => untyped!(create_device, vk::PFN_vkCreateDevice),
         b"vkGetPhysicalDeviceSurfaceFormatsKHR" => {
-            untyped!(surface_formats: vk::PFN_vkGetPhysicalDeviceSurfaceFormatsKHR)
+            untyped!(surface_formats, vk::PFN_vkGetPhysicalDeviceSurfaceFormatsKHR)
         }
         _ => own_of_device(name),
     }
@@ -143,18 +117,6 @@ unsafe extern "system" fn get_device_proc_addr(device: vk::Device, name: *const 
     other.and(own.or(other))
 }
 
-/// Whether an extension is among those that an instance is created with.
-///
-/// # Safety
-/// The structure is as the specification has it.
-unsafe fn enables(info: &vk::InstanceCreateInfo, extension: &CStr) -> bool {
-    let (names, count) = (info.pp_enabled_extension_names, info.enabled_extension_count as usize);
-    (0..count).any(|index| {
-        // SAFETY: there are so many names, each of them a string that ends in NUL.
-        unsafe { CStr::from_ptr(names.add(index).read()) == extension }
-    })
-}
-
 unsafe extern "system" fn create_instance(
     info: *const vk::InstanceCreateInfo,
     allocator: *const vk::AllocationCallbacks,
@@ -187,7 +149,10 @@ unsafe extern "system" fn create_instance(
             get_proc_addr,
             destroy: typed(named(c"vkDestroyInstance")),
             formats: typed(named(c"vkGetPhysicalDeviceSurfaceFormatsKHR")),
-            has_color_spaces: enables(described, ash::ext::swapchain_colorspace::NAME),
+            has_color_spaces: names_extension(
+                (described.enabled_extension_count, described.pp_enabled_extension_names),
+                ash::ext::swapchain_colorspace::NAME,
+            ),
         }
     };
     // SAFETY: it was just created.
@@ -277,29 +242,8 @@ unsafe extern "system" fn surface_formats(
     let offered = all(|count, place| unsafe { formats(physical, surface, count, place) });
     match offered {
         // SAFETY: as this function was called.
-        Ok(offered) => unsafe { formats::tell(&formats::with_hdr10(offered), count, place) },
+        Ok(offered) => unsafe { tell(&formats::with_hdr10(offered), count, place) },
         Err(result) => result,
-    }
-}
-
-/// The whole of a list that is told in parts.
-fn all<T: Clone + Default>(ask: impl Fn(*mut u32, *mut T) -> vk::Result) -> Result<Vec<T>, vk::Result> {
-    loop {
-        let mut count = 0;
-        let counted = ask(&raw mut count, std::ptr::null_mut());
-        if counted != vk::Result::SUCCESS {
-            return Err(counted);
-        }
-        let mut list = vec![T::default(); count as usize];
-        match ask(&raw mut count, list.as_mut_ptr()) {
-            vk::Result::SUCCESS => {
-                list.truncate(count as usize);
-                return Ok(list);
-            }
-            // There are more than when they were counted.
-            vk::Result::INCOMPLETE => {}
-            failed => return Err(failed),
-        }
     }
 }
 

@@ -1,0 +1,136 @@
+//! The devices that the layer plays.
+
+use std::ffi::CStr;
+
+use ash::vk;
+
+use super::{formats, limits};
+
+/// What is played, of the device below.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Profile {
+    /// Vulkan in part only, as MoltenVK has it: VK_KHR_portability_subset without any of its features.
+    Portability,
+    /// Vulkan 1.1 with the limits and formats that it requires, and no optional feature.
+    Least,
+    /// A phone's tiler: one memory for CPU and GPU, attachments that live in tiles, few targets.
+    Phone,
+    /// 4 kB of shared memory in compute shaders.
+    SmallSharedMemory,
+}
+
+/// By the words of `AFTERLIGHT_PLAYS`.
+pub const PROFILES: [(&str, Profile); 4] = [
+    ("portability", Profile::Portability),
+    ("least", Profile::Least),
+    ("phone", Profile::Phone),
+    ("small-shared-memory", Profile::SmallSharedMemory),
+];
+
+/// A multiple of which the strides of vertex bindings are where the portability subset is.
+pub const STRIDE_ALIGNMENT: u32 = 4;
+
+impl Profile {
+    /// The one that the environment names.
+    ///
+    /// # Errors
+    /// What to set instead.
+    pub fn chosen() -> Result<Self, String> {
+        let word = std::env::var("AFTERLIGHT_PLAYS").unwrap_or_default();
+        let names = || PROFILES.map(|(name, _)| name).join(", ");
+        let own = PROFILES.into_iter().find(|(name, _)| *name == word).map(|(_, own)| own);
+        own.ok_or_else(|| format!("AFTERLIGHT_PLAYS is '{word}', and the layer plays {}", names()))
+    }
+
+    pub fn limits(self, real: &vk::PhysicalDeviceLimits) -> vk::PhysicalDeviceLimits {
+        let played = match self {
+            Self::Portability => limits::metal(*real),
+            Self::Least => limits::least(),
+            Self::Phone => limits::phone(),
+            Self::SmallSharedMemory => limits::small_shared_memory(*real),
+        };
+        limits::within(played, real)
+    }
+
+    pub fn properties(self, own: &mut vk::PhysicalDeviceProperties) {
+        own.limits = self.limits(&own.limits);
+        if self.is_of_vulkan_1_1() {
+            own.api_version = own.api_version.min(vk::make_api_version(0, 1, 1, 0xfff));
+        }
+        if self == Self::Phone {
+            own.device_type = vk::PhysicalDeviceType::INTEGRATED_GPU;
+        }
+    }
+
+    /// Its features, as far as the device below has them.
+    pub fn features(self, real: &vk::PhysicalDeviceFeatures) -> vk::PhysicalDeviceFeatures {
+        let none = vk::PhysicalDeviceFeatures::default();
+        match self {
+            Self::SmallSharedMemory => *real,
+            // Metal has no geometry shaders, wide lines, logic operations or bounds of depth.
+            Self::Portability => vk::PhysicalDeviceFeatures {
+                geometry_shader: vk::FALSE,
+                wide_lines: vk::FALSE,
+                logic_op: vk::FALSE,
+                depth_bounds: vk::FALSE,
+                shader_cull_distance: vk::FALSE,
+                shader_float64: vk::FALSE,
+                pipeline_statistics_query: vk::FALSE,
+                sparse_binding: vk::FALSE,
+                ..*real
+            },
+            // The one feature that every device has.
+            Self::Least => vk::PhysicalDeviceFeatures { robust_buffer_access: real.robust_buffer_access, ..none },
+            Self::Phone => vk::PhysicalDeviceFeatures {
+                robust_buffer_access: real.robust_buffer_access,
+                full_draw_index_uint32: real.full_draw_index_uint32,
+                image_cube_array: real.image_cube_array,
+                independent_blend: real.independent_blend,
+                sample_rate_shading: real.sample_rate_shading,
+                sampler_anisotropy: real.sampler_anisotropy,
+                texture_compression_etc2: real.texture_compression_etc2,
+                fragment_stores_and_atomics: real.fragment_stores_and_atomics,
+                draw_indirect_first_instance: real.draw_indirect_first_instance,
+                shader_sampled_image_array_dynamic_indexing: real.shader_sampled_image_array_dynamic_indexing,
+                ..none
+            },
+        }
+    }
+
+    /// Returns true if it has this extension, which the device below has.
+    pub fn keeps(self, extension: &CStr) -> bool {
+        match self {
+            Self::Portability | Self::SmallSharedMemory => true,
+            Self::Least => extension == ash::khr::swapchain::NAME,
+            Self::Phone => [ash::khr::swapchain::NAME, ash::khr::driver_properties::NAME].contains(&extension),
+        }
+    }
+
+    /// Returns true if it has no more of Vulkan than 1.1.
+    pub fn is_of_vulkan_1_1(self) -> bool {
+        matches!(self, Self::Least | Self::Phone)
+    }
+
+    pub fn has_portability_subset(self) -> bool {
+        self == Self::Portability
+    }
+
+    /// The features of optimally tiled images of this format, as far as the device below has them.
+    pub fn format(self, format: vk::Format, real: vk::FormatFeatureFlags) -> vk::FormatFeatureFlags {
+        match self {
+            Self::Least | Self::Phone => real & formats::required(format),
+            Self::Portability | Self::SmallSharedMemory => real,
+        }
+    }
+
+    pub fn queue_family(self, own: &mut vk::QueueFamilyProperties) {
+        if self == Self::Least {
+            (own.queue_count, own.timestamp_valid_bits) = (own.queue_count.min(1), 0);
+        }
+    }
+
+    /// Returns true if memory is lazily allocated for attachments that a tile holds.
+    pub fn has_lazy_memory(self) -> bool {
+        self == Self::Phone
+    }
+}

@@ -1,0 +1,274 @@
+//! Devices that lack much draw the same picture, or the program says in a sentence what they lack. The layer of `tests/devices-layer` plays them, below
+//! the validation layer, which holds the program against the played limits: any message fails. docs/DEVICES.md has the table.
+
+use std::collections::BTreeSet;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::process::Output;
+use std::sync::Mutex;
+use std::{env, fs};
+
+use afterlight::scene::LightPath;
+use rayon::prelude::*;
+use tempfile::TempDir;
+
+use crate::common::program::program;
+use crate::common::tries_all;
+
+const NAME: &str = "VK_LAYER_AFTERLIGHT_devices";
+
+/// The devices that the layer plays, in its words.
+const PROFILES: [&str; 4] = ["portability", "least", "phone", "small-shared-memory"];
+
+/// What a device refuses to draw.
+struct Refusal {
+    profile: &'static str,
+    /// The light paths that are asked for, `auto` where none is; all where there are none here.
+    paths: &'static [&'static str],
+    /// A part of the sentence.
+    says: &'static str,
+}
+
+const fn refusal(profile: &'static str, paths: &'static [&'static str], says: &'static str) -> Refusal {
+    Refusal { profile, paths, says }
+}
+
+const FLOAT_BLENDING: &str = "adds lights by blending into 32-bit floats, which this device cannot: try clustered";
+const TRIANGLES: &str = "this device does not number triangles (it lacks geometryShader): choose another";
+const COLOURS: &str = "needs 5 colour attachments in one subpass and the device has 4";
+
+/// All that any of them refuses. docs/DEVICES.md says it in a table.
+const REFUSALS: &[Refusal] = &[
+    refusal("portability", &["visibility"], TRIANGLES),
+    refusal("least", &["per-light", "volumes"], FLOAT_BLENDING),
+    refusal(
+        "least",
+        &["compute", "visibility"],
+        "needs work groups of 256 invocations, and this device has at most 128: try clustered",
+    ),
+    refusal("least", &["loop", "clustered"], COLOURS),
+    refusal(
+        "least",
+        &["auto"],
+        "a shader names 5 buffers for them, and on this device at most 4: choose --transparency oit",
+    ),
+    refusal(
+        "least",
+        &["auto"],
+        "a shader names 7 buffers for them, and on this device at most 4: choose --transparency oit",
+    ),
+    refusal("phone", &["per-light", "volumes"], FLOAT_BLENDING),
+    refusal("phone", &["visibility"], TRIANGLES),
+    refusal("phone", &["loop", "clustered", "compute"], COLOURS),
+    refusal(
+        "small-shared-memory",
+        &["auto"],
+        "work groups share 16384 bytes, and those of this device at most 4096: choose --transparency oit",
+    ),
+];
+
+/// A picture to be drawn.
+#[derive(Clone, Debug)]
+struct Case {
+    scene: String,
+    path: LightPath,
+    profile: &'static str,
+}
+
+impl Case {
+    fn of(scene: &str, path: LightPath, profile: &'static str) -> Self {
+        Self { scene: scene.into(), path, profile }
+    }
+}
+
+/// The layer's folder, and the driver of a device that is Vulkan in part only: loaders list that for programs alone that ask for it.
+struct Stage {
+    folder: TempDir,
+    partial_driver: Option<PathBuf>,
+}
+
+impl Stage {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let deps = Path::new(env!("CARGO_BIN_EXE_afterlight")).with_file_name("deps");
+        let library = deps.join(libloading::library_filename("afterlight_devices_layer"));
+        assert!(library.exists(), "{} is not there", library.display());
+        let text = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/devices-layer/devices.json"));
+        let mut manifest: serde_json::Value = serde_json::from_str(&text.expect("a manifest")).expect("JSON");
+        manifest["layer"]["library_path"] = library.to_str().expect("a path of UTF-8").into();
+        let layers = folder.path().join("layers");
+        fs::create_dir(&layers).expect("a folder");
+        fs::write(layers.join("devices.json"), manifest.to_string()).expect("a manifest");
+        // Absent where the loader finds the driver by itself.
+        let driver = env::var_os("VK_DRIVER_FILES").and_then(|all| env::split_paths(&all).next());
+        let partial_driver = driver.map(|driver| {
+            let text = fs::read_to_string(driver).expect("a driver's manifest");
+            let mut manifest: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+            manifest["ICD"]["is_portability_driver"] = true.into();
+            let place = folder.path().join("driver.json");
+            fs::write(&place, manifest.to_string()).expect("a manifest");
+            place
+        });
+        Self { folder, partial_driver }
+    }
+
+    /// What a program is started with that is to find such a device.
+    fn environment(&self, profile: &str) -> Vec<(&'static str, OsString)> {
+        let layers = self.folder.path().join("layers");
+        // From the program down to the driver. Loaders about 1.3.239 have layers in the order of their folders instead: the layer's is the last there.
+        let order = format!("VK_LAYER_KHRONOS_validation:{NAME}");
+        let folders = match env::var_os("VK_LAYER_PATH") {
+            Some(own) => env::split_paths(&own).collect(),
+            None => usual_folders(),
+        };
+        let folders = env::join_paths(folders.into_iter().chain([layers.clone()])).expect("folders");
+        let mut all = vec![
+            ("AFTERLIGHT_PLAYS", profile.into()),
+            ("VK_INSTANCE_LAYERS", order.into()),
+            ("VK_LAYER_PATH", folders),
+            // Debian 13's stack has folders and drivers of its own.
+            ("AFTERLIGHT_LAYERS", layers.into()),
+        ];
+        if let Some(driver) = self.partial_driver.as_ref().filter(|_| profile == "portability") {
+            all.extend(["VK_DRIVER_FILES", "VK_ICD_FILENAMES", "AFTERLIGHT_DRIVER"].map(|name| (name, driver.into())));
+        }
+        all
+    }
+
+    fn run(&self, profile: Option<&str>, arguments: &[&str]) -> Output {
+        let mut command = program();
+        command.args(arguments).envs(profile.into_iter().flat_map(|profile| self.environment(profile)));
+        command.output().expect("the program starts")
+    }
+
+    /// Draws a case under validation, on the played device or on the real one. Without a picture, what was said.
+    fn draw(&self, case: &Case, profile: Option<&str>) -> Result<image::RgbImage, String> {
+        let place = tempfile::Builder::new().suffix(".png").tempfile().expect("a file");
+        let [path, place] = [case.path.to_string(), place.path().to_str().expect("a path of UTF-8").to_owned()];
+        let mut arguments = vec!["render", &case.scene, "--size", "160x90", "--validate", "--output", &place];
+        if case.path != LightPath::Auto {
+            arguments.extend(["--samples", "1", "--light-path", &path]);
+        }
+        // The one lack that every picture with textures shows: both filter without it.
+        if case.profile == "least" {
+            arguments.extend(["--anisotropy", "1"]);
+        }
+        let output = self.run(profile, &arguments);
+        if output.status.success() {
+            return Ok(image::open(&place).expect("a picture").to_rgb8());
+        }
+        Err(format!("exit code {:?}: {}", output.status.code(), String::from_utf8_lossy(&output.stderr)))
+    }
+
+    /// What is wrong with a case, if anything is. Each refusal that it met is counted.
+    fn fault(&self, case: &Case, met: &Mutex<BTreeSet<usize>>) -> Option<String> {
+        let told = match self.draw(case, Some(case.profile)) {
+            Ok(played) => match self.draw(case, None) {
+                Ok(real) => return differs(&played, &real),
+                Err(told) => return Some(format!("drawn, and the real device refuses: {told}")),
+            },
+            Err(told) => told,
+        };
+        let path = case.path.to_string();
+        let known = REFUSALS
+            .iter()
+            .position(|own| own.profile == case.profile && own.paths.contains(&&*path) && told.contains(own.says));
+        match known {
+            Some(index) if told.starts_with("exit code Some(2)") => {
+                met.lock().expect("no test has failed here").insert(index);
+                None
+            }
+            // What no device draws in this way.
+            None if self.draw(case, None).is_err_and(|real| real == told) => None,
+            _ => Some(told),
+        }
+    }
+}
+
+/// Pictures are the same where no channel is off by more than a code: other formats of the G-buffer and of light round otherwise.
+fn differs(a: &image::RgbImage, b: &image::RgbImage) -> Option<String> {
+    assert_eq!(a.dimensions(), b.dimensions());
+    let off = a.iter().zip(b.iter()).map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(0);
+    (off > 1).then(|| format!("a channel is off by {off} codes"))
+}
+
+/// Where loaders look for explicit layers.
+fn usual_folders() -> Vec<PathBuf> {
+    let home = env::home_dir().unwrap_or_default();
+    let own = env::var_os("XDG_DATA_HOME").map_or_else(|| home.join(".local/share"), PathBuf::from);
+    let all = ["/etc", "/usr/local/share", "/usr/share"].into_iter().map(PathBuf::from);
+    [own]
+        .into_iter()
+        .chain(all)
+        .map(|folder| folder.join("vulkan/explicit_layer.d"))
+        .filter(|own| own.is_dir())
+        .collect()
+}
+
+fn gallery(name: &str) -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/gallery").join(name).to_str().expect("UTF-8").into()
+}
+
+/// All scenes of the gallery with the light path that the plan chooses, and the built-in ones with each. In `make test` a sample: one scene on every
+/// device, one that has more targets than some have, and one that some refuse.
+fn cases() -> Vec<Case> {
+    let auto = LightPath::Auto;
+    if !tries_all() {
+        let mut some = PROFILES.map(|profile| Case::of("builtin:triangle", auto, profile)).to_vec();
+        some.extend([
+            Case::of("builtin:cornell", auto, "least"),
+            Case::of("builtin:quad", LightPath::Clustered, "phone"),
+            Case::of(&gallery("particles.toml"), auto, "small-shared-memory"),
+        ]);
+        return some;
+    }
+    let built_in = afterlight::scene::builtin::CATALOGUE.iter().map(|own| match own.name {
+        "field" => "builtin:field?objects=300&lights=32".to_owned(),
+        name => format!("builtin:{name}"),
+    });
+    let built_in: Vec<_> = built_in.collect();
+    let files = fs::read_dir(gallery("")).expect("the gallery").map(|entry| entry.expect("an entry").path());
+    let files = files.filter(|own| own.extension().is_some_and(|own| own == "toml"));
+    let mut files: Vec<_> = files.map(|own| own.to_str().expect("UTF-8").to_owned()).collect();
+    files.sort();
+    let lit = built_in.iter().flat_map(|scene| LightPath::NAMES.iter().map(move |&(_, path)| (scene.clone(), path)));
+    let all: Vec<_> = lit.chain(files.into_iter().map(|scene| (scene, auto))).collect();
+    let on_each = |(scene, path): &(String, LightPath)| PROFILES.map(|profile| Case::of(scene, *path, profile));
+    all.iter().flat_map(on_each).collect()
+}
+
+#[test]
+fn devices_that_lack_much_draw_the_same_or_are_refused_in_a_sentence() {
+    let (stage, met) = (Stage::new(), Mutex::new(BTreeSet::new()));
+    let fault = |case: &Case| Some(format!("{case:?}: {}", stage.fault(case, &met)?));
+    let faults: Vec<_> = cases().par_iter().filter_map(fault).collect();
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+    let met = met.into_inner().expect("no test has failed here");
+    if tries_all() {
+        let idle: Vec<_> =
+            (0..REFUSALS.len()).filter(|index| !met.contains(index)).map(|own| REFUSALS[own].says).collect();
+        assert!(idle.is_empty(), "nothing is refused so any more: {idle:?}");
+    } else {
+        assert!(!met.is_empty(), "nothing was refused");
+    }
+}
+
+#[test]
+fn a_played_device_is_what_the_program_sees() {
+    let stage = Stage::new();
+    for (profile, says) in [
+        ("portability", ["lazily allocated memory  no", "the view triangle        no"]),
+        ("least", ["push constants           128 B", "timestamps               no"]),
+        ("phone", ["lazily allocated memory  yes", "colour attachments       4"]),
+    ] {
+        let output = stage.run(Some(profile), &["doctor"]);
+        let told = String::from_utf8_lossy(&output.stdout);
+        for line in says {
+            assert!(output.status.success() && told.contains(line), "{profile} has no line '{line}': {told}");
+        }
+    }
+    let output = stage.run(Some("toaster"), &["render", "builtin:triangle", "--output", "-"]);
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.code() == Some(4), "{told}");
+    assert!(told.contains("AFTERLIGHT_PLAYS is 'toaster', and the layer plays portability, least, phone"), "{told}");
+}
