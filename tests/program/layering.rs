@@ -13,7 +13,7 @@ use proc_macro2::{Delimiter, TokenStream, TokenTree};
 const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("scene", &["regular_file"]),
     ("shaders", &[]),
-    ("gpu", &["regular_file", "whole_file"]),
+    ("gpu", &["regular_file", "user_cache", "whole_file"]),
     // Decided once: nothing in it is worked out for a frame.
     ("plan", &["scene"]),
     ("visible", &["plan", "scene"]),
@@ -21,7 +21,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("gpu_scene", &["visible", "plan", "gpu", "scene", "shaders"]),
     ("passes", &["gpu_scene", "targets", "visible", "plan", "gpu", "scene", "shaders"]),
     ("frame", &["passes", "gpu_scene", "targets", "visible", "plan", "gpu", "scene", "shaders"]),
-    ("reference", &["scene", "regular_file", "whole_file"]),
+    ("reference", &["scene", "regular_file", "user_cache", "whole_file"]),
     ("measure", &["scene"]),
     ("window", FRAME_AND_BELOW),
     ("stress", FRAME_AND_BELOW),
@@ -31,6 +31,8 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     // Ways to read and to write a file, for all who do.
     ("regular_file", &[]),
     ("whole_file", &[]),
+    // The folder of the caches of `gpu` and `reference`.
+    ("user_cache", &[]),
     ("main", &["cli"]),
     // `afterlight-gtest`, which starts the program.
     ("bin", &[]),
