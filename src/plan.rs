@@ -420,7 +420,7 @@ impl FramePlan {
             return Err(few);
         }
         let forward = Settings { light_path: LightPath::Forward, ..settings.clone() };
-        // What else needs a G-buffer, such as a view of it or ambient occlusion, refuses that path: then the attachments are the reason.
+        // A view of the G-buffer, ambient occlusion and others refuse that path: then the attachments are the reason.
         let Ok(plan) = Self::decide_as_asked(scene, &forward, device, counts) else { return Err(few) };
         let light_path_reason = match few {
             Error::ColorAttachments(needed, most) => {

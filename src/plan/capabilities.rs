@@ -28,7 +28,7 @@ pub struct Capabilities {
     pub anisotropy: u32,
     /// Its samplers look at every texel that a pixel covers, which takes long: shaders look at some places.
     pub slow_anisotropy: bool,
-    /// Of buffers it reads once for many invocations what stands at a place that comes from push constants.
+    /// It reads a buffer once for many invocations where the place in it comes from push constants.
     pub reads_pushed_places_once: bool,
     /// Shaders are told which triangle of a draw they shade.
     pub primitive_index: bool,

@@ -107,7 +107,7 @@ pub(super) fn shadow(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Pa
     part("shadow maps", plan.shadow.is_some(), reason, bytes).is(OptionalPart::ShadowMaps)
 }
 
-/// Who has how many maps, in which filter: `sun (3 cascades), lamp (6 faces): 10 maps in 5 layers, 3x3`.
+/// The lights with their numbers of maps, and the filter: `sun (3 cascades), lamp (6 faces): 10 maps in 5 layers, 3x3`.
 fn shadow_maps(shadow: &ShadowPlan) -> String {
     const MOST: usize = 8;
     let one = |light: &ShadowLight| match light.projection {

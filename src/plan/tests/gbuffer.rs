@@ -129,7 +129,7 @@ fn the_material_target_has_the_channels_that_the_scene_needs() {
     assert_eq!((formats(&material(CT), sun()), formats(&metal, sun())), (one, two));
     assert_eq!((formats(&bumpy(CT), sky()), formats(&bumpy(CT), sun())), (one, four));
     assert_eq!(formats(&bumpy(Brdf::Lambert), sun()), four);
-    // What no shadow falls on says so in the geometric normal's place.
+    // A surface that no shadow falls on says so in the geometric normal's place.
     let mut lit = scene(vec![material(CT); 2], vec![sun()]);
     lit.objects[0].receives_shadow = false;
     assert_eq!(plan(&lit).gbuffer.expect("one").material, four[0]);

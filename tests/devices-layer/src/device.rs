@@ -12,7 +12,7 @@ use super::queries::{LazyType, lazy_type, played_extensions, real_features, real
 use super::shared::{below, locked, names_extension};
 use super::{DEVICES, INSTANCES, InstanceBelow, chain};
 
-/// What a device has below this layer.
+/// A device's functions below this layer, and the memory that is played on it.
 #[derive(Clone, Copy)]
 pub struct DeviceBelow {
     pub get_proc_addr: vk::PFN_vkGetDeviceProcAddr,
@@ -29,7 +29,7 @@ fn transient() -> std::sync::MutexGuard<'static, HashSet<(vk::Device, u64)>> {
     TRANSIENT.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// What is wrong with how a device of the played kind is opened, if anything is.
+/// Returns the fault in how a device of the played kind is opened, if there is one.
 ///
 /// # Safety
 /// The physical device is alive, and the structures are as the specification has them.

@@ -1,4 +1,4 @@
-//! What formats can do on played devices.
+//! Formats of played devices, and the features that each has.
 
 use ash::vk;
 use vk::FormatFeatureFlags as F;

@@ -168,7 +168,7 @@ proptest! {
             let (_, measured) = land.search(&goal, None, usize::MAX);
             prop_assert!(land.regret(&goal, &measured) <= 0.05, "{:?}", land.choice(&goal, &measured));
         }
-        // What takes so nearly the time that is bounded that its scatter hides it may be missed: a bound that nothing is near.
+        // A point may be missed if its time is so near the bound that scatter hides it: so the bound has none near it.
         let goal = goal(Bound::Milliseconds(10.0 * (0.7 + loss)));
         let is_near = |time: f64| (10.0 * time / (10.0 * (0.7 + loss)) - 1.0).abs() < 0.03;
         prop_assume!(!land.truth.iter().any(|&(time, _)| is_near(time)));
