@@ -412,26 +412,25 @@ impl FramePlan {
     ///
     /// Where a device has too few attachments for the G-buffer and nobody asked for a light path, surfaces are lit as they are drawn.
     fn decide(scene: &Scene, settings: &Settings, device: &Capabilities, counts: bool) -> Result<Self, Error> {
-        let few = match Self::decide_as_asked(scene, settings, device, counts) {
-            Err(few @ (Error::ColorAttachments(..) | Error::InputAttachments(..))) => few,
-            decided => return decided,
-        };
-        if settings.light_path != LightPath::Auto || settings.gbuffer != GbufferChoice::default() {
-            return Err(few);
-        }
-        let forward = Settings { light_path: LightPath::Forward, ..settings.clone() };
-        // A view of the G-buffer, ambient occlusion and others refuse that path: then the attachments are the reason.
-        let Ok(plan) = Self::decide_as_asked(scene, &forward, device, counts) else { return Err(few) };
-        let light_path_reason = match few {
-            Error::ColorAttachments(needed, most) => {
+        let decided = Self::decide_as_asked(scene, settings, device, counts);
+        let light_path_reason = match &decided {
+            Err(Error::ColorAttachments(needed, most)) => {
                 format!("a G-buffer needs {needed} colour attachments in one subpass, and the device has {most}")
             }
-            Error::InputAttachments(needed, most) => {
+            Err(Error::InputAttachments(needed, most)) => {
                 format!("a G-buffer is read through {needed} input attachments, and the device has {most}")
             }
-            other => other.to_string(),
+            _ => return decided,
         };
-        Ok(Self { light_path_reason, ..plan })
+        if settings.light_path != LightPath::Auto || settings.gbuffer != GbufferChoice::default() {
+            return decided;
+        }
+        let forward = Settings { light_path: LightPath::Forward, ..settings.clone() };
+        match Self::decide_as_asked(scene, &forward, device, counts) {
+            Ok(plan) => Ok(Self { light_path_reason, ..plan }),
+            // A view of the G-buffer, ambient occlusion and others refuse that path: then the attachments are the reason.
+            Err(_) => decided,
+        }
     }
 
     fn decide_as_asked(scene: &Scene, settings: &Settings, device: &Capabilities, counts: bool) -> Result<Self, Error> {

@@ -58,7 +58,7 @@ pub struct Capabilities {
 
 impl Capabilities {
     /// Returns those of a device that lacks nothing but memory of its own for tiles: a plan that is refused even there is refused for the settings' sake.
-    pub fn ample() -> Self {
+    pub const fn ample() -> Self {
         Self {
             max_extent: 16384,
             max_layers: 2048,

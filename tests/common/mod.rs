@@ -18,7 +18,7 @@ pub mod truth;
 
 use std::path::PathBuf;
 
-use afterlight::plan::{Capabilities, CostModel};
+use afterlight::plan::Capabilities;
 
 /// Returns true in `make test-all`, where long tests try all of their cases; in `make test` they try some.
 pub fn tries_all() -> bool {
@@ -58,32 +58,7 @@ pub fn scenes_dir() -> Option<PathBuf> {
     None
 }
 
-/// What a GPU can do, for plans that are made without one.
+/// A usual GPU, for plans that are made without one.
 pub fn capabilities() -> Capabilities {
-    Capabilities {
-        max_layers: 256,
-        depth_clamp: true,
-        max_extent: 16384,
-        max_color_attachments: 8,
-        max_input_attachments: 8,
-        unorm_2x16_attachment: true,
-        float32_blends: true,
-        packed_float_blends: true,
-        msaa: 1,
-        anisotropy: 16,
-        slow_anisotropy: false,
-        reads_pushed_places_once: false,
-        primitive_index: true,
-        dynamic_textures: 1 << 20,
-        storage_buffers: 1 << 20,
-        storage_range: u32::MAX,
-        lazily_allocated: false,
-        indirect_draws: true,
-        software: false,
-        costs: CostModel::GPU,
-        compute_invocations: 256,
-        shared_memory: 1 << 15,
-        bc7: true,
-        etc2: true,
-    }
+    Capabilities { max_layers: 256, msaa: 1, compute_invocations: 256, ..Capabilities::ample() }
 }

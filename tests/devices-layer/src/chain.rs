@@ -32,6 +32,26 @@ macro_rules! for_each_of {
     };
 }
 
+/// The same for structures of features that Vulkan 1.1 leaves to devices, and of those that came later.
+macro_rules! for_each_optional {
+    ($structure:expr, $do:ident) => {
+        for_each_of!(
+            $structure,
+            [
+                vk::PhysicalDevice16BitStorageFeatures<'static>,
+                vk::PhysicalDeviceVariablePointersFeatures<'static>,
+                vk::PhysicalDeviceProtectedMemoryFeatures<'static>,
+                vk::PhysicalDeviceSamplerYcbcrConversionFeatures<'static>,
+                vk::PhysicalDeviceShaderDrawParametersFeatures<'static>,
+                vk::PhysicalDeviceVulkan11Features<'static>,
+                vk::PhysicalDeviceVulkan12Features<'static>,
+                vk::PhysicalDeviceVulkan13Features<'static>
+            ],
+            $do
+        )
+    };
+}
+
 /// A structure that has nothing but so many switches behind its head, and perhaps padding behind them.
 trait Switches: vk::TaggedStructure {
     const COUNT: usize;
@@ -82,20 +102,7 @@ pub unsafe fn play_features(profile: Profile, structure: NonNull<vk::BaseOutStru
         for_each_of!(structure, [vk::PhysicalDevicePortabilitySubsetFeaturesKHR<'static>], clear);
     }
     if profile.is_of_vulkan_1_1() {
-        for_each_of!(
-            structure,
-            [
-                vk::PhysicalDevice16BitStorageFeatures<'static>,
-                vk::PhysicalDeviceVariablePointersFeatures<'static>,
-                vk::PhysicalDeviceProtectedMemoryFeatures<'static>,
-                vk::PhysicalDeviceSamplerYcbcrConversionFeatures<'static>,
-                vk::PhysicalDeviceShaderDrawParametersFeatures<'static>,
-                vk::PhysicalDeviceVulkan11Features<'static>,
-                vk::PhysicalDeviceVulkan12Features<'static>,
-                vk::PhysicalDeviceVulkan13Features<'static>
-            ],
-            clear
-        );
+        for_each_optional!(structure, clear);
         // Views of several at once are no option in Vulkan 1.1.
         macro_rules! keep_multiview {
             ($own:ident) => {{
@@ -156,20 +163,7 @@ pub unsafe fn asks_for_lacking(
         for_each_of!(structure, [vk::PhysicalDevicePortabilitySubsetFeaturesKHR<'static>], look);
     }
     if profile.is_of_vulkan_1_1() {
-        for_each_of!(
-            structure,
-            [
-                vk::PhysicalDevice16BitStorageFeatures<'static>,
-                vk::PhysicalDeviceVariablePointersFeatures<'static>,
-                vk::PhysicalDeviceProtectedMemoryFeatures<'static>,
-                vk::PhysicalDeviceSamplerYcbcrConversionFeatures<'static>,
-                vk::PhysicalDeviceShaderDrawParametersFeatures<'static>,
-                vk::PhysicalDeviceVulkan11Features<'static>,
-                vk::PhysicalDeviceVulkan12Features<'static>,
-                vk::PhysicalDeviceVulkan13Features<'static>
-            ],
-            look
-        );
+        for_each_optional!(structure, look);
     }
     lacking
 }

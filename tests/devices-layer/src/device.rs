@@ -7,9 +7,9 @@ use std::sync::{LazyLock, Mutex, PoisonError};
 use ash::vk;
 use ash::vk::Handle;
 
-use super::loader::{DeviceLink, Dispatched, take_link, typed};
+use super::loader::{Dispatched, typed};
 use super::queries::{LazyType, lazy_type, played_extensions, real_features, real_memory};
-use super::shared::{below, locked, names_extension};
+use super::shared::{below, device_below, locked, names_extension};
 use super::{DEVICES, INSTANCES, InstanceBelow, chain};
 
 /// A device's functions below this layer, and the memory that is played on it.
@@ -72,17 +72,10 @@ pub unsafe extern "system" fn create(
     const FAILED: vk::Result = vk::Result::ERROR_INITIALIZATION_FAILED;
     // SAFETY: the loader passes on what a program has given it, with structures of its own in the chain.
     let Some(described) = (unsafe { info.as_ref() }) else { return FAILED };
-    // SAFETY: as above; one thread creates this device.
-    let Some(link) = (unsafe { take_link::<DeviceLink>(described.p_next) }) else { return FAILED };
-    let get_proc_addr = link.get_device_proc_addr;
     // SAFETY: the physical device is the caller's own; it has the key of its instance.
     let Some(parent) = (unsafe { below(&INSTANCES, physical) }) else { return FAILED };
-    // SAFETY: the layer below gives functions by their names.
-    let create = unsafe { typed((link.get_instance_proc_addr)(parent.instance, c"vkCreateDevice".as_ptr())) };
-    let create: vk::PFN_vkCreateDevice = match create {
-        Some(create) => create,
-        None => return FAILED,
-    };
+    // SAFETY: as this function was called.
+    let Some((create, get_proc_addr)) = (unsafe { device_below(parent.instance, described) }) else { return FAILED };
     // SAFETY: as this function was called.
     if let Some(refused) = unsafe { refused(&parent, physical, described) } {
         return refused;

@@ -10,12 +10,12 @@ mod loader;
 #[macro_use]
 mod shared;
 
-use std::ffi::{CStr, c_char};
+use std::ffi::CStr;
 use std::sync::{LazyLock, Mutex};
 
 use ash::vk;
-use loader::{DeviceLink, Dispatched, InstanceLink, Interface, take_link, typed};
-use shared::{Table, all, below, locked, names_extension, tell};
+use loader::{Dispatched, typed};
+use shared::{Table, all, below, create_instance_below, device_below, locked, names_extension, tell};
 
 /// What an instance has below this layer.
 #[derive(Clone, Copy)]
@@ -41,23 +41,7 @@ struct DeviceBelow {
 static INSTANCES: Table<InstanceBelow> = LazyLock::new(Mutex::default);
 static DEVICES: Table<DeviceBelow> = LazyLock::new(Mutex::default);
 
-/// The layer's entry: the loader asks which version of their interface both know, and for the functions by which it asks for all others.
-///
-/// # Safety
-/// `interface` is null or the loader's own.
-#[unsafe(no_mangle)]
-pub unsafe extern "system" fn vkNegotiateLoaderLayerInterfaceVersion(interface: *mut Interface) -> vk::Result {
-    // SAFETY: the caller's promise.
-    let Some(interface) = (unsafe { interface.as_mut() }) else { return vk::Result::ERROR_INITIALIZATION_FAILED };
-    if interface.structure != loader::INTERFACE || interface.version < loader::VERSION {
-        return vk::Result::ERROR_INITIALIZATION_FAILED;
-    }
-    interface.version = loader::VERSION;
-    interface.get_instance_proc_addr = Some(get_instance_proc_addr);
-    interface.get_device_proc_addr = Some(get_device_proc_addr);
-    interface.get_physical_device_proc_addr = None;
-    vk::Result::SUCCESS
-}
+entry_points!();
 
 /// What this layer has of a device's functions.
 fn own_of_device(name: &CStr) -> vk::PFN_vkVoidFunction {
@@ -83,65 +67,17 @@ fn own_of_instance(name: &CStr) -> vk::PFN_vkVoidFunction {
     }
 }
 
-/// The layer's own function where there is one and below it as well: where not, an extension is not enabled.
-unsafe extern "system" fn get_instance_proc_addr(
-    instance: vk::Instance,
-    name: *const c_char,
-) -> vk::PFN_vkVoidFunction {
-    if name.is_null() {
-        return None;
-    }
-    // SAFETY: names are strings that end in NUL (specification, vkGetInstanceProcAddr).
-    let own = own_of_instance(unsafe { CStr::from_ptr(name) });
-    // SAFETY: the instance is null or the caller's own.
-    let Some(below) = (unsafe { below(&INSTANCES, instance) }) else {
-        // Before there is an instance, and while one is being created.
-        return own;
-    };
-    // SAFETY: as this function was called.
-    let other = unsafe { (below.get_proc_addr)(instance, name) };
-    other.and(own.or(other))
-}
-
-/// The same of a device.
-unsafe extern "system" fn get_device_proc_addr(device: vk::Device, name: *const c_char) -> vk::PFN_vkVoidFunction {
-    // SAFETY: the device is null or the caller's own.
-    let below = unsafe { below(&DEVICES, device) }?;
-    if name.is_null() {
-        return None;
-    }
-    // SAFETY: names are strings that end in NUL (specification, vkGetDeviceProcAddr).
-    let own = own_of_device(unsafe { CStr::from_ptr(name) });
-    // SAFETY: as this function was called.
-    let other = unsafe { (below.get_proc_addr)(device, name) };
-    other.and(own.or(other))
-}
-
 unsafe extern "system" fn create_instance(
     info: *const vk::InstanceCreateInfo,
     allocator: *const vk::AllocationCallbacks,
     instance: *mut vk::Instance,
 ) -> vk::Result {
-    const FAILED: vk::Result = vk::Result::ERROR_INITIALIZATION_FAILED;
-    // SAFETY: the loader passes on what a program has given it, with structures of its own in the chain.
-    let Some(described) = (unsafe { info.as_ref() }) else { return FAILED };
-    // SAFETY: as above; one thread creates this instance.
-    let Some(link) = (unsafe { take_link::<InstanceLink>(described.p_next) }) else { return FAILED };
-    let get_proc_addr = link.get_instance_proc_addr;
-    // SAFETY: the layer below gives functions by their names.
-    let create = unsafe { typed(get_proc_addr(vk::Instance::null(), c"vkCreateInstance".as_ptr())) };
-    let create: vk::PFN_vkCreateInstance = match create {
-        Some(create) => create,
-        None => return FAILED,
+    // SAFETY: as this function was called.
+    let (created, get_proc_addr) = match unsafe { create_instance_below(info, allocator, instance) } {
+        Ok(created) => created,
+        Err(failed) => return failed,
     };
-    // SAFETY: as this function was called, with the link of the layer below in the chain.
-    let result = unsafe { create(info, allocator, instance) };
-    if result != vk::Result::SUCCESS {
-        return result;
-    }
-    // SAFETY: it was written there.
-    let created = unsafe { instance.read() };
-    // SAFETY: the types are those of the names.
+    // SAFETY: the types are those of the names, and the structure is the caller's.
     let below = unsafe {
         let named = |name: &CStr| get_proc_addr(created, name.as_ptr());
         InstanceBelow {
@@ -150,7 +86,7 @@ unsafe extern "system" fn create_instance(
             destroy: typed(named(c"vkDestroyInstance")),
             formats: typed(named(c"vkGetPhysicalDeviceSurfaceFormatsKHR")),
             has_color_spaces: names_extension(
-                (described.enabled_extension_count, described.pp_enabled_extension_names),
+                ((*info).enabled_extension_count, (*info).pp_enabled_extension_names),
                 ash::ext::swapchain_colorspace::NAME,
             ),
         }
@@ -159,7 +95,7 @@ unsafe extern "system" fn create_instance(
     if let Some(key) = unsafe { created.key() } {
         locked(&INSTANCES).insert(key, below);
     }
-    result
+    vk::Result::SUCCESS
 }
 
 unsafe extern "system" fn destroy_instance(instance: vk::Instance, allocator: *const vk::AllocationCallbacks) {
@@ -181,17 +117,10 @@ unsafe extern "system" fn create_device(
     const FAILED: vk::Result = vk::Result::ERROR_INITIALIZATION_FAILED;
     // SAFETY: the loader passes on what a program has given it, with structures of its own in the chain.
     let Some(described) = (unsafe { info.as_ref() }) else { return FAILED };
-    // SAFETY: as above; one thread creates this device.
-    let Some(link) = (unsafe { take_link::<DeviceLink>(described.p_next) }) else { return FAILED };
-    let get_proc_addr = link.get_device_proc_addr;
     // SAFETY: the physical device is the caller's own; it has the key of its instance.
     let Some(parent) = (unsafe { below(&INSTANCES, physical) }) else { return FAILED };
-    // SAFETY: the layer below gives functions by their names.
-    let create = unsafe { typed((link.get_instance_proc_addr)(parent.instance, c"vkCreateDevice".as_ptr())) };
-    let create: vk::PFN_vkCreateDevice = match create {
-        Some(create) => create,
-        None => return FAILED,
-    };
+    // SAFETY: as this function was called.
+    let Some((create, get_proc_addr)) = (unsafe { device_below(parent.instance, described) }) else { return FAILED };
     // SAFETY: as this function was called, with the link of the layer below in the chain.
     let result = unsafe { create(physical, info, allocator, device) };
     if result != vk::Result::SUCCESS {

@@ -1,4 +1,4 @@
-//! What the layers of these tests share: tables of what is below, functions by name, lists that are told in parts.
+//! Parts of the layers of these tests: their entry, tables of what is below, functions by name, lists that are told in parts.
 
 use std::collections::HashMap;
 use std::ffi::{CStr, c_char};
@@ -6,7 +6,7 @@ use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
 use ash::vk;
 
-use super::loader::Dispatched;
+use super::loader::{DeviceLink, Dispatched, InstanceLink, take_link, typed};
 
 /// A function's pointer without its type, as functions are asked for by name.
 macro_rules! untyped {
@@ -15,6 +15,71 @@ macro_rules! untyped {
         // SAFETY: both are pointers to functions; whoever calls it gives it the type that goes with its name.
         Some(unsafe { std::mem::transmute::<$type, unsafe extern "system" fn()>(function) })
     }};
+}
+
+/// The layer's entry, and the functions by which the loader then asks for all others. Whoever calls it has `own_of_instance` and `own_of_device`, which tell a
+/// function by its name, and the tables `INSTANCES` and `DEVICES`.
+macro_rules! entry_points {
+    () => {
+        /// The layer's entry: the loader asks which version of their interface both know, and for the functions by which it asks for all others.
+        ///
+        /// # Safety
+        /// `interface` is null or the loader's own.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "system" fn vkNegotiateLoaderLayerInterfaceVersion(
+            interface: *mut $crate::loader::Interface,
+        ) -> vk::Result {
+            // SAFETY: the caller's promise.
+            let Some(interface) = (unsafe { interface.as_mut() }) else {
+                return vk::Result::ERROR_INITIALIZATION_FAILED;
+            };
+            if interface.structure != $crate::loader::INTERFACE || interface.version < $crate::loader::VERSION {
+                return vk::Result::ERROR_INITIALIZATION_FAILED;
+            }
+            interface.version = $crate::loader::VERSION;
+            interface.get_instance_proc_addr = Some(get_instance_proc_addr);
+            interface.get_device_proc_addr = Some(get_device_proc_addr);
+            interface.get_physical_device_proc_addr = None;
+            vk::Result::SUCCESS
+        }
+
+        /// The layer's own function where there is one and below it as well: where not, an extension is not enabled.
+        unsafe extern "system" fn get_instance_proc_addr(
+            instance: vk::Instance,
+            name: *const std::ffi::c_char,
+        ) -> vk::PFN_vkVoidFunction {
+            if name.is_null() {
+                return None;
+            }
+            // SAFETY: names are strings that end in NUL (specification, vkGetInstanceProcAddr).
+            let own = own_of_instance(unsafe { std::ffi::CStr::from_ptr(name) });
+            // SAFETY: the instance is null or the caller's own.
+            let Some(below) = (unsafe { $crate::shared::below(&INSTANCES, instance) }) else {
+                // Before there is an instance, and while one is being created.
+                return own;
+            };
+            // SAFETY: as this function was called.
+            let other = unsafe { (below.get_proc_addr)(instance, name) };
+            other.and(own.or(other))
+        }
+
+        /// The same of a device.
+        unsafe extern "system" fn get_device_proc_addr(
+            device: vk::Device,
+            name: *const std::ffi::c_char,
+        ) -> vk::PFN_vkVoidFunction {
+            // SAFETY: the device is null or the caller's own.
+            let below = unsafe { $crate::shared::below(&DEVICES, device) }?;
+            if name.is_null() {
+                return None;
+            }
+            // SAFETY: names are strings that end in NUL (specification, vkGetDeviceProcAddr).
+            let own = own_of_device(unsafe { std::ffi::CStr::from_ptr(name) });
+            // SAFETY: as this function was called.
+            let other = unsafe { (below.get_proc_addr)(device, name) };
+            other.and(own.or(other))
+        }
+    };
 }
 
 /// By [`Dispatched::key`].
@@ -33,6 +98,47 @@ pub unsafe fn below<T: Copy>(table: &Table<T>, handle: impl Dispatched) -> Optio
     // SAFETY: the caller's promise.
     let key = unsafe { handle.key() }?;
     locked(table).get(&key).copied()
+}
+
+/// Creates the instance below, and returns it with the function that gives its functions by their names.
+///
+/// # Safety
+/// As `vkCreateInstance`, as the loader calls it of a layer.
+pub unsafe fn create_instance_below(
+    info: *const vk::InstanceCreateInfo<'_>,
+    allocator: *const vk::AllocationCallbacks<'_>,
+    instance: *mut vk::Instance,
+) -> Result<(vk::Instance, vk::PFN_vkGetInstanceProcAddr), vk::Result> {
+    const FAILED: vk::Result = vk::Result::ERROR_INITIALIZATION_FAILED;
+    // SAFETY: the loader passes on what a program has given it, with structures of its own in the chain.
+    let described = unsafe { info.as_ref() }.ok_or(FAILED)?;
+    // SAFETY: as above; one thread creates this instance.
+    let link = unsafe { take_link::<InstanceLink>(described.p_next) }.ok_or(FAILED)?;
+    let get_proc_addr = link.get_instance_proc_addr;
+    // SAFETY: the layer below gives functions by their names.
+    let create = unsafe { typed(get_proc_addr(vk::Instance::null(), c"vkCreateInstance".as_ptr())) };
+    let create: vk::PFN_vkCreateInstance = create.ok_or(FAILED)?;
+    // SAFETY: the caller's promise, with the link of the layer below in the chain.
+    match unsafe { create(info, allocator, instance) } {
+        // SAFETY: it was written there.
+        vk::Result::SUCCESS => Ok((unsafe { instance.read() }, get_proc_addr)),
+        failed => Err(failed),
+    }
+}
+
+/// Returns the functions of the layer below that create a device, and that give its functions by their names.
+///
+/// # Safety
+/// `described` is a device's creation, as the loader calls it of a layer, on a physical device of `instance`.
+pub unsafe fn device_below(
+    instance: vk::Instance,
+    described: &vk::DeviceCreateInfo<'_>,
+) -> Option<(vk::PFN_vkCreateDevice, vk::PFN_vkGetDeviceProcAddr)> {
+    // SAFETY: the caller's promise; one thread creates this device.
+    let link = unsafe { take_link::<DeviceLink>(described.p_next) }?;
+    // SAFETY: the layer below gives functions by their names.
+    let create = unsafe { typed((link.get_instance_proc_addr)(instance, c"vkCreateDevice".as_ptr())) }?;
+    Some((create, link.get_device_proc_addr))
 }
 
 /// Returns true if an extension is among those that an instance or a device is created with: their number, and their names.
