@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use afterlight::frame::edges::{self, Absent, Edge, Edges};
 use afterlight::frame::{LayoutChange, layout_changes};
 use afterlight::frame::{capabilities, plan_for};
+use afterlight::mutants::{self, Way};
 use afterlight::plan::FramePlan;
 use afterlight::report::graph;
 use afterlight::scene::{SettingsPatch, View};
@@ -27,6 +28,7 @@ Examples:
   afterlight inspect builtin:hall --graph frame.svg
   afterlight inspect builtin:hall --hazards hazards.svg
   afterlight inspect builtin:hall --hazards row.svg --rows read-back
+  afterlight inspect builtin:hall --window direct --hazards window.svg
   afterlight inspect sponza.obj --shadows off --gbuffer fat
   afterlight inspect scene.toml --settings tuned.toml
   afterlight inspect scene.toml --json | jq '.parts[] | select(.included)'
@@ -47,6 +49,16 @@ pub struct Args {
     /// The dependencies that --hazards draws, in this order, instead of all
     #[arg(long, value_name = "DEPENDENCY,...", value_delimiter = ',', requires = "hazards")]
     rows: Vec<String>,
+    /// Take the frames as a window shows them, with what brings pictures into the swapchain's images: drawing or copying (direct), enlarging (enlarged),
+    /// or encoding by a shader, as for images of 10 bits (encoded)
+    #[arg(
+        long,
+        value_name = "direct|enlarged|encoded",
+        value_enum,
+        hide_possible_values = true,
+        conflicts_with = "drop"
+    )]
+    window: Option<InWindow>,
     /// Draw a few frames without this dependency, or without each in turn (all), and print what may go wrong, what the validation
     /// layer says of it (its own text with -v), and whether the picture changed
     #[arg(long, value_name = "DEPENDENCY|all", conflicts_with_all = ["json", "validate", "graph", "hazards"])]
@@ -60,11 +72,33 @@ pub struct Args {
     device: DeviceArgs,
 }
 
+/// What brings pictures into the images of a swapchain.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+enum InWindow {
+    Direct,
+    Enlarged,
+    Encoded,
+}
+
+impl InWindow {
+    fn present(self, plan: FramePlan) -> FramePlan {
+        let way = match self {
+            Self::Direct => Way::Straight,
+            Self::Enlarged => Way::Enlarged,
+            Self::Encoded => Way::Encoded,
+        };
+        mutants::presented(plan, way)
+    }
+}
+
 /// The output of `--json`.
 #[derive(Serialize)]
 struct Report {
     scene: String,
     device: String,
+    /// `null` for pictures that are read back.
+    window: Option<InWindow>,
     size: [u32; 2],
     /// As `--camera` takes it.
     camera: String,
@@ -178,6 +212,10 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
         let settings = workload.settings(&variation, &device.physical)?;
         let plan = plan_for(&device, &workload.scene, &settings);
         let plan = plan.map_err(|error| workload.blame(error, &device.physical, &settings))?;
+        let plan = match args.window {
+            Some(window) => window.present(plan),
+            None => plan,
+        };
         let parts = PlanReport::of(&plan, &workload.scene, &settings, &capabilities(&device.physical));
         let dependencies = edges::table(&plan);
         let absent = edges::absent(&plan, &dependencies);
@@ -195,6 +233,7 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
             let report = Report {
                 scene: workload.scene.name.clone(),
                 device: device.physical.name.clone(),
+                window: args.window,
                 size: settings.size,
                 camera: workload.scene.camera.to_string(),
                 bounds: (!bounds.is_empty()).then(|| [bounds.min, bounds.max].map(Into::into)),
@@ -212,7 +251,8 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
         let [width, height] = settings.size;
         let name = &workload.scene.name;
         let (content, place) = (workload.content(), workload.place(&settings));
-        let mut text = format!("{name}: {width}x{height} on {}\n{content}\n{place}\n\n", device.physical.name);
+        let window = args.window.map_or("", |_| ", in a window");
+        let mut text = format!("{name}: {width}x{height} on {}{window}\n{content}\n{place}\n\n", device.physical.name);
         text.push_str(&motion.map_or_else(String::new, |motion| motion.text(is_verbose)));
         text.push_str(&parts.text());
         let _ = writeln!(text, "The G-buffer takes {} bytes a pixel.", plan.gbuffer_bytes_per_pixel());

@@ -205,6 +205,7 @@ impl Swapchain {
         // SAFETY: the swapchain is alive and used by one thread; the semaphore is the caller's promise.
         let result =
             unsafe { self.functions.acquire_next_image(self.raw, PATIENCE_NS, acquired.raw, vk::Fence::null()) };
+        // ANCHOR: acquire
         match result {
             Ok((index, suboptimal)) => Ok(Acquired::Image(index as usize, fit_of(suboptimal))),
             Err(vk::Result::TIMEOUT | vk::Result::NOT_READY) => Ok(Acquired::Nothing(Fit::Exact)),
@@ -212,6 +213,7 @@ impl Swapchain {
                 .map(Acquired::Nothing)
                 .ok_or_else(|| Error::vulkan("vkAcquireNextImageKHR", "acquiring an image of the window", result)),
         }
+        // ANCHOR_END: acquire
     }
 
     /// Shows an image that was acquired, when its semaphore `drawn` is signalled, as a submission before this does.
@@ -316,6 +318,7 @@ fn image_count(capabilities: &vk::SurfaceCapabilitiesKHR) -> u32 {
 /// The mode that was asked for, else the nearest; FIFO is there on every surface.
 fn choose_mode(offered: &[vk::PresentModeKHR], vsync: Vsync) -> vk::PresentModeKHR {
     use vk::PresentModeKHR as Mode;
+    // ANCHOR: present-mode
     let wanted: &[Mode] = match vsync {
         Vsync::On => &[],
         // MAILBOX does not hold frames up either, and tears none.
@@ -323,6 +326,7 @@ fn choose_mode(offered: &[vk::PresentModeKHR], vsync: Vsync) -> vk::PresentModeK
         Vsync::Adaptive => &[Mode::FIFO_RELAXED],
     };
     wanted.iter().copied().find(|mode| offered.contains(mode)).unwrap_or(Mode::FIFO)
+    // ANCHOR_END: present-mode
 }
 
 /// Opaque, where the surface leaves the choice: frames have no holes.

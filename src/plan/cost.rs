@@ -46,7 +46,7 @@ impl FramePlan {
         device: &Capabilities,
     ) -> Result<Cost, Error> {
         // ANCHOR: cost-of-a-part
-        let kept = Self::of(scene, &Settings { keep, ..settings.clone() }, device)?;
+        let kept = Self::of(scene, &Settings { keep, ..settings.clone() }, device)?.presented_like(self);
         let bytes_per_pixel = |plan: &Self| plan.target_bytes_per_pixel().cast_signed();
         Ok(Cost {
             bytes: kept.bytes().cast_signed() - self.bytes().cast_signed(),

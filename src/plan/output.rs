@@ -82,6 +82,14 @@ impl FramePlan {
         }
     }
 
+    /// The same frames in the window of another plan, or without one as the other is.
+    pub(super) fn presented_like(self, other: &Self) -> Self {
+        match other.presented {
+            Some(canvas) => self.presented_as(canvas),
+            None => self,
+        }
+    }
+
     /// The same frames with the texels of their pictures as the canvas has them, so that they can be copied there whether the one or the other
     /// is encoded by the hardware.
     pub fn copied_to(self, canvas: Canvas) -> Self {
