@@ -70,7 +70,7 @@ impl AoStage {
         }))
     }
 
-    /// Makes anew the sets that name what has the size of the picture.
+    /// Makes the descriptor sets anew that name images of the picture's size.
     ///
     /// # Errors
     /// When there is no memory for a set.

@@ -1,4 +1,4 @@
-//! A renderer that is being made: what needs the scene comes first, and then what takes a driver's compiler its time.
+//! A renderer in the making: first the steps that need the scene, then the passes, for which a driver's compiler takes its time.
 
 use std::sync::Arc;
 use std::time::Instant;

@@ -3,28 +3,27 @@
 //!
 //! ```text
 //! compute        SKIN       vertices of meshes that skins and shapes deform, when their pose is another
-//! occluder pass  OCCLUDERS  depth of the largest objects, where the device finds out what is hidden
-//! compute        PYRAMID    the least depths of squares of that
-//!                CULL, ARRANGE, FILL  what is in view and not hidden, where the device finds that out
+//! occluder pass  OCCLUDERS  depth of the largest objects, where the device culls occluded ones
+//! compute        PYRAMID    the least depths of squares of that depth
+//!                CULL, ARRANGE, FILL  objects in view and not occluded, where the device culls
 //! shadow passes  SHADOW     depth maps of lights, those in which something has moved
 //! compute        SCATTER, INTEGRATE  the light in the air, where fog has lamps and shadows in it
 //! compute        SIMULATE, SORT  particles of the moment with their light, from back to front
 //! main pass      GEOMETRY   surfaces into the G-buffer, in tile memory where there is any
-//! compute        AO, AO_DENOISE  where asked for: what surfaces nearby leave of the light from everywhere, into the G-buffer's occlusion; the main
-//!                pass is parted there
+//! compute        AO, AO_DENOISE  where asked for: ambient occlusion by surfaces nearby, into the G-buffer's occlusion; the main pass is parted there
 //!                LIGHTING   every light on every pixel; or VIEW, which shows a buffer instead
 //!                AMBIENT    light of the sky, in LIGHTING's subpass, where a sky lights the scene
-//!                SKY        the sky, in the subpass of what lights surfaces, where nothing is
-//!                FORWARD    in the place of these two on the forward light paths: surfaces, lit as they are rasterized
-//! compute        HIZ, REFLECT, REFLECT_RESOLVE  where asked for: what smooth surfaces mirror of the lit picture, added to it; the main pass ends before
-//!                them, and a blend pass goes on
-//!                FOG        only where fog is asked for: what the air takes of the light, and scatters
+//!                SKY        the sky, in the subpass that lights surfaces, on pixels without one
+//!                FORWARD    replaces GEOMETRY, LIGHTING and AMBIENT on the forward light paths: surfaces, lit as they are rasterized
+//! compute        HIZ, REFLECT, REFLECT_RESOLVE  where asked for: reflections of the lit picture in smooth surfaces, added to it; the main pass ends
+//!                before them, and a blend pass goes on
+//!                FOG        only where fog is asked for: the light that the air absorbs and scatters
 //!                TRANSPARENT  surfaces that let light through, over the lit picture
 //!                PARTICLES  in its subpass, after them
 //!                COMPOSITE  only where TRANSPARENT summed them up without sorting
-//! VELOCITY pass  VELOCITY   only where frames are averaged over time, and something moves by itself: where it was in the frame before
-//! compute        TAA        only where frames are averaged over time: with what frames before saw
-//! SHARPEN pass   SHARPEN    the same as light again; what follows shares its render pass up to where that is parted again
+//! VELOCITY pass  VELOCITY   only where frames are averaged over time, and something moves by itself: its place in the frame before
+//! compute        TAA        only where frames are averaged over time: the mean with the frames before
+//! SHARPEN pass   SHARPEN    TAA's mean as light again; the passes after it share its render pass up to where that is parted again
 //! compute        BLOOM, SPREAD  only where light is spread: then TONEMAP and TONE have a render pass of their own
 //!                TONEMAP    only where something is blended before it
 //!                TONE       vignette and grain, where asked for; after FXAA where there is that
@@ -112,7 +111,7 @@ struct BloomStage {
     next: RenderPassIndex,
 }
 
-/// How opaque surfaces become light.
+/// The ways in which opaque surfaces become light.
 enum Opaque {
     /// By the G-buffer: GEOMETRY, where there are surfaces, and LIGHTING.
     Deferred(Option<Geometry>, Box<Shade>),
@@ -126,7 +125,7 @@ enum Shade {
     View(ViewPass),
 }
 
-/// The passes of the frame in their order, and which of them share a render pass. What the plan lacks is left out.
+/// The passes of the frame in their order, and which of them share a render pass. Passes that the plan lacks are left out.
 pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
     let subpass = |place: &Pass, passes: &[&'static Pass]| list::subpass(plan, place.place, passes);
     let alone = |pass: &'static Pass| subpass(pass, &[pass]);

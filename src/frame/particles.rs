@@ -61,7 +61,7 @@ impl ParticleStage {
         }))
     }
 
-    /// Makes anew the set that names what has the size of the picture.
+    /// Makes the descriptor set anew that names images of the picture's size.
     ///
     /// # Errors
     /// When there is no memory for a set.

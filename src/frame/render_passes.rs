@@ -173,7 +173,7 @@ impl RenderPasses {
         }
     }
 
-    /// Where the pipelines of a pass belong, if the frame has it in a subpass.
+    /// Returns the render pass and the subpass to which a pass's pipelines belong, if the frame has it in a subpass.
     pub fn slot(&self, pass: &Pass) -> Option<Slot> {
         let draws = |name: RenderPassName, subpasses: &[super::list::Subpass]| {
             let subpass = subpasses.iter().position(|own| own.passes.iter().any(|one| one.place == pass.place))?;
@@ -207,7 +207,7 @@ impl RenderPasses {
         self.passes.iter().position(|made| made.name == name).map(RenderPassIndex)
     }
 
-    /// How a render pass begins in this frame.
+    /// Returns the begin info of a render pass in this frame.
     pub fn begin(&self, frame: &Recording, pass: RenderPassIndex) -> vk::RenderPassBeginInfo<'_> {
         let made = &self.passes[pass.0];
         vk::RenderPassBeginInfo::default()

@@ -65,7 +65,7 @@ impl TiledFrame {
 
         // SKIN writes deformed vertices for all that draws below: rows `deformed-reuse` and `skin-to-draws`.
         passes.record_skin(frame, times);
-        // They find out what is hidden, and what is seen, as in the deferred frame.
+        // Occlusion and frustum culling on the device, as in the deferred frame.
         passes.record_hiding(frame, times);
         passes.record_culling(frame, times);
         // A render pass for each stale map. Row `shadow-map-to-lighting`: TILED looks up what it wrote.

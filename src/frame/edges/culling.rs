@@ -43,7 +43,7 @@ pub(super) fn rows() -> [Edge; 5] {
     ]
 }
 
-/// Where the device also finds out what is hidden.
+/// The rows of occlusion culling on the device.
 pub(super) fn hiding_rows() -> [Edge; 4] {
     // None is by region: a work group reads pixels that other fragments wrote.
     [

@@ -13,7 +13,7 @@ impl RowName {
     pub(crate) const PARTICLES_TO_DRAW: Self = Self("particles-to-draw");
 }
 
-/// How TRANSPARENT's subpass reads depth besides its test, where particles are in it.
+/// The use by which TRANSPARENT's subpass reads depth besides its test, where particles are in it.
 pub(super) fn depth(plan: &FramePlan) -> Option<Use> {
     plan.particles.as_ref().map(|_| particles::DEPTH_READ)
 }

@@ -35,7 +35,7 @@ pub enum HazardKind {
     WriteAfterWrite,
     /// A write may come before the read of what it replaces.
     WriteAfterRead,
-    /// A layout change, and what it does not wait for.
+    /// A layout change, and a use that it does not wait for.
     ChangeAfterUse,
     /// A use, and the layout change that it does not wait for.
     UseAfterChange,
@@ -126,7 +126,7 @@ impl Frames {
     }
 }
 
-/// Whether nothing is lost without a part of a row: it orders only what others order already.
+/// Returns true if nothing is lost without a part of a row: it orders only what others order already.
 ///
 /// # Errors
 /// As [`Edges::without_part`].
@@ -183,7 +183,7 @@ impl<'a> Past<'a> {
             }
         }
         let of_kind = |kind: &Kind| group.iter().copied().filter(|touch| touch.kind == *kind).collect::<Vec<_>>();
-        // Whatever else the group does comes after its load operation. One that only reads holds no earlier reader back.
+        // The load operation comes before all else that the group does. A group that only reads holds no earlier reader back.
         let loads: Vec<_> = of_kind(&Kind::Load).into_iter().filter(|touch| touch.is_write()).collect();
         let mut overtaken = None;
         for second in if loads.is_empty() { group.to_vec() } else { loads } {

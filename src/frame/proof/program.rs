@@ -1,4 +1,4 @@
-//! Frames as a list: what touches which memory and when, and what synchronizes it.
+//! Frames as a list: each touch of memory with its time, and the synchronization between them.
 
 use std::fmt;
 
