@@ -13,7 +13,7 @@ pub enum Error {
     NoLoader {
         /// The system's message.
         reason: String,
-        /// How to install it on this system.
+        /// The way to install it on this system.
         hint: String,
     },
     /// The loader works, but it found no driver, or none with a usable device.
@@ -21,7 +21,7 @@ pub enum Error {
     NoDriver {
         /// The loader's message.
         reason: String,
-        /// How to install it on this system.
+        /// The way to install it on this system.
         hint: String,
     },
     /// No device has the number or the name asked for.
@@ -37,10 +37,10 @@ pub enum Error {
     MissingLayer {
         /// The layer's name.
         layer: String,
-        /// How to install it on this system.
+        /// The way to install it on this system.
         hint: String,
     },
-    /// The device is lost: everything made on it is, and only dropping is left to do with that.
+    /// The device is lost, and with it every object made on it: they can only be dropped.
     #[error("{doing}: the device is lost (its driver gave up or was reset); what was drawn on it has to be made anew")]
     DeviceLost {
         /// The operation during which the driver reported it.

@@ -1,4 +1,4 @@
-//! The formats of a window's images: what a surface offers, and which of it is taken.
+//! The formats of a window's images: the choice among those that a surface offers.
 
 use ash::vk;
 
@@ -6,31 +6,31 @@ use super::device::Device;
 use super::error::{Error, Result};
 use super::surface::Surface;
 
-/// Which images are wanted of a surface.
+/// The images that are wanted of a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImageWish {
-    /// True if what is drawn is linear and the hardware encodes it; else it is encoded already.
+    /// True if the passes draw linear values and the hardware encodes them; else the values are encoded already.
     pub encodes: bool,
     /// Brightness beyond white, where the surface has it: HDR.
     pub hdr: bool,
-    /// A shader encodes what is drawn, even where the hardware could.
+    /// A shader encodes the values, even where the hardware could.
     pub by_shader: bool,
 }
 
 /// The formats of a swapchain's images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImageFormats {
-    /// What they are to presentation.
+    /// The format for presentation.
     pub own: vk::Format,
-    /// What they are to whoever draws: the same bytes.
+    /// The format for the passes that draw: the same bytes.
     pub drawn: vk::Format,
-    /// What their values mean to presentation.
+    /// The meaning of their values for presentation.
     pub color_space: vk::ColorSpaceKHR,
-    /// True if a shader must encode what they show. Else they take it as was wished for.
+    /// True if a shader must encode the values. Else the images take them as wished for.
     pub by_shader: bool,
 }
 
-/// What displays show unless they are told otherwise.
+/// The colour space of displays, unless they are told otherwise.
 const SRGB: vk::ColorSpaceKHR = vk::ColorSpaceKHR::SRGB_NONLINEAR;
 
 /// 8 bits a channel, the second of each pair encoded by the hardware.

@@ -26,10 +26,10 @@ pub enum Validation {
     Core,
     /// The core checks and synchronization, with no limit on how often a message repeats.
     Synchronization,
-    /// What depends on the content of memory, checked where it is used: the layer adds code to shaders, and passes of its own. In
-    /// place of the core checks, which do not go with it. A device is opened with what that code needs, robust buffer access included.
+    /// Checks of memory's content at each use: the layer adds code to shaders, and passes of its own. They replace the core checks, which do not go
+    /// with them. A device is opened with the features that the added code needs, robust buffer access included.
     GpuAssisted,
-    /// The core checks, and advice: what is allowed and yet unwise, on some device at least.
+    /// The core checks, and advice on uses that are allowed and yet unwise, on some device at least.
     BestPractices,
 }
 
@@ -317,7 +317,7 @@ enum SettingsInterface {
     None,
 }
 
-/// What is asked of the validation layer, decided against the layer that is installed.
+/// The request to the validation layer, decided against the layer that is installed.
 struct ValidationPlan {
     enabled: bool,
     interface: SettingsInterface,

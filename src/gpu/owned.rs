@@ -75,7 +75,7 @@ impl Owned<vk::Pipeline> {
     }
 }
 
-/// Where a pipeline comes from.
+/// The origin of a pipeline.
 pub(super) enum Made {
     New(vk::Pipeline),
     Kept(vk::Pipeline, ObjectId),
@@ -142,7 +142,7 @@ pub struct ObjectId(u64);
 pub(super) struct LiveObject {
     pub(super) name: Arc<str>,
     pub(super) object_type: vk::ObjectType,
-    /// What its memory is for, and how many bytes it takes.
+    /// The kind of its memory, and the bytes that it takes.
     pub(super) memory: Option<(MemoryKind, u64)>,
     /// Nobody owns it any more; it waits for the GPU to be done with it.
     pub(super) retired: bool,

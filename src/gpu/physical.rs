@@ -1,4 +1,4 @@
-//! The devices of a system: what each is and can do, and which one to take.
+//! The devices of a system: their properties and features, and the choice among them.
 
 use std::collections::BTreeSet;
 use std::convert::Infallible;
@@ -49,7 +49,7 @@ pub struct PhysicalDevice {
     pub queue_family: Option<u32>,
     /// The number of valid bits in that family's timestamps; 0: it writes none.
     pub timestamp_valid_bits: u32,
-    /// What was measured of the device and its driver on an earlier run, as [`PhysicalDevice::keep_calibration`] took it; only with
+    /// The figures that an earlier run measured of the device and its driver, as [`PhysicalDevice::keep_calibration`] took them; only with
     /// [`super::InstanceOptions::calibrated`].
     pub calibration: Option<Vec<u8>>,
     instance: Arc<InstanceHandles>,
@@ -105,7 +105,8 @@ impl PhysicalDevice {
         PhysicalDevice { calibration, ..self }
     }
 
-    /// Where [`PhysicalDevice::keep_calibration`] will write: `calibration-...` in `AFTERLIGHT_CALIBRATION`, else in `afterlight` in the user's cache.
+    /// Returns the path that [`PhysicalDevice::keep_calibration`] will write: `calibration-...` in `AFTERLIGHT_CALIBRATION`, else in `afterlight` in
+    /// the user's cache.
     ///
     /// # Errors
     /// When nothing can be written there, or there is no place for it.
@@ -270,7 +271,7 @@ pub fn choose(devices: &[PhysicalDevice], choice: &DeviceChoice) -> Result<usize
     choose_among(&described, choice)
 }
 
-/// What the choice of a device depends on.
+/// The properties of a device on which the choice depends.
 struct Candidate<'a> {
     name: &'a str,
     kind: vk::PhysicalDeviceType,

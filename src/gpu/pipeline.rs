@@ -23,7 +23,7 @@ pub struct ShaderStage<'a> {
     pub constants: &'a [(u32, u32)],
 }
 
-/// How a pipeline uses the depth attachment.
+/// A pipeline's use of the depth attachment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DepthState {
     /// The depth test that fragments must pass.
@@ -118,8 +118,8 @@ impl GraphicsPipeline {
             .layout(desc.layout)
             .render_pass(desc.render_pass)
             .subpass(desc.subpass);
-        // SAFETY: the layout and the render pass are alive (the module's contract), the shader modules are `shaders`',
-        // and what the structures point to lives until the call returns.
+        // SAFETY: the layout and the render pass are alive (the module's contract), the shader modules are `shaders`', and all that the structures
+        // point to lives until the call returns.
         let created = unsafe { device.raw.create_graphics_pipelines(device.pipeline_cache.raw, &[info], None) };
         owned_pipeline(device, ("vkCreateGraphicsPipelines", desc.name), created, content)
     }

@@ -1,4 +1,4 @@
-//! The pipeline cache on disk: the driver's data, in a [device's file](super::device_file). Whatever goes wrong here costs time later and is never an error.
+//! The pipeline cache on disk: the driver's data, in a [device's file](super::device_file). A fault here costs time later and is never an error.
 
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
@@ -63,12 +63,12 @@ impl PipelineCache {
     }
 }
 
-/// What the driver's own header names (Vulkan 1.3, section 10.7.4).
+/// The names in the driver's own header (Vulkan 1.3, section 10.7.4).
 #[derive(Debug, Clone, Copy)]
 pub struct DriverHeader {
     /// The number of the device's vendor.
     pub vendor: u32,
-    /// The vendor's number of the device.
+    /// The driver's own identifier of itself and its version.
     pub device: u32,
     /// Of the driver and its version.
     pub uuid: [u8; vk::UUID_SIZE],

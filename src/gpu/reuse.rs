@@ -1,8 +1,8 @@
 //! Pipelines that were given up and may be asked for again: other settings and back, one renderer after another on a device.
 //!
-//! A driver compiles a pipeline for milliseconds to seconds. A pipeline that is dropped is therefore kept for a while, and whoever asks for one
-//! of the same content gets it: the same shaders, constants and states, and a layout and a render pass that are compatible because they were made
-//! of the same. It is never shared: at any time it has one owner, or none.
+//! A driver compiles a pipeline for milliseconds to seconds. A dropped pipeline is therefore kept for a while, and the next request for the same
+//! content gets it: the same shaders, constants and states, and a layout and a render pass that are compatible because they were made of the same
+//! parts. It is never shared: at any time it has one owner, or none.
 
 use std::collections::{HashMap, VecDeque};
 use std::fmt::Debug;
