@@ -26,7 +26,7 @@ pub const BLIT_READ: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::Access
 pub struct UploadOrder {
     /// Copies to buffers, before the buffers' reads.
     pub buffers: Option<Dependency>,
-    /// All earlier uses of a texture, before its first write.
+    /// The layout change of a new texture, before its first write.
     pub first: Option<Dependency>,
     /// The write to a level, before the blit from it.
     pub blit: Option<Dependency>,

@@ -1,5 +1,5 @@
-//! AO_DENOISE: what AO found, in the mean over the pixels around each that lie in its plane, times the occlusion that the G-buffer has in the albedo's
-//! alpha. LIGHTING and TILED read that as they read it without AO.
+//! AO_DENOISE: the mean of AO's values over those pixels around each that lie in its plane, times the occlusion that the G-buffer has in the albedo's
+//! alpha. LIGHTING and TILED read the product as they read the alpha without AO.
 
 use std::sync::Arc;
 

@@ -78,7 +78,7 @@ const _: () = {
     assert!(offset_of!(Push, share) == shader::push::SHARE);
 };
 
-/// The pass, and what it writes.
+/// The pass, and the levels that it writes.
 pub struct Bloom {
     planned: Planned,
     /// For TONEMAP.
@@ -91,7 +91,7 @@ pub struct Bloom {
     set: vk::DescriptorSet,
 }
 
-/// A dispatch: what it does, and the texels that it writes across and down.
+/// A dispatch: its kind, its push constants, and the texels that it writes across and down.
 type Step = (Kind, Push, [u32; 2]);
 
 /// The kind of a step, which is the index of its pipeline.

@@ -12,7 +12,7 @@ use crate::shaders::EntryPoint;
 
 const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
 
-/// Whether the device culls.
+/// Tells if the device culls, and why.
 pub fn presence(plan: &FramePlan) -> Presence {
     match &plan.culling {
         Ok(why) => Presence::In(why.clone()),
@@ -20,7 +20,7 @@ pub fn presence(plan: &FramePlan) -> Presence {
     }
 }
 
-/// Whether it finds out what is hidden, too.
+/// Tells if it culls occluded objects, too, and why.
 pub fn hiding(plan: &FramePlan) -> Presence {
     match &plan.hiding {
         Ok(why) => Presence::In(why.clone()),

@@ -1,4 +1,4 @@
-//! INTEGRATE: what the fog before each froxel scatters to the eye, by compute, column by column.
+//! INTEGRATE: the light that the fog before each froxel scatters to the eye, by compute, column by column.
 
 use std::sync::Arc;
 

@@ -1,5 +1,5 @@
-//! REFLECT_RESOLVE: what the rays of a pixel and of those around it found, weighted by the pixel's lobe, is added to its light in the place of what that
-//! share of the lobe had of the sky and of ambient light.
+//! REFLECT_RESOLVE: adds the findings of a pixel's rays and of those around it, weighted by the pixel's lobe, to its light. They replace the sky's
+//! and the ambient light that the pixel has for this share of the lobe.
 
 use std::sync::Arc;
 

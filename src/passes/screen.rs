@@ -93,8 +93,8 @@ impl Screen {
         let [width, height] = [area.extent.width, area.extent.height].map(|edge| edge as f32);
         let viewport = vk::Viewport { width, height, max_depth: 1.0, ..vk::Viewport::default() };
         let graphics = vk::PipelineBindPoint::GRAPHICS;
-        // SAFETY: `cmd` is being recorded inside the subpass that the pipeline was made for; who records it owns the pipeline and the set,
-        // which has the layout of the pipeline.
+        // SAFETY: `cmd` is being recorded inside the subpass that the pipeline was made for; the recorder owns the pipeline and the set, which has
+        // the layout of the pipeline.
         unsafe {
             device.raw.cmd_bind_pipeline(cmd, graphics, self.pipeline.raw);
             device.raw.cmd_set_viewport(cmd, 0, &[viewport]);

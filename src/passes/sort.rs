@@ -49,7 +49,7 @@ const _: () = {
     assert!(offset_of!(Push, last) == shader::push::LAST && offset_of!(Push, apart) == shader::push::APART);
 };
 
-/// A dispatch: within blocks or over all keys, and what it does.
+/// A dispatch: true if it is within blocks, false over all keys; and its push constants.
 type Step = (bool, Push);
 
 /// The pass.

@@ -296,13 +296,13 @@ pub fn with_cells(words: &[u32], extras: Extras) -> Vec<u32> {
     spirv
 }
 
-/// The places of the operands of OpTypeImage that say whether it has depth, and whether there are layers.
+/// The places of the operands of OpTypeImage for depth and for layers.
 const DEPTH: usize = 4;
 const ARRAYED: usize = 5;
-/// In the place of a yes or no.
+/// The operand's value for neither yes nor no.
 const UNTOLD: u32 = 2;
 
-/// Where the instructions of a module begin, after its header of five words. The upper half of the first word of each is its length.
+/// The indices at which the instructions of a module begin, after its header of five words. The upper half of the first word of each is its length.
 fn instructions(spirv: &[u32]) -> impl Iterator<Item = usize> {
     let mut next = 5;
     std::iter::from_fn(move || {
@@ -340,7 +340,7 @@ fn is_array_of_colors(instruction: &[u32]) -> bool {
 /// The set of a material's textures.
 const MATERIAL_SET: u32 = 1;
 
-/// How the pipelines of a key cull: which faces, and which winding is the front.
+/// The faces that the pipelines of a key cull, and the winding of the front.
 pub fn faces(key: GeometryKey) -> (vk::CullModeFlags, vk::FrontFace) {
     (
         if key.two_sided { vk::CullModeFlags::NONE } else { vk::CullModeFlags::BACK },
@@ -564,7 +564,7 @@ mod tests {
                 for &key in plan.keys() {
                     let variant = match key.forward {
                         Some(_) => shader::variant(lit_flags(&plan, key)),
-                        // Which targets it writes makes no difference to the textures.
+                        // The targets that it writes make no difference to the textures.
                         None if key.textures.is_empty() => geometry::variant(geometry::Flags::NONE),
                         None if key.textures.contains(TextureSlot::Normal) => {
                             geometry::variant(geometry::Flags::TEXTURED | geometry::Flags::NORMAL_MAP)

@@ -1,7 +1,7 @@
-//! TAA: what a frame sees, averaged with what frames before it saw of the same surfaces. Each frame leaves a history for the next one.
+//! TAA: the mean of a frame and of the frames before it, over the same surfaces. Each frame leaves a history for the next one.
 //!
-//! Where nothing changes it is the mean, as of `samples`. Else the history is looked up where the surface was, is held against what lies around the pixel
-//! (variance clipping), and counts for nothing where something nearer hid the surface.
+//! Where nothing changes it is the mean, as of `samples`. Else the history is looked up at the surface's place in the frame before, is held against
+//! the values around the pixel (variance clipping), and counts for nothing where something nearer hid the surface.
 
 use std::sync::Arc;
 

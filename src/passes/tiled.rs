@@ -61,7 +61,8 @@ fn looked_up(plan: &FramePlan) -> impl Iterator<Item = Touch> {
     .filter_map(move |(is_in, touch)| (is_any && is_in).then_some(touch))
 }
 
-/// Returns the targets that it reads, by binding of `shaders/shared/gbuffer.wgsl`: as LIGHTING does, depth in any case, and what surfaces emit; or, in the place of all but depth, the triangles.
+/// Returns the targets that it reads, by binding of `shaders/shared/gbuffer.wgsl`: as LIGHTING does, depth in any case, and emitted light; or depth
+/// and the triangles alone.
 pub fn stored_inputs(plan: &FramePlan) -> Vec<(u32, Target)> {
     if plan.triangles.is_some() {
         return vec![(0, Target::Depth), (1, Target::Triangle)];

@@ -99,8 +99,8 @@ impl Transparent {
     }
 }
 
-/// Reversed Z. What is opaque hides what is behind it, and what lies in it but a coat; transparent surfaces hide nothing. A coat's depth is that
-/// of the surface that it lies in, to the bit: their shaders have the same arithmetic, which is precise.
+/// Reversed Z. An opaque surface hides everything behind it, and everything coplanar but a coat; transparent surfaces hide nothing. A coat's depth is
+/// that of the surface under it, to the bit: their shaders have the same arithmetic, which is precise.
 fn compare(key: GeometryKey) -> vk::CompareOp {
     match key.forward.is_some_and(|forward| forward.opacity == Opacity::Coat) {
         true => vk::CompareOp::GREATER_OR_EQUAL,
@@ -255,9 +255,9 @@ mod tests {
 
     /// Light that a layer sends: a share of what it is lit by, or a clear pane's highlight.
     fn colors(limits: &Limits, alpha: f32) -> Vec<(f32, f32)> {
-        // Of 32 steps a blender that cuts off may lose one.
+        // A blender that cuts off may lose one of 32 steps.
         let most = (limits.largest * alpha + limits.highlight, 1.0 / 31.0);
-        // What is normal keeps 11 bits, of the colour and of alpha.
+        // Normal numbers keep 11 bits, of the colour and of alpha.
         let lit = [0.0, 0.05, 1.0, 16.0, 100.0, limits.largest].map(|light| (light * alpha, 1.0 / 512.0));
         lit.into_iter().chain([(512.0, 1.0 / 512.0), most]).collect()
     }

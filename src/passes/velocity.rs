@@ -1,8 +1,8 @@
-//! VELOCITY: how far opaque surfaces that move by themselves have come on the picture since the frame before. Of all others depth and the two cameras
-//! say it, and TAA works it out. Objects that have not moved since are not drawn.
+//! VELOCITY: the movement on the picture, since the frame before, of opaque surfaces that move by themselves. For all others TAA works it out from
+//! depth and the two cameras. Objects that have not moved since are not drawn.
 //!
-//! It draws where depth is equal to that of the finished picture, so that it looks up no mask. What else has vectors draws in the same subpass, or in one
-//! behind it.
+//! It draws where depth is equal to that of the finished picture, so that it looks up no mask. Other objects with vectors are drawn in the same
+//! subpass, or in one behind it.
 
 use std::sync::Arc;
 
