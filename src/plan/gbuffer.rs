@@ -5,7 +5,7 @@ use ash::vk;
 use super::{Capabilities, DEPTH, PlannedBrdf};
 use crate::scene::{Brdf, GbufferChoice, GbufferPreset, Keep, OptionalPart, TargetChoice, View};
 
-/// How a normal fits its target; the numbers are those of `shaders/shared/encodings.wgsl`.
+/// The encoding that fits a normal into its target; the numbers are those of `shaders/shared/encodings.wgsl`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NormalEncoding {
     /// Octahedral, in two channels of 16 bits.
@@ -25,7 +25,7 @@ pub struct Gbuffer {
     pub albedo: vk::Format,
     /// Shading normal.
     pub normal: vk::Format,
-    /// How the normal target stores directions.
+    /// The encoding of directions in the normal target.
     pub normal_encoding: NormalEncoding,
     /// Perceptual roughness (or shininess), metallic, geometric normal octahedral in the last two; as many channels as are needed.
     pub material: Option<vk::Format>,

@@ -1,4 +1,4 @@
-//! Reflections: whether surfaces mirror what the picture shows of others, and how it is found.
+//! Reflections: the decision whether surfaces mirror others as the picture shows them, and the parameters of the search.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -9,7 +9,7 @@ use super::checks::out_of_range;
 use super::{Error, FramePlan};
 use crate::scene::{Brdf, HdrFormat, LightPath, Object, Reflections, Scene, Settings, TextureSlot, View};
 
-/// How REFLECT works. Its pipelines know all of it.
+/// The parameters of REFLECT. Its pipelines know all of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReflectionPlan {
     /// The greatest perceptual roughness of surfaces that mirror others.
@@ -35,8 +35,8 @@ impl fmt::Display for ReflectionPlan {
     }
 }
 
-/// Where the pyramid of depths has its levels in one image. Level n has a texel for each square of 2^n pixels; level 0 is the depth buffer. The first
-/// level lies at the left, the others below one another at its right; the nearest depths in the upper half, the farthest in the lower
+/// The places of the levels of the pyramid of depths in one image. Level n has a texel for each square of 2^n pixels; level 0 is the depth buffer.
+/// The first level lies at the left, the others below one another at its right; the nearest depths in the upper half, the farthest in the lower
 /// (`shaders/shared/hiz.wgsl`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Hiz {
@@ -45,12 +45,12 @@ pub struct Hiz {
 }
 
 impl Hiz {
-    /// Edge of a square of the last level, in pixels: what a work group sees.
+    /// Edge of a square of the last level, in pixels: the part that a work group sees.
     pub const TILE: u32 = 32;
-    /// Two single floats for each of 1/4 + 1/16 + ... pixels, and what is not used beside the smaller levels.
+    /// Two single floats for each of 1/4 + 1/16 + ... pixels, and the unused part beside the smaller levels.
     pub const BYTES_PER_PIXEL: u32 = 3;
 
-    /// That of a picture.
+    /// The pyramid of a picture.
     pub fn of(size: [u32; 2]) -> Self {
         Self { tiles: size.map(|edge| edge.div_ceil(Self::TILE)) }
     }

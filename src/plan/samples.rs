@@ -391,7 +391,7 @@ fn antialiased() -> Vec<(String, FramePlan)> {
     ])
 }
 
-/// Plans with spread light, whose main pass ends before BLOOM: what comes before that and after it, and each output.
+/// Plans with spread light, whose main pass ends before BLOOM: with various passes before that and after it, and each output.
 pub fn bloomed_plans() -> Vec<(String, FramePlan)> {
     let bloom = |settings: Settings| Settings { bloom: 0.1, ..settings };
     let forward = || Settings { light_path: LightPath::Forward, ..Settings::default() };
@@ -458,7 +458,7 @@ pub fn particle_plans() -> Vec<(String, FramePlan)> {
     plans
 }
 
-/// Plans whose frames are averaged over time: what comes before that and after it, and each output.
+/// Plans whose frames are averaged over time: with various passes before that and after it, and each output.
 pub fn taa_plans() -> Vec<(String, FramePlan)> {
     let taa = |settings: Settings| Settings { taa: true, ..settings };
     let forward = || Settings { light_path: LightPath::Forward, ..Settings::default() };
@@ -496,7 +496,8 @@ pub fn filtered_plans() -> Vec<(String, FramePlan)> {
     [bloomed_plans(), taa_plans()].concat()
 }
 
-/// Plans with reflections, whose main pass ends with LIGHTING: what comes before that and after it, and each output. Scenes that mirror nothing have none.
+/// Plans with reflections, whose main pass ends with LIGHTING: with various passes before that and after it, and each output. Scenes that mirror
+/// nothing have none.
 pub fn reflected_plans() -> Vec<(String, FramePlan)> {
     let of = |settings: Settings| Settings { reflections: Reflections::Screen, reflection_roughness: 1.0, ..settings };
     let plans = of_scenes(&[
@@ -517,7 +518,7 @@ pub fn reflected_plans() -> Vec<(String, FramePlan)> {
     plans.into_iter().filter(|(_, plan)| plan.reflects()).collect()
 }
 
-/// Plans with fog: what comes before FOG and after it, and each output.
+/// Plans with fog: with various passes before FOG and after it, and each output.
 pub fn fogged_plans() -> Vec<(String, FramePlan)> {
     let fog = |settings: Settings| Settings { fog: Fog::Height, ..settings };
     let oit = |settings: Settings| Settings { transparency: Transparency::Oit, ..settings };

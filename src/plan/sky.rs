@@ -16,9 +16,9 @@ pub struct SkyPlan {
     pub sun: bool,
     /// It lights surfaces.
     pub lights: bool,
-    /// Directions for each texel of what lobes mirror; 0 where it lights nothing.
+    /// Directions for each texel of the specular lobes' light; 0 where it lights nothing.
     pub samples: u32,
-    /// What its image is told by: its mean and its brightest value.
+    /// The marks of its image: its mean and its brightest value.
     pub image: (Vec3, f32),
 }
 

@@ -82,7 +82,7 @@ impl Surfaces {
                 true => PlannedBrdf::PerPixel,
                 false => planned_brdf(opaque.iter().map(|object| brdf(material(object)))),
             },
-            // Where there is no G-buffer, what surfaces emit is added as they are lit.
+            // Where there is no G-buffer, emitted light is added as surfaces are lit.
             emissive: !lacks_gbuffer(path)
                 && settings.view.shows_emission()
                 && (any(&Material::is_emissive) || keep.has(OptionalPart::Emissive)),

@@ -1,4 +1,4 @@
-//! Anti-aliasing over time: how many frames are averaged, and whether surfaces move by themselves.
+//! Anti-aliasing over time: the number of frames that are averaged, and the decision whether surfaces move by themselves.
 
 use std::borrow::Cow;
 
@@ -23,7 +23,7 @@ pub struct TaaPlan {
     pub shown: Option<Vectors>,
 }
 
-/// How the view of vectors shows them.
+/// The form in which the view of vectors shows them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Vectors {
     /// Red and green are pixels to the right and down, blue is 1 where a surface moves by itself.

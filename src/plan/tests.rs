@@ -483,7 +483,7 @@ fn what_cannot_be_is_refused_in_one_line_that_names_it() {
     assert_eq!(error, Error::ColorAttachments(6, 4));
     assert!(text.contains("--gbuffer lean"), "{text}");
     assert!(FramePlan::of(&lit, &samples::deferred(), &few).is_ok());
-    // Nobody asked for a light path, or for these targets: surfaces are lit as they are drawn. What needs a G-buffer is refused.
+    // Nobody asked for a light path, or for these targets: surfaces are lit as they are drawn. Settings that need a G-buffer are refused.
     let none = Capabilities { max_input_attachments: 2, ..samples::software() };
     let (lamps, usual) = (scene(vec![material(CT)], vec![point(Falloff::Quadratic); 2]), Settings::default());
     let planned = FramePlan::of(&lamps, &usual, &none).expect("a plan");
@@ -633,11 +633,11 @@ fn multisampling_keeps_light_until_it_is_averaged() {
     assert_eq!(with(&bright, Resolve::ToneMapped, Output::Srgb8), (true, false));
     assert_eq!(with(&bright, Resolve::Linear, Output::Srgb8), (true, false));
     assert_eq!(with(&bright, Resolve::ToneMapped, Output::Nits), (false, true));
-    // What is transparent blends over it.
+    // Transparent surfaces blend over it.
     let glass = scene(vec![material(CT), samples::glass()], vec![]);
     assert_eq!(with(&glass, Resolve::ToneMapped, Output::Srgb8), (true, false));
     assert_eq!(with(&glass, Resolve::Linear, Output::Nits), (false, true));
-    // FORWARD adds what surfaces emit before it tone-maps.
+    // FORWARD adds emitted light before it tone-maps.
     for light_path in [LightPath::Forward, LightPath::ForwardNaive] {
         let plan = plan_with(&bright, &Settings { msaa: 4, light_path, ..samples::deferred() });
         assert_eq!((plan.hdr, plan.resolves_output()), (None, true));

@@ -91,7 +91,7 @@ impl DeformPlan {
     }
 }
 
-/// How many joints move an object's mesh; `None` for one without a skin that its mesh was made for.
+/// The number of joints that move an object's mesh; `None` for one without a skin that its mesh was made for.
 fn joints_of(scene: &Scene, object: &Object, mesh: &Mesh) -> Option<usize> {
     mesh.influences.as_ref()?;
     scene.motion.skins.get(object.skin?).map(|skin| skin.joints.len())

@@ -43,7 +43,7 @@ impl TextureMask {
     }
 }
 
-/// How a surface goes with what lies behind it; the numbers are those of `shaders/forward.wgsl`.
+/// The way in which a surface covers the one behind it; the numbers are those of `shaders/forward.wgsl`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Opacity {
     /// Replaces it: opaque and masked materials.
@@ -102,7 +102,7 @@ pub struct GeometryKey {
     pub extras: Extras,
     /// Discards fragments by the alpha of the base-colour texture, or of vertices.
     pub masked: bool,
-    /// Compares alpha with the cut-off: what is masked, and, where such code is kept, all that is opaque, with a cut-off of 0.
+    /// Compares alpha with the cut-off: masked surfaces, and, where such code is kept, all opaque ones, with a cut-off of 0.
     pub discards: bool,
     /// Draws back faces as well, with their normals turned.
     pub two_sided: bool,
