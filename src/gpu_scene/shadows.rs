@@ -48,13 +48,13 @@ pub const ATLAS_LAYOUT: vk::ImageLayout = vk::ImageLayout::DEPTH_STENCIL_READ_ON
 /// The barriers around the atlas's first clear.
 #[derive(Debug, Clone, Copy)]
 pub struct ClearOrder {
-    /// Whatever there was, and the clear.
+    /// The layout change of the new image, before the clear.
     pub clear: Dependency,
-    /// The clear, and who looks maps up.
+    /// The clear, before lookups of the maps.
     pub look_up: Dependency,
 }
 
-/// The image of all maps, and a set for each frame in flight: binding 0 the image, binding 1 what lies where in it.
+/// The image of all maps, and a set for each frame in flight: binding 0 the image, binding 1 the lights' parts of it.
 pub struct ShadowAtlas {
     pub image: Image,
     /// Of one layer each, to draw into.

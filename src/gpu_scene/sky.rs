@@ -1,4 +1,4 @@
-//! The sky on the device: its cube, and what surfaces collect of it.
+//! The sky on the device: its cube, and the light that surfaces collect of it.
 
 use std::sync::Arc;
 
@@ -54,7 +54,7 @@ pub struct SkyLight {
 }
 
 impl SkyMaps {
-    /// Uploads the cube. What surfaces collect of it is there, and not filled yet.
+    /// Uploads the cube. The images of the light that surfaces collect of it exist then, and are not filled yet.
     ///
     /// # Errors
     /// When there is no memory for it, or the device is lost.
