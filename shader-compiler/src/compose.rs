@@ -149,7 +149,7 @@ impl<'a> Composing<'a> {
     /// The naga module of `shader` with the given flags defined.
     ///
     /// # Errors
-    /// Whatever is wrong with the shader or with what it imports.
+    /// Any fault of the shader or of its imports.
     pub fn compose(&mut self, shader: &Source, flags: &[&str]) -> Result<naga::Module, Error> {
         let defines: HashMap<_, _> =
             flags.iter().map(|flag| ((*flag).to_owned(), ShaderDefValue::Bool(true))).collect();
@@ -301,7 +301,7 @@ fn replace_decorations(text: &str, write: impl Fn(&str, &str) -> String) -> Stri
     out + rest
 }
 
-/// Decodes RFC 4648 base 32 without padding; what is not valid becomes a replacement character.
+/// Decodes RFC 4648 base 32 without padding; invalid bytes become a replacement character.
 fn base32(coded: &str) -> String {
     let (mut bits, mut held, mut bytes) = (0_u32, 0_u32, Vec::new());
     for digit in coded.bytes() {

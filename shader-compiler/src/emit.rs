@@ -1,4 +1,4 @@
-//! One composed variant: a SPIR-V module for each entry point, and what is reflected from it.
+//! One composed variant: a SPIR-V module for each entry point, and its reflected interface.
 
 use naga::back::spv;
 use naga::compact::{KeepUnused, compact};
@@ -44,7 +44,7 @@ pub enum Stage {
     Compute,
 }
 
-/// What one variant gives.
+/// The output of one variant.
 pub struct Emitted {
     pub entry_points: Vec<EntryPoint>,
     pub structs: Vec<StructLayout>,

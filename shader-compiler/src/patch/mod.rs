@@ -46,7 +46,7 @@ pub struct Patch {
     pub precise: bool,
 }
 
-/// What cannot be patched.
+/// A module that cannot be patched, and the reason.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{message}")]
 pub struct PatchError {
