@@ -1,4 +1,5 @@
-// FOG: what the air takes of the light of every pixel, and what it scatters to the eye: the light is blended with what is left of it in alpha.
+// FOG: takes from the light of every pixel, and adds the light that the air scatters to the eye: the blending has the share of light that is left in
+// alpha.
 // With several samples a pixel it runs once a sample: each has its own depth.
 // variants: LIGHTS MSAA FROXELS
 // requires: FROXELS -> LIGHTS

@@ -84,7 +84,7 @@ struct Vertex {
     @location(9) row_y: vec4<f32>,
     @location(10) row_z: vec4<f32>,
 #ifdef EXTRAS
-    // How it looks (material.wgsl).
+    // Its look (material.wgsl).
     @location(13) look: vec4<u32>,
 #endif
 #ifdef PACKED
@@ -294,7 +294,7 @@ fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Gbuffer {
 #endif
 #ifdef MATERIAL
     let stored_roughness = select(point.roughness, encode_shininess(point.roughness), PHONG);
-    // What is needed most comes first: the target has as many channels as the scene needs.
+    // The values that are needed most come first: the target has as many channels as the scene needs.
     out.material = vec4(stored_roughness, point.metallic, 0.0, 0.0);
     if GEOMETRIC_STEPS > 0.0 {
         var plane = to_unorm(octahedral(geometric * facing), GEOMETRIC_STEPS);

@@ -37,7 +37,7 @@
 #endif
 #import afterlight::tonemapping::{tone_map}
 
-// Which BRDF all materials have; 4 where the scene mixes them.
+// The BRDF that all materials have; 4 where the scene mixes them.
 override BRDF: u32 = 0u;
 // Reflection models as textbooks have them.
 override TEXTBOOK: bool = false;
@@ -52,9 +52,9 @@ override PUNCTUAL: bool = true;
 override FALLOFF: u32 = 3u;
 // Bits of the traits that some light of the plan has: ranges, cones, beams (lights.wgsl).
 override TRAITS: u32 = 0xffffffffu;
-// How shadow maps are looked up.
+// The filter of shadow maps.
 override SHADOW_FILTER: u32 = 2u;
-// Which lights have some.
+// The kinds of lights with shadow maps.
 override DIRECTIONAL_SHADOWS: bool = true;
 override PUNCTUAL_SHADOWS: bool = true;
 // No HDR target: tone-map straight into the output.

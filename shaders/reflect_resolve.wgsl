@@ -1,5 +1,5 @@
-// REFLECT_RESOLVE: what a pixel and those around it found, weighted by the pixel's own lobe, in the place of what AMBIENT and LIGHTING have added of the
-// sky and of ambient light for that share of the lobe. (T. Stachowiak, "Stochastic Screen-Space Reflections", SIGGRAPH 2015.)
+// REFLECT_RESOLVE: the hits of a pixel and of those around it, weighted by the pixel's own lobe. They replace the sky's and the ambient light that
+// AMBIENT and LIGHTING have added for that share of the lobe. (T. Stachowiak, "Stochastic Screen-Space Reflections", SIGGRAPH 2015.)
 // always: STORED MATERIAL
 // variants: SPECULAR NORMAL_UINT SINGLE SKY_LIGHT
 #import afterlight::frame::{frame, position_at}

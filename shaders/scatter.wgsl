@@ -1,5 +1,5 @@
-// SCATTER: the light that each of the fog's froxels scatters to the eye: what comes from everywhere, and each light with its shadow, by the mean of a few
-// places in the froxel. The places are the same in every frame, so that a picture depends on its moment alone.
+// SCATTER: the light that each of the fog's froxels scatters to the eye: ambient light, and each light with its shadow, by the mean of a few places
+// in the froxel. The places are the same in every frame, so that a picture depends on its moment alone.
 // always: LIGHTS FROXELS_WRITTEN
 // variants: SHADOW
 #import afterlight::frame::{across, frame, ORTHOGRAPHIC}
@@ -35,11 +35,11 @@ struct Piece {
     // From there to its ends, in metres along the ray.
     begin: f32,
     end: f32,
-    // Least distance of a light from the ray: what is nearer lights the whole width of the froxel as from here.
+    // Least distance of a light from the ray: a nearer one lights the whole width of the froxel as from here.
     beside: f32,
 }
 
-// How far along a part of a ray it has lost a share of all that it loses: the distance as a share of the part's length.
+// The distance along a part of a ray, as a share of the part's length, at which it has lost a share of all that it loses.
 fn place_of(share: f32, thick: f32) -> f32 {
     if thick < 0.01 {
         return share;

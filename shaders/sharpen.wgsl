@@ -1,4 +1,4 @@
-// SHARPEN: what TAA averaged, back into the light, with its edges sharpened.
+// SHARPEN: TAA's mean, back into the light, with its edges sharpened.
 #import afterlight::screen::{screen_corner}
 #import afterlight::history::{History, light_of, mean_of}
 

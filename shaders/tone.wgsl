@@ -1,8 +1,8 @@
-// TONE: what a lens and a film take from the finished picture. The share of light that stays at a pixel, by which blending multiplies it.
+// TONE: the loss of a lens and a film in the finished picture. Blending multiplies a pixel by the share of light that stays.
 #import afterlight::frame::{frame}
 #import afterlight::screen::{screen_corner}
 
-// 0 to 1: how much of the fall-off towards the corners there is.
+// 0 to 1: the strength of the fall-off towards the corners.
 override VIGNETTE: f32 = 0.0;
 // 0 to 1: the most that the grain takes from a pixel.
 override GRAIN: f32 = 0.0;

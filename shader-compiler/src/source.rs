@@ -32,7 +32,7 @@ pub struct Source {
     pub imports: Vec<String>,
     /// Its overrides, in order, those of all variants.
     pub overrides: Vec<OverrideDeclaration>,
-    /// The declarations of the variables that are named as subpass inputs.
+    /// The variables that are named as subpass inputs, each with its place in the source.
     pub subpass_inputs: Vec<(String, Location)>,
 }
 

@@ -1,7 +1,7 @@
 // Reflection models. Every function returns f(l, v), without NdotL and the light's colour, is finite and not negative for any
 // finite input, and is written once more, in f64, by the reference.
 //
-// Whatever is the same for every light stands in `Surface`, down to differences of two numbers: lavapipe's compiler moves nothing out of loops.
+// Terms that are the same for every light stand in `Surface`, down to differences of two numbers: lavapipe's compiler moves nothing out of loops.
 //
 // Guards, part of the model: perceptual roughness is at least MIN_ROUGHNESS, NdotV at least MIN_N_DOT_V.
 #define_import_path afterlight::brdf
@@ -107,7 +107,7 @@ fn squared_alpha(roughness: f32) -> f32 {
     return alpha * alpha;
 }
 
-// What one direction has of Smith's height-correlated term.
+// One direction's part of Smith's height-correlated term.
 fn smith_root(cosine: f32, alpha_squared: f32) -> f32 {
     return sqrt(cosine * cosine * (1.0 - alpha_squared) + alpha_squared);
 }
@@ -149,7 +149,7 @@ fn ggx_lobe(normal: vec3<f32>, half: vec3<f32>, alpha_squared: f32, smith: f32) 
 // ANCHOR_END: ggx-lobe
 }
 
-// How long half vectors are made, in units of |l + v|, so that their fourth powers do not vanish where light and eye are nearly opposite.
+// The length of half vectors, in units of |l + v|, so that their fourth powers do not vanish where light and eye are nearly opposite.
 const HALF_SCALE: f32 = 1048576.0;
 
 // GGX D, height-correlated Smith V, Schlick F, and the uncoupled lambert base (1 - F)(1 - metallic) albedo / pi.
