@@ -1,4 +1,4 @@
-// BLOOM: a step of the way down to wider levels of light, or of the way up, on which each level is mixed with what the wider ones spread.
+// BLOOM: a step of the way down to wider levels of light, or of the way up, on which each level is mixed with the light of the wider ones.
 // variants: FIRST UP MSAA
 // excludes: FIRST UP
 // requires: MSAA -> FIRST

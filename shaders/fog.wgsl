@@ -1,5 +1,4 @@
-// FOG: takes from the light of every pixel, and adds the light that the air scatters to the eye: the blending has the share of light that is left in
-// alpha.
+// FOG: the light that the air takes from every pixel, and the light that it scatters to the eye: blended by the share that is left, in alpha.
 // With several samples a pixel it runs once a sample: each has its own depth.
 // variants: LIGHTS MSAA FROXELS
 // requires: FROXELS -> LIGHTS

@@ -41,7 +41,7 @@
 override TEXTURES: u32 = 0u;
 // Colours of vertices multiply the base colour and alpha.
 override COLORED: bool = false;
-// And what the surface emits. So do tints of instances.
+// And the light that the surface emits. So do tints of instances.
 override COLORED_LIGHT: bool = false;
 // Instances have looks.
 override LOOKS: bool = false;
@@ -93,7 +93,7 @@ override WEIGHT: f32 = 1.0;
 override LEAST: f32 = 0.000244140625;
 override PEAK: f32 = 1e28;
 
-// Fog lies before it. FOG comes after what is opaque.
+// Fog lies before it. FOG comes after opaque surfaces.
 override FOG: bool = false;
 
 const HIDES: u32 = 0u;
@@ -197,7 +197,7 @@ fn all_light(pixel: vec4<f32>, surface: Surface, texel: Texel, model: Model) -> 
 #ifdef CLUSTERED
     let end = frame.global_count;
 #else
-    // Paths that add lights one by one do so only to what is opaque.
+    // Paths that add lights one by one do so only to opaque surfaces.
     let end = frame.light_count;
 #endif
     var radiance = light_everywhere(surface, texel, model, Everywhere(AMBIENT, DIRECTIONAL && !ONE_DIRECTIONAL, PUNCTUAL, end));
@@ -291,7 +291,7 @@ fn shade(in: Varying, front: bool) -> vec4<f32> {
         surface.diffuse *= alpha;
     }
     if OPACITY == COAT {
-        // Its lobe is times what it hides from all sides, before any light is: no bright one is cut off that would be dim.
+        // Its lobe is times the share that it hides from all sides, before any light is: no bright one is cut off that would be dim.
         alpha *= coat_share(surface.n_dot_v);
         surface.diffuse = vec3(0.0);
         surface.specular = vec3(alpha);

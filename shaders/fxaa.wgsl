@@ -18,7 +18,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
     return screen_corner(index);
 }
 
-// About what the eye sees: the square root of luminance (Rec. 709).
+// About the eye's impression: the square root of luminance (Rec. 709).
 fn brightness(color: vec3<f32>) -> f32 {
     return sqrt(dot(color, vec3(0.2126, 0.7152, 0.0722)));
 }

@@ -36,7 +36,7 @@ enable primitive_index;
 override TEXTURES: u32 = 0u;
 // Colours of vertices multiply the base colour and alpha.
 override COLORED: bool = false;
-// And what the surface emits. So do tints of instances.
+// And the light that the surface emits. So do tints of instances.
 override COLORED_LIGHT: bool = false;
 // Instances have looks.
 override LOOKS: bool = false;
@@ -50,7 +50,7 @@ override GEOMETRIC_STEPS: f32 = 255.0;
 // The material's roughness channel holds a shininess instead.
 override PHONG: bool = false;
 #ifdef SPECULAR
-// The material is of Cook-Torrance's model, and the specular target has what such surfaces reflect.
+// The material is of Cook-Torrance's model, and the specular target has the reflectance of such surfaces.
 override REFLECTANCE: bool = false;
 #endif
 // Largest value that the light target holds.

@@ -68,7 +68,8 @@ override LIGHT_ONLY: bool = false;
 override SAMPLES: u32 = 4u;
 #endif
 
-// The loop over punctual lights takes four at a time. A variant and no constant: drivers compile what a constant leaves out, and this is four times the code.
+// The loop over punctual lights takes four at a time. A variant and no constant: drivers compile code that a constant leaves out, and this is four
+// times the code.
 #ifdef BY_FOURS
 const HAS_FOURS = true;
 const PLACES: u32 = 32u;

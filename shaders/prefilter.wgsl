@@ -1,5 +1,5 @@
-// PREFILTER: once for a sky, what surfaces collect of it. LOBE is a level of the mirrored sky, BASE what lambert surfaces
-// reflect; without both it is the table of what a lobe has of even light.
+// PREFILTER: once for a sky, the light that surfaces collect of it. LOBE is a level of the mirrored sky, BASE the light that lambert surfaces
+// reflect; without both it is the table of a lobe's shares of even light.
 // variants: LOBE BASE
 // excludes: LOBE BASE
 #import afterlight::brdf::{smith_root, squared_alpha, PI}
@@ -58,8 +58,9 @@ fn ggx_half(point: vec2<f32>, alpha_squared: f32) -> vec3<f32> {
 }
 
 #ifdef LOBE
-// The mean of what a lobe mirrors to who looks straight at it, by its own shadowing. Each direction stands for as much of the sky as its probability
-// says, and looks into the level that has about that in a texel (Krivanek and Colbert, "Real-Time Shading with Filtered Importance Sampling", 2008).
+// The mean light that a lobe mirrors straight back along its axis, by its own shadowing. Each direction stands for as much of the sky as its
+// probability says, and looks into the level that has about that in a texel (Krivanek and Colbert, "Real-Time Shading with Filtered Importance
+// Sampling", 2008).
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= push.edge || id.y >= push.edge {
@@ -77,7 +78,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         var weights = 0.0;
         for (var i = 0u; i < push.samples; i++) {
             let half = ggx_half(hammersley(i, push.samples), alpha_squared);
-            // Mirrored at it, about +Z: with the view along +Z the half vector has the same cosine to both.
+            // Mirrored at it, about +Z: normal and view are both +Z, and have the same cosine with the half vector.
             let cosine = 2.0 * half.z * half.z - 1.0;
             if cosine > 0.0 {
                 let beside = 2.0 * half.z * half.xy;

@@ -23,7 +23,7 @@ override BRDF: u32 = 0u;
 // The greatest roughness of surfaces that mirror others.
 override ROUGHEST: f32 = 0.6;
 override STEPS: u32 = 64u;
-// Metres that surfaces go on behind what is seen of them.
+// Metres that surfaces go on behind their visible side.
 override THICKNESS: f32 = 0.2;
 
 // The distance from the edges of the picture over which hits fade out, as a part of its width and height.

@@ -27,10 +27,10 @@ override AMBIENT: bool = true;
 override ROUGHEST: f32 = 0.6;
 // Largest value that the target holds.
 override LARGEST: f32 = 65000.0;
-// The picture is what was found.
+// The picture shows the hits.
 override SHOWN: bool = false;
 
-// Below this roughness a lobe is narrower than what neighbours differ by.
+// Below this roughness a lobe is narrower than the difference between neighbours.
 const MIRROR: f32 = 0.02;
 // Directions that the pixel's own lobe has more often than the neighbour's count no more than so many times.
 const MOST_WEIGHT: f32 = 4.0;
@@ -82,7 +82,7 @@ fn compute(@builtin(global_invocation_id) id: vec3<u32>) {
             }
             var direction = found.direction;
             if found.confidence > 0.0 && reach > 0 {
-                // The pixel sees what that ray has met in another direction than the ray went.
+                // The pixel sees that ray's hit in another direction than the ray went.
                 let there = vec2<f32>(other) + 0.5;
                 let start = position_at(there, textureLoad(stored_depth, other, 0));
                 direction = normalize(start + found.direction * found.distance - own.position);

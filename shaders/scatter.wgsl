@@ -68,7 +68,7 @@ fn piece_of(at: vec3<u32>, index: u32) -> Piece {
         position += across(pixel) - ray.direction * frame.eye_ahead;
         wide = 1.0;
     }
-    // A disc as large as what a place stands for. The mean of 1 / distance over it is that at half of its radius.
+    // A disc as large as the space that a place stands for. The mean of 1 / distance over it is that at half of its radius.
     let area = size.x * size.y * frame.pixel_width * frame.pixel_height * length_of(frame.ray_x) * length_of(frame.ray_y) * wide * wide;
     return Piece(ray.direction, position, begin, end, 0.5 * sqrt(area / (3.14159265 * pieces)));
 }

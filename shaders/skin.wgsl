@@ -1,4 +1,4 @@
-// SKIN: the vertices of deformed meshes for a pose: shapes are added by their weights, then joints move what comes of it. One invocation a
+// SKIN: the vertices of deformed meshes for a pose: shapes are added by their weights, then joints move the result. One invocation a
 // vertex; a work group has vertices of one mesh.
 #import afterlight::vectors::{handedness, scaled_rows, turned_normal, unit_or}
 
@@ -30,7 +30,7 @@ var<immediate> push: Push;
 const NONE: u32 = 0xffffffffu;
 // Words of a record.
 const RECORD: u32 = 15u;
-// Bits of what shapes change.
+// Bits of the attributes that shapes change.
 const SHAPES_POSITIONS: u32 = 1u;
 const SHAPES_NORMALS: u32 = 2u;
 const SHAPES_TANGENTS: u32 = 4u;

@@ -31,7 +31,7 @@ override MOST_FRAMES: u32 = 64u;
 const MOST_STAYED: u32 = 16u;
 const MOST_MOVED: u32 = 6u;
 const MOST_BESIDE: u32 = 3u;
-// Pixels by which something may move and count as what has stayed.
+// Pixels by which a surface may move and still count as one that has stayed.
 const STAYED: f32 = 0.02;
 // Pictures show vectors: as values, or as colours.
 override SHOWN: u32 = 0u;

@@ -62,7 +62,7 @@ struct Push {
 
 var<immediate> push: Push;
 
-// Spheres around what the lights of limited reach light up, relative to the camera: centre and radius.
+// Spheres around the reach of lights of limited reach, relative to the camera: centre and radius.
 @group(0) @binding(4) var<storage, read> spheres: array<vec4<f32>>;
 
 #ifdef VISIBILITY

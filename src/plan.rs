@@ -208,9 +208,9 @@ pub struct FramePlan {
     pub samples: u32,
     /// The step at which `samples` and `msaa` are averaged: before the tone curve or after it.
     pub resolve: Resolve,
-    /// Settings of what works on the finished picture; all others are as by default.
+    /// Settings of the effects on the finished picture; all others are as by default.
     pub effects: Settings,
-    /// Fog lies between the eye and what it sees.
+    /// Fog lies between the eye and the surfaces.
     pub fog: Option<FogPlan>,
     /// Light is spread before it is tone-mapped.
     pub bloom: Option<Bloom>,
@@ -224,13 +224,13 @@ pub struct FramePlan {
     pub brdf: PlannedBrdf,
     /// Some surface is a metal.
     pub metal: bool,
-    /// Some opaque Cook-Torrance surface reflects otherwise than a usual dielectric: a G-buffer has what each of them reflects.
+    /// Some opaque Cook-Torrance surface reflects otherwise than a usual dielectric: a G-buffer has the reflectance of each.
     pub reflectance: bool,
     /// As [`Settings::textbook`] says.
     pub textbook: bool,
     /// True if frames have an orthographic camera. Pipelines know which.
     pub orthographic: bool,
-    /// Every material's, whatever it says itself.
+    /// Every material's, in the place of its own.
     pub brdf_override: Option<Brdf>,
     /// The kinds of light that shaders have code for.
     pub lights: PlannedLights,
@@ -269,7 +269,7 @@ pub struct FramePlan {
     pub uploads: Uploads,
     /// The device can keep transient attachments in tile memory alone.
     pub lazily_allocated: bool,
-    /// The device is a CPU. Then frames leave out what costs the CPU time to find out: see `seeks`.
+    /// The device is a CPU. Then frames also leave out parts that take the CPU longer to find than a GPU to draw: see `seeks`.
     pub software: bool,
     /// The parts that stay although nothing needs them.
     pub keep: Keep,
@@ -381,7 +381,7 @@ pub(crate) const VELOCITY: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 pub(crate) const VISIBILITY: vk::Format = vk::Format::R32_UINT;
 
 impl FramePlan {
-    /// Decides what exists.
+    /// Decides on the parts of the frame.
     ///
     /// # Errors
     /// When the device cannot do what the settings ask for, a view shows what the scene does not have, or [`Scene::check`] finds a fault.
@@ -532,8 +532,8 @@ impl FramePlan {
         Ok(plan)
     }
 
-    /// Returns true if a frame finds out, on the CPU, which of these its camera does not need, and leaves them out. A GPU draws them faster
-    /// than that (docs/FIGURES.md).
+    /// Returns true if the CPU finds those of these that a frame's camera does not need, and leaves them out. A GPU draws them faster than that
+    /// (docs/FIGURES.md).
     pub(crate) fn seeks(&self, part: OptionalPart) -> bool {
         self.software && !self.keep.has(part)
     }
@@ -584,7 +584,7 @@ impl FramePlan {
         !self.meshes.deforms.objects.is_empty()
     }
 
-    /// Returns true if a compute pass lights what GEOMETRY stores, so that the main pass ends with it.
+    /// Returns true if a compute pass lights the surfaces that GEOMETRY stores, so that the main pass ends with it.
     pub fn is_tiled(&self) -> bool {
         is_tiled(self.light_path)
     }
@@ -594,7 +594,7 @@ impl FramePlan {
         is_forward(self.light_path)
     }
 
-    /// Returns true if LIGHTING blends over what is in its target.
+    /// Returns true if LIGHTING blends over the content of its target.
     pub fn blends_light(&self) -> bool {
         self.emissive || self.adds_lights() || self.adds_ambient()
     }

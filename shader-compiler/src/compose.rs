@@ -28,7 +28,7 @@ pub const CAPABILITIES: Capabilities = Capabilities::IMMEDIATES
 const PLACE_BITS: u32 = 21;
 const DECORATION: &str = "X_naga_oil_mod_X";
 
-/// The name as it stands in the source: naga_oil appends the module's path, in base 32, to what a module exports.
+/// The name as it stands in the source: naga_oil appends the module's path, in base 32, to a module's exports.
 #[must_use]
 pub fn source_name(name: &str) -> &str {
     name.split_once(DECORATION).map_or(name, |(name, _)| name)
@@ -40,7 +40,7 @@ pub fn composed_name(source: &Source, name: &str) -> String {
     Composer::decorated_name(source.import_path.as_deref(), name)
 }
 
-/// The modules that shaders can import, ordered so that each comes after what it imports.
+/// The modules that shaders can import, ordered so that each comes after its imports.
 #[derive(Clone, Debug, Default)]
 pub struct Library {
     /// The files.
@@ -89,7 +89,7 @@ impl Library {
         self.modules.iter().find(|module| module.import_path.as_deref() == Some(import_path))
     }
 
-    /// All that `shader` imports, directly or not, each after what it imports itself, and then the shader.
+    /// All that `shader` imports, directly or not, each after its own imports, and then the shader.
     #[must_use]
     pub fn closure<'a>(&'a self, shader: &'a Source) -> Vec<&'a Source> {
         fn visit<'a>(library: &'a Library, source: &'a Source, out: &mut Vec<&'a Source>) {
@@ -251,7 +251,7 @@ fn position(error: &ComposerErrorInner) -> Option<usize> {
     }
 }
 
-/// The place in `file` of what stands at `start` in `composed`, its preprocessed text: that has the same lines, but within a line
+/// The place in `file` of the text at `start` in `composed`, its preprocessed text: that has the same lines, but within a line
 /// imported names and overrides are longer. So the same occurrence of the same word is looked for.
 fn original_place(file: &Source, composed: &str, start: usize, length: usize) -> Location {
     let inside = Location::of("", composed, start, length);

@@ -64,7 +64,7 @@ impl Emitter<'_> {
     /// Compiles every entry point of `module`, a variant of the shader.
     ///
     /// # Errors
-    /// An unsupported stage or subpass input, what naga cannot write, or what the patch refuses.
+    /// An unsupported stage or subpass input, a construct that naga cannot write, or one that the patch refuses.
     pub fn emit(&self, module: &naga::Module) -> Result<Emitted, Error> {
         let mut split = Vec::new();
         for entry in &module.entry_points {

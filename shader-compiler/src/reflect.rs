@@ -245,8 +245,8 @@ pub fn push_constants(module: &naga::Module) -> Option<PushConstants> {
     })
 }
 
-/// The layouts of all structs in uniform and storage buffers of `module`, and of those inside its push constants; members before what
-/// contains them.
+/// The layouts of all structs in uniform and storage buffers of `module`, and of those inside its push constants; members before the
+/// structs that contain them.
 #[must_use]
 pub fn structs(module: &naga::Module) -> Vec<StructLayout> {
     let Some(layouter) = layouter(module) else { return Vec::new() };

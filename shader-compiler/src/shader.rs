@@ -98,7 +98,7 @@ impl Plan {
     }
 }
 
-/// Points at a condition on what is no flag of the shader: a misspelt one would be off in silence.
+/// Points at a condition on a name that is no flag of the shader: a misspelt one would be off in silence.
 fn check_conditions(source: &Source, head: &Head) -> Result<(), Error> {
     let clean = crate::scan::without_comments(&source.text);
     let (mut start, mut defined) = (0, Vec::new());

@@ -214,7 +214,7 @@ fn ambient_lobe(s: Surface, brdf: u32, roughness: f32) -> vec3<f32> {
     return saturate(s.specular * (-1.04 * a + r.z) + vec3((1.04 * a + r.w) * s.grazing));
 }
 
-// Share of light from everywhere that a surface reflects. The base gets what the lobe leaves, so that the sum never exceeds 1.
+// Share of light from everywhere that a surface reflects. The base gets the light that the lobe leaves, so that the sum never exceeds 1.
 fn reflect_ambient(s: Surface, lobe: vec3<f32>) -> vec3<f32> {
     return s.diffuse * PI * (vec3(1.0) - lobe) + lobe;
 }

@@ -76,7 +76,7 @@ struct Stand {
 // The number is that of src/visible/instances.rs.
 const STEPS: u32 = 32u;
 const LANES: u32 = 64u;
-// The step of what is not seen.
+// The step of instances that are not visible.
 const HIDDEN: u32 = 255u;
 
 fn group_of(workgroup: vec3<u32>) -> u32 {

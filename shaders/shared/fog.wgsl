@@ -11,7 +11,7 @@ const FOUR_PI: f32 = 12.566370614;
 // Logarithms of densities, and optical depths, are cut off here: exp(-80) is 2e-35, which nobody sees.
 const MOST_LOG: f32 = 80.0;
 
-// From the eye to what is seen through a pixel.
+// From the eye to the surface seen through a pixel.
 struct FogRay {
     // Of length 1.
     direction: vec3<f32>,

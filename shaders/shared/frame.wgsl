@@ -11,7 +11,7 @@ struct Frame {
     ray_center: vec3<f32>,
     near: f32,
     ray_x: vec3<f32>,
-    // From nits to what is stored and tone-mapped.
+    // From nits to the unit in which light is stored and tone-mapped.
     exposure: f32,
     ray_y: vec3<f32>,
     // 2 / width and 2 / height.
@@ -64,7 +64,7 @@ struct Frame {
     fog_rate: f32,
     // The mean radiance of light from everywhere, times the fog's albedo.
     fog_light: vec3<f32>,
-    // The logarithm of what is lost along a metre at the base.
+    // The logarithm of the loss along a metre at the base.
     fog_density: f32,
     fog_albedo: f32,
     // The mean cosine of the angle of scattering.

@@ -67,7 +67,7 @@
 #endif
 
 #ifdef SPECULAR
-// The specular target has what Cook-Torrance surfaces reflect (encodings.wgsl).
+// The specular target has the reflectance of Cook-Torrance surfaces (encodings.wgsl).
 override REFLECTANCE: bool = false;
 #endif
 

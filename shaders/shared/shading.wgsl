@@ -114,7 +114,7 @@ fn lit(i: u32, reach: Reach, n_dot_l: f32, surface: Surface, texel: Texel, model
     return lights[i].color * (share * reflected(surface, model, reach.to_light, n_dot_l));
 }
 
-// Adds what point or spot light number `i` brings where it is wanted; exactly zero out of its range, its cone, and behind the surface.
+// Adds the light of point or spot light number `i` where it is wanted; exactly zero out of its range, its cone, and behind the surface.
 fn add_punctual(radiance: ptr<function, vec3<f32>>, i: u32, wanted: bool, surface: Surface, texel: Texel, model: Model) {
     if is_beam(lights[i], model.traits) {
         let reach = reach_of_beam(lights[i], texel.position, model.traits);

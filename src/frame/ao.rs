@@ -86,7 +86,7 @@ impl AoStage {
             image_barrier(frame.device, frame.cmd, passes.targets.image(target), row.as_ref())
         };
         frame.begin(&ao::PASS);
-        // AO_DENOISE of the last frame may still read what is written.
+        // AO_DENOISE of the last frame may still read AO's output.
         barrier(Target::Visibility, &self.reuse);
         self.ao.record(frame);
         frame.end(times, &ao::PASS);

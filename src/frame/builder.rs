@@ -100,7 +100,7 @@ impl RendererBuilder {
             seen: seen.as_ref(),
             swapchain,
         })?;
-        // The begin of a frame, the end of each of its passes, and of what lies over the picture.
+        // The begin of a frame, the end of each of its passes, and of those over the picture.
         let times = List::of(&plan).passes().count() as u32 + 2;
         let of_world = (&world, scene.sky.as_ref(), frame.froxels());
         let in_flight = |index| {

@@ -72,7 +72,7 @@ use crate::visible::{Visible, World};
 
 const INLINE: vk::SubpassContents = vk::SubpassContents::INLINE;
 
-/// The passes of a plan and what they draw into.
+/// The passes of a plan and their targets.
 pub struct Deferred {
     passes: RenderPasses,
     /// The render pass that begins with surfaces, or with light where there are none.
@@ -277,7 +277,7 @@ impl Deferred {
             }
         }
         if let Some(sky) = &self.sky {
-            // In the same subpass, where depth is still what it was cleared to.
+            // In the same subpass, where depth still has the value of its clear.
             frame.begin(&sky::PASS);
             sky.record(frame);
             frame.end(times, &sky::PASS);
@@ -288,7 +288,7 @@ impl Deferred {
             unsafe { gpu.cmd_end_render_pass(cmd) };
             reflect.record(frame, passes, times);
             if let Some(next) = next {
-                // SAFETY: outside a render pass; the blend pass begins with what comes next.
+                // SAFETY: outside a render pass; the blend pass begins with the next step.
                 unsafe { gpu.cmd_begin_render_pass(cmd, &passes.begin(frame, *next), INLINE) };
             }
         }
@@ -296,7 +296,7 @@ impl Deferred {
         let has_begun = Cell::new(self.reflect.is_some());
         let next_subpass = || {
             if !has_begun.take() {
-                // SAFETY: the pass has the subpass of what is recorded next.
+                // SAFETY: the pass has the subpass of the next step.
                 unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
             }
         };
@@ -410,7 +410,7 @@ impl Deferred {
     /// TONE, in the render pass that finishes the picture.
     fn record_tone(&self, frame: &Recording, times: &mut Option<Timestamps>) {
         let Some(tone) = &self.tone else { return };
-        // Row `picture-to-tone`: it multiplies what is finished of its pixel.
+        // Row `picture-to-tone`: it multiplies the finished value of its pixel.
         // SAFETY: the render pass has TONE next.
         unsafe { frame.device.raw.cmd_next_subpass(frame.cmd, INLINE) };
         frame.begin(&tone::PASS);
@@ -493,7 +493,7 @@ impl Deferred {
         self.particles.as_ref().map_or(Ok(()), |particles| particles.write(place, &visible.particles))
     }
 
-    /// Makes anew what has the size of the picture: attachments, framebuffers, and the sets that name them.
+    /// Makes the objects of the picture's size anew: attachments, framebuffers, and the sets that name them.
     pub fn resize(&mut self, parts: &FrameParts) -> gpu::Result<()> {
         let &FrameParts { device, plan, .. } = parts;
         self.passes.resize(parts)?;

@@ -59,7 +59,7 @@ impl FroxelStage {
             }
         };
         frame.begin(&scatter::PASS);
-        // The last frame may still look up what is overwritten.
+        // The last frame may still look up the overwritten values.
         barrier(&self.reuse);
         self.scatter.record(frame);
         frame.end(times, &scatter::PASS);

@@ -344,7 +344,7 @@ impl List {
         // ANCHOR_END: transient
     }
 
-    /// Holds the list and the rows against what Vulkan can do.
+    /// Compares the list and the rows with Vulkan's limits.
     ///
     /// # Errors
     /// In a sentence: the pass, the resource and the row that cannot be so.

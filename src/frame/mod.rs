@@ -165,7 +165,7 @@ struct InFlight {
 }
 
 impl InFlight {
-    /// The times of a frame that is done, but for what only those know who waited for it.
+    /// The times of a frame that is done, but for those that only a waiting caller knows.
     fn times(&self, device: &Device, found: Option<usize>) -> Result<FrameTimes, Error> {
         let stamps = match &self.times {
             Some(times) => times.read()?,
@@ -245,7 +245,7 @@ impl Frame {
         }
     }
 
-    /// Makes anew what has the size of the picture.
+    /// Makes the objects of the picture's size anew.
     #[cfg(feature = "present")]
     fn resize(&mut self, parts: &FrameParts) -> gpu::Result<()> {
         match self {

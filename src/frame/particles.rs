@@ -88,7 +88,7 @@ impl ParticleStage {
         };
         let places = if keys.is_some() { sort::places(count) } else { 0 };
         frame.begin(&simulate::PASS);
-        // PARTICLES of the last frame may still fetch what is overwritten.
+        // PARTICLES of the last frame may still fetch the overwritten values.
         barrier(&self.reuse, Some(states));
         barrier(&self.reuse, keys.as_ref());
         if count > 0 {

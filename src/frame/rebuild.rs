@@ -125,7 +125,7 @@ impl Drop for Thread {
     }
 }
 
-/// Wakes whoever waits, whatever becomes of the thread.
+/// Wakes the waiting thread, however this one ends.
 struct WakeAtEnd(Wake);
 
 impl Drop for WakeAtEnd {

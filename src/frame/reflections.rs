@@ -1,4 +1,4 @@
-//! HIZ, REFLECT and REFLECT_RESOLVE between the lit picture and what is blended over it.
+//! HIZ, REFLECT and REFLECT_RESOLVE, between the lit picture and the layers that are blended over it.
 
 use super::FrameParts;
 use super::ao::images;

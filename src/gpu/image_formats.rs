@@ -48,7 +48,7 @@ const OF_MORE_BITS: [vk::Format; 4] = [
     vk::Format::R16G16B16A16_SFLOAT,
 ];
 
-/// Brightness beyond white. The first two tell it in nits, whatever the display. In the third 1 is 80 nits; on Apple's systems it would be the
+/// Brightness beyond white. The first two tell it in nits on every display. In the third 1 is 80 nits; on Apple's systems it would be the
 /// display's own white, which nothing tells, and so it is not taken there.
 const OF_HDR: [(vk::Format, vk::ColorSpaceKHR); 3] = [
     (vk::Format::A2B10G10R10_UNORM_PACK32, vk::ColorSpaceKHR::HDR10_ST2084_EXT),

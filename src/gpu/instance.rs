@@ -41,8 +41,8 @@ pub struct InstanceOptions {
     /// With `Synchronization`: also account for what shaders access, as far as the layer can tell from their code
     /// (`syncval_shader_accesses_heuristic`). Layers that do not know the setting are not given it.
     pub sync_shader_heuristic: bool,
-    /// Devices have what was measured of them on earlier runs ([`super::PhysicalDevice::calibration`]). Without, what is planned depends on the device and its
-    /// driver alone, whatever somebody measured.
+    /// Devices have the measurements of earlier runs ([`super::PhysicalDevice::calibration`]). Without, a plan depends on the device and its driver
+    /// alone, and on no measurement.
     pub calibrated: bool,
 }
 

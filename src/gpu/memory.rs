@@ -203,8 +203,8 @@ impl Memory {
     }
 }
 
-/// The command that failed an allocation, and how. The allocator keeps most results of a driver as text only. None for what the allocator has
-/// against a request itself.
+/// The command that failed an allocation, and its result. The allocator keeps most results of a driver as text only. None if the allocator objects to
+/// the request itself.
 fn cause_of(error: &AllocationError) -> Option<(&'static str, vk::Result)> {
     const RESULTS: [vk::Result; 5] = [
         vk::Result::ERROR_OUT_OF_HOST_MEMORY,

@@ -1,4 +1,4 @@
-//! Ownership of Vulkan objects: the generic owner, the registry of what is alive, the queue of what is retired.
+//! Ownership of Vulkan objects: the generic owner, the registry of live objects, the queue of retired ones.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
@@ -292,7 +292,7 @@ impl Device {
         self.retired.lock().iter().map(|retired| retired.last_use).max()
     }
 
-    /// Destroys what is retired and, as far as is known without asking the driver, no longer in use.
+    /// Destroys the retired objects that are, as far as is known without asking the driver, no longer in use.
     pub(super) fn destroy_done(&self) {
         for retired in self.retired.take_done(self.submissions.completed()) {
             self.destroy_retired(retired);

@@ -99,7 +99,7 @@ impl PhysicalDevice {
         })
     }
 
-    /// With what [`PhysicalDevice::keep_calibration`] has kept by now.
+    /// With the data that [`PhysicalDevice::keep_calibration`] has kept by now.
     pub(crate) fn with_calibration(self) -> PhysicalDevice {
         let calibration = CALIBRATION.place(&self).as_deref().and_then(read);
         PhysicalDevice { calibration, ..self }
@@ -116,7 +116,7 @@ impl PhysicalDevice {
         Ok(place)
     }
 
-    /// Keeps what was measured of the device for later runs.
+    /// Keeps measurements of the device for later runs.
     ///
     /// # Errors
     /// As [`PhysicalDevice::calibration_place`].
@@ -202,7 +202,7 @@ pub(super) fn version_text(version: u32) -> String {
     format!("{}.{}.{}", vk::api_version_major(version), vk::api_version_minor(version), vk::api_version_patch(version))
 }
 
-/// The driver's name and what it says of its version.
+/// The driver's name and its own words for its version.
 fn driver_of(
     instance: &InstanceHandles,
     raw: vk::PhysicalDevice,

@@ -16,7 +16,7 @@ pub(super) struct PipelineCache {
     /// Null if the driver could not make one.
     pub(super) raw: vk::PipelineCache,
     file: Option<PathBuf>,
-    /// The checksum of what the file holds.
+    /// The checksum of the file's content.
     on_disk: Mutex<Option<u64>>,
 }
 

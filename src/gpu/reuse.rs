@@ -36,7 +36,7 @@ impl Reuse {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Notes what an object was made of, as `parts` say.
+    /// Notes the content that an object was made of, as `parts` say.
     pub(super) fn note<H: Destroy>(&self, object: H, parts: impl Debug) {
         self.lock().contents.insert((H::TYPE, object.as_raw()), content_of(parts));
     }
@@ -59,7 +59,7 @@ impl Reuse {
     }
 }
 
-/// The hash of what is said of something. Numbers and flags are written whole.
+/// The hash of a description. Numbers and flags are written whole.
 pub(super) fn content_of(parts: impl Debug) -> Content {
     blake3::hash(format!("{parts:?}").as_bytes())
 }

@@ -119,7 +119,7 @@ impl Device {
         self.submit_with(cmd, &Around::default())
     }
 
-    /// As [`Device::submit`], with what is to happen before and after.
+    /// As [`Device::submit`], with waits before and signals after.
     ///
     /// # Errors
     /// As [`Device::submit`].
@@ -220,7 +220,7 @@ impl Device {
         Ok(ticket.0 <= self.submissions.completed())
     }
 
-    /// Destroys what is retired and no longer in use. Cheap; for once a frame.
+    /// Destroys the retired objects that are no longer in use. Cheap; for once a frame.
     pub fn collect(&self) {
         let Some(last_use) = self.last_retired_use() else { return };
         // A failure here means a lost device: the next submission or wait says so, and then nothing more is destroyed

@@ -246,7 +246,7 @@ impl Drop for Swapchain {
             std::mem::forget(Arc::clone(&self._surface));
             return;
         }
-        // Views go before what they are of: with the queue idle, they are destroyed as they are dropped.
+        // Views go before their images: with the queue idle, they are destroyed as they are dropped.
         self.images.clear();
         // SAFETY: nothing uses the swapchain or its images.
         unsafe { self.functions.destroy_swapchain(self.raw, None) };
@@ -333,7 +333,7 @@ fn choose_alpha(offered: vk::CompositeAlphaFlagsKHR) -> vk::CompositeAlphaFlagsK
 }
 
 impl Vsync {
-    /// Returns true if a swapchain's mode is what was asked for, and not only the nearest that there is.
+    /// Returns true if a swapchain's mode is the one asked for, and not only the nearest that exists.
     pub fn is(self, mode: vk::PresentModeKHR) -> bool {
         match self {
             Vsync::On => mode == vk::PresentModeKHR::FIFO,

@@ -328,7 +328,7 @@ impl Uploader {
     }
 }
 
-/// The barrier for what is uploaded, which the uploader's order must have.
+/// The barrier for an upload, which the uploader's order must have.
 fn planned(order: Option<Dependency>, what: impl std::fmt::Debug) -> Result<Dependency> {
     order.ok_or_else(|| Error::Misuse(format!("the uploader has no order for {what:?}")))
 }

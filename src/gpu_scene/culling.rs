@@ -249,7 +249,7 @@ impl Culling {
         self.inputs.iter_mut().for_each(|own| own.holds = None);
     }
 
-    /// Makes anew what has the size of the picture. Frames in flight keep the old one until they are done.
+    /// Makes the objects of the picture's size anew. Frames in flight keep the old one until they are done.
     ///
     /// # Errors
     /// When there is no memory for it.
@@ -259,7 +259,7 @@ impl Culling {
         Ok(())
     }
 
-    /// Writes what a frame in flight is told. The frame that used its buffers before must be done.
+    /// Writes the data of a frame in flight. The frame that used its buffers before must be done.
     ///
     /// # Errors
     /// When there is no memory for it, or a shader cannot see all of it at once.
@@ -368,7 +368,7 @@ impl Culling {
         tiles(self.size)
     }
 
-    /// Returns true if it finds out what is hidden.
+    /// Returns true if it culls occluded objects.
     pub fn hides(&self) -> bool {
         self.pyramid.is_some()
     }

@@ -72,7 +72,7 @@ impl SkinPush {
 }
 
 impl Deformed {
-    /// Uploads what SKIN reads, and the streams that no pose changes.
+    /// Uploads SKIN's input, and the streams that no pose changes.
     ///
     /// # Errors
     /// When there is no memory for it, or a shader cannot see all of it at once.

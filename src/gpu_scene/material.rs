@@ -37,7 +37,7 @@ impl SetForm {
 pub struct Materials {
     /// By the slots that a set has: no set has a binding that its pipelines do not sample.
     layouts: BTreeMap<SetForm, SetLayout>,
-    /// By material and sheet of its atlas, for what shades.
+    /// By material and sheet of its atlas, for passes that shade.
     sets: BTreeMap<(usize, u32), vk::DescriptorSet>,
     /// By material and sheet, for SHADOW, which samples the base colour alone.
     holes: BTreeMap<(usize, u32), vk::DescriptorSet>,

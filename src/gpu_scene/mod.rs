@@ -330,7 +330,7 @@ pub fn index_type(width: IndexWidth) -> vk::IndexType {
     }
 }
 
-/// Carries out what the plan says of meshes.
+/// Uploads the meshes as the plan has them.
 struct MeshUpload<'a> {
     device: &'a Arc<Device>,
     uploader: &'a mut Uploader,

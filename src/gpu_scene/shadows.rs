@@ -125,7 +125,7 @@ impl ShadowAtlas {
         self.frames[frame].1
     }
 
-    /// Writes what lies where, relative to the camera. The frame that used the buffer before must be done.
+    /// Writes the places of the maps, relative to the camera. The frame that used the buffer before must be done.
     pub fn write(&self, frame: usize, visible: &Visible, camera: &Camera) -> gpu::Result<()> {
         let records: Vec<ShadowRecord> = visible
             .shadows

@@ -81,7 +81,7 @@ impl FrameUniform {
         let half_x = half_y * width / height;
         let (right, up, forward) = (camera.right(), camera.up(), camera.forward());
         let grid = Grid::of(plan.size);
-        // The same offset twice, so that what is projected and what is rebuilt from depth agree.
+        // The same offset twice, so that projected places and those rebuilt from depth agree.
         let (offset_x, offset_y) =
             (jitter[0] * 2.0 / width + camera.shift.x / half_x, jitter[1] * 2.0 / height - camera.shift.y / half_y);
         let (ambient, ambient_tilt) = world.environment.hemispheres();
@@ -139,7 +139,7 @@ impl FrameUniform {
 }
 
 impl LightRecord {
-    /// `shadow_code` is what the plan says of the light's maps.
+    /// `shadow_code` is the plan's code of the light's maps.
     pub fn of(light: &Light, shadow_code: u32, camera: &Camera) -> Self {
         let form = light.kind.form();
         let direction = form.direction.unwrap_or(DVec3::ZERO);

@@ -152,7 +152,7 @@ impl Bloom {
         self.record_steps(recording, &self.steps[..1], || {});
     }
 
-    /// SPREAD, after it. `between` records what each step waits by, but for the first.
+    /// SPREAD, after it. `between` records the barrier before each step but the first.
     pub fn record_spread(&self, recording: &Recording, between: impl Fn()) {
         self.record_steps(recording, &self.steps[1..], between);
     }
@@ -199,7 +199,7 @@ fn buffer(device: &Arc<Device>, plan: &FramePlan, planned: &Planned) -> gpu::Res
     Buffer::new(device, "levels of bloom", size, usage, Location::Device, MemoryKind::Attachment)
 }
 
-/// The set with what is read and written.
+/// The set of the inputs and the output.
 fn bound(
     device: &Arc<Device>,
     layout: &SetLayout,

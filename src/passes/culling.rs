@@ -50,7 +50,7 @@ impl CullingPipeline {
         let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
         let set = culling.set(recording.place);
         // SAFETY: `cmd` is being recorded outside a render pass; the set is of the layout. The buffers in it live until the frame is done, and no
-        // work group looks beyond what they hold.
+        // work group looks beyond their content.
         unsafe {
             raw.cmd_bind_pipeline(cmd, point, self.pipeline.raw);
             raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[set], &[]);

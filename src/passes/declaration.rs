@@ -48,7 +48,7 @@ impl Presence {
 pub struct Place(&'static str);
 
 impl Place {
-    /// Before or after what a row belongs to, in this frame or another.
+    /// Before or after the span that a row belongs to, in this frame or another.
     pub const OUTSIDE: Self = Self("OUTSIDE");
     /// Copies out of staging buffers, and blits from level to level of a texture.
     pub const UPLOAD: Self = Self("UPLOAD");
@@ -162,7 +162,7 @@ pub struct Touch {
     pub uses: Use,
 }
 
-/// As what a pass uses a resource.
+/// The role in which a pass uses a resource.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum How {
     /// An input attachment, read at the own pixel. Bindings in their order have the `InputAttachmentIndex` 0, 1, ...

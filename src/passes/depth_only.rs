@@ -73,7 +73,7 @@ impl DepthOnly {
         Ok(Self { layout, pipelines })
     }
 
-    /// Draws what is opaque of some instances. Runs inside the subpass of the pipelines.
+    /// Draws the opaque objects of some instances. Runs inside the subpass of the pipelines.
     pub fn record(&self, recording: &Recording, draws: &[Draw]) {
         recording.set_area();
         let mut meshes = MeshDraws::new(recording, &[POSITION]);

@@ -11,7 +11,7 @@ use crate::shaders::integrate::{self as shader, Flags, constants};
 
 /// Reads the light of each froxel.
 pub const LIGHT_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
-/// Writes what comes before it.
+/// Writes the light scattered before each froxel.
 pub const SUM_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {

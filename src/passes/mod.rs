@@ -222,7 +222,7 @@ fn meshes(plan: &FramePlan) -> impl Iterator<Item = Touch> {
     of_meshes.into_iter().filter(move |_| vertices).chain(deformed).chain(sampled.into_iter().filter(move |_| textures))
 }
 
-/// Draws what the device found to be seen, where it does that.
+/// Draws the objects that the device found visible, where it culls.
 fn culled(plan: &FramePlan) -> Option<Touch> {
     plan.culls_on_device().then(|| Touch::resource(Resource::CulledInstances, CULLED_READ))
 }
@@ -253,7 +253,7 @@ fn froxel_presence(plan: &FramePlan) -> Presence {
     }
 }
 
-/// Looks up what surfaces collect of the sky, where it lights them.
+/// Looks up the light that surfaces collect of the sky, where it lights them.
 fn sky_light(plan: &FramePlan) -> Option<Touch> {
     plan.is_lit_by_sky().then(|| Touch::resource(Resource::SkyLight, SKY_READ))
 }
@@ -463,7 +463,7 @@ impl<'a> MeshDraws<'a> {
         unsafe { device.raw.cmd_draw_indexed(cmd, range.index_count, count, first_index, range.vertex_offset, first) };
     }
 
-    /// Draws what the device found to be seen in a step of depth, by some of its commands.
+    /// Draws the objects that the device found visible in a step of depth, by some of its commands.
     fn draw_culled(&mut self, culling: &Culling, step: usize, state: &CulledState) {
         let Recording { device, cmd, scene, .. } = *self.recording;
         if self.deformed.is_none() {

@@ -156,7 +156,7 @@ impl Overlay {
         self.pass.resize(images, extent)
     }
 
-    /// Takes over what a frame in flight shows. The frame that used its buffers before must be done.
+    /// Takes over the panels of a frame in flight. The frame that used its buffers before must be done.
     pub fn write(&mut self, frame: usize, panels: &Panels) -> gpu::Result<()> {
         self.upload(&panels.textures)?;
         let vertices: &[u8] = bytemuck::cast_slice(&panels.vertices);

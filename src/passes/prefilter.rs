@@ -18,7 +18,7 @@ use crate::shaders::prefilter::{self as shader, Flags};
 
 /// Samples the sky.
 pub const SKY_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
-/// Writes what is collected of it.
+/// Writes the light that is collected of it.
 pub const LIGHT_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
 
 /// The edge of the level that BASE reads: its texels are 2.8 degrees wide.

@@ -83,7 +83,7 @@ impl Pyramid {
     }
 }
 
-/// The set with what is read and written.
+/// The set of the inputs and the output.
 fn bound(
     device: &Arc<Device>,
     layout: &SetLayout,

@@ -70,7 +70,7 @@ struct Bound {
 
 /// A pipeline for each [`GeometryKey`] of a pass.
 pub struct Surfaces {
-    /// By what a pipeline samples.
+    /// By the textures that a pipeline samples.
     layouts: BTreeMap<SetForm, Owned<vk::PipelineLayout>>,
     pipelines: BTreeMap<GeometryKey, Owned<vk::Pipeline>>,
     /// True if surfaces are lit with shadows as they are drawn.
@@ -156,7 +156,7 @@ impl Surfaces {
         }
     }
 
-    /// Draws what the device found to be seen, near ones first.
+    /// Draws the objects that the device found visible, near ones first.
     fn record_culled(&self, recording: &Recording, culling: &Culling) {
         recording.set_area();
         let mut meshes = MeshDraws::new(recording, &self.streams);
@@ -378,7 +378,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// For what is not summed up with weights.
+    /// For surfaces that are not summed up with weights.
     pub fn unweighted(largest: f32, highlight: f32) -> Self {
         Self { largest, highlight, weight: 1.0, least: 1.0, peak: 1.0 }
     }
@@ -454,7 +454,7 @@ pub(crate) fn lit_flags(plan: &FramePlan, key: GeometryKey) -> Flags {
         | Flags::SHADOW.when(plan.shadow.is_some())
 }
 
-/// Returns true if a pipeline fogs what it draws: FOG fogs what is opaque.
+/// Returns true if a pipeline fogs what it draws: FOG fogs opaque surfaces.
 fn is_in_fog(plan: &FramePlan, key: GeometryKey) -> bool {
     plan.has_fog() && key.forward.is_some_and(|forward| forward.opacity != Opacity::Hides)
 }

@@ -20,9 +20,9 @@ use crate::visible::Since;
 
 /// Reads light, depth and vectors, of a pixel and its neighbours.
 pub const FRAME_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
-/// Reads what the frame before left.
+/// Reads the history that the frame before left.
 pub const HISTORY_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
-/// Writes what it leaves.
+/// Writes the history for the next frame.
 pub const HISTORY_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {

@@ -1,4 +1,4 @@
-//! TRANSPARENT: surfaces that show what lies behind them, lit while they are rasterized, over the picture that LIGHTING has made. Sorted,
+//! TRANSPARENT: surfaces that show others behind them, lit while they are rasterized, over the picture that LIGHTING has made. Sorted,
 //! each over what is there; or summed up with weights in any order, for COMPOSITE to lay over the picture.
 
 use std::sync::Arc;
@@ -17,7 +17,7 @@ use crate::plan::{FramePlan, GeometryKey, Opacity};
 use crate::scene::{OptionalPart, Transparency};
 use crate::shaders::forward::Flags;
 
-/// Compares with the depth of what is opaque; nothing is written. Both stages read: which one does it is the implementation's choice.
+/// Compares with the depth of opaque surfaces; nothing is written. Both stages read: which one does it is the implementation's choice.
 pub const DEPTH_READ: Use = DEPTH_COMPARE;
 /// As the last user of depth it performs the store, and DONT_CARE counts as a write.
 pub const DEPTH_DROP: Use = LATE_DEPTH_WRITE;
@@ -92,7 +92,7 @@ impl Transparent {
         Ok(Self { surfaces })
     }
 
-    /// Draws what is visible, the farthest first. Runs inside its subpass.
+    /// Draws visible objects, the farthest first. Runs inside its subpass.
     pub fn record(&self, recording: &Recording) {
         let draws = recording.visible.transparent.iter().map(|own| (&own.draw, own.first_index));
         self.surfaces.record(recording, draws);
@@ -280,7 +280,7 @@ mod tests {
                             let sums = |count| [color, alpha].map(|value| rounding.sum(value * weight, count));
                             let [light, cover] = sums(triangles);
                             assert!(light < 65504.0 && cover > 0.0 && cover < 65504.0, "{what}: {light}, {cover}");
-                            // Alone it has its own colour, to what 11 bits leave, and to 1/1024 of white where it is dark.
+                            // Alone it has its own colour, to the precision of 11 bits, and to 1/1024 of white where it is dark.
                             let [light, cover] = sums(1);
                             let (shown, own) = (light / cover, color / alpha);
                             let error = (shown - own).abs();

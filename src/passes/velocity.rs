@@ -98,7 +98,7 @@ impl Velocity {
                     stages: &stages(needed("velocity", shader::variant, flags)?, &[]),
                     vertex_bindings: &vertex_bindings,
                     vertex_attributes: &vertex_attributes,
-                    // The depth test passes only what the picture shows, front or back face.
+                    // The depth test passes only surfaces that the picture shows, front or back face.
                     cull_mode: vk::CullModeFlags::NONE,
                     front_face: vk::FrontFace::COUNTER_CLOCKWISE,
                     depth: Some(DepthState { test: vk::CompareOp::EQUAL, write: false }),
@@ -116,7 +116,7 @@ impl Velocity {
         Ok(Self { plain: pipeline(Flags::NONE)?, deformed, layout })
     }
 
-    /// Draws what has moved since the frame before. Runs inside its subpass.
+    /// Draws the objects that have moved since the frame before. Runs inside its subpass.
     pub fn record(&self, recording: &Recording) {
         let Some(since) = recording.since else { return };
         let Some(before) = &since.before else { return };

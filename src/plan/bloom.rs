@@ -30,7 +30,7 @@ const LEAST_LEVELS: u32 = 3;
 /// With so many a texel covers every picture that a device can draw.
 const MOST_LEVELS: u32 = 15;
 
-/// The settings that are planned: the view of what bloom spreads is the lit picture, all of whose light is spread.
+/// The settings that are planned: the view of bloom is the lit picture, all of whose light is spread.
 pub(super) fn planned(settings: &Settings) -> Cow<'_, Settings> {
     match settings.view {
         View::Bloom => Cow::Owned(Settings { view: View::Final, bloom: 1.0, ..settings.clone() }),

@@ -1,4 +1,4 @@
-//! The choice of who culls opaque objects: the CPU, or the device by CULL, ARRANGE and FILL. The picture is the same to the last bit.
+//! The choice of the processor that culls opaque objects: the CPU, or the device by CULL, ARRANGE and FILL. The picture is the same to the last bit.
 
 use std::collections::BTreeSet;
 

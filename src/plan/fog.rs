@@ -65,7 +65,7 @@ pub(super) fn is_asked_for(settings: &Settings) -> bool {
 }
 
 impl FramePlan {
-    /// Returns true if FOG comes after what lights opaque surfaces.
+    /// Returns true if FOG comes after the pass that lights opaque surfaces.
     pub fn has_fog(&self) -> bool {
         self.fog.is_some()
     }

@@ -101,7 +101,7 @@ impl FramePlan {
         }
     }
 
-    /// Returns true if shaders name the fog's froxels: all that light what they draw do, whose code for froxels a constant leaves out.
+    /// Returns true if shaders name the fog's froxels: so do all that light surfaces as they draw them, whose code for froxels a constant leaves out.
     pub(crate) fn names_froxels(&self) -> bool {
         let lit_as_drawn = self.is_forward() || self.transparency.is_some();
         self.froxels().is_some() || lit_as_drawn && self.lights.any() && !self.lights.uniform

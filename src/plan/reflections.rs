@@ -16,9 +16,9 @@ pub struct ReflectionPlan {
     pub roughness: f32,
     /// Of a ray through the pyramid of depths, at most.
     pub steps: u32,
-    /// Metres that surfaces are taken to go on behind what is seen of them.
+    /// Metres that surfaces are taken to go on behind their visible side.
     pub thickness: f32,
-    /// The picture is what was found, and not the light.
+    /// The picture shows the hits, and not the light.
     pub shown: bool,
 }
 
@@ -62,7 +62,7 @@ impl Hiz {
     }
 }
 
-/// The settings that are planned: the view of what is mirrored asks for it.
+/// The settings that are planned: the view of reflections asks for it.
 pub(super) fn planned(settings: &Settings) -> Cow<'_, Settings> {
     match settings.view {
         View::Reflections => Cow::Owned(Settings { reflections: Reflections::Screen, bloom: 0.0, ..settings.clone() }),
@@ -139,7 +139,7 @@ pub(super) fn is_used(scene: &Scene, settings: &Settings) -> bool {
 }
 
 impl FramePlan {
-    /// Returns true if surfaces mirror what the picture shows of others.
+    /// Returns true if surfaces mirror others as the picture shows them.
     pub fn reflects(&self) -> bool {
         self.reflections.is_ok()
     }

@@ -11,7 +11,8 @@ use crate::scene::{
     TargetChoice, Texture, TextureSlot, Transparency, UvMap, View, Wrap,
 };
 
-/// All but that of what several samples differ in, and those that are planned as the lit picture: spread light, fog, particles, vectors and what is mirrored.
+/// All views but the complexity, which is about differing samples, and those that are planned as the lit picture: spread light, fog, particles,
+/// vectors and reflections.
 pub fn views() -> impl Iterator<Item = View> {
     View::NAMES.iter().map(|&(_, view)| view).filter(|view| {
         ![View::Complexity, View::Bloom, View::Fog, View::Particles, View::Velocity, View::Reflections].contains(view)
@@ -221,7 +222,7 @@ pub fn deformed() -> Scene {
     scene
 }
 
-/// A sky that is brighter to one side, with a sun, around whatever stands there.
+/// A sky that is brighter to one side, with a sun, around any scene.
 pub fn under_sky(scene: Scene) -> Scene {
     let image = SkyImage::of("half bright", 32, |to| DVec3::splat(1.0 + to.x));
     let sun = SunDisc { direction: DVec3::Y, degrees: 0.5, radiance: Vec3::splat(1e5) };
@@ -229,7 +230,7 @@ pub fn under_sky(scene: Scene) -> Scene {
     Scene { sky: Some(sky), ..scene }
 }
 
-/// Scenes that differ in what a frame of them needs.
+/// Scenes that differ in the needs of a frame.
 pub fn scenes() -> Vec<(&'static str, Scene)> {
     let mut mirrored = scene(vec![masked()], vec![sun(), sky()]);
     mirrored.objects[0].transform = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
@@ -318,7 +319,7 @@ pub fn plans() -> Vec<(String, FramePlan)> {
     plans
 }
 
-/// Plans whose main pass ends with GEOMETRY, because compute lights what it stored.
+/// Plans whose main pass ends with GEOMETRY, because compute lights the stored surfaces.
 pub fn tiled_plans() -> Vec<(String, FramePlan)> {
     light_paths(FramePlan::is_tiled)
 }

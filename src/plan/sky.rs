@@ -39,7 +39,7 @@ impl SkyPlan {
         })
     }
 
-    /// Bytes of the cube with its levels, and of what surfaces collect of it.
+    /// Bytes of the cube with its levels, and of the light that surfaces collect of it.
     pub fn bytes(&self) -> [u64; 2] {
         let faces = |edge: u32, levels: u32| (0..levels).map(|level| 6 * 8 * u64::from((edge >> level).pow(2))).sum();
         let light = faces(256, 6) + faces(16, 1) + 8 * 64 * 64;

@@ -133,7 +133,7 @@ impl FramePlan {
         if self.places_by_shaders { 1 } else { self.anisotropy }
     }
 
-    /// Returns true if what is drawn says by instance how it looks.
+    /// Returns true if drawn instances have looks.
     pub fn has_looks(&self) -> bool {
         self.keys().any(|key| key.extras.looks)
     }

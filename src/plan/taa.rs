@@ -74,7 +74,7 @@ impl TaaPlan {
         (settings.taa && shading.is_lit()).then_some(own)
     }
 
-    /// The same for what a scene has.
+    /// The same for a scene's content.
     pub(super) fn in_scene(self, scene: &Scene, rules: &SurfaceRules) -> Self {
         let moves = rules.drawn(scene).any(|object| object.moves() && !rules.material(object).is_transparent());
         Self { moves, ..self }
@@ -107,7 +107,7 @@ pub(super) fn check(settings: &Settings, path: LightPath, lit: bool) -> Result<(
 }
 
 impl FramePlan {
-    /// Returns true if VELOCITY draws vectors of what moves by itself.
+    /// Returns true if VELOCITY draws vectors of surfaces that move by themselves.
     pub fn has_velocity(&self) -> bool {
         self.taa.is_some_and(|taa| taa.moves)
     }

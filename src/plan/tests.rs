@@ -239,7 +239,7 @@ fn textures_are_filtered_as_far_as_the_device_goes_and_what_it_lacks_is_told() {
         let plan = FramePlan::of(&textured, &settings, &Capabilities { software, ..device() }).expect("a plan");
         (plan.anisotropy, plan.warnings().len())
     };
-    // Only what somebody asked for is missed.
+    // Only a part that somebody asked for is missed.
     assert_eq!((multisampled(false, 8), multisampled(true, 8)), ((8, 0), (1, 0)));
     assert_eq!((multisampled(true, 16), multisampled(true, 1)), ((1, 1), (1, 0)));
     // The frames of a picture are the places that a pixel is filtered from, as many as there are frames; then each frame has a part of the pixel.
@@ -298,7 +298,7 @@ fn what_is_kept_is_there_without_need() {
     }
 }
 
-/// Of what shaders have code for.
+/// The bit of a feature that shaders have code for.
 fn bit(part: OptionalPart) -> u32 {
     TRAITS.iter().find(|own| own.part == part).expect("it is one of lights").bit
 }
@@ -456,7 +456,7 @@ fn vertices_have_the_streams_that_something_reads() {
     assert_eq!(streams(&scene(vec![colored.clone()], vec![]), View::Final), (true, true, false));
     let bumpy = Material { normal_texture: Some(1), ..colored };
     assert_eq!(streams(&scene(vec![bumpy], vec![]), View::Final), (true, true, true));
-    // SHADOW reads the UVs of what has holes.
+    // SHADOW reads the UVs of meshes with holes.
     assert_eq!(streams(&scene(vec![masked()], vec![sun()]), View::ShadowMap), (false, true, false));
 }
 

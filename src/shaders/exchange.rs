@@ -83,7 +83,7 @@ fn words(variant: &Variant) -> Vec<&'static [u32]> {
 /// Compiles the variants that some pass has asked for so far, from the sources in `directory`.
 ///
 /// # Errors
-/// All that is wrong with the sources, with places and carets; or what Rust would have to be built anew for.
+/// All that is wrong with the sources, with places and carets; or a change for which Rust would have to be built anew.
 pub fn compile(directory: &Path) -> Result<Replacements, String> {
     let asked: HashSet<Key> = state().as_ref().map(|state| state.asked.clone()).unwrap_or_default();
     let compiled =

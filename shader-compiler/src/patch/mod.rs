@@ -1,4 +1,4 @@
-//! The patch adds to SPIR-V what naga cannot write: subpass inputs, specialization constants, uniform indices, Invariant and NoContraction.
+//! The patch adds the parts to SPIR-V that naga cannot write: subpass inputs, specialization constants, uniform indices, Invariant and NoContraction.
 
 mod arrays;
 mod constants;

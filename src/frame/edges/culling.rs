@@ -1,4 +1,4 @@
-//! The rows of what the device finds to be seen.
+//! The rows of culling on the device.
 
 use super::{Carrier, Edge, Place, RowName, row};
 use crate::frame::list::OCCLUDER_PASS;

@@ -1,4 +1,4 @@
-//! The rows of FOG, between what lights opaque surfaces and what is transparent.
+//! The rows of FOG, between the pass that lights opaque surfaces and the transparent ones.
 
 use super::{Carrier, Edge, RowName, particles, row, subpass};
 use crate::frame::list::{BLEND_PASS, MAIN_PASS};

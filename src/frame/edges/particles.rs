@@ -22,7 +22,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     let (sorted, keys) = (plan.sorts_particles(), [sort::KEY_READ, sort::KEY_WRITE]);
     let mut rows = vec![
         row(RowName::PARTICLES_REUSE, Carrier::BufferBarrier)
-            // PARTICLES already waits for what was written before, so waiting for its fragments, which come after its vertices, covers it.
+            // PARTICLES already waits for the earlier writes, so waiting for its fragments, which come after its vertices, covers it.
             .from(Place::OUTSIDE, &[particles::LAST_READ])
             .to(simulate::PASS.place, &[simulate::STATE_WRITE])
             .because("frames share the particles: PARTICLES of the last one may still fetch what SIMULATE overwrites"),

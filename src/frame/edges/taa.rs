@@ -1,4 +1,4 @@
-//! The rows of VELOCITY, TAA and SHARPEN, between the main pass and what finishes the picture.
+//! The rows of VELOCITY, TAA and SHARPEN, between the main pass and the passes that finish the picture.
 
 use ash::vk;
 

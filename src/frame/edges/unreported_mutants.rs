@@ -83,7 +83,7 @@ const WAITS_TO_DROP: fn(&Edge) -> bool =
 const CHANGES_THE_LAYOUT: fn(&Edge) -> bool = |edge| edge.from == forward::PASS.place;
 const LEAVES_THE_LAYOUT: fn(&Edge) -> bool =
     |edge| edge.from != forward::PASS.place && edge.from != reflect_resolve::PASS.place;
-/// By SIMULATE, and by what shades.
+/// By SIMULATE, and by passes that shade.
 const LOOKED_UP_TWICE: fn(&Edge) -> bool =
     |edge| edge.after.stage.contains(stages(S::FRAGMENT_SHADER, S::COMPUTE_SHADER));
 const AFTER_REFLECTIONS: fn(&Edge) -> bool = |edge| edge.from == reflect_resolve::PASS.place;

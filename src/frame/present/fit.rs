@@ -129,7 +129,7 @@ impl Presenter {
         let mut taken = own.is_some();
         match (own, &mut self.renderer) {
             (Some(own), renderer) => {
-                // Given up first, so that what has the size of the picture is there only once.
+                // Given up first, so that objects of the picture's size exist only once.
                 *renderer = None;
                 let mut own = own.resized(plan, &views)?;
                 own.halt_after(self.halted);

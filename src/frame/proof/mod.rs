@@ -33,7 +33,7 @@ pub enum HazardKind {
     ReadAfterWrite,
     /// Two writes may come in either order.
     WriteAfterWrite,
-    /// A write may come before the read of what it replaces.
+    /// A write may come before the read of the value that it replaces.
     WriteAfterRead,
     /// A layout change, and a use that it does not wait for.
     ChangeAfterUse,

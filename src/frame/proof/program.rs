@@ -213,7 +213,7 @@ pub(super) struct Touch {
     pub(super) memory: Memory,
     pub(super) time: Time,
     pub(super) who: Who,
-    /// In which frame, from 1; 0 for what comes before all of them.
+    /// In which frame, from 1; 0 for touches before all of them.
     pub(super) frame: usize,
     pub(super) stage: S,
     pub(super) access: A,

@@ -491,7 +491,7 @@ fn subpasses_write_attachments_of_one_sample_count_and_resolve_into_the_output()
         );
         let resolved: Vec<_> = refs.resolve().iter().map(|reference| name_of(&refs, reference)).collect();
         assert_eq!(resolved, if plan.resolves_output() { vec![Some(Target::Output)] } else { vec![] }, "{name}");
-        // Someone resolves whatever has several samples.
+        // A pass resolves each target of several samples.
         assert!(
             plan.msaa == 1 || plan.resolves_output() || plan.hdr.is_some() || !plan.lighting_tests_depth(),
             "{name}"

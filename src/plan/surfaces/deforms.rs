@@ -85,7 +85,7 @@ impl DeformPlan {
         self.vertices * (MeshPlan::stride(self.streams) + if self.keeps_positions { 12 } else { 0 })
     }
 
-    /// Bytes of what the CPU writes for each frame: a palette row is four floats, and a joint has three.
+    /// Bytes that the CPU writes for each frame: a palette row is four floats, and a joint has three.
     pub fn pose_bytes(&self) -> u64 {
         48 * self.joints + 16 * self.weights.div_ceil(4)
     }

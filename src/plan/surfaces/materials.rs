@@ -141,7 +141,7 @@ impl EffectiveMaterials {
         material
     }
 
-    /// The material with what textures say all over in its factors.
+    /// The material with constant textures folded into its factors.
     fn fold(&mut self, mut material: Material, texels: &mut Texels) -> Material {
         for slot in TextureSlot::ALL {
             let form = slot.form();

@@ -72,7 +72,7 @@ pub struct ForwardKey {
 pub struct Extras {
     /// Colours of vertices multiply the base colour and alpha.
     pub colors: bool,
-    /// And what the surface emits, as it is unlit. So do tints of instances.
+    /// And the light that the surface emits, as it is unlit. So do tints of instances.
     pub colored_light: bool,
     /// Textures lie on the mesh in other ways than as its first coordinates say, or may come to.
     pub uv_maps: bool,
@@ -110,7 +110,7 @@ pub struct GeometryKey {
     pub mirrored: bool,
     /// Stores a shininess, not a roughness.
     pub phong: bool,
-    /// Says what its dielectric share reflects, as it or the G-buffer that it goes into has no usual one.
+    /// Has a reflectance of its dielectric share, as it or the G-buffer that it goes into has no usual one.
     pub reflectance: bool,
     /// Shadows fall on it; always where there are none.
     pub receives: bool,
@@ -226,7 +226,7 @@ fn is_phong(brdf: Brdf) -> bool {
     matches!(brdf, Brdf::Phong | Brdf::BlinnPhong)
 }
 
-/// Returns true if the pipeline of a material writes what it emits.
+/// Returns true if the pipeline of a material writes emitted light.
 fn shows_emission(material: &Material, rules: &SurfaceRules) -> bool {
     let forward = material.is_transparent() || rules.forward;
     let is_final = rules.shading == Shading::Light { light_only: false };

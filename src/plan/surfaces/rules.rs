@@ -20,7 +20,7 @@ pub(crate) struct SurfaceRules<'a> {
     pub looked_up: bool,
     pub shadow: bool,
     pub emissive: bool,
-    /// The G-buffer has what Cook-Torrance surfaces reflect.
+    /// The G-buffer has the reflectance of Cook-Torrance surfaces.
     pub reflectance: bool,
     pub ambient: bool,
     pub transparency: Option<Transparency>,
