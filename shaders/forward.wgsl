@@ -313,7 +313,7 @@ fn shade(in: Varying, front: bool) -> vec4<f32> {
 struct Weighted {
     // Colour times the weight, added up; and the share of the background that the surface hides, of which 1 minus it is multiplied up.
     @location(0) accumulation: vec4<f32>,
-    // That share times the weight in red, added up. Alpha is as above, though the target has none: both blend in one way.
+    // The same share times the weight in red, added up. Alpha is as above, though the target has none: both blend in one way.
     @location(1) weights: vec4<f32>,
 }
 

@@ -325,7 +325,7 @@ fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Gbuffer {
     out.emissive = vec4(min(emissive, vec3(LARGEST)), 1.0);
 #endif
 #ifdef POSITION
-    // Beyond what the target holds a place moves along its ray to where it fits, so that the eye still sees it in its direction.
+    // A place beyond the target's range moves along its ray to where it fits, so that the eye still sees it in its direction.
     let farthest = max(abs(in.world.x), max(abs(in.world.y), abs(in.world.z)));
     out.position = vec4(in.world * min(1.0, FARTHEST / farthest), 1.0);
 #endif

@@ -157,7 +157,7 @@ fn fragment(@builtin(position) pixel: vec4<f32>, @builtin(sample_index) sample: 
 @fragment
 fn fragment(@builtin(position) pixel: vec4<f32>) -> @location(0) vec4<f32> {
 #ifdef MSAA
-    // A driver may run whatever reads multisampled inputs once a sample, with the sample's own position (Mesa does).
+    // A driver may run a shader that reads multisampled inputs once a sample, with the sample's own position (Mesa does).
     let center = floor(pixel.xy) + 0.5;
     if !samples_agree(center, SAMPLES, NORMAL_ENCODING, GEOMETRIC_STEPS) {
         discard;

@@ -26,8 +26,8 @@ const LOOKS_ELSEWHERE: u32 = 4u;
 
 // Frames that are averaged at most, where nothing changes.
 override MOST_FRAMES: u32 = 64u;
-// And where something does: of what has stayed in its pixel, of what has moved, whose history has been filtered as often, and of the pixels around what has
-// moved, whose history is that of another background.
+// And where something does: of a surface that has stayed in its pixel; of one that has moved, whose history has been filtered as often; and of the
+// pixels around a moved one, whose history is that of another background.
 const MOST_STAYED: u32 = 16u;
 const MOST_MOVED: u32 = 6u;
 const MOST_BESIDE: u32 = 3u;

@@ -75,7 +75,7 @@ fn cook_torrance_surface(
     s.lobe_scale = s.alpha_squared * (0.5 / PI);
     s.smith_v = smith_root(s.n_dot_v, s.alpha_squared);
     s.diffuse = albedo * ((1.0 - metallic) / PI);
-    // Not `mix`: where that is a + (b - a) t, a dark metal keeps what rounding leaves of 0.04.
+    // Not `mix`: where that is a + (b - a) t, a dark metal keeps the rounding error of 0.04.
     s.specular = dielectric.facing * (1.0 - metallic) + albedo * metallic;
     // Exactly 1 where the dielectric has 1.
     s.grazing = 1.0 - (1.0 - dielectric.grazing) * (1.0 - metallic);

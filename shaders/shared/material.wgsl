@@ -11,7 +11,7 @@ struct Push {
     // Pre-exposed.
     emissive: vec3<f32>,
     alpha_cutoff: f32,
-    // Ks of the Phong models; of Cook-Torrance, where it says so itself, what its dielectric share reflects facing the eye.
+    // Ks of the Phong models; of Cook-Torrance, where it has its own, the dielectric share's reflectance facing the eye.
     specular: vec3<f32>,
     // The value for the specular target's alpha: the BRDF's index / 3, or a code (encodings.wgsl).
     brdf: f32,
@@ -196,7 +196,7 @@ fn mapped_normal(normal: vec3<f32>, tangent: vec4<f32>, uvs: Uvs) -> vec3<f32> {
     return bent_normal(texel_of(NORMAL_SLOT, normal_texture, normal_sampler, uvs).xyz, push.normal_scale, normal, tangent);
 }
 
-// For what only needs to know whether there is anything.
+// For passes that only need the alpha of the base colour.
 fn alpha_at(uvs: Uvs) -> f32 {
     return texel_of(BASE_COLOR_SLOT, base_color_texture, base_color_sampler, uvs).a * push.alpha;
 }

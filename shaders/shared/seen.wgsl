@@ -24,7 +24,7 @@ struct SeenMaterial {
     // Pre-exposed; black where it is not shown.
     emissive: vec3<f32>,
     normal_scale: f32,
-    // Ks of the Phong models, or what Cook-Torrance's dielectric share reflects facing the eye.
+    // Ks of the Phong models, or the reflectance of Cook-Torrance's dielectric share facing the eye.
     specular: vec3<f32>,
     // And grazing.
     grazing: f32,

@@ -196,8 +196,9 @@ impl Deferred {
         // SKIN writes deformed vertices for all that draws below: rows `deformed-reuse` and `skin-to-draws`.
         passes.record_skin(frame, times);
 
-        // OCCLUDERS and PYRAMID find out what is hidden: rows `occluders-reuse`, `occluders-to-pyramid`, `pyramid-reuse` and `pyramid-to-cull`. CULL, ARRANGE and
-        // FILL find out what is seen: rows `culled-reuse`, `cull-to-arrange`, `arrange-to-fill` and `fill-to-draws`.
+        // OCCLUDERS and PYRAMID make the pyramid of occluding depths: rows `occluders-reuse`, `occluders-to-pyramid`, `pyramid-reuse` and
+        // `pyramid-to-cull`. CULL, ARRANGE and FILL find the visible objects: rows `culled-reuse`, `cull-to-arrange`, `arrange-to-fill` and
+        // `fill-to-draws`.
         passes.record_hiding(frame, times);
         passes.record_culling(frame, times);
 
@@ -209,7 +210,8 @@ impl Deferred {
             froxels.record(frame, times);
         }
 
-        // SIMULATE and SORT tell PARTICLES what to draw: rows `particles-reuse`, `simulate-to-sort`, `sort-to-sort` and `particles-to-draw`.
+        // SIMULATE and SORT write the particles that PARTICLES draws: rows `particles-reuse`, `simulate-to-sort`, `sort-to-sort` and
+        // `particles-to-draw`.
         if let Some(particles) = &self.particles {
             particles.record(frame, times);
         }
@@ -236,8 +238,8 @@ impl Deferred {
                             // SAFETY: the first pass has no other subpass.
                             unsafe { gpu.cmd_end_render_pass(cmd) };
                             if let Some(ao) = &self.ao {
-                                // Rows `gbuffer-to-ao` and `occlusion-to-lighting`: it reads what GEOMETRY stored, and LIGHTING what it makes of
-                                // the occlusion there.
+                                // Rows `gbuffer-to-ao` and `occlusion-to-lighting`: AO reads GEOMETRY's output, and LIGHTING the resulting occlusion
+                                // in it.
                                 ao.record(frame, passes, times);
                             }
                             // SAFETY: outside a render pass; the second one begins with LIGHTING or VIEW.

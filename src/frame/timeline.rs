@@ -61,7 +61,7 @@ impl Timeline {
         }
     }
 
-    /// That frame was submitted.
+    /// Notes a submitted frame as the last one.
     pub fn pass(&mut self, since: &Since, world: &World, visible: &Visible) {
         self.count = self.count.wrapping_add(1);
         self.still = if since.still { self.still.saturating_add(1) } else { 0 };

@@ -123,7 +123,7 @@ pub(super) fn by(command: &str, doing: &str) -> String {
     format!("{doing} by {command}")
 }
 
-/// Says what was being done when a Vulkan command failed, and by which command. The text is only made on failure.
+/// Names the operation and the command when a Vulkan command failed. The text is only made on failure.
 pub(super) trait Doing<T> {
     /// Turns the error into [`Error::Vulkan`], [`Error::OutOfMemory`] or [`Error::DeviceLost`].
     fn doing<S: Into<String>>(self, command: &str, text: impl FnOnce() -> S) -> Result<T>;

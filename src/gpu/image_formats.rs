@@ -66,8 +66,8 @@ pub fn image_formats(device: &Device, surface: &Surface, wish: ImageWish) -> Res
         .ok_or_else(|| Error::Unsupported(no_format(&device.physical.name, &offered)))
 }
 
-/// The first that there is: HDR, where that is wished for; images that take what is drawn as it is; for what is to be encoded plain ones
-/// that are drawn as ones that do that (`mutable` images); and those for a shader to encode.
+/// The first of these that the surface offers: HDR, where that is wished for; images that take values as drawn; plain ones for values that are to be
+/// encoded, drawn through views that encode (`mutable` images); and images for a shader to encode.
 fn choose_formats(offered: &[vk::SurfaceFormatKHR], wish: ImageWish, mutable: bool) -> Option<ImageFormats> {
     let is_offered = |format, color_space| offered.contains(&vk::SurfaceFormatKHR { format, color_space });
     let one = |own, color_space, by_shader| ImageFormats { own, drawn: own, color_space, by_shader };

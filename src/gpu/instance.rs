@@ -262,8 +262,7 @@ fn no_driver(reason: &str) -> Error {
 }
 
 fn load_entry() -> Result<ash::Entry> {
-    // SAFETY: loading the system's Vulkan loader runs its initializers, which is what it is there for; the entry is
-    // kept as long as anything made from it.
+    // SAFETY: loading the system's Vulkan loader runs its initializers, as intended; the entry is kept as long as anything made from it.
     unsafe { ash::Entry::load() }
         .map_err(|error| Error::NoLoader { reason: error.to_string(), hint: install_hint(Missing::Loader) })
 }

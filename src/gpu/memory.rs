@@ -1,4 +1,4 @@
-//! Device memory: where it lies, what it is for, and how much of it there is.
+//! Device memory: its place, its purpose, and its size.
 
 use std::collections::BTreeMap;
 use std::fmt;

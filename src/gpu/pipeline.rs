@@ -190,7 +190,7 @@ impl ShaderStage<'_> {
 }
 
 impl GraphicsPipelineDesc<'_> {
-    /// All of it but the name; none if it is not known what its layout or its render pass was made of.
+    /// All of it but the name; none if the content of its layout or of its render pass is not known.
     fn content(&self, device: &Device) -> Option<Content> {
         let Self {
             name: _,
@@ -269,7 +269,7 @@ impl<'a> Shaders<'a> {
             }
             device.keep_shader(|| format!("{name} {:?}", stage.stage), stage.spirv);
             let info = vk::ShaderModuleCreateInfo::default().code(stage.spirv);
-            // SAFETY: the device is alive; that the module is valid is what the shader compiler checks.
+            // SAFETY: the device is alive; the shader compiler checks that the module is valid.
             let raw = unsafe { device.raw.create_shader_module(&info, None) }
                 .doing("vkCreateShaderModule", || format!("loading the {:?} shader of '{name}'", stage.stage))?;
             Ok((*stage, Owned::new_from(device, name, raw)))

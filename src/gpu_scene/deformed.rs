@@ -254,7 +254,7 @@ impl Rest {
     }
 }
 
-/// Appends the shapes of a mesh: of each, what any of them changes. The words of one, and the bits of what they change.
+/// Appends the shapes of a mesh: of each, the attributes that any of them changes. Returns the words of one, and the bits of these attributes.
 fn append_shapes(words: &mut Vec<u32>, mesh: &Mesh) -> (u32, u32) {
     let any = |is_empty: fn(&crate::scene::Morph) -> bool| !mesh.morphs.iter().all(is_empty);
     let changes = [

@@ -125,7 +125,7 @@ pub fn stream_format(stream: u32) -> vk::Format {
 /// Normals longer than this would overflow where a transform or the rasterizer multiplies them.
 const LONG: f32 = 1.8446744e19;
 
-/// The normals of a mesh, if any is too long all of them by a power of two: a normal's length says only what share it has between vertices.
+/// The normals of a mesh, if any is too long all of them by a power of two: a normal's length is only its share between vertices.
 fn bounded(normals: &[[f32; 3]]) -> Cow<'_, [[f32; 3]]> {
     let longest = normals.iter().flatten().fold(0.0f32, |most, axis| most.max(axis.abs()));
     if longest <= LONG {

@@ -320,7 +320,7 @@ pub struct Recording<'a> {
     pub posed: bool,
     /// The index of the swapchain's image that the picture goes to; 0 where nothing is presented.
     pub image: usize,
-    /// That image, and its extent.
+    /// The swapchain's image that the picture goes to, and its extent.
     pub swapchain_image: Option<(vk::Image, vk::Extent2D)>,
     pub scene: &'a GpuScene,
     pub world: &'a World,

@@ -198,7 +198,7 @@ impl Overlay {
             let [width, height] = texture.size;
             let desc = ImageDesc {
                 name: "overlay texture",
-                // Encoded values are what is sampled and blended.
+                // Encoded values are sampled and blended.
                 format: vk::Format::R8G8B8A8_UNORM,
                 extent: vk::Extent2D { width, height },
                 usage: vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST,

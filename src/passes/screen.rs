@@ -52,7 +52,7 @@ impl Screen {
         test: Option<vk::CompareOp>,
         samples: vk::SampleCountFlags,
     ) -> gpu::Result<Self> {
-        // The shader tells what is pushed for it, to its fragments alone.
+        // The shader has the size of its push constants, for its fragments alone.
         let size = desc.shader.fragment().map_or(0, |entry| entry.push_constant_size);
         let range = vk::PushConstantRange { stage_flags: vk::ShaderStageFlags::FRAGMENT, offset: 0, size };
         let ranges: &[_] = if size > 0 { &[range] } else { &[] };

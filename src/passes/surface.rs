@@ -348,7 +348,7 @@ pub fn faces(key: GeometryKey) -> (vk::CullModeFlags, vk::FrontFace) {
     )
 }
 
-/// Reversed Z. After a depth pre-pass only what it left visible is equal to its depth; masked surfaces were not in it.
+/// Reversed Z. After a depth pre-pass only surfaces that it left visible are equal to its depth; masked surfaces were not in it.
 pub fn opaque_depth(plan: &FramePlan, key: GeometryKey) -> DepthState {
     match plan.depth_prepass && !key.masked {
         true => DepthState { test: vk::CompareOp::EQUAL, write: false },

@@ -287,7 +287,7 @@ mod tests {
                 assert!(rises, "{curve:?} up to {headroom} falls: {values:?}");
                 let brightest = of(60_000.0);
                 assert!((brightest / headroom - 1.0).abs() < 0.03, "{curve:?}: {brightest} of {headroom}");
-                // Up to half of white, greys are what they are on any display.
+                // Up to half of white, greys are the same on any display.
                 for light in [0.001, 0.05, 0.18, 0.36, 0.5] {
                     let white = tone_map(Vec3::splat(light), curve).max_element();
                     assert_eq!(of(light), white, "{curve:?} up to {headroom}: a grey of {light}");

@@ -1,5 +1,5 @@
-//! TRANSPARENT: surfaces that show others behind them, lit while they are rasterized, over the picture that LIGHTING has made. Sorted,
-//! each over what is there; or summed up with weights in any order, for COMPOSITE to lay over the picture.
+//! TRANSPARENT: surfaces that show others behind them, lit while they are rasterized, over the picture that LIGHTING has made. Sorted, each over the
+//! picture so far; or summed up with weights in any order, for COMPOSITE to lay over the picture.
 
 use std::sync::Arc;
 

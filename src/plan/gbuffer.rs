@@ -34,8 +34,7 @@ pub struct Gbuffer {
     /// The last two of those channels are in use. Where they are not, the shading normal is the geometric one.
     pub geometric_normal: bool,
     /// Ks, and the BRDF's index in alpha. Where a Cook-Torrance surface reflects otherwise than a usual dielectric, such surfaces have the square
-    /// root of what they reflect facing the eye, and alpha has what they reflect grazing, times 2/3, or the index b of another BRDF as
-    /// (b + 6) / 9.
+    /// root of the reflectance facing the eye, and alpha has the grazing reflectance, times 2/3, or the index b of another BRDF as (b + 6) / 9.
     pub specular: Option<vk::Format>,
     /// Relative to the camera; rebuilt from depth where it is absent.
     pub position: Option<vk::Format>,

@@ -12,7 +12,7 @@ pub enum ToneMapping {
     InLighting(Tonemap),
     /// A subpass of its own, because something is blended before it.
     Subpass(Tonemap),
-    /// That subpass without a curve: the output holds the light before the curve.
+    /// The same subpass without a curve: the output holds the light before the curve.
     Kept,
     /// On the CPU: the output holds exposed light, of which many frames make one picture.
     AfterFrames(Tonemap),

@@ -284,7 +284,7 @@ pub fn gbuffers() -> Vec<(&'static str, GbufferChoice)> {
     ]
 }
 
-/// Every plan of the scenes, views, layouts, outputs and devices above, with what it is of.
+/// Every plan of the scenes, views, layouts, outputs and devices above, with the names of these.
 pub fn plans() -> Vec<(String, FramePlan)> {
     let plain = Capabilities {
         unorm_2x16_attachment: false,

@@ -1,8 +1,8 @@
 //! Proves a plan's rows without a device, a driver or a layer: finds the hazards that they leave, and the rows that order nothing.
 //!
-//! From the plan follows what its frames touch, and when; from the rows, what synchronizes that ([`frames`]). The specification's rules of
-//! execution and memory dependencies say what is ordered ([`order`]). A pair of touches of the same memory, one of which writes, is a hazard if it
-//! is not.
+//! The plan decides which memory its frames touch, and when; the rows decide how these touches are synchronized ([`frames`]). The specification's
+//! rules of execution and memory dependencies decide which touches are ordered ([`order`]). A pair of touches of the same memory, one of which
+//! writes, is a hazard if it is not ordered.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -166,7 +166,7 @@ fn hazards_of(program: &Program) -> impl Iterator<Item = Hazard> {
 }
 
 impl<'a> Past<'a> {
-    /// Adds what a group does, and gives what it waits for too little.
+    /// Adds the touches of a group, and returns the hazards with those before it.
     fn take(&mut self, order: &Order, group: &[&'a Touch]) -> Vec<Hazard> {
         let mut found = Vec::new();
         let mut report = |kind, first: String, second: &Touch, consequence, clash| {

@@ -82,7 +82,7 @@ impl Bits {
     }
 }
 
-/// The synchronizations that happen after a touch: execution, and those before which what it wrote is made available.
+/// The synchronizations that happen after a touch: for execution, and for making its write available.
 struct Reached {
     executed: Bits,
     available: Bits,

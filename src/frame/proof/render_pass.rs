@@ -49,7 +49,7 @@ struct Instance<'a> {
 const EXTERNAL: u32 = vk::SUBPASS_EXTERNAL;
 
 impl Program {
-    /// An instance of a pass. `memory` is that of its attachments, and `besides` tells of each subpass what else it touches.
+    /// An instance of a pass. `memory` is that of its attachments, and `besides` has each subpass's other touches.
     pub(super) fn render_pass(
         &mut self,
         pass: &PassDescription,

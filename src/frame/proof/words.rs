@@ -81,7 +81,8 @@ impl Consequence {
     }
 }
 
-/// The earlier use to tell of: `first`, or what it overtook if it is a layout change, since a change that waits for nothing is no news to later uses.
+/// The earlier use to tell of: `first`, or the use that it overtook if it is a layout change, since a change that waits for nothing is no news to
+/// later uses.
 pub(super) fn blamed<'a>(first: &'a Touch, overtaken: Option<&'a Touch>, second: &Touch) -> &'a Touch {
     overtaken.filter(|_| first.is_change() && !second.is_change()).unwrap_or(first)
 }

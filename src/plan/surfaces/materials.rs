@@ -78,8 +78,8 @@ impl EffectiveMaterials {
         effective
     }
 
-    /// A material whose objects may be selected, and whose colour is what it emits: also a black one may come to glow, so that a plan for it has
-    /// what emission needs.
+    /// A material whose objects may be selected, and whose colour is its emission: also a black one may come to glow, so that a plan for it has the
+    /// parts that emission needs.
     fn glowing(&self, index: usize, mut material: Material) -> Material {
         if self.looks.contains(&index) && self.emits_color(&material) {
             material.emissive = material.emissive.max(Vec3::splat(f32::MIN_POSITIVE));
@@ -96,7 +96,7 @@ impl EffectiveMaterials {
         own
     }
 
-    /// Returns true if a material's colour is what it emits: that of what is unlit, in views that show what is emitted.
+    /// Returns true if a material's colour is its emission: an unlit one's, in views that show emission.
     pub(crate) fn emits_color(&self, material: &Material) -> bool {
         material.unlit && self.view.shows_emission()
     }

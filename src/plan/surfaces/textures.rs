@@ -167,7 +167,7 @@ pub enum SetSamplers {
 pub struct TexturePlan {
     /// In the order of the scene; neutral ones last.
     pub images: Vec<PlannedTexture>,
-    /// By material, what its pipelines sample: exactly what they bind.
+    /// By material, the images that its pipelines sample: exactly those that they bind.
     pub sets: BTreeMap<usize, BTreeMap<TextureSlot, usize>>,
     /// By material, the base colour that cuts holes into its shadow.
     pub holes: BTreeMap<usize, usize>,
