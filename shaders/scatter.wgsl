@@ -90,7 +90,7 @@ fn mean_inverse_square(piece: Piece, offset: vec3<f32>) -> f32 {
     return min(mean, 1.0 / MIN_DISTANCE_SQUARED);
 }
 
-// Edge of a work group's block of froxels, and how many lamps it sorts out at once, 32 a word.
+// Edge of a work group's block of froxels, and the number of lamps that it sorts out at once, 32 a word.
 const EDGE: u32 = 4u;
 const THREADS: u32 = 64u;
 const WORDS: u32 = 8u;

@@ -78,7 +78,7 @@ pub struct EntryPoint {
     pub workgroup_size: [u32; 3],
 }
 
-/// A module's words, or where they are.
+/// A module's words, or their place.
 #[derive(Clone, Copy, Debug)]
 pub enum Spirv {
     /// In the program, packed with those of other variants.

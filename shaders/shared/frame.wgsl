@@ -37,7 +37,7 @@ struct Frame {
     // Froxels across and down.
     cluster_columns: u32,
     cluster_rows: u32,
-    // Layers of shadow maps, and how many maps there are.
+    // The numbers of layers of shadow maps, and of maps.
     shadow_layers: u32,
     shadow_view_count: u32,
     // The camera relative to the centre of the scene, and the scene's radius: for the views.

@@ -87,7 +87,7 @@ struct Hit {
     instance: u32,
     material: u32,
     vertices: vec3<u32>,
-    // Shares of the second and the third corner, and how they change from pixel to pixel across and down.
+    // Shares of the second and the third corner, and their change from pixel to pixel across and down.
     shares: vec2<f32>,
     step_x: vec2<f32>,
     step_y: vec2<f32>,
@@ -176,7 +176,7 @@ fn hit_of(number: u32, pixel: vec2<f32>) -> Hit {
 }
 
 #ifdef TEXTURED
-// A place on a texture, and how it changes from pixel to pixel.
+// A place on a texture, and its change from pixel to pixel.
 struct Coordinates {
     at: vec2<f32>,
     step_x: vec2<f32>,

@@ -51,7 +51,7 @@ pub(super) fn steps(plan: &FramePlan) -> [Option<Step>; 2] {
 }
 
 impl AoStage {
-    /// None where the plan does not have it.
+    /// Returns none if the plan has no ambient occlusion.
     ///
     /// # Errors
     /// When the device cannot compile a pipeline.

@@ -125,7 +125,7 @@ enum Shade {
     View(ViewPass),
 }
 
-/// The passes of the frame in their order, and which of them share a render pass. Passes that the plan lacks are left out.
+/// The passes of the frame in their order, grouped by render pass. Passes that the plan lacks are left out.
 pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
     let subpass = |place: &Pass, passes: &[&'static Pass]| list::subpass(plan, place.place, passes);
     let alone = |pass: &'static Pass| subpass(pass, &[pass]);

@@ -33,7 +33,7 @@ pub(super) fn steps(plan: &FramePlan) -> [Option<Step>; 2] {
 }
 
 impl FroxelStage {
-    /// None where the plan does not have it.
+    /// Returns none if the plan has no froxels.
     ///
     /// # Errors
     /// When the device lacks the memory or cannot compile a pipeline.

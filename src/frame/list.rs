@@ -1,4 +1,4 @@
-//! The frame as a list: which passes a plan's frames have, in their order, and which of them share a render pass.
+//! The frame as a list: the passes of a plan's frames, in their order, and the ones that share a render pass.
 //!
 //! The order and the shared render passes are written by hand: [`super::deferred::list`] and [`super::tiled::list`]. Their consequences are computed
 //! here: the images and their usage, the loads and stores of each render pass, and the layouts.
@@ -75,7 +75,7 @@ pub struct Commands {
     pub after: Vec<(RowName, Resource)>,
 }
 
-/// In which of a plan's frames something happens.
+/// The occasion, among a plan's frames, on which something happens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Occasion {
     /// Every frame.

@@ -38,7 +38,7 @@ pub(super) fn steps(plan: &FramePlan) -> [Option<Step>; 3] {
 }
 
 impl ParticleStage {
-    /// None where the plan does not have it.
+    /// Returns none if the plan has no particles.
     ///
     /// # Errors
     /// When the device lacks the memory or cannot compile a pipeline.

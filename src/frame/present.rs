@@ -57,7 +57,7 @@ pub struct Presenter {
     renderer: Option<Renderer>,
     /// None while it has none.
     swapchain: Option<Swapchain>,
-    /// Some if frames must be made anew, with `true` because of another scene.
+    /// Some if frames are to be made anew; true if the scene itself has changed.
     changed: Option<bool>,
     screenshot: Option<Copy>,
     /// It holds, or will hold, a picture that nobody has read.

@@ -59,7 +59,7 @@ pub(super) fn steps(plan: &FramePlan) -> [Option<Step>; 3] {
 }
 
 impl ReflectStage {
-    /// None where the plan does not have it.
+    /// Returns none if the plan has no reflections.
     ///
     /// # Errors
     /// When the device cannot compile a pipeline.

@@ -32,7 +32,7 @@ pub(super) fn steps(plan: &FramePlan) -> [Option<Step>; 2] {
 }
 
 impl TaaStage {
-    /// None where the plan does not have it.
+    /// Returns none if the plan has no TAA.
     ///
     /// # Errors
     /// When the device lacks the memory or cannot compile a pipeline.

@@ -28,7 +28,7 @@ struct Last {
 }
 
 impl Timeline {
-    /// Of which so many have places of their own.
+    /// A timeline whose frames have so many places in the pixel before the first comes again.
     pub fn of(places: u32) -> Self {
         Self { count: 0, order: Order::of(places), last: None, still: 0 }
     }

@@ -219,7 +219,7 @@ impl Device {
         std::mem::take(&mut *self.labels.lock().unwrap_or_else(PoisonError::into_inner)).into_iter().collect()
     }
 
-    /// Keeps the name of the last labelled region that was recorded in a file, so that whoever finds a crashed process knows how far it came.
+    /// Keeps the name of the last labelled region that was recorded in a file, so that it shows how far a crashed process came.
     pub fn tell_labels_to(&self, file: File) {
         *self.last_label.lock().unwrap_or_else(PoisonError::into_inner) = Some(file);
     }

@@ -305,7 +305,7 @@ pub(super) fn fixed_text(text: &[c_char]) -> String {
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
-/// By which interface the layer takes its settings.
+/// The interface by which the layer takes its settings.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum SettingsInterface {
     /// VK_EXT_layer_settings: layers from 2024 on.

@@ -68,9 +68,9 @@ impl PipelineCache {
 pub struct DriverHeader {
     /// The number of the device's vendor.
     pub vendor: u32,
-    /// The driver's own identifier of itself and its version.
+    /// The vendor's number of the device.
     pub device: u32,
-    /// Of the driver and its version.
+    /// The identifier of the driver and its version.
     pub uuid: [u8; vk::UUID_SIZE],
 }
 

@@ -147,7 +147,7 @@ fn vertices(scene: &Scene, deform: &PlannedDeform) -> usize {
     scene.meshes[deform.mesh].positions.len()
 }
 
-/// By stream, and where the last one ends.
+/// The first byte of each stream, and the end of the last one.
 fn starts(plan: &DeformPlan) -> ([Option<u64>; STREAMS], u64) {
     let present = |stream: u32| match stream {
         POSITION => true,

@@ -97,7 +97,7 @@ impl Surfaces {
     }
 }
 
-/// Textures, and how they are filtered.
+/// Textures, and their filtering.
 pub(super) struct FilteredTextures {
     pub textures: TexturePlan,
     pub anisotropy: u32,

@@ -37,7 +37,7 @@ impl Span {
     }
 }
 
-/// One side of a synchronization: when, and which stages and accesses.
+/// One side of a synchronization: its time, stages and accesses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Scope {
     pub(super) span: Span,

@@ -17,7 +17,7 @@ pub struct CulledState {
     pub object: usize,
     pub width: IndexWidth,
     pub deformed: bool,
-    /// Of those of a step of depth.
+    /// Their commands, among those of a step of depth.
     pub commands: Range<u32>,
 }
 
