@@ -26,11 +26,12 @@ override SAMPLES: u32 = 16u;
 
 const PI: f32 = 3.14159265;
 const SECTORS: f32 = 32.0;
-// How thick what is seen is taken to be, in radii: src/reference/depth_march.rs has the same.
+// The assumed thickness of visible surfaces, in radii: src/reference/depth_march.rs has the same.
 const THICKNESS: f32 = 0.5;
 // The least cosine between a normal and the line of sight. Normal maps turn some away from the eye.
 const LEAST_FACING: f32 = 0.01;
-// How far before what is seen a sample of the hemisphere must lie behind it, in radii, so that a surface does not hide itself.
+// The distance, in radii, by which a sample of the hemisphere must lie behind the visible surface to be hidden, so that a surface does not hide
+// itself.
 const BIAS: f32 = 0.025;
 
 // The surface point that a pixel shows.
@@ -94,7 +95,7 @@ struct Slice {
     // Across the line of sight, and across the slice, of length 1.
     axis: vec3<f32>,
     beside: vec3<f32>,
-    // How far the normal leans out of the slice, by its part in it.
+    // The normal's part out of the slice.
     lean: f32,
     sin_gamma: f32,
     cos_gamma: f32,

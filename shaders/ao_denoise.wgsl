@@ -1,5 +1,5 @@
-// AO_DENOISE: what AO found at a pixel and at those around it that lie in the plane of its surface, in the mean, times the occlusion that the
-// G-buffer has of the material.
+// AO_DENOISE: the mean of AO's values at a pixel and at those around it that lie in the plane of its surface, times the occlusion that the G-buffer
+// has of the material.
 // variants: NORMAL_UINT HALF_ALBEDO SINGLE_ALBEDO
 // excludes: HALF_ALBEDO SINGLE_ALBEDO
 #import afterlight::frame::{frame, position_at}
@@ -26,7 +26,7 @@ override NORMAL_ENCODING: u32 = 0u;
 override RADIUS: f32 = 0.5;
 override SCALE: u32 = 1u;
 
-// How far from the plane of a surface others count no more, in radii.
+// The distance from the plane of a surface, in radii, beyond which other pixels count no more.
 const TOLERANCE: f32 = 0.1;
 
 @compute @workgroup_size(8, 8)

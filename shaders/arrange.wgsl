@@ -1,7 +1,7 @@
 // ARRANGE: for each step of depth a work group, which turns the numbers of instances by slot into how many come before them in the step.
 #import afterlight::culling::{count_at, cull, culled}
 
-// How many each step has, for the CPU.
+// The number of instances of each step, for the CPU.
 @group(0) @binding(7) var<storage, read_write> found: array<u32>;
 
 const THREADS: u32 = 128u;

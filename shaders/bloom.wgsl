@@ -1,4 +1,4 @@
-// BLOOM: a step of the way down to wider levels of light, or of the way up, on which each level is mixed with what the wider ones spread.
+// BLOOM: a step of the way down to wider levels of light, or of the way up, on which each level is mixed with the light of the wider ones.
 // variants: FIRST UP MSAA
 // excludes: FIRST UP
 // requires: MSAA -> FIRST
@@ -12,10 +12,10 @@ struct Push {
     picture: vec2<u32>,
     // The finer of the two levels; 0 is the picture.
     level: u32,
-    // Where its texels begin, and those of the wider one.
+    // The index of its first texel, and of the wider level's.
     finer_at: u32,
     wider_at: u32,
-    // How much of the finer level's light comes from the wider ones.
+    // The share of the finer level's light that comes from the wider ones.
     share: f32,
 }
 

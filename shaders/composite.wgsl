@@ -1,4 +1,4 @@
-// COMPOSITE: what weighted blending has summed up, as one layer over the picture (McGuire and Bavoil 2013).
+// COMPOSITE: the sums of weighted blending, as one layer over the picture (McGuire and Bavoil 2013).
 // With several samples a pixel it runs once a sample: surfaces may cover some and not others.
 // variants: MSAA
 // precise

@@ -39,7 +39,7 @@ fn step_of(stand: Stand) -> u32 {
 // The depths that PYRAMID writes, level by level.
 @group(0) @binding(6) var<storage, read> pyramid: array<f32>;
 
-// Behind what hides it a box is by so much of its depth, and by so much in any case: depths are interpolated over large triangles with the
+// A hidden box lies behind its occluder by so much of its depth, and by so much in any case: depths are interpolated over large triangles with the
 // rounding of their largest value. As in src/visible/occlusion.rs.
 const DEPTH_SHARE: f32 = 1e-3;
 const DEPTH_SLACK: f32 = 4e-6;

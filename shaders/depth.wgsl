@@ -1,4 +1,4 @@
-// DEPTH, the pre-pass: positions only, so that what shades after it meets each visible surface once. The arithmetic of the position is
+// DEPTH, the pre-pass: positions only, so that the pass that shades after it meets each visible surface once. The arithmetic of the position is
 // that of geometry.wgsl, and precise, so that depths are equal to the bit.
 // precise
 #import afterlight::frame::{frame}

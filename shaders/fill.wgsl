@@ -4,11 +4,11 @@
 #import afterlight::culling::{batch_of, count_at, cull, culled, group_of, groups, HIDDEN, LANES, slot_of, Stand, stands, STEPS}
 
 #ifdef LOOKS
-// How each looks (material.wgsl), two of its numbers in a word.
+// The look of each (material.wgsl), two of its numbers in a word.
 @group(0) @binding(5) var<storage, read> looks: array<vec2<u32>>;
 #endif
 
-// By step: how many instances come before it.
+// By step: the number of instances before it.
 var<workgroup> before: array<u32, 32>;
 
 // The offset of an instance from the camera, as src/visible/instances.rs has it, to the bit.

@@ -1,4 +1,4 @@
-// FOG: what the air takes of the light of every pixel, and what it scatters to the eye: the light is blended with what is left of it in alpha.
+// FOG: the light that the air takes from every pixel, and the light that it scatters to the eye: blended by the share that is left, in alpha.
 // With several samples a pixel it runs once a sample: each has its own depth.
 // variants: LIGHTS MSAA FROXELS
 // requires: FROXELS -> LIGHTS

@@ -1,5 +1,5 @@
-// FORMULAS: one formula of the modules that frames use, on each element of a buffer of inputs: what the stress cases `formulas/...` hold
-// against 64 bits. No pass of a frame.
+// FORMULAS: one formula of the modules that frames use, on each element of a buffer of inputs: the stress cases `formulas/...` compare it with 64
+// bits. No pass of a frame.
 // variants: PLANTED
 // precise
 #import afterlight::brdf::{ambient_lobe, cook_torrance_surface, ggx_lobe, half_vector, phong_surface, reflect_ambient, reflect_light, schlick, smith_root, squared_alpha, Dielectric, COOK_TORRANCE, PHONG, BLINN_PHONG}
@@ -11,10 +11,10 @@
 #import afterlight::textbook::{textbook_light}
 #endif
 
-// Which one; src/stress/formula/mod.rs has the same order.
+// The number of the formula; src/stress/formula/mod.rs has the same order.
 override FORMULA: u32 = 0u;
 
-// What the numbers are is the formula's.
+// The meaning of the numbers is the formula's.
 struct Input {
     a: vec4<f32>,
     b: vec4<f32>,
@@ -80,7 +80,7 @@ fn ambient_of(in: Input) -> vec3<f32> {
 // pixel, depth
 fn position_of(in: Input) -> vec3<f32> {
 #ifdef PLANTED
-    // Forward Z, as 1 - near / distance: what lies far away has the codes next to 1, and they are as far apart as those of what is near.
+    // Forward Z, as 1 - near / distance: far surfaces have the codes next to 1, which are as far apart as those of near ones.
     let forward = 1.0 - in.a.z;
     return position_at(in.a.xy, 1.0 - forward);
 #else

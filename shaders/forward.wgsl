@@ -41,7 +41,7 @@
 override TEXTURES: u32 = 0u;
 // Colours of vertices multiply the base colour and alpha.
 override COLORED: bool = false;
-// And what the surface emits. So do tints of instances.
+// And the light that the surface emits. So do tints of instances.
 override COLORED_LIGHT: bool = false;
 // Instances have looks.
 override LOOKS: bool = false;
@@ -49,14 +49,14 @@ override MASKED: bool = false;
 override TWO_SIDED: bool = false;
 // Shadows fall on it.
 override RECEIVES: bool = true;
-// The material's BRDF, and whether its roughness is a shininess.
+// The material's BRDF, which decides if its roughness is a shininess.
 override BRDF: u32 = 0u;
 // Reflection models as textbooks have them.
 override TEXTBOOK: bool = false;
 override PHONG: bool = false;
-// The material says what its dielectric share reflects.
+// The material has a reflectance of its dielectric share.
 override REFLECTANCE: bool = false;
-// What surfaces emit is shown.
+// Emitted light is shown.
 override EMISSIVE: bool = true;
 override AMBIENT: bool = true;
 override DIRECTIONAL: bool = true;
@@ -67,9 +67,9 @@ override PUNCTUAL: bool = true;
 override FALLOFF: u32 = 3u;
 // Bits of the traits that some light of the plan has: ranges, cones, beams (lights.wgsl).
 override TRAITS: u32 = 0xffffffffu;
-// How shadow maps are looked up.
+// The filter of shadow maps.
 override SHADOW_FILTER: u32 = 2u;
-// Which lights have some.
+// The kinds of lights with shadow maps.
 override DIRECTIONAL_SHADOWS: bool = true;
 override PUNCTUAL_SHADOWS: bool = true;
 // Some surface is a metal.
@@ -83,17 +83,17 @@ override OPERATOR: u32 = 0u;
 override MULTISAMPLED: bool = false;
 // Largest value that the target takes.
 override LARGEST: f32 = 65000.0;
-// How the surface goes with what lies behind it: 0 hides it, 1 is times alpha as a whole, 2 keeps its highlights whole, 3 has nothing but
-// highlights, as much of them as it hides.
+// The surface over the one behind it: 0 hides it, 1 is times alpha as a whole, 2 keeps its highlights whole, 3 has nothing but highlights, as much of
+// them as it hides.
 override OPACITY: u32 = 0u;
-// How much a surface may add beyond its share of LARGEST. src/passes/transparent.rs chooses it so that no sum overflows.
+// The most that a surface may add beyond its share of LARGEST. src/passes/transparent.rs chooses it so that no sum overflows.
 override HIGHLIGHT: f32 = 0.0;
 // Weight of a surface at the eye, the least one as a share of it, and the most that a surface may add to a sum; as HIGHLIGHT.
 override WEIGHT: f32 = 1.0;
 override LEAST: f32 = 0.000244140625;
 override PEAK: f32 = 1e28;
 
-// Fog lies before it. FOG comes after what is opaque.
+// Fog lies before it. FOG comes after opaque surfaces.
 override FOG: bool = false;
 
 const HIDES: u32 = 0u;
@@ -121,7 +121,7 @@ struct Vertex {
     @location(9) row_y: vec4<f32>,
     @location(10) row_z: vec4<f32>,
 #ifdef EXTRAS
-    // How it looks (material.wgsl).
+    // Its look (material.wgsl).
     @location(13) look: vec4<u32>,
 #endif
 }
@@ -197,7 +197,7 @@ fn all_light(pixel: vec4<f32>, surface: Surface, texel: Texel, model: Model) -> 
 #ifdef CLUSTERED
     let end = frame.global_count;
 #else
-    // Paths that add lights one by one do so only to what is opaque.
+    // Paths that add lights one by one do so only to opaque surfaces.
     let end = frame.light_count;
 #endif
     var radiance = light_everywhere(surface, texel, model, Everywhere(AMBIENT, DIRECTIONAL && !ONE_DIRECTIONAL, PUNCTUAL, end));
@@ -210,7 +210,7 @@ fn all_light(pixel: vec4<f32>, surface: Surface, texel: Texel, model: Model) -> 
 #ifdef CLUSTERED
     var depth = pixel.z;
     if MULTISAMPLED {
-        // That of the pixel's centre, which may lie beside the surface, and in another froxel.
+        // The depth of the pixel's centre, which may lie beside the surface, and in another froxel.
         let clip = frame.clip_from_world * vec4(texel.position, 1.0);
         depth = clip.z / clip.w;
     }
@@ -287,11 +287,11 @@ fn shade(in: Varying, front: bool) -> vec4<f32> {
     var surface = surface_of(texel, model);
     var alpha = select(saturate(point.base.a), 1.0, OPACITY == HIDES);
     if OPACITY == GLASS {
-        // The body's share of the light; what the surface mirrors is whole.
+        // The body's share of the light; the mirrored light is whole.
         surface.diffuse *= alpha;
     }
     if OPACITY == COAT {
-        // Its lobe is times what it hides from all sides, before any light is: no bright one is cut off that would be dim.
+        // Its lobe is times the share that it hides from all sides, before any light is: no bright one is cut off that would be dim.
         alpha *= coat_share(surface.n_dot_v);
         surface.diffuse = vec3(0.0);
         surface.specular = vec3(alpha);
@@ -313,7 +313,7 @@ fn shade(in: Varying, front: bool) -> vec4<f32> {
 struct Weighted {
     // Colour times the weight, added up; and the share of the background that the surface hides, of which 1 minus it is multiplied up.
     @location(0) accumulation: vec4<f32>,
-    // That share times the weight in red, added up. Alpha is as above, though the target has none: both blend in one way.
+    // The same share times the weight in red, added up. Alpha is as above, though the target has none: both blend in one way.
     @location(1) weights: vec4<f32>,
 }
 
@@ -322,10 +322,10 @@ struct Weighted {
 // stay below T (PEAK + 16), which is 64000 up to T = 2000. From there on PEAK is 16, and no number of layers passes 2^15: there a
 // step is 32, and a sum to which half a step or less is added stays (rounded to even, or cut off).
 //
-// No sum is lost. In half floats, LEAST WEIGHT >= 2^-6, so that an alpha of 1/255 adds a normal number, at least 2^-14. What is bright
-// adds PEAK alpha / colour, which is normal for every colour up to 32000 alpha + 512, hence for all tone-mapped light. Only a clear pane's
-// highlight of more than 900 nits in a linear picture adds less: still 32 of the steps of 2^-24 that lie below. An alpha below 1/255 adds
-// less too, and where nothing is left of it COMPOSITE leaves the background.
+// No sum is lost. In half floats, LEAST WEIGHT >= 2^-6, so that an alpha of 1/255 adds a normal number, at least 2^-14. A bright layer adds PEAK
+// alpha / colour, which is normal for every colour up to 32000 alpha + 512, hence for all tone-mapped light. Only a clear pane's highlight of more
+// than 900 nits in a linear picture adds less: still 32 of the steps of 2^-24 that lie below. An alpha below 1/255 adds less too, and where nothing
+// is left of it COMPOSITE leaves the background.
 // Single floats hold all of it: 2^-12 / 255 and PEAK / 255 / 2e30 are normal.
 
 @fragment

@@ -9,7 +9,7 @@
 // Contrast that counts as an edge: of the brightest neighbour, and at least (in dark places). "High quality" of the original.
 const CONTRAST: f32 = 0.125;
 const LEAST_CONTRAST: f32 = 0.0312;
-// How much of single bright or dark pixels is taken away, 0 to 1.
+// The share of single bright or dark pixels that is taken away, 0 to 1.
 const SUBPIXEL: f32 = 0.75;
 const SEARCH_STEPS: u32 = 12u;
 
@@ -18,7 +18,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
     return screen_corner(index);
 }
 
-// About what the eye sees: the square root of luminance (Rec. 709).
+// About the eye's impression: the square root of luminance (Rec. 709).
 fn brightness(color: vec3<f32>) -> f32 {
     return sqrt(dot(color, vec3(0.2126, 0.7152, 0.0722)));
 }
@@ -40,7 +40,7 @@ fn step_length(step: u32) -> f32 {
     return select(select(8.0, 4.0, step < 11u), 2.0, step < 10u);
 }
 
-// One end of an edge: how far away it is, and by how much the brightness there differs from that of the edge.
+// One end of an edge: its distance, and the difference of the brightness there from that of the edge.
 struct End {
     distance: f32,
     difference: f32,

@@ -36,7 +36,7 @@ enable primitive_index;
 override TEXTURES: u32 = 0u;
 // Colours of vertices multiply the base colour and alpha.
 override COLORED: bool = false;
-// And what the surface emits. So do tints of instances.
+// And the light that the surface emits. So do tints of instances.
 override COLORED_LIGHT: bool = false;
 // Instances have looks.
 override LOOKS: bool = false;
@@ -50,7 +50,7 @@ override GEOMETRIC_STEPS: f32 = 255.0;
 // The material's roughness channel holds a shininess instead.
 override PHONG: bool = false;
 #ifdef SPECULAR
-// The material is of Cook-Torrance's model, and the specular target has what such surfaces reflect.
+// The material is of Cook-Torrance's model, and the specular target has the reflectance of such surfaces.
 override REFLECTANCE: bool = false;
 #endif
 // Largest value that the light target holds.
@@ -84,7 +84,7 @@ struct Vertex {
     @location(9) row_y: vec4<f32>,
     @location(10) row_z: vec4<f32>,
 #ifdef EXTRAS
-    // How it looks (material.wgsl).
+    // Its look (material.wgsl).
     @location(13) look: vec4<u32>,
 #endif
 #ifdef PACKED
@@ -294,7 +294,7 @@ fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Gbuffer {
 #endif
 #ifdef MATERIAL
     let stored_roughness = select(point.roughness, encode_shininess(point.roughness), PHONG);
-    // What is needed most comes first: the target has as many channels as the scene needs.
+    // The values that are needed most come first: the target has as many channels as the scene needs.
     out.material = vec4(stored_roughness, point.metallic, 0.0, 0.0);
     if GEOMETRIC_STEPS > 0.0 {
         var plane = to_unorm(octahedral(geometric * facing), GEOMETRIC_STEPS);
@@ -325,7 +325,7 @@ fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Gbuffer {
     out.emissive = vec4(min(emissive, vec3(LARGEST)), 1.0);
 #endif
 #ifdef POSITION
-    // Beyond what the target holds a place moves along its ray to where it fits, so that the eye still sees it in its direction.
+    // A place beyond the target's range moves along its ray to where it fits, so that the eye still sees it in its direction.
     let farthest = max(abs(in.world.x), max(abs(in.world.y), abs(in.world.z)));
     out.position = vec4(in.world * min(1.0, FARTHEST / farthest), 1.0);
 #endif

@@ -37,7 +37,7 @@
 #endif
 #import afterlight::tonemapping::{tone_map}
 
-// Which BRDF all materials have; 4 where the scene mixes them.
+// The BRDF that all materials have; 4 where the scene mixes them.
 override BRDF: u32 = 0u;
 // Reflection models as textbooks have them.
 override TEXTBOOK: bool = false;
@@ -52,9 +52,9 @@ override PUNCTUAL: bool = true;
 override FALLOFF: u32 = 3u;
 // Bits of the traits that some light of the plan has: ranges, cones, beams (lights.wgsl).
 override TRAITS: u32 = 0xffffffffu;
-// How shadow maps are looked up.
+// The filter of shadow maps.
 override SHADOW_FILTER: u32 = 2u;
-// Which lights have some.
+// The kinds of lights with shadow maps.
 override DIRECTIONAL_SHADOWS: bool = true;
 override PUNCTUAL_SHADOWS: bool = true;
 // No HDR target: tone-map straight into the output.
@@ -68,7 +68,8 @@ override LIGHT_ONLY: bool = false;
 override SAMPLES: u32 = 4u;
 #endif
 
-// The loop over punctual lights takes four at a time. A variant and no constant: drivers compile what a constant leaves out, and this is four times the code.
+// The loop over punctual lights takes four at a time. A variant and no constant: drivers compile code that a constant leaves out, and this is four
+// times the code.
 #ifdef BY_FOURS
 const HAS_FOURS = true;
 const PLACES: u32 = 32u;
@@ -156,7 +157,7 @@ fn fragment(@builtin(position) pixel: vec4<f32>, @builtin(sample_index) sample: 
 @fragment
 fn fragment(@builtin(position) pixel: vec4<f32>) -> @location(0) vec4<f32> {
 #ifdef MSAA
-    // A driver may run whatever reads multisampled inputs once a sample, with the sample's own position (Mesa does).
+    // A driver may run a shader that reads multisampled inputs once a sample, with the sample's own position (Mesa does).
     let center = floor(pixel.xy) + 0.5;
     if !samples_agree(center, SAMPLES, NORMAL_ENCODING, GEOMETRIC_STEPS) {
         discard;

@@ -11,7 +11,7 @@
 // The first square covers the picture and hides it; each other one adds LAYER.
 override COUNTS: bool = false;
 override LAYER: f32 = 1.0;
-// What a layer counts: as in forward.wgsl.
+// The weight of a layer: as in forward.wgsl.
 override WEIGHT: f32 = 1.0;
 override LEAST: f32 = 0.000244140625;
 override PEAK: f32 = 1e28;
@@ -98,7 +98,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> Varying {
     return out;
 }
 
-// How much of a soft disc is left.
+// The share of a soft disc that is left at a place.
 fn disc(in: Varying) -> f32 {
     let inside = saturate(1.0 - dot(in.square, in.square));
     return inside * inside;
@@ -130,7 +130,7 @@ fn shape(in: Varying, look: u32) -> vec4<f32> {
 // The share that is left of it before the surface of its pixel, and behind the near plane.
 fn fade(particle: Particle) -> f32 {
     let depth = textureLoad(subpass_depth, vec2<i32>(0, 0), 0);
-    // Where nothing was drawn there is nothing that it could meet.
+    // Without a surface in the pixel the particle can meet none.
     let surface = select(1e30, distance_at(max(depth, 1e-37)), depth > 0.0);
     let distance = dot(particle.position, frame.forward);
     return saturate(min(surface - distance, distance - frame.near) / max(particle.softness, 1e-30));

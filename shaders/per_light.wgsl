@@ -1,5 +1,5 @@
-// LIGHTING, light by light: what one light adds to the pixels of a rectangle, or to those that lie before the back of its volume.
-// The triangle or volume is blended over what LIGHTING drew first.
+// LIGHTING, light by light: the addend of one light to the pixels of a rectangle, or to those that lie before the back of its volume.
+// The triangle or volume is blended over the light that LIGHTING drew first.
 // always: LIGHTS
 // variants: VOLUME UNIFORM_BUFFER SHADOW MATERIAL SPECULAR POSITION NORMAL_UINT
 // requires: SPECULAR -> MATERIAL

@@ -1,5 +1,5 @@
-// PREFILTER: once for a sky, what surfaces collect of it. LOBE is a level of the mirrored sky, BASE what lambert surfaces
-// reflect; without both it is the table of what a lobe has of even light.
+// PREFILTER: once for a sky, the light that surfaces collect of it. LOBE is a level of the mirrored sky, BASE the light that lambert surfaces
+// reflect; without both it is the table of a lobe's shares of even light.
 // variants: LOBE BASE
 // excludes: LOBE BASE
 #import afterlight::brdf::{smith_root, squared_alpha, PI}
@@ -9,7 +9,7 @@ struct Push {
     edge: u32,
     // Perceptual.
     roughness: f32,
-    // How many directions are looked into.
+    // The number of directions that are sampled.
     samples: u32,
     // Texels along a face of the sky's finest level; for BASE, of the level that it reads.
     source_edge: f32,
@@ -28,7 +28,7 @@ var<immediate> push: Push;
 #endif
 @group(0) @binding(2) var output: texture_storage_2d_array<rgba16float, write>;
 
-// Where a place of a face looks to, of any length, from -1 to 1 across and down (Vulkan specification, "Cube Map Face Selection").
+// The direction of a place on a face, of any length; places are from -1 to 1 across and down (Vulkan specification, "Cube Map Face Selection").
 fn face_direction(face: u32, at: vec2<f32>) -> vec3<f32> {
     switch face {
         case 0u: { return vec3(1.0, -at.y, -at.x); }
@@ -58,8 +58,9 @@ fn ggx_half(point: vec2<f32>, alpha_squared: f32) -> vec3<f32> {
 }
 
 #ifdef LOBE
-// The mean of what a lobe mirrors to who looks straight at it, by its own shadowing. Each direction stands for as much of the sky as its probability
-// says, and looks into the level that has about that in a texel (Krivanek and Colbert, "Real-Time Shading with Filtered Importance Sampling", 2008).
+// The mean light that a lobe mirrors straight back along its axis, by its own shadowing. Each direction stands for as much of the sky as its
+// probability says, and looks into the level that has about that in a texel (Krivanek and Colbert, "Real-Time Shading with Filtered Importance
+// Sampling", 2008).
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= push.edge || id.y >= push.edge {
@@ -77,7 +78,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         var weights = 0.0;
         for (var i = 0u; i < push.samples; i++) {
             let half = ggx_half(hammersley(i, push.samples), alpha_squared);
-            // Mirrored at it, about +Z: who looks straight sees the half vector at the same cosine.
+            // Mirrored at it, about +Z: normal and view are both +Z, and have the same cosine with the half vector.
             let cosine = 2.0 * half.z * half.z - 1.0;
             if cosine > 0.0 {
                 let beside = 2.0 * half.z * half.xy;
@@ -85,7 +86,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
                 let d = half.z * half.z * (alpha_squared - 1.0) + 1.0;
                 let density = alpha_squared / (PI * d * d) * 0.25;
                 let level = 0.5 * log2(1.0 / (f32(push.samples) * density * texel)) + 0.5;
-                // What of height-correlated Smith changes with the direction, times the cosine.
+                // The part of height-correlated Smith that changes with the direction, times the cosine.
                 let weight = cosine / (cosine + smith_root(cosine, alpha_squared));
                 sum += textureSampleLevel(sky, sky_sampler, toward, max(level, 0.0)).rgb * weight;
                 weights += weight;

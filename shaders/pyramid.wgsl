@@ -1,4 +1,4 @@
-// PYRAMID: of each square of 8 x 8 pixels, and of 16, 32 and 64, the least depth: the farthest of what is nearest there. Reversed, 0 is where
+// PYRAMID: of each square of 8 x 8 pixels, and of 16, 32 and 64, the least depth: the farthest of the nearest depths there. Reversed, 0 is where
 // nothing was drawn.
 // variants: SAMPLES
 #ifdef SAMPLES

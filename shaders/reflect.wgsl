@@ -23,10 +23,10 @@ override BRDF: u32 = 0u;
 // The greatest roughness of surfaces that mirror others.
 override ROUGHEST: f32 = 0.6;
 override STEPS: u32 = 64u;
-// Metres that surfaces go on behind what is seen of them.
+// Metres that surfaces go on behind their visible side.
 override THICKNESS: f32 = 0.2;
 
-// How far from the edges of the picture what is found fades out, as a part of its width and height.
+// The distance from the edges of the picture over which hits fade out, as a part of its width and height.
 const FADE: f32 = 0.03125;
 
 fn normal_at(texel: vec2<i32>) -> vec3<f32> {
@@ -47,7 +47,7 @@ fn range_of(square: vec2<i32>, level: i32, size: vec2<i32>) -> vec2<f32> {
     return vec2(textureLoad(hiz, at, 0).x, textureLoad(hiz, at + vec2(0, tiles.y * (TILE / 2)), 0).x);
 }
 
-// How far a line goes until it leaves a box of the picture; all lengths in pixels.
+// The length of a line up to the edge of a box of the picture; all lengths in pixels.
 fn leaves(from_: vec2<f32>, step: vec2<f32>, low: vec2<f32>, high: vec2<f32>) -> f32 {
     let side = select(low, high, step > vec2(0.0));
     let until = (side - from_) / step;
@@ -102,7 +102,7 @@ fn march(start: vec3<f32>, direction: vec3<f32>, texel: vec2<i32>, size: vec2<i3
             level -= 1;
         } else {
             let pixel = vec2<i32>(square);
-            // It meets fronts alone: what is seen of a surface turned away is its other side.
+            // It meets fronts alone: of a surface turned away, the picture shows the other side.
             if range.x > 0.0 && dot(normal_at(pixel), direction) < 0.0 {
                 return pixel;
             }

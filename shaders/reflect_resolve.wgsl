@@ -1,5 +1,5 @@
-// REFLECT_RESOLVE: what a pixel and those around it found, weighted by the pixel's own lobe, in the place of what AMBIENT and LIGHTING have added of the
-// sky and of ambient light for that share of the lobe. (T. Stachowiak, "Stochastic Screen-Space Reflections", SIGGRAPH 2015.)
+// REFLECT_RESOLVE: the hits of a pixel and of those around it, weighted by the pixel's own lobe. They replace the sky's and the ambient light that
+// AMBIENT and LIGHTING have added for that share of the lobe. (T. Stachowiak, "Stochastic Screen-Space Reflections", SIGGRAPH 2015.)
 // always: STORED MATERIAL
 // variants: SPECULAR NORMAL_UINT SINGLE SKY_LIGHT
 #import afterlight::frame::{frame, position_at}
@@ -27,10 +27,10 @@ override AMBIENT: bool = true;
 override ROUGHEST: f32 = 0.6;
 // Largest value that the target holds.
 override LARGEST: f32 = 65000.0;
-// The picture is what was found.
+// The picture shows the hits.
 override SHOWN: bool = false;
 
-// Below this roughness a lobe is narrower than what neighbours differ by.
+// Below this roughness a lobe is narrower than the difference between neighbours.
 const MIRROR: f32 = 0.02;
 // Directions that the pixel's own lobe has more often than the neighbour's count no more than so many times.
 const MOST_WEIGHT: f32 = 4.0;
@@ -82,7 +82,7 @@ fn compute(@builtin(global_invocation_id) id: vec3<u32>) {
             }
             var direction = found.direction;
             if found.confidence > 0.0 && reach > 0 {
-                // The pixel sees what that ray has met in another direction than the ray went.
+                // The pixel sees that ray's hit in another direction than the ray went.
                 let there = vec2<f32>(other) + 0.5;
                 let start = position_at(there, textureLoad(stored_depth, other, 0));
                 direction = normalize(start + found.direction * found.distance - own.position);

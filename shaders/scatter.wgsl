@@ -1,5 +1,5 @@
-// SCATTER: the light that each of the fog's froxels scatters to the eye: what comes from everywhere, and each light with its shadow, by the mean of a few
-// places in the froxel. The places are the same in every frame, so that a picture depends on its moment alone.
+// SCATTER: the light that each of the fog's froxels scatters to the eye: ambient light, and each light with its shadow, by the mean of a few places
+// in the froxel. The places are the same in every frame, so that a picture depends on its moment alone.
 // always: LIGHTS FROXELS_WRITTEN
 // variants: SHADOW
 #import afterlight::frame::{across, frame, ORTHOGRAPHIC}
@@ -35,11 +35,11 @@ struct Piece {
     // From there to its ends, in metres along the ray.
     begin: f32,
     end: f32,
-    // Least distance of a light from the ray: what is nearer lights the whole width of the froxel as from here.
+    // Least distance of a light from the ray: a nearer one lights the whole width of the froxel as from here.
     beside: f32,
 }
 
-// How far along a part of a ray it has lost a share of all that it loses: the distance as a share of the part's length.
+// The distance along a part of a ray, as a share of the part's length, at which it has lost a share of all that it loses.
 fn place_of(share: f32, thick: f32) -> f32 {
     if thick < 0.01 {
         return share;
@@ -68,7 +68,7 @@ fn piece_of(at: vec3<u32>, index: u32) -> Piece {
         position += across(pixel) - ray.direction * frame.eye_ahead;
         wide = 1.0;
     }
-    // A disc as large as what a place stands for. The mean of 1 / distance over it is that at half of its radius.
+    // A disc as large as the space that a place stands for. The mean of 1 / distance over it is that at half of its radius.
     let area = size.x * size.y * frame.pixel_width * frame.pixel_height * length_of(frame.ray_x) * length_of(frame.ray_y) * wide * wide;
     return Piece(ray.direction, position, begin, end, 0.5 * sqrt(area / (3.14159265 * pieces)));
 }
@@ -90,7 +90,7 @@ fn mean_inverse_square(piece: Piece, offset: vec3<f32>) -> f32 {
     return min(mean, 1.0 / MIN_DISTANCE_SQUARED);
 }
 
-// Edge of a work group's block of froxels, and how many lamps it sorts out at once, 32 a word.
+// Edge of a work group's block of froxels, and the number of lamps that it sorts out at once, 32 a word.
 const EDGE: u32 = 4u;
 const THREADS: u32 = 64u;
 const WORDS: u32 = 8u;

@@ -44,7 +44,7 @@ struct Vertex {
     @location(4) color: vec4<f32>,
 #ifdef MASKED
     @location(5) second_uv: vec2<f32>,
-    // How the instance looks (shared/material.wgsl).
+    // The look of the instance (shared/material.wgsl).
     @location(13) look: vec4<u32>,
 #endif
 #endif

@@ -1,4 +1,4 @@
-// SHARPEN: what TAA averaged, back into the light, with its edges sharpened.
+// SHARPEN: TAA's mean, back into the light, with its edges sharpened.
 #import afterlight::screen::{screen_corner}
 #import afterlight::history::{History, light_of, mean_of}
 
@@ -35,7 +35,7 @@ fn fragment(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     let above = mean_at(pixel - vec2(0, 1));
     let below = mean_at(pixel + vec2(0, 1));
     let sharper = own + SHARPNESS * (own - 0.25 * (left + right + above + below));
-    // Edges become steeper, and nothing brighter or darker than what is around it.
+    // Edges become steeper, and no pixel brighter or darker than those around it.
     let least = min(min(min(left, right), min(above, below)), own);
     let greatest = max(max(max(left, right), max(above, below)), own);
     return vec4(light_of(clamp(sharper, least, greatest)), 1.0);

@@ -39,9 +39,9 @@ struct Emitter {
     sizes: vec4<f32>,
     colors: array<vec4<f32>, 4>,
     emissions: array<vec4<f32>, 4>,
-    // How many sizes, colours and emissions; the seed.
+    // The numbers of sizes, colours and emissions; the seed.
     keys: vec4<u32>,
-    // The first place in the list, how many there are, the number of the oldest, frames of the texture.
+    // The first place in the list, the number of places, the number of the oldest, frames of the texture.
     place: vec4<u32>,
     // Most that is turned at first, most in a second, whether a frame is picked, texture from 1 or 0.
     turns: vec4<f32>,
@@ -59,7 +59,7 @@ var<immediate> push: Push;
 @group(1) @binding(0) var<storage, read> emitters: array<Emitter>;
 @group(1) @binding(1) var<storage, read_write> particles: array<Particle>;
 #ifdef SORTED
-// What orders it, and which particle it is.
+// The value that orders a particle, and its index.
 @group(1) @binding(2) var<storage, read_write> keys: array<vec2<u32>>;
 #endif
 

@@ -1,8 +1,8 @@
-// SKIN: the vertices of deformed meshes for a pose: shapes are added by their weights, then joints move what comes of it. One invocation a
+// SKIN: the vertices of deformed meshes for a pose: shapes are added by their weights, then joints move the result. One invocation a
 // vertex; a work group has vertices of one mesh.
 #import afterlight::vectors::{handedness, scaled_rows, turned_normal, unit_or}
 
-// Where things lie in `sources` and `vertices`, in words.
+// The offsets of the parts of `sources` and `vertices`, in words.
 struct Push {
     // Work groups of a row of the dispatch, and of all of it.
     columns: u32,
@@ -15,13 +15,13 @@ struct Push {
     colors_at: u32,
     // The first row of `pose` with weights of shapes, four a row.
     weights_row: u32,
-    // Where positions of the pose before are kept; NONE where nobody asks for them.
+    // The offset of the positions of the pose before; NONE where nobody asks for them.
     positions_before_at: u32,
 }
 
 var<immediate> push: Push;
 
-// Work groups (the mesh's record, the group's first vertex), records, and what meshes are at rest.
+// Work groups (the mesh's record, the group's first vertex), records, and the meshes at rest.
 @group(0) @binding(0) var<storage, read> sources: array<u32>;
 // Three rows a joint, then the weights.
 @group(0) @binding(1) var<storage, read> pose: array<vec4<f32>>;
@@ -30,7 +30,7 @@ var<immediate> push: Push;
 const NONE: u32 = 0xffffffffu;
 // Words of a record.
 const RECORD: u32 = 15u;
-// Bits of what shapes change.
+// Bits of the attributes that shapes change.
 const SHAPES_POSITIONS: u32 = 1u;
 const SHAPES_NORMALS: u32 = 2u;
 const SHAPES_TANGENTS: u32 = 4u;
@@ -89,7 +89,7 @@ fn store3(at: u32, value: vec3<f32>) {
     vertices[at + 2u] = value.z;
 }
 
-// What a vertex is before joints move it.
+// A vertex before joints move it.
 struct Shaped {
     position: vec3<f32>,
     normal: vec3<f32>,

@@ -1,4 +1,5 @@
-// SKY: what is seen where nothing is. The triangle lies at depth 0 and is drawn with compare EQUAL, so that it costs nothing where a surface is.
+// SKY: the sky on pixels without a surface. The triangle lies at depth 0 and is drawn with compare EQUAL, so that it costs nothing where a surface
+// is.
 #import afterlight::frame::{frame, to_sky, view_ray}
 #import afterlight::screen::{screen_corner}
 #import afterlight::tonemapping::{tone_map}

@@ -6,7 +6,7 @@ struct Push {
     // Edges of the sorted runs that this makes: from the first to the last, each twice the one before.
     first: u32,
     last: u32,
-    // How far apart the keys of a pair are, where it is one step.
+    // The distance between the keys of a pair, where it is one step.
     apart: u32,
 }
 

@@ -1,11 +1,11 @@
-// TAA: what this frame sees, averaged with what frames before it saw of the same surfaces.
+// TAA: the mean of this frame and of the frames before it, over the same surfaces.
 // variants: VELOCITY
 #import afterlight::history::{averaged, COUNT, distance_of, History, light_of, mean_of, most, MOVING, packed}
 
 struct Push {
     // The map from a pixel of this frame, its place and its depth (x, y, depth, 1), to the same in the frame before, less the identity.
     moved: mat4x4<f32>,
-    // Where in each pixel this frame looks, in pixels from its centre.
+    // The place in each pixel that this frame looks through, in pixels from its centre.
     jitter: vec2<f32>,
     // The nearest distance of a depth, and metres from an orthographic depth of 1 to one of 0: of this frame, and of the one before.
     depths: vec2<f32>,
@@ -26,23 +26,23 @@ const LOOKS_ELSEWHERE: u32 = 4u;
 
 // Frames that are averaged at most, where nothing changes.
 override MOST_FRAMES: u32 = 64u;
-// And where something does: of what has stayed in its pixel, of what has moved, whose history has been filtered as often, and of the pixels around what has
-// moved, whose history is that of another background.
+// And where something does: of a surface that has stayed in its pixel; of one that has moved, whose history has been filtered as often; and of the
+// pixels around a moved one, whose history is that of another background.
 const MOST_STAYED: u32 = 16u;
 const MOST_MOVED: u32 = 6u;
 const MOST_BESIDE: u32 = 3u;
-// Pixels by which something may move and count as what has stayed.
+// Pixels by which a surface may move and still count as one that has stayed.
 const STAYED: f32 = 0.02;
 // Pictures show vectors: as values, or as colours.
 override SHOWN: u32 = 0u;
 override ORTHOGRAPHIC: bool = false;
 
-// How far the mean of frames before may lie from that of the pixels around, in their standard deviations (M. Salvi, "An Excursion in Temporal
-// Supersampling", 2016).
+// The greatest distance of the mean of frames before from that of the pixels around, in their standard deviations (M. Salvi, "An Excursion in
+// Temporal Supersampling", 2016).
 const SPREAD: f32 = 1.0;
 // A surface nearer than this share of the distance hid the one that is looked for.
 const HID: f32 = 0.95;
-// Where the sky is, in metres.
+// The distance of the sky, in metres.
 const FARTHEST: f32 = 1e30;
 // The length in pixels at which a vector's colour is half as bright as it can be.
 const HALF_BRIGHT: f32 = 4.0;
@@ -55,11 +55,11 @@ const HALF_BRIGHT: f32 = 4.0;
 @group(0) @binding(4) var velocity: texture_2d<f32>;
 #endif
 
-// Where a surface was in the frame before.
+// The place of a surface in the frame before.
 struct Motion {
     // Pixels to the right and down that it has come since.
     vector: vec2<f32>,
-    // How far away it was. Not above 0 where it was beside or behind the view.
+    // Its distance then. Not above 0 where it was beside or behind the view.
     distance: f32,
     // By itself.
     moving: bool,
@@ -259,7 +259,7 @@ fn compute(@builtin(global_invocation_id) invocation: vec3<u32>) {
         return;
     }
     let old = seen_before(place, size);
-    // Where neither the camera moves nor something that is or was here, nothing comes into view.
+    // If neither the camera moves nor something that is or was here, nothing comes into view.
     let may_appear = (push.flags & LOOKS_ELSEWHERE) != 0u || old.moving || motion.moving;
     if may_appear && old.distance < HID * motion.distance {
         after.texels[at] = packed(now, away, motion.moving, 1u);

@@ -45,7 +45,7 @@ override FALLOFF: u32 = 3u;
 // Bits of the traits that some light of the plan has: ranges, cones, beams (lights.wgsl).
 override TRAITS: u32 = 0xffffffffu;
 override SHADOW_FILTER: u32 = 2u;
-// Which lights have some.
+// The kinds of lights with shadow maps.
 override DIRECTIONAL_SHADOWS: bool = true;
 override PUNCTUAL_SHADOWS: bool = true;
 override TONE_MAP: bool = true;
@@ -56,13 +56,13 @@ override LIGHT_ONLY: bool = false;
 override SWAPPED: bool = false;
 
 struct Push {
-    // What is seen where nothing is, as it is stored.
+    // The light of pixels without a surface, as it is stored.
     background: vec3<f32>,
 }
 
 var<immediate> push: Push;
 
-// Spheres around what the lights of limited reach light up, relative to the camera: centre and radius.
+// Spheres around the reach of lights of limited reach, relative to the camera: centre and radius.
 @group(0) @binding(4) var<storage, read> spheres: array<vec4<f32>>;
 
 #ifdef VISIBILITY

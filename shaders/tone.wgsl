@@ -1,8 +1,8 @@
-// TONE: what a lens and a film take from the finished picture. The share of light that stays at a pixel, by which blending multiplies it.
+// TONE: the loss of a lens and a film in the finished picture. Blending multiplies a pixel by the share of light that stays.
 #import afterlight::frame::{frame}
 #import afterlight::screen::{screen_corner}
 
-// 0 to 1: how much of the fall-off towards the corners there is.
+// 0 to 1: the strength of the fall-off towards the corners.
 override VIGNETTE: f32 = 0.0;
 // 0 to 1: the most that the grain takes from a pixel.
 override GRAIN: f32 = 0.0;
@@ -28,7 +28,7 @@ fn fragment(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     // The fourth power of the angle's cosine, where half the diagonal is seen at 45 degrees: a quarter in the corners.
     let lens = 1.0 / ((1.0 + square) * (1.0 + square));
     let pixel = vec2<u32>(position.xy);
-    // 24 bits are what a float holds exactly.
+    // A float holds 24 bits exactly.
     let grain = f32(hash(pixel.x + hash(pixel.y)) >> 8u) / 16777216.0;
     return vec4(vec3(mix(1.0, lens, VIGNETTE) * (1.0 - GRAIN * grain)), 1.0);
 }

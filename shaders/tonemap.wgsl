@@ -1,6 +1,6 @@
 // TONEMAP: the HDR target to the output. Left out when LIGHTING tone-maps by itself.
 // With several samples a pixel it resolves them: the hardware's resolve could only average before tone mapping.
-// With BLOOM it takes a share of the light from what that has spread.
+// With BLOOM it takes a share of the light from the spread light.
 // variants: MSAA BLOOM
 // precise
 #import afterlight::tonemapping::{tone_map}
@@ -17,7 +17,7 @@ override LARGEST: f32 = 65000.0;
 
 #ifdef MSAA
 override SAMPLES: u32 = 4u;
-// Average light, and not what is shown of it.
+// Average light, and not its tone-mapped values.
 override LINEAR: bool = false;
 @group(0) @binding(0) var subpass_hdr: texture_multisampled_2d<f32>;
 #else
@@ -54,7 +54,7 @@ fn sample_value(sample: u32) -> vec3<f32> {
 #endif
 
 #ifdef BLOOM
-// Light with its share of what the levels spread, which BLOOM has mixed on the way up to the first one.
+// Light with its share of the levels' light, which BLOOM has mixed on the way up to the first one.
 fn bloomed(light: vec3<f32>, pixel: vec2<i32>) -> vec3<f32> {
     let x = up(axis_of(levels.picture.x, 0u), pixel.x);
     let y = up(axis_of(levels.picture.y, 0u), pixel.y);

@@ -1,5 +1,6 @@
-// VELOCITY: how far what moves by itself has come on the picture since the frame before. The arithmetic of the position is that of geometry.wgsl, and
-// precise, so that only what is seen is drawn: where its depth is equal to that of the picture. So no mask is looked up, either.
+// VELOCITY: the movement on the picture, since the frame before, of surfaces that move by themselves. The arithmetic of the position is that of
+// geometry.wgsl, and precise, so that only visible surfaces are drawn: those whose depth is equal to the picture's. No mask is looked up for the same
+// reason.
 // variants: DEFORMED
 // precise
 #import afterlight::frame::{frame}
@@ -23,7 +24,7 @@ struct Vertex {
     @location(9) row_y: vec4<f32>,
     @location(10) row_z: vec4<f32>,
 #ifdef DEFORMED
-    // Where the pose before had the vertex.
+    // The vertex in the pose before.
     @location(14) position_before: vec3<f32>,
 #endif
 }

@@ -30,7 +30,7 @@
 #import afterlight::lights::{lights, reach_of, ALL_TRAITS, MIXED_FALLOFF}
 #endif
 
-// What is shown; src/passes/view.rs has the same list.
+// The codes of the views; src/passes/view.rs has the same list.
 const SHOW_POSITION: u32 = 0u;
 const SHOW_NORMAL: u32 = 1u;
 const SHOW_NORMAL_ABSOLUTE: u32 = 2u;
@@ -168,7 +168,7 @@ fn shown_depth(texel: vec2<f32>, layer: u32, depth: f32) -> f32 {
 @fragment
 fn fragment(@builtin(position) pixel: vec4<f32>) -> @location(0) vec4<f32> {
 #ifdef MSAA
-    // What is shaded once a sample is bright; src/frame/complexity.rs counts these codes.
+    // Pixels that are shaded once a sample are bright; src/frame/complexity.rs counts these codes.
     if covered_samples(SAMPLES) == 0u {
         return vec4(0.0, 0.0, 0.0, 1.0);
     }

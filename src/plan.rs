@@ -1,12 +1,12 @@
 //! The plan of a frame: the parts that a scene needs on a device, decided once, before anything is created.
 //!
-//! [`FramePlan::of`] is pure. Attachments, pipelines, specialization, dependency rows and commands are derived from the plan
-//! and nothing else decides. What changes with the camera or with time is `visible`'s, which imports the plan and never the other way round:
-//! nothing in this folder is worked out for a frame.
+//! [`FramePlan::of`] is pure. Attachments, pipelines, specialization, dependency rows and commands are derived from the plan and nothing else
+//! decides. State that changes with the camera or with time is `visible`'s, a module that imports the plan and never the other way round: nothing in
+//! this folder is worked out for a frame.
 //!
-//! It is decided in this order, each step from those before it: [`lights`] and [`shadows`], [`surfaces`], [`gbuffer`], [`output`], then what
-//! follows from the surfaces: pipelines, meshes, textures. [`checks`] refuses what does not go together, [`parts`] says in words what came of it,
-//! and [`cost`] what it takes.
+//! It is decided in this order, each step from those before it: [`lights`] and [`shadows`], [`surfaces`], [`gbuffer`], [`output`], then the parts
+//! that follow from the surfaces: pipelines, meshes, textures. [`checks`] refuses settings that do not go together, [`parts`] puts the plan into
+//! words, and [`cost`] computes its cost.
 
 mod ao;
 mod bloom;
@@ -174,15 +174,15 @@ pub struct FramePlan {
     pub triangles: Option<TriangleCode>,
     /// The scene's sky, where it is seen or lights surfaces.
     pub sky: Option<SkyPlan>,
-    /// How ambient occlusion is found, or why it is not.
+    /// The way in which ambient occlusion is found, or the reason why it is not.
     pub ao: Result<AoPlan, String>,
-    /// How surfaces mirror what the picture shows, or why they do not.
+    /// The reflections of the picture in surfaces, or the reason why there are none.
     pub reflections: Result<ReflectionPlan, String>,
     /// The shadow maps of all lights that have some.
     pub shadow: Option<ShadowPlan>,
     /// Emissive light is written by GEOMETRY and LIGHTING adds to it.
     pub emissive: bool,
-    /// How transparent surfaces are laid over the lit ones, where some are drawn.
+    /// The way in which transparent surfaces are laid over the lit ones, where some are drawn.
     pub transparency: Option<Transparency>,
     /// The sums of weighted blending, where it is chosen.
     pub sums: Option<Sums>,
@@ -208,9 +208,9 @@ pub struct FramePlan {
     pub samples: u32,
     /// The step at which `samples` and `msaa` are averaged: before the tone curve or after it.
     pub resolve: Resolve,
-    /// Settings of what works on the finished picture; all others are as by default.
+    /// Settings of the effects on the finished picture; all others are as by default.
     pub effects: Settings,
-    /// Fog lies between the eye and what it sees.
+    /// Fog lies between the eye and the surfaces.
     pub fog: Option<FogPlan>,
     /// Light is spread before it is tone-mapped.
     pub bloom: Option<Bloom>,
@@ -224,13 +224,13 @@ pub struct FramePlan {
     pub brdf: PlannedBrdf,
     /// Some surface is a metal.
     pub metal: bool,
-    /// Some opaque Cook-Torrance surface reflects otherwise than a usual dielectric: a G-buffer has what each of them reflects.
+    /// Some opaque Cook-Torrance surface reflects otherwise than a usual dielectric: a G-buffer has the reflectance of each.
     pub reflectance: bool,
     /// As [`Settings::textbook`] says.
     pub textbook: bool,
     /// True if frames have an orthographic camera. Pipelines know which.
     pub orthographic: bool,
-    /// Every material's, whatever it says itself.
+    /// Every material's, in the place of its own.
     pub brdf_override: Option<Brdf>,
     /// The kinds of light that shaders have code for.
     pub lights: PlannedLights,
@@ -245,7 +245,7 @@ pub struct FramePlan {
     pub culling: Result<String, String>,
     /// Occlusion culling on the device: the reason why it is done, or why not.
     pub hiding: Result<String, String>,
-    /// How far levels of detail may be off, in pixels; 0 where no mesh has any.
+    /// The greatest error of levels of detail, in pixels; 0 where no mesh has any.
     pub lod: f32,
     /// One pipeline of GEOMETRY each, or of FORWARD.
     pub geometry: BTreeSet<GeometryKey>,
@@ -259,7 +259,7 @@ pub struct FramePlan {
     pub meshes: MeshPlan,
     /// Textures on the device.
     pub textures: TexturePlan,
-    /// How textures are filtered where they are seen at a low angle; 1 where there is none of more than one texel.
+    /// Places from which textures are filtered where they are seen at a low angle; 1 where there is none of more than one texel.
     pub anisotropy: u32,
     /// Shaders find the places that this takes, and no samplers.
     pub places_by_shaders: bool,
@@ -269,7 +269,7 @@ pub struct FramePlan {
     pub uploads: Uploads,
     /// The device can keep transient attachments in tile memory alone.
     pub lazily_allocated: bool,
-    /// The device is a CPU. Then frames leave out what costs the CPU time to find out: see `seeks`.
+    /// The device is a CPU. Then frames also leave out parts that take the CPU longer to find than a GPU to draw: see `seeks`.
     pub software: bool,
     /// The parts that stay although nothing needs them.
     pub keep: Keep,
@@ -301,7 +301,7 @@ impl Choices {
         let mut lighting = Lighting::of(scene, settings, device, shading)?;
         let surfaces = Surfaces::of(scene, settings, lighting.path)?;
         let particles = particles::choose(scene, settings, (lighting.path, shading), device, counts)?;
-        // What the view of the complexity compares must be what LIGHTING would read.
+        // The view of the complexity compares the values that LIGHTING would read, so they must be stored as for LIGHTING.
         let shadowed = lighting.shadow.is_some()
             || (settings.view == View::Complexity && shadow_reason(scene, settings, &lighting.order.order).is_ok());
         let gbuffer = (!lacks_gbuffer(lighting.path) && shading.reads_gbuffer()).then(|| {
@@ -375,13 +375,13 @@ pub(crate) const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
 pub(crate) const COUNT: vk::Format = vk::Format::R8_UNORM;
 /// Numbers of an object and of a triangle; mandatory to draw into.
 pub(crate) const TRIANGLE: vk::Format = vk::Format::R32G32_UINT;
-/// Pixels, of which half floats tell apart a 64th up to 32, a share of a distance, and whether there is a vector; mandatory to draw into.
+/// Pixels, of which half floats tell apart a 64th up to 32, a share of a distance, and a flag for a vector; mandatory to draw into.
 pub(crate) const VELOCITY: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 /// Mandatory to store to.
 pub(crate) const VISIBILITY: vk::Format = vk::Format::R32_UINT;
 
 impl FramePlan {
-    /// Decides what exists.
+    /// Decides on the parts of the frame.
     ///
     /// # Errors
     /// When the device cannot do what the settings ask for, a view shows what the scene does not have, or [`Scene::check`] finds a fault.
@@ -407,7 +407,7 @@ impl FramePlan {
         Ok(Self { parts, ..plan })
     }
 
-    /// All but the words about it, for a scene that has been checked.
+    /// Decides all but the words about it, for a scene that has been checked.
     /// `counts`: layers of particles are counted.
     ///
     /// Where a device has too few attachments for the G-buffer and nobody asked for a light path, surfaces are lit as they are drawn.
@@ -532,8 +532,8 @@ impl FramePlan {
         Ok(plan)
     }
 
-    /// Returns true if a frame finds out, on the CPU, which of these its camera does not need, and leaves them out. A GPU draws them faster
-    /// than that (docs/FIGURES.md).
+    /// Returns true if the CPU finds those of these that a frame's camera does not need, and leaves them out. A GPU draws them faster than that
+    /// (docs/FIGURES.md).
     pub(crate) fn seeks(&self, part: OptionalPart) -> bool {
         self.software && !self.keep.has(part)
     }
@@ -584,7 +584,7 @@ impl FramePlan {
         !self.meshes.deforms.objects.is_empty()
     }
 
-    /// Returns true if a compute pass lights what GEOMETRY stores, so that the main pass ends with it.
+    /// Returns true if a compute pass lights the surfaces that GEOMETRY stores, so that the main pass ends with it.
     pub fn is_tiled(&self) -> bool {
         is_tiled(self.light_path)
     }
@@ -594,7 +594,7 @@ impl FramePlan {
         is_forward(self.light_path)
     }
 
-    /// Returns true if LIGHTING blends over what is in its target.
+    /// Returns true if LIGHTING blends over the content of its target.
     pub fn blends_light(&self) -> bool {
         self.emissive || self.adds_lights() || self.adds_ambient()
     }
@@ -615,7 +615,7 @@ impl FramePlan {
         self.lights.directional && self.has_shadows_of(|projection| matches!(projection, MapProjection::Cascades(_)))
     }
 
-    /// Whether a point or spot light has shadow maps.
+    /// Returns true if a point or spot light has shadow maps.
     pub fn has_punctual_shadows(&self) -> bool {
         self.lights.punctual && self.has_shadows_of(|projection| !matches!(projection, MapProjection::Cascades(_)))
     }
@@ -629,7 +629,7 @@ impl FramePlan {
     pub fn has_clusters(&self) -> bool {
         let forward = match self.light_path {
             LightPath::Clustered | LightPath::Forward => true,
-            // What is transparent is lit as it is drawn, whatever lights the rest.
+            // Transparent surfaces are lit as they are drawn, by any light path.
             LightPath::ForwardNaive => false,
             // Particles are lit before they are drawn.
             _ => self.transparency.is_some() && (self.particles.is_none() || !self.transparent.is_empty()),
@@ -661,15 +661,15 @@ impl FramePlan {
         self.msaa > 1 && self.hdr.is_none() && matches!(self.shading, Shading::Light { .. })
     }
 
-    /// Whether LIGHTING, or VIEW in its place, leaves out the sky by a depth test. A view of all samples writes the output, which has one,
+    /// Returns true if LIGHTING, or VIEW in its place, leaves out the sky by a depth test. A view of all samples writes the output, which has one,
     /// and so cannot test against their depth.
     pub fn lighting_tests_depth(&self) -> bool {
         self.has_geometry() && self.shading != Shading::ShowGbuffer(View::Complexity)
     }
 
-    /// Where light is cut off before it is stored: below the largest value of its format, which is 65504 for half floats and 65024 (red, green)
-    /// and 64512 (blue) for packed ones; single ones end beyond what a finite scene reaches. Half of that where transparent surfaces
-    /// may add their highlights to it.
+    /// The bound at which light is cut off before it is stored: below the largest value of its format, which is 65504 for half floats and 65024 (red,
+    /// green) and 64512 (blue) for packed ones; single ones end beyond what a finite scene reaches. Half of that where transparent surfaces may add
+    /// their highlights to it.
     pub fn largest_light(&self) -> f32 {
         match self.light_format() {
             vk::Format::R16G16B16A16_SFLOAT | vk::Format::B10G11R11_UFLOAT_PACK32 if self.transparency.is_some() => {
@@ -681,7 +681,8 @@ impl FramePlan {
         }
     }
 
-    /// Where TONEMAP cuts light off, and BLOOM before it: sums may have become infinite in half floats, and what is shown is white by then.
+    /// The bound at which TONEMAP cuts light off, and BLOOM before it: sums may have become infinite in half floats, and light of this value is shown
+    /// as white.
     pub fn largest_shown(&self) -> f32 {
         let single = self.hdr == Some(vk::Format::R32G32B32A32_SFLOAT);
         let linear = matches!(self.tone_mapping, ToneMapping::AfterFrames(_) | ToneMapping::Absent);

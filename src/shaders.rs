@@ -17,7 +17,8 @@ pub struct Shader {
     pub name: &'static str,
     /// Every variant, ascending by its flags.
     pub variants: &'static [Variant],
-    /// What this program relies on beside what the variants tell, a fact a line: flags, specialization constants, push constants, structs.
+    /// The facts on which this program relies beside those that the variants tell, one a line: flags, specialization constants, push constants,
+    /// structs.
     pub interface: &'static str,
 }
 
@@ -56,7 +57,7 @@ impl Variant {
     }
 }
 
-/// A SPIR-V module with one entry point, and what it takes and gives.
+/// A SPIR-V module with one entry point, and its inputs and outputs.
 #[derive(Debug)]
 pub struct EntryPoint {
     /// Name, for `VkPipelineShaderStageCreateInfo`.
@@ -77,7 +78,7 @@ pub struct EntryPoint {
     pub workgroup_size: [u32; 3],
 }
 
-/// A module's words, or where they are.
+/// A module's words, or their place.
 #[derive(Clone, Copy, Debug)]
 pub enum Spirv {
     /// In the program, packed with those of other variants.
@@ -86,7 +87,7 @@ pub enum Spirv {
         block: usize,
         /// Its first word in the block.
         start: usize,
-        /// How many words it has.
+        /// The number of its words.
         words: usize,
     },
     /// Compiled while the program runs.
@@ -106,7 +107,7 @@ impl Spirv {
 
 /// Modules that are packed together.
 struct Block {
-    /// Where it lies in `SPIRV`.
+    /// Its place in `SPIRV`.
     range: Range<usize>,
     words: usize,
     unpacked: OnceLock<Vec<u32>>,
@@ -259,7 +260,7 @@ pub enum ConstantValue {
     F32(f32),
 }
 
-/// A hash of all modules as they are packed, in hexadecimal digits: what tells builds apart whose shaders are not the same.
+/// A hash of all modules as they are packed, in hexadecimal digits: it tells builds apart whose shaders are not the same.
 #[must_use]
 pub fn hash() -> String {
     let mut hasher = blake3::Hasher::new();

@@ -28,7 +28,7 @@ pub const CAPABILITIES: Capabilities = Capabilities::IMMEDIATES
 const PLACE_BITS: u32 = 21;
 const DECORATION: &str = "X_naga_oil_mod_X";
 
-/// The name as it stands in the source: naga_oil appends the module's path, in base 32, to what a module exports.
+/// The name as it stands in the source: naga_oil appends the module's path, in base 32, to a module's exports.
 #[must_use]
 pub fn source_name(name: &str) -> &str {
     name.split_once(DECORATION).map_or(name, |(name, _)| name)
@@ -40,7 +40,7 @@ pub fn composed_name(source: &Source, name: &str) -> String {
     Composer::decorated_name(source.import_path.as_deref(), name)
 }
 
-/// The modules that shaders can import, ordered so that each comes after what it imports.
+/// The modules that shaders can import, ordered so that each comes after its imports.
 #[derive(Clone, Debug, Default)]
 pub struct Library {
     /// The files.
@@ -89,7 +89,7 @@ impl Library {
         self.modules.iter().find(|module| module.import_path.as_deref() == Some(import_path))
     }
 
-    /// All that `shader` imports, directly or not, each after what it imports itself, and then the shader.
+    /// All that `shader` imports, directly or not, each after its own imports, and then the shader.
     #[must_use]
     pub fn closure<'a>(&'a self, shader: &'a Source) -> Vec<&'a Source> {
         fn visit<'a>(library: &'a Library, source: &'a Source, out: &mut Vec<&'a Source>) {
@@ -149,7 +149,7 @@ impl<'a> Composing<'a> {
     /// The naga module of `shader` with the given flags defined.
     ///
     /// # Errors
-    /// Whatever is wrong with the shader or with what it imports.
+    /// Any fault of the shader or of its imports.
     pub fn compose(&mut self, shader: &Source, flags: &[&str]) -> Result<naga::Module, Error> {
         let defines: HashMap<_, _> =
             flags.iter().map(|flag| ((*flag).to_owned(), ShaderDefValue::Bool(true))).collect();
@@ -251,7 +251,7 @@ fn position(error: &ComposerErrorInner) -> Option<usize> {
     }
 }
 
-/// The place in `file` of what stands at `start` in `composed`, its preprocessed text: that has the same lines, but within a line
+/// The place in `file` of the text at `start` in `composed`, its preprocessed text: that has the same lines, but within a line
 /// imported names and overrides are longer. So the same occurrence of the same word is looked for.
 fn original_place(file: &Source, composed: &str, start: usize, length: usize) -> Location {
     let inside = Location::of("", composed, start, length);
@@ -301,7 +301,7 @@ fn replace_decorations(text: &str, write: impl Fn(&str, &str) -> String) -> Stri
     out + rest
 }
 
-/// Decodes RFC 4648 base 32 without padding; what is not valid becomes a replacement character.
+/// Decodes RFC 4648 base 32 without padding; invalid bytes become a replacement character.
 fn base32(coded: &str) -> String {
     let (mut bits, mut held, mut bytes) = (0_u32, 0_u32, Vec::new());
     for digit in coded.bytes() {

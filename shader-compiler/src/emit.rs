@@ -1,4 +1,4 @@
-//! One composed variant: a SPIR-V module for each entry point, and what is reflected from it.
+//! One composed variant: a SPIR-V module for each entry point, and its reflected interface.
 
 use naga::back::spv;
 use naga::compact::{KeepUnused, compact};
@@ -44,7 +44,7 @@ pub enum Stage {
     Compute,
 }
 
-/// What one variant gives.
+/// The output of one variant.
 pub struct Emitted {
     pub entry_points: Vec<EntryPoint>,
     pub structs: Vec<StructLayout>,
@@ -64,7 +64,7 @@ impl Emitter<'_> {
     /// Compiles every entry point of `module`, a variant of the shader.
     ///
     /// # Errors
-    /// An unsupported stage or subpass input, what naga cannot write, or what the patch refuses.
+    /// An unsupported stage or subpass input, a construct that naga cannot write, or one that the patch refuses.
     pub fn emit(&self, module: &naga::Module) -> Result<Emitted, Error> {
         let mut split = Vec::new();
         for entry in &module.entry_points {

@@ -1,4 +1,4 @@
-//! What is wrong with a shader, and where: one message, the line it is about and a caret under it.
+//! A fault of a shader: one message, the line that it is about and a caret under it.
 
 use std::fmt;
 
@@ -52,7 +52,7 @@ pub struct Error {
     pub file: String,
     /// The place, when it is known.
     pub location: Option<Box<Location>>,
-    /// What else helps: causes, the variant.
+    /// Further help: causes, the variant.
     pub notes: Vec<String>,
 }
 

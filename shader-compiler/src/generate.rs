@@ -16,7 +16,7 @@ const SPIRV_FILE: &str = "shaders.zst";
 /// The file to be included.
 const RUST_FILE: &str = "shaders.rs";
 
-/// How much a program holds of its shaders.
+/// The size of a program's shaders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Written {
     /// Different SPIR-V modules.

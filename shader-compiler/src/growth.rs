@@ -1,10 +1,11 @@
-//! How many variants each shader has, and how many each of its flags adds: a table to keep beside the shaders and to hold the next build against.
+//! The number of variants of each shader, and the number that each of its flags adds: a table to keep beside the shaders and to compare with the next
+//! build.
 
 use std::fmt::Write as _;
 
 use crate::shader::Shader;
 
-/// A line for each shader, and below it one for each flag: how many of the variants would not exist without it.
+/// A line for each shader, and below it one for each flag: the number of variants that would not exist without it.
 #[must_use]
 pub fn variants_table(shaders: &[Shader]) -> String {
     let mut table = String::new();
@@ -32,7 +33,7 @@ pub fn variants_growth(before: &str, after: &str) -> Vec<String> {
     changes.filter(|(_, old, new)| old != new).map(|(name, old, new)| format!("{name}: {old} -> {new}")).collect()
 }
 
-/// Each line's name, a flag's with its shader's before it, and what it counts.
+/// The name of each line, a flag's with its shader's before it, and its count.
 fn entries(table: &str) -> Vec<(String, String)> {
     let mut entries = Vec::new();
     let mut shader = "";

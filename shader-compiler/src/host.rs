@@ -1,12 +1,12 @@
-//! What Rust is compiled against of a shader: flags, specialization constants, push constants, and the structs of its buffers.
+//! The interface that Rust is compiled against of a shader: flags, specialization constants, push constants, and the structs of its buffers.
 
 use std::fmt::Write as _;
 
 use crate::reflect::{PushConstants, StructLayout};
 use crate::shader::{ConstantValue, Shader, SpecConstant};
 
-/// What a program that was built with `shader` relies on, a fact a line; bindings, inputs and outputs are told by its variants. A shader of
-/// which every line is among those that a program was built with can take the place of its own.
+/// The facts on which a program that was built with `shader` relies, one a line; bindings, inputs and outputs are told by its variants. A shader can
+/// replace the program's own if each of its lines is among those that the program was built with.
 #[must_use]
 pub fn host_interface(shader: &Shader) -> String {
     let mut text = String::new();

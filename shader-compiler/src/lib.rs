@@ -1,7 +1,7 @@
 //! WGSL to checked, patched SPIR-V with reflected layouts, at build time.
 //!
 //! A directory holds one shader a file, and modules that they import in `shared/` (`#define_import_path`, `#import`, `#ifdef`: naga_oil).
-//! What WGSL cannot say is said so:
+//! WGSL has no words for some features; they are written so:
 //! - A texture named `subpass_...` is a subpass input (input attachment), read with `textureLoad(subpass_x, vec2<i32>(0, 0), 0)`. The
 //!   inputs that a variant uses are indexed in the order of their bindings.
 //! - `override NAME: T = value;` becomes a specialization constant; its id is that of `@id(n)`, or the next free one in the order of
@@ -9,8 +9,8 @@
 //! - `var<immediate>` holds the push constants.
 //! - Comment lines in a shader's head name its variants (see [`variants`]).
 //!
-//! Limits: vertex, fragment and compute stages; SPIR-V 1.3 for Vulkan 1.1; what modules export cannot be named with a digit or `_` at the
-//! end, since naga_oil writes them back as WGSL.
+//! Limits: vertex, fragment and compute stages; SPIR-V 1.3 for Vulkan 1.1; exports of modules cannot have names with a digit or `_` at the end, since
+//! naga_oil writes them back as WGSL.
 
 mod compose;
 mod emit;

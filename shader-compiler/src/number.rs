@@ -1,6 +1,6 @@
-//! Ids that mean the same in every variant of a shader. A compiler numbers what it writes one after the other, so that one constant more shifts
-//! all that follow, and two variants have few bytes in common. Here instructions that say the same get the same number, and variants pack to an
-//! eighth of what they took.
+//! Ids that mean the same in every variant of a shader. A compiler numbers its instructions one after the other, so that one constant more shifts all
+//! that follow, and two variants have few bytes in common. Here equal instructions get the same number, and variants pack to an eighth of their size
+//! before.
 
 use std::collections::HashMap;
 
@@ -14,8 +14,8 @@ pub struct Numbering {
     known: HashMap<Meaning, Word>,
 }
 
-/// What an id stands for: the words of its instruction, in which ids of earlier ones are renumbered and those of later ones are 0, and how many
-/// equal instructions stand before it in the module.
+/// The meaning of an id: the words of its instruction, in which ids of earlier ones are renumbered and those of later ones are 0, and the number of
+/// equal instructions before it in the module.
 type Meaning = (Vec<Word>, u32);
 
 impl Numbering {
@@ -65,7 +65,7 @@ fn renumber(instruction: &mut Instruction, new: &HashMap<Word, Word>) {
     }
 }
 
-/// Returns true if two modules are the same but for the numbers of their ids. What is no module is the same as itself alone.
+/// Returns true if two modules are the same but for the numbers of their ids. Words that are no module are the same as themselves alone.
 #[must_use]
 pub fn same_but_for_ids(a: &[Word], b: &[Word]) -> bool {
     // Alone, a module is numbered in the order of its instructions.
@@ -95,7 +95,7 @@ mod tests {
         [0, 1].map(|index| shader.variants[index].entry_points[0].spirv.clone())
     }
 
-    /// How many instructions of `a` are in `b` with the same ids.
+    /// Counts the instructions of `a` that are in `b` with the same ids.
     fn shared(a: &[Word], b: &[Word]) -> usize {
         let [a, b] = [a, b].map(|words| load_words(words).expect("a module"));
         a.all_inst_iter().filter(|own| b.all_inst_iter().any(|other| own == &other)).count()
@@ -108,7 +108,7 @@ mod tests {
         let new = [&plain, &more].map(|module| numbering.renumber(module).expect("a module"));
         let all = load_words(&plain).expect("a module").all_inst_iter().count();
         let (before, after) = (shared(&plain, &more), shared(&new[0], &new[1]));
-        // What differs is the one sum that the other variant has twice, and the module's bound is no instruction.
+        // The difference is the one sum that the other variant has twice; the module's bound is no instruction.
         assert!(
             before < all / 2 && after > all * 9 / 10,
             "of {all} instructions {before} were shared, and {after} are"

@@ -12,7 +12,7 @@ const BLOCK_WORDS: usize = 325_000;
 /// Zstandard's level: 19 is the last that keeps its window within a few MiB. A development build's program may be larger, and is there sooner.
 const LEVEL: i32 = if cfg!(debug_assertions) { 3 } else { 19 };
 
-/// Where a module lies.
+/// The place of a module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Place {
     pub block: usize,
@@ -43,7 +43,7 @@ impl Pool {
         place
     }
 
-    /// How many different modules there are.
+    /// The number of different modules.
     pub fn modules(&self) -> usize {
         self.known.len()
     }
@@ -56,7 +56,7 @@ impl Pool {
 
 /// One packed block.
 pub struct Block {
-    /// Where it lies among the packed bytes.
+    /// Its place among the packed bytes.
     pub range: Range<usize>,
     /// The words that it unpacks to.
     pub words: usize,

@@ -1,4 +1,4 @@
-//! What the host must agree with: bindings, inputs, outputs, push constants, and how structs lie in memory.
+//! The interface that the host must agree with: bindings, inputs, outputs, push constants, and the layouts of structs in memory.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use naga::{AddressSpace, ImageClass, ScalarKind, ShaderStage, StorageAccess, Typ
 
 use crate::compose::source_name;
 
-/// What a binding takes.
+/// The kind of resource that a binding takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum BindingKind {
     /// `var<uniform>`
@@ -41,11 +41,11 @@ pub struct Binding {
     pub set: u32,
     /// Binding in the set.
     pub binding: u32,
-    /// What it takes.
+    /// The kind of resource that it takes.
     pub kind: BindingKind,
     /// Descriptors in it; 0 for an array without a size.
     pub count: u32,
-    /// Which word of the module is its number, so that a pipeline can give it another one.
+    /// The index of the module's word with its number, so that a pipeline can give it another one.
     pub word: u32,
 }
 
@@ -73,7 +73,7 @@ pub struct Located {
     pub components: u32,
 }
 
-/// How a struct lies in memory.
+/// The layout of a struct in memory.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StructLayout {
     /// Its name in the source.
@@ -86,7 +86,7 @@ pub struct StructLayout {
     pub members: Vec<MemberLayout>,
 }
 
-/// Where a member of a struct lies.
+/// The place of a member in its struct.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MemberLayout {
     /// Its name.
@@ -245,8 +245,8 @@ pub fn push_constants(module: &naga::Module) -> Option<PushConstants> {
     })
 }
 
-/// The layouts of all structs in uniform and storage buffers of `module`, and of those inside its push constants; members before what
-/// contains them.
+/// The layouts of all structs in uniform and storage buffers of `module`, and of those inside its push constants; members before the
+/// structs that contain them.
 #[must_use]
 pub fn structs(module: &naga::Module) -> Vec<StructLayout> {
     let Some(layouter) = layouter(module) else { return Vec::new() };

@@ -1,4 +1,4 @@
-//! A shader with all its variants, and what must be the same in all of them.
+//! A shader with all its variants, and the parts that must be the same in all of them.
 
 use std::path::Path;
 
@@ -30,7 +30,7 @@ pub struct Shader {
 /// A shader with certain flags on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Variant {
-    /// Which flags.
+    /// Its flags, a bit each.
     pub bits: u32,
     /// Its entry points in the order of the source.
     pub entry_points: Vec<EntryPoint>,
@@ -60,7 +60,7 @@ pub enum ConstantValue {
     F32(u32),
 }
 
-/// What is to be compiled of a shader.
+/// The parts of a shader that are to be compiled.
 pub struct Plan {
     source: Source,
     pub name: String,
@@ -73,7 +73,7 @@ impl Plan {
     /// Reads the shader `text`, the content of the file `path`.
     ///
     /// # Errors
-    /// What is wrong with its name, head, imports, flags, overrides or subpass inputs.
+    /// A fault in its name, head, imports, flags, overrides or subpass inputs.
     pub fn new(path: &str, text: &str, library: &Library) -> Result<Self, Error> {
         let source = Source::new(path, text)?;
         check_imports(&source, &library.modules)?;
@@ -87,7 +87,7 @@ impl Plan {
     /// Compiles the variant `bits`.
     ///
     /// # Errors
-    /// What is wrong with it, with a note that names the flags.
+    /// A fault in it, with a note that names the flags.
     pub fn compile(&self, composing: &mut Composing, library: &Library, bits: u32) -> Result<Emitted, Error> {
         let flags: Vec<_> = self.head.names(bits).collect();
         let emitter = Emitter { library, shader: &self.source, constants: &self.constants, precise: self.head.precise };
@@ -98,7 +98,7 @@ impl Plan {
     }
 }
 
-/// Points at a condition on what is no flag of the shader: a misspelt one would be off in silence.
+/// Points at a condition on a name that is no flag of the shader: a misspelt one would be off in silence.
 fn check_conditions(source: &Source, head: &Head) -> Result<(), Error> {
     let clean = crate::scan::without_comments(&source.text);
     let (mut start, mut defined) = (0, Vec::new());

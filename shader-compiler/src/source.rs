@@ -13,7 +13,7 @@ pub struct OverrideDeclaration {
     pub name: String,
     /// The `n` of `@id(n)`.
     pub id: Option<u32>,
-    /// Where it stands.
+    /// Its place in the source.
     pub location: Location,
 }
 
@@ -32,7 +32,7 @@ pub struct Source {
     pub imports: Vec<String>,
     /// Its overrides, in order, those of all variants.
     pub overrides: Vec<OverrideDeclaration>,
-    /// Where each variable that is named as a subpass input is declared.
+    /// The variables that are named as subpass inputs, each with its place in the source.
     pub subpass_inputs: Vec<(String, Location)>,
 }
 

@@ -14,7 +14,7 @@ use crate::error::{Error, Location};
 const MOST_FLAGS: usize = 16;
 const MOST_VARIANTS: usize = 1024;
 
-/// What a shader's head says.
+/// The content of a shader's head.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Head {
     /// The flags; bit `i` of a variant's number is flag `i`.

@@ -1,19 +1,19 @@
-// How light goes from a level of BLOOM to the next wider one and back. A texel of level k stands for the square of 2^k x 2^k pixels that it covers,
-// the last of a row or column for what of that is in the picture: its mass, 1 for a whole square. Along each axis a wider texel is the mean of
-// its two, and across each edge between wider texels the two texels there exchange a quarter of the smaller one's mass. What one gives the other
-// gets, and nothing is exchanged across the picture's edge: no energy is lost or gained anywhere, and even light stays even. Away from edges the
-// filter down is 1 3 3 1 (of 8), and up 3 1 (of 4) to either side.
+// The flow of light from a level of BLOOM to the next wider one and back. A texel of level k stands for the square of 2^k x 2^k pixels that it
+// covers, the last of a row or column for the part of that in the picture: its mass, 1 for a whole square. Along each axis a wider texel is the mean
+// of its two, and across each edge between wider texels the two texels there exchange a quarter of the smaller one's mass. One texel's gain is the
+// other's loss, and nothing is exchanged across the picture's edge: no energy is lost or gained anywhere, and even light stays even. Away from edges
+// the filter down is 1 3 3 1 (of 8), and up 3 1 (of 4) to either side.
 #define_import_path afterlight::bloom
 
 // Of the filter down, along an axis: 2 is the mean alone, 4 exchanges, 6 first has each texel exchange with both its neighbours, and does the same on
 // the way up: 1 5 10 10 5 1 (of 32).
 override TAPS: u32 = 6u;
 
-// What the levels lie in.
+// The buffer of the levels.
 struct Levels {
     // Width and height of the picture in pixels.
     picture: vec2<u32>,
-    // How much of the picture's light comes from the levels.
+    // The share of the picture's light that comes from the levels.
     share: f32,
     unused: f32,
     // Level by level from the first, each row by row.
@@ -44,12 +44,12 @@ fn mass(axis: Axis, index: i32) -> f32 {
     return select(0.0, inside, index >= 0 && index < axis.count);
 }
 
-// What a texel and the one before it exchange.
+// The mass that a texel and the one before it exchange.
 fn exchanged(axis: Axis, index: i32) -> f32 {
     return 0.25 * min(mass(axis, index - 1), mass(axis, index));
 }
 
-// What a texel takes of the one before it, of itself and of the one after it, where each exchanges with its neighbours.
+// The weights of the texel before, of itself and of the one after it, where each exchanges with its neighbours.
 fn smoothed(axis: Axis, index: i32) -> vec3<f32> {
     // Beside the picture there is nothing to take.
     let own = max(mass(axis, index), 1e-6);
@@ -58,7 +58,7 @@ fn smoothed(axis: Axis, index: i32) -> vec3<f32> {
     return vec3(before, 1.0 - before - after, after);
 }
 
-// What a wider texel takes of the six from two before its own two on: three and three.
+// A wider texel's weights of the six from two before its own two on: three and three.
 struct Down {
     left: vec3<f32>,
     right: vec3<f32>,
@@ -83,7 +83,7 @@ fn down(axis: Axis, index: i32) -> Down {
     return Down(vec3(a.x, a.y + b.x, a.z + b.y + c.x), vec3(b.z + c.y + d.x, c.z + d.y, d.z));
 }
 
-// What a texel takes of three wider ones, the one before that at `middle`, this one, and the one after it: each way back is the way down, by masses.
+// A texel's weights of three wider ones, the one before that at `middle`, this one, and the one after it: each way back is the way down, by masses.
 fn up_about(axis: Axis, index: i32, middle: i32) -> vec3<f32> {
     let odd = index & 1;
     let crossing = exchanged(axis, index + odd) / max(mass(axis, index), 1e-6);

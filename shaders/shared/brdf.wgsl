@@ -1,7 +1,7 @@
 // Reflection models. Every function returns f(l, v), without NdotL and the light's colour, is finite and not negative for any
 // finite input, and is written once more, in f64, by the reference.
 //
-// Whatever is the same for every light stands in `Surface`, down to differences of two numbers: lavapipe's compiler moves nothing out of loops.
+// Terms that are the same for every light stand in `Surface`, down to differences of two numbers: lavapipe's compiler moves nothing out of loops.
 //
 // Guards, part of the model: perceptual roughness is at least MIN_ROUGHNESS, NdotV at least MIN_N_DOT_V.
 #define_import_path afterlight::brdf
@@ -75,7 +75,7 @@ fn cook_torrance_surface(
     s.lobe_scale = s.alpha_squared * (0.5 / PI);
     s.smith_v = smith_root(s.n_dot_v, s.alpha_squared);
     s.diffuse = albedo * ((1.0 - metallic) / PI);
-    // Not `mix`: where that is a + (b - a) t, a dark metal keeps what rounding leaves of 0.04.
+    // Not `mix`: where that is a + (b - a) t, a dark metal keeps the rounding error of 0.04.
     s.specular = dielectric.facing * (1.0 - metallic) + albedo * metallic;
     // Exactly 1 where the dielectric has 1.
     s.grazing = 1.0 - (1.0 - dielectric.grazing) * (1.0 - metallic);
@@ -107,7 +107,7 @@ fn squared_alpha(roughness: f32) -> f32 {
     return alpha * alpha;
 }
 
-// What one direction has of Smith's height-correlated term.
+// One direction's part of Smith's height-correlated term.
 fn smith_root(cosine: f32, alpha_squared: f32) -> f32 {
     return sqrt(cosine * cosine * (1.0 - alpha_squared) + alpha_squared);
 }
@@ -149,7 +149,7 @@ fn ggx_lobe(normal: vec3<f32>, half: vec3<f32>, alpha_squared: f32, smith: f32) 
 // ANCHOR_END: ggx-lobe
 }
 
-// How long half vectors are made, in units of |l + v|, so that their fourth powers do not vanish where light and eye are nearly opposite.
+// The length of half vectors, in units of |l + v|, so that their fourth powers do not vanish where light and eye are nearly opposite.
 const HALF_SCALE: f32 = 1048576.0;
 
 // GGX D, height-correlated Smith V, Schlick F, and the uncoupled lambert base (1 - F)(1 - metallic) albedo / pi.
@@ -214,7 +214,7 @@ fn ambient_lobe(s: Surface, brdf: u32, roughness: f32) -> vec3<f32> {
     return saturate(s.specular * (-1.04 * a + r.z) + vec3((1.04 * a + r.w) * s.grazing));
 }
 
-// Share of light from everywhere that a surface reflects. The base gets what the lobe leaves, so that the sum never exceeds 1.
+// Share of light from everywhere that a surface reflects. The base gets the light that the lobe leaves, so that the sum never exceeds 1.
 fn reflect_ambient(s: Surface, lobe: vec3<f32>) -> vec3<f32> {
     return s.diffuse * PI * (vec3(1.0) - lobe) + lobe;
 }

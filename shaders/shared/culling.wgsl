@@ -10,7 +10,7 @@ struct Cull {
     // Metres by which a box may lie beside where f32 has it.
     slack: f32,
     camera_rest: vec3<f32>,
-    // Where the first step of depth begins, and steps a metre.
+    // The distance at which the first step of depth begins, and steps a metre.
     begin: f32,
     forward: vec3<f32>,
     scale: f32,
@@ -20,13 +20,13 @@ struct Cull {
     commands: u32,
     // Groups of a row of the dispatch.
     columns: u32,
-    // Where things lie in `culled`, in words.
+    // The offsets of the parts of `culled`, in words.
     counts_at: u32,
     totals_at: u32,
     draws_at: u32,
     rows_at: u32,
     looks_at: u32,
-    // Where levels of detail lie in `groups`, in words.
+    // The offset of the levels of detail in `groups`, in words.
     levels_at: u32,
     // The square of the metres that the error of a level may have at a distance of one, or at any.
     allowed: f32,
@@ -76,7 +76,7 @@ struct Stand {
 // The number is that of src/visible/instances.rs.
 const STEPS: u32 = 32u;
 const LANES: u32 = 64u;
-// The step of what is not seen.
+// The step of instances that are not visible.
 const HIDDEN: u32 = 255u;
 
 fn group_of(workgroup: vec3<u32>) -> u32 {

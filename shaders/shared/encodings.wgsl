@@ -1,4 +1,4 @@
-// How directions fit into G-buffer channels.
+// The encodings of directions in G-buffer channels.
 #define_import_path afterlight::encodings
 
 // NORMAL_ENCODING in the passes; src/plan/gbuffer.rs has the same list.

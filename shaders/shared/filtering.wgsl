@@ -1,4 +1,4 @@
-// How much of a texture a pixel is filtered from.
+// The part of a texture that a pixel is filtered from.
 #define_import_path afterlight::filtering
 
 // Edge of the square of a pixel for which textures are filtered, in pixels: less than 1 where several frames make a picture, because each of them looks

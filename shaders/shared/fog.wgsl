@@ -1,6 +1,6 @@
-// Fog that grows thinner with height: along a metre at a height h it takes away density * exp(-(h - base) / height) of the light. What it scatters
-// comes from everywhere alike and from directional lights, whose light reaches it without loss or shadow: then what a ray gains is in proportion to
-// what it loses, and both are closed forms (docs/FOG.md).
+// Fog that grows thinner with height: along a metre at a height h it takes away density * exp(-(h - base) / height) of the light. It scatters light
+// that comes from everywhere alike, and light of directional lights, which reaches it without loss or shadow: then a ray's gain is in proportion to
+// its loss, and both are closed forms (docs/FOG.md).
 #define_import_path afterlight::fog
 #import afterlight::frame::{across, frame, view_ray, ORTHOGRAPHIC}
 #ifdef LIGHTS
@@ -11,13 +11,13 @@ const FOUR_PI: f32 = 12.566370614;
 // Logarithms of densities, and optical depths, are cut off here: exp(-80) is 2e-35, which nobody sees.
 const MOST_LOG: f32 = 80.0;
 
-// From the eye to what is seen through a pixel.
+// From the eye to the surface seen through a pixel.
 struct FogRay {
     // Of length 1.
     direction: vec3<f32>,
     // Metres along it for each metre along the view.
     stretch: f32,
-    // Where it begins, in scale heights above the fog's base.
+    // The height of its beginning, in scale heights above the fog's base.
     rise: f32,
 }
 

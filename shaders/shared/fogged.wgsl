@@ -12,9 +12,9 @@ override FROXELS: bool = false;
 #endif
 #endif
 
-// At a place relative to the camera; its colour is times its alpha. What lies behind it is fogged as if it were not
-// there: that has left the share t of the light behind it, and added what fog scatters before it, s. Over that a layer of colour c that hides the share a has
-// to give t (c + (1 - a) b) + s where the picture has t b + s: blended as t c + a s with its own alpha it does.
+// At a place relative to the camera; its colour is times its alpha. The surface behind it is fogged as if the layer did not exist: that fog has left
+// the share t of the light behind, and added s, the light scattered on the whole way. Over that a layer of colour c that hides the share a has to
+// give t (c + (1 - a) b) + s where the picture has t b + s: blended as t c + a s with its own alpha it does.
 fn fogged(world: vec3<f32>, own: vec4<f32>, largest: f32) -> vec4<f32> {
     let away = select(length(world), dot(world, frame.forward), ORTHOGRAPHIC);
     let direction = select(world / max(away, 1e-30), frame.forward, ORTHOGRAPHIC);

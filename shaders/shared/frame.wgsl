@@ -1,5 +1,5 @@
-// What every pass of a frame knows. World positions are relative to the camera: its place in the world is subtracted in
-// f64 before anything becomes f32.
+// The data of a frame that every pass has. World positions are relative to the camera: its place in the world is subtracted in f64 before anything
+// becomes f32.
 #define_import_path afterlight::frame
 
 struct Frame {
@@ -11,7 +11,7 @@ struct Frame {
     ray_center: vec3<f32>,
     near: f32,
     ray_x: vec3<f32>,
-    // From nits to what is stored and tone-mapped.
+    // From nits to the unit in which light is stored and tone-mapped.
     exposure: f32,
     ray_y: vec3<f32>,
     // 2 / width and 2 / height.
@@ -19,9 +19,9 @@ struct Frame {
     // Radiance from everywhere: the mean of sky and ground.
     ambient: vec3<f32>,
     pixel_height: f32,
-    // Half of what the sky has more than the ground.
+    // Half of the sky's excess over the ground.
     ambient_tilt: vec3<f32>,
-    // How far a shadow lookup moves along the geometric normal, in texels of the map at that place.
+    // The distance by which a shadow lookup moves along the geometric normal, in texels of the map at that place.
     shadow_normal_offset: f32,
     // Edge of a layer of maps in texels.
     shadow_size: f32,
@@ -30,14 +30,14 @@ struct Frame {
     light_count: u32,
     // The first so many lights meet every pixel in a loop; the light path deals with the others.
     looped_count: u32,
-    // Where the camera looks to, a unit vector.
+    // The direction of the camera's view, a unit vector.
     forward: vec3<f32>,
     // The first so many reach everywhere; the froxels have lists of the others.
     global_count: u32,
     // Froxels across and down.
     cluster_columns: u32,
     cluster_rows: u32,
-    // Layers of shadow maps, and how many maps there are.
+    // The numbers of layers of shadow maps, and of maps.
     shadow_layers: u32,
     shadow_view_count: u32,
     // The camera relative to the centre of the scene, and the scene's radius: for the views.
@@ -45,7 +45,7 @@ struct Frame {
     scene_radius: f32,
     // Metres along the view from an orthographic depth of 1 to one of 0.
     depth_range: f32,
-    // How far the eye stands before an orthographic camera, in metres along the view: for the views.
+    // The distance of the eye before an orthographic camera, in metres along the view: for the views.
     eye_ahead: f32,
     // Cosine and sine of the angle that takes directions of the world to the sky's own, about +Y.
     sky_turn: vec2<f32>,
@@ -55,16 +55,16 @@ struct Frame {
     sky_scale: f32,
     // Of the sun's disc, in nits.
     sun_radiance: vec3<f32>,
-    // That of the disc's angular radius.
+    // The sine of the disc's angular radius.
     sun_sine: f32,
-    // Where in each pixel this frame looks, in pixels from its centre: what is drawn at random differs by it.
+    // The place in each pixel that this frame looks through, in pixels from its centre: random numbers differ by it.
     jitter: vec2<f32>,
-    // Of the fog: how high the camera is above its base, and metres to the other end of it, both by its scale height.
+    // Of the fog: the camera's height above its base, and metres to the other end of it, both by its scale height.
     fog_rise: f32,
     fog_rate: f32,
     // The mean radiance of light from everywhere, times the fog's albedo.
     fog_light: vec3<f32>,
-    // The logarithm of what is lost along a metre at the base.
+    // The logarithm of the loss along a metre at the base.
     fog_density: f32,
     fog_albedo: f32,
     // The mean cosine of the angle of scattering.
@@ -101,7 +101,7 @@ fn to_sky(direction: vec3<f32>) -> vec3<f32> {
 }
 
 // ANCHOR: place-of-a-pixel
-// What a depth says of the distance along the view axis, in metres. Without a far plane: depth = near / distance.
+// The distance along the view axis at a depth, in metres. Without a far plane: depth = near / distance.
 fn distance_at(depth: f32) -> f32 {
     if ORTHOGRAPHIC {
         return frame.near + (1.0 - depth) * frame.depth_range;
@@ -117,7 +117,7 @@ fn depth_at(distance: f32) -> f32 {
     return frame.near / distance;
 }
 
-// Where a depth lies, relative to the camera, in metres.
+// The place at a depth, relative to the camera, in metres.
 fn position_at(pixel: vec2<f32>, depth: f32) -> vec3<f32> {
     let distance = distance_at(depth);
     if ORTHOGRAPHIC {

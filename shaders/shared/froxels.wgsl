@@ -1,5 +1,5 @@
-// The fog's froxels: the view cut into columns, rows and slices of depth. Each has the light that is scattered there, and what the fog before it scatters
-// to the eye. SCATTER and INTEGRATE write them, and whatever lies in fog looks them up at its own place.
+// The fog's froxels: the view cut into columns, rows and slices of depth. Each has the light that is scattered there, and the light that the fog
+// before it scatters to the eye. SCATTER and INTEGRATE write them, and surfaces and particles in fog look them up at their own places.
 #define_import_path afterlight::froxels
 #import afterlight::frame::{frame}
 #import afterlight::fog::{endless_fog_depth, fog_depth, fog_light, fog_lost, fog_moved, fog_transmittance, FogRay}
@@ -9,10 +9,10 @@ override FROXEL_ROWS: u32 = 90u;
 override FROXEL_SLICES: u32 = 64u;
 
 #ifdef FROXELS_WRITTEN
-// Twice as many: the light of each froxel, and what comes before it.
+// Twice as many: the light of each froxel, and the light scattered before it.
 @group(0) @binding(14) var<storage, read_write> froxels: array<vec2<u32>>;
 #else
-// Columns first, then rows, then slices. One slice more has what all froxels scatter.
+// Columns first, then rows, then slices. One slice more has the light scattered by all froxels of a column.
 @group(0) @binding(14) var<storage, read> froxels: array<vec4<u32>>;
 #endif
 

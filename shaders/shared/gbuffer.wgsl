@@ -67,7 +67,7 @@
 #endif
 
 #ifdef SPECULAR
-// The specular target has what Cook-Torrance surfaces reflect (encodings.wgsl).
+// The specular target has the reflectance of Cook-Torrance surfaces (encodings.wgsl).
 override REFLECTANCE: bool = false;
 #endif
 
@@ -104,7 +104,7 @@ fn load_stored(pixel: vec2<f32>) -> Stored {
 
 #else
 #ifdef MSAA
-// What is read of the pixel: one of its samples; or the first, at the mean place of so many.
+// The part of the pixel that is read: one of its samples; or the first, at the mean place of so many.
 var<private> chosen_sample: u32 = 0u;
 var<private> samples_in_mean: u32 = 1u;
 
@@ -148,14 +148,13 @@ fn covered_samples(count: u32) -> u32 {
     return covered;
 }
 
-// How much the values of samples may differ that are shaded as one: where two triangles of one smooth surface meet in a pixel, they
+// The greatest difference between the values of samples that are shaded as one: where two triangles of one smooth surface meet in a pixel, they
 // differ by less than from one pixel to the next. Of an encoded normal, or of the value itself.
 const NORMAL_TOLERANCE: f32 = 1.0 / 64.0;
 const VALUE_TOLERANCE: f32 = 1.0 / 64.0;
 const LEAST_TOLERANCE: f32 = 1.0 / 1024.0;
-// How far a sample's depth may lie from the plane of the pixel's surface: this part of what the plane's slope makes of it across
-// the pixel, or that of a plane at half the slope of 45 degrees, as the normal of a smooth mesh is not that of its triangles;
-// and rounding, as a part of the depth.
+// The greatest distance of a sample's depth from the plane of the pixel's surface: this part of the change of depth across the pixel by the plane's
+// slope, or by half the slope of 45 degrees, as the normal of a smooth mesh is not that of its triangles; and rounding, as a part of the depth.
 const SLOPE_TOLERANCE: f32 = 0.25;
 const LEAST_SLOPE: f32 = 0.5;
 const DEPTH_TOLERANCE: f32 = 1.0 / 262144.0;
@@ -165,8 +164,8 @@ fn alike(a: vec4<f32>, b: vec4<f32>) -> bool {
     return all(abs(a - b) <= VALUE_TOLERANCE * max(abs(a), abs(b)) + LEAST_TOLERANCE);
 }
 
-// Whether shading once does for all samples of a pixel: they show one surface, with about the same values, and their depths lie in
-// the plane that the normal tells. `center` is the pixel's. What is read afterwards is the mean.
+// Returns true if shading once does for all samples of a pixel: they show one surface, with about the same values, and their depths lie in the plane
+// that the normal tells. `center` is the pixel's. Later reads get the mean.
 fn samples_agree(center: vec2<f32>, count: u32, normal_encoding: u32, geometric_steps: f32) -> bool {
     read_mean(count);
     let first = load_sample(0u);

@@ -1,4 +1,4 @@
-// What TAA keeps of a frame for the next one.
+// The values that TAA keeps of a frame for the next one.
 #define_import_path afterlight::history
 
 struct History {
@@ -10,8 +10,8 @@ struct History {
     texels: array<vec4<u32>>,
 }
 
-// What frames are averaged as: light, or as it is shown, more or less, so that what is far beyond white has the weight of white. Light of `c` then is
-// c / (1 + the largest of c) (B. Karis, "High-quality temporal supersampling", 2014).
+// The space in which frames are averaged: light, or about the values as shown, so that light far beyond white has the weight of white. Light of `c`
+// then is c / (1 + the largest of c) (B. Karis, "High-quality temporal supersampling", 2014).
 override AS_SHOWN: bool = false;
 // Light is cut off there.
 override LARGEST: f32 = 65000.0;

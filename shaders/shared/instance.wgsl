@@ -1,4 +1,4 @@
-// Where a drawn instance stands and how it looks.
+// The placing and the look of a drawn instance.
 #define_import_path afterlight::instance
 #import afterlight::vectors::{handedness, scaled_rows, turned_normal, unit_or}
 
@@ -32,7 +32,7 @@ fn world_tangent(rows: Rows, tangent: vec4<f32>) -> vec4<f32> {
     return vec4(unit_or(vec3(dot(rows.x.xyz, t), dot(rows.y.xyz, t), dot(rows.z.xyz, t)), vec3(0.0)), tangent.w * sign);
 }
 
-// How an instance looks (src/visible/looks.rs): its tint in 65535ths, then the layer of its cell, and in bit 15 whether it is selected.
+// The look of an instance (src/visible/looks.rs): its tint in 65535ths, then the layer of its cell, and in bit 15 whether it is selected.
 fn tint_of(look: vec4<u32>) -> vec3<f32> {
     return vec3<f32>(look.xyz) / 65535.0;
 }
@@ -45,7 +45,7 @@ fn is_selected(last: u32) -> bool {
     return (last & 0x8000u) != 0u;
 }
 
-// The base colour of what is selected (HIGHLIGHT and its share in src/scene/look.rs).
+// The base colour of selected instances (HIGHLIGHT and its share in src/scene/look.rs).
 fn highlighted(color: vec3<f32>, exposure: f32) -> vec3<f32> {
     return color * 0.25 + vec3(1.0, 0.4, 0.0) * (0.75 * exposure);
 }

@@ -9,7 +9,7 @@ const MIXED_FALLOFF: u32 = 3u;
 // A beam has none.
 const NO_FALLOFF: u32 = 3u;
 
-// Bits of TRAITS in the passes, what some light needs code for; src/scene/light.rs has the same.
+// Bits of TRAITS in the passes, the features that some light needs code for; src/scene/light.rs has the same.
 const RANGES: u32 = 1u;
 const CONES: u32 = 2u;
 const BEAMS: u32 = 4u;
@@ -27,7 +27,7 @@ struct Light {
     color: vec3<f32>,
     // Bits 0 and 1: the fall-off. The others are those of its shadow maps, see shadows.wgsl.
     falloff: u32,
-    // Where the light of a spot or a beam travels to.
+    // The direction in which the light of a spot or a beam travels.
     direction: vec3<f32>,
     // Cone as in KHR_lights_punctual: saturate(cos(angle) * edge_scale + edge_offset)^2; 0 and 1 for a point light. Of a beam the same of the
     // distance from its axis.
@@ -37,7 +37,7 @@ struct Light {
     edge_offset: f32,
 }
 
-// Where a light is seen from, and how strong it is there.
+// The direction to a light, and its strength at a place.
 struct Reach {
     // Unit vector.
     to_light: vec3<f32>,

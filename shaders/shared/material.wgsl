@@ -1,4 +1,4 @@
-// The material of what is drawn: what changes from draw to draw, and what its textures say of a point.
+// The material of a drawn surface: the data that change from draw to draw, and the values of its textures at a point.
 #define_import_path afterlight::material
 #ifdef TEXTURED
 #import afterlight::filtering::{places_of, FOOTPRINT, PLACES}
@@ -11,7 +11,7 @@ struct Push {
     // Pre-exposed.
     emissive: vec3<f32>,
     alpha_cutoff: f32,
-    // Ks of the Phong models; of Cook-Torrance, where it says so itself, what its dielectric share reflects facing the eye.
+    // Ks of the Phong models; of Cook-Torrance, where it has its own, the dielectric share's reflectance facing the eye.
     specular: vec3<f32>,
     // The value for the specular target's alpha: the BRDF's index / 3, or a code (encodings.wgsl).
     brdf: f32,
@@ -20,7 +20,7 @@ struct Push {
     roughness: f32,
     ambient: f32,
     normal_scale: f32,
-    // Where the material's rows begin in `uv_maps`.
+    // The index of the material's first row in `uv_maps`.
     first_uv_map: u32,
 }
 
@@ -56,7 +56,7 @@ var<immediate> push: Push;
 @group(1) @binding(22) var shininess_sampler: sampler;
 
 #ifdef EXTRAS
-// How a texture lies on a mesh: rows of the map from texture coordinates and 1 to the image.
+// The mapping of a texture onto a mesh: rows of the map from texture coordinates and 1 to the image.
 struct UvMap {
     // In w, 1 where the coordinates are those of the second set.
     x: vec4<f32>,
@@ -86,7 +86,7 @@ const EMISSIVE: u32 = 16u;
 const SPECULAR: u32 = 32u;
 const SHININESS: u32 = 64u;
 
-// What a material says of a point, in its own terms.
+// A material's values at a point, in its own terms.
 struct Point {
     // Albedo and alpha.
     base: vec4<f32>,
@@ -96,11 +96,11 @@ struct Point {
     // Or shininess for the Phong models.
     roughness: f32,
     specular: vec3<f32>,
-    // How much of the specular there is, which a texture's alpha says.
+    // The strength of the specular, from a texture's alpha.
     strength: f32,
 }
 
-// Where the textures of a place on a mesh are looked up.
+// The texture coordinates of a place on a mesh.
 #ifdef EXTRAS
 struct Uvs {
     // Of two slots each, in their order.
@@ -196,7 +196,7 @@ fn mapped_normal(normal: vec3<f32>, tangent: vec4<f32>, uvs: Uvs) -> vec3<f32> {
     return bent_normal(texel_of(NORMAL_SLOT, normal_texture, normal_sampler, uvs).xyz, push.normal_scale, normal, tangent);
 }
 
-// For what only needs to know whether there is anything.
+// For passes that only need the alpha of the base colour.
 fn alpha_at(uvs: Uvs) -> f32 {
     return texel_of(BASE_COLOR_SLOT, base_color_texture, base_color_sampler, uvs).a * push.alpha;
 }

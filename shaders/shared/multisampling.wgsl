@@ -1,4 +1,4 @@
-// Where the samples of a pixel lie.
+// The places of the samples of a pixel.
 #define_import_path afterlight::multisampling
 
 // From the pixel's centre, in pixels: "Standard sample locations" of the Vulkan specification, for 2, 4 and 8 samples. Their mean is the

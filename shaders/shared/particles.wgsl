@@ -1,4 +1,4 @@
-// What SIMULATE tells PARTICLES of each particle.
+// The data of each particle that SIMULATE writes and PARTICLES reads.
 #define_import_path afterlight::particles
 
 struct Particle {

@@ -17,7 +17,7 @@ struct Found {
     light: vec3<f32>,
     // 0 where it met nothing.
     confidence: f32,
-    // How densely directions lie there, a steradian; 0 where no ray was sent.
+    // The density of directions there, a steradian; 0 where no ray was sent.
     density: f32,
 }
 
@@ -64,8 +64,8 @@ fn choice(index: u32) -> vec2<f32> {
     return fract(vec2(0.5) + vec2(0.75487767, 0.56984029) * f32(index));
 }
 
-// The choice of a pixel: 64, each once in a square of 8 x 8, of which each tile of 4 x 4 has every fourth. What surrounds a pixel fills the gaps, and frames
-// of a picture have others.
+// The choice of a pixel: 64, each once in a square of 8 x 8, of which each tile of 4 x 4 has every fourth. The pixels around fill the gaps, and
+// frames of a picture have other choices.
 fn choice_of(texel: vec2<u32>) -> vec2<f32> {
     let tile = texel >> vec2(2u);
     let quarter = (((tile.x ^ tile.y) & 1u) << 1u) | (tile.y & 1u);
@@ -108,7 +108,7 @@ fn lobe_share(n_dot_v: f32, roughness: f32) -> f32 {
     return sum / f32(CHOICES);
 }
 
-// How much of what a surface mirrors is taken from the screen: surfaces near the roughest fade out.
+// The share of a surface's reflections that is taken from the screen: surfaces near the roughest fade out.
 fn smooth_enough(roughness: f32, roughest: f32) -> f32 {
     return saturate((roughest - roughness) / max(0.2 * roughest, 1e-6) + select(0.0, 1e-3, roughness <= roughest));
 }

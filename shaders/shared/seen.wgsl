@@ -1,5 +1,5 @@
-// Surfaces of the light path `visibility`: GEOMETRY has written which triangle each pixel shows, and its vertices, its instance and its material are looked
-// up here. What the rasterizer would interpolate follows from where the pixel's ray meets the triangle.
+// Surfaces of the light path `visibility`: GEOMETRY has written the triangle that each pixel shows, and its vertices, its instance and its material
+// are looked up here. The values that the rasterizer would interpolate follow from the place where the pixel's ray meets the triangle.
 enable wgpu_binding_array;
 #define_import_path afterlight::seen
 #import afterlight::brdf::{usual_dielectric, Dielectric}
@@ -17,14 +17,14 @@ override EXTRAS: bool = false;
 // Some material has a normal map.
 override NORMAL_MAPS: bool = false;
 
-// How a material looks (src/gpu_scene/seen.rs).
+// A material's record (src/gpu_scene/seen.rs).
 struct SeenMaterial {
     base_color: vec3<f32>,
     alpha: f32,
     // Pre-exposed; black where it is not shown.
     emissive: vec3<f32>,
     normal_scale: f32,
-    // Ks of the Phong models, or what Cook-Torrance's dielectric share reflects facing the eye.
+    // Ks of the Phong models, or the reflectance of Cook-Torrance's dielectric share facing the eye.
     specular: vec3<f32>,
     // And grazing.
     grazing: f32,
@@ -32,7 +32,7 @@ struct SeenMaterial {
     // Perceptual roughness, or shininess for the Phong models.
     roughness: f32,
     ambient: f32,
-    // Where its rows begin in `uv_maps`; all bits where its textures lie as the first coordinates say.
+    // The index of its first row in `uv_maps`; all bits where its textures lie as the first coordinates say.
     first_uv_map: u32,
     // Bits, see below.
     traits: u32,
@@ -58,7 +58,7 @@ const LOOKS: u32 = 8192u;
 const MIRRORED: u32 = 16384u;
 const BRDF_SHIFT: u32 = 16u;
 
-// Where the indices of an instance's mesh begin, its first vertex, its material, and in bit 0 whether indices have 16 bits.
+// The first index of an instance's mesh, its first vertex, its material, and in bit 0 whether indices have 16 bits.
 @group(3) @binding(0) var<storage, read> instances: array<vec4<u32>>;
 // Three rows each, from the mesh to the world around the camera.
 @group(3) @binding(1) var<storage, read> instance_rows: array<vec4<f32>>;
@@ -82,12 +82,12 @@ const BRDF_SHIFT: u32 = 16u;
 @group(3) @binding(14) var samplers: binding_array<sampler, 1019>;
 #endif
 
-// Where a pixel's ray meets a triangle.
+// The point where a pixel's ray meets a triangle.
 struct Hit {
     instance: u32,
     material: u32,
     vertices: vec3<u32>,
-    // Shares of the second and the third corner, and how they change from pixel to pixel across and down.
+    // Shares of the second and the third corner, and their change from pixel to pixel across and down.
     shares: vec2<f32>,
     step_x: vec2<f32>,
     step_y: vec2<f32>,
@@ -176,7 +176,7 @@ fn hit_of(number: u32, pixel: vec2<f32>) -> Hit {
 }
 
 #ifdef TEXTURED
-// A place on a texture, and how it changes from pixel to pixel.
+// A place on a texture, and its change from pixel to pixel.
 struct Coordinates {
     at: vec2<f32>,
     step_x: vec2<f32>,
@@ -229,13 +229,13 @@ fn texel_of(slot: u32, material: u32, hit: Hit, plain: Coordinates, layer: u32) 
 }
 #endif
 
-// A surface, and what it emits.
+// A surface, and its emitted light.
 struct Seen {
     texel: Texel,
     emissive: vec3<f32>,
 }
 
-// What the pixel shows, with this material: as geometry.wgsl and forward.wgsl have it.
+// The surface that the pixel shows, with this material: as geometry.wgsl and forward.wgsl have it.
 fn seen_at(hit: Hit, material: u32, pixel: vec2<f32>, depth: f32) -> Seen {
     let own = materials[material].traits;
     let rows = rows_of(hit.instance);

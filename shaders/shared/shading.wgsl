@@ -1,4 +1,4 @@
-// How light meets a surface: the same code, in the same order of operations, for every light path.
+// The shading of a surface: the same code, in the same order of operations, for every light path.
 #define_import_path afterlight::shading
 #import afterlight::frame::{frame}
 #import afterlight::texel::{Texel}
@@ -15,9 +15,9 @@
 #import afterlight::sky::{sky_light}
 #endif
 
-// What the plan knows of the scene. Passes fill it from specialization constants, so that what is absent costs nothing.
+// The plan's knowledge of the scene. Passes fill it from specialization constants, so that absent features cost nothing.
 struct Model {
-    // Which BRDF all materials have; MIXED_BRDF where the scene mixes them.
+    // The BRDF that all materials have; MIXED_BRDF where the scene mixes them.
     brdf: u32,
     // All lights' fall-off; MIXED_FALLOFF where they differ.
     falloff: u32,
@@ -26,7 +26,7 @@ struct Model {
     // Some directional light, some point or spot light has shadow maps.
     directional_shadows: bool,
     punctual_shadows: bool,
-    // How shadow maps are looked up (shadows.wgsl).
+    // The filter of shadow maps (shadows.wgsl).
     shadow_filter: u32,
     // Reflection models as textbooks have them (textbook.wgsl).
     textbook: bool,
@@ -61,9 +61,9 @@ fn reflected(surface: Surface, model: Model, to_light: vec3<f32>, n_dot_l: f32) 
     return reflect_light(surface, brdf_of(surface, model), to_light, n_dot_l);
 }
 
-// Light from two half-spheres, sky and ground. The base collects it by the cosine, which is exact: mean + tilt n.y. So is the lobe taken to
-// do, but about the mirrored direction: exact for a lobe as wide as the cosine's, and too soft at the horizon for a narrower one.
-// Where both half-spheres are the same, this is the same to the last bit as if there were one: the tilt is zero.
+// Light from two half-spheres, sky and ground. The base collects it by the cosine, which is exact: mean + tilt n.y. The lobe is taken to do the same
+// about the mirrored direction: exact for a lobe as wide as the cosine's, and too soft at the horizon for a narrower one. Where both half-spheres are
+// the same, this is the same to the last bit as if there were one: the tilt is zero.
 fn ambient_light(surface: Surface, texel: Texel, model: Model) -> vec3<f32> {
     let lobe = ambient_lobe(surface, brdf_of(surface, model), texel.roughness);
     let even = (frame.ambient + frame.ambient_tilt * surface.normal.y) * texel.occlusion * reflect_ambient(surface, lobe);
@@ -72,7 +72,7 @@ fn ambient_light(surface: Surface, texel: Texel, model: Model) -> vec3<f32> {
     return max(even + frame.ambient_tilt * ((mirrored_y - surface.normal.y) * texel.occlusion) * lobe, vec3(0.0));
 }
 
-// What of that the lobe mirrors.
+// The part of ambient light that the lobe mirrors.
 fn mirrored_ambient(surface: Surface, texel: Texel, model: Model) -> vec3<f32> {
     let lobe = ambient_lobe(surface, brdf_of(surface, model), texel.roughness);
     let mirrored_y = 2.0 * dot(surface.normal, surface.view) * surface.normal.y - surface.view.y;
@@ -80,7 +80,7 @@ fn mirrored_ambient(surface: Surface, texel: Texel, model: Model) -> vec3<f32> {
 }
 
 #ifdef LIGHTS
-// What directional light number `i` adds.
+// The addend of directional light number `i`.
 // ANCHOR: directional-light
 fn directional_light(i: u32, surface: Surface, texel: Texel, model: Model) -> vec3<f32> {
     let to_light = lights[i].position;
@@ -98,12 +98,12 @@ fn directional_light(i: u32, surface: Surface, texel: Texel, model: Model) -> ve
 }
 // ANCHOR_END: directional-light
 
-// Whether point or spot light number `i` brings anything to a place.
+// Returns true if point or spot light number `i` brings anything to a place.
 fn reaches(i: u32, position: vec3<f32>, model: Model) -> bool {
     return reach_of(lights[i], position, model.falloff, model.traits).strength > 0.0;
 }
 
-// What light number `i` brings to a surface that faces it.
+// The light that light number `i` brings to a surface that faces it.
 fn lit(i: u32, reach: Reach, n_dot_l: f32, surface: Surface, texel: Texel, model: Model) -> vec3<f32> {
     var share = reach.strength * n_dot_l;
 #ifdef SHADOW
@@ -114,7 +114,7 @@ fn lit(i: u32, reach: Reach, n_dot_l: f32, surface: Surface, texel: Texel, model
     return lights[i].color * (share * reflected(surface, model, reach.to_light, n_dot_l));
 }
 
-// Adds what point or spot light number `i` brings where it is wanted; exactly zero out of its range, its cone, and behind the surface.
+// Adds the light of point or spot light number `i` where it is wanted; exactly zero out of its range, its cone, and behind the surface.
 fn add_punctual(radiance: ptr<function, vec3<f32>>, i: u32, wanted: bool, surface: Surface, texel: Texel, model: Model) {
     if is_beam(lights[i], model.traits) {
         let reach = reach_of_beam(lights[i], texel.position, model.traits);
@@ -145,7 +145,7 @@ fn punctual_light(i: u32, surface: Surface, texel: Texel, model: Model) -> vec3<
 }
 #endif
 
-// Which of the lights that meet every pixel there are.
+// The lights that meet every pixel; true for those kinds that exist.
 struct Everywhere {
     ambient: bool,
     directional: bool,

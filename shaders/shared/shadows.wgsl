@@ -1,6 +1,5 @@
-// Shadow maps: what share of a light reaches a point. All maps lie in one layered image; which of them a light has, its record says.
-// Depth is reversed, 1 near the light and 0 where nothing was drawn. Texels are fetched and compared by hand, because depth formats
-// need not filter.
+// Shadow maps: the share of a light that reaches a point. All maps lie in one layered image; a light's record names its own. Depth is reversed, 1
+// near the light and 0 where nothing was drawn. Texels are fetched and compared by hand, because depth formats need not filter.
 #define_import_path afterlight::shadows
 #import afterlight::frame::{frame, ORTHOGRAPHIC}
 
@@ -22,7 +21,7 @@ struct ShadowView {
     texel: f32,
     // The tangent of half the angle under which a directional light is seen; the radius of another one in metres.
     light_size: f32,
-    // Where a cascade ends, in metres along the view, and where the next one begins to take over.
+    // The end of a cascade, in metres along the view, and the distance at which the next one begins to take over.
     end: f32,
     blend: f32,
 }
@@ -38,8 +37,8 @@ const BOX_FIVE: u32 = 3u;
 const POISSON: u32 = 4u;
 const PCSS: u32 = 5u;
 
-// How a light looks at the scene: bits 2 and 3 of its record's `falloff`, 0 for a light without a map. Bits 4 to 11 are its first
-// map, the others how many it has. `ShadowPlan::code` in src/plan/shadows.rs packs them.
+// A light's view of the scene: bits 2 and 3 of its record's `falloff`, 0 for a light without a map. Bits 4 to 11 are its first map, the others its
+// number of maps. `ShadowPlan::code` in src/plan/shadows.rs packs them.
 const CASCADES: u32 = 1u;
 const SINGLE: u32 = 2u;
 const CUBE: u32 = 3u;
@@ -62,7 +61,7 @@ struct MapPoint {
     uv: vec2<f32>,
     depth: f32,
     w: f32,
-    // How the plane's depth changes along u and v, from texel to texel.
+    // The change of the plane's depth along u and v, from texel to texel.
     slope: vec2<f32>,
 }
 
@@ -189,7 +188,7 @@ fn soft_filter(view: ShadowView, at: MapPoint, turn: vec2<f32>, most: f32) -> f3
 
 // Share of light in one map.
 fn visibility_in(view: ShadowView, position: vec3<f32>, normal: vec3<f32>, chosen: u32) -> f32 {
-    // Where nothing was drawn, or behind the light: lit.
+    // Lit behind the light, and where there is no map to look up.
     let w = dot(view.w, vec4(position, 1.0));
     if view.edge <= 0.0 || w <= 0.0 {
         return 1.0;
@@ -220,7 +219,7 @@ fn visibility_in(view: ShadowView, position: vec3<f32>, normal: vec3<f32>, chose
     }
 }
 
-// Which of six maps sees a direction away from the light.
+// The number, of six, of the map that sees a direction away from the light.
 fn cube_face(direction: vec3<f32>) -> u32 {
     let size = abs(direction);
     if size.x >= size.y && size.x >= size.z {

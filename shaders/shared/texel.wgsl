@@ -21,6 +21,6 @@ struct Texel {
     dielectric: Dielectric,
     // Index of the BRDF, where the scene mixes them.
     brdf: u32,
-    // Whether shadows fall on it.
+    // True if shadows fall on it.
     receives: bool,
 }

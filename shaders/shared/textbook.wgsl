@@ -1,6 +1,6 @@
-// Reflection models word for word, as papers and textbooks have them: exact in real numbers, wrong or no number at all in single floats
-// where highlights are sharpest or light and eye are opposite. What brdf.wgsl has in their place, and what that costs, is measured beside
-// them: `--textbook on` draws with these, and the tests of the stress catalogue plant them and demand that they are found.
+// Reflection models word for word, as papers and textbooks have them: exact in real numbers, wrong or no number at all in single floats where
+// highlights are sharpest or light and eye are opposite. brdf.wgsl's replacements for them, and the cost of these, are measured beside them:
+// `--textbook on` draws with these, and the tests of the stress catalogue plant them and demand that they are found.
 #define_import_path afterlight::textbook
 #import afterlight::brdf::{lambert, schlick, smith_root, Surface, COOK_TORRANCE, PHONG, BLINN_PHONG, PI}
 

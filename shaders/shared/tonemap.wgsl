@@ -1,4 +1,4 @@
-// From scene-linear light to what a display shows, both linear Rec. 709. src/passes/tonemap.rs has the same curves for the
+// From scene-linear light to a display's light, both linear Rec. 709. src/passes/tonemap.rs has the same curves for the
 // background's clear colour.
 #define_import_path afterlight::tonemapping
 
@@ -11,7 +11,7 @@ override HEADROOM: f32 = 1.0;
 
 // Khronos PBR Neutral tone mapper (Khronos Group, 2024). It compresses from 0.8 of the brightest on, which there is white; here it may be more.
 fn neutral(color_in: vec3<f32>) -> vec3<f32> {
-    // 0.8 - 0.04, and 0.8 of what is beyond white.
+    // 0.8 - 0.04, and 0.8 of the light beyond white.
     let start_compression = 0.76 + 0.8 * (HEADROOM - 1.0);
     let desaturation = 0.15;
     let least = min(color_in.r, min(color_in.g, color_in.b));
@@ -61,7 +61,7 @@ fn aces(color: vec3<f32>) -> vec3<f32> {
         vec3(-0.53108, 1.10813, -0.07276),
         vec3(-0.07367, -0.00605, 1.07602),
     );
-    // The squares of what a single float holds overflow, and infinity over infinity is black.
+    // The squares of large single floats overflow, and infinity over infinity is black.
     let v = input * min(color, vec3(65000.0));
     let a = v * (v + 0.0245786) - 0.000090537;
     let b = v * (0.983729 * v + 0.4329510) + 0.238081;
@@ -74,7 +74,7 @@ fn encode_srgb(linear: vec3<f32>) -> vec3<f32> {
 }
 
 // Curves that were fitted for displays which show nothing beyond white end there. On others their upper half rises on, to HEADROOM: a value
-// v from a half on, of the brightest channel, by (HEADROOM - 1) (2v - 1)^4. Below, the curve is what it is on any display.
+// v from a half on, of the brightest channel, by (HEADROOM - 1) (2v - 1)^4. Below, the curve is the same on any display.
 fn stretch(color: vec3<f32>) -> vec3<f32> {
     let mapped = saturate(color);
     let brightest = max(mapped.r, max(mapped.g, mapped.b));

@@ -1,4 +1,4 @@
-//! One picture from many frames: what their mean is. [`super::jitter`] has where each of them looks.
+//! The mean of many frames as one picture. [`super::jitter`] chooses the place in the pixel, on the lens and in time that each of them looks through.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -8,7 +8,7 @@ use crate::passes::tonemap::{encode_srgb, tone_map};
 use crate::plan::{FramePlan, ToneMapping};
 use crate::scene::{Resolve, Tonemap};
 
-/// Pixels that one thread looks at in turn. Neighbours often show the same: what was worked out for one serves the next.
+/// Pixels that one thread looks at in turn. Neighbours often show the same, so that one's result serves the next.
 const RUN: usize = 4096;
 
 /// The sum of frames so far.

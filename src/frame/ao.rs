@@ -51,7 +51,7 @@ pub(super) fn steps(plan: &FramePlan) -> [Option<Step>; 2] {
 }
 
 impl AoStage {
-    /// None where the plan does not have it.
+    /// Returns none if the plan has no ambient occlusion.
     ///
     /// # Errors
     /// When the device cannot compile a pipeline.
@@ -70,7 +70,7 @@ impl AoStage {
         }))
     }
 
-    /// Makes anew the sets that name what has the size of the picture.
+    /// Makes the descriptor sets anew that name images of the picture's size.
     ///
     /// # Errors
     /// When there is no memory for a set.
@@ -86,7 +86,7 @@ impl AoStage {
             image_barrier(frame.device, frame.cmd, passes.targets.image(target), row.as_ref())
         };
         frame.begin(&ao::PASS);
-        // AO_DENOISE of the last frame may still read what is written.
+        // AO_DENOISE of the last frame may still read AO's output.
         barrier(Target::Visibility, &self.reuse);
         self.ao.record(frame);
         frame.end(times, &ao::PASS);

@@ -1,4 +1,4 @@
-//! A renderer that is being made: what needs the scene comes first, and then what takes a driver's compiler its time.
+//! A renderer in the making: first the steps that need the scene, then the passes, for which a driver's compiler takes its time.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -100,7 +100,7 @@ impl RendererBuilder {
             seen: seen.as_ref(),
             swapchain,
         })?;
-        // The begin of a frame, the end of each of its passes, and of what lies over the picture.
+        // The begin of a frame, the end of each of its passes, and of those over the picture.
         let times = List::of(&plan).passes().count() as u32 + 2;
         let of_world = (&world, scene.sky.as_ref(), frame.froxels());
         let in_flight = |index| {

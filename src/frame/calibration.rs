@@ -38,7 +38,7 @@ impl Calibration {
         (kept.layout == LAYOUT && kept.version == env!("CARGO_PKG_VERSION")).then_some(kept)
     }
 
-    /// Keeps it for later runs, and returns where. What nobody asked for does not take the place of what somebody did.
+    /// Keeps the figures in a file for later runs, and returns its path. Figures that nobody asked for do not replace those that somebody did.
     ///
     /// # Errors
     /// When the file cannot be written.

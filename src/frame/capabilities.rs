@@ -84,8 +84,8 @@ fn has_slow_anisotropy(driver_name: &str, driver_info: &str) -> bool {
     lavapipe_of_mesa(driver_name, driver_info).is_some_and(|major| major < 25)
 }
 
-/// Tells a driver whose compiler knows numbers from push constants to be the same in all invocations, and reads what stands at such a place in a buffer once
-/// for a vector of eight pixels. Before Mesa 25 lavapipe's reads push constants as any buffer, and gathers either way.
+/// Returns true for a driver whose compiler knows numbers from push constants to be the same in all invocations, and reads the element of a buffer at
+/// such a place once for a vector of eight pixels. Before Mesa 25 lavapipe's reads push constants as any buffer, and gathers either way.
 fn reads_pushed_places_once(driver_name: &str, driver_info: &str) -> bool {
     lavapipe_of_mesa(driver_name, driver_info).is_some_and(|major| major >= 25)
 }

@@ -1,4 +1,4 @@
-//! Scenes that change while frames go on: what moves and what is set costs a write, anything else a plan and what that one needs anew.
+//! Scenes that change while frames go on: a move or a set value costs a write, any other change a plan and the objects that this plan needs anew.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use crate::visible::ShadowCache;
 pub enum Changed {
     /// The set of objects, lights and materials, and everything about them.
     Arrangement,
-    /// Meshes or textures as well: what they hold is uploaded anew.
+    /// Meshes or textures as well: their content is uploaded anew.
     Content,
 }
 
@@ -33,8 +33,8 @@ impl Renderer {
         if moved { Ok(()) } else { self.update(scene, Changed::Arrangement) }
     }
 
-    /// Changes how an object of the scene looks, by its index, from the next frame on. It costs a write where the plan says how objects of its
-    /// material look: as soon as one of them has [`Object::look`](crate::scene::Object::look), be it a plain one.
+    /// Changes how an object of the scene looks, by its index, from the next frame on. It costs a write only where the plan has looks for objects of
+    /// its material: as soon as one of them has [`Object::look`](crate::scene::Object::look), be it a plain one.
     ///
     /// # Errors
     /// When there is no such object, its material's atlas has no such cell, the tint is not from 0 to 1, or, where another plan is needed, as
@@ -87,9 +87,9 @@ impl Renderer {
         Ok(())
     }
 
-    /// Draws the scene as it is now from the next frame on, whatever has changed: objects, lights, materials, textures, meshes. What is on the
-    /// device and in the plan stays where it still serves; where another plan is needed, frames are made anew. What a pose moved stands as at
-    /// rest until the next one.
+    /// Draws the scene as it is now from the next frame on, whatever has changed: objects, lights, materials, textures, meshes. Uploads and the plan
+    /// stay where they still serve; where another plan is needed, frames are made anew. Objects that a pose moved stand as at rest until the next
+    /// pose.
     ///
     /// # Errors
     /// As [`Renderer::new`]; then frames stay as they were.

@@ -3,28 +3,27 @@
 //!
 //! ```text
 //! compute        SKIN       vertices of meshes that skins and shapes deform, when their pose is another
-//! occluder pass  OCCLUDERS  depth of the largest objects, where the device finds out what is hidden
-//! compute        PYRAMID    the least depths of squares of that
-//!                CULL, ARRANGE, FILL  what is in view and not hidden, where the device finds that out
+//! occluder pass  OCCLUDERS  depth of the largest objects, where the device culls occluded ones
+//! compute        PYRAMID    the least depths of squares of that depth
+//!                CULL, ARRANGE, FILL  objects in view and not occluded, where the device culls
 //! shadow passes  SHADOW     depth maps of lights, those in which something has moved
 //! compute        SCATTER, INTEGRATE  the light in the air, where fog has lamps and shadows in it
 //! compute        SIMULATE, SORT  particles of the moment with their light, from back to front
 //! main pass      GEOMETRY   surfaces into the G-buffer, in tile memory where there is any
-//! compute        AO, AO_DENOISE  where asked for: what surfaces nearby leave of the light from everywhere, into the G-buffer's occlusion; the main
-//!                pass is parted there
+//! compute        AO, AO_DENOISE  where asked for: ambient occlusion by surfaces nearby, into the G-buffer's occlusion; the main pass is parted there
 //!                LIGHTING   every light on every pixel; or VIEW, which shows a buffer instead
 //!                AMBIENT    light of the sky, in LIGHTING's subpass, where a sky lights the scene
-//!                SKY        the sky, in the subpass of what lights surfaces, where nothing is
-//!                FORWARD    in the place of these two on the forward light paths: surfaces, lit as they are rasterized
-//! compute        HIZ, REFLECT, REFLECT_RESOLVE  where asked for: what smooth surfaces mirror of the lit picture, added to it; the main pass ends before
-//!                them, and a blend pass goes on
-//!                FOG        only where fog is asked for: what the air takes of the light, and scatters
+//!                SKY        the sky, in the subpass that lights surfaces, on pixels without one
+//!                FORWARD    replaces GEOMETRY, LIGHTING and AMBIENT on the forward light paths: surfaces, lit as they are rasterized
+//! compute        HIZ, REFLECT, REFLECT_RESOLVE  where asked for: reflections of the lit picture in smooth surfaces, added to it; the main pass ends
+//!                before them, and a blend pass goes on
+//!                FOG        only where fog is asked for: the light that the air absorbs and scatters
 //!                TRANSPARENT  surfaces that let light through, over the lit picture
 //!                PARTICLES  in its subpass, after them
 //!                COMPOSITE  only where TRANSPARENT summed them up without sorting
-//! VELOCITY pass  VELOCITY   only where frames are averaged over time, and something moves by itself: where it was in the frame before
-//! compute        TAA        only where frames are averaged over time: with what frames before saw
-//! SHARPEN pass   SHARPEN    the same as light again; what follows shares its render pass up to where that is parted again
+//! VELOCITY pass  VELOCITY   only where frames are averaged over time, and something moves by itself: its place in the frame before
+//! compute        TAA        only where frames are averaged over time: the mean with the frames before
+//! SHARPEN pass   SHARPEN    TAA's mean as light again; the passes after it share its render pass up to where that is parted again
 //! compute        BLOOM, SPREAD  only where light is spread: then TONEMAP and TONE have a render pass of their own
 //!                TONEMAP    only where something is blended before it
 //!                TONE       vignette and grain, where asked for; after FXAA where there is that
@@ -73,7 +72,7 @@ use crate::visible::{Visible, World};
 
 const INLINE: vk::SubpassContents = vk::SubpassContents::INLINE;
 
-/// The passes of a plan and what they draw into.
+/// The passes of a plan and their targets.
 pub struct Deferred {
     passes: RenderPasses,
     /// The render pass that begins with surfaces, or with light where there are none.
@@ -112,7 +111,7 @@ struct BloomStage {
     next: RenderPassIndex,
 }
 
-/// How opaque surfaces become light.
+/// The ways in which opaque surfaces become light.
 enum Opaque {
     /// By the G-buffer: GEOMETRY, where there are surfaces, and LIGHTING.
     Deferred(Option<Geometry>, Box<Shade>),
@@ -126,7 +125,7 @@ enum Shade {
     View(ViewPass),
 }
 
-/// The passes of the frame in their order, and which of them share a render pass. What the plan lacks is left out.
+/// The passes of the frame in their order, grouped by render pass. Passes that the plan lacks are left out.
 pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
     let subpass = |place: &Pass, passes: &[&'static Pass]| list::subpass(plan, place.place, passes);
     let alone = |pass: &'static Pass| subpass(pass, &[pass]);
@@ -197,8 +196,9 @@ impl Deferred {
         // SKIN writes deformed vertices for all that draws below: rows `deformed-reuse` and `skin-to-draws`.
         passes.record_skin(frame, times);
 
-        // OCCLUDERS and PYRAMID find out what is hidden: rows `occluders-reuse`, `occluders-to-pyramid`, `pyramid-reuse` and `pyramid-to-cull`. CULL, ARRANGE and
-        // FILL find out what is seen: rows `culled-reuse`, `cull-to-arrange`, `arrange-to-fill` and `fill-to-draws`.
+        // OCCLUDERS and PYRAMID make the pyramid of occluding depths: rows `occluders-reuse`, `occluders-to-pyramid`, `pyramid-reuse` and
+        // `pyramid-to-cull`. CULL, ARRANGE and FILL find the visible objects: rows `culled-reuse`, `cull-to-arrange`, `arrange-to-fill` and
+        // `fill-to-draws`.
         passes.record_hiding(frame, times);
         passes.record_culling(frame, times);
 
@@ -210,7 +210,8 @@ impl Deferred {
             froxels.record(frame, times);
         }
 
-        // SIMULATE and SORT tell PARTICLES what to draw: rows `particles-reuse`, `simulate-to-sort`, `sort-to-sort` and `particles-to-draw`.
+        // SIMULATE and SORT write the particles that PARTICLES draws: rows `particles-reuse`, `simulate-to-sort`, `sort-to-sort` and
+        // `particles-to-draw`.
         if let Some(particles) = &self.particles {
             particles.record(frame, times);
         }
@@ -237,8 +238,8 @@ impl Deferred {
                             // SAFETY: the first pass has no other subpass.
                             unsafe { gpu.cmd_end_render_pass(cmd) };
                             if let Some(ao) = &self.ao {
-                                // Rows `gbuffer-to-ao` and `occlusion-to-lighting`: it reads what GEOMETRY stored, and LIGHTING what it makes of
-                                // the occlusion there.
+                                // Rows `gbuffer-to-ao` and `occlusion-to-lighting`: AO reads GEOMETRY's output, and LIGHTING the resulting occlusion
+                                // in it.
                                 ao.record(frame, passes, times);
                             }
                             // SAFETY: outside a render pass; the second one begins with LIGHTING or VIEW.
@@ -278,7 +279,7 @@ impl Deferred {
             }
         }
         if let Some(sky) = &self.sky {
-            // In the same subpass, where depth is still what it was cleared to.
+            // In the same subpass, where depth still has the value of its clear.
             frame.begin(&sky::PASS);
             sky.record(frame);
             frame.end(times, &sky::PASS);
@@ -289,7 +290,7 @@ impl Deferred {
             unsafe { gpu.cmd_end_render_pass(cmd) };
             reflect.record(frame, passes, times);
             if let Some(next) = next {
-                // SAFETY: outside a render pass; the blend pass begins with what comes next.
+                // SAFETY: outside a render pass; the blend pass begins with the next step.
                 unsafe { gpu.cmd_begin_render_pass(cmd, &passes.begin(frame, *next), INLINE) };
             }
         }
@@ -297,7 +298,7 @@ impl Deferred {
         let has_begun = Cell::new(self.reflect.is_some());
         let next_subpass = || {
             if !has_begun.take() {
-                // SAFETY: the pass has the subpass of what is recorded next.
+                // SAFETY: the pass has the subpass of the next step.
                 unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
             }
         };
@@ -411,7 +412,7 @@ impl Deferred {
     /// TONE, in the render pass that finishes the picture.
     fn record_tone(&self, frame: &Recording, times: &mut Option<Timestamps>) {
         let Some(tone) = &self.tone else { return };
-        // Row `picture-to-tone`: it multiplies what is finished of its pixel.
+        // Row `picture-to-tone`: it multiplies the finished value of its pixel.
         // SAFETY: the render pass has TONE next.
         unsafe { frame.device.raw.cmd_next_subpass(frame.cmd, INLINE) };
         frame.begin(&tone::PASS);
@@ -494,7 +495,7 @@ impl Deferred {
         self.particles.as_ref().map_or(Ok(()), |particles| particles.write(place, &visible.particles))
     }
 
-    /// Makes anew what has the size of the picture: attachments, framebuffers, and the sets that name them.
+    /// Makes the objects of the picture's size anew: attachments, framebuffers, and the sets that name them.
     pub fn resize(&mut self, parts: &FrameParts) -> gpu::Result<()> {
         let &FrameParts { device, plan, .. } = parts;
         self.passes.resize(parts)?;

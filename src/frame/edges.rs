@@ -4,9 +4,9 @@
 //! overlap and would hide each other's missing bits. [`table`] is a pure function of the plan; the render passes and the
 //! barriers are made from its value, an [`Edges`], and nothing else knows a stage or an access. `afterlight inspect` prints it.
 //!
-//! That rows are enough, and each is needed, [`super::proof`] computes. Since all of a renderer is made from the value, another value makes
-//! another renderer: with a row dropped, or one bit. So `tests/sync/necessity.rs` holds the proof against what a layer says, and
-//! `afterlight inspect --drop` shows both.
+//! [`super::proof`] computes that the rows suffice, and that each is needed. All of a renderer is made from the value, so another value makes another
+//! renderer: with a row dropped, or one bit. `tests/sync/necessity.rs` compares the proof with a layer's reports in this way, and `afterlight inspect
+//! --drop` shows both.
 
 use std::fmt;
 
@@ -250,7 +250,7 @@ impl Edges {
         Ok(Self(rows))
     }
 
-    /// Where a row is that an experiment may change.
+    /// Returns the index of a row that an experiment may change.
     fn changeable(&self, name: RowName) -> Result<usize, Refused> {
         let Some(index) = self.0.iter().position(|edge| edge.name == name) else {
             return Err(Refused(format!("this plan has no dependency {name}")));
@@ -303,7 +303,7 @@ pub fn table(plan: &FramePlan) -> Edges {
     Edges(rows)
 }
 
-/// A row that is being written: who must be over, who must wait, and why.
+/// A row that is being written: the uses that must be over, the uses that wait, and why.
 struct Row(Edge);
 
 fn row(name: RowName, carrier: Carrier) -> Row {

@@ -33,7 +33,7 @@ pub(super) fn steps(plan: &FramePlan) -> [Option<Step>; 2] {
 }
 
 impl FroxelStage {
-    /// None where the plan does not have it.
+    /// Returns none if the plan has no froxels.
     ///
     /// # Errors
     /// When the device lacks the memory or cannot compile a pipeline.
@@ -59,7 +59,7 @@ impl FroxelStage {
             }
         };
         frame.begin(&scatter::PASS);
-        // The last frame may still look up what is overwritten.
+        // The last frame may still look up the overwritten values.
         barrier(&self.reuse);
         self.scatter.record(frame);
         frame.end(times, &scatter::PASS);

@@ -1,4 +1,4 @@
-//! Where the frames of a picture look: the one sequence of places in the pixel, points on the lens and moments of the shutter, for whatever makes one
+//! The samples of a picture's frames: one sequence of places in the pixel, points on the lens and moments of the shutter, for all code that makes one
 //! picture of many frames.
 
 use std::f64::consts::TAU;
@@ -13,7 +13,7 @@ const RING: f64 = 0.732_050_807_568_877_3;
 const ANGLE: f64 = 0.414_213_562_373_095_05;
 const TIME: f64 = 0.123_105_625_617_660_5;
 
-/// Where frame `index` of `count` looks in each pixel: pixels to the right and down from its centre, each within half a pixel.
+/// The place in each pixel that frame `index` of `count` looks through, in pixels to the right and down from its centre, each within half a pixel.
 ///
 /// A Hammersley set with the golden ratio's additive recurrence in place of the radical inverse (Niederreiter, "Random Number
 /// Generation and Quasi-Monte Carlo Methods", 1992, chapter 3): as even as `count` points can be over the square, and each column of
@@ -42,12 +42,12 @@ impl Order {
         steps.min_by(|a, b| a.crowding().total_cmp(&b.crowding())).unwrap_or(Self { count, step: 1 })
     }
 
-    /// How many places there are.
+    /// The number of places.
     pub fn count(&self) -> u32 {
         self.count
     }
 
-    /// Where a frame looks, of a row that begins anew after all.
+    /// The place that a frame looks through; after the last place the first one follows again.
     pub fn offset(&self, index: u32) -> [f64; 2] {
         let place = u64::from(index % self.count) * u64::from(self.step) % u64::from(self.count);
         sample_offset(place as u32, self.count)

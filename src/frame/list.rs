@@ -1,7 +1,7 @@
-//! The frame as a list: which passes a plan's frames have, in their order, and which of them share a render pass.
+//! The frame as a list: the passes of a plan's frames, in their order, and the ones that share a render pass.
 //!
-//! The order, and what shares a render pass, are written by hand: [`super::deferred::list`] and [`super::tiled::list`]. What follows from the
-//! list is computed here: which images there are and how they are used, what each render pass loads and stores, and in which layouts.
+//! The order and the shared render passes are written by hand: [`super::deferred::list`] and [`super::tiled::list`]. Their consequences are computed
+//! here: the images and their usage, the loads and stores of each render pass, and the layouts.
 
 use ash::vk;
 
@@ -75,7 +75,7 @@ pub struct Commands {
     pub after: Vec<(RowName, Resource)>,
 }
 
-/// In which of a plan's frames something happens.
+/// The occasion, among a plan's frames, on which something happens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Occasion {
     /// Every frame.
@@ -319,7 +319,7 @@ impl List {
             .store_op(store)
             .stencil_load_op(vk::AttachmentLoadOp::DONT_CARE)
             .stencil_store_op(vk::AttachmentStoreOp::DONT_CARE)
-            // A render pass stores as this one wants it first, and so does a barrier; what other steps have written lies as they had it. Nothing
+            // A render pass stores in the layout that this one wants first, and so does a barrier; other steps leave the image in their own. Nothing
             // is kept from frame to frame.
             .initial_layout(match before.iter().rfind(|step| touches(step)) {
                 Some(step) => step.leaves(plan, image).unwrap_or(first.layout()),
@@ -328,7 +328,7 @@ impl List {
             .final_layout(after.iter().find_map(|step| step.finds(plan, image)).unwrap_or(last.layout()))
     }
 
-    /// How the image of a target is used. One that no step keeps for another is transient.
+    /// The usage of a target's image. One that no step keeps for another is transient.
     pub fn usage(&self, plan: &FramePlan, target: Target) -> vk::ImageUsageFlags {
         let image = Resource::Target(target);
         let users: Vec<Vec<Touch>> = self
@@ -344,7 +344,7 @@ impl List {
         // ANCHOR_END: transient
     }
 
-    /// Holds the list and the rows against what Vulkan can do.
+    /// Compares the list and the rows with Vulkan's limits.
     ///
     /// # Errors
     /// In a sentence: the pass, the resource and the row that cannot be so.

@@ -1,4 +1,4 @@
-//! Frames: what is recorded, in which order, and the renderer that keeps two of them in flight.
+//! Frames: the commands recorded for each and their order, and the renderer that keeps two of them in flight.
 
 mod accumulate;
 mod ao;
@@ -91,9 +91,9 @@ impl From<scene::Error> for Error {
 pub struct Drawn {
     /// Opaque objects that were drawn, but for those of `on_device`.
     pub objects: usize,
-    /// Opaque objects of which the device finds out those that are seen, and draws them. Their triangles are not counted.
+    /// Opaque objects among which the device finds the visible ones, and draws them. Their triangles are not counted.
     pub on_device: usize,
-    /// How many of those it drew; known when the frame is done.
+    /// The number of those that it drew; known when the frame is done.
     pub found: Option<usize>,
     /// Commands that draw surfaces.
     pub commands: usize,
@@ -103,21 +103,21 @@ pub struct Drawn {
     pub occluded: usize,
     /// Triangles of all draws.
     pub triangles: usize,
-    /// Lights that reach what is seen, and those of the plan that do not, or come after those that a frame is halted after.
+    /// Lights of the plan that reach a surface in view and are drawn.
     pub lights: usize,
-    /// Lights of the plan that reach nothing that is seen.
+    /// The plan's other lights: they reach no surface in view, or come after the last light of a halted frame.
     pub idle_lights: usize,
-    /// Draws into shadow maps, and those left out because nothing is seen in their shadow.
+    /// Draws into shadow maps.
     pub casters: usize,
-    /// Draws into shadow maps that were left out.
+    /// Draws into shadow maps that were left out, because no surface in view lies in their shadow.
     pub idle_casters: usize,
-    /// Shadow maps that are looked up, and how many of them were drawn anew.
+    /// Shadow maps that are looked up.
     pub shadow_maps: usize,
     /// Shadow maps that were drawn anew.
     pub shadow_maps_drawn: usize,
 }
 
-/// How long a frame took.
+/// The times of a frame.
 #[derive(Debug, Clone, Default)]
 pub struct FrameTimes {
     /// CPU: deciding what is visible and recording it.
@@ -165,7 +165,7 @@ struct InFlight {
 }
 
 impl InFlight {
-    /// The times of a frame that is done, but for what only those know who waited for it.
+    /// The times of a frame that is done, but for those that only a waiting caller knows.
     fn times(&self, device: &Device, found: Option<usize>) -> Result<FrameTimes, Error> {
         let stamps = match &self.times {
             Some(times) => times.read()?,
@@ -206,24 +206,24 @@ pub(crate) struct FrameParts<'a> {
     pub plan: &'a FramePlan,
     /// Every stage, access and layout of its dependencies.
     pub edges: &'a Edges,
-    /// Of set 0.
+    /// The layout of set 0.
     pub frame_layout: vk::DescriptorSetLayout,
-    /// Where the plan has shadow maps.
+    /// The shadow maps, if the plan has any.
     pub atlas: Option<&'a ShadowAtlas>,
     pub scene: &'a GpuScene,
     pub world: &'a World,
-    /// Of the frames in flight, in their order, where the plan deforms objects.
+    /// The poses of the frames in flight, in their order, if the plan deforms objects.
     pub poses: &'a [PoseBuffer],
-    /// Where the plan culls on the device.
+    /// Present if the plan culls on the device.
     pub culling: Option<&'a Culling>,
-    /// Where TILED looks up what pixels show.
+    /// Present if TILED looks up the surfaces that pixels show.
     pub seen: Option<&'a Seen>,
     /// Views of the swapchain's images; none where pictures are not presented.
     pub swapchain: &'a [vk::ImageView],
 }
 
 impl FrameParts<'_> {
-    /// Of sets 0 and 2.
+    /// The layouts of sets 0 and 2.
     fn layouts(&self) -> SetLayouts {
         SetLayouts { frame: self.frame_layout, shadows: self.atlas.map(|atlas| atlas.set_layout.raw) }
     }
@@ -245,7 +245,7 @@ impl Frame {
         }
     }
 
-    /// Makes anew what has the size of the picture.
+    /// Makes the objects of the picture's size anew.
     #[cfg(feature = "present")]
     fn resize(&mut self, parts: &FrameParts) -> gpu::Result<()> {
         match self {
@@ -299,16 +299,16 @@ pub struct Renderer {
     shadow_cache: ShadowCache,
     copy: Option<(CommandBuffer, Copy)>,
     frames: Vec<InFlight>,
-    /// Of the frames in flight, in their order, where the plan deforms objects.
+    /// The poses of the frames in flight, in their order, if the plan deforms objects.
     poses: Vec<PoseBuffer>,
     /// The world's pose that the deformed vertices have; 0: none yet.
     posed: u64,
-    /// Where the plan culls on the device.
+    /// Present if the plan culls on the device.
     culling: Option<Culling>,
-    /// Where TILED looks up what pixels show.
+    /// Present if TILED looks up the surfaces that pixels show.
     seen: Option<Seen>,
     next: usize,
-    /// Where the plan averages frames over time.
+    /// The frames so far, where the plan averages them over time.
     timeline: Timeline,
     #[cfg_attr(not(feature = "present"), expect(dead_code, reason = "frames of a window are resized, and no others"))]
     frame_layout: Owned<vk::DescriptorSetLayout>,
@@ -355,12 +355,11 @@ impl Renderer {
         RendererBuilder::new(&self.device, scene, settings, (plan, edges), uploaded)?.finish(&[])
     }
 
-    /// The same as [`Renderer::new`] with other dependencies than [`edges::table`] has for the plan, for experiments and proofs: a synchronization validation
-    /// layer should say what is missing.
+    /// The same as [`Renderer::new`] with other dependencies than [`edges::table`] has for the plan, for experiments and proofs: a synchronization
+    /// validation layer should report the missing ones.
     ///
-    /// # Safety
-    /// Without a row or a bit that frames need (`proof::Frames` finds a hazard), memory of the device is read and written in any order: what a
-    /// driver does then is undefined.
+    /// Without a row or a bit that frames need (`proof::Frames` finds a hazard), memory of the device is read and written in any order: the driver's
+    /// behaviour is then undefined.
     ///
     /// # Errors
     /// As [`Renderer::new`].
@@ -562,7 +561,7 @@ impl Renderer {
         self.picture_while(|_, _| Ok::<_, Error>(*camera), drawn)
     }
 
-    /// Has the next frame begin anew, where frames are averaged over time: what it shows is not what the one before showed, as after a cut of a film.
+    /// Makes the next frame begin anew, where frames are averaged over time: it shows something else than the frame before, as after a cut of a film.
     pub fn cut(&mut self) {
         self.timeline.begin(self.plan.taa.map_or(1, |taa| taa.history));
     }

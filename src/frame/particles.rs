@@ -38,7 +38,7 @@ pub(super) fn steps(plan: &FramePlan) -> [Option<Step>; 3] {
 }
 
 impl ParticleStage {
-    /// None where the plan does not have it.
+    /// Returns none if the plan has no particles.
     ///
     /// # Errors
     /// When the device lacks the memory or cannot compile a pipeline.
@@ -61,7 +61,7 @@ impl ParticleStage {
         }))
     }
 
-    /// Makes anew the set that names what has the size of the picture.
+    /// Makes the descriptor set anew that names images of the picture's size.
     ///
     /// # Errors
     /// When there is no memory for a set.
@@ -88,7 +88,7 @@ impl ParticleStage {
         };
         let places = if keys.is_some() { sort::places(count) } else { 0 };
         frame.begin(&simulate::PASS);
-        // PARTICLES of the last frame may still fetch what is overwritten.
+        // PARTICLES of the last frame may still fetch the overwritten values.
         barrier(&self.reuse, Some(states));
         barrier(&self.reuse, keys.as_ref());
         if count > 0 {

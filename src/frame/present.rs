@@ -57,7 +57,7 @@ pub struct Presenter {
     renderer: Option<Renderer>,
     /// None while it has none.
     swapchain: Option<Swapchain>,
-    /// What was said of the frames has changed, and with `true` the scene itself.
+    /// Some if frames are to be made anew; true if the scene itself has changed.
     changed: Option<bool>,
     screenshot: Option<Copy>,
     /// It holds, or will hold, a picture that nobody has read.
@@ -68,15 +68,15 @@ pub struct Presenter {
     encode: Option<Encode>,
     /// The moment of the scene's motion that was asked for last.
     pose: Pose,
-    /// After how many lights frames are halted.
+    /// The number of lights after which frames are halted.
     halted: Option<usize>,
     /// Returns the dependencies of a plan's frames.
     edges: Box<dyn Fn(&FramePlan) -> Edges>,
     /// Only while another view is shown beside the picture.
     split: Option<Split>,
-    /// Why the last one is not there any more.
+    /// The reason why the last split was given up.
     refused: Option<Error>,
-    /// How often it was said that frames are to be others.
+    /// Counts the requests for other frames.
     changes: u64,
     times: FrameTimes,
 }
@@ -130,8 +130,8 @@ impl Presenter {
         Self { edges: Box::new(edges), ..self }
     }
 
-    /// The same for a display that shows up to so many nits, where its surface takes more than white: there white has [`WHITE_NITS`], and what is
-    /// brighter is shown so. Elsewhere nothing changes: see [`Presenter::shows_hdr`].
+    /// The same for a display that shows up to so many nits, where its surface takes more than white: there white has [`WHITE_NITS`], and brighter
+    /// light is shown brighter. Elsewhere nothing changes: see [`Presenter::shows_hdr`].
     pub fn with_hdr(self, nits: f32) -> Self {
         let images = ImageWish { hdr: true, ..self.desc.images };
         Self { headroom: (nits / WHITE_NITS).max(1.0), desc: SwapchainDesc { images, ..self.desc }, ..self }
@@ -149,9 +149,10 @@ impl Presenter {
         Self { resolution: Some(1.0), ..self }
     }
 
-    /// From the next frame on pictures have this share, above 0 and up to 1, of the window's width and height. Returns false where they are whole instead:
-    /// without [`Presenter::with_dynamic_resolution`], while the window is split, and where the next frames are not made yet, which then have the share. Only
-    /// what has the size of the picture is made anew; the parts that the plan tells stay those of the size before. Waits for nothing.
+    /// From the next frame on pictures have this share, above 0 and up to 1, of the window's width and height. Returns false where they are whole
+    /// instead: without [`Presenter::with_dynamic_resolution`], while the window is split, and where the next frames are not made yet, which then
+    /// have the share. Only objects of the picture's size are made anew; the parts that the plan reports stay those of the size before. Waits for
+    /// nothing.
     ///
     /// # Errors
     /// When the device lacks the memory.
@@ -207,14 +208,14 @@ impl Presenter {
         self.split.as_ref().map(|split| split.view)
     }
 
-    /// Where the divider is from the next frame on: the part of the width left of it, 0 to 1.
+    /// Moves the divider from the next frame on: `at` is the part of the width left of it, 0 to 1.
     pub fn divide_at(&mut self, at: f64) {
         if let Some(split) = &mut self.split {
             split.at = at;
         }
     }
 
-    /// Why a view that was to be shown beside the picture is not, once.
+    /// Returns once why a view that was to be shown beside the picture is not.
     pub fn refusal(&mut self) -> Option<Error> {
         self.refused.take()
     }
@@ -234,7 +235,7 @@ impl Presenter {
     pub fn set_light(&mut self, index: usize, light: &Light) -> Result<bool, Error> {
         let own = self.renderer.as_mut().map_or(Ok(true), |renderer| renderer.world.set_light(index, light))?;
         let beside = self.split.as_mut().map_or(Ok(true), |split| split.set_light(index, light))?;
-        // Frames that are being made may have what it needs.
+        // Frames that are being made may have the light's pipelines and maps.
         if !(own && beside) && (self.changed.is_none() || self.rebuild.is_none()) {
             self.change(false);
         }
@@ -396,7 +397,7 @@ impl Presenter {
         let submitted = renderer.submit(recorded, &Around { waits, signals, ends_frame: None });
         submitted.inspect_err(|_| _ = self.device.consume(acquired))?;
         self.is_copied |= copied;
-        // What is given up before a frame is submitted could be destroyed before the frame is done.
+        // A texture that is given up before a frame is submitted could be destroyed before the frame is done.
         if let (Some(overlay), Some(panels)) = (&mut self.overlay, panels) {
             overlay.forget(&panels.spent);
         }
@@ -464,11 +465,11 @@ impl Presenter {
         self.renderer.as_ref().is_some_and(Renderer::converges)
     }
 
-    /// The parts of the plan, and what may lie over the picture, of frames with panels (`has_panels`) or without.
+    /// The parts of the plan, and the passes that may lie over the picture, of frames with panels (`has_panels`) or without.
     pub fn parts(&self, has_panels: bool) -> Vec<Part> {
         let Some(plan) = self.plan() else { return Vec::new() };
         let mut parts = [list::parts(plan), plan.parts().to_vec()].concat();
-        // Of what comes and goes while the window is open, as it is now.
+        // The passes that come and go while the window is open, as they are now.
         let now = [
             (
                 split::PASS,
@@ -490,16 +491,16 @@ impl Presenter {
         self.swapchain.as_ref().map(|swapchain| swapchain.present_mode)
     }
 
-    /// Whether the window's images take more than white, as [`Presenter::with_hdr`] asks for; none before it has had pixels.
+    /// True if the window's images take more than white, as [`Presenter::with_hdr`] asks for; none before it has had pixels.
     pub fn shows_hdr(&self) -> Option<bool> {
         let encoding = |plan: &FramePlan| plan.encoding.is_some_and(|encoding| encoding.transfer != Transfer::Srgb);
         self.plan().map(encoding)
     }
 
-    /// Whether a camera can be drawn with the window's plan, and with that of the view beside.
+    /// Checks that a camera can be drawn with the window's plan, and with that of the view beside.
     ///
     /// # Errors
-    /// Why it cannot.
+    /// The reason why it cannot.
     pub fn check_camera(&self, camera: &Camera) -> Result<(), plan::Error> {
         self.plan().map_or(Ok(()), |plan| plan.check_camera(camera))?;
         self.split.as_ref().map_or(Ok(()), |split| split.check_camera(camera))
@@ -512,8 +513,8 @@ impl Renderer {
         self.plan.uploads_as(plan).then(|| Arc::clone(&self.scene))
     }
 
-    /// Goes on with a plan that differs in size only. What frames under way still use goes by the retire queue. A renderer whose frames could not
-    /// be made anew is gone: a part of them would name what is not there any more.
+    /// Goes on with a plan that differs in size only. Objects that frames under way still use go to the retire queue. A renderer whose frames could
+    /// not be made anew is gone: a part of them would name destroyed objects.
     pub(super) fn resized(mut self, plan: FramePlan, swapchain: &[vk::ImageView]) -> Result<Self, Error> {
         self.plan = plan;
         self.copy = None;
@@ -546,7 +547,7 @@ fn check_surface(device: &Device, surface: &Surface) -> gpu::Result<()> {
     }
 }
 
-/// How SPLIT and PRESENT use the swapchain's images.
+/// The usage of the swapchain's images by SPLIT and PRESENT.
 const COPIED_INTO: vk::ImageUsageFlags = vk::ImageUsageFlags::TRANSFER_DST;
 
 /// Further uses of a swapchain's images, where the surface allows them: screenshots copy from them, SPLIT and PRESENT into them.

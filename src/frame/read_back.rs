@@ -51,7 +51,7 @@ impl Renderer {
         picture_of(self.finished_copy()?, self.plan.size, self.plan.output)
     }
 
-    /// The last frame's picture where it was copied to, for frames whose output is linear: RGBA.
+    /// The last frame's picture in its copy, for frames whose output is linear: RGBA.
     ///
     /// # Errors
     /// As [`Renderer::read_back`], and when the output is not linear.

@@ -15,7 +15,7 @@ pub type Wake = Arc<dyn Fn() + Send + Sync>;
 
 /// The state that may change without making frames anew, as it was when they were begun.
 pub(super) struct Begun {
-    /// How often it had been said that frames are to be others.
+    /// The number of requests for other frames when these were begun.
     pub(super) changes: u64,
     lights: Vec<Light>,
     /// EV100.
@@ -27,7 +27,7 @@ impl Begun {
         Self { changes, lights: scene.lights.clone(), exposure: settings.exposure }
     }
 
-    /// Takes over what has changed since.
+    /// Takes over the changes since then.
     ///
     /// # Errors
     /// When a changed light needs other pipelines or maps than these frames have.
@@ -79,16 +79,16 @@ impl Rebuild {
         let (tell, told) = channel();
         let woken = WakeAtEnd(Arc::clone(wake));
         let make = move || {
-            // Dropped after the sender, so that who is woken finds an answer, or that none will come.
+            // Dropped after the sender, so that the woken thread finds an answer, or that none will come.
             let (_woken, tell) = (woken, tell);
-            // Swapchains come and go with the window: their views are for who takes the frames over.
+            // Swapchains come and go with the window: the thread that takes the frames over gives them its views.
             let _ = tell.send(builders.map(|builder| builder.map(|builder| builder.finish(&[]))));
         };
         let thread = Builder::new().name("frames".into()).spawn(make).ok()?;
         Some(Self { begun, told, made: None, _thread: Thread(Some(thread)) })
     }
 
-    /// Whether they are made, or never will be.
+    /// Returns true if they are made, or never will be.
     pub(super) fn is_done(&mut self) -> bool {
         match self.told.try_recv() {
             Ok(made) => self.made = Some(made),
@@ -125,7 +125,7 @@ impl Drop for Thread {
     }
 }
 
-/// Wakes whoever waits, whatever becomes of the thread.
+/// Wakes the waiting thread, however this one ends.
 struct WakeAtEnd(Wake);
 
 impl Drop for WakeAtEnd {

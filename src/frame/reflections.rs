@@ -1,4 +1,4 @@
-//! HIZ, REFLECT and REFLECT_RESOLVE between the lit picture and what is blended over it.
+//! HIZ, REFLECT and REFLECT_RESOLVE, between the lit picture and the layers that are blended over it.
 
 use super::FrameParts;
 use super::ao::images;
@@ -20,7 +20,7 @@ pub struct ReflectStage {
     rays_reuse: Option<Edge>,
     rays_to_resolve: Option<Edge>,
     light_to_resolve: Option<Edge>,
-    /// Where TAA or BLOOM are the next to read the light.
+    /// Present if TAA or BLOOM is the next to read the light.
     light_to_reader: Option<Edge>,
 }
 
@@ -59,7 +59,7 @@ pub(super) fn steps(plan: &FramePlan) -> [Option<Step>; 3] {
 }
 
 impl ReflectStage {
-    /// None where the plan does not have it.
+    /// Returns none if the plan has no reflections.
     ///
     /// # Errors
     /// When the device cannot compile a pipeline.
@@ -82,7 +82,7 @@ impl ReflectStage {
         }))
     }
 
-    /// Makes anew the sets that name what has the size of the picture.
+    /// Makes the descriptor sets anew that name images of the picture's size.
     ///
     /// # Errors
     /// When there is no memory for a set.

@@ -73,7 +73,7 @@ pub struct Subpass {
     pub input: Vec<vk::AttachmentReference>,
     /// Written by location.
     pub color: Vec<vk::AttachmentReference>,
-    /// Where `color` is resolved to after the subpass; empty, or as many.
+    /// The attachments into which `color` is resolved after the subpass; empty, or as many.
     pub resolve: Vec<vk::AttachmentReference>,
     /// Tested, and written if its layout allows that.
     pub depth: Option<vk::AttachmentReference>,
@@ -141,7 +141,7 @@ impl PassDescription {
         let order: Vec<_> = attachments.iter().map(|&(image, _)| image).collect();
         let mut subpasses: Vec<_> = listed.iter().map(|own| Subpass::of(own, &order)).collect();
         for index in 0..subpasses.len() {
-            // What is used before and after it, and not by it.
+            // The images that the subpasses before and after it use, and it does not.
             let used = |some: &[Subpass], image| some.iter().any(|own| own.uses(image));
             let passes_by = |image: Resource| {
                 !subpasses[index].uses(image)

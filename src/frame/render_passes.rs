@@ -173,7 +173,7 @@ impl RenderPasses {
         }
     }
 
-    /// Where the pipelines of a pass belong, if the frame has it in a subpass.
+    /// Returns the render pass and the subpass to which a pass's pipelines belong, if the frame has it in a subpass.
     pub fn slot(&self, pass: &Pass) -> Option<Slot> {
         let draws = |name: RenderPassName, subpasses: &[super::list::Subpass]| {
             let subpass = subpasses.iter().position(|own| own.passes.iter().any(|one| one.place == pass.place))?;
@@ -207,7 +207,7 @@ impl RenderPasses {
         self.passes.iter().position(|made| made.name == name).map(RenderPassIndex)
     }
 
-    /// How a render pass begins in this frame.
+    /// Returns the begin info of a render pass in this frame.
     pub fn begin(&self, frame: &Recording, pass: RenderPassIndex) -> vk::RenderPassBeginInfo<'_> {
         let made = &self.passes[pass.0];
         vk::RenderPassBeginInfo::default()
@@ -235,7 +235,7 @@ impl RenderPasses {
         frame.end(times, &skin::PASS);
     }
 
-    /// Records how the device finds out what is hidden, outside a render pass, where the plan has it do so.
+    /// Records occlusion culling on the device, outside a render pass, where the plan has it.
     pub fn record_hiding(&self, frame: &Recording, times: &mut Option<Timestamps>) {
         let (Some(stage), Some(culling)) = (&self.hiding, frame.culling) else { return };
         let (gpu, cmd) = (&frame.device.raw, frame.cmd);
@@ -260,7 +260,7 @@ impl RenderPasses {
         frame.end(times, &pyramid::PASS);
     }
 
-    /// Records how the device finds out what is seen, outside a render pass, where the plan has it do so.
+    /// Records culling on the device, outside a render pass, where the plan has it.
     pub fn record_culling(&self, frame: &Recording, times: &mut Option<Timestamps>) {
         let (Some(stage), Some(culling)) = (&self.culling, frame.culling) else { return };
         let barrier = |row: &Option<Edge>| {
@@ -269,7 +269,7 @@ impl RenderPasses {
             }
         };
         frame.begin(&cull::PASS);
-        // The last frame's draws may still read what is overwritten.
+        // The last frame's draws may still read the overwritten values.
         barrier(&stage.reuse);
         stage.cull.record(frame, culling);
         frame.end(times, &cull::PASS);

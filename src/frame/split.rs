@@ -39,8 +39,8 @@ impl Split {
         self.renderer = None;
     }
 
-    /// What another thread can make into the other picture, if that is to be another one than it is (`changed`: in any case), with the frames
-    /// `own` that are being made beside it, or those that go on. None if there is nothing to be made, or only [`Split::fit`] can tell what is wrong.
+    /// Returns the work that another thread can make into the other picture, if that is to change (`changed`: in any case), with the frames `own`
+    /// that are being made beside it, or those that go on. None if nothing is to be made, or only [`Split::fit`] can tell what is wrong.
     pub(super) fn builder(
         &self,
         (scene, settings): (&Scene, &Settings),
@@ -60,9 +60,9 @@ impl Split {
         RendererBuilder::new(device, scene, &settings, (plan, edges), uploaded).ok()
     }
 
-    /// Makes what draws the other picture, for such images: of `settings`, which are those of the window's frames, but for the
-    /// view. `changed` as in [`super::Presenter::change`]; `beside` draws the window's own frames, and shares the scene on the device where the
-    /// two plans have it the same. What another thread has `made` is taken, if it can do: then it is true.
+    /// Makes the renderer of the other picture, for such images: of `settings`, which are those of the window's frames, but for the view. `changed`
+    /// as in [`super::Presenter::change`]; `beside` draws the window's own frames, and shares the scene on the device where the two plans have it the
+    /// same. Adopts the frames that another thread has `made` if they fit, and then returns true.
     ///
     /// # Errors
     /// When the view cannot be planned with these settings, or the device lacks the memory.
@@ -140,7 +140,7 @@ impl Split {
         self.renderer.as_mut().map_or(Ok(()), |renderer| renderer.set_exposure(ev100))
     }
 
-    /// Whether a camera can be drawn with its plan.
+    /// Checks that a camera can be drawn with its plan.
     pub(super) fn check_camera(&self, camera: &Camera) -> Result<(), plan::Error> {
         self.renderer.as_ref().map_or(Ok(()), |renderer| renderer.plan.check_camera(camera))
     }

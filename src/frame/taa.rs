@@ -1,4 +1,4 @@
-//! VELOCITY, TAA and SHARPEN: between the main pass, which stores light and depth, and what finishes the picture.
+//! VELOCITY, TAA and SHARPEN: between the main pass, which stores light and depth, and the passes that finish the picture.
 
 use ash::vk;
 
@@ -32,7 +32,7 @@ pub(super) fn steps(plan: &FramePlan) -> [Option<Step>; 2] {
 }
 
 impl TaaStage {
-    /// None where the plan does not have it.
+    /// Returns none if the plan has no TAA.
     ///
     /// # Errors
     /// When the device lacks the memory or cannot compile a pipeline.
@@ -48,7 +48,7 @@ impl TaaStage {
         Ok(Some(Self { velocity, taa, sharpen, reuse: edges.find(RowName::HISTORY_REUSE).cloned(), next }))
     }
 
-    /// Makes anew what has the size of the picture.
+    /// Makes the objects of the picture's size anew.
     ///
     /// # Errors
     /// When the device lacks the memory.

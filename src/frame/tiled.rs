@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! compute        SKIN       as in the deferred frame
-//! occluder pass, compute     what the device finds out of what is seen, as in the deferred frame
+//! occluder pass, compute     culling on the device, as in the deferred frame
 //! shadow passes  SHADOW     as in the deferred frame
 //! main pass      GEOMETRY   surfaces into the G-buffer, which is stored; or which triangle each pixel shows
 //! compute        AO, AO_DENOISE  as in the deferred frame
@@ -27,7 +27,7 @@ use crate::passes::{Recording, Resource, shadow};
 use crate::plan::{FramePlan, OUTPUT_PLAIN, Target};
 use crate::visible::World;
 
-/// The passes of a plan and what they draw into.
+/// The passes of a plan and their targets.
 pub struct TiledFrame {
     passes: RenderPasses,
     main: RenderPassIndex,
@@ -38,7 +38,7 @@ pub struct TiledFrame {
     edges: Edges,
 }
 
-/// The passes of the frame in their order. PRESENT is among what happens to the picture ([`list::List::of`]).
+/// The passes of the frame in their order. PRESENT is among the steps after the picture ([`list::List::of`]).
 pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
     let output = Resource::Target(Target::Output);
     let shadow = list::subpass(plan, shadow::PASS.place, &[&shadow::PASS]);
@@ -65,7 +65,7 @@ impl TiledFrame {
 
         // SKIN writes deformed vertices for all that draws below: rows `deformed-reuse` and `skin-to-draws`.
         passes.record_skin(frame, times);
-        // They find out what is hidden, and what is seen, as in the deferred frame.
+        // Occlusion and frustum culling on the device, as in the deferred frame.
         passes.record_hiding(frame, times);
         passes.record_culling(frame, times);
         // A render pass for each stale map. Row `shadow-map-to-lighting`: TILED looks up what it wrote.
@@ -115,7 +115,7 @@ impl TiledFrame {
         Ok(Self { passes, main, depth, geometry, ao, tiled, edges: edges.clone() })
     }
 
-    /// Makes anew what has the size of the picture: attachments, framebuffers, and the set that names them.
+    /// Makes the objects of the picture's size anew: attachments, framebuffers, and the set that names them.
     pub fn resize(&mut self, parts: &FrameParts) -> gpu::Result<()> {
         self.passes.resize(parts)?;
         if let Some(ao) = &mut self.ao {

@@ -9,12 +9,12 @@ pub const FRAMES_A_SECOND: f64 = 60.0;
 /// The frames since the last cut.
 #[derive(Debug)]
 pub(super) struct Timeline {
-    /// How many there were.
+    /// The number of frames so far.
     count: u32,
     /// Of their places in the pixel.
     order: Order,
     last: Option<Last>,
-    /// How many of them in a row have changed nothing.
+    /// The number of frames in a row that have changed nothing.
     still: u32,
 }
 
@@ -28,18 +28,18 @@ struct Last {
 }
 
 impl Timeline {
-    /// Of which so many have places of their own.
+    /// A timeline whose frames have so many places in the pixel before the first comes again.
     pub fn of(places: u32) -> Self {
         Self { count: 0, order: Order::of(places), last: None, still: 0 }
     }
 
-    /// The next frame is the first: what was before was of something else, or of another size.
+    /// Makes the next frame the first: the frames before showed something else, or had another size.
     pub fn begin(&mut self, places: u32) {
         let order = if self.order.count() == places.max(1) { self.order } else { Order::of(places) };
         *self = Self { count: 0, order, last: None, still: 0 };
     }
 
-    /// How many frames in a row have changed nothing.
+    /// The number of frames in a row that have changed nothing.
     pub fn still(&self) -> u32 {
         self.still
     }
@@ -61,7 +61,7 @@ impl Timeline {
         }
     }
 
-    /// That frame was submitted.
+    /// Notes a submitted frame as the last one.
     pub fn pass(&mut self, since: &Since, world: &World, visible: &Visible) {
         self.count = self.count.wrapping_add(1);
         self.still = if since.still { self.still.saturating_add(1) } else { 0 };

@@ -59,8 +59,7 @@ impl Buffer {
         Ok(Buffer { raw, size, usage, name: name.to_owned(), owner, memory: Mutex::new(Some(memory)) })
     }
 
-    /// Copies `data` into a mapped buffer, `offset` bytes from its start. The GPU must not be using those bytes; what
-    /// is submitted afterwards sees them.
+    /// Copies `data` into a mapped buffer, `offset` bytes from its start. The GPU must not be using those bytes; later submissions see them.
     ///
     /// # Errors
     /// [`Error::Misuse`] if the buffer is not mapped or the bytes do not fit.

@@ -26,7 +26,7 @@ struct State {
 
 /// A primary command buffer with a pool of its own, for the device's queue.
 ///
-/// What is recorded into it must be alive when it is submitted; from then on dropping is safe.
+/// Objects whose commands are recorded into it must be alive when it is submitted; from then on dropping them is safe.
 pub struct CommandBuffer {
     /// The handle, to record with between [`begin`](CommandBuffer::begin) and [`end`](CommandBuffer::end).
     pub raw: vk::CommandBuffer,

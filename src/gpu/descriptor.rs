@@ -108,7 +108,7 @@ impl DescriptorPool {
 pub struct BufferRange {
     /// The first byte.
     pub offset: u64,
-    /// How many bytes; `vk::WHOLE_SIZE` for all from there.
+    /// The number of bytes; `vk::WHOLE_SIZE` for all from there.
     pub bytes: u64,
 }
 

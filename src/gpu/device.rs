@@ -1,4 +1,4 @@
-//! The logical device: one queue for graphics, compute and transfer, and what every object on it shares.
+//! The logical device: one queue for graphics, compute and transfer, and the state that every object on it shares.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::{CStr, CString, c_char};
@@ -72,8 +72,8 @@ impl EnabledFeatures {
             memory_budget: has(ash::ext::memory_budget::NAME),
             mutable_swapchains: required.contains(&ash::khr::swapchain::NAME)
                 && MUTABLE_SWAPCHAINS.into_iter().all(has),
-            // Who has the extension has its one feature (specification, "Feature Requirements"). It is not asked for, because gfxreconstruct's layer
-            // offers the extension for drivers that lack it, and leaves the answer to them.
+            // A device with the extension has its one feature (specification, "Feature Requirements"). The feature is not queried, because
+            // gfxreconstruct's layer offers the extension for drivers that lack it, and leaves the answer to them.
             frame_boundary: has(ash::ext::frame_boundary::NAME),
         }
     }
@@ -112,7 +112,7 @@ const LABEL_BYTES: usize = 80;
 pub struct Device {
     /// The device's functions.
     pub raw: ash::Device,
-    /// What the device is and can do.
+    /// The physical device: its properties and features.
     pub physical: PhysicalDevice,
     /// The instance, which outlives the device.
     pub instance: Arc<Instance>,
@@ -219,7 +219,7 @@ impl Device {
         std::mem::take(&mut *self.labels.lock().unwrap_or_else(PoisonError::into_inner)).into_iter().collect()
     }
 
-    /// Keeps the name of the last labelled region that was recorded in a file, so that whoever finds a crashed process knows how far it came.
+    /// Keeps the name of the last labelled region that was recorded in a file, so that it shows how far a crashed process came.
     pub fn tell_labels_to(&self, file: File) {
         *self.last_label.lock().unwrap_or_else(PoisonError::into_inner) = Some(file);
     }
@@ -281,7 +281,7 @@ impl Drop for Device {
         self.save_pipeline_cache();
         self.pipeline_cache.destroy(&self.raw);
         self.submissions.destroy(&self.raw);
-        // Owners hold the device, so what is left was never given to one, or its owner lost it.
+        // Owners hold the device, so an object that is left was never given to one, or its owner lost it.
         let log = self.instance.message_log();
         for object in self.registry.lock().objects.values() {
             log.push(leak(format!("{:?} '{}' was never destroyed", object.object_type, object.name)));

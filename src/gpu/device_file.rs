@@ -1,6 +1,6 @@
-//! Files that are one device's and one driver's, on disk from run to run. Whatever goes wrong with one costs time later and is never an error of its reader.
+//! Files that are one device's and one driver's, on disk from run to run. A fault in one costs time later and is never an error of its reader.
 //!
-//! Each kind has a folder of its own in a variable (empty: no file), else they are in the user's cache. What a file holds
+//! Each kind has a folder of its own in a variable (empty: no file), else they are in the user's cache. A file's content
 //! stands behind a header with length and checksum: drivers check their own header, but not all of them survive a file that is cut off or damaged behind it.
 
 use std::env;
@@ -19,7 +19,7 @@ pub(super) const HEADER_BYTES: usize = 24;
 /// A larger file is not read: it is not ours, or it would take longer than what it saves.
 pub(super) const MOST_BYTES: u64 = 256 << 20;
 
-/// Which of a device's files.
+/// A kind of file that a device has.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Kind {
     /// The beginning of their names.
@@ -77,7 +77,7 @@ pub fn encode(data: &[u8]) -> Vec<u8> {
     [&MAGIC, &(data.len() as u64).to_le_bytes()[..], &checksum(data).to_le_bytes(), data].concat()
 }
 
-/// Whether the file can be written: to try is the only way to know.
+/// Checks that the file can be written: to try is the only way to know.
 pub(super) fn check(file: &Path) -> io::Result<()> {
     let Some(dir) = file.parent() else { return Ok(()) };
     fs::create_dir_all(dir)?;

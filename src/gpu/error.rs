@@ -13,7 +13,7 @@ pub enum Error {
     NoLoader {
         /// The system's message.
         reason: String,
-        /// How to install it on this system.
+        /// The way to install it on this system.
         hint: String,
     },
     /// The loader works, but it found no driver, or none with a usable device.
@@ -21,7 +21,7 @@ pub enum Error {
     NoDriver {
         /// The loader's message.
         reason: String,
-        /// How to install it on this system.
+        /// The way to install it on this system.
         hint: String,
     },
     /// No device has the number or the name asked for.
@@ -37,10 +37,10 @@ pub enum Error {
     MissingLayer {
         /// The layer's name.
         layer: String,
-        /// How to install it on this system.
+        /// The way to install it on this system.
         hint: String,
     },
-    /// The device is lost: everything made on it is, and only dropping is left to do with that.
+    /// The device is lost, and with it every object made on it: they can only be dropped.
     #[error("{doing}: the device is lost (its driver gave up or was reset); what was drawn on it has to be made anew")]
     DeviceLost {
         /// The operation during which the driver reported it.
@@ -123,7 +123,7 @@ pub(super) fn by(command: &str, doing: &str) -> String {
     format!("{doing} by {command}")
 }
 
-/// Says what was being done when a Vulkan command failed, and by which command. The text is only made on failure.
+/// Names the operation and the command when a Vulkan command failed. The text is only made on failure.
 pub(super) trait Doing<T> {
     /// Turns the error into [`Error::Vulkan`], [`Error::OutOfMemory`] or [`Error::DeviceLost`].
     fn doing<S: Into<String>>(self, command: &str, text: impl FnOnce() -> S) -> Result<T>;

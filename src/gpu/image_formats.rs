@@ -1,4 +1,4 @@
-//! The formats of a window's images: what a surface offers, and which of it is taken.
+//! The formats of a window's images: the choice among those that a surface offers.
 
 use ash::vk;
 
@@ -6,31 +6,31 @@ use super::device::Device;
 use super::error::{Error, Result};
 use super::surface::Surface;
 
-/// Which images are wanted of a surface.
+/// The images that are wanted of a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImageWish {
-    /// True if what is drawn is linear and the hardware encodes it; else it is encoded already.
+    /// True if the passes draw linear values and the hardware encodes them; else the values are encoded already.
     pub encodes: bool,
     /// Brightness beyond white, where the surface has it: HDR.
     pub hdr: bool,
-    /// A shader encodes what is drawn, even where the hardware could.
+    /// A shader encodes the values, even where the hardware could.
     pub by_shader: bool,
 }
 
 /// The formats of a swapchain's images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImageFormats {
-    /// What they are to presentation.
+    /// The format for presentation.
     pub own: vk::Format,
-    /// What they are to whoever draws: the same bytes.
+    /// The format for the passes that draw: the same bytes.
     pub drawn: vk::Format,
-    /// What their values mean to presentation.
+    /// The meaning of their values for presentation.
     pub color_space: vk::ColorSpaceKHR,
-    /// True if a shader must encode what they show. Else they take it as was wished for.
+    /// True if a shader must encode the values. Else the images take them as wished for.
     pub by_shader: bool,
 }
 
-/// What displays show unless they are told otherwise.
+/// The colour space of displays, unless they are told otherwise.
 const SRGB: vk::ColorSpaceKHR = vk::ColorSpaceKHR::SRGB_NONLINEAR;
 
 /// 8 bits a channel, the second of each pair encoded by the hardware.
@@ -48,7 +48,7 @@ const OF_MORE_BITS: [vk::Format; 4] = [
     vk::Format::R16G16B16A16_SFLOAT,
 ];
 
-/// Brightness beyond white. The first two tell it in nits, whatever the display. In the third 1 is 80 nits; on Apple's systems it would be the
+/// Brightness beyond white. The first two tell it in nits on every display. In the third 1 is 80 nits; on Apple's systems it would be the
 /// display's own white, which nothing tells, and so it is not taken there.
 const OF_HDR: [(vk::Format, vk::ColorSpaceKHR); 3] = [
     (vk::Format::A2B10G10R10_UNORM_PACK32, vk::ColorSpaceKHR::HDR10_ST2084_EXT),
@@ -66,8 +66,8 @@ pub fn image_formats(device: &Device, surface: &Surface, wish: ImageWish) -> Res
         .ok_or_else(|| Error::Unsupported(no_format(&device.physical.name, &offered)))
 }
 
-/// The first that there is: HDR, where that is wished for; images that take what is drawn as it is; for what is to be encoded plain ones
-/// that are drawn as ones that do that (`mutable` images); and those for a shader to encode.
+/// The first of these that the surface offers: HDR, where that is wished for; images that take values as drawn; plain ones for values that are to be
+/// encoded, drawn through views that encode (`mutable` images); and images for a shader to encode.
 fn choose_formats(offered: &[vk::SurfaceFormatKHR], wish: ImageWish, mutable: bool) -> Option<ImageFormats> {
     let is_offered = |format, color_space| offered.contains(&vk::SurfaceFormatKHR { format, color_space });
     let one = |own, color_space, by_shader| ImageFormats { own, drawn: own, color_space, by_shader };

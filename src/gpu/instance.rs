@@ -26,10 +26,10 @@ pub enum Validation {
     Core,
     /// The core checks and synchronization, with no limit on how often a message repeats.
     Synchronization,
-    /// What depends on the content of memory, checked where it is used: the layer adds code to shaders, and passes of its own. In
-    /// place of the core checks, which do not go with it. A device is opened with what that code needs, robust buffer access included.
+    /// Checks of memory's content at each use: the layer adds code to shaders, and passes of its own. They replace the core checks, which do not go
+    /// with them. A device is opened with the features that the added code needs, robust buffer access included.
     GpuAssisted,
-    /// The core checks, and advice: what is allowed and yet unwise, on some device at least.
+    /// The core checks, and advice on uses that are allowed and yet unwise, on some device at least.
     BestPractices,
 }
 
@@ -41,8 +41,8 @@ pub struct InstanceOptions {
     /// With `Synchronization`: also account for what shaders access, as far as the layer can tell from their code
     /// (`syncval_shader_accesses_heuristic`). Layers that do not know the setting are not given it.
     pub sync_shader_heuristic: bool,
-    /// Devices have what was measured of them on earlier runs ([`super::PhysicalDevice::calibration`]). Without, what is planned depends on the device and its
-    /// driver alone, whatever somebody measured.
+    /// Devices have the measurements of earlier runs ([`super::PhysicalDevice::calibration`]). Without, a plan depends on the device and its driver
+    /// alone, and on no measurement.
     pub calibrated: bool,
 }
 
@@ -262,8 +262,7 @@ fn no_driver(reason: &str) -> Error {
 }
 
 fn load_entry() -> Result<ash::Entry> {
-    // SAFETY: loading the system's Vulkan loader runs its initializers, which is what it is there for; the entry is
-    // kept as long as anything made from it.
+    // SAFETY: loading the system's Vulkan loader runs its initializers, as intended; the entry is kept as long as anything made from it.
     unsafe { ash::Entry::load() }
         .map_err(|error| Error::NoLoader { reason: error.to_string(), hint: install_hint(Missing::Loader) })
 }
@@ -306,7 +305,7 @@ pub(super) fn fixed_text(text: &[c_char]) -> String {
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
-/// By which interface the layer takes its settings.
+/// The interface by which the layer takes its settings.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum SettingsInterface {
     /// VK_EXT_layer_settings: layers from 2024 on.
@@ -317,7 +316,7 @@ enum SettingsInterface {
     None,
 }
 
-/// What is asked of the validation layer, decided against the layer that is installed.
+/// The request to the validation layer, decided against the layer that is installed.
 struct ValidationPlan {
     enabled: bool,
     interface: SettingsInterface,

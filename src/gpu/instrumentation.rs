@@ -1,5 +1,5 @@
-//! What GPU-assisted validation needs of a device: the layer adds code to every shader, which checks what the shader is about to
-//! do and writes its findings to a buffer.
+//! The device features that GPU-assisted validation needs: the layer adds code to every shader, which checks the shader's accesses before they happen
+//! and writes its findings to a buffer.
 
 use ash::vk;
 
@@ -16,7 +16,7 @@ pub(super) struct Instrumentation {
 }
 
 impl Instrumentation {
-    /// What of it the device has; nothing but the first two is essential, and layers leave out the checks that need the rest.
+    /// Returns those features that the device has; only the first two are essential, and layers leave out the checks that need the rest.
     pub(super) fn of(instance: &Instance, physical: &PhysicalDevice) -> Result<Instrumentation> {
         let has = &physical.features;
         let essential = [

@@ -1,4 +1,4 @@
-//! Device memory: where it lies, what it is for, and how much of it there is.
+//! Device memory: its place, its purpose, and its size.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -16,7 +16,7 @@ use super::owned::LiveSet;
 /// The purpose of memory, as reports list it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum MemoryKind {
-    /// G-buffer, HDR, output: what a render pass writes.
+    /// Targets of a render pass: G-buffer, HDR, output.
     Attachment,
     /// Depth as lights see it.
     ShadowMap,
@@ -177,7 +177,7 @@ impl Memory {
         self.types.iter().enumerate().filter(has).fold(0, |bits, (index, _)| bits | 1 << index)
     }
 
-    /// Gives memory back. What was bound to it is destroyed.
+    /// Gives memory back. The object that was bound to it is destroyed.
     pub(super) fn free(&self, allocation: Allocation, log: &MessageLog) {
         let freed = self.lock().as_mut().map_or(Ok(()), |allocator| allocator.free(allocation));
         if let Err(error) = freed {
@@ -203,8 +203,8 @@ impl Memory {
     }
 }
 
-/// The command that failed an allocation, and how. The allocator keeps most results of a driver as text only. None for what the allocator has
-/// against a request itself.
+/// The command that failed an allocation, and its result. The allocator keeps most results of a driver as text only. None if the allocator objects to
+/// the request itself.
 fn cause_of(error: &AllocationError) -> Option<(&'static str, vk::Result)> {
     const RESULTS: [vk::Result; 5] = [
         vk::Result::ERROR_OUT_OF_HOST_MEMORY,
@@ -247,7 +247,7 @@ pub struct KindReport {
 pub struct HeapReport {
     /// Its size in bytes.
     pub size: u64,
-    /// How much of it this program uses and can use, in bytes, if the driver tells (VK_EXT_memory_budget).
+    /// The bytes of it that this program uses and can use, if the driver tells (VK_EXT_memory_budget).
     pub usage_and_budget: Option<(u64, u64)>,
 }
 

@@ -44,7 +44,7 @@ pub struct Message {
 }
 
 impl Message {
-    /// Returns true if it is advice on best practices: what it speaks of is allowed. Layers give it the kinds of mistakes, and tell it apart by
+    /// Returns true if it is advice on best practices, about uses that are allowed. Layers give advice the kinds of mistakes, and tell it apart by
     /// name only.
     pub fn is_advice(&self) -> bool {
         self.severity == Severity::Warning && self.id_name.contains("BestPractices")

@@ -1,4 +1,4 @@
-//! Thin owners over `ash`: what must be right for every Vulkan program, and nothing that a renderer decides.
+//! Thin owners over `ash`: the rules that hold for every Vulkan program, and no decision of a renderer.
 //!
 //! An owner creates, names and destroys one object. Dropping it hands the object to the device's retire queue, which
 //! destroys it once the last submission made so far has completed; so an early `?` never pulls memory from under the
@@ -9,7 +9,7 @@
 //!
 //! **Contract on handles.** Functions here take raw `vk` handles as Vulkan does. A handle must come from a live owner
 //! of the same device, and a `vk::CommandBuffer` that is recorded into must be in the recording state, used by one
-//! thread at a time. What `SAFETY` comments call "the module's contract" is this. Validation layers check it.
+//! thread at a time. `SAFETY` comments call this "the module's contract". Validation layers check it.
 //!
 //! Vulkan 1.1 is the baseline; newer features and extensions are used where they exist. One queue does everything.
 
@@ -72,7 +72,7 @@ pub(crate) use internals::*;
 #[doc(hidden)]
 pub use internals::*;
 
-/// What takes raw handles, and so can be called wrongly.
+/// Items that take raw handles, and so can be called wrongly.
 mod internals {
     pub use super::buffer::Buffer;
     pub use super::command::CommandBuffer;

@@ -1,4 +1,4 @@
-//! Ownership of Vulkan objects: the generic owner, the registry of what is alive, the queue of what is retired.
+//! Ownership of Vulkan objects: the generic owner, the registry of live objects, the queue of retired ones.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
@@ -75,7 +75,7 @@ impl Owned<vk::Pipeline> {
     }
 }
 
-/// Where a pipeline comes from.
+/// The origin of a pipeline.
 pub(super) enum Made {
     New(vk::Pipeline),
     Kept(vk::Pipeline, ObjectId),
@@ -142,7 +142,7 @@ pub struct ObjectId(u64);
 pub(super) struct LiveObject {
     pub(super) name: Arc<str>,
     pub(super) object_type: vk::ObjectType,
-    /// What its memory is for, and how many bytes it takes.
+    /// The kind of its memory, and the bytes that it takes.
     pub(super) memory: Option<(MemoryKind, u64)>,
     /// Nobody owns it any more; it waits for the GPU to be done with it.
     pub(super) retired: bool,
@@ -292,7 +292,7 @@ impl Device {
         self.retired.lock().iter().map(|retired| retired.last_use).max()
     }
 
-    /// Destroys what is retired and, as far as is known without asking the driver, no longer in use.
+    /// Destroys the retired objects that are, as far as is known without asking the driver, no longer in use.
     pub(super) fn destroy_done(&self) {
         for retired in self.retired.take_done(self.submissions.completed()) {
             self.destroy_retired(retired);

@@ -1,4 +1,4 @@
-//! The devices of a system: what each is and can do, and which one to take.
+//! The devices of a system: their properties and features, and the choice among them.
 
 use std::collections::BTreeSet;
 use std::convert::Infallible;
@@ -49,7 +49,7 @@ pub struct PhysicalDevice {
     pub queue_family: Option<u32>,
     /// The number of valid bits in that family's timestamps; 0: it writes none.
     pub timestamp_valid_bits: u32,
-    /// What was measured of the device and its driver on an earlier run, as [`PhysicalDevice::keep_calibration`] took it; only with
+    /// The figures that an earlier run measured of the device and its driver, as [`PhysicalDevice::keep_calibration`] took them; only with
     /// [`super::InstanceOptions::calibrated`].
     pub calibration: Option<Vec<u8>>,
     instance: Arc<InstanceHandles>,
@@ -99,13 +99,14 @@ impl PhysicalDevice {
         })
     }
 
-    /// With what [`PhysicalDevice::keep_calibration`] has kept by now.
+    /// With the data that [`PhysicalDevice::keep_calibration`] has kept by now.
     pub(crate) fn with_calibration(self) -> PhysicalDevice {
         let calibration = CALIBRATION.place(&self).as_deref().and_then(read);
         PhysicalDevice { calibration, ..self }
     }
 
-    /// Where [`PhysicalDevice::keep_calibration`] will write: `calibration-...` in `AFTERLIGHT_CALIBRATION`, else in `afterlight` in the user's cache.
+    /// Returns the path that [`PhysicalDevice::keep_calibration`] will write: `calibration-...` in `AFTERLIGHT_CALIBRATION`, else in `afterlight` in
+    /// the user's cache.
     ///
     /// # Errors
     /// When nothing can be written there, or there is no place for it.
@@ -115,7 +116,7 @@ impl PhysicalDevice {
         Ok(place)
     }
 
-    /// Keeps what was measured of the device for later runs.
+    /// Keeps measurements of the device for later runs.
     ///
     /// # Errors
     /// As [`PhysicalDevice::calibration_place`].
@@ -201,7 +202,7 @@ pub(super) fn version_text(version: u32) -> String {
     format!("{}.{}.{}", vk::api_version_major(version), vk::api_version_minor(version), vk::api_version_patch(version))
 }
 
-/// The driver's name and what it says of its version.
+/// The driver's name and its own words for its version.
 fn driver_of(
     instance: &InstanceHandles,
     raw: vk::PhysicalDevice,
@@ -270,7 +271,7 @@ pub fn choose(devices: &[PhysicalDevice], choice: &DeviceChoice) -> Result<usize
     choose_among(&described, choice)
 }
 
-/// What the choice of a device depends on.
+/// The properties of a device on which the choice depends.
 struct Candidate<'a> {
     name: &'a str,
     kind: vk::PhysicalDeviceType,

@@ -23,7 +23,7 @@ pub struct ShaderStage<'a> {
     pub constants: &'a [(u32, u32)],
 }
 
-/// How a pipeline uses the depth attachment.
+/// A pipeline's use of the depth attachment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DepthState {
     /// The depth test that fragments must pass.
@@ -118,8 +118,8 @@ impl GraphicsPipeline {
             .layout(desc.layout)
             .render_pass(desc.render_pass)
             .subpass(desc.subpass);
-        // SAFETY: the layout and the render pass are alive (the module's contract), the shader modules are `shaders`',
-        // and what the structures point to lives until the call returns.
+        // SAFETY: the layout and the render pass are alive (the module's contract), the shader modules are `shaders`', and all that the structures
+        // point to lives until the call returns.
         let created = unsafe { device.raw.create_graphics_pipelines(device.pipeline_cache.raw, &[info], None) };
         owned_pipeline(device, ("vkCreateGraphicsPipelines", desc.name), created, content)
     }
@@ -190,7 +190,7 @@ impl ShaderStage<'_> {
 }
 
 impl GraphicsPipelineDesc<'_> {
-    /// All of it but the name; none if it is not known what its layout or its render pass was made of.
+    /// All of it but the name; none if the content of its layout or of its render pass is not known.
     fn content(&self, device: &Device) -> Option<Content> {
         let Self {
             name: _,
@@ -269,7 +269,7 @@ impl<'a> Shaders<'a> {
             }
             device.keep_shader(|| format!("{name} {:?}", stage.stage), stage.spirv);
             let info = vk::ShaderModuleCreateInfo::default().code(stage.spirv);
-            // SAFETY: the device is alive; that the module is valid is what the shader compiler checks.
+            // SAFETY: the device is alive; the shader compiler checks that the module is valid.
             let raw = unsafe { device.raw.create_shader_module(&info, None) }
                 .doing("vkCreateShaderModule", || format!("loading the {:?} shader of '{name}'", stage.stage))?;
             Ok((*stage, Owned::new_from(device, name, raw)))

@@ -1,4 +1,4 @@
-//! The pipeline cache on disk: the driver's data, in a [device's file](super::device_file). Whatever goes wrong here costs time later and is never an error.
+//! The pipeline cache on disk: the driver's data, in a [device's file](super::device_file). A fault here costs time later and is never an error.
 
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
@@ -16,7 +16,7 @@ pub(super) struct PipelineCache {
     /// Null if the driver could not make one.
     pub(super) raw: vk::PipelineCache,
     file: Option<PathBuf>,
-    /// The checksum of what the file holds.
+    /// The checksum of the file's content.
     on_disk: Mutex<Option<u64>>,
 }
 
@@ -63,14 +63,14 @@ impl PipelineCache {
     }
 }
 
-/// What the driver's own header names (Vulkan 1.3, section 10.7.4).
+/// The names in the driver's own header (Vulkan 1.3, section 10.7.4).
 #[derive(Debug, Clone, Copy)]
 pub struct DriverHeader {
     /// The number of the device's vendor.
     pub vendor: u32,
     /// The vendor's number of the device.
     pub device: u32,
-    /// Of the driver and its version.
+    /// The identifier of the driver and its version.
     pub uuid: [u8; vk::UUID_SIZE],
 }
 

@@ -71,10 +71,10 @@ impl RenderPass {
             .attachments(attachments)
             .subpasses(&descriptions)
             .dependencies(dependencies);
-        // SAFETY: the device is alive, and what the structures point to lives until the call returns.
+        // SAFETY: the device is alive, and all that the structures point to lives until the call returns.
         let raw = unsafe { device.raw.create_render_pass(&info, None) }
             .doing("vkCreateRenderPass", || format!("creating the render pass '{name}'"))?;
-        // Compatible is what is the same but for layouts, loads and stores; that whole passes are told apart costs little.
+        // Render passes are compatible if they differ in layouts, loads and stores only; telling apart those that differ there costs little.
         device.reuse.note(raw, (attachments, subpasses, dependencies));
         Ok(Owned::new_from(device, name, raw))
     }

@@ -1,8 +1,8 @@
 //! Pipelines that were given up and may be asked for again: other settings and back, one renderer after another on a device.
 //!
-//! A driver compiles a pipeline for milliseconds to seconds. A pipeline that is dropped is therefore kept for a while, and whoever asks for one
-//! of the same content gets it: the same shaders, constants and states, and a layout and a render pass that are compatible because they were made
-//! of the same. It is never shared: at any time it has one owner, or none.
+//! A driver compiles a pipeline for milliseconds to seconds. A dropped pipeline is therefore kept for a while, and the next request for the same
+//! content gets it: the same shaders, constants and states, and a layout and a render pass that are compatible because they were made of the same
+//! parts. It is never shared: at any time it has one owner, or none.
 
 use std::collections::{HashMap, VecDeque};
 use std::fmt::Debug;
@@ -36,7 +36,7 @@ impl Reuse {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Notes what an object was made of, as `parts` say.
+    /// Notes the content that an object was made of, as `parts` say.
     pub(super) fn note<H: Destroy>(&self, object: H, parts: impl Debug) {
         self.lock().contents.insert((H::TYPE, object.as_raw()), content_of(parts));
     }
@@ -59,7 +59,7 @@ impl Reuse {
     }
 }
 
-/// The hash of what is said of something. Numbers and flags are written whole.
+/// The hash of a description. Numbers and flags are written whole.
 pub(super) fn content_of(parts: impl Debug) -> Content {
     blake3::hash(format!("{parts:?}").as_bytes())
 }

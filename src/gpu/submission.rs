@@ -40,7 +40,7 @@ pub(super) struct Submissions {
 
 struct State {
     queue: vk::Queue,
-    /// Whoever waits for a fence holds it too, and nobody resets it meanwhile.
+    /// A thread that waits for a fence holds it too, and nobody resets it meanwhile.
     pending: VecDeque<(u64, Arc<vk::Fence>)>,
     /// Signalled; those that nobody waits for any more can be reset.
     done: Vec<Arc<vk::Fence>>,
@@ -67,8 +67,8 @@ impl Submissions {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Takes note of the fences that have signalled, up to that of submission `last`. What nobody wants to know is not asked: a
-    /// layer takes an answer for a wait, and would then see no hazard with what is done (`tests/sync/necessity.rs`).
+    /// Takes note of the fences that have signalled, up to that of submission `last`. Fences of later submissions are not asked: a layer takes an
+    /// answer for a wait, and would then see no hazard with the finished work (`tests/sync/necessity.rs`).
     fn poll(&self, device: &ash::Device, state: &mut State, last: u64) -> Result<()> {
         while let Some((serial, fence)) = state.pending.front()
             && *serial <= last
@@ -119,7 +119,7 @@ impl Device {
         self.submit_with(cmd, &Around::default())
     }
 
-    /// As [`Device::submit`], with what is to happen before and after.
+    /// As [`Device::submit`], with waits before and signals after.
     ///
     /// # Errors
     /// As [`Device::submit`].
@@ -209,7 +209,7 @@ impl Device {
         Ok(())
     }
 
-    /// Whether a submission is done.
+    /// Returns true if a submission is done.
     ///
     /// # Errors
     /// A lost device.
@@ -220,7 +220,7 @@ impl Device {
         Ok(ticket.0 <= self.submissions.completed())
     }
 
-    /// Destroys what is retired and no longer in use. Cheap; for once a frame.
+    /// Destroys the retired objects that are no longer in use. Cheap; for once a frame.
     pub fn collect(&self) {
         let Some(last_use) = self.last_retired_use() else { return };
         // A failure here means a lost device: the next submission or wait says so, and then nothing more is destroyed
@@ -230,8 +230,8 @@ impl Device {
         }
     }
 
-    /// Waits until nothing is under way, and destroys everything retired, and the pipelines that are kept for whoever asks for the like: what comes
-    /// next finds the device as it was.
+    /// Waits until nothing is under way, and destroys all retired objects, and the pipelines that are kept for reuse: later work finds the device as
+    /// it was.
     ///
     /// # Errors
     /// A lost device; running out of memory.

@@ -1,4 +1,4 @@
-//! A window's surface: what of a window Vulkan knows.
+//! A window's surface: Vulkan's side of a window.
 
 use std::any::Any;
 use std::ffi::CStr;
@@ -72,7 +72,7 @@ impl Surface {
         Ok(Arc::new(Surface::of(instance, raw, Some(window))))
     }
 
-    /// A surface that no display shows, for an instance with the extensions [`HEADLESS`]: what presents frames runs as it does in a window.
+    /// A surface that no display shows, for an instance with the extensions [`HEADLESS`]: code that presents frames runs as it does in a window.
     ///
     /// # Errors
     /// [`Error::Unsupported`] where the instance does not have the extensions; what the driver reports.
@@ -94,7 +94,7 @@ impl Surface {
         Surface { raw, functions, _instance: Arc::clone(instance), _window: window }
     }
 
-    /// Whether the device's queue can show images here.
+    /// Returns true if the device's queue can show images here.
     ///
     /// # Errors
     /// Running out of memory, or a surface that is lost.

@@ -1,8 +1,8 @@
 //! A swapchain: the images that a window shows, one after the other.
 //!
-//! Who waits for whom stands in the caller's table of dependencies. Here is what each wait is made of: the caller's semaphore for an image
-//! that is acquired, and one semaphore for each image that is presented. That one cannot be one a frame: presentation waits for it at a
-//! time that no fence tells, and it is only known to be over when the same image is acquired again (VUID-vkQueueSubmit-pSignalSemaphores-00067).
+//! The order of the waits stands in the caller's table of dependencies. This module has the semaphores of each wait: the caller's for an image that
+//! is acquired, and one for each image that is presented. The latter cannot be one a frame: presentation waits for it at a time that no fence tells,
+//! and it is only known to be over when the same image is acquired again (VUID-vkQueueSubmit-pSignalSemaphores-00067).
 
 use std::sync::Arc;
 
@@ -18,12 +18,12 @@ use super::surface::Surface;
 /// Synchronization of presented images with the display's refresh: which images wait for it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Vsync {
-    /// Each image does, and none is torn.
+    /// Each image waits, and none is torn.
     #[default]
     On,
-    /// None does: the lowest latency; images may be torn.
+    /// No image waits: the lowest latency; images may be torn.
     Off,
-    /// Each does but one that is late.
+    /// Each image waits but one that is late.
     Adaptive,
 }
 
@@ -32,11 +32,11 @@ pub enum Vsync {
 pub struct SwapchainDesc {
     /// The images to ask for.
     pub images: ImageWish,
-    /// What its images are used for, unless a shader encodes what they show: then that draws into them, and they are used for nothing else.
+    /// The usage of the images, unless a shader encodes what they show: then that shader draws into them, and they have no other use.
     pub usage: vk::ImageUsageFlags,
-    /// What they are used for besides, where the surface allows that.
+    /// Further usage, where the surface allows it.
     pub wishes: vk::ImageUsageFlags,
-    /// When images are shown.
+    /// The time at which images are shown.
     pub vsync: Vsync,
     /// Width and height where the surface leaves them to its swapchain, in pixels.
     pub size: [u32; 2],
@@ -86,13 +86,13 @@ pub struct Swapchain {
     pub extent: vk::Extent2D,
     /// The present mode.
     pub present_mode: vk::PresentModeKHR,
-    /// What they are used for: what was asked for, and of the wishes what the surface allows.
+    /// The usage of the images: as asked for, with those of the wishes that the surface allows.
     pub usage: vk::ImageUsageFlags,
     _surface: Arc<Surface>,
     device: Arc<Device>,
 }
 
-/// How long an image is waited for, in nanoseconds, before the window looks after its events again: a window that nobody sees may get none.
+/// The longest wait for an image, in nanoseconds, before the window looks after its events again: a window that nobody sees may get none.
 const PATIENCE_NS: u64 = 100_000_000;
 
 impl Swapchain {
@@ -248,7 +248,7 @@ impl Drop for Swapchain {
             std::mem::forget(Arc::clone(&self._surface));
             return;
         }
-        // Views go before what they are of: with the queue idle, they are destroyed as they are dropped.
+        // Views go before their images: with the queue idle, they are destroyed as they are dropped.
         self.images.clear();
         // SAFETY: nothing uses the swapchain or its images.
         unsafe { self.functions.destroy_swapchain(self.raw, None) };
@@ -279,7 +279,7 @@ fn misfit(result: vk::Result) -> Option<Fit> {
     }
 }
 
-/// What images are used for: what they must be, and of the wishes what the surface supports.
+/// Returns the usage of the images: the required one, with those of the wishes that the surface supports.
 fn usage_of(
     device: &Device,
     desc: &SwapchainDesc,
@@ -337,7 +337,7 @@ fn choose_alpha(offered: vk::CompositeAlphaFlagsKHR) -> vk::CompositeAlphaFlagsK
 }
 
 impl Vsync {
-    /// Returns true if a swapchain's mode is what was asked for, and not only the nearest that there is.
+    /// Returns true if a swapchain's mode is the one asked for, and not only the nearest that exists.
     pub fn is(self, mode: vk::PresentModeKHR) -> bool {
         match self {
             Vsync::On => mode == vk::PresentModeKHR::FIFO,

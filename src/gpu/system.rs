@@ -26,7 +26,7 @@ enum System {
     Other,
 }
 
-/// One line without a line end: what to do on this system to get what is missing.
+/// Returns one line without a line end: the step that installs the missing part on this system.
 pub fn install_hint(what: Missing) -> String {
     hint_for(this_system(), what)
 }

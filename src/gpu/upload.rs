@@ -1,8 +1,7 @@
 //! Staged uploads: data goes through a bounded staging buffer to where the GPU reads it.
 //!
-//! Its barriers are the caller's: an [`UploadOrder`] says what each of them waits for and holds back. Nothing here waits for
-//! the GPU but for room in a staging buffer: what is submitted later to the same queue is ordered by the barriers, and the
-//! staging buffers go through the retire queue.
+//! Its barriers are the caller's: an [`UploadOrder`] says what each of them waits for and holds back. Nothing here waits for the GPU but for room in
+//! a staging buffer: the barriers order later submissions to the same queue, and the staging buffers go through the retire queue.
 
 use std::sync::Arc;
 
@@ -22,23 +21,23 @@ pub const COPY_WRITE: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::Acces
 /// Blits from levels.
 pub const BLIT_READ: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_READ);
 
-/// What each barrier of an uploader orders; `None` where there is nothing to upload that would need it.
+/// The order that each barrier of an uploader makes; `None` where no upload needs it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct UploadOrder {
-    /// Copies to buffers, and what reads the buffers.
+    /// Copies to buffers, before the buffers' reads.
     pub buffers: Option<Dependency>,
-    /// Whatever there was, and the first write to a texture.
+    /// The layout change of a new texture, before its first write.
     pub first: Option<Dependency>,
-    /// The write to a level, and the blit from it.
+    /// The write to a level, before the blit from it.
     pub blit: Option<Dependency>,
-    /// The blit from a level, and what samples it.
+    /// The blit from a level, before shaders sample it.
     pub blitted: Option<Dependency>,
-    /// The write to a level that is not blitted from, and what samples it.
+    /// The write to a level that is not blitted from, before shaders sample it.
     pub written: Option<Dependency>,
 }
 
 impl UploadOrder {
-    /// That of uploads which are read as `buffers` and `textures` say, and by nothing else.
+    /// The order of uploads which are read as `buffers` and `textures` say, and by nothing else.
     #[cfg(feature = "internals")]
     pub fn before(buffers: Use, textures: Use) -> UploadOrder {
         let order = |before: Use, after| Some(Dependency { before: before.writes(), after });
@@ -164,7 +163,7 @@ impl Uploader {
         if let Some((blit, _)) = blitting {
             self.blit_levels(cmd, image, blit);
         }
-        // What was written by a copy, or by the last blit, and never read.
+        // The levels written by a copy, or by the last blit, and never read.
         let first_unread = if blits { image.mip_levels - 1 } else { 0 };
         self.make_readable(cmd, image, (first_unread, image.mip_levels - first_unread), (written, WRITTEN));
         if let Some((_, blitted)) = blitting {
@@ -175,7 +174,7 @@ impl Uploader {
         Ok(())
     }
 
-    /// Submits what is left. What is submitted later finds it all in its place; nothing is waited for.
+    /// Submits the rest. Later submissions find all data in its place; nothing is waited for.
     ///
     /// # Errors
     /// A lost device.
@@ -189,7 +188,7 @@ impl Uploader {
         self.submit_current()
     }
 
-    /// The whole image becomes a copy's target. What it held is dropped, so that there is nothing to wait for or keep.
+    /// Makes the whole image a copy's target. Its content is dropped, so that nothing is to be waited for or kept.
     fn make_writable(&mut self, image: &Image) -> Result<()> {
         let first = planned(self.order.first, image)?;
         let cmd = self.recording()?;
@@ -248,7 +247,7 @@ impl Uploader {
         let (edge, bytes) = format_block(image.format);
         let row = u64::from(extent.width.div_ceil(edge)) * u64::from(bytes);
         let row = usize::try_from(row).unwrap_or(usize::MAX);
-        // Offsets are whole texels or blocks (for Vulkan), whole words, and what the device likes best.
+        // Offsets are whole texels or blocks (for Vulkan), whole words, and multiples of the device's optimal alignment.
         let alignment = u64::from(bytes) * self.device.physical.limits.optimal_buffer_copy_offset_alignment.max(4);
         let layer_data = data.chunks_exact(row * extent.height.div_ceil(edge) as usize);
         for (layer, layer_data) in (0..).zip(layer_data) {
@@ -329,7 +328,7 @@ impl Uploader {
     }
 }
 
-/// The barrier for what is uploaded, which the uploader's order must have.
+/// The barrier for an upload, which the uploader's order must have.
 fn planned(order: Option<Dependency>, what: impl std::fmt::Debug) -> Result<Dependency> {
     order.ok_or_else(|| Error::Misuse(format!("the uploader has no order for {what:?}")))
 }
@@ -340,7 +339,7 @@ const WRITTEN: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
 /// Layout of a level that a blit reads.
 const BLITTED: vk::ImageLayout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
 
-/// Whether the image can be uploaded to. Before anything is recorded, so that an image is left as it was when this fails.
+/// Checks that the image can be uploaded to. Before anything is recorded, so that an image is left as it was when this fails.
 fn check_texture(image: &Image, needed: vk::ImageUsageFlags) -> Result<()> {
     let (_, bytes) = format_block(image.format);
     let can_copy = bytes > 0 && image.aspect() == vk::ImageAspectFlags::COLOR;
@@ -350,7 +349,7 @@ fn check_texture(image: &Image, needed: vk::ImageUsageFlags) -> Result<()> {
     Ok(())
 }
 
-/// Whether a level is given as many bytes as it has.
+/// Checks that a level is given as many bytes as it has.
 fn check_level(image: &Image, level: u32, data: &[u8]) -> Result<()> {
     let (edge, bytes) = format_block(image.format);
     let extent = image.level_extent(level);

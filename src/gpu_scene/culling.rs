@@ -1,5 +1,4 @@
-//! What CULL, ARRANGE and FILL read and write: all opaque objects as instances, and of those that are seen the rows and the commands that draw
-//! them.
+//! The buffers of CULL, ARRANGE and FILL: all opaque objects as instances, and the rows of the visible ones with the commands that draw them.
 
 mod groups;
 
@@ -22,7 +21,7 @@ const LANES: usize = 64;
 /// Edge of the part of the picture that a work group of `shaders/pyramid.wgsl` sees, in pixels, and the squares that it finds: of four sizes.
 const TILE: u32 = 64;
 const TILE_SQUARES: u64 = 64 + 16 + 4 + 1;
-/// Where this share of the instances has moved since a frame's buffers were written, or more, all are written at once: one by one takes eight
+/// The share of the instances that have moved since a frame's buffers were written from which on all are written at once: one by one takes eight
 /// times as long for each.
 const MANY_MOVES: f64 = 1.0 / 8.0;
 /// Work groups of a row of a dispatch: every device takes as many.
@@ -107,7 +106,7 @@ const _: () = {
     assert!(size_of::<Stand>() == stand::SIZE);
 };
 
-/// Where things lie among the words of the buffer that CULL, ARRANGE and FILL write.
+/// The offsets, in words, of the parts of the buffer that CULL, ARRANGE and FILL write.
 #[derive(Debug, Clone, Copy, Default)]
 struct Extent {
     groups: usize,
@@ -162,13 +161,13 @@ struct Inputs {
     groups: Option<Buffer>,
     stands: Option<Buffer>,
     boxes: Option<Buffer>,
-    /// Where the plan has looks.
+    /// The looks of the instances, if the plan has looks.
     looks: Option<Buffer>,
     has_looks: bool,
-    /// How many instances are seen, by step of depth: ARRANGE writes them, and the CPU reads them when the frame is done.
+    /// The number of visible instances, by step of depth: ARRANGE writes it, and the CPU reads it when the frame is done.
     found: Buffer,
     set: vk::DescriptorSet,
-    /// The list that the buffers hold, and how many of its moves they know.
+    /// The list that the buffers hold, and the number of its moves that are in them.
     holds: Option<(u64, usize)>,
 }
 
@@ -250,7 +249,7 @@ impl Culling {
         self.inputs.iter_mut().for_each(|own| own.holds = None);
     }
 
-    /// Makes anew what has the size of the picture. Frames in flight keep the old one until they are done.
+    /// Makes the objects of the picture's size anew. Frames in flight keep the old one until they are done.
     ///
     /// # Errors
     /// When there is no memory for it.
@@ -260,7 +259,7 @@ impl Culling {
         Ok(())
     }
 
-    /// Writes what a frame in flight is told. The frame that used its buffers before must be done.
+    /// Writes the data of a frame in flight. The frame that used its buffers before must be done.
     ///
     /// # Errors
     /// When there is no memory for it, or a shader cannot see all of it at once.
@@ -343,7 +342,7 @@ impl Culling {
         &self.inputs[place].found
     }
 
-    /// How many instances were seen in a frame in flight that is done.
+    /// Returns the number of instances that were visible in a frame in flight that is done.
     ///
     /// # Errors
     /// When the device is lost.
@@ -359,7 +358,7 @@ impl Culling {
         [groups.min(COLUMNS), groups.div_ceil(COLUMNS)]
     }
 
-    /// Where a command of a step lies, in bytes.
+    /// Returns the offset of a step's command, in bytes.
     pub fn command(&self, step: usize, command: u32) -> u64 {
         ((self.extent.draws_at + (step * self.extent.commands + command as usize) * COMMAND) * 4) as u64
     }
@@ -369,7 +368,7 @@ impl Culling {
         tiles(self.size)
     }
 
-    /// Returns true if it finds out what is hidden.
+    /// Returns true if it culls occluded objects.
     pub fn hides(&self) -> bool {
         self.pyramid.is_some()
     }
@@ -413,7 +412,7 @@ impl Inputs {
         self.write_instances(device, world)
     }
 
-    /// Where all stand, and how they look.
+    /// Writes the placing and the looks of all instances.
     fn write_instances(&mut self, device: &Arc<Device>, world: &World) -> gpu::Result<()> {
         let (count, index) = (world.instances.opaque_count(), self.index);
         let boxes: Vec<BoxRecord> = (0..count).map(|place| box_record(world, place)).collect();
@@ -482,7 +481,7 @@ fn tiles(size: [u32; 2]) -> [u32; 2] {
     size.map(|edge| edge.div_ceil(TILE))
 }
 
-/// Where the plan finds out what is hidden.
+/// The pyramid's buffer, if the plan culls occluded objects on the device.
 fn pyramid_buffer(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<Option<Buffer>> {
     let [across, down] = tiles(plan.size).map(u64::from);
     let (bytes, usage) = (across * down * TILE_SQUARES * 4, vk::BufferUsageFlags::STORAGE_BUFFER);

@@ -1,4 +1,4 @@
-//! Deformed meshes on the device: what they are at rest, which SKIN reads, and the vertices that it writes for passes to draw.
+//! Deformed meshes on the device: their form at rest, which SKIN reads, and the vertices that it writes for passes to draw.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ const COLUMNS: u32 = 65535;
 /// The offset of absent data, in a record and in the push constants.
 const NONE: u32 = u32::MAX;
 
-/// How many vertex streams there may be.
+/// The most vertex streams.
 const STREAMS: usize = 6;
 
 /// The buffers of all deformed objects.
@@ -28,9 +28,9 @@ pub struct Deformed {
     pub sources: Buffer,
     /// SKIN's push constants.
     pub push: SkinPush,
-    /// Where streams begin, in bytes.
+    /// The first byte of each stream.
     starts: [Option<u64>; STREAMS],
-    /// Where positions of the pose before begin, where they are kept.
+    /// The first byte of the positions of the pose before, where they are kept.
     before: Option<u64>,
 }
 
@@ -72,7 +72,7 @@ impl SkinPush {
 }
 
 impl Deformed {
-    /// Uploads what SKIN reads, and the streams that no pose changes.
+    /// Uploads SKIN's input, and the streams that no pose changes.
     ///
     /// # Errors
     /// When there is no memory for it, or a shader cannot see all of it at once.
@@ -137,7 +137,7 @@ impl Deformed {
         }
     }
 
-    /// Where a stream begins, in bytes; `None` where no pipeline reads it.
+    /// Returns the first byte of a stream; `None` where no pipeline reads it.
     pub fn start(&self, stream: u32) -> Option<u64> {
         if stream == POSITION_BEFORE { self.before } else { self.starts[stream as usize] }
     }
@@ -147,7 +147,7 @@ fn vertices(scene: &Scene, deform: &PlannedDeform) -> usize {
     scene.meshes[deform.mesh].positions.len()
 }
 
-/// By stream, and where the last one ends.
+/// The first byte of each stream, and the end of the last one.
 fn starts(plan: &DeformPlan) -> ([Option<u64>; STREAMS], u64) {
     let present = |stream: u32| match stream {
         POSITION => true,
@@ -172,7 +172,7 @@ struct Sources {
     groups: u32,
 }
 
-/// Where a mesh lies among the words.
+/// The offsets of a mesh's parts among the words.
 #[derive(Clone, Copy)]
 struct Rest {
     positions: u32,
@@ -254,7 +254,7 @@ impl Rest {
     }
 }
 
-/// Appends the shapes of a mesh: of each, what any of them changes. The words of one, and the bits of what they change.
+/// Appends the shapes of a mesh: of each, the attributes that any of them changes. Returns the words of one, and the bits of these attributes.
 fn append_shapes(words: &mut Vec<u32>, mesh: &Mesh) -> (u32, u32) {
     let any = |is_empty: fn(&crate::scene::Morph) -> bool| !mesh.morphs.iter().all(is_empty);
     let changes = [
@@ -276,7 +276,7 @@ fn append_shapes(words: &mut Vec<u32>, mesh: &Mesh) -> (u32, u32) {
         ];
         for (_, values, width) in own.into_iter().filter(|(changes, ..)| *changes) {
             words.extend(values.iter().map(|value| value.to_bits()));
-            // What this shape leaves as it is.
+            // Zeros for the attributes that this shape does not change.
             words.resize(words.len() + count * width - values.len(), 0);
         }
     }

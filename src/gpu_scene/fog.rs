@@ -12,7 +12,7 @@ pub(super) struct FogUniform {
     pub rise: f32,
     /// Scale heights in a metre.
     pub rate: f32,
-    /// Mean radiance of what comes from everywhere, times the albedo, in nits.
+    /// Mean radiance of light from everywhere, times the albedo, in nits.
     pub light: Vec3,
     /// The logarithm of the density.
     pub density: f32,

@@ -1,4 +1,4 @@
-//! Where instances stand and how they look: rows of their maps and their looks, written for each frame in the order in which they are drawn.
+//! The placing and the looks of instances: rows of their maps and their looks, written for each frame in the order in which they are drawn.
 
 use std::sync::Arc;
 
@@ -20,12 +20,12 @@ pub struct Instances {
     casters: Option<List>,
     /// The number of each one's object and 1, in the view of triangles.
     numbers: Option<List>,
-    /// How each one looks, and each caster, where the plan has looks.
+    /// The look of each one, and of each caster, where the plan has looks.
     pub(super) looks: Option<List>,
     caster_looks: Option<List>,
 }
 
-/// A buffer that grows with what it holds.
+/// A buffer that grows with its content.
 pub(super) struct List {
     pub name: String,
     pub usage: vk::BufferUsageFlags,

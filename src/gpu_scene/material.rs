@@ -37,11 +37,11 @@ impl SetForm {
 pub struct Materials {
     /// By the slots that a set has: no set has a binding that its pipelines do not sample.
     layouts: BTreeMap<SetForm, SetLayout>,
-    /// By material and sheet of its atlas, for what shades.
+    /// By material and sheet of its atlas, for passes that shade.
     sets: BTreeMap<(usize, u32), vk::DescriptorSet>,
     /// By material and sheet, for SHADOW, which samples the base colour alone.
     holes: BTreeMap<(usize, u32), vk::DescriptorSet>,
-    /// Where a shader looks textures up by their numbers.
+    /// Present if a shader looks textures up by their numbers.
     numbered: Option<NumberedTextures>,
     _pool: Option<DescriptorPool>,
     _samplers: Vec<Owned<vk::Sampler>>,
@@ -53,12 +53,12 @@ pub struct Materials {
 pub struct NumberedTextures {
     pub views: Vec<Owned<vk::ImageView>>,
     pub samplers: Vec<vk::Sampler>,
-    /// By material and sheet: what each slot is, as `SeenMaterial` of `shaders/shared/seen.wgsl` has it.
+    /// By material and sheet: each slot's number, as `SeenMaterial` of `shaders/shared/seen.wgsl` has it.
     slots: BTreeMap<(usize, u32), [u32; TextureSlot::ALL.len()]>,
 }
 
 impl NumberedTextures {
-    /// What a material's slots are, with a sheet of its atlas; zeros of one without textures.
+    /// Returns the numbers of a material's slots, with a sheet of its atlas; zeros of one without textures.
     pub fn slots(&self, material: (usize, u32)) -> [u32; TextureSlot::ALL.len()] {
         self.slots.get(&material).copied().unwrap_or_default()
     }
@@ -86,7 +86,7 @@ impl PlannedSet<'_> {
 /// An image with the view that pipelines sample.
 pub(super) struct Sheet {
     pub view: vk::ImageView,
-    /// Where the image's own is of another type.
+    /// Present if the image's own is of another type.
     _view: Option<Owned<vk::ImageView>>,
     pub image: Image,
 }
@@ -147,7 +147,7 @@ impl Materials {
     fn describe(&mut self, device: &Arc<Device>, scene: &Scene, plan: &FramePlan) -> gpu::Result<()> {
         let planned = &plan.textures;
         let mut samplers = Samplers { device, anisotropy: plan.places_of_samplers(), all: BTreeMap::new() };
-        // What has no other texture than its base colour casts its shadow with the same set.
+        // A material without another texture than its base colour casts its shadow with the same set.
         let shares = |material: usize| planned.mask(material) == HOLES.textures;
         let holes: Vec<(usize, BTreeMap<TextureSlot, usize>)> = planned
             .holes

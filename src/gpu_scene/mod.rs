@@ -1,4 +1,4 @@
-//! A scene's buffers, textures and descriptor sets on the device: what the plan needs of it and no more.
+//! A scene's buffers, textures and descriptor sets on the device: the parts that the plan needs, and no more.
 
 mod culling;
 mod deformed;
@@ -47,7 +47,7 @@ pub const INDEX_READ: Use = Use::new(vk::PipelineStageFlags::VERTEX_INPUT, vk::A
 /// Samples a material's texture, in whichever pass.
 pub const TEXTURE_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
 
-/// Where a mesh lies in the shared buffers.
+/// The place of a mesh in the shared buffers.
 #[derive(Debug, Clone, Copy)]
 pub struct MeshRange {
     pub first_index: u32,
@@ -74,14 +74,14 @@ pub struct GpuScene {
     levels: BTreeMap<usize, Vec<PlannedLevel>>,
     /// By deformed object of the plan.
     deforms: Vec<MeshRange>,
-    /// Where the plan deforms objects.
+    /// Present if the plan deforms objects.
     pub deformed: Option<Deformed>,
     pub materials: Option<Materials>,
-    /// Where frames have a sky.
+    /// Present if frames have a sky.
     pub sky: Option<SkyMaps>,
-    /// Where particles have some.
+    /// The particles' textures, if they have some.
     pub particles: Option<ParticleTextures>,
-    /// Where the light path draws lights' volumes.
+    /// Present if the light path draws lights' volumes.
     pub volumes: Option<VolumeMeshes>,
 }
 
@@ -105,9 +105,9 @@ pub const ROWS: u32 = 8;
 const ROW_W: u32 = 11;
 /// The number of an instance's object.
 pub const NUMBER: u32 = 12;
-/// How an instance looks: red, green and blue of its tint, then its layer of an atlas and whether it is selected.
+/// The look of an instance: red, green and blue of its tint, then its layer of an atlas and whether it is selected.
 pub const LOOK: u32 = 13;
-/// Where the pose before had a vertex of a deformed mesh.
+/// The position that a vertex of a deformed mesh had in the pose before.
 pub const POSITION_BEFORE: u32 = 14;
 
 /// Format of a stream's only attribute.
@@ -125,7 +125,7 @@ pub fn stream_format(stream: u32) -> vk::Format {
 /// Normals longer than this would overflow where a transform or the rasterizer multiplies them.
 const LONG: f32 = 1.8446744e19;
 
-/// The normals of a mesh, if any is too long all of them by a power of two: a normal's length says only what share it has between vertices.
+/// The normals of a mesh, if any is too long all of them by a power of two: a normal's length is only its share between vertices.
 fn bounded(normals: &[[f32; 3]]) -> Cow<'_, [[f32; 3]]> {
     let longest = normals.iter().flatten().fold(0.0f32, |most, axis| most.max(axis.abs()));
     if longest <= LONG {
@@ -183,7 +183,7 @@ pub fn vertex_input(locations: &[u32], extras: Extras) -> VertexInput {
     };
     let attribute = |&location: &u32| {
         let stream = stream_of(location);
-        // What is read of another stream, and dropped, is of its own type nevertheless.
+        // An attribute that is read of another stream, and dropped, is of its own type nevertheless.
         let format = stream_format(if location == LOOK { LOOK } else { stream });
         let offset = if (ROWS..=ROW_W).contains(&location) { (location - ROWS) * row } else { 0 };
         vk::VertexInputAttributeDescription::default().binding(stream).location(location).format(format).offset(offset)
@@ -330,13 +330,13 @@ pub fn index_type(width: IndexWidth) -> vk::IndexType {
     }
 }
 
-/// Carries out what the plan says of meshes.
+/// Uploads the meshes as the plan has them.
 struct MeshUpload<'a> {
     device: &'a Arc<Device>,
     uploader: &'a mut Uploader,
     scene: &'a Scene,
     plan: &'a MeshPlan,
-    /// How buffers are used beside drawing.
+    /// The usage of buffers beside drawing.
     looked_up: vk::BufferUsageFlags,
 }
 

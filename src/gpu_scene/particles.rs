@@ -1,4 +1,5 @@
-//! Particles on the device: what SIMULATE and SORT write, and their textures, each an array of its cells, so that no filter reaches from one into another.
+//! Particles on the device: the buffers that SIMULATE and SORT write, and their textures, each an array of its cells, so that no filter reaches from
+//! one into another.
 
 use std::sync::Arc;
 
@@ -64,7 +65,7 @@ impl ParticleTextures {
 /// SIMULATE's output: one of each for all frames in flight.
 pub struct ParticleBuffers {
     pub states: Buffer,
-    /// Where particles are sorted.
+    /// The keys, if particles are sorted.
     pub keys: Option<Buffer>,
 }
 

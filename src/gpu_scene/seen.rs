@@ -82,7 +82,7 @@ const LOOKED: u32 = 1 << 13;
 const MIRRORED: u32 = 1 << 14;
 const BRDF_SHIFT: u32 = 16;
 
-/// The traits of what has this key.
+/// The traits of materials with this key.
 fn traits(key: GeometryKey, brdf: Brdf) -> u32 {
     let Extras { colors, colored_light, looks, .. } = key.extras;
     let bits = [
@@ -104,7 +104,7 @@ fn state(object: &WorldObject) -> (GeometryKey, (usize, u32)) {
     (object.key, object.material_set())
 }
 
-/// The buffers of the frames in flight, and the sets that name them and what of the scene is looked up.
+/// The buffers of the frames in flight, and the sets that name them and the looked-up parts of the scene.
 pub struct Seen {
     /// Set 3 of TILED.
     pub set_layout: SetLayout,
@@ -184,7 +184,7 @@ impl Seen {
         self.arranged = None;
     }
 
-    /// Writes what a frame in flight is told. The frame that used its buffers before must be done.
+    /// Writes the data of a frame in flight. The frame that used its buffers before must be done.
     ///
     /// # Errors
     /// When there is no memory for it.

@@ -48,13 +48,13 @@ pub const ATLAS_LAYOUT: vk::ImageLayout = vk::ImageLayout::DEPTH_STENCIL_READ_ON
 /// The barriers around the atlas's first clear.
 #[derive(Debug, Clone, Copy)]
 pub struct ClearOrder {
-    /// Whatever there was, and the clear.
+    /// The layout change of the new image, before the clear.
     pub clear: Dependency,
-    /// The clear, and who looks maps up.
+    /// The clear, before lookups of the maps.
     pub look_up: Dependency,
 }
 
-/// The image of all maps, and a set for each frame in flight: binding 0 the image, binding 1 what lies where in it.
+/// The image of all maps, and a set for each frame in flight: binding 0 the image, binding 1 the lights' parts of it.
 pub struct ShadowAtlas {
     pub image: Image,
     /// Of one layer each, to draw into.
@@ -125,7 +125,7 @@ impl ShadowAtlas {
         self.frames[frame].1
     }
 
-    /// Writes what lies where, relative to the camera. The frame that used the buffer before must be done.
+    /// Writes the places of the maps, relative to the camera. The frame that used the buffer before must be done.
     pub fn write(&self, frame: usize, visible: &Visible, camera: &Camera) -> gpu::Result<()> {
         let records: Vec<ShadowRecord> = visible
             .shadows

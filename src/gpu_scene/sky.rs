@@ -1,4 +1,4 @@
-//! The sky on the device: its cube, and what surfaces collect of it.
+//! The sky on the device: its cube, and the light that surfaces collect of it.
 
 use std::sync::Arc;
 
@@ -20,12 +20,12 @@ const FORMAT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 pub const LOBE_EDGE: u32 = 256;
 /// Its levels; `ROUGHEST_LEVEL` of `shaders/shared/sky.wgsl` is one less.
 pub const LOBE_LEVELS: u32 = 6;
-/// Edge of what lambert surfaces collect, which is smooth: a cosine over 5.6 degrees bends by 0.1%.
+/// Edge of the light that lambert surfaces collect, which is smooth: a cosine over 5.6 degrees bends by 0.1%.
 pub const BASE_EDGE: u32 = 16;
 /// Edge of the table of shares.
 pub const TABLE_EDGE: u32 = 64;
 
-/// Samples what PREFILTER wrote.
+/// Samples PREFILTER's output.
 pub const SKY_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
 
 /// Bindings in set 0, as `shaders/sky.wgsl` and `shaders/shared/sky.wgsl` declare them.
@@ -54,7 +54,7 @@ pub struct SkyLight {
 }
 
 impl SkyMaps {
-    /// Uploads the cube. What surfaces collect of it is there, and not filled yet.
+    /// Uploads the cube. The images of the light that surfaces collect of it exist then, and are not filled yet.
     ///
     /// # Errors
     /// When there is no memory for it, or the device is lost.

@@ -6,7 +6,7 @@ use crate::scene::{Scene, Texels};
 pub enum SceneSource<'a> {
     /// Others need it, too.
     Kept(&'a Scene),
-    /// What has been staged is freed at once, so that the most of memory is one scene and not two: on devices whose memory is the process's own.
+    /// Staged data is freed at once, so that the peak of memory is one scene and not two: on devices whose memory is the process's own.
     Taken(&'a mut Scene),
 }
 

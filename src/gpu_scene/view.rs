@@ -81,7 +81,7 @@ impl FrameUniform {
         let half_x = half_y * width / height;
         let (right, up, forward) = (camera.right(), camera.up(), camera.forward());
         let grid = Grid::of(plan.size);
-        // The same offset twice, so that what is projected and what is rebuilt from depth agree.
+        // The same offset twice, so that projected places and those rebuilt from depth agree.
         let (offset_x, offset_y) =
             (jitter[0] * 2.0 / width + camera.shift.x / half_x, jitter[1] * 2.0 / height - camera.shift.y / half_y);
         let (ambient, ambient_tilt) = world.environment.hemispheres();
@@ -139,7 +139,7 @@ impl FrameUniform {
 }
 
 impl LightRecord {
-    /// `shadow_code` is what the plan says of the light's maps.
+    /// `shadow_code` is the plan's code of the light's maps.
     pub fn of(light: &Light, shadow_code: u32, camera: &Camera) -> Self {
         let form = light.kind.form();
         let direction = form.direction.unwrap_or(DVec3::ZERO);
@@ -168,7 +168,7 @@ pub struct VolumeData {
     _padding: [u32; 3],
 }
 
-/// Set 0 of every pass: the frame, the lights where the plan has any, and what its light path reads besides.
+/// Set 0 of every pass: the frame, the lights where the plan has any, and the buffers that its light path reads besides.
 pub fn set_layout(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<Owned<vk::DescriptorSetLayout>> {
     let everywhere = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT | vk::ShaderStageFlags::COMPUTE;
     let mut bindings = vec![binding(0, vk::DescriptorType::UNIFORM_BUFFER, everywhere)];
@@ -247,7 +247,7 @@ impl ViewBuffers {
         // Shaders declare a uniform buffer with room for more lights and never read beyond the last one, which is all that is asked of them
         // (VUID-vkCmdDraw-uniformBuffers-06935). A kind of light that is kept without any has one that nobody reads.
         let count = world.lights.len().max(1);
-        // The last four lights of a loop may be fewer: what is read of the others is of no consequence.
+        // The last four lights of a loop may be fewer: the values read of the others are of no consequence.
         let count = if plan.lights.by_fours { count.next_multiple_of(4) } else { count };
         let usage = match plan.lights.uniform {
             true => vk::BufferUsageFlags::UNIFORM_BUFFER,
@@ -287,7 +287,7 @@ impl ViewBuffers {
         if let Some(uv_maps) = &uv_maps {
             writer = writer.storage_buffer(UV_MAPS, uv_maps, uv_maps.size);
         }
-        // Where there are none, what nobody reads has to be some buffer: the lights.
+        // Without froxels, the binding needs some buffer that nobody reads: the lights.
         if let Some(froxels) = froxels.or(lights.as_ref()).filter(|_| plan.names_froxels()) {
             writer = writer.storage_buffer(FROXELS, froxels, froxels.size);
         }
@@ -298,7 +298,7 @@ impl ViewBuffers {
         Ok(Self { uniform, lights, lists, uv_maps, index, set, _pool: pool })
     }
 
-    /// Where some texture lies on its mesh otherwise than the mesh says: how each does.
+    /// The mapping of each texture onto its mesh, where some texture's differs from the mesh's own.
     pub fn uv_maps(&self) -> Option<&Buffer> {
         self.uv_maps.as_ref()
     }

@@ -1,4 +1,4 @@
-//! AMBIENT: light from everywhere, added to what LIGHTING wrote, in its subpass, where more than half-spheres lights the scene.
+//! AMBIENT: light from everywhere, added to LIGHTING's, in its subpass, where more than half-spheres lights the scene.
 
 use std::sync::Arc;
 

@@ -43,7 +43,7 @@ pub struct Ao {
 }
 
 impl Ao {
-    /// `images` are depth, normals and what is written.
+    /// `images` are depth, normals and the output.
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,

@@ -1,5 +1,5 @@
-//! AO_DENOISE: what AO found, in the mean over the pixels around each that lie in its plane, times the occlusion that the G-buffer has in the albedo's
-//! alpha. LIGHTING and TILED read that as they read it without AO.
+//! AO_DENOISE: the mean of AO's values over those pixels around each that lie in its plane, times the occlusion that the G-buffer has in the albedo's
+//! alpha. LIGHTING and TILED read the product as they read the alpha without AO.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use crate::shaders::ao_denoise::{self as shader, Flags, constants};
 
 /// Reads the depth and the normal of its pixel.
 const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
-/// Reads what AO found around its pixel.
+/// Reads AO's values around its pixel.
 pub const VISIBILITY_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
 /// Multiplies the occlusion of its own pixel.
 pub const ALBEDO_BLEND: Use = Use::new(
@@ -45,7 +45,7 @@ pub const PASS: Pass = Pass {
     leave_out: Some(|settings| settings.ao = AmbientOcclusion::Off),
 };
 
-/// `images` are depth, normals, what AO found, and the albedo as it is stored to.
+/// `images` are depth, normals, AO's output, and the albedo as it is stored to.
 pub fn new(
     device: &Arc<Device>,
     plan: &FramePlan,

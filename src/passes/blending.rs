@@ -1,4 +1,4 @@
-//! Shared by TRANSPARENT and PARTICLES, which blend in one subpass: its attachments, how they blend, and what a layer may be.
+//! Shared by TRANSPARENT and PARTICLES, which blend in one subpass: its attachments, their blending, and the bounds of a layer's values.
 
 use ash::vk;
 
@@ -22,9 +22,9 @@ pub fn targets(plan: &FramePlan) -> Vec<Touch> {
 /// a sum of values up to 16 ends at 2^15, where half a step is 16.
 const COUNTED_LAYERS: f32 = 2000.0;
 
-/// What a layer may be, so that no sum of layers overflows its target, and what weighted blending adds is not rounded to nothing. A
-/// layer's colour is at most `largest` times its alpha plus `highlight`; no pixel has more layers than the scene has transparent
-/// triangles, and particles. `shaders/forward.wgsl` says how the weights do it.
+/// The bounds of a layer's values, so that no sum of layers overflows its target, and no addend of weighted blending is rounded to nothing. A layer's
+/// colour is at most `largest` times its alpha plus `highlight`; no pixel has more layers than the scene has transparent triangles, and particles.
+/// `shaders/forward.wgsl` says how the weights do it.
 pub fn limits(plan: &FramePlan) -> Limits {
     let particles = plan.particles.as_ref().map_or(0, |own| own.capacity);
     let layers = plan.transparent_triangles.saturating_add(particles).max(1) as f32;
@@ -37,7 +37,7 @@ pub fn limits(plan: &FramePlan) -> Limits {
             let peak = 64000.0 / layers.min(COUNTED_LAYERS) - 16.0;
             // Light up to 16 has the weight of its distance alone.
             let weight = peak / 16.0;
-            // What is tone-mapped is white long before 512; in nits nothing may be cut off.
+            // Tone-mapped light is white long before 512; in nits nothing may be cut off.
             let linear = matches!(plan.tone_mapping, ToneMapping::AfterFrames(_) | ToneMapping::Absent);
             let highlight = if linear { largest } else { 512.0 };
             // 2^-6 times an alpha of 1/255 is a normal number.
@@ -52,7 +52,7 @@ pub fn limits(plan: &FramePlan) -> Limits {
     }
 }
 
-/// Where weights stop falling, at three scene radii, as a share of that at the eye.
+/// The weight at three scene radii, from where weights fall no further, as a share of that at the eye.
 const LEAST_WEIGHT: f32 = 1.0 / 4096.0;
 
 /// One state for each colour location of the subpass.

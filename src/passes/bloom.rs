@@ -1,8 +1,8 @@
-//! BLOOM and SPREAD: light that spreads around where it comes from, by levels that are ever coarser. BLOOM takes the picture's light to half its size.
-//! SPREAD goes on to the widest level, and back up again, where each level takes its share of what the wider ones have spread. TONEMAP takes the
+//! BLOOM and SPREAD: light that spreads around where it comes from, by levels that are ever coarser. BLOOM takes the picture's light to half its
+//! size. SPREAD goes on to the widest level, and back up again, where each level takes its share of the wider ones' light. TONEMAP takes the
 //! picture's share of the first level.
 //!
-//! The levels are in single floats. Half floats would do for what is seen, but a driver may truncate when it packs them, and a loss of 2^-11 at each step
+//! The levels are in single floats. Half floats would do for the eye, but a driver may truncate when it packs them, and a loss of 2^-11 at each step
 //! down and up is more than the energy may change. No light is weighed down for being bright, as Karis's average does against single bright pixels:
 //! that would lose energy, and here such a pixel spreads as all others do.
 
@@ -78,7 +78,7 @@ const _: () = {
     assert!(offset_of!(Push, share) == shader::push::SHARE);
 };
 
-/// The pass, and what it writes.
+/// The pass, and the levels that it writes.
 pub struct Bloom {
     planned: Planned,
     /// For TONEMAP.
@@ -91,7 +91,7 @@ pub struct Bloom {
     set: vk::DescriptorSet,
 }
 
-/// A dispatch: what it does, and the texels that it writes across and down.
+/// A dispatch: its kind, its push constants, and the texels that it writes across and down.
 type Step = (Kind, Push, [u32; 2]);
 
 /// The kind of a step, which is the index of its pipeline.
@@ -152,7 +152,7 @@ impl Bloom {
         self.record_steps(recording, &self.steps[..1], || {});
     }
 
-    /// SPREAD, after it. `between` records what each step waits by, but for the first.
+    /// SPREAD, after it. `between` records the barrier before each step but the first.
     pub fn record_spread(&self, recording: &Recording, between: impl Fn()) {
         self.record_steps(recording, &self.steps[1..], between);
     }
@@ -199,7 +199,7 @@ fn buffer(device: &Arc<Device>, plan: &FramePlan, planned: &Planned) -> gpu::Res
     Buffer::new(device, "levels of bloom", size, usage, Location::Device, MemoryKind::Attachment)
 }
 
-/// The set with what is read and written.
+/// The set of the inputs and the output.
 fn bound(
     device: &Arc<Device>,
     layout: &SetLayout,

@@ -1,4 +1,4 @@
-//! COMPOSITE: lays what weighted blending has summed up over the picture, as one layer.
+//! COMPOSITE: lays the sums of weighted blending over the picture, as one layer.
 
 use std::sync::Arc;
 

@@ -11,7 +11,7 @@ use crate::gpu::{self, Device, sync::Use};
 use crate::gpu_scene::Culling;
 use crate::shaders::cull::{self as shader, Flags};
 
-/// Reads what the CPU wrote.
+/// Reads the CPU's data.
 pub const LIST_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
 /// Looks into the pyramid of depths.
 pub const PYRAMID_READ: Use = LIST_READ;

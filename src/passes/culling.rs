@@ -12,7 +12,7 @@ use crate::shaders::EntryPoint;
 
 const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
 
-/// Whether the device culls.
+/// Tells if the device culls, and why.
 pub fn presence(plan: &FramePlan) -> Presence {
     match &plan.culling {
         Ok(why) => Presence::In(why.clone()),
@@ -20,7 +20,7 @@ pub fn presence(plan: &FramePlan) -> Presence {
     }
 }
 
-/// Whether it finds out what is hidden, too.
+/// Tells if it culls occluded objects, too, and why.
 pub fn hiding(plan: &FramePlan) -> Presence {
     match &plan.hiding {
         Ok(why) => Presence::In(why.clone()),
@@ -50,7 +50,7 @@ impl CullingPipeline {
         let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
         let set = culling.set(recording.place);
         // SAFETY: `cmd` is being recorded outside a render pass; the set is of the layout. The buffers in it live until the frame is done, and no
-        // work group looks beyond what they hold.
+        // work group looks beyond their content.
         unsafe {
             raw.cmd_bind_pipeline(cmd, point, self.pipeline.raw);
             raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[set], &[]);

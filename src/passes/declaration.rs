@@ -17,15 +17,15 @@ pub struct Pass {
     pub time: &'static str,
     /// Its work, in a few words.
     pub what: &'static str,
-    /// Whether a plan's frames have it.
+    /// Tells if a plan's frames have it.
     pub presence: fn(&FramePlan) -> Presence,
     /// The resources that it reads and writes, in a frame that has it.
     pub touches: fn(&FramePlan) -> Vec<Touch>,
-    /// How settings leave it out; `None` for a pass that no setting alone decides.
+    /// Changes settings so that they leave it out; `None` for a pass that no setting alone decides.
     pub leave_out: Option<fn(&mut Settings)>,
 }
 
-/// Whether a pass is in a plan's frames, and the reason, as `inspect` prints it.
+/// The presence of a pass in a plan's frames, or its absence, with the reason, as `inspect` prints it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Presence {
     In(String),
@@ -43,12 +43,12 @@ impl Presence {
     }
 }
 
-/// Where something happens: a pass, or what lies around the frame.
+/// The place of a use: a pass, or something outside the frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Place(&'static str);
 
 impl Place {
-    /// Before or after what a row belongs to, in this frame or another.
+    /// Before or after the span that a row belongs to, in this frame or another.
     pub const OUTSIDE: Self = Self("OUTSIDE");
     /// Copies out of staging buffers, and blits from level to level of a texture.
     pub const UPLOAD: Self = Self("UPLOAD");
@@ -65,7 +65,7 @@ impl Place {
     /// The CPU.
     pub const HOST: Self = Self("HOST");
 
-    /// That of the pass with this name.
+    /// The place of the pass with this name.
     pub const fn pass(name: &'static str) -> Self {
         Self(name)
     }
@@ -103,7 +103,7 @@ pub enum Resource {
     Indices,
     /// The outputs of CULL, ARRANGE and FILL: rows of instances, and the indirect commands that draw them.
     CulledInstances,
-    /// How many instances ARRANGE found to be seen, for the CPU: one for each frame in flight.
+    /// The number of instances that ARRANGE found visible, for the CPU: one for each frame in flight.
     FoundCounts,
     /// The least depths of squares of the picture, which PYRAMID writes.
     DepthPyramid,
@@ -115,7 +115,7 @@ pub enum Resource {
     LastHistory,
     /// Light that BLOOM spreads, level by level.
     BloomLevels,
-    /// Light in the fog's froxels, and what is scattered before them.
+    /// Light in the fog's froxels, and the light scattered before them.
     Froxels,
     /// The CPU's data for each frame: camera, lights, lists, instances, sorted indices.
     FrameData,
@@ -162,7 +162,7 @@ pub struct Touch {
     pub uses: Use,
 }
 
-/// As what a pass uses a resource.
+/// The role in which a pass uses a resource.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum How {
     /// An input attachment, read at the own pixel. Bindings in their order have the `InputAttachmentIndex` 0, 1, ...

@@ -38,7 +38,7 @@ impl Depth {
         Ok(Self(DepthOnly::new(device, plan, ("depth", slot), frame_layout, colors)?))
     }
 
-    /// Draws what is visible and opaque. Runs inside the subpass, before what shades.
+    /// Draws visible opaque objects. Runs inside the subpass, before the draws that shade.
     pub fn record(&self, recording: &Recording) {
         self.0.record(recording, &recording.visible.draws);
     }

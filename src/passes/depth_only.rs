@@ -1,5 +1,5 @@
-//! Shared by the passes that draw depth alone. Masked surfaces are left out: what cuts their holes is their texture, and the pass that
-//! shades samples it anyway.
+//! Shared by the passes that draw depth alone. Masked surfaces are left out: their texture cuts the holes, and the pass that shades samples it
+//! anyway.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -14,11 +14,11 @@ use crate::plan::{Extras, FramePlan, GeometryKey};
 use crate::shaders::depth::{self as shader, Flags};
 use crate::visible::Draw;
 
-/// All that sets pipelines apart: which faces are drawn.
+/// The drawn faces, which are all that sets pipelines apart.
 type Faces = (bool, bool);
 
 fn faces(key: &GeometryKey) -> Faces {
-    // Of what is drawn from both sides it does not matter which is which.
+    // With both faces drawn, the winding of the front does not matter.
     (key.two_sided, key.mirrored && !key.two_sided)
 }
 
@@ -73,7 +73,7 @@ impl DepthOnly {
         Ok(Self { layout, pipelines })
     }
 
-    /// Draws what is opaque of some instances. Runs inside the subpass of the pipelines.
+    /// Draws the opaque objects of some instances. Runs inside the subpass of the pipelines.
     pub fn record(&self, recording: &Recording, draws: &[Draw]) {
         recording.set_area();
         let mut meshes = MeshDraws::new(recording, &[POSITION]);

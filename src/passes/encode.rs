@@ -44,7 +44,7 @@ pub const WHITE_NITS: f32 = 203.0;
 
 const KIND: vk::DescriptorType = vk::DescriptorType::SAMPLED_IMAGE;
 
-/// The pass, and what it reads and draws into.
+/// The pass, with its input and its render pass.
 pub struct Encode {
     pass: WindowPass,
     transfer: Transfer,

@@ -10,7 +10,7 @@ use crate::gpu::{self, Device, sync::Use};
 use crate::gpu_scene::Culling;
 use crate::shaders::fill::{self as shader, Flags};
 
-/// Reads what the CPU wrote.
+/// Reads the CPU's data.
 pub const LIST_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
 /// Reads what CULL and ARRANGE found.
 pub const COUNT_READ: Use = LIST_READ;

@@ -1,4 +1,5 @@
-//! FOG: what the air takes of the light of each pixel, and what it scatters to the eye, in a subpass of its own after what lights opaque surfaces.
+//! FOG: the light that the air takes from each pixel's, and the light that it scatters to the eye, in a subpass of its own after the one that lights
+//! opaque surfaces.
 
 use std::sync::Arc;
 

@@ -80,7 +80,7 @@ impl Forward {
         Ok(Self { surfaces })
     }
 
-    /// Draws what is visible. Runs inside its subpass.
+    /// Draws visible objects. Runs inside its subpass.
     pub fn record(&self, recording: &Recording) {
         self.surfaces.record_opaque(recording);
     }

@@ -39,7 +39,7 @@ pub const PASS: Pass = Pass {
 };
 
 impl Fxaa {
-    /// `output` is what is sampled.
+    /// `output` is the sampled image.
     pub fn new(device: &Arc<Device>, slot: Slot, output: vk::ImageView) -> gpu::Result<Self> {
         let set_layout = SetLayout::new(device, "FXAA set layout", &sampled_bindings())?;
         let sampler = Sampler::bilinear(device, "FXAA sampler")?;

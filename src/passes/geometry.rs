@@ -96,7 +96,7 @@ impl Geometry {
         Ok(Self { surfaces })
     }
 
-    /// Draws what is visible. Runs inside its subpass.
+    /// Draws visible objects. Runs inside its subpass.
     pub fn record(&self, recording: &Recording) {
         self.surfaces.record_opaque(recording);
     }

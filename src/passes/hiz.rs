@@ -34,7 +34,7 @@ pub struct Hiz {
 }
 
 impl Hiz {
-    /// `images` are depth and what is written.
+    /// `images` are depth and the output.
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,

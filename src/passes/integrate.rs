@@ -1,4 +1,4 @@
-//! INTEGRATE: what the fog before each froxel scatters to the eye, by compute, column by column.
+//! INTEGRATE: the light that the fog before each froxel scatters to the eye, by compute, column by column.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::shaders::integrate::{self as shader, Flags, constants};
 
 /// Reads the light of each froxel.
 pub const LIGHT_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
-/// Writes what comes before it.
+/// Writes the light scattered before each froxel.
 pub const SUM_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {

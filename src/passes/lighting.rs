@@ -59,7 +59,7 @@ fn touches(plan: &FramePlan) -> Vec<Touch> {
     touches
 }
 
-/// Each its own index: what the shader takes numbers of lights from, so that lavapipe knows them to be the same in all invocations.
+/// Each element is its own index: the shader takes numbers of lights from here, so that lavapipe knows them to be the same in all invocations.
 type Places = [u32; 32];
 
 const _: () = assert!(size_of::<Places>() == shader::push::SIZE && size_of::<Places>() <= 128);

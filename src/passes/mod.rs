@@ -1,4 +1,4 @@
-//! One file a pass: how it touches things (its constants), its pipelines, and `record`. Passes never know each other.
+//! One file a pass: its uses (constants), its pipelines, and `record`. Passes never know each other.
 
 /// The flags that say which targets a plan's G-buffer has: every shader that writes or reads it has the same (`shaders/shared/gbuffer.wgsl`).
 /// `Flags` is the shader's own type.
@@ -168,7 +168,7 @@ pub const FRAME_READ: Use = Use::new(
 pub const CULLED_READ: Use =
     VERTEX_READ.or(Use::new(vk::PipelineStageFlags::DRAW_INDIRECT, vk::AccessFlags::INDIRECT_COMMAND_READ));
 
-// What passes do most, by the stage that does it. Each pass names its own uses by these.
+// The commonest uses, by the stage that has them. Each pass names its own uses by these.
 
 /// Writes colour attachments.
 const COLOR_WRITE: Use =
@@ -195,7 +195,7 @@ const INPUT_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::Ac
 /// Samples images while shading fragments.
 const SAMPLED: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
 
-/// Whether frames have SIMULATE and PARTICLES.
+/// Tells if frames have SIMULATE and PARTICLES.
 fn particles_presence(plan: &FramePlan) -> Presence {
     match &plan.particles {
         Some(own) => Presence::In(format!("{} emitters have up to {} particles", own.emitters, own.capacity)),
@@ -222,12 +222,12 @@ fn meshes(plan: &FramePlan) -> impl Iterator<Item = Touch> {
     of_meshes.into_iter().filter(move |_| vertices).chain(deformed).chain(sampled.into_iter().filter(move |_| textures))
 }
 
-/// Draws what the device found to be seen, where it does that.
+/// Draws the objects that the device found visible, where it culls.
 fn culled(plan: &FramePlan) -> Option<Touch> {
     plan.culls_on_device().then(|| Touch::resource(Resource::CulledInstances, CULLED_READ))
 }
 
-/// Whether frames are averaged over time.
+/// Tells if frames are averaged over time.
 fn over_time(plan: &FramePlan) -> Presence {
     Presence::when(plan.taa.is_some(), "asked for", "not asked for, or a view shows values that have no mean")
 }
@@ -245,7 +245,7 @@ fn froxels(plan: &FramePlan) -> Option<Touch> {
     plan.froxels().map(|_| Touch::resource(Resource::Froxels, FROXEL_READ))
 }
 
-/// Whether SCATTER and INTEGRATE are in a plan's frames.
+/// Tells if SCATTER and INTEGRATE are in a plan's frames.
 fn froxel_presence(plan: &FramePlan) -> Presence {
     match plan.froxels() {
         Some(own) => Presence::In(own.to_string()),
@@ -253,12 +253,12 @@ fn froxel_presence(plan: &FramePlan) -> Presence {
     }
 }
 
-/// Looks up what surfaces collect of the sky, where it lights them.
+/// Looks up the light that surfaces collect of the sky, where it lights them.
 fn sky_light(plan: &FramePlan) -> Option<Touch> {
     plan.is_lit_by_sky().then(|| Touch::resource(Resource::SkyLight, SKY_READ))
 }
 
-/// Where the finished picture is: in an image of the swapchain where PRESENT has copied it into one, else in its target.
+/// The place of the finished picture: an image of the swapchain where PRESENT has copied it into one, else its target.
 pub fn shown(plan: &FramePlan) -> Resource {
     if plan.is_copied_into_swapchain() { Resource::SwapchainImage } else { Resource::Target(plan.picture()) }
 }
@@ -291,7 +291,7 @@ pub fn needed<F: Copy + std::fmt::Debug>(
     variant(flags).ok_or_else(|| gpu::Error::Unsupported(format!("{shader}.wgsl has no variant {flags:?}")))
 }
 
-/// Where in a render pass a pipeline runs.
+/// The place in a render pass where a pipeline runs.
 #[derive(Debug, Clone, Copy)]
 pub struct Slot {
     pub render_pass: vk::RenderPass,
@@ -320,22 +320,22 @@ pub struct Recording<'a> {
     pub posed: bool,
     /// The index of the swapchain's image that the picture goes to; 0 where nothing is presented.
     pub image: usize,
-    /// That image, and its extent.
+    /// The swapchain's image that the picture goes to, and its extent.
     pub swapchain_image: Option<(vk::Image, vk::Extent2D)>,
     pub scene: &'a GpuScene,
     pub world: &'a World,
-    /// How textures lie on what is drawn.
+    /// The mapping of textures onto the drawn surfaces.
     pub textures: &'a TexturePlan,
     pub visible: &'a Visible,
     /// Set 0 of every pass: camera and lights.
     pub frame_set: vk::DescriptorSet,
-    /// Set 2 of whatever shades: the shadow maps, where the plan has some.
+    /// Set 2 of all passes that shade: the shadow maps, where the plan has some.
     pub shadow_set: Option<vk::DescriptorSet>,
-    /// Set 3 of TILED, where it looks up what pixels show.
+    /// Set 3 of TILED, where it looks up the surfaces that pixels show.
     pub seen_set: Option<vk::DescriptorSet>,
-    /// Where what is drawn stands.
+    /// The placing of the drawn objects.
     pub instances: &'a Instances,
-    /// The same of opaque surfaces, where the device finds out which of them are seen.
+    /// The placing of opaque objects, where the device finds the visible ones among them.
     pub culling: Option<&'a Culling>,
     /// The frame before, where frames are averaged over time.
     pub since: Option<&'a Since>,
@@ -463,7 +463,7 @@ impl<'a> MeshDraws<'a> {
         unsafe { device.raw.cmd_draw_indexed(cmd, range.index_count, count, first_index, range.vertex_offset, first) };
     }
 
-    /// Draws what the device found to be seen in a step of depth, by some of its commands.
+    /// Draws the objects that the device found visible in a step of depth, by some of its commands.
     fn draw_culled(&mut self, culling: &Culling, step: usize, state: &CulledState) {
         let Recording { device, cmd, scene, .. } = *self.recording;
         if self.deformed.is_none() {

@@ -94,7 +94,7 @@ const _: () = assert!(size_of::<Vertex>() == 20);
 
 const PUSH_STAGES: vk::ShaderStageFlags = vk::ShaderStageFlags::VERTEX;
 
-/// The pass, its pipeline, and what it draws with.
+/// The pass, its pipeline, and the resources that it draws with.
 pub struct Overlay {
     pass: WindowPass,
     pipeline: Owned<vk::Pipeline>,
@@ -146,7 +146,7 @@ impl Overlay {
         })
     }
 
-    /// That of the images that it draws into.
+    /// The format of the images that it draws into.
     pub fn format(&self) -> vk::Format {
         self.pass.format
     }
@@ -156,7 +156,7 @@ impl Overlay {
         self.pass.resize(images, extent)
     }
 
-    /// Takes over what a frame in flight shows. The frame that used its buffers before must be done.
+    /// Takes over the panels of a frame in flight. The frame that used its buffers before must be done.
     pub fn write(&mut self, frame: usize, panels: &Panels) -> gpu::Result<()> {
         self.upload(&panels.textures)?;
         let vertices: &[u8] = bytemuck::cast_slice(&panels.vertices);
@@ -186,7 +186,7 @@ impl Overlay {
         Ok(())
     }
 
-    /// Each change makes a new image: what frames in flight still sample is left as it is, and goes by the retire queue.
+    /// Each change makes a new image: textures that frames in flight still sample are left as they are, and go to the retire queue.
     fn upload(&mut self, textures: &[Texture]) -> gpu::Result<()> {
         if textures.is_empty() {
             return Ok(());
@@ -198,7 +198,7 @@ impl Overlay {
             let [width, height] = texture.size;
             let desc = ImageDesc {
                 name: "overlay texture",
-                // Encoded values are what is sampled and blended.
+                // Encoded values are sampled and blended.
                 format: vk::Format::R8G8B8A8_UNORM,
                 extent: vk::Extent2D { width, height },
                 usage: vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_DST,
@@ -246,7 +246,7 @@ impl Overlay {
             gpu.cmd_bind_vertex_buffers(cmd, 0, &[buffers.vertices.raw], &[0]);
             gpu.cmd_bind_index_buffer(cmd, buffers.indices.raw, 0, vk::IndexType::UINT32);
             for draw in &panels.draws {
-                // Who draws with a texture has sent it before.
+                // Each texture was sent with this frame or one before it.
                 let Some(texture) = self.textures.get(&draw.texture) else { continue };
                 gpu.cmd_set_scissor(cmd, 0, &[draw.scissor]);
                 gpu.cmd_bind_descriptor_sets(cmd, graphics, layout, 0, &[texture.set], &[]);

@@ -91,7 +91,7 @@ impl ParticlePass {
                 vertex_attributes: &[],
                 cull_mode: vk::CullModeFlags::NONE,
                 front_face: vk::FrontFace::COUNTER_CLOCKWISE,
-                // Reversed Z. What lies at the end of an orthographic range, where nothing is drawn, is seen.
+                // Reversed Z. A particle at the far end of an orthographic range passes where nothing is drawn.
                 depth: Some(DepthState { test: vk::CompareOp::GREATER_OR_EQUAL, write: false }),
                 depth_bias: false,
                 depth_clamp: false,
@@ -128,7 +128,7 @@ impl ParticlePass {
 /// Binding of the particles; that of their order is the next.
 const STATES: u32 = 0;
 
-/// What a layer adds where layers are counted: 1 in a linear picture, and in others what makes 64 of them white.
+/// The addend of a layer where layers are counted: 1 in a linear picture, and in others a value of which 64 make white.
 fn layer(plan: &FramePlan) -> f32 {
     match plan.tone_mapping {
         ToneMapping::AfterFrames(_) | ToneMapping::Absent => 1.0,

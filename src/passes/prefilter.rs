@@ -1,5 +1,5 @@
-//! PREFILTER: what surfaces collect of the sky, once when it is uploaded and not in frames: what lobes mirror by their roughness, what lambert surfaces
-//! reflect, and the table of the split sum.
+//! PREFILTER: the light that surfaces collect of the sky, once when it is uploaded and not in frames: the reflections in lobes by their roughness,
+//! the diffuse light of lambert surfaces, and the table of the split sum.
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ use crate::shaders::prefilter::{self as shader, Flags};
 
 /// Samples the sky.
 pub const SKY_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
-/// Writes what is collected of it.
+/// Writes the light that is collected of it.
 pub const LIGHT_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
 
 /// The edge of the level that BASE reads: its texels are 2.8 degrees wide.
@@ -188,8 +188,8 @@ impl Work<'_> {
         writer.update(device, set);
         let (raw, point) = (&device.raw, vk::PipelineBindPoint::COMPUTE);
         let groups = self.push.edge.div_ceil(GROUP);
-        // SAFETY: `cmd` is being recorded outside a render pass; set and push constants are those of the layout. What is dropped before the
-        // submission is done, the retire queue keeps until then.
+        // SAFETY: `cmd` is being recorded outside a render pass; set and push constants are those of the layout. Objects that are dropped before the
+        // submission is done are kept by the retire queue until then.
         unsafe {
             raw.cmd_bind_pipeline(cmd, point, self.program.pipeline.raw);
             raw.cmd_bind_descriptor_sets(cmd, point, self.program.layout.raw, 0, &[set], &[]);

@@ -1,5 +1,5 @@
-//! PRESENT: a picture that a compute pass wrote, or one that is to be enlarged, into an image of the swapchain. What a render pass draws otherwise, it
-//! draws there by itself.
+//! PRESENT: copies a picture that a compute pass wrote, or one that is to be enlarged, into an image of the swapchain. A picture that a render pass
+//! draws otherwise is drawn there directly.
 
 use ash::vk;
 
@@ -7,8 +7,8 @@ use super::{How, Pass, Place, Presence, Resource, Touch};
 use crate::gpu::{Device, Image, sync::Use};
 use crate::plan::Canvas;
 
-/// The first stage of a render pass that touches the swapchain's image, as an attachment. What came before it there was read by presentation,
-/// whose semaphore has made that available.
+/// The first stage of a render pass that touches the swapchain's image, as an attachment. Presentation read the image before, and its semaphore has
+/// made that available.
 pub const ATTACH: Use = Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::empty());
 /// The same where PRESENT is the first.
 pub const BEGIN: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::empty());

@@ -1,4 +1,5 @@
-//! PYRAMID: the least depth of each square of the picture, in four sizes of squares: what is behind it all over a square cannot be seen there.
+//! PYRAMID: the least depth of each square of the picture, in four sizes of squares: an object that lies behind it all over a square cannot be seen
+//! there.
 
 use std::sync::Arc;
 
@@ -82,7 +83,7 @@ impl Pyramid {
     }
 }
 
-/// The set with what is read and written.
+/// The set of the inputs and the output.
 fn bound(
     device: &Arc<Device>,
     layout: &SetLayout,

@@ -41,7 +41,7 @@ pub const PASS: Pass = Pass {
     leave_out: Some(|settings| settings.reflections = Reflections::Off),
 };
 
-/// `images` are the G-buffer, the lit picture, the pyramid, and what is written.
+/// `images` are the G-buffer, the lit picture, the pyramid, and the written image.
 pub fn new(
     device: &Arc<Device>,
     plan: &FramePlan,

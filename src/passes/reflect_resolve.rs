@@ -1,5 +1,5 @@
-//! REFLECT_RESOLVE: what the rays of a pixel and of those around it found, weighted by the pixel's lobe, is added to its light in the place of what that
-//! share of the lobe had of the sky and of ambient light.
+//! REFLECT_RESOLVE: adds the findings of a pixel's rays and of those around it, weighted by the pixel's lobe, to its light. They replace the sky's
+//! and the ambient light that the pixel has for this share of the lobe.
 
 use std::sync::Arc;
 
@@ -13,9 +13,9 @@ use crate::shaders::reflect_resolve::{self as shader, Flags, constants};
 
 /// Reads the G-buffer of its pixel, and the depth of those around it.
 pub const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
-/// Reads what the rays of its pixel and of those around it found.
+/// Reads the hits of the rays of its pixel and of those around it.
 pub const RAYS_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
-/// Samples what surfaces collect of the sky.
+/// Samples the light that surfaces collect of the sky.
 pub const SKY_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
 /// Adds to the light of its own pixel.
 pub const LIGHT_BLEND: Use = Use::new(
@@ -46,7 +46,7 @@ pub const PASS: Pass = Pass {
     leave_out: None,
 };
 
-/// `images` are the G-buffer, what REFLECT found, and the light as it is stored to.
+/// `images` are the G-buffer, REFLECT's hits, and the light as it is stored to.
 pub fn new(
     device: &Arc<Device>,
     plan: &FramePlan,

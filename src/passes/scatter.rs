@@ -1,4 +1,4 @@
-//! SCATTER: the light in each of the fog's froxels, by compute: lamps and the sun with their shadow maps, and what comes from everywhere.
+//! SCATTER: the light in each of the fog's froxels, by compute: of lamps and the sun with their shadow maps, and ambient light.
 
 use std::sync::Arc;
 

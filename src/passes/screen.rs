@@ -37,11 +37,11 @@ impl Screen {
 
     /// Into attachments of so many samples a pixel.
     pub fn multisampled(device: &Arc<Device>, desc: &ScreenDesc, samples: vk::SampleCountFlags) -> gpu::Result<Self> {
-        // The triangle lies at depth 0: LESS lets through what is nearer than infinity.
+        // The triangle lies at depth 0: LESS lets surfaces nearer than infinity through.
         Self::tested(device, desc, desc.skip_sky.then_some(vk::CompareOp::LESS), samples)
     }
 
-    /// The same over the sky alone: where depth is what it was cleared to.
+    /// The same over the sky alone: where depth has the value of its clear.
     pub fn behind(device: &Arc<Device>, desc: &ScreenDesc, samples: vk::SampleCountFlags) -> gpu::Result<Self> {
         Self::tested(device, desc, Some(vk::CompareOp::EQUAL), samples)
     }
@@ -52,7 +52,7 @@ impl Screen {
         test: Option<vk::CompareOp>,
         samples: vk::SampleCountFlags,
     ) -> gpu::Result<Self> {
-        // The shader tells what is pushed for it, to its fragments alone.
+        // The shader has the size of its push constants, for its fragments alone.
         let size = desc.shader.fragment().map_or(0, |entry| entry.push_constant_size);
         let range = vk::PushConstantRange { stage_flags: vk::ShaderStageFlags::FRAGMENT, offset: 0, size };
         let ranges: &[_] = if size > 0 { &[range] } else { &[] };
@@ -93,8 +93,8 @@ impl Screen {
         let [width, height] = [area.extent.width, area.extent.height].map(|edge| edge as f32);
         let viewport = vk::Viewport { width, height, max_depth: 1.0, ..vk::Viewport::default() };
         let graphics = vk::PipelineBindPoint::GRAPHICS;
-        // SAFETY: `cmd` is being recorded inside the subpass that the pipeline was made for; who records it owns the pipeline and the set,
-        // which has the layout of the pipeline.
+        // SAFETY: `cmd` is being recorded inside the subpass that the pipeline was made for; the recorder owns the pipeline and the set, which has
+        // the layout of the pipeline.
         unsafe {
             device.raw.cmd_bind_pipeline(cmd, graphics, self.pipeline.raw);
             device.raw.cmd_set_viewport(cmd, 0, &[viewport]);
@@ -166,7 +166,7 @@ fn input_set(
     Ok(set)
 }
 
-/// A render pass of its own over images of the swapchain, for what a frame of a window has after its picture. Images are drawn into in the layout
+/// A render pass of its own over images of the swapchain, for the passes of a window's frame after its picture. Images are drawn into in the layout
 /// in which they lie before and after it: barriers around the pass change that, rows of the table.
 pub struct WindowPass {
     pub device: Arc<Device>,
@@ -178,7 +178,7 @@ pub struct WindowPass {
 }
 
 impl WindowPass {
-    /// For images of this format, of whose content `load` says what becomes.
+    /// For images of this format; `load` decides on their content.
     pub fn new(
         device: &Arc<Device>,
         name: &'static str,
@@ -253,7 +253,7 @@ pub fn replace() -> vk::PipelineColorBlendAttachmentState {
     vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA)
 }
 
-/// Adds to what is there.
+/// Adds to the content of the target.
 pub fn add() -> vk::PipelineColorBlendAttachmentState {
     replace()
         .blend_enable(true)

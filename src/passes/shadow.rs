@@ -87,7 +87,7 @@ impl CasterKey {
             masked: object.cuts.texture.is_some(),
             extras: object.cuts.extras,
             front,
-            // Where both sides cast, it does not matter which is which.
+            // Where both sides cast, the winding of the front does not matter.
             mirrored: front && object.key.mirrored,
             clamps,
         }
@@ -265,7 +265,7 @@ struct Batch {
     key: CasterKey,
     mesh: usize,
     deform: Option<usize>,
-    /// Where it cuts holes: with the sheet of its cell.
+    /// The material and the sheet of its cell, where it cuts holes.
     material: Option<(usize, u32)>,
 }
 
@@ -277,7 +277,7 @@ impl Batch {
     }
 }
 
-/// How a caster's material cuts holes.
+/// Returns the push constants by which a caster's material cuts holes.
 fn push(recording: &Recording, object: &WorldObject) -> Push {
     let material = &recording.world.materials[object.material];
     Push {

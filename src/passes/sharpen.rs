@@ -1,5 +1,5 @@
-//! SHARPEN: what TAA averaged becomes the light that BLOOM and TONEMAP read, with its edges sharpened. The history itself is not: what is sharpened again and
-//! again rings.
+//! SHARPEN: TAA's mean, with its edges sharpened, becomes the light that BLOOM and TONEMAP read. The history itself stays unsharpened: sharpening it
+//! in every frame would ring.
 
 use std::sync::Arc;
 

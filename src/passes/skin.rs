@@ -41,7 +41,7 @@ pub const PASS: Pass = Pass {
     leave_out: None,
 };
 
-/// How it uses the vertices.
+/// Returns its use of the vertices.
 fn vertex_use(plan: &FramePlan) -> Use {
     if plan.meshes.deforms.keeps_positions { VERTEX_WRITE.or(BEFORE_READ) } else { VERTEX_WRITE }
 }

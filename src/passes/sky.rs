@@ -1,4 +1,4 @@
-//! SKY: what is seen where nothing is, in the subpass of what lights surfaces, after that.
+//! SKY: the sky on pixels without a surface, in the subpass that lights surfaces, after them.
 
 use std::sync::Arc;
 

@@ -49,7 +49,7 @@ const _: () = {
     assert!(offset_of!(Push, last) == shader::push::LAST && offset_of!(Push, apart) == shader::push::APART);
 };
 
-/// A dispatch: within blocks or over all keys, and what it does.
+/// A dispatch: true if it is within blocks, false over all keys; and its push constants.
 type Step = (bool, Push);
 
 /// The pass.
@@ -82,7 +82,7 @@ impl Sort {
         Ok(Self { layout, pipelines, set, _set_layout: set_layout, _pool: pool })
     }
 
-    /// Sorts the first so many keys, a power of two. `between` records what each step waits by, but for the first. Runs outside any render pass.
+    /// Sorts the first so many keys, a power of two. `between` records the barrier before each step but the first. Runs outside any render pass.
     pub fn record(&self, recording: &Recording, places: u32, between: impl Fn()) {
         let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
         // SAFETY: `cmd` is being recorded outside a render pass; the set is of the layout.

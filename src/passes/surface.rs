@@ -70,7 +70,7 @@ struct Bound {
 
 /// A pipeline for each [`GeometryKey`] of a pass.
 pub struct Surfaces {
-    /// By what a pipeline samples.
+    /// By the textures that a pipeline samples.
     layouts: BTreeMap<SetForm, Owned<vk::PipelineLayout>>,
     pipelines: BTreeMap<GeometryKey, Owned<vk::Pipeline>>,
     /// True if surfaces are lit with shadows as they are drawn.
@@ -156,7 +156,7 @@ impl Surfaces {
         }
     }
 
-    /// Draws what the device found to be seen, near ones first.
+    /// Draws the objects that the device found visible, near ones first.
     fn record_culled(&self, recording: &Recording, culling: &Culling) {
         recording.set_area();
         let mut meshes = MeshDraws::new(recording, &self.streams);
@@ -296,13 +296,13 @@ pub fn with_cells(words: &[u32], extras: Extras) -> Vec<u32> {
     spirv
 }
 
-/// The places of the operands of OpTypeImage that say whether it has depth, and whether there are layers.
+/// The places of the operands of OpTypeImage for depth and for layers.
 const DEPTH: usize = 4;
 const ARRAYED: usize = 5;
-/// In the place of a yes or no.
+/// The operand's value for neither yes nor no.
 const UNTOLD: u32 = 2;
 
-/// Where the instructions of a module begin, after its header of five words. The upper half of the first word of each is its length.
+/// The indices at which the instructions of a module begin, after its header of five words. The upper half of the first word of each is its length.
 fn instructions(spirv: &[u32]) -> impl Iterator<Item = usize> {
     let mut next = 5;
     std::iter::from_fn(move || {
@@ -340,7 +340,7 @@ fn is_array_of_colors(instruction: &[u32]) -> bool {
 /// The set of a material's textures.
 const MATERIAL_SET: u32 = 1;
 
-/// How the pipelines of a key cull: which faces, and which winding is the front.
+/// The faces that the pipelines of a key cull, and the winding of the front.
 pub fn faces(key: GeometryKey) -> (vk::CullModeFlags, vk::FrontFace) {
     (
         if key.two_sided { vk::CullModeFlags::NONE } else { vk::CullModeFlags::BACK },
@@ -348,7 +348,7 @@ pub fn faces(key: GeometryKey) -> (vk::CullModeFlags, vk::FrontFace) {
     )
 }
 
-/// Reversed Z. After a depth pre-pass only what it left visible is equal to its depth; masked surfaces were not in it.
+/// Reversed Z. After a depth pre-pass only surfaces that it left visible are equal to its depth; masked surfaces were not in it.
 pub fn opaque_depth(plan: &FramePlan, key: GeometryKey) -> DepthState {
     match plan.depth_prepass && !key.masked {
         true => DepthState { test: vk::CompareOp::EQUAL, write: false },
@@ -378,7 +378,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// For what is not summed up with weights.
+    /// For surfaces that are not summed up with weights.
     pub fn unweighted(largest: f32, highlight: f32) -> Self {
         Self { largest, highlight, weight: 1.0, least: 1.0, peak: 1.0 }
     }
@@ -454,7 +454,7 @@ pub(crate) fn lit_flags(plan: &FramePlan, key: GeometryKey) -> Flags {
         | Flags::SHADOW.when(plan.shadow.is_some())
 }
 
-/// Returns true if a pipeline fogs what it draws: FOG fogs what is opaque.
+/// Returns true if a pipeline fogs what it draws: FOG fogs opaque surfaces.
 fn is_in_fog(plan: &FramePlan, key: GeometryKey) -> bool {
     plan.has_fog() && key.forward.is_some_and(|forward| forward.opacity != Opacity::Hides)
 }
@@ -564,7 +564,7 @@ mod tests {
                 for &key in plan.keys() {
                     let variant = match key.forward {
                         Some(_) => shader::variant(lit_flags(&plan, key)),
-                        // Which targets it writes makes no difference to the textures.
+                        // The targets that it writes make no difference to the textures.
                         None if key.textures.is_empty() => geometry::variant(geometry::Flags::NONE),
                         None if key.textures.contains(TextureSlot::Normal) => {
                             geometry::variant(geometry::Flags::TEXTURED | geometry::Flags::NORMAL_MAP)

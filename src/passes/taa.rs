@@ -1,7 +1,7 @@
-//! TAA: what a frame sees, averaged with what frames before it saw of the same surfaces. Each frame leaves a history for the next one.
+//! TAA: the mean of a frame and of the frames before it, over the same surfaces. Each frame leaves a history for the next one.
 //!
-//! Where nothing changes it is the mean, as of `samples`. Else the history is looked up where the surface was, is held against what lies around the pixel
-//! (variance clipping), and counts for nothing where something nearer hid the surface.
+//! Where nothing changes it is the mean, as of `samples`. Else the history is looked up at the surface's place in the frame before, is held against
+//! the values around the pixel (variance clipping), and counts for nothing where something nearer hid the surface.
 
 use std::sync::Arc;
 
@@ -20,9 +20,9 @@ use crate::visible::Since;
 
 /// Reads light, depth and vectors, of a pixel and its neighbours.
 pub const FRAME_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
-/// Reads what the frame before left.
+/// Reads the history that the frame before left.
 pub const HISTORY_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
-/// Writes what it leaves.
+/// Writes the history for the next frame.
 pub const HISTORY_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {

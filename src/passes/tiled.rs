@@ -20,7 +20,7 @@ use crate::shaders::tiled::{self as shader, Flags, constants};
 pub const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
 /// Writes every pixel of the output.
 pub const OUTPUT_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
-/// Looks up vertices, indices and textures of what a pixel shows, where there is no G-buffer.
+/// Looks up vertices, indices and textures of the surface in a pixel, where there is no G-buffer.
 pub use crate::gpu_scene::LOOK_UP;
 /// Loads from the shadow map.
 pub const MAP_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
@@ -49,7 +49,7 @@ pub const PASS: Pass = Pass {
     leave_out: None,
 };
 
-/// The meshes and textures of what pixels show, where there is no G-buffer.
+/// The meshes and textures of the surfaces in pixels, where there is no G-buffer.
 fn looked_up(plan: &FramePlan) -> impl Iterator<Item = Touch> {
     let (is_any, uploads) = (plan.triangles.is_some(), plan.uploads);
     [
@@ -61,7 +61,8 @@ fn looked_up(plan: &FramePlan) -> impl Iterator<Item = Touch> {
     .filter_map(move |(is_in, touch)| (is_any && is_in).then_some(touch))
 }
 
-/// Returns the targets that it reads, by binding of `shaders/shared/gbuffer.wgsl`: as LIGHTING does, depth in any case, and what surfaces emit; or, in the place of all but depth, the triangles.
+/// Returns the targets that it reads, by binding of `shaders/shared/gbuffer.wgsl`: as LIGHTING does, depth in any case, and emitted light; or depth
+/// and the triangles alone.
 pub fn stored_inputs(plan: &FramePlan) -> Vec<(u32, Target)> {
     if plan.triangles.is_some() {
         return vec![(0, Target::Depth), (1, Target::Triangle)];

@@ -22,7 +22,7 @@ pub const HDR_READ: Use = INPUT_READ;
 pub const HDR_DROP: Use = COLOR_WRITE;
 /// Loads the HDR target after BLOOM, in a render pass of its own.
 pub const HDR_LOAD: Use = COLOR_READ;
-/// Reads what BLOOM has spread, from a buffer.
+/// Reads the light that BLOOM has spread, from a buffer.
 pub const LEVEL_READ: Use = SAMPLED;
 /// Writes the output; its undefined load is a write too.
 pub const OUTPUT_WRITE: Use = COLOR_WRITE;
@@ -53,7 +53,7 @@ pub struct TonemapPass {
     levels: Option<Levels>,
 }
 
-/// The set with what BLOOM has spread.
+/// The set with the light that BLOOM has spread.
 struct Levels {
     layout: SetLayout,
     pool: DescriptorPool,
@@ -180,7 +180,7 @@ fn stretch(color: Vec3, headroom: f32) -> Vec3 {
     mapped * (1.0 + (headroom - 1.0) * (2.0 * brightest - 1.0).powi(4) / brightest)
 }
 
-/// IEC 61966-2-1, for what no attachment encodes: 0 to 1, linear to encoded.
+/// IEC 61966-2-1, for values that no attachment encodes: 0 to 1, linear to encoded.
 pub fn encode_srgb(linear: f64) -> f64 {
     if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
@@ -240,7 +240,7 @@ fn aces(color: Vec3) -> Vec3 {
         Mat3::from_cols_array(&[0.59719, 0.07600, 0.02840, 0.35458, 0.90834, 0.13383, 0.04823, 0.01566, 0.83777]);
     let output =
         Mat3::from_cols_array(&[1.60475, -0.10208, -0.00327, -0.53108, 1.10813, -0.07276, -0.07367, -0.00605, 1.07602]);
-    // The squares of what a single float holds overflow, and infinity over infinity is black.
+    // The squares of large single floats overflow, and infinity over infinity is black.
     let v = input * color.min(Vec3::splat(65000.0));
     let a = v * (v + 0.024_578_6) - 0.000_090_537;
     let b = v * (0.983_729 * v + 0.432_951) + 0.238_081;
@@ -287,7 +287,7 @@ mod tests {
                 assert!(rises, "{curve:?} up to {headroom} falls: {values:?}");
                 let brightest = of(60_000.0);
                 assert!((brightest / headroom - 1.0).abs() < 0.03, "{curve:?}: {brightest} of {headroom}");
-                // Up to half of white, greys are what they are on any display.
+                // Up to half of white, greys are the same on any display.
                 for light in [0.001, 0.05, 0.18, 0.36, 0.5] {
                     let white = tone_map(Vec3::splat(light), curve).max_element();
                     assert_eq!(of(light), white, "{curve:?} up to {headroom}: a grey of {light}");

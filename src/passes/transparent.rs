@@ -1,5 +1,5 @@
-//! TRANSPARENT: surfaces that show what lies behind them, lit while they are rasterized, over the picture that LIGHTING has made. Sorted,
-//! each over what is there; or summed up with weights in any order, for COMPOSITE to lay over the picture.
+//! TRANSPARENT: surfaces that show others behind them, lit while they are rasterized, over the picture that LIGHTING has made. Sorted, each over the
+//! picture so far; or summed up with weights in any order, for COMPOSITE to lay over the picture.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ use crate::plan::{FramePlan, GeometryKey, Opacity};
 use crate::scene::{OptionalPart, Transparency};
 use crate::shaders::forward::Flags;
 
-/// Compares with the depth of what is opaque; nothing is written. Both stages read: which one does it is the implementation's choice.
+/// Compares with the depth of opaque surfaces; nothing is written. Both stages read: which one does it is the implementation's choice.
 pub const DEPTH_READ: Use = DEPTH_COMPARE;
 /// As the last user of depth it performs the store, and DONT_CARE counts as a write.
 pub const DEPTH_DROP: Use = LATE_DEPTH_WRITE;
@@ -92,15 +92,15 @@ impl Transparent {
         Ok(Self { surfaces })
     }
 
-    /// Draws what is visible, the farthest first. Runs inside its subpass.
+    /// Draws visible objects, the farthest first. Runs inside its subpass.
     pub fn record(&self, recording: &Recording) {
         let draws = recording.visible.transparent.iter().map(|own| (&own.draw, own.first_index));
         self.surfaces.record(recording, draws);
     }
 }
 
-/// Reversed Z. What is opaque hides what is behind it, and what lies in it but a coat; transparent surfaces hide nothing. A coat's depth is that
-/// of the surface that it lies in, to the bit: their shaders have the same arithmetic, which is precise.
+/// Reversed Z. An opaque surface hides everything behind it, and everything coplanar but a coat; transparent surfaces hide nothing. A coat's depth is
+/// that of the surface under it, to the bit: their shaders have the same arithmetic, which is precise.
 fn compare(key: GeometryKey) -> vk::CompareOp {
     match key.forward.is_some_and(|forward| forward.opacity == Opacity::Coat) {
         true => vk::CompareOp::GREATER_OR_EQUAL,
@@ -255,9 +255,9 @@ mod tests {
 
     /// Light that a layer sends: a share of what it is lit by, or a clear pane's highlight.
     fn colors(limits: &Limits, alpha: f32) -> Vec<(f32, f32)> {
-        // Of 32 steps a blender that cuts off may lose one.
+        // A blender that cuts off may lose one of 32 steps.
         let most = (limits.largest * alpha + limits.highlight, 1.0 / 31.0);
-        // What is normal keeps 11 bits, of the colour and of alpha.
+        // Normal numbers keep 11 bits, of the colour and of alpha.
         let lit = [0.0, 0.05, 1.0, 16.0, 100.0, limits.largest].map(|light| (light * alpha, 1.0 / 512.0));
         lit.into_iter().chain([(512.0, 1.0 / 512.0), most]).collect()
     }
@@ -280,7 +280,7 @@ mod tests {
                             let sums = |count| [color, alpha].map(|value| rounding.sum(value * weight, count));
                             let [light, cover] = sums(triangles);
                             assert!(light < 65504.0 && cover > 0.0 && cover < 65504.0, "{what}: {light}, {cover}");
-                            // Alone it has its own colour, to what 11 bits leave, and to 1/1024 of white where it is dark.
+                            // Alone it has its own colour, to the precision of 11 bits, and to 1/1024 of white where it is dark.
                             let [light, cover] = sums(1);
                             let (shown, own) = (light / cover, color / alpha);
                             let error = (shown - own).abs();

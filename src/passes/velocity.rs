@@ -1,8 +1,8 @@
-//! VELOCITY: how far opaque surfaces that move by themselves have come on the picture since the frame before. Of all others depth and the two cameras
-//! say it, and TAA works it out. Objects that have not moved since are not drawn.
+//! VELOCITY: the movement on the picture, since the frame before, of opaque surfaces that move by themselves. For all others TAA works it out from
+//! depth and the two cameras. Objects that have not moved since are not drawn.
 //!
-//! It draws where depth is equal to that of the finished picture, so that it looks up no mask. What else has vectors draws in the same subpass, or in one
-//! behind it.
+//! It draws where depth is equal to that of the finished picture, so that it looks up no mask. Other objects with vectors are drawn in the same
+//! subpass, or in one behind it.
 
 use std::sync::Arc;
 
@@ -98,7 +98,7 @@ impl Velocity {
                     stages: &stages(needed("velocity", shader::variant, flags)?, &[]),
                     vertex_bindings: &vertex_bindings,
                     vertex_attributes: &vertex_attributes,
-                    // The depth test passes only what the picture shows, front or back face.
+                    // The depth test passes only surfaces that the picture shows, front or back face.
                     cull_mode: vk::CullModeFlags::NONE,
                     front_face: vk::FrontFace::COUNTER_CLOCKWISE,
                     depth: Some(DepthState { test: vk::CompareOp::EQUAL, write: false }),
@@ -116,7 +116,7 @@ impl Velocity {
         Ok(Self { plain: pipeline(Flags::NONE)?, deformed, layout })
     }
 
-    /// Draws what has moved since the frame before. Runs inside its subpass.
+    /// Draws the objects that have moved since the frame before. Runs inside its subpass.
     pub fn record(&self, recording: &Recording) {
         let Some(since) = recording.since else { return };
         let Some(before) = &since.before else { return };

@@ -53,7 +53,7 @@ pub struct ViewPass {
 }
 
 impl ViewPass {
-    /// `layouts` are those of set 0 and, where the shadow maps are shown, of set 2; `inputs` are the views of what is shown.
+    /// `layouts` are those of set 0 and, where the shadow maps are shown, of set 2; `inputs` are the views of the shown images.
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,

@@ -1,11 +1,11 @@
-//! Ambient occlusion: whether frames find out on the screen what surfaces nearby take of the light from everywhere, and how.
+//! Ambient occlusion: the decision whether frames find on the screen the share of ambient light that surfaces nearby occlude, and by which method.
 
 use std::fmt;
 
 use super::{Error, FramePlan};
 use crate::scene::{AmbientOcclusion, AoResolution, LightPath, Scene, Settings, View};
 
-/// How AO works. Its pipelines know all of it.
+/// The parameters of AO. Its pipelines know all of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AoPlan {
     /// Never `Off`.
@@ -42,10 +42,10 @@ impl AoPlan {
     }
 }
 
-/// Chooses what frames have, or the reason why they have none.
+/// Chooses the frames' ambient occlusion, or the reason why they have none.
 ///
 /// # Errors
-/// What does not go with it, in a sentence.
+/// The setting that does not go with it, in a sentence.
 pub(super) fn choose(scene: &Scene, settings: &Settings, path: LightPath) -> Result<Result<AoPlan, String>, Error> {
     let refuse = |why: String| Err(Error::AmbientOcclusion(why));
     let (method, radius, samples) = (settings.ao, settings.ao_radius, settings.ao_samples);

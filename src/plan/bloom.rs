@@ -1,4 +1,4 @@
-//! Bloom: how much light is spread, how far, and through how many levels.
+//! Bloom: the share of light that is spread, the distance, and the number of levels.
 
 use std::borrow::Cow;
 
@@ -21,16 +21,16 @@ pub struct Bloom {
 pub struct BloomLevel {
     /// Width and height in texels.
     pub extent: [u32; 2],
-    /// Where its texels begin in the buffer of all.
+    /// The index of its first texel in the buffer of all.
     pub at: u32,
 }
 
-/// Frames have at least so many levels, so that what they do does not depend on how large the picture is. Those that are too wide weigh nothing.
+/// Frames have at least so many levels, so that their steps do not depend on the size of the picture. Levels that are too wide weigh nothing.
 const LEAST_LEVELS: u32 = 3;
 /// With so many a texel covers every picture that a device can draw.
 const MOST_LEVELS: u32 = 15;
 
-/// The settings that are planned: the view of what bloom spreads is the lit picture, all of whose light is spread.
+/// The settings that are planned: the view of bloom is the lit picture, all of whose light is spread.
 pub(super) fn planned(settings: &Settings) -> Cow<'_, Settings> {
     match settings.view {
         View::Bloom => Cow::Owned(Settings { view: View::Final, bloom: 1.0, ..settings.clone() }),
@@ -39,8 +39,8 @@ pub(super) fn planned(settings: &Settings) -> Cow<'_, Settings> {
 }
 
 impl Bloom {
-    /// Views of values have no light to spread. What is out of the ranges of the settings, as only a library's caller can have it, counts as the
-    /// nearest that is not; what is no number spreads nothing, or as little as possible.
+    /// Views of values have no light to spread. A value out of the ranges of the settings, as only a library's caller can have it, counts as the
+    /// nearest one in it; one that is not a number spreads nothing, or as little as possible.
     pub(super) fn of(settings: &Settings, shading: Shading) -> Option<Self> {
         let strength = settings.bloom.min(1.0);
         let radius = settings.bloom_radius.clamp(0.001, 1.0);
@@ -77,7 +77,7 @@ impl Bloom {
         weights.iter().map(|weight| weight / sum).collect()
     }
 
-    /// How much of the light of the picture, and of each level but the last, comes from wider ones.
+    /// The share of the light of the picture, and of each level but the last, that comes from wider ones.
     pub fn shares(&self, size: [u32; 2]) -> Vec<f32> {
         let weights = self.weights(size);
         let wider = |level: usize| weights[level + 1..].iter().sum::<f64>();

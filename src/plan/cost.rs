@@ -20,7 +20,7 @@ impl FramePlan {
         self.parts().iter().map(|part| part.bytes).sum()
     }
 
-    /// What this plan, which is that of the other arguments, would take more with `part` kept.
+    /// Returns the additional cost of this plan, which is that of the other arguments, with `part` kept.
     ///
     /// # Errors
     /// When the part cannot be kept, as on a device that is too small for it.

@@ -2,15 +2,15 @@
 //!
 //! A calibration (`afterlight doctor --calibrate`) measures them; a device without one has those of its kind, measured in the same way on one such device
 //! (but for culling on CPUs, which is too near to nothing to be measured).
-//! Figures of a device choose among light paths that give the same bits, and whether the device culls, which changes no bit either. Visibility numbers in
-//! the place of a G-buffer give a picture that differs in its last digits, so that only a calibration that somebody asked for decides on those: what a
-//! device writes must not change because a window was opened on it once.
+//! Figures of a device choose among light paths that give the same bits, and whether the device culls, which changes no bit either. Visibility
+//! numbers in the place of a G-buffer give a picture that differs in its last digits, so that only a calibration that somebody asked for decides on
+//! those: a device's pictures must not change because a window was opened on it once.
 
 use serde::{Deserialize, Serialize};
 
 use crate::scene::LightPath;
 
-/// Where the figures come from.
+/// The origin of the figures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Basis {
     /// They are those of another device of the same kind, with its name.
@@ -63,15 +63,15 @@ pub struct Load {
     pub limited: u64,
 }
 
-/// The cost of culling in nanoseconds: the CPU's recording, and by how much frames take longer on a device that culls.
+/// The cost of culling in nanoseconds: the CPU's recording, and the additional time of frames on a device that culls.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CullingCost {
-    /// Where the CPU culls: for each object.
+    /// Of each object where the CPU culls.
     pub cpu_object: u32,
-    /// Where the device culls: of any frame.
+    /// Of any frame where the device culls.
     pub device_frame: u32,
-    /// And for each object.
+    /// Of each object where the device culls.
     pub device_object: u32,
 }
 
@@ -94,7 +94,7 @@ pub const COMPARED: [LightPath; 4] = [LightPath::Loop, LightPath::Clustered, Lig
 /// The figures of a device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CostModel {
-    /// Where they come from.
+    /// The origin of the figures.
     pub basis: Basis,
     /// One entry for each of [`COMPARED`]; [`ABSENT`] is never cheapest.
     pub paths: [PathCost; COMPARED.len()],

@@ -1,14 +1,15 @@
-//! The choice of who culls opaque objects: the CPU, or the device by CULL, ARRANGE and FILL. The picture is the same to the last bit.
+//! The choice of the processor that culls opaque objects: the CPU, or the device by CULL, ARRANGE and FILL. The picture is the same to the last bit.
 
 use std::collections::BTreeSet;
 
 use super::{Basis, Capabilities, Shading, SurfaceRules};
 use crate::scene::{Culling, OptionalPart, Scene, Settings};
 
-/// Where a device culls by itself so many objects share a mesh and a material: each such pair is a command in every step of depth, drawn or not.
+/// Objects that share a mesh and a material, on average, from which on a device culls by itself: each such pair is a command in every step of depth,
+/// drawn or not.
 const SHARED_BY: usize = 16;
 
-/// Storage buffers that CULL names, with levels of detail and where it finds out what is hidden.
+/// Storage buffers that CULL names, with levels of detail and occlusion culling.
 pub(crate) const CULL_BUFFERS: u32 = 7;
 
 /// Bytes that a work group of CULL shares: two words for each of 32 steps of depth, and of each level of detail where there are some.

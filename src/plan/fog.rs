@@ -1,4 +1,4 @@
-//! Fog: whether frames have some, and what it is.
+//! Fog: the decision whether frames have some, and its parameters.
 
 use std::borrow::Cow;
 
@@ -22,13 +22,13 @@ pub struct FogPlan {
     pub albedo: f32,
     /// The mean cosine of the angle of scattering.
     pub anisotropy: f32,
-    /// The picture shows what the fog scatters, and nothing else.
+    /// The picture shows the light that the fog scatters, and nothing else.
     pub alone: bool,
-    /// Where lights are in it.
+    /// The grid of its light, where lights are in it.
     pub(super) froxels: Option<FroxelPlan>,
 }
 
-/// The settings that are planned: the view of fog shows what it scatters, and bloom would spread that.
+/// The settings that are planned: the view of fog shows scattered light, and bloom would spread that.
 pub(super) fn planned(settings: &Settings) -> Cow<'_, Settings> {
     match settings.view {
         View::Fog => Cow::Owned(Settings { bloom: 0.0, ..settings.clone() }),
@@ -59,13 +59,13 @@ impl FogPlan {
     }
 }
 
-/// Whether there is fog, or it is to be shown.
+/// Returns true if there is fog, or it is to be shown.
 pub(super) fn is_asked_for(settings: &Settings) -> bool {
     settings.fog != Fog::Off || settings.view == View::Fog
 }
 
 impl FramePlan {
-    /// Returns true if FOG comes after what lights opaque surfaces.
+    /// Returns true if FOG comes after the pass that lights opaque surfaces.
     pub fn has_fog(&self) -> bool {
         self.fog.is_some()
     }

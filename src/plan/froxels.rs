@@ -1,4 +1,4 @@
-//! Froxels of fog: whether frames find the light in the air in a grid, and in which one.
+//! Froxels of fog: the decision whether frames find the light in the air in a grid, and the grid.
 
 use std::fmt;
 

@@ -5,7 +5,7 @@ use ash::vk;
 use super::{Capabilities, DEPTH, PlannedBrdf};
 use crate::scene::{Brdf, GbufferChoice, GbufferPreset, Keep, OptionalPart, TargetChoice, View};
 
-/// How a normal fits its target; the numbers are those of `shaders/shared/encodings.wgsl`.
+/// The encoding that fits a normal into its target; the numbers are those of `shaders/shared/encodings.wgsl`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NormalEncoding {
     /// Octahedral, in two channels of 16 bits.
@@ -25,7 +25,7 @@ pub struct Gbuffer {
     pub albedo: vk::Format,
     /// Shading normal.
     pub normal: vk::Format,
-    /// How the normal target stores directions.
+    /// The encoding of directions in the normal target.
     pub normal_encoding: NormalEncoding,
     /// Perceptual roughness (or shininess), metallic, geometric normal octahedral in the last two; as many channels as are needed.
     pub material: Option<vk::Format>,
@@ -34,8 +34,7 @@ pub struct Gbuffer {
     /// The last two of those channels are in use. Where they are not, the shading normal is the geometric one.
     pub geometric_normal: bool,
     /// Ks, and the BRDF's index in alpha. Where a Cook-Torrance surface reflects otherwise than a usual dielectric, such surfaces have the square
-    /// root of what they reflect facing the eye, and alpha has what they reflect grazing, times 2/3, or the index b of another BRDF as
-    /// (b + 6) / 9.
+    /// root of the reflectance facing the eye, and alpha has the grazing reflectance, times 2/3, or the index b of another BRDF as (b + 6) / 9.
     pub specular: Option<vk::Format>,
     /// Relative to the camera; rebuilt from depth where it is absent.
     pub position: Option<vk::Format>,

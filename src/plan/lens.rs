@@ -1,4 +1,4 @@
-//! The lens and the shutter: what only several frames of a picture have.
+//! The lens and the shutter, which only pictures of several frames have.
 
 use super::{Error, Part, parts::part};
 use crate::scene::{Scene, Settings, ThinLens};

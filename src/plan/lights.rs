@@ -24,8 +24,8 @@ use crate::scene::{Keep, Light, LightPath, OptionalPart, Scene, Settings, TRAITS
 /// Lights that fit into the least uniform buffer that a device must have; `shaders/shared/lights.wgsl` has the same number.
 pub const UNIFORM_LIGHTS: usize = 256;
 
-/// How many point and spot lights a loop takes four at a time, where it brings anything. Fewer are not worth the larger shader
-/// (docs/FIGURES.md has what more gain). `shaders/lighting.wgsl` counts no further than the last.
+/// The numbers of point and spot lights that a loop takes four at a time, where that brings anything. Fewer are not worth the larger shader
+/// (docs/FIGURES.md has the gain of more). `shaders/lighting.wgsl` counts no further than the last.
 const BY_FOURS: RangeInclusive<usize> = 8..=4096;
 
 /// The fall-off is each light's own (`shaders/shared/shading.wgsl`).
@@ -101,7 +101,7 @@ impl FramePlan {
         }
     }
 
-    /// Returns true if shaders name the fog's froxels: all that light what they draw do, whose code for froxels a constant leaves out.
+    /// Returns true if shaders name the fog's froxels: so do all that light surfaces as they draw them, whose code for froxels a constant leaves out.
     pub(crate) fn names_froxels(&self) -> bool {
         let lit_as_drawn = self.is_forward() || self.transparency.is_some();
         self.froxels().is_some() || lit_as_drawn && self.lights.any() && !self.lights.uniform
@@ -167,7 +167,7 @@ pub(super) fn adds_lights(path: LightPath, lights: &PlannedLights) -> bool {
 /// Of the lights with these numbers, as far as the frame shows them.
 fn planned_lights(scene: &Scene, settings: &Settings, shading: Shading, planned: &[usize]) -> PlannedLights {
     if shading == Shading::ShowGbuffer(View::Complexity) {
-        // What is compared is what LIGHTING would read, and ambient light has occlusion stored.
+        // The view compares the values that LIGHTING would read, and ambient light has occlusion stored.
         return PlannedLights { ambient: scene.environment.is_lit(), ..Default::default() };
     }
     if !matches!(shading, Shading::Light { .. } | Shading::ShowGbuffer(View::LightsPerPixel)) {

@@ -1,4 +1,4 @@
-//! Whether frames look for objects that lie wholly behind others, and who does: the CPU (`src/visible/occlusion.rs`), or the device by OCCLUDERS,
+//! Occlusion culling: the decision whether frames have it, and on which processor: the CPU (`src/visible/occlusion.rs`), or the device by OCCLUDERS,
 //! PYRAMID and CULL, where it is the one that culls.
 
 use std::collections::BTreeSet;
@@ -34,7 +34,7 @@ pub(super) fn choose(
 }
 
 impl FramePlan {
-    /// Whether frames leave out objects that are hidden behind others, or why not.
+    /// Tells if frames leave out objects that are hidden behind others, and why or why not.
     pub(crate) fn finds_hidden(&self, scene: &Scene) -> Result<String, String> {
         let rules = self.surface_rules();
         let drawn = scene.objects.iter().filter(|object| rules.draws(scene, object)).count();

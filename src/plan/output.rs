@@ -5,14 +5,14 @@ use ash::vk;
 use super::{Capabilities, Error, FramePlan, parts};
 use crate::scene::{HdrFormat, OptionalPart, Output, Resolve, Settings, Tonemap};
 
-/// Where scene light becomes display light.
+/// The place where scene light becomes display light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ToneMapping {
     /// Inside LIGHTING: no HDR target, no TONEMAP subpass.
     InLighting(Tonemap),
     /// A subpass of its own, because something is blended before it.
     Subpass(Tonemap),
-    /// That subpass without a curve: the output holds what would be tone-mapped.
+    /// The same subpass without a curve: the output holds the light before the curve.
     Kept,
     /// On the CPU: the output holds exposed light, of which many frames make one picture.
     AfterFrames(Tonemap),
@@ -29,7 +29,7 @@ const PRESENTED_SRGB: [vk::Format; 3] = [OUTPUT_SRGB, vk::Format::B8G8R8A8_SRGB,
 /// Half floats hold what the eye can tell apart and blend everywhere.
 pub const HDR: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 
-/// How the light of a picture becomes the values of images that no hardware encodes.
+/// The conversion of a picture's light to the values of images that no hardware encodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Transfer {
     /// IEC 61966-2-1.
@@ -52,7 +52,7 @@ pub struct Encoding {
 /// The images that a window's pictures are drawn into.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Canvas {
-    /// Images of a swapchain that have this format. What a compute pass writes is copied there.
+    /// Images of a swapchain that have this format. The output of a compute pass is copied there.
     Straight(vk::Format),
     /// An image of the frame's own with the format of the swapchain's, of any size, which PRESENT enlarges into the swapchain's.
     Enlarge(vk::Format),
@@ -71,8 +71,9 @@ fn hdr_format(asked: HdrFormat, device: &Capabilities) -> Result<vk::Format, Err
 }
 
 impl FramePlan {
-    /// The same frames as a window has them. The last pass draws straight into the images of a swapchain; what a compute pass writes, which may
-    /// not store to them, is copied there, and so is what is to be enlarged. Into those that no hardware encodes ENCODE draws, whatever the last pass was.
+    /// The same frames as a window has them. The last pass draws straight into the images of a swapchain; the output of a compute pass, which may not
+    /// store to them, is copied there, and so is a picture that is to be enlarged. ENCODE draws into images that no hardware encodes, whatever the
+    /// last pass was.
     pub fn presented_as(self, canvas: Canvas) -> Self {
         let presented = Some(canvas);
         match canvas {
@@ -119,7 +120,7 @@ impl FramePlan {
         Self { size, ..self }
     }
 
-    /// The same frames of one pixel: what has the size of the picture can be made later.
+    /// The same frames of one pixel: objects of the picture's size can be made later.
     pub fn of_one_pixel(self) -> Self {
         self.of_size([1, 1])
     }
@@ -138,7 +139,7 @@ impl FramePlan {
         }
     }
 
-    /// Whether what is drawn into the output is encoded later, by the hardware or by ENCODE.
+    /// Returns true if the output's values are encoded later, by the hardware or by ENCODE.
     pub fn encodes_output(&self) -> bool {
         self.encoding.is_some() || PRESENTED_SRGB.contains(&self.output)
     }
@@ -197,7 +198,7 @@ pub(super) struct Way {
 
 impl Way {
     pub(super) fn of(settings: &Settings, device: &Capabilities, what: Blending) -> Result<Self, Error> {
-        // What is averaged from frame to frame must not be cut off before.
+        // Light that is averaged from frame to frame must not be cut off before.
         let linear =
             settings.output == Output::Nits || settings.samples > 1 || !what.lit && settings.output.is_linear();
         let (hdr, output) = match what.tiled {

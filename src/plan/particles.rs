@@ -1,4 +1,4 @@
-//! Particles: how many of a scene's emitters a frame has room for, and how they are drawn.
+//! Particles: the room that a frame has for a scene's emitters, and the way in which they are drawn.
 
 use std::borrow::Cow;
 
@@ -16,7 +16,7 @@ pub const SORT_SHARED_BYTES: u32 = 8 * SORT_BLOCK;
 pub struct ParticlePlan {
     /// The most that are alive at once.
     pub capacity: u32,
-    /// How many sources there are.
+    /// The number of sources.
     pub emitters: u32,
     /// Those of the emitters, each once; none where all of them show a soft disc.
     pub textures: Vec<PlannedTexture>,

@@ -20,9 +20,9 @@ pub struct Part {
     pub optional: Option<OptionalPart>,
     /// True if frames have it.
     pub included: bool,
-    /// Why it is in or out.
+    /// The reason why it is in or out.
     pub reason: String,
-    /// Device memory that it takes; none where it is out. What it would take, [`FramePlan::cost_of`] finds out.
+    /// Device memory that it takes; none where it is out. [`FramePlan::cost_of`] computes the cost that it would have.
     pub bytes: u64,
 }
 
@@ -125,7 +125,7 @@ pub(super) fn say_what_is_kept(parts: &mut [Part], lean: &[Part]) {
     }
 }
 
-/// How often passes run. Which there are, they declare themselves.
+/// The numbers of times that passes run. The passes themselves are declared elsewhere.
 fn passes(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
     [transparency(scene, plan), super::particles::part(scene, settings, plan)]
         .into_iter()

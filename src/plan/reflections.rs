@@ -1,4 +1,4 @@
-//! Reflections: whether surfaces mirror what the picture shows of others, and how it is found.
+//! Reflections: the decision whether surfaces mirror others as the picture shows them, and the parameters of the search.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -9,16 +9,16 @@ use super::checks::out_of_range;
 use super::{Error, FramePlan};
 use crate::scene::{Brdf, HdrFormat, LightPath, Object, Reflections, Scene, Settings, TextureSlot, View};
 
-/// How REFLECT works. Its pipelines know all of it.
+/// The parameters of REFLECT. Its pipelines know all of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReflectionPlan {
     /// The greatest perceptual roughness of surfaces that mirror others.
     pub roughness: f32,
     /// Of a ray through the pyramid of depths, at most.
     pub steps: u32,
-    /// Metres that surfaces are taken to go on behind what is seen of them.
+    /// Metres that surfaces are taken to go on behind their visible side.
     pub thickness: f32,
-    /// The picture is what was found, and not the light.
+    /// The picture shows the hits, and not the light.
     pub shown: bool,
 }
 
@@ -35,8 +35,8 @@ impl fmt::Display for ReflectionPlan {
     }
 }
 
-/// Where the pyramid of depths has its levels in one image. Level n has a texel for each square of 2^n pixels; level 0 is the depth buffer. The first
-/// level lies at the left, the others below one another at its right; the nearest depths in the upper half, the farthest in the lower
+/// The places of the levels of the pyramid of depths in one image. Level n has a texel for each square of 2^n pixels; level 0 is the depth buffer.
+/// The first level lies at the left, the others below one another at its right; the nearest depths in the upper half, the farthest in the lower
 /// (`shaders/shared/hiz.wgsl`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Hiz {
@@ -45,12 +45,12 @@ pub struct Hiz {
 }
 
 impl Hiz {
-    /// Edge of a square of the last level, in pixels: what a work group sees.
+    /// Edge of a square of the last level, in pixels: the part that a work group sees.
     pub const TILE: u32 = 32;
-    /// Two single floats for each of 1/4 + 1/16 + ... pixels, and what is not used beside the smaller levels.
+    /// Two single floats for each of 1/4 + 1/16 + ... pixels, and the unused part beside the smaller levels.
     pub const BYTES_PER_PIXEL: u32 = 3;
 
-    /// That of a picture.
+    /// The pyramid of a picture.
     pub fn of(size: [u32; 2]) -> Self {
         Self { tiles: size.map(|edge| edge.div_ceil(Self::TILE)) }
     }
@@ -62,7 +62,7 @@ impl Hiz {
     }
 }
 
-/// The settings that are planned: the view of what is mirrored asks for it.
+/// The settings that are planned: the view of reflections asks for it.
 pub(super) fn planned(settings: &Settings) -> Cow<'_, Settings> {
     match settings.view {
         View::Reflections => Cow::Owned(Settings { reflections: Reflections::Screen, bloom: 0.0, ..settings.clone() }),
@@ -139,7 +139,7 @@ pub(super) fn is_used(scene: &Scene, settings: &Settings) -> bool {
 }
 
 impl FramePlan {
-    /// Returns true if surfaces mirror what the picture shows of others.
+    /// Returns true if surfaces mirror others as the picture shows them.
     pub fn reflects(&self) -> bool {
         self.reflections.is_ok()
     }

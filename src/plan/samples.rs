@@ -11,7 +11,8 @@ use crate::scene::{
     TargetChoice, Texture, TextureSlot, Transparency, UvMap, View, Wrap,
 };
 
-/// All but that of what several samples differ in, and those that are planned as the lit picture: spread light, fog, particles, vectors and what is mirrored.
+/// All views but the complexity, which is about differing samples, and those that are planned as the lit picture: spread light, fog, particles,
+/// vectors and reflections.
 pub fn views() -> impl Iterator<Item = View> {
     View::NAMES.iter().map(|&(_, view)| view).filter(|view| {
         ![View::Complexity, View::Bloom, View::Fog, View::Particles, View::Velocity, View::Reflections].contains(view)
@@ -221,7 +222,7 @@ pub fn deformed() -> Scene {
     scene
 }
 
-/// A sky that is brighter to one side, with a sun, around whatever stands there.
+/// A sky that is brighter to one side, with a sun, around any scene.
 pub fn under_sky(scene: Scene) -> Scene {
     let image = SkyImage::of("half bright", 32, |to| DVec3::splat(1.0 + to.x));
     let sun = SunDisc { direction: DVec3::Y, degrees: 0.5, radiance: Vec3::splat(1e5) };
@@ -229,7 +230,7 @@ pub fn under_sky(scene: Scene) -> Scene {
     Scene { sky: Some(sky), ..scene }
 }
 
-/// Scenes that differ in what a frame of them needs.
+/// Scenes that differ in the needs of a frame.
 pub fn scenes() -> Vec<(&'static str, Scene)> {
     let mut mirrored = scene(vec![masked()], vec![sun(), sky()]);
     mirrored.objects[0].transform = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
@@ -283,7 +284,7 @@ pub fn gbuffers() -> Vec<(&'static str, GbufferChoice)> {
     ]
 }
 
-/// Every plan of the scenes, views, layouts, outputs and devices above, with what it is of.
+/// Every plan of the scenes, views, layouts, outputs and devices above, with the names of these.
 pub fn plans() -> Vec<(String, FramePlan)> {
     let plain = Capabilities {
         unorm_2x16_attachment: false,
@@ -318,7 +319,7 @@ pub fn plans() -> Vec<(String, FramePlan)> {
     plans
 }
 
-/// Plans whose main pass ends with GEOMETRY, because compute lights what it stored.
+/// Plans whose main pass ends with GEOMETRY, because compute lights the stored surfaces.
 pub fn tiled_plans() -> Vec<(String, FramePlan)> {
     light_paths(FramePlan::is_tiled)
 }
@@ -391,7 +392,7 @@ fn antialiased() -> Vec<(String, FramePlan)> {
     ])
 }
 
-/// Plans with spread light, whose main pass ends before BLOOM: what comes before that and after it, and each output.
+/// Plans with spread light, whose main pass ends before BLOOM: with various passes before that and after it, and each output.
 pub fn bloomed_plans() -> Vec<(String, FramePlan)> {
     let bloom = |settings: Settings| Settings { bloom: 0.1, ..settings };
     let forward = || Settings { light_path: LightPath::Forward, ..Settings::default() };
@@ -458,7 +459,7 @@ pub fn particle_plans() -> Vec<(String, FramePlan)> {
     plans
 }
 
-/// Plans whose frames are averaged over time: what comes before that and after it, and each output.
+/// Plans whose frames are averaged over time: with various passes before that and after it, and each output.
 pub fn taa_plans() -> Vec<(String, FramePlan)> {
     let taa = |settings: Settings| Settings { taa: true, ..settings };
     let forward = || Settings { light_path: LightPath::Forward, ..Settings::default() };
@@ -496,7 +497,8 @@ pub fn filtered_plans() -> Vec<(String, FramePlan)> {
     [bloomed_plans(), taa_plans()].concat()
 }
 
-/// Plans with reflections, whose main pass ends with LIGHTING: what comes before that and after it, and each output. Scenes that mirror nothing have none.
+/// Plans with reflections, whose main pass ends with LIGHTING: with various passes before that and after it, and each output. Scenes that mirror
+/// nothing have none.
 pub fn reflected_plans() -> Vec<(String, FramePlan)> {
     let of = |settings: Settings| Settings { reflections: Reflections::Screen, reflection_roughness: 1.0, ..settings };
     let plans = of_scenes(&[
@@ -517,7 +519,7 @@ pub fn reflected_plans() -> Vec<(String, FramePlan)> {
     plans.into_iter().filter(|(_, plan)| plan.reflects()).collect()
 }
 
-/// Plans with fog: what comes before FOG and after it, and each output.
+/// Plans with fog: with various passes before FOG and after it, and each output.
 pub fn fogged_plans() -> Vec<(String, FramePlan)> {
     let fog = |settings: Settings| Settings { fog: Fog::Height, ..settings };
     let oit = |settings: Settings| Settings { transparency: Transparency::Oit, ..settings };

@@ -1,5 +1,5 @@
-//! Shadow maps: which lights have some, and where in the atlas. That depends on the scene alone; what each map sees is worked out for a
-//! frame (`src/visible/shadows/views.rs`).
+//! Shadow maps: the lights that have some, and the maps' places in the atlas. Both depend on the scene alone; the view of each map is worked out for
+//! a frame (`src/visible/shadows/views.rs`).
 
 use super::lights::LightOrder;
 use super::{Capabilities, Error, Shading};
@@ -21,7 +21,7 @@ pub struct Tile {
     pub edge: u32,
 }
 
-/// How a light looks at the scene; the numbers are those of `shaders/shared/shadows.wgsl`.
+/// A light's view of the scene; the numbers are those of `shaders/shared/shadows.wgsl`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MapProjection {
     /// Orthographic maps, one behind the other along the camera's view.
@@ -41,7 +41,7 @@ impl MapProjection {
         }
     }
 
-    /// How many maps that takes.
+    /// The number of maps that it takes.
     pub fn views(self) -> usize {
         match self {
             Self::Cascades(count) => count as usize,
@@ -60,18 +60,18 @@ pub struct ShadowLight {
     pub name: String,
     /// The light's first map: an index into [`ShadowPlan::tiles`].
     pub first_view: usize,
-    /// Says how many maps follow the first, and what each looks at.
+    /// The number of maps that follow the first, and the view of each.
     pub projection: MapProjection,
 }
 
-/// The maps of all frames: a layered image, and who has which part of it.
+/// The maps of all frames: a layered image, and the lights' parts of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShadowPlan {
     /// Edge of a layer in texels.
     pub size: u32,
     /// Layers of the image, 4 bytes a texel.
     pub layers: u32,
-    /// How lookups compare texels; it decides how far biases reach.
+    /// The filter by which lookups compare texels; it decides how far biases reach.
     pub filter: ShadowFilter,
     /// Casters before a map's near plane are pressed onto it: where the device can.
     pub clamp: bool,
@@ -82,7 +82,7 @@ pub struct ShadowPlan {
 }
 
 impl ShadowPlan {
-    /// The maps that a frame reads, if it reads any, and what its lights go without.
+    /// The maps that a frame reads, if it reads any, and the warnings about lights without.
     pub(super) fn wanted(
         scene: &Scene,
         settings: &Settings,
@@ -135,7 +135,7 @@ impl ShadowPlan {
                 MapProjection::Cascades(count) => (1..=count).rev().map(MapProjection::Cascades).collect(),
                 MapProjection::Single | MapProjection::Cube => vec![wanted],
             };
-            // The reason for the first try that fails: what keeps it from being whole.
+            // `short` is the reason for the first try that fails.
             let (mut short, mut found) = (None, None);
             for projection in tries {
                 match plan.room(projection, &mut free, most) {
@@ -235,8 +235,8 @@ impl ShadowPlan {
         !self.clamp || self.filter == ShadowFilter::Pcss
     }
 
-    /// How far from the point that is looked up texels are compared without their own depth being worked out, in texels along an
-    /// axis. Biases grow with it.
+    /// The distance, in texels along an axis, from the looked-up point to which texels are compared without their own depth being worked out. Biases
+    /// grow with it.
     pub fn reach(&self) -> f64 {
         match self.filter {
             ShadowFilter::None => 0.5,
@@ -261,7 +261,7 @@ impl ShadowPlan {
         (self.reach().max(self.disc(edge) + 1.0) + self.normal_offset(settings)).ceil()
     }
 
-    /// How far a lookup is moved along the surface's normal, in texels.
+    /// The distance by which a lookup is moved along the surface's normal, in texels.
     pub(crate) fn normal_offset(&self, settings: &ShadowSettings) -> f64 {
         f64::from(settings.normal_offset) * self.reach() / FULL_REACH
     }
@@ -337,7 +337,7 @@ fn by_importance<'a>(scene: &'a Scene, lights: &LightOrder) -> Vec<(usize, &'a L
         }
     };
     let sorted = lights.order.iter().map(|&index| &scene.lights[index]);
-    // What reaches nothing gets what is left.
+    // Lights that reach nothing get the maps that are left.
     let needless = |place: usize| place >= lights.needed().len();
     let mut asking: Vec<_> = sorted.enumerate().filter(|(_, light)| light.casts_shadow).collect();
     asking.sort_by(|(place_a, a), (place_b, b)| {
@@ -348,7 +348,7 @@ fn by_importance<'a>(scene: &'a Scene, lights: &LightOrder) -> Vec<(usize, &'a L
     asking
 }
 
-/// A line for each reason, which names the lights: name, reason, and whether it has at least some of its cascades.
+/// A line for each reason, which names the lights: name, reason, and true if it has at least some of its cascades.
 fn warnings(unserved: &[(&str, String, bool)]) -> Vec<String> {
     let mut kinds: Vec<(&str, bool)> = unserved.iter().map(|(_, why, some)| (why.as_str(), *some)).collect();
     kinds.sort_unstable();

@@ -16,9 +16,9 @@ pub struct SkyPlan {
     pub sun: bool,
     /// It lights surfaces.
     pub lights: bool,
-    /// Directions for each texel of what lobes mirror; 0 where it lights nothing.
+    /// Directions for each texel of the specular lobes' light; 0 where it lights nothing.
     pub samples: u32,
-    /// What its image is told by: its mean and its brightest value.
+    /// The marks of its image: its mean and its brightest value.
     pub image: (Vec3, f32),
 }
 
@@ -39,7 +39,7 @@ impl SkyPlan {
         })
     }
 
-    /// Bytes of the cube with its levels, and of what surfaces collect of it.
+    /// Bytes of the cube with its levels, and of the light that surfaces collect of it.
     pub fn bytes(&self) -> [u64; 2] {
         let faces = |edge: u32, levels: u32| (0..levels).map(|level| 6 * 8 * u64::from((edge >> level).pow(2))).sum();
         let light = faces(256, 6) + faces(16, 1) + 8 * 64 * 64;

@@ -82,7 +82,7 @@ impl Surfaces {
                 true => PlannedBrdf::PerPixel,
                 false => planned_brdf(opaque.iter().map(|object| brdf(material(object)))),
             },
-            // Where there is no G-buffer, what surfaces emit is added as they are lit.
+            // Where there is no G-buffer, emitted light is added as surfaces are lit.
             emissive: !lacks_gbuffer(path)
                 && settings.view.shows_emission()
                 && (any(&Material::is_emissive) || keep.has(OptionalPart::Emissive)),
@@ -97,7 +97,7 @@ impl Surfaces {
     }
 }
 
-/// Textures, and how they are filtered.
+/// Textures, and their filtering.
 pub(super) struct FilteredTextures {
     pub textures: TexturePlan,
     pub anisotropy: u32,
@@ -133,7 +133,7 @@ impl FramePlan {
         if self.places_by_shaders { 1 } else { self.anisotropy }
     }
 
-    /// Returns true if what is drawn says by instance how it looks.
+    /// Returns true if drawn instances have looks.
     pub fn has_looks(&self) -> bool {
         self.keys().any(|key| key.extras.looks)
     }

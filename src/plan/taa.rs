@@ -1,4 +1,4 @@
-//! Anti-aliasing over time: how many frames are averaged, and whether surfaces move by themselves.
+//! Anti-aliasing over time: the number of frames that are averaged, and the decision whether surfaces move by themselves.
 
 use std::borrow::Cow;
 
@@ -23,7 +23,7 @@ pub struct TaaPlan {
     pub shown: Option<Vectors>,
 }
 
-/// How the view of vectors shows them.
+/// The form in which the view of vectors shows them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Vectors {
     /// Red and green are pixels to the right and down, blue is 1 where a surface moves by itself.
@@ -74,7 +74,7 @@ impl TaaPlan {
         (settings.taa && shading.is_lit()).then_some(own)
     }
 
-    /// The same for what a scene has.
+    /// The same for a scene's content.
     pub(super) fn in_scene(self, scene: &Scene, rules: &SurfaceRules) -> Self {
         let moves = rules.drawn(scene).any(|object| object.moves() && !rules.material(object).is_transparent());
         Self { moves, ..self }
@@ -107,7 +107,7 @@ pub(super) fn check(settings: &Settings, path: LightPath, lit: bool) -> Result<(
 }
 
 impl FramePlan {
-    /// Returns true if VELOCITY draws vectors of what moves by itself.
+    /// Returns true if VELOCITY draws vectors of surfaces that move by themselves.
     pub fn has_velocity(&self) -> bool {
         self.taa.is_some_and(|taa| taa.moves)
     }

@@ -1,4 +1,4 @@
-//! The images that a plan's frames draw into: which there are, and their formats. How each is used, the passes declare.
+//! The images that a plan's frames draw into, and their formats. The passes declare the use of each.
 
 use ash::vk;
 
@@ -37,7 +37,8 @@ pub enum Target {
     Weights,
     /// Light before it is tone-mapped.
     Hdr,
-    /// Of what moves by itself: how many pixels to the right and down it has come since the frame before, and how much farther it was.
+    /// The movement of surfaces that move by themselves: pixels to the right and down since the frame before, and how much farther away the surface
+    /// was then.
     Velocity,
     /// The output's light before it is resolved, several samples a pixel.
     Samples,

@@ -239,7 +239,7 @@ fn textures_are_filtered_as_far_as_the_device_goes_and_what_it_lacks_is_told() {
         let plan = FramePlan::of(&textured, &settings, &Capabilities { software, ..device() }).expect("a plan");
         (plan.anisotropy, plan.warnings().len())
     };
-    // Only what somebody asked for is missed.
+    // Only a part that somebody asked for is missed.
     assert_eq!((multisampled(false, 8), multisampled(true, 8)), ((8, 0), (1, 0)));
     assert_eq!((multisampled(true, 16), multisampled(true, 1)), ((1, 1), (1, 0)));
     // The frames of a picture are the places that a pixel is filtered from, as many as there are frames; then each frame has a part of the pixel.
@@ -298,7 +298,7 @@ fn what_is_kept_is_there_without_need() {
     }
 }
 
-/// Of what shaders have code for.
+/// The bit of a feature that shaders have code for.
 fn bit(part: OptionalPart) -> u32 {
     TRAITS.iter().find(|own| own.part == part).expect("it is one of lights").bit
 }
@@ -456,7 +456,7 @@ fn vertices_have_the_streams_that_something_reads() {
     assert_eq!(streams(&scene(vec![colored.clone()], vec![]), View::Final), (true, true, false));
     let bumpy = Material { normal_texture: Some(1), ..colored };
     assert_eq!(streams(&scene(vec![bumpy], vec![]), View::Final), (true, true, true));
-    // SHADOW reads the UVs of what has holes.
+    // SHADOW reads the UVs of meshes with holes.
     assert_eq!(streams(&scene(vec![masked()], vec![sun()]), View::ShadowMap), (false, true, false));
 }
 
@@ -483,7 +483,7 @@ fn what_cannot_be_is_refused_in_one_line_that_names_it() {
     assert_eq!(error, Error::ColorAttachments(6, 4));
     assert!(text.contains("--gbuffer lean"), "{text}");
     assert!(FramePlan::of(&lit, &samples::deferred(), &few).is_ok());
-    // Nobody asked for a light path, or for these targets: surfaces are lit as they are drawn. What needs a G-buffer is refused.
+    // Nobody asked for a light path, or for these targets: surfaces are lit as they are drawn. Settings that need a G-buffer are refused.
     let none = Capabilities { max_input_attachments: 2, ..samples::software() };
     let (lamps, usual) = (scene(vec![material(CT)], vec![point(Falloff::Quadratic); 2]), Settings::default());
     let planned = FramePlan::of(&lamps, &usual, &none).expect("a plan");
@@ -633,11 +633,11 @@ fn multisampling_keeps_light_until_it_is_averaged() {
     assert_eq!(with(&bright, Resolve::ToneMapped, Output::Srgb8), (true, false));
     assert_eq!(with(&bright, Resolve::Linear, Output::Srgb8), (true, false));
     assert_eq!(with(&bright, Resolve::ToneMapped, Output::Nits), (false, true));
-    // What is transparent blends over it.
+    // Transparent surfaces blend over it.
     let glass = scene(vec![material(CT), samples::glass()], vec![]);
     assert_eq!(with(&glass, Resolve::ToneMapped, Output::Srgb8), (true, false));
     assert_eq!(with(&glass, Resolve::Linear, Output::Nits), (false, true));
-    // FORWARD adds what surfaces emit before it tone-maps.
+    // FORWARD adds emitted light before it tone-maps.
     for light_path in [LightPath::Forward, LightPath::ForwardNaive] {
         let plan = plan_with(&bright, &Settings { msaa: 4, light_path, ..samples::deferred() });
         assert_eq!((plan.hdr, plan.resolves_output()), (None, true));

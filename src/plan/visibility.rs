@@ -1,11 +1,12 @@
-//! The light path `visibility`: what of a pixel is stored, and what the device must be able to look up.
+//! The light path `visibility`: the values that are stored of a pixel, and the lookups that the device must be capable of.
 
 use std::collections::BTreeSet;
 
 use super::{Capabilities, Error, MeshPlan, SurfaceRules, TexturePlan, ao};
 use crate::scene::{Culling, GbufferChoice, Sampler, Scene, Settings};
 
-/// How 32 bits hold which triangle a pixel shows: in the low bits its number in its mesh, above them the place of its instance in the frame.
+/// The code of 32 bits for the triangle that a pixel shows: in the low bits its number in its mesh, above them the place of its instance in the
+/// frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TriangleCode {
     /// The low bits.

@@ -1,8 +1,8 @@
 //! Shaders that are compiled while the program runs, in the place of those that it was built with.
 //!
-//! A pass asks for a variant when its pipelines are made, and gets the newest one. What Rust was compiled against must be as it was: flags,
-//! constants and layouts of structs, and of each variant its entry points with what they take and give. A new variant may take less. What is compiled
-//! is kept until the program ends, as pipelines that are being made may hold it.
+//! A pass asks for a variant when its pipelines are made, and gets the newest one. The interface that Rust was compiled against must be as it was:
+//! flags, constants and layouts of structs, and of each variant its entry points with their inputs and outputs. A new variant may take less. Compiled
+//! variants are kept until the program ends, as pipelines that are being made may hold them.
 
 use std::collections::{HashMap, HashSet};
 use std::ffi::CString;
@@ -36,7 +36,7 @@ fn state() -> MutexGuard<'static, Option<State>> {
     STATE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// What stands in the place of a variant of the build, for whoever asks for it.
+/// Returns the variant that replaces one of the build, or that one, and notes that it was asked for.
 pub(super) fn current(shader: &'static str, built: &'static Variant) -> &'static Variant {
     let key = (shader, built.bits);
     state().get_or_insert_default().asked.insert(key);
@@ -52,7 +52,7 @@ pub fn exchange(replacements: Replacements) -> Replacements {
     std::mem::replace(&mut state().get_or_insert_default().replacements, replacements)
 }
 
-/// How many variants passes have asked for so far.
+/// The number of variants that passes have asked for so far.
 pub fn asked() -> usize {
     state().as_ref().map_or(0, |state| state.asked.len())
 }
@@ -83,7 +83,7 @@ fn words(variant: &Variant) -> Vec<&'static [u32]> {
 /// Compiles the variants that some pass has asked for so far, from the sources in `directory`.
 ///
 /// # Errors
-/// All that is wrong with the sources, with places and carets; or what Rust would have to be built anew for.
+/// All that is wrong with the sources, with places and carets; or a change for which Rust would have to be built anew.
 pub fn compile(directory: &Path) -> Result<Replacements, String> {
     let asked: HashSet<Key> = state().as_ref().map(|state| state.asked.clone()).unwrap_or_default();
     let compiled =
@@ -120,7 +120,7 @@ fn check_interface(shader: &Shader, own: &compiler::Shader) -> Result<(), String
 }
 
 fn replacement(shader: &Shader, built: &'static Variant, own: &compiler::Variant) -> Result<&'static Variant, String> {
-    // What is known is not kept twice. The build has given its ids other numbers.
+    // A known variant is not kept twice. The build has given its ids other numbers.
     let same = |known: &&Variant| {
         let mut pairs = known.entry_points.iter().zip(&own.entry_points);
         known.entry_points.len() == own.entry_points.len()

@@ -1,4 +1,4 @@
-//! The patch adds to SPIR-V what naga cannot write: subpass inputs, specialization constants, uniform indices, Invariant and NoContraction.
+//! The patch adds the parts to SPIR-V that naga cannot write: subpass inputs, specialization constants, uniform indices, Invariant and NoContraction.
 
 mod arrays;
 mod constants;
@@ -46,7 +46,7 @@ pub struct Patch {
     pub precise: bool,
 }
 
-/// What cannot be patched.
+/// A module that cannot be patched, and the reason.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{message}")]
 pub struct PatchError {

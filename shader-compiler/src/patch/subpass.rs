@@ -204,7 +204,7 @@ fn fetch_to_read(module: &Module, fetch: &mut Instruction, zero: Word) -> Result
     Ok(())
 }
 
-/// Whether a constant is zero in all its components.
+/// Returns true if a constant is zero in all its components.
 fn is_zero(module: &Module, constant: Word) -> bool {
     let Some(value) = global(module, constant) else { return false };
     match value.class.opcode {

@@ -1,4 +1,4 @@
-//! What the tests share: compiling a text, looking into SPIR-V, and running spirv-val.
+//! Shared by the tests: compiling a text, looking into SPIR-V, and running spirv-val.
 
 use std::io::Write;
 use std::process::{Command, Stdio};

@@ -1,4 +1,4 @@
-//! The patch on real WGSL: what becomes of subpass inputs, of overrides and of decorations.
+//! The patch on real WGSL: its effect on subpass inputs, overrides and decorations.
 
 use crate::common::{all, compile, error, module, only, validate};
 use afterlight_shader_compiler::ConstantValue;

@@ -43,7 +43,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
                 .because("TILED reads the albedo, in which AO_DENOISE wrote the occlusion"),
         );
     }
-    // Where reflections read depth after LIGHTING, they are what FOG and TRANSPARENT wait for.
+    // Where reflections read depth after LIGHTING, FOG and TRANSPARENT wait for them instead.
     if plan.has_fog() && !plan.reflects() {
         rows.push(super::fog::after_ao(plan));
     }
@@ -60,8 +60,8 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     rows
 }
 
-/// In the place of the row from GEOMETRY: what GEOMETRY stored is available since AO waited for it, and becomes visible to LIGHTING here. `uses` are
-/// those of LIGHTING.
+/// Replaces the row from GEOMETRY: AO's wait made GEOMETRY's stores available, and this row makes them visible to LIGHTING. `uses` are those of
+/// LIGHTING.
 pub(super) fn to_lighting(uses: &[Use]) -> Edge {
     row(RowName::OCCLUSION_TO_LIGHTING, Carrier::Subpass(MAIN_PASS))
         .from(ao_denoise::PASS.place, &[ao_denoise::ALBEDO_BLEND])

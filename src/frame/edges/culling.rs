@@ -1,4 +1,4 @@
-//! The rows of what the device finds to be seen.
+//! The rows of culling on the device.
 
 use super::{Carrier, Edge, Place, RowName, row};
 use crate::frame::list::OCCLUDER_PASS;
@@ -43,7 +43,7 @@ pub(super) fn rows() -> [Edge; 5] {
     ]
 }
 
-/// Where the device also finds out what is hidden.
+/// The rows of occlusion culling on the device.
 pub(super) fn hiding_rows() -> [Edge; 4] {
     // None is by region: a work group reads pixels that other fragments wrote.
     [

@@ -1,4 +1,4 @@
-//! The rows of FOG, between what lights opaque surfaces and what is transparent.
+//! The rows of FOG, between the pass that lights opaque surfaces and the transparent ones.
 
 use super::{Carrier, Edge, RowName, particles, row, subpass};
 use crate::frame::list::{BLEND_PASS, MAIN_PASS};
@@ -46,7 +46,7 @@ pub(super) fn to_fog(plan: &FramePlan, light: Use) -> Edge {
     subpass(name).from(from, &before).to(fog::PASS.place, &after).because(why)
 }
 
-/// Where reflections are added in between: FOG is then the first of the blend pass.
+/// FOG's row where reflections are added before it: FOG is then the first of the blend pass.
 pub(super) fn fog_after_reflections(plan: &FramePlan) -> Edge {
     let drop = plan.transparency.is_none().then_some(fog::DEPTH_DROP);
     let after: Vec<_> = [fog::DEPTH_LOAD, fog::DEPTH_READ, fog::LIGHT_BLEND].into_iter().chain(drop).collect();

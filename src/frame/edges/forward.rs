@@ -14,7 +14,7 @@ impl RowName {
 
 /// FORWARD is the first to touch all that it draws into.
 pub(super) fn forward_edge(plan: &FramePlan) -> Edge {
-    // How the last frame let go of depth, and of the light.
+    // The last uses of depth, and of the light, in the last frame.
     let depth = depth_dropped(plan);
     let output = match (plan.fxaa, plan.draws_into_swapchain()) {
         (true, _) => fxaa::OUTPUT_READ,
@@ -23,7 +23,7 @@ pub(super) fn forward_edge(plan: &FramePlan) -> Edge {
     };
     let before = match plan.light_target() {
         Target::Hdr => dropped_last(plan, tonemap::HDR_DROP),
-        // A later subpass has the output, into which they are resolved; else FORWARD has, and whoever reads it has waited for the resolve.
+        // Samples are resolved into the output. A later subpass writes it, else FORWARD does, and the output's reader has waited for the resolve.
         Target::Samples if plan.transparency.is_some() => dropped_last(plan, RESOLVE),
         Target::Samples if output == present::ATTACH => RESOLVE,
         Target::Samples if is_toned(plan) => output.or(RESOLVE),

@@ -1,4 +1,4 @@
-//! The rows of the fog's froxels: SCATTER, INTEGRATE and whatever lies in fog share one buffer, which all frames in flight have in common.
+//! The rows of the fog's froxels: SCATTER, INTEGRATE and all passes in fog share one buffer, which all frames in flight have in common.
 
 use super::{Carrier, Edge, Place, RowName, row};
 use crate::passes::{FROXEL_READ, fog, integrate, scatter};
@@ -13,7 +13,7 @@ impl RowName {
 pub(super) fn rows() -> [Edge; 3] {
     [
         row(RowName::FROXELS_REUSE, Carrier::BufferBarrier)
-            // Readers already wait for what was written before, so waiting for the readers covers it.
+            // Readers already wait for the earlier writes, so waiting for the readers covers it.
             .from(Place::OUTSIDE, &[FROXEL_READ])
             .to(scatter::PASS.place, &[scatter::LIGHT_WRITE])
             .because("frames share the froxels: FOG, TRANSPARENT and PARTICLES of the last one may still look up what SCATTER overwrites"),

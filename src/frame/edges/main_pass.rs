@@ -155,11 +155,11 @@ fn gbuffer_reuse(plan: &FramePlan) -> Edge {
         _ => vec![depth_dropped(plan)],
     };
     let mut after = vec![geometry::DEPTH_CLEAR];
-    // What LIGHTING or VIEW read and dropped; where it is the last subpass, whoever reads the picture has waited for that.
+    // LIGHTING or VIEW reads and drops the G-buffer. Where it is the last subpass, the picture's reader has waited for that.
     let is_last = plan.transparency.is_none() && !plan.has_fog() && !plan.has_tonemap_subpass();
     let waits_for_reader = plan.fxaa || plan.emissive && plan.light_target() == Target::Output;
     if plan.geometry_locations() > 0 {
-        // Where LIGHTING is the last to write light, TAA has waited for those, too, and HIZ has wherever there is that.
+        // Where LIGHTING is the last to write light, TAA has waited for those drops as well, and so has HIZ in any frame that has it.
         let waits_for_taa = plan.taa.is_some() && plan.transparency.is_none() && !plan.has_fog();
         if !(is_last && waits_for_reader || waits_for_taa || plan.reflects()) {
             before.push(lighting::COLOR_DROP);
@@ -181,7 +181,7 @@ fn gbuffer_reuse(plan: &FramePlan) -> Edge {
     of_gbuffer_pass(plan, row)
 }
 
-/// How the last frame let go of depth. TAA has waited for those before it.
+/// The last frame's last use of depth. TAA has waited for the uses before its own.
 pub(super) fn depth_dropped(plan: &FramePlan) -> Use {
     match plan.transparency {
         _ if plan.taa.is_some() => crate::passes::taa::FRAME_READ,
@@ -212,7 +212,7 @@ fn output_reuse(plan: &FramePlan, (first, first_use): (Place, Use)) -> Edge {
     };
     let read = output_reader(plan);
     let (name, before, why) = match plan.resolves_output() {
-        // LIGHTING is the first to touch both, and the last: whoever reads the picture has waited for what it dropped.
+        // LIGHTING is the first and the last to touch both: the picture's reader has waited for LIGHTING's drops.
         true if first == lighting::PASS.place && !plan.emissive => (
             RowName::TARGETS_REUSE,
             if read == present::ATTACH { RESOLVE } else { read },
@@ -225,13 +225,13 @@ fn output_reuse(plan: &FramePlan, (first, first_use): (Place, Use)) -> Edge {
         ),
         _ => (RowName::OUTPUT_REUSE, read, why),
     };
-    // TONE comes after the resolve: whoever reads its picture has not waited for the samples.
+    // TONE comes after the resolve: the reader of TONE's picture has not waited for the samples.
     let resolved = (name == RowName::TARGETS_REUSE && is_toned(plan)).then_some(RESOLVE);
     let before: Vec<_> = [before].into_iter().chain(resolved).collect();
     subpass(name).from(Place::OUTSIDE, &before).to(first, &[first_use]).because(why)
 }
 
-/// Where GEOMETRY has a render pass of its own, that carries its rows; what is between two render passes is not by region.
+/// Where GEOMETRY has a render pass of its own, that pass carries GEOMETRY's rows; a row between two render passes is not by region.
 fn of_gbuffer_pass(plan: &FramePlan, row: Edge) -> Edge {
     match plan.stores_gbuffer {
         true => Edge { carrier: Carrier::Subpass(GBUFFER_PASS), by_region: false, ..row },
@@ -239,7 +239,8 @@ fn of_gbuffer_pass(plan: &FramePlan, row: Edge) -> Edge {
     }
 }
 
-/// What is over when the last subpass of the last frame has dropped something: FXAA has waited for all that it wrote.
+/// Returns the last use of a target that the last subpass drops by `drop`. FXAA has waited for all that the subpass wrote, so it is FXAA's read if
+/// there is one.
 pub(super) fn dropped_last(plan: &FramePlan, drop: Use) -> Use {
     if plan.fxaa { fxaa::OUTPUT_READ } else { drop }
 }
@@ -250,10 +251,10 @@ fn color_use(plan: &FramePlan) -> Use {
 
 /// `others`: the rows besides it.
 fn gbuffer_to_lighting(plan: &FramePlan, others: &[Edge]) -> Edge {
-    // What is stored is stored after the tests.
+    // A store comes after the tests.
     let mut before = vec![if plan.stores_gbuffer { geometry::DEPTH_STORE } else { geometry::DEPTH_TEST }];
     let mut after = Vec::new();
-    // Where LIGHTING waits for an earlier user of its own target in one of these stages, it waits for what was stored as well.
+    // Where LIGHTING waits for an earlier user of its own target in one of these stages, it waits for GEOMETRY's stores as well.
     let waits_for_colors = |row: &Edge| {
         let is_first = (row.from, row.to) == (Place::OUTSIDE, lighting::PASS.place);
         is_first && row.before.stage.intersects(lighting::COLOR_DROP.stage | lighting::GBUFFER_READ.stage)
@@ -262,7 +263,8 @@ fn gbuffer_to_lighting(plan: &FramePlan, others: &[Edge]) -> Edge {
     if plan.lighting_tests_depth() {
         after.push(lighting::DEPTH_READ);
     }
-    // Between two render passes its layout changes, and whoever is the last user writes it after that; where AO reads it, it has changed before.
+    // Between two render passes depth changes its layout, and its last user writes it after that change; where AO reads depth, the change comes
+    // before AO.
     let light_is_last = plan.transparency.is_none() && !plan.has_fog();
     if light_is_last || plan.stores_gbuffer && !plan.has_ao() || plan.reflects() {
         after.push(lighting::DEPTH_DROP);
@@ -306,12 +308,12 @@ fn samples_reuse(plan: &FramePlan) -> Edge {
         )
 }
 
-/// How LIGHTING writes the light's target.
+/// The use by which LIGHTING writes the light's target.
 fn light_write(plan: &FramePlan) -> Use {
     if plan.blends_light() { lighting::LIGHT_BLEND } else { lighting::LIGHT_WRITE }
 }
 
-/// The subpass that is the last to write the light's target before it is shown, and how it does.
+/// The subpass that is the last to write the light's target before it is shown, and its use of the target.
 fn last_light(plan: &FramePlan) -> (Place, Use) {
     match plan.transparency {
         Some(Transparency::Sorted) => (transparent::PASS.place, transparent::BLEND),

@@ -38,7 +38,7 @@ const DRAWING: [S; 6] = [
     S::COLOR_ATTACHMENT_OUTPUT,
 ];
 
-/// What must be over, without stages that wrote nothing and are logically earlier than another one of the mask: a first scope has those anyway.
+/// Removes the stages that wrote nothing and are logically earlier than another one of the mask: a first scope includes those anyway.
 pub(super) fn latest(mask: Use) -> Use {
     let writes = |stage: S| SUPPORTED.iter().any(|(access, by)| mask.access.contains(*access) && by.contains(stage));
     let stages = DRAWING.iter().enumerate().fold(mask.stage, |stages, (index, &stage)| {

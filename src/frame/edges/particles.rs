@@ -13,7 +13,7 @@ impl RowName {
     pub(crate) const PARTICLES_TO_DRAW: Self = Self("particles-to-draw");
 }
 
-/// How TRANSPARENT's subpass reads depth besides its test, where particles are in it.
+/// The use by which TRANSPARENT's subpass reads depth besides its test, where particles are in it.
 pub(super) fn depth(plan: &FramePlan) -> Option<Use> {
     plan.particles.as_ref().map(|_| particles::DEPTH_READ)
 }
@@ -22,7 +22,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     let (sorted, keys) = (plan.sorts_particles(), [sort::KEY_READ, sort::KEY_WRITE]);
     let mut rows = vec![
         row(RowName::PARTICLES_REUSE, Carrier::BufferBarrier)
-            // PARTICLES already waits for what was written before, so waiting for its fragments, which come after its vertices, covers it.
+            // PARTICLES already waits for the earlier writes, so waiting for its fragments, which come after its vertices, covers it.
             .from(Place::OUTSIDE, &[particles::LAST_READ])
             .to(simulate::PASS.place, &[simulate::STATE_WRITE])
             .because("frames share the particles: PARTICLES of the last one may still fetch what SIMULATE overwrites"),

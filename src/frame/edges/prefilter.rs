@@ -1,4 +1,4 @@
-//! The rows of PREFILTER, which computes once what surfaces collect of the sky.
+//! The rows of PREFILTER, which computes once the light that surfaces collect of the sky.
 
 use ash::vk;
 

@@ -1,8 +1,8 @@
-//! The rows of frames that a window shows, besides those of other frames: two semaphores, and what comes over the picture.
+//! The rows of frames that a window shows, besides those of other frames: two semaphores, and the passes over the picture.
 //!
-//! Within a frame the swapchain's image is as any output: its row from OUTSIDE waits, instead of for COPY, for the stage at which the semaphore
-//! of the acquired image lets the frame go on ([`ATTACH`], [`BEGIN`]). The image's layout changes before the first write and after that stage,
-//! and so after presentation has read the image: the two make a chain.
+//! Within a frame the swapchain's image is as any output, but for its row from OUTSIDE: instead of for COPY, it waits for the stage at which the
+//! semaphore of the acquired image lets the frame go on ([`ATTACH`], [`BEGIN`]). The image's layout changes before the first write and after that
+//! stage, and so after presentation has read the image: the two make a chain.
 //!
 //! Where no hardware encodes the swapchain's images, the picture is one of the frame's own, as without a window, and lies between passes as it
 //! does there, to be copied. Then ENCODE alone touches the swapchain's image.
@@ -43,7 +43,7 @@ const WRITTEN: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
 const DRAWN_INTO: vk::ImageLayout = vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL;
 const SAMPLED: vk::ImageLayout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
 
-/// What may lie over the picture comes one after the other, each there or not: one ends with TRANSFER and the next begins with it.
+/// The passes that may lie over the picture come one after the other, each present or not: one ends with TRANSFER and the next begins with it.
 pub(super) const IN_TURN: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::empty());
 
 /// None where nothing is presented.

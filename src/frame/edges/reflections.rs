@@ -21,7 +21,7 @@ impl RowName {
     pub(crate) const RESOLVE_TO_COMPOSITE: Self = Self("resolve-to-composite");
 }
 
-/// All but those of what comes after, which [`to_transparent`] and [`in_blend_pass`] make. `light` is how LIGHTING writes the light.
+/// All but those of the passes after them, which [`to_transparent`] and [`in_blend_pass`] make. `light` is how LIGHTING writes the light.
 pub(super) fn rows(light: Use) -> Vec<Edge> {
     let (new, written, readable) =
         (vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);

@@ -15,7 +15,8 @@ pub(super) fn rows() -> [Edge; 2] {
         row(RowName::DEFORMED_REUSE, Carrier::BufferBarrier)
             // Readers already wait for what SKIN wrote before, so waiting for the readers covers it.
             .from(Place::OUTSIDE, &[VERTEX_READ])
-            // Where SKIN reads what it wrote last, a row to TAA has made that visible to compute, with all that draws had waited for.
+            // Where SKIN reads the vertices that it wrote last, a row to TAA has made them visible to compute, with everything that draws had waited
+            // for.
             .to(skin::PASS.place, &[skin::VERTEX_WRITE])
             .because("frames share the deformed vertices: draws of the last one may still fetch what SKIN overwrites"),
         row(RowName::SKIN_TO_DRAWS, Carrier::BufferBarrier)

@@ -1,4 +1,4 @@
-//! The rows of VELOCITY, TAA and SHARPEN, between the main pass and what finishes the picture.
+//! The rows of VELOCITY, TAA and SHARPEN, between the main pass and the passes that finish the picture.
 
 use ash::vk;
 
@@ -97,7 +97,7 @@ pub(super) fn rows(plan: &FramePlan, (last_light, light): (Place, Use)) -> Vec<E
         row(RowName::HISTORY_REUSE, Carrier::BufferBarrier)
             // SHARPEN of the last frame has waited for what TAA wrote then, so waiting for SHARPEN covers it.
             .from(Place::OUTSIDE, &[sharpen::HISTORY_READ, taa::HISTORY_READ])
-            // What it overwrites was written two frames ago, and has become visible to TAA of the last frame by this row.
+            // The overwritten history was written two frames ago, and has become visible to TAA of the last frame by this row.
             .to(taa::PASS.place, &[taa::HISTORY_READ])
             .because(
                 "TAA goes on from what the last frame left for it, and overwrites what the last frame went on from",

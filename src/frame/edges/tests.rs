@@ -50,7 +50,7 @@ fn every_access_is_one_that_a_stage_of_its_mask_supports_and_every_stage_that_mu
                 (accesses, stages) = (accesses | access, stages | supporting);
             }
             assert_eq!(accesses, one.access, "{name}: {}: an access that the table does not know", edge.name);
-            // A stage that only read is waited for without an access, and the CPU frees what it does not look at.
+            // A wait for a stage that only read needs no access, and the CPU frees memory without looking at it.
             // A write after reads alone needs no access either, where another row has made all else visible.
             let bare = side == Side::Before
                 || edge.name == RowName::LAST_USE_TO_DESTROY

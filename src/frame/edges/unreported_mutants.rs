@@ -29,11 +29,11 @@ pub struct UnreportedMutants {
     /// The rows' names.
     rows: &'static [RowName],
     parts: Parts,
-    /// In which plans, told by the row.
+    /// True for the rows of the plans in which the layer is silent.
     only: fn(&Edge) -> bool,
-    /// Where the specification says it.
+    /// The section of the specification.
     pub section: &'static str,
-    /// A sentence that it says there.
+    /// A sentence of that section.
     pub says: &'static str,
     /// Why the layer stays silent, in a sentence.
     pub why: &'static str,
@@ -83,7 +83,7 @@ const WAITS_TO_DROP: fn(&Edge) -> bool =
 const CHANGES_THE_LAYOUT: fn(&Edge) -> bool = |edge| edge.from == forward::PASS.place;
 const LEAVES_THE_LAYOUT: fn(&Edge) -> bool =
     |edge| edge.from != forward::PASS.place && edge.from != reflect_resolve::PASS.place;
-/// By SIMULATE, and by what shades.
+/// By SIMULATE, and by passes that shade.
 const LOOKED_UP_TWICE: fn(&Edge) -> bool =
     |edge| edge.after.stage.contains(stages(S::FRAGMENT_SHADER, S::COMPUTE_SHADER));
 const AFTER_REFLECTIONS: fn(&Edge) -> bool = |edge| edge.from == reflect_resolve::PASS.place;
@@ -218,7 +218,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         rows: &[RowName::RESOLVE_TO_TRANSPARENT],
         parts: Parts::All,
-        // Where FOG lies between the two, and no sums wait with it.
+        // Only where FOG lies between the two, and no sums wait with it.
         only: |edge| !edge.after.stage.contains(S::COLOR_ATTACHMENT_OUTPUT),
         section: "VkSubpassDependency",
         says: "the first set of commands includes all commands submitted as part of the subpass instance identified by srcSubpass and any \
@@ -551,7 +551,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         rows: &[RowName::READ_BACK],
         parts: Parts::Row,
-        // Where the pass draws into an image of the swapchain.
+        // Only where the pass draws into an image of the swapchain.
         only: |edge| edge.after.access.is_empty(),
         section: "VkSubpassDependency",
         says: "If there is no subpass dependency from the last subpass that uses an attachment to VK_SUBPASS_EXTERNAL, then an implicit subpass \

@@ -73,7 +73,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
 }
 
 impl Edges {
-    /// The rows that an uploader carries out. What the plan does not upload needs none.
+    /// The rows that an uploader carries out; none for kinds of data that the plan does not upload.
     pub(in crate::frame) fn upload_order(&self) -> UploadOrder {
         let order = |name| self.find(name).map(Edge::order);
         UploadOrder {

@@ -26,9 +26,9 @@ pub enum Fitted {
 }
 
 impl Presenter {
-    /// Makes the swapchain, and all that has the size of the picture, as large as the window is now; `size` where the window system leaves that
-    /// open. The scene on the device, its shadow maps and all pipelines stay, unless the plan of the new size has others. False while the
-    /// window has no pixels. A split that cannot be made is given up: see [`Presenter::refusal`]. Waits for frames that are being made.
+    /// Makes the swapchain, and all objects of the picture's size, as large as the window is now, or as `size` where the window system leaves that
+    /// open. The scene on the device, its shadow maps and all pipelines stay, unless the plan of the new size has others. False while the window has
+    /// no pixels. A split that cannot be made is given up: see [`Presenter::refusal`]. Waits for frames that are being made.
     ///
     /// # Errors
     /// When the surface is lost, or the device lacks the memory.
@@ -38,19 +38,19 @@ impl Presenter {
         Ok(self.fit_with(scene, settings, size, begun.map(Rebuild::wait))? != Fitted::Nothing)
     }
 
-    /// The same for a window and a surface that are as they were. What takes a driver's compiler its time is made in another thread: while it is
-    /// [`Fitted::Pending`], frames go on as they were, and once `wake` has been called the next call takes the new ones. Another scene than before
-    /// is fitted at once, as a device may not hold two.
+    /// The same for a window and a surface that are as they were. Another thread makes the parts for which a driver's compiler takes its time:
+    /// meanwhile, [`Fitted::Pending`], frames go on as they were, and once `wake` has been called the next call takes the new ones. Another scene
+    /// than before is fitted at once, as a device may not hold two.
     ///
     /// # Errors
     /// As [`Presenter::fit`].
     pub fn fit_later(&mut self, scene: &Scene, settings: &Settings, wake: &Wake) -> Result<Fitted, Error> {
         if self.is_pending() && !self.is_made() && self.changed != Some(true) {
-            // One at a time: who drags a slider would begin hundreds.
+            // One at a time: dragging a slider would begin hundreds.
             return Ok(Fitted::Pending);
         }
         if self.rebuild.as_ref().is_none_or(|rebuild| rebuild.begun.changes != self.changes) {
-            // Of settings that are not asked for any more.
+            // These frames are of settings that are not asked for any more.
             self.rebuild = None;
             let begun = Begun::new(self.changes, scene, settings);
             self.rebuild = self.builders(scene, settings)?.and_then(|builders| Rebuild::start(begun, builders, wake));
@@ -62,7 +62,7 @@ impl Presenter {
         self.fit_with(scene, settings, self.desc.size, made)
     }
 
-    /// Whether new frames are being made, or wait to be taken.
+    /// Returns true if new frames are being made, or wait to be taken.
     pub fn is_pending(&self) -> bool {
         self.rebuild.is_some()
     }
@@ -72,8 +72,8 @@ impl Presenter {
         self.rebuild.as_mut().is_some_and(Rebuild::is_done)
     }
 
-    /// What another thread can make into the frames that are asked for: the window's own, and those beside. None if it must be done at once, or
-    /// there is nothing to be made.
+    /// Returns the work that another thread can make into the frames that are asked for: the window's own, and those beside. None if it must be done
+    /// at once, or nothing is to be made.
     fn builders(&self, scene: &Scene, settings: &Settings) -> Result<Option<[Option<RendererBuilder>; 2]>, Error> {
         let (Some(surface), Some(shown), Some(swapchain)) = (&self.surface, &self.renderer, &self.swapchain) else {
             return Ok(None);
@@ -111,7 +111,7 @@ impl Presenter {
         mut made: Option<Made>,
     ) -> Result<Fitted, Error> {
         let own = match made.as_mut().and_then(|made| made.own.take()).transpose() {
-            // There is more of it without the old frames, and what was made beside.
+            // More memory is free without the old frames, and without those made beside.
             Err(error) if is_for_memory(&error) => {
                 made = None;
                 None
@@ -129,7 +129,7 @@ impl Presenter {
         let mut taken = own.is_some();
         match (own, &mut self.renderer) {
             (Some(own), renderer) => {
-                // Given up first, so that what has the size of the picture is there only once.
+                // Given up first, so that objects of the picture's size exist only once.
                 *renderer = None;
                 let mut own = own.resized(plan, &views)?;
                 own.halt_after(self.halted);
@@ -179,7 +179,7 @@ impl Presenter {
             let plan = plan_for(&self.device, scene, &settings)?;
             let before = (self.desc.images, self.desc.usage);
             let (images, usage) = (self.wish_for(&plan), desc_for(&plan).usage);
-            // Frames of other settings may need other images than those before. What they need does not depend on their size.
+            // Frames of other settings may need other images than those before. That need does not depend on their size.
             self.desc = SwapchainDesc { images, usage, ..self.desc };
             if swapchain.formats.by_shader || (images, usage) == before {
                 return Ok(Some((settings, plan.presented_as(canvas))));
@@ -196,7 +196,7 @@ impl Presenter {
     fn fit_over(&mut self) -> Result<(), Error> {
         let (Some(swapchain), Some(renderer)) = (&self.swapchain, &self.renderer) else { return Ok(()) };
         let over = Over::of(renderer, swapchain, self.desc.images);
-        // Taken out first: what could not be fitted is gone, and not drawn with.
+        // Taken out first: an overlay that could not be fitted is gone, and not drawn with.
         let overlay = self.overlay.take().filter(|own| own.format() == over.format && self.changed.is_none());
         if let Some(mut overlay) = overlay {
             overlay.resize(&over.views, over.extent)?;
@@ -214,7 +214,7 @@ impl Presenter {
         Ok(())
     }
 
-    /// Makes the other picture as the frames are, or gives it up. Whether it is what another thread has made.
+    /// Makes the other picture as the frames are, or gives it up. Returns true if another thread's frames were adopted.
     fn fit_split(&mut self, scene: &Scene, settings: &Settings, made: Option<Made>) -> bool {
         let (Some(split), Some(renderer), Some(swapchain)) = (&mut self.split, &self.renderer, &self.swapchain) else {
             return false;
@@ -231,7 +231,7 @@ impl Presenter {
     }
 }
 
-/// Returns true if it is memory that lacked.
+/// Returns true if memory was lacking.
 fn is_for_memory(error: &Error) -> bool {
     matches!(error, Error::Gpu(gpu::Error::OutOfMemory { .. } | gpu::Error::Allocator { .. }))
 }

@@ -29,7 +29,7 @@ pub struct Clash {
     pub kind: HazardKind,
     /// The names of the memory, without articles where it is not one thing: `depth`, `the picture`.
     pub memories: Vec<&'static str>,
-    /// How many frames the earlier use comes before the later one's; 0 for what comes before all frames.
+    /// The number of frames by which the earlier use comes before the later one's; 0 for a use before all frames.
     pub frames_apart: usize,
     /// The earlier use.
     pub first: End,

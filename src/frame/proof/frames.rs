@@ -1,4 +1,5 @@
-//! A model of the work of a plan's frames, made from the plan, its render passes and its rows: uploads, frames in flight, copies, and what a window adds.
+//! A model of the work of a plan's frames, made from the plan, its render passes and its rows: uploads, frames in flight, copies, and a window's
+//! additions.
 
 use ash::vk::{AccessFlags as A, ImageLayout as L};
 
@@ -24,7 +25,7 @@ const PRESENTED: Use = Use::new(PRESENTATION, A::MEMORY_READ);
 /// The state that differs from frame to frame.
 #[derive(Clone, Copy, Default)]
 struct Turn {
-    /// How often each shadow map is drawn.
+    /// The number of times that each shadow map is drawn.
     maps: [usize; 2],
     /// Deformed objects have another pose than in the frame before.
     posed: bool,
@@ -113,7 +114,7 @@ struct Frames<'a> {
     plan: &'a FramePlan,
     edges: &'a Edges,
     program: Program,
-    /// When the submission of each frame ended.
+    /// The end of each frame's submission.
     ends: Vec<Time>,
     /// The end of a submission whose copy the CPU has not looked at.
     copied: Option<Time>,

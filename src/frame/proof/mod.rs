@@ -1,8 +1,8 @@
 //! Proves a plan's rows without a device, a driver or a layer: finds the hazards that they leave, and the rows that order nothing.
 //!
-//! From the plan follows what its frames touch, and when; from the rows, what synchronizes that ([`frames`]). The specification's rules of
-//! execution and memory dependencies say what is ordered ([`order`]). A pair of touches of the same memory, one of which writes, is a hazard if it
-//! is not.
+//! The plan decides which memory its frames touch, and when; the rows decide how these touches are synchronized ([`frames`]). The specification's
+//! rules of execution and memory dependencies decide which touches are ordered ([`order`]). A pair of touches of the same memory, one of which
+//! writes, is a hazard if it is not ordered.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -33,9 +33,9 @@ pub enum HazardKind {
     ReadAfterWrite,
     /// Two writes may come in either order.
     WriteAfterWrite,
-    /// A write may come before the read of what it replaces.
+    /// A write may come before the read of the value that it replaces.
     WriteAfterRead,
-    /// A layout change, and what it does not wait for.
+    /// A layout change, and a use that it does not wait for.
     ChangeAfterUse,
     /// A use, and the layout change that it does not wait for.
     UseAfterChange,
@@ -126,7 +126,7 @@ impl Frames {
     }
 }
 
-/// Whether nothing is lost without a part of a row: it orders only what others order already.
+/// Returns true if nothing is lost without a part of a row: it orders only what others order already.
 ///
 /// # Errors
 /// As [`Edges::without_part`].
@@ -166,7 +166,7 @@ fn hazards_of(program: &Program) -> impl Iterator<Item = Hazard> {
 }
 
 impl<'a> Past<'a> {
-    /// Adds what a group does, and gives what it waits for too little.
+    /// Adds the touches of a group, and returns the hazards with those before it.
     fn take(&mut self, order: &Order, group: &[&'a Touch]) -> Vec<Hazard> {
         let mut found = Vec::new();
         let mut report = |kind, first: String, second: &Touch, consequence, clash| {
@@ -183,7 +183,7 @@ impl<'a> Past<'a> {
             }
         }
         let of_kind = |kind: &Kind| group.iter().copied().filter(|touch| touch.kind == *kind).collect::<Vec<_>>();
-        // Whatever else the group does comes after its load operation. One that only reads holds no earlier reader back.
+        // The load operation comes before all else that the group does. A group that only reads holds no earlier reader back.
         let loads: Vec<_> = of_kind(&Kind::Load).into_iter().filter(|touch| touch.is_write()).collect();
         let mut overtaken = None;
         for second in if loads.is_empty() { group.to_vec() } else { loads } {

@@ -82,7 +82,7 @@ impl Bits {
     }
 }
 
-/// The synchronizations that happen after a touch: execution, and those before which what it wrote is made available.
+/// The synchronizations that happen after a touch: for execution, and for making its write available.
 struct Reached {
     executed: Bits,
     available: Bits,
@@ -125,7 +125,7 @@ impl<'a> Order<'a> {
     // ANCHOR: has
     /// Returns true if `first` is over before `second` begins, and what it wrote, if it did, is there.
     pub(super) fn has(&self, first: &Touch, second: &Touch) -> bool {
-        // A dependency by region orders what touches its own pixel alone, in the same instance of a render pass.
+        // A dependency by region orders touches of the same pixel alone, in the same instance of a render pass.
         let local = first.local.filter(|_| first.local == second.local);
         let key = (std::ptr::from_ref(first), local.is_some());
         let known = self.reached.borrow().get(&key).cloned();
@@ -172,7 +172,7 @@ impl<'a> Order<'a> {
             let scope = sync.first;
             let (executed, available) = match &first.kind {
                 Kind::Transition { by, .. } => {
-                    // What waits for whole submissions waits for their layout changes. What a change writes is available by itself.
+                    // A wait for whole submissions includes their layout changes. The write of a layout change is available by itself.
                     let direct = by.contains(&index) || sync.is_whole && scope.span.contains(first.time);
                     (direct, direct)
                 }

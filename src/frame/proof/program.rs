@@ -1,4 +1,4 @@
-//! Frames as a list: what touches which memory and when, and what synchronizes it.
+//! Frames as a list: each touch of memory with its time, and the synchronization between them.
 
 use std::fmt;
 
@@ -37,7 +37,7 @@ impl Span {
     }
 }
 
-/// One side of a synchronization: when, and which stages and accesses.
+/// One side of a synchronization: its time, stages and accesses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Scope {
     pub(super) span: Span,
@@ -52,7 +52,7 @@ pub(super) struct Sync {
     /// The instance of a render pass within whose regions alone it orders.
     pub(super) region: Option<u32>,
     /// The memory that it is about; none for all of it. The specification lets dependencies of a render pass, and the execution dependency of any
-    /// barrier, order whatever there is. Here they order what their pass or their barrier touches: no pass may rest on another one's rows.
+    /// barrier, order all touches. Here they order the touches of their pass or their barrier: no pass may rest on another one's rows.
     pub(super) memory: Option<MemorySet>,
     /// Its first scope has all that the span has, layout changes included: fences, and semaphores that are signaled.
     pub(super) is_whole: bool,
@@ -213,7 +213,7 @@ pub(super) struct Touch {
     pub(super) memory: Memory,
     pub(super) time: Time,
     pub(super) who: Who,
-    /// In which frame, from 1; 0 for what comes before all of them.
+    /// The frame, from 1; 0 for touches before all of them.
     pub(super) frame: usize,
     pub(super) stage: S,
     pub(super) access: A,
@@ -275,7 +275,7 @@ impl Program {
         }
     }
 
-    /// A touch of which is only said by whom, of what and in which layout.
+    /// A touch with its party, its memory and its layout alone.
     pub(super) fn plain(&self, memory: Memory, who: Who, layout: vk::ImageLayout) -> Touch {
         Touch {
             memory,

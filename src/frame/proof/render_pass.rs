@@ -1,4 +1,4 @@
-//! A render pass in the list: its dependencies, with those that are implicit, and what its subpasses do to attachments ("Render Pass": load
+//! A render pass in the list: its dependencies, with those that are implicit, and its subpasses' touches of attachments ("Render Pass": load
 //! operations, layout changes, store operations).
 
 use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
@@ -35,11 +35,11 @@ struct Instance<'a> {
     pass: &'a PassDescription,
     /// Of each attachment.
     memory: &'a [Memory],
-    /// This, and what subpasses touch besides.
+    /// All memory that the instance touches: attachments, and the subpasses' touches besides.
     touched: MemorySet,
     id: u32,
     begin: Time,
-    /// When each subpass is.
+    /// The time of each subpass.
     times: Vec<Time>,
     end: Time,
     /// Each dependency: its subpasses, and its index.
@@ -49,7 +49,7 @@ struct Instance<'a> {
 const EXTERNAL: u32 = vk::SUBPASS_EXTERNAL;
 
 impl Program {
-    /// An instance of a pass. `memory` is that of its attachments, and `besides` tells of each subpass what else it touches.
+    /// An instance of a pass. `memory` is that of its attachments, and `besides` has each subpass's other touches.
     pub(super) fn render_pass(
         &mut self,
         pass: &PassDescription,
@@ -98,7 +98,7 @@ impl Instance<'_> {
             .iter()
             .map(|(edge, ends)| (*ends, edge.before, edge.after, edge.by_region))
             .collect();
-        // Where an attachment's layout changes and nothing is said, there are implicit dependencies that wait for nothing from outside.
+        // An attachment that changes its layout without a dependency of the pass has implicit ones, which wait for nothing from outside.
         for (index, (_, attachment)) in (0..).zip(&self.pass.attachments) {
             let users = self.users(index);
             let (Some(&first), Some(&last)) = (users.first(), users.last()) else { continue };

@@ -1,4 +1,4 @@
-//! The effect of a hazard on a frame, without Vulkan's terms: who may touch which memory too soon.
+//! The effect of a hazard on a frame, without Vulkan's terms: one party touches a memory before another is done with it.
 
 use super::program::{Memory, Touch, Who};
 use crate::frame::edges::Place;
@@ -23,7 +23,7 @@ pub struct Consequence {
     clause: String,
 }
 
-/// Each different sentence once; what reads wrong values before what writes or changes a layout too soon.
+/// Each different sentence once; reads of wrong values come before writes and layout changes that are too soon.
 pub fn in_words<'a>(consequences: impl IntoIterator<Item = &'a Consequence>) -> Vec<String> {
     let mut sentences: Vec<(&Consequence, Vec<&str>)> = Vec::new();
     for one in consequences {
@@ -81,7 +81,8 @@ impl Consequence {
     }
 }
 
-/// The earlier use to tell of: `first`, or what it overtook if it is a layout change, since a change that waits for nothing is no news to later uses.
+/// The earlier use to tell of: `first`, or the use that it overtook if it is a layout change, since a change that waits for nothing is no news to
+/// later uses.
 pub(super) fn blamed<'a>(first: &'a Touch, overtaken: Option<&'a Touch>, second: &Touch) -> &'a Touch {
     overtaken.filter(|_| first.is_change() && !second.is_change()).unwrap_or(first)
 }
@@ -99,7 +100,7 @@ fn who(touch: &Touch) -> String {
     }
 }
 
-/// When the first of two touches is, where that is another frame than the second's.
+/// The frame of the first of two touches, where that is another than the second's.
 fn when(first: &Touch, second: &Touch) -> &'static str {
     match second.frame.saturating_sub(first.frame) {
         _ if first.frame == 0 => "",

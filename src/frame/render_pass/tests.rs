@@ -73,7 +73,7 @@ impl References {
         self.subpasses.iter().find(|own| own.place == place).unwrap_or(&self.absent)
     }
 
-    /// Where samples are resolved to, after whichever subpass.
+    /// The attachments into which samples are resolved, after whichever subpass.
     fn resolve(&self) -> &Vec<vk::AttachmentReference> {
         let all = self.subpasses.iter().map(|own| &own.resolve);
         all.max_by_key(|resolve| resolve.len()).unwrap_or(&self.absent.resolve)
@@ -373,7 +373,7 @@ fn a_gbuffer_that_is_stored_lies_between_two_render_passes_and_nothing_else_chan
                 assert_eq!(loaded.load_op, vk::AttachmentLoadOp::LOAD, "{name} {target:?}");
                 assert_eq!(loaded.initial_layout, description.final_layout, "{name} {target:?}");
             }
-            // What the second pass is the first to touch, and all that it leaves, is as in one pass.
+            // In the second pass, the loads of targets that it touches first, and all stores, are as in one pass.
             for (target, description) in attachments(&whole) {
                 let (_, own) = second.iter().find(|(own, _)| *own == target).expect("in both");
                 assert_eq!(
@@ -491,7 +491,7 @@ fn subpasses_write_attachments_of_one_sample_count_and_resolve_into_the_output()
         );
         let resolved: Vec<_> = refs.resolve().iter().map(|reference| name_of(&refs, reference)).collect();
         assert_eq!(resolved, if plan.resolves_output() { vec![Some(Target::Output)] } else { vec![] }, "{name}");
-        // Someone resolves whatever has several samples.
+        // A pass resolves each target of several samples.
         assert!(
             plan.msaa == 1 || plan.resolves_output() || plan.hdr.is_some() || !plan.lighting_tests_depth(),
             "{name}"

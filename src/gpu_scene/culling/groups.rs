@@ -17,7 +17,7 @@ pub struct CulledState {
     pub object: usize,
     pub width: IndexWidth,
     pub deformed: bool,
-    /// Of those of a step of depth.
+    /// Their commands, among those of a step of depth.
     pub commands: Range<u32>,
 }
 
@@ -27,7 +27,7 @@ pub(super) struct Groups {
     pub count: usize,
     pub slots: usize,
     pub commands: usize,
-    /// Where levels lie among the words.
+    /// The place of the levels among the words.
     pub levels_at: usize,
     pub states: Vec<CulledState>,
 }
@@ -78,7 +78,7 @@ fn own_errors(world: &World, object: &WorldObject) -> Vec<f32> {
     world.levels_of(object).iter().map(squared_error).collect()
 }
 
-/// Where the indices of a level lie. The plan has the mesh of each object that is drawn.
+/// Returns the place of a level's indices. The plan has the mesh of each object that is drawn.
 fn range(scene: &GpuScene, object: &WorldObject, level: u8) -> MeshRange {
     let none =
         MeshRange { first_index: 0, index_count: 0, vertex_offset: 0, width: IndexWidth::Bits16, deformed: false };

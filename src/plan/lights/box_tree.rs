@@ -28,7 +28,7 @@ struct Node {
     parent: usize,
 }
 
-/// How a box lies to something that may hold it.
+/// The position of a box relative to a volume that may hold it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
     Outside,
@@ -141,7 +141,7 @@ impl BoxTree {
         }
     }
 
-    /// The boxes for which the test holds, by their numbers. What holds for a box must hold for each box around it.
+    /// The boxes for which the test holds, by their numbers. A test that holds for a box must hold for each box around it.
     pub fn each(&self, mut test: impl FnMut(&Aabb) -> bool) -> impl Iterator<Item = usize> {
         let mut index = 0;
         std::iter::from_fn(move || {

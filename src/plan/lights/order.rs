@@ -10,12 +10,12 @@ use super::box_tree::BoxTree;
 use super::reach::{Reach, bounded, range_of, sphere_of};
 use crate::scene::{Aabb, Emitter, Fog, GbufferPreset, Light, OptionalPart, Scene, Settings, TargetChoice, View};
 
-/// How far beside where it is a surface may be lit, for a plan, which knows no camera, as a share of the scene's radius: right for cameras
-/// within 100 radii.
+/// The distance between a surface and the place at which it may be lit, as a share of the scene's radius, for a plan, which knows no camera: right
+/// for cameras within 100 radii.
 const PLANNED_ROUNDING: f64 = 0.01;
 
-/// Returns true if surfaces are lit so far beside where they are that a plan, which knows no camera, leaves no light out: half floats are as
-/// coarse as the camera is far away, and several samples of a pixel are lit at their mean.
+/// Returns true if surfaces are lit so far from their own place that a plan, which knows no camera, leaves no light out: half floats are as coarse as
+/// the camera is far away, and several samples of a pixel are lit at their mean.
 fn is_misplaced(settings: &Settings) -> bool {
     let choice = &settings.gbuffer;
     let preset = (choice.preset == GbufferPreset::Fat).then_some(TargetChoice::Rgba16f);
@@ -35,13 +35,13 @@ pub(crate) struct LightOrder {
     pub order: Vec<usize>,
     /// Those that reach nothing, and so are not among them.
     pub idle: IdleLights,
-    /// How many of the last ones reach nothing and stay on request. Nothing else is decided by them.
+    /// The number of lights, last in `order`, that reach nothing and stay on request. Nothing else is decided by them.
     needless: usize,
 }
 
 impl LightOrder {
     pub(crate) fn of(scene: &Scene, settings: &Settings) -> Self {
-        // What comes from everywhere comes from no light.
+        // Ambient light comes from no light.
         if settings.view == View::Ambient {
             return Self { order: Vec::new(), idle: IdleLights::default(), needless: 0 };
         }
@@ -56,7 +56,7 @@ impl LightOrder {
         } else {
             order.retain(|&index| !idle.has(index));
         }
-        // Stable: lights of a kind keep the scene's order, and with it their sum its rounding. What reaches nothing adds zero, and comes last.
+        // Stable: lights of a kind keep the scene's order, and with it their sum its rounding. Lights that reach nothing add zero, and come last.
         order.sort_by_key(|&index| match &lights[index] {
             light if light.kind.is_directional() => 0,
             light if !bounded(light, settings) => 1,
@@ -69,12 +69,12 @@ impl LightOrder {
         Self { order, idle, needless }
     }
 
-    /// How many stay on request.
+    /// The number of lights that reach nothing and stay on request.
     pub(crate) fn needless(&self) -> usize {
         self.needless
     }
 
-    /// The lights that decide what there is.
+    /// The lights that decide on the plan's parts.
     pub(crate) fn needed(&self) -> &[usize] {
         &self.order[..self.order.len() - self.needless]
     }
@@ -85,7 +85,7 @@ impl LightOrder {
 pub(crate) struct IdleLights {
     /// The reach of each, by its number in the scene.
     reaches: BTreeMap<usize, Reach>,
-    /// How much further a light is taken to reach.
+    /// The metres by which a light is taken to reach further.
     metres: f64,
     /// Something of the scene moves, so that none is left out.
     pub moves: bool,
@@ -93,9 +93,9 @@ pub(crate) struct IdleLights {
 
 impl IdleLights {
     pub(crate) fn of(scene: &Scene, settings: &Settings) -> Self {
-        // What moves may come into reach of any light, and a light that moves into reach of anything.
+        // A moving object may come into reach of any light, and a moving light may reach any object.
         let moves = !scene.motion.is_empty() || scene.objects.iter().any(|object| object.movable);
-        // Air that lights shine through is everywhere.
+        // Air that lights shine through is everywhere, in reach of each.
         let in_air = settings.fog == Fog::Froxels;
         if moves || in_air || shows_all(settings.view) || is_misplaced(settings) {
             return Self { moves, ..Self::default() };

@@ -1,4 +1,4 @@
-//! How pixels meet their lights: which light path the plan takes.
+//! The light path that a plan takes: the way in which pixels meet their lights.
 
 use std::fmt::Write as _;
 
@@ -87,7 +87,7 @@ fn cheapest(
     (path, reason(path, &outs, &figures, &load))
 }
 
-/// What each path takes that could be taken, in milliseconds, and why the others could not.
+/// The cost of each path that could be taken, in milliseconds, and the reasons against the others.
 fn reason(path: LightPath, outs: &[(LightPath, Option<&'static str>)], figures: &CostModel, load: &Load) -> String {
     let many = match load.unlimited + load.limited {
         0 => "no light".into(),
@@ -173,8 +173,9 @@ fn is_lit(view: View) -> bool {
 /// Returns true if surfaces are so plain that each is best lit as it is drawn. Measured in docs/LIGHT_PATHS.md: with one light this beats the loop for any number
 /// of layers on a GPU, and up to two on a CPU even where they lie back to front; draws go from near to far.
 ///
-/// What is shadowed, textured or transparent is not: overdraw then costs more. Nor are several samples a pixel, which the two ways
-/// shade differently, ambient occlusion and reflections, which need one, or a layout of the G-buffer that was asked for. What is kept without need does not count.
+/// Shadowed, textured or transparent surfaces are not plain: overdraw then costs more. Nor are several samples a pixel, which the two ways shade
+/// differently, ambient occlusion and reflections, which need one, or a layout of the G-buffer that was asked for. Parts that are kept without need
+/// do not count.
 fn is_plain(scene: &Scene, settings: &Settings, planned: &[usize]) -> bool {
     let lit = match planned {
         [] => true,
@@ -193,7 +194,7 @@ fn is_plain(scene: &Scene, settings: &Settings, planned: &[usize]) -> bool {
         && scene.objects.iter().all(plain)
 }
 
-/// Why `auto` does not choose compute, whatever it costs: what the path cannot do, and tile memory, of which only a device's own figures tell.
+/// The reason why `auto` does not choose compute, whatever it costs: limits of the path, and tile memory, of which only a device's own figures tell.
 fn compute_is_out(scene: &Scene, settings: &Settings, device: &Capabilities) -> Option<&'static str> {
     let transparent = scene.objects.iter().any(|object| scene.materials[object.material].is_transparent());
     [
@@ -281,7 +282,7 @@ mod tests {
         }
     }
 
-    /// Whoever opens a window has a device measured, and its pictures must stay as they were.
+    /// Opening a window has the device measured, and its pictures must stay as they were.
     #[test]
     fn figures_that_nobody_asked_for_choose_only_between_the_same_bits() {
         let lamps = |count| {
@@ -331,7 +332,7 @@ mod tests {
         let chosen = |scene: &Scene, settings: &Settings| {
             let plan = FramePlan::of(scene, settings, &samples::device()).expect("a plan");
             assert_eq!(lacks_gbuffer(plan.light_path), plan.gbuffer.is_none());
-            // What is kept without need changes no path, or pictures could differ.
+            // Parts that are kept without need change no path, or pictures could differ.
             let full = Settings { keep: Keep::ALL, ..settings.clone() };
             let full = FramePlan::of(scene, &full, &samples::device()).expect("a full plan");
             assert_eq!((full.light_path, &full.light_path_reason), (plan.light_path, &plan.light_path_reason));

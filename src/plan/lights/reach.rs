@@ -1,4 +1,4 @@
-//! How far a light reaches: by its range, or by the certified cut-off.
+//! The reach of a light: its range, or the certified cut-off.
 
 use glam::DVec3;
 
@@ -32,14 +32,14 @@ impl Reach {
     }
 }
 
-/// The sphere around what a light brings light to within `reach` metres.
+/// The sphere around everything that a light lights within `reach` metres.
 pub(crate) fn sphere_of(light: &Light, reach: f64) -> Reach {
     let (center, radius) = light.kind.form().sphere(reach);
     Reach { center, radius }
 }
 
-/// How far each light reaches in metres: its range, or with the certified cut-off the distance beyond which the sum of all
-/// that is dropped stays below half a step of the output; else infinity.
+/// The reach of each light in metres: its range, or with the certified cut-off the distance beyond which the sum of all dropped light stays below
+/// half a step of the output; else infinity.
 ///
 /// A light of I candela brings a pixel at most `exposure I B / d^2`, where B bounds the reflection of all materials
 /// ([`largest_reflection`]). Half a step of 8 bits, 0.5 / 255, divided by the steepest slope of tone curve and sRGB encoding
@@ -78,7 +78,7 @@ impl Cut {
         let candela = f64::from(light.intensity) * f64::from(light.color.max_element());
         match (form.range, form.falloff) {
             (Some(range), _) => range,
-            // Finite, as `bounded` says: what reaches everywhere is sorted before what does not.
+            // Finite, as `bounded` says: lights that reach everywhere are sorted before the others.
             (None, Some(falloff)) if self.enabled && weakens(falloff) => {
                 let brightest = f64::from(self.exposure) * self.reflection;
                 distance_of(falloff, candela * brightest, self.share).min(FARTHEST)
@@ -93,7 +93,7 @@ pub(crate) fn range_of(light: &Light) -> Option<f64> {
     light.kind.form().range
 }
 
-/// Where a light that is `brightest` at one metre's fall-off of 1 falls below `share`.
+/// The distance at which a light that is `brightest` at one metre's fall-off of 1 falls below `share`.
 fn distance_of(falloff: Falloff, brightest: f64, share: f64) -> f64 {
     falloff.polynomial_radius(brightest, share).unwrap_or_else(|| (brightest / share).sqrt())
 }

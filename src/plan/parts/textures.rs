@@ -1,4 +1,4 @@
-//! Textures, and what factors of materials say in their place.
+//! Textures, and factors of materials in their place.
 
 use std::collections::BTreeSet;
 

@@ -1,4 +1,4 @@
-//! How textures are filtered: for how much of a pixel, and where they are seen at a low angle.
+//! The filtering of textures: the part of a pixel that it covers, and surfaces at a low angle.
 
 use crate::plan::{Capabilities, FramePlan, Part, parts, taa};
 use crate::scene::{Scene, Settings};

@@ -85,13 +85,13 @@ impl DeformPlan {
         self.vertices * (MeshPlan::stride(self.streams) + if self.keeps_positions { 12 } else { 0 })
     }
 
-    /// Bytes of what the CPU writes for each frame: a palette row is four floats, and a joint has three.
+    /// Bytes that the CPU writes for each frame: a palette row is four floats, and a joint has three.
     pub fn pose_bytes(&self) -> u64 {
         48 * self.joints + 16 * self.weights.div_ceil(4)
     }
 }
 
-/// How many joints move an object's mesh; `None` for one without a skin that its mesh was made for.
+/// The number of joints that move an object's mesh; `None` for one without a skin that its mesh was made for.
 fn joints_of(scene: &Scene, object: &Object, mesh: &Mesh) -> Option<usize> {
     mesh.influences.as_ref()?;
     scene.motion.skins.get(object.skin?).map(|skin| skin.joints.len())

@@ -1,9 +1,8 @@
-//! The materials of a scene as a plan draws them: what a texture says all over is said by the factors instead, and a mask that cuts
-//! nothing is none. World, pipelines, shadows and reports all go by these.
+//! The materials of a scene as a plan draws them: factors replace a texture that has one value all over, and a mask that cuts nothing is none. World,
+//! pipelines, shadows and reports all go by these.
 //!
-//! A factor times a texture's one colour is what the shader would have multiplied: exactly where the colour is 0 or 1 (codes 0 and 255), else
-//! but for the rounding of the device's conversion and of one product, about 1 part in 2^22. No channel of a picture changes by more than
-//! one code.
+//! A factor times a texture's one colour is the shader's product: exactly where the colour is 0 or 1 (codes 0 and 255), else but for the rounding of
+//! the device's conversion and of one product, about 1 part in 2^22. No channel of a picture changes by more than one code.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,7 +14,7 @@ use crate::scene::{
     Texture, TextureSlot, View, scaled,
 };
 
-/// Materials as they are drawn, and what became of them.
+/// Materials as they are drawn, and the record of their simplification.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct EffectiveMaterials {
     /// As many as the scene has, in its order. [`Material::ambient`] is the share of ambient light for every model.
@@ -32,7 +31,7 @@ pub struct EffectiveMaterials {
     pub moving_maps: BTreeSet<usize>,
     /// Materials of objects that have a look, or whose cells a clip moves.
     pub looks: BTreeSet<usize>,
-    /// How the scene's textures are sampled, in its order.
+    /// The sampling of the scene's textures, in its order.
     samplers: Vec<Sampler>,
     view: View,
     brdf_override: Option<Brdf>,
@@ -58,7 +57,7 @@ impl EffectiveMaterials {
             let moves = moving.contains(&index);
             let widest = if moves { scene.motion.widest(index, material) } else { material.clone() };
             let mut own = effective.as_drawn(widest);
-            // What a clip changes is no constant.
+            // A value that a clip changes is no constant.
             if moves {
                 effective.all.push(effective.glowing(index, own));
                 continue;
@@ -79,8 +78,8 @@ impl EffectiveMaterials {
         effective
     }
 
-    /// A material whose objects may be selected, and whose colour is what it emits: also a black one may come to glow, so that a plan for it has
-    /// what emission needs.
+    /// A material whose objects may be selected, and whose colour is its emission: also a black one may come to glow, so that a plan for it has the
+    /// parts that emission needs.
     fn glowing(&self, index: usize, mut material: Material) -> Material {
         if self.looks.contains(&index) && self.emits_color(&material) {
             material.emissive = material.emissive.max(Vec3::splat(f32::MIN_POSITIVE));
@@ -88,7 +87,7 @@ impl EffectiveMaterials {
         material
     }
 
-    /// A material of the scene as these plans draw it, with nothing folded: what clips change is drawn so at each moment.
+    /// A material of the scene as these plans draw it, with nothing folded: materials that clips change are drawn so at each moment.
     pub(crate) fn as_drawn(&self, material: Material) -> Material {
         let mut own = simplified(material, self.view);
         if !matches!(own.model(self.brdf_override), Brdf::Phong | Brdf::BlinnPhong) {
@@ -97,7 +96,7 @@ impl EffectiveMaterials {
         own
     }
 
-    /// Returns true if a material's colour is what it emits: that of what is unlit, in views that show what is emitted.
+    /// Returns true if a material's colour is its emission: an unlit one's, in views that show emission.
     pub(crate) fn emits_color(&self, material: &Material) -> bool {
         material.unlit && self.view.shows_emission()
     }
@@ -109,7 +108,7 @@ impl EffectiveMaterials {
         samplers.any(|sampler| Some(sampler) != first)
     }
 
-    /// Materials of coloured meshes: what their masks cut depends on the vertices.
+    /// Materials of coloured meshes: the cuts of their masks depend on the vertices.
     fn veiled(&self, scene: &Scene) -> BTreeSet<usize> {
         let colored = scene.objects.iter().filter(|object| self.colored.contains(&object.mesh));
         colored.map(|object| object.material).collect()
@@ -142,7 +141,7 @@ impl EffectiveMaterials {
         material
     }
 
-    /// The material with what textures say all over in its factors.
+    /// The material with constant textures folded into its factors.
     fn fold(&mut self, mut material: Material, texels: &mut Texels) -> Material {
         for slot in TextureSlot::ALL {
             let form = slot.form();
@@ -154,7 +153,7 @@ impl EffectiveMaterials {
             };
             let is_strength = slot == TextureSlot::Specular && material.reflectance_texture().is_some();
             let alpha = is_covering && material.is_transparent();
-            // What a mask decides must not be a matter of rounding.
+            // A mask's decision must not be a matter of rounding.
             let texture = material.texture(slot).filter(|_| !(is_covering && material.is_masked()));
             let color = match slot {
                 TextureSlot::Normal => texture.filter(|&texture| texels.is_flat(texture)).map(|_| [1.0; 4]),
@@ -172,7 +171,8 @@ impl EffectiveMaterials {
     }
 }
 
-/// What is unlit emits its colour and reflects nothing; views that show no emission show the colour. A coat is a lobe and no more.
+/// Simplifies a material: an unlit one emits its colour and reflects nothing; views that show no emission show the colour. A coat is a lobe and no
+/// more.
 fn simplified(mut material: Material, view: View) -> Material {
     if material.unlit {
         material.brdf = Brdf::Lambert;
@@ -217,7 +217,7 @@ fn moving_maps(scene: &Scene) -> BTreeSet<usize> {
 /// Red, green, blue and alpha: which of them count.
 type Channels = [bool; 4];
 
-/// What textures say all over; each is looked through once for each use that differs.
+/// Values that textures have all over; each texture is looked through once for each use that differs.
 struct Texels<'a> {
     textures: &'a [Texture],
     colors: BTreeMap<(usize, Channels), Option<[f64; 4]>>,

@@ -233,8 +233,8 @@ impl MeshPlan {
     }
 }
 
-/// By mesh: its levels of detail, if any are to be drawn; empty where none of any mesh are. What is transparent is drawn whole, as its triangles
-/// are sorted, and so is what is deformed, as the error of a level is that of the mesh at rest.
+/// By mesh: its levels of detail, if any are to be drawn; empty where none of any mesh are. Transparent meshes are drawn whole, as their triangles
+/// are sorted, and so are deformed ones, as the error of a level is that of the mesh at rest.
 fn levels_of(scene: &Scene, rules: &SurfaceRules) -> Vec<Arc<[Level]>> {
     if rules.lod <= 0.0 {
         return Vec::new();

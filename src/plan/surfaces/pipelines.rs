@@ -43,7 +43,7 @@ impl TextureMask {
     }
 }
 
-/// How a surface goes with what lies behind it; the numbers are those of `shaders/forward.wgsl`.
+/// The way in which a surface covers the one behind it; the numbers are those of `shaders/forward.wgsl`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Opacity {
     /// Replaces it: opaque and masked materials.
@@ -72,7 +72,7 @@ pub struct ForwardKey {
 pub struct Extras {
     /// Colours of vertices multiply the base colour and alpha.
     pub colors: bool,
-    /// And what the surface emits, as it is unlit. So do tints of instances.
+    /// And the light that the surface emits, as it is unlit. So do tints of instances.
     pub colored_light: bool,
     /// Textures lie on the mesh in other ways than as its first coordinates say, or may come to.
     pub uv_maps: bool,
@@ -102,7 +102,7 @@ pub struct GeometryKey {
     pub extras: Extras,
     /// Discards fragments by the alpha of the base-colour texture, or of vertices.
     pub masked: bool,
-    /// Compares alpha with the cut-off: what is masked, and, where such code is kept, all that is opaque, with a cut-off of 0.
+    /// Compares alpha with the cut-off: masked surfaces, and, where such code is kept, all opaque ones, with a cut-off of 0.
     pub discards: bool,
     /// Draws back faces as well, with their normals turned.
     pub two_sided: bool,
@@ -110,7 +110,7 @@ pub struct GeometryKey {
     pub mirrored: bool,
     /// Stores a shininess, not a roughness.
     pub phong: bool,
-    /// Says what its dielectric share reflects, as it or the G-buffer that it goes into has no usual one.
+    /// Has a reflectance of its dielectric share, as it or the G-buffer that it goes into has no usual one.
     pub reflectance: bool,
     /// Shadows fall on it; always where there are none.
     pub receives: bool,
@@ -226,7 +226,7 @@ fn is_phong(brdf: Brdf) -> bool {
     matches!(brdf, Brdf::Phong | Brdf::BlinnPhong)
 }
 
-/// Returns true if the pipeline of a material writes what it emits.
+/// Returns true if the pipeline of a material writes emitted light.
 fn shows_emission(material: &Material, rules: &SurfaceRules) -> bool {
     let forward = material.is_transparent() || rules.forward;
     let is_final = rules.shading == Shading::Light { light_only: false };

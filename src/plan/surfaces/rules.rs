@@ -20,12 +20,12 @@ pub(crate) struct SurfaceRules<'a> {
     pub looked_up: bool,
     pub shadow: bool,
     pub emissive: bool,
-    /// The G-buffer has what Cook-Torrance surfaces reflect.
+    /// The G-buffer has the reflectance of Cook-Torrance surfaces.
     pub reflectance: bool,
     pub ambient: bool,
     pub transparency: Option<Transparency>,
     pub brdf_override: Option<Brdf>,
-    /// How far levels of detail may be off, in pixels; 0 where meshes are drawn themselves.
+    /// The greatest error of levels of detail, in pixels; 0 where meshes are drawn themselves.
     pub lod: f32,
     pub keep: Keep,
 }
@@ -33,7 +33,7 @@ pub(crate) struct SurfaceRules<'a> {
 /// The holes of a caster, through which light passes.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Cuts {
-    /// Whose alpha counts; none where that of vertices alone does.
+    /// The texture whose alpha counts; none where that of vertices alone does.
     pub texture: Option<usize>,
     pub extras: Extras,
 }

@@ -12,7 +12,7 @@ use crate::scene::{
     most_levels,
 };
 
-/// Where the texels of a texture come from.
+/// The origin of a texture's texels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum TextureSource {
     /// Index into the scene's textures.
@@ -47,7 +47,7 @@ pub struct PlannedTexture {
     pub size: [u32; 2],
     /// White is linear: codes of 255 are exactly 1 without a curve.
     pub color_space: ColorSpace,
-    /// How it is sampled. Neutral ones say the same however they are.
+    /// The way in which it is sampled. Neutral ones have the same value in every way.
     pub sampler: Sampler,
     /// Where it is an atlas, its cells: each is a layer of an array of images of this size. A filter never leaves a layer, and each level of a layer
     /// is made of that layer alone; so cells cannot bleed into each other, whatever the level, the filter and the anisotropy. In one image side by
@@ -116,7 +116,7 @@ impl PlannedTexture {
         Self { cells: Some(rows * columns), ..own }
     }
 
-    /// How many images it is, if an array has at most so many layers.
+    /// The number of its images, if an array has at most so many layers.
     pub fn sheets(&self, most: u32) -> u32 {
         self.cells.map_or(1, |cells| cells.div_ceil(most.max(1)))
     }
@@ -153,7 +153,7 @@ type Atlas = (TextureSource, [u32; 2]);
 /// A layer is told in 15 bits (`src/visible/looks.rs`).
 const MOST_LAYERS: u32 = 1 << 15;
 
-/// How the textures of a set are sampled.
+/// The samplers of the textures of a set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SetSamplers {
     /// All alike.
@@ -167,14 +167,14 @@ pub enum SetSamplers {
 pub struct TexturePlan {
     /// In the order of the scene; neutral ones last.
     pub images: Vec<PlannedTexture>,
-    /// By material, what its pipelines sample: exactly what they bind.
+    /// By material, the images that its pipelines sample: exactly those that they bind.
     pub sets: BTreeMap<usize, BTreeMap<TextureSlot, usize>>,
     /// By material, the base colour that cuts holes into its shadow.
     pub holes: BTreeMap<usize, usize>,
     /// Materials with UV maps in the frame's buffer, in the order of their records there.
     pub mapped: Vec<usize>,
-    /// The most cells of one array: an atlas of more is several arrays, the sheets, and what shows cells of different sheets is drawn by a command
-    /// for each. 0 in a plan without textures.
+    /// The most cells of one array: an atlas of more is several arrays, the sheets, and instances with cells of different sheets are drawn by a
+    /// command for each. 0 in a plan without textures.
     pub sheet: u32,
 }
 
@@ -232,7 +232,7 @@ impl TexturePlan {
         (cell / sheet, cell % sheet)
     }
 
-    /// How the textures of a material's set are sampled: by the sampler of the first one of the scene's own, or each by its own.
+    /// The samplers of a material's set: that of the first texture of the scene's own for all, or each texture's own.
     pub fn samplers(&self, material: usize) -> SetSamplers {
         let own = self.sets.get(&material).into_iter().flat_map(BTreeMap::values).map(|&image| &self.images[image]);
         let own: BTreeSet<Sampler> = own.filter(|own| own.source.texel().is_none()).map(|own| own.sampler).collect();
@@ -248,8 +248,8 @@ impl TexturePlan {
         Some((record * TextureSlot::ALL.len()) as u32)
     }
 
-    /// How a material's texture lies on a mesh, as shaders have it: the rows of the map, the first one with its set beside. Offsets are
-    /// shorter by as many images as make no difference where the image repeats, before they become f32.
+    /// The place of a material's texture on a mesh, as shaders have it: the rows of the map, the first one with its set beside. Offsets are shorter
+    /// by as many images as make no difference where the image repeats, before they become f32.
     pub fn uv_rows(&self, material: usize, slot: TextureSlot, map: &UvMap) -> [Vec4; 2] {
         let hole = self.holes.get(&material).filter(|_| slot == TextureSlot::BaseColor);
         let image = self.sets.get(&material).and_then(|set| set.get(&slot)).or(hole);
