@@ -20,7 +20,7 @@ fn capture(folder: &Path, names: &[&str]) -> (bool, String) {
     (output.status.success(), text(&output.stdout) + &text(&output.stderr))
 }
 
-/// By the system's own program, not by what wrote the list.
+/// By the system's own program, not by the code that wrote the list.
 fn sha256(bytes: &[u8]) -> String {
     let file = tempfile::NamedTempFile::new().expect("a temporary file");
     fs::write(&file, bytes).expect("it is written");

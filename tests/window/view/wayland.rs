@@ -82,7 +82,7 @@ impl Drop for Compositor {
     }
 }
 
-/// What has become of a program that ends by itself.
+/// Waits for a program that ends by itself, and returns its output.
 fn end(mut program: Child) -> Output {
     let begun = Instant::now();
     while program.try_wait().expect("can be asked").is_none() {
@@ -95,7 +95,7 @@ fn end(mut program: Child) -> Output {
     program.wait_with_output().expect("it has ended")
 }
 
-/// Whether the smaller picture is somewhere in the larger one, bit by bit.
+/// Returns true if the smaller picture is somewhere in the larger one, bit by bit.
 fn contains(large: &RgbImage, small: &[u8], [width, height]: [u16; 2]) -> bool {
     let (bytes, row) = (3 * usize::from(width), 3 * large.width() as usize);
     let pixels = large.as_raw();
