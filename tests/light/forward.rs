@@ -17,7 +17,7 @@ const SINGLE: f64 = 1e-4;
 
 fn scenes() -> impl Iterator<Item = Scene> {
     let built_in = CATALOGUE.iter().map(|builtin| {
-        // Fewer by default: what is drawn more often is drawn the same way.
+        // Fewer objects than by default: more of them are drawn the same way.
         let query = if builtin.name == "field" { "?objects=60&lights=30" } else { "" };
         open(&format!("builtin:{}{query}", builtin.name))
     });
@@ -106,7 +106,7 @@ fn forward_tone_maps_in_place() {
                 ..own(&scene, SIZE[0], SIZE[1])
             };
             let forward = on(LightPath::Forward, None, &settings);
-            // What the hall's lamps emit is added before it is tone-mapped: no target of its own, unlike in the deferred frame.
+            // Emission of the hall's lamps is added before tone mapping: it has no target of its own, unlike in the deferred frame.
             assert_eq!(plan(gpu, &scene, &forward).hdr, None);
             let expected = gpu.draw(&scene, &on(LightPath::Loop, None, &settings));
             let (most, at) = largest_code_difference(&gpu.draw(&scene, &forward), &expected);

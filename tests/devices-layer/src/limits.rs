@@ -131,7 +131,7 @@ pub fn metal(mut real: vk::PhysicalDeviceLimits) -> vk::PhysicalDeviceLimits {
     real
 }
 
-/// Shared memory of software and of some emulations: a quarter of what Vulkan requires.
+/// Shared memory of software and of some emulations: a quarter of the size that Vulkan requires.
 pub fn small_shared_memory(real: vk::PhysicalDeviceLimits) -> vk::PhysicalDeviceLimits {
     vk::PhysicalDeviceLimits { max_compute_shared_memory_size: 4096, ..real }
 }
