@@ -80,7 +80,7 @@ fn smoke() -> Scene {
 fn sorted_particles_are_the_truth_but_for_single_floats_and_weights_err() {
     on_gpu(|gpu| {
         let scene = smoke();
-        // Shadows of lamps with maps of many texels: what is left is the closed form, the order and the light.
+        // Shadows of lamps with maps of many texels: only the closed form, the order and the light are left.
         let mut settings = exact(72, 48);
         settings.shadows.size = 2048;
         let of =

@@ -134,7 +134,7 @@ fn holes_of_masks_are_seen_through_and_let_light_through() {
         let pixel = DVec2::new((x / 2.0 + 0.5) * 65.0, (0.5 - y / 2.0) * 65.0);
         reference.surface(&view(&scene, 65), pixel).map(|(_, triangle, _)| triangle.object)
     };
-    // The sheet is half as far as the plane: what lies on it at x is seen at 2x.
+    // The sheet is half as far as the plane: a point on it at x is seen at 2x.
     assert_eq!((object(-0.04, 0.1), object(0.04, 0.1)), (Some(0), Some(1)));
     // Its shadow lies half a metre lower: x keeps.
     let mut under = scene.clone();
@@ -147,7 +147,7 @@ fn holes_of_masks_are_seen_through_and_let_light_through() {
     assert_eq!((lit(-0.1), lit(-0.02), lit(0.02), lit(0.1)), (1.0, 1.0, 0.0, 0.0));
 }
 
-/// A globe whose faces are known: what its radiance is by the cosine law and where faces turn away from the light.
+/// A globe whose faces are known: its radiance follows the cosine law, and is none where faces turn away from the light.
 #[test]
 fn a_sphere_under_one_light_obeys_the_cosine_law_up_to_the_terminator() {
     let mut scene = stage();
@@ -234,7 +234,7 @@ fn a_penumbra_is_the_visible_share_of_the_disc() {
         let mut partly = 0;
         for x in 0..65 {
             let place = seen([65, 65], x, 32).x;
-            // Which line of the disc the edge covers, in radii: by similar triangles for the lamp.
+            // The line of the disc where the edge lies, in radii: by similar triangles for the lamp.
             let line = match lamp_is {
                 true => place * (9.0 - height) / height / 0.4,
                 false => place / (height * (degrees * 0.5).to_radians().tan()),
@@ -410,7 +410,7 @@ fn transparent_objects_and_those_that_cast_none_leave_no_shadow() {
             assert_eq!(found, expected, "{casts:?} {alpha_mode:?} turned {turned}");
         }
     }
-    // What lies beyond a lamp casts no shadow of it, and what receives none gets its light.
+    // An object beyond a lamp casts no shadow of it, and a surface that receives no shadow gets its light.
     let lamp = Light { casts_shadow: true, ..point(DVec3::Z * 2.5, 1.0, None, Falloff::InverseSquare) };
     let mut scene = plane(lambert(0.5), vec![lamp]);
     add(&mut scene, rectangle([-4.0, -4.0], [4.0, 4.0], 3.0), lambert(0.5), DAffine3::IDENTITY);

@@ -141,7 +141,7 @@ fn two_shards_merge_to_what_one_job_finds() {
         succeed(folder.path(), &arguments);
     };
     job(&["-o", "whole"]);
-    // What cannot start keeps nobody from the folder, not even if some of it could.
+    // A job that cannot start keeps no other from the folder, not even if some of its scenes could be drawn.
     for scenes in [&["builtin:nosuch"][..], &[scene, "builtin:nosuch"]] {
         let output = run(folder.path(), &[scenes, &common[..], &["-o", "one"]].concat());
         assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));

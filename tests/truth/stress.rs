@@ -99,7 +99,7 @@ fn reflection_models_as_in_textbooks_are_found_in_pictures() {
 /// Plants a mistake.
 type Spoil<'a> = &'a dyn Fn(&mut Scene);
 
-/// Of each case of what moves one value, with a mistake that its truth must find, and without.
+/// Each case that moves one value, with a mistake that its truth must find, and without.
 #[test]
 fn mistakes_of_what_moves_are_found() {
     let channels = |scene: &mut Scene, change: &dyn Fn(&mut Channel)| {

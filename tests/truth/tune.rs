@@ -9,7 +9,7 @@ use afterlight::report::sweep::model::Interval;
 use afterlight::scene::file::load_settings;
 
 const SCENE: &str = "builtin:spheres?columns=2&rows=1";
-/// Small and few: what is tested is the way, not the figures.
+/// Small and few: the tests are about the way, not the figures.
 const SMALL: [&str; 11] =
     ["--quick", "--size", "64x36", "--joint", "4", "--rounds", "6", "--truth-samples", "4", "--cameras", "2"];
 

@@ -1,4 +1,4 @@
-//! Camera paths: what a file says is where the camera goes, and what is written is read again.
+//! Camera paths: the camera goes where a file says, and a path that is written is read again.
 
 use std::path::Path;
 
