@@ -128,7 +128,7 @@ pub fn on_gpu_assisted(test: impl FnOnce(&Gpu)) {
     test(&gpu);
     gpu.device.wait_idle().unwrap_or_else(|error| panic!("{error}"));
     drop(gpu);
-    // Of any kind: a shader that the layer could not add to is one that it did not check.
+    // Messages of any kind fail: a shader that the layer could not instrument is one that it did not check.
     let messages = log.take();
     assert!(messages.is_empty(), "messages of GPU-assisted validation: {messages:#?}");
 }

@@ -200,7 +200,7 @@ impl PlainGltf {
         placed
     }
 
-    /// Of a skin: from the mesh to the world, by joint.
+    /// Returns the matrices of a skin, from the mesh to the world, by joint.
     fn joints(&self, skin: usize, moment: &Moment) -> Vec<DMat4> {
         let skin = &self.json["skins"][skin];
         let binds = self.accessor(&skin["inverseBindMatrices"]);

@@ -77,7 +77,7 @@ fn frames_that_are_averaged_and_light_that_is_measured_have_it_too() {
         let wanted = by_levels(&light(gpu, &scene, &plain), plain.size, &with);
         let error = worst(&light(gpu, &scene, &with), &wanted);
         assert!(error < ROUNDING, "{error}");
-        // By way of half floats, as the tone-mapped frame has it.
+        // Through half floats, like the tone-mapped frame.
         let measured = Settings { output: Output::Exposed, samples: 1, ..with.clone() };
         let unspread = Settings { bloom: 0.0, ..measured.clone() };
         let wanted = by_levels(&light(gpu, &scene, &unspread), plain.size, &measured);

@@ -25,7 +25,7 @@ fn picture() -> Vec<[f32; 3]> {
     LIGHT.map(|light| [light; 3]).into_iter().chain(LIGHT.map(below_black)).chain(mixed).collect()
 }
 
-/// As half floats hold it.
+/// Returns light as half floats hold it.
 fn stored(light: f32) -> f64 {
     f64::from(f16::from_f32(light).to_f32())
 }

@@ -154,7 +154,7 @@ fn flicker(gpu: &Gpu, scene: &Scene, settings: &Settings, step: DVec3) -> [f64; 
     let frames: Vec<Vec<DVec3>> = (0..64).map(&mut shown).collect();
     let pixel = |index: usize| {
         let values: Vec<f64> = frames.iter().map(|frame| frame[index].x).collect();
-        // Of noise of variance 1 this has the variance 6.
+        // Noise of variance 1 gives these the variance 6.
         let bends = values.chunks(8).flat_map(|row| row.windows(3)).map(|own| own[0] - 2.0 * own[1] + own[2]);
         let variance = bends.map(|bend| bend * bend).sum::<f64>() / 48.0 / 6.0;
         variance.sqrt() / (values.iter().sum::<f64>() / 64.0)

@@ -1,7 +1,7 @@
 //! The same picture from every G-buffer, within bounds that follow from the formats.
 //!
-//! The picture is linear and one triangle: its place and its shading normal are known at every pixel, so that a bound is worked out for each
-//! pixel and each light, from `common::truth` and how far the light model can move when its input moves by what a format rounds.
+//! The picture is linear and one triangle: its place and its shading normal are known at every pixel, so that a bound is worked out for each pixel
+//! and each light, from `common::truth` and how far the light model can move when its input moves by a format's rounding.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -124,7 +124,7 @@ fn cook_torrance_change(material: &Material, place: &Place, rounding: &Rounding)
     let (light, view) = (to_light.normalize(), to_eye.normalize());
     let n_dot_v = place.normal.dot(view);
     let v_dot_h = (light + view).length() * 0.5;
-    // By how much the directions to light and eye turn, and the half vector between them: its length before it is normalized is 2 V.H.
+    // Angles by which the directions to light and eye turn, and the half vector between them, whose length before it is normalized is 2 V.H.
     let shift = rounding.position * to_eye.length();
     let (turn_light, turn_view) = (shift / to_light.length(), shift / to_eye.length());
     let turn_half = (turn_light + turn_view) / (2.0 * v_dot_h);
@@ -260,7 +260,7 @@ impl Case {
         }
         let model = self.material.brdf;
         eprintln!("{model} at {} m, {name}: {worst:.3} of the bound", self.distance);
-        // By name and not by plan, which might have left the override out.
+        // Asks the name and not the plan, which might have left the override out.
         let unread = model == Brdf::Lambert && name.contains("material=");
         let exact = name == "float32" || name.ends_with("=rgba32f") || unread;
         assert_eq!(worst == 0.0, exact, "{model} {name}: {worst} of the bound, {rounding:?}");

@@ -155,8 +155,8 @@ fn a_lens_without_a_focus_and_one_before_parallel_rays_are_refused() {
     });
 }
 
-/// Frames that look through the rim of a wide lens see what the middle does not: culling, froxels, rectangles and volumes of lights, shadows and
-/// levels of detail follow each frame's own camera.
+/// Frames that look through the rim of a wide lens see things that its middle does not: culling, froxels, rectangles and volumes of lights, shadows
+/// and levels of detail follow each frame's own camera.
 #[test]
 fn whatever_is_left_out_and_whichever_way_is_lit_the_picture_through_a_lens_is_the_same() {
     on_gpu(|gpu| {

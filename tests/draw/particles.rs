@@ -1,4 +1,4 @@
-//! Particles as frames have them: the same for a moment whatever came before, counted, and gone without a trace.
+//! Particles in frames: the same for a moment whatever came before, counted, and gone without a trace.
 
 use afterlight::scene::{Emitter, LightPath, Output, Playing, Scene, Settings, Transparency, View};
 use glam::DVec3;

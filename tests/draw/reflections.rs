@@ -67,7 +67,7 @@ fn on_floor(camera: &Camera, [x, y]: [u32; 2], size: [u32; 2]) -> Option<DVec3> 
     (ray.y < 0.0 && place.z > -BEHIND && place.abs().max_element() < 4.0).then_some(place)
 }
 
-/// By mirroring at the plane y = 0: the light of the wall that a place of the floor mirrors; `None` within a margin of an edge.
+/// Returns the light of the wall that a place of the floor mirrors, by mirroring at the plane y = 0; none within a margin of an edge.
 fn expected(camera: &Camera, place: DVec3, margin: f64) -> Option<DVec3> {
     let view = (camera.position - place).normalize();
     let out = DVec3::new(-view.x, view.y, -view.z);

@@ -276,7 +276,7 @@ fn each_pixel_that_shows_what_moves_has_its_vector() {
         add(&mut scene, rectangle([-0.1, -0.1], [0.2, 0.7], 0.9), lambert(0.5), DAffine3::IDENTITY);
         let mut scene = carried(scene, 1, 1.0);
         scene.objects[2].node = Some(0);
-        // Filtering for whatever square of a pixel leaves holes where they are, since the texture is magnified.
+        // The holes stay in place whatever square of a pixel textures are filtered for, since they are magnified.
         let plain = Settings { anisotropy: 1, ..exact(71, 40) };
         for (name, settings) in [
             ("loop", Settings { light_path: LightPath::Loop, ..plain.clone() }),

@@ -34,7 +34,7 @@ struct Pane {
     material: Material,
 }
 
-/// Of different sizes, so that every number of layers is seen, all centred on the axis.
+/// Panes of different sizes, so that every number of layers is seen, all centred on the axis.
 fn panes() -> Vec<Pane> {
     let pane = |half: f64, z, color, alpha| Pane {
         low: [-half, -half * 0.7],

@@ -14,9 +14,9 @@ use glam::{DAffine3, DQuat, DVec3, Vec3};
 /// Odd, so that no tile divides it.
 const SIZE: (u32, u32) = (139, 77);
 
-/// Those that sum in the same order as `loop`, with a light out of reach adding exactly zero.
+/// Paths that sum in the same order as `loop`, with a light out of reach adding exactly zero.
 const SAME_ORDER: [LightPath; 2] = [LightPath::Clustered, LightPath::Compute];
-/// Those that add by blending into 32-bit floats.
+/// Paths that add by blending into 32-bit floats.
 const BLENDED: [LightPath; 2] = [LightPath::PerLight, LightPath::Volumes];
 
 /// Draws by each path that adds lights in the loop's order.

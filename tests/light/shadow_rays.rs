@@ -1,5 +1,5 @@
-//! Shadows of every kind of light against rays that are cast in f64 through a scene of boxes: how many pixels are wrong, and that
-//! those lie where the map's texels put them.
+//! Shadows of every kind of light against rays that are cast in f64 through a scene of boxes: wrong pixels lie only where the map's texels put them,
+//! and their number is bounded.
 
 use crate::common::gpu::{Gpu, nits, on_gpu};
 use crate::common::some_in_turn;

@@ -170,7 +170,7 @@ fn a_surface_does_not_shade_itself_at_any_angle() {
                 let lit = gpu.draw(&scene, &settings(layout));
                 let unshadowed = Settings {
                     shadows: ShadowSettings { enabled: false, ..ShadowSettings::default() },
-                    // From a G-buffer as well, which rounds the colour.
+                    // Drawn from a G-buffer as well, which rounds the colour.
                     light_path: LightPath::Loop,
                     ..settings(layout)
                 };
@@ -194,7 +194,7 @@ fn a_ball_does_not_shade_its_bright_side() {
         let off = ShadowSettings { enabled: false, ..ShadowSettings::default() };
         for layout in ["lean", "float32"] {
             let shaded = gpu.draw(&scene, &settings(layout));
-            // From a G-buffer as well, which rounds the colour.
+            // Drawn from a G-buffer as well, which rounds the colour.
             let bare = Settings { shadows: off, light_path: LightPath::Loop, ..settings(layout) };
             let bare = gpu.draw(&scene, &bare);
             // A facet of 96 around is 3.8 degrees wide; towards the terminator facets do shade each other.

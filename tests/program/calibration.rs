@@ -114,7 +114,7 @@ fn a_measurement_beside_a_window_ends_when_the_window_is_gone() {
     thread::sleep(Duration::from_millis(300));
     assert!(child.try_wait().expect("asked").is_none(), "it measures while the pipe is open");
     drop(child.stdin.take());
-    // In whichever state: its driver may still have been compiling.
+    // Its status does not matter: its driver may still have been compiling.
     child.wait().expect("ended");
     let files = fs::read_dir(folder.path()).expect("a folder").count();
     assert_eq!(files, 0, "half a measurement is kept as none");

@@ -1,4 +1,4 @@
-//! `-V` and `--version`: what a report of a fault needs, also where Vulkan is missing.
+//! `-V` and `--version`: the facts that a report of a fault needs, also where Vulkan is missing.
 
 use std::path::Path;
 use std::process::Output;

@@ -79,7 +79,7 @@ fn bumps() -> Texture {
     texture("bumps", ColorSpace::Linear, |x, y| [100 + 8 * x as u8, 156 - 8 * y as u8, 240, 255])
 }
 
-/// Of BC7 blocks of mode 5, each of one grey.
+/// A texture of BC7 blocks of mode 5, each of one grey.
 fn blocks() -> Texture {
     let block =
         |grey: u128| (1u128 << 5 | (0..6).map(|at| grey << (8 + 7 * at)).sum::<u128>() | 0xffff << 50).to_le_bytes();

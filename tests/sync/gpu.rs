@@ -617,7 +617,7 @@ fn a_graphics_pipeline_draws_its_triangle() -> TestResult {
 
 #[test]
 fn every_missing_barrier_is_noticed_however_often() -> TestResult {
-    // As often as a layer with a limit on repeated messages would not say it.
+    // More often than a layer with a limit on repeated messages would tell.
     const TIMES: usize = 15;
     let options = InstanceOptions {
         validation: Validation::Synchronization,

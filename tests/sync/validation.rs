@@ -314,11 +314,11 @@ fn shadow_maps_that_are_kept_or_drawn_anew_are_silent_on_every_light_path() {
         let (plain, glass) = (shadowed(), with_transparent(shadowed()));
         for cache in [true, false] {
             for &(_, light_path) in LightPath::NAMES {
-                // Nothing blends over what compute has lit.
                 if !cache && !tries_all() && light_path != LightPath::Loop {
                     // Maps that are drawn anew are drawn alike on every path that looks them up.
                     continue;
                 }
+                // Nothing blends over the picture of a compute pass.
                 let ends = matches!(light_path, LightPath::Compute | LightPath::Visibility);
                 let scene = if ends { &plain } else { &glass };
                 if !gpu.takes(light_path, scene) {

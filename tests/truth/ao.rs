@@ -17,7 +17,7 @@ struct Truths {
     march: Vec<f64>,
 }
 
-/// Of a pass, as root mean squares.
+/// Errors of a pass, as root mean squares.
 struct Errors {
     own: f64,
     rays: f64,
@@ -34,7 +34,7 @@ fn root_mean_square(differences: impl Iterator<Item = f64>) -> f64 {
 }
 
 impl Truths {
-    /// Of every so many pixels with a surface: as many as a picture of 80 x 45 has.
+    /// Takes every so many of the pixels with a surface: as many as a picture of 80 x 45 has.
     fn of(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Self {
         let [width, height] = settings.size;
         let (view, radius) =

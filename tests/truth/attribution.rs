@@ -77,7 +77,7 @@ fn size(found: &Attribution, name: &str) -> f64 {
     part(found, name).rms
 }
 
-/// By drawings of its own, without parts: the error of the light, and of the picture, referred back to light. Pixel by pixel.
+/// Returns the error of the light, and of the picture referred back to light, pixel by pixel, from drawings of its own without parts.
 fn errors(gpu: &Gpu, case: &Case, settings: &Settings) -> Vec<[DVec3; 2]> {
     let draw = |output| gpu.draw(case.scene, &Settings { output, ..settings.clone() });
     let (light, shown) = (draw(Output::Exposed), draw(Output::Srgb8));

@@ -45,7 +45,7 @@ fn squares(across: u32, material: Material, texture: Texture, look: impl Fn(u32)
     scene.lights = vec![directional(DVec3::new(0.3, 0.2, 1.0), 3.0)];
     scene.textures = vec![texture];
     add(&mut scene, rectangle([-0.5, -0.5], [0.5, 0.5], 0.0), material, DAffine3::IDENTITY);
-    // From a third before an image to two thirds behind it.
+    // Coordinates from a third before an image to two thirds behind it.
     scene.meshes[0].uvs.iter_mut().flatten().for_each(|uv| *uv = *uv * 2.0 - 1.0 / 3.0);
     let square = scene.objects[0].clone();
     let edge = 2.0 / f64::from(across);

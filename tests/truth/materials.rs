@@ -163,7 +163,7 @@ fn colours_of_vertices_multiply_the_base_colour_and_alpha() {
             let mut scene = sheet(material.clone());
             scene.textures.push(texture(Sampler::DEFAULT));
             for path in paths(gpu, &scene) {
-                // Of the rest are the edges of shadows and holes.
+                // The edges of shadows and holes are among the other pixels.
                 let bound = if scene.materials[1].textures().next().is_some() { 8e-3 } else { 1e-5 };
                 assert_near(gpu, &scene, &nits_of(path), [bound, bound], 0.93, &format!("{name}, {path}"));
             }
@@ -273,7 +273,7 @@ fn a_uv_map_is_as_coordinates_that_are_mapped_before() {
     });
 }
 
-/// As steep on an object that its transform makes larger as on a mesh that was that large before.
+/// A normal map is as steep on an object that its transform enlarges as on a mesh that was that large before.
 #[test]
 fn a_normal_map_leans_as_far_at_any_scale() {
     on_gpu(|gpu| {

@@ -10,7 +10,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use crate::common::gpu::{Gpu, floats, on_gpu};
 use crate::common::stage::{add, camera, exact, lambert, open, plane, point, rectangle, sun};
 
-/// Of the brightest channel of the truth: the root mean square and the worst.
+/// Errors as shares of the brightest channel of the truth: the root mean square and the worst.
 struct Errors {
     rms: f64,
     worst: f64,

@@ -297,7 +297,7 @@ fn a_tilted_plane_sees_sky_and_ground_by_their_form_factors() {
         let mut scene = stage();
         add(&mut scene, rectangle([-0.5, -0.5], [0.5, 0.5], 0.0), lambert(0.5), turn);
         scene.environment = Environment { ambient: sky, ground: Some(ground), ..Environment::default() };
-        // Of its normal against straight up.
+        // The cosine of its normal against straight up.
         let cosine = (turn.matrix3 * DVec3::Z).y;
         let expected = (sky.as_dvec3() * (1.0 + cosine) / 2.0 + ground.as_dvec3() * (1.0 - cosine) / 2.0) * 0.5;
         let found = at(&render(&scene, EDGE, &POINT), EDGE / 2, EDGE / 2);
@@ -323,7 +323,7 @@ fn a_converged_penumbra_is_within_its_standard_error() {
         let expected = shares.sum::<f64>() / f64::from(steps) * f64::from(PI as f32) / PI;
         let error = errors[(y * 33 + x) as usize][0];
         let off = at(&truth, x, y).x - expected;
-        // Of a share that few samples meet, the spread is not known.
+        // The spread of a share that few samples meet is not known.
         assert!(off.abs() <= 4.0 * error + 4.0 / 256.0, "({x}, {y}): off by {off}, standard error {error}");
         if error > 1e-3 {
             (squares, count) = (squares + (off / error).powi(2), count + 1);

@@ -85,7 +85,7 @@ fn is_right(truth: DVec3, found: DVec3, from: DVec3, pixel_width: f64) -> bool {
 }
 
 impl Truths {
-    /// Of every so many pixels that mirror something: about as many as a picture of `across` pixels has.
+    /// Takes every so many of the pixels that mirror something: about as many as a picture of `across` pixels has.
     fn of(gpu: &Gpu, scene: &Scene, settings: &Settings, across: u32) -> Self {
         let [width, height] = settings.size;
         let view = reference::View { camera: scene.camera, size: settings.size };
@@ -175,7 +175,7 @@ impl Truths {
         (sum / self.plain.len() as f64).sqrt() / self.mean
     }
 
-    /// Of frames: against the march, and against rays.
+    /// Returns the errors of frames: against the march, and against rays.
     fn errors(&self, gpu: &Gpu, scene: &Scene, settings: &Settings) -> [f64; 2] {
         let off = Settings { reflections: Reflections::Off, ..settings.clone() };
         let [with, without] = [settings, &off].map(|own| shown(gpu, scene, own, View::Final));
@@ -187,7 +187,7 @@ impl Truths {
         self.distance(&self.march, &self.rays)
     }
 
-    /// Of a picture without reflections.
+    /// Returns the error of a picture without reflections.
     fn without(&self) -> f64 {
         let none = vec![DVec3::ZERO; self.rays.len()];
         self.distance(&none, &self.rays)

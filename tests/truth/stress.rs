@@ -17,7 +17,7 @@ fn told(verdict: &Verdict) -> String {
     format!("{} of {:?}:\n{}", verdict.case.name, verdict.case.bound, lines.join("\n"))
 }
 
-/// Of every so many cases in `make test` one; `make test-all` and `afterlight stress` try them all.
+/// `make test` tries one in so many cases; `make test-all` and `afterlight stress` try them all.
 const TRIED: usize = 24;
 
 /// Two tests, so that they run side by side.

@@ -156,7 +156,7 @@ fn another_bound_measures_nothing_again_and_a_near_miss_names_one_that_fits() {
     assert!(text(&single(fitting, &["--restart"]).stderr).contains("pictures 1/"));
 }
 
-/// From one place to another, two seconds long.
+/// A path of the camera from one place to another, two seconds long.
 const PATH: &str = "\
 [[keys]]
 time = 0.0

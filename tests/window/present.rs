@@ -122,7 +122,7 @@ fn an_encoded_frame_is_that_of_a_renderer_at_every_size_but_for_what_8_bits_roun
     });
 }
 
-/// As when a window comes to a display with other images.
+/// As when a window moves to a display with other images.
 #[test]
 fn images_that_are_encoded_otherwise_than_before_get_frames_of_their_own() {
     on_presenting_gpu(|gpu| {
@@ -321,7 +321,7 @@ fn what_changes_while_frames_are_made_is_in_them() {
         take(&mut presenter, (&scene, &third), (&wake, &woken));
         assert_identical(&shown(&mut presenter, &scene, "third"), &expected(&third, size), "those asked for last");
 
-        // The window takes another size: it waits for what is being made, and that has the new size.
+        // The window takes another size: it waits for the frames that are being made, and those have the new size.
         presenter.change(false);
         assert_eq!(presenter.fit_later(&scene, &second, &wake).expect("can be made"), Fitted::Pending);
         fit(&mut presenter, &scene, &second, SIZES[2]);

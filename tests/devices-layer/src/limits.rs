@@ -88,7 +88,8 @@ pub fn least() -> vk::PhysicalDeviceLimits {
         .non_coherent_atom_size(256)
 }
 
-/// Those of phones of some years ago: those that Vulkan requires, and better where all phones are. They filter anisotropically and count time.
+/// Limits of phones of some years ago: those that Vulkan requires, and better ones where all phones have them. They filter anisotropically and count
+/// time.
 pub fn phone() -> vk::PhysicalDeviceLimits {
     vk::PhysicalDeviceLimits { timestamp_compute_and_graphics: vk::TRUE, timestamp_period: 1.0, ..least() }
         .max_image_dimension2_d(8192)

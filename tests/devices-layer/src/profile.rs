@@ -19,7 +19,7 @@ pub enum Profile {
     SmallSharedMemory,
 }
 
-/// By the words of `AFTERLIGHT_PLAYS`.
+/// The profiles by their words in `AFTERLIGHT_PLAYS`.
 pub const PROFILES: [(&str, Profile); 4] = [
     ("portability", Profile::Portability),
     ("least", Profile::Least),
@@ -34,7 +34,7 @@ impl Profile {
     /// The one that the environment names.
     ///
     /// # Errors
-    /// Says what to set instead.
+    /// The error names the words that the layer plays.
     pub fn chosen() -> Result<Self, String> {
         let word = std::env::var("AFTERLIGHT_PLAYS").unwrap_or_default();
         let names = || PROFILES.map(|(name, _)| name).join(", ");

@@ -31,7 +31,7 @@ impl<H, G> Below<H, G> {
     }
 }
 
-/// By [`Dispatched::key`].
+/// Entries by their [`Dispatched::key`].
 type Table<H, G> = LazyLock<Mutex<HashMap<usize, Below<H, G>>>>;
 
 static INSTANCES: Table<vk::Instance, vk::PFN_vkGetInstanceProcAddr> = LazyLock::new(Mutex::default);

@@ -17,7 +17,7 @@ pub const VARIABLE: &str = "AFTERLIGHT_FAILURES";
 #[derive(Clone, Copy, Debug)]
 struct Told {
     command: &'static str,
-    /// From the first call on, which is 1: if that one cannot have the result, the next that can does.
+    /// The number of the first call that may have the result, from 1: if that call cannot have it, the next that can does.
     nth: u64,
     result: (&'static str, vk::Result),
     done: bool,

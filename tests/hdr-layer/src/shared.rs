@@ -82,7 +82,7 @@ macro_rules! entry_points {
     };
 }
 
-/// By [`Dispatched::key`].
+/// Entries by their [`Dispatched::key`].
 pub type Table<T> = LazyLock<Mutex<HashMap<usize, T>>>;
 
 pub fn locked<T>(table: &Table<T>) -> MutexGuard<'_, HashMap<usize, T>> {

@@ -1,4 +1,4 @@
-//! Output of `bench` on why frames are slow, and on what its times are.
+//! Output of `bench` on why frames are slow, and on the meaning of its times.
 
 use serde_json::Value;
 

@@ -92,7 +92,7 @@ fn every_command_that_the_program_calls_and_that_can_fail_is_in_the_table() {
         methods_and_texts(tokens, &mut methods, &mut texts);
     }
     let known: BTreeSet<&str> = commands().map(|command| command.name).collect();
-    // Of several names of one command the table has that of the core.
+    // The table has the core's name of a command with several names.
     let known_methods: BTreeSet<String> = known.iter().map(|name| of_ash(name)).collect();
     let called: Vec<&str> = table::ELSEWHERE.iter().copied().filter(|name| methods.contains(&of_ash(name))).collect();
     // `wait_semaphores` is a member of `vk::SubmitInfo` here, and not vkWaitSemaphores.

@@ -1,4 +1,4 @@
-//! Windows of 10 bits a channel, whose images no hardware encodes: on every way to the picture ENCODE shows it, with what lies over it.
+//! Windows of 10 bits a channel, whose images no hardware encodes: on every way to the picture ENCODE shows it, with all that lies over it.
 
 use afterlight::passes::tonemap::{encode_srgb, tone_map};
 use afterlight::scene::{Tonemap, exposure_scale};
@@ -9,7 +9,7 @@ use super::harness::{SIZE, Server, View, floats, key, render, rendered, rgb, siz
 use crate::common::program::program;
 use crate::common::some_of;
 
-/// At which a part of the spheres is brighter than white, and most of them is not.
+/// An exposure at which a part of the spheres is brighter than white, and most of them is not.
 pub const EV100: &str = "6";
 
 /// All codes of 10 bits are up to this.

@@ -84,7 +84,7 @@ pub struct Server {
 }
 
 impl Server {
-    /// As most are: 8 bits a channel.
+    /// Starts a server like most: 8 bits a channel.
     pub fn start() -> Self {
         Self::of_depth(24)
     }

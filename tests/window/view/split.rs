@@ -245,5 +245,5 @@ fn what_is_changed_on_a_panel_is_so_on_both_sides_and_what_only_one_can_do_ends_
     shots.view.ends_well();
 }
 
-/// On the slider of the exposure, as the panel is laid out.
+/// A place on the slider of the exposure, as the panel is laid out.
 const EXPOSURE: [i16; 2] = [92, 188];

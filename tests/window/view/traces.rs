@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 
 use super::harness::{rendered, text};
 
-/// As `scripts/capture-traces` draws them.
+/// The size and the scenes that `scripts/capture-traces` draws.
 const SIZE: [u16; 2] = [128, 72];
 const TRACES: [(&str, &[&str]); 2] = [
     ("spheres", &["builtin:spheres"]),

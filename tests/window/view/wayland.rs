@@ -27,8 +27,8 @@ impl Compositor {
         Self::start_at(1)
     }
 
-    /// On a display with so many pixels to a point. At more than one Weston draws by OpenGL: its other renderer ends with a segmentation fault there
-    /// when a window draws its own frame (10.0.1).
+    /// Starts it on a display with so many pixels to a point. At more than one Weston draws by OpenGL: its other renderer ends with a segmentation
+    /// fault there when a window draws its own frame (10.0.1).
     fn start_at(scale: u32) -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");
         fs::set_permissions(folder.path(), Permissions::from_mode(0o700)).expect("its owner's");
