@@ -60,7 +60,7 @@ pub fn on_gpu_in_both_modes(test: impl Fn(&Gpu)) {
     }
 }
 
-/// The same on a device that can present frames, on surfaces without a display. A system without those is named.
+/// The same on a device that can present frames, on surfaces without a display. A system without such surfaces is named.
 #[cfg(feature = "window")]
 pub fn on_presenting_gpu(test: impl FnOnce(&Gpu)) {
     on_prepared_presenting_gpu(|_| (), test);
@@ -107,7 +107,7 @@ fn on_instance(
     assert!(ours.is_empty(), "messages: {ours:#?}");
 }
 
-/// Runs `test` on a device of its own while the layer checks on the GPU, and fails on every message. A layer that cannot is named.
+/// Runs `test` on a device of its own while the layer checks on the GPU, and fails on every message. A layer that cannot do so is named.
 pub fn on_gpu_assisted(test: impl FnOnce(&Gpu)) {
     let (watched, log) = match open(Validation::GpuAssisted) {
         Ok(opened) => opened,
@@ -207,7 +207,7 @@ fn overrun(device: &Arc<Device>) -> gpu::Result<()> {
     }
     cmd.end()?;
     device.submit(&cmd)?;
-    // The layer reads its findings on a thread of its own. After a fence it may still be at it; this waits for it.
+    // The layer reads its findings on a thread of its own, maybe still after a fence; this waits for it.
     device.wait_idle()
 }
 
@@ -241,7 +241,7 @@ pub fn is_swiftshader(device: &PhysicalDevice) -> bool {
 }
 
 impl Gpu {
-    /// Returns whether the case that now begins is one for this mode of the layer.
+    /// Returns true if the case that now begins is one for this mode of the layer.
     pub fn takes_turn(&self) -> bool {
         let case = self.turns.begun.replace(self.turns.begun.get() + 1);
         case % self.turns.every == self.turns.first

@@ -117,8 +117,8 @@ fn nudge(renderer: &mut Renderer, scene: &mut Scene, random: &mut fastrand::Rng)
 }
 
 /// Objects come, go, move and mirror themselves, lights change, clips play and the camera moves, frame after frame without a wait. The layer has
-/// nothing to say, and every fiftieth picture is that of a new renderer. Shadow maps are scaled by the scene as the renderer first had it, so that
-/// where there are some it is told of the whole scene before.
+/// nothing to say, and every fiftieth picture is that of a new renderer. Shadow maps are scaled by the scene as the renderer first had it, so a
+/// renderer with such maps is told of the whole scene before a comparison.
 fn wanders(gpu: &Gpu, settings: &Settings, seed: u64, frames: u32) {
     let mut random = fastrand::Rng::with_seed(seed);
     let mut scene = moving(DVec3::ZERO);

@@ -130,7 +130,7 @@ fn fog_before_nothing_but_the_background_is_lit_as_well() {
     });
 }
 
-/// The error of a picture against rays, relative to the brightest channel: that of so many of 100 pixels. Edges may fall to either side.
+/// Returns the error against rays, relative to the brightest channel, that so many of 100 pixels do not exceed. Edges may fall to either side.
 fn against_rays(gpu: &Gpu, scene: &Scene, settings: &Settings, percent: usize) -> f64 {
     let reference = Reference::new(scene).expect("a scene").with_settings(settings, &scene.camera);
     let options = Options { mode: Mode::Point, smith: Smith::default() };
@@ -173,7 +173,7 @@ fn transparent_surfaces_are_fogged_at_their_own_depth_as_rays_have_it() {
             println!("{transparency} {light_path}: {clear:e} without fog, {in_fog:e} with it");
             match transparency {
                 Transparency::Sorted => assert!(in_fog < 3e-5 && clear < 3e-5, "{light_path}: {clear} {in_fog}"),
-                // Weights are none of rays'.
+                // Rays have no such weights.
                 Transparency::Oit => assert!(in_fog < 1.2 * clear, "{clear} {in_fog}"),
             }
         }
@@ -216,7 +216,7 @@ fn particles_are_fogged_at_their_own_depth_as_rays_have_it() {
             ];
             println!("{light_path}: {clear:e} without fog, {in_fog:e} with it");
             assert!(clear < 3e-5 && in_fog < 3e-5 && changed > 0.1, "{light_path}: {clear} {in_fog} {changed}");
-            // Summed up they err by their weights alone, which are none of rays'.
+            // Summed up they err by their weights alone, which rays do not have.
             let summed = |settings: Settings| {
                 against_rays(gpu, scene, &Settings { transparency: Transparency::Oit, ..settings }, 90)
             };

@@ -76,8 +76,7 @@ fn shadows_are_the_same_but_for_pixels_on_a_texels_border() {
     });
 }
 
-/// But where surfaces of one mesh lie in each other, which none does here where a pixel has its centre: of those the first drawn is seen
-/// without a pre-pass and the last with one.
+/// Coplanar surfaces of one mesh would differ, but none here lies under a pixel's centre: the first drawn wins without a pre-pass, the last with one.
 #[test]
 fn a_depth_prepass_changes_no_bit() {
     on_gpu(|gpu| {

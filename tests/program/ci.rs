@@ -282,7 +282,7 @@ fn kill(folder: &Path) -> bool {
     told.iter().any(|id| Command::new("kill").args(["-KILL", id]).status().is_ok_and(|status| status.success()))
 }
 
-/// `afterlight-gtest`. Through the runner of another stack, whose linker it would take for itself, the command that it starts.
+/// `afterlight-gtest`, or the command that it starts: through the runner of another stack it would take the runner's linker for itself.
 fn afterlight_gtest() -> Command {
     if runner().is_none() {
         return Command::new(env!("CARGO_BIN_EXE_afterlight-gtest"));

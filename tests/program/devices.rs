@@ -23,7 +23,7 @@ const PROFILES: [&str; 4] = ["portability", "least", "phone", "small-shared-memo
 /// A refusal of a device to draw by some light paths.
 struct Refusal {
     profile: &'static str,
-    /// The light paths that are asked for, `auto` where none is; all where there are none here.
+    /// The light paths that are asked for, `auto` where none is.
     paths: &'static [&'static str],
     /// A part of the sentence.
     says: &'static str,
@@ -37,7 +37,7 @@ const FLOAT_BLENDING: &str = "adds lights by blending into 32-bit floats, which 
 const TRIANGLES: &str = "this device does not number triangles (it lacks geometryShader): choose another";
 const COLOURS: &str = "needs 5 colour attachments in one subpass and the device has 4";
 
-/// All that any of them refuses. docs/DEVICES.md says it in a table.
+/// All refusals of these devices. docs/DEVICES.md has them in a table.
 const REFUSALS: &[Refusal] = &[
     refusal("portability", &["visibility"], TRIANGLES),
     refusal("least", &["per-light", "volumes"], FLOAT_BLENDING),

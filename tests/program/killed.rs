@@ -247,7 +247,7 @@ fn files(folder: &Path) -> BTreeSet<String> {
     found
 }
 
-/// Unfinished files lie about for so long before the next run takes them for those of a killed one.
+/// The age at which the next run takes unfinished files for those of a killed one.
 const JUST_NOW: Duration = Duration::from_secs(2);
 
 #[test]

@@ -550,7 +550,7 @@ fn what_is_left_out_leaves_no_trace() {
                 objects.iter().for_each(|text| assert_eq!(lean.object(text), None, "{name}"));
                 descriptors.iter().for_each(|&text| assert_eq!(lean.descriptor(text), None, "{name}"));
                 labels.iter().for_each(|label| assert_eq!(lean.label(label), None, "{name}"));
-                // Names that were there once when the part was kept are names to look for in every scene.
+                // Names that were found once while the part was kept are the names to look for in every scene.
                 if seen.contains(part) && !tries_all() {
                     continue;
                 }

@@ -106,7 +106,7 @@ pub fn combinations() -> Vec<(Named, usize, Settings)> {
         .map(|(mut named, transparent, settings)| {
             named.pop();
             named.push(("bloom", "on".to_owned()));
-            // Light that is averaged as shown it does not go with, as the table's last sentences say.
+            // Bloom does not go with light that is averaged as shown, as the table's last sentences say.
             (named, transparent, Settings { bloom: 0.2, resolve: Resolve::Linear, ..settings })
         })
         .collect();

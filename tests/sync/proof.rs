@@ -56,7 +56,7 @@ impl Different {
         }
     }
 
-    /// There is no hazard, and no part of a row without which there is none. `make test` asks the latter of each row once, `make test-all`
+    /// Asserts that there is no hazard, and that each part of a row is needed for that. `make test` asks the latter of each row once, `make test-all`
     /// in all frames that have it.
     fn are_proved(&self) {
         let told = |(name, plan, rows): &(String, FramePlan, Edges)| -> Vec<String> {

@@ -74,7 +74,7 @@ fn a_report_of_a_small_scene_holds_together() {
         assert!(time.low > 0.0 && time.low <= time.median && time.median <= time.high, "{}: {time:?}", point.name);
         assert_eq!(point.time.cpu.is_some(), report.machine.software);
     }
-    // Its rows add up to the last one, which is the whole, and that without the output is the error of the point.
+    // Its rows add up to the last one, which is the whole. The error of light, without the output, is the error of the point.
     let attribution = &scene.attributions[0];
     assert_eq!((attribution.point, attribution.pixels), (scene.default, attribution.of_pixels));
     let rmse = errors(scene, "default", Against::Converged).rmse;

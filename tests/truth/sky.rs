@@ -38,7 +38,7 @@ fn white_metal(roughness: f32) -> Material {
     Material { base_color: Vec3::ONE, metallic: 1.0, roughness, ..Material::default() }
 }
 
-/// The truth of which all arrives, pixel by pixel, in nits.
+/// Returns the truth with nothing before the sky, pixel by pixel, in nits.
 fn truth(scene: &Scene) -> Vec<DVec3> {
     let view = View { camera: scene.camera, size: [EDGE, EDGE] };
     let reference = Reference::new(scene).expect("a scene").with_occluded_sky(false);

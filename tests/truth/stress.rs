@@ -214,7 +214,7 @@ fn scenes_that_nobody_thought_of_are_sane_and_tame_ones_near_the_truth() {
             prop_assert!(finding.holds(&case), "{name}: {:?} of {scene:#?}", finding.outcome);
             Ok(())
         };
-        // A run of the device for each scene, so that few of them; always the same. `stress random --seeds` has others.
+        // Each scene takes a run of the device, so there are few, and always the same. `stress random --seeds` has others.
         let cases = if tries_all() { 100 } else { 6 };
         let mut runner = TestRunner::new_with_rng(
             Config { cases, failure_persistence: None, max_shrink_iters: 400, ..Config::default() },

@@ -224,7 +224,7 @@ fn a_path_that_cannot_be_read_is_refused_before_anything_is_measured() {
 fn time_that_is_over_leaves_points_that_are_named_and_the_next_run_goes_on_with_them() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let here = folder.path();
-    // Of a whole sweep, and at the size of --quick.
+    // A whole sweep, at the size of --quick.
     let run = |within: &str| {
         let small = ["--size", "320x180", "--joint", "0", "--samples", "1", "--cameras", "0", "--truth-samples", "2"];
         let command = ["tune", SCENE, "--max-loss", "5%", "--within", within, "-o", "tuned.toml"];

@@ -65,7 +65,7 @@ fn presenter(gpu: &Gpu, scene: &Scene, settings: &Settings, way: Way) -> Present
     if way == Way::Encoded { presenter.with_encoding() } else { presenter }
 }
 
-/// The same picture as [`rendered`], where no other came before it: ENCODE's are of light that no 8 bits have been between.
+/// The same picture as [`rendered`], where no other came before it: ENCODE reads light that was never rounded to 8 bits.
 fn first(gpu: &Gpu, scene: &Scene, settings: &Settings, way: Way) -> Picture {
     if way == Way::Straight {
         return rendered(gpu, scene, settings);

@@ -416,7 +416,7 @@ fn start(kind: &str, from: usize, layers: &tempfile::TempDir) -> Running {
     };
     command.args(["--exact", "failures::cases::child", "--ignored", "--nocapture", "--test-threads", "1"]);
     command.envs(environment(layers.path())).env(KIND, kind).env(FROM, from.to_string());
-    // Told nothing, the layer tells which allocation it refuses, also where that ends the child.
+    // Without words the layer tells which allocation it refuses, also where the refusal ends the child.
     command.env("AFTERLIGHT_FAILURES", "");
     command.env("AFTERLIGHT_PIPELINE_CACHE", layers.path().join("pipelines"));
     command.stdout(Stdio::piped()).stderr(fs::File::create(layers.path().join(ERRORS)).expect("a file"));

@@ -90,7 +90,7 @@ impl Play {
         Device::with_extensions(&instance, &DeviceChoice::Auto, of_devices)
     }
 
-    /// The pictures of all stages but the first and the last. `ended` hears of each that is over.
+    /// Draws the pictures of all stages but the first and the last, and calls `ended` after each stage.
     pub fn draw(&self, device: &Arc<Device>, ended: &mut dyn FnMut(Stage)) -> Result<Vec<Picture>, frame::Error> {
         let mut pictures = Vec::new();
         {

@@ -109,7 +109,7 @@ fn a_window_of_10_bits_shows_the_picture_on_every_way() {
         let mut view = View::open(&server, &[arguments, &["--size", size.as_str()][..]].concat());
         let expected: Vec<f64> = of_8_bits.iter().map(|&code| widened(code)).collect();
         let codes = shown(&mut view, &expected, Within::of(arguments), &what);
-        // Not 8 bits made longer: of 4 codes those are one.
+        // Codes of 8 bits made longer would be one of 4.
         let between = codes.iter().zip(&of_8_bits).filter(|&(&code, &byte)| f64::from(code) != widened(byte).round());
         let between = between.count() as f64 / codes.len() as f64;
         assert!(between > 0.2, "{what}: {between} of the codes lie between those of 8 bits");
