@@ -14,7 +14,7 @@ pub fn folder() -> PathBuf {
     project().join("book/src")
 }
 
-/// A command, and what it prints.
+/// A command, and its output.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Command {
     /// The text that is typed, without prompts.

@@ -1,4 +1,5 @@
-//! The figures of the pages, in a browser without a screen: what they become, what keys and pointers do, and how they look on a wide and on a narrow one.
+//! The figures of the pages, in a browser without a screen: their elements, their keys and pointers, and their looks on a wide page and on a narrow
+//! one.
 
 use std::fs;
 use std::path::Path;
@@ -8,7 +9,7 @@ use image::{Rgb, RgbImage};
 
 use crate::chapter::project;
 
-/// Pictures of one colour each, in each kind of figure; in the first with what mdBook makes of a picture.
+/// Pictures of one colour each, in each kind of figure; in the first as mdBook makes them.
 const PAGE: &str = r#"<!doctype html><meta charset="utf-8"><meta name="viewport" content="width=device-width">
 <link rel="stylesheet" href="figures.css"><style>body { margin: 0 } figure { margin: 0 !important }</style>
 <div class="content">
@@ -19,7 +20,7 @@ const PAGE: &str = r#"<!doctype html><meta charset="utf-8"><meta name="viewport"
 </div>
 <script src="figures.js"></script><script src="drive.js"></script>"#;
 
-/// Drives the figures as a reader would, and leaves what it sees in the page.
+/// Drives the figures as a reader would, and leaves its findings in the page.
 const DRIVE: &str = r#"
 window.addEventListener("load", () => {
     const told = [];
@@ -70,7 +71,7 @@ fn fill(path: &Path, left: [u8; 3], right: [u8; 3]) {
     image.save(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
 }
 
-/// Opens a page, and returns what the browser prints.
+/// Opens a page, and returns the browser's output.
 fn open(browser: &str, folder: &Path, arguments: &[&str]) -> String {
     let mut command = Command::new(browser);
     command.args([

@@ -52,7 +52,7 @@ fn asked() -> BTreeSet<String> {
     sessions.filter_map(|session| session.patch().map(str::to_owned)).collect()
 }
 
-/// Copies what git would of the project, so that a patch can change it.
+/// Copies the files of the project that git knows, so that a patch can change them.
 fn copy_project(to: &Path) {
     let listed = Command::new("git").args(["ls-files", "-z"]).current_dir(project()).output().expect("git starts");
     assert!(listed.status.success(), "git: {}", String::from_utf8_lossy(&listed.stderr));
@@ -60,7 +60,7 @@ fn copy_project(to: &Path) {
         let (from, to) = (project().join(name), to.join(name));
         fs::create_dir_all(to.parent().expect("a file lies in a folder")).expect("a folder");
         if from.is_file() {
-            // Times are kept: what a patch leaves alone is not compiled again.
+            // Times are kept, so that files which a patch leaves alone are not compiled again.
             let copied = Command::new("cp").arg("-p").args([&from, &to]).status();
             assert!(copied.is_ok_and(|status| status.success()), "{}", from.display());
         }
@@ -122,7 +122,7 @@ fn every_patch_is_built_and_does_what_its_chapter_says() {
         for part in parts(&name) {
             apply(&part, &tree, &["--whitespace=nowarn"]);
         }
-        // In one folder, one after another, so that what they have in common is compiled once.
+        // In one folder, one after another, so that their common parts are compiled once.
         let target = root.join("target");
         let mut cargo = Command::new(env!("CARGO"));
         cargo.args(["build", "--locked", "--bin", "afterlight"]).current_dir(&tree).env("CARGO_TARGET_DIR", &target);

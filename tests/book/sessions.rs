@@ -62,7 +62,7 @@ impl Desk {
         self.folder.path()
     }
 
-    /// Types the commands of these sessions, and returns what each command printed, or where they ended.
+    /// Types the commands of these sessions, and returns the output of each. The error says where they ended.
     fn run(&self, name: &str, sessions: &[&Session]) -> Result<Vec<Vec<String>>, String> {
         let mut script = "exec 2>&1\n".to_owned();
         for (session, command) in sessions.iter().flat_map(|own| own.commands.iter().map(move |command| (own, command)))
@@ -96,7 +96,7 @@ fn tidy(printed: &str, folder: &Path) -> String {
     if text.is_empty() { String::new() } else { format!("{text}\n") }
 }
 
-/// The text without what a machine's times and sizes change: numbers and spaces.
+/// The text with all numbers alike and all spaces alike, since a machine's times and sizes change both.
 fn without_numbers(text: &str) -> String {
     let mut kept = String::new();
     for c in text.chars() {
@@ -121,8 +121,8 @@ fn same(session: &Session, expected: &str, actual: &str) -> bool {
     }
 }
 
-/// Types the commands of a chapter that are for the tree as it stands, or for a patch. Returns what is not as the chapter says, and the chapter as it
-/// would be right.
+/// Types the commands of a chapter that are for the tree as it stands, or for a patch. Returns the differences from the chapter, and the chapter as
+/// it would be right.
 fn try_commands(chapter: &Chapter, desk: &Desk, patch: Option<&str>) -> Result<(Vec<String>, Chapter), String> {
     let (mut wrong, mut right) = (Vec::new(), chapter.clone());
     let runs =
@@ -135,7 +135,7 @@ fn try_commands(chapter: &Chapter, desk: &Desk, patch: Option<&str>) -> Result<(
             continue;
         }
         let printed = printed.next().unwrap_or_default();
-        // Another stack has other bits; what is said of its layer is what matters there.
+        // Another stack has other bits: there only sessions about its layer matter.
         if session.hidden || (runner().is_some() && session.layer().is_none()) {
             continue;
         }
@@ -159,7 +159,7 @@ fn try_commands(chapter: &Chapter, desk: &Desk, patch: Option<&str>) -> Result<(
     Ok((wrong, right))
 }
 
-/// Compares a file that a chapter shows with what its commands made.
+/// Compares a file that a chapter shows with the one that its commands made.
 fn compare_file(kept: &Path, made: &Path) -> Result<(), String> {
     let name = kept.display();
     if !kept.exists() {
@@ -195,7 +195,7 @@ fn compare_file(kept: &Path, made: &Path) -> Result<(), String> {
     }
 }
 
-/// Compares what the chapter shows with what its commands have made, or keeps that.
+/// Compares the files that the chapter shows with those that its commands have made, or keeps the latter.
 fn try_files(chapter: &Chapter, desk: &Desk, patch: Option<&str>) -> Vec<String> {
     let mut wrong = Vec::new();
     for name in chapter.shown() {
@@ -239,7 +239,7 @@ fn commands_print_and_draw_what_the_chapters_say() {
     let (layer, project) = (layer(), project());
     let chapters = Chapter::all();
     let every = if blesses() || std::env::var_os("AFTERLIGHT_BOOK").is_some() { 1 } else { 6 };
-    // Another stack is asked what its layer says.
+    // Another stack is asked about its layer only.
     let chapters =
         chapters.iter().filter(|own| runner().is_none() || own.sessions().any(|own| own.layer() == layer.as_deref()));
     let chapters: Vec<_> = some_of(chapters, every).collect();

@@ -1,4 +1,4 @@
-//! Listings, pictures and exercises: what a chapter names is there, and nothing is there that no chapter names.
+//! Listings, pictures and exercises: each that a chapter names is there, and none is there that no chapter names.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -96,7 +96,7 @@ fn every_listing_is_code_of_the_project_and_every_anchor_is_shown() {
             if source.ends_with("tests/book/text.rs") {
                 continue;
             }
-            // Where some chapters are asked for, the others show the rest.
+            // With some of the chapters only, an anchor may be shown by another.
             let is_shown = shown.get(&source).is_some_and(|anchors| anchors.contains(anchor));
             if !is_shown && std::env::var_os("AFTERLIGHT_BOOK").is_none() {
                 wrong.push(format!("{} has the anchor {anchor}, which no chapter shows", source.display()));

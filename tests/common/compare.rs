@@ -1,4 +1,4 @@
-//! How far two pictures are apart.
+//! Differences between two pictures.
 
 use afterlight::frame::Picture;
 
@@ -13,7 +13,7 @@ pub fn largest_code_difference(a: &Picture, b: &Picture) -> (u8, (u32, u32)) {
     (most, (pixel % a.size[0], pixel / a.size[0]))
 }
 
-/// Whether two pictures are the same to the last bit.
+/// Asserts that two pictures are the same to the last bit.
 pub fn assert_identical(a: &Picture, b: &Picture, what: &str) {
     assert_eq!(a.size, b.size, "{what}");
     if a == b {

@@ -30,9 +30,9 @@ pub fn folder() -> TempDir {
     folder
 }
 
-/// What a program is started with that is to have the layer on top of all others.
+/// Returns the environment in which a program has the layer on top of all others.
 pub fn environment(folder: &Path) -> Vec<(&'static str, OsString)> {
-    // Where loaders look for layers in any case, or only (`VK_LAYER_PATH`): then they heed no other folder. Debian 13's stack has its own.
+    // Loaders look for layers in the folders of `VK_LAYER_PATH` alone where that is set, as on Debian 13's stack: then the folder is added there.
     let folders = match std::env::var_os("VK_LAYER_PATH") {
         Some(only) => {
             let all = [folder.to_owned()].into_iter().chain(std::env::split_paths(&only));

@@ -1,4 +1,4 @@
-//! Golden images: what a picture looked like when somebody last looked at it.
+//! Golden images: pictures as they looked when somebody last looked at them.
 
 use std::path::{Path, PathBuf};
 
@@ -19,11 +19,11 @@ pub const SAME_WITHIN: u8 = 2;
 
 /// The largest mean FLIP error that passes, of the pixels that are not the same.
 ///
-/// What is left are single pixels along edges, where each driver rasterizes and filters as it may.
+/// The errors that are left are single pixels along edges, where each driver rasterizes and filters as it may.
 pub const LARGEST_MEAN: f64 = 0.004;
 
-/// What each image's mean FLIP error was on SwiftShader, against lavapipe's golden image. It rasterizes with 4 bits of a pixel where
-/// lavapipe has 8, so that many more edges fall on the other side of a pixel's centre; a picture as a whole is the same.
+/// The mean FLIP error of each image on SwiftShader, against lavapipe's golden image. SwiftShader rasterizes with 4 bits of a pixel where lavapipe
+/// has 8, so that many more edges fall on the other side of a pixel's centre; a picture as a whole is the same.
 const ON_SWIFTSHADER: &str = include_str!("../golden/swiftshader.txt");
 
 /// The largest mean FLIP error of an image that passes on a driver.
@@ -69,7 +69,7 @@ pub fn flip_error(expected: &RgbImage, actual: &RgbImage) -> (f64, RgbImage) {
     (map.mean(), image.unwrap_or_else(|| panic!("a FLIP map of the wrong length")))
 }
 
-/// Compares a picture with `tests/golden/NAME.png`, or writes that when AFTERLIGHT_BLESS is 1. Returns what is wrong: expected, actual
+/// Compares a picture with `tests/golden/NAME.png`, or writes that file when AFTERLIGHT_BLESS is 1. The error says what is wrong: expected, actual
 /// and difference are then in `target/test-output/NAME`.
 pub fn check(name: &str, picture: &Picture, device: &PhysicalDevice) -> Result<(), String> {
     let actual = rgb(picture);

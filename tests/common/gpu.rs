@@ -20,7 +20,7 @@ pub struct Gpu {
     turns: Turns,
 }
 
-/// Which of a test's cases a mode of the layer is for: every `every`-th, from the one of this number.
+/// The share of a test's cases that a mode of the layer tries: every `every`-th, from number `first`.
 struct Turns {
     every: usize,
     first: usize,
@@ -60,7 +60,7 @@ pub fn on_gpu_in_both_modes(test: impl Fn(&Gpu)) {
     }
 }
 
-/// The same on a device that can present frames, on surfaces without a display. A system without those is named.
+/// The same on a device that can present frames, on surfaces without a display. A system without such surfaces is named.
 #[cfg(feature = "window")]
 pub fn on_presenting_gpu(test: impl FnOnce(&Gpu)) {
     on_prepared_presenting_gpu(|_| (), test);
@@ -107,7 +107,7 @@ fn on_instance(
     assert!(ours.is_empty(), "messages: {ours:#?}");
 }
 
-/// Runs `test` on a device of its own while the layer checks on the GPU, and fails on every message. A layer that cannot is named.
+/// Runs `test` on a device of its own while the layer checks on the GPU, and fails on every message. A layer that cannot do so is named.
 pub fn on_gpu_assisted(test: impl FnOnce(&Gpu)) {
     let (watched, log) = match open(Validation::GpuAssisted) {
         Ok(opened) => opened,
@@ -121,14 +121,14 @@ pub fn on_gpu_assisted(test: impl FnOnce(&Gpu)) {
     assert!(said, "the layer is on but does not say {OVERRUN_RULE}: {messages:#?}");
 
     let (gpu, log) = open(Validation::GpuAssisted).unwrap_or_else(|error| panic!("{error}"));
-    // Which of its checks the device does not allow.
+    // Messages about the checks that the device does not allow.
     let setup = log.take();
     assert!(setup.iter().all(|message| message.kind == MessageKind::General), "{setup:#?}");
     setup.iter().for_each(|message| eprintln!("{}", message.text));
     test(&gpu);
     gpu.device.wait_idle().unwrap_or_else(|error| panic!("{error}"));
     drop(gpu);
-    // Of any kind: a shader that the layer could not add to is one that it did not check.
+    // Messages of any kind fail: a shader that the layer could not instrument is one that it did not check.
     let messages = log.take();
     assert!(messages.is_empty(), "messages of GPU-assisted validation: {messages:#?}");
 }
@@ -142,7 +142,7 @@ pub fn not_run(why: &str) {
     eprintln!("NOT RUN: {why}");
 }
 
-/// What the layer says of `test` when it is asked for advice on best practices.
+/// Returns the layer's advice on best practices for `test`.
 pub fn advice_on(test: impl FnOnce(&Gpu)) -> Vec<Message> {
     let (gpu, log) = open(Validation::BestPractices).unwrap_or_else(|error| panic!("{error}"));
     test(&gpu);
@@ -156,7 +156,7 @@ fn open(validation: Validation) -> gpu::Result<(Gpu, Arc<MessageLog>)> {
     Ok((Gpu { device, turns: Turns::all() }, instance.message_log()))
 }
 
-/// All messages that are about this program; what the loader and the drivers say of the system is not.
+/// All messages about this program, without those of the loader and the drivers about the system.
 fn ours(log: &MessageLog) -> Vec<Message> {
     assert_eq!(log.dropped(), 0, "more messages than the log keeps");
     log.take().into_iter().filter(|message| message.kind != MessageKind::General).collect()
@@ -164,11 +164,11 @@ fn ours(log: &MessageLog) -> Vec<Message> {
 
 const OVERRUN_NAME: &str = "overrun";
 
-/// That a shader accesses no storage buffer beyond what its descriptor lets it see; with robust buffer access the same is a warning.
+/// The rule that a shader accesses no storage buffer beyond the range of its descriptor; with robust buffer access a breach is a warning.
 const OVERRUN_RULE: &str = "VUID-vkCmdDispatch-storageBuffers-06936";
 
-/// Has a shader write past what its descriptor lets it see, at an index that only the content of memory tells. The buffer goes on
-/// there and nobody looks at it, so that the mistake harms nobody, whatever the driver.
+/// Has a shader write past the range of its descriptor, at an index that only the content of memory tells. The buffer goes on there and nobody looks
+/// at it, so that the mistake harms nobody, whatever the driver.
 fn overrun(device: &Arc<Device>) -> gpu::Result<()> {
     const SHADER: &str = "
         @group(0) @binding(0) var<storage, read_write> words: array<u32>;
@@ -207,7 +207,7 @@ fn overrun(device: &Arc<Device>) -> gpu::Result<()> {
     }
     cmd.end()?;
     device.submit(&cmd)?;
-    // The layer reads its findings on a thread of its own. After a fence it may still be at it; this waits for it.
+    // The layer reads its findings on a thread of its own, maybe still after a fence; this waits for it.
     device.wait_idle()
 }
 
@@ -220,8 +220,7 @@ fn assert_watched(instance: &Instance, device: &Arc<Device>) {
     let (from, to) = buffers.unwrap_or_else(|error| panic!("{error}"));
     let mut cmd = CommandBuffer::new(device, "mistakes").unwrap_or_else(|error| panic!("{error}"));
     cmd.begin().unwrap_or_else(|error| panic!("{error}"));
-    // SAFETY: recording; the buffers outlive the wait. A usage only tells a driver where to put a buffer, and nobody looks at what
-    // the copy reads.
+    // SAFETY: recording; the buffers outlive the wait. A usage only tells a driver where to put a buffer, and nobody looks at the copied bytes.
     unsafe {
         device.raw.cmd_fill_buffer(cmd.raw, from.raw, 0, 64, 1);
         let region = vk::BufferCopy { src_offset: 0, dst_offset: 0, size: 64 };
@@ -236,13 +235,13 @@ fn assert_watched(instance: &Instance, device: &Arc<Device>) {
     }
 }
 
-/// Whether this is SwiftShader, which differs from lavapipe where the specification leaves it free: 4 bits of a pixel in place of 8.
+/// Returns true if this is SwiftShader, which differs from lavapipe where the specification leaves it free: 4 bits of a pixel in place of 8.
 pub fn is_swiftshader(device: &PhysicalDevice) -> bool {
     device.driver_name.contains("SwiftShader")
 }
 
 impl Gpu {
-    /// Returns whether the case that now begins is one for this mode of the layer.
+    /// Returns true if the case that now begins is one for this mode of the layer.
     pub fn takes_turn(&self) -> bool {
         let case = self.turns.begun.replace(self.turns.begun.get() + 1);
         case % self.turns.every == self.turns.first
@@ -252,7 +251,7 @@ impl Gpu {
         Renderer::new(&self.device, scene, settings).unwrap_or_else(|error| panic!("{}: {error}", scene.name))
     }
 
-    /// Whether the device can draw a view: without geometryShader, as on SwiftShader, triangles have no numbers.
+    /// Returns true if the device can draw a view: without geometryShader, as on SwiftShader, triangles have no numbers.
     pub fn shows(&self, view: View) -> bool {
         view != View::Triangle || self.device.features.geometry_shader
     }

@@ -1,4 +1,4 @@
-//! What displays of HDR take, computed in 64 bits from the standards.
+//! Values that HDR displays take, computed in 64 bits from the standards.
 
 use glam::{DMat3, DVec3};
 

@@ -1,4 +1,4 @@
-//! What several tests share.
+//! Code that several tests share.
 
 // Each group of tests is a program of its own and uses a part of this.
 #![allow(dead_code)]

@@ -35,7 +35,7 @@ fn hang(mesh: &mut Mesh, height: f64) {
     mesh.influences = Some(own);
 }
 
-/// At `place`, so that tests can stand it far from the origin.
+/// The scene at `place`, so that tests can stand it far from the origin.
 pub fn moving(place: DVec3) -> Scene {
     let mut scene = plane(lambert(0.6), vec![sun(DVec3::new(0.5, 0.4, 1.0), 3.0), spot(DVec3::Z, 4.0, 20.0, 40.0)]);
     scene.objects[0].transform = DAffine3::from_translation(place - DVec3::Z * 0.6);

@@ -1,6 +1,6 @@
-//! A glTF file that moves, evaluated in f64 straight from the specification's formulas: where its triangles are at a time of a clip. It shares
-//! no code with the program and reads only what a handful of models have: floats and unsigned integers, TRS and matrices, skins of four
-//! weights, shapes of positions, triangles. Whatever else a file has ends in a panic.
+//! The triangles of a glTF file that moves, at a time of a clip, evaluated in f64 straight from the specification's formulas. This evaluation shares
+//! no code with the program and reads only what a handful of models have: floats and unsigned integers, TRS and matrices, skins of four weights,
+//! shapes of positions, triangles. Anything else in a file ends in a panic.
 
 use std::fs;
 use std::path::Path;
@@ -17,11 +17,11 @@ pub struct PlainGltf {
 /// A triangle in the world.
 pub struct Placed {
     pub corners: [DVec3; 3],
-    /// Whether its back is seen as well.
+    /// True if its back is seen as well.
     pub two_sided: bool,
 }
 
-/// What a node has at a time.
+/// The local transforms and the weights of all nodes at a time.
 struct Moment {
     locals: Vec<DMat4>,
     weights: Vec<Vec<f64>>,
@@ -137,7 +137,7 @@ impl PlainGltf {
         }
     }
 
-    /// What a clip does to a node's translation, rotation, scale or weights.
+    /// Returns a node's translation, rotation, scale or weights at a time of a clip, if the clip moves them.
     fn moved(&self, clip: Option<usize>, node: usize, path: &str, time: f64) -> Option<Vec<f64>> {
         let clip = &self.json["animations"][clip?];
         let own = |channel: &&Value| {
@@ -200,7 +200,7 @@ impl PlainGltf {
         placed
     }
 
-    /// Of a skin: from the mesh to the world, by joint.
+    /// Returns the matrices of a skin, from the mesh to the world, by joint.
     fn joints(&self, skin: usize, moment: &Moment) -> Vec<DMat4> {
         let skin = &self.json["skins"][skin];
         let binds = self.accessor(&skin["inverseBindMatrices"]);

@@ -6,7 +6,7 @@ use std::process::Command;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_afterlight");
 
-/// Returns a command that starts the program on the Vulkan stack that the tests run on: `AFTERLIGHT_RUNNER`, where set, names what starts programs there.
+/// Returns a command that starts the program on the Vulkan stack that the tests run on, through [`runner`] if there is one.
 pub fn program() -> Command {
     start(Path::new(PROGRAM))
 }
@@ -18,7 +18,7 @@ pub fn example(name: &str) -> Command {
     start(&path)
 }
 
-/// What starts programs on the stack that the tests run on, where that is not the machine's own.
+/// Returns the program that starts others on the Vulkan stack of the tests, where that is not the machine's own: `AFTERLIGHT_RUNNER`.
 pub fn runner() -> Option<OsString> {
     std::env::var_os("AFTERLIGHT_RUNNER")
 }
@@ -28,7 +28,7 @@ fn start(binary: &Path) -> Command {
     if runner().is_some() {
         command.arg(binary);
     }
-    // Whatever was measured on this machine, plans are those of its kind.
+    // Figures that were measured on this machine are ignored: plans are those of its kind.
     command.env("AFTERLIGHT_CALIBRATION", "");
     command
 }

@@ -1,5 +1,5 @@
-//! Scenes that between them have one of each thing that a frame has code for. What they look like is of no interest: they are drawn for
-//! what layers say.
+//! Scenes that between them have one of each thing that a frame has code for. Their looks are of no interest: they are drawn for the messages of
+//! layers.
 
 use afterlight::frame::{Error, Renderer};
 use afterlight::scene::builtin::shapes;
@@ -97,7 +97,7 @@ pub fn one_of_each() -> Scene {
     scene
 }
 
-/// The same without what emits, so that there is no HDR target.
+/// The same without emission, so that there is no HDR target.
 pub fn nothing_emits() -> Scene {
     let mut scene = one_of_each();
     for material in &mut scene.materials {
@@ -141,7 +141,7 @@ pub fn draw_everything(gpu: &Gpu) {
     let (plain, glass, many) = (nothing_emits(), with_transparent(one_of_each()), crowd());
     for &(_, light_path) in LightPath::NAMES {
         for scene in [&plain, &glass, &many] {
-            // What ends with a compute pass blends nothing.
+            // A path that ends with a compute pass blends nothing.
             let ends = matches!(light_path, LightPath::Compute | LightPath::Visibility);
             if !(ends && std::ptr::eq(scene, &glass)) && gpu.takes(light_path, scene) {
                 exercise(gpu, scene, &Settings { light_path, ..small(scene) });
@@ -257,8 +257,8 @@ pub fn sprites() -> Scene {
     scene
 }
 
-/// As few frames as run every shader that reads what only the content of memory tells: lists of lights, indices, records of maps. A
-/// layer that adds code to shaders makes them so large that a software driver compiles some for ten seconds and more.
+/// As few frames as run every shader that reads data which only the content of memory tells: lists of lights, indices, records of maps. A layer that
+/// adds code to shaders makes them so large that a software driver compiles some for ten seconds and more.
 pub fn draw_with_each_list(gpu: &Gpu, light_paths: &[LightPath]) {
     let lamp = |index| point(DVec3::new(index as f64 * 1e-3, 0.0, 1.0), 0.01, Some(2.0), Falloff::InverseSquare);
     let mut scene = plane(lambert(0.7), (0..300).map(lamp).collect());

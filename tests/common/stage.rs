@@ -93,7 +93,7 @@ pub fn plane(material: Material, lights: Vec<Light>) -> Scene {
     scene
 }
 
-/// Where the ray through a pixel's centre meets the plane z = 0.
+/// Returns the point where the ray through a pixel's centre meets the plane z = 0.
 pub fn seen(size: [u32; 2], x: u32, y: u32) -> DVec3 {
     let [width, height] = size.map(f64::from);
     let across = (f64::from(x) + 0.5) * 2.0 / width - 1.0;

@@ -1,4 +1,4 @@
-//! What smooths edges: jittered frames, multisampling and FXAA, against coverage that is computed in f64.
+//! Antialiasing: jittered frames, multisampling and FXAA, against coverage that is computed in f64.
 
 use crate::common::compare::assert_identical;
 use crate::common::gpu::{bytes, code, floats, nits, on_gpu, on_gpu_in_both_modes, places};
@@ -28,8 +28,8 @@ pub(crate) fn edge(degrees: f64) -> Scene {
     scene
 }
 
-/// How much of the pixel at a place the half-plane covers, 0 to 1: its square cut by the edge (Sutherland and Hodgman 1974), then the
-/// shoelace formula.
+/// Returns the share of the pixel at a place that the half-plane covers, 0 to 1: the pixel's square cut by the edge (Sutherland and Hodgman 1974),
+/// then the shoelace formula.
 fn coverage(degrees: f64, x: u32, y: u32) -> f64 {
     let (sin, cos) = degrees.to_radians().sin_cos();
     let middle = f64::from(EDGE) / 2.0;
@@ -84,7 +84,7 @@ fn samples_converge_to_the_covered_part_of_each_pixel() {
                     ((nits(&picture, x, y).y - expected) / (BRIGHT - DARK)).abs()
                 };
                 let worst = places(&picture).map(error).fold(0.0, f64::max);
-                // What the offsets do for any edge (src/frame/accumulate.rs holds them to it); and vertices have 8 bits below the pixel.
+                // The offsets keep this bound for any edge (src/frame/accumulate.rs holds them to it); and vertices have 8 bits below the pixel.
                 let bound = 0.75 / f64::from(samples).sqrt() + 1.0 / 256.0;
                 assert!(worst <= bound, "{degrees} degrees, {samples} samples: off by {worst}, more than {bound}");
                 // One sample alone is all or nothing, so that the bound is not met by a picture that is smooth anyway.
@@ -147,7 +147,7 @@ fn sinc(x: f64) -> f64 {
     if x == 0.0 { 1.0 } else { (std::f64::consts::PI * x).sin() / (std::f64::consts::PI * x) }
 }
 
-/// What is left of a wave in a level: its texels are means over squares, and it is interpolated linearly.
+/// Returns the share of a wave that is left in a level, whose texels are means over squares and are interpolated linearly.
 fn left_in_level(level: f64) -> f64 {
     let step = level.exp2() / (WAVE * TEXELS);
     (if level > 0.0 { sinc(step) } else { 1.0 }) * sinc(step).powi(2)
@@ -349,7 +349,7 @@ fn the_layers_have_nothing_to_say_about_any_of_it() {
 /// Samples of a pixel with 4, from its centre, to the right and down: "Standard sample locations" of the Vulkan specification.
 const FOUR: [[f64; 2]; 4] = [[-0.125, -0.375], [0.375, -0.125], [-0.375, 0.125], [0.125, 0.375]];
 
-/// How many of a pixel's samples the half-plane covers; `None` where one lies too near the edge to say.
+/// Returns how many of a pixel's samples the half-plane covers; none where a sample lies too near the edge to say.
 fn covered_samples(degrees: f64, x: u32, y: u32) -> Option<usize> {
     let (sin, cos) = degrees.to_radians().sin_cos();
     let middle = f64::from(EDGE) / 2.0;
@@ -359,19 +359,19 @@ fn covered_samples(degrees: f64, x: u32, y: u32) -> Option<usize> {
     inside.iter().all(|d| d.abs() > 1.0 / 128.0).then(|| inside.iter().filter(|d| **d > 0.0).count())
 }
 
-/// The same half-plane as a pane that lets half of what lies behind it through.
+/// The same half-plane as a pane that lets half of the light from behind it through.
 fn pane_edge(degrees: f64) -> Scene {
     let mut scene = edge(degrees);
     let pane = Material { alpha: 0.5, alpha_mode: AlphaMode::Blend, ..scene.materials[0].clone() };
     scene.materials[0] = pane;
-    // What is behind is drawn as well: depth of all samples is tested.
+    // A surface behind the pane, in place of a clear colour: depth of all samples is tested.
     let behind = (DARK / (BRIGHT / 0.5)) as f32;
     add(&mut scene, rectangle([-8.0, -8.0], [8.0, 8.0], -1.0), lambert(behind), DAffine3::IDENTITY);
     scene.environment.background = Vec3::ZERO;
     scene
 }
 
-/// Every way to light what is multisampled.
+/// Every way to light multisampled surfaces.
 fn multisampled(base: &Settings) -> Vec<(String, Settings)> {
     let ways = [
         (LightPath::Loop, None),
@@ -475,7 +475,7 @@ fn lists_of_lights_change_no_sample() {
     });
 }
 
-/// Where a point of the picture, in pixels from its upper left corner, lies in the plane z = 0.
+/// Returns the point of the plane z = 0 at a place of the picture, in pixels from its upper left corner.
 fn in_plane(right: f64, down: f64) -> DVec3 {
     let middle = f64::from(EDGE) / 2.0;
     DVec3::new(right - middle, middle - down, 0.0) / middle
@@ -592,8 +592,8 @@ fn what_lies_inside_a_surface_is_the_same_with_one_sample_as_with_four() {
                 for (way, settings) in some_in_turn(&ways.iter().collect::<Vec<_>>(), turn, 2) {
                     let one = gpu.draw(scene, &Settings { msaa: 1, ..settings.clone() });
                     let four = gpu.draw(scene, settings);
-                    // Bit for bit; but that lavapipe rounds what it interpolates to a centroid elsewhere than to a centre, which moves where a
-                    // texture is sampled, and a layer's weight.
+                    // Bit for bit, but for one difference: lavapipe rounds values otherwise where it interpolates to a centroid than where to a
+                    // centre, which moves where a texture is sampled, and a layer's weight.
                     let weighted = scene.materials[0].alpha < 1.0 && settings.transparency == Transparency::Oit;
                     let rounded = weighted || !scene.textures.is_empty();
                     for (x, y) in places(&one).filter(|&(x, y)| inside(x, y)) {
@@ -654,8 +654,8 @@ fn the_view_of_complexity_marks_the_pixels_whose_samples_differ() {
 #[test]
 fn a_depth_pre_pass_meets_the_same_samples() {
     on_gpu(|gpu| {
-        // Without textures: where in a partly covered pixel a texture is sampled is the driver's choice, and may go by what passes the
-        // depth test.
+        // Without textures: the driver chooses where in a partly covered pixel a texture is sampled, and may go by the samples that pass the depth
+        // test.
         for spec in ["builtin:spheres?rows=2&columns=2", "builtin:cornell"] {
             let scene = open(spec);
             let settings = Settings { msaa: 4, light_path: LightPath::Loop, ..own(&scene, 64, 48) };

@@ -1,4 +1,4 @@
-//! Ambient occlusion as frames have it: nothing where nothing hides, the same on every path, and what the f64 march of the same depths comes to.
+//! Ambient occlusion in frames: none where nothing occludes, the same on every path, and near the f64 march of the same depths.
 
 use crate::common::gpu::{Gpu, floats, on_gpu};
 use crate::common::stage::{add, exact, lambert, open, own, plane, rectangle};
@@ -13,7 +13,7 @@ use glam::{DAffine3, DVec3, Vec3};
 
 const SIZE: [u32; 2] = [96, 54];
 
-/// Light from everywhere alone, over whatever stands there.
+/// Leaves a scene nothing but white ambient light.
 fn ambient(mut scene: Scene) -> Scene {
     scene.environment = Environment { ambient: Vec3::ONE, background: Vec3::splat(0.25), ground: None };
     scene.lights.clear();
@@ -40,7 +40,7 @@ fn with(ao: AmbientOcclusion, settings: &Settings) -> Settings {
     Settings { ao, ..settings.clone() }
 }
 
-/// What a view shows, as it is.
+/// Draws a view, with its values as they are.
 fn shown(gpu: &Gpu, scene: &Scene, settings: &Settings, view: View) -> Vec<[f64; 3]> {
     let settings = Settings { view, output: Output::Nits, ..settings.clone() };
     let picture = gpu.renderer(scene, &settings).picture(&scene.camera, || ()).expect("a picture");
@@ -60,7 +60,7 @@ fn a_surface_alone_keeps_all_of_its_light() {
             ] {
                 let settings = Settings { ao_radius, ao_resolution, ..with(method, &exact(SIZE[0], SIZE[1])) };
                 let found = shown(gpu, &scene, &settings, View::Ao);
-                // What the plane hides of itself is less than half a sector of 32 and half a code of 1023, and rounds to nothing.
+                // The plane occludes itself by less than half a sector of 32 and half a code of 1023, which rounds to nothing.
                 assert!(found.iter().all(|open| open[0] == 1.0 || open[0] == 0.0), "{method} {ao_radius}");
                 assert!(found.iter().any(|open| open[0] == 1.0));
             }
@@ -86,7 +86,7 @@ fn ambient_light_is_times_what_the_view_shows_and_no_other_light_is_on_every_pat
         }
         assert!(darker > open.len() / 20, "{darker}");
 
-        // Each lamp adds what it added without.
+        // Each lamp adds the same light as without occlusion.
         let lamp = crate::common::stage::point(
             DVec3::new(0.2, -0.5, 1.0),
             2.0,
@@ -140,7 +140,7 @@ fn slices_come_to_what_the_march_of_the_same_depths_does_the_nearer_the_more_sam
             let error = |ao_samples| own_error(gpu, &scene, &Settings { ao_samples, ..settings.clone() });
             let errors = [4, 16, 64].map(error);
             println!("{name}: {errors:?}");
-            // What is asked of a pass against rays is asked of it against the march all the more.
+            // Bounds of a pass against rays hold all the more against the march.
             assert!(errors[1] < 0.05 && errors[2] < 0.04, "{name}: {errors:?}");
             assert!(errors[0] > errors[1] && errors[1] > errors[2], "{name}: {errors:?}");
             let ssao = own_error(gpu, &scene, &Settings { ao_samples: 64, ..with(AmbientOcclusion::Ssao, &settings) });

@@ -1,5 +1,4 @@
-//! BLOOM and SPREAD do to the light of a frame what the formulas in 64 bits say, whatever drew it; no light is lost, and a bright pixel that moves
-//! does not flicker.
+//! BLOOM and SPREAD follow the formulas in 64 bits, whichever path drew the frame; no light is lost, and a bright pixel that moves does not flicker.
 
 use crate::common::gpu::{Gpu, on_gpu};
 use crate::common::stage::{add, exact, open, own, rectangle, stage};
@@ -78,7 +77,7 @@ fn frames_that_are_averaged_and_light_that_is_measured_have_it_too() {
         let wanted = by_levels(&light(gpu, &scene, &plain), plain.size, &with);
         let error = worst(&light(gpu, &scene, &with), &wanted);
         assert!(error < ROUNDING, "{error}");
-        // By way of half floats, as the tone-mapped frame has it.
+        // Through half floats, like the tone-mapped frame.
         let measured = Settings { output: Output::Exposed, samples: 1, ..with.clone() };
         let unspread = Settings { bloom: 0.0, ..measured.clone() };
         let wanted = by_levels(&light(gpu, &scene, &unspread), plain.size, &measured);
@@ -154,7 +153,7 @@ fn a_small_light_that_moves_does_not_flicker() {
             let flicker = (apart / all).sqrt();
             println!("steps of {step}: variance of the light {variance:e}, {flicker:.4} from a convolution");
             assert!(variance < ROUNDING.powi(2), "{step}: {variance}");
-            // What a level of six taps mirrors of a dot (`a_bright_pixel_that_moves_...` of the reference): a square has less.
+            // A level of six taps aliases so much of a dot (`a_bright_pixel_that_moves_...` of the reference): a square has less.
             assert!(flicker < 0.0523, "{step}: {flicker}");
         }
     });

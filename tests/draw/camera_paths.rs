@@ -1,4 +1,5 @@
-//! `render --path` and `bench --path`: each picture is that of its moment's camera, and what cannot be drawn is refused before any is.
+//! `render --path` and `bench --path`: each picture is that of its moment's camera, and a path that cannot be drawn is refused before its first
+//! picture.
 
 use std::fs;
 use std::path::Path;

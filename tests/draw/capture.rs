@@ -21,7 +21,7 @@ unsafe extern "system" fn submit(
     infos: *const vk::SubmitInfo<'_>,
     fence: vk::Fence,
 ) -> vk::Result {
-    // SAFETY: what a caller of vkQueueSubmit promises.
+    // SAFETY: a caller of vkQueueSubmit promises so many structures.
     let infos = unsafe { std::slice::from_raw_parts(infos, count as usize) };
     let marks = infos.iter().map(|info| {
         // SAFETY: a structure of a chain begins as this one does.
@@ -39,7 +39,7 @@ unsafe extern "system" fn submit(
     SUBMISSIONS.lock().unwrap_or_else(PoisonError::into_inner).extend(marks);
     // The driver may lack the extension: it is shown none of it.
     let bare: Vec<_> = infos.iter().map(|&info| vk::SubmitInfo { p_next: std::ptr::null(), ..info }).collect();
-    // SAFETY: what is given is given on.
+    // SAFETY: the caller's own arguments are passed on, with copies of its structures that live as long as the call.
     unsafe { REAL_SUBMISSION.get().expect("set")(queue, count, bare.as_ptr(), fence) }
 }
 

@@ -14,7 +14,7 @@ use crate::common::scenes::perforated;
 use crate::common::stage::{add, display, exact, lambert, point, spot};
 use crate::common::tries_all;
 
-/// What changes: another one for each number.
+/// Makes a change at random, and returns its kind.
 fn change(scene: &mut Scene, random: &mut fastrand::Rng) -> Changed {
     let place = |random: &mut fastrand::Rng| {
         let [x, y, z] = [(); 3].map(|()| random.f64());
@@ -95,7 +95,7 @@ fn a_renderer_follows_whatever_changes_of_its_scene() {
     on_gpu(|gpu| follows(gpu, &exact(48, 36), 1, if tries_all() { 1000 } else { 40 }));
 }
 
-/// Puts an object somewhere else, now and then mirrored, or changes a light: what costs a write where the plan serves.
+/// Puts an object somewhere else, now and then mirrored, or changes a light. Either costs one write as long as the plan serves.
 fn nudge(renderer: &mut Renderer, scene: &mut Scene, random: &mut fastrand::Rng) {
     let [x, y, z] = [(); 3].map(|()| random.f64() - 0.5);
     let place = DVec3::new(x * 1.6, y * 1.2, 0.25 + z * 0.5);
@@ -117,8 +117,8 @@ fn nudge(renderer: &mut Renderer, scene: &mut Scene, random: &mut fastrand::Rng)
 }
 
 /// Objects come, go, move and mirror themselves, lights change, clips play and the camera moves, frame after frame without a wait. The layer has
-/// nothing to say, and every fiftieth picture is that of a new renderer. Shadow maps are scaled by the scene as the renderer first had it, so that
-/// where there are some it is told of the whole scene before.
+/// nothing to say, and every fiftieth picture is that of a new renderer. Shadow maps are scaled by the scene as the renderer first had it, so a
+/// renderer with such maps is told of the whole scene before a comparison.
 fn wanders(gpu: &Gpu, settings: &Settings, seed: u64, frames: u32) {
     let mut random = fastrand::Rng::with_seed(seed);
     let mut scene = moving(DVec3::ZERO);
@@ -162,7 +162,7 @@ fn frames_of_a_scene_that_changes_at_random_are_drawn_without_a_message() {
     });
 }
 
-/// What the plan had left out comes back when it is needed: nothing is refused.
+/// A part that the plan had left out comes back when it is needed: nothing is refused.
 #[test]
 fn an_object_is_mirrored_and_a_dark_light_shines_without_a_new_renderer() {
     on_gpu(|gpu| {

@@ -1,4 +1,4 @@
-//! `render --time`, `--clip` and `--duration`: a sequence has the pictures of its moments, clips are picked by name, and what is unknown is told.
+//! `render --time`, `--clip` and `--duration`: a sequence has the pictures of its moments, clips are picked by name, and unknown ones are told.
 
 use std::path::Path;
 use std::process::Output;

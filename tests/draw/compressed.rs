@@ -87,7 +87,7 @@ fn the_levels_that_are_drawn_are_those_of_the_file() {
             for (count, bright) in [(5, true), (1, false)] {
                 let (picture, plan) = draw(gpu, &papered(texture(count), 40.0), keep);
                 let planned = &plan.textures.images[0];
-                // The last two levels of the file are not made; where there is one, all others are.
+                // A file of several levels gets no others, and its last four are missing; of a file of one level all others are made.
                 assert_eq!((planned.levels, planned.makes_levels), if bright { (5, false) } else { (9, true) });
                 let is_bright = |(x, y)| code(&picture, x, y)[0] > 128;
                 assert!(places(&picture).all(|place| is_bright(place) == bright), "{count} levels, {keep}");

@@ -1,4 +1,4 @@
-//! What a frame leaves out is not seen: pictures with and without are the same, bit for bit.
+//! Work that a frame leaves out is not seen: pictures with and without it are the same, bit for bit.
 
 use crate::common::compare::assert_identical;
 use crate::common::gpu::{Gpu, on_gpu};
@@ -109,12 +109,12 @@ fn both(gpu: &Gpu, scene: &Scene, settings: &Settings, part: OptionalPart, camer
     cameras.iter().enumerate().map(compare).collect()
 }
 
-/// Whether the path writes the picture by itself, so that nothing transparent can come after it.
+/// Returns true if the path writes the picture by itself, so that nothing transparent can come after it.
 fn ends_with_compute(path: LightPath) -> bool {
     matches!(path, LightPath::Compute | LightPath::Visibility)
 }
 
-/// Whether it shades one sample a pixel.
+/// Returns true if the path shades one sample a pixel.
 fn is_single(path: LightPath) -> bool {
     ends_with_compute(path) || matches!(path, LightPath::PerLight | LightPath::Volumes)
 }
@@ -141,7 +141,8 @@ fn lights_that_reach_nothing_are_not_missed_on_any_light_path() {
                 for &(layout, msaa) in one_of(layouts, path + turn) {
                     let settings = Settings { light_path, msaa, gbuffer: gbuffer(layout), ..exact(SIZE.0, SIZE.1) };
                     let drawn = both(gpu, scene, &settings, OptionalPart::IdleLights, &cameras());
-                    // One light reaches no object at all. A plan that lights surfaces beside where they are has it all the same.
+                    // One light reaches no object at all. Layouts that round positions light surfaces a little beside their places, so their plans
+                    // keep that light.
                     let planned = if layout == "float32" { 37 } else { 38 };
                     for (index, [lean, full]) in drawn.iter().enumerate() {
                         assert_eq!((full.lights, full.idle_lights), (38, 0), "{name}");
@@ -302,7 +303,7 @@ fn objects_behind_others_are_not_missed_where_the_device_finds_them() {
                 ..scene.camera
             };
             let cameras = [looking(0.0, 0.0), looking(0.2, 1.0), looking(-0.3, -9.0), looking(3.0, -40.0)];
-            // The CPU culls what pixels are to be looked up in.
+            // The path `visibility` does not go with culling on the device.
             let paths = LightPath::NAMES.iter().filter(|(_, path)| *path != LightPath::Visibility);
             let paths: Vec<_> = paths.enumerate().collect();
             for (path, &(name, light_path)) in some_in_turn(&paths, turn, 2) {
@@ -449,7 +450,7 @@ fn what_the_device_finds_to_be_seen_is_what_the_cpu_finds_in_the_same_order() {
                     [Culling::Cpu, Culling::Gpu].map(|culling| gpu.renderer(&scene, &settings(culling)));
                 assert_eq!([false, true], [0, 1].map(|index| renderers[index].plan().culls_on_device()), "{name}");
                 for step in 0..6_u32 {
-                    // What stands, what has moved or changed its hand, and what has come or gone.
+                    // Step by step an object moves, one is mirrored, objects go, and objects come. The others stand.
                     match step {
                         1 => scene.objects[20].transform.translation += DVec3::new(0.5, 1.0, 0.0),
                         2 => scene.objects[21].transform.matrix3.x_axis *= -1.0,

@@ -1,4 +1,4 @@
-//! ENCODE, by itself: what it makes of light is what the standards say, for every transfer function, from black to beyond what a display shows.
+//! ENCODE alone: it encodes light as the standards say, for every transfer function, from black to beyond the brightest that a display shows.
 
 use crate::common::gpu::{Gpu, on_gpu};
 use crate::common::hdr::{perceptual_quantizer, to_rec2020};
@@ -13,11 +13,11 @@ use afterlight::plan::Transfer;
 use glam::DVec3;
 use half::f16;
 
-/// In units of white: black, what sRGB has a straight line for, greys, white, 1000 nits, the brightest of PQ, and what no display shows.
+/// In units of white: black, the straight part of sRGB, greys, white, 1000 nits, the brightest of PQ, and light that no display shows.
 const LIGHT: [f32; 10] = [0.0, 1e-4, 0.002, 0.01, 0.18, 0.5, 1.0, 4.926, 49.26, 60000.0];
 const EXTENT: vk::Extent2D = vk::Extent2D { width: LIGHT.len() as u32, height: 5 };
 
-/// Greys, and each of the primaries with a tenth of the others; one is what the picture never has and no display can show.
+/// Greys, colours with a negative channel, which no picture has and no display can show, and each of the primaries with a tenth of the others.
 fn picture() -> Vec<[f32; 3]> {
     let mixed = |own: usize, light: f32| [0, 1, 2].map(|channel| if channel == own { light } else { 0.1 * light });
     let below_black = |light: f32| [-light, light, 0.0];
@@ -25,12 +25,12 @@ fn picture() -> Vec<[f32; 3]> {
     LIGHT.map(|light| [light; 3]).into_iter().chain(LIGHT.map(below_black)).chain(mixed).collect()
 }
 
-/// As half floats hold it.
+/// Returns light as half floats hold it.
 fn stored(light: f32) -> f64 {
     f64::from(f16::from_f32(light).to_f32())
 }
 
-/// What the standards say, in 64 bits.
+/// Returns the values of the standards, in 64 bits.
 fn expected(transfer: Transfer, light: [f64; 3]) -> [f64; 3] {
     let light = light.map(|channel| channel.max(0.0));
     let white = f64::from(WHITE_NITS);
@@ -41,7 +41,7 @@ fn expected(transfer: Transfer, light: [f64; 3]) -> [f64; 3] {
     }
 }
 
-/// What ENCODE draws into an image of this format, as it lies in memory.
+/// Returns the bytes that ENCODE draws into an image of this format, as they lie in memory.
 fn drawn(gpu: &Gpu, transfer: Transfer, format: vk::Format, bytes: u64) -> gpu::Result<Vec<u8>> {
     let device = &gpu.device;
     let desc = |name, format, usage| ImageDesc {

@@ -1,4 +1,4 @@
-//! FOG does to the light of a frame what the formulas in 64 bits say, whatever drew it, and before whatever is transparent.
+//! FOG follows the formulas in 64 bits, whichever path drew the frame, and comes before anything transparent.
 
 use crate::common::gpu::{Gpu, bytes, floats, on_gpu};
 use crate::common::stage::{add, directional, exact, lambert, open, own, plane, rectangle};
@@ -15,7 +15,7 @@ fn light(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Vec<DVec3> {
     floats(&picture).chunks_exact(4).map(|rgba| DVec3::new(rgba[0].into(), rgba[1].into(), rgba[2].into())).collect()
 }
 
-/// Where the ray through the middle of a pixel begins, and what it is for a metre along the view.
+/// Returns where the ray through the middle of a pixel begins, and its step for a metre along the view.
 fn ray(camera: &Camera, [width, height]: [u32; 2], pixel: usize) -> (DVec3, DVec3) {
     let (x, y) = (pixel as u32 % width, pixel as u32 / width);
     let [across, down] =
@@ -28,7 +28,7 @@ fn ray(camera: &Camera, [width, height]: [u32; 2], pixel: usize) -> (DVec3, DVec
     }
 }
 
-/// What a picture with fog should be, from the one without and the distances of surfaces along the view, 0 where there is none.
+/// Returns the picture with fog as it should be, from the picture without and the distances of surfaces along the view, 0 where there is none.
 fn fogged(scene: &Scene, settings: &Settings, clear: &[DVec3], depths: &[DVec3]) -> Vec<DVec3> {
     let fog = Medium::of(settings).expect("fog");
     let sky = scene.sky.as_ref().filter(|sky| sky.lights && settings.sky_light);
@@ -51,8 +51,8 @@ fn worst(found: &[DVec3], wanted: &[DVec3]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// An optical depth is a product of a few numbers that are rounded to 2^-24, of which the exponents are up to 15 here: what is left errs by as much
-/// times itself, and distances from depths of 24 bits add to that.
+/// An optical depth, up to 15 here, is a product of a few numbers that are rounded to 2^-24. As an exponent it turns its absolute error into a
+/// relative one of the light that is left; distances from depths of 24 bits add to that.
 const ROUNDING: f64 = 5e-5;
 
 #[test]
@@ -65,7 +65,7 @@ fn the_light_is_fogged_as_the_formulas_say_on_every_path() {
         under_sky.lights.push(directional(DVec3::new(0.3, 0.5, 1.0), 4000.0));
         let mut parallel = open("builtin:spheres");
         parallel.camera.projection = Projection::Orthographic { height: 6.0 };
-        // Frames move such a camera up to what there is.
+        // Frames move a camera of parallel rays up to the scene.
         parallel.camera.position -= parallel.camera.forward() * 15.0;
         let stored = [OptionalPart::StoredGbuffer].into_iter().collect();
         let on = |light_path| Settings { light_path, ..Settings::default() };
@@ -76,7 +76,7 @@ fn the_light_is_fogged_as_the_formulas_say_on_every_path() {
             (&spheres, Settings { keep: stored, ..on(LightPath::Loop) }),
             (&under_sky, on(LightPath::Loop)),
             (&under_sky, on(LightPath::ForwardNaive)),
-            // Over what surfaces mirror, too.
+            // Fog over reflections, too.
             (&under_sky, Settings { reflections: Reflections::Screen, ..on(LightPath::Loop) }),
             (&parallel, on(LightPath::Loop)),
         ];
@@ -130,7 +130,7 @@ fn fog_before_nothing_but_the_background_is_lit_as_well() {
     });
 }
 
-/// The error of a picture against rays, relative to the brightest channel: that of so many of 100 pixels. Edges may fall to either side.
+/// Returns the error against rays, relative to the brightest channel, that so many of 100 pixels do not exceed. Edges may fall to either side.
 fn against_rays(gpu: &Gpu, scene: &Scene, settings: &Settings, percent: usize) -> f64 {
     let reference = Reference::new(scene).expect("a scene").with_settings(settings, &scene.camera);
     let options = Options { mode: Mode::Point, smith: Smith::default() };
@@ -173,7 +173,7 @@ fn transparent_surfaces_are_fogged_at_their_own_depth_as_rays_have_it() {
             println!("{transparency} {light_path}: {clear:e} without fog, {in_fog:e} with it");
             match transparency {
                 Transparency::Sorted => assert!(in_fog < 3e-5 && clear < 3e-5, "{light_path}: {clear} {in_fog}"),
-                // Weights are none of rays'.
+                // Rays have no such weights.
                 Transparency::Oit => assert!(in_fog < 1.2 * clear, "{clear} {in_fog}"),
             }
         }
@@ -216,7 +216,7 @@ fn particles_are_fogged_at_their_own_depth_as_rays_have_it() {
             ];
             println!("{light_path}: {clear:e} without fog, {in_fog:e} with it");
             assert!(clear < 3e-5 && in_fog < 3e-5 && changed > 0.1, "{light_path}: {clear} {in_fog} {changed}");
-            // Summed up they err by their weights alone, which are none of rays'.
+            // Summed up they err by their weights alone, which rays do not have.
             let summed = |settings: Settings| {
                 against_rays(gpu, scene, &Settings { transparency: Transparency::Oit, ..settings }, 90)
             };
@@ -258,7 +258,7 @@ fn frames_over_time_are_fogged_as_samples_are() {
     });
 }
 
-/// What absorbs nothing is not seen where light is everywhere the same.
+/// Fog that absorbs nothing is not seen where light is the same everywhere.
 #[test]
 fn white_fog_in_an_even_world_is_not_seen() {
     on_gpu(|gpu| {
@@ -312,7 +312,7 @@ fn fog_is_finite_at_its_extremes_and_hides_what_is_beyond_it() {
                     let fog = Settings { fog: Fog::Height, fog_density, fog_height, fog_base, ..plain.clone() };
                     let settings = Settings { fog_anisotropy, output, hdr_format, ..fog };
                     let found = light(gpu, &scene, &settings);
-                    // Light beyond what half floats hold is infinite in them, as without fog, and white.
+                    // Light beyond the range of half floats is infinite in them, as without fog, and white.
                     let is_light =
                         |own: &DVec3| own.min_element() >= 0.0 && (own.is_finite() || hdr_format == HdrFormat::Rgba16f);
                     assert!(found.iter().all(is_light), "{fog_density} {fog_height} {fog_base} {output}");

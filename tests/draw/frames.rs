@@ -1,4 +1,4 @@
-//! Frames: the same input gives the same bytes, whatever was drawn before, and what is left out was not needed.
+//! Frames: the same input gives the same bytes, whatever was drawn before, and parts that are left out were not needed.
 
 use crate::common::compare::{assert_identical, largest_code_difference};
 use crate::common::gpu::{code, nits, on_gpu, places};
@@ -244,7 +244,7 @@ fn what_emits_is_as_bright_as_it_says() {
         let expected = [0.25, 0.04, 1.0].map(srgb_code);
         assert_eq!(code(&gpu.draw(&dark, &display(8, 8)), 4, 4), expected);
         let found = nits(&gpu.draw(&dark, &exact(8, 8)), 4, 4);
-        // Where the linear output cannot be blended into, it has half floats.
+        // The linear output has half floats on devices that cannot blend into its usual format.
         assert!((found / DVec3::new(0.25, 0.04, 1.0) - 1.0).abs().max_element() < 4.9e-4, "{found}");
         let lit = plane(material, vec![directional(DVec3::Z, 1.0)]);
         let found = nits(&gpu.draw(&lit, &exact(8, 8)), 4, 4).x;
@@ -253,7 +253,7 @@ fn what_emits_is_as_bright_as_it_says() {
     });
 }
 
-/// What storing a value in red, green and blue may cost, relative: a step of the mantissa, as a driver may truncate.
+/// Returns the greatest relative error of storing a value in red, green and blue: a step of the mantissa, as a driver may truncate.
 fn steps(format: HdrFormat) -> DVec3 {
     let step = |bits: i32| 2.0f64.powi(-bits);
     match format {
@@ -285,7 +285,7 @@ fn an_hdr_format_costs_what_its_mantissa_says() {
                 let light = radiance(&scene.materials[0], &scene.lights, seen(picture.size, x, y), DVec3::Z, EYE);
                 let exact = emissive.as_dvec3() + light;
                 assert!(exact.max_element() < 0.95, "{exact} is cut off");
-                // Stored twice: what glows, and the sum. Half a code more for the picture itself, and a fifth for its tables.
+                // Stored twice: the emitted light, and the sum. Half a code more for the picture itself, and a fifth for its tables.
                 let off = steps(*hdr_format) * (emissive.as_dvec3() + exact) + 1e-5;
                 let found = DVec3::from_array(code(&picture, x, y).map(f64::from));
                 let encoded = |linear: DVec3| DVec3::from_array(linear.to_array().map(srgb_code_unrounded));
@@ -299,7 +299,7 @@ fn an_hdr_format_costs_what_its_mantissa_says() {
         }
         let [half, packed, single] = largest_of_all;
         assert!(single < 0.7 && half < 1.0, "{largest_of_all:?}");
-        // Where it blends, packed light must be seen to be the coarser one, or this test looks at nothing.
+        // Packed light, where the device can blend it, must be seen to be coarser, or this test looks at nothing.
         assert!(packed == 0.0 || packed > 1.5, "{largest_of_all:?}");
     });
 }

@@ -63,7 +63,7 @@ fn foggy(width: u32, height: u32) -> Settings {
     }
 }
 
-/// Where no lamp and no shadow is, the froxels' sum is the closed form but for the rounding of half floats.
+/// Without lamps and shadows the froxels' sum is the closed form, but for the rounding of half floats.
 #[test]
 fn fog_without_lamps_and_shadows_is_the_closed_form() {
     on_gpu(|gpu| {
@@ -140,8 +140,8 @@ fn panes_in_lit_fog_are_as_rays_have_them() {
     });
 }
 
-/// 64 places of a camera: how far what a pixel shows of the air strays from what it shows at the places before and after, and how much the light of the whole
-/// picture changes, as shares of their means.
+/// At 64 places of a camera: how far a pixel's light from the air strays from that at the places before and after, and how much the light of the
+/// whole picture changes, as shares of their means.
 fn flicker(gpu: &Gpu, scene: &Scene, settings: &Settings, step: DVec3) -> [f64; 2] {
     let mut renderer = Renderer::new(&gpu.device, scene, settings).unwrap_or_else(|error| panic!("{error}"));
     let mut shown = |place: u32| {
@@ -154,7 +154,7 @@ fn flicker(gpu: &Gpu, scene: &Scene, settings: &Settings, step: DVec3) -> [f64; 
     let frames: Vec<Vec<DVec3>> = (0..64).map(&mut shown).collect();
     let pixel = |index: usize| {
         let values: Vec<f64> = frames.iter().map(|frame| frame[index].x).collect();
-        // Of noise of variance 1 this has the variance 6.
+        // Noise of variance 1 gives these the variance 6.
         let bends = values.chunks(8).flat_map(|row| row.windows(3)).map(|own| own[0] - 2.0 * own[1] + own[2]);
         let variance = bends.map(|bend| bend * bend).sum::<f64>() / 48.0 / 6.0;
         variance.sqrt() / (values.iter().sum::<f64>() / 64.0)
@@ -172,7 +172,7 @@ fn flicker(gpu: &Gpu, scene: &Scene, settings: &Settings, step: DVec3) -> [f64; 
 fn a_camera_that_moves_does_not_make_lit_fog_flicker() {
     on_gpu(|gpu| {
         let scene = boards();
-        // An eighth of a pixel of what is two metres away, and a centimetre of a walk.
+        // An eighth of a pixel at a distance of two metres, and a centimetre of a walk.
         let eighth = 2.0 / 28.0 / 8.0;
         for (name, step) in [("aside", DVec3::new(eighth, eighth, 0.0)), ("a walk", DVec3::new(0.0, 0.0, -0.01))] {
             let settings = Settings { fog_froxels: [24, 14, 16], ..foggy(48, 28) };

@@ -1,7 +1,7 @@
 //! The same picture from every G-buffer, within bounds that follow from the formats.
 //!
-//! The picture is linear and one triangle: its place and its shading normal are known at every pixel, so that a bound is worked out for each
-//! pixel and each light, from `common::truth` and how far the light model can move when its input moves by what a format rounds.
+//! The picture is linear and one triangle: its place and its shading normal are known at every pixel, so that a bound is worked out for each pixel
+//! and each light, from `common::truth` and how far the light model can move when its input moves by a format's rounding.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -23,7 +23,7 @@ const EDGE: u32 = 65;
 /// becomes one or the other, and lavapipe truncates: half a step, 4.9e-4, holds on drivers that round to the nearest only.
 const HALF: f64 = 1.0 / 1024.0;
 
-/// How far a format may be from what was written, at most.
+/// The greatest distance of a value that a format holds from the value that was written.
 #[derive(Debug, Clone, Copy, Default)]
 struct Rounding {
     /// Codes of 8-bit sRGB.
@@ -69,7 +69,7 @@ impl Rounding {
             // Each component relative to itself, so the vector to its length.
             Some(vk::Format::R16G16B16A16_SFLOAT) => HALF,
             Some(_) => 0.0,
-            // What a rasterizer's interpolated depth is good to within 100 units.
+            // The precision of a rasterizer's interpolated depth within 100 units.
             None => 3e-6,
         };
         match formats.material {
@@ -103,7 +103,7 @@ struct Place {
     light: DVec3,
 }
 
-/// The largest relative change of what a lambert surface reflects, albedo left out: albedo / pi * N.L / d^2.
+/// The largest relative change of the light that a lambert surface reflects, albedo left out: albedo / pi * N.L / d^2.
 ///
 /// N.L is a product of unit vectors, so it moves by the angle by which either turns; the light's direction turns by shift / d and
 /// its strength moves by 2 shift / d.
@@ -116,15 +116,15 @@ fn lambert_change(place: &Place, rounding: &Rounding) -> f64 {
     (rounding.normal + shift) / n_dot_l + 2.0 * shift
 }
 
-/// The largest relative change of what Cook-Torrance reflects, albedo left out. Base and lobe are sums of positive terms, so the
-/// change of their sum is no more than the greater of theirs; the sum of both bounds is safe.
+/// The largest relative change of the light that Cook-Torrance reflects, albedo left out. Base and lobe are sums of positive terms, so the change of
+/// their sum is no more than the greater of theirs; the sum of both bounds is safe.
 fn cook_torrance_change(material: &Material, place: &Place, rounding: &Rounding) -> f64 {
     let alpha = f64::from(material.roughness).powi(2);
     let (to_light, to_eye) = (place.light - place.point, place.eye - place.point);
     let (light, view) = (to_light.normalize(), to_eye.normalize());
     let n_dot_v = place.normal.dot(view);
     let v_dot_h = (light + view).length() * 0.5;
-    // By how much the directions to light and eye turn, and the half vector between them: its length before it is normalized is 2 V.H.
+    // Angles by which the directions to light and eye turn, and the half vector between them, whose length before it is normalized is 2 V.H.
     let shift = rounding.position * to_eye.length();
     let (turn_light, turn_view) = (shift / to_light.length(), shift / to_eye.length());
     let turn_half = (turn_light + turn_view) / (2.0 * v_dot_h);
@@ -156,7 +156,7 @@ fn material_change(material: &Material, rounding: &Rounding) -> f64 {
     alpha + (moved / f0).max_element() + base
 }
 
-/// What is drawn: a material on the triangle, and how far away it is.
+/// A material on the triangle, and the distance that it is seen from.
 struct Case {
     material: Material,
     distance: f64,
@@ -212,7 +212,7 @@ impl Case {
         }
     }
 
-    /// Where the ray through a pixel's centre meets the triangle.
+    /// Returns the point where the ray through a pixel's centre meets the triangle.
     fn seen(&self, x: u32, y: u32) -> DVec3 {
         let camera = self.camera();
         let [across, down] = [x, y].map(|pixel| (f64::from(pixel) + 0.5) * 2.0 / f64::from(EDGE) - 1.0);
@@ -220,7 +220,7 @@ impl Case {
         camera.position - ray * (camera.position.z / ray.z)
     }
 
-    /// How far a pixel of a G-buffer's picture may be from that of another that rounds nothing, in nits.
+    /// Returns the greatest difference, in nits, of a pixel from the same pixel of a G-buffer that rounds nothing.
     fn bound(&self, rounding: &Rounding, lights: &[Light], point: DVec3) -> DVec3 {
         let (normal, eye) = (normal_at(point), self.camera().position);
         let mut bound = DVec3::ZERO;
@@ -231,8 +231,8 @@ impl Case {
                 Brdf::Lambert => lambert_change(&place, rounding),
                 _ => cook_torrance_change(&self.material, &place, rounding),
             };
-            // F0 follows the albedo by metallic at most, and the base by |1 - albedo metallic / (1 - F0)| < 1 here: neither changes more
-            // than the albedo does. A twentieth for what is of second order.
+            // F0 follows the albedo by metallic at most, and the base by |1 - albedo metallic / (1 - F0)| < 1 here: neither changes more than the
+            // albedo does. A twentieth covers terms of second order.
             let albedo = self.material.base_color.as_dvec3().to_array().map(|albedo| rounding.albedo_change(albedo));
             let relative = (DVec3::from(albedo) + moved) * 1.05 + 2.0 * self.single;
             bound += relative * radiance(&self.material, std::slice::from_ref(light), point, normal, eye);
@@ -260,7 +260,7 @@ impl Case {
         }
         let model = self.material.brdf;
         eprintln!("{model} at {} m, {name}: {worst:.3} of the bound", self.distance);
-        // By name and not by plan, which might have left the override out.
+        // Asks the name and not the plan, which might have left the override out.
         let unread = model == Brdf::Lambert && name.contains("material=");
         let exact = name == "float32" || name.ends_with("=rgba32f") || unread;
         assert_eq!(worst == 0.0, exact, "{model} {name}: {worst} of the bound, {rounding:?}");
@@ -275,7 +275,7 @@ impl Case {
             let (normal, eye) = (normal_at(point), self.camera().position);
             let expected = radiance(&self.material, &scene.lights, point, normal, eye);
             let error = (nits(&picture, x, y) / expected - 1.0).abs().max_element();
-            // A place is good to what its distance leaves of single precision, 3e-6 at the most, and counts 4 times at half a metre.
+            // A place has the single precision of its distance, 3e-6 of it at the most, and counts 4 times at half a metre.
             assert!(error < self.single + 3e-6 * self.distance, "({x}, {y}): off by {error}");
         }
         picture

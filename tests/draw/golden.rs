@@ -1,4 +1,4 @@
-//! Every built-in scene and every view, as they looked when they were last looked at. AFTERLIGHT_BLESS=1 keeps what is drawn now.
+//! Every built-in scene and every view, as they looked when they were last looked at. AFTERLIGHT_BLESS=1 keeps the pictures that are drawn now.
 
 mod models;
 
@@ -106,7 +106,7 @@ fn every_view_looks_as_it_did() {
         for (name, shown) in views {
             album.compare(&format!("hall-{name}"), &hall, &view(&hall, SIZE.0, SIZE.1, *shown));
         }
-        // What the hall has little of: metals, layers, lights with a range.
+        // The hall has little of these: metals, layers, lights with a range.
         for (name, shown) in [
             ("metallic", View::Metallic),
             ("roughness", View::Roughness),
@@ -211,7 +211,7 @@ fn the_harbour_looks_as_it_did() {
     });
 }
 
-/// The comparison itself: what must be noticed is noticed.
+/// The comparison itself notices the differences that it must.
 #[test]
 fn five_percent_of_light_and_a_pixel_aside_are_noticed() {
     on_gpu(|gpu| {
@@ -239,7 +239,7 @@ fn five_percent_of_light_and_a_pixel_aside_are_noticed() {
     });
 }
 
-/// The allowance ends where it says: what is left to another processor's reciprocals is not left to mistakes.
+/// The allowance ends where it says: the room for another processor's reciprocals is no room for mistakes.
 #[test]
 fn what_no_channel_exceeds_is_the_same_and_a_code_more_is_not() {
     let (width, height) = SIZE;

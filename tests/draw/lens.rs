@@ -1,4 +1,4 @@
-//! Depth of field and motion blur of several samples, against what is worked out by hand, and against each other where they must agree.
+//! Depth of field and motion blur of several samples, against values that are worked out by hand, and against each other where they must agree.
 
 use super::antialiasing::{BRIGHT, DARK, edge};
 use crate::common::gpu::{Gpu, floats, nits, on_gpu, places};
@@ -23,7 +23,7 @@ fn left_of(line: f64) -> f64 {
     0.5 + (line.asin() + line * (1.0 - line * line).sqrt()) / PI
 }
 
-/// How much of a pixel lies on the bright side of an upright edge in the picture's middle that is blurred to a disc of so many pixels.
+/// Returns the share of a pixel that lies on the bright side of an upright edge in the picture's middle that is blurred to a disc of so many pixels.
 fn blurred(x: u32, radius: f64) -> f64 {
     const PARTS: u32 = 64;
     let covered = |part: u32| {
@@ -57,7 +57,7 @@ fn an_edge_out_of_focus_is_as_bright_as_the_part_of_the_lens_that_sees_past_it()
                 let aperture = Aperture::Diameter(diameter);
                 let settings = Settings { samples, aperture, focus: Some(focus), ..exact(EDGE, EDGE) };
                 let found = worst(&draw(gpu, &scene, &settings), |x| blurred(x, radius));
-                // That of points on the disc that a line parts (src/frame/jitter.rs); and vertices have 8 bits below the pixel.
+                // The bound of points on a disc that a line parts (src/frame/jitter.rs); and vertices have 8 bits below the pixel.
                 let bound = 0.75 / f64::from(samples).sqrt() + 1.0 / 256.0;
                 assert!(found <= bound, "{diameter} m at {focus} m, {samples} samples: {found}, more than {bound}");
             }
@@ -155,8 +155,8 @@ fn a_lens_without_a_focus_and_one_before_parallel_rays_are_refused() {
     });
 }
 
-/// Frames that look through the rim of a wide lens see what the middle does not: culling, froxels, rectangles and volumes of lights, shadows and
-/// levels of detail follow each frame's own camera.
+/// Frames that look through the rim of a wide lens see things that its middle does not: culling, froxels, rectangles and volumes of lights, shadows
+/// and levels of detail follow each frame's own camera.
 #[test]
 fn whatever_is_left_out_and_whichever_way_is_lit_the_picture_through_a_lens_is_the_same() {
     on_gpu(|gpu| {

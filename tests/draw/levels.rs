@@ -126,7 +126,7 @@ fn the_device_chooses_the_levels_that_the_cpu_chooses() {
                 object.transform.matrix3 *= 0.25 * (1 << (index % 4)) as f64;
                 object.transform.translation += center;
             }
-            // The CPU culls what pixels are to be looked up in.
+            // The path `visibility` does not go with culling on the device.
             let paths = LightPath::NAMES.iter().filter(|(_, path)| *path != LightPath::Visibility);
             let paths: Vec<_> = paths.enumerate().collect();
             for (path, &(name, light_path)) in some_in_turn(&paths, turn, 2) {

@@ -30,7 +30,7 @@ fn a_look_that_is_set_is_drawn_with_its_shadow_from_the_next_frame_on() {
             let settings = Settings { light_path, culling, ..exact(64, 48) };
             let mut renderer = gpu.renderer(&scene, &settings);
             let mut before = picture(&mut renderer, &scene);
-            // Whoever finds out what is seen, it looks the same.
+            // The picture is the same whether the CPU or the device culls.
             let by_cpu = Settings { culling: Culling::Cpu, ..settings.clone() };
             assert_identical(&before, &fresh(gpu, &scene, &by_cpu), &format!("{light_path}, {culling:?}"));
             for (index, look) in [

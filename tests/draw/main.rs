@@ -1,4 +1,4 @@
-//! Tests of what a frame draws: pixels, golden images, edges, transparency, culling, frames in flight and the ways out of a renderer.
+//! Tests of frames: pixels, golden images, edges, transparency, culling, frames in flight and the ways out of a renderer.
 
 #[path = "../common/mod.rs"]
 mod common;

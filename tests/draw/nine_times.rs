@@ -1,5 +1,5 @@
-//! Third-party models that move, at nine times of each clip: where the device has their surfaces against an evaluation in f64 that shares no
-//! code with the program (`common::plain_gltf`). `--nocapture` prints the table of docs/GLTF.md.
+//! Third-party models that move, at nine times of each clip: the device's surfaces against an evaluation in f64 that shares no code with the program
+//! (`common::plain_gltf`). `--nocapture` prints the table of docs/GLTF.md.
 
 use std::path::PathBuf;
 
@@ -13,13 +13,13 @@ use glam::{DVec2, DVec3};
 
 const SIZE: [u32; 2] = [160, 120];
 
-/// Of the model's size: how far from the surface that is seen at a pixel the device's own may lie.
+/// The greatest distance, as a share of the model's size, of the device's surface from the one that f64 sees at a pixel.
 const BOUND: f64 = 1e-5;
 
 /// Pixels that a device may move a corner by, with some to spare: 4 bits of a pixel's edge are the least that Vulkan allows, lavapipe has 8.
 const SNAP: f64 = 0.02;
 
-/// What f64 sees through the middle of a pixel.
+/// The surface that f64 sees through the middle of a pixel.
 #[derive(Clone, Copy)]
 struct Seen {
     /// Along the view.
@@ -28,7 +28,7 @@ struct Seen {
     triangle: usize,
 }
 
-/// What is seen from a camera.
+/// The surfaces that are seen from a camera.
 struct Sight {
     pixels: Vec<Option<Seen>>,
     /// Pixels so near the edge of some triangle that a device may see the one on its other side.
@@ -97,7 +97,7 @@ fn sight(lens: &Lens, triangles: &[Placed]) -> Sight {
     sight
 }
 
-/// What came of comparing pictures.
+/// The outcome of comparing pictures.
 #[derive(Default)]
 struct Found {
     /// Largest distance from the surface, of the model's size.

@@ -1,4 +1,4 @@
-//! A camera of parallel rays: what it shows is what the truth shows, by every light path and layout.
+//! A camera of parallel rays shows the same as the truth, by every light path and layout.
 
 use crate::common::gpu::{Gpu, code, floats, nits, on_gpu, places};
 use crate::common::some_in_turn;
@@ -72,7 +72,7 @@ fn every_light_path_and_layout_shows_what_the_truth_shows() {
         let expected = truth(&scene, false);
         let layouts = [("float32", 1e-4), ("float32,position=rgba32f", 1e-4), ("lean", 0.03), ("fat", 0.03)];
         for (turn, &(name, light_path)) in LightPath::NAMES.iter().enumerate() {
-            // How far positions in half floats and normals in 16 bits are off is not the camera's doing.
+            // The bounds of 3% are for positions in half floats and normals in 16 bits, whose errors are not the camera's doing.
             for (layout, bound) in some_in_turn(&layouts, turn, 2) {
                 let settings = Settings { light_path, shadows, gbuffer: gbuffer(layout), ..exact(SIZE[0], SIZE[1]) };
                 let off = share_off(&gpu.draw(&scene, &settings), &expected, bound);

@@ -1,4 +1,4 @@
-//! What pixels are: exposed light, values of buffers, and which triangle is seen. The figures that errors are measured by rest on them.
+//! Values of pixels: exposed light, values of buffers, and the number of the triangle that is seen. Measured errors rest on these figures.
 
 use crate::common::gpu::{Gpu, bytes, floats, nits, on_gpu, places};
 use crate::common::scenes::with_transparent;
@@ -53,7 +53,7 @@ fn exposed_light_is_nits_times_the_exposure_where_nothing_keeps_it_in_between() 
     });
 }
 
-/// Whether a float can be one of so many bits of mantissa with five bits of exponent.
+/// Returns true if a float can be one of so many bits of mantissa with five bits of exponent.
 fn is_of_few_bits(value: f32, mantissa: u32) -> bool {
     // Below 2^-14 numbers lie as far apart as those above.
     let step = 2f32.powi(value.log2().floor().max(-14.0) as i32 - mantissa as i32);
@@ -198,7 +198,7 @@ fn views_of_buffers_hold_metres_and_unit_vectors_in_a_linear_picture() {
     });
 }
 
-/// Objects that lie before, in and behind one another, among them what is never seen.
+/// Objects that lie before, in and behind one another, some of them never seen.
 fn crowd() -> Scene {
     let mut scene = stage();
     let place = |x: f64, y: f64, z: f64| DAffine3::from_translation(DVec3::new(x, y, z));
@@ -234,8 +234,8 @@ fn crowd() -> Scene {
     scene
 }
 
-/// What a ray meets first: the object's number from 1 and the triangle's from 0, or zeros. None near an edge or where another triangle is
-/// as near, which rounding decides.
+/// Returns the object, numbered from 1, and the triangle, from 0, that a ray meets first, or zeros. Returns none near an edge or where another
+/// triangle is as near: there rounding decides.
 fn first_hit(scene: &Scene, direction: DVec3) -> Option<[u32; 2]> {
     let mut hits: Vec<(f64, [u32; 2])> = Vec::new();
     for (number, object) in (1..).zip(&scene.objects) {
@@ -257,7 +257,7 @@ fn first_hit(scene: &Scene, direction: DVec3) -> Option<[u32; 2]> {
             }
             let distance = (a - EYE).dot(normal) / direction.dot(normal);
             let point = EYE + direction * distance;
-            // How far inside of each edge, as a share of the triangle.
+            // The distance inside of each edge, as a share of the triangle.
             let share =
                 |from: DVec3, to: DVec3| (to - from).cross(point - from).dot(normal) * turned / normal.length_squared();
             let inside = share(a, b).min(share(b, c)).min(share(c, a));
@@ -298,7 +298,7 @@ fn the_view_of_triangles_numbers_what_rays_meet() {
             objects.insert(expected[0]);
         }
         assert!(sure > 12_000, "only {sure} pixels could be compared");
-        // Neither the glass, nor what is behind the camera or turned away.
+        // Neither the glass, nor objects behind the camera or turned away.
         assert_eq!(objects.into_iter().collect::<Vec<_>>(), [1, 3, 5, 6, 7, 9]);
     });
 }

@@ -1,4 +1,4 @@
-//! Particles as frames have them: the same for a moment whatever came before, counted, and gone without a trace.
+//! Particles in frames: the same for a moment whatever came before, counted, and gone without a trace.
 
 use afterlight::scene::{Emitter, LightPath, Output, Playing, Scene, Settings, Transparency, View};
 use glam::DVec3;
@@ -67,7 +67,7 @@ fn without_particles_nothing_is_left_of_them() {
     });
 }
 
-/// Squares that do not move, in the middle of the picture: their number is what the view shows there.
+/// Squares that do not move, in the middle of the picture: the view shows their number there.
 #[test]
 fn the_view_counts_layers() {
     on_gpu(|gpu| {

@@ -227,7 +227,7 @@ fn a_polynomial_light_ends_where_it_has_fallen_to_its_cutoff() {
     on_gpu(|gpu| {
         let scene = plane(lambert(1.0), vec![point(at, candela, range, falloff)]);
         let picture = gpu.draw(&scene, &exact(EDGE, EDGE));
-        // Of the brightness that arrives, the plane reflects the cosine over pi.
+        // The plane reflects the cosine over pi of the brightness that arrives.
         let arrived = |x, y| {
             let offset = at - seen(picture.size, x, y);
             (nits(&picture, x, y).x * PI * offset.length() / offset.z, offset.length())

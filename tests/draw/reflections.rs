@@ -1,5 +1,5 @@
-//! Reflections as frames have them: what a mirror shows of blocks whose images are known in closed form, the same on every path, finite at the extremes,
-//! and nothing where they are off.
+//! Reflections in frames: a mirror's image of blocks, known in closed form, is the same on every path and finite at the extremes, and there is none
+//! where reflections are off.
 
 use crate::common::gpu::{Gpu, floats, on_gpu};
 use crate::common::stage::{add, exact, lambert, own, plane, point, rectangle, stage};
@@ -34,7 +34,7 @@ fn glowing(color: Vec3) -> Material {
     Material { emissive: color, base_color: Vec3::ZERO, brdf: Brdf::Lambert, two_sided: true, ..Material::default() }
 }
 
-/// The walls of [`mirror`] from left to right: their edges, and what they emit.
+/// The walls of [`mirror`] from left to right: their edges, and the light that they emit.
 const WALLS: [([f64; 2], Vec3); 3] = [
     ([-1.6, -0.6], Vec3::new(3.0, 0.0, 0.0)),
     ([-0.4, 0.4], Vec3::new(0.0, 2.0, 0.0)),
@@ -67,7 +67,7 @@ fn on_floor(camera: &Camera, [x, y]: [u32; 2], size: [u32; 2]) -> Option<DVec3> 
     (ray.y < 0.0 && place.z > -BEHIND && place.abs().max_element() < 4.0).then_some(place)
 }
 
-/// By mirroring at the plane y = 0: the light of the wall that a place of the floor mirrors; `None` within a margin of an edge.
+/// Returns the light of the wall that a place of the floor mirrors, by mirroring at the plane y = 0; none within a margin of an edge.
 fn expected(camera: &Camera, place: DVec3, margin: f64) -> Option<DVec3> {
     let view = (camera.position - place).normalize();
     let out = DVec3::new(-view.x, view.y, -view.z);
@@ -98,7 +98,7 @@ fn a_mirror_shows_blocks_where_plane_geometry_says() {
             let (mut lit, mut dark, mut wrong) = (0, 0, 0);
             for (index, found) in found.iter().enumerate() {
                 let pixel = [index as u32 % size[0], index as u32 / size[0]];
-                // Within a sixteenth of the edges what is found has faded out or comes from there.
+                // Within a sixteenth of the picture's edges, reflections have faded out or come from there.
                 let is_inner = pixel.iter().zip(size).all(|(at, edge)| (edge / 16..edge - edge / 16).contains(at));
                 let expected = match name {
                     "perspective" => {

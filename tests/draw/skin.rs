@@ -1,4 +1,4 @@
-//! Deformed meshes: what SKIN writes on the device against the f64 mesh of the same moment, drawn as a plain one.
+//! Deformed meshes: those that SKIN writes on the device against the f64 mesh of the same moment, drawn as a plain one.
 
 use afterlight::frame::Picture;
 use afterlight::scene::{
@@ -17,7 +17,7 @@ fn at(gpu: &Gpu, scene: &Scene, settings: &Settings, time: f64) -> Picture {
     renderer.picture(&scene.camera, || {}).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Of all channels, how many pixels differ by more than `bound`, and the largest value.
+/// Returns the number of pixels of which any channel differs by more than `bound`, and the largest value of all channels of `a`.
 fn differing(a: &Picture, b: &Picture, bound: f32) -> (usize, f32) {
     let pairs = floats(a).chunks(4).zip(floats(b).chunks(4));
     let far =
@@ -25,7 +25,7 @@ fn differing(a: &Picture, b: &Picture, bound: f32) -> (usize, f32) {
     (pairs.filter(far).count(), floats(a).iter().fold(0.0, |most: f32, value| most.max(value.abs())))
 }
 
-/// Of every vertex the same colour, which a shape takes beyond what a colour can be.
+/// Gives every vertex the same colour, which a shape takes beyond the range of colours.
 fn paint(scene: &mut Scene) {
     let ball = scene.meshes.iter_mut().find(|mesh| mesh.morphs.len() == 2).expect("the ball");
     let count = ball.positions.len();
@@ -60,7 +60,7 @@ fn a_deformed_mesh_is_the_f64_mesh_of_its_moment() {
     });
 }
 
-/// What a clip changes of materials and lights is drawn as in the still scene of the moment, and is as the scene has it when no clip plays.
+/// Materials and lights that a clip changes are drawn as in the still scene of the moment, and as the scene has them when no clip plays.
 #[test]
 fn materials_and_lights_change_with_their_clips_and_go_back() {
     on_gpu(|gpu| {

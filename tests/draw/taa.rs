@@ -1,5 +1,5 @@
-//! Frames that are averaged over time: still ones come to the mean that `samples` have, vectors are where surfaces were in f64, what comes into view is not
-//! mixed with what was there, and nothing is left after a cut.
+//! Frames that are averaged over time: still ones come to the mean that `samples` have, vectors point to where surfaces were in f64, surfaces that
+//! come into view are not mixed with those that hid them, and nothing is left after a cut.
 
 use afterlight::frame::{Changed, Error, FRAMES_A_SECOND, Order, Renderer};
 use afterlight::measure::{LinearImage, errors};
@@ -80,7 +80,7 @@ fn ray(camera: &Camera, size: [u32; 2], pixel: DVec2) -> DVec3 {
     camera.forward() + camera.right() * (x * half * width / height) - camera.up() * (y * half)
 }
 
-/// Corners in the world of all triangles of what is opaque, with whether they move by themselves.
+/// Corners in the world of all opaque triangles, and true for those that move by themselves.
 fn triangles(scene: &Scene, still: &Scene) -> Vec<([DVec3; 3], bool)> {
     let mut all = Vec::new();
     for (object, posed) in scene.objects.iter().zip(&still.objects) {
@@ -202,7 +202,7 @@ fn plate() -> Scene {
     carried(scene, 1, 3.5)
 }
 
-/// Of the plate's light, as far as it differs from the ground's, what is left in the mean where it has gone so many frames ago.
+/// Ghosts: the mean share of the plate's light, less the ground's, that is left where the plate has gone so many frames ago.
 #[test]
 fn ghosts_are_gone_three_frames_after_what_hid_the_ground() {
     on_gpu(|gpu| {
@@ -250,7 +250,8 @@ fn ghosts_are_gone_three_frames_after_what_hid_the_ground() {
     });
 }
 
-/// What moves has vectors in exactly those pixels that show it: through holes of masks, by levels of detail, whoever culls, and on each path.
+/// Moving surfaces have vectors in exactly the pixels that show them: through holes of masks, by levels of detail, whichever processor culls, and on
+/// each path.
 #[test]
 fn each_pixel_that_shows_what_moves_has_its_vector() {
     on_gpu(|gpu| {
@@ -275,7 +276,7 @@ fn each_pixel_that_shows_what_moves_has_its_vector() {
         add(&mut scene, rectangle([-0.1, -0.1], [0.2, 0.7], 0.9), lambert(0.5), DAffine3::IDENTITY);
         let mut scene = carried(scene, 1, 1.0);
         scene.objects[2].node = Some(0);
-        // Holes are where they are whatever square of a pixel textures are filtered for: they are magnified.
+        // The holes stay in place whatever square of a pixel textures are filtered for, since they are magnified.
         let plain = Settings { anisotropy: 1, ..exact(71, 40) };
         for (name, settings) in [
             ("loop", Settings { light_path: LightPath::Loop, ..plain.clone() }),

@@ -1,4 +1,4 @@
-//! TONE multiplies what the picture holds without it, as the formulas of the truth have it, whatever drew the picture.
+//! TONE multiplies the picture as the formulas of the truth do, whichever path drew it.
 
 use crate::common::gpu::{code, on_gpu, places};
 use crate::common::stage::{open, own};
@@ -29,7 +29,7 @@ fn vignette_and_grain_leave_the_share_of_each_pixel_that_the_formulas_say() {
                     let light = DVec3::from_array(code(&before, x, y).map(|code| decode_srgb(f64::from(code) / 255.0)));
                     let wanted = shown(light, &truth, Pixel { place: [x, y], size: SIZE });
                     let found = code(&after, x, y);
-                    // One code is what rounding twice may differ by.
+                    // Rounding twice may differ by one code.
                     let most = wanted.iter().zip(found).map(|(wanted, found)| wanted.abs_diff(found)).max();
                     assert!(
                         most <= Some(1),

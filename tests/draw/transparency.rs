@@ -15,7 +15,7 @@ use afterlight::scene::{
 };
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 
-/// What single precision leaves of a picture of a few layers, relative.
+/// The relative error of single precision in a picture of a few layers.
 const SINGLE: f64 = 1e-5;
 
 fn pane(color: [f32; 3], alpha: f32) -> Material {
@@ -34,7 +34,7 @@ struct Pane {
     material: Material,
 }
 
-/// Of different sizes, so that every number of layers is seen, all centred on the axis.
+/// Panes of different sizes, so that every number of layers is seen, all centred on the axis.
 fn panes() -> Vec<Pane> {
     let pane = |half: f64, z, color, alpha| Pane {
         low: [-half, -half * 0.7],
@@ -62,7 +62,7 @@ fn overlapping(panes: &[Pane]) -> Scene {
     scene
 }
 
-/// Where the ray through a pixel's centre is at a height.
+/// Returns the point, at a height, of the ray through a pixel's centre.
 fn seen_at(x: u32, y: u32, z: f64) -> DVec3 {
     EYE.lerp(seen([EDGE, EDGE], x, y), (EYE.z - z) / EYE.z)
 }
@@ -390,7 +390,7 @@ fn what_is_opaque_hides_what_is_behind_it_and_the_background_shines_through() {
             let through = DVec3::new(1.0, 0.5, 0.0) * white * 0.5 + DVec3::new(0.1, 0.4, 0.2) * 0.5;
             assert_near(nits(&picture, 2, 16), through, SINGLE, "the background");
             assert_near(nits(&picture, EDGE - 2, 16), DVec3::splat(0.5 * white), SINGLE, "what is in front");
-            // In 8 bits through the HDR target, whose clear is what shines through.
+            // In 8 bits through the HDR target, whose clear colour shines through.
             let shown = gpu.draw(&scene, &Settings { transparency, ..display(EDGE, EDGE) });
             let codes = through.to_array().map(srgb_code);
             let near = code(&shown, 2, 16).iter().zip(codes).all(|(code, expected)| code.abs_diff(expected) <= 1);
@@ -437,7 +437,7 @@ fn nothing_transparent_costs_nothing() {
         let scene = overlapping(&panes());
         let sorted = plan(&scene, &display(EDGE, EDGE));
         assert_eq!((sorted.transparency, sorted.hdr), (Some(Transparency::Sorted), Some(HDR)));
-        // Views of the G-buffer show what is in it.
+        // Views of the G-buffer show its content, which no transparent surface is in.
         for view in [View::Albedo, View::Overdraw, View::Lighting] {
             let plan = plan(&scene, &Settings { view, ..display(EDGE, EDGE) });
             assert_eq!((plan.transparency, plan.hdr), (None, None), "{view}");

@@ -1,4 +1,5 @@
-//! What is looked up by the numbers of triangles is what a G-buffer of 32-bit floats holds: each kind of surface on the light path `visibility` beside `compute`.
+//! Surfaces that are looked up by the numbers of triangles are those of a G-buffer of 32-bit floats: each kind of surface on the light path
+//! `visibility` beside `compute`.
 
 use afterlight::frame::Picture;
 use afterlight::plan::FramePlan;
@@ -26,7 +27,8 @@ fn differing(one: &Picture, other: &Picture, bound: f64) -> f64 {
     places(one).filter(differs).count() as f64 / f64::from(one.size[0] * one.size[1])
 }
 
-/// Textures are looked up with exact derivatives, and rasterizers take differences over 2x2 pixels: levels differ by a little wherever there are some.
+/// Look-ups of textures have exact derivatives here, and rasterizers take differences over 2x2 pixels: levels differ a little wherever a texture has
+/// several.
 #[test]
 fn pictures_are_those_of_a_gbuffer_of_single_floats() {
     on_gpu(|gpu| {
@@ -50,7 +52,7 @@ fn pictures_are_those_of_a_gbuffer_of_single_floats() {
     });
 }
 
-/// Mirrored and turned objects, both sides of a sheet, colours of vertices, looks, every model, what is unlit and what glows, in parallel rays, too.
+/// Mirrored and turned objects, both sides of a sheet, colours of vertices, looks, every model, unlit and glowing surfaces, in parallel rays, too.
 #[test]
 fn each_kind_of_surface_is_looked_up() {
     on_gpu(|gpu| {
@@ -135,7 +137,7 @@ fn what_changes_is_looked_up_anew() {
     });
 }
 
-/// What lies on the device for a path that looks nothing up cannot be looked up: such a change uploads the scene anew.
+/// A scene on the device for a path without look-ups cannot be looked up: such a change uploads it anew.
 #[test]
 fn a_renderer_changes_to_the_path_and_from_it() {
     on_gpu(|gpu| {

@@ -17,7 +17,7 @@ const SINGLE: f64 = 1e-4;
 
 fn scenes() -> impl Iterator<Item = Scene> {
     let built_in = CATALOGUE.iter().map(|builtin| {
-        // Fewer by default: what is drawn more often is drawn the same way.
+        // Fewer objects than by default: more of them are drawn the same way.
         let query = if builtin.name == "field" { "?objects=60&lights=30" } else { "" };
         open(&format!("builtin:{}{query}", builtin.name))
     });
@@ -76,8 +76,7 @@ fn shadows_are_the_same_but_for_pixels_on_a_texels_border() {
     });
 }
 
-/// But where surfaces of one mesh lie in each other, which none does here where a pixel has its centre: of those the first drawn is seen
-/// without a pre-pass and the last with one.
+/// Coplanar surfaces of one mesh would differ, but none here lies under a pixel's centre: the first drawn wins without a pre-pass, the last with one.
 #[test]
 fn a_depth_prepass_changes_no_bit() {
     on_gpu(|gpu| {
@@ -106,7 +105,7 @@ fn forward_tone_maps_in_place() {
                 ..own(&scene, SIZE[0], SIZE[1])
             };
             let forward = on(LightPath::Forward, None, &settings);
-            // What the hall's lamps emit is added before it is tone-mapped: no target of its own, unlike in the deferred frame.
+            // Emission of the hall's lamps is added before tone mapping: it has no target of its own, unlike in the deferred frame.
             assert_eq!(plan(gpu, &scene, &forward).hdr, None);
             let expected = gpu.draw(&scene, &on(LightPath::Loop, None, &settings));
             let (most, at) = largest_code_difference(&gpu.draw(&scene, &forward), &expected);

@@ -14,9 +14,9 @@ use glam::{DAffine3, DQuat, DVec3, Vec3};
 /// Odd, so that no tile divides it.
 const SIZE: (u32, u32) = (139, 77);
 
-/// Those that sum in the same order as `loop`, with a light out of reach adding exactly zero.
+/// Paths that sum in the same order as `loop`, with a light out of reach adding exactly zero.
 const SAME_ORDER: [LightPath; 2] = [LightPath::Clustered, LightPath::Compute];
-/// Those that add by blending into 32-bit floats.
+/// Paths that add by blending into 32-bit floats.
 const BLENDED: [LightPath; 2] = [LightPath::PerLight, LightPath::Volumes];
 
 /// Draws by each path that adds lights in the loop's order.
@@ -29,7 +29,7 @@ fn assert_same_bits(gpu: &Gpu, (scene, settings): (&Scene, &Settings), expected:
     }
 }
 
-/// Where a light of a crowd stands: a low-discrepancy sequence over a box (Roberts 2018, R3).
+/// Returns the place of a light of a crowd: a low-discrepancy sequence over a box (Roberts 2018, R3).
 fn scattered(index: u32) -> DVec3 {
     let share = |step: f64| (0.5 + f64::from(index) * step).fract() * 2.0 - 1.0;
     DVec3::new(share(0.819_172_513), share(0.671_043_607), share(0.549_700_478))
@@ -270,7 +270,7 @@ fn a_depth_pre_pass_changes_nothing_but_ties_within_a_mesh() {
                 });
                 let different = floats(&pictures[0]).iter().zip(floats(&pictures[1])).filter(|(a, b)| a != b).count();
                 eprintln!("{} {light_path}: {different} values differ", scene.name);
-                // Where two triangles of one mesh are equally deep, the last one wins instead of the first.
+                // With a pre-pass, the last of coplanar triangles of one mesh wins instead of the first.
                 assert!(different <= 9, "{} {light_path}: {different} values differ", scene.name);
             }
         }
@@ -291,8 +291,8 @@ fn tone_mapped_pictures_agree_to_a_code() {
                 let (most, differ) =
                     (off.iter().max().copied().unwrap_or(0), off.iter().filter(|&&off| off > 0).count());
                 eprintln!("{} {path}: {differ} of {} values differ, by {most} at most", scene.name, off.len());
-                // Compute encodes sRGB by itself; what the hardware does for attachments may be as much as a code off (lavapipe's is, in
-                // 6% of all values). Blended sums on the edge between two codes may round either way.
+                // Compute encodes sRGB by itself; the hardware's encoding of attachments may be as much as a code off (lavapipe's is, in 6% of all
+                // values). Blended sums on the edge between two codes may round either way.
                 let most_differ = match path {
                     LightPath::Clustered => 0,
                     LightPath::Compute => off.len() / 8,

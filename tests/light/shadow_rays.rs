@@ -1,5 +1,5 @@
-//! Shadows of every kind of light against rays that are cast in f64 through a scene of boxes: how many pixels are wrong, and that
-//! those lie where the map's texels put them.
+//! Shadows of every kind of light against rays that are cast in f64 through a scene of boxes: wrong pixels lie only where the map's texels put them,
+//! and their number is bounded.
 
 use crate::common::gpu::{Gpu, nits, on_gpu};
 use crate::common::some_in_turn;
@@ -66,7 +66,7 @@ fn lights() -> Vec<(&'static str, Light)> {
     ]
 }
 
-/// How far along a ray the nearest box is, and which: at its near side, after `from`.
+/// Returns the distance along a ray of the nearest box, at its near side, beyond the origin, and the box's index.
 fn hit(origin: DVec3, ray: DVec3) -> Option<(f64, usize)> {
     let one = |(index, (center, half)): (usize, &(DVec3, DVec3))| {
         let (a, b) = ((*center - *half - origin) / ray, (*center + *half - origin) / ray);
@@ -76,7 +76,7 @@ fn hit(origin: DVec3, ray: DVec3) -> Option<(f64, usize)> {
     BOXES.iter().enumerate().filter_map(one).min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
-/// Towards the light from a place, and how far it is.
+/// Returns the direction to the light from a place, and its distance.
 fn towards(light: &Light, place: DVec3) -> (DVec3, f64) {
     let form = light.kind.form();
     match (form.place, form.direction) {
@@ -86,8 +86,8 @@ fn towards(light: &Light, place: DVec3) -> (DVec3, f64) {
     }
 }
 
-/// Whether the light reaches a place just above a surface, which it does not inside a box. The light is inside no box, so that rays
-/// enter each that is in the way.
+/// Returns true if the light reaches a place just above a surface; it reaches no place inside a box. The light is inside no box, so that rays enter
+/// each box that is in the way.
 fn is_lit(light: &Light, place: DVec3, normal: DVec3) -> bool {
     let (to_light, distance) = towards(light, place);
     let start = place + normal * 1e-9;
@@ -97,7 +97,7 @@ fn is_lit(light: &Light, place: DVec3, normal: DVec3) -> bool {
     hit(start, to_light).is_none_or(|(at, _)| at > distance)
 }
 
-/// Where a pixel's centre is seen, and the surface's normal there.
+/// Returns the point that a pixel's centre sees, and the surface's normal there.
 fn seen(camera: &Camera, x: u32, y: u32) -> Option<(DVec3, DVec3)> {
     let tan = camera.half_height();
     let [width, height] = SIZE.map(f64::from);
@@ -191,7 +191,7 @@ fn texel(light: &Light, projection: MapProjection, place: DVec3, size: u32) -> f
     }
 }
 
-/// What texels move the edge of a shadow by.
+/// Distances by which texels move the edge of a shadow.
 #[derive(Clone, Copy)]
 struct Margin {
     /// Texels that the filter looks at around a point, to its farthest corner, and one for where the caster's edge falls in its texel.
@@ -216,10 +216,10 @@ impl Margin {
     }
 }
 
-/// No acne and no gap. Of each pixel a neighbourhood on its surface is looked at, so many texels wide across the light and, since texels
-/// stretch on a surface that slants, so many and as many times the tangent of the light's angle along it; and as high over it as the offset along the
-/// normal. Where all of it is lit, as wide as the filter is, the light is whole, to the last bit. Where all of it is dark, wider by the
-/// biases, there is none: so the shadow of a box begins at the box.
+/// No acne and no gap. The test looks at each pixel's neighbourhood on its surface: so many texels wide across the light; along it, since texels
+/// stretch on a surface that slants, so many and as many times the tangent of the light's angle; and as high over it as the offset along the normal.
+/// Where all of the neighbourhood is lit, as wide as the filter is, the light is whole, to the last bit. Where all of it is dark, wider by the
+/// biases, there is no light: so the shadow of a box begins at the box.
 fn assert_right_but_near_edges(name: &str, scene: &Scene, samples: &[Sample], size: u32, margin: Margin) {
     let light = &scene.lights[0];
     let projection = match light.kind.form().sight() {
@@ -391,7 +391,7 @@ fn a_soft_shadow_is_as_wide_as_its_light_and_distance_make_it() {
             let settings = |shadows| Settings { shadows, ..exact(SIZE[0], SIZE[1]) };
             let shaded = gpu.draw(&scene, &settings(shadows));
             let bare = gpu.draw(&scene, &settings(ShadowSettings { enabled: false, ..shadows }));
-            // Where on the floor each share of the light begins, averaged over all rows.
+            // The places on the floor where each share of the light begins, averaged over all rows.
             let (mut sum, mut half) = (0.0, 0.0);
             let tan = scene.camera.half_height();
             let mut samples: Vec<(f64, f64)> = Vec::new();

@@ -1,4 +1,4 @@
-//! Shadows against geometry: what the sun reaches is worked out in f64 by casting rays at boxes.
+//! Shadows against geometry: rays that are cast at boxes in f64 tell the points that the sun reaches.
 
 use std::f64::consts::PI;
 
@@ -20,8 +20,8 @@ const ALBEDO: f32 = 0.5;
 /// A map is never larger than the sphere around the scene: a floor 8 m square and a block up to 1.75 m over it.
 const MAP: u32 = 1024;
 const TEXEL: f64 = 11.5 / (MAP as f64 - 9.0);
-/// Within so many metres of a shadow's edge nothing is asserted: the filter's 2 texels, the normal offset's 1.5, and what
-/// a bias of 1.5 texels' slope moves the edge by.
+/// Within so many metres of a shadow's edge nothing is asserted: the filter's 2 texels, the normal offset's 1.5, and the distance that a bias of 1.5
+/// texels' slope moves the edge.
 const BORDER: f64 = 6.0 * TEXEL;
 
 /// A block over a floor.
@@ -38,7 +38,7 @@ impl Block {
         Self { low: self.low - by, high: self.high + by }
     }
 
-    /// Whether a ray meets the block.
+    /// Returns true if a ray meets the block.
     fn stops(&self, from: DVec3, direction: DVec3) -> bool {
         let (a, b) = ((self.low - from) / direction, (self.high - from) / direction);
         let (enter, leave) = (a.min(b).max_element(), a.max(b).min_element());
@@ -170,7 +170,7 @@ fn a_surface_does_not_shade_itself_at_any_angle() {
                 let lit = gpu.draw(&scene, &settings(layout));
                 let unshadowed = Settings {
                     shadows: ShadowSettings { enabled: false, ..ShadowSettings::default() },
-                    // From a G-buffer as well, which rounds the colour.
+                    // Drawn from a G-buffer as well, which rounds the colour.
                     light_path: LightPath::Loop,
                     ..settings(layout)
                 };
@@ -194,7 +194,7 @@ fn a_ball_does_not_shade_its_bright_side() {
         let off = ShadowSettings { enabled: false, ..ShadowSettings::default() };
         for layout in ["lean", "float32"] {
             let shaded = gpu.draw(&scene, &settings(layout));
-            // From a G-buffer as well, which rounds the colour.
+            // Drawn from a G-buffer as well, which rounds the colour.
             let bare = Settings { shadows: off, light_path: LightPath::Loop, ..settings(layout) };
             let bare = gpu.draw(&scene, &bare);
             // A facet of 96 around is 3.8 degrees wide; towards the terminator facets do shade each other.
@@ -499,7 +499,7 @@ fn a_map_is_drawn_again_only_when_something_in_it_moved_and_the_picture_is_the_s
         let scene = yard();
         let settings = |cache| Settings {
             shadows: ShadowSettings { cache, ..settings("lean").shadows },
-            // Every map that there is, whether or not anything is seen in it.
+            // Every map, whether or not anything is seen in it.
             keep: Keep::NONE.with(OptionalPart::IdleCasters),
             ..settings("lean")
         };

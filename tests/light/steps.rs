@@ -1,4 +1,4 @@
-//! A frame that is halted after some of its lights shows what it has lit so far, on every light path; and leaves no trace.
+//! A frame that is halted after some of its lights shows the light so far, on every light path; and leaves no trace.
 
 use crate::common::compare::{assert_identical, largest_code_difference};
 use crate::common::gpu::{Gpu, on_gpu};
@@ -82,7 +82,7 @@ fn kinds(light_path: LightPath) -> [(&'static str, Settings); 2] {
         .map(|(kind, settings)| (kind, Settings { light_path, ..settings }))
 }
 
-/// What a light adds at this intensity is less than half a unit in the last place of the ambient light alone.
+/// An intensity at which a light adds less than half a unit in the last place of the ambient light alone.
 const NOTHING: f32 = 1e-20;
 
 /// The same frames, in which all lights but the first so many shine with next to nothing.
@@ -171,7 +171,7 @@ fn the_only_light_is_off_before_it_is_added() {
     });
 }
 
-/// Maps that nobody looked up while the camera went on must hold what the whole frame needs.
+/// Maps that nobody looked up while the camera went on must hold all that the whole frame needs.
 #[test]
 fn a_frame_is_whole_after_the_camera_has_moved_while_it_was_halted() {
     on_gpu(|gpu| {
@@ -211,7 +211,7 @@ fn a_frame_is_whole_after_the_camera_has_moved_while_it_was_halted() {
     });
 }
 
-/// Maps of lights that are not lit are not drawn, and neither is what is transparent.
+/// Maps of unlit lights are not drawn, and neither are transparent surfaces.
 #[test]
 fn a_halted_frame_does_not_draw_what_it_does_not_show() {
     on_gpu(|gpu| {
@@ -262,7 +262,7 @@ fn a_frame_that_is_halted_after_all_lights_lacks_what_is_transparent_and_nothing
     });
 }
 
-/// Multisampling, FXAA, what surfaces emit, and the view with albedo 1 halt like the rest.
+/// Frames with multisampling, FXAA or emission, and the view with albedo 1, halt like the rest.
 #[test]
 fn frames_of_other_structures_are_halted_alike() {
     on_gpu(|gpu| {

@@ -1,9 +1,9 @@
-//! The pipeline cache and the cache of the truth under siege: damaged, replaced by what is no file, on a full disk, in a read-only folder, shared by
-//! eight processes. A warning at most, and the same picture to the last bit. Results on a full disk: an error, and the old file stays.
+//! The pipeline cache and the cache of the truth under siege: damaged, replaced by something that is no file, on a full disk, in a read-only folder,
+//! shared by eight processes. A warning at most, and the same picture to the last bit. Results on a full disk: an error, and the old file stays.
 //!
-//! Lavapipe keeps nothing in its pipeline cache. The layer of tests/failures-layer stands in for a driver that does, and that does not survive damage.
-//! Disks are truly full and folders truly read-only in a mount namespace of the test's own; where none is permitted, that part is skipped, and a limit
-//! on the size of files is what remains of a full disk, for truths alone.
+//! Lavapipe keeps nothing in its pipeline cache. The layer of tests/failures-layer stands in for a driver that does, and that does not survive
+//! damage. Disks are truly full and folders truly read-only in a mount namespace of the test's own; where none is permitted, that part is skipped,
+//! and a limit on the size of files stands in for a full disk, for truths alone.
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
@@ -21,7 +21,7 @@ use crate::common::tries_all;
 const SCENE: &str = "builtin:spheres?rows=2&columns=3";
 /// Nothing here takes a second; a machine that does much else may take longer.
 const HANGS_AFTER: Duration = Duration::from_secs(60);
-/// What the stand-in for a driver has, in bytes. A truth of 64x36 has about as many.
+/// The data of the stand-in for a driver, 100,000 bytes. A truth of 64x36 has about as many.
 const PIPELINES: &str = "cache:100000";
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,7 +39,7 @@ struct Site {
     layer: tempfile::TempDir,
 }
 
-/// What a run that ended well did.
+/// The outcome of a run that ended well.
 #[derive(Debug)]
 struct Ran {
     picture: Vec<u8>,
@@ -78,7 +78,7 @@ impl Site {
         command
     }
 
-    /// What a command that must end well did.
+    /// Returns the outcome of a command, which must have ended well.
     fn ran(&self, output: &Output, picture: &str, what: &str) -> Ran {
         let (stdout, stderr) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
         assert!(output.status.success(), "{:?}, {what}: {}\n{stderr}", self.kept, output.status);
@@ -102,7 +102,7 @@ impl Site {
     }
 
     fn run_with(&self, cache: &Path, what: &str) -> Ran {
-        // What has no end must not take the machine's memory.
+        // A file without an end must not take the machine's memory.
         let command = in_shell(r#"ulimit -v 8388608; exec "$@""#, &[], &self.command("picture.png", cache));
         self.ran(&finish(start(command), what), "picture.png", what)
     }
@@ -174,7 +174,7 @@ fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     found
 }
 
-/// What becomes of a cache's file.
+/// A thing that takes the place of a cache's file.
 enum Damage {
     Bytes(Vec<u8>),
     Link(&'static str),
@@ -262,7 +262,7 @@ fn in_mounts(script: &str, arguments: &[&OsStr], command: &Command) -> Option<Co
     Some(wrap(unshare, arguments, command))
 }
 
-/// `$1` becomes a disk with the options of `$2`, and has what was in it as far as there is room; what is left there in the end goes to `$3`.
+/// `$1` becomes a disk with the options of `$2`, and keeps its content as far as there is room. Its content at the end goes to `$3`.
 const FULL_DISK: &str = r#"
     set -e
     disk=$1 options=$2 left=$3
@@ -323,14 +323,14 @@ fn a_cache_in_a_folder_that_cannot_be_written_costs_a_warning_at_most() {
         let site = Site::new(kept);
         fs::write(site.path("file"), b"in place of a folder").expect("written");
         let expected = site.run_with(Path::new(""), "no cache").picture;
-        // Where there is no folder, and none can be made: nobody, root neither, makes one in /proc.
+        // Places without a folder, where none can be made: nobody, not even root, makes one in /proc.
         for cache in ["/proc/afterlight", "file", "file/below"] {
             let ran = site.run_with(Path::new(cache), cache);
             assert!(ran.picture == expected && !ran.has_used_cache, "{kept:?}, {cache}");
             assert_eq!(ran.warnings.len(), usize::from(kept == Kept::Truths), "{kept:?}, {cache}: {:?}", ran.warnings);
         }
         assert_eq!(fs::read(site.path("file")).expect("readable"), b"in place of a folder");
-        // By permission, which root does not heed: it may write there or not.
+        // Read-only by permission, which root does not heed: root may write there or not.
         fs::set_permissions(site.cache(), fs::Permissions::from_mode(0o555)).expect("permissions");
         assert!(site.run("an empty folder without permission").picture == expected, "{kept:?}");
         fs::set_permissions(site.cache(), fs::Permissions::from_mode(0o755)).expect("permissions");

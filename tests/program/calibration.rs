@@ -1,4 +1,4 @@
-//! `doctor --calibrate`: what it measures is kept, whoever chooses says by whose figures, and a file that cannot be used is as none.
+//! `doctor --calibrate`: its figures are kept, each choice says whose figures it rests on, and a file that cannot be used counts as none.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ fn run(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
     (output.status.code(), text(&output.stdout), text(&output.stderr))
 }
 
-/// What the plan says of its light path.
+/// Returns the plan's reason for its light path.
 fn reason(folder: &Path) -> String {
     let (code, out, err) = run(folder, &["inspect", SCENE, "--json"]);
     assert_eq!(code, Some(0), "{err}");
@@ -88,7 +88,7 @@ fn figures_of_a_device_are_kept_and_chosen_by() {
         changed(from, to);
         assert!(reason(&folder).contains("doctor --calibrate measures this device"), "{to}");
     }
-    // What a window measured decides between loop and clustered, and says nothing of the others.
+    // Figures measured beside a window decide between loop and clustered, and say nothing of the other paths.
     changed("\"asked\":true", "\"asked\":false");
     let why = reason(&folder);
     assert!(
@@ -114,7 +114,7 @@ fn a_measurement_beside_a_window_ends_when_the_window_is_gone() {
     thread::sleep(Duration::from_millis(300));
     assert!(child.try_wait().expect("asked").is_none(), "it measures while the pipe is open");
     drop(child.stdin.take());
-    // In whichever state: its driver may still have been compiling.
+    // Its status does not matter: its driver may still have been compiling.
     child.wait().expect("ended");
     let files = fs::read_dir(folder.path()).expect("a folder").count();
     assert_eq!(files, 0, "half a measurement is kept as none");

@@ -4,7 +4,7 @@ use crate::common::gpu::on_gpu_in_both_modes;
 use afterlight::gpu::MemoryKind;
 use afterlight::scene::{LightPath, OpenOptions, Settings, open};
 
-/// Everything that lives while frames of `builtin:quad` are drawn, and what for.
+/// Every object that lives while frames of `builtin:quad` are drawn, and its purpose.
 const NEEDED: &[(&str, &str)] = &[
     ("target Depth", "hides what lies behind"),
     ("target Depth", "its view"),

@@ -122,10 +122,10 @@ fn each_case_has_its_verdict_and_what_is_known_is_expected() {
     assert_eq!(code(&run), Some(1), "{}", errors(&run));
     let bundle = at("next/bundles/good.loop");
     assert!(bundle.join("baseline.png").exists() && bundle.join("difference.png").exists());
-    // The line of a bundle has what the case was compared with.
+    // The line of a bundle names the baseline that the case was compared with.
     let line = fs::read_to_string(bundle.join("reproduce.txt")).expect("a line");
     assert!(line.contains(" --baseline ") && line.contains("next/bundles/good.loop"), "{line}");
-    // Blessing compares with nothing that it replaces.
+    // Blessing compares with no picture that it replaces.
     for (arguments, expected) in [(&["--bless"][..], 0), (&[], 0)] {
         let run = ci(folder.path(), &[&only[..], arguments].concat());
         assert_eq!(code(&run), Some(expected), "{arguments:?}: {}", errors(&run));
@@ -264,7 +264,7 @@ each = { triangle = "" }
     assert!(!report["driver"].as_str().unwrap_or_default().is_empty(), "{report}");
 }
 
-/// Kills the process that was told this folder; whether there was one.
+/// Kills the process that was given this folder. Returns true if there was one.
 #[cfg(target_os = "linux")]
 fn kill(folder: &Path) -> bool {
     let Ok(processes) = fs::read_dir("/proc") else { return false };
@@ -282,7 +282,7 @@ fn kill(folder: &Path) -> bool {
     told.iter().any(|id| Command::new("kill").args(["-KILL", id]).status().is_ok_and(|status| status.success()))
 }
 
-/// `afterlight-gtest`. Through the runner of another stack, whose linker it would take for itself, the command that it starts.
+/// `afterlight-gtest`, or the command that it starts: through the runner of another stack it would take the runner's linker for itself.
 fn afterlight_gtest() -> Command {
     if runner().is_none() {
         return Command::new(env!("CARGO_BIN_EXE_afterlight-gtest"));
@@ -315,7 +315,7 @@ fn gtest_lists_and_runs_as_googletest_does() {
     );
 }
 
-/// What the layer of `tests/failures-layer` lets fail has a verdict of its own.
+/// Each failure that the layer of `tests/failures-layer` causes has a verdict of its own.
 #[test]
 fn a_lost_device_and_a_lack_of_memory_are_told_apart() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -344,7 +344,7 @@ fn a_lost_device_and_a_lack_of_memory_are_told_apart() {
     }
 }
 
-/// In a scene with little to draw; what the rule sees grow, the unit tests of the curve show.
+/// In a scene with little to draw. The unit tests of the curve show growth, which the rule sees.
 #[test]
 fn a_soak_passes_and_leaves_its_curve() {
     let suite = r#"
@@ -441,7 +441,7 @@ fn commands(text: &str) -> String {
     block.map(|line| format!("{}\n", line.trim_start())).collect()
 }
 
-/// Of one dependency of the smallest frames, on whatever layer is at hand: nothing is unexpected, and the layer notices some and misses some.
+/// Mutants of one dependency of the smallest frames, on the layer at hand: nothing is unexpected, and the layer notices some and misses some.
 #[test]
 fn mutants_test_the_layer_and_shards_of_them_are_all_of_them() {
     let folder = tempfile::tempdir().expect("a temporary folder");

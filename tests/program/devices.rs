@@ -20,10 +20,10 @@ const NAME: &str = "VK_LAYER_AFTERLIGHT_devices";
 /// The devices that the layer plays, in its words.
 const PROFILES: [&str; 4] = ["portability", "least", "phone", "small-shared-memory"];
 
-/// What a device refuses to draw.
+/// A refusal of a device to draw by some light paths.
 struct Refusal {
     profile: &'static str,
-    /// The light paths that are asked for, `auto` where none is; all where there are none here.
+    /// The light paths that are asked for, `auto` where none is.
     paths: &'static [&'static str],
     /// A part of the sentence.
     says: &'static str,
@@ -37,7 +37,7 @@ const FLOAT_BLENDING: &str = "adds lights by blending into 32-bit floats, which 
 const TRIANGLES: &str = "this device does not number triangles (it lacks geometryShader): choose another";
 const COLOURS: &str = "needs 5 colour attachments in one subpass and the device has 4";
 
-/// All that any of them refuses. docs/DEVICES.md says it in a table.
+/// All refusals of these devices. docs/DEVICES.md has them in a table.
 const REFUSALS: &[Refusal] = &[
     refusal("portability", &["visibility"], TRIANGLES),
     refusal("least", &["per-light", "volumes"], FLOAT_BLENDING),
@@ -112,7 +112,7 @@ impl Stage {
         Self { folder, partial_driver }
     }
 
-    /// What a program is started with that is to find such a device.
+    /// Returns the environment in which a program finds such a device.
     fn environment(&self, profile: &str) -> Vec<(&'static str, OsString)> {
         let layers = self.folder.path().join("layers");
         // From the program down to the driver. Loaders about 1.3.239 have layers in the order of their folders instead: the layer's is the last there.
@@ -141,7 +141,7 @@ impl Stage {
         command.output().expect("the program starts")
     }
 
-    /// Draws a case under validation, on the played device or on the real one. Without a picture, what was said.
+    /// Draws a case under validation, on the played device or on the real one. The error is the exit code with the program's message.
     fn draw(&self, case: &Case, profile: Option<&str>) -> Result<image::RgbImage, String> {
         let place = tempfile::Builder::new().suffix(".png").tempfile().expect("a file");
         let [path, place] = [case.path.to_string(), place.path().to_str().expect("a path of UTF-8").to_owned()];
@@ -160,7 +160,7 @@ impl Stage {
         Err(format!("exit code {:?}: {}", output.status.code(), String::from_utf8_lossy(&output.stderr)))
     }
 
-    /// What is wrong with a case, if anything is. Each refusal that it met is counted.
+    /// Returns the fault of a case, if there is one. Each refusal that the case meets is counted.
     fn fault(&self, case: &Case, met: &Mutex<BTreeSet<usize>>) -> Option<String> {
         let told = match self.draw(case, Some(case.profile)) {
             Ok(played) => match self.draw(case, None) {
@@ -178,7 +178,7 @@ impl Stage {
                 met.lock().expect("no test has failed here").insert(index);
                 None
             }
-            // What no device draws in this way.
+            // No device draws this case: the real one refuses it in the same words.
             None if self.draw(case, None).is_err_and(|real| real == told) => None,
             _ => Some(told),
         }
@@ -192,7 +192,7 @@ fn differs(a: &image::RgbImage, b: &image::RgbImage) -> Option<String> {
     (off > 1).then(|| format!("a channel is off by {off} codes"))
 }
 
-/// Where loaders look for explicit layers.
+/// Returns the folders where loaders look for explicit layers.
 fn usual_folders() -> Vec<PathBuf> {
     let home = env::home_dir().unwrap_or_default();
     let own = env::var_os("XDG_DATA_HOME").map_or_else(|| home.join(".local/share"), PathBuf::from);

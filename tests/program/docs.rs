@@ -1,5 +1,5 @@
-//! The documents hold what they promise: links lead somewhere, what can be pasted works, and what is listed is what there is.
-//! (The Rust of README.md is a doctest of the library.)
+//! The documents hold what they promise: links lead somewhere, examples work when pasted, and lists name all that there is. (The Rust of README.md is
+//! a doctest of the library.)
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -54,7 +54,7 @@ fn prose(text: &str) -> String {
     text.split("```").step_by(2).collect()
 }
 
-/// What stands between the parentheses of `[..](..)`.
+/// Returns the text between the parentheses of each `[..](..)`.
 fn links(text: &str) -> Vec<String> {
     let rest = text.split("](").skip(1);
     rest.filter_map(|rest| rest.split_once(')')).map(|(link, _)| link.to_owned()).collect()
@@ -93,8 +93,8 @@ fn every_relative_link_leads_somewhere() {
     assert!(dead.is_empty(), "links that lead nowhere:\n{}", dead.join("\n"));
 }
 
-/// Every example of README and docs/COMMANDS.md is typed into a shell as it stands, but drawn small and with few frames: what matters here is
-/// that it works, and all of them together must stay quick.
+/// Every example of README and docs/COMMANDS.md is typed into a shell as it stands, but drawn small and with few frames: it must work, and all of
+/// them together must stay quick.
 #[test]
 fn every_example_works_when_pasted() {
     let scenes = crate::common::scenes_dir();
@@ -111,7 +111,7 @@ fn every_example_works_when_pasted() {
             can_be_tried
         })
         .collect();
-    // Side by side, each in a folder of its own: none takes what another makes.
+    // Side by side, each in a folder of its own: none takes another's files.
     let made: Vec<BTreeSet<String>> = examples
         .par_iter()
         .map(|block| {
@@ -140,7 +140,7 @@ fn every_example_works_when_pasted() {
     }
 }
 
-/// The pictures of lights are what their commands draw: none is shown without one, and each command works from the project's folder.
+/// Commands draw the pictures of lights: none is shown without its command, and each command works from the project's folder.
 #[test]
 fn every_picture_of_a_light_has_a_command_that_draws_it() {
     let text = document("docs/LIGHTS.md");
@@ -225,7 +225,7 @@ fn the_documents_name_every_option_and_no_other() {
     .chain(["--version".to_owned()])
     .collect();
     assert!(defined.contains("--gbuffer") && defined.contains("--warmup"), "{defined:?}");
-    // Of cargo; and what only development builds have.
+    // Options of cargo, and one that only development builds have.
     let mut foreign = BTreeSet::from(["--locked", "--features"].map(str::to_owned));
     if !cfg!(feature = "hot-reload") {
         foreign.insert("--shaders".to_owned());
@@ -343,8 +343,8 @@ fn listed_dependencies(number: usize) -> Vec<String> {
     table.lines().skip(2).take_while(|line| line.starts_with('|')).map(str::to_owned).collect()
 }
 
-/// The drawing of the hall's frame is what `afterlight inspect builtin:hall --graph docs/images/frame.svg` writes, and the row that
-/// ARCHITECTURE.md shows is one that the program prints.
+/// `afterlight inspect builtin:hall --graph docs/images/frame.svg` writes the drawing of the hall's frame, and the program prints the row that
+/// ARCHITECTURE.md shows.
 #[test]
 fn the_drawn_frame_is_that_of_the_program() {
     let folder = tempfile::tempdir().expect("a temporary folder");

@@ -13,7 +13,7 @@ use crate::common::failures_layer;
 use crate::common::program::program;
 use crate::common::tries_all;
 
-/// A command, the file that it writes, and whether that is whole.
+/// A command, the file that it writes, and a check that the file is whole.
 struct Writer {
     arguments: &'static [&'static str],
     file: &'static str,
@@ -201,7 +201,7 @@ const WRITERS: [Writer; 16] = [
     },
 ];
 
-/// Writes what some of the commands read.
+/// Writes the files that some of the commands read.
 fn prepare(folder: &Path) {
     let keys = [0, 1].map(|second| format!("[[keys]]\ntime = {second}\nposition = [0, 0, {}]\n", second + 2));
     fs::write(folder.join("path.toml"), keys.concat()).expect("written");
@@ -211,7 +211,7 @@ fn prepare(folder: &Path) {
     }
 }
 
-/// Removes what the caches have, so that it is written again; what killed commands have left there stays.
+/// Removes the caches' own files, so that they are written again; files that killed commands have left there stay.
 fn forget(folder: &Path) {
     for cache in ["truths", "pipelines"] {
         for entry in fs::read_dir(folder.join(cache)).into_iter().flatten().flatten() {
@@ -247,7 +247,7 @@ fn files(folder: &Path) -> BTreeSet<String> {
     found
 }
 
-/// Unfinished files lie about for so long before the next run takes them for those of a killed one.
+/// The age at which the next run takes unfinished files for those of a killed one.
 const JUST_NOW: Duration = Duration::from_secs(2);
 
 #[test]

@@ -9,7 +9,7 @@ use std::str::FromStr;
 
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 
-/// What each part of the project may import. Itself is always allowed; what is not listed here fails.
+/// The imports that each part of the project may have. A part may always import itself; an import that is not listed here fails.
 const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("scene", &["regular_file"]),
     ("shaders", &[]),
@@ -125,7 +125,7 @@ fn scan(tokens: TokenStream, module: &[String], found: &mut Vec<Import>) {
                 continue;
             }
             [TokenTree::Group(group), ..] => scan(group.stream(), module, found),
-            // An alias of the root would hide what follows it.
+            // An alias of the root would hide the path that follows it.
             [TokenTree::Ident(root), TokenTree::Ident(alias), ..] if root == "crate" && alias == "as" => {
                 found.push(Import { line: root.span().start().line, path: Vec::new(), vulkan: false });
             }
@@ -154,7 +154,7 @@ fn is_colons(tokens: &[TokenTree], at: usize) -> bool {
     is_punct(tokens, at, ':') && is_punct(tokens, at + 1, ':')
 }
 
-/// Whether the token is in the middle of a path. A leading `::` starts one.
+/// Returns true if the token is in the middle of a path. A leading `::` starts a path.
 fn continues_a_path(tokens: &[TokenTree], at: usize) -> bool {
     at >= 3 && is_colons(tokens, at - 2) && matches!(&tokens[at - 3], TokenTree::Ident(before) if before != "use")
 }

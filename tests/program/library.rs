@@ -1,4 +1,4 @@
-//! What the library brings along, feature by feature, and what its package holds: asked of cargo, which needs no network for either.
+//! Dependencies of the library, feature by feature, and the content of its package, asked of cargo, which needs no network for either.
 
 use std::collections::BTreeSet;
 use std::process::Command;

@@ -1,4 +1,4 @@
-//! What `cargo package` packs: everything that the library, the program and the examples are made of. scripts/package builds from it.
+//! The content of `cargo package`: everything that the library, the program and the examples are made of. scripts/package builds from it.
 
 use std::collections::BTreeSet;
 use std::fs;

@@ -1,5 +1,5 @@
-//! What commands print, word for word, as snapshots in `tests/program/snapshots` that are reviewed as text. What differs between machines and
-//! runs is replaced: times, memory, names of devices and drivers, versions. After a change that is meant:
+//! Output of commands, word for word, as snapshots in `tests/program/snapshots` that are reviewed as text. Times, memory, names of devices and
+//! drivers, and versions are replaced, since they differ between machines and runs. After a change that is meant:
 //! `INSTA_UPDATE=always scripts/test machine program prints::`, and read the diff before it is committed.
 
 mod advice;
@@ -17,7 +17,7 @@ const DIFFERS: &[(&str, &str)] = &[
     (r"\b[0-9]+(\.[0-9]+)? ?(ms|s|min)\b", "[time]"),
     (r"\b[0-9]+(\.[0-9]+)? (B|KiB|MiB|GiB)\b", "[memory]"),
     (r"\b1\.[34]\.[0-9]+\b", "[version]"),
-    // Columns are as wide as what they hold.
+    // Columns are as wide as their content.
     (r"(\S) {2,}", "$1  "),
 ];
 
@@ -34,7 +34,7 @@ fn printed(folder: &Path, arguments: &[&str]) -> String {
     text.replace(&folder.display().to_string(), "[folder]")
 }
 
-/// Holds what some commands print, one after another in one folder, against the snapshot of this name.
+/// Runs commands one after another in one folder, and holds their output against the snapshot of this name.
 fn assert_prints(name: &str, folder: &Path, commands: &[&[&str]]) {
     let all: Vec<String> = commands.iter().map(|arguments| printed(folder, arguments)).collect();
     assert_text(name, &all.join("\n"));

@@ -13,7 +13,7 @@ use super::docs::{document, help_of, project};
 use crate::common::capabilities;
 use crate::common::program::program;
 
-/// What a setting may not be.
+/// Returns values that a setting refuses.
 fn wrong_values(setting: &Setting) -> Vec<String> {
     let mut wrong = match setting.values {
         ValueKind::OnOff | ValueKind::Names(_) | ValueKind::Layout | ValueKind::Parts => Vec::new(),
@@ -119,7 +119,7 @@ fn scenes() -> Vec<Scene> {
 #[test]
 fn a_row_says_whether_its_setting_changes_the_plan() {
     let (scenes, device) = (scenes(), Capabilities { msaa: 1 | 2 | 4 | 8, ..capabilities() });
-    // Some settings are about what only others bring.
+    // Some settings act only on parts that other settings bring.
     let others: Vec<SettingsPatch> = [
         "",
         "samples=4",

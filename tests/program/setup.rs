@@ -1,4 +1,4 @@
-//! scripts/setup: what it tells people to type on systems that it does not install on.
+//! scripts/setup on systems that it does not install on: it tells people what to type.
 
 use std::path::Path;
 use std::process::{Command, Output};

@@ -1,4 +1,4 @@
-//! Shaders in the place of those that the program was built with. In a process of its own: what is exchanged is so for all of it.
+//! Shaders in the place of those that the program was built with. In a process of its own: an exchange holds for the whole process.
 
 use std::fs;
 use std::path::Path;

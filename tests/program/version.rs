@@ -1,4 +1,4 @@
-//! `-V` and `--version`: what a report of a fault needs, also where Vulkan is missing.
+//! `-V` and `--version`: the facts that a report of a fault needs, also where Vulkan is missing.
 
 use std::path::Path;
 use std::process::Output;
@@ -24,7 +24,7 @@ fn the_short_version_is_a_line_and_the_long_one_tells_the_build_and_its_vulkan()
     assert_eq!(told(&["-V"], &[]), short);
     let long = told(&["--version"], &[]);
     assert!(long.starts_with(short), "{long}");
-    // A checkout knows no commit unless whoever builds it names one.
+    // A checkout knows no commit unless its build names one.
     let commit = option_env!("AFTERLIGHT_COMMIT").unwrap_or("unknown, built from a working tree");
     assert!(line(&long, "commit: ").starts_with(commit), "{long}");
     assert!(line(&long, "features: ").split(", ").any(|feature| feature == "cli"), "{long}");

@@ -14,8 +14,8 @@ use crate::common::{capabilities, tries_all};
 
 const SIZE: [u32; 2] = [96, 54];
 
-/// How far light of a lambert surface may differ, as a share of the brightest, where it is drawn by the formula of a dielectric that reflects nothing:
-/// roundings of a few products in f32.
+/// The greatest difference of a lambert surface's light, as a share of the brightest, where it is drawn by the formula of a dielectric that reflects
+/// nothing: roundings of a few products in f32.
 const MOST: f32 = 1e-6;
 
 /// Scenes between them have every material, light and texture that glTF has words for.
@@ -35,7 +35,7 @@ fn specs() -> Vec<String> {
     specs
 }
 
-/// The scene that a spec opens, as a file and as what the file is read as.
+/// Writes the scene of a spec as a file, and returns it with the scene that the file is read as.
 fn there_and_back(spec: &str) -> (Exported, Scene) {
     let scene = open(spec, &OpenOptions::default()).unwrap_or_else(|error| panic!("{error}"));
     let exposure = scene.settings.exposure.unwrap_or_else(|| metered_ev100(&scene));
@@ -59,7 +59,7 @@ fn light(gpu: &Gpu, scene: &Scene) -> Vec<f32> {
     light
 }
 
-/// What of two plans differs, as they print themselves: all of one is too long to read.
+/// Returns the lines in which two plans differ, as they print themselves: all of one is too long to read.
 fn differences(found: &FramePlan, expected: &FramePlan) -> Vec<String> {
     let [found, expected] = [found, expected].map(|plan| format!("{plan:#?}"));
     if found.lines().count() != expected.lines().count() {

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use afterlight::scene::{OpenOptions, Scene, open};
 
-/// What must become of a file.
+/// The outcome that a file must have.
 enum Expected {
     /// So many triangles, and warnings that contain these words.
     Triangles(usize, &'static [&'static str]),

@@ -1,4 +1,4 @@
-//! The harbour of assets: its files are what its example makes, and each of its clips moves something.
+//! The harbour of assets: its example makes its files, and each of its clips moves something.
 
 use std::path::Path;
 
@@ -18,7 +18,7 @@ fn the_harbours_files_are_what_its_example_makes() {
     }
 }
 
-/// Where everything is at a moment: objects, points of what is deformed, what lights and camera say, and textures' places.
+/// Prints a moment of the scene: places of objects, bounds of meshes, lights, and materials with the places of their textures.
 fn told(scene: &Scene, time: f64, clips: ClipChoice) -> String {
     let now = scene.at(&Playing { time, clips, ..Playing::default() });
     let points: Vec<_> = now.meshes.iter().map(|mesh| mesh.bounds).collect();

@@ -1,8 +1,8 @@
-//! What a scene does not need is left out, and nobody can tell by the picture: proofs over scenes that each lack something.
+//! Parts that a scene does not need are left out, and nobody can tell by the picture: proofs over scenes that each lack something.
 //!
 //! - The picture is that of the full plan, which keeps every part with neutral input: to the last bit, but for the parts in
 //!   [`INEXACT`], whose bounds stand there with their reasons.
-//! - What is left out leaves no trace: no object by its name, no label, no descriptor, and no bytes. The same names are there as soon as
+//! - A part that is left out leaves no trace: no object by its name, no label, no descriptor, and no bytes. The same names are there as soon as
 //!   the part is kept, so that the list of traces cannot go stale.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -24,7 +24,7 @@ use glam::{DAffine3, DVec3, Vec3};
 
 const SIZE: [u32; 2] = [64, 36];
 
-/// How far a picture may be from that of the lean plan.
+/// The greatest distance of a picture from that of the lean plan.
 #[derive(Debug, Clone, Copy)]
 struct Bound {
     /// Codes of 8 bits that a channel may differ by where no more than this share of the pixels is beyond it.
@@ -79,7 +79,7 @@ fn bumps() -> Texture {
     texture("bumps", ColorSpace::Linear, |x, y| [100 + 8 * x as u8, 156 - 8 * y as u8, 240, 255])
 }
 
-/// Of BC7 blocks of mode 5, each of one grey.
+/// A texture of BC7 blocks of mode 5, each of one grey.
 fn blocks() -> Texture {
     let block =
         |grey: u128| (1u128 << 5 | (0..6).map(|at| grey << (8 + 7 * at)).sum::<u128>() | 0xffff << 50).to_le_bytes();
@@ -205,7 +205,7 @@ fn cases() -> Vec<Case> {
             ),
         ),
         case(Clustered, &[P::NormalMaps, P::VertexColors, P::PunctualLights], sprites()),
-        // What only glTF has: vertices with colours and second coordinates here, reflectances, a coat and something unlit below.
+        // Features of glTF alone: vertices with colours and second coordinates here, reflectances, a coat and something unlit below.
         case(Clustered, &[P::HdrTarget, P::Transparent], {
             let mut worn =
                 textured(|m| &mut m.base_color_texture, Material { alpha_mode: masked.alpha_mode, ..lambert(0.9) });
@@ -299,7 +299,7 @@ fn cases() -> Vec<Case> {
     ]
 }
 
-/// With an HDR target that rounds nothing, so that what is told apart is the parts.
+/// With an HDR target that rounds nothing, so that only the parts make a difference.
 fn settings(case: &Case, keep: Keep) -> Settings {
     let [width, height] = SIZE;
     Settings { keep, light_path: case.path, hdr_format: HdrFormat::Rgba32f, ..own(&case.scene, width, height) }
@@ -328,11 +328,11 @@ fn every_part_is_left_out_somewhere_and_needed_somewhere() {
             left_out.extend(out);
         }
         let parts: BTreeSet<P> = P::all().collect();
-        // Normals are read by whatever is lit; the last needs a large scene, which has a test of its own.
+        // Everything lit reads normals; occluded objects need a large scene, which has a test of its own.
         let always = BTreeSet::from([P::Normals, P::OccludedObjects]);
         let missing: Vec<_> = parts.difference(&left_out).filter(|part| !always.contains(part)).collect();
         assert!(missing.is_empty(), "no scene lacks {missing:?}");
-        // What a plan never has by itself: waste, and a G-buffer in memory, which no pass needs.
+        // Parts that a plan never has by itself: waste, and a G-buffer in memory, which no pass needs.
         let waste = BTreeSet::from([
             P::StoredGbuffer,
             P::DecodedTextures,
@@ -362,7 +362,7 @@ fn the_full_plan_draws_the_same_bits() {
             let colors: BTreeSet<&[u8]> = bytes(&lean).chunks_exact(4).collect();
             assert!(colors.len() > 1 || case.scene.objects.is_empty(), "{}: there is nothing to see", case.scene.name);
             assert_identical(&lean, &full, &case.scene.name);
-            // What changes bits is kept alone below.
+            // Parts that change bits are kept alone below.
             if turn % 6 != 0 && !tries_all() {
                 continue;
             }
@@ -441,7 +441,7 @@ fn the_default_hdr_format_changes_one_code_at_most() {
     });
 }
 
-/// What a device holds for one renderer, and what its frames are made of.
+/// The objects and bytes that a device holds for one renderer, and the labels of its frames.
 struct Traces {
     objects: Vec<String>,
     descriptors: Vec<String>,
@@ -451,7 +451,7 @@ struct Traces {
 }
 
 fn traces(gpu: &Gpu, case: &Case, keep: Keep) -> Traces {
-    // What earlier renderers left is gone before this one is made.
+    // Objects of earlier renderers are gone before this one is made.
     gpu.device.wait_idle().unwrap_or_else(|error| panic!("{error}"));
     gpu.device.take_labels();
     let mut renderer = gpu.renderer(&case.scene, &settings(case, keep));
@@ -466,7 +466,7 @@ fn traces(gpu: &Gpu, case: &Case, keep: Keep) -> Traces {
     }
 }
 
-/// What a part leaves where it is in: parts of objects' names, labels, and how descriptors' names begin and end.
+/// The trace of a part that is kept: parts of objects' names, labels, and how descriptors' names begin and end.
 struct Trace {
     part: P,
     objects: &'static [&'static str],
@@ -550,7 +550,7 @@ fn what_is_left_out_leaves_no_trace() {
                 objects.iter().for_each(|text| assert_eq!(lean.object(text), None, "{name}"));
                 descriptors.iter().for_each(|&text| assert_eq!(lean.descriptor(text), None, "{name}"));
                 labels.iter().for_each(|label| assert_eq!(lean.label(label), None, "{name}"));
-                // Names that were there once when the part was kept are names to look for in every scene.
+                // Names that were found once while the part was kept are the names to look for in every scene.
                 if seen.contains(part) && !tries_all() {
                     continue;
                 }
@@ -561,7 +561,7 @@ fn what_is_left_out_leaves_no_trace() {
                     && labels.iter().all(|label| kept.label(label).is_some());
                 if is_there {
                     seen.insert(*part);
-                    // Discarding costs none, and what draws nothing has no indices to sort.
+                    // Discarding costs no bytes, and a part that draws nothing has no indices to sort.
                     let free = matches!(part, P::AlphaMasks | P::Transparent) && lean.bytes() == kept.bytes();
                     assert!(lean.bytes() < kept.bytes() || free, "{name}: {} >= {}", lean.bytes(), kept.bytes());
                 }
@@ -575,7 +575,7 @@ fn what_is_left_out_leaves_no_trace() {
     });
 }
 
-/// Each attachment is as large as the plan says, rounded up to what the driver aligns it to.
+/// Each attachment is as large as the plan says, rounded up to the driver's alignment.
 #[test]
 fn attachments_take_the_bytes_of_the_plan() {
     on_gpu(|gpu| {

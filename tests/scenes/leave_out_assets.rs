@@ -1,4 +1,4 @@
-//! What of a scene lies on the device: as many bytes as the plan says, and the same picture as with what the plan leaves out.
+//! Assets of a scene on the device: as many bytes as the plan says, and the same picture as with all that the plan leaves out.
 
 use afterlight::gpu::MemoryKind;
 use afterlight::scene::{
@@ -279,7 +279,7 @@ fn textures_of_one_colour_are_factors_and_idle_masks_are_none() {
                 }
                 let lean = Settings { light_path, anisotropy, ..settings() };
                 let renderer = gpu.renderer(&scene, &lean);
-                // That of the mask which cuts nothing differs from texel to texel.
+                // One is left: that of the mask which cuts nothing differs from texel to texel.
                 assert_eq!(renderer.plan().textures.images.len(), 1, "{code}");
                 drop(renderer);
                 let picture = gpu.draw(&scene, &lean);

@@ -1,9 +1,9 @@
-//! Scenes: what files mean, which are refused, and what of a scene a frame leaves out without a change of the picture.
+//! Scenes: the meaning of files, refused files, and parts of a scene that a frame leaves out without a change of the picture.
 
 #[path = "../common/mod.rs"]
 mod common;
 
-// A journal is one of a report.
+// One of the readers is that of journals, which reports alone have.
 #[cfg(feature = "report")]
 mod corpora;
 mod export;

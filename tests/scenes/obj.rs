@@ -1,4 +1,4 @@
-//! What OBJ and MTL files mean, feature by feature, on small files; and Crytek's Sponza as the real one.
+//! The meaning of OBJ and MTL files, feature by feature, on small files; and Crytek's Sponza as the real one.
 
 use std::fs;
 use std::path::Path;

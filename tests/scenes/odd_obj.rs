@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use afterlight::scene::{Imported, obj};
 
-/// What must become of a file.
+/// The outcome that a file must have.
 enum Expected {
     /// So many triangles, and warnings that contain these words.
     Triangles(usize, &'static [&'static str]),
@@ -154,7 +154,7 @@ fn triangle_count(imported: &Imported) -> usize {
     imported.objects.iter().map(|object| imported.meshes[object.mesh].indices.len() / 3).sum()
 }
 
-/// What every scene promises of its parts.
+/// Asserts the promises that every scene makes of its parts.
 fn assert_sound(imported: &Imported, name: &str) {
     assert!(triangle_count(imported) > 0, "{name}: nothing to draw");
     for object in &imported.objects {

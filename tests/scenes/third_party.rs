@@ -49,7 +49,7 @@ fn sponza_is_textured_sunlit_shadowed_and_masked_and_the_layer_is_silent() {
     on_gpu(|gpu| {
         let lit = gpu.draw(&scene, &said.or(&scene.settings).decide());
         let picture = |change: SettingsPatch| gpu.draw(&scene, &change.or(&said).or(&scene.settings).decide());
-        // Of the sun's two effects each is seen on a good share of the pixels, and both on none alone.
+        // The sun's shadows cover more than a quarter of the pixels, and bright surfaces that it reaches more than 1 in 400.
         let unshadowed = picture(SettingsPatch { shadows: Some(false), ..SettingsPatch::default() });
         let pairs = || bytes(&lit).as_chunks::<4>().0.iter().zip(bytes(&unshadowed).as_chunks::<4>().0);
         let pixels = pairs().count();

@@ -20,7 +20,7 @@ pub type Named = Vec<(&'static str, String)>;
 
 const AO: [AmbientOcclusion; 2] = [AmbientOcclusion::Off, AmbientOcclusion::Gtao];
 
-/// Something of everything that the settings act on: light from everywhere, lights with and without a range, a shadow, what emits.
+/// A scene with a share of everything that the settings act on: ambient light, lights with and without a range, a shadow, a surface that emits.
 pub fn scene(transparent: bool) -> Scene {
     let mut lights = vec![sun(DVec3::new(0.3, 0.5, 1.0), 1.0)];
     let lamp = |index: u32| {
@@ -106,7 +106,7 @@ pub fn combinations() -> Vec<(Named, usize, Settings)> {
         .map(|(mut named, transparent, settings)| {
             named.pop();
             named.push(("bloom", "on".to_owned()));
-            // Light that is averaged as shown it does not go with, as the table's last sentences say.
+            // Bloom does not go with light that is averaged as shown, as the table's last sentences say.
             (named, transparent, Settings { bloom: 0.2, resolve: Resolve::Linear, ..settings })
         })
         .collect();
@@ -134,7 +134,8 @@ pub fn combinations() -> Vec<(Named, usize, Settings)> {
         .collect();
     all.extend(smoking);
     all.extend(over_time);
-    // What reflections go with depends neither on samples nor on what smooths the picture, and on little more of occlusion, sky and particles.
+    // Neither samples nor FXAA decide which settings reflections go with, and occlusion, sky and particles hardly do: few of their combinations are
+    // repeated.
     let is_told = |settings: &Settings, scene: usize| {
         settings.samples == 1 && !settings.fxaa && scene != 4 && (settings.ao == AO[1]) == (scene >= 2)
     };
@@ -146,7 +147,7 @@ pub fn combinations() -> Vec<(Named, usize, Settings)> {
     for (named, _, settings) in &mut all {
         named.push(("reflections", settings.reflections.to_string()));
     }
-    // Each once more in fog, but for those that differ in what it does not meet.
+    // Repeats each combination in fog, except those that differ only in settings which fog does not meet.
     let clear = |(named, _, settings): &&(Named, usize, Settings)| {
         let is_usual = settings.hdr_format == HdrFormat::default() && settings.bloom == 0.0;
         is_usual && settings.ao == AO[0] && named.iter().all(|(key, value)| *key != "samples" || value == "1")

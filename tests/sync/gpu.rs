@@ -1,5 +1,5 @@
-//! What `gpu` promises, on this machine's driver and under its validation layer. Without a loader, a driver or the layer
-//! these tests fail, and say what to install.
+//! Promises of `gpu`, on this machine's driver and under its validation layer. Without a loader, a driver or the layer these tests fail, and say what
+//! to install.
 
 use std::error::Error as StdError;
 use std::sync::Arc;
@@ -49,7 +49,7 @@ fn read_back_buffer(device: &Arc<Device>, bytes: u64) -> gpu::Result<Buffer> {
     Buffer::new(device, "read-back", bytes, usage, Location::ReadBack, MemoryKind::ReadBack)
 }
 
-/// Makes what transfers wrote readable for the CPU.
+/// Makes the writes of transfers readable for the CPU.
 fn transfer_to_host(device: &Device, cmd: vk::CommandBuffer) {
     barrier::memory_barrier(device, cmd, Dependency { before: COPY_WRITE, after: HOST_READ });
 }
@@ -106,7 +106,7 @@ fn texture_desc(name: &str, width: u32, height: u32, mip_levels: u32) -> ImageDe
     }
 }
 
-/// Of what is copied again, and of textures that are sampled by fragments.
+/// An uploader of buffers that are copied again and of textures that fragment shaders sample.
 fn uploader(device: &Arc<Device>, staging_bytes: u64) -> gpu::Result<Uploader> {
     let copied = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_READ);
     let sampled = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
@@ -215,7 +215,7 @@ fn an_early_error_pulls_nothing_from_under_the_gpu() -> TestResult {
     with_device(|device| {
         for _ in 0..4 {
             assert!(clear_then_fail(device).is_err());
-            // Nobody owns them any more, whether the GPU is done with them or not.
+            // The objects have no owner any more, whether or not the GPU is done with them.
             assert_eq!(device.live_objects(), Vec::<String>::new());
         }
         device.wait_idle()?;
@@ -617,7 +617,7 @@ fn a_graphics_pipeline_draws_its_triangle() -> TestResult {
 
 #[test]
 fn every_missing_barrier_is_noticed_however_often() -> TestResult {
-    // As often as a layer with a limit on repeated messages would not say it.
+    // More often than a layer with a limit on repeated messages would tell.
     const TIMES: usize = 15;
     let options = InstanceOptions {
         validation: Validation::Synchronization,
@@ -633,8 +633,8 @@ fn every_missing_barrier_is_noticed_however_often() -> TestResult {
     for _ in 0..TIMES {
         cmd.begin()?;
         let region = vk::BufferCopy { src_offset: 0, dst_offset: 0, size: 64 };
-        // SAFETY: recording; the buffers outlive the waits. That the second copy may read before the first has written
-        // is the point, and does no harm.
+        // SAFETY: recording; the buffers outlive the waits. The second copy may read before the first has written: that hazard is the point, and does
+        // no harm.
         unsafe {
             device.raw.cmd_fill_buffer(cmd.raw, first.raw, 0, 64, 1);
             device.raw.cmd_copy_buffer(cmd.raw, first.raw, second.raw, &[region]);

@@ -1,4 +1,4 @@
-//! Tests of what the validation layers say: of every kind of frame, of each dependency that is left out, and of the owners of Vulkan objects.
+//! Tests under the validation layers: of every kind of frame, of each dependency that is left out, and of the owners of Vulkan objects.
 
 #[path = "../common/mod.rs"]
 mod common;

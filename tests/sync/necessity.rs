@@ -1,8 +1,8 @@
-//! Every dependency is needed: without any one row of the table, or any one bit of a row, the validation layer has something to say. What it
-//! is silent about is argued from the specification in `afterlight::frame::edges::unreported_mutants`, which is held against it here.
+//! Every dependency is needed: without any one row of the table, or any one bit of a row, the validation layer complains. Where it is silent,
+//! `afterlight::frame::edges::unreported_mutants` argues from the specification, and is held against the layer here.
 //!
 //! Each mutant is a renderer of its own that draws a few small frames (`afterlight::frame::experiment`), in both modes of the layer's shader
-//! heuristic (`afterlight::mutants`). Of older layers than 1.4.309 `afterlight::mutants::older` lists what they miss beside that.
+//! heuristic (`afterlight::mutants`). `afterlight::mutants::older` lists the mutants that layers before 1.4.309 miss besides.
 
 /// The plans that unit tests are about.
 #[allow(dead_code)]
@@ -25,7 +25,7 @@ use crate::common::gpu::{not_run, on_gpu};
 use crate::common::{some_of, tries_all};
 use afterlight::plan::{Capabilities, CostModel, Error, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB};
 
-/// What a frame records is what the proof takes it to do: the same passes in the same order.
+/// A frame records the passes that the proof assumes, in the same order.
 #[test]
 fn passes_are_recorded_in_the_order_of_the_list() {
     on_gpu(|gpu| {
@@ -118,8 +118,8 @@ fn without_any_row_or_bit_the_layer_complains_or_the_specification_does() {
     assert!(missing.is_empty(), "on this device {} rows are not tried: {missing:#?}", missing.len());
     let mut mutants = mutants(&cases, &plans);
     if !tries_all() {
-        // What the rules say of all of them, `proof` asks. The layer sees a sample; a reason that no longer holds may wait for the daily
-        // `make test-all`.
+        // `proof` applies the rules to all mutants. The layer sees a sample here: a reason that no longer holds may wait for the daily `make
+        // test-all`.
         let (all, mut index) = (mutants.len(), 0);
         mutants.retain(|_| (index += 1, index % 128 == 0).1);
         println!("{} of {all} mutants", mutants.len());
@@ -127,8 +127,8 @@ fn without_any_row_or_bit_the_layer_complains_or_the_specification_does() {
     // The others are silent in `validation`.
     let is_asked = |case: &Case| tries_all() || mutants.iter().any(|mutant| std::ptr::eq(mutant.case, case));
     let whole: Vec<_> = cases.iter().zip(&plans).filter(|(case, _)| is_asked(case)).collect();
-    // SAFETY: what is drawn is not looked at, and the layer speaks before the driver runs it. Software drivers, on which this is run, do one thing
-    // after the other.
+    // SAFETY: nobody looks at the pictures, and the layer speaks before the driver runs a mutant. Software drivers, on which this runs, do one thing
+    // after another.
     let heard = unsafe { laboratory.judge(&whole, &mutants, &|| ()) };
     let heard = heard.unwrap_or_else(|error| panic!("{error}: {:?}", std::error::Error::source(&error)));
 
@@ -137,7 +137,7 @@ fn without_any_row_or_bit_the_layer_complains_or_the_specification_does() {
     let mut argued = BTreeSet::new();
     for (mutant, heard) in mutants.iter().zip(&heard) {
         let place = || format!("{} without {:?} in \"{}\"", mutant.edge.name, mutant.part, mutant.case.name);
-        // What the layer notices, the rules must notice too, and what is argued from the specification.
+        // The rules must find every mutant unsafe: those that the layer notices, and those that are argued from the specification.
         if Frames::of(mutant.plan, &mutant.edges).are_safe() {
             unproved.push(place());
         }
@@ -170,7 +170,7 @@ fn without_any_row_or_bit_the_layer_complains_or_the_specification_does() {
     assert!(idle.is_empty() || !tries_all() || !laboratory.presents(), "reasons that no mutant needs: {idle:#?}");
 }
 
-/// Mutants by what became of them: whole rows, and bits.
+/// Mutants by their verdict: whole rows, and bits.
 #[derive(Default)]
 struct Summary {
     rows: Counts,

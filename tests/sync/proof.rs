@@ -23,7 +23,7 @@ use crate::common::stage::{open, own};
 use crate::common::{one_of, tries_all};
 use afterlight::mutants::{Way, cases, presented};
 
-/// Plans whose frames differ in what they touch or in what synchronizes that.
+/// Plans whose frames differ in their accesses or in their synchronization.
 #[derive(Default)]
 struct Different {
     seen: HashSet<(String, Frames)>,
@@ -56,7 +56,7 @@ impl Different {
         }
     }
 
-    /// There is no hazard, and no part of a row without which there is none. `make test` asks the latter of each row once, `make test-all`
+    /// Asserts that there is no hazard, and that each part of a row is needed for that. `make test` asks the latter of each row once, `make test-all`
     /// in all frames that have it.
     fn are_proved(&self) {
         let told = |(name, plan, rows): &(String, FramePlan, Edges)| -> Vec<String> {
@@ -89,8 +89,9 @@ impl Different {
     }
 }
 
-/// What TILED looks up was copied, and waits for that through GEOMETRY: the upload's barrier makes it wait, and the render pass's dependency TILED. The layer of Debian 13
-/// follows that for attachments and not for buffers, so that the barrier names TILED's reads as well.
+/// TILED looks up data that was copied, and waits for the copy through GEOMETRY: the upload's barrier makes GEOMETRY wait, and the render pass's
+/// dependency makes TILED wait. The layer of Debian 13 follows such a chain for attachments and not for buffers, so the barrier names TILED's reads
+/// as well.
 fn is_for_the_layer(plan: &FramePlan, row: &Edge, part: Part) -> bool {
     let reads = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
     let is_read = match part {
@@ -142,7 +143,7 @@ fn every_combination_of_settings_and_every_built_in_scene_is_proved() {
     plans.are_proved();
 }
 
-/// Settings that go with each other or not, of scenes with whatever a scene may have.
+/// Draws settings at random, whether they go with each other or not, for one of the scenes. Returns none where the plan refuses them.
 fn random(scenes: &[(&str, Scene)], random: &mut fastrand::Rng) -> Option<(String, FramePlan)> {
     fn one<T: Copy>(of: &[(&str, T)], random: &mut fastrand::Rng) -> T {
         of[random.usize(..of.len())].1

@@ -24,7 +24,7 @@ fn transparent_surfaces_are_silent_sorted_and_weighted() {
         for (turn, scene) in [one_of_each(), nothing_emits(), alone].map(with_transparent).into_iter().enumerate() {
             for (kind, (_, transparency)) in Transparency::NAMES.iter().enumerate() {
                 for &(_, output) in one_of(Output::NAMES, turn + kind) {
-                    // What lies behind the panes is stored in either layout by the tests of layouts.
+                    // The tests of layouts store surfaces behind panes in either layout, so `make test` takes one here.
                     for name in some_of(["lean", "float32"], 2) {
                         let settings = Settings { transparency: *transparency, output, ..small(&scene) };
                         exercise(gpu, &scene, &Settings { gbuffer: gbuffer(name), ..settings });
@@ -59,7 +59,7 @@ fn transparent_surfaces_are_silent_on_every_light_path() {
 fn every_built_in_scene_is_silent_in_every_kind_of_output() {
     on_gpu_in_both_modes(|gpu| {
         for (turn, builtin) in CATALOGUE.iter().enumerate() {
-            // Fewer objects than by default: what is drawn more often is recorded the same way.
+            // Fewer objects than by default: more of them are recorded the same way.
             let query = if builtin.name == "field" { "?objects=40&lights=20" } else { "" };
             let scene = open(&format!("builtin:{}{query}", builtin.name));
             for &(_, output) in one_of(Output::NAMES, turn) {
@@ -77,7 +77,7 @@ fn every_view_is_silent_or_says_why_there_is_none() {
         for (turn, scene) in scenes.into_iter().enumerate() {
             let shadowed = scene.lights.iter().any(|light| light.casts_shadow);
             for (name, view) in some_in_turn(View::NAMES, turn, 2) {
-                // What it shows is how samples differ.
+                // The view shows where samples of a pixel differ, so it needs several.
                 let msaa = if view == View::Complexity { 4 } else { 1 };
                 let settings = Settings { view, msaa, ..small(&scene) };
                 match Renderer::new(&gpu.device, &scene, &settings) {
@@ -277,7 +277,7 @@ fn draw_while_things_move(gpu: &Gpu, scene: &Scene, settings: &Settings) {
     let mut renderer = gpu.renderer(scene, settings);
     let draw = |renderer: &mut Renderer, camera: &Camera| -> Result<(), Error> {
         renderer.render(camera)?;
-        // What moved is seen by one of the two in flight first.
+        // Draws a second frame: one of the two in flight sees a change first.
         renderer.render(camera)
     };
     let all = |renderer: &mut Renderer| -> Result<(), Error> {
@@ -314,11 +314,11 @@ fn shadow_maps_that_are_kept_or_drawn_anew_are_silent_on_every_light_path() {
         let (plain, glass) = (shadowed(), with_transparent(shadowed()));
         for cache in [true, false] {
             for &(_, light_path) in LightPath::NAMES {
-                // Nothing blends over what compute has lit.
                 if !cache && !tries_all() && light_path != LightPath::Loop {
-                    // Whatever path looks maps up, those that are drawn anew are drawn alike.
+                    // Maps that are drawn anew are drawn alike on every path that looks them up.
                     continue;
                 }
+                // Nothing blends over the picture of a compute pass.
                 let ends = matches!(light_path, LightPath::Compute | LightPath::Visibility);
                 let scene = if ends { &plain } else { &glass };
                 if !gpu.takes(light_path, scene) {

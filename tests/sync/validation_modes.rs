@@ -1,4 +1,4 @@
-//! What layers say beyond core and synchronization checks: checks on the GPU, and advice on best practices.
+//! Messages of layers beyond core and synchronization checks: checks on the GPU, and advice on best practices.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,8 @@ use crate::common::scenes::{draw_everything, draw_with_each_list, exercise, one_
 use afterlight::gpu::{Message, vk};
 use afterlight::scene::{LightPath, Settings};
 
-/// `on_gpu_assisted` proves first that the layer notices what only the content of memory tells. Tests of their own, which share the time.
+/// `on_gpu_assisted` first proves that the layer notices a mistake which only the content of memory shows. Several tests, so that they share the
+/// time.
 #[test]
 fn nothing_is_accessed_out_of_bounds_with_a_gbuffer() {
     on_gpu_assisted(|gpu| {

@@ -1,5 +1,5 @@
-//! The three errors of ambient occlusion: of a pass against the f64 march of the same depths, against the scene's rays, and what lies between those
-//! two, the price of seeing no more than a screen does.
+//! The three errors of ambient occlusion: of a pass against the f64 march of the same depths, of a pass against the scene's rays, and of the march
+//! against the rays, which is the price of seeing no more than a screen does.
 
 use afterlight::reference::depth_march::{DepthBuffer, March};
 use afterlight::reference::{self, Reference};
@@ -17,7 +17,7 @@ struct Truths {
     march: Vec<f64>,
 }
 
-/// Of a pass, as root mean squares.
+/// Errors of a pass, as root mean squares.
 struct Errors {
     own: f64,
     rays: f64,
@@ -34,7 +34,7 @@ fn root_mean_square(differences: impl Iterator<Item = f64>) -> f64 {
 }
 
 impl Truths {
-    /// Of every so many pixels with a surface: as many as a picture of 80 x 45 has.
+    /// Takes every so many of the pixels with a surface: as many as a picture of 80 x 45 has.
     fn of(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Self {
         let [width, height] = settings.size;
         let (view, radius) =
@@ -68,7 +68,7 @@ impl Truths {
         Errors { own: against(&self.march), rays: against(&self.rays) }
     }
 
-    /// What the march itself is off by.
+    /// Returns the error of the march itself.
     fn price(&self) -> f64 {
         root_mean_square(self.march.iter().zip(&self.rays).map(|(march, rays)| march - rays))
     }
@@ -119,7 +119,7 @@ fn slices_are_nearer_to_rays_than_samples_of_the_hemisphere() {
     });
 }
 
-/// `cargo test --test truth ao::prints -- --ignored --nocapture` prints what docs/AO.md has.
+/// `cargo test --test truth ao::prints -- --ignored --nocapture` prints the figures of docs/AO.md.
 #[test]
 #[ignore = "prints a table for people"]
 fn prints_the_errors_of_larger_pictures() {

@@ -1,4 +1,4 @@
-//! Where a frame's error comes from: planted errors are found in the part that they belong to, and the parts add up to the whole.
+//! The parts of a frame's error: planted errors are found in the part that they belong to, and the parts add up to the whole.
 
 use crate::common::gpu::{Gpu, bytes, nits, on_gpu, places};
 use crate::common::scenes::{one_of_each, with_transparent};
@@ -77,7 +77,7 @@ fn size(found: &Attribution, name: &str) -> f64 {
     part(found, name).rms
 }
 
-/// By drawings of its own, without parts: the error of the light, and of the picture, referred back to light. Pixel by pixel.
+/// Returns the error of the light, and of the picture referred back to light, pixel by pixel, from drawings of its own without parts.
 fn errors(gpu: &Gpu, case: &Case, settings: &Settings) -> Vec<[DVec3; 2]> {
     let draw = |output| gpu.draw(case.scene, &Settings { output, ..settings.clone() });
     let (light, shown) = (draw(Output::Exposed), draw(Output::Srgb8));
@@ -99,7 +99,7 @@ fn mean_and_rms(values: impl Iterator<Item = DVec3> + Clone) -> [f64; 2] {
     [mean, (values.map(DVec3::length_squared).sum::<f64>() / count).sqrt()]
 }
 
-/// Whether no part but the named ones has changed by more than a thousandth of the whole.
+/// Asserts that no part but the named ones has changed by more than a thousandth of the whole.
 fn assert_only(changed: &[&str], before: &Attribution, after: &Attribution) {
     for name in ALL.into_iter().filter(|name| !changed.contains(name)) {
         let [before_size, after_size] = [before, after].map(|found| size(found, name));
@@ -127,7 +127,7 @@ fn parts_add_up_to_the_whole_and_little_is_not_explained() {
             assert!((mean - whole_mean).abs() < 1e-9 && (share - 1.0).abs() < 1e-9, "{mean} {whole_mean} {share}");
             assert!((whole[0].mean - whole_mean).abs() < 1e-9 && (whole[0].rms - whole_rms).abs() < 1e-9, "{whole:?}");
             assert!((found.light_rms - light_rms).abs() < 1e-9, "{} {light_rms}", found.light_rms);
-            // Of 1e-5 of the mean square; what it is there is Ks, which is not measured.
+            // The rest is about 1e-5 of the mean square: it is Ks, which is not measured.
             let rest = size(&found, NOT_EXPLAINED) / whole[0].rms;
             assert!(rest < 0.01, "{}: {rest} of the error is not explained", scene.name);
             let has_transparent = size(&found, TRANSPARENT) > 0.0;
@@ -142,8 +142,8 @@ fn normals_of_10_bits_and_colours_of_8_are_found_in_quantization_and_a_coarse_pl
         let scene = open("builtin:spheres");
         let case = Case::of(&scene);
         let with = |formats| case.apart(gpu, &Settings { gbuffer: gbuffer(formats), ..small(&scene) });
-        // Normals of 2 x 16 bits, which are not exact either: steps of 1/32767, where those of 10 bits have 1/511, and halves 1/2048 near 1.
-        // Where a highlight is sharper than a step, larger steps do not make as much more error.
+        // Normals of 2 x 16 bits, which are not exact either: steps of 1/32767, where those of 10 bits have 1/511, and halves 1/2048 near 1. Errors
+        // of a highlight that is sharper than a step grow less than the steps.
         let fine = with("float32,normal=oct16");
         let fine_size = size(&fine, GBUFFER);
         assert!(fine_size > 0.0 && fine_size < 0.01 * size(&fine, WHOLE), "{fine_size}");

@@ -1,4 +1,4 @@
-//! `afterlight compare` from outside: figures that are known, limits that break, pictures of the difference, and what is refused.
+//! `afterlight compare` from outside: figures that are known, limits that break, pictures of the difference, and refusals.
 
 use std::path::Path;
 use std::process::Output;
@@ -140,7 +140,7 @@ fn a_limit_that_breaks_ends_with_exit_code_1_and_is_named() {
     succeed(&folder, &[&light[..], &["relmse=0.01"]].concat());
     assert!(fail(&folder, &[&light[..], &["relmse=0.001"]].concat(), 1).contains("relmse is"));
     assert!(fail(&folder, &[&light[..], &["p99.9=0.001"]].concat(), 1).contains("p99.9 is"));
-    // What is found is printed all the same.
+    // The figures are printed all the same.
     assert!(text(&run(&folder, &spot(&["max=0"])).stdout).contains("PSNR"));
     // Equal pictures have an infinite PSNR, which is above any limit.
     succeed(&folder, &["grey.png", "grey.png", "--max", "psnr=1000", "--max", "rmse=0"]);

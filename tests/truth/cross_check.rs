@@ -1,5 +1,5 @@
-//! What `tests/mitsuba/cross_check.py` stands on: scenes that export, a standard error that is a picture, and refusals. Mitsuba itself is asked
-//! by `make cross-check`.
+//! Foundations of `tests/mitsuba/cross_check.py`: scenes that export, a standard error that is a picture, and refusals. `make cross-check` asks
+//! Mitsuba itself.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -54,7 +54,7 @@ fn depth_that_is_not_reversed_is_caught() {
     on_gpu(|gpu| {
         let verdict = tried(gpu, "formulas/position", |value| planted("formulas/position", value));
         assert!(!verdict.passes());
-        // It goes wrong with distance: what is as near as the near plane is still where it was.
+        // The mistake grows with distance: a point as near as the near plane is still where it was.
         let holds: Vec<bool> = verdict.findings.iter().map(|finding| finding.holds(&verdict.case)).collect();
         assert!(holds[0] && !holds[holds.len() - 1], "{:?}", verdict.findings);
     });

@@ -24,7 +24,7 @@ fn settings(samples: u32, aperture: f32, focus: f32) -> Settings {
     Settings { samples, brdf: Some(Brdf::Lambert), ..lens }
 }
 
-/// Root mean squares of the difference, and of what independent samples would have: the variance of a pixel over their number, of both pictures.
+/// Root mean squares of the difference, and of the one that independent samples would have: a pixel's variance over their number, for both pictures.
 fn distances(picture: &Picture, (truth, truth_samples): (&Truth, u32), samples: u32) -> (f64, f64) {
     let errors = truth.standard_error.as_ref().expect("of several samples");
     let (mut found, mut expected) = (0.0, 0.0);

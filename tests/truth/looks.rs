@@ -13,7 +13,7 @@ use afterlight::scene::{
 };
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 
-/// A texture of cells, each of so many texels, by what is in a texel of a cell.
+/// A texture of cells, each of so many texels, by a function of the cell and of the texel in it.
 fn atlas(
     [rows, columns]: [u32; 2],
     [width, height]: [u32; 2],
@@ -45,7 +45,7 @@ fn squares(across: u32, material: Material, texture: Texture, look: impl Fn(u32)
     scene.lights = vec![directional(DVec3::new(0.3, 0.2, 1.0), 3.0)];
     scene.textures = vec![texture];
     add(&mut scene, rectangle([-0.5, -0.5], [0.5, 0.5], 0.0), material, DAffine3::IDENTITY);
-    // From a third before an image to two thirds behind it.
+    // Coordinates from a third before an image to two thirds behind it.
     scene.meshes[0].uvs.iter_mut().flatten().for_each(|uv| *uv = *uv * 2.0 - 1.0 / 3.0);
     let square = scene.objects[0].clone();
     let edge = 2.0 / f64::from(across);
@@ -106,7 +106,7 @@ fn instances_show_their_cells_tints_and_highlights_on_every_light_path() {
     });
 }
 
-/// Without textures, and without light: what is unlit and black still shows that it is selected.
+/// Without textures, and without light: an unlit black surface still shows that it is selected.
 #[test]
 fn tints_and_highlights_need_no_texture() {
     on_gpu(|gpu| {
@@ -127,8 +127,8 @@ fn tints_and_highlights_need_no_texture() {
     });
 }
 
-/// Of a picture of a scene of pure colours: the pixels where something is seen, and the most of a colour where the truth has none, as a share of
-/// the pixel's brightest.
+/// Draws a scene of pure colours. Returns the number of pixels where something is seen, and the greatest value of a channel that is black in the
+/// truth, as a share of the pixel's brightest.
 fn bleeding(gpu: &Gpu, scene: &Scene, settings: &Settings) -> (usize, f64) {
     bleeding_of(gpu.draw(scene, settings), scene)
 }
@@ -142,7 +142,7 @@ fn bleeding_of(picture: Picture, scene: &Scene) -> (usize, f64) {
     for (x, y) in places(&picture) {
         let expected = DVec3::from_array(truth.radiance[(y * picture.size[0] + x) as usize]);
         let found = nits(&picture, x, y);
-        // Where an edge runs, one of the two sees the background, which is black.
+        // Along an edge one of the two sees the background, which is black.
         if expected.max_element() > 0.0 && found.max_element() > 0.0 {
             seen += 1;
             let stray = (0..3).filter(|&channel| expected[channel] == 0.0).map(|channel| found[channel]);
@@ -198,7 +198,7 @@ fn no_colour_of_another_cell_is_seen_at_any_distance_angle_and_anisotropy() {
     });
 }
 
-/// The measure of the test above notices what it is to notice: cells side by side in one image, each as a part of it, bleed from afar.
+/// The measure of the test above notices bleeding: cells side by side in one image, each as a part of it, bleed from afar.
 #[test]
 fn cells_side_by_side_in_one_image_would_bleed() {
     on_gpu(|gpu| {
@@ -259,7 +259,7 @@ fn an_atlas_of_256_x_256_cells_shows_each_of_them() {
     });
 }
 
-/// What cuts holes into a shadow is the caster's own cell.
+/// The caster's own cell cuts the holes of its shadow.
 #[test]
 fn shadows_have_the_holes_of_the_casters_cells() {
     on_gpu(|gpu| {
@@ -287,7 +287,7 @@ fn shadows_have_the_holes_of_the_casters_cells() {
     });
 }
 
-/// What a plan keeps without need changes nothing; and what an atlas of one cell draws is what a plain texture draws.
+/// Looks that a plan keeps without need change nothing: an atlas of one cell draws the same as a plain texture.
 #[test]
 fn a_plan_with_looks_that_nobody_has_draws_the_same() {
     on_gpu(|gpu| {

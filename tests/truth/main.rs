@@ -1,4 +1,4 @@
-//! The 64-bit reference, and what is measured against it: errors, reports, choices of settings, extreme cases.
+//! The 64-bit reference, and measurements against it: errors, reports, choices of settings, extreme cases.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,4 +1,4 @@
-//! What materials of glTF have beyond the others, on the device against the truth in 64 bits: samplers, vertex colours, UV maps, unlit surfaces,
+//! Features that only materials of glTF have, on the device against the truth in 64 bits: samplers, vertex colours, UV maps, unlit surfaces,
 //! reflectances, coats.
 
 use crate::common::compare::{assert_identical, largest_code_difference};
@@ -31,12 +31,12 @@ fn paths<'a>(gpu: &'a Gpu, scene: &'a Scene) -> impl Iterator<Item = LightPath> 
     some_of(PATHS.into_iter().filter(takes), 2)
 }
 
-/// Whether nothing can come after what the path lights.
+/// Returns true if the path writes the picture, so that nothing can come after its lighting.
 pub fn writes_the_picture(path: LightPath) -> bool {
     matches!(path, LightPath::Compute | LightPath::Visibility)
 }
 
-/// How far pixels are from the truth, relative to the brightest one, in order.
+/// Returns the distances of pixels from the truth, relative to the brightest one, in order.
 pub fn differences(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Vec<f64> {
     let picture = gpu.draw(scene, settings);
     let view = View { camera: scene.camera, size: picture.size };
@@ -59,7 +59,7 @@ pub fn assert_near(gpu: &Gpu, scene: &Scene, settings: &Settings, [half, most]: 
 }
 
 pub fn nits_of(path: LightPath) -> Settings {
-    // Several places a pixel are not what the truth looks at.
+    // The truth looks at one place a pixel.
     Settings { light_path: path, anisotropy: 1, ..exact(SIZE[0], SIZE[1]) }
 }
 
@@ -163,7 +163,7 @@ fn colours_of_vertices_multiply_the_base_colour_and_alpha() {
             let mut scene = sheet(material.clone());
             scene.textures.push(texture(Sampler::DEFAULT));
             for path in paths(gpu, &scene) {
-                // Of the rest are the edges of shadows and holes.
+                // The edges of shadows and holes are among the other pixels.
                 let bound = if scene.materials[1].textures().next().is_some() { 8e-3 } else { 1e-5 };
                 assert_near(gpu, &scene, &nits_of(path), [bound, bound], 0.93, &format!("{name}, {path}"));
             }
@@ -273,7 +273,7 @@ fn a_uv_map_is_as_coordinates_that_are_mapped_before() {
     });
 }
 
-/// As steep on an object that its transform makes larger as on a mesh that was that large before.
+/// A normal map is as steep on an object that its transform enlarges as on a mesh that was that large before.
 #[test]
 fn a_normal_map_leans_as_far_at_any_scale() {
     on_gpu(|gpu| {
@@ -301,7 +301,7 @@ fn a_normal_map_leans_as_far_at_any_scale() {
     });
 }
 
-/// Where a triangle ends, the level of its texture is that of its middle: pixels of a quad beside it may read no map.
+/// At the edge of a triangle its texture has the same level as in its middle: pixels of a quad beside the triangle may read no map.
 #[test]
 fn a_mapped_texture_is_as_sharp_at_edges_as_elsewhere() {
     on_gpu(|gpu| {
@@ -335,7 +335,7 @@ fn what_is_unlit_sends_its_colour_and_reflects_nothing() {
             let middle = nits(&picture, SIZE[0] / 2, SIZE[1] / 2);
             assert!((middle - glowing.base_color.as_dvec3()).abs().max_element() < 1e-6, "{path}: {middle}");
             assert_near(gpu, &scene, &nits_of(path), [1e-5, 1e-4], 0.96, &format!("unlit, {path}"));
-            // Nor does it change what others reflect, nor go by a model that stands in for all.
+            // An unlit surface changes no reflections of others, and ignores a model that stands in for all.
             let other = Settings { brdf: Some(Brdf::Phong), ..nits_of(path) };
             let middle = nits(&gpu.draw(&scene, &other), SIZE[0] / 2, SIZE[1] / 2);
             assert!((middle - glowing.base_color.as_dvec3()).abs().max_element() < 1e-6, "{path}, phong: {middle}");
@@ -411,7 +411,7 @@ fn a_coat_lies_on_the_surface_that_it_is_in() {
                     assert_near(gpu, &scene, &settings, [1e-5, 3e-4], 0.94, &format!("{name}, {path}"));
                 }
             }
-            // One layer over what is opaque is the same in any order.
+            // One layer over opaque surfaces is the same in any order.
             let oit = Settings { transparency: Transparency::Oit, ..nits_of(LightPath::Clustered) };
             assert_near(gpu, &scene, &oit, [1e-4, 5e-3], 0.94, &format!("{name}, summed"));
         }
@@ -421,7 +421,7 @@ fn a_coat_lies_on_the_surface_that_it_is_in() {
 #[test]
 fn every_pixel_of_a_coated_surface_has_its_coat() {
     on_gpu(|gpu| {
-        // Turned and far off, so that depths are what rounding makes of them.
+        // Turned and far off, so that rounding shows in depths.
         let turn = DAffine3::from_rotation_y(0.7) * DAffine3::from_rotation_x(0.3);
         let mut scene = stage();
         let black = Material { base_color: Vec3::ZERO, roughness: 1.0, ..lambert(0.0) };

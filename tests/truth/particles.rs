@@ -10,7 +10,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use crate::common::gpu::{Gpu, floats, on_gpu};
 use crate::common::stage::{add, camera, exact, lambert, open, plane, point, rectangle, sun};
 
-/// Of the brightest channel of the truth: the root mean square and the worst.
+/// Errors as shares of the brightest channel of the truth: the root mean square and the worst.
 struct Errors {
     rms: f64,
     worst: f64,
@@ -80,7 +80,7 @@ fn smoke() -> Scene {
 fn sorted_particles_are_the_truth_but_for_single_floats_and_weights_err() {
     on_gpu(|gpu| {
         let scene = smoke();
-        // Shadows of lamps with maps of many texels: what is left is the closed form, the order and the light.
+        // Shadows of lamps with maps of many texels: only the closed form, the order and the light are left.
         let mut settings = exact(72, 48);
         settings.shadows.size = 2048;
         let of =

@@ -134,7 +134,7 @@ fn holes_of_masks_are_seen_through_and_let_light_through() {
         let pixel = DVec2::new((x / 2.0 + 0.5) * 65.0, (0.5 - y / 2.0) * 65.0);
         reference.surface(&view(&scene, 65), pixel).map(|(_, triangle, _)| triangle.object)
     };
-    // The sheet is half as far as the plane: what lies on it at x is seen at 2x.
+    // The sheet is half as far as the plane: a point on it at x is seen at 2x.
     assert_eq!((object(-0.04, 0.1), object(0.04, 0.1)), (Some(0), Some(1)));
     // Its shadow lies half a metre lower: x keeps.
     let mut under = scene.clone();
@@ -147,7 +147,7 @@ fn holes_of_masks_are_seen_through_and_let_light_through() {
     assert_eq!((lit(-0.1), lit(-0.02), lit(0.02), lit(0.1)), (1.0, 1.0, 0.0, 0.0));
 }
 
-/// A globe whose faces are known: what its radiance is by the cosine law and where faces turn away from the light.
+/// A globe whose faces are known: its radiance follows the cosine law, and is none where faces turn away from the light.
 #[test]
 fn a_sphere_under_one_light_obeys_the_cosine_law_up_to_the_terminator() {
     let mut scene = stage();
@@ -234,7 +234,7 @@ fn a_penumbra_is_the_visible_share_of_the_disc() {
         let mut partly = 0;
         for x in 0..65 {
             let place = seen([65, 65], x, 32).x;
-            // Which line of the disc the edge covers, in radii: by similar triangles for the lamp.
+            // The line of the disc where the edge lies, in radii: by similar triangles for the lamp.
             let line = match lamp_is {
                 true => place * (9.0 - height) / height / 0.4,
                 false => place / (height * (degrees * 0.5).to_radians().tan()),
@@ -297,7 +297,7 @@ fn a_tilted_plane_sees_sky_and_ground_by_their_form_factors() {
         let mut scene = stage();
         add(&mut scene, rectangle([-0.5, -0.5], [0.5, 0.5], 0.0), lambert(0.5), turn);
         scene.environment = Environment { ambient: sky, ground: Some(ground), ..Environment::default() };
-        // Of its normal against straight up.
+        // The cosine of its normal against straight up.
         let cosine = (turn.matrix3 * DVec3::Z).y;
         let expected = (sky.as_dvec3() * (1.0 + cosine) / 2.0 + ground.as_dvec3() * (1.0 - cosine) / 2.0) * 0.5;
         let found = at(&render(&scene, EDGE, &POINT), EDGE / 2, EDGE / 2);
@@ -323,7 +323,7 @@ fn a_converged_penumbra_is_within_its_standard_error() {
         let expected = shares.sum::<f64>() / f64::from(steps) * f64::from(PI as f32) / PI;
         let error = errors[(y * 33 + x) as usize][0];
         let off = at(&truth, x, y).x - expected;
-        // Of a share that few samples meet, the spread is not known.
+        // The spread of a share that few samples meet is not known.
         assert!(off.abs() <= 4.0 * error + 4.0 / 256.0, "({x}, {y}): off by {off}, standard error {error}");
         if error > 1e-3 {
             (squares, count) = (squares + (off / error).powi(2), count + 1);
@@ -410,7 +410,7 @@ fn transparent_objects_and_those_that_cast_none_leave_no_shadow() {
             assert_eq!(found, expected, "{casts:?} {alpha_mode:?} turned {turned}");
         }
     }
-    // What lies beyond a lamp casts no shadow of it, and what receives none gets its light.
+    // An object beyond a lamp casts no shadow of it, and a surface that receives no shadow gets its light.
     let lamp = Light { casts_shadow: true, ..point(DVec3::Z * 2.5, 1.0, None, Falloff::InverseSquare) };
     let mut scene = plane(lambert(0.5), vec![lamp]);
     add(&mut scene, rectangle([-4.0, -4.0], [4.0, 4.0], 3.0), lambert(0.5), DAffine3::IDENTITY);

@@ -1,5 +1,5 @@
-//! The three errors of reflections: of frames against the f64 march of the same depths and the same lit picture, against the scene's rays, and what lies
-//! between those two, the price of seeing no more than a screen does. And how many rays meet what they should.
+//! The three errors of reflections: of frames against the f64 march of the same depths and the same lit picture, of frames against the scene's rays,
+//! and of the march against the rays, which is the price of seeing no more than a screen does. And the shares of rays that meet what they should.
 
 use afterlight::reference::depth_march::DepthBuffer;
 use afterlight::reference::light::Reflector;
@@ -21,7 +21,7 @@ fn shown(gpu: &Gpu, scene: &Scene, settings: &Settings, view: View) -> Vec<DVec3
         .collect()
 }
 
-/// Where rays of pixels end, of those that were sent.
+/// Numbers of rays that pixels sent, by where they end.
 #[derive(Debug, Default, Clone, Copy)]
 struct Counts {
     /// Met within the tolerance of where the scene's ray does.
@@ -54,10 +54,10 @@ impl Counts {
 /// Light above so many means of a picture is white.
 const WHITE: f64 = 4.0;
 
-/// Pixels of a view with their truths: what each has more, or less, by what it mirrors of others, in nits.
+/// Pixels of a view with their truths: the light, in nits, that each gains, or loses, by mirroring others.
 struct Truths {
     pixels: Vec<usize>,
-    /// What they show without.
+    /// Their light without reflections.
     plain: Vec<DVec3>,
     rays: Vec<DVec3>,
     march: Vec<DVec3>,
@@ -85,7 +85,7 @@ fn is_right(truth: DVec3, found: DVec3, from: DVec3, pixel_width: f64) -> bool {
 }
 
 impl Truths {
-    /// Of every so many pixels that mirror something: about as many as a picture of `across` pixels has.
+    /// Takes every so many of the pixels that mirror something: about as many as a picture of `across` pixels has.
     fn of(gpu: &Gpu, scene: &Scene, settings: &Settings, across: u32) -> Self {
         let [width, height] = settings.size;
         let view = reference::View { camera: scene.camera, size: settings.size };
@@ -103,7 +103,7 @@ impl Truths {
         let smooth = |index: &usize| {
             let (surface, _, distance) = plain.surface(&view, middle(at(*index, width)))?;
             let amount = smooth_enough(surface.roughness, roughest);
-            // Where frame and rays see different surfaces there is nothing to compare.
+            // Pixels where frame and rays see different surfaces cannot be compared.
             let same = (distances[*index] / distance - 1.0).abs() < 1e-3;
             (surface.brdf == Brdf::CookTorrance && amount > 0.0 && same).then_some((*index, surface, amount))
         };
@@ -163,7 +163,7 @@ impl Truths {
         Self { pixels, plain, rays, march: marched, mean, counts }
     }
 
-    /// The root of the mean square between pictures with these differences, in means of the light, of which what is white counts no more: mirrored
+    /// The root of the mean square between pictures with these differences, in means of the light. Light above white counts as white: mirrored
     /// highlights outshine all else by thousands.
     fn distance(&self, one: &[DVec3], other: &[DVec3]) -> f64 {
         let white = WHITE * self.mean;
@@ -175,7 +175,7 @@ impl Truths {
         (sum / self.plain.len() as f64).sqrt() / self.mean
     }
 
-    /// Of frames: against the march, and against rays.
+    /// Returns the errors of frames: against the march, and against rays.
     fn errors(&self, gpu: &Gpu, scene: &Scene, settings: &Settings) -> [f64; 2] {
         let off = Settings { reflections: Reflections::Off, ..settings.clone() };
         let [with, without] = [settings, &off].map(|own| shown(gpu, scene, own, View::Final));
@@ -187,7 +187,7 @@ impl Truths {
         self.distance(&self.march, &self.rays)
     }
 
-    /// Of a picture without reflections.
+    /// Returns the error of a picture without reflections.
     fn without(&self) -> f64 {
         let none = vec![DVec3::ZERO; self.rays.len()];
         self.distance(&none, &self.rays)
@@ -245,7 +245,7 @@ fn frames_mirror_what_the_march_of_the_same_picture_does_and_are_nearer_to_rays_
     });
 }
 
-/// `cargo test --test truth reflections::prints -- --ignored --nocapture` prints what docs/REFLECTIONS.md has.
+/// `cargo test --test truth reflections::prints -- --ignored --nocapture` prints the figures of docs/REFLECTIONS.md.
 #[test]
 #[ignore = "prints a table for people"]
 fn prints_the_errors_and_the_shares_of_rays() {

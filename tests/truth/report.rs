@@ -74,7 +74,7 @@ fn a_report_of_a_small_scene_holds_together() {
         assert!(time.low > 0.0 && time.low <= time.median && time.median <= time.high, "{}: {time:?}", point.name);
         assert_eq!(point.time.cpu.is_some(), report.machine.software);
     }
-    // Its rows add up to the last one, which is the whole, and that without the output is the error of the point.
+    // Its rows add up to the last one, which is the whole. The error of light, without the output, is the error of the point.
     let attribution = &scene.attributions[0];
     assert_eq!((attribution.point, attribution.pixels), (scene.default, attribution.of_pixels));
     let rmse = errors(scene, "default", Against::Converged).rmse;
@@ -141,7 +141,7 @@ fn two_shards_merge_to_what_one_job_finds() {
         succeed(folder.path(), &arguments);
     };
     job(&["-o", "whole"]);
-    // What cannot start keeps nobody from the folder, not even if some of it could.
+    // A job that cannot start keeps no other from the folder, not even if some of its scenes could be drawn.
     for scenes in [&["builtin:nosuch"][..], &[scene, "builtin:nosuch"]] {
         let output = run(folder.path(), &[scenes, &common[..], &["-o", "one"]].concat());
         assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));

@@ -1,4 +1,5 @@
-//! Light of the sky on the device against the truth in 64 bits: what is seen, what surfaces collect, and what an even sky makes of white ones.
+//! Light of the sky on the device against the truth in 64 bits: the sky that is seen, the light that surfaces collect, and white surfaces under an
+//! even sky.
 
 use std::sync::Arc;
 
@@ -37,14 +38,14 @@ fn white_metal(roughness: f32) -> Material {
     Material { base_color: Vec3::ONE, metallic: 1.0, roughness, ..Material::default() }
 }
 
-/// The truth of which all arrives, pixel by pixel, in nits.
+/// Returns the truth with nothing before the sky, pixel by pixel, in nits.
 fn truth(scene: &Scene) -> Vec<DVec3> {
     let view = View { camera: scene.camera, size: [EDGE, EDGE] };
     let reference = Reference::new(scene).expect("a scene").with_occluded_sky(false);
     reference.render(&view, &POINT, &|_, _| {}).radiance.into_iter().map(DVec3::from).collect()
 }
 
-/// How far the middle of each ball is off, as a share of the brightest pixel: root of the mean square, and most.
+/// Returns the error in the middle of each ball, as a share of the brightest pixel: root of the mean square, and most.
 fn error(gpu: &Gpu, scene: &Scene, settings: &Settings) -> [f64; 2] {
     let picture = gpu.draw(scene, settings);
     let truth = truth(scene);
@@ -63,7 +64,7 @@ fn error(gpu: &Gpu, scene: &Scene, settings: &Settings) -> [f64; 2] {
     [(off.iter().map(|off| off * off).sum::<f64>() / off.len() as f64).sqrt(), off.into_iter().fold(0.0, f64::max)]
 }
 
-/// An even sky of 1 lights what absorbs nothing to 1: at most 1% off for roughness .1 to 1, whatever the model and the path.
+/// An even sky of 1 lights surfaces that absorb nothing to 1: at most 1% off for roughness .1 to 1, whatever the model and the path.
 #[test]
 fn a_white_furnace_is_white() {
     on_gpu(|gpu| {
@@ -99,7 +100,7 @@ fn shares_of_even_light_have_converged() {
     }
 }
 
-/// Where nothing is, the picture holds the sky, and where something is, it costs and changes nothing.
+/// Pixels without a surface hold the sky; elsewhere it costs and changes nothing.
 #[test]
 fn the_sky_is_seen_where_nothing_is() {
     on_gpu(|gpu| {
@@ -149,7 +150,8 @@ fn a_sun_is_drawn_as_a_disc_of_its_size() {
     });
 }
 
-/// Errors of the split sum and of what it is computed with, on an afternoon, by roughness: bounds a little above what docs/SKY.md lists.
+/// Errors of the split sum and of the figures that it is computed with, on an afternoon, by roughness: bounds a little above those that docs/SKY.md
+/// lists.
 #[test]
 fn surfaces_collect_what_the_integral_over_the_sky_says() {
     on_gpu(|gpu| {
@@ -179,7 +181,7 @@ const SPLIT_SUM: [(f32, bool, f64); 8] = [
     (0.75, false, 0.01),
 ];
 
-/// More directions come nearer to the truth, until what the split sum itself misses is left.
+/// More directions come nearer to the truth, until only the error of the split sum itself is left.
 #[test]
 fn more_directions_are_nearer_to_the_truth() {
     on_gpu(|gpu| {
@@ -224,7 +226,7 @@ fn without_light_of_the_sky_a_picture_is_what_it_is_without_a_sky() {
     });
 }
 
-/// What rays that may be blocked estimate is the integral where nothing blocks them.
+/// Rays that may be blocked estimate the integral where nothing blocks them.
 #[test]
 fn estimates_by_rays_converge_to_the_integral() {
     for (material, roughness) in [(white_metal(0.2), 0.2), (white_metal(0.8), 0.8), (Material::default(), 0.5)] {
@@ -308,7 +310,7 @@ fn half_a_sky_lights_by_the_cosine() {
     }
 }
 
-/// Skies at the ends of what is taken, on surfaces at theirs: every pixel is finite and none is black that is lit.
+/// Skies at the ends of their range, on surfaces at theirs: every pixel is finite and none is black that is lit.
 #[test]
 fn extreme_skies_leave_finite_pictures() {
     on_gpu(|gpu| {

@@ -17,7 +17,7 @@ fn told(verdict: &Verdict) -> String {
     format!("{} of {:?}:\n{}", verdict.case.name, verdict.case.bound, lines.join("\n"))
 }
 
-/// Of every so many cases in `make test` one; `make test-all` and `afterlight stress` try them all.
+/// `make test` tries one in so many cases; `make test-all` and `afterlight stress` try them all.
 const TRIED: usize = 24;
 
 /// Two tests, so that they run side by side.
@@ -99,7 +99,7 @@ fn reflection_models_as_in_textbooks_are_found_in_pictures() {
 /// Plants a mistake.
 type Spoil<'a> = &'a dyn Fn(&mut Scene);
 
-/// Of each case of what moves one value, with a mistake that its truth must find, and without.
+/// Each case that moves one value, with a mistake that its truth must find, and without.
 #[test]
 fn mistakes_of_what_moves_are_found() {
     let channels = |scene: &mut Scene, change: &dyn Fn(&mut Channel)| {
@@ -214,7 +214,7 @@ fn scenes_that_nobody_thought_of_are_sane_and_tame_ones_near_the_truth() {
             prop_assert!(finding.holds(&case), "{name}: {:?} of {scene:#?}", finding.outcome);
             Ok(())
         };
-        // A run of the device for each scene, so that few of them; always the same. `stress random --seeds` has others.
+        // Each scene takes a run of the device, so there are few, and always the same. `stress random --seeds` has others.
         let cases = if tries_all() { 100 } else { 6 };
         let mut runner = TestRunner::new_with_rng(
             Config { cases, failure_persistence: None, max_shrink_iters: 400, ..Config::default() },

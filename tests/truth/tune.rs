@@ -9,7 +9,7 @@ use afterlight::report::sweep::model::Interval;
 use afterlight::scene::file::load_settings;
 
 const SCENE: &str = "builtin:spheres?columns=2&rows=1";
-/// Small and few: what is tested is the way, not the figures.
+/// Small and few: the tests are about the way, not the figures.
 const SMALL: [&str; 11] =
     ["--quick", "--size", "64x36", "--joint", "4", "--rounds", "6", "--truth-samples", "4", "--cameras", "2"];
 
@@ -156,7 +156,7 @@ fn another_bound_measures_nothing_again_and_a_near_miss_names_one_that_fits() {
     assert!(text(&single(fitting, &["--restart"]).stderr).contains("pictures 1/"));
 }
 
-/// From one place to another, two seconds long.
+/// A path of the camera from one place to another, two seconds long.
 const PATH: &str = "\
 [[keys]]
 time = 0.0
@@ -224,7 +224,7 @@ fn a_path_that_cannot_be_read_is_refused_before_anything_is_measured() {
 fn time_that_is_over_leaves_points_that_are_named_and_the_next_run_goes_on_with_them() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let here = folder.path();
-    // Of a whole sweep, and at the size of --quick.
+    // A whole sweep, at the size of --quick.
     let run = |within: &str| {
         let small = ["--size", "320x180", "--joint", "0", "--samples", "1", "--cameras", "0", "--truth-samples", "2"];
         let command = ["tune", SCENE, "--max-loss", "5%", "--within", within, "-o", "tuned.toml"];

@@ -35,7 +35,7 @@ fn ways() -> Vec<(&'static str, Scene, Settings)> {
     ]
 }
 
-/// How a picture comes into a swapchain's image from there.
+/// The way of a picture into a swapchain image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Way {
     /// It is drawn or copied into it.
@@ -44,7 +44,7 @@ enum Way {
     Encoded,
 }
 
-/// The picture of a frame that is shown, of the last of three: the first may wait for nobody, and the second's picture lies where the last one's does.
+/// The picture of the last of three frames that are shown: the first may wait for nobody, and the second's picture lies where the last one's does.
 fn shown(presenter: &mut Presenter, scene: &Scene, what: &str) -> Picture {
     for copied in [false, true, true] {
         let drawn = presenter.draw(&scene.camera, copied, None).unwrap_or_else(|error| panic!("{what}: {error}"));
@@ -65,7 +65,7 @@ fn presenter(gpu: &Gpu, scene: &Scene, settings: &Settings, way: Way) -> Present
     if way == Way::Encoded { presenter.with_encoding() } else { presenter }
 }
 
-/// The same picture as [`rendered`], where no other came before it: ENCODE's are of light that no 8 bits have been between.
+/// The same picture as [`rendered`], where no other came before it: ENCODE reads light that was never rounded to 8 bits.
 fn first(gpu: &Gpu, scene: &Scene, settings: &Settings, way: Way) -> Picture {
     if way == Way::Straight {
         return rendered(gpu, scene, settings);
@@ -122,7 +122,7 @@ fn an_encoded_frame_is_that_of_a_renderer_at_every_size_but_for_what_8_bits_roun
     });
 }
 
-/// As when a window comes to a display with other images.
+/// As when a window moves to a display with other images.
 #[test]
 fn images_that_are_encoded_otherwise_than_before_get_frames_of_their_own() {
     on_presenting_gpu(|gpu| {
@@ -175,7 +175,7 @@ static REAL_SUBMISSION: OnceLock<vk::PFN_vkQueueSubmit> = OnceLock::new();
 unsafe extern "system" fn begin(cmd: vk::CommandBuffer, info: *const vk::CommandBufferBeginInfo<'_>) -> vk::Result {
     match NEXT_BEGIN_FAILS.swap(false, Ordering::Relaxed) {
         true => vk::Result::ERROR_OUT_OF_HOST_MEMORY,
-        // SAFETY: what is given is given on.
+        // SAFETY: the caller's own arguments are passed on.
         false => unsafe { REAL_BEGIN.get().expect("set")(cmd, info) },
     }
 }
@@ -188,7 +188,7 @@ unsafe extern "system" fn submit(
 ) -> vk::Result {
     match NEXT_SUBMISSION_FAILS.swap(false, Ordering::Relaxed) {
         true => vk::Result::ERROR_OUT_OF_DEVICE_MEMORY,
-        // SAFETY: what is given is given on.
+        // SAFETY: the caller's own arguments are passed on.
         false => unsafe { REAL_SUBMISSION.get().expect("set")(queue, count, infos, fence) },
     }
 }
@@ -204,7 +204,8 @@ fn make_fallible(device: &mut Device) {
     device.raw = ash::Device::from_parts_1_3(raw.handle(), functions, second, third, fourth);
 }
 
-/// Image and semaphore are acquired by then. What the layer says of either, of the swapchain that goes or of the next frame, is a failure here.
+/// Image and semaphore are acquired by then. A message of the layer about either, about the swapchain that goes or about the next frame is a failure
+/// here.
 #[test]
 fn a_frame_that_fails_after_its_image_is_acquired_leaves_nothing_acquired() {
     on_prepared_presenting_gpu(make_fallible, |gpu| {
@@ -227,10 +228,10 @@ fn a_frame_that_fails_after_its_image_is_acquired_leaves_nothing_acquired() {
     });
 }
 
-/// What is called when frames are made, and how a test comes to know of it.
+/// A callback for when frames are made, and the receiver that tells a test of the call.
 fn wake() -> (Wake, Receiver<()>) {
     let (tell, told) = channel();
-    // Who does not listen any more need not know.
+    // A test that does not listen any more need not know.
     (Arc::new(move || _ = tell.send(())), told)
 }
 
@@ -238,7 +239,7 @@ fn wake() -> (Wake, Receiver<()>) {
 fn take(presenter: &mut Presenter, (scene, settings): (&Scene, &Settings), (wake, woken): (&Wake, &Receiver<()>)) {
     loop {
         match presenter.fit_later(scene, settings, wake).unwrap_or_else(|error| panic!("{error}")) {
-            // Of ones that were taken before it had told as well.
+            // Calls for frames that were taken before the call came are received here as well.
             Fitted::Pending => woken.recv_timeout(Duration::from_secs(120)).expect("the other thread tells"),
             fitted => return assert_eq!((fitted, presenter.is_pending()), (Fitted::Taken, false)),
         }
@@ -320,14 +321,14 @@ fn what_changes_while_frames_are_made_is_in_them() {
         take(&mut presenter, (&scene, &third), (&wake, &woken));
         assert_identical(&shown(&mut presenter, &scene, "third"), &expected(&third, size), "those asked for last");
 
-        // The window takes another size: it waits for what is being made, and that has the new size.
+        // The window takes another size: it waits for the frames that are being made, and those have the new size.
         presenter.change(false);
         assert_eq!(presenter.fit_later(&scene, &second, &wake).expect("can be made"), Fitted::Pending);
         fit(&mut presenter, &scene, &second, SIZES[2]);
         assert!(!presenter.is_pending());
         assert_identical(&shown(&mut presenter, &scene, "sized"), &expected(&second, SIZES[2]), "at another size");
 
-        // What cannot be planned leaves the frames as they are.
+        // Settings that cannot be planned leave the frames as they are.
         presenter.change(false);
         let none = Settings { light_path: LightPath::Compute, msaa: 4, ..second.clone() };
         assert!(presenter.fit_later(&scene, &none, &wake).is_err() && !presenter.is_pending());
@@ -363,7 +364,7 @@ fn view_beside(gpu: &Gpu, way: Way) {
     assert_identical(&shown(&mut presenter, &scene, "left"), &first(gpu, &scene, &mapped, way), "left of it");
     presenter.divide_at(0.0);
     assert_identical(&shown(&mut presenter, &scene, "right"), &beside, "right of it");
-    // Where there is no such view, the picture is shown alone.
+    // On a path without such a view, the picture is shown alone.
     let forward = Settings { light_path: LightPath::Forward, ..settings };
     presenter.change(false);
     take(&mut presenter, (&scene, &forward), (&wake, &woken));

@@ -10,7 +10,7 @@ use super::profile::{Profile, STRIDE_ALIGNMENT};
 /// All structures of a chain in turn.
 ///
 /// # Safety
-/// `chain` is null or points to structures of Vulkan that are chained by their second member and live as long as what is returned.
+/// `chain` is null or points to structures of Vulkan that are chained by their second member and live as long as the iterator.
 pub unsafe fn structures(chain: *const c_void) -> impl Iterator<Item = NonNull<vk::BaseOutStructure<'static>>> {
     let first = NonNull::new(chain.cast_mut().cast::<vk::BaseOutStructure<'static>>());
     // SAFETY: the caller's promise: each begins as a `VkBaseOutStructure` does.

@@ -1,4 +1,4 @@
-//! Devices: what they are opened with, and memory that only the played one has.
+//! Devices: the features and extensions that they are opened with, and memory that only the played one has.
 
 use std::collections::HashSet;
 use std::ffi::{CStr, c_char};
@@ -25,7 +25,7 @@ pub struct DeviceBelow {
 static TRANSIENT: LazyLock<Mutex<HashSet<(vk::Device, u64)>>> = LazyLock::new(Mutex::default);
 
 fn transient() -> std::sync::MutexGuard<'static, HashSet<(vk::Device, u64)>> {
-    // Whoever held it has changed it wholly or not at all.
+    // A thread that panicked with the lock has changed the set wholly or not at all.
     TRANSIENT.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -58,7 +58,7 @@ unsafe fn refused(
     });
     // SAFETY: as above.
     let admits = unsafe { names_extension((count, names), ash::khr::portability_subset::NAME) };
-    // Whoever opens a device that is Vulkan in part only says that it knows.
+    // A program that opens a device of Vulkan in part must name VK_KHR_portability_subset.
     let unaware = parent.profile.has_portability_subset() && !admits;
     (lacking || unaware).then_some(vk::Result::ERROR_EXTENSION_NOT_PRESENT)
 }
@@ -70,7 +70,7 @@ pub unsafe extern "system" fn create(
     device: *mut vk::Device,
 ) -> vk::Result {
     const FAILED: vk::Result = vk::Result::ERROR_INITIALIZATION_FAILED;
-    // SAFETY: the loader passes on what a program has given it, with structures of its own in the chain.
+    // SAFETY: the loader passes on the program's structure, with structures of its own in the chain.
     let Some(described) = (unsafe { info.as_ref() }) else { return FAILED };
     // SAFETY: the physical device is the caller's own; it has the key of its instance.
     let Some(parent) = (unsafe { below(&INSTANCES, physical) }) else { return FAILED };
@@ -80,7 +80,8 @@ pub unsafe extern "system" fn create(
     if let Some(refused) = unsafe { refused(&parent, physical, described) } {
         return refused;
     }
-    // SAFETY: as this function was called, with the link of the layer below in the chain, and without what the device below does not know.
+    // SAFETY: as this function was called, with the link of the layer below in the chain, and without the extension that the device below does not
+    // know.
     let result = unsafe { create_real(create, (physical, described), allocator, device) };
     if result != vk::Result::SUCCESS {
         return result;

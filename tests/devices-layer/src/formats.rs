@@ -11,8 +11,8 @@ const DRAWN: F = F::from_raw(F::COLOR_ATTACHMENT.as_raw() | F::BLIT_DST.as_raw()
 const BLENDED: F = F::from_raw(DRAWN.as_raw() | F::COLOR_ATTACHMENT_BLEND.as_raw());
 const DEPTH: F = F::from_raw(FETCHED.as_raw() | F::DEPTH_STENCIL_ATTACHMENT.as_raw());
 
-/// What Vulkan 1.1 requires of optimally tiled images of a format (specification, "Required Format Support"); nothing for formats that it does
-/// not require. D32_SFLOAT is there, of which the specification requires either that or X8_D24_UNORM_PACK32.
+/// Returns the features that Vulkan 1.1 requires of optimally tiled images of a format (specification, "Required Format Support"), none for formats
+/// that it does not require. Of D32_SFLOAT and X8_D24_UNORM_PACK32 the specification requires one: it is D32_SFLOAT here.
 pub fn required(format: vk::Format) -> F {
     use vk::Format as N;
     match format {
@@ -64,7 +64,7 @@ pub fn required(format: vk::Format) -> F {
     }
 }
 
-/// What images of this usage need of their format.
+/// Returns the features that images of this usage need of their format.
 pub fn needed(usage: vk::ImageUsageFlags) -> F {
     [
         (vk::ImageUsageFlags::SAMPLED, F::SAMPLED_IMAGE),

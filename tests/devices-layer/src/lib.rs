@@ -1,5 +1,5 @@
-//! A Vulkan layer for tests: it plays devices that have less than the one below, `AFTERLIGHT_PLAYS` says which. docs/DEVICES.md says how it is loaded, and
-//! what the program draws on each.
+//! A Vulkan layer for tests: it plays devices that have less than the one below. `AFTERLIGHT_PLAYS` names the device. docs/DEVICES.md says how the
+//! layer is loaded, and lists what the program draws on each.
 //!
 //! It belongs below the validation layer, nearer to the driver: validation then holds the program against the played limits, features and formats. The
 //! layer itself refuses to open a device with a feature or an extension that the played one lacks.
@@ -30,7 +30,7 @@ use shared::{Table, create_instance_below, locked};
 
 const NAME: &CStr = c"VK_LAYER_AFTERLIGHT_devices";
 
-/// What an instance has below this layer, and what is played on its devices.
+/// An instance's functions below this layer, and the device that is played in place of its own.
 #[derive(Clone, Copy)]
 struct InstanceBelow {
     instance: vk::Instance,
@@ -45,7 +45,7 @@ static DEVICES: Table<DeviceBelow> = LazyLock::new(Mutex::default);
 
 entry_points!();
 
-/// What this layer has of a device's functions.
+/// Returns this layer's function of a device by its name, if there is one.
 fn own_of_device(name: &CStr) -> vk::PFN_vkVoidFunction {
     use device as own;
     match name.to_bytes() {
@@ -64,7 +64,7 @@ fn own_of_device(name: &CStr) -> vk::PFN_vkVoidFunction {
     }
 }
 
-/// What this layer has of an instance's functions.
+/// Returns this layer's function of an instance by its name, if there is one.
 fn own_of_instance(name: &CStr) -> vk::PFN_vkVoidFunction {
     use queries as own;
     match name.to_bytes() {

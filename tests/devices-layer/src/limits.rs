@@ -88,7 +88,8 @@ pub fn least() -> vk::PhysicalDeviceLimits {
         .non_coherent_atom_size(256)
 }
 
-/// Those of phones of some years ago: those that Vulkan requires, and better where all phones are. They filter anisotropically and count time.
+/// Limits of phones of some years ago: those that Vulkan requires, and better ones where all phones have them. They filter anisotropically and count
+/// time.
 pub fn phone() -> vk::PhysicalDeviceLimits {
     vk::PhysicalDeviceLimits { timestamp_compute_and_graphics: vk::TRUE, timestamp_period: 1.0, ..least() }
         .max_image_dimension2_d(8192)
@@ -131,7 +132,7 @@ pub fn metal(mut real: vk::PhysicalDeviceLimits) -> vk::PhysicalDeviceLimits {
     real
 }
 
-/// Shared memory of software and of some emulations: a quarter of what Vulkan requires.
+/// Shared memory of software and of some emulations: a quarter of the size that Vulkan requires.
 pub fn small_shared_memory(real: vk::PhysicalDeviceLimits) -> vk::PhysicalDeviceLimits {
     vk::PhysicalDeviceLimits { max_compute_shared_memory_size: 4096, ..real }
 }

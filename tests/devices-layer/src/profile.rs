@@ -6,7 +6,7 @@ use ash::vk;
 
 use super::{formats, limits};
 
-/// What is played, of the device below.
+/// A kind of device that the layer plays on the one below.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Profile {
     /// Vulkan in part only, as MoltenVK has it: VK_KHR_portability_subset without any of its features.
@@ -19,7 +19,7 @@ pub enum Profile {
     SmallSharedMemory,
 }
 
-/// By the words of `AFTERLIGHT_PLAYS`.
+/// The profiles by their words in `AFTERLIGHT_PLAYS`.
 pub const PROFILES: [(&str, Profile); 4] = [
     ("portability", Profile::Portability),
     ("least", Profile::Least),
@@ -34,7 +34,7 @@ impl Profile {
     /// The one that the environment names.
     ///
     /// # Errors
-    /// What to set instead.
+    /// The error names the words that the layer plays.
     pub fn chosen() -> Result<Self, String> {
         let word = std::env::var("AFTERLIGHT_PLAYS").unwrap_or_default();
         let names = || PROFILES.map(|(name, _)| name).join(", ");

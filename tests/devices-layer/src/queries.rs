@@ -1,4 +1,4 @@
-//! What a physical device is asked for, and what the played one answers.
+//! Queries of a physical device, and the answers of the played one.
 
 use std::ffi::{CStr, c_char};
 
@@ -9,7 +9,8 @@ use super::profile::Profile;
 use super::shared::{all, below, tell};
 use super::{INSTANCES, NAME, chain, formats};
 
-/// What physical devices below are asked by. The loader gives these while an instance is created; later it gives the uppermost layer's.
+/// Functions of the layer below by which physical devices are queried. The loader gives these while an instance is created; later it gives the
+/// uppermost layer's.
 const ASKED_BY: [&CStr; 13] = [
     c"vkEnumerateDeviceExtensionProperties",
     c"vkGetPhysicalDeviceProperties",
@@ -34,7 +35,7 @@ pub fn functions(named: impl Fn(&CStr) -> vk::PFN_vkVoidFunction) -> Functions {
     ASKED_BY.map(named)
 }
 
-/// A function of the instance below, and what is played on it.
+/// A function of the instance below, and the profile that is played on it.
 ///
 /// # Safety
 /// The physical device is alive, and `F` is the type of the function's pointer.
@@ -150,7 +151,7 @@ pub unsafe extern "system" fn properties2(physical: vk::PhysicalDevice, place: *
     // SAFETY: it was just written there.
     let own = unsafe { &mut *place };
     profile.properties(&mut own.properties);
-    // SAFETY: the chain is the caller's, who waits for its answer.
+    // SAFETY: the chain is the caller's, and the caller waits for its answer.
     unsafe { chain::structures(own.p_next).for_each(|structure| chain::play_properties(profile, structure)) };
 }
 
@@ -170,7 +171,7 @@ pub unsafe extern "system" fn features2(physical: vk::PhysicalDevice, place: *mu
     // SAFETY: it was just written there.
     let own = unsafe { &mut *place };
     own.features = profile.features(&own.features);
-    // SAFETY: the chain is the caller's, who waits for its answer.
+    // SAFETY: the chain is the caller's, and the caller waits for its answer.
     unsafe { chain::structures(own.p_next).for_each(|structure| chain::play_features(profile, structure)) };
 }
 
@@ -285,7 +286,7 @@ pub unsafe extern "system" fn format2(
     own.optimal_tiling_features = profile.format(format, own.optimal_tiling_features);
 }
 
-/// What an image is to be.
+/// An image that is asked about.
 #[derive(Clone, Copy)]
 struct Wanted {
     format: vk::Format,

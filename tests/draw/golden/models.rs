@@ -16,7 +16,7 @@ const SAMPLES: u32 = 4;
 /// 1,040,409 triangles, which the others together do not have.
 const LARGE: &str = "MetalRoughSpheresNoTextures";
 
-/// What is drawn besides the folder of glTF samples.
+/// Models that are drawn besides the folder of glTF samples.
 const OTHERS: [&str; 3] =
     ["dutch_ship_medium/dutch_ship_medium_1k.gltf", "kenney_city/building-small-a.glb", "zdm2/zdm2.glb"];
 
@@ -39,7 +39,7 @@ fn models(scenes: &Path) -> Vec<PathBuf> {
     all.filter(|path| tries_all() || path.file_stem().is_none_or(|stem| stem != LARGE)).collect()
 }
 
-/// What the golden image of a model is called: its file's name without what not every file system has.
+/// Returns the name of a model's golden image: its file's name without characters that some file systems lack.
 fn golden(model: &Path) -> String {
     let stem = model.file_stem().unwrap_or_default().to_string_lossy();
     format!("gltf/{}", stem.chars().filter(|c| c.is_ascii_alphanumeric() || "-_".contains(*c)).collect::<String>())

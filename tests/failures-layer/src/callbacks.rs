@@ -36,7 +36,7 @@ static CALLBACKS: Shared = Shared(vk::AllocationCallbacks {
     _marker: std::marker::PhantomData,
 });
 
-/// Messengers are the loader's own, and that of Debian 13 (1.4.309) frees by these callbacks what it did not allocate by them.
+/// Messengers are the loader's own, and that of Debian 13 (1.4.309) frees memory by these callbacks that it did not allocate by them.
 const WITHOUT: [&CStr; 2] = [c"vkCreateDebugUtilsMessengerEXT", c"vkDestroyDebugUtilsMessengerEXT"];
 
 /// The callbacks that a command has in place of none.
@@ -131,10 +131,10 @@ unsafe extern "system" fn reallocate(
     // SAFETY: as this function was called.
     let new = if size == 0 { ptr::null_mut() } else { unsafe { allocate(user, size, alignment, scope) } };
     if original.is_null() || size != 0 && new.is_null() {
-        // Where there is no memory the original stays (specification, PFN_vkReallocationFunction).
+        // Without memory for the new size the original stays (specification, PFN_vkReallocationFunction).
         return new;
     }
-    // SAFETY: the original came from `allocate`, so that its header lies before it; both are as large as what is copied.
+    // SAFETY: the original came from `allocate`, so that its header lies before it; both are at least as large as the copy.
     unsafe {
         let [old, _] = original.cast::<u8>().sub(HEADER).cast::<[usize; 2]>().read();
         if !new.is_null() {

@@ -1,4 +1,4 @@
-//! This layer's place between the loader and what is below: instances, devices, and whose function is called by which name.
+//! This layer's place between the loader and the layers below: instances, devices, and functions by their names.
 
 use std::collections::HashMap;
 use std::ffi::{CStr, c_char};
@@ -10,7 +10,7 @@ use crate::loader::{self, DeviceLink, Dispatched, InstanceLink, Interface, take_
 use crate::steering::{self, Answer, decide, within};
 use crate::{callbacks, driver_cache, table};
 
-/// What an instance or a device has below this layer.
+/// An instance or a device below this layer, and its functions.
 struct Below<H, G> {
     handle: H,
     get_proc_addr: G,
@@ -31,14 +31,14 @@ impl<H, G> Below<H, G> {
     }
 }
 
-/// By [`Dispatched::key`].
+/// Entries by their [`Dispatched::key`].
 type Table<H, G> = LazyLock<Mutex<HashMap<usize, Below<H, G>>>>;
 
 static INSTANCES: Table<vk::Instance, vk::PFN_vkGetInstanceProcAddr> = LazyLock::new(Mutex::default);
 static DEVICES: Table<vk::Device, vk::PFN_vkGetDeviceProcAddr> = LazyLock::new(Mutex::default);
 
 fn locked<H, G>(table: &Table<H, G>) -> MutexGuard<'_, HashMap<usize, Below<H, G>>> {
-    // Whoever held it has changed it wholly or not at all.
+    // A thread that panicked with the lock has changed the table wholly or not at all.
     table.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -55,9 +55,9 @@ fn function<H, G>(table: &Table<H, G>, key: Option<usize>, name: &CStr) -> vk::P
 impl Dispatched for vk::Queue {}
 impl Dispatched for vk::CommandBuffer {}
 
-/// A handle by which commands are dispatched, and what is below it.
+/// A handle by which commands are dispatched, and the functions below it.
 pub trait Level: Dispatched {
-    /// Whether it is a device's, and not an instance's.
+    /// True for a device's handles, false for an instance's.
     const OF_A_DEVICE: bool;
 
     /// The function of that name below this layer.
@@ -149,7 +149,7 @@ pub unsafe extern "system" fn vkNegotiateLoaderLayerInterfaceVersion(interface: 
     vk::Result::SUCCESS
 }
 
-/// What this layer has of a device's functions.
+/// Returns this layer's function of a device by its name, if there is one.
 fn own_of_device(name: &CStr) -> vk::PFN_vkVoidFunction {
     match name.to_bytes() {
         b"vkGetDeviceProcAddr" => untyped!(get_device_proc_addr, vk::PFN_vkGetDeviceProcAddr),
@@ -159,7 +159,7 @@ fn own_of_device(name: &CStr) -> vk::PFN_vkVoidFunction {
     }
 }
 
-/// What this layer has of an instance's functions.
+/// Returns this layer's function of an instance by its name, if there is one.
 fn own_of_instance(name: &CStr) -> vk::PFN_vkVoidFunction {
     match name.to_bytes() {
         b"vkGetInstanceProcAddr" => untyped!(get_instance_proc_addr, vk::PFN_vkGetInstanceProcAddr),
@@ -215,7 +215,7 @@ unsafe extern "system" fn create_instance(
         eprintln!("VK_LAYER_AFTERLIGHT_failures: {why}");
         return FAILED;
     }
-    // SAFETY: the loader passes on what a program has given it, with structures of its own in the chain.
+    // SAFETY: the loader passes on the program's structure, with structures of its own in the chain.
     let Some(described) = (unsafe { info.as_ref() }) else { return FAILED };
     // SAFETY: as above; one thread creates this instance.
     let Some(link) = (unsafe { take_link::<InstanceLink>(described.p_next) }) else { return FAILED };
@@ -264,7 +264,7 @@ unsafe extern "system" fn create_device(
     allocator: *const vk::AllocationCallbacks<'_>,
     device: *mut vk::Device,
 ) -> vk::Result {
-    // SAFETY: the loader passes on what a program has given it, with structures of its own in the chain.
+    // SAFETY: the loader passes on the program's structure, with structures of its own in the chain.
     let Some(described) = (unsafe { info.as_ref() }) else { return FAILED };
     // SAFETY: as above; one thread creates this device.
     let Some(link) = (unsafe { take_link::<DeviceLink>(described.p_next) }) else { return FAILED };

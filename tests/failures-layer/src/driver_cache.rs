@@ -1,5 +1,5 @@
-//! A driver that keeps data in its pipeline cache, and does not survive damage there. Software drivers keep nothing: with `cache:N` the layer
-//! adds N bytes, at most 64 MiB, to what the driver has, takes them off when they are given back, and aborts the process if they are not the same.
+//! A driver that keeps data in its pipeline cache, and does not survive damage there. Software drivers keep nothing: with `cache:N` the layer adds N
+//! bytes, at most 64 MiB, to the driver's data, takes them off when they are given back, and aborts the process if they are not the same.
 
 use std::ffi::{CStr, c_void};
 use std::slice;

@@ -1,8 +1,8 @@
 //! A Vulkan layer for tests: any command that can fail does so when it is told to. docs/FAILURES.md says how it is loaded and told.
 //!
-//! It belongs above the validation layer, nearer to the program: what fails here has not happened below, and validation sees what really happened.
-//! Results that a command gives after it has done its work, such as `VK_SUBOPTIMAL_KHR`, come after that work. A device that is lost is idle
-//! before that is said, and stays lost.
+//! It belongs above the validation layer, nearer to the program: a call that fails here has not happened below, and validation sees only calls that
+//! really happened. Results that a command gives after it has done its work, such as `VK_SUBOPTIMAL_KHR`, come after that work. A device that is lost
+//! is idle before that is said, and stays lost.
 
 #[path = "../../hdr-layer/src/loader.rs"]
 mod loader;
@@ -50,14 +50,14 @@ pub const OF_THE_LOADER: [&str; 4] = [
     "vkEnumerateDeviceLayerProperties",
 ];
 
-/// Forgets what was told, and counts from 0 again.
+/// Forgets which calls were to fail, and counts from 0 again.
 #[unsafe(no_mangle)]
 pub extern "C" fn afterlight_failures_reset() {
     steering::reset();
     callbacks::reset();
 }
 
-/// Tells which calls fail, in words of `AFTERLIGHT_FAILURES`. Returns false for what is none of them.
+/// Tells which calls fail, in words of `AFTERLIGHT_FAILURES`. Returns false for other words.
 ///
 /// # Safety
 /// The text ends in NUL.
@@ -68,13 +68,13 @@ pub unsafe extern "C" fn afterlight_failures_tell(text: *const c_char) -> bool {
     Asked::of(&text).map(steering::add).is_ok()
 }
 
-/// How many calls and allocations have failed because they were told to.
+/// Returns the number of calls and allocations that have failed on request.
 #[unsafe(no_mangle)]
 pub extern "C" fn afterlight_failures_fired() -> u64 {
     steering::fired() + callbacks::failed()
 }
 
-/// How often a command was called. 0 for one that is not in the table.
+/// Returns how often a command was called, 0 for one that is not in the table.
 ///
 /// # Safety
 /// The text ends in NUL.
@@ -84,7 +84,7 @@ pub unsafe extern "C" fn afterlight_failures_calls(command: *const c_char) -> u6
     steering::calls(&unsafe { CStr::from_ptr(command) }.to_string_lossy())
 }
 
-/// How many allocations of host memory drivers and layers have asked for.
+/// Returns the number of allocations of host memory that drivers and layers have asked for.
 #[unsafe(no_mangle)]
 pub extern "C" fn afterlight_failures_allocations() -> u64 {
     callbacks::asked_for()
@@ -96,7 +96,7 @@ pub extern "C" fn afterlight_failures_refused_in() -> *const c_char {
     callbacks::refused_in()
 }
 
-/// How many of them have not been given back.
+/// Returns the number of allocations that have not been given back.
 #[unsafe(no_mangle)]
 pub extern "C" fn afterlight_failures_live_allocations() -> i64 {
     callbacks::live()

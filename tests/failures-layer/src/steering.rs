@@ -17,7 +17,7 @@ pub const VARIABLE: &str = "AFTERLIGHT_FAILURES";
 #[derive(Clone, Copy, Debug)]
 struct Told {
     command: &'static str,
-    /// From the first call on, which is 1: if that one cannot have the result, the next that can does.
+    /// The number of the first call that may have the result, from 1: if that call cannot have it, the next that can does.
     nth: u64,
     result: (&'static str, vk::Result),
     done: bool,
@@ -89,7 +89,7 @@ static STATE: Mutex<State> = Mutex::new(State {
 });
 
 fn state() -> MutexGuard<'static, State> {
-    // Whoever held it has changed it wholly or not at all.
+    // A thread that panicked with the lock has changed the state wholly or not at all.
     STATE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -144,7 +144,7 @@ thread_local! {
     static WITHIN: Cell<Option<&'static CStr>> = const { Cell::new(None) };
 }
 
-/// Calls what is below as a command of that name.
+/// Makes a call to the layers below in the name of a command.
 pub fn within<T>(command: &'static CStr, call: impl FnOnce() -> T) -> T {
     let before = WITHIN.replace(Some(command));
     let result = call();
@@ -157,14 +157,14 @@ pub fn command() -> Option<&'static CStr> {
     WITHIN.get()
 }
 
-/// Says something to the user, where the environment tells what fails.
+/// Says something to the user, where the environment says which calls fail.
 pub fn say(text: &str) {
     if state().aloud {
         eprintln!("VK_LAYER_AFTERLIGHT_failures: {text}");
     }
 }
 
-/// Says how often each command was called, where that is asked for.
+/// Says how often each command was called, where the environment asks for it.
 pub fn say_counts() {
     let state = state();
     if !state.counts {
@@ -195,8 +195,8 @@ pub enum Answer {
     Lost { now: bool },
 }
 
-/// Counts a call and decides what becomes of it. `device` is the key of its device, if it has one; `has_list` says whether it asks for elements of
-/// a list, and not only for their number.
+/// Counts a call and decides what becomes of it. `device` is the key of its device, if it has one; `has_list` is true if the call asks for elements
+/// of a list, and not only for their number.
 pub fn decide(command: &'static str, device: Option<usize>, has_list: bool) -> Answer {
     let mut state = state();
     let calls = state.calls.entry(command).or_default();
@@ -230,8 +230,8 @@ pub fn decide(command: &'static str, device: Option<usize>, has_list: bool) -> A
     answer
 }
 
-/// Whether a command has done its work when it gives this result. An image that cannot be shown any more is still presented: what waits for its
-/// semaphore does (specification, vkQueuePresentKHR).
+/// Returns true if a command has done its work when it gives this result. An image that cannot be shown any more is still presented: the wait for its
+/// semaphore takes place (specification, vkQueuePresentKHR).
 fn comes_after(command: &str, result: vk::Result) -> bool {
     let of_surface = [vk::Result::ERROR_OUT_OF_DATE_KHR, vk::Result::ERROR_SURFACE_LOST_KHR];
     result == vk::Result::SUBOPTIMAL_KHR || command == "vkQueuePresentKHR" && of_surface.contains(&result)

@@ -27,12 +27,12 @@ macro_rules! c_name {
 macro_rules! untyped {
     ($function:expr, $type:ty) => {{
         let function: $type = $function;
-        // SAFETY: both are pointers to functions; whoever calls it gives it the type that goes with its name.
+        // SAFETY: both are pointers to functions; the caller gives it the type that goes with its name.
         Some(unsafe { std::mem::transmute::<$type, unsafe extern "system" fn()>(function) })
     }};
 }
 
-/// Whether a call asks for elements of a list.
+/// True if a call asks for elements of a list.
 macro_rules! has_list {
     () => {
         false
@@ -51,7 +51,7 @@ macro_rules! fallible {
     })*) => {
         pub const FALLIBLE: &[$crate::Command] = &[$(command!($name, [$($error),*], [$($success),*])),*];
 
-        /// Their names as C has them, and whether they are a device's.
+        /// Their names as C has them, and true for those of a device.
         pub const FALLIBLE_NAMES: &[(&std::ffi::CStr, bool)] =
             &[$((c_name!($name), <$first_type as $crate::chain::Level>::OF_A_DEVICE)),*];
 
@@ -109,10 +109,10 @@ macro_rules! fallible {
     };
 }
 
-/// Commands that free what others made: with the callbacks that it was made with.
+/// Commands that free objects, with the callbacks that the objects were made with.
 macro_rules! frees {
     ($($name:ident: $pfn:ident($first:ident: $first_type:ty, $object:ident: $type:ty, $callbacks:ident: $callbacks_type:ty))*) => {
-        /// Their names as C has them, and whether they are a device's.
+        /// Their names as C has them, and true for those of a device.
         pub const FREEING_NAMES: &[(&std::ffi::CStr, bool)] =
             &[$((c_name!($name), <$first_type as $crate::chain::Level>::OF_A_DEVICE)),*];
 

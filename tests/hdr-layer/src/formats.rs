@@ -1,15 +1,15 @@
-//! What a surface is said to offer, and how a list of it is told.
+//! Formats that a surface offers through this layer.
 
 use ash::vk;
 
-/// What displays show unless they are told otherwise.
+/// The colour space that displays show unless they are told otherwise.
 const SRGB: vk::ColorSpaceKHR = vk::ColorSpaceKHR::SRGB_NONLINEAR;
 /// SMPTE ST 2084 of nits with the primaries of ITU-R BT.2020.
 const HDR10: vk::ColorSpaceKHR = vk::ColorSpaceKHR::HDR10_ST2084_EXT;
 
 const OF_10_BITS: [vk::Format; 2] = [vk::Format::A2R10G10B10_UNORM_PACK32, vk::Format::A2B10G10R10_UNORM_PACK32];
 
-/// What is offered, and then each format of 10 bits in the colour space of HDR10 as well.
+/// Returns the offered formats, and then each of 10 bits in the colour space of HDR10 as well.
 pub fn with_hdr10(mut offered: Vec<vk::SurfaceFormatKHR>) -> Vec<vk::SurfaceFormatKHR> {
     let deep = |one: &&vk::SurfaceFormatKHR| OF_10_BITS.contains(&one.format) && one.color_space == SRGB;
     let bright = |one: &vk::SurfaceFormatKHR| vk::SurfaceFormatKHR { color_space: HDR10, ..*one };
@@ -18,7 +18,7 @@ pub fn with_hdr10(mut offered: Vec<vk::SurfaceFormatKHR>) -> Vec<vk::SurfaceForm
     offered
 }
 
-/// What a driver is to take images for that a program has asked for: of HDR10, which only the layer offers, for those of the same bits.
+/// Returns the colour space that the driver is told for images: for HDR10, which only the layer offers, that of the same bits.
 pub fn for_driver(color_space: vk::ColorSpaceKHR) -> vk::ColorSpaceKHR {
     if color_space == HDR10 { SRGB } else { color_space }
 }

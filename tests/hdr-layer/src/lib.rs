@@ -1,9 +1,9 @@
 //! A Vulkan layer for tests of HDR where no display has it. Surfaces with formats of 10 bits offer these with `HDR10_ST2084_EXT` as well, and the
-//! driver makes such a swapchain as if its values were sRGB's: what reads a window back finds the codes that a display of HDR would get.
+//! driver makes such a swapchain as if its values were sRGB's: a program that reads a window back finds the codes that an HDR display would get.
 //!
 //! It adds no extension: as with a driver, surfaces have other colour spaces only where the instance has `VK_EXT_swapchain_colorspace`, which the
-//! driver must know. It belongs below the validation layer, which then knows of what is offered. What is asked for by
-//! `vkGetPhysicalDeviceSurfaceFormats2KHR` is the driver's own answer.
+//! driver must know. It belongs below the validation layer, which then knows the offered formats. `vkGetPhysicalDeviceSurfaceFormats2KHR` has the
+//! driver's own answer.
 
 mod formats;
 mod loader;
@@ -17,7 +17,7 @@ use ash::vk;
 use loader::{Dispatched, typed};
 use shared::{Table, all, below, create_instance_below, device_below, locked, names_extension, tell};
 
-/// What an instance has below this layer.
+/// An instance's functions below this layer.
 #[derive(Clone, Copy)]
 struct InstanceBelow {
     instance: vk::Instance,
@@ -25,7 +25,7 @@ struct InstanceBelow {
     destroy: Option<vk::PFN_vkDestroyInstance>,
     /// None without surfaces.
     formats: Option<vk::PFN_vkGetPhysicalDeviceSurfaceFormatsKHR>,
-    /// Whether surfaces may have other colour spaces than sRGB's.
+    /// True if surfaces may have other colour spaces than sRGB's.
     has_color_spaces: bool,
 }
 
@@ -43,7 +43,7 @@ static DEVICES: Table<DeviceBelow> = LazyLock::new(Mutex::default);
 
 entry_points!();
 
-/// What this layer has of a device's functions.
+/// Returns this layer's function of a device by its name, if there is one.
 fn own_of_device(name: &CStr) -> vk::PFN_vkVoidFunction {
     match name.to_bytes() {
         b"vkGetDeviceProcAddr" => untyped!(get_device_proc_addr, vk::PFN_vkGetDeviceProcAddr),
@@ -53,7 +53,7 @@ fn own_of_device(name: &CStr) -> vk::PFN_vkVoidFunction {
     }
 }
 
-/// What this layer has of an instance's functions.
+/// Returns this layer's function of an instance by its name, if there is one.
 fn own_of_instance(name: &CStr) -> vk::PFN_vkVoidFunction {
     match name.to_bytes() {
         b"vkGetInstanceProcAddr" => untyped!(get_instance_proc_addr, vk::PFN_vkGetInstanceProcAddr),
@@ -115,7 +115,7 @@ unsafe extern "system" fn create_device(
     device: *mut vk::Device,
 ) -> vk::Result {
     const FAILED: vk::Result = vk::Result::ERROR_INITIALIZATION_FAILED;
-    // SAFETY: the loader passes on what a program has given it, with structures of its own in the chain.
+    // SAFETY: the loader passes on the program's structure, with structures of its own in the chain.
     let Some(described) = (unsafe { info.as_ref() }) else { return FAILED };
     // SAFETY: the physical device is the caller's own; it has the key of its instance.
     let Some(parent) = (unsafe { below(&INSTANCES, physical) }) else { return FAILED };
@@ -187,6 +187,6 @@ unsafe extern "system" fn create_swapchain(
     // SAFETY: the structure is as the specification has it.
     let (Some(create), Some(info)) = (create, unsafe { info.as_ref() }) else { return vk::Result::ERROR_UNKNOWN };
     let info = vk::SwapchainCreateInfoKHR { image_color_space: formats::for_driver(info.image_color_space), ..*info };
-    // SAFETY: as this function was called; what the copy points to is the caller's.
+    // SAFETY: as this function was called; the copy's pointers are the caller's.
     unsafe { create(device, &raw const info, allocator, swapchain) }
 }

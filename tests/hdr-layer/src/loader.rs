@@ -1,4 +1,4 @@
-//! What the loader and its layers agree on: vk_layer.h of the Vulkan headers, version 2 of the interface, as far as a layer needs it.
+//! The interface between the loader and its layers: vk_layer.h of the Vulkan headers, version 2 of the interface, as far as a layer needs it.
 
 use std::ffi::c_void;
 use std::ptr::NonNull;
@@ -51,9 +51,9 @@ pub struct DeviceLink {
     pub get_device_proc_addr: vk::PFN_vkGetDeviceProcAddr,
 }
 
-/// What the loader puts into the chain of what is created for each layer in turn.
+/// A link that the loader puts into the chain of an instance's or a device's creation, for each layer in turn.
 pub trait Link: Sized {
-    /// How the structure is known that has it.
+    /// The type of the structure that holds the link.
     const STRUCTURE: vk::StructureType;
 
     /// The link of the layer below.
@@ -99,7 +99,7 @@ pub unsafe fn take_link<'a, L: Link>(mut chain: *const c_void) -> Option<&'a L> 
     None
 }
 
-/// A function as what its name says that it is. None where there is none.
+/// A function with the type that goes with its name. None where there is no function.
 ///
 /// # Safety
 /// `F` is the type of the function's pointer.
@@ -111,8 +111,7 @@ pub unsafe fn typed<F: Copy>(function: vk::PFN_vkVoidFunction) -> Option<F> {
 
 /// A handle that functions are dispatched by: `VkInstance`, `VkPhysicalDevice`, `VkDevice`.
 pub trait Dispatched: vk::Handle + Copy {
-    /// What all handles of one instance, or of one device, have in common: the word that they point to, where the loader keeps its table. None for
-    /// a null handle.
+    /// Returns the word that all handles of one instance, or of one device, point to: the address of the loader's table. None for a null handle.
     ///
     /// # Safety
     /// The handle is null or alive, and came from the loader or from a layer below.

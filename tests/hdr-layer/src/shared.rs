@@ -1,4 +1,4 @@
-//! Parts of the layers of these tests: their entry, tables of what is below, functions by name, lists that are told in parts.
+//! Parts of the layers of these tests: their entry, tables of instances and devices below, functions by name, lists that are told in parts.
 
 use std::collections::HashMap;
 use std::ffi::{CStr, c_char};
@@ -12,16 +12,16 @@ use super::loader::{DeviceLink, Dispatched, InstanceLink, take_link, typed};
 macro_rules! untyped {
     ($function:expr, $type:ty) => {{
         let function: $type = $function;
-        // SAFETY: both are pointers to functions; whoever calls it gives it the type that goes with its name.
+        // SAFETY: both are pointers to functions; the caller gives it the type that goes with its name.
         Some(unsafe { std::mem::transmute::<$type, unsafe extern "system" fn()>(function) })
     }};
 }
 
-/// The layer's entry, and the functions by which the loader then asks for all others. Whoever calls it has `own_of_instance` and `own_of_device`, which tell a
-/// function by its name, and the tables `INSTANCES` and `DEVICES`.
+/// The layer's entry, and the functions by which the loader then asks for all others. The layer that uses this macro has `own_of_instance` and
+/// `own_of_device`, which return a function by its name, and the tables `INSTANCES` and `DEVICES`.
 macro_rules! entry_points {
     () => {
-        /// The layer's entry: the loader asks which version of their interface both know, and for the functions by which it asks for all others.
+        /// The layer's entry: the loader asks for the version of the interface that both know, and for the functions by which it asks for all others.
         ///
         /// # Safety
         /// `interface` is null or the loader's own.
@@ -82,15 +82,15 @@ macro_rules! entry_points {
     };
 }
 
-/// By [`Dispatched::key`].
+/// Entries by their [`Dispatched::key`].
 pub type Table<T> = LazyLock<Mutex<HashMap<usize, T>>>;
 
 pub fn locked<T>(table: &Table<T>) -> MutexGuard<'_, HashMap<usize, T>> {
-    // Whoever held it has changed it wholly or not at all.
+    // A thread that panicked with the lock has changed the table wholly or not at all.
     table.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// What is below a handle: copied, so that nothing is locked while it is called.
+/// Returns the entry of a handle, copied, so that nothing is locked while a function of it is called.
 ///
 /// # Safety
 /// As [`Dispatched::key`].
@@ -110,7 +110,7 @@ pub unsafe fn create_instance_below(
     instance: *mut vk::Instance,
 ) -> Result<(vk::Instance, vk::PFN_vkGetInstanceProcAddr), vk::Result> {
     const FAILED: vk::Result = vk::Result::ERROR_INITIALIZATION_FAILED;
-    // SAFETY: the loader passes on what a program has given it, with structures of its own in the chain.
+    // SAFETY: the loader passes on the program's structure, with structures of its own in the chain.
     let described = unsafe { info.as_ref() }.ok_or(FAILED)?;
     // SAFETY: as above; one thread creates this instance.
     let link = unsafe { take_link::<InstanceLink>(described.p_next) }.ok_or(FAILED)?;

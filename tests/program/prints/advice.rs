@@ -1,5 +1,5 @@
-//! What `tune` and `report` say of bounds, near misses and how far they have come. Times decide which settings are recommended: the sentences
-//! themselves are tested beside the code that makes them.
+//! Sentences of `tune` and `report` on bounds, near misses and progress. Times decide which settings are recommended, so the sentences themselves are
+//! tested beside the code that makes them.
 
 use super::{assert_prints, folder, printed};
 

@@ -1,4 +1,4 @@
-//! What `bench` prints of why frames are slow, and of what its times are.
+//! Output of `bench` on why frames are slow, and on the meaning of its times.
 
 use serde_json::Value;
 
@@ -18,7 +18,7 @@ fn what_does_not_go_together_is_refused() {
     );
 }
 
-/// Times and errors differ between drivers: what is tried, in which order, and what is said of it do not.
+/// Times and errors differ between drivers; the trials, their order and the sentences about them do not.
 #[test]
 fn why_names_the_costs_that_are_in_the_frame_and_no_others() {
     let frames = ["--size", "64x36", "--frames", "2", "--warmup", "0"];

@@ -84,7 +84,7 @@ fn a_build_fails_without_a_dependency_and_its_messages_are_data() {
     let failure = document.descendants().find(|node| node.has_tag_name("failure")).expect("a failure");
     assert!(failure.text().is_some_and(|text| text.contains("SYNC-HAZARD-")), "{xml}");
 
-    // What the layer may miss, the rules do not.
+    // The rules find the hazard, even if the layer misses it.
     let missed = [&["render"], &QUAD[..], &["-q", "--validate", "--drop", "picture-to-host"]].concat();
     let (code, _, errors) = run(folder.path(), &missed);
     assert_eq!(code, 1, "{errors}");
@@ -140,7 +140,7 @@ fn all_dependencies_are_dropped_in_one_table() {
         let line = line.unwrap_or_else(|| panic!("{name} is not in {told}"));
         assert!(line.contains("cannot be dropped") || line.contains("hazard") && line.contains(" may "), "{line}");
     }
-    // What these frames do without is told with its reason.
+    // A dependency that these frames do without is listed with its reason.
     let absent = listed["absent_dependencies"].as_array().expect("a list");
     let why = |name: &str| absent.iter().find(|own| own["name"] == name).map(|own| own["why"].clone());
     assert_eq!(why("output-to-fxaa"), Some("no FXAA pass: not asked for".into()));

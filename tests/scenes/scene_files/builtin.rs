@@ -1,4 +1,4 @@
-//! Built-in scenes: each opens over the whole range of its parameters, and what it holds fits together.
+//! Built-in scenes: each opens over the whole range of its parameters, and its parts fit together.
 
 use crate::common::some_in_turn;
 use afterlight::scene::builtin::{self, Builtin, CATALOGUE, Kind, Parameter};
@@ -6,7 +6,7 @@ use afterlight::scene::{Brdf, LightKind, Mesh, Scene, metered_ev100};
 use glam::Vec3;
 use proptest::prelude::*;
 
-/// What every renderer may take for granted.
+/// Asserts all that renderers may take for granted.
 pub(super) fn check(scene: &Scene) {
     let name = &scene.name;
     for mesh in &scene.meshes {

@@ -1,4 +1,4 @@
-//! `[[clips]]`: keys move models with all their copies, lights and the camera, and what is wrong with them has its line.
+//! `[[clips]]`: keys move models with all their copies, lights and the camera, and an error in them names its line.
 
 use afterlight::scene::{ClipChoice, LightKind, Playing, Scene, builtin};
 use glam::{DQuat, DVec3};

@@ -28,7 +28,7 @@ fn the_document_has_each_key_and_no_other() {
     for table in schema::TABLES {
         let rows = documented(&format!("## `{}`", table.table), "Key");
         let mut told: BTreeSet<&str> = rows.iter().map(|row| unquoted(row[0])).collect();
-        // Those of settings are in docs/SETTINGS.md.
+        // docs/SETTINGS.md lists the keys of settings.
         told.extend(SETTINGS.iter().filter_map(|setting| match (table.table, setting.toml.split_once('.')) {
             ("settings", None) => Some(setting.toml),
             ("settings.shadows", Some((_, key))) => Some(key),

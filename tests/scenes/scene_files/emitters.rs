@@ -1,4 +1,4 @@
-//! Emitters of scene files: every key, and what is refused.
+//! Emitters of scene files: every key, and refusals.
 
 use glam::{DVec3, Vec3};
 use image::RgbaImage;

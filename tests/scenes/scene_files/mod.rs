@@ -1,4 +1,4 @@
-//! Scene files: what docs/SCENES.md says is what is read, and what is wrong ends in one line that names file, line and key.
+//! Scene files: they are read as docs/SCENES.md says, and a mistake ends in one line that names file, line and key.
 
 mod builtin;
 mod clips;
@@ -298,7 +298,7 @@ fn a_scene_takes_settings_from_another_file_and_its_own_keys_win() {
     let own = settings("[settings]\nfrom = 'tuned.toml'\nsamples = 3\n[settings.shadows]\nsize = 64\n");
     assert_eq!((own.samples, own.shadows.size, own.shadows.filter), (3, 64, ShadowFilter::Box5));
     assert_eq!(settings("settings.from = 'tuned.toml'\ncamera.exposure = 4").exposure, Some(4.0));
-    // A base's own are behind what this file takes, and a base finds its file from where it stands.
+    // Settings that this file takes win over those of its base, and a base finds its file from where it stands.
     write(folder.path(), "sub/base.toml", "[settings]\nfrom = '../tuned.toml'\ntonemap = 'agx'\nsamples = 9");
     let based = settings("base = 'sub/base.toml'\nsettings.from = 'tuned.toml'");
     assert_eq!((based.samples, based.tonemap.name()), (2, "agx"));
@@ -423,7 +423,7 @@ fn sky_and_ground_go_in_place_of_ambient_light() {
     let even = changed("ambient = [1, 0, 0]");
     assert_eq!((even.ambient, even.ground), (Vec3::X, None));
     assert_eq!(changed("background_strength = 3").ground, halves.ground);
-    // On an even base, what is not said of the sky stays what came from everywhere.
+    // On a base with even ambient light, the sky keeps that light where the file says nothing of it.
     let below = environment("base = 'everything.toml'\n[environment]\nground = [0, 0, 0]");
     assert_eq!((below.ambient, below.ground), (Vec3::splat(2.0), Some(Vec3::ZERO)));
 }

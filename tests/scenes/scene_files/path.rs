@@ -1,4 +1,4 @@
-//! Camera paths: what a file says is where the camera goes, and what is written is read again.
+//! Camera paths: the camera goes where a file says, and a path that is written is read again.
 
 use std::path::Path;
 
@@ -26,7 +26,7 @@ fn keys_are_where_they_say_and_take_over_what_they_do_not() {
     assert!((end.forward() - DVec3::NEG_X).length() < 1e-12, "{end:?}");
     let lens = Projection::perspective(40.0);
     assert_eq!((start.projection, end.projection, start.near, end.near), (lens, lens, 0.25, 0.25));
-    // Of the scene's camera, where no key says it.
+    // Where no key says it, the scene's camera does.
     let still = read("[[keys]]\ntime = 0\n[[keys]]\ntime = 1\nposition = [1, 0, 0]\n").unwrap();
     assert_eq!((still.at(0.0).position, still.at(0.5).projection), (DVec3::Z * 5.0, Projection::perspective(33.0)));
 }

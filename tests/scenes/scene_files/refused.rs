@@ -1,4 +1,4 @@
-//! What is wrong in a scene file, and what is said about it.
+//! Mistakes in a scene file, and the errors about them.
 
 use std::fs;
 use std::path::PathBuf;
@@ -399,13 +399,13 @@ fn a_pipe_and_a_device_in_the_place_of_a_file_are_refused_at_once() {
         let error = read(&folder, text).expect_err(text);
         assert!(error.contains("it is not a regular file"), "{text}: {error}");
     }
-    // What a shell makes of `<(command)` is a pipe, and settings and paths may come from one. A device has no end.
+    // A shell makes a pipe of `<(command)`, and settings and paths may come from one. A device has no end.
     std::os::unix::fs::symlink("/dev/zero", path("zero.toml")).expect("linked");
     let endless = load_settings(&path("zero.toml")).expect_err("no end").to_string();
     assert!(endless.contains("it has more than 67108864 bytes"), "{endless}");
 }
 
-/// Changes of a text: where (as a share of its length), how much goes, what comes.
+/// Changes of a text: the place (as a share of its length), the number of bytes that go, and the text that comes.
 fn edits() -> impl Strategy<Value = Vec<(f64, usize, &'static str)>> {
     let pieces =
         ["", "\n", "=", "\"", "'", "[", "]", "{}", ",", "#", ".", "-", "nan", "1e999", "true", "é", "\u{0}", "9"];

@@ -39,7 +39,7 @@ fn panoramas_are_read_from_exr_and_hdr() {
         let sky = scene.sky.expect("a sky");
         assert!(!sky.lights && sky.image.origin == SkyOrigin::Panorama(folder.path().join(name)));
         assert_eq!(scene.files, [folder.path().join(name)]);
-        // Turned by a quarter, what lay at +X lies at -Z.
+        // Turned by a quarter, the light at +X lies at -Z.
         assert!(
             (sky.radiance(DVec3::NEG_Z) - DVec3::new(40.0, 20.0, 10.0)).length() < 0.2,
             "{}",

@@ -27,15 +27,15 @@ const STARTS: Duration = Duration::from_secs(120);
 
 /// The number of the case that a child begins with.
 const FROM: &str = "AFTERLIGHT_FAILURES_FROM";
-/// Which cases a child plays: `commands` or `allocations`.
+/// Environment variable: the kind of cases that a child plays, `commands` or `allocations`.
 const KIND: &str = "AFTERLIGHT_FAILURES_KIND";
 
 /// Before the command in which an allocation was refused, as the layer tells it and as cases do.
 const IN: &str = " is refused in ";
-/// What records commands, and what sets up a driver's own.
+/// Stands for commands that cannot fail, such as those that record, and for a driver's own setup.
 const NO_COMMAND: &str = "a command that cannot fail";
 
-/// What a child says on standard error, in the folder of its layer.
+/// The file that takes a child's standard error, in the folder of its layer.
 const ERRORS: &str = "errors";
 
 /// A call that fails.
@@ -59,7 +59,7 @@ impl Case {
 
 const ALLOCATION: &str = "allocation";
 
-/// What came of a case that passed.
+/// The outcome of a case that passed.
 enum Passed {
     /// With this error.
     Failed(String),
@@ -67,10 +67,10 @@ enum Passed {
     WentOn,
 }
 
-/// How often each command was called when a stage ended.
+/// Calls of each command by the end of a stage.
 type Counts = BTreeMap<&'static str, u64>;
 
-/// What a run without any failure is like.
+/// A run without any failure, which cases are held against.
 struct Dry {
     order: Vec<(Stage, Counts)>,
     pictures: Vec<Picture>,
@@ -171,7 +171,7 @@ impl Dry {
     }
 }
 
-/// What the whole play came to.
+/// The outcome of a whole play, and its device where one was opened.
 struct Played {
     device: Option<Arc<Device>>,
     outcome: Result<Vec<Picture>, frame::Error>,
@@ -187,7 +187,7 @@ fn play(stand: &Stand) -> Played {
     }
 }
 
-/// Plays a case, and says what is wrong with what came of it.
+/// Plays a case. The error says what is wrong with its outcome.
 fn judge(stand: &Stand, dry: &Dry, case: &Case) -> Result<Passed, String> {
     stand.layer.reset();
     let before = stand.layer.live_allocations();
@@ -225,8 +225,8 @@ fn judge(stand: &Stand, dry: &Dry, case: &Case) -> Result<Passed, String> {
             return Err("the call was never made".into());
         }
         let leaked = stand.layer.live_allocations() - before;
-        // What fails is played a second time.
-        // Every object is destroyed: what is left after a refused allocation is the driver's own.
+        // A failed case draws a second time, so the driver may keep twice as much. After a refused allocation every object is destroyed all the same,
+        // and the driver's own leftovers are not counted.
         if case.command != ALLOCATION && leaked > if failed { 2 * dry.leaked } else { dry.leaked } {
             return Err(format!("{leaked} allocations of host memory are left, and {} after any play", dry.leaked));
         }
@@ -254,7 +254,7 @@ fn panicked(cause: &(dyn std::any::Any + Send)) -> String {
     format!("it panics: {}", text.unwrap_or("without a text"))
 }
 
-/// What this program, and the layers below, have to say, leaks included.
+/// Fails on any message of this program or of a layer below it, leaks included.
 fn check_messages(log: Option<&MessageLog>) -> Result<(), String> {
     let Some(log) = log else { return Ok(()) };
     let ours: Vec<String> = log
@@ -266,7 +266,7 @@ fn check_messages(log: Option<&MessageLog>) -> Result<(), String> {
     if ours.is_empty() { Ok(()) } else { Err(format!("messages: {}", ours.join(" / ")).replace('\n', " ")) }
 }
 
-/// What has no name of its own, or none yet when it fails.
+/// Commands whose object has no name, or none yet when they fail.
 const NAMELESS: [&str; 19] = [
     "vkAcquireNextImageKHR",
     "vkCreateDebugUtilsMessengerEXT",
@@ -289,7 +289,7 @@ const NAMELESS: [&str; 19] = [
     "vkEnumerateDeviceExtensionProperties",
 ];
 
-/// What an error must be like: one line that names the command and the object, of the kind that the result is.
+/// Checks an error: one line that names the command and the object, of the kind that the result calls for.
 fn check_error(case: &Case, error: &frame::Error) -> Result<(), String> {
     let text = error.to_string();
     let fail = |why: &str| Err(format!("{why}: '{text}' ({error:?})"));
@@ -332,8 +332,8 @@ fn check_error(case: &Case, error: &frame::Error) -> Result<(), String> {
     if !is_kind {
         return fail("another kind of error");
     }
-    // Where nobody can be told that the device is lost, such as when a swapchain is dropped, the next command tells. Loaders list extensions
-    // as they open a device.
+    // Where no caller can be told that the device is lost, such as when a swapchain is dropped, the next command tells. Loaders list extensions as
+    // they open a device, so the error names vkCreateDevice.
     let is_lost = matches!(error, DeviceLost { .. }) && commands().any(|own| text.contains(own.name));
     let is_of_the_loader = case.command == "vkEnumerateDeviceExtensionProperties" && text.contains("by vkCreateDevice");
     let is_told_later = is_lost || is_of_the_loader;
@@ -386,7 +386,7 @@ fn say(line: &str) {
     let _ = out.flush();
 }
 
-/// A case with what came of it.
+/// A case with its outcome.
 #[derive(Clone, Debug)]
 struct Verdict {
     command: String,
@@ -416,7 +416,7 @@ fn start(kind: &str, from: usize, layers: &tempfile::TempDir) -> Running {
     };
     command.args(["--exact", "failures::cases::child", "--ignored", "--nocapture", "--test-threads", "1"]);
     command.envs(environment(layers.path())).env(KIND, kind).env(FROM, from.to_string());
-    // Told nothing, the layer tells which allocation it refuses, also where that ends the child.
+    // Without words the layer tells which allocation it refuses, also where the refusal ends the child.
     command.env("AFTERLIGHT_FAILURES", "");
     command.env("AFTERLIGHT_PIPELINE_CACHE", layers.path().join("pipelines"));
     command.stdout(Stdio::piped()).stderr(fs::File::create(layers.path().join(ERRORS)).expect("a file"));
@@ -571,7 +571,7 @@ fn table(verdicts: &[Verdict]) -> String {
     text + &format!("| not called here | {} | | | |\n", never.join(", "))
 }
 
-/// Where lavapipe does not survive that an allocation is refused, or draws something else without a word. docs/FAILURES.md has the smallest cases.
+/// Commands in which lavapipe does not survive a refused allocation, or silently draws something else. docs/FAILURES.md has the smallest cases.
 const FENCED: [&str; 2] = [NO_COMMAND, "vkCreatePipelineLayout"];
 
 #[test]

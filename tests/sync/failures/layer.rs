@@ -1,4 +1,4 @@
-//! The layer as a test has it: loaded by the loader, and told in the same process what is to fail.
+//! The layer in the test's own process: the loader loads it, and the test tells it which calls fail.
 
 use std::ffi::{CStr, CString, c_char};
 
@@ -17,7 +17,7 @@ impl Layer {
         Self(unsafe { Library::new(place) }.expect("it can be loaded"))
     }
 
-    /// Forgets what was told, and counts from 0 again.
+    /// Forgets which calls were to fail, and counts from 0 again.
     pub fn reset(&self) {
         // SAFETY: the type is the function's; here and below.
         unsafe { self.0.get::<extern "C" fn()>(b"afterlight_failures_reset").expect("it is there")() }
@@ -50,12 +50,12 @@ impl Layer {
         unsafe { self.0.get::<extern "C" fn() -> T>(name).expect("it is there")() }
     }
 
-    /// How many calls and allocations have failed because they were told to.
+    /// Returns the number of calls and allocations that have failed on request.
     pub fn fired(&self) -> u64 {
         self.number(b"afterlight_failures_fired")
     }
 
-    /// How many allocations of host memory there were.
+    /// Returns the number of allocations of host memory.
     pub fn allocations(&self) -> u64 {
         self.number(b"afterlight_failures_allocations")
     }
@@ -67,7 +67,7 @@ impl Layer {
         (!name.is_null()).then(|| unsafe { CStr::from_ptr(name) }.to_string_lossy().into_owned())
     }
 
-    /// How many of them have not been given back.
+    /// Returns the number of allocations that have not been given back.
     pub fn live_allocations(&self) -> i64 {
         self.number(b"afterlight_failures_live_allocations")
     }

@@ -1,5 +1,5 @@
-//! Every command of Vulkan that can fail does so once, with each result that it may have, by the layer of `tests/failures-layer`: errors name
-//! the command, nothing panics, hangs or is left behind, and what is drawn next is the same to the last bit. docs/FAILURES.md tells of it.
+//! Every command of Vulkan that can fail does so once, with each result that it may have, by the layer of `tests/failures-layer`: errors name the
+//! command, nothing panics, hangs or is left behind, and the next picture is the same to the last bit. docs/FAILURES.md tells of it.
 
 mod cases;
 mod layer;
@@ -55,7 +55,7 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// The names of what is called as a method, and all texts.
+/// Collects the names of all methods that are called, and all literals.
 fn methods_and_texts(tokens: TokenStream, methods: &mut BTreeSet<String>, texts: &mut BTreeSet<String>) {
     let mut after_dot = false;
     for token in tokens {
@@ -92,16 +92,16 @@ fn every_command_that_the_program_calls_and_that_can_fail_is_in_the_table() {
         methods_and_texts(tokens, &mut methods, &mut texts);
     }
     let known: BTreeSet<&str> = commands().map(|command| command.name).collect();
-    // Of several names of one command the table has that of the core.
+    // The table has the core's name of a command with several names.
     let known_methods: BTreeSet<String> = known.iter().map(|name| of_ash(name)).collect();
     let called: Vec<&str> = table::ELSEWHERE.iter().copied().filter(|name| methods.contains(&of_ash(name))).collect();
-    // `wait_semaphores` is a part of what is submitted (`vk::SubmitInfo`).
+    // `wait_semaphores` is a member of `vk::SubmitInfo` here, and not vkWaitSemaphores.
     let is_unknown = |name: &&str| *name != "vkWaitSemaphores" && !known_methods.contains(&of_ash(name));
     let unknown: Vec<_> = called.into_iter().filter(is_unknown).collect();
     assert!(unknown.is_empty(), "the program calls what is not in the table of fallible commands: {unknown:?}");
     let called: Vec<&&str> = known.iter().filter(|name| methods.contains(&of_ash(name))).collect();
     assert!(called.len() > 40, "the scan of the sources finds what they call: {called:?}");
-    // What errors say.
+    // The commands that errors name.
     let said = texts.iter().map(|text| text.trim_matches('"')).filter(|text| is_command(text));
     let wrong: Vec<&str> = said.filter(|name| !known.contains(name) && !table::ELSEWHERE.contains(name)).collect();
     assert!(wrong.is_empty(), "errors name commands that do not exist, or that cannot fail: {wrong:?}");

@@ -1,4 +1,4 @@
-//! What calls fail in: a scene is drawn from the first call of Vulkan to the last, in stages.
+//! The play in which calls fail: a scene is drawn from the first call of Vulkan to the last, in stages.
 
 use std::fmt;
 use std::sync::Arc;
@@ -48,7 +48,7 @@ impl fmt::Display for Stage {
     }
 }
 
-/// What is drawn.
+/// A play: a scene with the settings that it is drawn with, presented or not.
 pub struct Play {
     scene: Scene,
     settings: Settings,
@@ -66,7 +66,7 @@ impl Play {
         Self::new(presents(), Validation::Synchronization)
     }
 
-    /// Without what a window is presented by, and without layers that have memory of their own: each allocation is the driver's or the loader's.
+    /// Without presentation, and without layers that have memory of their own: each allocation is the driver's or the loader's.
     pub fn bare() -> Self {
         Self::new(false, Validation::Off)
     }
@@ -90,7 +90,7 @@ impl Play {
         Device::with_extensions(&instance, &DeviceChoice::Auto, of_devices)
     }
 
-    /// The pictures of all stages but the first and the last. `ended` hears of each that is over.
+    /// Draws the pictures of all stages but the first and the last, and calls `ended` after each stage.
     pub fn draw(&self, device: &Arc<Device>, ended: &mut dyn FnMut(Stage)) -> Result<Vec<Picture>, frame::Error> {
         let mut pictures = Vec::new();
         {
@@ -140,7 +140,7 @@ impl Play {
         Ok(())
     }
 
-    /// Three frames as a window shows them, and the picture of the last: what cannot be shown is fitted and shown again.
+    /// Three frames as a window shows them, and the picture of the last: a frame that cannot be shown is fitted and shown again.
     #[cfg(feature = "window")]
     fn show(
         &self,
@@ -177,7 +177,7 @@ impl Play {
     }
 }
 
-/// Whether there are surfaces without a display.
+/// Returns true if surfaces without a display can be made.
 fn presents() -> bool {
     #[cfg(feature = "window")]
     return Instance::with_extensions(&InstanceOptions::default(), &gpu::HEADLESS).is_ok();

@@ -1,4 +1,4 @@
-//! What the program does when a call fails: one line, its exit code, and what was there before stays.
+//! The program when a call fails: it prints one line, ends with its exit code, and leaves the old picture as it was.
 
 use std::fs;
 

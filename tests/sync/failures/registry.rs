@@ -1,11 +1,11 @@
-//! What the registry of Vulkan says of the commands that can fail: `tests/failures-layer/src/table.rs` is written by this.
+//! The table of commands that can fail, `tests/failures-layer/src/table.rs`, written from the registry of Vulkan.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use roxmltree::{Document, Node, ParsingOptions};
 
-/// What the program uses: their commands and their results are in the table.
+/// Versions and extensions that the program uses: their commands and their results are in the table.
 const FEATURES: [&str; 2] = ["VK_VERSION_1_0", "VK_VERSION_1_1"];
 const EXTENSIONS: [&str; 7] = [
     "VK_KHR_surface",
@@ -17,7 +17,7 @@ const EXTENSIONS: [&str; 7] = [
     "VK_EXT_debug_utils",
 ];
 
-/// What the layer has functions of its own for. Those of the loader's alone, which no layer is asked, are among them.
+/// Commands for which the layer has functions of its own, and those of the loader alone, for which no layer is asked.
 const BY_HAND: [&str; 9] = [
     "vkCreateInstance",
     "vkDestroyInstance",
@@ -100,7 +100,7 @@ fn is_chosen(node: &Node<'_, '_>) -> bool {
         || node.has_tag_name("extension") && EXTENSIONS.contains(&name)
 }
 
-/// The names of what a feature or an extension requires, without what only other parts of Vulkan make it require.
+/// The names that a feature or an extension requires, those included that it requires only together with another part of Vulkan.
 fn required<'a>(part: Node<'a, 'a>, tag: &'a str, attribute: &'a str) -> impl Iterator<Item = &'a str> {
     let requires = part.children().filter(|node| node.has_tag_name("require"));
     let own = requires.flat_map(|require| require.children()).filter(move |node| node.has_tag_name(tag));
@@ -123,7 +123,7 @@ fn is_for_vulkan(node: &Node<'_, '_>) -> bool {
 }
 
 fn is_command(node: &Node<'_, '_>) -> bool {
-    // Without an alias, and not a name in a list of what is required.
+    // A command itself: neither an alias nor a name in a list of requirements.
     node.has_tag_name("command") && node.children().any(|child| child.has_tag_name("proto")) && is_for_vulkan(node)
 }
 
@@ -183,7 +183,7 @@ fn facts((errors, successes): &(Vec<String>, Vec<String>)) -> String {
     format!("errors [{}], successes [{}]", errors.join(", "), successes.join(", "))
 }
 
-/// Which parameters the layer has to look at.
+/// The parameters that the layer looks at: callbacks, a list that is told in parts, handles.
 fn details(parameters: &[Parameter]) -> String {
     let callbacks = parameters.iter().find(|own| own.text.contains("VkAllocationCallbacks"));
     let mut details = callbacks.map_or_else(String::new, |own| format!(", callbacks {}", snake(&own.name)));
@@ -216,7 +216,7 @@ fn snake(name: &str) -> String {
     if snake == "type" { "kind".to_owned() } else { snake.to_owned() }
 }
 
-/// What has a lifetime in `ash`: it may point to more.
+/// Endings of types that have a lifetime in `ash`, since they may point to more.
 const CHAINED: [&str; 3] = ["Info", "AllocationCallbacks", "Properties2"];
 
 fn rust_type(c: &str) -> String {

@@ -13,7 +13,7 @@ use super::harness::{SIZE, Server, View, key, rendered, size_text};
 const SCENE: &str = "base = 'builtin:spheres'\n";
 const DARK: &str = "base = 'builtin:spheres'\nbase_lights = false\n[environment]\nambient = [300, 300, 300]\n";
 
-/// What the window shows at last, without what is told over it.
+/// Hides what the program tells over the picture, and waits for the expected picture.
 fn without_a_word(server: &Server, view: &mut View, expected: &[u8], what: &str) {
     server.tap(key::ESCAPE);
     view.shows(expected, what);
@@ -113,7 +113,7 @@ fn a_shader_is_compiled_again_when_it_changes_and_a_fault_leaves_its_pipeline_as
     let (own, other) = (first.as_chunks::<3>().0, changed.as_chunks::<3>().0);
     assert!(own.iter().zip(other).all(|(&[r, g, b], other)| *other == [b, g, r] || *other == [r, g, b]));
 
-    // What Rust was compiled against cannot change under it.
+    // Rust was compiled against the shader's interface, which cannot change under it.
     fs::write(
         &shader,
         good.replace("override AMBIENT: bool", "override AMBIENCE: bool").replace("(AMBIENT,", "(AMBIENCE,"),

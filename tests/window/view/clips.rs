@@ -70,7 +70,7 @@ fn clips_rest_at_a_moment_play_pause_and_are_picked() {
     server.tap(key::ENTER);
     view.waits_to_tell("clips: all rests at");
     view.rests();
-    // What is shown is what is kept, and other views of it move as well.
+    // A screenshot is the picture that is shown.
     server.tap(key::P);
     view.waits_to_tell("screenshot: ");
     let kept = rgb(&view.folder.path().join("afterlight-0001.png"));

@@ -1,4 +1,4 @@
-//! Windows of 10 bits a channel, whose images no hardware encodes: on every way to the picture ENCODE shows it, with what lies over it.
+//! Windows of 10 bits a channel, whose images no hardware encodes: on every way to the picture ENCODE shows it, with all that lies over it.
 
 use afterlight::passes::tonemap::{encode_srgb, tone_map};
 use afterlight::scene::{Tonemap, exposure_scale};
@@ -9,14 +9,14 @@ use super::harness::{SIZE, Server, View, floats, key, render, rendered, rgb, siz
 use crate::common::program::program;
 use crate::common::some_of;
 
-/// At which a part of the spheres is brighter than white, and most of them is not.
+/// An exposure at which a part of the spheres is brighter than white, and most of them is not.
 pub const EV100: &str = "6";
 
 /// All codes of 10 bits are up to this.
 pub const MOST: f64 = 1023.0;
 
-/// Whether the driver brings pictures into such windows. Mesa's software drivers once called every window's image one of depth 24 (`24` in 22.3's
-/// `x11_present_to_x11_sw`, `chain->depth` later), which the server refuses where that is not so: the window stays black.
+/// Returns true if the driver brings pictures into such windows. Mesa's software drivers once called every window's image one of depth 24 (`24` in
+/// 22.3's `x11_present_to_x11_sw`, `chain->depth` later). The server refuses such an image for a window of another depth, which stays black.
 pub fn shows() -> bool {
     let told = program().arg("doctor").output().expect("the program starts").stdout;
     let told = text(&told);
@@ -30,7 +30,7 @@ pub fn shows() -> bool {
     shows
 }
 
-/// Where a code of 8 bits lies among those of 10.
+/// Returns a code of 8 bits on the scale of those of 10.
 fn widened(code: u8) -> f64 {
     f64::from(code) / 255.0 * MOST
 }
@@ -38,13 +38,13 @@ fn widened(code: u8) -> f64 {
 /// Half a code of 8 bits and half a one of 10 are rounded away, and hardware may encode by a code of 8 bits off.
 const AS_8_BITS: f64 = 0.5 + 1.5 * MOST / 255.0;
 
-/// How far the window may be from what is expected, and which share of its codes may be farther.
+/// The greatest distance of the window's codes from the expected ones, and the share of codes that may be farther off.
 #[derive(Clone, Copy)]
 pub struct Within(pub f64, pub f64);
 
 impl Within {
     fn of(arguments: &[&str]) -> Self {
-        // Where FXAA finds edges, and how they go, hangs on differences that rounding to 8 bits makes or hides.
+        // FXAA finds and follows edges by differences that rounding to 8 bits makes or hides.
         Self(AS_8_BITS, if arguments.contains(&"--fxaa") { 0.02 } else { 0.0 })
     }
 
@@ -56,7 +56,7 @@ impl Within {
     }
 }
 
-/// What the window shows when that is near what is expected.
+/// Returns the codes that the window shows, which must be near the expected ones.
 pub fn shown(view: &mut View, expected: &[f64], within: Within, what: &str) -> Vec<u16> {
     view.rests();
     let codes = view.codes_of_10_bits();
@@ -65,7 +65,7 @@ pub fn shown(view: &mut View, expected: &[f64], within: Within, what: &str) -> V
     codes
 }
 
-/// What a window is to show of the light that `render` draws: the codes of each pixel's, exposed.
+/// Returns the codes that a window must show of the light that `render` draws, exposed.
 pub fn codes_of_light(arguments: &[&str], ev100: &str, codes: impl Fn(Vec3) -> [f64; 3]) -> Vec<f64> {
     let scale = exposure_scale(ev100.parse().expect("a number"));
     let light = floats(&render(SIZE, arguments, "light.exr").path().join("light.exr"));
@@ -77,7 +77,7 @@ pub fn srgb_codes(shown: Vec3) -> [f64; 3] {
     shown.to_array().map(|value| encode_srgb(value.into()) * MOST)
 }
 
-/// Splits the window, and returns the name of the view beside the picture and what the window shows.
+/// Splits the window, and returns the name of the view beside the picture and the codes that the window shows.
 pub fn split(view: &mut View, server: &Server) -> (String, Vec<u16>) {
     server.tap(key::X);
     view.waits_to_tell("split: final | ");
@@ -87,7 +87,7 @@ pub fn split(view: &mut View, server: &Server) -> (String, Vec<u16>) {
     (beside.to_owned(), view.codes_of_10_bits())
 }
 
-/// Which of a split window's codes are the picture's, and which those of the view beside.
+/// Returns the indices of a split window's codes: those of the picture, and those of the view beside.
 pub fn sides() -> (Vec<usize>, Vec<usize>) {
     let (width, height) = (usize::from(SIZE[0]), usize::from(SIZE[1]));
     // Below the names of the views, and beside the divider.
@@ -109,7 +109,7 @@ fn a_window_of_10_bits_shows_the_picture_on_every_way() {
         let mut view = View::open(&server, &[arguments, &["--size", size.as_str()][..]].concat());
         let expected: Vec<f64> = of_8_bits.iter().map(|&code| widened(code)).collect();
         let codes = shown(&mut view, &expected, Within::of(arguments), &what);
-        // Not 8 bits made longer: of 4 codes those are one.
+        // Codes of 8 bits made longer would be one of 4.
         let between = codes.iter().zip(&of_8_bits).filter(|&(&code, &byte)| f64::from(code) != widened(byte).round());
         let between = between.count() as f64 / codes.len() as f64;
         assert!(between > 0.2, "{what}: {between} of the codes lie between those of 8 bits");

@@ -30,7 +30,7 @@ fn a_window_whose_surface_is_lost_goes_on_with_a_new_one_and_says_so() {
     }
 }
 
-/// How often a command is called until the window has shown its first picture and is closed.
+/// Returns how often a command is called until the window has shown its first picture and is closed.
 fn calls(command: &str) -> u64 {
     let (layers, expected) = (folder(), rendered(SIZE, &SCENE));
     let server = server(&layers, "count");

@@ -1,4 +1,4 @@
-//! An X server for a test, the program's window on it, and what a user would do there.
+//! An X server for a test, the program's window on it, and the actions of a user.
 
 use std::cell::RefCell;
 use std::ffi::OsString;
@@ -84,7 +84,7 @@ pub struct Server {
 }
 
 impl Server {
-    /// As most are: 8 bits a channel.
+    /// Starts a server like most: 8 bits a channel.
     pub fn start() -> Self {
         Self::of_depth(24)
     }
@@ -136,7 +136,7 @@ impl Server {
         connection.query_tree(self.root).ok()?.reply().ok()?.children.into_iter().find(|window| named(window).is_some())
     }
 
-    /// How many connections there are; the test's own is one.
+    /// Returns the number of connections; the test's own is one.
     pub fn connections(&self) -> usize {
         self.connection.res_query_clients().expect("sent").reply().expect("the server has X-Resource").clients.len()
     }
@@ -222,7 +222,7 @@ impl<'a> View<'a> {
         }
     }
 
-    /// What it has told so far.
+    /// Returns the program's standard error so far.
     pub fn errors(&self) -> String {
         fs::read_to_string(self.folder.path().join("errors")).unwrap_or_default()
     }
@@ -232,12 +232,12 @@ impl<'a> View<'a> {
         [geometry.width, geometry.height]
     }
 
-    /// What the window shows, RGB.
+    /// Returns the window's pixels, RGB.
     pub fn pixels(&self) -> Vec<u8> {
         self.part([0; 2], self.size())
     }
 
-    /// What the window shows on a server of depth 30: RGB, 0 to 1023.
+    /// Returns the window's pixels on a server of depth 30: RGB, 0 to 1023.
     pub fn codes_of_10_bits(&self) -> Vec<u16> {
         let (depth, words) = self.image([0; 2], self.size());
         assert_eq!(depth, 30);
@@ -298,8 +298,8 @@ impl<'a> View<'a> {
         });
     }
 
-    /// Whether nothing is drawn or computed all that time. On a busy machine a program that would gets little of the processor: whoever is
-    /// ready to run is not at rest.
+    /// Returns true if nothing is drawn or computed all that time. On a busy machine a program at work may get little of the processor, so a thread
+    /// that is ready to run is not at rest.
     fn rests_for(&self, time: Duration) -> bool {
         let (begun, used) = (Instant::now(), self.cpu_seconds());
         while begun.elapsed() < time {
@@ -364,7 +364,7 @@ impl<'a> View<'a> {
         (status.code(), text(&stdout), self.errors())
     }
 
-    /// Closes the window, and returns what the program has told.
+    /// Closes the window, and returns the program's output.
     pub fn closes_well(self) -> String {
         self.close();
         self.ends_well()
@@ -376,14 +376,14 @@ impl<'a> View<'a> {
         output
     }
 
-    /// As [`View::ends_well`], and what it has told on standard error.
+    /// As [`View::ends_well`], but returns the standard error.
     pub fn ends_telling(self) -> String {
         let (code, output, errors) = self.ends();
         assert_eq!(code, Some(0), "{output}{errors}");
         errors
     }
 
-    /// What each of its threads is doing, for a test that waits in vain: name, state, where in the kernel it sleeps, system call.
+    /// Describes each thread, for a test that waits in vain: name, state, where in the kernel it sleeps, system call.
     fn threads(&self) -> String {
         let pid = self.process.as_ref().expect("started").id();
         let tasks = fs::read_dir(format!("/proc/{pid}/task")).map(|tasks| tasks.flatten().collect::<Vec<_>>());

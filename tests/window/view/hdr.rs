@@ -9,10 +9,10 @@ use super::harness::{SIZE, Server, View, key, rendered, rgb, size_text, until};
 use super::hdr_display::HdrDisplay;
 use crate::common::hdr::{perceptual_quantizer, to_rec2020};
 
-/// As bright as the display is, and what says so.
+/// The brightness of the display in nits, and the option that says it.
 const NITS: f32 = 1000.0;
 const HDR: &str = "--hdr=1000";
-/// As bright as white is: reference white of ITU-R BT.2408.
+/// The brightness of white in nits: reference white of ITU-R BT.2408.
 const WHITE_NITS: f32 = 203.0;
 const PATHS: [&str; 2] = ["loop", "compute"];
 /// Each pass that tone-maps: LIGHTING, a compute pass, FORWARD, and TONEMAP after blending; and an EV100 at which a part is brighter than white.

@@ -16,7 +16,7 @@ const NAME: &str = "VK_LAYER_AFTERLIGHT_hdr";
 /// The layer's library. Cargo builds no other member's for a test, so the first test here does, in a folder where no other cargo waits for it.
 static LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| {
     let mut command = Command::new(env!("CARGO"));
-    // Whatever it needs, the program has needed as well.
+    // Frozen: all that the layer needs, the program has needed as well.
     command.args(["build", "--package", "afterlight-hdr-layer", "--frozen", "--message-format", "json"]);
     command.current_dir(env!("CARGO_MANIFEST_DIR")).arg("--target-dir");
     command.arg(Path::new(env!("CARGO_TARGET_TMPDIR")).join("hdr-layer"));
@@ -56,10 +56,10 @@ impl HdrDisplay {
 }
 
 fn environment(layers: &Path) -> Vec<(&'static str, OsString)> {
-    // From the program down to the driver. Whatever else the program asks for comes below these. Loaders about 1.3.239 have layers in the
-    // order of their folders instead (KhronosGroup/Vulkan-Loader#1170): there validation is not told of the colour space.
+    // From the program down to the driver. Other layers that the program asks for come below these. Loaders about 1.3.239 have layers in the order of
+    // their folders instead (KhronosGroup/Vulkan-Loader#1170): there validation is not told of the colour space.
     let order = format!("VK_LAYER_KHRONOS_validation:{NAME}");
-    // Where loaders look for layers in any case, or only (`VK_LAYER_PATH`): then they heed no other folder. Debian 13's stack has its own.
+    // Loaders look for layers in the folders of `VK_LAYER_PATH` alone where that is set, as on Debian 13's stack: then the folder is added there.
     let folders = match env::var_os("VK_LAYER_PATH") {
         Some(only) => {
             let all = env::split_paths(&only).chain([layers.to_owned()]);

@@ -12,7 +12,7 @@ use super::harness::{
 };
 use crate::common::some_of;
 
-/// What the window is opened with, and what `render` is told: FXAA smooths what is tone-mapped.
+/// Arguments of the window, and of `render` for the same light: FXAA smooths tone-mapped pictures only.
 const WAYS: &[(&[&str], &[&str])] = &[
     (&["builtin:hall", "--light-path", "loop"], &["builtin:hall", "--light-path", "loop"]),
     (&["builtin:layers"], &["builtin:layers"]),
@@ -48,7 +48,7 @@ fn a_picture_of_light_is_bit_by_bit_what_render_writes() {
         let mut view = View::open(&server, &[arguments, &["--size", size.as_str()][..]].concat());
         view.shows(&rendered(SIZE, arguments), &format!("{arguments:?}"));
         assert!(keep_light(&server, &mut view, 1) == rendered_light(told, "light.exr"), "{arguments:?}: other light");
-        // What the window shows stays, and so does a name that is taken.
+        // The window shows the same picture as before, and a file whose name is taken stays.
         view.shows(&rendered(SIZE, arguments), &format!("{arguments:?} afterwards"));
         let again = [2, 3].map(|number| keep_light(&server, &mut view, number));
         assert!(again[0] == again[1], "{arguments:?}: not twice the same");

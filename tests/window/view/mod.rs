@@ -1,5 +1,5 @@
-//! `afterlight view` in a real window: on an X server of each test's own (Xvfb), with synthetic keys and mouse, and what the window shows read
-//! back from the server; under Wayland on a compositor. All under core and synchronization validation, of which any message is exit code 1.
+//! `afterlight view` in a real window: on an X server of each test's own (Xvfb), with synthetic keys and mouse, and the window's pixels read back
+//! from the server; under Wayland on a compositor. All under core and synchronization validation, any message of which is exit code 1.
 
 mod changes;
 mod clips;
@@ -27,8 +27,8 @@ use self::harness::{
 use crate::common::program::program;
 use x11rb::protocol::xproto::{ConnectionExt, InputFocus};
 
-/// Each way in which the last pass writes the picture: LIGHTING, FORWARD, TONEMAP after blending, a resolve, FXAA's pass, and the copy of what
-/// a compute pass wrote.
+/// Each way in which the last pass writes the picture: LIGHTING, FORWARD, TONEMAP after blending, a resolve, FXAA's pass, and the copy of a compute
+/// pass's output.
 const WAYS: &[&[&str]] = &[
     &["builtin:hall", "--light-path", "loop"],
     &["builtin:spheres", "--light-path", "forward"],

@@ -1,4 +1,4 @@
-//! Panels over the picture: they cover what they cover and change nothing else, on every way to the picture, and what is changed there is drawn.
+//! Panels over the picture: they change nothing but the part that they cover, on every way to the picture, and a change made there is drawn.
 
 use std::fs;
 use std::path::Path;
@@ -65,7 +65,7 @@ fn panels_stay_through_changes_of_size_and_take_the_mouse() {
     server.fake(MOTION, 0, [100, 24]);
     view.rests();
     server.fake(BUTTON_PRESS, 1, [0; 2]);
-    // While a button is held over a panel frames go on; the panel looks at what has happened once a frame.
+    // While a button is held over a panel frames go on; the panel reads its events once a frame.
     sleep(Duration::from_millis(250));
     server.fake(MOTION, 0, [140, 24]);
     server.fake(MOTION, 0, [180, 24]);
@@ -182,8 +182,7 @@ fn a_click_selects_and_t_compares_and_escape_ends_both_before_it_quits() {
     view.shows(&before, "with nothing selected");
     server.tap(key::T);
     view.settles_elsewhere(&before);
-    // The camera moves: it is another picture, which nobody has compared.
-    // For a while: frames are slow beside what is computed.
+    // The camera moves: it is another picture, which nobody has compared. It moves for a while: frames are slow while the comparison is computed.
     server.press(key::W);
     sleep(Duration::from_secs(2));
     server.release(key::W);

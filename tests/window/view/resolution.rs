@@ -143,7 +143,7 @@ impl ApplicationHandler for App {
     }
 }
 
-/// What a window shows, RGB, as its X server tells.
+/// Returns a window's pixels, RGB, as its X server tells them.
 fn pixels(window: &Window) -> Vec<u8> {
     let (connection, _) = RustConnection::connect(None).expect("the server takes connections");
     let RawWindowHandle::Xlib(handle) = window.window_handle().expect("it is open").as_raw() else {

@@ -1,4 +1,4 @@
-//! A split window: each side shows bit by bit what its view shows alone, whatever draws the one and the other.
+//! A split window: each side is bit by bit the same as its view alone, whatever draws the one and the other.
 
 use std::thread::sleep;
 use std::time::Duration;
@@ -11,7 +11,7 @@ use super::harness::{
 };
 use crate::common::some_of;
 
-/// What the window is opened with, and whether the picture is to be a buffer and the other one lit.
+/// Arguments of the window, and true where the picture is a buffer and the other side is lit.
 const WAYS: &[(&[&str], bool)] = &[
     (&["builtin:spheres", "--light-path", "forward"], false),
     (&["builtin:layers"], false),
@@ -62,7 +62,7 @@ fn told(view: &View) -> [String; 2] {
 
 fn drag(server: &Server, view: &mut View, from: [i16; 2], to: [i16; 2]) {
     server.fake(MOTION, 0, from);
-    // A panel looks at what has happened once a frame.
+    // A panel reads its events once a frame.
     view.rests();
     server.fake(BUTTON_PRESS, 1, [0; 2]);
     view.rests();
@@ -245,5 +245,5 @@ fn what_is_changed_on_a_panel_is_so_on_both_sides_and_what_only_one_can_do_ends_
     shots.view.ends_well();
 }
 
-/// On the slider of the exposure, as the panel is laid out.
+/// A place on the slider of the exposure, as the panel is laid out.
 const EXPOSURE: [i16; 2] = [92, 188];

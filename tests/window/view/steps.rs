@@ -131,7 +131,7 @@ fn different(a: &[u8], b: &[u8]) -> usize {
     a.iter().zip(b).filter(|(a, b)| a != b).count()
 }
 
-/// On the other kinds of frame the first and the last picture, and the way back.
+/// Other kinds of frame: the first and the last picture, and the way back.
 #[test]
 fn frames_of_every_kind_step_from_no_light_to_the_whole_picture() {
     let (server, folder) = (Server::start(), tempfile::tempdir().expect("a temporary folder"));

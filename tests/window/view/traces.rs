@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 
 use super::harness::{rendered, text};
 
-/// As `scripts/capture-traces` draws them.
+/// The size and the scenes that `scripts/capture-traces` draws.
 const SIZE: [u16; 2] = [128, 72];
 const TRACES: [(&str, &[&str]); 2] = [
     ("spheres", &["builtin:spheres"]),
@@ -20,7 +20,7 @@ fn capture(folder: &Path, names: &[&str]) -> (bool, String) {
     (output.status.success(), text(&output.stdout) + &text(&output.stderr))
 }
 
-/// By the system's own program, not by what wrote the list.
+/// By the system's own program, not by the code that wrote the list.
 fn sha256(bytes: &[u8]) -> String {
     let file = tempfile::NamedTempFile::new().expect("a temporary file");
     fs::write(&file, bytes).expect("it is written");

@@ -27,8 +27,8 @@ impl Compositor {
         Self::start_at(1)
     }
 
-    /// On a display with so many pixels to a point. At more than one Weston draws by OpenGL: its other renderer ends with a segmentation fault there
-    /// when a window draws its own frame (10.0.1).
+    /// Starts it on a display with so many pixels to a point. At more than one Weston draws by OpenGL: its other renderer ends with a segmentation
+    /// fault there when a window draws its own frame (10.0.1).
     fn start_at(scale: u32) -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");
         fs::set_permissions(folder.path(), Permissions::from_mode(0o700)).expect("its owner's");
@@ -82,7 +82,7 @@ impl Drop for Compositor {
     }
 }
 
-/// What has become of a program that ends by itself.
+/// Waits for a program that ends by itself, and returns its output.
 fn end(mut program: Child) -> Output {
     let begun = Instant::now();
     while program.try_wait().expect("can be asked").is_none() {
@@ -95,7 +95,7 @@ fn end(mut program: Child) -> Output {
     program.wait_with_output().expect("it has ended")
 }
 
-/// Whether the smaller picture is somewhere in the larger one, bit by bit.
+/// Returns true if the smaller picture is somewhere in the larger one, bit by bit.
 fn contains(large: &RgbImage, small: &[u8], [width, height]: [u16; 2]) -> bool {
     let (bytes, row) = (3 * usize::from(width), 3 * large.width() as usize);
     let pixels = large.as_raw();
