@@ -13,7 +13,7 @@ fn plans() -> &'static [(String, FramePlan, Edges)] {
     static PLANS: LazyLock<Vec<(String, FramePlan, Edges)>> = LazyLock::new(|| {
         let mut seen = BTreeSet::new();
         // `make test-all` looks at each of them.
-        let every = if std::env::var("AFTERLIGHT_TESTS").is_ok_and(|value| value == "all") { 1 } else { 13 };
+        let every = if std::env::var("AFTERLIGHT_TESTS").is_ok_and(|value| value == "all") { 1 } else { 29 };
         let all = samples::of_every_kind();
         let all = all.into_iter().step_by(every);
         let with_edges = all.map(|(name, plan)| {
