@@ -33,9 +33,9 @@ pub struct EmitterRecord {
     pub sizes: Vec4,
     pub colors: [Vec4; MOST_KEYS],
     pub emissions: [Vec4; MOST_KEYS],
-    /// How many sizes, colours and emissions there are, and the seed.
+    /// The numbers of sizes, colours and emissions, and the seed.
     pub keys: UVec4,
-    /// Where its particles begin in the list, how many there are, the number of the oldest, and its frames.
+    /// The first of its particles in the list, their count, the number of the oldest, and the frames of its texture.
     pub place: UVec4,
     /// The most that it is turned at first and in a second, in radians; 1 where each particle picks a frame; the texture, from 1, or 0.
     pub turns: Vec4,

@@ -1,4 +1,4 @@
-//! What a moment of the scene's motion does to the world: where objects that nodes carry stand, and what SKIN is told of deformed ones.
+//! Poses of the scene's motion: they place the objects that nodes carry, and give SKIN its inputs for deformed ones.
 
 use std::sync::Arc;
 
@@ -94,14 +94,14 @@ impl WorldPose {
     }
 }
 
-/// Where a deformed mesh is in a pose.
+/// The place of a deformed mesh in a pose.
 struct Stand {
-    /// From what SKIN writes to the world, or to where objects move it from.
+    /// From SKIN's output to the world, or to the place from which objects move it.
     transform: DAffine3,
     bounds: Aabb,
     /// True if SKIN's output changes.
     is_new: bool,
-    /// Where triangles are, before `transform`.
+    /// Its triangles, before `transform`.
     triangles: Option<Vec<SortableTriangle>>,
 }
 

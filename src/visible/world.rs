@@ -30,22 +30,22 @@ pub struct World {
     pub materials: Vec<Material>,
     /// Only those that shine and can reach an object, with directions of length 1: directional lights, then those that reach everywhere, then those whose reach is limited.
     pub lights: Vec<Light>,
-    /// How far each light reaches, in metres.
+    /// The reach of each light, in metres.
     pub reaches: Vec<f64>,
-    /// Where lights without a range are cut off.
+    /// The cut-off of lights without a range.
     cut: Cut,
-    /// What the record of each light says of its shadow maps; see `ShadowPlan::code`.
+    /// The code of each light's shadow maps in its record; see `ShadowPlan::code`.
     pub shadow_codes: Vec<u32>,
     /// Maps that only change when something moves, by their index.
     pub(super) lamps: Vec<Option<Arc<ShadowView>>>,
     pub environment: Environment,
-    /// Where the scene has one.
+    /// The sky; none in a scene without one.
     pub sky: Option<WorldSky>,
     /// Mean radiance of the sky that lights the scene, in nits.
     pub sky_mean: Vec3,
     /// Sources of particles.
     pub emitters: Vec<Emitter>,
-    /// At which they are seen, in seconds.
+    /// The moment of motion at which particles are seen, in seconds.
     pub moment: f64,
     pub bounds: Aabb,
     /// Of the scene as it was at first: maps are scaled by it, and must not change when something far away moves.
@@ -60,7 +60,7 @@ pub struct World {
     pub sortable: BTreeMap<usize, Vec<SortableTriangle>>,
     /// By deformed mesh of the plan: the same of those.
     pub deformed_triangles: BTreeMap<usize, Vec<SortableTriangle>>,
-    /// By the scene's own numbers: which of [`World::objects`] and [`World::lights`] it is, if it is among them.
+    /// By the scene's own numbers: the index into [`World::objects`] and [`World::lights`], of those that are among them.
     object_of: Vec<Option<usize>>,
     light_of: Vec<Option<usize>>,
     /// The lights that the plan left out.
@@ -69,15 +69,15 @@ pub struct World {
     pub(super) levels: Vec<Vec<PlannedLevel>>,
     /// The occluders, where the plan leaves occluded objects out.
     pub(super) occluders: Option<Occluders>,
-    /// After how many of [`World::lights`] frames are halted.
+    /// Frames are halted after so many of [`World::lights`].
     halted: Option<usize>,
-    /// Counts the changes of objects and lights, and of which lights are lit.
+    /// Counts the changes of objects and lights, and of the lights that are lit.
     pub(super) generation: u64,
     /// The deformed meshes in SKIN's form.
     pub pose: WorldPose,
-    /// Where objects were in the frame before.
+    /// Places of the objects in the frame before.
     pub trail: Trail,
-    /// What has moved since `lamps` and `bounds` were worked out, if anything has.
+    /// The changes since `lamps` and `bounds` were worked out; none if nothing has moved.
     pub(super) changes: Option<Changes>,
 }
 
@@ -204,7 +204,7 @@ impl World {
         };
         if plan.deforms() {
             world.pose(&scene.motion, &scene.motion.pose(&Playing { clips: ClipChoice::None, ..Playing::default() }));
-            // What is deformed is not where its mesh is.
+            // A deformed object is not where its mesh is.
             let bounds = union(&world.objects);
             (world.bounds, world.extent, world.at_first, world.radius) = (bounds, bounds, bounds, bounds.radius());
         }
@@ -241,7 +241,7 @@ impl World {
         let (origin, bounds) = object.mesh_place;
         let place = bounds.transformed(transform);
         let mirrors = (transform.matrix3.determinant() < 0.0) != object.key.mirrored && !object.may_mirror;
-        // What is deformed stands where its pose has it.
+        // A deformed object stands where its pose has it.
         if mirrors || object.deform.is_some() || self.idle_lights.reaching(&place).is_some() {
             return Ok(false);
         }
@@ -249,7 +249,7 @@ impl World {
         Ok(true)
     }
 
-    /// Which of [`World::objects`] an object of the scene is, by its index there; none where it is not drawn.
+    /// Returns the index into [`World::objects`] of an object of the scene, by its index there; none where it is not drawn.
     pub(super) fn place_of(&self, index: usize) -> Result<Option<usize>, Error> {
         let count = self.object_of.len();
         let none = || Error::Change(format!("there is no object {index}: the scene has {count}"));
@@ -306,12 +306,12 @@ impl World {
         self.generation
     }
 
-    /// How many of the first lights are directional.
+    /// The number of directional lights; they come first.
     pub fn directional_count(&self) -> usize {
         self.lights.iter().take_while(|light| light.kind.is_directional()).count()
     }
 
-    /// How many of the first lights reach everywhere.
+    /// The number of lights that reach everywhere; they come first, the directional ones among them.
     pub fn global_count(&self) -> usize {
         self.reaches.iter().take_while(|reach| reach.is_infinite()).count()
     }
@@ -335,7 +335,7 @@ impl World {
         self.halted.is_some()
     }
 
-    /// How many of the first lights may be lit.
+    /// The number of lights that a frame may show: the first ones, where frames are halted.
     pub(super) fn lit_count(&self) -> usize {
         self.halted.map_or(self.lights.len(), |lights| lights.min(self.lights.len()))
     }

@@ -1,4 +1,4 @@
-//! What one mesh does to the cells around it: which it covers, and where its outline is.
+//! A mesh rasterised into the cells around it: those that it covers, and those that its outline comes near.
 
 use glam::DVec2;
 

@@ -1,4 +1,4 @@
-//! Where things lie in the coarse picture that a camera has of a scene.
+//! Projection into the coarse picture that a camera has of a scene.
 
 use glam::{DMat3, DVec2, DVec3};
 
