@@ -99,7 +99,7 @@ pub fn surface(
         base = base.truncate().lerp(HIGHLIGHT.as_dvec3(), f64::from(HIGHLIGHT_SHARE)).extend(base.w);
     }
     let is_coat = material.alpha_mode == AlphaMode::Coat;
-    // What is unlit sends its colour and reflects nothing. A coat is a lobe that reflects all, of which what it shows is a share.
+    // An unlit surface emits its colour and reflects nothing. A coat is a lobe that reflects all light, of which a share is shown.
     let (albedo, emissive) = match material.unlit {
         _ if is_coat => (DVec3::ONE, DVec3::ZERO),
         true => (DVec3::ZERO, base.truncate()),

@@ -15,7 +15,7 @@ use super::intersect::Ray;
 use super::light::to_light;
 use crate::scene::Light;
 
-/// How far above its triangle a ray begins, in units of the last place of the coordinates' size: places are sums and products of
+/// The height above its triangle at which a ray begins, in units of the last place of the coordinates' size: places are sums and products of
 /// a few of them.
 const LIFT: f64 = 256.0 * f64::EPSILON;
 

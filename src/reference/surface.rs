@@ -26,9 +26,9 @@ pub struct Surface {
     pub roughness: f64,
     /// Ks of the Phong models.
     pub specular: DVec3,
-    /// What the dielectric share of Cook-Torrance reflects facing the eye, 0 to 1.
+    /// Reflectance of the dielectric share of Cook-Torrance facing the eye, 0 to 1.
     pub reflectance: DVec3,
-    /// And grazing, 0 to 1.
+    /// The same at grazing angles, 0 to 1.
     pub grazing: f64,
     /// Ns of the Phong models.
     pub shininess: f64,

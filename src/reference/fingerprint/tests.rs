@@ -90,7 +90,7 @@ fn figure(scene: &Scene, brdf: Option<Brdf>, mode: Mode) -> f64 {
     weighted.sum::<f64>() / 10_440.0
 }
 
-/// Many samples a pixel and a light with a size; what lies behind surfaces that blend, and behind glass.
+/// A light with a size, through pixels' centres and by several samples a pixel; a surface behind one that blends, and behind glass.
 fn others() -> [f64; 4] {
     let [_, lamp, ..] = lights();
     let mut soft = scene(lamp);

@@ -156,7 +156,7 @@ impl<R: Real> Reflector<R> {
     /// D V of GGX: distribution of facets by Walter et al. 2007 ("Microfacet Models for Refraction through Rough Surfaces"), their
     /// masking and shadowing by Smith, divided by 4 n.l n.v.
     fn microfacets(&self, light: &Vector3<R>) -> R {
-        // Where light comes from straight behind the view there is no half vector, and the lobe does not reach there.
+        // Light from the direction opposite to the view has no half vector, and the lobe does not reach there.
         let Some(half) = unit(&(light + self.view)) else { return R::zero() };
         let alpha = self.roughness * self.roughness;
         let across = self.normal.cross(&half);
