@@ -20,7 +20,7 @@ const MOST_SHIFT: f64 = 1e9;
 const MOST_INDICES: usize = u32::MAX as usize;
 
 impl Scene {
-    /// Checks every index, array length and value of the scene. Whatever draws or traces a scene calls this first.
+    /// Checks every index, array length and value of the scene. Renderer and reference call this first.
     ///
     /// # Errors
     /// [`Error::Scene`] with the first fault, as "mesh 2 (`floor`): index 7 is 9, but there are only 4 positions".

@@ -22,9 +22,9 @@ const HORIZON_RAYS: usize = 16;
 const HORIZON_HITS: usize = 12;
 /// Heights of the eye to try, as shares of the hall's.
 const EYE_HEIGHTS: [f64; 2] = [0.16, 0.3];
-/// Where along the hall to stand, as shares of its length from either end.
+/// The camera's places along the hall, as shares of its length from either end.
 const STANDS: [f64; 3] = [0.1, 0.16, 0.22];
-/// How much darker the shade of a hall is than the open.
+/// The shade of a hall is darker than the open by so many stops.
 const SHADE_STOPS: f32 = 2.0;
 /// Lux of the sun and nits of the sky light that goes with it.
 const SUN_LUX: f32 = 100_000.0;
@@ -35,7 +35,7 @@ const LAMP_LUX: f32 = 1.140_856;
 const ABOVE_NITS: f32 = 0.36;
 const BELOW_NITS: f32 = 0.24;
 
-/// Where a fitted camera stands.
+/// The surroundings of a fitted camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stand {
     /// Before the model, in the open.
@@ -159,8 +159,8 @@ impl Surface {
         Self(triangles.collect(), center)
     }
 
-    /// How far one sees along `forward` from a place inside a hall; none when it is not inside one, or sees no farther than `least`. Each ray is
-    /// tried on all triangles, so the one that most places fail at comes first, and no more are cast than decide.
+    /// Returns the distance to the first surface along `forward` from a place inside a hall; none outside of one, or if it is not more than `least`.
+    /// Each ray is tried on all triangles, so the one that most places fail at comes first, and no more are cast than decide.
     fn view_from(&self, eye: DVec3, forward: DVec3, least: f64) -> Option<f64> {
         let eye = (eye - self.1).as_vec3();
         let (view, _) = self.nearest(eye, forward.as_vec3())?;
@@ -176,7 +176,7 @@ impl Surface {
         others.nth(HORIZON_RAYS - HORIZON_HITS).is_none().then_some(view)
     }
 
-    /// Distance of the nearest surface, and whether it shows its front.
+    /// Returns the distance of the nearest surface, and true if it shows its front.
     fn nearest(&self, origin: Vec3, direction: Vec3) -> Option<(f32, bool)> {
         let hits = self.0.par_iter().with_min_len(8192).filter_map(|triangle| intersect(origin, direction, triangle));
         hits.min_by(|a, b| a.0.total_cmp(&b.0))

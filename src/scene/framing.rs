@@ -72,7 +72,7 @@ pub(super) fn frame(moments: &[Cow<Scene>], bounds: &Aabb, toward_camera: DVec3,
     Camera { near: (bounds.radius() * 1e-3).min(radius * 1e-2).max(f64::from(f32::MIN_POSITIVE)), ..camera }
 }
 
-/// Where a camera must stand.
+/// The least distance from which a camera holds what is drawn.
 struct Held {
     camera: Camera,
     center: DVec3,

@@ -7,7 +7,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use super::gltf::{self, GltfOptions};
 use super::{Aabb, Error, Imported, LoadOptions, Progress, Scene, builtin, file, fit, obj};
 
-/// How to open a scene.
+/// Options for opening a scene.
 #[derive(Clone, Copy)]
 pub struct OpenOptions<'a> {
     /// Told how far long work has come; called from several threads.
@@ -89,8 +89,8 @@ impl Format {
     }
 }
 
-/// Opens `builtin:NAME?key=value&…`, a scene file (`.toml`) or a bare model (`.gltf`, `.glb`, `.obj`). What such a file does not say of cameras
-/// and lights fits it.
+/// Opens `builtin:NAME?key=value&…`, a scene file (`.toml`) or a bare model (`.gltf`, `.glb`, `.obj`). Cameras and lights that such a file leaves out
+/// are fitted to it.
 ///
 /// # Errors
 /// [`Error`], one line that names what is wrong with what; see its variants. [`Error::Setting`] for a scale or an upward axis of anything but
@@ -126,7 +126,7 @@ fn open_file(path: &Path, options: &OpenOptions) -> Result<Scene, Error> {
     }
 }
 
-/// A bare model: what its file does not say of how it is seen and lit fits it.
+/// Opens a bare model; cameras and lights that its file leaves out are fitted to it.
 fn open_model(path: &Path, format: Format, options: &OpenOptions) -> Result<Scene, Error> {
     let mut scene = Scene { name: path.display().to_string(), ..Scene::default() };
     let chosen = Chosen { scene: options.scene, variant: options.variant };

@@ -25,7 +25,7 @@ impl Texture {
     }
 }
 
-/// Along one axis, what the texels of a level cover of the level above it: so many from twice their number on, each by its share.
+/// Along one axis, the texels of the level above that a texel covers: so many from twice its number on, each by its share.
 struct Cover {
     count: usize,
     shares: Vec<[f32; 3]>,

@@ -101,9 +101,9 @@ pub struct Scene {
     pub environment: Environment,
     /// The sky: it is seen where no surface is, in place of the environment's background, and lights surfaces beside the ambient light.
     pub sky: Option<Sky>,
-    /// Where the scene is seen from.
+    /// The camera that sees the scene.
     pub camera: Camera,
-    /// The cameras that its files have, for who wants to look through another.
+    /// The cameras that its files have, for views through another.
     pub cameras: Vec<NamedCamera>,
     /// The one of `cameras` that `camera` is, so that it moves as that one does; `None` where it stands still.
     pub looks_through: Option<usize>,
@@ -128,7 +128,7 @@ pub struct Scene {
 pub struct NamedCamera {
     /// As `--camera` takes it.
     pub name: String,
-    /// Where it is when no clip plays.
+    /// Its state when no clip plays.
     pub camera: Camera,
     /// The node of [`Motion::nodes`] that it hangs on.
     pub node: Option<usize>,
@@ -137,7 +137,7 @@ pub struct NamedCamera {
 /// The parts of a scene that were fitted to its objects, as nobody said them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Fitted {
-    /// Where it is seen from.
+    /// The camera.
     pub camera: bool,
     /// [`SettingsPatch::exposure`], opened for the shade of a hall.
     pub exposure: bool,
@@ -145,7 +145,7 @@ pub struct Fitted {
     pub light: bool,
 }
 
-/// Light from everywhere, and what is seen where nothing is.
+/// Light from everywhere, and the background.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Environment {
     /// Ambient radiance that reaches a surface from every direction, in nits, or with `ground` from every direction above the

@@ -238,7 +238,7 @@ fn srgb_to_linear(encoded: f64) -> f64 {
 /// A table whose keys have been checked against its schema.
 pub(super) struct Table<'a> {
     source: Source<'a>,
-    /// Where the table starts in the text.
+    /// The table's start in the text.
     start: usize,
     /// Empty for the root.
     key: String,

@@ -30,7 +30,7 @@ pub(super) struct Needs {
     pub posed: Option<usize>,
 }
 
-/// How a mesh takes over its primitive's morph targets.
+/// The form in which a mesh takes over its primitive's morph targets.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Hash)]
 pub(super) enum Shapes {
     #[default]
@@ -51,7 +51,7 @@ pub(super) struct Order<'a> {
     pub pose: &'a [glam::DAffine3],
 }
 
-/// A mesh, and what was odd about its data.
+/// A mesh, and warnings about its data.
 pub(super) struct Built {
     /// None without a triangle.
     pub mesh: Option<Mesh>,
@@ -62,7 +62,7 @@ impl Order<'_> {
     /// Makes the mesh.
     ///
     /// # Errors
-    /// What of the data cannot be drawn.
+    /// Data that cannot be drawn.
     pub fn build(&self) -> Result<Built, String> {
         let mut warnings = Vec::new();
         let positions = self.source.floats::<3>("POSITION", &["VEC3"], 0.0)?.ok_or("has no POSITION")?;
@@ -235,7 +235,7 @@ fn near(found: Vec<[f32; 2]>, indices: &[u32]) -> Vec<[f32; 2]> {
     uvs::wrapped(&wide, indices)
 }
 
-/// Positions far from zero are told from a place near them. That place is an f32 itself, so that most differences are exact.
+/// Makes positions far from zero relative to a place near them. Its coordinates are f32, so that most differences are exact.
 fn recentre(mesh: &mut Mesh) {
     let bounds = Aabb::of_points(mesh.positions.iter().map(|&position| Vec3::from(position).as_dvec3()));
     if bounds.is_empty() || bounds.center().abs().max_element() <= FAR * bounds.radius() {

@@ -25,7 +25,7 @@ struct Part {
 /// Boxes of a mesh from which follows a box around it however it is deformed.
 ///
 /// A vertex of a linear blend is a mean of the places that its joints alone would give it. So all vertices lie in the convex hull of, for each
-/// joint, the box around its vertices moved by that joint. What shapes add is bounded by interval arithmetic, for each joint on its own.
+/// joint, the box around its vertices moved by that joint. Offsets by shapes are bounded by interval arithmetic, for each joint on its own.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct DeformBounds {
     parts: Vec<Part>,
@@ -33,7 +33,7 @@ pub struct DeformBounds {
 }
 
 impl DeformBounds {
-    /// Looks at each vertex once. `is_skinned` says whether joints will be given to [`DeformBounds::bounds`].
+    /// Looks at each vertex once. `is_skinned` is true if joints will be given to [`DeformBounds::bounds`].
     pub fn of(mesh: &Mesh, is_skinned: bool) -> Self {
         let influences = mesh.influences.as_ref().filter(|own| is_skinned && own.per_vertex > 0);
         let mut parts: Vec<Part> = Vec::new();
@@ -76,8 +76,8 @@ impl DeformBounds {
         Self { parts, vertices: mesh.positions.len() }
     }
 
-    /// A box around the mesh with so much of each shape, hung on these joints: what [`deform`](super::deform) gives for the same lies in it.
-    /// Empty of a mesh without vertices.
+    /// Returns a box around the mesh with so much of each shape, hung on these joints: it holds the mesh that [`deform`](super::deform) gives for the
+    /// same. Empty of a mesh without vertices.
     pub fn bounds(&self, joints: &[DAffine3], weights: &[f64]) -> Aabb {
         let all = self.parts.iter().fold(Aabb::EMPTY, |all, part| {
             let place = part.joint.and_then(|joint| joints.get(joint)).copied().unwrap_or(DAffine3::IDENTITY);

@@ -4,14 +4,14 @@ use super::{Channel, Clip, Influences, Interpolation, Local, MaterialValue, Morp
 use crate::scene::check::{dangling, first_of, fits, infinite, not_finite};
 use crate::scene::{Mesh, Object, Scene, TextureSlot};
 
-/// How far the sum of a vertex's weights may be from 1: readers divide by it, and then only f32 rounds.
+/// The greatest difference of a vertex's sum of weights from 1: readers divide by the sum, and then only f32 rounds.
 const SUM_SLACK: f64 = 1e-4;
 
 /// The largest magnitude of a key: products and cubics of keys stay finite.
 const MOST: f64 = 1e18;
 
 impl Scene {
-    /// The first fault of nodes, skins, clips, and of what hangs on them.
+    /// Returns the first fault of nodes, skins, clips, and of objects, lights and cameras that hang on them.
     pub(in crate::scene) fn motion_fault(&self) -> Option<String> {
         let motion = &self.motion;
         let nodes = motion.nodes.len();

@@ -1,4 +1,4 @@
-//! A mesh as shapes and joints deform it, in f64: what frames on a device are held against.
+//! A mesh as shapes and joints deform it, in f64: the truth against which frames on a device are compared.
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 

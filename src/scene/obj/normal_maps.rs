@@ -3,7 +3,7 @@
 use glam::Vec3;
 use image::{GrayImage, Rgba, RgbaImage};
 
-/// How many texels deep a height map of `-bm 1` is from black to white.
+/// The depth, in texels, of a height map of `-bm 1` from black to white.
 const HEIGHT_IN_TEXELS: f32 = 8.0;
 
 /// Mean [`downwardness`] of a model's maps above which their green is taken to point down.

@@ -24,7 +24,7 @@ impl SettingsPatch {
     /// Checks that each value that was said is in its range.
     ///
     /// # Errors
-    /// [`Error::Setting`], which names the setting, what it was and what it must be.
+    /// [`Error::Setting`], which names the setting, its value and the values that it may have.
     pub fn check(&self) -> Result<(), Error> {
         self.to_string().parse::<Self>().map(|_| ())
     }

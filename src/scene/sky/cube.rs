@@ -73,7 +73,7 @@ impl CubeLevel {
     }
 }
 
-/// Where a place of a face looks to, of any length: `across` from -1 to 1, as `down` (Vulkan specification, "Cube Map Face Selection").
+/// Returns the direction of a place on a face, of any length: `across` from -1 to 1, as `down` (Vulkan specification, "Cube Map Face Selection").
 pub fn face_direction(face: u32, across: f64, down: f64) -> DVec3 {
     match face {
         0 => DVec3::new(1.0, -down, -across),

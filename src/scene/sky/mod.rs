@@ -59,7 +59,7 @@ pub struct SkyImage {
     pub size: [u32; 2],
     /// Linear Rec. 709, rows from the top; finite, from 0 to [`MOST_LIGHT`].
     pub texels: Vec<[f32; 3]>,
-    /// Where they come from.
+    /// The source of the texels.
     pub origin: SkyOrigin,
 }
 
@@ -129,7 +129,7 @@ impl Sky {
 }
 
 impl SunDisc {
-    /// That of its angular radius.
+    /// Returns the cosine of its angular radius.
     pub fn cosine(&self) -> f64 {
         (self.degrees / 2.0).to_radians().cos()
     }

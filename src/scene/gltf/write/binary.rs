@@ -72,7 +72,7 @@ impl Binary {
     /// The file: this and the other lists of its JSON.
     ///
     /// # Errors
-    /// Where it is longer than its header can say.
+    /// A file longer than its header can say.
     pub fn finish(self, mut file: Map<String, Value>) -> Result<Vec<u8>, String> {
         let Self { bytes, views, accessors } = self;
         file.insert("buffers".into(), json!([{ "byteLength": bytes.len() }]));

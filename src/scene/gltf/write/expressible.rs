@@ -119,7 +119,7 @@ fn lights(lights: &mut Vec<Light>, left_out: &mut Vec<String>) {
     tell(left_out, wide, "spot light", "cones wider than 90 degrees from their axis end there");
 }
 
-/// Makes a fall-off the one that there is; whether it was another.
+/// Makes a fall-off glTF's only one. Returns true if it was another.
 fn take(falloff: &mut Falloff) -> bool {
     std::mem::replace(falloff, Falloff::InverseSquare) != Falloff::InverseSquare
 }

@@ -65,7 +65,7 @@ impl Writer<'_, '_> {
         let scene = self.scene;
         let material = &scene.materials[base];
         let [red, green, blue] = material.base_color.to_array().map(number);
-        // What glass lets through, it says by transmission; without a mode alpha is 1.
+        // Glass writes its alpha as transmission; without an alpha mode alpha is 1.
         let blends = matches!(material.alpha_mode, AlphaMode::Mask { .. } | AlphaMode::Blend);
         let alpha = number(if blends { material.alpha } else { 1.0 });
         let mut pbr = json!({

@@ -40,7 +40,7 @@ pub(super) fn express(scene: &mut Scene, left_out: &mut Vec<String>) {
     tell(left_out, atlases, "material", "the whole atlas is shown in place of a cell");
 }
 
-/// The formulas of another reflection model by those of glTF's; whether that is no more than alike.
+/// Writes another reflection model by the formulas of glTF's. Returns true if the two are only alike.
 fn model(material: &mut Material) -> bool {
     match material.brdf {
         Brdf::CookTorrance => return false,
@@ -64,7 +64,7 @@ fn model(material: &mut Material) -> bool {
     true
 }
 
-/// Changes a material into what the reader makes of its glTF.
+/// Changes a material into the one that the reader makes of its glTF.
 fn normal_form(material: &mut Material) {
     match material.alpha_mode {
         AlphaMode::Opaque => material.alpha = 1.0,
@@ -77,7 +77,7 @@ fn normal_form(material: &mut Material) {
         *material = lacquer(material);
     }
     if material.unlit {
-        // It reflects nothing, whatever this says.
+        // An unlit material reflects nothing: these values do not matter.
         (material.reflectance, material.grazing, material.specular_texture) = (Vec3::splat(DIELECTRIC), 1.0, None);
     }
     if !material.is_emissive() {
