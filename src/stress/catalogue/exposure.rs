@@ -76,7 +76,7 @@ fn add_pane(stage: &mut Stage) {
     stage.place(pane, glass, glam::DAffine3::from_translation(DVec3::new(-1.0, 0.5, 1.0)));
 }
 
-/// With a G-buffer in single floats, so that only what is made of light errs. What is darker than a hundredth of the brightest pixel
+/// With a G-buffer in single floats, so that only the targets of light err. Light darker than a hundredth of the brightest pixel
 /// counts as that bright: below 6e-5 of white, half floats have ever fewer bits.
 fn of_light(settings: SettingsPatch, stage: Stage) -> Subject {
     Subject { floor: 0.01, ..Subject::with(stage.scene, settings.or(&float32())) }

@@ -143,7 +143,7 @@ fn phong_of(power: f64, brdf: Brdf, gbuffer: GbufferChoice) -> Subject {
         base_color: Vec3::splat(0.1),
         ..colored()
     };
-    // Where cos^n is a tenth.
+    // The angle at which cos^n is a tenth.
     close_up((4.6 / power.max(1.0)).sqrt(), material, gbuffer)
 }
 

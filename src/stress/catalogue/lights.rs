@@ -84,7 +84,7 @@ const fn many(name: &'static str, subject: fn(f64) -> Subject) -> Case {
         .check(Check::Picture(subject))
 }
 
-/// With a G-buffer in single floats: what is tried is the light.
+/// With a G-buffer in single floats, so that only the light errs.
 fn precise(stage: Stage) -> Subject {
     Subject::with(stage.scene, float32())
 }

@@ -1,4 +1,4 @@
-//! Where things are: far from the origin, tiny and huge, through lenses of all angles, stretched and flattened, and close to each other.
+//! Places and sizes: far from the origin, tiny and huge, through lenses of all angles, stretched and flattened, and close to each other.
 
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 
@@ -146,7 +146,7 @@ fn detail(metres: f64) -> Subject {
     subject(stage.scene)
 }
 
-/// Lights are no stronger within a centimetre, whatever the size of what they light.
+/// Lights grow no stronger within a centimetre, at any size of the lit objects: their intensity keeps a least value.
 fn size(factor: f64) -> Subject {
     let mut scene = lit_stage().scene;
     for object in &mut scene.objects {

@@ -95,7 +95,7 @@ pub fn evaluate(device: &Arc<Device>, trial: &Trial) -> gpu::Result<Vec<Output>>
         device.raw.cmd_dispatch(cmd.raw, (trial.inputs.len() as u32).div_ceil(GROUP), 1, 1);
     }
     device.end_label(cmd.raw);
-    // The CPU maps what FORMULAS wrote. What the CPU wrote before the submission is visible to it without a barrier.
+    // The CPU reads the outputs of FORMULAS. The CPU's own writes before the submission are visible to FORMULAS without a barrier.
     if let Some(row) = edges::formulas().find(RowName::RESULTS_TO_HOST) {
         barrier::buffer_barrier(device, cmd.raw, &buffers.outputs, row.order());
     }

@@ -32,7 +32,7 @@ fn scalar(value: f64, floor: f64) -> Truth {
     of(DVec3::X * value, floor, true)
 }
 
-/// A direction: what its rounding to single precision did to its length is no part of the model, but a large power makes much of it.
+/// A direction of length 1: the length that single precision has rounded it to is no part of the model, but a large power makes much of it.
 fn unit(input: &Input, at: usize) -> DVec3 {
     three(input, at).normalize()
 }

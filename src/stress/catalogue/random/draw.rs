@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 
-/// Where numbers come from.
+/// A source of random numbers.
 pub struct Draw<'a>(pub &'a mut dyn FnMut() -> f64);
 
 impl Draw<'_> {

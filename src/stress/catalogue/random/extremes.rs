@@ -6,13 +6,13 @@ use glam::Vec3;
 use super::draw::Draw;
 use crate::scene::{AlphaMode, Brdf, GbufferPreset, HdrFormat, LightPath, ShadowFilter, Transparency};
 
-/// How many numbers a scene is drawn from.
+/// Random numbers that a scene takes.
 pub const NUMBERS: usize = 63;
 
 /// A floor, a ball above it and lamps above that, as they are at their extremes. [`Extremes::PLAIN`] has nothing of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extremes {
-    // What floor and ball are made of.
+    // The material of floor and ball.
     pub brdf: Brdf,
     pub base_color: Vec3,
     pub roughness: f32,
@@ -28,13 +28,13 @@ pub struct Extremes {
     /// The texel of an even normal map.
     pub bump: Option<[u8; 4]>,
     pub normal_scale: f32,
-    /// How often a texture of waves repeats every metre.
+    /// Repetitions of a texture of waves in a metre.
     pub repeats: Option<f64>,
 
-    // Where things are.
+    // Places.
     /// Metres to a scene unit.
     pub scale: f64,
-    /// How many metres everything is from the origin.
+    /// Metres from the origin to everything.
     pub offset: f64,
     /// Of the camera, in scene units. It looks at the ball.
     pub eye: [f64; 3],
@@ -44,7 +44,7 @@ pub struct Extremes {
     /// Scale of the ball along its axes: mirrored below zero, flat at zero.
     pub stretch: [f64; 3],
 
-    // What gives light.
+    // Lights.
     pub lamps: u32,
     pub lamp_color: Vec3,
     /// Of the lamps from the floor, in units, and how bright each makes the floor below, in lux.
@@ -63,7 +63,7 @@ pub struct Extremes {
     pub background: f32,
     pub shadows: bool,
 
-    // How it is drawn.
+    // Settings.
     /// Exposed so many stops above what suits the light on the floor; `None` is metered.
     pub stops: Option<f32>,
     pub size_in_pixels: [u32; 2],
