@@ -1,5 +1,5 @@
-//! Frames with a dependency missing: what may go wrong by the specification's rules, what the validation layer says, and whether this device's
-//! picture changes. `afterlight inspect --drop` prints it, and `afterlight render --drop` fails for it.
+//! Frames with a dependency missing: their hazards by the specification's rules, the messages of the validation layer, and changes of this device's
+//! picture. `afterlight inspect --drop` prints them, and `afterlight render --drop` fails for them.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -70,7 +70,7 @@ pub fn run(
     output::print(&text, false)
 }
 
-/// A device under the synchronization layer, and what is drawn on it with all dependencies.
+/// A device under the synchronization layer, and its picture with all dependencies.
 struct Laboratory<'a> {
     workload: &'a Workload,
     instance: Arc<Instance>,
@@ -87,7 +87,7 @@ struct Laboratory<'a> {
 struct Found {
     picture: Picture,
     messages: Vec<Message>,
-    /// How many messages were not kept.
+    /// Messages that were not kept.
     more: u64,
 }
 
@@ -117,7 +117,7 @@ impl<'a> Laboratory<'a> {
         let table = edges::table(&plan);
         let picture = Picture { size: settings.size, pixels: Pixels::Srgb8(Vec::new()) };
         let mut own = Self { workload, instance, device, layer, settings, plan, table, picture };
-        // What it says of the whole table is not about what is dropped.
+        // Messages about the whole table are not about a dropped row.
         let Found { picture, messages, .. } = own.draw(own.table.clone())?;
         if let Some(first) = messages.first() {
             let message = format!("with all its dependencies the layer already says {}", first.id_name);
@@ -190,7 +190,7 @@ fn described(edge: &Edge, hazards: &[Hazard], is_verbose: bool) -> String {
 
 /// A row for each dependency.
 fn all(workload: &Workload, variation: &SettingsPatch, args: &DeviceArgs) -> Result<String, Failure> {
-    // With its heuristic the layer hears what it hears without, and what shaders access besides.
+    // With its heuristic the layer knows all accesses that it knows without, and those of shaders besides.
     let own = match Laboratory::open(workload, variation, args, true)? {
         Some(own) => own,
         None => Laboratory::open(workload, variation, args, false)?

@@ -147,7 +147,7 @@ pub fn truths(
     Ok(truths)
 }
 
-/// How error is measured, by its name.
+/// Reads the metric of error by its name.
 pub fn metric(text: &str) -> Result<Metric, String> {
     const NAMES: [(&str, Metric); 3] = [("flip", Metric::Flip), ("relmse", Metric::RelMse), ("rmse", Metric::Rmse)];
     let found = NAMES.iter().find(|(name, _)| *name == text);
@@ -171,7 +171,7 @@ impl Bars {
         self.shown = None;
     }
 
-    /// How far a run has come. Off a terminal that is a line for each step, which names its points.
+    /// Shows the progress of a run. Off a terminal it prints a line for each step, which names its points.
     pub fn step(&mut self, step: Step) {
         let what = format!("{}: {}", self.what, step.what);
         let now = if step.now.is_empty() { "default" } else { step.now };

@@ -1,4 +1,4 @@
-//! Where results go: standard output, or a file that appears whole or not at all.
+//! Destinations of results: standard output, or a file that appears whole or not at all.
 
 use std::fmt;
 use std::fs;
@@ -82,7 +82,7 @@ pub fn write_stdout(bytes: &[u8]) -> Result<(), Failure> {
 /// Writes for people: to standard output, or to standard error when a result has taken standard output.
 ///
 /// # Errors
-/// As [`write_stdout`]. What standard error does not take is lost, since nothing could be told of it.
+/// As [`write_stdout`]. Text that standard error does not take is lost, as no message about it could be printed.
 pub fn print(text: &str, stdout_is_taken: bool) -> Result<(), Failure> {
     if stdout_is_taken {
         let _ = io::stderr().write_all(text.as_bytes());

@@ -78,7 +78,7 @@ pub struct Progress {
 struct Lines {
     what: String,
     steps: u64,
-    /// When the last line was printed.
+    /// The moment at which the last line was printed.
     told: Mutex<Option<Instant>>,
 }
 

@@ -1,4 +1,4 @@
-//! A device for the length of one command, and what the validation layer had to say meanwhile.
+//! A device for the length of one command, and the validation layer's messages meanwhile.
 
 use std::collections::BTreeMap;
 use std::env;
@@ -87,10 +87,10 @@ pub struct Heard {
     validation: Validation,
     /// The device's name, if there was one.
     pub device: Option<String>,
-    /// The validation layer's version, whether it was asked or not.
+    /// The validation layer's version, also if it was not asked.
     layer: Option<u32>,
     messages: Vec<Message>,
-    /// How many were not kept.
+    /// Messages that were not kept.
     pub dropped: u64,
 }
 
@@ -139,7 +139,7 @@ impl Heard {
         self.validation == Validation::BestPractices && message.is_advice()
     }
 
-    /// All messages but advice that was asked for. What was not kept is of unknown kind.
+    /// Counts all messages but advice that was asked for. Those that were not kept count, as their kind is unknown.
     fn mistakes(&self) -> u64 {
         self.messages.iter().filter(|message| !self.is_wanted(message)).count() as u64 + self.dropped
     }

@@ -257,7 +257,8 @@ fn not_measured(args: &Args, measured: &Measured) -> Option<String> {
     })
 }
 
-/// The folder of measurements so far: in that of the truths, by all that was asked but the bound. Where none is kept it is a temporary one.
+/// Opens the folder of measurements so far: in that of the truths, by everything that was asked but the bound. If none is kept, it is a temporary
+/// one.
 fn journal_of(args: &Args, header: &Header, info: &SceneInfo) -> Result<(Journal, Option<TempDir>), Failure> {
     let failed = |error| Failure::new(Exit::BadInput, format!("cannot make a folder for measurements: {error}"));
     let key = blake3::hash(output::json(&(journal::FORMAT, header, info))?.as_bytes()).to_hex();
@@ -324,7 +325,7 @@ fn recommendation(scene: &SceneReport, metric: Metric, point: usize) -> String {
     format!("Chosen: `{}`: {gain}.", scene.points[point].name)
 }
 
-/// The choice with its figures from every camera, those of the settings as given beside it, and what was passed over.
+/// The choice with its figures from every camera, those of the settings as given beside it, and the points that were passed over.
 fn report(args: &Args, measured: &Measured, search: &Search, chosen: &Attempt) -> String {
     let Measured { header, tuned: Tuned { scene, outcome, .. }, .. } = measured;
     let [width, height] = scene.size;

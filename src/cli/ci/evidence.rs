@@ -98,7 +98,7 @@ impl Evidence {
         }
     }
 
-    /// Keeps the last label that is recorded on a device, and what the device is for.
+    /// Keeps the last label that is recorded on a device, and the stage for which the device was opened.
     pub fn labels(&self, stage: &str, device: &Arc<Device>) {
         let Some(folder) = &self.folder else { return };
         if let Ok(file) = File::create(folder.join(LAST_LABEL)) {
@@ -107,7 +107,7 @@ impl Evidence {
         }
     }
 
-    /// The scene's files, with the hash of each: whoever tries the case again sees whether they are the same.
+    /// Writes the scene's files with the hash of each, so that another try of the case can tell if they are the same.
     pub fn scene_files(&self, files: &[PathBuf]) {
         if self.folder.is_none() || files.is_empty() {
             return;

@@ -1,5 +1,5 @@
-//! Makes the checks of one case, in this process. What is found out on the way is written into the case's folder as soon as it is known, so that a
-//! process that crashes leaves it behind.
+//! Makes the checks of one case, in this process. Findings are written into the case's folder as soon as they are known, so that a process that
+//! crashes leaves them behind.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -29,7 +29,7 @@ const WARM_FRAMES: u32 = 100;
 /// Growth of a process that counts as none: allocators keep memory that they have taken.
 const SLACK_BYTES: u64 = 4 << 20;
 
-/// The surroundings of a case: device, baseline, and whether other cases run beside it.
+/// The surroundings of a case: its device, its baseline, and other cases beside it.
 pub struct Place<'a> {
     pub device: &'a DeviceChoice,
     pub baseline: Option<&'a Baseline>,
@@ -311,7 +311,7 @@ fn observed(
         drawing.picture(&mut renderer)
     })?;
     let Some(picture) = picture else { return Ok(()) };
-    // What GPU-assisted validation adds to shaders may change how they round.
+    // GPU-assisted validation adds code to shaders, which may change their rounding.
     if mode != Mode::GpuAssisted && !drawing.settings.taa {
         let differ = differing(first, &picture);
         if differ > 0 {

@@ -1,4 +1,4 @@
-//! `afterlight ci --mutants`: frames with one dependency, or one bit of one, missing, and whether the validation layer at hand says so.
+//! `afterlight ci --mutants`: frames with one dependency, or one bit of one, missing, and the reports of the validation layer at hand.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;

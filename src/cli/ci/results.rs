@@ -94,7 +94,7 @@ pub fn results(judged: &[(Status, &CaseReport)]) -> String {
         .collect()
 }
 
-/// `failures.csv`: what is not as expected, and with `all` what fails as expected, too.
+/// `failures.csv`: unexpected results, and with `all` expected failures, too.
 pub fn failures(judged: &[(Status, &CaseReport)], all: bool) -> String {
     let is_told = |status: Status| !status.is_expected() || all && status == Status::ExpectedFail;
     let told = sorted(judged).filter(|(status, _)| is_told(*status));

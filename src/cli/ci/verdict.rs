@@ -126,7 +126,7 @@ pub enum Check {
     Time,
 }
 
-/// How a check went.
+/// The outcome of a check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Outcome {
@@ -141,7 +141,7 @@ pub enum Outcome {
 pub struct Finding {
     pub check: Check,
     pub outcome: Outcome,
-    /// One line: what was measured against which bound, or why it was not.
+    /// One line: the measured value and its bound, or the reason for having none.
     pub detail: String,
 }
 

@@ -79,7 +79,7 @@ impl Limit {
 
     /// Returns what breaks the limit, if anything does.
     pub fn broken_by(&self, comparison: &Comparison) -> Option<String> {
-        // What cannot be said does not hold; `Metric::applies` has told why.
+        // A limit without a value does not hold; `Metric::applies` has told why.
         let found = self.metric.of(comparison).unwrap_or(f64::NAN);
         let (holds, side) = match self.metric {
             Metric::Psnr => (found >= self.value, "below"),

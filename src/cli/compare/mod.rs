@@ -150,7 +150,7 @@ struct Report {
     verdict: Option<&'static str>,
 }
 
-/// A `--max`, and what was found.
+/// A `--max`, and the value found.
 #[derive(Debug, Serialize)]
 struct LimitReport {
     metric: &'static str,

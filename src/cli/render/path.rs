@@ -23,7 +23,7 @@ const DEFAULT_FPS: f64 = 30.0;
 
 /// The moments of a sequence.
 struct Moments {
-    /// Where the camera goes; `None` where it stands, or is one that clips move.
+    /// The camera's path; `None` where it stands, or is one that clips move.
     path: Option<CameraPath>,
     fps: f64,
     count: u32,

@@ -192,7 +192,7 @@ pub fn report_on(samples: &[Sample], is_shared: bool, report: &mut CaseReport) {
     }
 }
 
-/// The objects that someone owns, counted by their names: whoever looks for a leak begins there.
+/// The objects that someone owns, counted by their names: the first clue to a leak.
 #[derive(Default)]
 pub struct Alive {
     counts: BTreeMap<String, usize>,
@@ -222,7 +222,7 @@ impl Alive {
     }
 }
 
-/// The curve as a table; what the system does not tell is empty.
+/// The curve as a table; values that the system does not tell are empty.
 pub fn csv(samples: &[Sample]) -> String {
     let mut text = "frame,resident_bytes,device_bytes,block_bytes,objects,open_files,threads,frame_us\n".to_owned();
     let told = |number: Option<u64>| number.map_or_else(String::new, |number| number.to_string());
