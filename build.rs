@@ -42,7 +42,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Sets variables that `src/cli/version.rs` reads when it is compiled; what cannot be found out stays unset.
+/// Sets variables that `src/cli/version.rs` reads when it is compiled; those that cannot be found out stay unset.
 fn tell_what_is_built() {
     for (variable, of_cargo) in [("AFTERLIGHT_TARGET", "TARGET"), ("AFTERLIGHT_FEATURES", "CARGO_CFG_FEATURE")] {
         if let Ok(value) = std::env::var(of_cargo) {

@@ -73,7 +73,7 @@ fn compare(device: &Arc<Device>, triangles: usize, size: [u32; 2], frames: usize
             renderer.wait()?;
             Ok(start.elapsed().as_secs_f64() * 1e3)
         };
-        // Who begins changes, so that what one leaves in caches serves both.
+        // The first of the two changes, so that both profit from the other's traces in caches.
         let pair = match round % 2 {
             0 => {
                 let first = own()?;

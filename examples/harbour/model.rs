@@ -1,4 +1,4 @@
-//! Shapes in metres, +Y up, fronts counter-clockwise: what stands in the harbour is put together from these.
+//! Shapes in metres, +Y up, fronts counter-clockwise: the harbour is put together from these.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;

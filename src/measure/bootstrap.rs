@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::percentile;
 
-/// How often the samples are drawn anew: the ends of a 95% interval are then the 50th draw from below and from above.
+/// The number of times that samples are drawn anew: the ends of a 95% interval are then the 50th draw from below and from above.
 const RESAMPLES: usize = 2000;
 /// From so many samples on an interval can cover the median with 95%: that all of five lie on one side of it has a probability of 1/16.
 pub const LEAST_FOR_95: usize = 6;
@@ -51,8 +51,8 @@ pub fn median_interval(samples: &[f64]) -> Option<MedianInterval> {
     })
 }
 
-/// The median of samples that were taken in groups, and as many draws of it: what one group has in common, as a busy machine, is uncertain
-/// too.
+/// The median of samples that were taken in groups, and as many draws of it: influences on a whole group, such as a busy machine, count as
+/// uncertainty, too.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GroupedMedian {
     median: f64,

@@ -1,7 +1,7 @@
-//! Mutants as a test of validation layers: frames from which one dependency is missing, or one bit of one, and whether a layer says so.
+//! Mutants as a test of validation layers: frames from which one dependency is missing, or one bit of one, and a layer's reports of them.
 //!
-//! That something is lost in each, [`crate::frame::proof`] computes from the specification. What a layer does not notice is expected where
-//! [`unreported_mutants`] argues it or the layer is too old ([`older`]), and a failure elsewhere.
+//! [`crate::frame::proof`] computes from the specification that each mutant loses something. A mutant that a layer does not report is expected
+//! where [`unreported_mutants`] argues it or the layer is too old ([`older`]), and a failure elsewhere.
 
 mod cases;
 mod laboratory;
@@ -30,13 +30,13 @@ pub struct Case {
     pub name: String,
     /// The scene that is drawn.
     pub scene: Scene,
-    /// How it is drawn.
+    /// The settings of its frames.
     pub settings: Settings,
-    /// Its frames are presented, with whatever may lie over them.
+    /// Its frames are presented, with everything that may lie over them.
     pub presented: Option<Way>,
 }
 
-/// How pictures come into a swapchain's images. No dependency tells in which format, or how they are encoded.
+/// The way of pictures into a swapchain's images. No dependency depends on the images' format or encoding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Way {
     /// The last pass draws into them.
@@ -73,7 +73,7 @@ pub fn presented(plan: FramePlan, way: Way) -> FramePlan {
 /// A case's frames with something missing.
 #[derive(Debug, Clone)]
 pub struct Mutant<'a> {
-    /// Where it is taken away.
+    /// The case whose table lacks it.
     pub case: &'a Case,
     /// The plan of the case.
     pub plan: &'a FramePlan,
