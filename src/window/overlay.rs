@@ -1,4 +1,4 @@
-//! egui in the window: events go in, triangles for [`crate::passes::overlay`] come out. What is shown is [`super::controls`]'s.
+//! egui in the window: events go in, triangles for [`crate::passes::overlay`] come out. The panels themselves are [`super::controls`]'s.
 
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;

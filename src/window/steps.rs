@@ -19,7 +19,7 @@ const SINGLE_LIGHTS: usize = 24;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {
     ShadowMaps,
-    /// A part of what GEOMETRY has written, or what AO has made of it.
+    /// A buffer that GEOMETRY has written, or the one that AO has made of it.
     Buffer(View),
     /// The lights from `first` to before `end` are added, of those that the plan has; none of them before the first light.
     Lights {
@@ -46,7 +46,7 @@ impl Step {
         steps
     }
 
-    /// The steps of one pass. A window's own passes, and what only shows a buffer, have none.
+    /// The steps of one pass. A window's own passes, and those that only show a buffer, have none.
     fn of(pass: &Pass, plan: &FramePlan) -> Vec<Self> {
         let is = |other: &Pass| pass.place == other.place;
         if is(&shadow::PASS) {
@@ -296,7 +296,7 @@ mod tests {
         assert_eq!(passes, expected, "{seen:?}");
     }
 
-    /// What a step shows is what the frame does: its plan differs in nothing but what the step is about.
+    /// A step shows the frame's own work: its plan differs in nothing but the subject of the step.
     #[test]
     fn every_step_can_be_planned_and_those_of_lights_have_the_frames_own_plan() {
         let glass = samples::scene(vec![Material::default(), samples::glass()], vec![samples::sky(), samples::sun()]);
@@ -308,7 +308,7 @@ mod tests {
                     (true, 4, Transparency::Sorted, AmbientOcclusion::Off),
                 ] {
                     let whole = Settings { light_path, fxaa, msaa, transparency, ao, ..Settings::default() };
-                    // What does not go together is refused.
+                    // Settings that do not go together are refused.
                     let Ok(plan) = FramePlan::of(&scene, &whole, &samples::device()) else { continue };
                     for step in Step::all(&plan) {
                         let settings = step.settings(&whole, &plan);

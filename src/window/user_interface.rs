@@ -1,4 +1,4 @@
-//! The user's interface: panels over the picture, and what follows from a change that is made there.
+//! The user's interface: panels over the picture, and the consequences of changes that are made there.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -95,8 +95,8 @@ impl UserInterface {
         self.overlay.event(window, event, shown)
     }
 
-    /// Builds the panels and makes the changes that are made there. What is to be drawn, and after which time anew; none while no panel is open.
-    /// The presenter must be fitted again if it was told of a change: the third value.
+    /// Builds the panels and makes the changes that are made there. Returns the panels to draw, and the time after which to draw them anew; none
+    /// while no panel is open. The third value is true if the presenter must be fitted again, as it was told of a change.
     pub fn show(
         &mut self,
         window: &Window,
@@ -349,7 +349,7 @@ impl UserInterface {
             if self.set(presenter, subject, settings) {
                 return true;
             }
-            // What the scene does not have is passed over.
+            // Views that the scene does not have are passed over.
             subject.settings.view = subject.turned(back).view;
         }
         subject.settings.view = own;
@@ -444,7 +444,7 @@ impl UserInterface {
             // Refused only while light is in nits, which has none.
             let _ = presenter.set_exposure(after.exposure);
         }
-        // What the frames have already is nothing to go back behind.
+        // The frames have these values already: going back to the fitted settings must not undo them.
         if let Some((values, lights)) = self.fitted.as_mut().filter(|_| self.before.subject.is_none()) {
             (values.exposure, values.settings.exposure) = (subject.exposure, subject.settings.exposure);
             for index in taken {

@@ -21,7 +21,7 @@ fn library() -> Option<&'static Xlib> {
 }
 
 /// Has `gone` called when a connection to the X server breaks. Xlib's own handler would print a line and end the program with exit code 1.
-/// Where the library is absent, the window system is another one.
+/// Without the library, the window system is another one.
 pub fn on_broken_connection(gone: fn() -> !) {
     GONE.get_or_init(|| gone);
     if let Some(library) = library() {

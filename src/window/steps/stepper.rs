@@ -37,7 +37,7 @@ impl Stepped {
     }
 }
 
-/// Where in the frame the window is.
+/// The window's place among the steps of a frame.
 #[derive(Default)]
 pub struct Stepper {
     /// None while it shows whole frames.
