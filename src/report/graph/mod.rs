@@ -1,7 +1,7 @@
-//! A frame as a drawing: passes and subpasses, what they draw into, and every dependency with its stages and accesses.
+//! A frame as a drawing: passes and subpasses, their targets, and every dependency with its stages and accesses.
 //!
 //! It is made from the values that the render passes and barriers are made from ([`crate::frame::render_pass`] and
-//! [`crate::frame::edges`]), so that it cannot say anything else than they do.
+//! [`crate::frame::edges`]), so that it cannot differ from them.
 
 mod hazards;
 mod layout;

@@ -2,7 +2,7 @@
 
 use std::fmt::{Display, Write as _};
 
-/// Where text may lie, in pixels from the upper left.
+/// A rectangle for text, in pixels from the upper left.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rect {
     pub x: f64,
@@ -21,7 +21,7 @@ impl Rect {
     }
 }
 
-/// How text is set.
+/// The style of a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Font {
     Title,

@@ -160,7 +160,7 @@ fn no_text_of_the_hazards_lies_on_another_or_outside_of_the_page() {
     }
 }
 
-/// What frames in flight share is named with the frame, and what a layout change overtook instead of the change.
+/// Resources that frames in flight share are named with the frame, and an access that a layout change overtook in place of the change.
 #[test]
 fn a_strip_shows_the_earlier_use_of_another_frame() {
     let scene = samples::scene(vec![samples::emissive()], vec![samples::sun()]);

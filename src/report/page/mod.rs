@@ -28,7 +28,7 @@ use crate::measure::what_moves;
 /// As one line in the page's head.
 const STYLE: &str = include_str!("style.css");
 
-/// The page. `pictures` gives the bytes of a PNG file beside the report by its name; what it does not have, the page says is missing.
+/// The page. `pictures` gives the bytes of a PNG file beside the report by its name; the page says which pictures are missing.
 pub fn html(report: &Report, pictures: Pictures) -> String {
     let page = html! {
         (DOCTYPE)

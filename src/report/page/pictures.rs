@@ -56,7 +56,7 @@ fn picture(point: &str, shows: &str, file: &str, bytes: Option<Vec<u8>>) -> Mark
     }
 }
 
-/// How much of a picture JPEG keeps, to 100: nothing that is missing at this quality is seen.
+/// The quality of JPEG, up to 100: its losses at this one are not seen.
 const QUALITY: u8 = 90;
 
 /// The picture as an address that holds it: as JPEG where that is smaller, else as it is.

@@ -1,7 +1,7 @@
-//! How long pictures take: renderers take turns, so that what slows the machine slows all of them.
+//! Times of pictures: renderers take turns, so that a slow moment of the machine slows all of them.
 //!
 //! A batch is a few renderers that are held at once, the settings as given (the anchor) always among them. Each is warmed up until its frames
-//! stop getting faster, for drivers compile late; then rounds begin, each of one picture by each renderer in random order. What counts is the
+//! stop getting faster, for drivers compile late; then rounds begin, each of one picture by each renderer in random order. The measure is the
 //! ratio of a picture's time to that of the anchor in the same round: it is comparable between batches, and between machines of one kind.
 //! Milliseconds are that ratio times the anchor's median over all batches, and as uncertain as both.
 
@@ -54,7 +54,7 @@ pub struct Rounds {
     pub others: Vec<Vec<Sample>>,
 }
 
-/// How many rounds a batch has.
+/// The rounds of a batch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effort {
     pub rounds: usize,

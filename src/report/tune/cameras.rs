@@ -1,8 +1,8 @@
 //! Cameras that a choice is verified from: moved and turned within the scene, so that something is seen. No device is asked: rays of the
-//! reference say where there is room and what is in view.
+//! reference find the room for a camera and the objects in view.
 //!
 //! A camera goes towards something that the scene's own camera sees, along a ray that nothing blocks, so that it cannot come to stand
-//! inside a wall; then it turns. Which way follows from its place in a sequence alone: the same scene has the same cameras.
+//! inside a wall; then it turns. Its way and turn follow from its place in a sequence alone: the same scene has the same cameras.
 
 use std::collections::BTreeSet;
 
@@ -15,9 +15,9 @@ use crate::scene::{Camera, CameraPath, Projection};
 const GRID: [u32; 2] = [16, 9];
 /// Cameras that are tried for each that is wanted.
 const TRIES: u32 = 64;
-/// How much of the picture must be surfaces, as a share of what the scene's own camera sees of them.
+/// The least part of the picture that must be surfaces, as a share of that of the scene's own camera.
 const LEAST_SEEN: f64 = 0.6;
-/// Of the different objects that the scene's own camera sees, how many must be in view: a bare floor tells little.
+/// The least number of different objects in view, as a share of that of the scene's own camera: a bare floor tells little.
 const LEAST_OBJECTS: f64 = 0.5;
 /// Nearer than this share of what is usual, a surface is in the way; so many of the rays may end at one.
 const IN_THE_WAY: f64 = 0.15;
@@ -32,7 +32,7 @@ struct Sight {
     hits: Vec<DVec3>,
     /// Share of the rays that meet one.
     seen: f64,
-    /// How many different ones.
+    /// The number of different objects.
     objects: usize,
 }
 

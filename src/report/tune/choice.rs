@@ -14,7 +14,7 @@ const NEAR_MISS: f64 = 2.0;
 pub struct Goal {
     /// The bound that must hold.
     pub bound: Bound,
-    /// How error is measured, against the converged truth.
+    /// The metric of error, against the converged truth.
     pub metric: Metric,
 }
 
@@ -40,7 +40,7 @@ pub struct Measurement {
 
 /// Measures from cameras that the front was not made with.
 pub trait Witness {
-    /// How many cameras there are; `measure` takes them from 0 on.
+    /// Returns the number of cameras; `measure` takes them from 0 on.
     fn cameras(&self) -> usize;
 
     /// A point of the scene from one of these cameras, and the settings as given beside it.
@@ -79,7 +79,7 @@ pub struct Outcome {
     pub chosen: Option<Attempt>,
     /// Tried before it, in this order; the bound failed on the last of each one's cameras.
     pub passed_over: Vec<Attempt>,
-    /// Where nothing was chosen: what came near the bound, if anything did, measured from every camera.
+    /// If nothing was chosen: a point that came near the bound, if one did, measured from every camera.
     pub near_miss: Option<Attempt>,
 }
 
@@ -90,8 +90,8 @@ impl Goal {
         Measurement { error, time: *self.clock(&point.time).1 }
     }
 
-    /// The time that the bound is about, and whose it is. Where time is bounded, the slower of both clocks: the device's own knows nothing of
-    /// what a picture takes besides, as the way back of several samples and their mean.
+    /// Returns the time that the bound is about, and the name of its clock. If time is bounded, it is the slower of both clocks: the device's own
+    /// misses a picture's other work, such as reading several samples back and taking their mean.
     pub fn clock<'a>(&self, timing: &'a Timing) -> (&'static str, &'a Interval) {
         match (self.bound, &timing.gpu) {
             (Bound::Milliseconds(_), Some(gpu)) if timing.wall.high > gpu.high => ("wall", &timing.wall),
@@ -536,7 +536,7 @@ mod tests {
         let goal = error_below(fitting);
         let again = choose(&goal, &scene, &mut factors(&scene, goal, &[1.0, 1.3, 1.2], &[1.0; 3]));
         assert!(again.chosen.is_some());
-        // What fails from another camera alone is a near miss as well; what fails by far is none.
+        // A point that fails from another camera alone is a near miss as well; one that fails by far is none.
         let goal = error_below(1.01 * least);
         let outcome = choose(&goal, &scene, &mut factors(&scene, goal, &[1.2, 1.3], &[1.0; 2]));
         assert_eq!(outcome.near_miss.map(|near| near.held_out.len()), Some(2));

@@ -24,7 +24,7 @@ pub const JOINT: &str = "joint";
 /// Why a value is left out that only a whole sweep tries.
 const QUICK: &str = "--quick tries fewer values";
 
-/// How much is swept.
+/// The extent of a sweep.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Selection {
     /// Only the families with these keys; all of them where it is `None`.
@@ -64,12 +64,12 @@ pub fn name_of(patch: &SettingsPatch) -> String {
     if text.is_empty() { "default".into() } else { text }
 }
 
-/// The settings of a point: what it says over those as given.
+/// The settings of a point: its own over those as given.
 pub fn settings_of(patch: &SettingsPatch, base: &SettingsPatch) -> Settings {
     patch.or(base).decide()
 }
 
-/// The settings as given, planned: what all points are compared with.
+/// The settings as given, planned: all points are compared with them.
 pub(super) struct Base<'a> {
     pub scene: &'a Scene,
     pub device: &'a Capabilities,
@@ -108,7 +108,7 @@ impl<'a> Base<'a> {
             Ok(plan) => plan,
             Err(error) => return Outcome::Refused(error.to_string()),
         };
-        // A point is what it says: one of which a part is missing would be drawn under a wrong name.
+        // A point without one of its parts would be drawn under a wrong name.
         if let Some(new) = plan.warnings().iter().find(|warning| !self.plan.warnings().contains(warning)) {
             return Outcome::Refused(new.clone());
         }
@@ -120,7 +120,7 @@ impl<'a> Base<'a> {
         if !plan.has_structure_of(&self.plan) {
             return false;
         }
-        // What is no part of a plan, as it is looked up anew for each frame.
+        // The plan leaves out the settings that are looked up anew for each frame.
         let (own, other) = (self.settings.patch(), settings.patch());
         let mut changed = SETTINGS.iter().filter(|setting| setting.text(&own) != setting.text(&other));
         changed.all(|setting| match setting.key {

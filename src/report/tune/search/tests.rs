@@ -11,7 +11,7 @@ use crate::report::sweep::model::{Member, Metric};
 use crate::report::sweep::run::samples::{drawn, info, sweep};
 use crate::report::sweep::timing::Rounds;
 
-/// Settings that each change time by a factor and error by a term, alone and together, and what was measured of them.
+/// Settings that each change time by a factor and error by a term, alone and together, and their measurements.
 #[derive(Debug, Clone)]
 struct Land {
     info: SceneInfo,
@@ -92,7 +92,7 @@ impl Land {
         Record::Batch { scene: 0, batch: Batch { points, confirms, rounds: Rounds { anchor, others } } }
     }
 
-    /// All steps, after which `most` of them the time is over, and what they found.
+    /// Returns all steps, and their measurements; the time is over after `most` of them.
     fn search(&self, goal: &Goal, margin: Option<f64>, most: usize) -> (Vec<Step>, Measured) {
         let mut measured = Measured { info: Some(self.info.clone()), ..Measured::default() };
         let mut steps: Vec<Step> = Vec::new();
@@ -124,7 +124,7 @@ impl Land {
         }
     }
 
-    /// How much more the choice costs than the best there is.
+    /// Returns the extra cost of the choice, as a share of the best point's.
     fn regret(&self, goal: &Goal, measured: &Measured) -> f64 {
         let cost = |index: usize| match goal.bound {
             Bound::Milliseconds(_) => self.truth[index].1,
