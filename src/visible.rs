@@ -106,7 +106,7 @@ pub struct Visible {
 }
 
 impl Visible {
-    /// Of what an [`Eye`]'s camera sees.
+    /// The lists for an [`Eye`]'s camera.
     pub fn of(world: &World, camera: &Camera, plan: &FramePlan) -> Self {
         let aspect = f64::from(plan.size[0]) / f64::from(plan.size[1]);
         let frustum = Frustum::of(camera, aspect);

@@ -17,7 +17,7 @@ use super::sampling;
 use super::shadow::Receiver;
 use crate::scene::{Fog, Light};
 
-/// Probes along a ray where it alone says what a pixel shows.
+/// Probes along a ray that is a pixel's only one.
 pub(super) const STEPS: u32 = 64;
 /// The same of each of many samples of a pixel.
 const STEPS_OF_A_SAMPLE: u32 = 4;
@@ -182,7 +182,7 @@ impl Reference<'_> {
             light::arriving(own, point).1 > 0.0
                 && (!casts || Receiver::floating(point).sees(&self.geometry, own, on_disc))
         };
-        // In dense fog every other probe is by what is lost.
+        // In dense fog every other probe goes by the share of lost light.
         let whole = part.lost(0.0, limit);
         let by_loss = part.depth(0.0, limit) > 0.5;
         let probe = |step: u32| {

@@ -140,7 +140,7 @@ impl Slice {
     }
 }
 
-/// Takes an interval out of those that are left, and says how long what was taken is.
+/// Takes an interval out of those that are left. Returns the length that was taken.
 fn cut(left: &mut Vec<[f64; 2]>, [from, until]: [f64; 2]) -> f64 {
     let mut taken = 0.0;
     let mut rest = Vec::with_capacity(left.len() + 1);

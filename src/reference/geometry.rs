@@ -137,7 +137,7 @@ impl<'a> Geometry<'a> {
             for triangle in 0..mesh.indices.len() / 3 {
                 let corners = corners(mesh, &object.transform, triangle);
                 let id = TriangleId { object: index as u32, triangle: triangle as u32 };
-                // False for what is no number.
+                // False for a NaN.
                 if corners.iter().all(|corner| corner.abs().max_element() <= LARGEST) {
                     triangles.push(Triangle { corners, id });
                 }
@@ -194,7 +194,7 @@ impl<'a> Geometry<'a> {
         if self.has_transparent {
             let limit = nearest.map_or(f64::INFINITY, |nearest| nearest.crossing.distance);
             let is_coat = |hit: &Hit| self.part(hit).material.alpha_mode == AlphaMode::Coat;
-            // As by the depth test, which of what is equally far coats alone pass. They lie on what is equally far.
+            // As by the depth test: of surfaces coplanar with an opaque one, only coats pass, which lie on it.
             transparent.retain(|hit| {
                 let distance = hit.crossing.distance;
                 distance < limit || distance == limit && is_coat(hit)

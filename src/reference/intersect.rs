@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-/// A half-line with what all triangles ask of it.
+/// A half-line, with the values that tests against all triangles share.
 #[derive(Debug, Clone, Copy)]
 pub struct Ray {
     pub origin: DVec3,

@@ -72,8 +72,8 @@ fn unit_or(vector: DVec3, fallback: DVec3) -> DVec3 {
     if largest > 0.0 && largest.is_finite() { (vector / largest).normalize() } else { fallback }
 }
 
-/// The surface that a hit is, and how it goes with what lies behind. `position` is relative to the camera; `brdf` stands in for all
-/// materials' own where there is one.
+/// The surface of a hit, and the way that it is blended. `position` is relative to the camera; `brdf`, if given, replaces that of all
+/// materials.
 pub fn surface(
     scene: &Scene,
     geometry: &Geometry,

@@ -171,7 +171,7 @@ impl Rays {
 }
 
 impl<'a> Reference<'a> {
-    /// Builds what rays need. Materials keep their own reflection models, and lights their shadows.
+    /// Builds the trees and tables that rays need. Materials keep their own reflection models, and lights their shadows.
     ///
     /// # Errors
     /// When [`Scene::check`] finds a fault.
@@ -312,8 +312,8 @@ impl<'a> Reference<'a> {
         })
     }
 
-    /// The light, in nits, that what is seen at a place of the picture sends along the ray through another, as [`Mode::Point`] has it where both
-    /// are the middle of a pixel.
+    /// Returns the light, in nits, of the surface at a place of the picture, sent along the ray through another place: as [`Mode::Point`] has it
+    /// where both are the middle of a pixel.
     pub fn light(&self, view: &View, smith: Smith, place: DVec2, along: DVec2) -> [f64; 3] {
         let rays = Rays::of(view);
         let along = Some(rays.ray(along).direction);
@@ -415,8 +415,8 @@ impl<'a> Reference<'a> {
         });
     }
 
-    /// Returns the light at a place of the picture, in this row of it: the nearest opaque surface or the background, and over it what is
-    /// transparent, surfaces and particles, each in its place. [`Surface::ray`] is `along`.
+    /// Returns the light at a place of the picture, in this row of it: the nearest opaque surface or the background, and over it transparent
+    /// surfaces and particles, each in its place. [`Surface::ray`] is `along`.
     fn look(
         &self,
         (billboards, row): (&Billboards, usize),
@@ -434,7 +434,7 @@ impl<'a> Reference<'a> {
             },
         );
         let surface = nearest.map_or(f64::INFINITY, |hit| hit.crossing.distance);
-        // From the farthest on: through the air before it, and then what is transparent over that.
+        // From the farthest on: each transparent layer is blended over the light that has come through the air before it.
         let (mut radiance, mut from) = (behind, surface);
         let mut through = |radiance: DVec3, near: f64| {
             self.passage(ray, [near, std::mem::replace(&mut from, near)], points).of(radiance)

@@ -104,7 +104,7 @@ impl SkyLight {
         let target = point.x * all;
         let index = self.sums.partition_point(|&sum| sum < target).min(self.sums.len() - 1);
         let before = if index == 0 { 0.0 } else { self.sums[index - 1] };
-        // Within the texel: across by what is left of the first number, down by the second, evenly over its solid angle.
+        // Within the texel: across by the rest of the first number, down by the second, evenly over its solid angle.
         let across = ((target - before) / (self.sums[index] - before)).clamp(0.0, 1.0);
         let (column, row) = (index % self.width, index / self.width);
         let height = (self.width / 2) as f64;

@@ -36,7 +36,7 @@ pub struct Surface {
     pub occlusion: f64,
     /// Emitted radiance in nits.
     pub emissive: DVec3,
-    /// Share of what lies behind that is hidden, 0 to 1; 1 for opaque surfaces.
+    /// Share of the light from behind that it hides, 0 to 1; 1 for opaque surfaces.
     pub alpha: f64,
     /// True if shadows fall on it.
     pub receives_shadow: bool,

@@ -41,7 +41,7 @@ impl Projection {
 }
 
 /// A camera that looks along its local -Z, +Y up. A perspective one has no far plane, and neither has an orthographic one: its depth ends behind
-/// what there is.
+/// the scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Camera {
     /// Its place in the world.
@@ -108,7 +108,7 @@ impl Camera {
         self.rotation * DVec3::Y
     }
 
-    /// From what it looks at to the middle of its picture, where [`Camera::w`] is 1.
+    /// From the place that it looks at to the middle of its picture, where [`Camera::w`] is 1.
     pub fn aside(&self) -> DVec3 {
         self.right() * self.shift.x + self.up() * self.shift.y
     }
@@ -118,7 +118,7 @@ impl Camera {
         matches!(self.projection, Projection::Orthographic { .. })
     }
 
-    /// Half of what the picture shows from top to bottom, in metres, where [`Camera::w`] is 1.
+    /// Half the picture's height, in metres, where [`Camera::w`] is 1.
     pub fn half_height(&self) -> f64 {
         match self.projection {
             Projection::Perspective { fov_y_degrees } => (fov_y_degrees.to_radians() * 0.5).tan(),

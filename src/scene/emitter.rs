@@ -9,7 +9,7 @@ use super::{Aabb, Scene};
 pub const MOST_KEYS: usize = 4;
 /// Emitters of a scene: each particle looks for its own among them.
 pub const MOST_EMITTERS: usize = 64;
-/// Particles of a scene that are alive at once: 48 bytes each for what they look like, and 8 for their order.
+/// Particles of a scene that are alive at once: 48 bytes each for their looks, and 8 for their order.
 pub const MOST_PARTICLES: u64 = 1 << 21;
 /// Different textures of a scene's emitters: particles of all of them are drawn at once.
 pub const MOST_TEXTURES: usize = 4;

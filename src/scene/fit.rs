@@ -96,8 +96,8 @@ pub fn add_daylight(scene: &mut Scene) {
     };
 }
 
-/// Light for a model that states what it emits as a share of white, as glTF does: such shares would be lost in the sun. A lamp from the upper
-/// left of whoever looks at its front, which is +Z, and a neutral sky; together they meter as [`exposure_scale`](super::exposure_scale) 1, so
+/// Light for a model that states its emission as a share of white, as glTF does: such shares would be lost in the sun. A lamp from the upper
+/// left of a viewer of its front, which is +Z, and a neutral sky; together they meter as [`exposure_scale`](super::exposure_scale) 1, so
 /// that 1 nit is white.
 pub fn add_studio(scene: &mut Scene) {
     scene.lights.push(Light {

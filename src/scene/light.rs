@@ -279,7 +279,7 @@ impl LightForm {
         outline | if self.range.is_some() { RANGES } else { 0 }
     }
 
-    /// Scale and offset of what `shaders/shared/lights.wgsl` cuts the outline with: of a cone `saturate(scale cos(angle) + offset)^2`
+    /// Scale and offset by which `shaders/shared/lights.wgsl` cuts the outline: of a cone `saturate(scale cos(angle) + offset)^2`
     /// (KHR_lights_punctual, "Inner and Outer Cone Angles"), of a cylinder the same of the metres beside the axis.
     pub fn edge(&self) -> [f64; 2] {
         match self.outline {
@@ -296,8 +296,8 @@ impl LightForm {
         }
     }
 
-    /// A sphere around what the light lights within `reach` metres: its centre and radius. A narrow cone's is smaller than the light's own: that
-    /// through its apex and the rim of its base, or that around the rim alone where the cone is wider than 45 degrees.
+    /// A sphere around the space that the light lights within `reach` metres: its centre and radius. A narrow cone's is smaller than the light's own:
+    /// that through its apex and the rim of its base, or that around the rim alone where the cone is wider than 45 degrees.
     pub fn sphere(&self, reach: f64) -> (DVec3, f64) {
         let Some(place) = self.place else { return (DVec3::ZERO, f64::INFINITY) };
         match (self.outline, self.unit_direction()) {
@@ -325,8 +325,8 @@ impl LightForm {
         }
     }
 
-    /// A volume around what the light lights within `reach` metres, which is finite: the image of a solid by these columns, and how far from the
-    /// light's place that has its zero.
+    /// A volume around the space that the light lights within `reach` metres, which is finite: the image of a solid by these columns, and the offset
+    /// of the image's zero from the light's place.
     pub fn volume(&self, reach: f64) -> (Solid, DMat3, DVec3) {
         match (self.outline, self.unit_direction()) {
             (Outline::Cone { outer, .. }, Some(direction)) if outer <= WIDEST_CONE => {
@@ -355,7 +355,7 @@ impl LightForm {
         self.place.is_some() && self.is_parallel()
     }
 
-    /// The number of what weakens it with the distance in `shaders/shared/lights.wgsl`.
+    /// The number of its fall-off in `shaders/shared/lights.wgsl`.
     pub(crate) fn formula(&self) -> u32 {
         let without = if self.place.is_some() { NO_FALLOFF } else { 0 };
         self.falloff.map_or(without, |falloff| falloff.index())
@@ -414,7 +414,7 @@ impl Light {
 
     /// Lux that it brings to a receptor at `point` that faces it, in a scene of `radius` metres, for metering.
     ///
-    /// A light with a range counts as what it brings at half its range, times the share of the scene that it reaches: a scene of many
+    /// A light with a range counts by its lux at half its range, times the share of the scene that it reaches: a scene of many
     /// short-ranged lamps is lit although none of them reaches the centre. Cones of spots count as open; a beam counts by its share of the
     /// scene's cross-section.
     pub(super) fn illuminance(&self, point: DVec3, radius: f64) -> f64 {

@@ -1,4 +1,4 @@
-//! Opens whatever a user names as a scene.
+//! Opens the scene that a user names: built-in, scene file or bare model.
 
 use std::path::Path;
 
@@ -32,7 +32,7 @@ pub enum Up {
     /// As in this program's world.
     #[default]
     Y,
-    /// As of many modelling and CAD programs: their Y leads away from who looks along it, to where -Z is here.
+    /// As of many modelling and CAD programs: their Y leads away from the viewer, as -Z does here.
     Z,
 }
 
@@ -186,7 +186,7 @@ fn extension(path: &Path) -> String {
     path.extension().map(|extension| extension.to_string_lossy().to_lowercase()).unwrap_or_default()
 }
 
-/// `reads` is what could be read in its place.
+/// `reads` lists the formats that could be read in its place.
 fn unreadable(path: &Path, reads: &str) -> Error {
     // A missing file is the likelier slip than a wrong format.
     if let Err(error) = std::fs::metadata(path) {

@@ -21,7 +21,7 @@ pub struct Look {
     pub cell: u32,
     /// Linear RGB from 0 to 1, which multiplies the base colour.
     pub tint: Vec3,
-    /// Three quarters of its base colour are [`HIGHLIGHT`], and a quarter is what all else makes of it.
+    /// True if it is selected: three quarters of its base colour are [`HIGHLIGHT`], and a quarter is its own colour.
     pub selected: bool,
 }
 

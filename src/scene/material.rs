@@ -40,7 +40,7 @@ pub enum AlphaMode {
     Coat,
 }
 
-/// The texture slots of a material, in the order of their descriptor bindings. [`TextureSlot::form`] is what there is to know of each.
+/// The texture slots of a material, in the order of their descriptor bindings. [`TextureSlot::form`] has the properties of each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum TextureSlot {
     /// sRGB colour; linear alpha.
@@ -93,7 +93,7 @@ pub struct SlotForm {
     pub channels: [bool; 4],
     /// True if the Phong models alone look at it, false if the others alone do; `None` if all do.
     pub phong: Option<bool>,
-    /// Puts into the factors what a texture says all over, in linear values.
+    /// Puts the value of a constant texture, in linear values, into the factors.
     pub(crate) fold: fn(&mut Material, [f64; 4]),
     get: fn(&Material) -> Option<usize>,
     get_mut: fn(&mut Material) -> &mut Option<usize>,
@@ -237,7 +237,7 @@ impl Default for UvMap {
 /// Reflectance of a dielectric of index of refraction 1.5 at normal incidence.
 pub const DIELECTRIC: f32 = 0.04;
 
-/// A material; factors multiply what the textures say. Colours are linear RGB.
+/// A material; factors multiply the values of textures. Colours are linear RGB.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
     /// For messages and reports.
@@ -352,7 +352,7 @@ impl Material {
         }
     }
 
-    /// The texture in the specular slot where it says what a dielectric reflects (KHR_materials_specular): that of a Cook-Torrance material
+    /// The texture in the specular slot where it gives the reflectance of a dielectric (KHR_materials_specular): that of a Cook-Torrance material
     /// without Ks, which the Phong models alone have.
     pub fn reflectance_texture(&self) -> Option<usize> {
         let is_dielectric = self.brdf == Brdf::CookTorrance && self.specular == Vec3::ZERO;

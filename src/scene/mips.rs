@@ -142,7 +142,7 @@ static SRGB: LazyLock<[f32; 256]> = LazyLock::new(|| {
     })
 });
 
-/// Steps from 0 to 1 of what is encoded: a twentieth of the darkest code.
+/// Steps of values from 0 to 1 before they are encoded: each is a twentieth of the darkest code.
 const STEPS: f32 = 65535.0;
 
 /// The sRGB codes of linear values.

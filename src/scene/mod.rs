@@ -1,7 +1,7 @@
 //! Scenes: meshes, materials, textures, lights and a camera, as pure data. No Vulkan.
 //!
 //! World space is right-handed with +Y up; a camera looks along its -Z. Lengths are metres, light is linear Rec. 709 RGB.
-//! Positions and transforms of the world are f64: a mesh keeps its `origin` apart and only what is left becomes f32, and a
+//! Positions and transforms of the world are f64: a mesh keeps its `origin` apart and only the offsets from it are f32, and a
 //! frame moves the world to the camera before it drops to f32.
 
 mod bounds;
@@ -149,7 +149,7 @@ pub struct Fitted {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Environment {
     /// Ambient radiance that reaches a surface from every direction, in nits, or with `ground` from every direction above the
-    /// horizon. A lambert surface in even ambient light reflects albedo times this, a metal what its lobe reflects of it.
+    /// horizon. A lambert surface in even ambient light reflects albedo times this, a metal its lobe's share of this.
     pub ambient: Vec3,
     /// Radiance from every direction below the horizon (-Y), in nits; the same as from above where there is none.
     pub ground: Option<Vec3>,
@@ -172,7 +172,7 @@ impl Environment {
     /// is pi (mean + half n.y): the shares of the half-spheres that it faces are (1 + n.y) / 2 and (1 - n.y) / 2, exactly (B. Y. H. Liu and
     /// R. C. Jordan, "The Long-Term Average Performance of Flat-Plate Solar-Energy Collectors", 1963).
     pub fn hemispheres(&self) -> (Vec3, Vec3) {
-        // Halved first: the sum of the largest radiances would overflow. Even light stays what it is, to the last bit.
+        // Halved first: the sum of the largest radiances would overflow. Even light stays the same, to the last bit.
         let (sky, ground) = (self.ambient * 0.5, self.ground() * 0.5);
         (sky + ground, sky - ground)
     }

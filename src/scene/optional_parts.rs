@@ -38,7 +38,7 @@ optional_parts! {
     Transparent = "transparent",
     /// GEOMETRY's output location for emitted light.
     Emissive = "emissive",
-    /// The G-buffer's target for roughness and what else is in it.
+    /// The G-buffer's target for roughness and other material values.
     MaterialTarget = "material-target",
     /// The channel of the material target for metals.
     MetallicChannel = "metallic-channel",

@@ -101,7 +101,7 @@ impl ActiveLights {
         Self { lights, directional, global, looped }
     }
 
-    /// Spheres around what those lights reach that the loop does not take, with the path's own limit.
+    /// Spheres around the reach of those lights that the loop does not take, with the path's own limit.
     pub(super) fn spheres(&self, world: &World, first: usize) -> Vec<Reach> {
         self.lights[first..].iter().map(|&light| sphere_of(&world.lights[light], world.reaches[light])).collect()
     }

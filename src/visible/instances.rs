@@ -14,7 +14,7 @@ use crate::plan::box_tree::BoxTree;
 use crate::plan::{GeometryKey, Reach};
 use crate::scene::{Aabb, Camera};
 
-/// Steps of depth by which what is seen is sorted: near ones first, so that early depth tests save the most, and yet in few commands.
+/// Steps of depth by which visible objects are sorted: near ones first, so that early depth tests save the most, and yet in few commands.
 pub const STEPS: usize = 32;
 
 /// A command: instances of one level of a mesh with one material.
@@ -210,7 +210,8 @@ impl InstanceList {
         &self.opaque_batches
     }
 
-    /// Middle and half the size of an object's box, relative to the place of [`Stand`]s: with what f32 loses, no smaller than it is.
+    /// Middle and half the size of an object's box, relative to the origin of [`Stand`]s: widened by the rounding to f32, so that it is never too
+    /// small.
     pub fn box_of(&self, bounds: &Aabb) -> (Vec3, Vec3) {
         let (center, half) = (bounds.center() - self.anchor, bounds.size() * 0.5);
         (center.as_vec3(), (half + F32_SLACK * (center.abs() + half)).as_vec3())
@@ -351,7 +352,7 @@ impl DepthSteps {
         let [x, y, z] = stand.rows;
         let offset = Vec3::new(x.w, y.w, z.w) - self.camera;
         let depth = offset.x * self.forward.x + offset.y * self.forward.y + offset.z * self.forward.z;
-        // A cast takes what is below the first step for the first.
+        // The cast clamps depths below the first step to it.
         ((depth - self.begin) * self.scale).min((STEPS - 1) as f32) as usize
     }
 }

@@ -8,10 +8,10 @@ use crate::scene::{CastsShadow, Look, Material};
 /// a 128th of a code; then the layer of the cell in its sheet, and in the highest bit whether the object is selected.
 pub type PackedLook = [u16; 4];
 
-/// The bit of what is selected.
+/// The bit of selected objects.
 const SELECTED: u16 = 1 << 15;
 
-/// A look with what follows from it in a plan.
+/// A look with its consequences in a plan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlannedLook {
     pub look: Look,

@@ -32,7 +32,7 @@ const MOST_TRIANGLES: usize = 16384;
 const MOST_CELLS: usize = 12;
 /// Meshes of more triangles hide nothing.
 const LARGEST_MESH: usize = 4096;
-/// By so much an object is behind what hides it, in reversed depth: as a share, and absolutely, as depths are interpolated over large
+/// The least distance of a hidden object behind its occluder, in reversed depth: as a share, and absolutely, as depths are interpolated over large
 /// triangles with the rounding of their largest value.
 const DEPTH_SHARE: f64 = 1e-3;
 const DEPTH_SLACK: f64 = 4e-6;

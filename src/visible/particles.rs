@@ -95,7 +95,7 @@ fn record(
         colors: fill(own.color.iter().map(|&color| color.into()).collect()),
         emissions: fill(own.emission.iter().map(|color| color.extend(0.0)).collect()),
         keys: UVec4::new(own.size.len() as u32, own.color.len() as u32, own.emission.len() as u32, own.seed),
-        // Its lower 32 bits tell what is random of a particle.
+        // Its lower 32 bits seed the random values of a particle.
         place: UVec4::new(first, alive.count.min(capacity - first), alive.first as u32, own.frames[0] * own.frames[1]),
         turns: Vec4::new(angles[0], angles[1], picks, texture.map_or(0.0, |place| place as f32 + 1.0)),
     }

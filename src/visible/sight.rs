@@ -32,7 +32,7 @@ pub struct Sight {
     pixels: DMat4,
 }
 
-/// Rows of maps from a mesh to what VELOCITY interpolates.
+/// Rows of maps from a mesh to the values that VELOCITY interpolates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SightRows {
     /// Pixels to the right times w, pixels down times w, and w.

@@ -54,7 +54,7 @@ pub struct World {
     pub extent: Aabb,
     at_first: Aabb,
     pub shadows: ShadowSettings,
-    /// From nits to what is tone-mapped.
+    /// From nits to exposed light, which is tone-mapped.
     pub exposure: f32,
     /// By mesh: triangles that are sorted for each frame, as they are transparent.
     pub sortable: BTreeMap<usize, Vec<SortableTriangle>>,
@@ -86,7 +86,7 @@ pub struct World {
 pub struct WorldSky {
     /// Cosine and sine of the angle that takes directions of the world to the sky's own.
     pub turn: Vec2,
-    /// From what its texels are on the device to nits.
+    /// From its texels' values on the device to nits.
     pub scale: f32,
     pub sun_direction: Vec3,
     pub sun_radiance: Vec3,
@@ -146,7 +146,7 @@ pub struct WorldObject {
 }
 
 impl World {
-    /// `exposure` is the factor from nits to what is tone-mapped.
+    /// `exposure` is the factor from nits to exposed light.
     pub fn of(scene: &Scene, settings: &Settings, plan: &FramePlan, exposure: f32) -> Self {
         let rules = plan.surface_rules();
         let mirrors = scene.motion.mirrors();
@@ -213,7 +213,7 @@ impl World {
         world
     }
 
-    /// Works out what follows from where objects and lights are, if any has moved.
+    /// Brings everything up to date that depends on the places of objects and lights, if any has moved.
     pub fn refresh(&mut self, plan: &FramePlan) {
         let Some(changes) = self.changes.take() else { return };
         match changes.rearranged {
@@ -294,14 +294,14 @@ impl World {
         }
     }
 
-    /// Changes the factor from nits to what is tone-mapped, and with it how far the certified cut-off lets lights reach.
+    /// Changes the factor from nits to exposed light, and with it the reach of lights by the certified cut-off.
     pub fn set_exposure(&mut self, exposure: f32) {
         self.exposure = exposure;
         self.cut = self.cut.exposed(exposure);
         self.reaches = self.lights.iter().map(|light| self.cut.reach(light)).collect();
     }
 
-    /// Differs from what it was as soon as an object or a light has changed, or which lights are lit.
+    /// A number that changes with any object, any light, and the choice of lights that are lit.
     pub fn generation(&self) -> u64 {
         self.generation
     }
@@ -321,7 +321,7 @@ impl World {
     pub fn halt_after(&mut self, lights: Option<usize>) {
         if self.halted != lights {
             self.halted = lights;
-            // A shadow map that nobody looked up is not known to hold what the camera sees now.
+            // A shadow map that nobody looked up may lack casters that the camera needs now.
             self.generation += 1;
         }
     }
@@ -353,7 +353,7 @@ impl WorldObject {
             material: object.material,
             transform: object.transform * DAffine3::from_translation(mesh.origin),
             bounds: object.bounds(&scene.meshes),
-            // Light goes through what the eye looks through.
+            // Light goes through a surface that the eye looks through.
             casts: if transparent { CastsShadow::No } else { object.casts_shadow },
             transparent,
             revision: 0,

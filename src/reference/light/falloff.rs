@@ -106,8 +106,8 @@ fn cone<R: Real>(cosine: R, angles_degrees: [f64; 2]) -> R {
     share.max(R::zero()).min(R::one()).powi(2)
 }
 
-/// Share of a beam's light at a distance from its axis, as a share of its radius: full up to the soft edge, the square of what is left of that
-/// within it, as in a spot's cone.
+/// Share of a beam's light at a distance from its axis, as a share of its radius: full up to the soft edge, and within that the square of the
+/// remaining share of the edge, as in a spot's cone.
 fn disc<R: Real>(beside: R, edge: f64) -> R {
     ((R::one() - beside) / R::of(edge.max(MIN_EDGE))).max(R::zero()).min(R::one()).powi(2)
 }

@@ -1,4 +1,4 @@
-//! The model against what is known of it: energies, reciprocity, and surfaces under a light worked out by hand.
+//! The model against known facts: energies, reciprocity, and surfaces under a light worked out by hand.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 

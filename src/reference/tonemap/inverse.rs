@@ -18,7 +18,7 @@ const NEUTRAL_BRIGHTEST: f64 = 1.9176;
 const AGX_BRIGHTEST: f64 = 4.2404;
 const ACES_BRIGHTEST: f64 = 3.7106;
 
-/// By how much light would have to be more for its tone-mapped value to be what a picture shows: an error of the display side, in linear
+/// Returns the light to add to `exposed` so that its tone-mapped value becomes the `shown` one: an error of the display side, in linear
 /// exposed light. `shown` is linear, 0 to 1. NaN where light is not finite.
 ///
 /// Light that is too bright for the curve to tell counts as the brightest that it tells, before and after.

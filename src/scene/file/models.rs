@@ -151,7 +151,7 @@ fn hang(scene: &mut Scene, model: &Imported, own: &DAffine3, offsets: &[DAffine3
     }
 }
 
-/// Of a built-in scene its objects only, with what moves them.
+/// Takes only the objects of a built-in scene, with their motion.
 fn from_builtin(node: &Node, scene: &mut Scene) -> Result<Imported, Error> {
     let built = builtin::open(node.string()?).map_err(|error| node.wrong(error))?;
     let mut motion = built.motion;
@@ -242,7 +242,7 @@ impl LookPatch {
         })
     }
 
-    /// Takes from the other what this one does not set.
+    /// Takes values that this one does not set from the other.
     fn or(self, other: Self) -> Self {
         Self {
             cell: self.cell.or(other.cell),
@@ -251,7 +251,7 @@ impl LookPatch {
         }
     }
 
-    /// A look with what is said; none of an object that had none where nothing is.
+    /// A look with the given values; none if none is given and the object had no look.
     fn over(self, look: Option<Look>) -> Option<Look> {
         let Self { cell, tint, selected } = self;
         if cell.is_none() && tint.is_none() && selected.is_none() {

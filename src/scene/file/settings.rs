@@ -9,7 +9,7 @@ use super::place::rotation;
 use super::schema;
 use crate::scene::{Camera, Environment, Error, Projection, SETTINGS, Setting, SettingsPatch, ValueKind};
 
-/// Reads what the file says of the camera, over the one before.
+/// Reads the file's values of the camera, over those of the one before.
 pub(super) fn camera(node: &Node, before: Camera) -> Result<Camera, Error> {
     let table = node.table(schema::CAMERA)?;
     let camera = camera_of(&table, before)?;
@@ -44,7 +44,7 @@ pub(super) fn camera_of(table: &Table, mut camera: Camera) -> Result<Camera, Err
     Ok(camera)
 }
 
-/// `camera.exposure`: the same as `settings.exposure`, for who thinks of it as the camera's.
+/// `camera.exposure`: the same as `settings.exposure`, for users who look for it at the camera.
 pub(super) fn camera_exposure(node: &Node) -> Result<SettingsPatch, Error> {
     let mut patch = SettingsPatch::default();
     if let Some(node) = node.table(schema::CAMERA)?.get("exposure") {

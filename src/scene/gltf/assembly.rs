@@ -256,7 +256,7 @@ impl Assembly {
         free.unwrap_or_else(|| format!("camera {}", named("of node", node, document.nodes[node].name.as_ref())))
     }
 
-    /// Lists the clips: of each channel what it moves in the scene, if anything.
+    /// Lists the clips, each channel with the target that it moves in the scene, if it has one.
     pub fn clips(&mut self, takes: Vec<Take>) {
         for Take { name, keys } in takes {
             let mut clip = Clip { name, channels: Vec::new() };

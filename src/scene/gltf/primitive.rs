@@ -11,7 +11,7 @@ use crate::scene::mesh::triangle_normal;
 use crate::scene::motion::deform;
 use crate::scene::{Aabb, Influences, Mesh, Morph, uvs};
 
-/// A box whose middle is so many times its radius from zero is recentred: f32 would keep fewer digits of what is added to its positions.
+/// A box whose middle is so many times its radius from zero is recentred: f32 would keep fewer digits of offsets that are added to its positions.
 const FAR: f64 = 16.0;
 
 /// The attributes that objects need of a primitive's mesh.
@@ -91,7 +91,7 @@ impl Order<'_> {
         Ok(Built { mesh: (!mesh.indices.is_empty()).then_some(mesh), warnings })
     }
 
-    /// Deforms what nothing moves, and makes what follows from positions.
+    /// Deforms the parts that nothing moves, and makes the data that follow from positions.
     fn finish(&self, mesh: &mut Mesh) {
         let weights: Vec<f64> = match &self.needs.shapes {
             Shapes::Fixed(weights) => weights.iter().map(|&bits| f64::from_bits(bits)).collect(),
@@ -266,7 +266,7 @@ fn flat(mesh: Mesh) -> Mesh {
         .iter()
         .map(|morph| {
             let positions = own(&morph.positions);
-            // The normals of a shape's own triangles, as what they have more than the mesh's (glTF 2.0, "Morph Targets").
+            // The normals of a shape's own triangles, as differences from the mesh's (glTF 2.0, "Morph Targets").
             let moved = face_normals(&flat.positions, &positions);
             let more = moved.iter().zip(&flat.normals).map(|(&a, &b)| (Vec3::from(a) - Vec3::from(b)).to_array());
             let normals = if positions.is_empty() { Vec::new() } else { more.collect() };

@@ -120,7 +120,7 @@ impl<'a> Source<'a> {
     }
 }
 
-/// The least of what is divided by `most`: normalized numbers end at -1.
+/// The least of numbers that are divided by `most`: normalized ones end at -1.
 fn least(most: f32) -> f32 {
     if most > 1.0 { -1.0 } else { f32::NEG_INFINITY }
 }

@@ -4,7 +4,7 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use crate::scene::{Aabb, Mesh};
 
-/// By how much a box grows beyond what it holds, as a share of its longest edge: positions on a device are f32.
+/// The growth of a box beyond its contents, as a share of its longest edge: positions on a device are f32.
 const SLACK: f64 = 1e-6;
 
 /// A part of a mesh that moves together: the vertices that hang on one joint with any weight, or all vertices.
@@ -14,9 +14,9 @@ struct Part {
     joint: Option<usize>,
     /// Around its vertices, in mesh space.
     bounds: Aabb,
-    /// By shape: around what it adds to them. Empty of a shape that moves none of them.
+    /// By shape: a box around the offsets that it adds to them. Empty of a shape that moves none of them.
     shapes: Vec<Aabb>,
-    /// The sum of its vertices' weights, and of their places and of what shapes add to them by these weights.
+    /// The sum of its vertices' weights, and the sums, by these weights, of their places and of the offsets by shapes.
     weight: f64,
     places: DVec3,
     offsets: Vec<DVec3>,

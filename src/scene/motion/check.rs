@@ -1,4 +1,4 @@
-//! Faults of what moves, in words that name the node, skin, clip or mesh by number and name.
+//! Faults of nodes, skins, clips and deformed meshes, in words that name each by number and name.
 
 use super::{Channel, Clip, Influences, Interpolation, Local, MaterialValue, Morph, Motion, Skin, Target, values};
 use crate::scene::check::{dangling, first_of, fits, infinite, not_finite};
@@ -217,7 +217,7 @@ impl Object {
 }
 
 impl Mesh {
-    /// A fault of what deforms it, and of the values beside it.
+    /// A fault of its influences and shapes, and of the values beside them.
     pub(in crate::scene) fn motion_fault(&self) -> Option<String> {
         let vertices = self.positions.len();
         let lengths = [("second texture coordinates", self.uvs_1.len()), ("colours", self.colors.len())];

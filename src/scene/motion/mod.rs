@@ -149,7 +149,7 @@ pub enum LightValue {
 pub enum CameraValue {
     /// Radians, of a perspective one.
     FovY,
-    /// Half of what an orthographic one shows from top to bottom, in metres.
+    /// Half the height of an orthographic one's picture, in metres.
     HalfHeight,
     /// Metres.
     Near,
@@ -167,7 +167,7 @@ pub enum MaterialValue {
     /// Linear RGB, without its strength.
     Emissive,
     /// Multiplies the emitted colour: that of [`MaterialValue::Emissive`] where a clip moves it, else the material's own. So it is a multiple of
-    /// whatever strength these two hold already.
+    /// the strength that these two hold already.
     EmissiveStrength,
     /// Of the normal map.
     NormalScale,

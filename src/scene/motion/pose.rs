@@ -98,7 +98,7 @@ impl Pose {
             Target::Cell(object) => {
                 let mut value = [0.0];
                 if channel.sample(time, &mut value) {
-                    // A cast takes what is no cell for the first or the last number.
+                    // The cast takes negative values for 0, and too large ones for the largest number.
                     self.cells.push((object, value[0] as u32));
                 }
             }

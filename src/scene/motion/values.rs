@@ -35,7 +35,7 @@ fn share(value: f64) -> f32 {
     between(value, 0.0, 1.0) as f32
 }
 
-/// The lowest for what is not a number, which the sum of two infinities is.
+/// Clamps a value; a NaN, such as the sum of two opposite infinities, becomes the lowest.
 fn between(value: f64, low: f64, high: f64) -> f64 {
     value.max(low).min(high)
 }

@@ -10,7 +10,7 @@ use super::scan::check_number;
 use super::text;
 use crate::scene::Error;
 
-/// A `newmtl` and what followed it.
+/// A `newmtl` and the statements after it.
 #[derive(Debug)]
 pub(super) struct Definition {
     pub name: String,
@@ -66,7 +66,7 @@ fn parse(path: &Path, text: &str) -> Result<(Vec<Definition>, Vec<String>), Erro
     Ok((definitions, warnings.into_iter().collect()))
 }
 
-/// A keyword as tobj spells it; empty for what changes nothing here, none for what is not supported.
+/// A keyword as tobj spells it; empty for one that changes nothing here, none for one that is not supported.
 fn canonical(keyword: &str) -> Option<&'static str> {
     Some(match keyword.to_ascii_lowercase().as_str() {
         "ka" => "Ka",
@@ -94,7 +94,7 @@ fn canonical(keyword: &str) -> Option<&'static str> {
     })
 }
 
-/// Returns what tobj shall read after the keyword; none where nothing is left.
+/// Returns the text that tobj shall read after the keyword; none where nothing is left.
 fn value(keyword: &str, rest: &str) -> Result<Option<String>, String> {
     if keyword.starts_with("map_") || keyword == "bump" || keyword == "norm" {
         check_options(rest)?;

@@ -1,4 +1,4 @@
-//! The first reading of an OBJ: checks every number and index while its line is known, and writes what tobj then reads.
+//! The first reading of an OBJ: checks every number and index while its line is known, and writes the text that tobj then reads.
 //!
 //! tobj stops at the first odd line without saying which, reads one `mtllib` name a line, has no smoothing groups, and makes
 //! uneven arrays of faces that carry texture coordinates only here and there. So the scan hands it a text of `v`, `vt`, `vn`
@@ -113,7 +113,7 @@ struct Scanner {
     exists: [bool; 3],
     /// The number of each so far.
     counts: [usize; 3],
-    /// The largest index into each, and its line: a face may name what only comes later.
+    /// The largest index into each, and its line: a face may name vertices that only come later.
     furthest: [(usize, usize); 3],
     lines: usize,
     points: usize,

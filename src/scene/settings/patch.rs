@@ -1,5 +1,5 @@
-//! Settings as text: `gbuffer=fat shadow-size=1024`, as `--vary` and reports have them, and as the `[settings]` of a scene file. Only what
-//! is said is written.
+//! Settings as text: `gbuffer=fat shadow-size=1024`, as `--vary` and reports have them, and as the `[settings]` of a scene file. Only given
+//! settings are written.
 
 use std::fmt;
 use std::str::FromStr;

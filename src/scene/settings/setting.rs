@@ -20,13 +20,13 @@ pub struct Setting {
     pub values: ValueKind,
     /// Of a number; empty where it has none.
     pub unit: &'static str,
-    /// Says what decides where the setting is not given; empty where a default does.
+    /// A phrase for the rule that decides if the setting is not given; empty where a default does.
     pub unset: &'static str,
     /// Frames of another value may have another plan; otherwise it is looked up for each frame.
     pub changes_plan: bool,
     /// True if the reference renderer has it, too: it changes the true picture, and not a frame's way to approximate it.
     pub of_truth: bool,
-    /// It works on the finished picture as a display shows it: not on light, and not on what views show.
+    /// True if it works on the finished picture as a display shows it: not on light, and not on the values that views show.
     pub on_picture: bool,
     /// The only commands that have it as an option, each in a way of its own; empty where all that draw have it.
     pub only: &'static str,
@@ -267,7 +267,7 @@ impl Value for [u32; 3] {
     }
 }
 
-/// Of what its text is read from as it is written: numbers in the fewest digits, and names.
+/// Values that are read from their text as it is written: numbers in the fewest digits, and names.
 macro_rules! plain_text {
     ($($type:ty: $values:expr;)+) => {$(
         impl Value for $type {

@@ -81,7 +81,7 @@ impl Atmosphere {
         (SkyImage { origin: SkyOrigin::Atmosphere(*self), ..image }, NITS as f32)
     }
 
-    /// Returns what is left of the sun's light at the eye, in lux on a surface that faces it: the colour of a directional light.
+    /// Returns the sun's light that reaches the eye, in lux on a surface that faces it: the colour of a directional light.
     pub fn sunlight(&self) -> Vec3 {
         let eye = DVec3::Y * (GROUND + self.altitude.max(1.0));
         if meets_ground(eye, self.sun) {

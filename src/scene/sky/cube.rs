@@ -104,7 +104,7 @@ mod tests {
                 sum += texel.as_dvec3() * weight;
                 weights += weight;
             }
-            // A texel's solid angle by its middle is off by up to 4% of what varies within it.
+            // A texel's solid angle, taken at its middle, errs by up to 4% of the variation within the texel.
             let off = (sum / weights - image.mean()) / image.mean();
             assert!(off.abs().max_element() < 0.02, "{}: {off}", level.edge);
         }

@@ -13,8 +13,8 @@ const MOST_TRIANGLES: usize = 32768;
 /// Objects that are looked at, as some may hide nothing.
 const MOST_TRIED: usize = 4 * MOST_OBJECTS;
 
-/// The places in the world's list of what hides others the most, in the order of the list. An object is as large as the square around its box's
-/// sphere.
+/// The places in the world's list of the objects that hide others the most, in the order of the list. An object is as large as the square around its
+/// box's sphere.
 pub(in crate::visible) fn largest(
     world: &World,
     (camera, frustum, depth): (&Camera, &Frustum, &Depth),

@@ -93,7 +93,7 @@ impl DrawnMap {
     // ANCHOR_END: stands
 
     fn holds(&self, needed: &[Caster]) -> bool {
-        // In the same order: both are parts of what stands in the map's volume.
+        // In the same order: both are parts of the list of objects in the map's volume.
         let mut drawn = self.casters.iter();
         needed.iter().all(|caster| drawn.any(|own| own == caster))
     }

@@ -110,7 +110,7 @@ impl Receivers {
     }
 }
 
-/// Cuts a box in halves until its pieces are small for what is seen there, and drops those that are not seen.
+/// Cuts a box in halves until its pieces are small in the view, and drops those out of view.
 fn cut(bounds: Aabb, cuts: u32, (camera, frustum): (&Camera, &Frustum), pieces: &mut Vec<Aabb>) {
     if !frustum.may_see(&bounds) {
         return;

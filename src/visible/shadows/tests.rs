@@ -121,7 +121,7 @@ fn seen_at(camera: &Camera, point: DVec3) -> Option<f64> {
     inside.then_some(distance)
 }
 
-/// The cascades that the shader looks up for what is so far away: one, or two where they blend.
+/// The cascades that the shader looks up for a surface so far away: one, or two where they blend.
 fn cascades_at(views: &[Option<Arc<ShadowView>>], distance: f64) -> Vec<Option<Arc<ShadowView>>> {
     let end = |view: &Option<Arc<ShadowView>>| view.as_ref().map_or(0.0, |view| view.end);
     let blend = |view: &Option<Arc<ShadowView>>| view.as_ref().map_or(0.0, |view| view.blend);

@@ -23,13 +23,13 @@ const NEAREST_LOGARITHMIC_SPLIT: f64 = 1e-5;
 /// keeps its precision however near the plane is, so it is nearer than anything that could stand between it and the lamp.
 const NEAR: f64 = 1e-7;
 
-/// By how much the map of a beam goes beyond the scene's end, so that what lies there is still before its end, as a share.
+/// The share by which the map of a beam goes beyond the scene's end, so that surfaces there are still before the map's end.
 const BEHIND: f64 = 1e-3;
 
 /// Directions of the six maps of a point light, in the order of `shaders/shared/shadows.wgsl`.
 pub(super) const FACES: [DVec3; 6] = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
 
-/// False only if the box is wholly behind the plane. The slack keeps rounding from cutting what touches it.
+/// False only if the box is wholly behind the plane. The slack keeps rounding from cutting boxes that touch it.
 fn is_before(plane: DVec4, bounds: &Aabb) -> bool {
     let (normal, offset) = (plane.truncate(), plane.w);
     let (at, reach) = (normal.dot(bounds.center()), normal.abs().dot(bounds.size() * 0.5));
@@ -175,7 +175,7 @@ impl ShadowView {
     /// By how far from the light a place is, of [`CASTER_STEPS`]; 0 is near.
     fn step_of(&self, place: DVec3) -> u32 {
         let [.., depth, w] = self.rows.map(|row| row.truncate().dot(place) + row.w);
-        // A cast takes what is no number for 0.
+        // The cast takes a NaN for 0.
         ((1.0 - depth / w).clamp(0.0, 1.0) * f64::from(CASTER_STEPS - 1)).round() as u32
     }
 
@@ -353,7 +353,7 @@ pub(in crate::visible) fn widened(at_first: &Aabb, bounds: &Aabb) -> Aabb {
         return *at_first;
     }
     let radius = at_first.radius().max(f64::MIN_POSITIVE);
-    // Never less than what is beyond, however that rounds.
+    // Never less than the part beyond, however the product rounds.
     let by = (quantized(1.0 + beyond / radius) * radius - radius).max(beyond);
     Aabb { min: at_first.min - by, max: at_first.max + by }
 }
@@ -408,7 +408,7 @@ struct Fit {
 }
 
 impl Fit {
-    /// Around a sphere, but never larger than what holds the scene. All sizes depend on the sphere's and the scene's alone.
+    /// Around a sphere, but never larger than a square that holds the scene. All sizes depend on the sphere's and the scene's alone.
     fn of(world: &World, plan: &ShadowPlan, axes: &DMat3, slice: &Sphere) -> Self {
         let scene = world.extent.transformed(&DAffine3::from_mat3(*axes));
         let whole = scene.size().truncate().max_element();

@@ -1,4 +1,4 @@
-//! Files that are wrong: each is an error of one line that names what, and no change of bytes ends in a panic.
+//! Files with faults: each is an error of one line that names the fault, and no change of bytes ends in a panic.
 
 use proptest::prelude::*;
 use serde_json::{Value, json};

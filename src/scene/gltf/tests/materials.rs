@@ -1,4 +1,4 @@
-//! Materials, textures and what of them a mesh needs.
+//! Materials, textures, and their demands on meshes.
 
 use glam::Vec3;
 use image::{ImageFormat, RgbaImage};

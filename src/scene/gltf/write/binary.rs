@@ -14,7 +14,7 @@ const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 const HEADER: usize = 12;
 const CHUNK_HEADER: usize = 8;
 
-/// Bytes with what lies where.
+/// Bytes with their views and accessors.
 #[derive(Default)]
 pub(super) struct Binary {
     bytes: Vec<u8>,
@@ -23,7 +23,7 @@ pub(super) struct Binary {
 }
 
 impl Binary {
-    /// Bytes as a view: its number. Views begin at multiples of 4, which is what the widest component asks for.
+    /// Adds bytes as a view. Returns its number. Views begin at multiples of 4, as the widest component needs.
     pub fn view(&mut self, bytes: &[u8], target: Option<u32>) -> usize {
         let mut view = json!({ "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len() });
         if let Some(target) = target {

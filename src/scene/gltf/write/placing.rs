@@ -52,7 +52,7 @@ fn translated(place: DVec3) -> Value {
 /// A linear map as a rotation in a scale in a rotation, whose signs make both rotations proper.
 fn singular_values(matrix: &DMat3) -> (DQuat, DVec3, DQuat) {
     let columns = matrix.to_cols_array();
-    // Scaled to its own size: squares of what is very large or small would be lost.
+    // Scaled to its own size: squares of very large or small numbers would be lost.
     let size = columns.iter().fold(0.0f64, |most, value| most.max(value.abs())).max(f64::MIN_POSITIVE);
     let SVD { u, v_t, singular_values } =
         Matrix3::from_column_slice(&columns.map(|value| value / size)).svd(true, true);

@@ -108,7 +108,7 @@ fn lacquer(material: &Material) -> Material {
     }
 }
 
-/// A coat is written as a property of what it lies in: one without that is left out.
+/// A coat is written as a property of the object that it lies in: one without such an object is left out.
 fn drop_lone_coats(scene: &mut Scene) {
     let objects = std::mem::take(&mut scene.objects);
     let coated = |object: &Object| scene.materials.get(object.material).is_some_and(is_coat);
@@ -121,13 +121,13 @@ fn drop_lone_coats(scene: &mut Scene) {
     for object in others {
         let coat = places.get_mut(&place(&object)).and_then(Vec::pop);
         kept.push(object);
-        // Behind what it lies in, as the reader lists them.
+        // Behind the object that it lies in, as the reader lists them.
         kept.extend(coat);
     }
     scene.objects = kept;
 }
 
-/// Returns what an object and its coat have in common.
+/// Returns the mesh and the transform, which an object and its coat share.
 fn place(object: &Object) -> (usize, [u64; 12]) {
     (object.mesh, object.transform.to_cols_array().map(f64::to_bits))
 }

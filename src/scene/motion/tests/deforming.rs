@@ -194,7 +194,7 @@ proptest! {
         let mean = deformed.origin + deformed.positions.iter().map(|&own| Vec3::from(own).as_dvec3()).sum::<DVec3>() / count;
         let bounds = DeformBounds::of(&mesh, true);
         let found = bounds.mean(&joints, &weights);
-        // Vertices are f32 about the middle of their box; sums cancel what joints move far.
+        // Vertices are f32 about the middle of their box; in sums, far motions by joints cancel.
         let largest = bounds.bounds(&joints, &weights);
         let slack = 1e-6 * (largest.size().max_element() + 1e-3 * largest.max.abs().max(largest.min.abs()).max_element());
         prop_assert!(found.distance(mean) <= slack, "{found} for {mean}");
