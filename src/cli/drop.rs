@@ -53,7 +53,7 @@ pub fn row<'a>(plan: &FramePlan, table: &'a Edges, name: &str) -> Result<&'a Edg
 }
 
 /// Draws the scene without the dependency of this name, in each mode that the layer has, or without each dependency in turn if it is `all`, and
-/// prints what was found.
+/// prints the findings.
 pub fn run(
     name: &str,
     scene: &str,
@@ -215,7 +215,7 @@ fn all(workload: &Workload, variation: &SettingsPatch, args: &DeviceArgs) -> Res
         by_rules += u32::from(!words.is_empty());
         by_layer += u32::from(!found.messages.is_empty());
         changed += u32::from(is_other);
-        // Without what all such rules begin with.
+        // Without the prefix of all such rules.
         let short = |rule: &str| {
             ["SYNC-HAZARD-", "DrawState-"].iter().find_map(|start| Some(rule.split_once(start)?.1.to_owned()))
         };
@@ -255,7 +255,7 @@ impl Found {
     }
 }
 
-/// Lists what the layer says: its rules, or its own words.
+/// Lists the layer's messages: their rules, or its own words.
 fn listing(found: &Found, is_verbose: bool) -> String {
     let mut text = match found.messages.is_empty() {
         true => "  nothing\n".to_owned(),

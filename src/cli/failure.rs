@@ -76,7 +76,7 @@ impl Failure {
         Self::new(Exit::Usage, message)
     }
 
-    /// The same with what of the input is to blame.
+    /// The same with the place in the input that is to blame.
     pub fn with_place(self, place: &str) -> Self {
         Self { message: format!("{} ({place})", self.message), ..self }
     }
@@ -91,7 +91,7 @@ impl Failure {
         Self { hint: Some(hint.into()), ..self }
     }
 
-    /// A failed write to what `target` names, with the system's reason.
+    /// A failed write to the file or stream that `target` names, with the system's reason.
     pub fn write(target: &str, error: &io::Error) -> Self {
         Self::new(Exit::BadInput, format!("cannot write {target}: {error}"))
     }

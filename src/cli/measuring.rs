@@ -68,7 +68,7 @@ impl MeasuringArgs {
         Effort { rounds: self.rounds(), ..if self.quick { Effort::QUICK } else { usual } }
     }
 
-    /// The options of drawing, with the size of `--quick` and with what moves.
+    /// The options of drawing, with the size of `--quick` and the options of motion.
     pub fn settings(&self, motion: &MotionArgs, settings: &SettingsArgs) -> SettingsArgs {
         let quick = SettingsPatch { size: self.quick.then_some(QUICK_SIZE), ..SettingsPatch::default() };
         motion.over(&SettingsArgs { said: settings.said.or(&quick), ..settings.clone() })
@@ -124,7 +124,7 @@ pub fn sweep_of(
     Ok(Sweep::of(&workload.scene, base, &frame::capabilities(&device.physical), selection)?)
 }
 
-/// Both truths of the scene from a camera, with bars that are named after `what`. Prints what is wrong with their cache.
+/// Both truths of the scene from a camera, with bars that are named after `what`. Prints the faults of their cache.
 pub fn truths(
     workload: &Workload,
     camera: Camera,
@@ -154,7 +154,7 @@ pub fn metric(text: &str) -> Result<Metric, String> {
     found.map(|&(_, metric)| metric).ok_or_else(|| unknown("metric", text, &NAMES.map(|(name, _)| name)))
 }
 
-/// Bars of progress, one at a time, that are named after what is measured.
+/// Bars of progress, one at a time, that are named after the thing measured.
 pub struct Bars {
     what: String,
     quiet: bool,

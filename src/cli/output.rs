@@ -31,7 +31,7 @@ impl Sink {
         matches!(self, Self::Stdout)
     }
 
-    /// Returns true if both are one file, by whatever names.
+    /// Returns true if both are one file, under any names.
     pub fn is_same(&self, other: &Self) -> bool {
         let (Self::File(own), Self::File(other)) = (self, other) else { return false };
         let whole = |path: &Path| {
@@ -104,7 +104,7 @@ pub fn quoted(name: &str) -> String {
     if name.chars().all(is_plain) { name.to_owned() } else { format!("\"{name}\"") }
 }
 
-/// Keeps a command from writing over what it reads.
+/// Keeps a command from writing over its own inputs.
 pub fn spare<'a>(
     sinks: impl IntoIterator<Item = &'a Sink>,
     read: impl IntoIterator<Item = &'a PathBuf> + Clone,
@@ -116,7 +116,7 @@ pub fn spare<'a>(
     }
 }
 
-/// Makes a folder and what lies above it.
+/// Makes a folder and those above it.
 pub fn make_folder(path: &Path) -> Result<(), Failure> {
     match path.is_file() {
         true => Err(cannot_be(path, "it is a file, and a folder is needed")),
@@ -128,7 +128,7 @@ pub fn make_folder(path: &Path) -> Result<(), Failure> {
 struct PendingFile<'a> {
     /// As the user wrote it, for messages.
     name: &'a Path,
-    /// Behind any symbolic links, which stay what they are.
+    /// Behind any symbolic links, which stay as they are.
     target: PathBuf,
     file: WholeFile,
 }

@@ -27,7 +27,7 @@ pub struct PlanReport {
 struct PartReport {
     name: String,
     group: &'static str,
-    /// The word for `--plan`; `null` for what the settings or the view decide.
+    /// The word for `--plan`; `null` for a part that the settings or the view decide.
     plan: Option<&'static str>,
     included: bool,
     reason: String,

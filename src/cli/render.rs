@@ -186,7 +186,7 @@ fn renderer(
     Ok((renderer, hazards))
 }
 
-/// Draws the picture as often as asked for, writes the last one and returns what there is to tell.
+/// Draws the picture as often as asked for, writes the last one and returns the facts to print.
 fn draw(
     args: &Args,
     mut workload: Workload,
@@ -318,7 +318,7 @@ fn draw_more(
     Ok((args.frames > 1).then(|| milliseconds_since(start) / f64::from(args.frames - 1)))
 }
 
-/// Draws every view at half the size and writes them as one picture. A view of what this scene lacks has an empty tile.
+/// Draws every view at half the size and writes them as one picture. A view that this scene lacks has an empty tile.
 fn draw_sheet(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result<Drawn, Failure> {
     let start = Instant::now();
     let once = SettingsPatch { samples: Some(1), ..SettingsPatch::default() };

@@ -178,7 +178,7 @@ impl Args {
     }
 }
 
-/// Returns the settings of the file: the choice over what the command line and `--settings` said, but for the size of `--quick` and for what moves while
+/// Returns the settings of the file: the choice over those of the command line and `--settings`, but for the size of `--quick` and the motion while
 /// frames are timed; always the samples that were measured, for `render` would choose others where the choice has `msaa` or `fxaa`.
 fn tuned(args: &Args, workload: &Workload, choice: &SettingsPatch) -> SettingsPatch {
     let samples = choice.or(&args.base(workload)).samples;
@@ -242,7 +242,7 @@ fn walk_of(args: &Args, workload: &mut Workload) -> Result<Option<(Walk, Vec<Els
     Ok(Some((Walk { file: file.display().to_string(), own, others }, cameras)))
 }
 
-/// Returns what the time was not enough for, in a sentence.
+/// Returns a sentence about the points that the time was not enough for.
 fn not_measured(args: &Args, measured: &Measured) -> Option<String> {
     const MOST: usize = 8;
     let left = &measured.tuned.not_measured;

@@ -83,7 +83,7 @@ fn vsync(text: &str) -> Result<Vsync, String> {
     }
 }
 
-/// Up to what HDR10 can tell a display, and down to white: less would be no HDR.
+/// From white, as less would be no HDR, to the most that HDR10 can express.
 fn hdr(text: &str) -> Result<f32, String> {
     let nits = text.parse::<f32>().ok().filter(|nits| (WHITE_NITS..=10_000.0).contains(nits));
     nits.ok_or_else(|| format!("expected nits from {WHITE_NITS}, which are white, to 10000"))
@@ -104,7 +104,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             rests: args.settings.time.is_some(),
             tell: &|line| {
                 if !args.quiet || line.starts_with("warning: ") {
-                    // Standard output is for what was asked for.
+                    // Standard output is for results.
                     let _ = output::print(&format!("{line}\n"), true);
                 }
             },

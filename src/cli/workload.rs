@@ -67,7 +67,7 @@ impl Workload {
     pub fn open(spec: &str, args: &SettingsArgs, quiet: bool) -> Result<Self, Failure> {
         let mut workload = Self::open_moving(spec, args, quiet)?;
         if workload.scene.moves() {
-            // No plan and no renderer sees what was wrong with its clips.
+            // Plan and renderer get a still scene, and would not see a fault of its clips.
             workload.scene.check()?;
             workload.scene = workload.scene.into_still(&workload.playing);
         }
@@ -160,7 +160,7 @@ impl Workload {
         Ok(path)
     }
 
-    /// Prints what the plan lacks of what was asked for, once.
+    /// Prints the plan's warnings, each once: parts that were asked for and that it lacks.
     pub fn warn(&self, plan: &FramePlan) -> Result<(), Failure> {
         let new = |warning: &&String| self.told.borrow_mut().insert((*warning).clone());
         let new: Vec<String> = plan.warnings().iter().filter(new).cloned().collect();
@@ -192,7 +192,7 @@ impl Workload {
         format!("camera {camera_text} ({of_camera}{roll}); exposure {exposure:.2} EV100 ({of_exposure})")
     }
 
-    /// Tells what the scene holds, and how large it is.
+    /// Describes the scene's contents and size.
     pub fn content(&self) -> String {
         let (scene, bounds) = (&self.scene, self.scene.bounds());
         let mut text = counts(scene);

@@ -75,7 +75,7 @@ impl Check {
         }
     }
 
-    /// Returns what errors are counted over.
+    /// Returns the word for the things that errors are counted over.
     pub fn compared(&self) -> &'static str {
         if let Self::Formula(_) = self { "inputs" } else { "pixels" }
     }
@@ -94,7 +94,7 @@ impl Values {
 /// A case that nothing tries yet.
 pub struct Untried(Case);
 
-/// A case of this name, with what is extreme in words. All that follows in a chain must be said.
+/// A case of this name, with its extreme in words. Values, claim and check must follow in a chain.
 pub const fn case(name: &'static str, extreme: &'static str) -> Untried {
     let (values, bound) = (Values::List(&[]), Bound { worst: 0.0, mean: 0.0 });
     Untried(Case { name, extreme, unit: "", values, claim: [0.0; 2], bound, check: Check::Whole(|_| unreachable!()) })

@@ -1,4 +1,4 @@
-//! Holds the light of a whole picture against that of a truth of many samples: for what a single sample a pixel cannot resolve.
+//! Holds the light of a whole picture against that of a truth of many samples: for detail that a single sample a pixel cannot resolve.
 
 use std::sync::Arc;
 

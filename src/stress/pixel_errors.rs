@@ -16,8 +16,8 @@ use crate::plan::{FramePlan, ToneMapping};
 use crate::reference::{Mode, Options, Smith, TriangleId, bloom};
 use crate::scene::{Output, Playing, Pose, Scene, Settings, SettingsPatch, View};
 
-/// A pixel darker than this share of the brightest one counts as that bright, unless the subject says another share: nobody sees what
-/// is relative to nothing.
+/// A pixel darker than this share of the brightest one counts as that bright, unless the subject says another share: nobody sees an error
+/// relative to black.
 pub const FLOOR: f64 = 1e-4;
 
 /// The most that tone mapping takes (`shaders/tonemap.wgsl`); a target may hold less.
@@ -117,7 +117,7 @@ impl Subject {
     }
 }
 
-/// The views that show what the G-buffer holds.
+/// The views that show the G-buffer.
 const TARGETS: [View; 4] = [View::Normal, View::Albedo, View::Metallic, View::Roughness];
 
 /// Draws the subject, and compares it with the truth of a scene, its own or one that ought to look the same.

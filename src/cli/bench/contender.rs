@@ -1,4 +1,4 @@
-//! One variant of the settings, with its renderer and what was measured of it.
+//! One variant of the settings, with its renderer and its measurements.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

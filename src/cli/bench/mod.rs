@@ -1,5 +1,5 @@
-//! `afterlight bench`: how long frames take. Variants of the settings are drawn in turn, frame by frame, in one process,
-//! so that whatever slows the machine slows all of them.
+//! `afterlight bench`: the times of frames. Variants of the settings are drawn in turn, frame by frame, in one process,
+//! so that a slow moment of the machine slows all of them.
 
 mod contender;
 mod plan_cost;

@@ -22,7 +22,7 @@ use crate::cli::workload::Workload;
 pub struct PlanCost {
     /// Each part alone.
     parts: Vec<PartCost>,
-    /// Parts whose keeping changes neither the plan nor what a frame draws.
+    /// Parts whose keeping changes neither the plan nor a frame's draws.
     same: Vec<&'static str>,
     /// Parts that cannot be kept, and why.
     refused: Vec<(&'static str, String)>,

@@ -107,7 +107,7 @@ struct DrawnReport {
     /// Draws into these that were left out, as nothing is seen in their shadow.
     idle_casters: u64,
     triangles: u64,
-    /// Lights that reach what is seen, and those of the plan that do not.
+    /// Lights that reach visible surfaces, and those of the plan that do not.
     lights: u64,
     idle_lights: u64,
 }

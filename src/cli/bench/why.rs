@@ -291,7 +291,7 @@ impl Why {
         Self { given_ms, costs, refused }
     }
 
-    /// A table of what saves time, and a line each of what does not, costs more, or cannot be.
+    /// A table of the switches that save time, and a line each of those that do not, cost more, or are refused.
     pub fn text(&self) -> String {
         let given = self.given_ms.unwrap_or(f64::NAN);
         let mut text = format!(

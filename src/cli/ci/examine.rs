@@ -109,7 +109,7 @@ impl Drawing {
         Ok(Self { scene, playing, settings })
     }
 
-    /// The plan, or why there is none: the device lacks something, or the case asks for what does not go together.
+    /// Returns the plan, or the reason for having none: the device lacks something, or the case's settings do not go together.
     fn plan(&self, device: &Device) -> Result<FramePlan, Stop> {
         let of = |device: &Capabilities| FramePlan::of(&self.scene, &self.settings, device);
         of(&capabilities(&device.physical)).map_err(|error: plan::Error| match of(&Capabilities::ample()) {
@@ -205,7 +205,7 @@ fn more(first: &str, others: u64) -> String {
     if others == 0 { first.to_owned() } else { format!("{first} (and {others} more)") }
 }
 
-/// Runs work on a device of its own, and notes what the layer and the device's end have to say, also where the work fails. `None` where the layer
+/// Runs work on a device of its own, and notes the messages of the layer and of the device's end, also if the work fails. `None` where the layer
 /// cannot check so, which is noted.
 fn with_device<T>(
     mode: Option<Mode>,
@@ -306,7 +306,7 @@ fn observed(
 ) -> Result<(), Stop> {
     let picture = with_device(Some(mode), place, evidence, report, |device, _| {
         let mut renderer = drawing.renderer(device)?;
-        // The second picture finds what the first has left in targets and buffers.
+        // The second picture finds the first one's data in targets and buffers.
         drawing.picture(&mut renderer)?;
         drawing.picture(&mut renderer)
     })?;

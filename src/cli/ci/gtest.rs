@@ -15,7 +15,7 @@ use super::verdict::{CaseReport, Verdict};
 use crate::cli::failure::{Exit, Failure};
 use crate::cli::output;
 
-/// The suite that is listed and run, and the folder for what bad cases leave; without one they leave nothing.
+/// The suite that is listed and run, and the folder for the files of bad cases; without one they leave none.
 const SUITE: &str = "AFTERLIGHT_SUITE";
 const EVIDENCE: &str = "AFTERLIGHT_EVIDENCE";
 const DEVICE: &str = "AFTERLIGHT_DEVICE";

@@ -251,7 +251,7 @@ fn probe(command: &[OsString], choice: &DeviceChoice) -> Result<DeviceKey, Failu
     Err(Failure::new(exit, why))
 }
 
-/// Ends this process when the one that has started it is gone: the device is not to draw what nobody waits for.
+/// Ends this process when the one that has started it is gone, so that the device draws nothing that nobody waits for.
 fn end_with_parent() {
     #[cfg(unix)]
     {
@@ -311,7 +311,7 @@ impl Known {
     }
 }
 
-/// Runs all cases, and writes what became of them.
+/// Runs all cases, and writes their results.
 fn all(args: &Args, suite: &Suite, cases: &[&Case], folder: &Path) -> Result<(), Failure> {
     let begun = Instant::now();
     let choice = args.device.clone().unwrap_or_default();
@@ -330,7 +330,7 @@ fn all(args: &Args, suite: &Suite, cases: &[&Case], folder: &Path) -> Result<(),
     command.extend(arguments(args, suite, &choice, jobs > 1));
     let runner = Runner { command, cases: &working, jobs };
     let bar = progress::bar(format!("{} on {}", suite.name, device.device), tried.len() as u64, args.quiet);
-    // Written anew at the end. A run that is stopped before leaves what it has found out.
+    // Written anew at the end. A run that is stopped before leaves its results so far.
     let path = folder.join("results.jsonl");
     let lines = fs::File::create(&path).map_err(|error| Failure::write(&path.display().to_string(), &error))?;
     let lines = Mutex::new(lines);
@@ -451,7 +451,7 @@ fn keep_curves(reports: &[CaseReport], working: &Path, curves: &Path) -> Result<
     Ok(())
 }
 
-/// Moves what bad cases left into the folder of bundles, each with the line that tries it again; removes what others left.
+/// Moves the files of bad cases into the folder of bundles, each with the line that tries it again; removes those of others.
 fn keep_bundles(
     reports: &[CaseReport],
     working: &Path,

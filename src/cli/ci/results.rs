@@ -22,7 +22,7 @@ impl Expectations {
         self.skips.as_ref().is_some_and(|set| set.is_match(case))
     }
 
-    /// The status of a case, seen beside what is expected of it.
+    /// Returns the status of a case, by comparison with its expected one.
     pub fn status(&self, report: &CaseReport) -> Status {
         let is_known = || self.flakes.as_ref().is_some_and(|set| set.is_match(&report.case));
         let status = report.verdict.status().against(self.failures.get(&report.case).copied());

@@ -16,7 +16,7 @@ use super::verdict::{CaseReport, Verdict, Where};
 
 /// The file in a case's folder with the verdict of its process.
 pub const VERDICT: &str = "verdict.json";
-/// The file with what its process has printed.
+/// The file with the output of its process.
 const LOG: &str = "log.txt";
 /// The time between two looks at a process.
 const POLL: Duration = Duration::from_millis(5);

@@ -117,7 +117,7 @@ impl Soak {
 pub enum Mode {
     Core,
     Sync,
-    /// Synchronization, with the layer's heuristic for what shaders access.
+    /// Synchronization, with the layer's heuristic for accesses by shaders.
     SyncShaders,
     GpuAssisted,
     BestPractices,

@@ -17,7 +17,7 @@ pub enum Verdict {
     Lost,
     /// The device or the system ran out of memory.
     OutOfMemory,
-    /// The device lacks what the case needs.
+    /// The device lacks something that the case needs.
     Skip,
     /// A repeat had another verdict.
     Flake,
@@ -42,7 +42,7 @@ impl Verdict {
     }
 }
 
-/// A status as deqp-runner writes it into its CSV files, seen beside what the baseline expects.
+/// A status as deqp-runner writes it into its CSV files, by comparison with the baseline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Status {
     Pass,

@@ -66,7 +66,7 @@ enum Difference {
     Signed,
 }
 
-/// Compares, and prints and writes what was found.
+/// Compares, and prints and writes the results.
 pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(target) = &args.output {
         if target.format != Format::Png {

@@ -218,7 +218,7 @@ fn far_joints(metres: f64) -> Subject {
     subject(build(metres), moment(), build(0.0).into_still(&moment()))
 }
 
-/// Moves what no joint moves.
+/// Moves everything that no joint moves.
 fn move_rest(scene: &mut Scene, by: DVec3) {
     scene.objects[0].transform.translation += by;
     for light in &mut scene.lights {
@@ -229,7 +229,7 @@ fn move_rest(scene: &mut Scene, by: DVec3) {
     scene.camera.position += by;
 }
 
-/// The top leans by 0.6 m whatever the weight. A linear blend of joints that only move leaves normals as they are.
+/// The top leans by 0.6 m at any weight. A linear blend of joints that only move leaves normals as they are.
 fn weights(most: f64) -> Subject {
     const LEAN: f64 = 0.6;
     let mut stage = floor();
@@ -335,8 +335,8 @@ fn node_scale(factor: f64) -> Subject {
     subject(build(factor), moment(), build(1.0).into_still(&moment()))
 }
 
-/// Joints turn nothing here, since what is turned between scales along other axes is sheared. A ring has no place here either: normals of what is
-/// not skinned are interpolated before the stretch.
+/// Joints turn nothing here, since a turn between scales along other axes shears. A ring has no place here either: normals of unskinned meshes are
+/// interpolated before the stretch.
 fn node_stretch(factor: f64) -> Subject {
     let build = |factor: f64| scaled(DVec3::new(factor, 1.0, 1.0 / factor), 0.0, 0.4).0.scene;
     subject(build(factor), moment(), build(1.0).into_still(&moment()))

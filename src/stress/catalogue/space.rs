@@ -198,7 +198,7 @@ fn field_of_view(degrees: f64) -> Subject {
         Camera { projection: Projection::perspective(degrees), ..Camera::looking_at(place, target, DVec3::Y) };
     let mut stage = Stage { scene };
     if degrees > 60.0 {
-        // The widest lenses see what is beside them.
+        // The widest lenses see the walls beside them.
         let walls = stage.material(Material { base_color: Vec3::splat(0.7), two_sided: true, ..Material::default() });
         stage.add("walls", shapes::cuboid([7.0; 3]), walls);
     }

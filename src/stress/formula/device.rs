@@ -17,7 +17,7 @@ use crate::shaders::formulas::{self as shader, Flags, constants};
 /// Invocations in a work group, as the shader has it.
 const GROUP: u32 = 64;
 
-/// Buffers of a trial. The sets: 0 the frame, 1 what goes in and out.
+/// Buffers of a trial. The sets: 0 the frame, 1 inputs and outputs.
 struct Buffers {
     frame: Buffer,
     inputs: Buffer,
@@ -77,7 +77,7 @@ impl Program {
     }
 }
 
-/// Returns what the shader makes of each input of the trial.
+/// Returns the shader's output for each input of the trial.
 ///
 /// # Errors
 /// A device that is lost or out of memory.

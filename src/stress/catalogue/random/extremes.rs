@@ -64,7 +64,7 @@ pub struct Extremes {
     pub shadows: bool,
 
     // Settings.
-    /// Exposed so many stops above what suits the light on the floor; `None` is metered.
+    /// Exposed so many stops above the exposure for the light on the floor; `None` is metered.
     pub stops: Option<f32>,
     pub size_in_pixels: [u32; 2],
     pub gbuffer: GbufferPreset,
@@ -194,7 +194,7 @@ impl Extremes {
         scene.agreed()
     }
 
-    /// Without what does not go together (docs/LIGHT_PATHS.md), which a plan refuses.
+    /// Without combinations that a plan refuses (docs/LIGHT_PATHS.md).
     fn agreed(self) -> Self {
         let blends = matches!(self.light_path, LightPath::PerLight | LightPath::Volumes);
         let is_transparent = matches!(self.alpha_mode, AlphaMode::Blend | AlphaMode::Glass);
@@ -216,7 +216,7 @@ impl Extremes {
         if self.gbuffer == GbufferPreset::Lean { agreed.without_faint_colors() } else { agreed }
     }
 
-    /// The same in a G-buffer of 32-bit floats, without what is wrong by design: narrow highlights, texels and edges of shadows that are
+    /// The same in a G-buffer of 32-bit floats, without errors by design: narrow highlights, texels and edges of shadows that are
     /// smaller than a pixel, several samples where the truth has one, light in few bits, clipping kilometres away, and faces that coincide.
     pub fn tamed(self) -> Self {
         let stretch = self.stretch.map(|along| along.clamp(-4.0, 4.0));
@@ -246,7 +246,7 @@ impl Extremes {
         lean.without_faint_colors()
     }
 
-    /// 8 bits make nothing of what is nearly nothing.
+    /// 8 bits round very faint colours to black.
     fn without_faint_colors(self) -> Self {
         let held = |color: Vec3| Vec3::from(color.to_array().map(|channel| if channel < 0.05 { 0.0 } else { channel }));
         Self { base_color: held(self.base_color), specular: held(self.specular), ..self }
