@@ -61,7 +61,7 @@ struct Copies {
     compared: bool,
 }
 
-/// A window and what it shows.
+/// A window and its subject.
 pub struct App<'a> {
     device: Arc<Device>,
     subject: Subject,
@@ -382,7 +382,7 @@ impl<'a> App<'a> {
         }
     }
 
-    /// Says what of it is otherwise than it was asked for.
+    /// Reports the respects in which frames differ from those asked for.
     fn tell_fitted(&mut self, is_first: bool) {
         let Some(Opened { window, presenter, interface }) = &mut self.opened else { return };
         let told = presenter.shows_hdr();
@@ -568,7 +568,7 @@ impl<'a> App<'a> {
         (self.options.tell)(&told.unwrap_or_else(|error| format!("warning: no path: {error}")));
     }
 
-    /// Writes what is seen as a scene file, of the window's size.
+    /// Writes the present view as a scene file, of the window's size.
     fn keep_scene(&mut self) {
         let Some(Opened { window, .. }) = &self.opened else { return };
         let PhysicalSize { width, height } = window.inner_size();
@@ -580,7 +580,7 @@ impl<'a> App<'a> {
         }
     }
 
-    /// Asks what is under the mouse.
+    /// Asks for the object under the mouse.
     fn pick(&mut self) {
         if let Some(Opened { interface, window, .. }) = &mut self.opened {
             let PhysicalSize { width, height } = window.inner_size();

@@ -115,8 +115,8 @@ impl CameraControl {
         held.direction() != DVec3::ZERO || self.velocity != DVec3::ZERO || self.turn != [0.0; 2] || self.zoom != 0.0
     }
 
-    /// The mouse was dragged, by these parts of the window's height, to the right and down. In flight the view follows it, and in an orbit what
-    /// is seen does.
+    /// The mouse was dragged, by these parts of the window's height, to the right and down. In flight the view follows it, and in an orbit the scene
+    /// does.
     pub fn drag(&mut self, right: f64, down: f64) {
         self.turn[0] -= right * TURN;
         self.turn[1] -= down * TURN;
@@ -219,7 +219,7 @@ impl CameraControl {
         }
     }
 
-    /// Turns by what is not kept of what is left to turn.
+    /// Turns by the outstanding angles, less the share `kept`, which stays outstanding.
     fn turn(&mut self, kept: f64) {
         if self.turn == [0.0; 2] {
             return;

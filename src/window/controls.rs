@@ -86,7 +86,7 @@ pub struct Controls {
     pub beside: Option<View>,
 }
 
-/// Intensities reach this far to either side of what a light has, as a factor.
+/// Intensities reach from a light's own by this factor to either side.
 const FACTOR: f32 = 1e3;
 /// Lux or candela up to which a light can be set that was dark at first, where no other tells how strong lights are.
 const DARK_MOST: f32 = 1e3;
@@ -140,7 +140,7 @@ impl Controls {
     }
 
     fn show_keys(&mut self, context: &Context) {
-        // In a large window what is selected stands right of it.
+        // In a large window the panel of the selection is right of it.
         let (left, right) = if is_small(context) { (12.0, 40.0) } else { (420.0, 300.0) };
         let room = context.content_rect().size() - Vec2::new(left + right, 80.0);
         let window = egui::Window::new("Keys").default_pos(pos2(left, 12.0)).resizable(false);
@@ -184,7 +184,7 @@ fn place(at: DVec3) -> String {
 
 /// Against the light through the middle of each pixel, in 64 bits.
 fn show_error(ui: &mut Ui, map: Option<&ErrorMap>) {
-    // Of what it will hold, so that it stays where it is.
+    // The size that its contents will have, so that it stays where it is.
     ui.set_min_size(Vec2::new(250.0, 60.0));
     let Some(map) = map else {
         ui.label("the truth is computed...");
@@ -351,7 +351,7 @@ fn roughness(ui: &mut Ui, roughness: &mut Option<f32>) {
 fn lights(ui: &mut Ui, lights: &[Light], changed: &mut Vec<(usize, Light)>) {
     ScrollArea::vertical().id_salt("lights").max_height(160.0).show(ui, |ui| {
         for (index, light) in lights.iter().enumerate() {
-            // Around what the light had when its slider was first shown.
+            // Around the light's intensity when its slider was first shown.
             let id = ui.id().with(index);
             let own: f32 = ui.data_mut(|data| *data.get_temp_mut_or(id, light.intensity));
             let name = if light.name.is_empty() { format!("light {index}") } else { light.name.clone() };

@@ -36,7 +36,7 @@ impl Faults {
                 ui.label(format!("The picture is of the last {what} without a fault."));
                 ui.set_max_width(context.content_rect().width() - 60.0);
                 ScrollArea::both().max_height(context.content_rect().height() * 0.4).show(ui, |ui| {
-                    // Carets stand under what they point at.
+                    // Carets must stand under the characters that they point at.
                     let lines = RichText::new(text.as_str()).monospace().color(ui.visuals().error_fg_color);
                     ui.add(egui::Label::new(lines).extend());
                 });

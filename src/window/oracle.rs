@@ -119,14 +119,14 @@ impl Oracle {
         Self { questions, answers, newest }
     }
 
-    /// Asks, in the place of whatever was asked before.
+    /// Asks, in the place of any earlier question.
     pub fn ask(&self, question: Question) {
         let number = self.newest.fetch_add(1, Ordering::Relaxed) + 1;
         // The other side only ends after this one.
         let _ = self.questions.send((number, question));
     }
 
-    /// Wants no more answers to what was asked.
+    /// Drops the last question: its answer is not wanted any more.
     pub fn forget(&self) {
         self.newest.fetch_add(1, Ordering::Relaxed);
     }

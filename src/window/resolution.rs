@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use crate::scene::Camera;
 
-/// Steps of the window's width and height: each makes anew what has the size of the picture, so that there are few.
+/// Steps of the window's width and height. A change of the step makes everything of the picture's size anew, so that only a few exist.
 const STEPS: u32 = 8;
 /// The coarsest, with which a window begins: a sixteenth of the pixels.
 const COARSEST: u32 = 2;

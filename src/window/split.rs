@@ -11,7 +11,7 @@ use crate::scene::{Settings, View};
 const REACH: f64 = 5.0;
 /// Two clicks within this time are one.
 const DOUBLE_CLICK: Duration = Duration::from_millis(400);
-/// Points between the divider and what stands beside it.
+/// Points between the divider and the names beside it.
 const GAP: f32 = 8.0;
 
 /// The mouse's action on the divider.

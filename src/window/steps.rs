@@ -15,7 +15,7 @@ use crate::scene::{Brdf, Settings, Tonemap, Transparency, View};
 /// Up to so many lights have a step each; of more, groups that double have one.
 const SINGLE_LIGHTS: usize = 24;
 
-/// A pass, or a part of what it does, after which the picture is shown.
+/// A pass, or a part of its work, after which the picture is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {
     ShadowMaps,
@@ -133,7 +133,7 @@ impl Step {
     }
 }
 
-/// The views of what the G-buffer of a plan holds.
+/// The views of the G-buffer of a plan.
 fn buffers(plan: &FramePlan) -> Vec<View> {
     let Some(gbuffer) = plan.gbuffer.filter(|_| matches!(plan.shading, Shading::Light { .. })) else {
         return Vec::new();

@@ -121,7 +121,7 @@ impl Subject {
         }
     }
 
-    /// The same settings for a picture of so many pixels of light in nits. FXAA smooths what is tone-mapped, and light is not.
+    /// The same settings for a picture of so many pixels of light in nits. FXAA smooths tone-mapped colours only, and light is none.
     pub fn in_nits(&self, size: [u32; 2]) -> Settings {
         Settings { size, output: Output::Nits, ..self.settings.without_effects() }
     }

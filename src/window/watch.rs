@@ -204,7 +204,7 @@ impl Reader {
         }
     }
 
-    /// While something is wrong, any file beside those of the scene may be what it lacks.
+    /// While something is wrong, any file beside those of the scene may be the missing one.
     fn is_of_scene(&self, path: &Path) -> bool {
         let is_beside =
             || path.parent().is_some_and(|folder| self.files.iter().any(|file| file.parent() == Some(folder)));
@@ -226,7 +226,7 @@ impl Reader {
         let read = guarded(|| (self.read)());
         self.is_wrong = read.is_err();
         if let Ok((scene, _)) = &read {
-            // A folder that cannot be watched any more is no reason to keep the scene from who wants to see it.
+            // A folder that cannot be watched any more is no reason to withhold the scene.
             let _ = self.follow(&scene.files);
         }
         self.tell(Reload::Scene(read.map(Box::new)));
