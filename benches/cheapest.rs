@@ -1,6 +1,6 @@
 //! The cheapest scene, a lambert mesh under one directional light, drawn by the renderer and by the least of a forward frame that draws it:
 //! one render pass, one pipeline, one vertex buffer, one index buffer, one block of push constants. Frames take turns, both pictures
-//! must be the same within a code, and the median of the ratios is what the renderer's generality costs.
+//! must be the same within a code, and the median of the ratios is the cost of the renderer's generality.
 //!
 //! `cargo bench --bench cheapest -- [--frames N] [--validate]`. Without `--bench`, as `cargo test --bench cheapest` runs it, only the
 //! pictures are compared, under validation.

@@ -24,11 +24,11 @@ struct Curve {
     counts: &'static [u64],
     /// The amount grows as this power of the count.
     power: i32,
-    /// The scene with so many, and the picture's size where that is what grows.
+    /// The scene with so many, and the picture's size, if it is the size that grows.
     scene: fn(u64) -> (String, Option<[u32; 2]>),
 }
 
-/// Lamps fill the slab of the field evenly, with a range by which a place is in reach of as many whatever their number is.
+/// Lamps fill the slab of the field evenly, with a range by which a place is in reach of as many lamps at any number of them.
 fn lamps(count: u64) -> f64 {
     4.0 * (256.0 / count as f64).cbrt()
 }

@@ -92,7 +92,7 @@ trait Changes {
 struct Meanwhile {
     /// From when it was asked for to its first frame.
     all: f64,
-    /// Of each frame meanwhile, and where frames are taken over by a window, of the first new one, with what it takes to take it.
+    /// Of each frame meanwhile, and where frames are taken over by a window, of the first new one together with its adoption.
     frames: Vec<f64>,
 }
 
@@ -176,7 +176,7 @@ impl Shown<'_> {
         Ok(())
     }
 
-    /// Milliseconds of what it takes to fit these settings, and of the frame after it.
+    /// Fits these settings and draws a frame. Returns the milliseconds of both.
     fn timed(&mut self, settings: &Settings) -> Result<f64> {
         self.device.wait_idle()?;
         let begun = Instant::now();

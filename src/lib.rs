@@ -1,7 +1,7 @@
 //! Afterlight: a deferred renderer on raw Vulkan. Geometry first, light after.
 //!
-//! Scene in, plan, frame, image out: [`scene`] says what is drawn, [`plan::FramePlan`] what of it all frames need, and
-//! [`frame`] draws it. In the repository the book explains one frame, beginning with `book/src/introduction.md`; its chapters `frame.md`, `light.md`, `error.md`
+//! Scene in, plan, frame, image out: [`scene`] describes the scene, [`plan::FramePlan`] decides the parts that its frames need, and [`frame`] draws
+//! them. In the repository the book explains one frame, beginning with `book/src/introduction.md`; its chapters `frame.md`, `light.md`, `error.md`
 //! and `ci.md` go with [`frame`], [`scene`], [`reference`] and [`measure`], and the program. ARCHITECTURE.md has the map.
 
 #![deny(missing_docs)]

@@ -26,7 +26,7 @@ impl WholeFile {
         #[cfg(unix)]
         {
             use std::os::unix::fs::PermissionsExt;
-            // Temporary files are private by default; these get what the umask leaves, as any new file does.
+            // Temporary files are private by default; these get the permissions that the umask leaves, as any new file does.
             builder.permissions(fs::Permissions::from_mode(0o666));
         }
         let file = builder.tempfile_in(folder).map_err(system_error)?;

@@ -1,4 +1,4 @@
-//! Medians and how sure they are, by bootstrap (Efron 1979): the samples themselves stand for what they were drawn from.
+//! Medians and their uncertainty, by bootstrap (Efron 1979): the samples themselves stand for the distribution that they were drawn from.
 //!
 //! The interval is the plain percentile one, and the same samples always have the same. Of fewer than six samples no interval covers
 //! 95%, not even the one from the least to the largest ([`LEAST_FOR_95`]); of one it has no width.
@@ -69,7 +69,7 @@ impl GroupedMedian {
         let mut all = groups.concat();
         all.sort_unstable_by(f64::total_cmp);
         let median = percentile(&all, 50.0)?;
-        // Another sequence than that of what it is multiplied with.
+        // Another sequence than that of the draws with which these are multiplied.
         let mut random = fastrand::Rng::with_seed(!SEED);
         let mut drawn = Vec::with_capacity(all.len());
         let draws = (0..RESAMPLES).map(|_| {

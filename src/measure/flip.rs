@@ -1,4 +1,4 @@
-//! FLIP, the error that somebody sees who flips between two pictures (Andersson et al. 2020), by NVIDIA's own code.
+//! FLIP, the error that a viewer sees who flips between two pictures (Andersson et al. 2020), by NVIDIA's own code.
 
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageFloat, FlipImageRgb8, magma_lut};
 use rayon::prelude::*;

@@ -12,7 +12,7 @@ const RESAMPLES: usize = 1000;
 pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     let is_finite = |&index: &usize| points[index].0.is_finite() && points[index].1.is_finite();
     let mut order: Vec<usize> = (0..points.len()).filter(is_finite).collect();
-    // Stable: of equal points the first stays first. Adding zero makes -0 what it is equal to.
+    // Stable: of equal points the first stays first. Adding zero makes 0 of -0, which is equal to it.
     let key = |index: usize| (points[index].0 + 0.0, points[index].1 + 0.0);
     order.sort_by(|&a, &b| {
         let ((time_a, error_a), (time_b, error_b)) = (key(a), key(b));

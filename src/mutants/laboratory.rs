@@ -39,7 +39,7 @@ pub enum Error {
 /// The rules that the layer finds broken in a mutant's frames.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Heard {
-    /// Without the heuristic of what shaders access.
+    /// Without the heuristic of accesses by shaders.
     pub plain: BTreeSet<String>,
     /// With it; `None` where the layer has none.
     pub heuristic: Option<BTreeSet<String>>,

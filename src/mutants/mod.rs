@@ -86,7 +86,7 @@ pub struct Mutant<'a> {
 }
 
 impl Mutant<'_> {
-    /// `mutants.ROW.PART.CASE`, unique among [`mutants`] and free of what CSV files and regular expressions read otherwise.
+    /// `mutants.ROW.PART.CASE`, unique among [`mutants`] and without characters that CSV files and regular expressions read otherwise.
     pub fn name(&self) -> String {
         let letters = self.case.name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' });
         let slug = letters.collect::<String>().split('-').filter(|word| !word.is_empty()).collect::<Vec<_>>().join("-");
@@ -118,7 +118,7 @@ impl fmt::Display for PartName {
 }
 
 /// Every row of every plan, and each bit of each different row. Of presented frames those rows alone that no others have: in them a render pass
-/// ends with a layout change and no reader, which the layer takes to be ordered whatever comes.
+/// ends with a layout change and no reader, which the layer takes to be ordered with anything that follows.
 ///
 /// # Panics
 /// Never: the rows that cannot be dropped are left out.

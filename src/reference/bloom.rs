@@ -3,9 +3,10 @@
 //! The truth is a convolution. A level of BLOOM's has, for a light at any place, a response; its mean over all places of the light is the kernel of the
 //! level. For filters of `1 5 10 10 5 1` down and up that is, along an axis, the binomial coefficients of 10 over 1024, spread by 1, 2, 4, ... pixels,
 //! one after the other ([`spread`]). Beside the picture lies its mirror image, so that no light is lost: light that a lens would throw out of the
-//! picture lands inside of its edge, and even light stays even. [`by_levels`] spreads light as a frame does: by filters of texels, whose response
-//! changes with a light's place in its texel. The difference between the two is the error of coarse levels, that between a frame and [`by_levels`] is
-//! the frame's rounding.
+//! picture lands inside of its edge, and even light stays even.
+//!
+//! [`by_levels`] spreads light as a frame does: by filters of texels, whose response changes with a light's place in its texel. The difference between
+//! the two is the error of coarse levels, and that between a frame and [`by_levels`] is the frame's rounding.
 
 use rayon::prelude::*;
 

@@ -90,7 +90,7 @@ pub fn of(scene: &SceneReport, front: &Front) -> Vec<Advice> {
     advice
 }
 
-/// Returns what a point gains and costs, as "half the time, the same error within 1%".
+/// Returns the gain and the cost of a point, as "half the time, the same error within 1%".
 pub fn gain(scene: &SceneReport, metric: Metric, truth: Against, point: usize) -> String {
     let change = Change::of(scene, metric, truth, point);
     let time = match change.time {

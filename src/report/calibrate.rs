@@ -1,6 +1,7 @@
-//! Measures what `auto` chooses by: each light path with few lights and with many, and both ways to cull, as frames of built-in scenes that take turns.
+//! Measures the figures that `auto` chooses by: each light path with few lights and with many, and both ways to cull, as frames of built-in scenes
+//! that take turns.
 //!
-//! Of what it measures only ratios matter, so that other work on the machine does no harm as long as it hits all contenders alike.
+//! Only ratios of the figures matter, so that other work on the machine does no harm as long as it hits all contenders alike.
 
 use std::sync::Arc;
 
@@ -107,7 +108,7 @@ pub fn measure(device: &Arc<Device>, asked: bool, step: &mut dyn FnMut(usize, us
     Ok(Calibration::new(asked, paths, culling_cost(&by_culling)))
 }
 
-/// Draws frames of all in turn, so that what slows the machine slows all of them.
+/// Draws frames of all in turn, so that a slow moment of the machine slows all of them.
 fn take_turns(anchor: &mut Contender, own: &mut [Option<Contender>], rounds: usize) -> Result<(), Error> {
     anchor.times.clear();
     for round in 0..WARM_UP + rounds {

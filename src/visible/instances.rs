@@ -185,12 +185,12 @@ impl InstanceList {
         self.tree.largest_first(size)
     }
 
-    /// A number that changes when objects come to other places of the list, or too many have moved for [`Self::moves`] to list.
+    /// A number that changes when objects come to other places of the list, or too many have moved for [`Self::moves()`] to list.
     pub fn arranged(&self) -> u64 {
         self.arranged
     }
 
-    /// The places of objects that have moved since [`Self::arranged`] last changed, in the order of moves.
+    /// The places of objects that have moved since [`Self::arranged()`] last changed, in the order of moves.
     pub fn moves(&self) -> &[u32] {
         &self.moves
     }

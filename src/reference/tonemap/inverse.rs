@@ -1,7 +1,8 @@
-//! From displayed colours back to light: each curve's inverse in closed form, but for a polynomial's root. Curves that grow flat show all bright
-//! light alike. Beyond the brightness at which shown grey rises by less than 1/32 of its light, all light counts as being just as bright; a channel
-//! that a curve clamps is lost in the same way. Where a clamped channel has changed the others, as in saturated colours of AgX and ACES, the inverse
-//! is a colour that is shown the same, not the original one.
+//! From displayed colours back to light: each curve's inverse in closed form, but for a polynomial's root.
+//!
+//! Curves that grow flat show all bright light alike. Beyond the brightness at which shown grey rises by less than 1/32 of its light, all light
+//! counts as being just as bright; a channel that a curve clamps is lost in the same way. Where a clamped channel has changed the others, as in
+//! saturated colours of AgX and ACES, the inverse is a colour that is shown the same, not the original one.
 
 use glam::DVec3;
 use nalgebra::{Matrix3, Vector3};

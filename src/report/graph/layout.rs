@@ -24,7 +24,7 @@ const BOX: f64 = 44.0;
 /// Between ends of arrows on the edge of a box.
 const PORT: f64 = 12.0;
 
-/// A box and what stands above it.
+/// A box and the notes above it.
 struct Placed {
     at: Rect,
     notes: Vec<Note>,

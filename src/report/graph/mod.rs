@@ -15,7 +15,7 @@ pub use svg::escape;
 use crate::frame::edges::{Edge, Edges};
 use crate::plan::FramePlan;
 
-/// The frames of a plan as SVG. `title` says what they are of.
+/// The frames of a plan as SVG. `title` names their scene.
 pub fn draw(title: &str, plan: &FramePlan, edges: &Edges) -> String {
     let graph = model::Graph::of(plan, edges);
     layout::draw(title, plan, &graph)

@@ -9,7 +9,7 @@ use crate::frame::render_pass::{LayoutChange, PassDescription, Subpass, layout_c
 use crate::passes::{How, Resource, copy};
 use crate::plan::{FramePlan, format_bytes};
 
-/// Something that happens, or stands for what happens before or after the frame.
+/// An event of the frame, or one that stands for all events before or after it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stop {
     /// The pass.
@@ -53,7 +53,7 @@ pub struct Image {
     /// Of a pixel of the picture; none for images of another size.
     pub bytes_per_pixel: Option<u32>,
     pub bytes: u64,
-    /// As the render pass has it; none for what no render pass writes.
+    /// As the render pass has it; none for an image that no render pass writes.
     pub attachment: Option<vk::AttachmentDescription>,
 }
 
@@ -68,7 +68,7 @@ pub struct Graph {
     pub layouts: Vec<Vec<LayoutChange>>,
 }
 
-/// The order of what lies before a frame, and after it.
+/// The order of places before a frame, and after it.
 const BEFORE: [Place; 8] = [
     Place::PRESENTATION,
     Place::HOST,

@@ -8,7 +8,7 @@ use crate::frame::render_pass::PassDescription;
 use crate::plan::{FramePlan, samples};
 use crate::scene::{LightPath, Settings, View};
 
-/// One plan for each different frame: many samples differ only in what no drawing shows.
+/// One plan for each different frame: many samples differ only in facts that no drawing shows.
 fn plans() -> &'static [(String, FramePlan, Edges)] {
     static PLANS: LazyLock<Vec<(String, FramePlan, Edges)>> = LazyLock::new(|| {
         let mut seen = BTreeSet::new();
@@ -87,7 +87,7 @@ fn no_text_lies_on_another_or_outside_of_the_page() {
     }
 }
 
-/// Marks say what the references of the render passes say.
+/// Marks agree with the references of the render passes.
 #[test]
 fn every_reference_of_a_subpass_is_a_mark() {
     for (name, plan, edges) in plans() {

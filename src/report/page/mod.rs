@@ -1,7 +1,7 @@
 //! The report as one page that needs nothing else: no network, no files beside it and no scripts. Plots are inline SVG, pictures are in
 //! the page, colours follow the reader's scheme and print in the light one.
 //!
-//! It only shows what a [`Report`] holds; nothing is measured or judged anew here.
+//! It only shows the figures of a [`Report`]; nothing is measured or judged anew here.
 
 mod attribution;
 mod family;

@@ -1,5 +1,5 @@
-//! One plot of error against time, both logarithmic, as inline SVG: axes and curves by plotters, and over them marks that tell a pointer
-//! what they are, which plotters cannot.
+//! One plot of error against time, both logarithmic, as inline SVG: axes and curves by plotters, and over them marks with tooltips,
+//! which plotters cannot make.
 //!
 //! plotters writes whole pixels and fixed colours. So it draws on a canvas that is larger by [`FINE`], and the style sheet selects its
 //! colours by the attributes that it writes, to put others in their place on dark pages.
@@ -255,7 +255,7 @@ fn px(pixels: f64) -> String {
     format!("{pixels:.1}")
 }
 
-/// The border of what a front beats: from the upper edge down its points to the right edge.
+/// The border of the area that a front beats: from the upper edge down its points to the right edge.
 fn steps(points: impl Iterator<Item = (f64, f64)>, x: &Range<f64>, y: &Range<f64>) -> Vec<(f64, f64)> {
     let mut steps: Vec<(f64, f64)> = Vec::new();
     for (time, error) in points {

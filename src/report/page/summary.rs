@@ -119,7 +119,7 @@ fn best_dominator<'a>(scene: &'a SceneReport, front: &Front) -> Option<&'a Point
     better.min_by(|a, b| gain(a).total_cmp(&gain(b)))
 }
 
-/// Writes what readers must know before they believe a figure.
+/// Writes the doubts that readers must know before they believe a figure.
 fn doubts(scene: &SceneReport) -> Markup {
     let broken: Vec<&Point> = scene.points.iter().filter(|point| not_finite(point) > 0).collect();
     let untold = scene.points.iter().filter(|point| !has_numbers(point));

@@ -1,4 +1,4 @@
-//! Figures as people read them, and the names of what is measured.
+//! Figures as people read them, and the names of the measured quantities.
 
 use crate::report::sweep::model::{Against, Interval, Metric, Point, SceneReport};
 

@@ -62,7 +62,7 @@ pub struct Shown {
     pub gbuffer_bytes_per_pixel: u32,
 }
 
-/// From nits to what is tone-mapped.
+/// From nits to exposed light, which is tone-mapped.
 pub fn exposure_of(scene: &Scene, settings: &Settings) -> f64 {
     f64::from(exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(scene))))
 }

@@ -47,7 +47,7 @@ pub fn file(scene: &SceneReport, point: &str, kind: &str) -> String {
         });
         kept.collect()
     };
-    // Names of scenes are told apart by their hash where what is left of them is the same.
+    // Scenes are told apart by a hash of their names, as the characters that a file's name may have can be the same.
     let hash = blake3::hash(scene.name.as_bytes()).to_hex();
     format!("{FOLDER}/{}-{}-{}-{kind}.png", plain(&scene.name), &hash[..6], plain(point))
 }

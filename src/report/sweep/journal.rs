@@ -1,7 +1,7 @@
-//! The measurements so far, on disk: a line of JSON with a checksum for each thing that is finished, behind a line that says what was asked for.
+//! The measurements so far, on disk: a line of JSON with a checksum for each finished measurement, behind a header with the command's request.
 //!
-//! A run that is broken off goes on with what is there; a line that was cut off is measured again. It also is what parts of a report are
-//! joined from, as it has all measurements and not only what they come to. One process writes it at a time.
+//! A run that is broken off goes on from the journal; a line that was cut off is measured again. Parts of a report are joined from their
+//! journals, too, as these have all measurements and not only their results. One process writes it at a time.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{File, OpenOptions, TryLockError};

@@ -75,7 +75,7 @@ impl DeviceMeter<'_> {
     /// Takes the error of the settings as given apart.
     ///
     /// # Errors
-    /// When the device cannot draw what that takes.
+    /// When the device cannot draw the frames that it takes.
     pub fn attribution(&self, limits: &Limits) -> Result<Attribution, Error> {
         let settings = self.base.decide();
         let reference = Reference::new(self.scene).map_err(frame::Error::from)?;

@@ -93,13 +93,13 @@ pub struct Point {
     /// On the device, in bytes.
     pub memory: u64,
     pub gbuffer_bytes_per_pixel: u32,
-    /// PNG files beside the report, by what they show: "picture", "difference".
+    /// PNG files beside the report, by their contents: "picture", "difference".
     pub pictures: BTreeMap<String, String>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ErrorsByTruth {
-    /// Without what one sample a pixel misses: numeric error, and how textures are filtered.
+    /// Without the error of one sample a pixel: numeric error, and the filtering of textures.
     pub point: Errors,
     /// All of it.
     pub converged: Errors,
@@ -207,7 +207,7 @@ pub enum Against {
 }
 
 impl Errors {
-    /// Of what nobody has compared.
+    /// The errors of pictures that nobody has compared.
     pub const UNKNOWN: Self = Self {
         rel_mse: f64::NAN,
         rmse: f64::NAN,
@@ -218,7 +218,7 @@ impl Errors {
         not_finite: 0,
     };
 
-    /// Returns true if light and what is shown have both been compared.
+    /// Returns true if light and shown picture have both been compared.
     pub fn is_whole(&self) -> bool {
         self.not_finite > 0 || !(self.rmse.is_nan() || self.flip.is_nan())
     }

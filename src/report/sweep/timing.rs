@@ -122,7 +122,7 @@ impl Contender {
         self.draw_frames(u32::MAX)
     }
 
-    /// Draws the first frames of a picture, at most so many, and tells what all of it would take: its frames differ by less than times scatter.
+    /// Draws the first frames of a picture, at most so many, and extrapolates to the time of all: its frames differ by less than times scatter.
     pub fn draw_frames(&mut self, most: u32) -> Result<Sample, Error> {
         let cpu_before = cpu_seconds();
         let over_time = self.renderer.plan().taa.map(|taa| taa.frames);
@@ -246,7 +246,7 @@ pub struct Anchor {
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointTimes {
     pub timing: Timing,
-    /// Of each round, over that of the anchor, by the clock that counts; 1 alone for the anchor, which is what others are compared with.
+    /// Of each round, over that of the anchor, by the clock that counts; 1 alone for the anchor, with which the others are compared.
     pub ratios: Vec<f64>,
 }
 

@@ -11,7 +11,7 @@ use glam::{DQuat, DVec2, DVec3};
 use crate::reference::{Reference, View};
 use crate::scene::{Camera, CameraPath, Projection};
 
-/// Rays across and down that say what a camera sees.
+/// Rays across and down that sample a camera's view.
 const GRID: [u32; 2] = [16, 9];
 /// Cameras that are tried for each that is wanted.
 const TRIES: u32 = 64;
@@ -19,10 +19,10 @@ const TRIES: u32 = 64;
 const LEAST_SEEN: f64 = 0.6;
 /// The least number of different objects in view, as a share of that of the scene's own camera: a bare floor tells little.
 const LEAST_OBJECTS: f64 = 0.5;
-/// Nearer than this share of what is usual, a surface is in the way; so many of the rays may end at one.
+/// A surface nearer than this share of the usual distance is in the way; so many of the rays may end at one.
 const IN_THE_WAY: f64 = 0.15;
 const MOST_IN_THE_WAY: f64 = 0.3;
-/// Two cameras differ if they are turned by so many degrees or stand apart by this share of what is usual.
+/// Two cameras differ if they are turned by so many degrees or stand apart by this share of the usual distance.
 const LEAST_TURN_DEGREES: f64 = 15.0;
 const LEAST_MOVE: f64 = 0.15;
 
@@ -119,12 +119,12 @@ fn candidate(view: &View, own: &Sight, index: u32) -> Option<Elsewhere> {
     let [target, way, yaw, pitch] = [0.856_674_883_8, 0.733_891_856_6, 0.628_706_721_0, 0.538_597_257_2].map(share);
     let hit = *own.hits.get((target * own.hits.len() as f64) as usize)?;
     let camera = &view.camera;
-    // Up to about half of the way: beyond it what was far fills the picture.
+    // Up to about half of the way: beyond it a surface that was far away fills the picture.
     let position = camera.position + hit * (0.1 + 0.4 * way);
     let yaw = DQuat::from_rotation_y(((yaw - 0.5) * 140.0).to_radians());
     let pitch = DQuat::from_rotation_x(((pitch - 0.5) * 20.0).to_radians());
     let forward = yaw * (camera.rotation * (pitch * DVec3::NEG_Z));
-    // As it is told, so that whoever reads it can stand there.
+    // Through its text, so that a camera that is typed from a report is exactly this one.
     let text = text_of(position, position + forward * own.usual().max(camera.near), camera.projection);
     let parsed: Camera = text.parse().ok()?;
     Some(Elsewhere { camera: Camera { near: camera.near, ..parsed }, text })

@@ -63,7 +63,7 @@ pub struct Pair {
     pub default: Measurement,
 }
 
-/// A candidate and what became of it.
+/// A candidate and its outcome.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Attempt {
     /// Index in [`SceneReport::points`].
@@ -135,7 +135,7 @@ impl Goal {
     }
 
     /// Points on which the bound holds, as was measured twice, the best first: the fastest where error is bounded, else those that err least.
-    /// `margin` is an error (or a time) that failed elsewhere: only what lies below it is of use. The settings as given lose nothing against
+    /// `margin` is an error (or a time) that failed elsewhere: only points below it are of use. The settings as given lose nothing against
     /// themselves: they are the last that a bound on the loss has.
     pub fn candidates(&self, scene: &SceneReport, margin: Option<f64>) -> Vec<usize> {
         let of = |index: usize| self.of(&scene.points[index]);
@@ -297,7 +297,7 @@ fn round_up(number: f64) -> f64 {
         return number;
     }
     let digits = 1 - number.log10().floor() as i32;
-    // Through text, for 0.059 and not 0.059000000000000004. A hair less than the number: one of two digits stays what it is.
+    // Through text, for 0.059 and not 0.059000000000000004. A hair less than the number, so that one of two digits stays the same.
     let scaled = (number * 10f64.powi(digits) * (1.0 - 1e-12)).ceil();
     format!("{scaled}e{}", -digits).parse().unwrap_or(number)
 }
@@ -319,7 +319,7 @@ mod tests {
         Goal { bound: Bound::Milliseconds(ms), metric: Metric::Flip }
     }
 
-    /// Measures what the tuning camera did, times these factors by camera.
+    /// Gives the measurements of the tuning camera, times these factors by camera.
     struct Factors<'a> {
         scene: &'a SceneReport,
         goal: Goal,

@@ -1,4 +1,4 @@
-//! A choice on disk: settings as a scene file has them, and beside them what they were chosen by.
+//! A choice on disk: settings as a scene file has them, and beside them the evidence that they were chosen by.
 
 use serde::Serialize;
 
@@ -123,7 +123,7 @@ impl Found {
     }
 }
 
-/// A search with what it searched.
+/// A search with its subject.
 #[derive(Debug, Clone, Copy)]
 pub struct Search<'a> {
     /// The program and its version.
@@ -199,7 +199,7 @@ impl Search<'_> {
         })
     }
 
-    /// In a sentence, why nothing was chosen, naming what came nearest.
+    /// Returns the reason why nothing was chosen, in a sentence that names the nearest point.
     pub fn failure(&self, outcome: &Outcome) -> String {
         let limit = bound_text(self.goal);
         let worst = |attempt: &&Attempt| self.goal.worst(self.scene, attempt);

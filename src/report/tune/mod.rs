@@ -1,7 +1,7 @@
 //! The choice: settings that keep a bound, found by a search and verified from cameras that it was not made with.
 //!
-//! [`search`] says what to measure next, [`probe`] measures it, [`choice`] decides, [`cameras`] says where else to look from, [`verify`] measures
-//! there, and [`evidence`] writes down what was chosen and by what. Points and their families come from [`crate::report::sweep`].
+//! [`search`] chooses the next measurement, [`probe`] makes it, [`choice`] decides, [`cameras`] finds other cameras, [`verify`] measures from
+//! them, and [`evidence`] writes the choice down with its evidence. Points and their families come from [`crate::report::sweep`].
 
 pub mod cameras;
 pub mod choice;
@@ -99,8 +99,8 @@ impl Tuned {
 }
 
 impl<'a> Tuning<'a> {
-    /// Searches from the scene's own camera against `own` truth, going on with what the journal has, and verifies candidates from the cameras that
-    /// `elsewhere` brings with their truths. It is asked only if some settings keep the bound so far, or nearly do.
+    /// Searches from the scene's own camera against `own` truth, going on from the journal, and verifies candidates from the cameras that
+    /// `elsewhere` brings with their truths. `elsewhere` is asked only if some settings keep the bound so far, or nearly do.
     ///
     /// # Errors
     /// When the device cannot draw the settings as given, is lost or lacks the memory; when the journal cannot be written; and those of `elsewhere`.
@@ -193,7 +193,7 @@ impl SearchRun<'_, '_> {
         Ok(Search { goal: &self.tuning.goal, info, measured, margin, is_late: self.is_late(margin.is_none()) })
     }
 
-    /// A search that goes on since a candidate failed elsewhere has all but what it takes to verify the next.
+    /// A search that goes on since a candidate failed elsewhere has all time but that for verifying the next.
     fn is_late(&self, is_first: bool) -> bool {
         let Some(Within { begun, time, cameras, truth }) = self.tuning.within else { return false };
         let searched = self.begun.elapsed();

@@ -1,6 +1,6 @@
 //! The probe of a search: the device at hand, or in tests something that answers at once.
 //!
-//! One renderer of the settings as given stays: all others share what it has uploaded, and take turns with it.
+//! One renderer of the settings as given stays: all others share its uploads, and take turns with it.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! The choice of the next measurement, so that few measurements find what a whole sweep would: successive halving (Jamieson and Talwalkar 2016).
+//! The choice of the next measurement, so that few measurements find a whole sweep's result: successive halving (Jamieson and Talwalkar 2016).
 //!
 //! All points get a glance of a few frames; those that may still win are drawn, and timed again with more rounds. A point is dropped
 //! as soon as the lower end of its time lies above that of a better one that keeps the bound, or its error breaks the bound. The effects of single
@@ -18,7 +18,7 @@ use crate::report::sweep::families::JOINT;
 use crate::report::sweep::journal::{Measured, SceneInfo};
 use crate::report::sweep::timing::Sample;
 
-/// Points that get a glance together: of more, the last would not know what the first have shown.
+/// Points that get a glance together: of more, the choice of the last could not use the results of the first.
 const GLANCES: usize = 4;
 /// Points that are timed again together.
 const FINALISTS: usize = 4;
@@ -151,7 +151,7 @@ impl Search<'_> {
         self.confirm(finalists)
     }
 
-    /// The settings as given are timed whatever else is.
+    /// The settings as given are timed with any others.
     fn confirm(&self, mut finalists: Vec<usize>) -> Option<Step> {
         finalists.truncate(if self.is_late { FINALISTS / 2 } else { FINALISTS });
         let is_first = !self.measured.batches.iter().any(|batch| batch.confirms);
@@ -196,7 +196,7 @@ impl Search<'_> {
         open
     }
 
-    /// Less is more promising: by what its settings did on their own.
+    /// Less is more promising: by the effects of its settings on their own.
     fn rank(&self, known: &[Known], model: &Model, index: usize) -> [f64; 3] {
         let (time, error) = (model.time(index), model.error(index));
         match self.goal.bound {

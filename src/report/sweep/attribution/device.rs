@@ -1,5 +1,5 @@
 //! The frame that the device at hand makes, step by step: surfaces as its G-buffer holds them, light as its formats hold it, and the
-//! picture. Measured, not modelled: rounding is whatever the driver does.
+//! picture. Measured, not modelled: rounding is the driver's own.
 
 use std::sync::Arc;
 
@@ -49,7 +49,7 @@ pub struct Captured {
     pub triangles: Option<Vec<Option<TriangleId>>>,
 }
 
-/// Ns of the Phong models from what stands for it in a G-buffer: 20 doublings of 1 + Ns over 0 to 1.
+/// Ns of the Phong models from its encoding in a G-buffer: 20 doublings of 1 + Ns over 0 to 1.
 pub fn shininess(stored: f64) -> f64 {
     (stored * 20.0).exp2() - 1.0
 }

@@ -220,7 +220,7 @@ mod tests {
     /// Nothing is rounded.
     const EXACT: Formats = Formats { hdr: None, output: None };
 
-    /// On a device that does what the model does.
+    /// On a device that agrees with the model.
     fn parts(shades: &Shades, formats: &Formats) -> [DVec3; SWITCHES.len()] {
         let unrounded = shades.all();
         let kept = formats.kept(unrounded);

@@ -143,7 +143,7 @@ impl Taken<'_> {
         parts
     }
 
-    /// The surface's light by what is at work, exposed.
+    /// The surface's light by the parts at work, exposed.
     fn shades(&self, at: usize, pixel: usize, surface: Option<&Surface>, of_sky: DVec3) -> Shades {
         let Subject { reference, view, .. } = self.subject;
         let Some(truth) = surface else {

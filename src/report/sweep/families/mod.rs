@@ -1,7 +1,7 @@
-//! The points of a sweep: for each setting that says how good a picture is, its values, as far as a scene needs it and a device has it.
+//! The points of a sweep: for each setting of a picture's quality, its values, as far as a scene needs it and a device has it.
 //!
-//! All of this is decided from the scene, the settings as given and what the device can do, before anything is drawn. Values whose frames
-//! are those of the settings as given are not drawn again, a setting that changes nothing is left out, and both say so.
+//! All of this is decided from the scene, the settings as given and the device's capabilities, before anything is drawn. Values whose frames
+//! are those of the settings as given are not drawn again, a setting that changes nothing is left out, and the report names both.
 
 mod axes;
 mod joint;
@@ -53,7 +53,7 @@ pub struct PlannedFamily {
     pub members: Vec<Member>,
 }
 
-/// The keys of all families that there are, for whatever scene.
+/// The keys of all families, for any scene.
 pub fn family_keys() -> Vec<&'static str> {
     axes::swept().map(|setting| setting.key).chain([JOINT]).collect()
 }
@@ -151,7 +151,7 @@ impl<'a> Base<'a> {
 }
 
 impl Sweep {
-    /// Decides what is measured.
+    /// Decides the points to measure.
     ///
     /// # Errors
     /// When the settings as given cannot be planned on the device.
@@ -188,7 +188,7 @@ impl Sweep {
         Ok(Self { points: builder.points, families: builder.families, left_out: builder.left_out })
     }
 
-    /// Tells what `--quick` did not try, in a line.
+    /// Returns a line about the settings that `--quick` did not try.
     pub fn quick_words(left_out: &[LeftOut]) -> Option<String> {
         let names: Vec<_> = left_out.iter().filter(|own| own.reason == QUICK).map(|own| own.name.as_str()).collect();
         (!names.is_empty()).then(|| format!("--quick left out {} values: {}", names.len(), names.join(", ")))

@@ -113,7 +113,7 @@ fn a_run_that_was_stopped_goes_on_and_measures_nothing_twice() {
     assert_eq!(journal.scenes[0].drawn, at_once[0].drawn);
     assert_eq!(journal.scenes[0].timed(), at_once[0].timed());
     assert_eq!(asked.drawn.len(), at_once[0].drawn.len(), "{:?}", asked.drawn);
-    // Once each, and once more for what is on a front.
+    // Once each, and once more for points on a front.
     let times = |name: &str| asked.timed.iter().filter(|timed| *timed == name).count();
     for name in at_once[0].timed() {
         assert!((1..=2).contains(&times(name)), "{name}: {}", times(name));

@@ -25,7 +25,7 @@ struct Land {
 const GIVEN: f64 = 0.05;
 
 impl Land {
-    /// By setting: its values, with their factors and terms; and combinations, with what they are off their parts' product.
+    /// By setting: its values, with their factors and terms; and combinations, with their deviation from their parts' product.
     fn of(settings: &[Vec<(f64, f64)>], joint: &[(Vec<usize>, f64)], noise: f64) -> Self {
         let mut info = info(&sweep());
         (info.points, info.families) = (vec!["default".into()], Vec::new());
@@ -102,14 +102,14 @@ impl Land {
             let Some(step) = search.next() else { return (steps, measured) };
             assert!(steps.len() < 10 * self.truth.len(), "no end: {:?}", &steps[steps.len() - 4..]);
             assert!(!steps.contains(&step), "{step:?} twice");
-            // Another order of what scatters must not matter: each step has its own.
+            // Another order of scattering times must not matter: each step has its own.
             let record = self.record(&step, &mut fastrand::Rng::with_seed(steps.len() as u64));
             measured.add(record);
             steps.push(step);
         }
     }
 
-    /// The choice among what was confirmed.
+    /// The choice among confirmed points.
     fn choice(&self, goal: &Goal, measured: &Measured) -> Option<usize> {
         let confirmed: BTreeSet<&str> =
             measured.batches.iter().filter(|batch| batch.confirms).flat_map(names).collect();
