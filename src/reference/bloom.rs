@@ -5,7 +5,7 @@
 //! one after the other ([`spread`]). Beside the picture lies its mirror image, so that no light is lost: light that a lens would throw out of the
 //! picture lands inside of its edge, and even light stays even.
 //!
-//! [`by_levels`] spreads light as a frame does: by filters of texels, whose response changes with a light's place in its texel. The difference between
+//! [`by_levels`] spreads light as a frame does: by filters of texels, whose response changes with a light's place in its texel. The difference of
 //! the two is the error of coarse levels, and that between a frame and [`by_levels`] is the frame's rounding.
 
 use rayon::prelude::*;

@@ -20,7 +20,7 @@ use crate::scene::{AlphaMode, Brdf, Camera, Error, Light, Scene, Settings, ThinL
 /// Samples that are added to every pixel before the next pass begins. A pass depends on the samples' numbers alone.
 pub const PASS: u32 = 4;
 
-/// Told how many samples of how many are done.
+/// Called with the number of finished samples and that of all.
 pub type Progress<'a> = &'a (dyn Fn(u64, u64) + Sync);
 
 /// A scene that is ready to be looked at.

@@ -11,9 +11,9 @@ use super::{
     Aabb, Camera, ClipChoice, Environment, Light, LightKind, Playing, Projection, Scene, framing, metered_ev100,
 };
 
-/// From where an object is seen: three quarters.
+/// The direction from an object to its camera: three quarters.
 const TOWARD_CAMERA: DVec3 = DVec3::new(0.65, 0.45, 1.0);
-/// At so many times of its clips a moving model is looked at.
+/// Moments of its clips at which a moving model is looked at.
 const MOMENTS: u32 = 6;
 /// A hall is at least this many times as long as wide.
 const HALL_ELONGATION: f64 = 1.25;

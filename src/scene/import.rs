@@ -10,7 +10,7 @@ use super::{Light, Material, Mesh, Motion, NamedCamera, Object, Scene, Target, T
 /// Options for loading a model.
 #[derive(Default, Clone, Copy)]
 pub struct LoadOptions<'a> {
-    /// Told how far long work has come; called from several threads.
+    /// Called with the progress of long work, from several threads.
     pub progress: Option<&'a (dyn Fn(Progress) + Sync)>,
 }
 

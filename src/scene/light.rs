@@ -160,7 +160,7 @@ const NO_FALLOFF: u32 = 3;
 /// perspective map would spend most of its texels on its rim, and a cone's mesh would be mostly base.
 const WIDEST_CONE: f64 = 60.0;
 
-/// By how much a cone's volume is wider than the cone, for the rounding of f32, as a share of its length.
+/// The excess width of a cone's volume over the cone, for the rounding of f32, as a share of its length.
 const SLACK: f64 = 1e-3;
 
 /// Least difference of a cone's cosines, part of the model (KHR_lights_punctual's own).

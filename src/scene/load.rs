@@ -10,7 +10,7 @@ use super::{Aabb, Error, Imported, LoadOptions, Progress, Scene, builtin, file, 
 /// Options for opening a scene.
 #[derive(Clone, Copy)]
 pub struct OpenOptions<'a> {
-    /// Told how far long work has come; called from several threads.
+    /// Called with the progress of long work, from several threads.
     pub progress: Option<&'a (dyn Fn(Progress) + Sync)>,
     /// Width over height of the picture that a fitted camera must hold the model in; above 0.
     pub aspect: f64,

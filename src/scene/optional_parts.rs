@@ -134,7 +134,7 @@ impl fmt::Display for OptionalPart {
 pub struct Keep(u64);
 
 impl Keep {
-    /// Only what is needed.
+    /// Only the parts that a scene needs.
     pub const NONE: Self = Self(0);
     /// Every part, to compare with.
     pub const ALL: Self = Self((1 << OptionalPart::NAMES.len()) - 1);

@@ -47,7 +47,7 @@ impl Span {
         Self { least: self.least.map(&change), most: self.most.map(&change) }
     }
 
-    /// By how much a light lies outside, in the channel that does most.
+    /// Returns the distance by which a light lies outside, in the channel that does most.
     pub fn distance(&self, light: [f64; 3]) -> f64 {
         (0..3).fold(0.0, |most: f64, channel| {
             most.max(self.least[channel] - light[channel]).max(light[channel] - self.most[channel])

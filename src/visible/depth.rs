@@ -29,7 +29,7 @@ impl Eye {
     }
 }
 
-/// From where to where a box lies along a camera's view, in metres.
+/// Returns the begin and the end of a box along a camera's view, in metres.
 fn along(bounds: &Aabb, camera: &Camera) -> (f64, f64) {
     let middle = (bounds.center() - camera.position).dot(camera.forward());
     let half = camera.forward().abs().dot(bounds.size() * 0.5);

@@ -35,7 +35,7 @@ struct Deform {
     objects: Vec<(usize, DAffine3)>,
     node: Option<usize>,
     skin: Option<usize>,
-    /// Of the mesh: where its vertices' zero lies.
+    /// The origin of the mesh's vertices.
     origin: DVec3,
     bounds: Arc<DeformBounds>,
     /// Its first joint and weight among those of all, and how many weights there are.

@@ -326,7 +326,7 @@ impl World {
         }
     }
 
-    /// After how many lights frames are halted.
+    /// The number of lights after which frames are halted.
     pub fn halted(&self) -> Option<usize> {
         self.halted
     }

@@ -103,7 +103,7 @@ pub struct App<'a> {
     opened: Option<Opened>,
     /// The camera's path, while it is recorded.
     recording: Option<Recorder>,
-    /// Up to when the camera has moved, unless it has rested since.
+    /// The moment up to which the camera has moved, unless it has rested since.
     advanced: Option<Instant>,
     /// The size that frames were last made for.
     fitted: Option<[u32; 2]>,
@@ -292,7 +292,7 @@ impl<'a> App<'a> {
         window.pre_present_notify();
         let fit = match presenter.draw(&camera, copied, panels.as_ref())? {
             Outcome::Shown(fit) => {
-                // From where time was taken last, so that none is lost.
+                // From the moment of the last measurement, so that no time is lost.
                 self.clock.frame(now, &presenter.times());
                 interface.drawn();
                 if copied {

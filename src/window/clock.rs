@@ -79,7 +79,7 @@ impl Clock {
         self.last = None;
     }
 
-    /// All that has the size of the picture was made anew.
+    /// Notes the time that it took to make everything of the picture's size anew.
     pub fn resized(&mut self, took: Duration) {
         if self.resizes.len() < MOST {
             self.resizes.push(took.as_secs_f64() * 1e3);

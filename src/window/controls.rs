@@ -369,7 +369,7 @@ fn lights(ui: &mut Ui, lights: &[Light], changed: &mut Vec<(usize, Light)>) {
     });
 }
 
-/// Up to where a light can be set that was dark at first: to the strongest of the others in its unit.
+/// Returns the greatest intensity to which a light can be set that was dark at first: the strongest of the others in its unit.
 fn most_of_dark(lights: &[Light], index: usize) -> f32 {
     let unit = |light: &Light| light.kind.form().unit;
     let others =

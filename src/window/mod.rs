@@ -155,7 +155,7 @@ fn surface_of(device: &Device, window: &Arc<Window>) -> Result<Arc<Surface>, Err
 fn reason(error: &EventLoopError) -> String {
     let text = match error {
         EventLoopError::Os(error) => error.to_string(),
-        // All that winit says of a Wayland connection that breaks.
+        // winit says no more of a Wayland connection that breaks.
         EventLoopError::ExitFailure(_) => "its connection broke".to_owned(),
         other => other.to_string(),
     };

@@ -19,7 +19,7 @@ pub struct Overlay {
     state: egui_winit::State,
     /// As they are on the device, or would be: egui only hands their changes over.
     textures: HashMap<u64, ColorImage>,
-    /// Those that the device has not yet as they are.
+    /// The textures whose changes are not on the device yet.
     changed: BTreeSet<u64>,
     /// In points.
     pointer: egui::Pos2,

@@ -19,7 +19,7 @@ pub struct Player {
     runs: bool,
     /// The scene has particles, which go on without end.
     emits: bool,
-    /// Up to when it has played, unless it has rested since.
+    /// The moment up to which it has played, unless it has rested since.
     advanced: Option<Instant>,
     /// The frames do not show this moment yet.
     is_new: bool,

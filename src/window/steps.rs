@@ -107,7 +107,7 @@ impl Step {
         settings
     }
 
-    /// After how many lights its frames are halted; none where they are not.
+    /// The number of lights after which its frames are halted; none where they are not.
     pub fn halt(self, plan: &FramePlan) -> Option<usize> {
         match self {
             Self::Lights { end, .. } => Some(end),

@@ -237,7 +237,7 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// All that is known, as a page.
+    /// The results as a page.
     fn markdown(&self) -> String {
         let (layer, physical) = (version(self.laboratory.layer()), self.physical());
         let mut text = format!("# Mutants, and what layer {layer} says of them\n\n");

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// The verdict on a case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Verdict {
-    /// All that must hold does.
+    /// All checks hold.
     Pass,
     /// A check failed; the findings say which.
     Fail,

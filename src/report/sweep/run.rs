@@ -30,7 +30,7 @@ pub struct Step<'a> {
     pub total: usize,
 }
 
-/// Told of each step before it is done.
+/// Called with each step before it is done.
 pub type Watch<'a> = &'a mut dyn FnMut(Step);
 
 /// One scene's run.

@@ -57,7 +57,7 @@ pub(super) struct MeshOrder {
     needs: Needs,
 }
 
-/// All that is drawn.
+/// Everything that is drawn.
 #[derive(Default)]
 pub(super) struct Drawables {
     pub list: Vec<Drawable>,

@@ -203,7 +203,7 @@ pub struct Clip {
     pub channels: Vec<Channel>,
 }
 
-/// All that moves in a scene; empty in one that stands still.
+/// The motion of a scene; empty in one that stands still.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Motion {
     /// Parents before their children.

@@ -60,7 +60,7 @@ impl Settings {
         Self { output: self.output, ..patch.decide() }
     }
 
-    /// Only what works on the finished picture; all else is the default.
+    /// Only the settings that work on the finished picture; all others are defaults.
     pub(crate) fn effects(&self) -> Self {
         let (all, mut patch) = (self.patch(), SettingsPatch::default());
         for row in SETTINGS.iter().filter(|row| row.on_picture) {

@@ -70,7 +70,7 @@ const SHARE: f64 = 0.3;
 /// Tubes are as high as that, and as wide.
 const HEIGHT: f64 = 1.5;
 const RADIUS: f64 = 0.2;
-/// By how much joints bend a tube from bottom to top, in radians: so little that a clip turns a single joint by less than half a turn.
+/// The bend of a tube by its joints from bottom to top, in radians: so little that a clip turns a single joint by less than half a turn.
 const BEND: f64 = 0.9;
 
 fn moment() -> Playing {

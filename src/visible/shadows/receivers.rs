@@ -36,7 +36,7 @@ pub struct Receivers {
 #[derive(Debug, Clone)]
 struct Piece {
     bounds: Aabb,
-    /// From where to where along the view.
+    /// Its begin and end along the view.
     along: (f64, f64),
 }
 

@@ -172,7 +172,7 @@ impl ShadowView {
         Arc::new(self)
     }
 
-    /// By how far from the light a place is, of [`CASTER_STEPS`]; 0 is near.
+    /// Returns the step of a place by its distance from the light, of [`CASTER_STEPS`]; 0 is near.
     fn step_of(&self, place: DVec3) -> u32 {
         let [.., depth, w] = self.rows.map(|row| row.truncate().dot(place) + row.w);
         // The cast takes a NaN for 0.

@@ -38,7 +38,7 @@ pub struct Shot {
     pub size: [u32; 2],
     /// EV100.
     pub exposure: f32,
-    /// All that was said of the settings.
+    /// All given settings.
     pub settings: SettingsPatch,
     /// Whose work it is, and under which licence.
     pub copyright: Option<String>,
