@@ -50,8 +50,8 @@ pub mod whole_file;
 #[cfg(feature = "window")]
 pub mod window;
 
-// What records commands and names handles can be called wrongly: it is no part of the library's interface. Only the project's own tests and
-// benchmarks look inside.
+// Modules that record commands and name handles can be called wrongly: they are no part of the library's interface. Only the project's own tests
+// and benchmarks look inside.
 #[cfg(not(feature = "internals"))]
 mod gpu_scene;
 #[cfg(not(feature = "internals"))]
