@@ -252,11 +252,14 @@ fn against(rgba: &[f32], expected: Expected, elsewhere: &[bool], scale: Scale) -
         errors.compared += 1;
         let own = truth.iter().fold(scale.floor * brightest, |most, &channel| most.max(channel));
         let difference = span.map(saturated).distance(drawn.map(saturated));
-        // Where nothing is to be seen, a difference of 0 is no error, and not the NaN of 0 / 0. The NaN of a bad pixel stays one.
-        let error = if difference == 0.0 { 0.0 } else { difference / own };
+        // `min` and `max` pass over a NaN, and where nothing is to be seen, no difference is no error: 0 / 0 would be one.
+        let error = match difference {
+            _ if drawn.iter().any(|channel| channel.is_nan()) => f64::INFINITY,
+            0.0 => 0.0,
+            difference => difference / own,
+        };
         sum += error;
-        // `max` would pass over a NaN.
-        errors.worst = errors.worst.max(if error.is_nan() { f64::INFINITY } else { error });
+        errors.worst = errors.worst.max(error);
     }
     errors.mean = sum / errors.compared.max(1) as f64;
     errors
@@ -300,6 +303,8 @@ mod tests {
         let rgba = [f32::NAN, -1.0, 0.0, 1.0, f32::INFINITY, 0.0, -0.0, 1.0];
         let errors = held(&rgba, exactly(&[[1.0; 3]; 2]), &[true, true], SCALE);
         assert_eq!((errors.not_finite, errors.negative, errors.compared), (2, 1, 0));
+        let errors = held(&rgba, exactly(&[[1.0; 3]; 2]), &[false, true], SCALE);
+        assert!(errors.compared == 1 && [errors.worst, errors.mean] == [f64::INFINITY; 2], "{errors:?}");
     }
 
     #[test]

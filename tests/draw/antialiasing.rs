@@ -299,7 +299,7 @@ fn the_layers_have_nothing_to_say_about_any_of_it() {
             scene.name += " of glass";
             scene
         });
-        for scene in some_of(scenes.into_iter().chain(glass), 3) {
+        for scene in some_of(scenes.into_iter().chain(glass), 4) {
             let spec = scene.name.clone();
             let base = own(&scene, 24, 16);
             let forward = Settings { msaa: 4, light_path: LightPath::Forward, ..base.clone() };

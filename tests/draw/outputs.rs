@@ -116,7 +116,7 @@ fn ways() -> Vec<(String, Scene, Settings)> {
 #[test]
 fn tone_mapped_on_the_cpu_exposed_light_is_the_picture() {
     on_gpu(|gpu| {
-        for (name, scene, settings) in some_of(ways(), 4) {
+        for (name, scene, settings) in some_of(ways(), 7) {
             let shown = gpu.draw(&scene, &settings);
             let exposed = floats_of(gpu, &scene, &settings, Output::Exposed);
             for (codes, light) in bytes(&shown).chunks_exact(4).zip(exposed.chunks_exact(4)) {
