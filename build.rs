@@ -1,12 +1,12 @@
-//! Compiles `shaders/` into what `src/shaders.rs` includes, and says when a shader has more variants than before. Tells the program what it is
-//! built as, for `afterlight --version`.
+//! Compiles `shaders/` into the file that `src/shaders.rs` includes, and reports a shader with more variants than before. Tells the program its
+//! target, features, compiler and commit, for `afterlight --version`.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 use afterlight_shader_compiler::{Error, Shader, compile_directory, variants_growth, variants_table, write_rust};
 
-/// The committed table of variants, which the build compares with what it compiles.
+/// The committed table of variants, which the build compares with those that it compiles.
 const TABLE: &str = "shaders/variants.txt";
 
 /// The most different SPIR-V modules that the program may hold. A new flag can double a shader's: then ask whether a specialization constant
@@ -42,7 +42,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Sets variables that `src/cli/version.rs` reads when it is compiled; what cannot be found out stays unset.
+/// Sets variables that `src/cli/version.rs` reads when it is compiled; those that cannot be found out stay unset.
 fn tell_what_is_built() {
     for (variable, of_cargo) in [("AFTERLIGHT_TARGET", "TARGET"), ("AFTERLIGHT_FEATURES", "CARGO_CFG_FEATURE")] {
         if let Ok(value) = std::env::var(of_cargo) {
@@ -108,7 +108,7 @@ fn icon_file(png: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// Warns of each number of variants that is not the one in [`TABLE`], and returns what it warned of.
+/// Warns of each number of variants that is not the one in [`TABLE`], and returns the warnings.
 fn tell_growth(shaders: &[Shader], out: &Path) -> Result<Vec<String>, Error> {
     let fault = |path: &Path, error: std::io::Error| Error::in_file(&path.display().to_string(), error.to_string());
     let now = variants_table(shaders);

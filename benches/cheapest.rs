@@ -1,6 +1,6 @@
 //! The cheapest scene, a lambert mesh under one directional light, drawn by the renderer and by the least of a forward frame that draws it:
 //! one render pass, one pipeline, one vertex buffer, one index buffer, one block of push constants. Frames take turns, both pictures
-//! must be the same within a code, and the median of the ratios is what the renderer's generality costs.
+//! must be the same within a code, and the median of the ratios is the cost of the renderer's generality.
 //!
 //! `cargo bench --bench cheapest -- [--frames N] [--validate]`. Without `--bench`, as `cargo test --bench cheapest` runs it, only the
 //! pictures are compared, under validation.
@@ -73,7 +73,7 @@ fn compare(device: &Arc<Device>, triangles: usize, size: [u32; 2], frames: usize
             renderer.wait()?;
             Ok(start.elapsed().as_secs_f64() * 1e3)
         };
-        // Who begins changes, so that what one leaves in caches serves both.
+        // The first of the two changes, so that both profit from the other's traces in caches.
         let pair = match round % 2 {
             0 => {
                 let first = own()?;

@@ -1,4 +1,4 @@
-// The least that draws a lambert surface under one directional light: what `benches/cheapest.rs` sets the renderer against.
+// The least that draws a lambert surface under one directional light: `benches/cheapest.rs` compares the renderer with it.
 
 struct Push {
     clip_from_mesh: mat4x4<f32>,

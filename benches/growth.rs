@@ -1,5 +1,5 @@
-//! How a frame's time grows with each thing that a scene can have more of: lights, objects, triangles, materials, pixels. One row a count, with the slope from
-//! the row before: 0 where the time stays, 1 where it grows as the count does, 2 where it would be quadratic.
+//! The growth of a frame's time with each thing that a scene can have more of: lights, objects, triangles, materials, pixels. One row a count, with
+//! the slope from the row before: 0 where the time stays, 1 where it grows as the count does, 2 where it would be quadratic.
 //!
 //! A curve ends at its last count, or where a frame takes longer than `--most` milliseconds or cannot be drawn; then the sentence that says why is its
 //! last row.
@@ -24,11 +24,11 @@ struct Curve {
     counts: &'static [u64],
     /// The amount grows as this power of the count.
     power: i32,
-    /// The scene with so many, and the picture's size where that is what grows.
+    /// The scene with so many, and the picture's size, if it is the size that grows.
     scene: fn(u64) -> (String, Option<[u32; 2]>),
 }
 
-/// Lamps fill the slab of the field evenly, with a range by which a place is in reach of as many whatever their number is.
+/// Lamps fill the slab of the field evenly, with a range by which a place is in reach of as many lamps at any number of them.
 fn lamps(count: u64) -> f64 {
     4.0 * (256.0 / count as f64).cbrt()
 }
@@ -148,7 +148,7 @@ fn row(
     let camera = scene.camera;
     let mut measured = Vec::new();
     let mut drawn = 0;
-    // The first two warm up: what shaders and lists are made at first use is not a frame's.
+    // The first two warm up: shaders and lists that are made at first use are no cost of a frame.
     for frame in 0..frames + 2 {
         let begun = Instant::now();
         renderer.render(&camera)?;

@@ -1,12 +1,12 @@
 //! From a motion of the mouse to the first picture on the screen that shows it, in a real window on an X server of its own (Xvfb): in
-//! milliseconds, and in frames, which are what the same window takes from one to the next.
+//! milliseconds, and in frames, by the same window's time from one to the next.
 //!
-//! What the X server takes to hand the motion on and to be asked for its pixels is in it; what a display takes to light up is not. A window
+//! The times in which the X server hands the motion on and is asked for its pixels are in it; a display's time to light up is not. A window
 //! that draws without a pause has a frame under way when the mouse moves, and the next one may be recorded; one that stands still has none.
 //!
 //! `cargo bench --bench input_to_photon -- [SCENE] [--size WxH] [--trials N]`
 
-/// What the harness shares with the tests.
+/// Modules that the harness shares with the tests.
 #[path = "../tests/common"]
 mod common {
     pub mod program;
@@ -23,8 +23,7 @@ use harness::{BUTTON_PRESS, BUTTON_RELEASE, MOTION, Server, View, key};
 
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
-/// How long a picture stands still before the mouse moves, in milliseconds: of another length each time, so that motions come at any moment of a
-/// frame.
+/// Milliseconds that a picture stands still before the mouse moves: another number each time, so that motions come at any moment of a frame.
 const REST: std::ops::Range<u64> = 400..700;
 /// The part of the window that is looked at.
 const PART: [u16; 2] = [64, 64];

@@ -1,11 +1,11 @@
-//! What it takes to show frames, on a surface without a display: a frame against the same one of a renderer that shows it to nobody, a change of
+//! The cost of showing frames, on a surface without a display: a frame against the same one of a renderer that shows it to nobody, a change of
 //! size, and changes of settings, which make frames anew. Each is timed as the CPU meets it, from the call until the device is done.
 //!
-//! A change is first made as a window makes it, in another thread while frames go on as they were: told are how long the new ones take, and the
-//! longest of the old ones meanwhile. Then it is made at once.
+//! A change is first made as a window makes it, in another thread while frames go on as they were: the report has the time until new ones are there,
+//! and the longest of the old ones meanwhile. Then it is made at once.
 //!
-//! Where the driver has no such surfaces, the changes alone, by renderers that are made anew with all that is on the device: an upper bound.
-//! With AFTERLIGHT_PIPELINE_CACHE empty nothing is left of earlier runs but what the driver itself keeps.
+//! If the driver has no such surfaces, only the changes are timed, by renderers that are made anew with all that is on the device: an upper bound.
+//! With AFTERLIGHT_PIPELINE_CACHE empty nothing is left of earlier runs but the driver's own caches.
 //!
 //! `cargo bench --bench present -- [SCENE] [--size WxH] [--frames N]`
 
@@ -23,7 +23,7 @@ type Result<T> = std::result::Result<T, Box<dyn Error>>;
 type Change = fn(&mut Settings);
 
 const SWAPCHAIN: &CStr = c"VK_KHR_swapchain";
-/// What a user may change on the panels. Each is made, and taken back.
+/// Changes that a user may make on the panels. Each is made, and taken back.
 const CHANGES: [(&str, Change); 7] = [
     ("view of the normals", |settings| settings.view = View::Normal),
     ("forward", |settings| settings.light_path = LightPath::Forward),
@@ -80,7 +80,7 @@ fn main() -> Result<()> {
     each_change(&mut shown, &settings, frames)
 }
 
-/// How frames come to be others.
+/// The ways in which frames of new settings replace the old ones.
 trait Changes {
     /// In another thread, with frames of settings that were drawn `before` going on meanwhile.
     fn later(&mut self, before: &Settings, after: &Settings) -> Result<Meanwhile>;
@@ -92,7 +92,7 @@ trait Changes {
 struct Meanwhile {
     /// From when it was asked for to its first frame.
     all: f64,
-    /// Of each frame meanwhile, and where frames are taken over by a window, of the first new one, with what it takes to take it.
+    /// Of each frame meanwhile, and where frames are taken over by a window, of the first new one together with its adoption.
     frames: Vec<f64>,
 }
 
@@ -176,7 +176,7 @@ impl Shown<'_> {
         Ok(())
     }
 
-    /// Milliseconds of what it takes to fit these settings, and of the frame after it.
+    /// Fits these settings and draws a frame. Returns the milliseconds of both.
     fn timed(&mut self, settings: &Settings) -> Result<f64> {
         self.device.wait_idle()?;
         let begun = Instant::now();

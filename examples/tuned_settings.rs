@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     println!("chosen of {}: {choice}", tuned.patches.len());
 
-    // The choice holds the changes to what was given.
+    // The choice holds the changes to the given settings.
     let mut renderer = Renderer::new(&device, &scene, &choice.or(&given).decide())?;
     renderer.picture(&scene.camera, || {})?;
     Ok(())

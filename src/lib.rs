@@ -1,8 +1,21 @@
 //! Afterlight: a deferred renderer on raw Vulkan. Geometry first, light after.
 //!
-//! Scene in, plan, frame, image out: [`scene`] says what is drawn, [`plan::FramePlan`] what of it all frames need, and
-//! [`frame`] draws it. In the repository the book explains one frame, beginning with `book/src/introduction.md`; its chapters `frame.md`, `light.md`, `error.md`
-//! and `ci.md` go with [`frame`], [`scene`], [`reference`] and [`measure`], and the program. ARCHITECTURE.md has the map.
+//! Scene in, plan, frame, image out: [`scene`] describes the content, [`plan::FramePlan`] decides what frames of it need, and [`frame`] draws them.
+//! [ARCHITECTURE.md] is the map of the sources, and the book explains one frame from its [introduction] on:
+//!
+//! | Chapter | Goes with |
+//! |---|---|
+//! | [The frame](https://docs.rs/crate/afterlight/latest/source/book/src/frame.md) | [`frame`] |
+//! | [Synchronization](https://docs.rs/crate/afterlight/latest/source/book/src/synchronization.md) | [`frame::edges`], [`frame::proof`] |
+//! | [What is left out](https://docs.rs/crate/afterlight/latest/source/book/src/leaving-out.md) | [`plan`] |
+//! | [Light](https://docs.rs/crate/afterlight/latest/source/book/src/light.md), [many lights](https://docs.rs/crate/afterlight/latest/source/book/src/many-lights.md), [shadows](https://docs.rs/crate/afterlight/latest/source/book/src/shadows.md) | [`scene`] |
+//! | [Error](https://docs.rs/crate/afterlight/latest/source/book/src/error.md) | [`reference`](mod@reference), [`measure`], [`report`] |
+//! | [A workload for CI](https://docs.rs/crate/afterlight/latest/source/book/src/ci.md) | the program's `afterlight ci` |
+//!
+//! In the repository `scripts/book` builds the chapters into pages with their listings and pictures.
+//!
+//! [ARCHITECTURE.md]: https://docs.rs/crate/afterlight/latest/source/ARCHITECTURE.md
+//! [introduction]: https://docs.rs/crate/afterlight/latest/source/book/src/introduction.md
 
 #![deny(missing_docs)]
 #![cfg_attr(
@@ -37,8 +50,8 @@ pub mod whole_file;
 #[cfg(feature = "window")]
 pub mod window;
 
-// What records commands and names handles can be called wrongly: it is no part of the library's interface. Only the project's own tests and
-// benchmarks look inside.
+// Modules that record commands and name handles can be called wrongly: they are no part of the library's interface. Only the project's own tests
+// and benchmarks look inside.
 #[cfg(not(feature = "internals"))]
 mod gpu_scene;
 #[cfg(not(feature = "internals"))]

@@ -1,4 +1,4 @@
-//! The program: parses, reports an error once, and picks the exit code. What a command does stands in `cli`.
+//! The program: parses, reports an error once, and picks the exit code. The commands themselves are in `cli`.
 
 mod cli;
 

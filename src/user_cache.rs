@@ -1,4 +1,4 @@
-//! The folder in which the user's system keeps what can be computed anew.
+//! The folder in which the user's system keeps data that can be computed anew.
 
 use std::env;
 use std::ffi::OsString;

@@ -61,7 +61,7 @@ pub enum LightWork {
 pub struct SortedDraw {
     /// Of one instance.
     pub draw: Draw,
-    /// Where its indices begin in [`Visible::sorted_indices`]; none where the order does not matter.
+    /// Its first index in [`Visible::sorted_indices`]; none where the order does not matter.
     pub first_index: Option<u32>,
 }
 
@@ -72,13 +72,13 @@ pub struct Visible {
     pub instances: Vec<u32>,
     /// CULL's input, where the device culls opaque objects; then `draws` has none of them.
     pub culling: Option<CullView>,
-    /// Where meshes have levels of detail: how they are chosen.
+    /// The choice of levels of detail; none where no mesh has any.
     pub levels: Option<LevelChoice>,
     /// From near to far, so that early depth tests save the most: hidden fragments cost more than changes of state (Sponza's
     /// GEOMETRY takes a fifth less CPU on lavapipe than sorted by material). Equally near ones by pipeline and material.
     pub draws: Vec<Draw>,
-    /// After a depth pre-pass, what shades: the same from far to near. Of coplanar surfaces the last drawn one wins there, and the first one
-    /// elsewhere.
+    /// The draws that shade after a depth pre-pass: `draws` from far to near. Of coplanar surfaces the last drawn wins after a pre-pass, and the
+    /// first without one.
     pub shaded: Vec<Draw>,
     /// Opaque objects whose depth the device draws first, to find out what they hide, where it does that.
     pub occluders: Vec<Draw>,
@@ -106,7 +106,7 @@ pub struct Visible {
 }
 
 impl Visible {
-    /// Of what an [`Eye`]'s camera sees.
+    /// The lists for an [`Eye`]'s camera.
     pub fn of(world: &World, camera: &Camera, plan: &FramePlan) -> Self {
         let aspect = f64::from(plan.size[0]) / f64::from(plan.size[1]);
         let frustum = Frustum::of(camera, aspect);
@@ -116,7 +116,7 @@ impl Visible {
         let culling = plan.culls_on_device().then(|| list.cull_view(&frustum, camera, world));
         let mut seen = match plan.keep.has(OptionalPart::OffscreenObjects) {
             true => vec![true; world.objects.len()],
-            // Which of the opaque ones are in view is known on the device alone: what depends on it takes all for seen.
+            // Only the device knows which opaque objects are in view: the CPU takes all of them for seen.
             false if culling.is_some() => list.transparent_in_view(world, &frustum),
             false => list.in_view(&frustum),
         };
@@ -282,7 +282,7 @@ fn back_to_front(world: &World, camera: &Camera, first: u32, instances: &[u32]) 
             return SortedDraw { draw, first_index: None };
         };
         // ANCHOR: sort-triangles
-        // In f64: what is near must not take its order from how far the origin is.
+        // In f64: far from the origin, f32 would round near distances until their order is lost.
         let distance =
             |triangle: &SortableTriangle| camera.order(object.transform.transform_point3(triangle.centroid.as_dvec3()));
         let mut order: Vec<(f64, usize)> =

@@ -15,7 +15,7 @@ const SUFFIX: &str = ".part";
 pub struct WholeFile(NamedTempFile);
 
 impl WholeFile {
-    /// Begins one in the folder of its place, so that the rename stays on one file system. Removes what killed processes have left there.
+    /// Begins one in the folder of its place, so that the rename stays on one file system. Removes files that killed processes have left there.
     ///
     /// # Errors
     /// When the folder cannot be written.
@@ -26,7 +26,7 @@ impl WholeFile {
         #[cfg(unix)]
         {
             use std::os::unix::fs::PermissionsExt;
-            // Temporary files are private by default; these get what the umask leaves, as any new file does.
+            // Temporary files are private by default; these get the permissions that the umask leaves, as any new file does.
             builder.permissions(fs::Permissions::from_mode(0o666));
         }
         let file = builder.tempfile_in(folder).map_err(system_error)?;
@@ -43,10 +43,10 @@ impl WholeFile {
         self.0.as_file().sync_all()
     }
 
-    /// Puts the file into its place, over what is there.
+    /// Puts the file into its place, over one that is there.
     ///
     /// # Errors
-    /// When its place cannot be written; then what was there stays.
+    /// When its place cannot be written; then the file that was there stays.
     pub fn persist(self, place: &Path) -> io::Result<()> {
         self.0.persist(place).map(drop).map_err(|error| error.error)
     }
@@ -71,7 +71,7 @@ fn system_error(error: io::Error) -> io::Error {
     }
 }
 
-/// Removes unfinished files that no process holds a lock on. What cannot be removed does no harm.
+/// Removes unfinished files that no process holds a lock on. A file that cannot be removed does no harm.
 fn remove_left(folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();

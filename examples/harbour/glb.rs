@@ -28,7 +28,7 @@ pub enum Target {
 #[derive(Default)]
 pub struct Glb {
     bytes: Vec<u8>,
-    /// How large what is packed is when unpacked.
+    /// The size of the packed data when unpacked.
     unpacked: usize,
     views: Vec<Value>,
     accessors: Vec<Value>,

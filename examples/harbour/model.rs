@@ -1,4 +1,4 @@
-//! Shapes in metres, +Y up, fronts counter-clockwise: what stands in the harbour is put together from these.
+//! Shapes in metres, +Y up, fronts counter-clockwise: the harbour is put together from these.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -16,7 +16,7 @@ pub struct Part {
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// A mesh under construction. `frame`, `tint` and `grain` apply to what is added next.
+/// A mesh under construction. `frame`, `tint` and `grain` apply to shapes that are added next.
 pub struct Model {
     pub parts: BTreeMap<&'static str, Part>,
     pub frame: DAffine3,
@@ -247,7 +247,7 @@ impl Model {
         }
     }
 
-    /// A rounded lump: a sphere of such radii, displaced outwards by what `swell` says of a direction.
+    /// A rounded lump: a sphere of such radii, displaced outwards by `swell` of each direction.
     pub fn blob(
         &mut self,
         material: &'static str,

@@ -72,8 +72,8 @@ fn pebbles(at: DVec2, cells: i64, seed: u32) -> (f64, f64, f64) {
     (first, second - first, which)
 }
 
-/// A pattern of courses: `rows` of them, each of so many pieces, every other one shifted by half. What place in its piece (0 to 1 each way), the
-/// distance to its border in parts of the image, and a number of the piece.
+/// A pattern of courses: `rows` of them, each of so many pieces, every other one shifted by half. Returns the place in its piece (0 to 1 each way),
+/// the distance to its border in parts of the image, and a number of the piece.
 fn courses(at: DVec2, rows: i64, pieces: i64, seed: u32) -> (DVec2, f64, f64) {
     let row = (at.y * rows as f64).floor() as i64;
     let shift = 0.5 * (row & 1) as f64 + 0.3 * (hash(0, row.rem_euclid(rows), seed) - 0.5);
@@ -271,7 +271,7 @@ fn leaves() -> Picture {
     let mut texels = vec![0_u8; (SIZE * SIZE * 4) as usize];
     for (i, texel) in texels.chunks_exact_mut(4).enumerate() {
         let at = DVec2::new((i as u32 % SIZE) as f64 + 0.5, (i as u32 / SIZE) as f64 + 0.5) / f64::from(SIZE);
-        // Where there is no leaf the colour is that of leaves, so that filters find no dark edge.
+        // The gaps have the colour of leaves, so that filters find no dark edge.
         let (mut colour, mut alpha) = (DVec3::new(0.52, 0.60, 0.34), 0);
         for (middle, along, length, tone) in &leaves {
             let away = at - *middle;

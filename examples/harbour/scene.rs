@@ -20,7 +20,7 @@ use model::{Dice, Model, at, colour, turned};
 use moving::Clips;
 use shore::{LANDING, LIGHT, PIER, PIER_DECK, QUAY, land};
 
-/// The files of `assets/harbour`: what stands there, and what lies around it and needs to cast no shadows.
+/// The files of `assets/harbour`: the harbour, and its surroundings, which need to cast no shadows.
 pub fn files() -> [(&'static str, Vec<u8>); 2] {
     std::thread::scope(|scope| {
         let around = scope.spawn(surroundings);

@@ -292,7 +292,7 @@ pub fn gull(lift: f64) -> Model {
     model.tint = DVec3::ONE;
     for side in [-1.0, 1.0] {
         for below in [false, true] {
-            // Turned inside out for the other side, and for what is seen from below.
+            // Turned inside out for the other side, and for sheets that are seen from below.
             let flip = (side > 0.0) == below;
             model.sheet("feather", (10, 3), |u, v| {
                 let (out, chord) = (u, if flip { 1.0 - v } else { v });

@@ -1,4 +1,4 @@
-//! A reader without libFuzzer: files of some folders, changed at random, for so many seconds. What breaks a promise stays in a file.
+//! A reader without libFuzzer: files of some folders, changed at random, for so many seconds. Bytes that break a promise stay in a file.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -31,7 +31,7 @@ fn main() {
         for _ in 0..=random.usize(..8) {
             change(&mut bytes, &corpus, &mut random);
         }
-        // Written before it is read: what aborts the program leaves it behind.
+        // Written before they are read: bytes that abort the program stay behind.
         fs::write(failed, &bytes).expect("written");
         let begin = Instant::now();
         afterlight_fuzz::read(name, &bytes);

@@ -1,4 +1,4 @@
-//! A report's journal, and what is made of it, by libFuzzer.
+//! A report's journal, and the report made of it, by libFuzzer.
 
 #![no_main]
 

@@ -57,7 +57,7 @@ fn journal_of(bytes: &[u8]) {
     }
 }
 
-/// A pipeline cache's file: what comes out of it is what the driver is given.
+/// A pipeline cache's file: the driver is given the data that come out of it.
 pub fn pipeline_cache(bytes: &[u8]) {
     let header = DriverHeader { vendor: 0x1_0005, device: 0, uuid: *b"0123456789abcdef" };
     if let Some(data) = decode_device_file(bytes.to_vec()) {

@@ -52,7 +52,7 @@ fn let_fenced_panics_through() {
 /// Reads bytes by the reader of this name.
 ///
 /// # Panics
-/// Where the promise is broken, and where there is no such reader.
+/// When the promise is broken, or there is no such reader.
 pub fn read(name: &str, bytes: &[u8]) {
     #[cfg(fuzzing)]
     let_fenced_panics_through();

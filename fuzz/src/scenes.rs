@@ -38,7 +38,7 @@ fn open_with(name: &str, bytes: &[u8], opened: &str) {
     can_be_drawn(open(file(opened).to_str().expect("a name in UTF-8"), &OpenOptions::default()));
 }
 
-/// A scene that was read has a plan, unless its settings ask for what no device has.
+/// A scene that was read has a plan, unless its settings ask for something that no device has.
 fn can_be_drawn(read: Result<Scene, Error>) {
     match read {
         Ok(scene) => {

@@ -10,7 +10,7 @@ fn main() -> ExitCode {
     let program = beside.filter(|path| path.exists()).unwrap_or_else(|| "afterlight".into());
     let mut command = Command::new(&program);
     command.arg("gtest").args(env::args_os().skip(1));
-    // In this process where that can be: whoever kills it kills the tests.
+    // In this process, if the system allows it: a runner that kills it kills the tests.
     #[cfg(unix)]
     let ended: io::Result<ExitStatus> = Err(std::os::unix::process::CommandExt::exec(&mut command));
     #[cfg(not(unix))]

@@ -172,7 +172,7 @@ impl MotionArgs {
         self.still
     }
 
-    /// The options of drawing, with what moves; `--shadow-cache` says the same.
+    /// The options of drawing, with those of motion; `--shadow-cache` sets the same.
     pub fn over(&self, settings: &SettingsArgs) -> SettingsArgs {
         let motion = SettingsPatch { shadow_cache: Some(self.still), ..SettingsPatch::default() };
         SettingsArgs { said: settings.said.or(&motion), ..settings.clone() }
@@ -283,7 +283,7 @@ pub fn view(text: &str) -> Result<ViewChoice, String> {
     if text.eq_ignore_ascii_case("all") { Ok(ViewChoice::All) } else { value(text).map(ViewChoice::One) }
 }
 
-/// Any value that says itself what is wrong with a text.
+/// Reads any value whose own parser explains a wrong text.
 pub fn value<T: FromStr<Err: Display>>(text: &str) -> Result<T, String> {
     text.parse().map_err(|error: T::Err| error.to_string())
 }

@@ -1,5 +1,5 @@
-//! Frames with a dependency missing: what may go wrong by the specification's rules, what the validation layer says, and whether this device's
-//! picture changes. `afterlight inspect --drop` prints it, and `afterlight render --drop` fails for it.
+//! Frames with a dependency missing: their hazards by the specification's rules, the messages of the validation layer, and changes of this device's
+//! picture. `afterlight inspect --drop` prints them, and `afterlight render --drop` fails for them.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -53,7 +53,7 @@ pub fn row<'a>(plan: &FramePlan, table: &'a Edges, name: &str) -> Result<&'a Edg
 }
 
 /// Draws the scene without the dependency of this name, in each mode that the layer has, or without each dependency in turn if it is `all`, and
-/// prints what was found.
+/// prints the findings.
 pub fn run(
     name: &str,
     scene: &str,
@@ -70,7 +70,7 @@ pub fn run(
     output::print(&text, false)
 }
 
-/// A device under the synchronization layer, and what is drawn on it with all dependencies.
+/// A device under the synchronization layer, and its picture with all dependencies.
 struct Laboratory<'a> {
     workload: &'a Workload,
     instance: Arc<Instance>,
@@ -87,7 +87,7 @@ struct Laboratory<'a> {
 struct Found {
     picture: Picture,
     messages: Vec<Message>,
-    /// How many messages were not kept.
+    /// Messages that were not kept.
     more: u64,
 }
 
@@ -117,7 +117,7 @@ impl<'a> Laboratory<'a> {
         let table = edges::table(&plan);
         let picture = Picture { size: settings.size, pixels: Pixels::Srgb8(Vec::new()) };
         let mut own = Self { workload, instance, device, layer, settings, plan, table, picture };
-        // What it says of the whole table is not about what is dropped.
+        // Messages about the whole table are not about a dropped row.
         let Found { picture, messages, .. } = own.draw(own.table.clone())?;
         if let Some(first) = messages.first() {
             let message = format!("with all its dependencies the layer already says {}", first.id_name);
@@ -190,7 +190,7 @@ fn described(edge: &Edge, hazards: &[Hazard], is_verbose: bool) -> String {
 
 /// A row for each dependency.
 fn all(workload: &Workload, variation: &SettingsPatch, args: &DeviceArgs) -> Result<String, Failure> {
-    // With its heuristic the layer hears what it hears without, and what shaders access besides.
+    // With its heuristic the layer knows all accesses that it knows without, and those of shaders besides.
     let own = match Laboratory::open(workload, variation, args, true)? {
         Some(own) => own,
         None => Laboratory::open(workload, variation, args, false)?
@@ -215,7 +215,7 @@ fn all(workload: &Workload, variation: &SettingsPatch, args: &DeviceArgs) -> Res
         by_rules += u32::from(!words.is_empty());
         by_layer += u32::from(!found.messages.is_empty());
         changed += u32::from(is_other);
-        // Without what all such rules begin with.
+        // Without the prefix of all such rules.
         let short = |rule: &str| {
             ["SYNC-HAZARD-", "DrawState-"].iter().find_map(|start| Some(rule.split_once(start)?.1.to_owned()))
         };
@@ -255,7 +255,7 @@ impl Found {
     }
 }
 
-/// Lists what the layer says: its rules, or its own words.
+/// Lists the layer's messages: their rules, or its own words.
 fn listing(found: &Found, is_verbose: bool) -> String {
     let mut text = match found.messages.is_empty() {
         true => "  nothing\n".to_owned(),

@@ -74,7 +74,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     output::print(&text, args.output.is_stdout())
 }
 
-/// Settings of what frames do to the picture beside lighting it.
+/// Settings of a frame's effects beside lighting.
 const EFFECTS: [&str; 9] =
     ["fog", "bloom", "ao", "reflections", "aperture", "shutter", "vignette", "grain", "light-cutoff"];
 

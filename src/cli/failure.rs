@@ -61,7 +61,7 @@ Exit codes:
 /// An error with its exit code, ready to be printed.
 #[derive(Debug)]
 pub struct Failure {
-    /// `None`: whoever read our output has stopped reading; end without a word.
+    /// `None`: the reader of the output has closed the pipe, and the program ends without a word.
     exit: Option<Exit>,
     message: String,
     hint: Option<String>,
@@ -76,7 +76,7 @@ impl Failure {
         Self::new(Exit::Usage, message)
     }
 
-    /// The same with what of the input is to blame.
+    /// The same with the place in the input that is to blame.
     pub fn with_place(self, place: &str) -> Self {
         Self { message: format!("{} ({place})", self.message), ..self }
     }
@@ -91,7 +91,7 @@ impl Failure {
         Self { hint: Some(hint.into()), ..self }
     }
 
-    /// A failed write to what `target` names, with the system's reason.
+    /// A failed write to the file or stream that `target` names, with the system's reason.
     pub fn write(target: &str, error: &io::Error) -> Self {
         Self::new(Exit::BadInput, format!("cannot write {target}: {error}"))
     }
@@ -131,7 +131,7 @@ impl Failure {
         let message = paragraphs.next().unwrap_or_default();
         let tip = paragraphs.find_map(|paragraph| paragraph.strip_prefix("tip: ").map(str::to_owned));
         let failure = Self::usage(message.strip_prefix("error: ").unwrap_or(&message));
-        // That of passing an option as a value helps nobody here.
+        // The tip to pass an option as a value helps nobody here.
         let tip = tip.filter(|tip| !tip.starts_with("to pass "));
         let lacks_name = matches!(error.kind(), ErrorKind::UnknownArgument | ErrorKind::MissingRequiredArgument);
         match tip.or_else(|| lacks_name.then(|| "--help lists the options and their values".to_owned())) {
@@ -148,7 +148,7 @@ impl Failure {
         if let Some(hint) = &self.hint {
             let _ = writeln!(text, "hint: {}", one_line(hint));
         }
-        // Where standard error is closed, the exit code is all that can be said.
+        // If standard error is closed, only the exit code is left.
         let _ = io::stderr().write_all(text.as_bytes());
         ExitCode::from(exit.code())
     }
@@ -169,7 +169,7 @@ impl From<gpu::Error> for Failure {
     fn from(error: gpu::Error) -> Self {
         let exit = match &error {
             gpu::Error::NoSuchDevice { .. } => Exit::Usage,
-            // The same scene and size would do on a larger device: what was given is at fault, not the system.
+            // A larger device could draw the same scene and size: the input is at fault, not the system.
             gpu::Error::TooLarge { .. } | gpu::Error::OutOfMemory { .. } => Exit::BadInput,
             _ => Exit::NoVulkan,
         };
@@ -181,7 +181,7 @@ impl From<plan::Error> for Failure {
     fn from(error: plan::Error) -> Self {
         let exit = match error {
             plan::Error::Scene(_) => Exit::BadInput,
-            // What was asked for, by the command line or a scene file, is more than this device or this scene has.
+            // The command line or a scene file asks for more than this device or this scene has.
             _ => Exit::Usage,
         };
         Self::new(exit, with_causes(&error))

@@ -16,7 +16,7 @@ use image::{ExtendedColorType, ImageEncoder, ImageError, ImageFormat, ImageResul
 use super::failure::{Exit, Failure};
 use super::output::Sink;
 
-/// How a picture is stored.
+/// The format of a picture's file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// 8-bit sRGB.
@@ -25,7 +25,7 @@ pub enum Format {
     Exr,
 }
 
-/// Where a picture goes, and how it is stored there.
+/// The destination of a picture, and its format there.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Target {
     pub sink: Sink,
@@ -40,7 +40,7 @@ impl Target {
         let format = match (&sink, extension.as_deref()) {
             (Sink::Stdout, _) | (Sink::File(_), Some("png")) => Format::Png,
             (Sink::File(_), Some("exr")) => Format::Exr,
-            // What this is must be told as what it is, whatever its name ends in.
+            // Writing refuses a folder as a folder; a message about its extension would mislead.
             (Sink::File(path), _) if path.is_dir() => Format::Png,
             (Sink::File(_), Some(other)) => return Err(format!("'.{other}' is not written; use .png or .exr")),
             (Sink::File(_), None) => return Err("the name must end in .png or .exr".into()),

@@ -12,14 +12,14 @@ use super::failure::Failure;
 /// over `-v`.
 const VARIABLE: &str = "AFTERLIGHT_LOG";
 
-/// Starts logging: warnings; with `-v` what is done, with `-vv` the details, with more everything of other crates too.
+/// Starts logging: warnings; with `-v` steps, with `-vv` their details, with more everything of other crates too.
 pub fn start(verbosity: u8) -> Result<(), Failure> {
     let wrong = |why: &dyn std::fmt::Display| Failure::usage(format!("{VARIABLE} holds no log filter: {why}"));
     let parse = |text: &str| text.parse::<Targets>().map_err(|error| wrong(&error));
     let filter = match env::var(VARIABLE) {
         Ok(text) => parse(&text)?,
         Err(VarError::NotPresent) => parse(match verbosity {
-            // The window library warns of what an X server lacks, which does no harm.
+            // The window library warns of extensions that an X server lacks, which does no harm.
             0 => "warn,winit=error",
             1 => "warn,winit=error,afterlight=info",
             2 => "info,afterlight=debug",

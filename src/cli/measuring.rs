@@ -68,7 +68,7 @@ impl MeasuringArgs {
         Effort { rounds: self.rounds(), ..if self.quick { Effort::QUICK } else { usual } }
     }
 
-    /// The options of drawing, with the size of `--quick` and with what moves.
+    /// The options of drawing, with the size of `--quick` and the options of motion.
     pub fn settings(&self, motion: &MotionArgs, settings: &SettingsArgs) -> SettingsArgs {
         let quick = SettingsPatch { size: self.quick.then_some(QUICK_SIZE), ..SettingsPatch::default() };
         motion.over(&SettingsArgs { said: settings.said.or(&quick), ..settings.clone() })
@@ -124,7 +124,7 @@ pub fn sweep_of(
     Ok(Sweep::of(&workload.scene, base, &frame::capabilities(&device.physical), selection)?)
 }
 
-/// Both truths of the scene from a camera, with bars that are named after `what`. Prints what is wrong with their cache.
+/// Both truths of the scene from a camera, with bars that are named after `what`. Prints the faults of their cache.
 pub fn truths(
     workload: &Workload,
     camera: Camera,
@@ -147,14 +147,14 @@ pub fn truths(
     Ok(truths)
 }
 
-/// How error is measured, by its name.
+/// Reads the metric of error by its name.
 pub fn metric(text: &str) -> Result<Metric, String> {
     const NAMES: [(&str, Metric); 3] = [("flip", Metric::Flip), ("relmse", Metric::RelMse), ("rmse", Metric::Rmse)];
     let found = NAMES.iter().find(|(name, _)| *name == text);
     found.map(|&(_, metric)| metric).ok_or_else(|| unknown("metric", text, &NAMES.map(|(name, _)| name)))
 }
 
-/// Bars of progress, one at a time, that are named after what is measured.
+/// Bars of progress, one at a time, that are named after the thing measured.
 pub struct Bars {
     what: String,
     quiet: bool,
@@ -171,7 +171,7 @@ impl Bars {
         self.shown = None;
     }
 
-    /// How far a run has come. Off a terminal that is a line for each step, which names its points.
+    /// Shows the progress of a run. Off a terminal it prints a line for each step, which names its points.
     pub fn step(&mut self, step: Step) {
         let what = format!("{}: {}", self.what, step.what);
         let now = if step.now.is_empty() { "default" } else { step.now };

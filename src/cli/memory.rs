@@ -4,7 +4,7 @@
 mod glibc {
     use std::ffi::c_int;
 
-    // SAFETY: declared as in mallopt(3) and malloc_trim(3). They can be called at any time and leave what is in use where it is.
+    // SAFETY: declared as in mallopt(3) and malloc_trim(3). They can be called at any time and leave memory in use where it is.
     unsafe extern "C" {
         pub safe fn mallopt(param: c_int, value: c_int) -> c_int;
         pub safe fn malloc_trim(pad: usize) -> c_int;
@@ -24,7 +24,7 @@ pub fn give_back_large_pieces() {
     glibc::mallopt(glibc::M_MMAP_THRESHOLD, LARGE);
 }
 
-/// Gives freed memory back to the system. glibc keeps what lies below anything that still lives.
+/// Gives freed memory back to the system. glibc keeps memory that lies below a living allocation.
 pub fn give_back() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     glibc::malloc_trim(0);

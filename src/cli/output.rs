@@ -1,4 +1,4 @@
-//! Where results go: standard output, or a file that appears whole or not at all.
+//! Destinations of results: standard output, or a file that appears whole or not at all.
 
 use std::fmt;
 use std::fs;
@@ -31,7 +31,7 @@ impl Sink {
         matches!(self, Self::Stdout)
     }
 
-    /// Returns true if both are one file, by whatever names.
+    /// Returns true if both are one file, under any names.
     pub fn is_same(&self, other: &Self) -> bool {
         let (Self::File(own), Self::File(other)) = (self, other) else { return false };
         let whole = |path: &Path| {
@@ -82,7 +82,7 @@ pub fn write_stdout(bytes: &[u8]) -> Result<(), Failure> {
 /// Writes for people: to standard output, or to standard error when a result has taken standard output.
 ///
 /// # Errors
-/// As [`write_stdout`]. What standard error does not take is lost, since nothing could be told of it.
+/// As [`write_stdout`]. Text that standard error does not take is lost, as no message about it could be printed.
 pub fn print(text: &str, stdout_is_taken: bool) -> Result<(), Failure> {
     if stdout_is_taken {
         let _ = io::stderr().write_all(text.as_bytes());
@@ -104,7 +104,7 @@ pub fn quoted(name: &str) -> String {
     if name.chars().all(is_plain) { name.to_owned() } else { format!("\"{name}\"") }
 }
 
-/// Keeps a command from writing over what it reads.
+/// Keeps a command from writing over its own inputs.
 pub fn spare<'a>(
     sinks: impl IntoIterator<Item = &'a Sink>,
     read: impl IntoIterator<Item = &'a PathBuf> + Clone,
@@ -116,7 +116,7 @@ pub fn spare<'a>(
     }
 }
 
-/// Makes a folder and what lies above it.
+/// Makes a folder and those above it.
 pub fn make_folder(path: &Path) -> Result<(), Failure> {
     match path.is_file() {
         true => Err(cannot_be(path, "it is a file, and a folder is needed")),
@@ -128,7 +128,7 @@ pub fn make_folder(path: &Path) -> Result<(), Failure> {
 struct PendingFile<'a> {
     /// As the user wrote it, for messages.
     name: &'a Path,
-    /// Behind any symbolic links, which stay what they are.
+    /// Behind any symbolic links, which stay as they are.
     target: PathBuf,
     file: WholeFile,
 }

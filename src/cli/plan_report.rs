@@ -1,4 +1,4 @@
-//! A plan as people read it, and as JSON: every part with what it takes, or what it would have cost.
+//! A plan as people read it, and as JSON: every part with its cost, or the cost that it would have had.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::table::{Table, bytes, bytes_more};
 
-/// The parts of a plan, and what keeping those that are out would cost.
+/// The parts of a plan, and the cost of keeping those that are out.
 #[derive(Serialize)]
 pub struct PlanReport {
     parts: Vec<PartReport>,
@@ -27,7 +27,7 @@ pub struct PlanReport {
 struct PartReport {
     name: String,
     group: &'static str,
-    /// The word for `--plan`; `null` for what the settings or the view decide.
+    /// The word for `--plan`; `null` for a part that the settings or the view decide.
     plan: Option<&'static str>,
     included: bool,
     reason: String,
@@ -76,7 +76,7 @@ impl PlanReport {
         };
         let passes = list::parts(plan);
         let mut parts: Vec<&Part> = passes.iter().chain(plan.parts()).collect();
-        // As a heading each: what is in before what is out.
+        // Each group has a heading, below which the parts that are in come before those that are out.
         parts.sort_by_key(|part| (part.group, !part.included));
         Self {
             parts: parts.into_iter().map(report).collect(),

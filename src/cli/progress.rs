@@ -1,4 +1,4 @@
-//! Progress of long work on standard error: a bar on a terminal, from half a second on. Elsewhere nothing, or lines for what takes minutes and more.
+//! Progress of long work on standard error: a bar on a terminal, from half a second on. Elsewhere nothing, or lines for work of minutes and more.
 
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
@@ -12,7 +12,7 @@ const LINE_EVERY: Duration = Duration::from_secs(10);
 /// Work that is over sooner shows no bar: it would flicker.
 const SHOWN_AFTER: Duration = Duration::from_millis(500);
 
-/// A spinner beside the name of what is being loaded.
+/// A spinner beside the name of the thing that is being loaded.
 pub fn loading(what: &str, quiet: bool) -> Progress {
     let bar = shown_late(None, target(quiet)).with_message(format!("loading {what}"));
     bar.enable_steady_tick(Duration::from_millis(100));
@@ -78,7 +78,7 @@ pub struct Progress {
 struct Lines {
     what: String,
     steps: u64,
-    /// When the last line was printed.
+    /// The moment at which the last line was printed.
     told: Mutex<Option<Instant>>,
 }
 

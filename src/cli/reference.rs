@@ -166,7 +166,7 @@ fn samples_of(mode: Mode) -> u64 {
     }
 }
 
-/// Renders what is seen while the shutter is open. No cache keeps it.
+/// Renders the picture of an open shutter. No cache keeps it.
 fn expose(args: &Args, shot: &Shot, exposure: &Exposure, settings: &Settings) -> Result<Cached, Failure> {
     let pixels = u64::from(exposure.size[0]) * u64::from(exposure.size[1]);
     let bar = progress::shares(format!("{}: samples", args.scene), pixels * u64::from(exposure.samples), args.quiet);

@@ -159,8 +159,8 @@ fn draw_scene(args: &Args, scene: &str, device: &Arc<Device>, is_verbose: bool) 
     Ok(Drawn { files, ..drawn? })
 }
 
-/// The renderer, and what may go wrong without the dependency of `--drop`. A scene that rests is uploaded once, and its meshes and textures go with
-/// that: drivers need memory for the first frame, because they compile shaders for it.
+/// Returns the renderer, and the hazards without the dependency of `--drop`. A scene that rests is uploaded once, and its meshes and textures are
+/// then freed: drivers need memory for the first frame, because they compile shaders for it.
 fn renderer(
     args: &Args,
     device: &Arc<Device>,
@@ -176,8 +176,8 @@ fn renderer(
             let plan = plan.map_err(|error| workload.blame(error, &device.physical, settings))?;
             let without = drop::without(&plan, &edges::table(&plan), name)?;
             hazards = drop::in_words(&plan, &without);
-            // SAFETY: whoever leaves a dependency out asks for frames whose memory is used in any order: that is what `--drop` is for, and its
-            // help says so. The rows without which a driver need not survive cannot be dropped.
+            // SAFETY: `--drop` asks for frames whose memory is used in any order, and its help says so. The rows without which a driver need
+            // not survive cannot be dropped.
             unsafe { Renderer::with_edges(device, &workload.scene, settings, without) }
         }
     };
@@ -186,7 +186,7 @@ fn renderer(
     Ok((renderer, hazards))
 }
 
-/// Draws the picture as often as asked for, writes the last one and returns what there is to tell.
+/// Draws the picture as often as asked for, writes the last one and returns the facts to print.
 fn draw(
     args: &Args,
     mut workload: Workload,
@@ -213,7 +213,7 @@ fn draw(
     let mut is_first = true;
     let mut drawn = || {
         bar.step();
-        // The driver has compiled its shaders: what it freed (lavapipe 40 MiB) goes back before pictures are added up.
+        // The driver has compiled its shaders: memory that it freed (lavapipe 40 MiB) goes back before pictures are added up.
         if std::mem::take(&mut is_first) {
             memory::give_back();
         }
@@ -318,7 +318,7 @@ fn draw_more(
     Ok((args.frames > 1).then(|| milliseconds_since(start) / f64::from(args.frames - 1)))
 }
 
-/// Draws every view at half the size and writes them as one picture. A view of what this scene lacks has an empty tile.
+/// Draws every view at half the size and writes them as one picture. A view that this scene lacks has an empty tile.
 fn draw_sheet(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result<Drawn, Failure> {
     let start = Instant::now();
     let once = SettingsPatch { samples: Some(1), ..SettingsPatch::default() };
@@ -342,7 +342,7 @@ fn draw_sheet(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result<
     Ok(Drawn { text, hazards: Vec::new(), files: Vec::new() })
 }
 
-/// The settings with another view. What smooths edges goes where a view shows values.
+/// The settings with another view. Views of values drop the settings that smooth edges.
 fn of_view(settings: &Settings, view: View) -> Settings {
     let lit = matches!(
         view,

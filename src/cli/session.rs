@@ -1,4 +1,4 @@
-//! A device for the length of one command, and what the validation layer had to say meanwhile.
+//! A device for the length of one command, and the validation layer's messages meanwhile.
 
 use std::collections::BTreeMap;
 use std::env;
@@ -15,8 +15,8 @@ use super::failure::{Exit, Failure};
 use super::output;
 use super::table::version;
 
-/// Runs `work` with the device asked for. The device is gone before messages are counted, so that what is only found at
-/// its end, as leaks, counts too. With `--validate` any message of the layer that is not advice is an error.
+/// Runs `work` with the device asked for. The device is gone before messages are counted, so that faults that are only found at
+/// its end, as leaks, count too. With `--validate` any message of the layer that is not advice is an error.
 pub fn with_device(args: &DeviceArgs, work: impl FnOnce(Arc<Device>) -> Result<(), Failure>) -> Result<(), Failure> {
     let (outcome, heard) = observe(args, work);
     heard.print()?;
@@ -35,7 +35,7 @@ pub fn with_device_for(
     heard.judge(outcome)
 }
 
-/// Does work with a device, and returns its result and the layer's messages, for whoever reports both.
+/// Does work with a device, and returns its result and the layer's messages, for callers that report both.
 pub fn observe<T>(
     args: &DeviceArgs,
     work: impl FnOnce(Arc<Device>) -> Result<T, Failure>,
@@ -87,10 +87,10 @@ pub struct Heard {
     validation: Validation,
     /// The device's name, if there was one.
     pub device: Option<String>,
-    /// The validation layer's version, whether it was asked or not.
+    /// The validation layer's version, also if it was not asked.
     layer: Option<u32>,
     messages: Vec<Message>,
-    /// How many were not kept.
+    /// Messages that were not kept.
     pub dropped: u64,
 }
 
@@ -106,7 +106,7 @@ pub struct MessageReport {
 }
 
 impl Heard {
-    /// Returns what was checked, by which layer; `None` without `--validate`, and where there was no device to check.
+    /// Returns the kind of check and the layer; `None` without `--validate`, and where there was no device to check.
     pub fn checks(&self) -> Option<(&'static str, String)> {
         self.device.as_ref()?;
         let checks = match self.validation {
@@ -139,7 +139,7 @@ impl Heard {
         self.validation == Validation::BestPractices && message.is_advice()
     }
 
-    /// All messages but advice that was asked for. What was not kept is of unknown kind.
+    /// Counts all messages but advice that was asked for. Those that were not kept count, as their kind is unknown.
     fn mistakes(&self) -> u64 {
         self.messages.iter().filter(|message| !self.is_wanted(message)).count() as u64 + self.dropped
     }

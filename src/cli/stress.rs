@@ -1,4 +1,4 @@
-//! `afterlight stress`: the catalogue of extreme cases on this device, and whether what is claimed of it is so.
+//! `afterlight stress`: the catalogue of extreme cases on this device, and the claims that hold or fail.
 
 use std::fmt::Write as _;
 use std::time::Instant;
@@ -243,7 +243,7 @@ struct FindingReport {
     elsewhere: Option<usize>,
     not_finite: Option<usize>,
     negative: Option<usize>,
-    /// Where a formula errs most, what it gives there and what it should; `null` for pictures.
+    /// The input at which a formula errs most, its output there and the true one; `null` for pictures.
     worst_input: Option<String>,
 }
 

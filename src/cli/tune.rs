@@ -178,7 +178,7 @@ impl Args {
     }
 }
 
-/// Returns the settings of the file: the choice over what the command line and `--settings` said, but for the size of `--quick` and for what moves while
+/// Returns the settings of the file: the choice over those of the command line and `--settings`, but for the size of `--quick` and the motion while
 /// frames are timed; always the samples that were measured, for `render` would choose others where the choice has `msaa` or `fxaa`.
 fn tuned(args: &Args, workload: &Workload, choice: &SettingsPatch) -> SettingsPatch {
     let samples = choice.or(&args.base(workload)).samples;
@@ -242,7 +242,7 @@ fn walk_of(args: &Args, workload: &mut Workload) -> Result<Option<(Walk, Vec<Els
     Ok(Some((Walk { file: file.display().to_string(), own, others }, cameras)))
 }
 
-/// Returns what the time was not enough for, in a sentence.
+/// Returns a sentence about the points that the time was not enough for.
 fn not_measured(args: &Args, measured: &Measured) -> Option<String> {
     const MOST: usize = 8;
     let left = &measured.tuned.not_measured;
@@ -257,7 +257,8 @@ fn not_measured(args: &Args, measured: &Measured) -> Option<String> {
     })
 }
 
-/// The folder of measurements so far: in that of the truths, by all that was asked but the bound. Where none is kept it is a temporary one.
+/// Opens the folder of measurements so far: in that of the truths, by everything that was asked but the bound. If none is kept, it is a temporary
+/// one.
 fn journal_of(args: &Args, header: &Header, info: &SceneInfo) -> Result<(Journal, Option<TempDir>), Failure> {
     let failed = |error| Failure::new(Exit::BadInput, format!("cannot make a folder for measurements: {error}"));
     let key = blake3::hash(output::json(&(journal::FORMAT, header, info))?.as_bytes()).to_hex();
@@ -324,7 +325,7 @@ fn recommendation(scene: &SceneReport, metric: Metric, point: usize) -> String {
     format!("Chosen: `{}`: {gain}.", scene.points[point].name)
 }
 
-/// The choice with its figures from every camera, those of the settings as given beside it, and what was passed over.
+/// The choice with its figures from every camera, those of the settings as given beside it, and the points that were passed over.
 fn report(args: &Args, measured: &Measured, search: &Search, chosen: &Attempt) -> String {
     let Measured { header, tuned: Tuned { scene, outcome, .. }, .. } = measured;
     let [width, height] = scene.size;

@@ -1,4 +1,4 @@
-//! `afterlight -V` is the version in a line; `--version` is what a report of a fault needs: what was built, and the Vulkan that it meets.
+//! `afterlight -V` prints the version in a line; `--version` the facts that a report of a fault needs: the build, and the Vulkan that it meets.
 
 use super::doctor;
 use super::failure::Failure;

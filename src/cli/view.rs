@@ -83,7 +83,7 @@ fn vsync(text: &str) -> Result<Vsync, String> {
     }
 }
 
-/// Up to what HDR10 can tell a display, and down to white: less would be no HDR.
+/// From white, as less would be no HDR, to the most that HDR10 can express.
 fn hdr(text: &str) -> Result<f32, String> {
     let nits = text.parse::<f32>().ok().filter(|nits| (WHITE_NITS..=10_000.0).contains(nits));
     nits.ok_or_else(|| format!("expected nits from {WHITE_NITS}, which are white, to 10000"))
@@ -104,7 +104,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             rests: args.settings.time.is_some(),
             tell: &|line| {
                 if !args.quiet || line.starts_with("warning: ") {
-                    // Standard output is for what was asked for.
+                    // Standard output is for results.
                     let _ = output::print(&format!("{line}\n"), true);
                 }
             },
@@ -127,7 +127,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 struct Calibrating(Option<Child>);
 
 impl Calibrating {
-    /// Not where frames are measured, nor where no figures are kept. What goes wrong is no matter: the next window tries again.
+    /// Begins, unless frames are measured or no figures are kept. A failure is no matter: the next window tries again.
     fn begin(args: &Args, device: &PhysicalDevice, instance: &Instance) -> Self {
         let is_known = Calibration::of(device).is_some();
         if is_known || args.frames.is_some() || env::var_os("AFTERLIGHT_CALIBRATION").is_some_and(|dir| dir.is_empty())
@@ -209,7 +209,7 @@ fn end_without_display() -> ! {
     process::exit(Exit::NoDisplay as i32)
 }
 
-/// Writes a screenshot under the first name that is free: what is shown as PNG, light as EXR.
+/// Writes a screenshot under the first name that is free: a shown picture as PNG, its light as EXR.
 fn keep(folder: &Path, picture: &Picture) -> Result<String, String> {
     let (extension, format) = match picture.pixels {
         Pixels::Srgb8(_) => ("png", Format::Png),

@@ -1,4 +1,4 @@
-//! A scene with what the command line says about it: what `render`, `bench` and `inspect` begin with.
+//! A scene with the command line's settings of it: `render`, `bench` and `inspect` begin with one.
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
@@ -67,7 +67,7 @@ impl Workload {
     pub fn open(spec: &str, args: &SettingsArgs, quiet: bool) -> Result<Self, Failure> {
         let mut workload = Self::open_moving(spec, args, quiet)?;
         if workload.scene.moves() {
-            // No plan and no renderer sees what was wrong with its clips.
+            // Plan and renderer get a still scene, and would not see a fault of its clips.
             workload.scene.check()?;
             workload.scene = workload.scene.into_still(&workload.playing);
         }
@@ -100,7 +100,7 @@ impl Workload {
         Ok(workload)
     }
 
-    /// How long the shutter is open, in seconds.
+    /// Returns the time for which the shutter is open, in seconds.
     pub fn shutter(&self) -> f64 {
         f64::from(self.patch().decide().shutter)
     }
@@ -160,19 +160,19 @@ impl Workload {
         Ok(path)
     }
 
-    /// Prints what the plan lacks of what was asked for, once.
+    /// Prints the plan's warnings, each once: parts that were asked for and that it lacks.
     pub fn warn(&self, plan: &FramePlan) -> Result<(), Failure> {
         let new = |warning: &&String| self.told.borrow_mut().insert((*warning).clone());
         let new: Vec<String> = plan.warnings().iter().filter(new).cloned().collect();
         if self.quiet { Ok(()) } else { output::print(&warnings(&new), true) }
     }
 
-    /// Keeps what is written from taking the place of the scene's files and of `--settings`.
+    /// Keeps outputs from replacing the scene's files and the file of `--settings`.
     pub fn spare<'a>(&'a self, sinks: impl IntoIterator<Item = &'a Sink>) -> Result<(), Failure> {
         output::spare(sinks, self.scene.files.iter().chain(&self.settings_path))
     }
 
-    /// Where one is and in how much light, each with who says so.
+    /// Describes the camera and the exposure, each with its origin.
     pub fn place(&self, settings: &Settings) -> String {
         let (camera, fitted) = (&self.scene.camera, self.scene.fitted);
         let of_camera = match (&self.camera, fitted.camera) {
@@ -192,7 +192,7 @@ impl Workload {
         format!("camera {camera_text} ({of_camera}{roll}); exposure {exposure:.2} EV100 ({of_exposure})")
     }
 
-    /// Tells what the scene holds, and how large it is.
+    /// Describes the scene's contents and size.
     pub fn content(&self) -> String {
         let (scene, bounds) = (&self.scene, self.scene.bounds());
         let mut text = counts(scene);
@@ -216,18 +216,18 @@ impl Workload {
         self.command_line.or(&self.settings_file)
     }
 
-    /// All that was said of the settings: what this command was told over the scene.
+    /// Returns all given settings: this command's over the scene's.
     pub fn patch(&self) -> SettingsPatch {
         self.said().or(&self.scene.settings)
     }
 
-    /// `variation` over all that was said over the defaults, whatever a device can draw.
+    /// Returns `variation` over all given settings over the defaults, without regard to a device.
     pub fn decided(&self, variation: &SettingsPatch) -> Settings {
         variation.or(&self.patch()).decide()
     }
 
-    /// Why no frame can be drawn with these settings; where that is for their sake, with the lines of scene files that say each of them without
-    /// which it could be.
+    /// Returns the failure of a frame with these settings. If settings of scene files are the reason, it names the line of each without which a
+    /// frame could be drawn.
     pub fn blame(&self, error: impl Into<frame::Error>, device: &PhysicalDevice, settings: &Settings) -> Failure {
         let error = error.into();
         if !matches!(error, frame::Error::Plan(_)) {
@@ -247,8 +247,8 @@ impl Workload {
         if lines.is_empty() { failure } else { failure.with_place(&lines.join(", ")) }
     }
 
-    /// The samples of a picture, of which the command line says `asked`: whoever says something of anti-aliasing first of the command line,
-    /// `--settings` and the scene file. A view, or another kind of anti-aliasing or an effect on the finished picture, takes the place of the
+    /// Returns the samples of a picture, of which the command line says `asked`. The first of command line, `--settings` and scene file that says
+    /// something of anti-aliasing decides. A view, or another kind of anti-aliasing or an effect on the finished picture, takes the place of the
     /// samples that those behind it say.
     pub fn samples(&self, asked: Option<u32>, is_view: bool) -> u32 {
         let command_line = SettingsPatch { samples: asked, ..self.command_line.clone() };

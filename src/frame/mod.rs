@@ -358,6 +358,7 @@ impl Renderer {
     /// The same as [`Renderer::new`] with other dependencies than [`edges::table`] has for the plan, for experiments and proofs: a synchronization
     /// validation layer should report the missing ones.
     ///
+    /// # Safety
     /// Without a row or a bit that frames need (`proof::Frames` finds a hazard), memory of the device is read and written in any order: the driver's
     /// behaviour is then undefined.
     ///

@@ -1,4 +1,4 @@
-//! Medians and how sure they are, by bootstrap (Efron 1979): the samples themselves stand for what they were drawn from.
+//! Medians and their uncertainty, by bootstrap (Efron 1979): the samples themselves stand for the distribution that they were drawn from.
 //!
 //! The interval is the plain percentile one, and the same samples always have the same. Of fewer than six samples no interval covers
 //! 95%, not even the one from the least to the largest ([`LEAST_FOR_95`]); of one it has no width.
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::percentile;
 
-/// How often the samples are drawn anew: the ends of a 95% interval are then the 50th draw from below and from above.
+/// The number of times that samples are drawn anew: the ends of a 95% interval are then the 50th draw from below and from above.
 const RESAMPLES: usize = 2000;
 /// From so many samples on an interval can cover the median with 95%: that all of five lie on one side of it has a probability of 1/16.
 pub const LEAST_FOR_95: usize = 6;
@@ -51,8 +51,8 @@ pub fn median_interval(samples: &[f64]) -> Option<MedianInterval> {
     })
 }
 
-/// The median of samples that were taken in groups, and as many draws of it: what one group has in common, as a busy machine, is uncertain
-/// too.
+/// The median of samples that were taken in groups, and as many draws of it: influences on a whole group, such as a busy machine, count as
+/// uncertainty, too.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GroupedMedian {
     median: f64,
@@ -69,7 +69,7 @@ impl GroupedMedian {
         let mut all = groups.concat();
         all.sort_unstable_by(f64::total_cmp);
         let median = percentile(&all, 50.0)?;
-        // Another sequence than that of what it is multiplied with.
+        // Another sequence than that of the draws with which these are multiplied.
         let mut random = fastrand::Rng::with_seed(!SEED);
         let mut drawn = Vec::with_capacity(all.len());
         let draws = (0..RESAMPLES).map(|_| {

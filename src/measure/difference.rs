@@ -1,4 +1,4 @@
-//! How far two pictures of the same size are apart. Alpha is left out: the renderer's pictures are opaque.
+//! Differences of two pictures of the same size. Alpha is left out: the renderer's pictures are opaque.
 
 use super::images::{LinearImage, Mismatch, Srgb8Image, same_size};
 
@@ -9,7 +9,7 @@ pub const RELATIVE_EPSILON: f64 = 0.01;
 /// The difference of two pictures over all their colour channels, in the unit of the samples.
 ///
 /// A pixel with a sample that is NaN or infinite in either picture is counted in `not_finite`, and is in no other figure but
-/// `differing_pixels`: whoever judges by the others has to look at it first.
+/// `differing_pixels`: look at `not_finite` before judging by the others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Difference {
     /// Root of the mean squared difference.
@@ -18,8 +18,8 @@ pub struct Difference {
     pub max: f64,
     /// 99.9th percentile of the absolute difference.
     pub p99_9: f64,
-    /// Mean over the channels of (a - b)^2 / (b^2 + [`RELATIVE_EPSILON`]), with `b` the expected picture: what is commonly called
-    /// relMSE (Rousselle et al. 2011). It depends on the unit, so both pictures must be exposed.
+    /// Mean over the channels of (a - b)^2 / (b^2 + [`RELATIVE_EPSILON`]), with `b` the expected picture: commonly called relMSE
+    /// (Rousselle et al. 2011). It depends on the unit, so both pictures must be exposed.
     pub rel_mse: f64,
     /// Pixels of which any channel differs at all.
     pub differing_pixels: usize,
@@ -145,7 +145,7 @@ mod tests {
         };
         assert_eq!((with(2).p99_9, with(2).max), (0.0, 1.0));
         assert_eq!(with(4).p99_9, 1.0);
-        // As that of all samples in order, of whatever number.
+        // The same percentile as that of all samples in order, for any number of them.
         let mut random = fastrand::Rng::with_seed(3);
         for count in (1..40).chain([999, 1000, 1001, 3333]) {
             let actual = LinearImage {

@@ -39,9 +39,9 @@ pub struct PowerLaw {
 
 /// Fits the law to points (x, error).
 ///
-/// The interval is by bootstrap: the law is fitted to errors drawn anew about the fitted ones. Residuals of few points say little of how
-/// far errors scatter, so they are taken for normal, with a scatter that is itself drawn from what they leave possible. Of eight points, with a
-/// floor and without, it held the true order in 95 of 100 of 2400 trials.
+/// The interval is by bootstrap: the law is fitted to errors drawn anew about the fitted ones. Residuals of few points say little of the
+/// scatter of errors, so they are taken for normal, with a scatter that is itself drawn from those that they leave possible. Of eight points, with a
+/// floor and without, the interval held the true order in 95 of 100 of 2400 trials.
 ///
 /// `None` for fewer than four points with x and error finite and above 0 and x different, or where the error does not fall with x.
 pub fn fit_power_law(points: &[(f64, f64)]) -> Option<PowerLaw> {
@@ -52,7 +52,7 @@ pub fn fit_power_law(points: &[(f64, f64)]) -> Option<PowerLaw> {
     if points.len() < 4 || different < 4 {
         return None;
     }
-    // Powers stay in range whatever the unit of x is.
+    // Powers stay in range for any unit of x.
     let unit = points[0].0;
     let points: Vec<Point> = points.iter().map(|&(x, error)| Point { logarithm: (x / unit).ln(), error }).collect();
     if slope(&points) >= 0.0 {

@@ -1,16 +1,16 @@
-//! FLIP, the error that somebody sees who flips between two pictures (Andersson et al. 2020), by NVIDIA's own code.
+//! FLIP, the error that a viewer sees who flips between two pictures (Andersson et al. 2020), by NVIDIA's own code.
 
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageFloat, FlipImageRgb8, magma_lut};
 use rayon::prelude::*;
 
 use super::images::{Mismatch, Srgb8Image, same_size};
 
-/// How far away the eye is: pixels in a degree of its view. 67 is a 0.7 m wide screen of 3840 pixels seen from 0.7 m, the authors' own
+/// The distance of the eye, as pixels in a degree of its view. 67 is a 0.7 m wide screen of 3840 pixels seen from 0.7 m, the authors' own
 /// choice.
 pub const PIXELS_PER_DEGREE: f32 = DEFAULT_PIXELS_PER_DEGREE;
 
-/// How many rows (and columns) away a pixel's error can come from: the larger of the two filters' radii. The contrast sensitivity's is three standard
-/// deviations of its widest Gaussian, ceil(3 sqrt(0.04 / (2 pi^2)) 67) = 10, that of edges and points ceil(3 x 0.041 x 67) = 9.
+/// The most rows (and columns) away that a pixel's error can come from: the larger of the two filters' radii. The contrast sensitivity's is three
+/// standard deviations of its widest Gaussian, ceil(3 sqrt(0.04 / (2 pi^2)) 67) = 10, that of edges and points ceil(3 x 0.041 x 67) = 9.
 const REACH: usize = 10;
 /// The fewest rows of a band: a band also filters [`REACH`] rows on either side of its own.
 const LEAST_ROWS: usize = 4 * REACH;

@@ -1,8 +1,8 @@
-//! Pareto fronts: of what can be had, that which nothing beats in both time and error.
+//! Pareto fronts: the points that no other beats in both time and error.
 
 use super::bootstrap::{Resampler, SEED};
 
-/// How often times are drawn anew; a probability is then good to 0.016.
+/// Draws of new times; a probability is then good to 0.016.
 const RESAMPLES: usize = 1000;
 
 /// Indices of the (time, error) points on the front, the fastest first, both being better when smaller.
@@ -12,7 +12,7 @@ const RESAMPLES: usize = 1000;
 pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     let is_finite = |&index: &usize| points[index].0.is_finite() && points[index].1.is_finite();
     let mut order: Vec<usize> = (0..points.len()).filter(is_finite).collect();
-    // Stable: of equal points the first stays first. Adding zero makes -0 what it is equal to.
+    // Stable: of equal points the first stays first. Adding zero makes 0 of -0, which is equal to it.
     let key = |index: usize| (points[index].0 + 0.0, points[index].1 + 0.0);
     order.sort_by(|&a, &b| {
         let ((time_a, error_a), (time_b, error_b)) = (key(a), key(b));
@@ -27,10 +27,10 @@ pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     order
 }
 
-/// How probable it is that each point is on the front, 0 to 1, as far as its times are uncertain: the share of fronts that it is on when
+/// Returns the probability of each point to be on the front, 0 to 1, as far as its times are uncertain: the share of fronts that it is on when
 /// the median of its times is that of times drawn anew (bootstrap). A point without a finite time or error has 0.
 ///
-/// `times` has the measurements of each point, in any unit, and `errors` its error. What one of them lacks at its end counts as missing.
+/// `times` has the measurements of each point, in any unit, and `errors` its error. If one list is shorter, its last entries count as missing.
 pub fn front_probability<T: AsRef<[f64]>>(times: &[T], errors: &[f64]) -> Vec<f64> {
     let mut resamplers: Vec<Option<Resampler>> = times.iter().map(|times| Resampler::of(times.as_ref())).collect();
     let mut random = fastrand::Rng::with_seed(SEED);
@@ -57,7 +57,7 @@ mod tests {
         a.0 <= b.0 && a.1 <= b.1 && (a.0 < b.0 || a.1 < b.1)
     }
 
-    /// Few different values, so that ties are common, and now and then what is no number.
+    /// Few different values, so that ties are common, and now and then a NaN or an infinity.
     fn coordinate() -> impl Strategy<Value = f64> {
         prop_oneof![
             8 => (0..6i32).prop_map(f64::from),
@@ -80,7 +80,7 @@ mod tests {
             for index in (0..points.len()).filter(finite) {
                 let beaten = found.iter().any(|&on| dominates(points[on], points[index]));
                 let equal = found.iter().any(|&on| points[on] == points[index]);
-                // On the front nothing is dominated; what is off it is dominated by it, or equal to one of it.
+                // No point on the front is dominated; one off the front is dominated by a point on it, or equal to one.
                 if found.contains(&index) { prop_assert!(!beaten) } else { prop_assert!(beaten || equal) }
             }
         }

@@ -23,7 +23,7 @@ pub use process::{cpu_seconds, open_files, peak_memory_bytes, resident_memory_by
 pub use shard::Shard;
 pub use statistics::{Distribution, percentile};
 
-/// Tells what moves in the timed frames, in words for people.
+/// Returns words for people about the motion in the timed frames.
 pub fn what_moves(moving: bool) -> &'static str {
     match moving {
         true => "everything moves: shadow maps are drawn in each frame",

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 pub struct Shard {
     /// From 1 to `count`.
     pub index: u32,
-    /// How many parts there are, 1 or more.
+    /// The number of parts, 1 or more.
     pub count: u32,
 }
 

@@ -37,7 +37,7 @@ impl Distribution {
 }
 
 /// The `percent`-th percentile (0 to 100, clamped) of samples in ascending order, interpolated linearly between the two
-/// nearest ranks (Hyndman and Fan 1996, definition 7: what spreadsheets and NumPy give). `None` without samples.
+/// nearest ranks (Hyndman and Fan 1996, definition 7, as in spreadsheets and NumPy). `None` without samples.
 pub fn percentile(sorted: &[f64], percent: f64) -> Option<f64> {
     let last = sorted.len().checked_sub(1)?;
     let rank = (percent / 100.0).clamp(0.0, 1.0) * last as f64;

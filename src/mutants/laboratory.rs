@@ -1,4 +1,4 @@
-//! A device under each mode of the validation layer, and what the layer says of frames on it.
+//! A device under each mode of the validation layer, and the layer's messages about frames on it.
 
 use std::collections::BTreeSet;
 use std::ffi::CStr;
@@ -39,7 +39,7 @@ pub enum Error {
 /// The rules that the layer finds broken in a mutant's frames.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Heard {
-    /// Without the heuristic of what shaders access.
+    /// Without the heuristic of accesses by shaders.
     pub plain: BTreeSet<String>,
     /// With it; `None` where the layer has none.
     pub heuristic: Option<BTreeSet<String>>,
@@ -125,8 +125,8 @@ impl Laboratory {
         self.presents
     }
 
-    /// Returns what the layer says of each mutant. It says nothing of the whole tables, so its messages are not noise. Calls `step` as each case and each
-    /// mutant is drawn in each mode ([`Laboratory::steps`]).
+    /// Returns the layer's messages about each mutant. The layer has none about the whole tables, so its messages are not noise. Calls `step` as each
+    /// case and each mutant is drawn in each mode ([`Laboratory::steps`]).
     ///
     /// # Safety
     /// As of [`crate::frame::Renderer::with_edges`].
@@ -159,7 +159,7 @@ impl Laboratory {
         Ok(together.collect())
     }
 
-    /// How often [`Laboratory::judge`] calls its `step`.
+    /// Returns the number of times that [`Laboratory::judge`] calls its `step`.
     pub fn steps(&self, cases: usize, mutants: usize) -> usize {
         (cases + mutants) * self.modes.len()
     }

@@ -1,7 +1,7 @@
-//! Mutants as a test of validation layers: frames from which one dependency is missing, or one bit of one, and whether a layer says so.
+//! Mutants as a test of validation layers: frames from which one dependency is missing, or one bit of one, and a layer's reports of them.
 //!
-//! That something is lost in each, [`crate::frame::proof`] computes from the specification. What a layer does not notice is expected where
-//! [`unreported_mutants`] argues it or the layer is too old ([`older`]), and a failure elsewhere.
+//! [`crate::frame::proof`] computes from the specification that each mutant loses something. A mutant that a layer does not report is expected
+//! where [`unreported_mutants`] argues it or the layer is too old ([`older`]), and a failure elsewhere.
 
 mod cases;
 mod laboratory;
@@ -30,13 +30,13 @@ pub struct Case {
     pub name: String,
     /// The scene that is drawn.
     pub scene: Scene,
-    /// How it is drawn.
+    /// The settings of its frames.
     pub settings: Settings,
-    /// Its frames are presented, with whatever may lie over them.
+    /// Its frames are presented, with everything that may lie over them.
     pub presented: Option<Way>,
 }
 
-/// How pictures come into a swapchain's images. No dependency tells in which format, or how they are encoded.
+/// The way of pictures into a swapchain's images. No dependency depends on the images' format or encoding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Way {
     /// The last pass draws into them.
@@ -73,7 +73,7 @@ pub fn presented(plan: FramePlan, way: Way) -> FramePlan {
 /// A case's frames with something missing.
 #[derive(Debug, Clone)]
 pub struct Mutant<'a> {
-    /// Where it is taken away.
+    /// The case whose table lacks it.
     pub case: &'a Case,
     /// The plan of the case.
     pub plan: &'a FramePlan,
@@ -86,7 +86,7 @@ pub struct Mutant<'a> {
 }
 
 impl Mutant<'_> {
-    /// `mutants.ROW.PART.CASE`, unique among [`mutants`] and free of what CSV files and regular expressions read otherwise.
+    /// `mutants.ROW.PART.CASE`, unique among [`mutants`] and without characters that CSV files and regular expressions read otherwise.
     pub fn name(&self) -> String {
         let letters = self.case.name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' });
         let slug = letters.collect::<String>().split('-').filter(|word| !word.is_empty()).collect::<Vec<_>>().join("-");
@@ -118,7 +118,7 @@ impl fmt::Display for PartName {
 }
 
 /// Every row of every plan, and each bit of each different row. Of presented frames those rows alone that no others have: in them a render pass
-/// ends with a layout change and no reader, which the layer takes to be ordered whatever comes.
+/// ends with a layout change and no reader, which the layer takes to be ordered with anything that follows.
 ///
 /// # Panics
 /// Never: the rows that cannot be dropped are left out.

@@ -53,7 +53,7 @@ pub static OLDER_LAYERS: &[OlderLayers] = &[
     },
 ];
 
-/// Returns true if the part orders what another submission does before or after those that the layer looks at.
+/// Returns true if the part orders work of another submission, before or after those that the layer looks at.
 fn is_in_another_submission(mutant: &Mutant) -> bool {
     let edge = &mutant.edge;
     let (begins_outside, ends_outside) = (edge.from == Place::OUTSIDE, edge.to == Place::OUTSIDE);

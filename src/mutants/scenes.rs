@@ -201,7 +201,7 @@ pub(super) fn deformed() -> Scene {
     scene
 }
 
-/// A sky that is brighter to one side, with a sun, around whatever stands there.
+/// A sky that is brighter to one side, with a sun, around a scene.
 pub(super) fn under_sky(scene: Scene) -> Scene {
     let image = SkyImage::of("half bright", 32, |to| DVec3::splat(1.0 + to.x));
     let sun = SunDisc { direction: DVec3::Y, degrees: 0.5, radiance: Vec3::splat(1e5) };

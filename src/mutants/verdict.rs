@@ -31,7 +31,7 @@ pub enum Verdict {
     ExpectedMiss(Miss),
     /// It does not, and nobody knows why.
     UnexpectedMiss,
-    /// It says what it was argued not to see: the layer is better than the reason.
+    /// The layer reports a mutant that it was argued to miss: it is better than the reason.
     UnexpectedNotice(Miss),
 }
 

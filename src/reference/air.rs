@@ -3,8 +3,9 @@
 //!
 //! The march is light by light. Probes along the ray find where the light is seen, and halving finds the ends of those intervals to a millionth of the step. Within
 //! an interval a directional light has a closed form. A lamp is integrated by the five points of Gauss and Legendre on panels that are equal angles as
-//! the lamp sees them, parted where the optical depth doubles: so neither a lamp beside the ray nor dense fog takes more of them. What is thinner than a
-//! step may be missed: [`Reference::with_air_steps`] says how many there are, and `fog_with_lamps_is_known_to_a_ten_thousandth` what twice as many change.
+//! the lamp sees them, parted where the optical depth doubles: neither a lamp beside the ray nor dense fog takes more panels. An interval shorter
+//! than a step may be missed: [`Reference::with_air_steps`] sets the number of steps, and `fog_with_lamps_is_known_to_a_ten_thousandth` bounds the
+//! change by twice as many.
 
 use glam::{DVec2, DVec3};
 
@@ -16,7 +17,7 @@ use super::sampling;
 use super::shadow::Receiver;
 use crate::scene::{Fog, Light};
 
-/// Probes along a ray where it alone says what a pixel shows.
+/// Probes along a ray that is a pixel's only one.
 pub(super) const STEPS: u32 = 64;
 /// The same of each of many samples of a pixel.
 const STEPS_OF_A_SAMPLE: u32 = 4;
@@ -61,7 +62,7 @@ impl Part<'_> {
         (-self.depth(0.0, from)).exp() * -(-self.depth(from, to)).exp_m1()
     }
 
-    /// Where the optical depth from its beginning is so much; `limit` where it never is.
+    /// Returns the metres after which the optical depth from its beginning is `depth`; `limit` where it stays less.
     fn where_depth_is(&self, depth: f64, limit: f64) -> f64 {
         if self.depth(0.0, limit) <= depth {
             return limit;
@@ -165,7 +166,7 @@ impl Reference<'_> {
         self.lights.iter().enumerate().map(each).sum()
     }
 
-    /// Where along a part of a ray a light arrives.
+    /// Returns the intervals of a part of a ray in which a light arrives, in metres.
     fn lit(&self, part: &Part, limit: f64, (index, own): (usize, &Light), points: Points) -> Vec<(f64, f64)> {
         let (on_disc, steps, jitter) = match points {
             Points::All => (DVec2::ZERO, self.air_steps, 0.5),
@@ -181,7 +182,7 @@ impl Reference<'_> {
             light::arriving(own, point).1 > 0.0
                 && (!casts || Receiver::floating(point).sees(&self.geometry, own, on_disc))
         };
-        // In dense fog every other probe is by what is lost.
+        // In dense fog every other probe goes by the share of lost light.
         let whole = part.lost(0.0, limit);
         let by_loss = part.depth(0.0, limit) > 0.5;
         let probe = |step: u32| {

@@ -16,7 +16,7 @@ use crate::scene::Aabb;
 /// Marks a child that is a triangle.
 const LEAF: u32 = 1 << 31;
 
-/// Two boxes, and what is in each: the index of a node, or of a triangle with [`LEAF`].
+/// Two boxes and their contents: the index of a node, or of a triangle with [`LEAF`].
 #[derive(Debug, Clone, Copy)]
 struct Node {
     boxes: [Aabb; 2],
@@ -87,7 +87,7 @@ impl Bvh {
     }
 
     /// Calls `visit` with each triangle whose box the ray meets between 0 and `limit`, near ones first as far as the tree knows.
-    /// What it returns is the limit from then on: a hit's distance for the nearest one, anything negative to stop.
+    /// `visit` returns the limit from then on: a hit's distance to find the nearest, anything negative to stop.
     pub fn walk(&self, ray: &Ray, mut limit: f64, mut visit: impl FnMut(usize, f64) -> f64) {
         let mut stack = Stack::default();
         match self.count {
@@ -135,7 +135,7 @@ fn in_parallel(left: BvhNodeBuildArgs<Shape, f64, 3>, right: BvhNodeBuildArgs<Sh
     }
 }
 
-/// Where a ray enters a box, if it does before `limit`.
+/// Returns the distance at which a ray enters a box, if that is before `limit`.
 fn entry_of(bounds: &Aabb, ray: &Ray, limit: f64) -> Option<f64> {
     let (low, high) = ((bounds.min - ray.origin) * ray.inverse, (bounds.max - ray.origin) * ray.inverse);
     let (near, far) = (low.min(high), low.max(high));

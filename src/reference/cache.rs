@@ -1,9 +1,9 @@
 //! Truths on disk: a finished one is read instead of computed, a broken-off one goes on where its last save was.
 //!
-//! A file a truth and number of samples, `truth-HASH-SAMPLES.bin`, or `.part` for a run that has not come to its end; the hash is that of all
-//! that the truth depends on. It is written beside its place and renamed, and carries the hash and a checksum: what is damaged, cut off or
-//! foreign is computed again. All files may be deleted at any time. One of 1280x720 takes 44 MB; all together take 2 GiB at most, or as much as
-//! the last one: those that were not used for longest go.
+//! Each truth and number of samples has a file, `truth-HASH-SAMPLES.bin`, or `.part` for a run that has not come to its end; the hash is that of all
+//! that the truth depends on. A file is written beside its place and renamed, and carries the hash and a checksum: a damaged, truncated or foreign
+//! one is computed again. All files may be deleted at any time. A truth of 1280x720 takes 44 MB. All files together take 2 GiB at most, or as much
+//! as the last one: the least recently used are removed.
 
 use std::env;
 use std::fs;
@@ -26,7 +26,7 @@ const NO_TRIANGLE: u32 = u32::MAX;
 /// Extensions of files.
 const FINISHED: &str = "bin";
 const UNFINISHED: &str = "part";
-/// How often work in progress is saved, at most.
+/// The least time between two saves of work in progress.
 const SAVE_EVERY: Duration = Duration::from_secs(10);
 /// The most bytes that all files of a folder take.
 const LIMIT: u64 = 2 << 30;
@@ -39,7 +39,7 @@ pub struct Cache {
     limit: u64,
 }
 
-/// Where a truth came from.
+/// The origin of a truth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
     /// All of it was computed.
@@ -55,7 +55,7 @@ pub enum Source {
 pub struct Cached {
     /// The picture.
     pub truth: Truth,
-    /// Whether it was read or rendered.
+    /// Its origin: read, rendered, or both.
     pub source: Source,
     /// Warnings about the cache, a line each. The truth is right all the same.
     pub warnings: Vec<String>,
@@ -76,7 +76,7 @@ impl Cache {
         user_cache().map(|folder| Self::at(folder.join("truth")))
     }
 
-    /// Where it is.
+    /// Returns the folder of the files.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
@@ -116,7 +116,7 @@ impl Cache {
             if bytes <= self.limit {
                 break;
             }
-            // What cannot be removed counts on; it does no harm.
+            // A file that cannot be removed still counts, so that others are removed in its place.
             if fs::remove_file(path).is_ok() {
                 bytes -= own;
             }
@@ -286,7 +286,7 @@ fn reals(values: &[[f64; 3]]) -> impl Iterator<Item = u8> {
     values.iter().flatten().flat_map(|value| value.to_le_bytes())
 }
 
-/// The values of as many pixels, and what follows them.
+/// Returns the values of so many pixels, and the bytes after them.
 fn split_reals(bytes: &[u8], pixels: usize) -> Option<(Vec<[f64; 3]>, &[u8])> {
     let (own, rest) = bytes.split_at_checked(pixels.checked_mul(24)?)?;
     let values: Vec<f64> = own.as_chunks::<8>().0.iter().map(|&bytes| f64::from_le_bytes(bytes)).collect();
@@ -375,7 +375,7 @@ mod tests {
         let done = cache.render(&reference, &view, &options(23), &|_, _| {});
         assert_eq!((done.source, done.warnings.len()), (Source::Continued(16), 0));
         assert!(done.truth == whole, "resumed and uninterrupted differ");
-        // What is finished is read, and more samples go on from there.
+        // A finished truth is read, and a run of more samples continues it.
         let again = cache.render(&reference, &view, &options(23), &|_, _| panic!("nothing is computed"));
         assert!(again.source == Source::Read && again.truth == whole);
         let more = cache.render(&reference, &view, &options(32), &|_, _| {});

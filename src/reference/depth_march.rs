@@ -1,10 +1,10 @@
-//! Ambient occlusion from what a screen knows: a depth buffer that is marched in f64. What a pass in screen space comes to with endless samples.
+//! Ambient occlusion in screen space: a depth buffer that is marched in f64. A pass converges to it with its number of samples.
 //!
 //! The hemisphere is cut into slices, planes through the line of sight. Each slice is a line of the picture, and each of its pixels is a place that
 //! hides the angles from its front to its back, which is taken to lie [`THICKNESS`] radii further along the line of sight. (O. Therrien, Y. Levesque
-//! and G. Gilet, "Screen Space Indirect Lighting with Visibility Bitmask", 2023, have that in bits.) What hides an angle first, from the middle
-//! outwards, is taken to be the nearest there, and hides as much as [`hidden`] says of its distance. Angles are weighted by the cosine to the normal
-//! and by how close slices lie (J. Jimenez et al., "Practical Real-Time Strategies for Accurate Indirect Occlusion", 2016).
+//! and G. Gilet, "Screen Space Indirect Lighting with Visibility Bitmask", 2023, have that in bits.) The first place to hide an angle, from the
+//! middle outwards, is taken to be the nearest in it, and hides as much as [`hidden`] gives for its distance. Angles are weighted by the cosine to
+//! the normal and by the density of slices (J. Jimenez et al., "Practical Real-Time Strategies for Accurate Indirect Occlusion", 2016).
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -14,7 +14,7 @@ use super::View;
 use super::occlusion::hidden;
 use super::render::Rays;
 
-/// How thick what is seen is taken to be, in radii. The least error on the pictures of docs/AO.md.
+/// The assumed thickness of visible surfaces, in radii: the one with the least error on the pictures of docs/AO.md.
 pub const THICKNESS: f64 = 0.5;
 
 /// The least cosine between a normal and the line of sight.
@@ -29,7 +29,7 @@ pub struct DepthBuffer<'a> {
     pub distances: &'a [f64],
 }
 
-/// How finely it is marched.
+/// The radius and the fineness of the march.
 #[derive(Debug, Clone, Copy)]
 pub struct March {
     /// Metres.
@@ -120,7 +120,7 @@ impl Slice {
         from_zero * angle.signum()
     }
 
-    /// What of the slice's hemisphere lies before a direction of the plane: its angles are from gamma - 90 to gamma + 90 degrees.
+    /// Returns the part of the slice's hemisphere before a direction of the plane; the hemisphere's angles are from gamma - 90 to gamma + 90 degrees.
     fn before(&self, direction: DVec3) -> f64 {
         // The middle of a pixel lies beside the line: it is moved into the plane along the surface, on which a step of 1 beside it rises by this.
         let rise = direction.dot(self.beside) * self.lean / self.weight;
@@ -140,7 +140,7 @@ impl Slice {
     }
 }
 
-/// Takes an interval out of those that are left, and says how long what was taken is.
+/// Takes an interval out of those that are left. Returns the length that was taken.
 fn cut(left: &mut Vec<[f64; 2]>, [from, until]: [f64; 2]) -> f64 {
     let mut taken = 0.0;
     let mut rest = Vec::with_capacity(left.len() + 1);

@@ -320,7 +320,7 @@ impl Fingerprint {
     }
 }
 
-/// The hash of a truth, whatever its number of samples: they go on from one another.
+/// The hash of a truth, the same for any number of samples: they go on from one another.
 pub fn of(reference: &Reference, view: &View, options: &Options) -> blake3::Hash {
     let mut fingerprint = Fingerprint(blake3::Hasher::new());
     fingerprint.number(MODEL);

@@ -1,7 +1,8 @@
 //! Fog in f64. Along a metre at a height h it takes away the share density exp(-(h - base) / height) of the light, and scatters `albedo` of that. Light
 //! from everywhere is taken as its mean, and that of directional lights reaches the fog without loss.
 //!
-//! Fog of the kind `height` lies in no shadow, so that what a ray gains of endless fog is in proportion to what it loses: both are closed forms.
+//! Fog of the kind `height` lies in no shadow, so that the light which a ray gains in endless fog is in proportion to the light that it loses: both
+//! are closed forms.
 
 use std::f64::consts::PI;
 

@@ -1,8 +1,8 @@
-//! The scene's triangles in the world, in f64, and what a ray meets of them.
+//! The scene's triangles in the world, in f64, and their intersections with rays.
 //!
-//! What is seen is what the rasterizer would draw: faces of one-sided materials from the front, which a mirrored transform turns over; no holes
-//! of masks; nothing before the near plane. Where two opaque surfaces are equally far, the first one of the scene is seen. A coat lies on what is
-//! equally far.
+//! A ray sees the surfaces that the rasterizer would draw: faces of one-sided materials from the front, which a mirrored transform turns over; no
+//! holes of masks; nothing before the near plane. Of coplanar opaque surfaces the first one of the scene is seen. A coat lies on the surface that is
+//! coplanar with it.
 
 use glam::{DAffine3, DMat3, DVec2, DVec3, DVec4, Vec2, Vec3, Vec4};
 
@@ -11,7 +11,7 @@ use super::intersect::{Crossing, Ray};
 use super::texture::{self, Window};
 use crate::scene::{Aabb, AlphaMode, CastsShadow, Look, Material, Mesh, Scene, TextureSlot, TriangleId, UvMap};
 
-/// Coordinates beyond this have no squares' squares in f64: what reaches there is not drawn.
+/// The fourth powers of larger coordinates overflow f64: triangles that reach farther are not drawn.
 const LARGEST: f64 = 1e75;
 
 /// A triangle in world space.
@@ -92,7 +92,7 @@ impl<'a> Part<'a> {
         [indices[0] as usize, indices[1] as usize, indices[2] as usize]
     }
 
-    /// Where a triangle's texture of a slot is looked up. For a mesh without texture coordinates they are 0.
+    /// Returns the texture coordinates of a slot on a triangle; 0 for a mesh without any.
     fn uv(&self, slot: TextureSlot, triangle: u32, weights: [f64; 3]) -> DVec2 {
         let map = &self.material.uv_maps[slot as usize];
         let uvs = if map.set == 1 { &self.mesh.uvs_1 } else { &self.mesh.uvs };
@@ -137,7 +137,7 @@ impl<'a> Geometry<'a> {
             for triangle in 0..mesh.indices.len() / 3 {
                 let corners = corners(mesh, &object.transform, triangle);
                 let id = TriangleId { object: index as u32, triangle: triangle as u32 };
-                // False for what is no number.
+                // False for a NaN.
                 if corners.iter().all(|corner| corner.abs().max_element() <= LARGEST) {
                     triangles.push(Triangle { corners, id });
                 }
@@ -194,7 +194,7 @@ impl<'a> Geometry<'a> {
         if self.has_transparent {
             let limit = nearest.map_or(f64::INFINITY, |nearest| nearest.crossing.distance);
             let is_coat = |hit: &Hit| self.part(hit).material.alpha_mode == AlphaMode::Coat;
-            // As by the depth test, which of what is equally far coats alone pass. They lie on what is equally far.
+            // As by the depth test: of surfaces coplanar with an opaque one, only coats pass, which lie on it.
             transparent.retain(|hit| {
                 let distance = hit.crossing.distance;
                 distance < limit || distance == limit && is_coat(hit)
@@ -208,7 +208,7 @@ impl<'a> Geometry<'a> {
         nearest
     }
 
-    /// How far away the nearest opaque surface is along a ray, on whichever side it is met, if that is before `limit`.
+    /// Returns the distance to the nearest opaque surface along a ray, on whichever side it is met, if that is before `limit`.
     pub fn nearest_opaque(&self, ray: &Ray, limit: f64) -> Option<f64> {
         let mut nearest = None;
         self.tree.walk(ray, limit, |index, limit| {

@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-/// A half-line with what all triangles ask of it.
+/// A half-line, with the values that tests against all triangles share.
 #[derive(Debug, Clone, Copy)]
 pub struct Ray {
     pub origin: DVec3,
@@ -14,13 +14,13 @@ pub struct Ray {
     pub direction: DVec3,
     /// 1 / direction, finite.
     pub(super) inverse: DVec3,
-    /// The axis along which the direction is longest, and the two others.
+    /// The axis along which the direction is longest, after the two others.
     axes: [usize; 3],
-    /// How far x and y move for a step of 1 along that axis, and the direction's share of it.
+    /// The steps along the two others for a step of 1 along that axis, and that step in lengths of the direction.
     shear: [f64; 3],
 }
 
-/// Where a ray meets a triangle.
+/// The intersection of a ray with a triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Crossing {
     /// In lengths of the ray's direction; may be negative.
@@ -60,7 +60,7 @@ impl Ray {
         [p[self.axes[0]] - self.shear[0] * along, p[self.axes[1]] - self.shear[1] * along, self.shear[2] * along]
     }
 
-    /// Where the ray's line meets the triangle, on either side of the origin.
+    /// Returns the intersection of the ray's line with the triangle, on either side of the origin.
     pub fn crossing(&self, corners: &[DVec3; 3]) -> Option<Crossing> {
         let [a, b, c] = [self.seen(corners[0]), self.seen(corners[1]), self.seen(corners[2])];
         let areas = [area(b, c), area(c, a), area(a, b)];

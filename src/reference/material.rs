@@ -72,8 +72,8 @@ fn unit_or(vector: DVec3, fallback: DVec3) -> DVec3 {
     if largest > 0.0 && largest.is_finite() { (vector / largest).normalize() } else { fallback }
 }
 
-/// The surface that a hit is, and how it goes with what lies behind. `position` is relative to the camera; `brdf` stands in for all
-/// materials' own where there is one.
+/// The surface of a hit, and the way that it is blended. `position` is relative to the camera; `brdf`, if given, replaces that of all
+/// materials.
 pub fn surface(
     scene: &Scene,
     geometry: &Geometry,
@@ -99,7 +99,7 @@ pub fn surface(
         base = base.truncate().lerp(HIGHLIGHT.as_dvec3(), f64::from(HIGHLIGHT_SHARE)).extend(base.w);
     }
     let is_coat = material.alpha_mode == AlphaMode::Coat;
-    // What is unlit sends its colour and reflects nothing. A coat is a lobe that reflects all, of which what it shows is a share.
+    // An unlit surface emits its colour and reflects nothing. A coat is a lobe that reflects all light, of which a share is shown.
     let (albedo, emissive) = match material.unlit {
         _ if is_coat => (DVec3::ONE, DVec3::ZERO),
         true => (DVec3::ZERO, base.truncate()),

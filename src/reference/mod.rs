@@ -1,7 +1,7 @@
 //! The truth: the same scene, evaluated in 64 bits on the CPU by rays. Exact visibility, exact shadows, no G-buffer, no maps.
 //!
-//! It shares no shading code with the shaders and is written from the formulas, for reading. Where a picture of the renderer and this
-//! one differ, this one is right, and how far they are apart is the renderer's error. No Vulkan.
+//! It shares no shading code with the shaders and is written from the formulas, for reading. Where a picture of the renderer differs
+//! from the truth, the difference is the renderer's error. No Vulkan.
 //!
 //! Nothing that a ray does goes through `map` of an array: compiled in several units that is not inlined, and all of this took twice as long.
 
@@ -42,7 +42,7 @@ use crate::scene::{Camera, Settings};
 /// A picture that is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct View {
-    /// Where it is seen from.
+    /// The camera that sees the scene.
     pub camera: Camera,
     /// Width and height in pixels.
     pub size: [u32; 2],
@@ -51,8 +51,8 @@ pub struct View {
 /// The way a pixel is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Mode {
-    /// The light through the pixel's centre, with textures bilinear at level 0: what is left between it and a picture of one sample is
-    /// numeric error, and how textures are filtered.
+    /// The light through the pixel's centre, with textures bilinear at level 0: a picture of one sample differs from it by numeric error and
+    /// by the filtering of textures alone.
     Point,
     /// The mean over the pixel's square, by so many samples: aliasing counts as error, too.
     Converged {
@@ -71,7 +71,7 @@ pub enum Smith {
     Separable,
 }
 
-/// How the truth is evaluated.
+/// Options for the evaluation of the truth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Options {
     /// The way a pixel is computed.

@@ -1,6 +1,6 @@
 //! Ambient occlusion by rays: the share of the light from everywhere that surfaces nearby leave to a point.
 //!
-//! The share is the mean over the hemisphere around the shading normal, weighted by the cosine, of what each direction lets through: 1 - [`hidden`] of
+//! The share is the mean over the hemisphere around the shading normal, weighted by the cosine, of the share of each direction: 1 - [`hidden`] of
 //! the distance to the nearest opaque surface in it, whichever side of that is met and whether or not it casts shadows. Rays begin a little above
 //! the triangle that is seen, as those to lights do ([`super::shadow`]): directions that a bent normal has below the triangle are blocked.
 

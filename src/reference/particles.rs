@@ -1,8 +1,8 @@
-//! Particles of the truth: each where its closed form has it in f64, lit at its middle by rays, and laid over what is behind it in exact order.
+//! Particles of the truth: each at the place that its closed form gives in f64, lit at its middle by rays, and blended in exact order.
 //!
 //! A particle is a square that faces the view, so that all of it is equally far along the view: no two of them ever cross, and the order of their
-//! middles is that of every pixel. It scatters what light meets it evenly to all sides: light of 1 lux becomes 1 / (4 pi) nits, and as much of an even
-//! sky as that sky sends.
+//! middles is that of every pixel. It scatters light that meets it evenly to all sides: light of 1 lux becomes 1 / (4 pi) nits, and an even sky as
+//! many nits as it has.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 

@@ -1,9 +1,9 @@
 //! Reflections of surfaces in smooth ones: one bounce, by rays.
 //!
-//! The lobe of Cook-Torrance looks along directions that lie as often as its visible facets (Heitz 2018). What a direction meets first of opaque surfaces shines
-//! as it does for an eye there: by lights with their shadows, ambient light, the sky and what it emits, but it mirrors nothing itself. That stands in the
-//! place of the sky and of ambient light for the share of the lobe that meets something. What facets scatter again comes from where the lobe looks, too, by
-//! the share that [`super::sky`] has of it. Transparent surfaces mirror nothing and are not met.
+//! The lobe of Cook-Torrance looks along directions that lie as often as its visible facets (Heitz 2018). The first opaque surface that a direction
+//! meets shines as it does for an eye there: by lights with their shadows, ambient light, the sky and its own emission, but it mirrors nothing
+//! itself. Its light replaces the sky and ambient light for the share of the lobe that meets a surface. Light that facets scatter again is taken from
+//! the lobe's directions, too, by the share that [`super::sky`] has of it. Transparent surfaces mirror nothing and are not met.
 //!
 //! Surfaces mirror less from four fifths of the roughest on, and rougher ones nothing: a part of the model, as frames have it.
 
@@ -30,13 +30,13 @@ const DIRECTIONS_OF_A_SAMPLE: u32 = 4;
 pub struct Mirrored {
     /// Unit vector.
     pub direction: DVec3,
-    /// What is not masked on the way out, of 1; its mean over the directions is the lobe's share of even light of which nothing is absorbed.
+    /// The share that is not masked on the way out, 0 to 1; its mean over the directions is the lobe's share of even light where nothing is absorbed.
     pub share: f64,
     /// Schlick's Fresnel.
     pub fresnel: DVec3,
 }
 
-/// How much of what it mirrors a surface takes from others, where the roughest that do have so much.
+/// Returns the share of reflections that a surface takes from others, 0 to 1; surfaces rougher than `roughest` take none.
 pub fn smooth_enough(roughness: f64, roughest: f64) -> f64 {
     let edge = if roughness <= roughest { 1e-3 } else { 0.0 };
     ((roughest - roughness) / (0.2 * roughest).max(1e-6) + edge).clamp(0.0, 1.0)
@@ -63,7 +63,8 @@ pub fn mirrored(lobe: &Collector, point: DVec2) -> Option<Mirrored> {
     })
 }
 
-/// What is mirrored of the light that directions meet, and the share of the lobe that meets any: `met` has the light, in any unit, where there is some.
+/// Returns the mirrored light of the directions that meet a surface, and the share of the lobe that does. `met` returns the light along a direction,
+/// in any unit, and its weight, 0 to 1.
 pub fn gathered(
     lobe: &Collector,
     points: &[DVec2],
@@ -97,13 +98,13 @@ fn even_share(n_dot_v: f64, roughness: f64) -> f64 {
     sky::tabulated(TABLE.get_or_init(sky::shares_table), n_dot_v, roughness).element_sum()
 }
 
-/// What of a surface's light from everywhere is its lobe's: that of the half-spheres. It is what gives way to what is mirrored.
+/// Returns the part of a surface's ambient light that its lobe mirrors, of both half-spheres: reflections replace it.
 pub fn ambient_lobe(scene: &Scene, surface: &Surface) -> DVec3 {
     light::mirrored_ambient(surface, &scene.environment) * surface.occlusion
 }
 
 impl Reference<'_> {
-    /// What the opaque surface that is seen shows more, or less, with what it mirrors of others.
+    /// Returns the change of a visible opaque surface's light by reflections of others: their light, less the light that it replaces.
     pub(super) fn mirrored(
         &self,
         hit: &Hit,
@@ -139,13 +140,14 @@ impl Reference<'_> {
             Some((self.shown(&hit, (&bounced, None), smith, points, DVec3::ZERO), 1.0))
         };
         let (light, share) = gathered(&lobe, &chosen, &mut met);
-        // What of the sky others hide, rays to it have left out.
+        // Rays to the sky have left out its hidden part already: only a sky without such rays is replaced.
         let open_sky = self.around(hit, ray, &surface, points).filter(|own| own.is_open());
         let sky = open_sky.map_or(DVec3::ZERO, |own| own.lobe(&lobe) * surface.occlusion);
         (light - (ambient_lobe(self.scene, &surface) + sky) * share) * amount
     }
 
-    /// Where a direction from the opaque surface that is seen at a place of the picture meets the next: relative to the camera; `None` where it meets none.
+    /// Returns the place, relative to the camera, at which a direction from the opaque surface at a place of the picture meets another; `None` where
+    /// it meets none.
     pub fn met(&self, view: &super::View, pixel: DVec2, direction: DVec3) -> Option<DVec3> {
         let lens = super::render::Rays::of(view);
         let ray = lens.ray(pixel);

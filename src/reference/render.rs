@@ -17,10 +17,10 @@ use super::surface::Surface;
 use super::{Mode, Options, Smith, Truth, View, material, sampling};
 use crate::scene::{AlphaMode, Brdf, Camera, Error, Light, Scene, Settings, ThinLens, TriangleId};
 
-/// Samples that are added to every pixel before the next pass begins. What a pass adds depends on the samples' numbers alone.
+/// Samples that are added to every pixel before the next pass begins. A pass depends on the samples' numbers alone.
 pub const PASS: u32 = 4;
 
-/// Told how many samples of how many are done.
+/// Called with the number of finished samples and that of all.
 pub type Progress<'a> = &'a (dyn Fn(u64, u64) + Sync);
 
 /// A scene that is ready to be looked at.
@@ -29,13 +29,13 @@ pub struct Reference<'a> {
     pub(super) scene: &'a Scene,
     pub(super) brdf: Option<Brdf>,
     pub(super) shadows: bool,
-    /// Where the scene has one that lights it.
+    /// The sky, if it lights the scene.
     pub(super) sky: Option<SkyLight>,
     pub(super) sky_light: bool,
     pub(super) occludes_sky: bool,
     /// Metres.
     pub(super) occlusion: Option<f64>,
-    /// Between the eye and what it sees.
+    /// The fog; none for clear air.
     pub(super) fog: Option<Medium>,
     /// Probes along a ray of where lights are in it.
     pub(super) air_steps: u32,
@@ -105,8 +105,8 @@ impl Rays {
         }
     }
 
-    /// Through a place of the picture, in pixels from its upper left corner. Distances along it are distances along the view. Where rays are
-    /// parallel, what looks along one looks from where it begins.
+    /// Returns the ray through a place of the picture, in pixels from its upper left corner. Distances along it are distances along the view. Each of
+    /// several parallel rays begins at an eye of its own.
     pub(super) fn ray(&self, place: DVec2) -> Ray {
         let at = place * 2.0 / self.size - 1.0;
         let aside = self.right * at.x + self.down * at.y;
@@ -122,7 +122,7 @@ impl Rays {
         [right, -down, right.cross(down), self.eye]
     }
 
-    /// How many pixels a metre across the view is, so far along it.
+    /// Returns the pixels that a metre across the view spans, so far along it.
     pub(super) fn pixels_a_metre(&self, distance: f64) -> f64 {
         let metres = self.down.length() * if self.parallel { 1.0 } else { distance };
         self.size.y / 2.0 / metres
@@ -139,12 +139,12 @@ impl Rays {
         ray.origin - self.eye + ray.direction * distance
     }
 
-    /// How far along the view a place is, which is relative to the camera.
+    /// Returns the distance along the view of a place, which is relative to the camera.
     pub(super) fn distance(&self, place: DVec3) -> f64 {
         place.dot(self.forward)
     }
 
-    /// Where in the picture it is seen.
+    /// Returns its place in the picture, in pixels from the upper left corner.
     pub(super) fn seen_at(&self, place: DVec3) -> DVec2 {
         let at = DVec2::new(
             place.dot(self.right) / self.right.length_squared(),
@@ -171,7 +171,7 @@ impl Rays {
 }
 
 impl<'a> Reference<'a> {
-    /// Builds what rays need. Materials keep their own reflection models, and lights their shadows.
+    /// Builds the trees and tables that rays need. Materials keep their own reflection models, and lights their shadows.
     ///
     /// # Errors
     /// When [`Scene::check`] finds a fault.
@@ -287,8 +287,8 @@ impl<'a> Reference<'a> {
         Some((surface, self.geometry.triangles[hit.triangle].id, hit.crossing.distance))
     }
 
-    /// Share of a light that the nearest opaque surface there sees, 0 to 1, by [`sampling::DISC_POINTS`] points of a light that has a
-    /// size; 1 where nothing is seen, and without shadows. Whether the light casts any, or the surface receives some, is not asked.
+    /// Returns the share of a light that the nearest opaque surface there sees, 0 to 1, by [`sampling::DISC_POINTS`] points of a light that has a
+    /// size; 1 where nothing is seen, and without shadows. Lights that cast no shadow and surfaces that receive none count as if they did.
     pub fn visibility(&self, view: &View, pixel: DVec2, light: usize) -> f64 {
         if !self.shadows {
             return 1.0;
@@ -312,8 +312,8 @@ impl<'a> Reference<'a> {
         })
     }
 
-    /// The light, in nits, that what is seen at a place of the picture sends along the ray through another, as [`Mode::Point`] has it where both
-    /// are the middle of a pixel.
+    /// Returns the light, in nits, of the surface at a place of the picture, sent along the ray through another place: as [`Mode::Point`] has it
+    /// where both are the middle of a pixel.
     pub fn light(&self, view: &View, smith: Smith, place: DVec2, along: DVec2) -> [f64; 3] {
         let rays = Rays::of(view);
         let along = Some(rays.ray(along).direction);
@@ -415,8 +415,8 @@ impl<'a> Reference<'a> {
         });
     }
 
-    /// Returns the light at a place of the picture, in this row of it: the nearest opaque surface or the background, and over it what is
-    /// transparent, surfaces and particles, each in its place. [`Surface::ray`] is `along`.
+    /// Returns the light at a place of the picture, in this row of it: the nearest opaque surface or the background, and over it transparent
+    /// surfaces and particles, each in its place. [`Surface::ray`] is `along`.
     fn look(
         &self,
         (billboards, row): (&Billboards, usize),
@@ -434,7 +434,7 @@ impl<'a> Reference<'a> {
             },
         );
         let surface = nearest.map_or(f64::INFINITY, |hit| hit.crossing.distance);
-        // From the farthest on: through the air before it, and then what is transparent over that.
+        // From the farthest on: each transparent layer is blended over the light that has come through the air before it.
         let (mut radiance, mut from) = (behind, surface);
         let mut through = |radiance: DVec3, near: f64| {
             self.passage(ray, [near, std::mem::replace(&mut from, near)], points).of(radiance)
@@ -513,7 +513,8 @@ impl<'a> Reference<'a> {
         Some(Around { sky, rays: Some((&self.geometry, receiver, points)) })
     }
 
-    /// What of the light at the middle of a pixel, as [`Mode::Point`] has it, is the sky's, in nits: of the nearest opaque surface; zero where nothing is.
+    /// Returns the sky's part of the light at the middle of a pixel, as [`Mode::Point`] has it, in nits: of the nearest opaque surface; zero without
+    /// one.
     pub fn light_of_sky(&self, view: &View, pixel: DVec2) -> [f64; 3] {
         let lens = Rays::of(view);
         let ray = lens.ray(pixel);

@@ -1,4 +1,4 @@
-//! Where samples lie: over a pixel's square, over the discs of lights and of the lens, and in the time for which a shutter is open.
+//! Places of samples: over a pixel's square, over the discs of lights and of the lens, and in the time for which a shutter is open.
 //!
 //! Converged pictures take the first two dimensions of Sobol's sequence with hashed Owen scrambling, their order shuffled anew for the
 //! pixel's square, for the lens and for each light (Burley, "Practical Hash-Based Owen Scrambling", JCGT 2020). So each is evenly covered by any number of
@@ -54,33 +54,33 @@ fn element(index: u32, seed: u64) -> DVec2 {
     DVec2::new(share(scrambled(index.reverse_bits(), across)), share(scrambled(sobol(index), down)))
 }
 
-/// Where sample `index` of a pixel lies in its square, 0 to 1 from the upper left corner.
+/// Returns the place of sample `index` in a pixel's square, 0 to 1 from the upper left corner.
 pub fn in_pixel(index: u32, pixel: u64) -> DVec2 {
     element(index, hash(pixel))
 }
 
-/// Where on the unit disc sample `index` of a pixel meets a light.
+/// Returns the place on the unit disc at which sample `index` of a pixel meets a light.
 pub fn on_disc(index: u32, pixel: u64, light: usize) -> DVec2 {
     disc(element(index, hash(hash(pixel) ^ (light as u64 + 1))))
 }
 
-/// Where in the unit square sample `index` of a pixel chooses a direction of the sky, by each of several strategies.
+/// Returns the place in the unit square by which sample `index` of a pixel chooses a direction of the sky, for each of several strategies.
 pub fn on_sky(index: u32, pixel: u64, strategy: u64) -> DVec2 {
     // Lights are numbered from 1.
     element(index, hash(hash(pixel) ^ (u64::MAX - 1).wrapping_sub(strategy)))
 }
 
-/// Where over the unit disc ray `index` of a pixel goes up to the hemisphere.
+/// Returns the place on the unit disc above which ray `index` of a pixel meets the hemisphere.
 pub fn on_hemisphere(index: u32, pixel: u64) -> DVec2 {
     disc(element(index, hash(hash(pixel) ^ u64::MAX)))
 }
 
-/// Where in the unit square direction `index` of a pixel's lobe is chosen.
+/// Returns the place in the unit square by which direction `index` of a pixel's lobe is chosen.
 pub fn on_lobe(index: u32, pixel: u64) -> DVec2 {
     element(index, hash(hash(pixel) ^ LOBE))
 }
 
-/// Where on the unit disc that stands for the lens sample `index` of a pixel looks through it.
+/// Returns the place on the unit disc at which sample `index` of a pixel goes through the lens.
 pub fn on_lens(index: u32, pixel: u64) -> DVec2 {
     disc(element(index, hash(hash(pixel) ^ LENS)))
 }

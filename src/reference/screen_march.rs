@@ -1,4 +1,4 @@
-//! Reflections from what a screen knows: a lit picture and its depth buffer, marched in f64, pixel by pixel. What a pass in screen space comes to with endless
+//! Reflections in screen space: a lit picture and its depth buffer, marched in f64, pixel by pixel. A pass converges to them with its numbers of
 //! directions and steps.
 
 use glam::{DVec2, DVec3};
@@ -8,7 +8,7 @@ use super::light::Collector;
 use super::reflections;
 use super::render::Rays;
 
-/// How far from the edges of the picture what is found fades out, as a part of its width and height.
+/// The margin of the picture in which reflections fade out, as a part of its width and height.
 pub const FADE: f64 = 0.03125;
 
 /// A picture that rays are marched through. Its camera has a perspective.
@@ -16,16 +16,16 @@ pub const FADE: f64 = 0.03125;
 pub struct ScreenMarch<'a> {
     /// Distances along the view.
     pub depth: DepthBuffer<'a>,
-    /// Unit normals of what each pixel shows.
+    /// Unit normals of the surface that each pixel shows.
     pub normals: &'a [DVec3],
     /// Its light, in any unit.
     pub light: &'a [DVec3],
-    /// Metres that surfaces go on behind what is seen of them.
+    /// Metres that surfaces extend behind their visible side.
     pub thickness: f64,
 }
 
 impl ScreenMarch<'_> {
-    /// The pixel that a ray meets which leaves the surface of another; `place` is what that shows, relative to the camera.
+    /// Returns the pixel that a ray meets which leaves the surface of another, whose normal is `normal`.
     pub fn met(&self, pixel: [u32; 2], normal: DVec3, direction: DVec3) -> Option<[u32; 2]> {
         let [width, height] = self.depth.view.size;
         let lens = Rays::of(&self.depth.view);
@@ -37,7 +37,7 @@ impl ScreenMarch<'_> {
         let (w, by) = (lens.distance(start), lens.distance(direction));
         let first = lens.seen_at(start).extend(1.0 / w);
         let ahead = start + direction * (0.5 * w / direction.length());
-        // Where it is half as far on as it is away it is before the camera: any such place tells the line.
+        // After half of its distance the ray is still before the camera: any such place gives its line in the picture.
         let step =
             (lens.seen_at(ahead).extend(1.0 / lens.distance(ahead)) - first) * (lens.distance(ahead) / w).signum();
         let longest = step.x.abs().max(step.y.abs());
@@ -100,14 +100,14 @@ impl ScreenMarch<'_> {
         self.place(&Rays::of(&self.depth.view), pixel)
     }
 
-    /// How much a pixel counts that is met: less and less towards the picture's edges.
+    /// Returns the weight of a pixel that a ray meets, 0 to 1: it falls towards the picture's edges.
     pub fn confidence(&self, pixel: [u32; 2]) -> f64 {
         let size = DVec2::from(self.depth.view.size.map(f64::from));
         let there = DVec2::from(pixel.map(f64::from)) + 0.5;
         (there.min(size - there) / size / FADE).min_element().clamp(0.0, 1.0)
     }
 
-    /// What a pixel mirrors of others by so many directions, and the share of its lobe that meets some.
+    /// Returns the light of others that a pixel mirrors along these directions, and the share of its lobe that meets some.
     pub fn mirrored(&self, pixel: [u32; 2], lobe: &Collector, points: &[DVec2]) -> (DVec3, f64) {
         reflections::gathered(lobe, points, &mut |direction| {
             let met = self.met(pixel, lobe.normal, direction)?;

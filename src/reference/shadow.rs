@@ -4,8 +4,8 @@
 //! comes from behind a triangle is stopped by it, also where its interpolated normal is turned to the light: on a coarse sphere shadow
 //! begins at whole faces, as in the renderer's shadow maps, to which those faces are dark, too. Objects that cast no shadow do not stop it.
 //!
-//! A light with a size is a disc that faces the receiver, of its radius around its place; a directional one a disc of its angular diameter. What
-//! arrives is the mean over the disc of what is not blocked; shading stays that of a light without a size. (A ball of the radius is
+//! A light with a size is a disc that faces the receiver, of its radius around its place; a directional one a disc of its angular diameter. The share
+//! of the disc that is not blocked is the share of light that arrives; shading stays that of a light without a size. (A ball of the radius is
 //! wider than the disc by (radius / distance)^2 / 2, which is left out.)
 
 use glam::{DVec2, DVec3};
@@ -15,7 +15,7 @@ use super::intersect::Ray;
 use super::light::to_light;
 use crate::scene::Light;
 
-/// How far above its triangle a ray begins, in units of the last place of the coordinates' size: places are sums and products of
+/// The height above its triangle at which a ray begins, in units of the last place of the coordinates' size: places are sums and products of
 /// a few of them.
 const LIFT: f64 = 256.0 * f64::EPSILON;
 

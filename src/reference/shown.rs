@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use super::tonemap::{encode_srgb, tone_map};
 use crate::scene::Settings;
 
-/// Where a pixel is in a picture.
+/// A pixel's place in a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Pixel {
     /// Column and row, from the top left.

@@ -1,8 +1,8 @@
 //! The truth of what moves while the shutter is open.
 //!
-//! Sample n of N takes the n-th of N equal parts of the time, in every pixel; which of [`MOMENTS`] moments in that part, each pixel chooses by itself.
-//! So the samples of a pixel are spread evenly over the time, and those of neighbours see other moments: what is left of a moving edge is noise, and
-//! no row of copies. For each moment the scene is posed and its tree of boxes built anew: exact motion, whatever moves, along any curve.
+//! Sample n of N takes the n-th of N equal parts of the time, in every pixel; each pixel chooses by itself one of [`MOMENTS`] moments in that part.
+//! So the samples of a pixel are spread evenly over the time, and those of neighbours see other moments: a moving edge leaves noise, and no row of
+//! copies. For each moment the scene is posed and its tree of boxes built anew: exact motion, whatever moves, along any curve.
 
 use super::render::{Accumulation, Progress};
 use super::{Reference, Smith, Truth, View, sampling};
@@ -18,9 +18,9 @@ pub struct Shot<'a> {
     pub scene: &'a Scene,
     /// The moment at which the shutter opens, and the clips.
     pub playing: Playing,
-    /// Where the camera goes, and the seconds along it at which the shutter opens.
+    /// The camera's path, and the seconds along it at which the shutter opens.
     pub path: Option<(&'a CameraPath, f64)>,
-    /// How long the shutter is open, in seconds.
+    /// The time for which the shutter is open, in seconds.
     pub seconds: f64,
 }
 

@@ -1,8 +1,8 @@
 //! Light of the sky in f64: integrals over all of it, or estimates by rays that may be blocked.
 //!
-//! The model: the lobe of Cook-Torrance mirrors the sky by its integral. What it does not reflect at once is scattered again, evenly (Fdez-Aguera,
-//! "A Multiple-Scattering Microfacet Model for Real-Time Image-based Lighting", JCGT 2019), and the base has the rest, so that
-//! an even sky is reflected whole by whatever absorbs nothing. The Phong models' lobes have no share, as of other ambient light.
+//! The model: the lobe of Cook-Torrance mirrors the sky by its integral. Light that it does not reflect at once is scattered again, evenly
+//! (Fdez-Aguera, "A Multiple-Scattering Microfacet Model for Real-Time Image-based Lighting", JCGT 2019), and the base has the rest: a surface that
+//! absorbs nothing reflects an even sky whole. The Phong models' lobes have no share, as of other ambient light.
 
 use std::f64::consts::{PI, TAU};
 
@@ -104,7 +104,7 @@ impl SkyLight {
         let target = point.x * all;
         let index = self.sums.partition_point(|&sum| sum < target).min(self.sums.len() - 1);
         let before = if index == 0 { 0.0 } else { self.sums[index - 1] };
-        // Within the texel: across by what is left of the first number, down by the second, evenly over its solid angle.
+        // Within the texel: across by the rest of the first number, down by the second, evenly over its solid angle.
         let across = ((target - before) / (self.sums[index] - before)).clamp(0.0, 1.0);
         let (column, row) = (index % self.width, index / self.width);
         let height = (self.width / 2) as f64;
@@ -125,7 +125,7 @@ impl SkyLight {
         (down as usize).min(height - 1) * self.width + (across as usize).min(self.width - 1)
     }
 
-    /// How often [`Self::bright`] gives a direction, a steradian.
+    /// Returns the density, per steradian, with which [`Self::bright`] gives a direction.
     fn density(&self, direction: DVec3) -> f64 {
         let index = self.texel_at(direction);
         let before = if index == 0 { 0.0 } else { self.sums[index - 1] };
@@ -165,7 +165,7 @@ impl Collects for SkyLight {
     }
 }
 
-/// What is reflected of an even sky of 1 but for the lobe's own share: what is scattered again among facets, and what the body gives back.
+/// Returns the reflected light of an even sky of 1 beside the lobe's own share: light scattered again among facets, and light of the base.
 fn even_of(surface: &Collector, share: DVec2) -> [DVec3; 2] {
     if surface.brdf != Brdf::CookTorrance {
         return [DVec3::ZERO, surface.diffuse];
@@ -201,7 +201,7 @@ fn mirrored(surface: &Collector, facet: DVec3) -> DVec3 {
     half * (2.0 * surface.view.dot(half)) - surface.view
 }
 
-/// How often that gives a direction, a steradian.
+/// Returns the density, per steradian, with which [`mirrored`] gives a direction.
 fn mirrored_density(surface: &Collector, direction: DVec3) -> f64 {
     let half = (surface.view + direction).normalize_or_zero();
     let (cosine, v_dot_h) = (surface.normal.dot(half), surface.view.dot(half));

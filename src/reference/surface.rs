@@ -26,9 +26,9 @@ pub struct Surface {
     pub roughness: f64,
     /// Ks of the Phong models.
     pub specular: DVec3,
-    /// What the dielectric share of Cook-Torrance reflects facing the eye, 0 to 1.
+    /// Reflectance of the dielectric share of Cook-Torrance facing the eye, 0 to 1.
     pub reflectance: DVec3,
-    /// And grazing, 0 to 1.
+    /// The same at grazing angles, 0 to 1.
     pub grazing: f64,
     /// Ns of the Phong models.
     pub shininess: f64,
@@ -36,7 +36,7 @@ pub struct Surface {
     pub occlusion: f64,
     /// Emitted radiance in nits.
     pub emissive: DVec3,
-    /// Share of what lies behind that is hidden, 0 to 1; 1 for opaque surfaces.
+    /// Share of the light from behind that it hides, 0 to 1; 1 for opaque surfaces.
     pub alpha: f64,
     /// True if shadows fall on it.
     pub receives_shadow: bool,

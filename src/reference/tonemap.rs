@@ -34,12 +34,12 @@ pub fn decode_srgb(encoded: f64) -> f64 {
 
 /// The Fresnel reflection added to a base colour.
 const NEUTRAL_OFFSET: f64 = 0.04;
-/// Where compression begins.
+/// The brightness at which compression begins.
 const NEUTRAL_START: f64 = 0.8 - NEUTRAL_OFFSET;
 const NEUTRAL_DESATURATION: f64 = 0.15;
 
-/// Khronos PBR Neutral Tone Mapper (Khronos Group 2024): takes off what Fresnel reflection adds to a base colour, leaves it
-/// as it is below 0.76, and compresses and desaturates what is brighter.
+/// Khronos PBR Neutral Tone Mapper (Khronos Group 2024): takes off the light that Fresnel reflection adds to a base colour, leaves
+/// colours as they are below 0.76, and compresses and desaturates brighter ones.
 fn neutral<R: Real>(color: Vector3<R>) -> Vector3<R> {
     let number = R::of;
     let (start, desaturation) = (number(NEUTRAL_START), number(NEUTRAL_DESATURATION));

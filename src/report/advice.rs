@@ -1,7 +1,7 @@
-//! Advice on settings, in words: of the points of a front those that are worth taking in place of the settings as given, and what each would gain.
+//! Advice on settings, in words: of the points of a front those that are worth taking in place of the settings as given, and the gain of each.
 //!
-//! An advice counts only what is told apart: a time whose 95% interval lies below that of the settings as given, an error that differs by more than
-//! 1% and by more than the truth's own noise.
+//! An advice counts only significant differences: a time whose 95% interval lies below that of the settings as given, an error that differs by more
+//! than 1% and by more than the truth's own noise.
 
 use super::sweep::model::{Against, Front, Interval, Metric, SceneReport};
 
@@ -44,7 +44,7 @@ pub struct Advice {
 pub const KEEP: &str = "What to change: nothing. No settings that were measured are faster with the same error, or nearer to the truth in the \
                         same time.";
 
-/// Returns the changes to make: what is free first, then the trades. Empty where the settings as given have no error that can be compared.
+/// Returns the changes to make: the free ones first, then the trades. Empty if the settings as given have no error that can be compared.
 pub fn of(scene: &SceneReport, front: &Front) -> Vec<Advice> {
     let change = |point: usize| Change::of(scene, front.metric, front.truth, point);
     let default = change(scene.default);
@@ -62,7 +62,7 @@ pub fn of(scene: &SceneReport, front: &Front) -> Vec<Advice> {
 
     let less_time = by(&time, those(&|point| faster(point) && !change(*point).errs_more()));
     let less_error = by(&error, those(&|point| nearer(point) && !change(*point).is_slower()));
-    // Half as much is worth a trade; where nothing halves it, whatever gains most.
+    // Half the error, or half the time, is worth a trade; if no point halves it, the one that gains most is taken.
     let half_error = by(&time, those(&|point| nearer(point) && change(*point).error_ratio() <= 0.5));
     let to_spare = half_error.or_else(|| by(&error, those(&nearer)));
     let half_time = by(&error, those(&|point| faster(point) && time(point) <= 0.5));
@@ -77,7 +77,7 @@ pub fn of(scene: &SceneReport, front: &Front) -> Vec<Advice> {
     let mut advice: Vec<Advice> = Vec::new();
     for (reason, point) in all {
         let Some(point) = point.filter(|&point| advice.iter().all(|known| known.point != point)) else { continue };
-        // What is free halves the time or the error already: then no trade has to.
+        // A free change that gains as much, or halves the time already, leaves a trade no reason.
         let is_free = match reason {
             Reason::Free => false,
             Reason::TimeToSpare => less_error.is_some_and(|free| error(&free) <= error(&point)),
@@ -90,7 +90,7 @@ pub fn of(scene: &SceneReport, front: &Front) -> Vec<Advice> {
     advice
 }
 
-/// Returns what a point gains and costs, as "half the time, the same error within 1%".
+/// Returns the gain and the cost of a point, as "half the time, the same error within 1%".
 pub fn gain(scene: &SceneReport, metric: Metric, truth: Against, point: usize) -> String {
     let change = Change::of(scene, metric, truth, point);
     let time = match change.time {

@@ -1,6 +1,7 @@
-//! Measures what `auto` chooses by: each light path with few lights and with many, and both ways to cull, as frames of built-in scenes that take turns.
+//! Measures the figures that `auto` chooses by: each light path with few lights and with many, and both ways to cull, as frames of built-in scenes
+//! that take turns.
 //!
-//! Of what it measures only ratios matter, so that other work on the machine does no harm as long as it hits all contenders alike.
+//! Only ratios of the figures matter, so that other work on the machine does no harm as long as it hits all contenders alike.
 
 use std::sync::Arc;
 
@@ -26,7 +27,7 @@ const FIRST_LIMITED: usize = 3;
 /// Objects of the scenes for culling, half of which lie behind two walls.
 const OBJECTS: [u32; 2] = [1024, 8192];
 
-/// One scene that is drawn with one choice, and what its frames took.
+/// One scene that is drawn with one choice, and the times of its frames.
 struct Contender {
     renderer: Renderer,
     camera: Camera,
@@ -107,7 +108,7 @@ pub fn measure(device: &Arc<Device>, asked: bool, step: &mut dyn FnMut(usize, us
     Ok(Calibration::new(asked, paths, culling_cost(&by_culling)))
 }
 
-/// Draws frames of all in turn, so that what slows the machine slows all of them.
+/// Draws frames of all in turn, so that a slow moment of the machine slows all of them.
 fn take_turns(anchor: &mut Contender, own: &mut [Option<Contender>], rounds: usize) -> Result<(), Error> {
     anchor.times.clear();
     for round in 0..WARM_UP + rounds {
@@ -164,7 +165,8 @@ fn culling_cost(contenders: &[Option<Contender>]) -> Option<CullingCost> {
     let [Some(few_cpu), Some(few_device), Some(many_cpu), Some(many_device)] = contenders else { return None };
     // Wall clocks have the recording in them.
     few_cpu.times.first()?.gpu_ms?;
-    // In nanoseconds. What the device takes longer for a frame counts as its own; what it hides, and the CPU does not look for, as saved.
+    // In nanoseconds. The device's longer frame counts as its cost of culling; objects that only the device finds hidden shorten the frame, and so
+    // reduce that cost.
     let on_cpu = |contender: &Contender| 1e6 * contender.median(|times| times.record_ms);
     let on_device = |cpu: &Contender, device: &Contender| {
         let more = device.median(whole) - cpu.median(whole);
@@ -239,7 +241,7 @@ mod tests {
             assert_eq!(frames.cost(times(known, scene), of_loop), Some(known));
             assert_eq!(frames.cost(of_loop, of_loop), Some(looped));
         }
-        // Noise makes nothing negative, and what was not measured is no figure.
+        // Noise gives no negative figures, and a missing measurement gives none at all.
         let noisy = frames.cost([5e6, 4.9e6, 4.8e6, 4.7e6, 4.6e6], [5e6; SCENES]).expect("measured");
         assert_eq!((noisy.triangle, noisy.unlimited, noisy.limited, noisy.lists), (0, 0, 0, 0));
         assert_eq!(frames.cost([f64::NAN, 1.0, 1.0, 1.0, 1.0], [1.0; SCENES]), None);

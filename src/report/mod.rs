@@ -1,7 +1,7 @@
-//! Drawings and pages for people: the drawing of a frame, made from the values that the frame itself is made from, and how far its pictures are from
-//! the truth for what they cost.
+//! Drawings and pages for people: the drawing of a frame, made from the values that the frame itself is made from, and the error of its pictures
+//! against their cost.
 
-// Hidden is what only the program needs: it changes with its pages and files.
+// Items that only the program needs are hidden: they change with its pages and files.
 #[cfg(feature = "report")]
 #[doc(hidden)]
 pub mod advice;

@@ -13,17 +13,17 @@ pub const FOV_Y_DEGREES: RangeInclusive<f64> = 0.001..=179.999;
 /// Heights of an orthographic picture, in metres, that a projection in f32 holds.
 pub const HEIGHT: RangeInclusive<f64> = 1e-12..=1e15;
 
-/// How a camera lays the scene out on its picture.
+/// A camera's projection of the scene onto its picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Projection {
-    /// All rays go through the camera's place: what is twice as far away is half as large.
+    /// All rays go through the camera's place: objects twice as far away are half as large.
     Perspective {
         /// Vertical field of view, within [`FOV_Y_DEGREES`].
         fov_y_degrees: f64,
     },
-    /// All rays are parallel: what is far away is as large as what is near.
+    /// All rays are parallel: objects are equally large at any distance.
     Orthographic {
-        /// Of what the picture shows, in metres, within [`HEIGHT`]: twice the `ymag` of glTF.
+        /// Metres from the picture's top to its bottom, within [`HEIGHT`]: twice the `ymag` of glTF.
         height: f64,
     },
 }
@@ -41,19 +41,19 @@ impl Projection {
 }
 
 /// A camera that looks along its local -Z, +Y up. A perspective one has no far plane, and neither has an orthographic one: its depth ends behind
-/// what there is.
+/// the scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Camera {
-    /// Where it stands.
+    /// Its place in the world.
     pub position: DVec3,
     /// From camera space to world space.
     pub rotation: DQuat,
-    /// How it lays the scene out on its picture.
+    /// Its projection of the scene onto the picture.
     pub projection: Projection,
     /// Distance of the near plane, above 0.
     pub near: f64,
-    /// How far the picture's middle lies beside what the camera looks at, to its right and up, as slopes: a lens through whose points frames look
-    /// has its picture so shifted. 0 for an orthographic camera.
+    /// The offset of the picture's middle from the camera's direction, to the right and up, as slopes: frames that look through points of a lens
+    /// have shifted pictures. 0 for an orthographic camera.
     pub shift: DVec2,
 }
 
@@ -93,7 +93,7 @@ impl Camera {
         Self { position, rotation: turned.rotation, ..self }
     }
 
-    /// Where it looks, of length 1.
+    /// Returns the direction in which it looks, of length 1.
     pub fn forward(&self) -> DVec3 {
         self.rotation * DVec3::NEG_Z
     }
@@ -108,7 +108,7 @@ impl Camera {
         self.rotation * DVec3::Y
     }
 
-    /// From what it looks at to the middle of its picture, where [`Camera::w`] is 1.
+    /// From the place that it looks at to the middle of its picture, where [`Camera::w`] is 1.
     pub fn aside(&self) -> DVec3 {
         self.right() * self.shift.x + self.up() * self.shift.y
     }
@@ -118,7 +118,7 @@ impl Camera {
         matches!(self.projection, Projection::Orthographic { .. })
     }
 
-    /// Half of what the picture shows from top to bottom, in metres, where [`Camera::w`] is 1.
+    /// Half the picture's height, in metres, where [`Camera::w`] is 1.
     pub fn half_height(&self) -> f64 {
         match self.projection {
             Projection::Perspective { fov_y_degrees } => (fov_y_degrees.to_radians() * 0.5).tan(),
@@ -148,8 +148,8 @@ impl Camera {
 impl FromStr for Camera {
     type Err = Error;
 
-    /// `x,y,z/tx,ty,tz`, `x,y,z/tx,ty,tz/fov` or `x,y,z/tx,ty,tz/<height>m`: where it stands, what it looks at, and the vertical field of view
-    /// in degrees (60 when left out), or the height in metres of what an orthographic camera shows. Up is +Y. `near` is the default: whoever
+    /// Reads `x,y,z/tx,ty,tz`, `x,y,z/tx,ty,tz/fov` or `x,y,z/tx,ty,tz/<height>m`: the camera's place, its target, and the vertical field of view
+    /// in degrees (60 when left out), or the height in metres of an orthographic camera's picture. Up is +Y. `near` is the default: a caller that
     /// knows the scene sets it.
     fn from_str(text: &str) -> Result<Self, Error> {
         let wrong = |what: String| {

@@ -20,7 +20,7 @@ const MOST_SHIFT: f64 = 1e9;
 const MOST_INDICES: usize = u32::MAX as usize;
 
 impl Scene {
-    /// Checks every index, array length and value of the scene. Whatever draws or traces a scene calls this first.
+    /// Checks every index, array length and value of the scene. Renderer and reference call this first.
     ///
     /// # Errors
     /// [`Error::Scene`] with the first fault, as "mesh 2 (`floor`): index 7 is 9, but there are only 4 positions".
@@ -60,7 +60,7 @@ fn too_many(what: &str, most: usize, counts: impl Iterator<Item = usize>) -> Opt
     (all > most).then(|| format!("its meshes have {all} {what} together, but at most {most} can be drawn"))
 }
 
-/// A fault of a number that `names` what exists.
+/// A fault of an index beyond the end of its list.
 pub(super) fn dangling(what: &str, number: usize, count: usize) -> Option<String> {
     (number >= count).then(|| format!("its {what} is number {number}, but the scene has {count}, counted from 0"))
 }
@@ -121,8 +121,8 @@ impl Mesh {
         if !stated.is_empty() && !stated.size().is_finite() {
             return Some(infinite("its bounds"));
         }
-        // One pass in f32 answers for all meshes but wrong ones, as fast as looking for what is not finite. A box that is too small by rounding
-        // does no harm.
+        // One pass in f32 answers for all meshes but wrong ones, as fast as a search for values that are not finite. A box that is too small by
+        // rounding does no harm.
         let slack = stated.size() * 1e-7 + self.origin.abs() * 1e-15;
         let [low, high] =
             [stated.min - slack, stated.max + slack].map(|corner| (corner - self.origin).as_vec3().to_array());

@@ -9,7 +9,7 @@ use super::{Aabb, Scene};
 pub const MOST_KEYS: usize = 4;
 /// Emitters of a scene: each particle looks for its own among them.
 pub const MOST_EMITTERS: usize = 64;
-/// Particles of a scene that are alive at once: 48 bytes each for what they look like, and 8 for their order.
+/// Particles of a scene that are alive at once: 48 bytes each for their looks, and 8 for their order.
 pub const MOST_PARTICLES: u64 = 1 << 21;
 /// Different textures of a scene's emitters: particles of all of them are drawn at once.
 pub const MOST_TEXTURES: usize = 4;
@@ -27,19 +27,19 @@ pub struct Emitter {
     pub extent: DVec3,
     /// Particles a second.
     pub rate: f64,
-    /// How long each lives.
+    /// Seconds that each lives.
     pub life: f64,
-    /// When the first one is born; none where there have always been some.
+    /// The moment, in seconds, at which the first one is born; none where there have always been some.
     pub start: Option<f64>,
-    /// When no more are born.
+    /// The moment, in seconds, from which on no more are born.
     pub end: Option<f64>,
-    /// That of a new particle.
+    /// The velocity of a new particle.
     pub velocity: DVec3,
     /// The most by which it differs along each axis.
     pub spread: DVec3,
     /// Acceleration of each particle.
     pub gravity: DVec3,
-    /// How fast air takes its velocity away: by this share a second.
+    /// The share of its velocity that air takes away a second.
     pub drag: f64,
     /// Edge of the square that it is drawn in, over its life.
     pub size: Vec<f32>,
@@ -154,8 +154,8 @@ impl Random {
     }
 }
 
-/// How far something gets in a time whose velocity falls by the share `drag` a second: what its first velocity is times, and what a steady
-/// acceleration is. Without drag they are t and t^2 / 2.
+/// Returns the factors by which a first velocity and a steady acceleration give the way in a time, where the velocity falls by the share `drag`
+/// a second. Without drag they are t and t^2 / 2.
 pub fn travel(drag: f64, time: f64) -> (f64, f64) {
     let a = drag * time;
     if a < 0.01 {
@@ -182,7 +182,7 @@ impl Emitter {
         let since = time - self.start.unwrap_or(0.0);
         let mut last = (since * self.rate).floor();
         if let Some(end) = self.end {
-            // Whoever would be born at the end is not.
+            // No particle is born at the end itself.
             last = last.min(((end - self.start.unwrap_or(0.0)) * self.rate).ceil() - 1.0);
         }
         let mut first = ((since - self.life) * self.rate).floor() + 1.0;

@@ -11,9 +11,9 @@ use super::{
     Aabb, Camera, ClipChoice, Environment, Light, LightKind, Playing, Projection, Scene, framing, metered_ev100,
 };
 
-/// From where an object is seen: three quarters.
+/// The direction from an object to its camera: three quarters.
 const TOWARD_CAMERA: DVec3 = DVec3::new(0.65, 0.45, 1.0);
-/// At so many times of its clips a moving model is looked at.
+/// Moments of its clips at which a moving model is looked at.
 const MOMENTS: u32 = 6;
 /// A hall is at least this many times as long as wide.
 const HALL_ELONGATION: f64 = 1.25;
@@ -22,9 +22,9 @@ const HORIZON_RAYS: usize = 16;
 const HORIZON_HITS: usize = 12;
 /// Heights of the eye to try, as shares of the hall's.
 const EYE_HEIGHTS: [f64; 2] = [0.16, 0.3];
-/// Where along the hall to stand, as shares of its length from either end.
+/// The camera's places along the hall, as shares of its length from either end.
 const STANDS: [f64; 3] = [0.1, 0.16, 0.22];
-/// How much darker the shade of a hall is than the open.
+/// The shade of a hall is darker than the open by so many stops.
 const SHADE_STOPS: f32 = 2.0;
 /// Lux of the sun and nits of the sky light that goes with it.
 const SUN_LUX: f32 = 100_000.0;
@@ -35,7 +35,7 @@ const LAMP_LUX: f32 = 1.140_856;
 const ABOVE_NITS: f32 = 0.36;
 const BELOW_NITS: f32 = 0.24;
 
-/// Where a fitted camera stands.
+/// The surroundings of a fitted camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stand {
     /// Before the model, in the open.
@@ -96,8 +96,8 @@ pub fn add_daylight(scene: &mut Scene) {
     };
 }
 
-/// Light for a model that states what it emits as a share of white, as glTF does: such shares would be lost in the sun. A lamp from the upper
-/// left of whoever looks at its front, which is +Z, and a neutral sky; together they meter as [`exposure_scale`](super::exposure_scale) 1, so
+/// Light for a model that states its emission as a share of white, as glTF does: such shares would be lost in the sun. A lamp from the upper
+/// left of a viewer of its front, which is +Z, and a neutral sky; together they meter as [`exposure_scale`](super::exposure_scale) 1, so
 /// that 1 nit is white.
 pub fn add_studio(scene: &mut Scene) {
     scene.lights.push(Light {
@@ -159,8 +159,8 @@ impl Surface {
         Self(triangles.collect(), center)
     }
 
-    /// How far one sees along `forward` from a place inside a hall; none when it is not inside one, or sees no farther than `least`. Each ray is
-    /// tried on all triangles, so the one that most places fail at comes first, and no more are cast than decide.
+    /// Returns the distance to the first surface along `forward` from a place inside a hall; none outside of one, or if it is not more than `least`.
+    /// Each ray is tried on all triangles, so the one that most places fail at comes first, and no more are cast than decide.
     fn view_from(&self, eye: DVec3, forward: DVec3, least: f64) -> Option<f64> {
         let eye = (eye - self.1).as_vec3();
         let (view, _) = self.nearest(eye, forward.as_vec3())?;
@@ -176,7 +176,7 @@ impl Surface {
         others.nth(HORIZON_RAYS - HORIZON_HITS).is_none().then_some(view)
     }
 
-    /// Distance of the nearest surface, and whether it shows its front.
+    /// Returns the distance of the nearest surface, and true if it shows its front.
     fn nearest(&self, origin: Vec3, direction: Vec3) -> Option<(f32, bool)> {
         let hits = self.0.par_iter().with_min_len(8192).filter_map(|triangle| intersect(origin, direction, triangle));
         hits.min_by(|a, b| a.0.total_cmp(&b.0))

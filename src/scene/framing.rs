@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::{Aabb, AlphaMode, Camera, Projection, Scene};
 
-/// Room around what is framed, as a share of the picture.
+/// The picture's size over that of the framed part.
 const MARGIN: f64 = 1.06;
 /// The share of what is drawn, by area, that may lie outside where the rest then is [`CLOSER`] times as near: a few far triangles do not make it
 /// a speck.
@@ -20,7 +20,7 @@ const MOST: usize = 300_000;
 struct Drawn(Vec<(DVec3, f64)>);
 
 impl Drawn {
-    /// From `toward_camera`, of length 1, infinitely far away. Backs of one-sided surfaces and what is wholly clear are not drawn.
+    /// From `toward_camera`, of length 1, infinitely far away. Backs of one-sided surfaces and wholly clear surfaces are not drawn.
     fn of(scene: &Scene, toward_camera: DVec3, moments: usize) -> Self {
         let step = scene.triangle_count().div_ceil(MOST / moments).max(1);
         let objects = scene.objects.par_iter().filter(|object| {
@@ -61,8 +61,8 @@ impl Drawn {
     }
 }
 
-/// A camera of 45 degrees that looks from `toward_camera`, of length 1, at what is drawn from there of all these moments of a scene, at the least
-/// distance at which it is in view. `bounds` are the scene's, for one of which nothing is drawn from there.
+/// A camera of 45 degrees that looks from `toward_camera`, of length 1, at the surfaces drawn from there at all these moments of a scene, from the
+/// least distance at which they are in view. `bounds` are the scene's, for one of which nothing is drawn from there.
 pub(super) fn frame(moments: &[Cow<Scene>], bounds: &Aabb, toward_camera: DVec3, aspect: f64) -> Camera {
     let drawn: Vec<_> = moments.iter().flat_map(|scene| Drawn::of(scene, toward_camera, moments.len()).0).collect();
     let drawn = Drawn(if drawn.is_empty() { bounds.corners().map(|corner| (corner, 1.0)).into() } else { drawn });
@@ -72,7 +72,7 @@ pub(super) fn frame(moments: &[Cow<Scene>], bounds: &Aabb, toward_camera: DVec3,
     Camera { near: (bounds.radius() * 1e-3).min(radius * 1e-2).max(f64::from(f32::MIN_POSITIVE)), ..camera }
 }
 
-/// Where a camera must stand.
+/// The least distance from which a camera holds what is drawn.
 struct Held {
     camera: Camera,
     center: DVec3,

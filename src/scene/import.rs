@@ -7,10 +7,10 @@ use glam::DAffine3;
 use super::motion::First;
 use super::{Light, Material, Mesh, Motion, NamedCamera, Object, Scene, Target, Texture, TextureSlot};
 
-/// How to load a model.
+/// Options for loading a model.
 #[derive(Default, Clone, Copy)]
 pub struct LoadOptions<'a> {
-    /// Told how far long work has come; called from several threads.
+    /// Called with the progress of long work, from several threads.
     pub progress: Option<&'a (dyn Fn(Progress) + Sync)>,
 }
 
@@ -46,7 +46,7 @@ pub struct Imported {
     pub textures: Vec<Texture>,
     /// The sources of light.
     pub lights: Vec<Light>,
-    /// Where it can be seen from.
+    /// The cameras of its file.
     pub cameras: Vec<NamedCamera>,
     /// Its nodes, skins, shapes and clips.
     pub motion: Motion,
@@ -63,7 +63,7 @@ impl Imported {
         self.place(scene, &[transform]);
     }
 
-    /// Leaves its lights out, and what moves them.
+    /// Drops its lights, and the channels that move them.
     pub(super) fn drop_lights(&mut self) {
         self.lights.clear();
         self.motion.light_nodes.clear();
@@ -72,7 +72,8 @@ impl Imported {
         }
     }
 
-    /// Gives a scene what all copies of the model share: meshes, materials, textures, warnings and files. What is left points to them there.
+    /// Moves the assets that all copies of the model share into a scene: meshes, materials, textures, warnings and files. Objects and clips of the
+    /// model then use the scene's indices.
     pub(super) fn give_assets(&mut self, scene: &mut Scene) {
         let first_texture = scene.textures.len();
         let (first_mesh, first_material) = (scene.meshes.len(), scene.materials.len());

@@ -14,7 +14,7 @@ const WIDEST: f32 = 1e6;
 /// The least f-number; lenses that are sold begin at 0.95.
 const LEAST_F_NUMBER: f32 = 0.01;
 
-/// How wide a lens is.
+/// The aperture of a lens.
 ///
 /// Scenes are in metres and need not have a camera that could be bought, so a diameter is the plain way to say it, as renderers have it (the radius
 /// of PBRT's and Mitsuba's thin lenses). Photographers say f/2.8. A camera here has a field of view and neither a focal length nor a sensor, so the
@@ -111,7 +111,7 @@ mod tests {
     use super::*;
     use crate::scene::Projection;
 
-    /// Where a place is in the picture: slopes to the right and up of its middle.
+    /// Returns a point's place in the picture: slopes to the right and up of its middle.
     fn seen(camera: &Camera, place: DVec3) -> [f64; 2] {
         let offset = place - camera.position;
         let along = offset.dot(camera.forward());

@@ -1,11 +1,11 @@
-//! Levels of detail of a mesh: the same surface with ever fewer triangles, for where nobody sees the difference.
+//! Levels of detail of a mesh: the same surface with ever fewer triangles, drawn at distances from which nobody sees the difference.
 //!
 //! A level has vertices of its mesh alone, so that it costs indices and nothing else. Edges are collapsed by `meshoptimizer-rs`, a port of
 //! meshoptimizer's simplifier to Rust (`meshopt` compiles the original, in C++), by the quadrics of Garland and Heckbert (1998), which count
 //! normals, texture coordinates and colours as well. Seams of those stay closed, and a mesh's open borders stay as they are: another mesh may
 //! begin there. Each level is made from the one before, which is nearer to the mesh in the end than from the mesh itself (a sphere of 3,968
-//! triangles: 0.11 of its radius for 124 instead of 0.4). What the simplifier says of its error is a mean over areas. What counts here is the
-//! largest distance, which is measured against the mesh.
+//! triangles: 0.11 of its radius for 124 instead of 0.4). The simplifier's own error is a mean over areas. A level's error here is the largest
+//! distance, which is measured against the mesh.
 
 use std::sync::{Arc, Mutex, PoisonError};
 

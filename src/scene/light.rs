@@ -10,7 +10,7 @@ use super::{OptionalPart, luminance};
 pub struct Light {
     /// For messages and reports.
     pub name: String,
-    /// Where the light comes from.
+    /// The shape and place of the light.
     pub kind: LightKind,
     /// Linear RGB, not negative.
     pub color: Vec3,
@@ -18,7 +18,7 @@ pub struct Light {
     pub intensity: f32,
     /// True if objects stand in its way.
     pub casts_shadow: bool,
-    /// How large the source is, for soft shadows: the angular diameter in degrees where rays are parallel, else the radius in metres. 0 for a
+    /// The size of the source, for soft shadows: the angular diameter in degrees where rays are parallel, else the radius in metres. 0 for a
     /// light without a size.
     pub size: f64,
 }
@@ -28,7 +28,7 @@ pub struct Light {
 pub enum LightKind {
     /// Parallel light from infinitely far away.
     Directional {
-        /// Where the light travels to, of any length but 0.
+        /// The direction in which the light travels, of any length but 0.
         direction: DVec3,
     },
     /// Light to all sides.
@@ -37,14 +37,14 @@ pub enum LightKind {
         position: DVec3,
         /// Metres beyond which the light is zero; `None` reaches everywhere.
         range: Option<f64>,
-        /// How distance weakens the light.
+        /// The fall-off with distance.
         falloff: Falloff,
     },
     /// Light within a cone, which fades out between its two angles.
     Spot {
         /// The apex of the cone, in world space, metres.
         position: DVec3,
-        /// Where the light travels to, of any length but 0.
+        /// The direction in which the light travels, of any length but 0.
         direction: DVec3,
         /// From the axis: up to here the light is full. 0 to `outer_angle_degrees`.
         inner_angle_degrees: f64,
@@ -52,14 +52,14 @@ pub enum LightKind {
         outer_angle_degrees: f64,
         /// Metres beyond which the light is zero; `None` reaches everywhere.
         range: Option<f64>,
-        /// How distance weakens the light.
+        /// The fall-off with distance.
         falloff: Falloff,
     },
     /// Parallel light from a disc; distance does not weaken it.
     Beam {
         /// The middle of the disc, in world space, metres.
         position: DVec3,
-        /// Where the light travels to, of any length but 0.
+        /// The direction in which the light travels, of any length but 0.
         direction: DVec3,
         /// Of the disc, in metres.
         radius: f64,
@@ -70,18 +70,18 @@ pub enum LightKind {
     },
 }
 
-/// All that the program needs to know of a light, whatever its kind.
+/// The properties of a light that the program needs, for any kind alike.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LightForm {
     /// The kind's number in fingerprints of truths.
     pub number: u64,
     /// As scene files and reports call the kind.
     pub name: &'static str,
-    /// That of its intensity.
+    /// The unit of its intensity.
     pub unit: &'static str,
-    /// Where it stands; `None` for a light that is infinitely far away.
+    /// Its place; `None` for a light that is infinitely far away.
     pub place: Option<DVec3>,
-    /// Where its light travels to, of any length but 0; `None` for one that shines all around.
+    /// The direction in which its light travels, of any length but 0; `None` for one that shines all around.
     pub direction: Option<DVec3>,
     /// The space that its rays fill.
     pub outline: Outline,
@@ -112,12 +112,12 @@ pub enum Outline {
     },
 }
 
-/// How shadow maps look at the scene for a light.
+/// A light's view of the scene in its shadow maps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Sight {
     /// Along parallel rays from infinitely far away, wherever the camera looks.
     Far,
-    /// From the light's place along its direction; half of how wide that is a metre away, or everywhere if rays are parallel.
+    /// From the light's place along its direction; half the view's width in metres, at a distance of a metre, or everywhere if rays are parallel.
     Ahead(f64),
     /// To all sides.
     Around,
@@ -160,7 +160,7 @@ const NO_FALLOFF: u32 = 3;
 /// perspective map would spend most of its texels on its rim, and a cone's mesh would be mostly base.
 const WIDEST_CONE: f64 = 60.0;
 
-/// By how much a cone's volume is wider than the cone, for the rounding of f32, as a share of its length.
+/// The excess width of a cone's volume over the cone, for the rounding of f32, as a share of its length.
 const SLACK: f64 = 1e-3;
 
 /// Least difference of a cone's cosines, part of the model (KHR_lights_punctual's own).
@@ -279,7 +279,7 @@ impl LightForm {
         outline | if self.range.is_some() { RANGES } else { 0 }
     }
 
-    /// Scale and offset of what `shaders/shared/lights.wgsl` cuts the outline with: of a cone `saturate(scale cos(angle) + offset)^2`
+    /// Scale and offset by which `shaders/shared/lights.wgsl` cuts the outline: of a cone `saturate(scale cos(angle) + offset)^2`
     /// (KHR_lights_punctual, "Inner and Outer Cone Angles"), of a cylinder the same of the metres beside the axis.
     pub fn edge(&self) -> [f64; 2] {
         match self.outline {
@@ -296,8 +296,8 @@ impl LightForm {
         }
     }
 
-    /// A sphere around what the light lights within `reach` metres: its centre and radius. A narrow cone's is smaller than the light's own: that
-    /// through its apex and the rim of its base, or that around the rim alone where the cone is wider than 45 degrees.
+    /// A sphere around the space that the light lights within `reach` metres: its centre and radius. A narrow cone's is smaller than the light's own:
+    /// that through its apex and the rim of its base, or that around the rim alone where the cone is wider than 45 degrees.
     pub fn sphere(&self, reach: f64) -> (DVec3, f64) {
         let Some(place) = self.place else { return (DVec3::ZERO, f64::INFINITY) };
         match (self.outline, self.unit_direction()) {
@@ -325,8 +325,8 @@ impl LightForm {
         }
     }
 
-    /// A volume around what the light lights within `reach` metres, which is finite: the image of a solid by these columns, and how far from the
-    /// light's place that has its zero.
+    /// A volume around the space that the light lights within `reach` metres, which is finite: the image of a solid by these columns, and the offset
+    /// of the image's zero from the light's place.
     pub fn volume(&self, reach: f64) -> (Solid, DMat3, DVec3) {
         match (self.outline, self.unit_direction()) {
             (Outline::Cone { outer, .. }, Some(direction)) if outer <= WIDEST_CONE => {
@@ -355,13 +355,13 @@ impl LightForm {
         self.place.is_some() && self.is_parallel()
     }
 
-    /// The number of what weakens it with the distance in `shaders/shared/lights.wgsl`.
+    /// The number of its fall-off in `shaders/shared/lights.wgsl`.
     pub(crate) fn formula(&self) -> u32 {
         let without = if self.place.is_some() { NO_FALLOFF } else { 0 };
         self.falloff.map_or(without, |falloff| falloff.index())
     }
 
-    /// How its shadow maps look at the scene.
+    /// Returns its view of the scene in its shadow maps.
     pub fn sight(&self) -> Sight {
         match self.outline {
             _ if self.place.is_none() => Sight::Far,
@@ -382,7 +382,7 @@ impl Light {
         Self { name: String::new(), kind, color: Vec3::ONE, intensity: 1.0, casts_shadow: false, size: 0.0 }
     }
 
-    /// With a direction of length 1, where it has one: what formulas take.
+    /// Returns the light with a direction of length 1, where it has one, as formulas take it.
     pub(crate) fn aimed(&self) -> Self {
         let mut light = self.clone();
         if let Some(direction) = light.kind.direction_mut() {
@@ -414,7 +414,7 @@ impl Light {
 
     /// Lux that it brings to a receptor at `point` that faces it, in a scene of `radius` metres, for metering.
     ///
-    /// A light with a range counts as what it brings at half its range, times the share of the scene that it reaches: a scene of many
+    /// A light with a range counts by its lux at half its range, times the share of the scene that it reaches: a scene of many
     /// short-ranged lamps is lit although none of them reaches the centre. Cones of spots count as open; a beam counts by its share of the
     /// scene's cross-section.
     pub(super) fn illuminance(&self, point: DVec3, radius: f64) -> f64 {
@@ -432,7 +432,7 @@ impl Light {
     }
 }
 
-/// How light weakens with the distance d, in metres; r is the range.
+/// The fall-off of light with the distance d, in metres; r is the range.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Falloff {
     /// 1 / max(d^2, 1 cm^2), windowed by `sat(1 - (d/r)^4)^2` when there is a range (Karis 2013, "Real Shading in Unreal
@@ -555,7 +555,7 @@ mod tests {
         assert_eq!(unit(along), Some(along));
         for length in [5e-324, 1e-310, 1e-300, 1e-160, 1e-3, 7.0, 1e160, 1e300] {
             let found = unit(along * length).expect("it has a length");
-            // What has no digits left is still turned to where its largest part goes.
+            // A direction too short for its digits still points roughly along its largest component.
             assert!(found.distance(along) < if length < 1e-300 { 1.0 } else { 1e-15 }, "{length}: {found}");
             assert!((found.length() - 1.0).abs() < 1e-15);
         }

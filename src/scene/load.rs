@@ -1,4 +1,4 @@
-//! Opens whatever a user names as a scene.
+//! Opens the scene that a user names: built-in, scene file or bare model.
 
 use std::path::Path;
 
@@ -7,10 +7,10 @@ use glam::{DAffine3, DMat3, DVec3};
 use super::gltf::{self, GltfOptions};
 use super::{Aabb, Error, Imported, LoadOptions, Progress, Scene, builtin, file, fit, obj};
 
-/// How to open a scene.
+/// Options for opening a scene.
 #[derive(Clone, Copy)]
 pub struct OpenOptions<'a> {
-    /// Told how far long work has come; called from several threads.
+    /// Called with the progress of long work, from several threads.
     pub progress: Option<&'a (dyn Fn(Progress) + Sync)>,
     /// Width over height of the picture that a fitted camera must hold the model in; above 0.
     pub aspect: f64,
@@ -32,7 +32,7 @@ pub enum Up {
     /// As in this program's world.
     #[default]
     Y,
-    /// As of many modelling and CAD programs: their Y leads away from who looks along it, to where -Z is here.
+    /// As of many modelling and CAD programs: their Y leads away from the viewer, as -Z does here.
     Z,
 }
 
@@ -89,8 +89,8 @@ impl Format {
     }
 }
 
-/// Opens `builtin:NAME?key=value&…`, a scene file (`.toml`) or a bare model (`.gltf`, `.glb`, `.obj`). What such a file does not say of cameras
-/// and lights fits it.
+/// Opens `builtin:NAME?key=value&…`, a scene file (`.toml`) or a bare model (`.gltf`, `.glb`, `.obj`). Cameras and lights that such a file leaves out
+/// are fitted to it.
 ///
 /// # Errors
 /// [`Error`], one line that names what is wrong with what; see its variants. [`Error::Setting`] for a scale or an upward axis of anything but
@@ -126,7 +126,7 @@ fn open_file(path: &Path, options: &OpenOptions) -> Result<Scene, Error> {
     }
 }
 
-/// A bare model: what its file does not say of how it is seen and lit fits it.
+/// Opens a bare model; cameras and lights that its file leaves out are fitted to it.
 fn open_model(path: &Path, format: Format, options: &OpenOptions) -> Result<Scene, Error> {
     let mut scene = Scene { name: path.display().to_string(), ..Scene::default() };
     let chosen = Chosen { scene: options.scene, variant: options.variant };
@@ -186,7 +186,7 @@ fn extension(path: &Path) -> String {
     path.extension().map(|extension| extension.to_string_lossy().to_lowercase()).unwrap_or_default()
 }
 
-/// `reads` is what could be read in its place.
+/// `reads` lists the formats that could be read in its place.
 fn unreadable(path: &Path, reads: &str) -> Error {
     // A missing file is the likelier slip than a wrong format.
     if let Err(error) = std::fs::metadata(path) {

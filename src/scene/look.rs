@@ -14,14 +14,14 @@ pub const HIGHLIGHT: Vec3 = Vec3::new(1.0, 0.4, 0.0);
 /// Its share of the mix. Half of it would make cyan grey, as it is the complement.
 pub const HIGHLIGHT_SHARE: f32 = 0.75;
 
-/// How an object differs from others of its mesh and material.
+/// The looks by which an object differs from others of its mesh and material.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Look {
     /// The cell of its material's atlas that it shows: row by row, 0 in the upper left.
     pub cell: u32,
     /// Linear RGB from 0 to 1, which multiplies the base colour.
     pub tint: Vec3,
-    /// Three quarters of its base colour are [`HIGHLIGHT`], and a quarter is what all else makes of it.
+    /// True if it is selected: three quarters of its base colour are [`HIGHLIGHT`], and a quarter is its own colour.
     pub selected: bool,
 }
 

@@ -31,16 +31,16 @@ pub enum AlphaMode {
     },
     /// Light that the surface reflects and emits, times alpha, over the light from behind it: a thin cover, as gauze or smoke.
     Blend,
-    /// Alpha is that of the body only: its diffuse light is times alpha, its highlights and what it emits are whole, and what lies
-    /// behind is times 1 - alpha. So that a clear pane still shines.
+    /// Alpha is that of the body only, so that a clear pane still shines: diffuse light is times alpha, highlights and emitted light are whole,
+    /// and the light from behind is times 1 - alpha.
     Glass,
-    /// A clear lacquer on the surface that it lies in (KHR_materials_clearcoat): what lies under it is times 1 - alpha F, and its highlights
-    /// are times alpha F, where F = 0.04 + 0.96 (1 - N.E)^5. It has no body and no colour, emits nothing, and casts no shadow. What it lies in
-    /// is an object with the same mesh and transform.
+    /// A clear lacquer on a surface that is coplanar with it, an object with the same mesh and transform (KHR_materials_clearcoat): the light of that
+    /// surface is times 1 - alpha F, and the lacquer's highlights are times alpha F, where F = 0.04 + 0.96 (1 - N.E)^5. It has no body and no colour,
+    /// emits nothing, and casts no shadow.
     Coat,
 }
 
-/// The texture slots of a material, in the order of their descriptor bindings. [`TextureSlot::form`] is what there is to know of each.
+/// The texture slots of a material, in the order of their descriptor bindings. [`TextureSlot::form`] has the properties of each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum TextureSlot {
     /// sRGB colour; linear alpha.
@@ -93,7 +93,7 @@ pub struct SlotForm {
     pub channels: [bool; 4],
     /// True if the Phong models alone look at it, false if the others alone do; `None` if all do.
     pub phong: Option<bool>,
-    /// Puts into the factors what a texture says all over, in linear values.
+    /// Puts the value of a constant texture, in linear values, into the factors.
     pub(crate) fold: fn(&mut Material, [f64; 4]),
     get: fn(&Material) -> Option<usize>,
     get_mut: fn(&mut Material) -> &mut Option<usize>,
@@ -203,7 +203,7 @@ fn times(factor: Vec3, color: [f64; 4]) -> Vec3 {
     Vec3::new(scaled(factor.x, color[0]), scaled(factor.y, color[1]), scaled(factor.z, color[2]))
 }
 
-/// How a slot's texture lies on a mesh (KHR_texture_transform): its coordinates are those of a set, scaled, then turned, then moved.
+/// The mapping of a slot's texture onto a mesh (KHR_texture_transform): the coordinates of a set, scaled, then turned, then moved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UvMap {
     /// The coordinates of the mesh that it uses: 0 for `Mesh::uvs`, 1 for `Mesh::uvs_1`.
@@ -237,7 +237,7 @@ impl Default for UvMap {
 /// Reflectance of a dielectric of index of refraction 1.5 at normal incidence.
 pub const DIELECTRIC: f32 = 0.04;
 
-/// A material; factors multiply what the textures say. Colours are linear RGB.
+/// A material; factors multiply the values of textures. Colours are linear RGB.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
     /// For messages and reports.
@@ -272,12 +272,12 @@ pub struct Material {
     pub normal_scale: f32,
     /// True if back faces are drawn, with their normals turned.
     pub two_sided: bool,
-    /// Sends its base colour, in nits, whatever lights it, and reflects nothing (KHR_materials_unlit).
+    /// True if it emits its base colour, in nits, in any light, and reflects nothing (KHR_materials_unlit).
     pub unlit: bool,
-    /// Rows and columns of cells that each of its textures is made of, 1 to 256 each: texture coordinates from 0 to 1, and what lies outside, lie
+    /// Rows and columns of cells that each of its textures is made of, 1 to 256 each: all texture coordinates, from 0 to 1 and beyond, lie
     /// in the one cell that an object shows ([`Look::cell`](super::Look::cell)). Cells do not bleed into each other, however they are filtered.
     pub atlas: [u32; 2],
-    /// By slot, how its texture lies on the mesh.
+    /// By slot: the mapping of its texture onto the mesh.
     pub uv_maps: [UvMap; TextureSlot::ALL.len()],
     /// Multiplies `base_color` and `alpha`; index in `Scene::textures`.
     pub base_color_texture: Option<usize>,
@@ -352,7 +352,7 @@ impl Material {
         }
     }
 
-    /// The texture in the specular slot where it says what a dielectric reflects (KHR_materials_specular): that of a Cook-Torrance material
+    /// The texture in the specular slot where it gives the reflectance of a dielectric (KHR_materials_specular): that of a Cook-Torrance material
     /// without Ks, which the Phong models alone have.
     pub fn reflectance_texture(&self) -> Option<usize> {
         let is_dielectric = self.brdf == Brdf::CookTorrance && self.specular == Vec3::ZERO;

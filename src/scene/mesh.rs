@@ -22,7 +22,7 @@ pub struct TriangleId {
 pub struct Mesh {
     /// For messages and reports.
     pub name: String,
-    /// Where the vertices' zero lies in mesh space. Subtracted in f64 before positions became f32.
+    /// The place in mesh space that positions are relative to. It was subtracted in f64 before they became f32.
     pub origin: DVec3,
     /// Relative to `origin`, metres.
     pub positions: Vec<[f32; 3]>,
@@ -36,7 +36,7 @@ pub struct Mesh {
     pub uvs_1: Vec<[f32; 2]>,
     /// Empty, or as many as positions: linear RGB and alpha, which multiply the material's base colour and alpha.
     pub colors: Vec<[f32; 4]>,
-    /// How joints of a skin move the vertices, where the mesh was made for one.
+    /// The joints of a skin that move each vertex, where the mesh was made for one.
     pub influences: Option<Influences>,
     /// Shapes that it blends to.
     pub morphs: Vec<Morph>,
@@ -148,7 +148,7 @@ impl Mesh {
         self.indices.chunks_exact(3).filter(against).count()
     }
 
-    /// The box around `origin + positions`; what `bounds` must hold.
+    /// Returns the box around `origin + positions`, which `bounds` must hold.
     pub fn compute_bounds(&self) -> Aabb {
         Aabb::of_points(self.positions.iter().map(|&p| self.origin + Vec3::from(p).as_dvec3()))
     }
@@ -179,7 +179,7 @@ fn any_tangent(normal: [f32; 3]) -> [f32; 4] {
     Vec3::from(normal).any_orthonormal_vector().extend(1.0).to_array()
 }
 
-/// A mesh as MikkTSpace reads it, and what it writes for each corner.
+/// A mesh as MikkTSpace reads it, and the tangent that it writes for each corner.
 struct Corners<'a> {
     mesh: &'a Mesh,
     tangents: Vec<Option<[f32; 4]>>,
@@ -240,10 +240,10 @@ pub struct Object {
     pub node: Option<usize>,
     /// Index in [`Motion::skins`](super::Motion::skins) of what deforms its mesh.
     pub skin: Option<usize>,
-    /// It will be moved by the program, so that plans keep what it may need elsewhere. What clips move need not say so.
+    /// True if the program will move it, so that plans keep the lights and parts that it may need elsewhere. Motion by clips counts without this.
     pub movable: bool,
-    /// Its look, if it may differ from others of its mesh and material. One that is there, and be it plain, keeps what any look needs in the plan, so
-    /// that [`Renderer::set_look`](crate::frame::Renderer::set_look) costs no other: `None` where it never has one.
+    /// Its look, if it may differ from others of its mesh and material; `None` where it never has one. Any look, even a plain one, keeps the parts
+    /// that looks need in the plan, so that [`Renderer::set_look`](crate::frame::Renderer::set_look) needs no other plan.
     pub look: Option<Look>,
 }
 

@@ -25,7 +25,7 @@ impl Texture {
     }
 }
 
-/// Along one axis, what the texels of a level cover of the level above it: so many from twice their number on, each by its share.
+/// Along one axis, the texels of the level above that a texel covers: so many from twice its number on, each by its share.
 struct Cover {
     count: usize,
     shares: Vec<[f32; 3]>,
@@ -142,7 +142,7 @@ static SRGB: LazyLock<[f32; 256]> = LazyLock::new(|| {
     })
 });
 
-/// Steps from 0 to 1 of what is encoded: a twentieth of the darkest code.
+/// Steps of values from 0 to 1 before they are encoded: each is a twentieth of the darkest code.
 const STEPS: f32 = 65535.0;
 
 /// The sRGB codes of linear values.

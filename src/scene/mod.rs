@@ -1,7 +1,7 @@
 //! Scenes: meshes, materials, textures, lights and a camera, as pure data. No Vulkan.
 //!
 //! World space is right-handed with +Y up; a camera looks along its -Z. Lengths are metres, light is linear Rec. 709 RGB.
-//! Positions and transforms of the world are f64: a mesh keeps its `origin` apart and only what is left becomes f32, and a
+//! Positions and transforms of the world are f64: a mesh keeps its `origin` apart and only the offsets from it are f32, and a
 //! frame moves the world to the camera before it drops to f32.
 
 mod bounds;
@@ -101,9 +101,9 @@ pub struct Scene {
     pub environment: Environment,
     /// The sky: it is seen where no surface is, in place of the environment's background, and lights surfaces beside the ambient light.
     pub sky: Option<Sky>,
-    /// Where the scene is seen from.
+    /// The camera that sees the scene.
     pub camera: Camera,
-    /// The cameras that its files have, for who wants to look through another.
+    /// The cameras that its files have, for views through another.
     pub cameras: Vec<NamedCamera>,
     /// The one of `cameras` that `camera` is, so that it moves as that one does; `None` where it stands still.
     pub looks_through: Option<usize>,
@@ -128,7 +128,7 @@ pub struct Scene {
 pub struct NamedCamera {
     /// As `--camera` takes it.
     pub name: String,
-    /// Where it is when no clip plays.
+    /// Its state when no clip plays.
     pub camera: Camera,
     /// The node of [`Motion::nodes`] that it hangs on.
     pub node: Option<usize>,
@@ -137,7 +137,7 @@ pub struct NamedCamera {
 /// The parts of a scene that were fitted to its objects, as nobody said them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Fitted {
-    /// Where it is seen from.
+    /// The camera.
     pub camera: bool,
     /// [`SettingsPatch::exposure`], opened for the shade of a hall.
     pub exposure: bool,
@@ -145,11 +145,11 @@ pub struct Fitted {
     pub light: bool,
 }
 
-/// Light from everywhere, and what is seen where nothing is.
+/// Light from everywhere, and the background.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Environment {
     /// Ambient radiance that reaches a surface from every direction, in nits, or with `ground` from every direction above the
-    /// horizon. A lambert surface in even ambient light reflects albedo times this, a metal what its lobe reflects of it.
+    /// horizon. A lambert surface in even ambient light reflects albedo times this, a metal its lobe's share of this.
     pub ambient: Vec3,
     /// Radiance from every direction below the horizon (-Y), in nits; the same as from above where there is none.
     pub ground: Option<Vec3>,
@@ -172,7 +172,7 @@ impl Environment {
     /// is pi (mean + half n.y): the shares of the half-spheres that it faces are (1 + n.y) / 2 and (1 - n.y) / 2, exactly (B. Y. H. Liu and
     /// R. C. Jordan, "The Long-Term Average Performance of Flat-Plate Solar-Energy Collectors", 1963).
     pub fn hemispheres(&self) -> (Vec3, Vec3) {
-        // Halved first: the sum of the largest radiances would overflow. Even light stays what it is, to the last bit.
+        // Halved first: the sum of the largest radiances would overflow. Even light stays the same, to the last bit.
         let (sky, ground) = (self.ambient * 0.5, self.ground() * 0.5);
         (sky + ground, sky - ground)
     }

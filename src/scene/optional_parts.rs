@@ -32,13 +32,13 @@ macro_rules! optional_parts {
 optional_parts! {
     /// The HDR target, and the TONEMAP subpass that reads it.
     HdrTarget = "hdr-target",
-    /// A render pass of GEOMETRY's own, which stores the G-buffer for the next one to load: what a frame costs without subpasses.
+    /// A render pass of GEOMETRY's own, which stores the G-buffer for the next one to load: it shows the cost of a frame without subpasses.
     StoredGbuffer = "stored-gbuffer",
     /// The subpass for transparent surfaces.
     Transparent = "transparent",
-    /// The location of GEOMETRY that what surfaces emit is written to.
+    /// GEOMETRY's output location for emitted light.
     Emissive = "emissive",
-    /// The G-buffer's target for roughness and what else is in it.
+    /// The G-buffer's target for roughness and other material values.
     MaterialTarget = "material-target",
     /// The channel of the material target for metals.
     MetallicChannel = "metallic-channel",
@@ -86,7 +86,7 @@ optional_parts! {
     ConstantTextures = "constant-textures",
     /// The discarding of fragments by alpha where nothing is masked.
     AlphaMasks = "alpha-masks",
-    /// Masks that cut nothing, and what masks leave nothing of.
+    /// Masks that cut nothing, and surfaces that masks cut away whole.
     OpaqueMasks = "opaque-masks",
     /// Code for the ambient light of the environment.
     AmbientLight = "ambient-light",
@@ -134,7 +134,7 @@ impl fmt::Display for OptionalPart {
 pub struct Keep(u64);
 
 impl Keep {
-    /// Only what is needed.
+    /// Only the parts that a scene needs.
     pub const NONE: Self = Self(0);
     /// Every part, to compare with.
     pub const ALL: Self = Self((1 << OptionalPart::NAMES.len()) - 1);

@@ -9,7 +9,7 @@ use super::{Camera, Error, Projection};
 /// The most that times of a path can be, in seconds.
 pub const MAX_SECONDS: f64 = 1e9;
 
-/// Where a camera is at one time.
+/// A camera at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CameraKey {
     /// In seconds, from 0 to [`MAX_SECONDS`].
@@ -86,7 +86,7 @@ impl CameraPath {
         (after.camera.position - before.camera.position) / (after.time - before.time)
     }
 
-    /// The path as the TOML that `scene::file::load_path` reads. What is read again is the same path.
+    /// Returns the path as the TOML that `scene::file::load_path` reads; reading it gives the same path.
     pub fn to_toml(&self) -> String {
         let mut text = String::from("# A camera path: `afterlight render SCENE --path FILE` draws it.\n");
         for CameraKey { time, camera } in &self.keys {

@@ -1,6 +1,6 @@
 //! "Did you mean": the nearest known name to a mistyped one.
 
-/// The candidate that is most like `name`, if any is like it enough to be what was meant (Jaro-Winkler 0.8 and up) and has the same numbers in
+/// The candidate that is most like `name`, if it is so alike that it may have been meant (Jaro-Winkler 0.8 and up) and has the same numbers in
 /// it: 8 bits are not 32, however alike their names.
 pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let name = name.to_lowercase().replace('_', "-");

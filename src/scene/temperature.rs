@@ -1,4 +1,4 @@
-//! The colour of what glows by heat: Planck's law seen by the standard observer, as linear Rec. 709 RGB.
+//! The colour of a black body: Planck's law seen by the standard observer, as linear Rec. 709 RGB.
 
 use std::ops::RangeInclusive;
 

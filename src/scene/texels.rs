@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::Texture;
 
-/// How blocks of 4x4 texels are compressed (Khronos Data Format Specification 1.3, "BPTC Compressed Texture Image Formats" and "ETC2
+/// The compression of blocks of 4x4 texels (Khronos Data Format Specification 1.3, "BPTC Compressed Texture Image Formats" and "ETC2
 /// Compressed Texture Image Formats"). Both are exact: every decoder finds the same texels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum BlockFormat {
@@ -75,7 +75,7 @@ pub enum Texels {
     Rgba8Levels(Vec<Vec<u8>>),
     /// Blocks of 4x4 texels, row by row.
     Blocks {
-        /// How they are compressed.
+        /// Their compression.
         format: BlockFormat,
         /// The levels of the file, the largest first; at least that one.
         levels: Vec<Vec<u8>>,
@@ -132,7 +132,7 @@ impl Texture {
         }
     }
 
-    /// How many levels the texture has itself.
+    /// Returns the number of levels that the texture itself has.
     pub(crate) fn own_levels(&self) -> u32 {
         match &self.texels {
             Texels::Rgba8(_) => 1,

@@ -12,7 +12,7 @@ use image::{DynamicImage, ImageError, ImageFormat, ImageReader, Limits, RgbaImag
 use super::{Error, Texels};
 use crate::regular_file::read_regular;
 
-/// Longest edge of a texture, in texels: what desktop devices take.
+/// Longest edge of a texture, in texels: the limit of desktop devices.
 pub const MAX_TEXTURE_EDGE: u32 = 16384;
 
 /// The most that decoding one image may allocate: the largest texture of 8-bit RGBA.
@@ -39,26 +39,26 @@ pub enum Wrap {
     Clamp,
 }
 
-/// How a value comes from the texels, or the levels, around a place.
+/// The filter over the texels, or the levels, around a place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
 pub enum Filter {
-    /// That of the nearest.
+    /// The value of the nearest one.
     Nearest,
     /// Their mean by distance.
     #[default]
     Linear,
 }
 
-/// How a texture is sampled.
+/// The sampling of a texture: how it goes on beyond its edges, and its filters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Sampler {
     /// Along U and V.
     pub wrap: [Wrap; 2],
-    /// Where a texel is larger than a pixel.
+    /// The filter for texels larger than a pixel.
     pub magnify: Filter,
-    /// Where a texel is smaller than a pixel.
+    /// The filter for texels smaller than a pixel.
     pub minify: Filter,
-    /// Between levels; `None`: only the largest level is looked at.
+    /// The filter between levels; `None` samples the largest level only.
     pub levels: Option<Filter>,
 }
 
@@ -86,9 +86,9 @@ pub struct Texture {
     pub name: String,
     /// Width and height in texels, both at least 1.
     pub size: [u32; 2],
-    /// How RGB is encoded.
+    /// The encoding of RGB.
     pub color_space: ColorSpace,
-    /// How it is sampled.
+    /// Its sampler.
     pub sampler: Sampler,
     /// Its contents.
     pub texels: Texels,

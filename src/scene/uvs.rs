@@ -1,4 +1,4 @@
-//! Texture coordinates far from zero. Textures repeat, so that whole repeats can be taken off in f64, before what is left becomes f32.
+//! Texture coordinates far from zero. Textures repeat, so that whole repeats can be taken off in f64, before the rest becomes f32.
 
 use glam::DVec2;
 

@@ -42,7 +42,7 @@ pub struct Bound {
 /// The share of pixels on which raster and truth may see different triangles where a case does not say: edges of meshes in small pictures.
 pub const MOST_ELSEWHERE: f64 = 0.1;
 
-/// How a value is tried.
+/// The way that a value is tried.
 #[derive(Debug, Clone, Copy)]
 pub enum Check {
     /// A scene is drawn, and held against the reference.
@@ -51,13 +51,13 @@ pub enum Check {
     Placed(fn(f64) -> Subject, f64),
     /// Places of surfaces, as the G-buffer has them, against the truth: errors are distances over the distance from the camera.
     Position(fn(f64) -> Subject),
-    /// The light of the whole picture in the mean, against that of a truth of many samples: what one sample a pixel may get wrong, but
-    /// all of them not in the same direction.
+    /// The mean light of the whole picture, against that of a truth of many samples: single samples may err, but not all in the same
+    /// direction.
     Whole(fn(f64) -> Subject),
     /// So many frames of one renderer while its exposure changes, against the first.
     Exposures(fn(f64) -> Subject),
     /// A scene is drawn that need only be sane. The error is the share of pixels that are black though the truth is bright: a shader's last
-    /// `max` makes black of what is no number.
+    /// `max` makes black of a NaN.
     Sane(fn(f64) -> Subject),
     /// A formula of the shaders is evaluated on many inputs.
     Formula(fn(f64) -> Trial),
@@ -75,7 +75,7 @@ impl Check {
         }
     }
 
-    /// Returns what errors are counted over.
+    /// Returns the word for the things that errors are counted over.
     pub fn compared(&self) -> &'static str {
         if let Self::Formula(_) = self { "inputs" } else { "pixels" }
     }
@@ -94,7 +94,7 @@ impl Values {
 /// A case that nothing tries yet.
 pub struct Untried(Case);
 
-/// A case of this name, with what is extreme in words. All that follows in a chain must be said.
+/// A case of this name, with its extreme in words. Values, claim and check must follow in a chain.
 pub const fn case(name: &'static str, extreme: &'static str) -> Untried {
     let (values, bound) = (Values::List(&[]), Bound { worst: 0.0, mean: 0.0 });
     Untried(Case { name, extreme, unit: "", values, claim: [0.0; 2], bound, check: Check::Whole(|_| unreachable!()) })

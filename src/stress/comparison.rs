@@ -24,7 +24,7 @@ impl<'a> Comparison<'a> {
     /// Draws the subject, or a view of it in place of its own, and gets the truth of a scene ready.
     ///
     /// # Errors
-    /// A device that is lost, a truth in which [`Scene::check`] finds a fault, and what a plan refuses.
+    /// A lost device, a truth in which [`Scene::check`] finds a fault, and a subject that a plan refuses.
     pub fn of(
         device: &'a Arc<Device>,
         subject: &'a Subject,

@@ -19,7 +19,7 @@ const LOOKED_AT: usize = 16;
 /// last from the first, scaled and cut off where the target ends; their evidence is the last and the first.
 ///
 /// # Errors
-/// A device that is lost; what a plan refuses.
+/// A lost device, and a subject that a plan refuses.
 pub fn compare(device: &Arc<Device>, subject: &Subject, frames: usize) -> Result<(Errors, Evidence), Error> {
     let settings = subject.decided();
     let (scene, camera) = (&subject.scene, &subject.scene.camera);

@@ -1,9 +1,9 @@
 //! Differences that are allowed because devices place vertices on a grid.
 //!
-//! A rasterizer snaps vertices to steps of 1 / 2^`subPixelPrecisionBits` of a pixel (Vulkan, "Limits"), at least 1/16 and mostly 1/256, and what it
-//! interpolates moves along: what a pixel shows lies up to half a step beside its middle, to either side and up or down. How much light changes over
-//! so small a part of a pixel is no error of how it is computed. The direction to the eye is the pixel's own and stays. CPU devices have no part
-//! in it: lavapipe interpolates from where vertices are.
+//! A rasterizer snaps vertices to steps of 1 / 2^`subPixelPrecisionBits` of a pixel (Vulkan, "Limits"), at least 1/16 and mostly 1/256, and
+//! interpolated values move along: a pixel shows a place up to half a step beside its middle, to either side and up or down. The change of light over
+//! so small a part of a pixel is no error of the light's computation. The direction to the eye is the pixel's own and stays. CPU devices do not snap:
+//! lavapipe interpolates from the vertices' own places.
 
 use glam::DVec2;
 use rayon::prelude::*;
@@ -47,7 +47,7 @@ impl Span {
         Self { least: self.least.map(&change), most: self.most.map(&change) }
     }
 
-    /// By how much a light lies outside, in the channel that does most.
+    /// Returns the distance by which a light lies outside, in the channel that does most.
     pub fn distance(&self, light: [f64; 3]) -> f64 {
         (0..3).fold(0.0, |most: f64, channel| {
             most.max(self.least[channel] - light[channel]).max(light[channel] - self.most[channel])
@@ -77,7 +77,7 @@ pub fn spans(half_step: f64, reference: &Reference, view: &View, smith: Smith, m
     middles.par_iter().enumerate().map(span).collect()
 }
 
-/// How far the place that a pixel shows may be off, in metres.
+/// Returns the allowed distance of the place that a pixel shows from the true one, in metres.
 pub fn place_allowance(half_step: f64, reference: &Reference, view: &View, pixel: DVec2) -> f64 {
     let place = |offset: DVec2| reference.surface(view, pixel + offset).map(|(surface, ..)| surface.position);
     let Some(middle) = place(DVec2::ZERO).filter(|_| half_step > 0.0) else { return 0.0 };

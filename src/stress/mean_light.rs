@@ -1,4 +1,4 @@
-//! Holds the light of a whole picture against that of a truth of many samples: for what a single sample a pixel cannot resolve.
+//! Holds the light of a whole picture against that of a truth of many samples: for detail that a single sample a pixel cannot resolve.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ const SAMPLES: u32 = 64;
 /// Draws the subject. Both errors are that of the mean light, relative to the brightest channel of the true one.
 ///
 /// # Errors
-/// A device that is lost; what a plan refuses.
+/// A lost device, and a subject that a plan refuses.
 pub fn compare(device: &Arc<Device>, subject: &Subject, truth: &Scene) -> Result<(Errors, Evidence), Error> {
     let Comparison { drawn: light, reference, eye, exposure, .. } = Comparison::of(device, subject, truth, None)?;
     let mode = Mode::Converged { samples: SAMPLES };

@@ -1,8 +1,8 @@
 //! The catalogue of stiff and extreme cases. Each case sweeps one quantity over decades and holds every value against the truth in 64
-//! bits, so that it is known not only that it works somewhere, but where it ends.
+//! bits, which shows not only that it works somewhere, but also its limits.
 //!
-//! Whatever the value, every pixel must stay finite and not negative. Within the range that a case claims, its error stays within its
-//! bound; outside, it is only told.
+//! At any value, every pixel must stay finite and not negative. Within the range that a case claims, its error stays within its
+//! bound; outside, the error is only reported.
 
 pub mod case;
 pub mod catalogue;

@@ -16,21 +16,21 @@ use crate::plan::{FramePlan, ToneMapping};
 use crate::reference::{Mode, Options, Smith, TriangleId, bloom};
 use crate::scene::{Output, Playing, Pose, Scene, Settings, SettingsPatch, View};
 
-/// A pixel darker than this share of the brightest one counts as that bright, unless the subject says another share: nobody sees what
-/// is relative to nothing.
+/// A pixel darker than this share of the brightest one counts as that bright, unless the subject says another share: nobody sees an error
+/// relative to black.
 pub const FLOOR: f64 = 1e-4;
 
 /// The most that tone mapping takes (`shaders/tonemap.wgsl`); a target may hold less.
 const WHITE: f32 = 65000.0;
 
-/// The scene that is drawn for a value, and what it is compared with.
+/// The scene that is drawn for a value, and its truth.
 #[derive(Debug, Clone)]
 pub struct Subject {
     pub scene: Scene,
     /// Over those of the scene. The size is that of [`Subject::SIZE`] unless it says another.
     pub settings: SettingsPatch,
-    /// [`FLOOR`], or what else a pixel's error is relative to at least: 1 for errors relative to the picture's peak, 0 where each decade of
-    /// one picture counts.
+    /// The least light that a pixel's error is relative to, as a share of the picture's peak: [`FLOOR`], 1 for errors relative to the peak, or 0
+    /// where each decade of one picture counts.
     pub floor: f64,
     /// The scene that the truth is taken of, where that is another one: one that ought to look the same.
     pub truth: Option<Scene>,
@@ -40,7 +40,7 @@ pub struct Subject {
     pub open_sky: bool,
 }
 
-/// How far a picture, or a formula, is from the truth.
+/// The differences of a picture, or a formula, from the truth.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Errors {
     /// The greatest difference of a channel over the pixel's brightest channel, or over [`Subject::floor`] times the picture's.
@@ -55,7 +55,7 @@ pub struct Errors {
     pub not_finite: usize,
     /// Values below zero, in the picture.
     pub negative: usize,
-    /// Where a formula errs most.
+    /// The input at which a formula errs most.
     pub worst_input: Option<WorstInput>,
 }
 
@@ -79,7 +79,7 @@ pub struct Evidence {
 impl Evidence {
     /// Pixels that are black and should be bright.
     pub fn black(&self) -> usize {
-        /// The least normal number of half floats: what is darker may be lost in the target.
+        /// The least normal number of half floats: darker light may be lost in the target.
         const DARK: f64 = 6.2e-5;
         let most = |light: &[f64; 3]| light.iter().fold(0.0f64, |most, &channel| most.max(channel));
         let bright = self.expected.iter().map(most).fold(DARK / 0.02, f64::max) * 0.02;
@@ -100,7 +100,7 @@ impl Subject {
         Self { settings, ..Self::new(scene) }
     }
 
-    /// Where everything is at its moment.
+    /// Returns the pose of its moment.
     fn pose(&self) -> Option<Pose> {
         self.playing.as_ref().map(|playing| self.scene.motion.pose(playing))
     }
@@ -117,13 +117,13 @@ impl Subject {
     }
 }
 
-/// The views that show what the G-buffer holds.
+/// The views that show the G-buffer.
 const TARGETS: [View; 4] = [View::Normal, View::Albedo, View::Metallic, View::Roughness];
 
-/// Draws the subject, and finds out how far it is from the truth of a scene, its own or what it should be.
+/// Draws the subject, and compares it with the truth of a scene, its own or one that ought to look the same.
 ///
 /// # Errors
-/// A device that is lost; what a plan refuses.
+/// A lost device, and a subject that a plan refuses.
 pub fn compare(device: &Arc<Device>, subject: &Subject, truth: &Scene) -> Result<(Errors, Evidence), Error> {
     let Comparison { mut pictures, drawn: light, reference, eye, exposure } =
         Comparison::of(device, subject, truth, None)?;
@@ -136,7 +136,7 @@ pub fn compare(device: &Arc<Device>, subject: &Subject, truth: &Scene) -> Result
         rays.radiance.iter().map(|light| light.map(|channel| channel * exposure)).collect();
     let settings = subject.decided();
     if settings.bloom > 0.0 {
-        // What is brighter than the target holds spreads as what it holds.
+        // Light brighter than the target's largest value spreads as that value.
         let kept: Vec<_> = expected.iter().map(|light| light.map(|channel| channel.min(largest))).collect();
         expected = bloom::bloomed(&kept, eye.size, &settings);
         spans = expected.iter().copied().map(Span::of).collect();
@@ -252,10 +252,11 @@ fn against(rgba: &[f32], expected: Expected, elsewhere: &[bool], scale: Scale) -
         errors.compared += 1;
         let own = truth.iter().fold(scale.floor * brightest, |most, &channel| most.max(channel));
         let difference = span.map(saturated).distance(drawn.map(saturated));
-        // Where nothing is to be seen, a difference of nothing is no error; what is no number must not become one.
+        // Where nothing is to be seen, a difference of 0 is no error, and not the NaN of 0 / 0. The NaN of a bad pixel stays one.
         let error = if difference == 0.0 { 0.0 } else { difference / own };
         sum += error;
-        errors.worst = errors.worst.max(error);
+        // `max` would pass over a NaN.
+        errors.worst = errors.worst.max(if error.is_nan() { f64::INFINITY } else { error });
     }
     errors.mean = sum / errors.compared.max(1) as f64;
     errors

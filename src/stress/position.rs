@@ -14,7 +14,7 @@ use crate::scene::{Scene, View};
 /// Draws the subject's places. Errors are distances between the place and the true one, over that one's distance from the camera.
 ///
 /// # Errors
-/// A device that is lost; what a plan refuses.
+/// A lost device, and a subject that a plan refuses.
 pub fn compare(device: &Arc<Device>, subject: &Subject, truth: &Scene) -> Result<(Errors, Evidence), Error> {
     let Comparison { pictures, drawn: places, reference, eye, .. } =
         Comparison::of(device, subject, truth, Some(View::Position))?;

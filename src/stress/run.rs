@@ -9,7 +9,7 @@ use super::{Case, Check, Error, exposures, formula, mean_light, position};
 use crate::gpu::Device;
 use crate::scene::Scene;
 
-/// Where cases were tried, and how.
+/// The program, the device and the options of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RunInfo {
     /// Of the program.
@@ -29,12 +29,12 @@ pub enum Outcome {
     Refused(String),
 }
 
-/// A value, and what became of it.
+/// A value with its outcome.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finding {
     pub value: f64,
     pub outcome: Outcome,
-    /// Of what is claimed and does not hold, or is not sane.
+    /// Pictures of a value whose claim does not hold, or which is not sane.
     pub evidence: Option<Evidence>,
 }
 
@@ -57,7 +57,7 @@ pub fn run(device: &Arc<Device>, case: &Case, quick: bool) -> Result<Verdict, Er
 /// Holds a subject against the truth of a scene.
 type Compare = fn(&Arc<Device>, &Subject, &Scene) -> Result<(Errors, Evidence), Error>;
 
-/// Tries a case, but spoils each scene before it is drawn: whoever claims that a mistake would be found can plant it.
+/// Tries a case, but spoils each scene before it is drawn: a planted mistake must be found.
 ///
 /// # Errors
 /// As [`run`].
@@ -103,11 +103,11 @@ pub fn run_spoiled(
     Ok(Verdict { case: *case, findings })
 }
 
-/// Draws the subject. Of its error only what is black where it should be bright counts, but for shadows, which may lie anywhere, and for
-/// several samples, which see other things than the truth.
+/// Draws the subject. Of its error only pixels that are black where they should be bright count; none count with shadows, which may lie anywhere, or
+/// with several samples, which see other things than the truth.
 ///
 /// # Errors
-/// A device that is lost; what a plan refuses.
+/// A lost device, and a subject that a plan refuses.
 pub fn sane(device: &Arc<Device>, subject: &Subject, truth: &Scene) -> Result<(Errors, Evidence), Error> {
     let (errors, evidence) = pixel_errors::compare(device, subject, truth)?;
     let settings = subject.decided();
@@ -119,7 +119,7 @@ pub fn sane(device: &Arc<Device>, subject: &Subject, truth: &Scene) -> Result<(E
 }
 
 impl Finding {
-    /// Finite, and no light below zero; what is refused shows nothing.
+    /// Returns true if all light is finite and none below zero; a refused value shows nothing.
     pub fn is_sane(&self) -> bool {
         match &self.outcome {
             Outcome::Measured(errors) => errors.not_finite == 0 && errors.negative == 0,
@@ -131,7 +131,7 @@ impl Finding {
     pub fn holds(&self, case: &Case) -> bool {
         let within = match &self.outcome {
             Outcome::Measured(errors) => {
-                // What was seen elsewhere was not compared.
+                // Pixels that show another triangle were not compared: their share has a bound of its own.
                 errors.elsewhere_share() <= case.check.elsewhere()
                     && errors.worst <= case.bound.worst
                     && errors.mean <= case.bound.mean
@@ -168,7 +168,7 @@ impl Verdict {
         Some([self.findings[from].value, self.findings[to].value])
     }
 
-    /// The greatest errors within the claim, and what is not sane anywhere.
+    /// Returns the greatest errors within the claim, and the pixels that are not sane of all values.
     pub fn worst(&self) -> Errors {
         let mut all = Errors::default();
         for finding in &self.findings {

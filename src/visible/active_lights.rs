@@ -14,10 +14,10 @@ const LINEAR_ROUNDING: f64 = 1e-5;
 /// The same where positions are stored in half floats, of 11 bits.
 const HALF_ROUNDING: f64 = 2e-3;
 
-/// How far beside where it is a surface may be lit.
+/// The greatest distance between a surface and the place at which it is lit.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Misplacement {
-    /// Of its distance from the camera.
+    /// A share of the surface's distance from the camera.
     share: f64,
     metres: f64,
 }
@@ -41,16 +41,16 @@ impl Misplacement {
     }
 }
 
-/// The lights of a frame, in the order of [`World::lights`]. What shaders call the number of a light is its place in this list.
+/// The lights of a frame, in the order of [`World::lights`]. Shaders number lights by their places in this list.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct ActiveLights {
     /// Indices into [`World::lights`], ascending.
     pub lights: Vec<usize>,
-    /// How many of the first are directional.
+    /// Directional lights; they come first.
     pub directional: usize,
-    /// How many of the first reach everywhere.
+    /// Lights that reach everywhere, at the start of the list; the directional ones are among them.
     pub global: usize,
-    /// How many of the first meet every pixel in one loop; the light path has lists or draws of its own for the others.
+    /// Lights at the start of the list that every pixel meets in one loop; the light path has lists or draws of its own for the others.
     pub looped: usize,
 }
 
@@ -101,7 +101,7 @@ impl ActiveLights {
         Self { lights, directional, global, looped }
     }
 
-    /// Spheres around what those lights reach that the loop does not take, with the path's own limit.
+    /// Spheres around the reach of those lights that the loop does not take, with the path's own limit.
     pub(super) fn spheres(&self, world: &World, first: usize) -> Vec<Reach> {
         self.lights[first..].iter().map(|&light| sphere_of(&world.lights[light], world.reaches[light])).collect()
     }

@@ -1,4 +1,4 @@
-//! The air that a camera looks through: how far fog is found in froxels, and what shadows may fall through.
+//! The air that a camera looks through: the end of froxels, and a box around all air that may be shadowed.
 
 use super::{Eye, World};
 use crate::plan::FroxelPlan;
@@ -10,8 +10,8 @@ const EMPTY_SCENE: f64 = 100.0;
 const DISTANCES: (f64, f64) = (0.01, 1e6);
 
 impl World {
-    /// Metres along the view to the end of a plan's froxels: what is asked for, or the far side of the sphere around the scene, behind which is nothing
-    /// but sky. It changes by no more than the camera moves.
+    /// Metres along the view to the end of a plan's froxels: the distance that was asked for, or the far side of the sphere around the scene, as only
+    /// sky lies behind it. It changes by no more than the camera moves.
     pub fn end_of_froxels(&self, plan: &FroxelPlan, eye: &Eye) -> f64 {
         let from = eye.camera.position - eye.camera.forward() * eye.ahead;
         let far_side = from.distance(self.extent.center()) + self.extent.radius();

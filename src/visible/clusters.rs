@@ -94,7 +94,7 @@ fn bin_within(
     clusters
 }
 
-/// How many entries there are so far, of all slices, and how many there may be.
+/// The number of entries so far, of all slices, and its limit.
 struct Room {
     entries: AtomicUsize,
     most: usize,
@@ -234,7 +234,7 @@ impl Sphere {
             return;
         };
         for row in top..=bottom {
-            // What is left of the sphere between the planes above and below this row of tiles.
+            // The part of the sphere between the planes above and below this row of tiles.
             let away = self.distance_to_row(row, view);
             let left = (self.radius * self.radius - away * away).min(squared);
             if left < 0.0 {
@@ -246,7 +246,7 @@ impl Sphere {
         }
     }
 
-    /// How far the centre lies outside the wedge of a row of tiles, or the slab of one, in metres; 0 inside.
+    /// Returns the distance of the centre, in metres, from the wedge of a row of tiles (from the slab, if orthographic); 0 inside.
     fn distance_to_row(&self, row: u32, view: &View) -> f64 {
         let edge = |pixel: f64| (pixel - view.center[1]) / view.scale;
         let top = edge(f64::from(row * TILE) - SLACK_PIXELS);

@@ -1,4 +1,4 @@
-//! Where a frame looks from, and what a depth says of a distance along the view. Reversed, so that 1 is near, and 0 is where nothing was drawn.
+//! The eye of a frame, and the mapping from distances along the view to depths. Depth is reversed: 1 is near, and 0 is where nothing was drawn.
 
 use super::World;
 use crate::plan::FramePlan;
@@ -29,17 +29,17 @@ impl Eye {
     }
 }
 
-/// From where to where a box lies along a camera's view, in metres.
+/// Returns the begin and the end of a box along a camera's view, in metres.
 fn along(bounds: &Aabb, camera: &Camera) -> (f64, f64) {
     let middle = (bounds.center() - camera.position).dot(camera.forward());
     let half = camera.forward().abs().dot(bounds.size() * 0.5);
     (middle - half, middle + half)
 }
 
-/// Share of the range that an orthographic depth has before and behind what there is: what lies at its ends has depths between 0 and 1.
+/// Margin of an orthographic depth before and behind the scene, as a share of its range: the scene's ends have depths between 0 and 1.
 const ROOM: f64 = 1e-3;
 
-/// How far a volume's mesh goes beyond the light's reach at most, as a factor: corners of an icosahedron around a sphere, the base of a cone of
+/// The farthest that a volume's mesh extends, in multiples of the light's reach: corners of an icosahedron around a sphere, the base of a cone of
 /// 60 degrees.
 const VOLUME: f64 = 2.0;
 
@@ -121,7 +121,7 @@ mod tests {
             let moved = eye.camera.position - camera.position;
             prop_assert!((moved.dot(camera.forward()) - eye.ahead).abs() <= rounding && moved.cross(camera.forward()).length() <= rounding);
             let (first, last) = along(&bounds, &eye.camera);
-            // Nothing that the near plane showed is lost; and what was far away is near.
+            // The near plane cuts nothing off that it showed before, and a scene that was far away is near.
             prop_assert!(eye.ahead == 0.0 || first > camera.near);
             prop_assert!(first <= camera.near + (last - first) + 2e-6 * distance, "{first} {last}");
             let perspective = Camera { projection: Projection::perspective(40.0), ..camera };

@@ -40,7 +40,7 @@ impl Frustum {
         self.planes.map(|(normal, distance)| normal.extend(distance + normal.dot(place)).as_vec4())
     }
 
-    /// Outside only if the box is wholly behind one plane. The slack keeps rounding from cutting what touches a plane.
+    /// Outside only if the box is wholly behind one plane. The slack keeps rounding from cutting boxes that touch a plane.
     pub fn side(&self, bounds: &Aabb) -> Side {
         let (center, half) = (bounds.center(), bounds.size() * 0.5);
         let slack = 1e-9 * (center.length() + half.length());

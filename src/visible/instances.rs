@@ -1,6 +1,6 @@
-//! Objects of one mesh and material are drawn by one command. All objects lie in a list in which those that one command draws follow each other;
-//! each frame takes from it what is seen, near ones first, and each command a part of that. What has not moved is not touched: the list holds
-//! where each object stands, and a tree of boxes who is in view.
+//! Objects of one mesh and material are drawn by one command. All objects lie in a list in which those that one command draws follow each other.
+//! Each frame takes the visible objects from it, near ones first, and each command draws a part of them. A frame does not touch objects that have
+//! not moved: the list keeps their places, and a tree of boxes finds those in view.
 
 use std::ops::Range;
 
@@ -14,7 +14,7 @@ use crate::plan::box_tree::BoxTree;
 use crate::plan::{GeometryKey, Reach};
 use crate::scene::{Aabb, Camera};
 
-/// Steps of depth by which what is seen is sorted: near ones first, so that early depth tests save the most, and yet in few commands.
+/// Steps of depth by which visible objects are sorted: near ones first, so that early depth tests save the most, and yet in few commands.
 pub const STEPS: usize = 32;
 
 /// A command: instances of one level of a mesh with one material.
@@ -24,7 +24,7 @@ pub struct Draw {
     pub object: usize,
     /// The level of detail of the mesh; 0 is the mesh itself.
     pub level: u8,
-    /// Where they begin in [`Visible::instances`].
+    /// The place of the first one in [`Visible::instances`].
     pub first: u32,
     pub count: u32,
 }
@@ -36,13 +36,13 @@ impl Draw {
     }
 }
 
-/// Where an instance stands, in f32 and yet wherever it is: relative to a place of the world, with the offset in two parts.
+/// The place of an instance, in f32 and yet exact anywhere in the world: relative to an anchor, with the offset in two parts.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Stand {
     /// Rows of the map from the mesh, with the larger part of the offset.
     rows: [Vec4; 3],
-    /// What the larger part lacks.
+    /// The smaller part of the offset: the rounding error of the larger one.
     rest: Vec3,
     /// The square of the largest factor by which a length grows.
     scale: f32,
@@ -71,8 +71,8 @@ impl Stand {
         Self { rows, rest: at.rest, scale: squared_scale(&object.transform) }
     }
 
-    /// Rows of the map from the mesh to the world around a place. What the difference of the larger parts loses is added again (Knuth's
-    /// TwoSum; The Art of Computer Programming 2, 4.2.2), so that the offset is as good as one that is rounded once.
+    /// Rows of the map from the mesh to the world around a place. The rounding error of the larger parts' difference is added again (Knuth's
+    /// TwoSum; The Art of Computer Programming 2, 4.2.2): the offset is as good as one that is rounded once.
     fn around(&self, place: &Place) -> [Vec4; 3] {
         let [x, y, z] = self.rows;
         let large = Vec3::new(x.w, y.w, z.w);
@@ -87,7 +87,7 @@ impl Stand {
 /// The objects of a world as instances.
 #[derive(Debug, Clone, Default)]
 pub struct InstanceList {
-    /// By place: index into [`World::objects`]. What is opaque comes first.
+    /// By place: index into [`World::objects`]. Opaque objects come first.
     objects: Vec<u32>,
     /// By object: its place.
     places: Vec<u32>,
@@ -95,9 +95,9 @@ pub struct InstanceList {
     stands: Vec<Stand>,
     /// By place: the number of the command that can draw it.
     batches: Vec<u32>,
-    /// The places of each command's, of what is opaque.
+    /// The places of each command's objects, of the commands that draw opaque ones.
     opaque_batches: Vec<Range<usize>>,
-    /// How many are opaque.
+    /// The number of opaque objects.
     opaque: usize,
     /// Of the objects' boxes, by place.
     tree: BoxTree,
@@ -105,7 +105,7 @@ pub struct InstanceList {
     anchor: DVec3,
     /// Counts how often objects have come to other places of the list.
     arranged: u64,
-    /// The places of what has moved since, in the order of moves.
+    /// The places of objects that have moved since `arranged` last changed, in the order of moves.
     moves: Vec<u32>,
 }
 
@@ -155,7 +155,7 @@ impl InstanceList {
             self.stands[place as usize] = Stand::of(&objects[index as usize], self.anchor);
             self.moves.push(place);
         }
-        // Who has not followed so far takes all anew.
+        // A reader that has not kept up copies the whole list: the new number tells it, and the moves need not be kept.
         if self.moves.len() > 4 * self.objects.len() {
             (self.arranged, self.moves) = (self.arranged + 1, Vec::new());
         }
@@ -185,12 +185,12 @@ impl InstanceList {
         self.tree.largest_first(size)
     }
 
-    /// Differs from what it was when objects have come to other places of the list, or too many have moved to be told.
+    /// A number that changes when objects come to other places of the list, or too many have moved for [`Self::moves()`] to list.
     pub fn arranged(&self) -> u64 {
         self.arranged
     }
 
-    /// The places of what has moved since, in the order of moves.
+    /// The places of objects that have moved since [`Self::arranged()`] last changed, in the order of moves.
     pub fn moves(&self) -> &[u32] {
         &self.moves
     }
@@ -200,17 +200,18 @@ impl InstanceList {
         &self.stands
     }
 
-    /// How many of the first places have opaque objects.
+    /// The number of opaque objects; they have the first places.
     pub fn opaque_count(&self) -> usize {
         self.opaque
     }
 
-    /// The places of what one command can draw, of each such command.
+    /// The places of each command's objects, of the commands that draw opaque ones.
     pub fn opaque_batches(&self) -> &[Range<usize>] {
         &self.opaque_batches
     }
 
-    /// Middle and half the size of an object's box, relative to the place of [`Stand`]s: with what f32 loses, no smaller than it is.
+    /// Middle and half the size of an object's box, relative to the origin of [`Stand`]s: widened by the rounding to f32, so that it is never too
+    /// small.
     pub fn box_of(&self, bounds: &Aabb) -> (Vec3, Vec3) {
         let (center, half) = (bounds.center() - self.anchor, bounds.size() * 0.5);
         (center.as_vec3(), (half + F32_SLACK * (center.abs() + half)).as_vec3())
@@ -318,7 +319,7 @@ pub struct CullView {
     /// Metres by which a box may lie beside where f32 has it.
     pub slack: f32,
     pub forward: Vec3,
-    /// Where the first step of depth begins, and steps a metre.
+    /// The begin of the first step of depth, and steps a metre.
     pub begin: f32,
     pub scale: f32,
 }
@@ -351,7 +352,7 @@ impl DepthSteps {
         let [x, y, z] = stand.rows;
         let offset = Vec3::new(x.w, y.w, z.w) - self.camera;
         let depth = offset.x * self.forward.x + offset.y * self.forward.y + offset.z * self.forward.z;
-        // A cast takes what is below the first step for the first.
+        // The cast clamps depths below the first step to it.
         ((depth - self.begin) * self.scale).min((STEPS - 1) as f32) as usize
     }
 }

@@ -1,4 +1,4 @@
-//! How instances look: what of [`Look`] shaders are told, and changes of it between frames.
+//! Looks of instances: the part of [`Look`] that shaders read, and its changes between frames.
 
 use super::{MapDraw, Visible, World, WorldObject};
 use crate::plan::{Error, TexturePlan};
@@ -8,10 +8,10 @@ use crate::scene::{CastsShadow, Look, Material};
 /// a 128th of a code; then the layer of the cell in its sheet, and in the highest bit whether the object is selected.
 pub type PackedLook = [u16; 4];
 
-/// The bit of what is selected.
+/// The bit of selected objects.
 const SELECTED: u16 = 1 << 15;
 
-/// A look with what follows from it in a plan.
+/// A look with its consequences in a plan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlannedLook {
     pub look: Look,
@@ -31,12 +31,12 @@ impl PlannedLook {
 }
 
 impl Visible {
-    /// How each instance looks.
+    /// Returns the look of each instance.
     pub fn looks(&self, world: &World) -> Vec<PackedLook> {
         self.instances.iter().map(|&index| world.objects[index as usize].look.packed).collect()
     }
 
-    /// How each caster of a shadow map looks.
+    /// Returns the look of each caster of a shadow map.
     pub fn caster_looks(&self, world: &World, map: &MapDraw) -> impl Iterator<Item = PackedLook> {
         let casters = self.shadows[map.map].as_ref().map(|_| map.casters.iter().map(|own| &world.objects[own.object]));
         casters.into_iter().flatten().map(|object| object.look.packed)
@@ -44,7 +44,7 @@ impl Visible {
 }
 
 impl World {
-    /// How the instance at a place of the list looks.
+    /// Returns the look of the instance at a place of the list.
     pub fn look_at(&self, place: usize) -> PackedLook {
         self.objects[self.instances.object(place)].look.packed
     }

@@ -1,11 +1,11 @@
 //! Occlusion culling on the CPU: a coarse picture of the largest opaque objects, drawn on the CPU for each frame.
 //!
-//! The picture's cells are several pixels wide, and what it says of a cell holds for every point of it. A mesh covers a cell if it covers the
+//! The picture's cells are several pixels wide, and the depth of a cell holds for every point of it. A mesh covers a cell if it covers the
 //! middle and none of its outline's edges comes near the cell: from inside to outside one has to cross an edge that has no triangle, or one that
-//! faces the other way, on its far side. Edges that two triangles share by the same positions are no outline, and rasterization leaves no gap
-//! there. So meshes hide across their triangles' edges, and yet nothing shows through that the frame itself would not show. The depth of
+//! faces the other way, on its far side. Edges that two triangles share by the same positions are no outline, as rasterization leaves no gap
+//! at them. So meshes hide across their triangles' edges, and yet nothing shows through that the frame itself would not show. The depth of
 //! a cell is the farthest of all triangles of the mesh that come near it. An object is hidden if its box is behind each cell that it comes
-//! near. Where meshes meet, there is an outline; what is behind it stays.
+//! near. Two meshes that meet have an outline there: objects behind it are drawn.
 
 mod largest;
 mod mesh;
@@ -24,15 +24,15 @@ use super::{Depth, World, WorldObject};
 use crate::plan::FramePlan;
 use crate::scene::{Aabb, Camera, Scene};
 
-/// What is drawn into the picture: objects that cover this share of it or more, the largest first, until one of the sums is reached: objects,
-/// triangles, and pictures' worth of cells.
+/// The picture gets objects that cover this share of it or more, the largest first, until one of the sums is reached: objects, triangles, and
+/// pictures' worth of cells.
 const LEAST_SHARE: f64 = 0.002;
 const MOST_OBJECTS: usize = 128;
 const MOST_TRIANGLES: usize = 16384;
 const MOST_CELLS: usize = 12;
 /// Meshes of more triangles hide nothing.
 const LARGEST_MESH: usize = 4096;
-/// By so much an object is behind what hides it, in reversed depth: as a share, and absolutely, as depths are interpolated over large
+/// The least distance of a hidden object behind its occluder, in reversed depth: as a share, and absolutely, as depths are interpolated over large
 /// triangles with the rounding of their largest value.
 const DEPTH_SHARE: f64 = 1e-3;
 const DEPTH_SLACK: f64 = 4e-6;
@@ -57,11 +57,11 @@ impl Occluders {
 }
 
 fn is_opaque(object: &WorldObject) -> bool {
-    // What deforms is not where its mesh is.
+    // A deformed object is not where its mesh is.
     !object.transparent && !object.key.masked && object.deform.is_none()
 }
 
-/// How far from the camera something is certain to hide whatever is behind, for each cell of the picture.
+/// The coarse picture: for each of its cells, the distance behind which everything is certain to be hidden.
 pub(super) struct Picture {
     view: View,
     /// Metres along the view; infinite where nothing is certain.
@@ -116,7 +116,7 @@ impl Picture {
             .map(|position| view.place(object.transform.transform_point3(position.as_dvec3())))
             .collect();
         let corners: Vec<DVec2> = places.iter().map(|&place| view.cell(place)).collect();
-        // Whether the triangle's front is seen; none where it is not drawn, or not wholly before the near plane.
+        // True if the camera sees the triangle's front; none where it is not drawn, or not wholly beyond the near plane.
         let facing = |triangle: &[u32; 3]| {
             let [a, b, c] = triangle.map(|corner| places[corner as usize]);
             let is_before = a.z.min(b.z).min(c.z) > view.camera.near * (1.0 + 1e-6);
@@ -167,7 +167,7 @@ impl Picture {
                 return false;
             }
         }
-        // What is not before the near plane or comes near no cell is not decided here.
+        // Boxes that are not wholly beyond the near plane, or come near no cell, count as not hidden.
         let Some((Some(cells), nearest)) = self.view.footprint(bounds) else { return false };
         let depth = self.view.depth.of_distance(nearest) * (1.0 + DEPTH_SHARE) + DEPTH_SLACK;
         (cells.rows.0..=cells.rows.1).all(|row| {

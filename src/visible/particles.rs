@@ -33,9 +33,9 @@ pub struct EmitterRecord {
     pub sizes: Vec4,
     pub colors: [Vec4; MOST_KEYS],
     pub emissions: [Vec4; MOST_KEYS],
-    /// How many sizes, colours and emissions there are, and the seed.
+    /// The numbers of sizes, colours and emissions, and the seed.
     pub keys: UVec4,
-    /// Where its particles begin in the list, how many there are, the number of the oldest, and its frames.
+    /// The first of its particles in the list, their count, the number of the oldest, and the frames of its texture.
     pub place: UVec4,
     /// The most that it is turned at first and in a second, in radians; 1 where each particle picks a frame; the texture, from 1, or 0.
     pub turns: Vec4,
@@ -95,7 +95,7 @@ fn record(
         colors: fill(own.color.iter().map(|&color| color.into()).collect()),
         emissions: fill(own.emission.iter().map(|color| color.extend(0.0)).collect()),
         keys: UVec4::new(own.size.len() as u32, own.color.len() as u32, own.emission.len() as u32, own.seed),
-        // Its lower 32 bits tell what is random of a particle.
+        // Its lower 32 bits seed the random values of a particle.
         place: UVec4::new(first, alive.count.min(capacity - first), alive.first as u32, own.frames[0] * own.frames[1]),
         turns: Vec4::new(angles[0], angles[1], picks, texture.map_or(0.0, |place| place as f32 + 1.0)),
     }

@@ -1,4 +1,4 @@
-//! What a moment of the scene's motion does to the world: where objects that nodes carry stand, and what SKIN is told of deformed ones.
+//! Poses of the scene's motion: they place the objects that nodes carry, and give SKIN its inputs for deformed ones.
 
 use std::sync::Arc;
 
@@ -35,7 +35,7 @@ struct Deform {
     objects: Vec<(usize, DAffine3)>,
     node: Option<usize>,
     skin: Option<usize>,
-    /// Of the mesh: where its vertices' zero lies.
+    /// The origin of the mesh's vertices.
     origin: DVec3,
     bounds: Arc<DeformBounds>,
     /// Its first joint and weight among those of all, and how many weights there are.
@@ -94,14 +94,14 @@ impl WorldPose {
     }
 }
 
-/// Where a deformed mesh is in a pose.
+/// The place of a deformed mesh in a pose.
 struct Stand {
-    /// From what SKIN writes to the world, or to where objects move it from.
+    /// From SKIN's output to the world, or to the place from which objects move it.
     transform: DAffine3,
     bounds: Aabb,
     /// True if SKIN's output changes.
     is_new: bool,
-    /// Where triangles are, before `transform`.
+    /// Its triangles, before `transform`.
     triangles: Option<Vec<SortableTriangle>>,
 }
 

@@ -1,5 +1,5 @@
-//! What each shadow map sees in a frame. A cascade's size depends on its part of the view and on the scene, not on what is seen, and it moves by
-//! whole texels: shadows do not swim, whether the camera walks or turns.
+//! The view and the casters of each shadow map in a frame. A cascade's size depends on its part of the view and on the scene, not on the visible
+//! objects, and it moves by whole texels: shadows do not swim, whether the camera walks or turns.
 
 mod cache;
 mod receivers;

@@ -32,7 +32,7 @@ pub struct Sight {
     pixels: DMat4,
 }
 
-/// Rows of maps from a mesh to what VELOCITY interpolates.
+/// Rows of maps from a mesh to the values that VELOCITY interpolates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SightRows {
     /// Pixels to the right times w, pixels down times w, and w.
@@ -59,8 +59,8 @@ impl Sight {
         Self { camera, depth: *depth, pixels: on_picture * clip }
     }
 
-    /// What takes a place on the picture of another frame and its depth (x, y, depth, 1) to the same of this one, times w, less the identity: so
-    /// that small motions lose nothing in f32. All zeros from itself.
+    /// Returns the map from a place on the picture of another frame and its depth (x, y, depth, 1) to the same of this one, times w. The identity is
+    /// subtracted, so that small motions lose nothing in f32: the map from a frame to itself is all zeros.
     pub fn moved_from(&self, other: &Self) -> Mat4 {
         if self == other {
             return Mat4::ZERO;

@@ -1,4 +1,4 @@
-//! Where objects were in the frame before, of those that have moved since.
+//! Places in the frame before, of the objects that have moved since.
 
 use std::collections::BTreeMap;
 
@@ -68,7 +68,7 @@ pub struct Since {
     pub still: bool,
     /// From the exposure of the frame before to this one's.
     pub exposed: f32,
-    /// Where in each pixel this frame looks, in pixels to the right and down from its centre.
+    /// The place in each pixel through which this frame looks, in pixels to the right and down from the centre.
     pub jitter: [f64; 2],
     pub moved: Vec<MovedDraw>,
 }

@@ -1,5 +1,4 @@
-//! Where on the screen, and in space, a light of limited reach can matter: rectangles for `per-light`, spheres and cones for
-//! `volumes`.
+//! Bounds of a light of limited reach, on the screen and in space: rectangles for `per-light`, spheres and cones for `volumes`.
 
 use glam::{DMat3, DVec3, Vec4};
 

@@ -30,22 +30,22 @@ pub struct World {
     pub materials: Vec<Material>,
     /// Only those that shine and can reach an object, with directions of length 1: directional lights, then those that reach everywhere, then those whose reach is limited.
     pub lights: Vec<Light>,
-    /// How far each light reaches, in metres.
+    /// The reach of each light, in metres.
     pub reaches: Vec<f64>,
-    /// Where lights without a range are cut off.
+    /// The cut-off of lights without a range.
     cut: Cut,
-    /// What the record of each light says of its shadow maps; see `ShadowPlan::code`.
+    /// The code of each light's shadow maps in its record; see `ShadowPlan::code`.
     pub shadow_codes: Vec<u32>,
     /// Maps that only change when something moves, by their index.
     pub(super) lamps: Vec<Option<Arc<ShadowView>>>,
     pub environment: Environment,
-    /// Where the scene has one.
+    /// The sky; none in a scene without one.
     pub sky: Option<WorldSky>,
     /// Mean radiance of the sky that lights the scene, in nits.
     pub sky_mean: Vec3,
     /// Sources of particles.
     pub emitters: Vec<Emitter>,
-    /// At which they are seen, in seconds.
+    /// The moment of motion at which particles are seen, in seconds.
     pub moment: f64,
     pub bounds: Aabb,
     /// Of the scene as it was at first: maps are scaled by it, and must not change when something far away moves.
@@ -54,13 +54,13 @@ pub struct World {
     pub extent: Aabb,
     at_first: Aabb,
     pub shadows: ShadowSettings,
-    /// From nits to what is tone-mapped.
+    /// From nits to exposed light, which is tone-mapped.
     pub exposure: f32,
     /// By mesh: triangles that are sorted for each frame, as they are transparent.
     pub sortable: BTreeMap<usize, Vec<SortableTriangle>>,
     /// By deformed mesh of the plan: the same of those.
     pub deformed_triangles: BTreeMap<usize, Vec<SortableTriangle>>,
-    /// By the scene's own numbers: which of [`World::objects`] and [`World::lights`] it is, if it is among them.
+    /// By the scene's own numbers: the index into [`World::objects`] and [`World::lights`], of those that are among them.
     object_of: Vec<Option<usize>>,
     light_of: Vec<Option<usize>>,
     /// The lights that the plan left out.
@@ -69,15 +69,15 @@ pub struct World {
     pub(super) levels: Vec<Vec<PlannedLevel>>,
     /// The occluders, where the plan leaves occluded objects out.
     pub(super) occluders: Option<Occluders>,
-    /// After how many of [`World::lights`] frames are halted.
+    /// Frames are halted after so many of [`World::lights`].
     halted: Option<usize>,
-    /// Counts the changes of objects and lights, and of which lights are lit.
+    /// Counts the changes of objects and lights, and of the lights that are lit.
     pub(super) generation: u64,
     /// The deformed meshes in SKIN's form.
     pub pose: WorldPose,
-    /// Where objects were in the frame before.
+    /// Places of the objects in the frame before.
     pub trail: Trail,
-    /// What has moved since `lamps` and `bounds` were worked out, if anything has.
+    /// The changes since `lamps` and `bounds` were worked out; none if nothing has moved.
     pub(super) changes: Option<Changes>,
 }
 
@@ -86,7 +86,7 @@ pub struct World {
 pub struct WorldSky {
     /// Cosine and sine of the angle that takes directions of the world to the sky's own.
     pub turn: Vec2,
-    /// From what its texels are on the device to nits.
+    /// From its texels' values on the device to nits.
     pub scale: f32,
     pub sun_direction: Vec3,
     pub sun_radiance: Vec3,
@@ -146,7 +146,7 @@ pub struct WorldObject {
 }
 
 impl World {
-    /// `exposure` is the factor from nits to what is tone-mapped.
+    /// `exposure` is the factor from nits to exposed light.
     pub fn of(scene: &Scene, settings: &Settings, plan: &FramePlan, exposure: f32) -> Self {
         let rules = plan.surface_rules();
         let mirrors = scene.motion.mirrors();
@@ -204,7 +204,7 @@ impl World {
         };
         if plan.deforms() {
             world.pose(&scene.motion, &scene.motion.pose(&Playing { clips: ClipChoice::None, ..Playing::default() }));
-            // What is deformed is not where its mesh is.
+            // A deformed object is not where its mesh is.
             let bounds = union(&world.objects);
             (world.bounds, world.extent, world.at_first, world.radius) = (bounds, bounds, bounds, bounds.radius());
         }
@@ -213,7 +213,7 @@ impl World {
         world
     }
 
-    /// Works out what follows from where objects and lights are, if any has moved.
+    /// Brings everything up to date that depends on the places of objects and lights, if any has moved.
     pub fn refresh(&mut self, plan: &FramePlan) {
         let Some(changes) = self.changes.take() else { return };
         match changes.rearranged {
@@ -241,7 +241,7 @@ impl World {
         let (origin, bounds) = object.mesh_place;
         let place = bounds.transformed(transform);
         let mirrors = (transform.matrix3.determinant() < 0.0) != object.key.mirrored && !object.may_mirror;
-        // What is deformed stands where its pose has it.
+        // A deformed object stands where its pose has it.
         if mirrors || object.deform.is_some() || self.idle_lights.reaching(&place).is_some() {
             return Ok(false);
         }
@@ -249,7 +249,7 @@ impl World {
         Ok(true)
     }
 
-    /// Which of [`World::objects`] an object of the scene is, by its index there; none where it is not drawn.
+    /// Returns the index into [`World::objects`] of an object of the scene, by its index there; none where it is not drawn.
     pub(super) fn place_of(&self, index: usize) -> Result<Option<usize>, Error> {
         let count = self.object_of.len();
         let none = || Error::Change(format!("there is no object {index}: the scene has {count}"));
@@ -294,24 +294,24 @@ impl World {
         }
     }
 
-    /// Changes the factor from nits to what is tone-mapped, and with it how far the certified cut-off lets lights reach.
+    /// Changes the factor from nits to exposed light, and with it the reach of lights by the certified cut-off.
     pub fn set_exposure(&mut self, exposure: f32) {
         self.exposure = exposure;
         self.cut = self.cut.exposed(exposure);
         self.reaches = self.lights.iter().map(|light| self.cut.reach(light)).collect();
     }
 
-    /// Differs from what it was as soon as an object or a light has changed, or which lights are lit.
+    /// A number that changes with any object, any light, and the choice of lights that are lit.
     pub fn generation(&self) -> u64 {
         self.generation
     }
 
-    /// How many of the first lights are directional.
+    /// The number of directional lights; they come first.
     pub fn directional_count(&self) -> usize {
         self.lights.iter().take_while(|light| light.kind.is_directional()).count()
     }
 
-    /// How many of the first lights reach everywhere.
+    /// The number of lights that reach everywhere; they come first, the directional ones among them.
     pub fn global_count(&self) -> usize {
         self.reaches.iter().take_while(|reach| reach.is_infinite()).count()
     }
@@ -321,12 +321,12 @@ impl World {
     pub fn halt_after(&mut self, lights: Option<usize>) {
         if self.halted != lights {
             self.halted = lights;
-            // A shadow map that nobody looked up is not known to hold what the camera sees now.
+            // A shadow map that nobody looked up may lack casters that the camera needs now.
             self.generation += 1;
         }
     }
 
-    /// After how many lights frames are halted.
+    /// The number of lights after which frames are halted.
     pub fn halted(&self) -> Option<usize> {
         self.halted
     }
@@ -335,7 +335,7 @@ impl World {
         self.halted.is_some()
     }
 
-    /// How many of the first lights may be lit.
+    /// The number of lights that a frame may show: the first ones, where frames are halted.
     pub(super) fn lit_count(&self) -> usize {
         self.halted.map_or(self.lights.len(), |lights| lights.min(self.lights.len()))
     }
@@ -353,7 +353,7 @@ impl WorldObject {
             material: object.material,
             transform: object.transform * DAffine3::from_translation(mesh.origin),
             bounds: object.bounds(&scene.meshes),
-            // Light goes through what the eye looks through.
+            // Light goes through a surface that the eye looks through.
             casts: if transparent { CastsShadow::No } else { object.casts_shadow },
             transparent,
             revision: 0,

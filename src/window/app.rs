@@ -37,16 +37,16 @@ use crate::scene::{Scene, Settings, SettingsPatch};
 const PIXELS_A_NOTCH: f64 = 40.0;
 /// Pixels that the mouse may go while a button is held down for a click.
 const CLICK: f64 = 4.0;
-/// How far a camera goes that begins to move, so that the first frame shows it.
+/// The time that a camera is taken forward as it begins to move, so that the first frame shows it.
 const FIRST: Duration = Duration::from_micros(16_667);
-/// When an image is asked for again that was not to be had.
+/// The time after which an image that was not available is asked for again.
 const AGAIN: Duration = Duration::from_millis(50);
-/// When frames are tried again for which there was no memory.
+/// The time after which frames that lacked memory are tried again.
 const AGAIN_FOR_MEMORY: Duration = Duration::from_millis(500);
-/// How often, in a window that closes by itself. Another one waits for its user, who can make it smaller or close it.
+/// The number of these tries in a window that closes by itself. Another one waits for its user, who can make it smaller or close it.
 const TRIES_FOR_MEMORY: u32 = 20;
 
-/// The system's window, and what draws into it.
+/// The system's window, with its presenter and its interface.
 struct Opened {
     interface: UserInterface,
     // Before the window: a surface that it still holds would outlive it.
@@ -61,7 +61,7 @@ struct Copies {
     compared: bool,
 }
 
-/// A window and what it shows.
+/// A window and its subject.
 pub struct App<'a> {
     device: Arc<Device>,
     subject: Subject,
@@ -72,12 +72,12 @@ pub struct App<'a> {
     held: Held,
     with_control: bool,
     with_shift: bool,
-    /// Where the mouse was, while a button is held down.
+    /// The last place of the mouse, while a button is held down.
     dragged: Option<PhysicalPosition<f64>>,
     dragging: bool,
-    /// How far it has gone since, in pixels.
+    /// Pixels that it has gone since.
     way: f64,
-    /// Where it is.
+    /// The mouse's place.
     mouse: DVec2,
     clock: Clock,
     resolution: Resolution,
@@ -96,18 +96,18 @@ pub struct App<'a> {
     hidden: bool,
     /// A new swapchain did not suit better than the one before: that is left alone until the window changes.
     content: bool,
-    /// When to try again.
+    /// The moment of the next try or redraw, while nothing moves.
     again: Option<Instant>,
-    /// How often in a row there was no memory for a frame.
+    /// Frames in a row that lacked memory.
     lacked_memory: u32,
     opened: Option<Opened>,
     /// The camera's path, while it is recorded.
     recording: Option<Recorder>,
-    /// Up to when the camera has moved, unless it has rested since.
+    /// The moment up to which the camera has moved, unless it has rested since.
     advanced: Option<Instant>,
     /// The size that frames were last made for.
     fitted: Option<[u32; 2]>,
-    /// Whether they show more than white, as it was last told.
+    /// True if they show more than white; as it was last told.
     told_hdr: Option<bool>,
     /// It was told that something cannot move.
     told_motion: bool,
@@ -292,7 +292,7 @@ impl<'a> App<'a> {
         window.pre_present_notify();
         let fit = match presenter.draw(&camera, copied, panels.as_ref())? {
             Outcome::Shown(fit) => {
-                // From where time was taken last, so that none is lost.
+                // From the moment of the last measurement, so that no time is lost.
                 self.clock.frame(now, &presenter.times());
                 interface.drawn();
                 if copied {
@@ -382,7 +382,7 @@ impl<'a> App<'a> {
         }
     }
 
-    /// Says what of it is otherwise than it was asked for.
+    /// Reports the respects in which frames differ from those asked for.
     fn tell_fitted(&mut self, is_first: bool) {
         let Some(Opened { window, presenter, interface }) = &mut self.opened else { return };
         let told = presenter.shows_hdr();
@@ -444,7 +444,7 @@ impl<'a> App<'a> {
     fn waits_for_memory(&mut self, error: &Error) -> bool {
         let is_for_memory = matches!(error, Error::Frame(frame::Error::Gpu(gpu::Error::OutOfMemory { .. })));
         let most = self.options.frames.map_or(u32::MAX, |_| TRIES_FOR_MEMORY);
-        // Where there never was a frame, the scene is too large for the device.
+        // If there never was a frame, the scene is too large for the device.
         if !is_for_memory || self.fitted.is_none() || self.lacked_memory >= most {
             return false;
         }
@@ -482,7 +482,7 @@ impl<'a> App<'a> {
     }
 
     fn press(&mut self, events: &ActiveEventLoop, key: KeyCode) {
-        // Where it was until now: from there it may jump.
+        // Records the camera's place until now: the key may make it jump.
         if let Some(recording) = &mut self.recording {
             recording.take(Instant::now(), *self.control.camera());
         }
@@ -568,7 +568,7 @@ impl<'a> App<'a> {
         (self.options.tell)(&told.unwrap_or_else(|error| format!("warning: no path: {error}")));
     }
 
-    /// Writes what is seen as a scene file, of the window's size.
+    /// Writes the present view as a scene file, of the window's size.
     fn keep_scene(&mut self) {
         let Some(Opened { window, .. }) = &self.opened else { return };
         let PhysicalSize { width, height } = window.inner_size();
@@ -580,7 +580,7 @@ impl<'a> App<'a> {
         }
     }
 
-    /// Asks what is under the mouse.
+    /// Asks for the object under the mouse.
     fn pick(&mut self) {
         if let Some(Opened { interface, window, .. }) = &mut self.opened {
             let PhysicalSize { width, height } = window.inner_size();

@@ -1,6 +1,6 @@
-//! The camera under the hands of a user. Pure: what is held down and how much time has passed go in, a camera comes out.
+//! The camera under the hands of a user. Pure: held keys and passed time go in, a camera comes out.
 //!
-//! All motion is smooth and the same at any frame rate. Velocities follow what is held down, and turns what the mouse has asked for,
+//! All motion is smooth and the same at any frame rate. Velocities approach those of the held keys, and turns those of the mouse,
 //! exponentially; time is taken in steps so short that turning while moving makes the same path as well.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -19,13 +19,13 @@ const LONGEST: f64 = 0.25;
 const SETTLED: f64 = 1e-5;
 /// A turn by the mouse, in radians, for a drag by the height of the window.
 const TURN: f64 = TAU / 3.0;
-/// How near to straight up or down a camera turns, in radians.
+/// The steepest angle to which a camera turns up or down, in radians.
 const STEEPEST: f64 = FRAC_PI_2 - 0.01;
 /// Faster and nearer by this factor for each notch of the wheel.
 const NOTCH: f64 = 1.15;
 /// Factors of zoom a second while a key for forward or back is held down, of an orthographic camera: e-folds.
 const ZOOM: f64 = 1.2;
-/// How much faster a user moves in a hurry.
+/// The factor by which a user in a hurry moves faster.
 const HURRY: f64 = 4.0;
 
 /// The keys and buttons that are held down.
@@ -50,12 +50,12 @@ impl Held {
     }
 }
 
-/// How the mouse turns the camera.
+/// The way that the mouse turns the camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mode {
     /// It looks around from where it stands.
     Fly,
-    /// It goes around what it looks at.
+    /// It goes around the place that it looks at.
     Orbit,
 }
 
@@ -97,7 +97,7 @@ impl CameraControl {
         }
     }
 
-    /// Begins again with another camera. What was kept stays.
+    /// Begins again with another camera. Bookmarks stay.
     pub fn begin_again(&self, camera: Camera, bounds: &Aabb) -> Self {
         Self { bookmarks: self.bookmarks, ..Self::new(camera, bounds) }
     }
@@ -115,8 +115,8 @@ impl CameraControl {
         held.direction() != DVec3::ZERO || self.velocity != DVec3::ZERO || self.turn != [0.0; 2] || self.zoom != 0.0
     }
 
-    /// The mouse was dragged, by these parts of the window's height, to the right and down. In flight the view follows it, and in an orbit what
-    /// is seen does.
+    /// The mouse was dragged, by these parts of the window's height, to the right and down. In flight the view follows it, and in an orbit the scene
+    /// does.
     pub fn drag(&mut self, right: f64, down: f64) {
         self.turn[0] -= right * TURN;
         self.turn[1] -= down * TURN;
@@ -174,7 +174,7 @@ impl CameraControl {
     fn step(&mut self, seconds: f64, held: Held) {
         let kept = (-seconds / EASING).exp();
         self.turn(kept);
-        // The exact solution of a velocity that nears the wanted one, whatever the step.
+        // The exact solution of a velocity that nears the wanted one, for any step.
         let wanted = self.wanted(held);
         let gained = (self.velocity - wanted) * (1.0 - kept) * EASING;
         let moved = wanted * seconds + gained;
@@ -195,7 +195,7 @@ impl CameraControl {
         let direction = held.direction() * if held.hurry { HURRY } else { 1.0 };
         match self.camera.projection {
             Projection::Perspective { .. } => direction * self.speed,
-            // As far as a part of the picture, whatever that shows.
+            // By a part of the picture, however many metres that has.
             Projection::Orthographic { height } => {
                 DVec3::new(direction.x * height, direction.y * height, direction.z) * ZOOM
             }
@@ -219,7 +219,7 @@ impl CameraControl {
         }
     }
 
-    /// Turns by what is not kept of what is left to turn.
+    /// Turns by the outstanding angles, less the share `kept`, which stays outstanding.
     fn turn(&mut self, kept: f64) {
         if self.turn == [0.0; 2] {
             return;
@@ -228,9 +228,9 @@ impl CameraControl {
         self.turn = [self.turn[0] - left, self.turn[1] - up];
         let pivot = self.camera.position + self.camera.forward() * self.reach;
         let pitch = self.camera.forward().y.clamp(-1.0, 1.0).asin();
-        // Who begins steeper than the limit does not get steeper.
+        // A camera that begins steeper than the limit does not get steeper.
         let up = (pitch + up).clamp((-STEEPEST).min(pitch), STEEPEST.max(pitch)) - pitch;
-        // About the world's vertical and the camera's own horizontal: what roll it has, it keeps.
+        // About the world's vertical and the camera's own horizontal: the camera keeps its roll.
         let rotation = DQuat::from_rotation_y(left) * self.camera.rotation * DQuat::from_rotation_x(up);
         self.camera.rotation = rotation.normalize();
         if self.mode == Mode::Orbit {

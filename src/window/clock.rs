@@ -1,4 +1,4 @@
-//! How long frames take, for the title and for whoever asked for a number of them.
+//! Times of frames, for the title and for callers that asked for a number of frames.
 
 use std::time::{Duration, Instant};
 
@@ -46,7 +46,7 @@ pub struct Clock {
 /// Intervals that a graph shows.
 const GRAPH: usize = 160;
 
-/// How long a title stays as it is.
+/// The time for which a title stays as it is.
 const TITLE: Duration = Duration::from_millis(500);
 /// Intervals that are kept: an hour of a fast display.
 const MOST: usize = 1 << 20;
@@ -79,7 +79,7 @@ impl Clock {
         self.last = None;
     }
 
-    /// All that has the size of the picture was made anew.
+    /// Notes the time that it took to make everything of the picture's size anew.
     pub fn resized(&mut self, took: Duration) {
         if self.resizes.len() < MOST {
             self.resizes.push(took.as_secs_f64() * 1e3);

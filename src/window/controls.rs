@@ -1,4 +1,4 @@
-//! The panels: what the frame did and what it cost, and what can be changed of it.
+//! The panels: the frame's parts and costs, and the settings that can be changed.
 
 use egui::{
     CollapsingHeader, ComboBox, Context, Grid, Id, Response, RichText, ScrollArea, Sense, Slider, SliderClamping,
@@ -26,7 +26,7 @@ pub struct Facts<'a> {
     /// Of the last frame that is known to be done.
     pub times: FrameTimes,
     pub plan: Option<&'a FramePlan>,
-    /// Of the plan, and what lies over the picture.
+    /// Those of the plan, and those that lie over the picture.
     pub parts: Vec<Part>,
     /// The scene's.
     pub lights: &'a [Light],
@@ -37,7 +37,7 @@ pub struct Facts<'a> {
     pub refused: Option<&'a str>,
     /// Frames of other settings than those that are shown are being made.
     pub is_pending: bool,
-    /// How far the picture is from the truth, as far as that is known.
+    /// The picture's difference from the truth, as far as it is known.
     pub error: Option<&'a ErrorMap>,
     pub is_comparing: bool,
     pub selected: Option<Selected>,
@@ -86,14 +86,14 @@ pub struct Controls {
     pub beside: Option<View>,
 }
 
-/// Intensities reach this far to either side of what a light has, as a factor.
+/// Intensities reach from a light's own by this factor to either side.
 const FACTOR: f32 = 1e3;
 /// Lux or candela up to which a light can be set that was dark at first, where no other tells how strong lights are.
 const DARK_MOST: f32 = 1e3;
 /// Milliseconds that the graph of times shows at least.
 const LEAST_MS: f32 = 4.0;
 
-/// Returns true if panels have no room beside each other: then the keys are shown alone, and what is selected gives way to the steps of the frame.
+/// Returns true if panels have no room beside each other: then the keys are shown alone, and the selection gives way to the steps of the frame.
 pub fn is_small(context: &Context) -> bool {
     let size = context.content_rect().size();
     size.x < 960.0 || size.y < 600.0
@@ -140,7 +140,7 @@ impl Controls {
     }
 
     fn show_keys(&mut self, context: &Context) {
-        // In a large window what is selected stands right of it.
+        // In a large window the panel of the selection is right of it.
         let (left, right) = if is_small(context) { (12.0, 40.0) } else { (420.0, 300.0) };
         let room = context.content_rect().size() - Vec2::new(left + right, 80.0);
         let window = egui::Window::new("Keys").default_pos(pos2(left, 12.0)).resizable(false);
@@ -184,7 +184,7 @@ fn place(at: DVec3) -> String {
 
 /// Against the light through the middle of each pixel, in 64 bits.
 fn show_error(ui: &mut Ui, map: Option<&ErrorMap>) {
-    // Of what it will hold, so that it stays where it is.
+    // The size that its contents will have, so that it stays where it is.
     ui.set_min_size(Vec2::new(250.0, 60.0));
     let Some(map) = map else {
         ui.label("the truth is computed...");
@@ -238,7 +238,7 @@ fn panels(ui: &mut Ui, facts: &Facts, (values, player): (&mut Values, &mut Playe
 /// A part of an interval in milliseconds.
 type Share = fn(&Interval) -> Option<f64>;
 
-/// Times of the last frames: from one to the next, and what of it the CPU and the device were busy.
+/// Times of the last frames: from one to the next, and the part of it in which the CPU and the device were busy.
 fn graph(ui: &mut Ui, intervals: &[Interval]) {
     let colors = [ui.visuals().strong_text_color(), egui::Color32::LIGHT_BLUE, egui::Color32::GOLD];
     let lines: [(&str, Share); 3] =
@@ -280,14 +280,14 @@ fn rows(ui: &mut Ui, settings: &mut Settings, of_shadows: bool) {
             layout(ui, setting, &mut settings.gbuffer);
         } else if let Some(chosen) = row(ui, setting, setting.text(&settings.patch())) {
             let mut patch = settings.patch();
-            // What is offered is what it may be.
+            // Panels offer no value that the setting cannot have.
             let _ = setting.set(&mut patch, chosen.as_deref());
             *settings = Settings { output: settings.output, ..patch.decide() };
         }
     }
 }
 
-/// A setting, and what it is changed to, if it is: a slider for numbers that are not counted, else a box or a menu of all that it may be.
+/// Shows a setting and returns its new value, if it is changed: a slider for numbers that are not counted, else a box or a menu of all values.
 fn row(ui: &mut Ui, setting: &Setting, text: Option<String>) -> Option<Option<String>> {
     let id = ui.id().with(setting.key);
     if let (ValueKind::Number(from, to), Some(number)) =
@@ -307,7 +307,7 @@ fn row(ui: &mut Ui, setting: &Setting, text: Option<String>) -> Option<Option<St
     } else {
         let tried = setting.tried.iter().map(|number| (*number).to_owned());
         let mut all = if setting.tried.is_empty() { setting.values.all() } else { tried.collect() };
-        // What a file says may be none of those that are tried.
+        // A file's value may be none of those that are tried.
         all.extend(text.clone().filter(|text| !all.contains(text)));
         let unset = Some((setting.unset.to_owned(), None)).filter(|(name, _)| !name.is_empty());
         let names: Vec<_> = unset.into_iter().chain(all.into_iter().map(|text| (text.clone(), Some(text)))).collect();
@@ -351,7 +351,7 @@ fn roughness(ui: &mut Ui, roughness: &mut Option<f32>) {
 fn lights(ui: &mut Ui, lights: &[Light], changed: &mut Vec<(usize, Light)>) {
     ScrollArea::vertical().id_salt("lights").max_height(160.0).show(ui, |ui| {
         for (index, light) in lights.iter().enumerate() {
-            // Around what the light had when its slider was first shown.
+            // Around the light's intensity when its slider was first shown.
             let id = ui.id().with(index);
             let own: f32 = ui.data_mut(|data| *data.get_temp_mut_or(id, light.intensity));
             let name = if light.name.is_empty() { format!("light {index}") } else { light.name.clone() };
@@ -369,7 +369,7 @@ fn lights(ui: &mut Ui, lights: &[Light], changed: &mut Vec<(usize, Light)>) {
     });
 }
 
-/// Up to where a light can be set that was dark at first: to the strongest of the others in its unit.
+/// Returns the greatest intensity to which a light can be set that was dark at first: the strongest of the others in its unit.
 fn most_of_dark(lights: &[Light], index: usize) -> f32 {
     let unit = |light: &Light| light.kind.form().unit;
     let others =

@@ -14,7 +14,7 @@ impl Faults {
         self.scene.is_some() || self.shaders.is_some()
     }
 
-    /// Takes all away; whether there was any.
+    /// Removes all faults. Returns true if there were any.
     pub fn clear(&mut self) -> bool {
         let was = self.is_any();
         *self = Self::default();
@@ -23,7 +23,7 @@ impl Faults {
 
     /// Shows each, until it is closed.
     pub fn show(&mut self, context: &Context) {
-        // Where neither lies over the other, nor over other panels as they open.
+        // At these places neither lies over the other, nor over other panels as they open.
         let all = [
             ("Scene", "scene", &mut self.scene, (Align2::CENTER_TOP, [0.0, 12.0])),
             ("Shaders", "shaders", &mut self.shaders, (Align2::LEFT_BOTTOM, [12.0, -12.0])),
@@ -36,7 +36,7 @@ impl Faults {
                 ui.label(format!("The picture is of the last {what} without a fault."));
                 ui.set_max_width(context.content_rect().width() - 60.0);
                 ScrollArea::both().max_height(context.content_rect().height() * 0.4).show(ui, |ui| {
-                    // Carets stand under what they point at.
+                    // Carets must stand under the characters that they point at.
                     let lines = RichText::new(text.as_str()).monospace().color(ui.visuals().error_fg_color);
                     ui.add(egui::Label::new(lines).extend());
                 });

@@ -59,7 +59,7 @@ fn project(camera: &Camera, ends: [DVec3; 2], size: Vec2) -> Option<[Pos2; 2]> {
     Some([point(from), point(to)])
 }
 
-/// Where a picture is wrong: red, and the less to be seen through the more codes it is off.
+/// The errors of a picture: red, and the more opaque the more codes a pixel is off.
 #[derive(Default)]
 pub struct HeatMap {
     texture: Option<TextureHandle>,

@@ -1,5 +1,5 @@
-//! A window onto a scene: events in, a camera that moves, frames out. What is drawn and shown is [`crate::frame::Presenter`]'s; what the hands of
-//! a user do to the camera is `camera.rs`'s, which needs no window.
+//! A window onto a scene: events in, a camera that moves, frames out. Drawing and showing are [`crate::frame::Presenter`]'s; the motion of the camera
+//! by a user is `camera.rs`'s, which needs no window.
 
 pub mod keys;
 
@@ -63,9 +63,9 @@ impl From<gpu::Error> for Error {
 
 /// Options of a window.
 pub struct Options<'a> {
-    /// When frames are shown.
+    /// The synchronization of frames with the display's refresh.
     pub vsync: Vsync,
-    /// Show what is brighter than white so, where the display can: up to so many nits.
+    /// Shows light brighter than white as such, where the display can: up to so many nits.
     pub hdr: Option<f32>,
     /// Pictures are coarser while something moves, where frames take long.
     pub dynamic_resolution: bool,
@@ -77,11 +77,11 @@ pub struct Options<'a> {
     pub rests: bool,
     /// Tells the user something, in one line.
     pub tell: &'a dyn Fn(&str),
-    /// Keeps a screenshot, of what is shown or of its light; what to tell of it.
+    /// Keeps a screenshot, of the shown picture or of its light. Returns a message about it.
     pub keep: &'a dyn Fn(&frame::Picture) -> Result<String, String>,
-    /// Keeps a path that was recorded; what to tell of it.
+    /// Keeps a path that was recorded. Returns a message about it.
     pub keep_path: &'a dyn Fn(&CameraPath) -> Result<String, String>,
-    /// Keeps the scene with its lights, seen from a camera with settings; what to tell of it.
+    /// Keeps the scene with its lights, seen from a camera with settings. Returns a message about it.
     pub keep_scene: &'a dyn Fn(&Scene, &Camera, &SettingsPatch) -> Result<String, String>,
     /// Called, from another thread, when a file of the scene has changed.
     pub read_again: Option<ReadAgain>,
@@ -155,7 +155,7 @@ fn surface_of(device: &Device, window: &Arc<Window>) -> Result<Arc<Surface>, Err
 fn reason(error: &EventLoopError) -> String {
     let text = match error {
         EventLoopError::Os(error) => error.to_string(),
-        // All that winit says of a Wayland connection that breaks.
+        // winit says no more of a Wayland connection that breaks.
         EventLoopError::ExitFailure(_) => "its connection broke".to_owned(),
         other => other.to_string(),
     };

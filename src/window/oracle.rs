@@ -1,4 +1,4 @@
-//! The truth, asked for in the background: what is at a place of the picture, and how far the picture is from the light there.
+//! The truth, asked for in the background: the object at a place of the picture, and the picture's difference from the true light.
 //!
 //! A thread of its own has a copy of the scene with its tree of boxes. A new question ends the one before it.
 
@@ -18,7 +18,7 @@ use crate::scene::{Scene, Settings, exposure_scale};
 pub enum Question {
     /// The object at a place, in pixels from the upper left corner.
     Pick(View, DVec2),
-    /// How far the picture is from the truth.
+    /// The picture's difference from the truth.
     Error(Box<Drawn>),
 }
 
@@ -44,7 +44,7 @@ pub enum Answer {
 pub struct ErrorMap {
     /// From one pixel that was compared to the next.
     pub step: u32,
-    /// How many, across and down.
+    /// The number of compared pixels, across and down.
     pub size: [u32; 2],
     /// Rows from the top.
     pub codes: Vec<u8>,
@@ -80,7 +80,7 @@ impl Oracle {
         let (told, answers) = channel();
         let newest = Arc::new(AtomicU64::new(0));
         let now = Arc::clone(&newest);
-        // It ends when this side of the channels is gone; who drops them does not wait for it.
+        // The thread ends when this side of the channels is gone; dropping them does not wait for it.
         std::thread::spawn(move || {
             // Frames of a scene with faults are refused, with their sentence, before anybody asks about them.
             let Ok(mut reference) = Reference::new(&scene) else { return };
@@ -119,14 +119,14 @@ impl Oracle {
         Self { questions, answers, newest }
     }
 
-    /// Asks, in the place of whatever was asked before.
+    /// Asks, in the place of any earlier question.
     pub fn ask(&self, question: Question) {
         let number = self.newest.fetch_add(1, Ordering::Relaxed) + 1;
         // The other side only ends after this one.
         let _ = self.questions.send((number, question));
     }
 
-    /// Wants no more answers to what was asked.
+    /// Drops the last question: its answer is not wanted any more.
     pub fn forget(&self) {
         self.newest.fetch_add(1, Ordering::Relaxed);
     }

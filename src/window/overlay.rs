@@ -1,4 +1,4 @@
-//! egui in the window: events go in, triangles for [`crate::passes::overlay`] come out. What is shown is [`super::controls`]'s.
+//! egui in the window: events go in, triangles for [`crate::passes::overlay`] come out. The panels themselves are [`super::controls`]'s.
 
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
@@ -17,9 +17,9 @@ use crate::passes::overlay::{Draw, Panels, Texture, Vertex};
 pub struct Overlay {
     context: egui::Context,
     state: egui_winit::State,
-    /// As they are on the device, or would be: egui tells only what changes of them.
+    /// As they are on the device, or would be: egui only hands their changes over.
     textures: HashMap<u64, ColorImage>,
-    /// Those that the device has not yet as they are.
+    /// The textures whose changes are not on the device yet.
     changed: BTreeSet<u64>,
     /// In points.
     pointer: egui::Pos2,
@@ -85,7 +85,7 @@ impl Overlay {
         layer.is_some_and(|layer| layer.order != egui::Order::Background)
     }
 
-    /// Lets `show` build what is shown, and returns it, but for its textures, with the time after which it wants to be shown anew.
+    /// Lets `show` build the panels, and returns them without their textures, with the time after which they must be shown anew.
     pub fn run(&mut self, window: &Window, show: impl FnMut(&egui::Context)) -> (Panels, Duration) {
         let input = self.state.take_egui_input(window);
         let output = self.context.run(input, show);
@@ -116,7 +116,7 @@ impl Overlay {
         self.spent.clear();
     }
 
-    /// Takes note of what changes of the textures.
+    /// Takes note of changes of the textures.
     fn take_textures(&mut self, mut delta: TexturesDelta) {
         for (id, delta) in std::mem::take(&mut delta.set) {
             let id = number(id);

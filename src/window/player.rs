@@ -1,4 +1,4 @@
-//! Clips in a window: what plays, where in it the picture is, and what of the frames follows from that.
+//! Clips in a window: the choice that plays, the picture's moment in it, and the frames' pose of that moment.
 
 use std::time::Instant;
 
@@ -9,7 +9,7 @@ use crate::scene::{ClipChoice, Motion, Playing, Pose, Scene};
 
 /// Seconds that a key goes forward or back.
 const NUDGE: f64 = 1.0 / 30.0;
-/// The longest that a frame goes forward, in seconds: what took longer was no motion but a pause.
+/// The longest that a frame goes forward, in seconds: a longer interval was no motion but a pause.
 const LONGEST: f64 = 0.25;
 
 /// The playback of a scene's clips.
@@ -19,7 +19,7 @@ pub struct Player {
     runs: bool,
     /// The scene has particles, which go on without end.
     emits: bool,
-    /// Up to when it has played, unless it has rested since.
+    /// The moment up to which it has played, unless it has rested since.
     advanced: Option<Instant>,
     /// The frames do not show this moment yet.
     is_new: bool,

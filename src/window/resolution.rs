@@ -5,11 +5,11 @@ use std::time::{Duration, Instant};
 
 use crate::scene::Camera;
 
-/// Steps of the window's width and height: each makes anew what has the size of the picture, so that there are few.
+/// Steps of the window's width and height. A change of the step makes everything of the picture's size anew, so that only a few exist.
 const STEPS: u32 = 8;
 /// The coarsest, with which a window begins: a sixteenth of the pixels.
 const COARSEST: u32 = 2;
-/// How long a frame may take while something moves: 10 a second.
+/// The time that a frame may take while something moves: 10 a second.
 const AIM: Duration = Duration::from_millis(100);
 /// Times up to this much longer are no reason for a change.
 const TOLERANCE: f64 = 1.15;
@@ -17,7 +17,7 @@ const TOLERANCE: f64 = 1.15;
 const MARGIN: f64 = 0.85;
 /// Frames after a change before the first time of its own size is known: two are in flight, and one is being recorded.
 const LATE: u32 = 3;
-/// When a picture rests, after the last movement.
+/// A picture rests so long after the last movement.
 const REST: Duration = Duration::from_millis(150);
 
 /// The state of a frame's picture, besides a camera that may have moved.
@@ -31,7 +31,7 @@ pub enum Motion {
     Kept,
 }
 
-/// How many of a window's pixels its frames draw.
+/// The resolution of a window's frames.
 #[derive(Debug)]
 pub struct Resolution {
     /// Otherwise pictures are whole.
@@ -40,7 +40,7 @@ pub struct Resolution {
     step: u32,
     /// The camera of the last frame.
     camera: Option<Camera>,
-    /// When something moved last; none before the first frame.
+    /// The moment of the last movement; none before the first frame.
     moved: Option<Instant>,
     /// Frames with this step so far, without a pause.
     since: u32,

@@ -1,5 +1,5 @@
-//! The divider of a window that is split: left of it is the picture, right of it another view of the same camera. What is drawn there is
-//! [`crate::frame::Presenter`]'s.
+//! The divider of a window that is split: left of it is the picture, right of it another view of the same camera. Both are drawn by
+//! [`crate::frame::Presenter`].
 
 use std::time::{Duration, Instant};
 
@@ -11,7 +11,7 @@ use crate::scene::{Settings, View};
 const REACH: f64 = 5.0;
 /// Two clicks within this time are one.
 const DOUBLE_CLICK: Duration = Duration::from_millis(400);
-/// Points between the divider and what stands beside it.
+/// Points between the divider and the names beside it.
 const GAP: f32 = 8.0;
 
 /// The mouse's action on the divider.
@@ -24,13 +24,13 @@ pub enum Grip {
     Ended,
 }
 
-/// Where the window is divided.
+/// The line that divides the window.
 #[derive(Debug, Clone, Copy)]
 pub struct Divider {
     /// The part of the width that is left of it, 0 to 1.
     at: f64,
     held: bool,
-    /// When it was last taken hold of, and where, in pixels.
+    /// The moment and the place, in pixels, at which it was last taken hold of.
     pressed: Option<(Instant, f64)>,
 }
 
@@ -46,7 +46,7 @@ impl Divider {
         self.at
     }
 
-    /// Whether the mouse could take hold of it, `x` pixels from the left of a window `width` pixels wide, or does.
+    /// Returns true if the mouse holds it, or could take hold of it, `x` pixels from the left of a window `width` pixels wide.
     pub fn is_near(&self, x: f64, width: u32) -> bool {
         self.held || (x - self.at * f64::from(width)).abs() <= REACH
     }
@@ -80,7 +80,7 @@ impl Divider {
         self.held
     }
 
-    /// Draws it over the picture, and what the two views are beside it.
+    /// Draws it over the picture, with the names of the two views beside it.
     pub fn draw(&self, context: &Context, [left, right]: [View; 2]) {
         let screen = context.content_rect();
         let scale = context.pixels_per_point();
@@ -151,7 +151,7 @@ mod tests {
         assert_eq!(click(&mut divider, 10.0, DOUBLE_CLICK * 3 / 2), Grip::Missed);
         assert_eq!(click(&mut divider, 51.0, DOUBLE_CLICK * 7 / 4), Grip::Held);
         assert_eq!(click(&mut divider, 51.0, 2 * DOUBLE_CLICK), Grip::Ended);
-        // What was dragged in between was no click.
+        // A drag in between is no click.
         let (mut divider, soon) = (Divider::default(), now + DOUBLE_CLICK / 2);
         assert_eq!(divider.press(50.0, 100, now), Grip::Held);
         assert!(divider.drag(80.0, 100) && divider.release());

@@ -15,11 +15,11 @@ use crate::scene::{Brdf, Settings, Tonemap, Transparency, View};
 /// Up to so many lights have a step each; of more, groups that double have one.
 const SINGLE_LIGHTS: usize = 24;
 
-/// A pass, or a part of what it does, after which the picture is shown.
+/// A pass, or a part of its work, after which the picture is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {
     ShadowMaps,
-    /// A part of what GEOMETRY has written, or what AO has made of it.
+    /// A buffer that GEOMETRY has written, or the one that AO has made of it.
     Buffer(View),
     /// The lights from `first` to before `end` are added, of those that the plan has; none of them before the first light.
     Lights {
@@ -46,7 +46,7 @@ impl Step {
         steps
     }
 
-    /// The steps of one pass. A window's own passes, and what only shows a buffer, have none.
+    /// The steps of one pass. A window's own passes, and those that only show a buffer, have none.
     fn of(pass: &Pass, plan: &FramePlan) -> Vec<Self> {
         let is = |other: &Pass| pass.place == other.place;
         if is(&shadow::PASS) {
@@ -107,7 +107,7 @@ impl Step {
         settings
     }
 
-    /// After how many lights its frames are halted; none where they are not.
+    /// The number of lights after which its frames are halted; none where they are not.
     pub fn halt(self, plan: &FramePlan) -> Option<usize> {
         match self {
             Self::Lights { end, .. } => Some(end),
@@ -133,7 +133,7 @@ impl Step {
     }
 }
 
-/// The views of what the G-buffer of a plan holds.
+/// The views of the G-buffer of a plan.
 fn buffers(plan: &FramePlan) -> Vec<View> {
     let Some(gbuffer) = plan.gbuffer.filter(|_| matches!(plan.shading, Shading::Light { .. })) else {
         return Vec::new();
@@ -296,7 +296,7 @@ mod tests {
         assert_eq!(passes, expected, "{seen:?}");
     }
 
-    /// What a step shows is what the frame does: its plan differs in nothing but what the step is about.
+    /// A step shows the frame's own work: its plan differs in nothing but the subject of the step.
     #[test]
     fn every_step_can_be_planned_and_those_of_lights_have_the_frames_own_plan() {
         let glass = samples::scene(vec![Material::default(), samples::glass()], vec![samples::sky(), samples::sun()]);
@@ -308,7 +308,7 @@ mod tests {
                     (true, 4, Transparency::Sorted, AmbientOcclusion::Off),
                 ] {
                     let whole = Settings { light_path, fxaa, msaa, transparency, ao, ..Settings::default() };
-                    // What does not go together is refused.
+                    // Settings that do not go together are refused.
                     let Ok(plan) = FramePlan::of(&scene, &whole, &samples::device()) else { continue };
                     for step in Step::all(&plan) {
                         let settings = step.settings(&whole, &plan);

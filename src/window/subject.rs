@@ -12,7 +12,7 @@ pub struct Subject {
     pub player: Player,
     /// Of each material, as it came.
     own_roughness: Vec<f32>,
-    /// Where nothing plays.
+    /// Those of the scene while no clip plays.
     bounds: Aabb,
     /// EV100.
     pub(super) exposure: f32,
@@ -48,7 +48,7 @@ impl Subject {
         }
     }
 
-    /// The same scene read again: what was changed on the panels stays, unless its files say something else of it than before.
+    /// Returns the same scene read again: a change on the panels stays, unless the files now have another value in its place.
     pub(super) fn renewed(&self, scene: Scene, settings: Settings) -> Self {
         let player = self.player.renewed(&scene.motion);
         let mut new = Self { player, ..Self::new(scene, settings) };
@@ -121,7 +121,7 @@ impl Subject {
         }
     }
 
-    /// The same settings for a picture of so many pixels of light in nits. FXAA smooths what is tone-mapped, and light is not.
+    /// The same settings for a picture of so many pixels of light in nits. FXAA smooths tone-mapped colours only, and light is none.
     pub fn in_nits(&self, size: [u32; 2]) -> Settings {
         Settings { size, output: Output::Nits, ..self.settings.without_effects() }
     }

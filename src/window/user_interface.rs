@@ -1,4 +1,4 @@
-//! The user's interface: panels over the picture, and what follows from a change that is made there.
+//! The user's interface: panels over the picture, and the consequences of changes that are made there.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -95,8 +95,8 @@ impl UserInterface {
         self.overlay.event(window, event, shown)
     }
 
-    /// Builds the panels and makes the changes that are made there. What is to be drawn, and after which time anew; none while no panel is open.
-    /// The presenter must be fitted again if it was told of a change: the third value.
+    /// Builds the panels and makes the changes that are made there. Returns the panels to draw, and the time after which to draw them anew; none
+    /// while no panel is open. The third value is true if the presenter must be fitted again, as it was told of a change.
     pub fn show(
         &mut self,
         window: &Window,
@@ -205,7 +205,7 @@ impl UserInterface {
         (self.oracle, self.selected) = (None, None);
     }
 
-    /// Takes back what was changed since frames could be made, if anything was and the device is not to blame. Tells why on the panels.
+    /// Takes back the changes since frames could last be made, if there are any and the device is not to blame. Tells why on the panels.
     pub fn take_back(&mut self, presenter: &mut Presenter, subject: &mut Subject, error: &frame::Error) -> bool {
         use gpu::Error::{DeviceLost, Vulkan};
         if let frame::Error::Gpu(DeviceLost { .. } | Vulkan { result: vk::Result::ERROR_SURFACE_LOST_KHR, .. }) = error
@@ -276,7 +276,7 @@ impl UserInterface {
         }
     }
 
-    /// Asks what is at a place of the picture, in pixels from its upper left corner.
+    /// Asks for the object at a place of the picture, in pixels from its upper left corner.
     pub fn pick(&mut self, subject: &Subject, view: reference::View, place: DVec2) {
         self.end_comparison();
         self.oracle(subject).ask(Question::Pick(view, place));
@@ -287,7 +287,7 @@ impl UserInterface {
         self.compared.is_some()
     }
 
-    /// Asks how far a picture from this camera is from the truth; none if what is shown is no picture of light.
+    /// Asks for the difference of a picture from this camera from the truth; does nothing if the picture is not one of light.
     pub fn compare(&mut self, subject: &Subject, camera: Camera, picture: &Picture) {
         let Pixels::Srgb8(rgba) = &picture.pixels else { return };
         if self.refuses_comparison(subject) {
@@ -303,7 +303,7 @@ impl UserInterface {
         (self.compared, self.error) = (Some(camera), None);
     }
 
-    /// Returns true if what is shown cannot be compared, which is told then.
+    /// Returns true if the shown picture cannot be compared, and tells so.
     pub fn refuses_comparison(&mut self, subject: &Subject) -> bool {
         let refuses = subject.settings.view != View::Final || self.stepper.is_open();
         if refuses {
@@ -322,7 +322,7 @@ impl UserInterface {
         }
     }
 
-    /// Ends the comparison, and takes the selection and what is told of files away. False if there was nothing.
+    /// Ends the comparison, and removes the selection and the faults of files. False if there was nothing.
     pub fn clear(&mut self) -> bool {
         let was = self.faults.clear() || self.compared.is_some() || self.selected.is_some();
         self.end_comparison();
@@ -349,7 +349,7 @@ impl UserInterface {
             if self.set(presenter, subject, settings) {
                 return true;
             }
-            // What the scene does not have is passed over.
+            // Views that the scene does not have are passed over.
             subject.settings.view = subject.turned(back).view;
         }
         subject.settings.view = own;
@@ -444,7 +444,7 @@ impl UserInterface {
             // Refused only while light is in nits, which has none.
             let _ = presenter.set_exposure(after.exposure);
         }
-        // What the frames have already is nothing to go back behind.
+        // The frames have these values already: going back to the fitted settings must not undo them.
         if let Some((values, lights)) = self.fitted.as_mut().filter(|_| self.before.subject.is_none()) {
             (values.exposure, values.settings.exposure) = (subject.exposure, subject.settings.exposure);
             for index in taken {
@@ -453,7 +453,7 @@ impl UserInterface {
         }
         if after.roughness != before.roughness {
             subject.set_roughness(after.roughness);
-            // Factors are no part of what lies on the device.
+            // Factors are no part of the scene on the device.
             presenter.change(false);
             unfit = true;
         }

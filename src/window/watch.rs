@@ -22,9 +22,9 @@ const LONGEST: Duration = Duration::from_millis(500);
 
 /// The outcome of reading changed files.
 pub enum Reload {
-    /// The scene as it is in its files, or what is wrong with them.
+    /// The scene as it is in its files, or the fault in them.
     Scene(Result<Box<(Scene, Settings)>, String>),
-    /// The variants that passes have asked for, or what is wrong with the sources.
+    /// The variants that passes have asked for, or the fault in the sources.
     #[cfg(feature = "hot-reload")]
     Shaders(Result<Replacements, String>),
 }
@@ -154,7 +154,7 @@ struct Shaders {
     /// They are not those that the program was built with.
     differ: bool,
     compiled: Replacements,
-    /// How many variants were asked for when they were compiled last.
+    /// Variants that were asked for at the last compilation.
     tried: usize,
 }
 
@@ -204,7 +204,7 @@ impl Reader {
         }
     }
 
-    /// While something is wrong, any file beside those of the scene may be what it lacks.
+    /// While something is wrong, any file beside those of the scene may be the missing one.
     fn is_of_scene(&self, path: &Path) -> bool {
         let is_beside =
             || path.parent().is_some_and(|folder| self.files.iter().any(|file| file.parent() == Some(folder)));
@@ -226,7 +226,7 @@ impl Reader {
         let read = guarded(|| (self.read)());
         self.is_wrong = read.is_err();
         if let Ok((scene, _)) = &read {
-            // A folder that cannot be watched any more is no reason to keep the scene from who wants to see it.
+            // A folder that cannot be watched any more is no reason to withhold the scene.
             let _ = self.follow(&scene.files);
         }
         self.tell(Reload::Scene(read.map(Box::new)));
@@ -274,12 +274,12 @@ impl Reader {
         Ok(())
     }
 
-    /// Compiles what is asked for, if sources have changed, or more is asked for of sources that have.
+    /// Compiles the variants that are asked for, if sources have changed, or more variants are asked for of changed sources.
     #[cfg(feature = "hot-reload")]
     fn compile_shaders(&mut self, have_changed: bool) {
         let Some(shaders) = &mut self.shaders else { return };
         shaders.differ |= have_changed;
-        // What did not compile does not when nothing else is asked for.
+        // Without a new request, variants that did not compile would not compile now.
         let are_too_few = shaders.differ && shaders.compiled.lack() && asked() > shaders.tried;
         if !have_changed && !are_too_few {
             return;
@@ -293,7 +293,7 @@ impl Reader {
     }
 }
 
-/// A fault of our own, or of what reads files for us, is told as one of the files.
+/// A panic of our own code, or of the libraries that read files, is told as a fault of the files.
 fn guarded<T>(work: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
     let done = catch_unwind(AssertUnwindSafe(work));
     done.unwrap_or_else(|_| Err("the program failed over these files: this is a fault of its own".into()))
@@ -353,7 +353,7 @@ mod tests {
         wait(&watch, Ok(4));
         fs::write(path("scene.toml"), "models = [{ path = 'none.obj' }]\n").expect("written");
         wait(&watch, Err("none.obj"));
-        // What was missing comes.
+        // The missing file appears.
         fs::write(path("none.obj"), TRIANGLE).expect("written");
         wait(&watch, Ok(1));
         // Another file that is written all the time delays nothing.

@@ -10,6 +10,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod browser;
 mod chapter;
 mod pages;
 mod patches;

@@ -140,6 +140,15 @@ fn exercises(text: &str) -> Vec<(&str, &str)> {
     rest.split("\n### ").skip(1).filter_map(|own| own.split_once('\n')).collect()
 }
 
+/// Returns true if an answer has a command whose output is compared, or one that draws a picture, which is.
+fn is_tried(answer: &str) -> bool {
+    let blocks = answer.split("```console").skip(1).filter_map(|rest| rest.split("\n```").next());
+    let prints = blocks
+        .clone()
+        .any(|block| block.lines().skip(1).any(|line| !line.starts_with("$ ") && !line.starts_with("> ")));
+    prints || answer.contains("](made/") && (answer.contains("<!-- console") || blocks.count() > 0)
+}
+
 #[test]
 fn every_chapter_has_three_exercises_whose_answers_are_tried() {
     let mut wrong = Vec::new();
@@ -152,8 +161,9 @@ fn every_chapter_has_three_exercises_whose_answers_are_tried() {
         for (title, body) in exercises {
             let answer =
                 body.split_once("<summary>Answer</summary>").and_then(|(_, rest)| rest.split_once("</details>"));
-            if !answer.is_some_and(|(answer, _)| answer.contains("```console") && answer.contains("\n$ ")) {
-                wrong.push(format!("{}.md: the answer of \u{201c}{title}\u{201d} has no commands", chapter.name));
+            if !answer.is_some_and(|(answer, _)| is_tried(answer)) {
+                let title = format!("\u{201c}{title}\u{201d}");
+                wrong.push(format!("{}.md: the answer of {title} has no command with output or picture", chapter.name));
             }
         }
     }
@@ -169,5 +179,6 @@ fn listings_are_found_by_their_marks() {
         includes("{{#include ../a.rs:b}} {{#include c.md}}"),
         [("../a.rs".into(), Some("b".into())), ("c.md".into(), None)]
     );
+    assert!(is_tried("```console\n$ a\nb\n```") && !is_tried("```console\n$ a\n> b\n```\nc"));
     assert_eq!(exercises("x\n## Exercises\n\n### A\nb\n### C\nd\n## E\n### F\ng"), [("A", "b"), ("C", "d")]);
 }

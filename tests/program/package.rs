@@ -40,6 +40,30 @@ fn included(source: &Path) -> Vec<PathBuf> {
     paths.map(|path| plain(&folder.join(path))).collect()
 }
 
+/// The files of the package that a text links to where docs.rs shows sources.
+fn shown_by_docs_rs(text: &str) -> Vec<&str> {
+    let start = "https://docs.rs/crate/afterlight/latest/source/";
+    let is_end = |c: char| c.is_whitespace() || ")>#".contains(c);
+    text.split(start).skip(1).filter_map(|rest| rest.split(is_end).next()).collect()
+}
+
+#[test]
+fn links_of_the_documentation_lead_to_files_of_the_package() {
+    if std::env::var_os("AFTERLIGHT_RUNNER").is_some() {
+        return;
+    }
+    let files = packed("afterlight");
+    let text = fs::read_to_string(root().join("src/lib.rs")).expect("readable");
+    let linked = shown_by_docs_rs(&text);
+    assert!(linked.len() > 5, "{linked:?}");
+    for file in linked {
+        assert!(
+            files.contains(Path::new(file)),
+            "src/lib.rs links to {file}, which is not packed: see `include` in Cargo.toml"
+        );
+    }
+}
+
 #[test]
 fn a_package_holds_all_that_its_sources_include() {
     // Debian 13's runner starts programs of its own only.

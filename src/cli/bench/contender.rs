@@ -1,4 +1,4 @@
-//! One variant of the settings, with its renderer and what was measured of it.
+//! One variant of the settings, with its renderer and its measurements.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -61,7 +61,7 @@ impl Contender {
 }
 
 fn memory_by_kind(device: &Device) -> BTreeMap<MemoryKind, u64> {
-    // What is retired but not yet destroyed would count for the next contender.
+    // Retired objects that are not yet destroyed would count for the next contender.
     device.collect();
     device.memory_report().kinds.into_iter().map(|(kind, report)| (kind, report.bytes)).collect()
 }

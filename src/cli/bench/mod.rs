@@ -1,5 +1,5 @@
-//! `afterlight bench`: how long frames take. Variants of the settings are drawn in turn, frame by frame, in one process,
-//! so that whatever slows the machine slows all of them.
+//! `afterlight bench`: the times of frames. Variants of the settings are drawn in turn, frame by frame, in one process,
+//! so that a slow moment of the machine slows all of them.
 
 mod contender;
 mod plan_cost;
@@ -141,7 +141,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// Measures all variants of one scene. All of them are held at once, or they could not take turns.
 fn measure(args: &Args, spec: &str, device: &Arc<Device>) -> Result<SceneReport, Failure> {
-    // What a single cost or part is, is measured of one moment.
+    // Single costs and parts are measured at one moment.
     let rests = args.motion.is_still() || args.plan_cost || args.why;
     let open = if rests { Workload::open } else { Workload::open_moving };
     let mut workload = open(spec, &args.motion.over(&args.settings), args.quiet)?;
@@ -165,7 +165,7 @@ fn measure(args: &Args, spec: &str, device: &Arc<Device>) -> Result<SceneReport,
     let scene = &workload.scene;
     let mut pose = Pose::default();
     for round in 0..rounds {
-        // Whoever warms up on a path does so at its start.
+        // The warm-up on a path stands at its start.
         let measured = round.checked_sub(args.warmup);
         let time = workload.playing.time + f64::from(round) * FRAME_SECONDS;
         scene.motion.pose_into(&workload.playing.with_time(time), &mut pose);

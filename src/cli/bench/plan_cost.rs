@@ -1,4 +1,4 @@
-//! `afterlight bench --plan-cost`: what each part that a plan leaves out would cost, drawn with it and without it in turn.
+//! `afterlight bench --plan-cost`: the cost of each part that a plan leaves out, drawn with it and without it in turn.
 
 use std::fmt::Write as _;
 use std::sync::Arc;
@@ -22,7 +22,7 @@ use crate::cli::workload::Workload;
 pub struct PlanCost {
     /// Each part alone.
     parts: Vec<PartCost>,
-    /// Parts whose keeping changes neither the plan nor what a frame draws.
+    /// Parts whose keeping changes neither the plan nor a frame's draws.
     same: Vec<&'static str>,
     /// Parts that cannot be kept, and why.
     refused: Vec<(&'static str, String)>,
@@ -105,7 +105,7 @@ fn draws_the_same(base: &mut Contender, other: &mut Contender, workload: &Worklo
     Ok(drawn(base)? == drawn(other)? && base.memory == other.memory)
 }
 
-/// Draws both in turn, and who begins changes from round to round.
+/// Draws both in turn; the first of the two changes from round to round.
 fn take_turns(
     args: &Args,
     base: &mut Contender,
@@ -163,7 +163,7 @@ impl PartCost {
 }
 
 impl PlanCost {
-    /// A table, and what is not in it.
+    /// Returns the table, and a list of the parts that change nothing.
     pub fn text(&self) -> String {
         let mut table = Table::with_figures_from(1);
         table.row([

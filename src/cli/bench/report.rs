@@ -96,7 +96,7 @@ struct DrawnReport {
     /// Objects that the device tests, and those of them that it found to be seen. Neither they nor their triangles are counted elsewhere.
     objects_on_device: u64,
     found_on_device: u64,
-    /// That draw surfaces.
+    /// Commands that draw surfaces.
     commands: u64,
     culled_objects: u64,
     occluded_objects: u64,
@@ -107,7 +107,7 @@ struct DrawnReport {
     /// Draws into these that were left out, as nothing is seen in their shadow.
     idle_casters: u64,
     triangles: u64,
-    /// Lights that reach what is seen, and those of the plan that do not.
+    /// Lights that reach visible surfaces, and those of the plan that do not.
     lights: u64,
     idle_lights: u64,
 }
@@ -244,7 +244,7 @@ impl RunReport {
         }
     }
 
-    /// The rows of the table: what the run drew, its passes and its memory, each by its name.
+    /// The rows of the table: the run's figures, its passes and its memory, each by its name.
     fn facts(&self) -> Vec<(String, String)> {
         let ([width, height], drawn) = (self.size, &self.drawn);
         let fact = |name: &str, value: String| (name.to_owned(), value);
@@ -272,7 +272,7 @@ impl RunReport {
     }
 }
 
-/// A column for each run. What is as in the first one is said there alone; a dash is what a run does not have.
+/// A column for each run. A value that equals the first run's stands there alone; a dash is a value that a run does not have.
 fn details(runs: &[RunReport]) -> Table {
     let all: Vec<_> = runs.iter().map(RunReport::facts).collect();
     let mut names: Vec<&String> = Vec::new();

@@ -1,4 +1,4 @@
-//! `afterlight bench --why`: what each cost in a frame takes. One setting at a time is switched to a cheaper value and drawn in turn with the
+//! `afterlight bench --why`: the costs in a frame. One setting at a time is switched to a cheaper value and drawn in turn with the
 //! settings as given, so that costs are found on CPU devices, too, where passes cannot be timed.
 
 use std::fmt::Write as _;
@@ -40,7 +40,8 @@ impl Switch {
         format!("--{} {}", self.setting, self.value)
     }
 
-    /// All of them, whether a frame has them or not: whatever rows of the table say is cheaper, whatever is not at its default, and half the size.
+    /// Returns all of them, also those of parts that a frame lacks: the cheaper values of the table's rows, the defaults of settings that differ from
+    /// them, and half the size.
     fn all(given: &Settings) -> Vec<Self> {
         let rows = SETTINGS.iter().filter(|row| row.changes_plan && row.only.is_empty());
         rows.flat_map(|row| Self::of(row, given)).collect()
@@ -232,7 +233,7 @@ pub fn measure(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result
         for round in 0..args.warmup + args.frames {
             let mut turn: Vec<&mut Contender> =
                 std::iter::once(&mut base).chain(held.iter_mut().map(|(_, contender)| contender)).collect();
-            // Who begins changes from round to round.
+            // The first one changes from round to round.
             let count = turn.len();
             turn.rotate_left(round as usize % count);
             for contender in turn {
@@ -290,7 +291,7 @@ impl Why {
         Self { given_ms, costs, refused }
     }
 
-    /// A table of what saves time, and a line each of what does not, costs more, or cannot be.
+    /// A table of the switches that save time, and a line each of those that do not, cost more, or are refused.
     pub fn text(&self) -> String {
         let given = self.given_ms.unwrap_or(f64::NAN);
         let mut text = format!(

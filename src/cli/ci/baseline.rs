@@ -34,7 +34,7 @@ pub struct Baseline {
 }
 
 impl Baseline {
-    /// Reads what is there of the device. A folder that is not there yet is an empty baseline.
+    /// Reads the baseline of the device. A missing folder is an empty baseline.
     ///
     /// # Errors
     /// When its times cannot be read.
@@ -82,8 +82,8 @@ impl Baseline {
         self.times.get(case).copied()
     }
 
-    /// Takes over what was found without a baseline: which cases fail, and of those that pass the pictures from their folders, and, where no other case used
-    /// the device meanwhile, the times. Cases that did not run keep what they have.
+    /// Takes over the results of a run without a baseline: the cases that fail, and of those that pass the pictures from their folders and, where no
+    /// other case used the device meanwhile, the times. Cases that did not run keep theirs.
     ///
     /// # Errors
     /// When a file cannot be written.

@@ -1,5 +1,5 @@
-//! Counts what the cases of a suite use, from their plans: no device is asked, so that the table is the same everywhere. Each case is planned on a
-//! device that lacks nothing, and on the same as a CPU.
+//! Counts the parts that the cases of a suite use, from their plans: no device is asked, so that the table is the same everywhere. Each case is
+//! planned on a device that lacks nothing, and on the same as a CPU.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;

@@ -24,7 +24,7 @@ use crate::cli::workload::plan_table;
 pub const LAST_LABEL: &str = "last-label.txt";
 /// The file that says which of the case's devices was in use.
 pub const STAGE: &str = "stage.txt";
-/// The file with what the device says of itself.
+/// The file with the device's properties.
 pub const DEVICE: &str = "device.json";
 /// The suite with this case alone, for `--repro`.
 pub const SUITE: &str = "suite.toml";
@@ -98,7 +98,7 @@ impl Evidence {
         }
     }
 
-    /// Keeps the last label that is recorded on a device, and what the device is for.
+    /// Keeps the last label that is recorded on a device, and the stage for which the device was opened.
     pub fn labels(&self, stage: &str, device: &Arc<Device>) {
         let Some(folder) = &self.folder else { return };
         if let Ok(file) = File::create(folder.join(LAST_LABEL)) {
@@ -107,7 +107,7 @@ impl Evidence {
         }
     }
 
-    /// The scene's files, with the hash of each: whoever tries the case again sees whether they are the same.
+    /// Writes the scene's files with the hash of each, so that another try of the case can tell if they are the same.
     pub fn scene_files(&self, files: &[PathBuf]) {
         if self.folder.is_none() || files.is_empty() {
             return;
@@ -153,7 +153,7 @@ pub fn shown(picture: &Picture) -> Option<Srgb8Image> {
     }
 }
 
-/// The file of a pipeline's stage. Names of pipelines may be long, and differ in what no file's name has.
+/// The file of a pipeline's stage. Names of pipelines may be long, and differ in characters that no file's name has.
 fn shader_file(name: &str) -> String {
     const MOST: usize = 100;
     let plain: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).take(MOST).collect();

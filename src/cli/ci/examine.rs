@@ -1,5 +1,5 @@
-//! Makes the checks of one case, in this process. What is found out on the way is written into the case's folder as soon as it is known, so that a
-//! process that crashes leaves it behind.
+//! Makes the checks of one case, in this process. Findings are written into the case's folder as soon as they are known, so that a process that
+//! crashes leaves them behind.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -29,7 +29,7 @@ const WARM_FRAMES: u32 = 100;
 /// Growth of a process that counts as none: allocators keep memory that they have taken.
 const SLACK_BYTES: u64 = 4 << 20;
 
-/// The surroundings of a case: device, baseline, and whether other cases run beside it.
+/// The surroundings of a case: its device, its baseline, and other cases beside it.
 pub struct Place<'a> {
     pub device: &'a DeviceChoice,
     pub baseline: Option<&'a Baseline>,
@@ -109,7 +109,7 @@ impl Drawing {
         Ok(Self { scene, playing, settings })
     }
 
-    /// The plan, or why there is none: the device lacks something, or the case asks for what does not go together.
+    /// Returns the plan, or the reason for having none: the device lacks something, or the case's settings do not go together.
     fn plan(&self, device: &Device) -> Result<FramePlan, Stop> {
         let of = |device: &Capabilities| FramePlan::of(&self.scene, &self.settings, device);
         of(&capabilities(&device.physical)).map_err(|error: plan::Error| match of(&Capabilities::ample()) {
@@ -205,7 +205,7 @@ fn more(first: &str, others: u64) -> String {
     if others == 0 { first.to_owned() } else { format!("{first} (and {others} more)") }
 }
 
-/// Runs work on a device of its own, and notes what the layer and the device's end have to say, also where the work fails. `None` where the layer
+/// Runs work on a device of its own, and notes the messages of the layer and of the device's end, also if the work fails. `None` where the layer
 /// cannot check so, which is noted.
 fn with_device<T>(
     mode: Option<Mode>,
@@ -306,12 +306,12 @@ fn observed(
 ) -> Result<(), Stop> {
     let picture = with_device(Some(mode), place, evidence, report, |device, _| {
         let mut renderer = drawing.renderer(device)?;
-        // The second picture finds what the first has left in targets and buffers.
+        // The second picture finds the first one's data in targets and buffers.
         drawing.picture(&mut renderer)?;
         drawing.picture(&mut renderer)
     })?;
     let Some(picture) = picture else { return Ok(()) };
-    // What GPU-assisted validation adds to shaders may change how they round.
+    // GPU-assisted validation adds code to shaders, which may change their rounding.
     if mode != Mode::GpuAssisted && !drawing.settings.taa {
         let differ = differing(first, &picture);
         if differ > 0 {

@@ -1,5 +1,5 @@
 //! `afterlight gtest`: the cases of a suite behind googletest's protocol, as runners of that know it: a list of tests, a filter, and a line before and
-//! after each. Cases run in this process, one after the other; whoever runs it watches for crashes and hangs.
+//! after each. Cases run in this process, one after the other; the runner watches for crashes and hangs.
 
 use std::env;
 use std::path::PathBuf;
@@ -15,7 +15,7 @@ use super::verdict::{CaseReport, Verdict};
 use crate::cli::failure::{Exit, Failure};
 use crate::cli::output;
 
-/// The suite that is listed and run, and the folder for what bad cases leave; without one they leave nothing.
+/// The suite that is listed and run, and the folder for the files of bad cases; without one they leave none.
 const SUITE: &str = "AFTERLIGHT_SUITE";
 const EVIDENCE: &str = "AFTERLIGHT_EVIDENCE";
 const DEVICE: &str = "AFTERLIGHT_DEVICE";
@@ -111,7 +111,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
 }
 
-/// Written at once: whoever reads it watches which test runs.
+/// Writes at once: the runner watches the tests as they begin.
 fn say(text: &str) -> Result<(), Failure> {
     output::write_stdout(text.as_bytes())
 }

@@ -138,7 +138,7 @@ pub struct Args {
 /// Runs the suite, or one case of it.
 ///
 /// # Errors
-/// [`Exit::FailedCheck`] for regressions, [`Exit::Improved`] for improvements alone; what keeps the suite from running.
+/// [`Exit::FailedCheck`] for regressions, [`Exit::Improved`] for improvements alone, and faults that keep the suite from running.
 pub fn run(args: &Args) -> Result<(), Failure> {
     // Code 2 is taken: it says that something has improved.
     run_suite(args).map_err(|failure| match failure.exit() {
@@ -251,7 +251,7 @@ fn probe(command: &[OsString], choice: &DeviceChoice) -> Result<DeviceKey, Failu
     Err(Failure::new(exit, why))
 }
 
-/// Ends this process when the one that has started it is gone: the device is not to draw what nobody waits for.
+/// Ends this process when the one that has started it is gone, so that the device draws nothing that nobody waits for.
 fn end_with_parent() {
     #[cfg(unix)]
     {
@@ -311,7 +311,7 @@ impl Known {
     }
 }
 
-/// Runs all cases, and writes what became of them.
+/// Runs all cases, and writes their results.
 fn all(args: &Args, suite: &Suite, cases: &[&Case], folder: &Path) -> Result<(), Failure> {
     let begun = Instant::now();
     let choice = args.device.clone().unwrap_or_default();
@@ -330,7 +330,7 @@ fn all(args: &Args, suite: &Suite, cases: &[&Case], folder: &Path) -> Result<(),
     command.extend(arguments(args, suite, &choice, jobs > 1));
     let runner = Runner { command, cases: &working, jobs };
     let bar = progress::bar(format!("{} on {}", suite.name, device.device), tried.len() as u64, args.quiet);
-    // Written anew at the end. A run that is stopped before leaves what it has found out.
+    // Written anew at the end. A run that is stopped before leaves its results so far.
     let path = folder.join("results.jsonl");
     let lines = fs::File::create(&path).map_err(|error| Failure::write(&path.display().to_string(), &error))?;
     let lines = Mutex::new(lines);
@@ -338,7 +338,7 @@ fn all(args: &Args, suite: &Suite, cases: &[&Case], folder: &Path) -> Result<(),
         bar.step();
         let status = known.expectations.status(report);
         let line = reports::json_lines(&[Judged { status, report, bundle: None }]).unwrap_or_default();
-        // What cannot be written now fails the run at its end.
+        // A line that cannot be written now fails the run at its end.
         let _ = lines.lock().unwrap_or_else(PoisonError::into_inner).write_all(line.as_bytes());
     });
     drop(bar);
@@ -368,7 +368,7 @@ fn all(args: &Args, suite: &Suite, cases: &[&Case], folder: &Path) -> Result<(),
     conclude(&judged)
 }
 
-/// After a blessing, whatever failed is expected.
+/// After a blessing, every failure is expected.
 fn blessed(report: &CaseReport) -> Status {
     let status = report.verdict.status();
     status.against(Some(status))
@@ -379,7 +379,7 @@ fn arguments(args: &Args, suite: &Suite, choice: &DeviceChoice, is_shared: bool)
     let mut arguments: Vec<OsString> =
         ["ci", &suite.name, "--quiet", "--device", &choice.to_string()].map(Into::into).into();
     arguments.push("--of-run".into());
-    // What is blessed is compared with nothing that it replaces.
+    // Blessed results are not compared with those that they replace.
     if let Some(folder) = args.baseline.as_ref().filter(|path| path.is_dir() && !args.bless) {
         arguments.extend(["--baseline".into(), folder.into()]);
     }
@@ -451,7 +451,7 @@ fn keep_curves(reports: &[CaseReport], working: &Path, curves: &Path) -> Result<
     Ok(())
 }
 
-/// Moves what bad cases left into the folder of bundles, each with the line that tries it again; removes what others left.
+/// Moves the files of bad cases into the folder of bundles, each with the line that tries it again; removes those of others.
 fn keep_bundles(
     reports: &[CaseReport],
     working: &Path,

@@ -1,4 +1,4 @@
-//! `afterlight ci --mutants`: frames with one dependency, or one bit of one, missing, and whether the validation layer at hand says so.
+//! `afterlight ci --mutants`: frames with one dependency, or one bit of one, missing, and the reports of the validation layer at hand.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -29,7 +29,7 @@ pub struct Choice<'a> {
     pub shard: Option<Shard>,
 }
 
-/// A mutant with what became of it. Nothing is heard of those that cannot be drawn here.
+/// A mutant with its outcome. Nothing is heard of those that cannot be drawn here.
 struct Judged<'a> {
     name: String,
     mutant: Mutant<'a>,
@@ -56,10 +56,10 @@ impl Judged<'_> {
     }
 }
 
-/// Draws the mutants, and prints what the layer said of them or writes it into a folder.
+/// Draws the mutants, and prints the layer's messages about them or writes them into a folder.
 ///
 /// # Errors
-/// [`Exit::FailedCheck`] where the layer misses what nobody knows that it misses, [`Exit::Improved`] where it says what it was argued not to see.
+/// [`Exit::FailedCheck`] where the layer misses a mutant without a known reason, [`Exit::Improved`] where it reports one that it was argued to miss.
 pub fn run(choice: &Choice, folder: Option<&Path>, quiet: bool) -> Result<(), Failure> {
     let begun = Instant::now();
     if let Some(folder) = folder {
@@ -237,7 +237,7 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// All that is known, as a page.
+    /// The results as a page.
     fn markdown(&self) -> String {
         let (layer, physical) = (version(self.laboratory.layer()), self.physical());
         let mut text = format!("# Mutants, and what layer {layer} says of them\n\n");

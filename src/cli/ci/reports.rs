@@ -39,7 +39,7 @@ pub fn json_lines(judged: &[Judged]) -> Result<String, Failure> {
     judged.iter().map(line).collect()
 }
 
-/// A suite for each group. What is expected to fail is a skipped test there, as JUnit has no word for it.
+/// A suite for each group. An expected failure is a skipped test there, as JUnit has no word for it.
 pub fn junit(suite: &str, judged: &[Judged]) -> Result<String, Failure> {
     let mut groups: BTreeMap<&str, TestSuite> = BTreeMap::new();
     for own in judged {
@@ -103,7 +103,7 @@ fn findings(report: &CaseReport) -> String {
     })
 }
 
-/// How many cases have each status, as `12 Pass, 1 Fail`.
+/// The number of cases with each status, as `12 Pass, 1 Fail`.
 pub fn counts(judged: &[Judged]) -> String {
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
     for own in judged {

@@ -23,7 +23,7 @@ const LONGEST: u32 = 256;
 const LEAST_MEASURED: u32 = 500;
 /// Samples of a storm that is measured, about.
 const SAMPLES: u32 = 40;
-/// Frames of each sample; the fastest of them is what a frame takes.
+/// Frames of each sample; the fastest of them gives the time of a frame.
 const TIMED_FRAMES: u32 = 8;
 
 /// Draws into `count` sizes at random. Skipped where the instance or the device has no surface without a display.
@@ -68,7 +68,7 @@ pub fn storm(
     Ok(())
 }
 
-/// Draws into all sizes. Returns what was measured, which is nothing in a short storm, or why a size was not drawn into.
+/// Draws into all sizes. Returns the measurements, of which a short storm has none, or the reason why a size was not drawn into.
 fn draw(
     count: u32,
     device: &Arc<Device>,
@@ -119,7 +119,7 @@ fn draw_into(size: [u32; 2], presenter: &mut Presenter, drawing: &Drawing) -> Re
     }
 }
 
-/// Returns to the case's own size, draws some frames there, and measures what the process and the device hold.
+/// Returns to the case's own size, draws some frames there, and takes a sample of the process and the device.
 fn sample(
     drawn: u32,
     device: &Device,

@@ -22,7 +22,7 @@ impl Expectations {
         self.skips.as_ref().is_some_and(|set| set.is_match(case))
     }
 
-    /// The status of a case, seen beside what is expected of it.
+    /// Returns the status of a case, by comparison with its expected one.
     pub fn status(&self, report: &CaseReport) -> Status {
         let is_known = || self.flakes.as_ref().is_some_and(|set| set.is_match(&report.case));
         let status = report.verdict.status().against(self.failures.get(&report.case).copied());
@@ -94,7 +94,7 @@ pub fn results(judged: &[(Status, &CaseReport)]) -> String {
         .collect()
 }
 
-/// `failures.csv`: what is not as expected, and with `all` what fails as expected, too.
+/// `failures.csv`: unexpected results, and with `all` expected failures, too.
 pub fn failures(judged: &[(Status, &CaseReport)], all: bool) -> String {
     let is_told = |status: Status| !status.is_expected() || all && status == Status::ExpectedFail;
     let told = sorted(judged).filter(|(status, _)| is_told(*status));

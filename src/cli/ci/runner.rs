@@ -16,14 +16,14 @@ use super::verdict::{CaseReport, Verdict, Where};
 
 /// The file in a case's folder with the verdict of its process.
 pub const VERDICT: &str = "verdict.json";
-/// The file with what its process has printed.
+/// The file with the output of its process.
 const LOG: &str = "log.txt";
-/// How often a process is looked after.
+/// The time between two looks at a process.
 const POLL: Duration = Duration::from_millis(5);
 
-/// How cases are run.
+/// The way that cases are run.
 pub struct Runner<'a> {
-    /// This program, behind whatever starts it, and what all processes are told besides their case and its folder.
+    /// This program, behind the command that starts it, and the arguments of all processes besides their case and its folder.
     pub command: Vec<OsString>,
     /// A folder for each case is made here.
     pub cases: &'a Path,
@@ -114,7 +114,7 @@ fn locked<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// How the process ended; `None` for one that was stopped.
+/// Waits for the process. Returns its exit status; `None` if it was stopped.
 fn wait(child: &mut Child, timeout: Duration) -> io::Result<Option<ExitStatus>> {
     let deadline = Instant::now() + timeout;
     loop {

@@ -1,4 +1,4 @@
-//! Suites of cases: which scenes are drawn with which settings, and what must hold of each. docs/CI.md explains every key.
+//! Suites of cases: scenes with settings, and the checks of each. docs/CI.md explains every key.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -18,7 +18,7 @@ const SHIPPED: [(&str, &str); 4] = [
     ("soak", include_str!("suites/soak.toml")),
 ];
 
-/// How many suites may include each other.
+/// The greatest depth of suites that include each other.
 const MAX_DEPTH: usize = 8;
 
 /// All cases of a suite, in the order in which they stand there.
@@ -29,7 +29,7 @@ pub struct Suite {
     pub cases: Vec<Case>,
 }
 
-/// One scene with its settings, and what must hold.
+/// One scene with its settings and its checks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Case {
     /// `GROUP.NAME`.
@@ -77,7 +77,7 @@ pub struct Checks {
     pub slower: Option<f64>,
 }
 
-/// How far a picture may be from the reference renderer's.
+/// The allowed differences of a picture from the reference renderer's.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Truth {
@@ -117,7 +117,7 @@ impl Soak {
 pub enum Mode {
     Core,
     Sync,
-    /// Synchronization, with the layer's heuristic for what shaders access.
+    /// Synchronization, with the layer's heuristic for accesses by shaders.
     SyncShaders,
     GpuAssisted,
     BestPractices,

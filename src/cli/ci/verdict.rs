@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// The verdict on a case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Verdict {
-    /// All that must hold does.
+    /// All checks hold.
     Pass,
     /// A check failed; the findings say which.
     Fail,
@@ -17,7 +17,7 @@ pub enum Verdict {
     Lost,
     /// The device or the system ran out of memory.
     OutOfMemory,
-    /// The device lacks what the case needs.
+    /// The device lacks something that the case needs.
     Skip,
     /// A repeat had another verdict.
     Flake,
@@ -42,7 +42,7 @@ impl Verdict {
     }
 }
 
-/// A status as deqp-runner writes it into its CSV files, seen beside what the baseline expects.
+/// A status as deqp-runner writes it into its CSV files, by comparison with the baseline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Status {
     Pass,
@@ -126,7 +126,7 @@ pub enum Check {
     Time,
 }
 
-/// How a check went.
+/// The outcome of a check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Outcome {
@@ -141,7 +141,7 @@ pub enum Outcome {
 pub struct Finding {
     pub check: Check,
     pub outcome: Outcome,
-    /// One line: what was measured against which bound, or why it was not.
+    /// One line: the measured value and its bound, or the reason for having none.
     pub detail: String,
 }
 

@@ -77,9 +77,9 @@ impl Limit {
         Ok(Self { metric, value: value.ok_or("the value is not a number from 0 up")? })
     }
 
-    /// Returns what breaks the limit, if anything does.
+    /// Returns a sentence if the comparison breaks the limit.
     pub fn broken_by(&self, comparison: &Comparison) -> Option<String> {
-        // What cannot be said does not hold; `Metric::applies` has told why.
+        // A limit without a value does not hold; `Metric::applies` has told why.
         let found = self.metric.of(comparison).unwrap_or(f64::NAN);
         let (holds, side) = match self.metric {
             Metric::Psnr => (found >= self.value, "below"),

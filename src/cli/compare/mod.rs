@@ -66,7 +66,7 @@ enum Difference {
     Signed,
 }
 
-/// Compares, and prints and writes what was found.
+/// Compares, and prints and writes the results.
 pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(target) = &args.output {
         if target.format != Format::Png {
@@ -150,7 +150,7 @@ struct Report {
     verdict: Option<&'static str>,
 }
 
-/// A `--max`, and what was found.
+/// A `--max`, and the value found.
 #[derive(Debug, Serialize)]
 struct LimitReport {
     metric: &'static str,

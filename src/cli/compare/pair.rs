@@ -105,7 +105,7 @@ impl Pair {
     }
 
     /// Each channel's difference about a middle grey, up to full at the 99.9th percentile of its absolute value, or at the largest where
-    /// that is 0; in exposed light where both pictures are light, else as shown. What is not finite is magenta.
+    /// that is 0; in exposed light where both pictures are light, else as shown. Pixels that are not finite are magenta.
     pub fn signed_difference(&self, comparison: &Comparison) -> Vec<[u8; 3]> {
         let difference = comparison.light.as_ref().unwrap_or(&comparison.shown);
         let full = [difference.p99_9, difference.max, 1.0].into_iter().find(|full| *full > 0.0).unwrap_or(1.0);

@@ -56,7 +56,7 @@ const FORMATS: [FormatUse; 11] = [
     used(vk::Format::R32G32B32A32_SFLOAT, COLOR, "--gbuffer float32, EXR", Some("what needs it is refused")),
 ];
 
-/// Push constants that the renderer counts on, in bytes: what Vulkan guarantees.
+/// Push constants that the renderer counts on, in bytes: Vulkan guarantees as many.
 const PUSH_CONSTANT_BYTES: u32 = 128;
 
 /// Everything worth knowing about one device.
@@ -81,7 +81,7 @@ struct Limit {
     value: String,
 }
 
-/// A format, and whether the device can use it so.
+/// A format, its use, and the device's support for that use.
 #[derive(Debug, Serialize)]
 struct Format {
     format: String,

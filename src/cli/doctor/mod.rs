@@ -1,5 +1,5 @@
-//! `afterlight doctor`: what of Vulkan is here, what works, and what to install for the rest. It must work where nothing
-//! else does, so nothing that it finds missing stops it.
+//! `afterlight doctor`: the parts of Vulkan that are here, those that work, and the packages to install for the rest. It must work where
+//! nothing else does, so nothing that it finds missing stops it.
 
 mod calibration;
 mod device;
@@ -53,7 +53,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     found.error.map_or(Ok(()), |error| Err(Failure::new(Exit::NoVulkan, error)))
 }
 
-/// Loader, layers and devices of this machine with their versions, a line each, or what is missing.
+/// Returns loader, layers and devices of this machine with their versions, and missing parts, a line each.
 pub fn versions() -> String {
     Findings::gather().versions()
 }
@@ -134,7 +134,7 @@ impl Findings {
         usable(&devices)
     }
 
-    /// Loader, layers and devices with their versions, a line each, or what is missing.
+    /// Returns loader, layers and devices with their versions, and missing parts, a line each.
     fn versions(&self) -> String {
         let mut text = String::new();
         if let Some(loader) = &self.loader {

@@ -1,9 +1,9 @@
 //! A scene as Mitsuba 3 reads it, so that another renderer, by other people, can be asked for the same picture.
 //!
-//! Only what both have by the same formulas is written, everything else is refused: opaque lambert surfaces, and white metals, whose Fresnel
-//! term is 1 whatever its formula; lights without size or range that cast shadows; no light from everywhere. Three things are left
-//! to whoever makes such a scene. Between a spot's inner and outer angle the fall-offs differ. The back of a one-sided surface is black in Mitsuba
-//! and not there here. And Mitsuba's GGX has separable masking and shadowing, as `--smith separable` has it.
+//! Only things that both have by the same formulas are written, everything else is refused: opaque lambert surfaces, and white metals, whose Fresnel
+//! term is 1 by any formula; lights without size or range that cast shadows; no light from everywhere. Three differences are left
+//! to the author of such a scene. Between a spot's inner and outer angle the fall-offs differ. The back of a one-sided surface is black in Mitsuba
+//! and missing here. And Mitsuba's GGX has separable masking and shadowing, as `--smith separable` has it.
 
 use std::fmt::Write as _;
 

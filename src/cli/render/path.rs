@@ -23,7 +23,7 @@ const DEFAULT_FPS: f64 = 30.0;
 
 /// The moments of a sequence.
 struct Moments {
-    /// Where the camera goes; `None` where it stands, or is one that clips move.
+    /// The camera's path; `None` where it stands, or is one that clips move.
     path: Option<CameraPath>,
     fps: f64,
     count: u32,
@@ -74,7 +74,7 @@ pub(super) fn go_to(
     Ok(scene.looks_through.map_or(scene.camera, |index| pose.camera(scene, index)))
 }
 
-/// Draws and writes the pictures from the first moment to the last, and returns what there is to tell.
+/// Draws and writes the pictures from the first moment to the last, and returns the facts to print.
 pub fn draw(args: &Args, mut workload: Workload, device: &Arc<Device>, is_verbose: bool) -> Result<Drawn, Failure> {
     let moments = Moments::of(args, &mut workload)?;
     let count = moments.count;

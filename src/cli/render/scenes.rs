@@ -47,10 +47,10 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
     verdict(failures, args.scenes.len())
 }
 
-/// The verdict on a scene, the files that it was read from, and what went wrong.
+/// The verdict on a scene, the files that it was read from, and the failure, if any.
 type One = (Case, Vec<PathBuf>, Result<(), Failure>);
 
-/// Draws one scene on a device of its own, so that whatever the layer says is about it.
+/// Draws one scene on a device of its own, so that all messages of the layer are about it.
 fn one(args: &Args, scene: &str, is_verbose: bool) -> Result<One, Failure> {
     let start = Instant::now();
     let (outcome, heard) = session::observe(&args.device, |device| draw_scene(args, scene, &device, is_verbose));

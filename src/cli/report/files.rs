@@ -36,7 +36,7 @@ impl Folder {
         &self.0
     }
 
-    /// Removes what an earlier report has left: its files and its pictures, and nothing else.
+    /// Removes an earlier report: its files and its pictures, and nothing else.
     pub fn clear(&self) -> Result<(), Failure> {
         let pictures = self.0.join(choice::FOLDER);
         let failed = |path: &Path, error: &io::Error| Failure::write(&path.display().to_string(), error);

@@ -95,7 +95,7 @@ fn family(text: &str) -> Result<String, String> {
     if known.contains(&text) { Ok(text.into()) } else { Err(unknown("family", text, &known)) }
 }
 
-/// Measures, or joins what was measured, and writes the report.
+/// Measures, or joins earlier measurements, and writes the report.
 pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(sink) = &args.json {
         sink.check()?;

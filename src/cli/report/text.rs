@@ -74,7 +74,7 @@ fn scene_text(scene: &SceneReport, metric: Metric, all: bool) -> String {
     text
 }
 
-/// The first paragraph: what to change, a line each.
+/// The first paragraph: the changes to make, a line each.
 fn advice_text(scene: &SceneReport, front: &Front) -> String {
     let advice = advice::of(scene, front);
     let is_free = advice.iter().any(|one| one.reason == Reason::Free);

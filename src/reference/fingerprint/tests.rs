@@ -1,4 +1,4 @@
-//! Truths of a few pixels: what the cache holds is right as long as these are.
+//! Truths of a few pixels: the cache's contents are right as long as these are.
 
 use std::fmt::Write as _;
 
@@ -10,7 +10,7 @@ use crate::scene::{AlphaMode, Brdf, Camera, Environment, Falloff, Light, LightKi
 
 /// The model whose figures [`GOLDEN`] are.
 const OF_MODEL: u64 = 2;
-/// A row a light: what all pixels come to with each reflection model, in nits; last those of [`others`].
+/// A row a light: the figure of all pixels with each reflection model, in nits; last those of [`others`].
 #[rustfmt::skip]
 const GOLDEN: &[f64] = &[
     1.5154553021906008, 2.440318271040219, 2.676863235154888, 2.438427146363847,
@@ -90,7 +90,7 @@ fn figure(scene: &Scene, brdf: Option<Brdf>, mode: Mode) -> f64 {
     weighted.sum::<f64>() / 10_440.0
 }
 
-/// Many samples a pixel and a light with a size; what lies behind surfaces that blend, and behind glass.
+/// A light with a size, through pixels' centres and by several samples a pixel; a surface behind one that blends, and behind glass.
 fn others() -> [f64; 4] {
     let [_, lamp, ..] = lights();
     let mut soft = scene(lamp);

@@ -9,7 +9,7 @@ use crate::scene::{Brdf, Environment};
 /// Returns the ambient light that a surface reflects to the eye, in nits, unoccluded: by its base and by its lobe.
 ///
 /// The base collects the half-spheres by the cosine, mean + tilt n.y, which is exact (Liu and Jordan 1963). The lobe is taken to do so
-/// about the mirrored view. The base gets what the lobe leaves, so that together they never exceed what arrives.
+/// about the mirrored view. The base gets the light that the lobe leaves, so that together they never exceed the arriving light.
 pub(super) fn ambient<R: Real>(reflector: &Reflector<R>, environment: &Environment) -> [Vector3<R>; 2] {
     let (sky, ground): (Vector3<R>, Vector3<R>) = (color(environment.ambient), color(environment.ground()));
     let half = R::of(0.5);

@@ -1,6 +1,6 @@
-//! The reflection models, as base (what enters the surface and comes out anywhere) and lobe (what it mirrors).
+//! The reflection models, as base (light that enters the surface and comes out anywhere) and lobe (light that it mirrors).
 //!
-//! Limits: reflection at one point, without polarization and without what is scattered several times between facets. The
+//! Limits: reflection at one point, without polarization and without light that is scattered several times between facets. The
 //! base is uncoupled: together with the lobe it may reflect more than it gets, up to 1.26 for a white dielectric at grazing angles.
 
 use glam::DVec3;
@@ -156,7 +156,7 @@ impl<R: Real> Reflector<R> {
     /// D V of GGX: distribution of facets by Walter et al. 2007 ("Microfacet Models for Refraction through Rough Surfaces"), their
     /// masking and shadowing by Smith, divided by 4 n.l n.v.
     fn microfacets(&self, light: &Vector3<R>) -> R {
-        // Where light comes from straight behind the view there is no half vector, and the lobe does not reach there.
+        // Light from the direction opposite to the view has no half vector, and the lobe does not reach there.
         let Some(half) = unit(&(light + self.view)) else { return R::zero() };
         let alpha = self.roughness * self.roughness;
         let across = self.normal.cross(&half);
@@ -187,7 +187,7 @@ fn distribution<R: Real>(alpha: R, cosine: R, sine2: R) -> R {
     alpha2 / (R::PI() * (cosine * cosine * alpha2 + sine2).powi(2))
 }
 
-/// G / (4 n.l n.v) of Smith for GGX, where x + sqrt(x^2 + alpha^2 (1 - x^2)) is what one direction has of it.
+/// G / (4 n.l n.v) of Smith for GGX, where x + sqrt(x^2 + alpha^2 (1 - x^2)) is the part of one direction.
 ///
 /// Height-correlated: Heitz 2014, "Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs", equation 99. Separable: the
 /// product of both directions' G1, as in Walter et al. 2007.

@@ -1,4 +1,4 @@
-//! How much of a light arrives at a point: fall-off by distance, and the cones of spots.
+//! The share of a light that arrives at a point: fall-off by distance, and the cones of spots.
 
 use glam::DVec3;
 use nalgebra::Vector3;
@@ -29,8 +29,8 @@ pub fn to_light(light: &Light, point: DVec3) -> (DVec3, f64) {
     }
 }
 
-/// Unit direction from a point of the world to a light, and what share of the light's intensity arrives there, cone and all: lux for
-/// each candela, or for each lux of a directional light.
+/// Returns the unit direction from a point of the world to a light, and the share of the light's intensity that arrives there, cone and all: lux
+/// for each candela, or for each lux of a directional light.
 pub fn arriving(light: &Light, point: DVec3) -> (DVec3, f64) {
     let arriving = arriving_at::<f64>(light, point, &Vector3::zeros());
     (super::real::widened(arriving.direction), arriving.strength)
@@ -106,8 +106,8 @@ fn cone<R: Real>(cosine: R, angles_degrees: [f64; 2]) -> R {
     share.max(R::zero()).min(R::one()).powi(2)
 }
 
-/// Share of a beam's light at a distance from its axis, as a share of its radius: full up to the soft edge, the square of what is left of that
-/// within it, as in a spot's cone.
+/// Share of a beam's light at a distance from its axis, as a share of its radius: full up to the soft edge, and within that the square of the
+/// remaining share of the edge, as in a spot's cone.
 fn disc<R: Real>(beside: R, edge: f64) -> R {
     ((R::one() - beside) / R::of(edge.max(MIN_EDGE))).max(R::zero()).min(R::one()).powi(2)
 }

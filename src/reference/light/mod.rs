@@ -1,7 +1,7 @@
-//! The light model: what a surface sends to the eye, from the formulas, in single or double precision.
+//! The light model: a surface's radiance towards the eye, from the formulas, in single or double precision.
 //!
-//! Guards and limits are part of the model and are named constants here: least roughness, least cosine to the view, least distance. Not
-//! here: what hides a light (the caller's visibility), what lies behind a transparent surface, exposure.
+//! Guards and limits are part of the model and are named constants here: least roughness, least cosine to the view, least distance. The model
+//! leaves out shadows (the caller's visibility), the light behind transparent surfaces, and exposure.
 
 mod ambient;
 mod brdf;
@@ -21,14 +21,14 @@ use nalgebra::Vector3;
 use super::{Smith, Surface};
 use crate::scene::{Environment, Light};
 
-/// Where light comes from.
+/// The light that reaches a surface.
 #[derive(Clone, Copy)]
 pub struct Illumination<'a> {
     /// Numbered in this order for `visibility`.
     pub lights: &'a [Light],
     /// Ambient light, of which a surface's own occlusion takes its share; the background does not count.
     pub environment: &'a Environment,
-    /// The share of ambient light that other surfaces leave, 0 to 1. What they leave of the sky, `sky` knows itself.
+    /// The share of ambient light that other surfaces leave, 0 to 1; `sky` takes its own occlusion into account.
     pub open: f64,
     /// The camera's place in the world: surfaces' positions are relative to it.
     pub eye: DVec3,

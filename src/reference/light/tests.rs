@@ -1,4 +1,4 @@
-//! The model against what is known of it: energies, reciprocity, and surfaces under a light worked out by hand.
+//! The model against known facts: energies, reciprocity, and surfaces under a light worked out by hand.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -298,7 +298,7 @@ fn the_ambient_lobe_has_the_values_of_karis_fit() {
     assert!((found(mirror(1.0)) - 0.45).abs() < 1e-12, "{}", found(mirror(1.0)));
     let plastic = Surface { metallic: 0.0, albedo: DVec3::ZERO, ..mirror(1.0) };
     assert!((found(plastic) - (0.04 * 0.4524 - 0.0024)).abs() < 1e-12, "{}", found(plastic));
-    // What white metal lacks of GGX's .969.
+    // The fit is too dark for white metal here: GGX has .969.
     let metal = found(seen_at(0.5, mirror(0.1)));
     assert!((metal - 0.826).abs() < 5e-4, "{metal}");
     // Seen along the surface the exponential is 1 within 1e-3: a = 0.25 * 0.5 + 0.02875 at a roughness of a half.

@@ -1,8 +1,8 @@
-//! From what a display shows back to light: each curve's inverse in closed form, but for a polynomial's root.
+//! From displayed colours back to light: each curve's inverse in closed form, but for a polynomial's root.
 //!
-//! Curves that grow flat show all that is bright alike. From where grey rises by less than 1/32 of its light, everything counts as light of
-//! just that brightness; and so nothing is told of channels that a curve clamps. Where a clamped channel took something of the others with
-//! it, as in saturated colours of AgX and ACES, what comes back is a colour that is shown the same, and not the one that was there.
+//! Curves that grow flat show all bright light alike. Beyond the brightness at which shown grey rises by less than 1/32 of its light, all light
+//! counts as being just as bright; a channel that a curve clamps is lost in the same way. Where a clamped channel has changed the others, as in
+//! saturated colours of AgX and ACES, the inverse is a colour that is shown the same, not the original one.
 
 use glam::DVec3;
 use nalgebra::{Matrix3, Vector3};
@@ -19,7 +19,7 @@ const NEUTRAL_BRIGHTEST: f64 = 1.9176;
 const AGX_BRIGHTEST: f64 = 4.2404;
 const ACES_BRIGHTEST: f64 = 3.7106;
 
-/// By how much light would have to be more for its tone-mapped value to be what a picture shows: an error of the display side, in linear
+/// Returns the light to add to `exposed` so that its tone-mapped value becomes the `shown` one: an error of the display side, in linear
 /// exposed light. `shown` is linear, 0 to 1. NaN where light is not finite.
 ///
 /// Light that is too bright for the curve to tell counts as the brightest that it tells, before and after.
@@ -66,7 +66,7 @@ fn agx(color: Vector3<f64>) -> Vector3<f64> {
     inverse(AGX_INSET) * light
 }
 
-/// Where AgX's contrast curve, which rises all the way from 0 to 1, has a value: Newton's steps, halving where they lead astray.
+/// Returns the place at which AgX's contrast curve, which rises all the way from 0 to 1, has a value: Newton's steps, halving where they lead astray.
 fn contrast_root(value: f64) -> f64 {
     let [mut low, mut high] = [0.0, 1.0];
     let curve = |x: f64| {
@@ -124,7 +124,7 @@ mod tests {
 
     const CURVES: [Tonemap; 4] = [Tonemap::Neutral, Tonemap::Agx, Tonemap::Aces, Tonemap::None];
 
-    /// Up to where a curve tells grey light.
+    /// The brightest grey that a curve tells from brighter ones.
     fn brightest(curve: Tonemap) -> f64 {
         match curve {
             Tonemap::Neutral => NEUTRAL_BRIGHTEST,
@@ -134,7 +134,7 @@ mod tests {
         }
     }
 
-    /// What comes back of light that is more than `exposed`.
+    /// Maps `exposed + more` to a display and back.
     fn found(exposed: DVec3, more: DVec3, curve: Tonemap) -> DVec3 {
         input_referred(exposed, tone_map::<f64>(exposed + more, curve), curve)
     }

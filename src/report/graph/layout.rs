@@ -1,6 +1,6 @@
-//! Where things stand: time goes down, images are lanes on the right, dependencies are lines on the left.
+//! The layout of the drawing: time goes down, images are lanes on the right, dependencies are lines on the left.
 //!
-//! Each stop is a box across the middle. What it waits for is written above it; a line leads there from the box that it waits for.
+//! Each stop is a box across the middle. The dependencies that it waits for are written above it; a line leads there from the box that it waits for.
 
 use std::fmt::Debug;
 
@@ -24,7 +24,7 @@ const BOX: f64 = 44.0;
 /// Between ends of arrows on the edge of a box.
 const PORT: f64 = 12.0;
 
-/// A box and what stands above it.
+/// A box and the notes above it.
 struct Placed {
     at: Rect,
     notes: Vec<Note>,
@@ -254,7 +254,7 @@ fn place(graph: &Graph, left: f64, mut y: f64) -> Vec<Placed> {
     placed
 }
 
-/// The words under the marks of a stop, by image: how it touches it, and what the render pass does before its first use and after its last.
+/// The words under the marks of a stop, by image: the stop's uses of it, and the render pass's load before the first use and store after the last.
 fn lane_words(graph: &Graph, stop: &Stop, index: usize) -> Vec<(usize, Vec<String>)> {
     let mut words: Vec<(usize, Vec<String>)> = Vec::new();
     for touch in &stop.touches {
@@ -311,7 +311,7 @@ fn life_lines(svg: &mut Svg, graph: &Graph, placed: &[Placed], lanes: f64, right
     }
 }
 
-/// Where the marks of a box are.
+/// Returns the height at which a box has its marks.
 fn mark(placed: &Placed) -> f64 {
     placed.at.y + 12.0
 }
@@ -337,7 +337,7 @@ fn draw_stop(svg: &mut Svg, graph: &Graph, stop: &Stop, placed: &Placed, lanes: 
     svg.close();
 }
 
-/// Where an edge meets a box: what arrives stands above what leaves.
+/// Returns the height at which an edge meets a box: arriving edges are above leaving ones.
 fn port(graph: &Graph, edge: usize, stop: usize, placed: &Placed) -> f64 {
     let arriving = graph.edges.iter().enumerate().filter(|(_, (_, [_, to]))| *to == stop);
     let leaving = graph.edges.iter().enumerate().filter(|(_, (_, [from, _]))| *from == stop);

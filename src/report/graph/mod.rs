@@ -1,7 +1,7 @@
-//! A frame as a drawing: passes and subpasses, what they draw into, and every dependency with its stages and accesses.
+//! A frame as a drawing: passes and subpasses, their targets, and every dependency with its stages and accesses.
 //!
 //! It is made from the values that the render passes and barriers are made from ([`crate::frame::render_pass`] and
-//! [`crate::frame::edges`]), so that it cannot say anything else than they do.
+//! [`crate::frame::edges`]), so that it cannot differ from them.
 
 mod hazards;
 mod layout;
@@ -15,7 +15,7 @@ pub use svg::escape;
 use crate::frame::edges::{Edge, Edges};
 use crate::plan::FramePlan;
 
-/// The frames of a plan as SVG. `title` says what they are of.
+/// The frames of a plan as SVG. `title` names their scene.
 pub fn draw(title: &str, plan: &FramePlan, edges: &Edges) -> String {
     let graph = model::Graph::of(plan, edges);
     layout::draw(title, plan, &graph)

@@ -1,4 +1,4 @@
-//! The model of the drawing: stops in time, images, and who touches which how. Derived from the list of passes, from the descriptions that the
+//! The model of the drawing: stops in time, images, and the stops' uses of images. Derived from the list of passes, from the descriptions that the
 //! render passes are made from, and from the table of dependencies.
 
 use ash::vk;
@@ -9,12 +9,12 @@ use crate::frame::render_pass::{LayoutChange, PassDescription, Subpass, layout_c
 use crate::passes::{How, Resource, copy};
 use crate::plan::{FramePlan, format_bytes};
 
-/// Something that happens, or stands for what happens before or after the frame.
+/// An event of the frame, or one that stands for all events before or after it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stop {
     /// The pass.
     pub place: Place,
-    /// When the dependency meets it.
+    /// The part of the frame's time in which the dependency meets it.
     pub when: When,
     /// Its name in the drawing.
     pub name: String,
@@ -24,7 +24,7 @@ pub struct Stop {
     pub touches: Vec<Touch>,
 }
 
-/// Where in time.
+/// A part of the frame's time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum When {
     Before,
@@ -32,7 +32,7 @@ pub enum When {
     After,
 }
 
-/// How a stop touches an image, by its index.
+/// A stop's use of an image, by the image's index.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Touch {
     pub image: usize,
@@ -53,7 +53,7 @@ pub struct Image {
     /// Of a pixel of the picture; none for images of another size.
     pub bytes_per_pixel: Option<u32>,
     pub bytes: u64,
-    /// As the render pass has it; none for what no render pass writes.
+    /// As the render pass has it; none for an image that no render pass writes.
     pub attachment: Option<vk::AttachmentDescription>,
 }
 
@@ -68,7 +68,7 @@ pub struct Graph {
     pub layouts: Vec<Vec<LayoutChange>>,
 }
 
-/// The order of what lies before a frame, and after it.
+/// The order of places before a frame, and after it.
 const BEFORE: [Place; 8] = [
     Place::PRESENTATION,
     Place::HOST,
@@ -227,9 +227,9 @@ fn image(
     Image { resource, name, format, samples, bytes_per_pixel, bytes, attachment }
 }
 
-/// Where a row begins and ends. What is outside of the frame lies before what waits for it, and after what it waits for.
+/// Returns the begin and the end of a row. Places outside of the frame lie before those that wait for them, and after those that they wait for.
 fn ends(edge: &Edge) -> [(Place, When); 2] {
-    // What the CPU hands over comes before all that a submission does, and what it waits for after all of that.
+    // Data that the CPU hands over come before everything that a submission does, and data that it waits for after all of that.
     let (from, to) = match (edge.from, edge.to) {
         (Place::DEVICE, _) => (When::After, When::After),
         (_, Place::DEVICE) => (When::Before, When::Before),
@@ -238,7 +238,7 @@ fn ends(edge: &Edge) -> [(Place, When); 2] {
     [(edge.from, when(edge.from, from)), (edge.to, when(edge.to, to))]
 }
 
-/// `outside`: of what lies on either side of a frame.
+/// `outside` is that of places on either side of a frame.
 fn when(place: Place, outside: When) -> When {
     match place {
         Place::OUTSIDE | Place::HOST | Place::DEVICE | Place::PRESENTATION => outside,

@@ -2,7 +2,7 @@
 
 use std::fmt::{Display, Write as _};
 
-/// Where text may lie, in pixels from the upper left.
+/// A rectangle for text, in pixels from the upper left.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rect {
     pub x: f64,
@@ -21,7 +21,7 @@ impl Rect {
     }
 }
 
-/// How text is set.
+/// The style of a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Font {
     Title,
@@ -104,7 +104,7 @@ path.edge{fill:none}text.c0,text.c1,text.c2,text.c3,text.c4,text.c5,text.c6,text
 pub const COLORS: usize = 8;
 
 impl Svg {
-    /// A group with attributes that say what it is, as `data-dependency="..."`.
+    /// Opens a group with an attribute for its kind and name, as `data-dependency="..."`.
     pub fn open(&mut self, kind: &str, name: impl Display) -> &mut Self {
         let _ = writeln!(self.body, "<g data-{kind}=\"{}\">", escape(&name.to_string()));
         self

@@ -8,12 +8,12 @@ use crate::frame::render_pass::PassDescription;
 use crate::plan::{FramePlan, samples};
 use crate::scene::{LightPath, Settings, View};
 
-/// One plan for each different frame: many samples differ only in what no drawing shows.
+/// One plan for each different frame: many samples differ only in facts that no drawing shows.
 fn plans() -> &'static [(String, FramePlan, Edges)] {
     static PLANS: LazyLock<Vec<(String, FramePlan, Edges)>> = LazyLock::new(|| {
         let mut seen = BTreeSet::new();
         // `make test-all` looks at each of them.
-        let every = if std::env::var("AFTERLIGHT_TESTS").is_ok_and(|value| value == "all") { 1 } else { 13 };
+        let every = if std::env::var("AFTERLIGHT_TESTS").is_ok_and(|value| value == "all") { 1 } else { 29 };
         let all = samples::of_every_kind();
         let all = all.into_iter().step_by(every);
         let with_edges = all.map(|(name, plan)| {
@@ -87,7 +87,7 @@ fn no_text_lies_on_another_or_outside_of_the_page() {
     }
 }
 
-/// Marks say what the references of the render passes say.
+/// Marks agree with the references of the render passes.
 #[test]
 fn every_reference_of_a_subpass_is_a_mark() {
     for (name, plan, edges) in plans() {
@@ -160,7 +160,7 @@ fn no_text_of_the_hazards_lies_on_another_or_outside_of_the_page() {
     }
 }
 
-/// What frames in flight share is named with the frame, and what a layout change overtook instead of the change.
+/// Resources that frames in flight share are named with the frame, and an access that a layout change overtook in place of the change.
 #[test]
 fn a_strip_shows_the_earlier_use_of_another_frame() {
     let scene = samples::scene(vec![samples::emissive()], vec![samples::sun()]);

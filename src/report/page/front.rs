@@ -68,7 +68,7 @@ fn joint_plot(scene: &SceneReport, front: &Front) -> Markup {
         }
     };
     let mut marks: Vec<Mark> = scene.points.iter().enumerate().map(mark).collect();
-    // What is named lies over what is not.
+    // Marks with names lie over those without.
     marks.sort_by_key(|mark| (mark.label.is_some(), mark.ringed));
     let on_front = front.points.iter().filter_map(|index| scene.points.get(*index));
     let steps = on_front.map(|point| (point.time.decisive().median, error(point))).collect();

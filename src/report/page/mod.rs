@@ -1,7 +1,7 @@
 //! The report as one page that needs nothing else: no network, no files beside it and no scripts. Plots are inline SVG, pictures are in
 //! the page, colours follow the reader's scheme and print in the light one.
 //!
-//! It only shows what a [`Report`] holds; nothing is measured or judged anew here.
+//! It only shows the figures of a [`Report`]; nothing is measured or judged anew here.
 
 mod attribution;
 mod family;
@@ -28,7 +28,7 @@ use crate::measure::what_moves;
 /// As one line in the page's head.
 const STYLE: &str = include_str!("style.css");
 
-/// The page. `pictures` gives the bytes of a PNG file beside the report by its name; what it does not have, the page says is missing.
+/// The page. `pictures` gives the bytes of a PNG file beside the report by its name; the page says which pictures are missing.
 pub fn html(report: &Report, pictures: Pictures) -> String {
     let page = html! {
         (DOCTYPE)

@@ -22,7 +22,7 @@ pub fn pairs(scene: &SceneReport, pictures: Pictures) -> Markup {
 
 fn card(scene: &SceneReport, point: &Point, pictures: Pictures) -> Markup {
     let of_default = scene.points.get(scene.default).is_some_and(|default| default.name == point.name);
-    // The picture itself before what is made from it.
+    // The picture itself before those that are made from it.
     let mut files: Vec<(&String, &String)> = point.pictures.iter().collect();
     files.sort_by_key(|(shows, _)| (shows.as_str() != "picture", shows.as_str()));
     html! {
@@ -56,7 +56,7 @@ fn picture(point: &str, shows: &str, file: &str, bytes: Option<Vec<u8>>) -> Mark
     }
 }
 
-/// How much of a picture JPEG keeps, to 100: nothing that is missing at this quality is seen.
+/// The quality of JPEG, up to 100: its losses at this one are not seen.
 const QUALITY: u8 = 90;
 
 /// The picture as an address that holds it: as JPEG where that is smaller, else as it is.

@@ -1,5 +1,5 @@
-//! One plot of error against time, both logarithmic, as inline SVG: axes and curves by plotters, and over them marks that tell a pointer
-//! what they are, which plotters cannot.
+//! One plot of error against time, both logarithmic, as inline SVG: axes and curves by plotters, and over them marks with tooltips,
+//! which plotters cannot make.
 //!
 //! plotters writes whole pixels and fixed colours. So it draws on a canvas that is larger by [`FINE`], and the style sheet selects its
 //! colours by the attributes that it writes, to put others in their place on dark pages.
@@ -65,7 +65,7 @@ impl Stroke {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
     pub stroke: Stroke,
-    /// Time and error; errors of zero lie on the floor, what is no number leaves a gap.
+    /// Time and error; errors of zero lie on the floor, a NaN leaves a gap.
     pub points: Vec<(f64, f64)>,
 }
 
@@ -84,7 +84,7 @@ pub struct Mark {
     pub label: Option<String>,
 }
 
-/// Where things lie, in pixels.
+/// The edges of the plot's area, in pixels.
 #[derive(Debug, Clone, Copy)]
 struct Frame {
     left: f64,
@@ -255,7 +255,7 @@ fn px(pixels: f64) -> String {
     format!("{pixels:.1}")
 }
 
-/// The border of what a front beats: from the upper edge down its points to the right edge.
+/// The border of the area that a front beats: from the upper edge down its points to the right edge.
 fn steps(points: impl Iterator<Item = (f64, f64)>, x: &Range<f64>, y: &Range<f64>) -> Vec<(f64, f64)> {
     let mut steps: Vec<(f64, f64)> = Vec::new();
     for (time, error) in points {
@@ -359,7 +359,7 @@ fn labels(drawn: &Drawn) -> Vec<(f64, f64, &'static str, String)> {
     labels
 }
 
-/// Where the label of a mark may be: its left end, middle or right end, and its upper edge. The best first.
+/// Returns the places that the label of a mark may have: its left end, middle or right end, and its upper edge. The best first.
 fn places(placed: &Placed, gap: f64) -> [(f64, f64, &'static str); 12] {
     let (x, y, aside) = (placed.x, placed.y, 0.7 * gap);
     let (above, level, below) = (y - gap - LINE, y - LINE / 2.0, y + gap);

@@ -1,4 +1,4 @@
-//! How to read the page, and how its figures came about.
+//! The section on reading the page, and on the origin of its figures.
 
 use maud::{Markup, html};
 

@@ -7,7 +7,7 @@ use image::{ImageFormat, Rgb, RgbImage};
 
 use crate::report::sweep::model::*;
 
-/// A setting: its key, its title, and its members with what each multiplies time and shadow or other error by.
+/// A setting: its key, its title, and its members, each with its factors of time and of shadow or other error.
 struct Setting {
     key: &'static str,
     title: &'static str,

@@ -1,4 +1,4 @@
-//! Logarithmic axes: what they span and where they have ticks.
+//! Logarithmic axes: their ranges and ticks.
 
 use std::ops::Range;
 
@@ -11,15 +11,15 @@ const MARGIN: f64 = 0.07;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scale {
     pub range: Range<f64>,
-    /// Where zeros are drawn, below all that can be.
+    /// The place at which zeros are drawn, below all other values.
     pub zero: Option<f64>,
     /// Below it are no ticks.
     least_tick: f64,
 }
 
 impl Scale {
-    /// An axis for these values, at least `least_ratio` from end to end. `None` where there is nothing to draw; what is neither positive nor
-    /// zero is passed over.
+    /// Returns an axis for these values, at least `least_ratio` from end to end. `None` if there is nothing to draw; values that are negative or not
+    /// finite are passed over.
     pub fn of(values: impl Iterator<Item = f64>, least_ratio: f64) -> Option<Self> {
         let (mut low, mut high, mut zeros) = (f64::INFINITY, 0.0_f64, false);
         for value in values {
@@ -46,7 +46,7 @@ impl Scale {
         }
     }
 
-    /// Where a value is drawn: zero at the floor. `None` for what the axis cannot hold.
+    /// Returns the place at which a value is drawn: zero at the floor. `None` for a value that the axis cannot hold.
     pub fn place(&self, value: f64) -> Option<f64> {
         match value {
             0.0 => self.zero,

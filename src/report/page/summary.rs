@@ -1,4 +1,4 @@
-//! A summary of a scene's figures, in words: where the default settings lie, and what beats them.
+//! A summary of a scene's figures, in words: the place of the default settings, and the points that beat them.
 
 use maud::{Markup, html};
 
@@ -39,7 +39,7 @@ pub fn paragraphs(scene: &SceneReport) -> Markup {
     }
 }
 
-/// The first paragraph: what to change, by FLIP where that front was sought.
+/// The first paragraph: the changes to make, by FLIP if that front was sought.
 fn advice(scene: &SceneReport) -> Markup {
     let by_flip = super::front::in_order(scene).find(|front| front.metric == Metric::Flip);
     let Some(front) = by_flip.or_else(|| super::front::in_order(scene).next()) else { return html! {} };
@@ -119,7 +119,7 @@ fn best_dominator<'a>(scene: &'a SceneReport, front: &Front) -> Option<&'a Point
     better.min_by(|a, b| gain(a).total_cmp(&gain(b)))
 }
 
-/// Writes what readers must know before they believe a figure.
+/// Writes the doubts that readers must know before they believe a figure.
 fn doubts(scene: &SceneReport) -> Markup {
     let broken: Vec<&Point> = scene.points.iter().filter(|point| not_finite(point) > 0).collect();
     let untold = scene.points.iter().filter(|point| !has_numbers(point));

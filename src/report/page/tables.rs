@@ -83,7 +83,7 @@ pub fn near_misses(scene: &SceneReport, front: &Front) -> Markup {
     }
 }
 
-/// Lists what could not be measured, by reason.
+/// Lists the points that could not be measured, by reason.
 pub fn left_out(scene: &SceneReport) -> Markup {
     let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
     for left_out in &scene.left_out {

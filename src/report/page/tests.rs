@@ -123,7 +123,7 @@ fn names_are_text_and_never_markup() {
     }
 }
 
-/// Where the marks of a plot lie, by the first line of their tooltips.
+/// Returns the heights of a plot's marks, by the first line of their tooltips.
 fn heights(plot: &Document) -> Vec<(String, f64)> {
     let marks =
         plot.descendants().filter(|node| node.attribute("class").is_some_and(|class| class.starts_with("mark")));

@@ -1,8 +1,8 @@
-//! Figures as people read them, and the names of what is measured.
+//! Figures as people read them, and the names of the measured quantities.
 
 use crate::report::sweep::model::{Against, Interval, Metric, Point, SceneReport};
 
-/// Three significant digits; very small and large figures with a power of ten. What is no number is told in words.
+/// Three significant digits; very small and large figures with a power of ten. A NaN or an infinity is told in words.
 pub fn number(value: f64) -> String {
     if value.is_nan() {
         return "not a number".to_owned();
@@ -73,7 +73,7 @@ pub fn mebibytes(bytes: u64) -> String {
     format!("{} MiB", number(bytes as f64 / f64::from(1 << 20)))
 }
 
-/// How a figure compares to that of the default settings, as "0.82×".
+/// A figure relative to that of the default settings, as "0.82×".
 pub fn times(value: f64, of: f64) -> String {
     match value / of {
         ratio if ratio.is_finite() => format!("{}×", number(ratio)),

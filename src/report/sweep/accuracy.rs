@@ -1,8 +1,8 @@
-//! How far a point's pictures are from the truth.
+//! The difference of a point's pictures from the truth.
 //!
 //! Light is compared as it is before it is tone-mapped, exposed and read as 32-bit floats, and the picture as it is shown, in codes of 8 bits, against the
-//! truth that is tone-mapped by the reference's own curves. Of a picture of several samples the light is its mean, and what is shown is as
-//! `resolve` has it. FXAA smooths what is shown: the light of such a point is that before it.
+//! truth that is tone-mapped by the reference's own curves. Of a picture of several samples the light is their mean, and the shown picture follows
+//! `resolve`. FXAA smooths the shown picture: the light of such a point is that before it.
 
 use std::sync::Arc;
 
@@ -53,7 +53,7 @@ pub struct Drawing {
     pub shown: Shown,
 }
 
-/// The picture, and what it takes.
+/// The picture, with the memory of its frames.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shown {
     pub picture: Srgb8Image,
@@ -62,7 +62,7 @@ pub struct Shown {
     pub gbuffer_bytes_per_pixel: u32,
 }
 
-/// From nits to what is tone-mapped.
+/// From nits to exposed light, which is tone-mapped.
 pub fn exposure_of(scene: &Scene, settings: &Settings) -> f64 {
     f64::from(exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(scene))))
 }
@@ -132,7 +132,7 @@ impl Truths {
         })
     }
 
-    /// The error against the converged truth of what is shown alone: FLIP and PSNR. Other figures are no numbers, and pixels that are not finite are
+    /// The error of the shown picture alone against the converged truth: FLIP and PSNR. Other figures are NaN, and pixels that are not finite are
     /// seen in light only.
     ///
     /// # Errors
@@ -163,7 +163,7 @@ impl Truths {
     }
 }
 
-/// How sure the truth is, exposed.
+/// Returns the uncertainty of the truth, exposed.
 fn info(point: &Truth, converged: &Truth, exposure: f64, samples: u32) -> TruthInfo {
     let (mut squares, mut relative) = (0.0, 0.0);
     let noise = converged.standard_error.as_deref().unwrap_or_default();
@@ -205,7 +205,7 @@ fn errors_against(drawing: &Drawing, expected: &Expected) -> Result<Errors, Erro
 }
 
 impl Drawing {
-    /// Draws what is shown, and the light of it.
+    /// Draws the shown picture, and its light.
     ///
     /// # Errors
     /// When the device cannot draw it.
@@ -216,7 +216,7 @@ impl Drawing {
 }
 
 impl Shown {
-    /// Draws what is shown.
+    /// Draws the shown picture.
     ///
     /// # Errors
     /// When the device cannot draw it.
@@ -281,7 +281,7 @@ pub fn other_triangle(
 }
 
 fn bytes_on(device: &Device) -> u64 {
-    // What is retired but not yet destroyed would count for the next renderer.
+    // Retired objects that are not yet destroyed would count for the next renderer.
     device.collect();
     device.memory_report().bytes
 }

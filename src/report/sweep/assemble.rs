@@ -29,7 +29,7 @@ pub fn fronts_of(quick: bool, metric: Metric) -> Vec<(Metric, Against)> {
 /// A point that is measured.
 struct Whole {
     point: Point,
-    /// Over the times of the settings as given in the same rounds: what they have in common tells no point from another.
+    /// Times over those of the settings as given in the same rounds: the noise that they have in common tells no point from another.
     ratios: Vec<f64>,
 }
 
@@ -68,8 +68,8 @@ pub fn on_fronts(measured: &Measured) -> BTreeSet<String> {
     info.fronts.iter().flat_map(on).map(|index| points[index].name.clone()).collect()
 }
 
-/// Time and error of each point; one with pixels that are not finite is on no front, and neither are textbooks' formulas: what they save
-/// where a picture does not show their errors is told, and not to be chosen.
+/// Time and error of each point; one with pixels that are not finite is on no front, and neither are textbooks' formulas: their savings are
+/// reported, but they must not be chosen for a picture that happens not to show their errors.
 fn coordinates(points: &[Point], metric: Metric, truth: Against) -> Vec<(f64, f64)> {
     let error = |point: &Point| match point.name.split(' ').any(|setting| setting == "textbook=on") {
         true => f64::INFINITY,
@@ -143,7 +143,7 @@ fn family(
     Some(Family { key: planned.key.clone(), title: planned.title.clone(), members, convergence, floor })
 }
 
-/// Where the default settings lie: on the front, or what beats them there, in a sentence.
+/// Returns the place of the default settings in a sentence: on the front, or off it, with the point there that beats them.
 pub fn default_on_front(scene: &SceneReport, metric: Metric, truth: Against) -> String {
     let Some(front) = scene.fronts.iter().find(|front| front.metric == metric && front.truth == truth) else {
         return "no front was found".into();
@@ -164,11 +164,11 @@ pub fn default_on_front(scene: &SceneReport, metric: Metric, truth: Against) -> 
         return "The settings as given have pixels that are not finite: they are on no front.".into();
     }
     let beats = |&&index: &&usize| coordinates[index].0 <= time && coordinates[index].1 <= error;
-    // Of those that beat it the one with the least error: what it could have for no more time.
+    // Of those that beat the settings as given, the one with the least error, which takes no more time.
     let best = front.points.iter().filter(beats).min_by(|&&a, &&b| coordinates[a].1.total_cmp(&coordinates[b].1));
     let Some(&best) = best else { return "Nothing on the front beats the settings as given in both.".into() };
     let (best_time, best_error) = coordinates[best];
-    // A front by measured times has whatever was luckiest among equals on it.
+    // A front by measured times has the luckiest among equals on it.
     let ratios = [best, scene.default].map(|index| &scene.points[index].time.ratio);
     let unsure = if best_error > 0.99 * error && ratios[0].high >= ratios[1].low {
         ", no more than the times scatter"
@@ -263,7 +263,7 @@ mod tests {
         }
         let report = scene_report(&measured).expect("measured");
         let left: Vec<&str> = report.left_out.iter().map(|left| left.name.as_str()).collect();
-        // That which has not been timed yet is not told of.
+        // A point that has not been timed yet is not listed.
         assert!(left.contains(&"shadow-size=512") && !left.contains(&"samples=4"), "{left:?}");
         assert_eq!(report.points.len(), 1);
     }

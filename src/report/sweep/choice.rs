@@ -47,7 +47,7 @@ pub fn file(scene: &SceneReport, point: &str, kind: &str) -> String {
         });
         kept.collect()
     };
-    // Names of scenes are told apart by their hash where what is left of them is the same.
+    // Scenes are told apart by a hash of their names, as the characters that a file's name may have can be the same.
     let hash = blake3::hash(scene.name.as_bytes()).to_hex();
     format!("{FOLDER}/{}-{}-{}-{kind}.png", plain(&scene.name), &hash[..6], plain(point))
 }
@@ -56,7 +56,7 @@ pub fn file(scene: &SceneReport, point: &str, kind: &str) -> String {
 pub fn is_file(name: &str) -> bool {
     let is_hash = |part: &str| part.len() == 6 && part.chars().all(|c| c.is_ascii_hexdigit());
     let parts: Vec<&str> = name.split('-').collect();
-    // A scene, its hash, a point, and what is shown of it.
+    // A scene, its hash, a point, and the kind of picture.
     let has_hash = parts.len() >= 4 && parts[1..parts.len() - 2].iter().any(|part| is_hash(part));
     has_hash && KINDS.iter().any(|kind| parts.last().and_then(|last| last.strip_suffix(".png")) == Some(kind))
 }

@@ -1,4 +1,4 @@
-//! Orders of convergence where theory has one, and what keeps a curve from falling.
+//! Orders of convergence where theory has one, and the reasons that keep a curve from falling.
 
 use super::model::{Against, Convergence, Member, Metric, Point, TruthInfo};
 use crate::measure::fit_power_law;
@@ -81,7 +81,7 @@ fn floor_text(key: &str, floor: f64, expected: &Expected, truth: &TruthInfo) -> 
     format!("It does not fall below about {floor:.2e}: {why}.")
 }
 
-/// That a curve does not fall at all, and below what.
+/// Returns a sentence if a curve does not fall at all: its error, and the reason.
 fn flat(members: &[Member], points: &[Point], truth: &TruthInfo) -> Option<String> {
     let errors: Vec<f64> = members.iter().map(|member| points[member.point].errors.converged.rel_mse).collect();
     let (least, largest) = errors.iter().fold((f64::INFINITY, 0.0f64), |(a, b), &error| (a.min(error), b.max(error)));

@@ -1,7 +1,7 @@
-//! The measurements so far, on disk: a line of JSON with a checksum for each thing that is finished, behind a line that says what was asked for.
+//! The measurements so far, on disk: a line of JSON with a checksum for each finished measurement, behind a header with the command's request.
 //!
-//! A run that is broken off goes on with what is there; a line that was cut off is measured again. It also is what parts of a report are
-//! joined from, as it has all measurements and not only what they come to. One process writes it at a time.
+//! A run that is broken off goes on from the journal; a line that was cut off is measured again. Parts of a report are joined from their
+//! journals, too, as these have all measurements and not only their results. One process writes it at a time.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{File, OpenOptions, TryLockError};
@@ -56,7 +56,7 @@ pub struct Asked {
     pub seed: u64,
 }
 
-/// A scene with its settings as given, and what is to be measured of it.
+/// A scene with its settings as given, and the points to be measured of it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SceneInfo {
     pub name: String,
@@ -70,7 +70,7 @@ pub struct SceneInfo {
     pub triangles: usize,
     pub lights: usize,
     pub truth: TruthInfo,
-    /// The names of all points, of whatever shard.
+    /// The names of all points, of any shard.
     pub points: Vec<String>,
     pub families: Vec<PlannedFamily>,
     pub left_out: Vec<LeftOut>,
@@ -79,7 +79,7 @@ pub struct SceneInfo {
 }
 
 impl SceneInfo {
-    /// A scene, and what its sweep has.
+    /// A scene, with the points of its sweep.
     pub fn of(
         scene: &Scene,
         base: &SettingsPatch,
@@ -274,9 +274,9 @@ pub struct Journal {
     name: String,
     file: File,
     pub scenes: Vec<Measured>,
-    /// Nothing had been measured before, or it was forgotten: what else the folder holds is of another run.
+    /// True if nothing had been measured before, or it was forgotten: other files of the folder are then of another run.
     pub is_new: bool,
-    /// As [`Contents::dropped`]: what these lines said is measured again.
+    /// As [`Contents::dropped`]: the measurements of these lines are made again.
     pub dropped: usize,
 }
 
@@ -291,7 +291,7 @@ impl Journal {
         let name = path.display().to_string();
         let failed = |error| Error::file(format!("write {name}"), error);
         let file = OpenOptions::new().read(true).append(true).create(true).open(&path).map_err(failed)?;
-        // Where a file system has no locks, there is nothing to keep others away with.
+        // On a file system without locks, nothing can keep other processes away.
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
             let why = "is being measured by another process: wait for its end";
             return Err(Error::Refused(format!("{} {why}", folder.display())));
@@ -462,7 +462,7 @@ mod tests {
         assert!(Journal::open(folder.path(), &other, false).is_err());
         assert!(!Journal::open(folder.path(), &header(), false).expect("goes on").is_new);
         assert!(Journal::open(folder.path(), &header(), true).expect("anew").is_new);
-        // Broken off before anything was measured: what the folder holds beside it is still of the run before.
+        // Broken off before anything was measured: other files of the folder are still of the run before.
         assert!(Journal::open(folder.path(), &header(), false).expect("still").is_new);
     }
 

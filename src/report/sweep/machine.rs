@@ -1,4 +1,4 @@
-//! Where times are taken.
+//! The machine on which times are taken.
 
 use super::model::Machine;
 use crate::frame::calibration::Calibration;
@@ -30,7 +30,7 @@ fn calibrated(device: &PhysicalDevice) -> String {
     figures.map_or_else(String::new, |figures| format!(", calibrated ({:08x})", crc32fast::hash(figures)))
 }
 
-/// The shaders, and whether this is a build for finding mistakes: its frames take longer.
+/// The shaders' hash, and a note in a build with debug assertions, whose frames take longer.
 pub fn build() -> String {
     let hash = shaders::hash();
     format!("{}{}", &hash[..16], if cfg!(debug_assertions) { " with debug assertions" } else { "" })
@@ -47,7 +47,7 @@ fn os() -> String {
     format!("{} {}", std::env::consts::OS, version(&release)).trim().to_owned()
 }
 
-/// Without what builders and hosts put behind it, which names them.
+/// Without the suffix of builders and hosts, which names them.
 fn version(release: &str) -> &str {
     let end = release.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(release.len());
     release[..end].trim_end_matches('.')

@@ -6,14 +6,14 @@ use super::error::Error;
 use super::journal::{self, Contents, Header, Measured};
 use super::model::Shard;
 
-/// A part, and what its folder is called.
+/// A part, and its folder's name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Part {
     pub folder: String,
     pub contents: Contents,
 }
 
-/// All parts as one: what they were asked for, and everything that they have measured.
+/// All parts as one: their common header, and everything that they have measured.
 ///
 /// # Errors
 /// When one is missing, there twice, not finished, or of another layout, program, scene, size, choice of points, device, driver or CPU; the

@@ -75,14 +75,14 @@ impl DeviceMeter<'_> {
     /// Takes the error of the settings as given apart.
     ///
     /// # Errors
-    /// When the device cannot draw what that takes.
+    /// When the device cannot draw the frames that it takes.
     pub fn attribution(&self, limits: &Limits) -> Result<Attribution, Error> {
         let settings = self.base.decide();
         let reference = Reference::new(self.scene).map_err(frame::Error::from)?;
         let reference = reference.with_settings(&settings, &self.camera).with_fog(None).with_reflections(None);
         let view = View { camera: self.camera, size: settings.size };
         let subject = Subject { scene: self.scene, reference: &reference, settings: &settings, view: &view, point: 0 };
-        // What is taken apart has no fog before it and mirrors nothing.
+        // The frame that is taken apart has no fog, and its surfaces mirror nothing.
         let is_plain = Medium::of(&settings).is_none() && settings.mirrored_roughness().is_none();
         let plain = (!is_plain).then(|| Raw::plain(&reference, &view, self.truths.info.samples));
         let raw = plain.as_ref().unwrap_or(&self.truths.raw);

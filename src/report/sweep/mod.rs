@@ -1,7 +1,8 @@
 //! Error against run time: families of settings, measured on the device at hand against the truth.
 //!
-//! [`families`] says what is measured, [`picture`] and [`timing`] measure it, [`journal`] keeps what was measured, so that a run that is broken
-//! off goes on and several can be joined, and [`assemble`] makes the [`model::Report`] of it. [`run`] puts them in order. [`attribution`] takes a frame's error apart.
+//! [`families`] chooses the points, [`picture`] and [`timing`] measure them, [`journal`] keeps the measurements, so that a run that is broken off
+//! goes on and several can be joined, and [`assemble`] makes the [`model::Report`] of them. [`run`] puts the steps in order. [`attribution`] takes a
+//! frame's error apart.
 
 pub mod accuracy;
 pub mod assemble;

@@ -21,7 +21,7 @@ pub struct Report {
     pub scenes: Vec<SceneReport>,
 }
 
-/// Where the times were taken.
+/// The machine on which the times were taken.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Machine {
     pub device: String,
@@ -57,7 +57,7 @@ pub struct SceneReport {
     pub left_out: Vec<LeftOut>,
 }
 
-/// How good the truth itself is.
+/// The accuracy of the truth itself.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TruthInfo {
     pub samples: u32,
@@ -69,7 +69,7 @@ pub struct TruthInfo {
     pub noise_rel_mse: f64,
     /// Shares of the pixels, 0 to 1.
     pub sky: f64,
-    /// Where the raster with the default settings and the truth see different triangles; `None` where the device cannot tell.
+    /// The share of pixels on which the raster with the default settings and the truth see different triangles; `None` where the device cannot tell.
     pub other_triangle: Option<f64>,
 }
 
@@ -93,13 +93,13 @@ pub struct Point {
     /// On the device, in bytes.
     pub memory: u64,
     pub gbuffer_bytes_per_pixel: u32,
-    /// PNG files beside the report, by what they show: "picture", "difference".
+    /// PNG files beside the report, by their contents: "picture", "difference".
     pub pictures: BTreeMap<String, String>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ErrorsByTruth {
-    /// Without what one sample a pixel misses: numeric error, and how textures are filtered.
+    /// Without the error of one sample a pixel: numeric error, and the filtering of textures.
     pub point: Errors,
     /// All of it.
     pub converged: Errors,
@@ -161,7 +161,7 @@ pub struct Family {
     pub key: String,
     pub title: String,
     pub members: Vec<Member>,
-    /// Where theory has an order of convergence.
+    /// None where theory has no order of convergence.
     pub convergence: Option<Convergence>,
     /// The reason why the curve falls no further, in a sentence.
     pub floor: Option<String>,
@@ -173,7 +173,7 @@ pub struct Member {
     pub point: usize,
     /// Short, as "1024" or "fat".
     pub label: String,
-    /// Where the members are numbers.
+    /// None where the members are not numbers.
     pub value: Option<f64>,
 }
 
@@ -207,7 +207,7 @@ pub enum Against {
 }
 
 impl Errors {
-    /// Of what nobody has compared.
+    /// The errors of pictures that nobody has compared.
     pub const UNKNOWN: Self = Self {
         rel_mse: f64::NAN,
         rmse: f64::NAN,
@@ -218,7 +218,7 @@ impl Errors {
         not_finite: 0,
     };
 
-    /// Returns true if light and what is shown have both been compared.
+    /// Returns true if light and shown picture have both been compared.
     pub fn is_whole(&self) -> bool {
         self.not_finite > 0 || !(self.rmse.is_nan() || self.flip.is_nan())
     }
@@ -258,7 +258,7 @@ pub struct Front {
     pub probability: Vec<f64>,
 }
 
-/// Where a point lies.
+/// A point's place, on the front or off it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Standing {
     /// On the front, more probably than not.

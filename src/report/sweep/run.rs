@@ -1,6 +1,6 @@
-//! The order of things: pictures first, then times in batches, then once more the times of whatever was found to be on a front.
+//! The order of measurements: pictures first, then times in batches, then once more the times of points that were found to be on a front.
 //!
-//! Each finished thing goes into the journal, and what is there is not done again.
+//! Each finished measurement goes into the journal, and is not made again.
 
 #[cfg(test)]
 pub(in crate::report) mod samples;
@@ -19,7 +19,7 @@ const BATCH: usize = 7;
 /// The most memory that renderers held at once may take on the device together.
 pub const BATCH_BYTES: u64 = 768 << 20;
 
-/// How far a scene has come.
+/// The progress of a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Step<'a> {
     /// As "pictures" or "times".
@@ -30,7 +30,7 @@ pub struct Step<'a> {
     pub total: usize,
 }
 
-/// Told of each step before it is done.
+/// Called with each step before it is done.
 pub type Watch<'a> = &'a mut dyn FnMut(Step);
 
 /// One scene's run.
@@ -49,7 +49,7 @@ impl Run<'_> {
     /// Measures all that the journal does not have yet. The scene's own record must be there.
     ///
     /// # Errors
-    /// What the device or the disk has against it. What was finished until then is in the journal.
+    /// A fault of the device or the disk. Everything that was finished until then is in the journal.
     pub fn measure(&mut self, meter: &mut dyn Meter) -> Result<(), Error> {
         self.draw(meter)?;
         let timed = self.journal.scenes[self.scene].timed();
@@ -133,7 +133,7 @@ impl Run<'_> {
             (self.watch)(Step { what, now: &names.join(", "), done, total });
             done += batch.len();
             match self.time_batch(meter, &batch, confirms, &mut random) {
-                // Together they are too much; what is too much alone as well is left out.
+                // Together they are too much; one that is too much alone as well is left out.
                 Err(error) if error.is_of_point() => {
                     for index in batch {
                         self.time_alone(meter, index, confirms, &mut random)?;

@@ -1,7 +1,7 @@
-//! How long pictures take: renderers take turns, so that what slows the machine slows all of them.
+//! Times of pictures: renderers take turns, so that a slow moment of the machine slows all of them.
 //!
 //! A batch is a few renderers that are held at once, the settings as given (the anchor) always among them. Each is warmed up until its frames
-//! stop getting faster, for drivers compile late; then rounds begin, each of one picture by each renderer in random order. What counts is the
+//! stop getting faster, for drivers compile late; then rounds begin, each of one picture by each renderer in random order. The measure is the
 //! ratio of a picture's time to that of the anchor in the same round: it is comparable between batches, and between machines of one kind.
 //! Milliseconds are that ratio times the anchor's median over all batches, and as uncertain as both.
 
@@ -54,7 +54,7 @@ pub struct Rounds {
     pub others: Vec<Vec<Sample>>,
 }
 
-/// How many rounds a batch has.
+/// The rounds of a batch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effort {
     pub rounds: usize,
@@ -122,7 +122,7 @@ impl Contender {
         self.draw_frames(u32::MAX)
     }
 
-    /// Draws the first frames of a picture, at most so many, and tells what all of it would take: its frames differ by less than times scatter.
+    /// Draws the first frames of a picture, at most so many, and extrapolates to the time of all: its frames differ by less than times scatter.
     pub fn draw_frames(&mut self, most: u32) -> Result<Sample, Error> {
         let cpu_before = cpu_seconds();
         let over_time = self.renderer.plan().taa.map(|taa| taa.frames);
@@ -246,7 +246,7 @@ pub struct Anchor {
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointTimes {
     pub timing: Timing,
-    /// Of each round, over that of the anchor, by the clock that counts; 1 alone for the anchor, which is what others are compared with.
+    /// Of each round, over that of the anchor, by the clock that counts; 1 alone for the anchor, with which the others are compared.
     pub ratios: Vec<f64>,
 }
 

@@ -1,8 +1,8 @@
 //! Cameras that a choice is verified from: moved and turned within the scene, so that something is seen. No device is asked: rays of the
-//! reference say where there is room and what is in view.
+//! reference find the room for a camera and the objects in view.
 //!
 //! A camera goes towards something that the scene's own camera sees, along a ray that nothing blocks, so that it cannot come to stand
-//! inside a wall; then it turns. Which way follows from its place in a sequence alone: the same scene has the same cameras.
+//! inside a wall; then it turns. Its way and turn follow from its place in a sequence alone: the same scene has the same cameras.
 
 use std::collections::BTreeSet;
 
@@ -11,18 +11,18 @@ use glam::{DQuat, DVec2, DVec3};
 use crate::reference::{Reference, View};
 use crate::scene::{Camera, CameraPath, Projection};
 
-/// Rays across and down that say what a camera sees.
+/// Rays across and down that sample a camera's view.
 const GRID: [u32; 2] = [16, 9];
 /// Cameras that are tried for each that is wanted.
 const TRIES: u32 = 64;
-/// How much of the picture must be surfaces, as a share of what the scene's own camera sees of them.
+/// The least part of the picture that must be surfaces, as a share of that of the scene's own camera.
 const LEAST_SEEN: f64 = 0.6;
-/// Of the different objects that the scene's own camera sees, how many must be in view: a bare floor tells little.
+/// The least number of different objects in view, as a share of that of the scene's own camera: a bare floor tells little.
 const LEAST_OBJECTS: f64 = 0.5;
-/// Nearer than this share of what is usual, a surface is in the way; so many of the rays may end at one.
+/// A surface nearer than this share of the usual distance is in the way; so many of the rays may end at one.
 const IN_THE_WAY: f64 = 0.15;
 const MOST_IN_THE_WAY: f64 = 0.3;
-/// Two cameras differ if they are turned by so many degrees or stand apart by this share of what is usual.
+/// Two cameras differ if they are turned by so many degrees or stand apart by this share of the usual distance.
 const LEAST_TURN_DEGREES: f64 = 15.0;
 const LEAST_MOVE: f64 = 0.15;
 
@@ -32,7 +32,7 @@ struct Sight {
     hits: Vec<DVec3>,
     /// Share of the rays that meet one.
     seen: f64,
-    /// How many different ones.
+    /// The number of different objects.
     objects: usize,
 }
 
@@ -119,12 +119,12 @@ fn candidate(view: &View, own: &Sight, index: u32) -> Option<Elsewhere> {
     let [target, way, yaw, pitch] = [0.856_674_883_8, 0.733_891_856_6, 0.628_706_721_0, 0.538_597_257_2].map(share);
     let hit = *own.hits.get((target * own.hits.len() as f64) as usize)?;
     let camera = &view.camera;
-    // Up to about half of the way: beyond it what was far fills the picture.
+    // Up to about half of the way: beyond it a surface that was far away fills the picture.
     let position = camera.position + hit * (0.1 + 0.4 * way);
     let yaw = DQuat::from_rotation_y(((yaw - 0.5) * 140.0).to_radians());
     let pitch = DQuat::from_rotation_x(((pitch - 0.5) * 20.0).to_radians());
     let forward = yaw * (camera.rotation * (pitch * DVec3::NEG_Z));
-    // As it is told, so that whoever reads it can stand there.
+    // Through its text, so that a camera that is typed from a report is exactly this one.
     let text = text_of(position, position + forward * own.usual().max(camera.near), camera.projection);
     let parsed: Camera = text.parse().ok()?;
     Some(Elsewhere { camera: Camera { near: camera.near, ..parsed }, text })

@@ -14,7 +14,7 @@ const NEAR_MISS: f64 = 2.0;
 pub struct Goal {
     /// The bound that must hold.
     pub bound: Bound,
-    /// How error is measured, against the converged truth.
+    /// The metric of error, against the converged truth.
     pub metric: Metric,
 }
 
@@ -40,7 +40,7 @@ pub struct Measurement {
 
 /// Measures from cameras that the front was not made with.
 pub trait Witness {
-    /// How many cameras there are; `measure` takes them from 0 on.
+    /// Returns the number of cameras; `measure` takes them from 0 on.
     fn cameras(&self) -> usize;
 
     /// A point of the scene from one of these cameras, and the settings as given beside it.
@@ -63,7 +63,7 @@ pub struct Pair {
     pub default: Measurement,
 }
 
-/// A candidate and what became of it.
+/// A candidate and its outcome.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Attempt {
     /// Index in [`SceneReport::points`].
@@ -79,7 +79,7 @@ pub struct Outcome {
     pub chosen: Option<Attempt>,
     /// Tried before it, in this order; the bound failed on the last of each one's cameras.
     pub passed_over: Vec<Attempt>,
-    /// Where nothing was chosen: what came near the bound, if anything did, measured from every camera.
+    /// If nothing was chosen: a point that came near the bound, if one did, measured from every camera.
     pub near_miss: Option<Attempt>,
 }
 
@@ -90,8 +90,8 @@ impl Goal {
         Measurement { error, time: *self.clock(&point.time).1 }
     }
 
-    /// The time that the bound is about, and whose it is. Where time is bounded, the slower of both clocks: the device's own knows nothing of
-    /// what a picture takes besides, as the way back of several samples and their mean.
+    /// Returns the time that the bound is about, and the name of its clock. If time is bounded, it is the slower of both clocks: the device's own
+    /// misses a picture's other work, such as reading several samples back and taking their mean.
     pub fn clock<'a>(&self, timing: &'a Timing) -> (&'static str, &'a Interval) {
         match (self.bound, &timing.gpu) {
             (Bound::Milliseconds(_), Some(gpu)) if timing.wall.high > gpu.high => ("wall", &timing.wall),
@@ -135,7 +135,7 @@ impl Goal {
     }
 
     /// Points on which the bound holds, as was measured twice, the best first: the fastest where error is bounded, else those that err least.
-    /// `margin` is an error (or a time) that failed elsewhere: only what lies below it is of use. The settings as given lose nothing against
+    /// `margin` is an error (or a time) that failed elsewhere: only points below it are of use. The settings as given lose nothing against
     /// themselves: they are the last that a bound on the loss has.
     pub fn candidates(&self, scene: &SceneReport, margin: Option<f64>) -> Vec<usize> {
         let of = |index: usize| self.of(&scene.points[index]);
@@ -297,7 +297,7 @@ fn round_up(number: f64) -> f64 {
         return number;
     }
     let digits = 1 - number.log10().floor() as i32;
-    // Through text, for 0.059 and not 0.059000000000000004. A hair less than the number: one of two digits stays what it is.
+    // Through text, for 0.059 and not 0.059000000000000004. A hair less than the number, so that one of two digits stays the same.
     let scaled = (number * 10f64.powi(digits) * (1.0 - 1e-12)).ceil();
     format!("{scaled}e{}", -digits).parse().unwrap_or(number)
 }
@@ -319,7 +319,7 @@ mod tests {
         Goal { bound: Bound::Milliseconds(ms), metric: Metric::Flip }
     }
 
-    /// Measures what the tuning camera did, times these factors by camera.
+    /// Gives the measurements of the tuning camera, times these factors by camera.
     struct Factors<'a> {
         scene: &'a SceneReport,
         goal: Goal,
@@ -536,7 +536,7 @@ mod tests {
         let goal = error_below(fitting);
         let again = choose(&goal, &scene, &mut factors(&scene, goal, &[1.0, 1.3, 1.2], &[1.0; 3]));
         assert!(again.chosen.is_some());
-        // What fails from another camera alone is a near miss as well; what fails by far is none.
+        // A point that fails from another camera alone is a near miss as well; one that fails by far is none.
         let goal = error_below(1.01 * least);
         let outcome = choose(&goal, &scene, &mut factors(&scene, goal, &[1.2, 1.3], &[1.0; 2]));
         assert_eq!(outcome.near_miss.map(|near| near.held_out.len()), Some(2));

@@ -1,4 +1,4 @@
-//! A choice on disk: settings as a scene file has them, and beside them what they were chosen by.
+//! A choice on disk: settings as a scene file has them, and beside them the evidence that they were chosen by.
 
 use serde::Serialize;
 
@@ -28,7 +28,7 @@ pub struct Evidence {
     pub size: [u32; 2],
     /// The bound that was asked for, as the command line has it.
     pub bound: String,
-    /// How error was measured, against a truth of so many samples a pixel.
+    /// The metric of error, against a truth of `truth_samples` samples a pixel.
     pub metric: Metric,
     /// Samples a pixel of the truth.
     pub truth_samples: u32,
@@ -123,12 +123,12 @@ impl Found {
     }
 }
 
-/// A search with what it searched.
+/// A search with its subject.
 #[derive(Debug, Clone, Copy)]
 pub struct Search<'a> {
     /// The program and its version.
     pub program: &'a str,
-    /// Where it was measured.
+    /// The machine that measured.
     pub machine: &'a Machine,
     /// The front that the choice is from.
     pub scene: &'a SceneReport,
@@ -199,7 +199,7 @@ impl Search<'_> {
         })
     }
 
-    /// In a sentence, why nothing was chosen, naming what came nearest.
+    /// Returns the reason why nothing was chosen, in a sentence that names the nearest point.
     pub fn failure(&self, outcome: &Outcome) -> String {
         let limit = bound_text(self.goal);
         let worst = |attempt: &&Attempt| self.goal.worst(self.scene, attempt);
@@ -245,7 +245,7 @@ fn bound_text(goal: &Goal) -> String {
     let short = |most: f64| format!("{most:?}").trim_end_matches(".0").to_owned();
     let bound = match goal.bound {
         Bound::Error(most) => format!("--max-error {}", short(most)),
-        // Two digits, or what was typed: 7% and not 7.000000000000001%.
+        // Two digits, or as many as were typed: 7% and not 7.000000000000001%.
         Bound::Loss(most) => format!("--max-loss {}%", short((most * 1e8).round() / 1e6)),
         Bound::Milliseconds(most) => format!("--max-ms {}", short(most)),
     };

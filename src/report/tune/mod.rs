@@ -1,7 +1,7 @@
 //! The choice: settings that keep a bound, found by a search and verified from cameras that it was not made with.
 //!
-//! [`search`] says what to measure next, [`probe`] measures it, [`choice`] decides, [`cameras`] says where else to look from, [`verify`] measures
-//! there, and [`evidence`] writes down what was chosen and by what. Points and their families come from [`crate::report::sweep`].
+//! [`search`] chooses the next measurement, [`probe`] makes it, [`choice`] decides, [`cameras`] finds other cameras, [`verify`] measures from
+//! them, and [`evidence`] writes the choice down with its evidence. Points and their families come from [`crate::report::sweep`].
 
 pub mod cameras;
 pub mod choice;
@@ -48,7 +48,7 @@ const BATCH_SHARE: f64 = 0.1;
 /// A search for settings, from a sweep of them.
 #[derive(Clone, Copy)]
 pub struct Tuning<'a> {
-    /// Where frames are drawn and timed.
+    /// The device that draws and times frames.
     pub device: &'a Arc<Device>,
     /// The scene that is drawn.
     pub scene: &'a Scene,
@@ -58,22 +58,22 @@ pub struct Tuning<'a> {
     pub sweep: &'a Sweep,
     /// The goal that the choice must keep.
     pub goal: Goal,
-    /// How well times are measured.
+    /// The effort of measuring times.
     pub effort: Effort,
     /// Decides the order of measuring.
     pub seed: u64,
-    /// How long all of it may take, about; without end for `None`.
+    /// The time, about, for all of it; without end for `None`.
     pub within: Option<Within>,
 }
 
 /// A time that a search should end in.
 #[derive(Debug, Clone, Copy)]
 pub struct Within {
-    /// When it began.
+    /// The moment at which it began.
     pub begun: Instant,
-    /// How long it may take.
+    /// Its length.
     pub time: Duration,
-    /// How many other cameras verify what is found, and need their part of it.
+    /// Other cameras that verify the choice, and need their part of the time.
     pub cameras: u32,
     /// The time that the truth of the scene's own camera took: others take about as long.
     pub truth: Duration,
@@ -85,7 +85,7 @@ pub struct Tuned {
     pub scene: SceneReport,
     /// The settings of each of its points.
     pub patches: Vec<SettingsPatch>,
-    /// The choice, and what was passed over.
+    /// The choice, and the points that were passed over.
     pub outcome: Outcome,
     /// Names of the points that might have been the choice, and that the time was not enough for.
     pub not_measured: Vec<String>,
@@ -99,8 +99,8 @@ impl Tuned {
 }
 
 impl<'a> Tuning<'a> {
-    /// Searches from the scene's own camera against `own` truth, going on with what the journal has, and verifies candidates from the cameras that
-    /// `elsewhere` brings with their truths. It is asked only if some settings keep the bound so far, or nearly do.
+    /// Searches from the scene's own camera against `own` truth, going on from the journal, and verifies candidates from the cameras that
+    /// `elsewhere` brings with their truths. `elsewhere` is asked only if some settings keep the bound so far, or nearly do.
     ///
     /// # Errors
     /// When the device cannot draw the settings as given, is lost or lacks the memory; when the journal cannot be written; and those of `elsewhere`.
@@ -155,7 +155,7 @@ impl<'a> Tuning<'a> {
 struct SearchRun<'a, 'b> {
     tuning: &'a Tuning<'b>,
     journal: &'a mut Journal,
-    /// When the first search began.
+    /// The moment at which the first search began.
     begun: Instant,
     /// Taken so far.
     steps: u32,
@@ -193,7 +193,7 @@ impl SearchRun<'_, '_> {
         Ok(Search { goal: &self.tuning.goal, info, measured, margin, is_late: self.is_late(margin.is_none()) })
     }
 
-    /// A search that goes on since a candidate failed elsewhere has all but what it takes to verify the next.
+    /// A search that goes on since a candidate failed elsewhere has all time but that for verifying the next.
     fn is_late(&self, is_first: bool) -> bool {
         let Some(Within { begun, time, cameras, truth }) = self.tuning.within else { return false };
         let searched = self.begun.elapsed();
@@ -234,7 +234,7 @@ impl SearchRun<'_, '_> {
         self.journal.add(0, record)
     }
 
-    /// Times points together, as far as the device has room; what is too much alone as well is left out.
+    /// Times points together, as far as the device has room; a point that is too much alone as well is left out.
     fn time(&mut self, probe: &mut dyn Probe, points: &[usize], look: Look, watch: Watch) -> Result<(), Error> {
         let names: Vec<String> = points.iter().map(|&index| self.name(index)).collect();
         let (what, total) = match look {

@@ -1,6 +1,6 @@
 //! The probe of a search: the device at hand, or in tests something that answers at once.
 //!
-//! One renderer of the settings as given stays: all others share what it has uploaded, and take turns with it.
+//! One renderer of the settings as given stays: all others share its uploads, and take turns with it.
 
 use std::sync::Arc;
 
@@ -18,12 +18,12 @@ use crate::scene::{Camera, Scene, Settings, SettingsPatch};
 /// Frames before a first look, on CPU devices and on GPUs: a driver compiles in the first.
 const WARM_UP_FRAMES: [usize; 2] = [1, 3];
 
-/// How well something is measured.
+/// The effort of a measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Look {
-    /// Of a picture what the metric needs; of times a few rounds.
+    /// Of a picture the part that the metric needs; of times a few rounds.
     Glance,
-    /// Light and what is shown; all rounds.
+    /// Light and shown picture; all rounds.
     Whole,
 }
 
@@ -60,7 +60,7 @@ pub struct Bench<'a> {
 }
 
 impl<'a> Bench<'a> {
-    /// The same from another camera, which shares what this one has uploaded.
+    /// The same from another camera, which shares the uploads of this one.
     ///
     /// # Errors
     /// When the device lacks the memory.

@@ -1,8 +1,8 @@
-//! The choice of the next measurement, so that few measurements find what a whole sweep would: successive halving (Jamieson and Talwalkar 2016).
+//! The choice of the next measurement, so that few measurements find a whole sweep's result: successive halving (Jamieson and Talwalkar 2016).
 //!
 //! All points get a glance of a few frames; those that may still win are drawn, and timed again with more rounds. A point is dropped
-//! as soon as the lower end of its time lies above that of a better one that keeps the bound, or its error breaks the bound. What settings did
-//! on their own predicts what they do together, and decides the order, not the choice: where time is short, the promising come first.
+//! as soon as the lower end of its time lies above that of a better one that keeps the bound, or its error breaks the bound. The effects of single
+//! settings predict those of combinations. The prediction decides the order, not the choice: when time is short, the promising come first.
 //!
 //! A step follows from the journal alone: the same measurements lead to the same steps, and a run that was broken off goes on.
 
@@ -18,7 +18,7 @@ use crate::report::sweep::families::JOINT;
 use crate::report::sweep::journal::{Measured, SceneInfo};
 use crate::report::sweep::timing::Sample;
 
-/// Points that get a glance together: of more, the last would not know what the first have shown.
+/// Points that get a glance together: of more, the choice of the last could not use the results of the first.
 const GLANCES: usize = 4;
 /// Points that are timed again together.
 const FINALISTS: usize = 4;
@@ -47,13 +47,13 @@ pub enum Step {
 pub struct Search<'a> {
     /// The goal of the search.
     pub goal: &'a Goal,
-    /// The points, and what families they are of.
+    /// The points, and their families.
     pub info: &'a SceneInfo,
     /// The measurements of the points.
     pub measured: &'a Measured,
     /// An error, or a time where time is bounded, that failed from another camera: only points below it are of use.
     pub margin: Option<f64>,
-    /// The time is over: only what is needed for a choice is still measured.
+    /// True if the time is over: only measurements that a choice needs are still made.
     pub is_late: bool,
 }
 
@@ -125,7 +125,7 @@ impl Search<'_> {
         let points = || 0..known.len();
         let may_keep = |index: &usize| time(*index).is_some_and(|time| time.low <= most);
         let undrawn = points().filter(|index| known[*index].error.is_none()).filter(may_keep);
-        // What takes longer is mostly better.
+        // A slower point mostly has less error.
         let by_time = |a: &usize, b: &usize| median(time(*a)).total_cmp(&median(time(*b))).then(b.cmp(a));
         if let Some(next) = undrawn.max_by(by_time).filter(|_| !self.is_late) {
             return Some(Step::Draw(next));
@@ -141,7 +141,7 @@ impl Search<'_> {
         let mut finalists: Vec<usize> = points().filter(|&index| index != 0).filter(may_win).collect();
         finalists.sort_by(|&a, &b| error(a).total_cmp(&error(b)).then(a.cmp(&b)));
         if finalists.is_empty() && !points().any(|index| may_keep(&index)) {
-            // Nothing keeps it: whatever comes nearest is told.
+            // No point keeps the bound: the one that comes nearest is reported.
             let fastest = points().filter(|&index| time(index).is_some()).min_by(by_time)?;
             if known[fastest].error.is_none() {
                 return Some(Step::Draw(fastest));
@@ -151,7 +151,7 @@ impl Search<'_> {
         self.confirm(finalists)
     }
 
-    /// The settings as given are timed whatever else is.
+    /// The settings as given are timed with any others.
     fn confirm(&self, mut finalists: Vec<usize>) -> Option<Step> {
         finalists.truncate(if self.is_late { FINALISTS / 2 } else { FINALISTS });
         let is_first = !self.measured.batches.iter().any(|batch| batch.confirms);
@@ -196,7 +196,7 @@ impl Search<'_> {
         open
     }
 
-    /// Less is more promising: by what its settings did on their own.
+    /// Less is more promising: by the effects of its settings on their own.
     fn rank(&self, known: &[Known], model: &Model, index: usize) -> [f64; 3] {
         let (time, error) = (model.time(index), model.error(index));
         match self.goal.bound {

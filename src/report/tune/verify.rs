@@ -50,7 +50,7 @@ impl Witness for OnDevice<'_> {
         // The settings as given need no turns with themselves.
         let is_given = patch == SettingsPatch::default();
         let others = if is_given { &[][..] } else { std::slice::from_ref(&patch) };
-        // Where error is bounded, a time from elsewhere is told and decides nothing.
+        // If error is bounded, a time from another camera is reported and decides nothing.
         let look = if matches!(goal.bound, Bound::Milliseconds(_)) { Look::Whole } else { Look::Glance };
         let rounds = bench.time(others, look, random)?;
         let times = Anchor::of(&[&rounds.anchor]).and_then(|anchor| {

@@ -27,7 +27,7 @@ pub struct Builtin {
     pub name: &'static str,
     /// A sentence on the scene.
     pub about: &'static str,
-    /// All that it takes.
+    /// The parameters that it takes.
     pub parameters: &'static [Parameter],
     build: fn(&Params) -> Scene,
 }

@@ -1,5 +1,5 @@
-//! Textures out of formulas: a function of (u, v) gives colour, height, roughness and metalness; what comes out repeats seamlessly
-//! when the function does.
+//! Textures out of formulas: a function of (u, v) gives colour, height, roughness and metalness; a texture repeats seamlessly if its
+//! function does.
 
 use rayon::prelude::*;
 

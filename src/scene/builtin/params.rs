@@ -83,12 +83,12 @@ enum Value {
     Brdf(Brdf),
 }
 
-/// The decided parameters of one scene: what was given, and defaults.
+/// The decided parameters of one scene: the given values, and defaults for the others.
 #[derive(Debug, Clone)]
 pub(super) struct Params(Vec<(&'static str, Value)>);
 
 impl Params {
-    /// Reads `key=value&key=value` against what the scene takes. `scene` names it in errors.
+    /// Reads `key=value&key=value` against the parameters that the scene has. `scene` names it in errors.
     pub(super) fn parse(scene: &str, known: &[Parameter], query: &str) -> Result<Self, Error> {
         let wrong = |what: String| Error::Builtin(format!("builtin:{scene}: {what}"));
         let mut given: Vec<(&'static str, Value)> = Vec::new();

@@ -1,4 +1,4 @@
-//! Puts a scene of formulas together: indices are handed out here, so that the scenes read as what stands where.
+//! Puts a scene of formulas together: indices are handed out here, so that the scenes read as lists of things and their places.
 
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 

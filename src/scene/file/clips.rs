@@ -29,7 +29,7 @@ enum Property {
     Cell,
 }
 
-/// A property by its word, and what its values must be.
+/// A property by its word, and the limit of its values.
 struct Form {
     word: &'static str,
     property: Property,

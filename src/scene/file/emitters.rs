@@ -17,7 +17,7 @@ const SPREAD: Limit = Limit::new("from 0 to 1e6", |x| (0.0..=1e6).contains(&x));
 const TURN: Limit = Limit::new("from 0 to 360 degrees", |x| (0.0..=360.0).contains(&x));
 const SPIN: Limit = Limit::new("from 0 to 36000 degrees", |x| (0.0..=36e3).contains(&x));
 
-/// How the textures of particles are sampled: no filter reaches over the edge of a cell.
+/// The sampler of particles' textures: no filter reaches over the edge of a cell.
 const SAMPLER: Sampler =
     Sampler { wrap: [Wrap::Clamp; 2], magnify: Filter::Linear, minify: Filter::Linear, levels: Some(Filter::Linear) };
 

@@ -34,7 +34,7 @@ pub(super) const LIGHT: Schema = Schema {
 /// Keys that every light takes.
 const COMMON: [&str; 6] = ["name", "kind", "color", "temperature", "intensity", "casts_shadow"];
 
-/// How a kind of light is read.
+/// The keys of a kind of light.
 struct Kind {
     word: &'static str,
     /// Its keys beside the common ones.
@@ -175,7 +175,7 @@ fn position(table: &Table) -> Result<DVec3, Error> {
     table.read("position", Node::point)?.ok_or_else(|| table.wrong("needs position"))
 }
 
-/// Where a light stands, and where it points to.
+/// Reads a light's place and direction.
 fn aim(table: &Table) -> Result<(DVec3, DVec3), Error> {
     let position = position(table)?;
     let direction = match (table.get("direction"), table.get("target")) {

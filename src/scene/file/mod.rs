@@ -1,8 +1,8 @@
 //! Scene files: TOML that names models, materials, lights, a camera and settings; and the smaller files beside them, with settings or a camera's
 //! path alone. docs/SCENES.md explains every key.
 //!
-//! Values are read from TOML's own tree with their places, so that every message names file, line and key; what a table may hold
-//! stands in [`schema`]. Paths are relative to the scene file.
+//! Values are read from TOML's own tree with their places, so that every message names file, line and key; [`schema`] lists the keys that a
+//! table may have. Paths are relative to the scene file.
 
 mod clips;
 mod emitters;
@@ -37,7 +37,7 @@ use crate::regular_file::read_regular;
 
 /// The longest text that is read.
 const MOST_BYTES: u64 = 64 << 20;
-/// How many scene files may build on each other.
+/// The most scene files that may build on each other.
 const MAX_BASES: u32 = 8;
 
 /// Opens a scene file.
@@ -160,11 +160,11 @@ pub fn parse_settings(text: &str, path: &Path) -> Result<SettingsPatch, Error> {
 }
 
 thread_local! {
-    /// How deep in files that build on each other this thread is.
+    /// This thread's depth in files that build on each other.
     static DEPTH: Cell<u32> = const { Cell::new(0) };
 }
 
-/// The scene that the file starts from: empty, or whatever `base` opens.
+/// Returns the scene that the file starts from: empty, or the one that `base` names.
 fn base(root: &Table, folder: &Path, options: &OpenOptions) -> Result<Scene, Error> {
     let Some(node) = root.get("base") else {
         return match root.get("base_lights") {
@@ -211,7 +211,7 @@ fn add_tangents(scene: &mut Scene) {
     }
 }
 
-/// Lights, environment, camera and settings; what a file without a base does not say is fitted to its models.
+/// Reads lights, environment, camera and settings. A file without a base may leave some out: these are fitted to its models.
 /// Returns the number of the file's own first light.
 fn light_and_view(root: &Table, scene: &mut Scene, folder: &Path, options: &OpenOptions) -> Result<usize, Error> {
     let says = |key: &str| root.get(key).is_some();

@@ -116,7 +116,7 @@ impl<'a> Models<'a> {
         }
         let loaded = load_model(&self.folder.join(name), &chosen, self.options);
         let mut model = loaded.map_err(|error| match error {
-            // What is wrong at a line of the model has its place; what has none was asked for here.
+            // A fault with a line is the model file's; one without was asked for by this node.
             Error::Content { line: Some(_), .. } => error,
             other => node.wrong(other),
         })?;
@@ -133,7 +133,7 @@ fn hang(scene: &mut Scene, model: &Imported, own: &DAffine3, offsets: &[DAffine3
     for (index, offset) in offsets.iter().enumerate() {
         let (objects, nodes) = (scene.objects.len(), scene.motion.nodes.len());
         model.place(scene, &[*own * *offset]);
-        // What has nodes hangs on one that was appended first.
+        // A model with nodes hangs on a root node, which was appended first.
         if let Some(root) = scene.motion.nodes.get_mut(nodes) {
             (root.parent, root.local) = (Some(parent), Local::Fixed(*offset));
         }
@@ -151,7 +151,7 @@ fn hang(scene: &mut Scene, model: &Imported, own: &DAffine3, offsets: &[DAffine3
     }
 }
 
-/// Of a built-in scene its objects only, with what moves them.
+/// Takes only the objects of a built-in scene, with their motion.
 fn from_builtin(node: &Node, scene: &mut Scene) -> Result<Imported, Error> {
     let built = builtin::open(node.string()?).map_err(|error| node.wrong(error))?;
     let mut motion = built.motion;
@@ -206,7 +206,7 @@ fn from_shape(node: &Node, scene: &mut Scene) -> Result<Vec<Object>, Error> {
     Ok(vec![Object::new(kind, mesh, material, DAffine3::IDENTITY)])
 }
 
-/// Reads which faces of the model cast shadows, and whether shadows fall on it.
+/// Reads the model's keys about the faces that cast shadows and about shadows that fall on it.
 fn shadow(table: &Table, objects: &mut [Object]) -> Result<(), Error> {
     if let Some(node) = table.get("casts_shadow") {
         let casts = match node.is_boolean() {
@@ -242,7 +242,7 @@ impl LookPatch {
         })
     }
 
-    /// Takes from the other what this one does not set.
+    /// Takes values that this one does not set from the other.
     fn or(self, other: Self) -> Self {
         Self {
             cell: self.cell.or(other.cell),
@@ -251,7 +251,7 @@ impl LookPatch {
         }
     }
 
-    /// A look with what is said; none of an object that had none where nothing is.
+    /// A look with the given values; none if none is given and the object had no look.
     fn over(self, look: Option<Look>) -> Option<Look> {
         let Self { cell, tint, selected } = self;
         if cell.is_none() && tint.is_none() && selected.is_none() {
@@ -266,7 +266,7 @@ impl LookPatch {
     }
 }
 
-/// Where the model's copies stand before its own transform, and how they look: the grid's, then the instances'.
+/// Returns the places of the model's copies before its own transform, and their looks: the grid's, then the instances'.
 fn places(table: &Table) -> Result<Vec<(DAffine3, LookPatch)>, Error> {
     let mut places = vec![(DAffine3::IDENTITY, LookPatch::default())];
     if let Some(node) = table.get("grid") {

@@ -59,7 +59,7 @@ pub(super) const FIELD_OF_VIEW: Limit =
 pub(super) const CONE_ANGLE: Limit = Limit { text: "from 0 to 180 degrees", holds: |x| (0.0..=180.0).contains(&x) };
 /// Of a key of a camera path.
 pub(super) const TIME: Limit = Limit { text: "from 0 to 1e9 seconds", holds: |x| (0.0..=MAX_SECONDS).contains(&x) };
-/// Of what glows by heat.
+/// Of a body that glows by heat.
 pub(super) const KELVIN: Limit =
     Limit { text: "from 1000 to 40000 kelvin", holds: |x| crate::scene::KELVIN.contains(&x) };
 /// Of a source of light; 0 for none.
@@ -238,7 +238,7 @@ fn srgb_to_linear(encoded: f64) -> f64 {
 /// A table whose keys have been checked against its schema.
 pub(super) struct Table<'a> {
     source: Source<'a>,
-    /// Where the table starts in the text.
+    /// The table's start in the text.
     start: usize,
     /// Empty for the root.
     key: String,

@@ -9,14 +9,14 @@ use super::place::rotation;
 use super::schema;
 use crate::scene::{Camera, Environment, Error, Projection, SETTINGS, Setting, SettingsPatch, ValueKind};
 
-/// Reads what the file says of the camera, over the one before.
+/// Reads the file's values of the camera, over those of the one before.
 pub(super) fn camera(node: &Node, before: Camera) -> Result<Camera, Error> {
     let table = node.table(schema::CAMERA)?;
     let camera = camera_of(&table, before)?;
     Ok(Camera { near: table.read("near", |node| node.number(LENGTH))?.unwrap_or(camera.near), ..camera })
 }
 
-/// Where a camera is, how it is turned, and its lens: what `[camera]` and a key of a camera path have in common.
+/// Reads a camera's place, rotation and lens: the keys that `[camera]` and a key of a camera path share.
 pub(super) fn camera_of(table: &Table, mut camera: Camera) -> Result<Camera, Error> {
     camera.position = table.read("position", Node::point)?.unwrap_or(camera.position);
     let up = table.read("up", Node::direction)?;
@@ -44,7 +44,7 @@ pub(super) fn camera_of(table: &Table, mut camera: Camera) -> Result<Camera, Err
     Ok(camera)
 }
 
-/// `camera.exposure`: the same as `settings.exposure`, for who thinks of it as the camera's.
+/// `camera.exposure`: the same as `settings.exposure`, for users who look for it at the camera.
 pub(super) fn camera_exposure(node: &Node) -> Result<SettingsPatch, Error> {
     let mut patch = SettingsPatch::default();
     if let Some(node) = node.table(schema::CAMERA)?.get("exposure") {
@@ -103,17 +103,17 @@ fn rows<'a>(node: &Node<'a>) -> Result<Vec<(&'static Setting, Node<'a>)>, Error>
     Ok(SETTINGS.iter().filter_map(row).collect())
 }
 
-/// Where each of them stands, by the settings' keys.
+/// Returns the place of each of them in the file, by the settings' keys.
 pub(super) fn lines(node: &Node) -> Vec<(&'static str, String)> {
     let rows = rows(node).unwrap_or_default();
     rows.into_iter().map(|(setting, node)| (setting.key, node.place())).collect()
 }
 
-/// Says of a setting what the file has for it.
+/// Puts the file's value of a setting into the patch.
 fn said(setting: &Setting, node: &Node, patch: &mut SettingsPatch) -> Result<(), Error> {
     let text = match setting.values {
         ValueKind::OnOff => if node.boolean()? { "on" } else { "off" }.to_owned(),
-        // What is no number is empty, and so refused.
+        // A value that is no number gives an empty text, which is refused.
         ValueKind::Whole(..) | ValueKind::Among(_) | ValueKind::Number(..) => node.digits().unwrap_or_default(),
         // `[1280, 720]` or `"1280x720"`.
         ValueKind::Size if !node.is_string() => {

@@ -1,4 +1,4 @@
-//! A scene as the text of a scene file: what it starts from, and all that can be changed of it besides its objects.
+//! A scene as the text of a scene file: its base or model, and everything that can be changed besides its objects.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -22,7 +22,7 @@ pub enum Origin<'a> {
     Model(Model<'a>),
 }
 
-/// A bare model, and what of it was asked for (see [`OpenOptions`](crate::scene::OpenOptions)).
+/// A bare model, and the options that it was opened with (see [`OpenOptions`](crate::scene::OpenOptions)).
 #[derive(Debug, Clone, Copy)]
 pub struct Model<'a> {
     /// Its file.

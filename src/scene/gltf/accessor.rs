@@ -51,7 +51,7 @@ struct Checked<'a> {
     component: Component,
     /// Numbers of an element.
     width: usize,
-    /// Where its elements lie; `None` for zeros.
+    /// Its elements; `None` for zeros.
     elements: Option<Elements<'a>>,
 }
 
@@ -93,7 +93,7 @@ impl<'a> Accessors<'a> {
         Self { document, buffers }
     }
 
-    /// How many elements an accessor says that it has.
+    /// Returns the number of elements that an accessor claims to have.
     pub fn count(&self, index: Whole) -> Result<usize, String> {
         Ok(entry("accessor", &self.document.accessors, index)?.count.0)
     }
@@ -176,7 +176,7 @@ impl<'a> Accessors<'a> {
         Ok(Checked { accessor, component, width, elements })
     }
 
-    /// Numbers of elements, and what they are in place of.
+    /// Returns the indices of the replaced elements, and their new values.
     fn sparse<'b>(&'b self, sparse: &Sparse, size: usize, count: usize) -> Result<(Vec<usize>, Elements<'b>), String> {
         let within = |what: String| format!("sparse: {what}");
         let component = Component::of(sparse.indices.component_type).map_err(within)?;
@@ -184,7 +184,7 @@ impl<'a> Accessors<'a> {
             return Err(within("its indices are not of an unsigned type".into()));
         }
         let (view, offset) = (self.buffers.view(sparse.indices.buffer_view)?, sparse.indices.byte_offset.0);
-        // Both lie one after the other, whatever their views are for otherwise.
+        // Both are tightly packed: strides of their views, which may serve others as well, do not count.
         let packed = |view: View<'b>| View { stride: None, ..view };
         let indices = Elements::of(packed(view), offset, sparse.count.0, component.size()).map_err(within)?;
         let indices: Vec<usize> = indices.iter().map(|bytes| whole(component, bytes) as usize).collect();

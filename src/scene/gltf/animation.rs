@@ -30,7 +30,7 @@ pub(super) fn read(document: &Document, accessors: &Accessors, warnings: &mut Ve
     let mut names = BTreeSet::new();
     let take = |(index, animation): (usize, &Animation)| {
         let own = animation.name.clone().filter(|name| !name.is_empty()).unwrap_or_else(|| format!("clip {index}"));
-        // Names are for who picks one.
+        // Users pick clips by their names.
         let mut name = own.clone();
         let mut number = 2;
         while !names.insert(name.clone()) {
@@ -49,7 +49,7 @@ pub(super) fn read(document: &Document, accessors: &Accessors, warnings: &mut Ve
             }
         }
         material_keys::rewrite(document, &mut keys);
-        // Products of what a file says may be more than values can be.
+        // Products of a file's values may exceed the limit of values.
         let all = keys.iter_mut().flat_map(|keys| &mut keys.values);
         all.for_each(|value| *value = value.clamp(-MOST_VALUE, MOST_VALUE));
         Take { name, keys }

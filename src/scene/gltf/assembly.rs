@@ -1,4 +1,4 @@
-//! Objects, lights, cameras and what moves them, of what was read.
+//! Objects, lights, cameras and their motion, assembled from the parts that were read.
 
 use std::collections::BTreeMap;
 
@@ -53,7 +53,7 @@ impl Assembly {
         }
     }
 
-    /// Lists the nodes of the motion: those that clips move with something below, joints, and what is above them.
+    /// Lists the nodes of the motion: those that clips move with something below, joints, and the ancestors of both.
     pub fn nodes(&mut self, sources: &Sources, drawables: &Drawables) {
         let (nodes, movement) = (sources.nodes, sources.movement);
         let mut is_needed = vec![false; nodes.world.len()];
@@ -256,7 +256,7 @@ impl Assembly {
         free.unwrap_or_else(|| format!("camera {}", named("of node", node, document.nodes[node].name.as_ref())))
     }
 
-    /// Lists the clips: of each channel what it moves in the scene, if anything.
+    /// Lists the clips, each channel with the target that it moves in the scene, if it has one.
     pub fn clips(&mut self, takes: Vec<Take>) {
         for Take { name, keys } in takes {
             let mut clip = Clip { name, channels: Vec::new() };

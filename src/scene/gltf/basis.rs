@@ -1,5 +1,5 @@
-//! Basis Universal: ETC1S or UASTC blocks of KTX 2.0 files, transcoded to BC7. Who loads a scene knows no device: desktop devices sample BC7,
-//! for others it is decoded.
+//! Basis Universal: ETC1S or UASTC blocks of KTX 2.0 files, transcoded to BC7, as a scene is loaded without a device: desktop devices sample
+//! BC7, for others it is decoded.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 

@@ -8,7 +8,7 @@ use crate::scene::{Camera, Projection};
 /// A camera that looks along -Z from zero, as its node has it.
 ///
 /// # Errors
-/// What of it nothing could be seen with.
+/// A value with which the camera would see nothing.
 pub(super) fn camera(index: usize, json: &JsonCamera) -> Result<Camera, String> {
     let within = |what: String| format!("{}: {what}", named("camera", index, json.name.as_ref()));
     let (projection, near) = match (&json.perspective, &json.orthographic) {

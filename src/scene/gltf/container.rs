@@ -1,4 +1,4 @@
-//! The two containers of glTF: JSON text, and a binary file of chunks, the first of them JSON. Content tells them apart, whatever they are called.
+//! The two containers of glTF: JSON text, and a binary file of chunks, the first of them JSON. Content tells them apart, not the file's name.
 
 use std::ops::Range;
 
@@ -19,7 +19,7 @@ impl Container {
     /// Takes the bytes of a file.
     ///
     /// # Errors
-    /// The line of text that is wrong, if there is one, and what is.
+    /// The line of text with the fault, if it has one, and the fault.
     pub fn parse(bytes: Vec<u8>) -> Result<Self, (Option<usize>, String)> {
         let is_binary = bytes.starts_with(MAGIC);
         let (json, binary) =
@@ -45,7 +45,7 @@ impl Container {
     }
 }
 
-/// Where the JSON and the binary chunk of a binary file lie (glTF 2.0, "GLB File Format").
+/// Returns the ranges of the JSON and of the binary chunk of a binary file (glTF 2.0, "GLB File Format").
 fn chunks(bytes: &[u8]) -> Result<(Range<usize>, Option<Range<usize>>), String> {
     let word = |at: usize| {
         let word = bytes.get(at..at.checked_add(4)?)?;

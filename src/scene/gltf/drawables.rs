@@ -45,11 +45,11 @@ pub(super) struct Drawable {
     pub posed: Option<usize>,
     /// True if clips move the weights of its shapes.
     pub blends: bool,
-    /// Where its copies stand in the node; one in it where it has none.
+    /// Its list of copies' places in the node; a single one, the node's own, where it has none.
     pub instances: usize,
 }
 
-/// A mesh to be made: a primitive, and what is needed of it.
+/// A mesh to be made: a primitive, and the needs that the mesh must meet.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub(super) struct MeshOrder {
     mesh: usize,
@@ -57,7 +57,7 @@ pub(super) struct MeshOrder {
     needs: Needs,
 }
 
-/// All that is drawn.
+/// Everything that is drawn.
 #[derive(Default)]
 pub(super) struct Drawables {
     pub list: Vec<Drawable>,
@@ -251,7 +251,7 @@ fn shapes(sources: &Sources, node: usize, primitive: &Primitive) -> Shapes {
     Shapes::Fixed(weights.into_iter().map(f64::to_bits).collect())
 }
 
-/// How much of each shape a node's mesh has when nothing moves.
+/// Returns the weight of each shape of a node's mesh when nothing moves.
 pub(super) fn weights(document: &Document, node: usize, shapes: usize) -> Vec<f64> {
     let node = &document.nodes[node];
     let of_mesh = || document.meshes.get(node.mesh?.0)?.weights.as_ref();

@@ -7,7 +7,7 @@ use super::drawables::MOST_OBJECTS;
 use super::json_extensions::Instances;
 use crate::scene::check::fits;
 
-/// Where copies stand in their node.
+/// Reads the transforms of copies in their node.
 pub(super) fn read(json: &Instances, accessors: &Accessors) -> Result<Vec<DAffine3>, String> {
     let within = |semantic: &str, what: String| format!("instances: {semantic}: {what}");
     let three = |semantic: &str| {

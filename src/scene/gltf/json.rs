@@ -1,4 +1,4 @@
-//! The JSON of a glTF file as plain data. What no reader here looks at is not in it; names are those of the specification.
+//! The JSON of a glTF file as plain data: the properties that readers here look at, by the names of the specification.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -314,7 +314,7 @@ pub(super) fn named(what: &str, index: usize, name: Option<&String>) -> String {
     }
 }
 
-/// One of a list by its number, or what names it that is not there.
+/// Returns one of a list by its number, or a sentence that this one is missing.
 pub(super) fn entry<'a, T>(what: &str, list: &'a [T], index: Whole) -> Result<&'a T, String> {
     list.get(index.0).ok_or_else(|| format!("{what} {} does not exist: the file has {}", index.0, list.len()))
 }

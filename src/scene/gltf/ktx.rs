@@ -22,7 +22,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Pixels, String> {
     Ok(Pixels::new(header.size, texels))
 }
 
-/// Where a level lies in the file, and its length when it is unpacked.
+/// A level's place in the file, and its length when it is unpacked.
 pub(super) struct Level {
     offset: u64,
     length: u64,
@@ -34,7 +34,7 @@ pub(super) struct Header {
     /// By the numbers of `VkFormat`; 0 for Basis Universal.
     format: u32,
     pub size: [u32; 2],
-    /// How levels are packed.
+    /// The supercompression scheme of levels.
     packing: u32,
     /// The largest first.
     pub levels: Vec<Level>,

@@ -10,7 +10,7 @@ use crate::scene::{Falloff, Light, LightKind};
 /// A light that shines along -Z from zero, as its node has it.
 ///
 /// # Errors
-/// What of it cannot be.
+/// A value that a light cannot have.
 pub(super) fn light(index: usize, json: &JsonLight) -> Result<Light, String> {
     let within = |what: String| format!("{}: {what}", named("light", index, json.name.as_ref()));
     let (position, direction, falloff) = (DVec3::ZERO, DVec3::NEG_Z, Falloff::InverseSquare);

@@ -1,4 +1,4 @@
-//! Keys of material values, rewritten in the numbers of the materials that are made: emission times its strength, and the alpha of what is drawn.
+//! Keys of material values, rewritten in the numbers of the materials that are made: emission times its strength, and the alpha that is drawn.
 
 use std::collections::BTreeSet;
 
@@ -16,7 +16,7 @@ pub(super) fn rewrite(document: &Document, keys: &mut [Keys]) {
         let Some(material) = document.materials.get(index) else { continue };
         let moves = |value| aims.contains(&Aim::Material(index, value));
         match value {
-            // Either moves with what the file says of the other, unless that moves too.
+            // Either is multiplied by the file's value of the other, unless that moves too.
             MaterialValue::Emissive if !moves(MaterialValue::EmissiveStrength) => {
                 keys.values = keys.values.iter().map(|channel| channel * strength(material)).collect();
             }
@@ -46,7 +46,7 @@ fn cover(material: &Material, keys: &mut Keys) {
     for (number, color) in keys.values.as_chunks_mut::<4>().0.iter_mut().enumerate() {
         color[3] = match mode {
             Some("MASK" | "BLEND") => color[3] * held,
-            // The tangents of what does not change are 0.
+            // The tangents of a constant value are 0.
             _ if is_spline && number % 3 != 1 => 0.0,
             _ => held,
         };

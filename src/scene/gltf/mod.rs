@@ -1,8 +1,8 @@
 //! glTF 2.0: `.gltf` and `.glb`, as the specification has them and as files are.
 //!
 //! serde reads the JSON into plain structs of [`json`](self); everything that they say is checked before it is used: numbers of things that do not
-//! exist, counts and offsets beyond their buffers, cycles, what is not finite. What cannot be drawn at all is an error, what can be left out a
-//! warning; both name the node, accessor or image by number and name.
+//! exist, counts and offsets beyond their buffers, cycles, values that are not finite. A fault without which nothing can be drawn is an error; a part
+//! that can be left out is a warning. Both name the node, accessor or image by number and name.
 //!
 //! | Step | Module |
 //! |---|---|
@@ -14,8 +14,8 @@
 //! | the scene of it | `assembly`, `lights`, `cameras` |
 //! | writing a scene | `write` |
 //!
-//! A primitive is read once however many nodes show it. What no clip moves is placed, blended and hung on its joints while it is read, and the
-//! [`Motion`](super::Motion) has no trace of it.
+//! A primitive is read once however many nodes show it. Parts that no clip moves are placed, blended and hung on their joints while they are read,
+//! and the [`Motion`](super::Motion) has no trace of them.
 
 mod accessor;
 mod animation;

@@ -26,7 +26,7 @@ impl Joints {
         self.in_world(nodes).map(|joint| frame * joint).collect()
     }
 
-    /// Where a mesh that is made in this pose stands in the world.
+    /// Returns the transform to the world of a mesh that is made in this pose.
     pub fn frame(&self, nodes: &Nodes) -> DAffine3 {
         deform_frame(&self.in_world(nodes).take(1).collect::<Vec<_>>())
     }
@@ -38,9 +38,9 @@ impl Joints {
 
 /// The nodes and values that clips move.
 pub(super) struct Movement {
-    /// By node, whether its place in the world moves.
+    /// By node: true if its place in the world moves.
     pub places: Vec<bool>,
-    /// By node, whether its shapes' weights move.
+    /// By node: true if its shapes' weights move.
     pub weights: Vec<bool>,
     /// Of materials of the file.
     pub materials: BTreeMap<usize, BTreeSet<MaterialValue>>,

@@ -9,7 +9,7 @@ use crate::scene::{Local, Placement, unknown};
 /// All nodes of a file.
 pub(super) struct Nodes {
     pub parent: Vec<Option<usize>>,
-    /// How each stands in its parent.
+    /// The transform of each in its parent.
     pub local: Vec<Local>,
     /// From each node's space to the world, when nothing moves it.
     pub world: Vec<DAffine3>,
@@ -150,7 +150,7 @@ fn scene_called(document: &Document, asked: &str) -> Result<usize, String> {
     })
 }
 
-/// How a node stands in its parent.
+/// Reads a node's transform in its parent.
 fn local(index: usize, node: &Node, warnings: &mut Vec<String>) -> Result<Local, String> {
     let name = || named("node", index, node.name.as_ref());
     let infinite = |what: &str| format!("{}: its {what} is not finite", name());

@@ -51,7 +51,7 @@ impl Aim {
     }
 }
 
-/// How many morph targets the mesh of a node has.
+/// Returns the number of morph targets of a node's mesh.
 pub(super) fn shapes(document: &Document, node: usize) -> usize {
     let mesh = document.nodes.get(node).and_then(|node| document.meshes.get(node.mesh?.0));
     mesh.and_then(|mesh| mesh.primitives.iter().map(|primitive| primitive.targets.len()).max()).unwrap_or(0)
@@ -60,7 +60,7 @@ pub(super) fn shapes(document: &Document, node: usize) -> usize {
 /// Returns the value that a pointer leads to.
 ///
 /// # Errors
-/// What is wrong with it, to be read behind it.
+/// The fault, as a predicate whose subject is the pointer.
 pub(super) fn aim(document: &Document, pointer: &str) -> Result<Aim, String> {
     let not_drawn = || "leads to nothing that is drawn and moves".to_owned();
     let parts: Vec<&str> = pointer.strip_prefix('/').ok_or_else(not_drawn)?.split('/').collect();

@@ -11,7 +11,7 @@ use crate::scene::mesh::triangle_normal;
 use crate::scene::motion::deform;
 use crate::scene::{Aabb, Influences, Mesh, Morph, uvs};
 
-/// A box whose middle is so many times its radius from zero is recentred: f32 would keep fewer digits of what is added to its positions.
+/// A box whose middle is so many times its radius from zero is recentred: f32 would keep fewer digits of offsets that are added to its positions.
 const FAR: f64 = 16.0;
 
 /// The attributes that objects need of a primitive's mesh.
@@ -30,7 +30,7 @@ pub(super) struct Needs {
     pub posed: Option<usize>,
 }
 
-/// How a mesh takes over its primitive's morph targets.
+/// The form in which a mesh takes over its primitive's morph targets.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Hash)]
 pub(super) enum Shapes {
     #[default]
@@ -51,7 +51,7 @@ pub(super) struct Order<'a> {
     pub pose: &'a [glam::DAffine3],
 }
 
-/// A mesh, and what was odd about its data.
+/// A mesh, and warnings about its data.
 pub(super) struct Built {
     /// None without a triangle.
     pub mesh: Option<Mesh>,
@@ -62,7 +62,7 @@ impl Order<'_> {
     /// Makes the mesh.
     ///
     /// # Errors
-    /// What of the data cannot be drawn.
+    /// Data that cannot be drawn.
     pub fn build(&self) -> Result<Built, String> {
         let mut warnings = Vec::new();
         let positions = self.source.floats::<3>("POSITION", &["VEC3"], 0.0)?.ok_or("has no POSITION")?;
@@ -91,7 +91,7 @@ impl Order<'_> {
         Ok(Built { mesh: (!mesh.indices.is_empty()).then_some(mesh), warnings })
     }
 
-    /// Deforms what nothing moves, and makes what follows from positions.
+    /// Deforms the parts that nothing moves, and makes the data that follow from positions.
     fn finish(&self, mesh: &mut Mesh) {
         let weights: Vec<f64> = match &self.needs.shapes {
             Shapes::Fixed(weights) => weights.iter().map(|&bits| f64::from_bits(bits)).collect(),
@@ -235,7 +235,7 @@ fn near(found: Vec<[f32; 2]>, indices: &[u32]) -> Vec<[f32; 2]> {
     uvs::wrapped(&wide, indices)
 }
 
-/// Positions far from zero are told from a place near them. That place is an f32 itself, so that most differences are exact.
+/// Makes positions far from zero relative to a place near them. Its coordinates are f32, so that most differences are exact.
 fn recentre(mesh: &mut Mesh) {
     let bounds = Aabb::of_points(mesh.positions.iter().map(|&position| Vec3::from(position).as_dvec3()));
     if bounds.is_empty() || bounds.center().abs().max_element() <= FAR * bounds.radius() {
@@ -266,7 +266,7 @@ fn flat(mesh: Mesh) -> Mesh {
         .iter()
         .map(|morph| {
             let positions = own(&morph.positions);
-            // The normals of a shape's own triangles, as what they have more than the mesh's (glTF 2.0, "Morph Targets").
+            // The normals of a shape's own triangles, as differences from the mesh's (glTF 2.0, "Morph Targets").
             let moved = face_normals(&flat.positions, &positions);
             let more = moved.iter().zip(&flat.normals).map(|(&a, &b)| (Vec3::from(a) - Vec3::from(b)).to_array());
             let normals = if positions.is_empty() { Vec::new() } else { more.collect() };

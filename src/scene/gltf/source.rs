@@ -1,11 +1,11 @@
-//! The data of a primitive, whether it lies in accessors or is compressed as a whole.
+//! The data of a primitive, from accessors or from a compressed block of all of it.
 
 use super::accessor::Accessors;
 use super::buffers::Buffers;
 use super::draco;
 use super::json::{Attributes, Document, Primitive, Whole, entry};
 
-/// Where attributes and indices of a primitive come from.
+/// The source of a primitive's attributes and indices.
 pub(super) struct Source<'a> {
     document: &'a Document,
     accessors: &'a Accessors<'a>,
@@ -42,7 +42,7 @@ impl<'a> Source<'a> {
         read.map(Some).map_err(|what| format!("{semantic}: {what}"))
     }
 
-    /// How many morph targets it has.
+    /// Returns the number of its morph targets.
     pub fn targets(&self) -> usize {
         self.primitive.targets.len()
     }
@@ -120,7 +120,7 @@ impl<'a> Source<'a> {
     }
 }
 
-/// The least of what is divided by `most`: normalized numbers end at -1.
+/// The least of numbers that are divided by `most`: normalized ones end at -1.
 fn least(most: f32) -> f32 {
     if most > 1.0 { -1.0 } else { f32::NEG_INFINITY }
 }

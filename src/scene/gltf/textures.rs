@@ -117,7 +117,7 @@ pub(super) struct Images<'a> {
     pub buffers: &'a Buffers<'a>,
 }
 
-/// Textures by request, what was odd, and the files that images came from.
+/// Textures by request, warnings, and the files that images came from.
 #[derive(Default)]
 pub(super) struct Made {
     pub textures: Vec<Option<Texture>>,
@@ -185,7 +185,7 @@ impl Images<'_> {
             }
             *count += 1;
         }
-        // What nearly every picture becomes: itself, in one way. Its levels are made at once, while others are still decoded.
+        // Nearly every picture becomes one texture, as it is: its levels are made at once, while others are still decoded.
         let mut plain = HashMap::new();
         for request in requests {
             if let Recipe::Plain(picture, color_space) = request.recipe {

@@ -17,7 +17,7 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
         .with_decode_allow_trailing_bits(true),
 );
 
-/// Where URIs lead.
+/// The folder in which the URIs of a file are resolved.
 #[derive(Debug)]
 pub(super) struct Resources {
     folder: PathBuf,
@@ -73,7 +73,7 @@ impl Resources {
         if !stays_inside(found) {
             return Err(outside());
         }
-        // Links of the file system may lead out as well; what is not there is told when it is opened.
+        // Links of the file system may lead out as well. A missing file is an error when it is opened.
         if let (Ok(folder), Ok(real)) = (fs::canonicalize(&self.folder), fs::canonicalize(&path))
             && !real.starts_with(&folder)
         {

@@ -8,8 +8,8 @@ use super::{ClipChoice, Motion, Playing, Pose, deform, deform_frame};
 use crate::scene::{Mesh, NamedCamera, Object, Scene};
 
 impl Scene {
-    /// The scene as it is at a moment: objects, lights, cameras and materials are where and what clips make them, deformed objects have plain
-    /// meshes of their own, and nothing moves in the result. A scene without motion is borrowed as it is.
+    /// The scene as it is at a moment: objects, lights, cameras and materials have the places and values that clips give them, deformed objects have
+    /// plain meshes of their own, and nothing moves in the result. A scene without motion is borrowed as it is.
     pub fn at(&self, playing: &Playing) -> Cow<'_, Self> {
         if !self.moves() {
             return Cow::Borrowed(self);
@@ -93,7 +93,7 @@ impl Mesh {
         self.influences.is_none() && self.morphs.is_empty()
     }
 
-    /// Without what deforms it.
+    /// The mesh without its influences and shapes.
     fn plain(&self) -> Self {
         Self {
             name: self.name.clone(),

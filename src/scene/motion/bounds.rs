@@ -4,7 +4,7 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use crate::scene::{Aabb, Mesh};
 
-/// By how much a box grows beyond what it holds, as a share of its longest edge: positions on a device are f32.
+/// The growth of a box beyond its contents, as a share of its longest edge: positions on a device are f32.
 const SLACK: f64 = 1e-6;
 
 /// A part of a mesh that moves together: the vertices that hang on one joint with any weight, or all vertices.
@@ -14,9 +14,9 @@ struct Part {
     joint: Option<usize>,
     /// Around its vertices, in mesh space.
     bounds: Aabb,
-    /// By shape: around what it adds to them. Empty of a shape that moves none of them.
+    /// By shape: a box around the offsets that it adds to them. Empty of a shape that moves none of them.
     shapes: Vec<Aabb>,
-    /// The sum of its vertices' weights, and of their places and of what shapes add to them by these weights.
+    /// The sum of its vertices' weights, and the sums, by these weights, of their places and of the offsets by shapes.
     weight: f64,
     places: DVec3,
     offsets: Vec<DVec3>,
@@ -25,7 +25,7 @@ struct Part {
 /// Boxes of a mesh from which follows a box around it however it is deformed.
 ///
 /// A vertex of a linear blend is a mean of the places that its joints alone would give it. So all vertices lie in the convex hull of, for each
-/// joint, the box around its vertices moved by that joint. What shapes add is bounded by interval arithmetic, for each joint on its own.
+/// joint, the box around its vertices moved by that joint. Offsets by shapes are bounded by interval arithmetic, for each joint on its own.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct DeformBounds {
     parts: Vec<Part>,
@@ -33,7 +33,7 @@ pub struct DeformBounds {
 }
 
 impl DeformBounds {
-    /// Looks at each vertex once. `is_skinned` says whether joints will be given to [`DeformBounds::bounds`].
+    /// Looks at each vertex once. `is_skinned` is true if joints will be given to [`DeformBounds::bounds`].
     pub fn of(mesh: &Mesh, is_skinned: bool) -> Self {
         let influences = mesh.influences.as_ref().filter(|own| is_skinned && own.per_vertex > 0);
         let mut parts: Vec<Part> = Vec::new();
@@ -76,8 +76,8 @@ impl DeformBounds {
         Self { parts, vertices: mesh.positions.len() }
     }
 
-    /// A box around the mesh with so much of each shape, hung on these joints: what [`deform`](super::deform) gives for the same lies in it.
-    /// Empty of a mesh without vertices.
+    /// Returns a box around the mesh with so much of each shape, hung on these joints: it holds the mesh that [`deform`](super::deform) gives for the
+    /// same. Empty of a mesh without vertices.
     pub fn bounds(&self, joints: &[DAffine3], weights: &[f64]) -> Aabb {
         let all = self.parts.iter().fold(Aabb::EMPTY, |all, part| {
             let place = part.joint.and_then(|joint| joints.get(joint)).copied().unwrap_or(DAffine3::IDENTITY);

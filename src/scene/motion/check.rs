@@ -1,17 +1,17 @@
-//! Faults of what moves, in words that name the node, skin, clip or mesh by number and name.
+//! Faults of nodes, skins, clips and deformed meshes, in words that name each by number and name.
 
 use super::{Channel, Clip, Influences, Interpolation, Local, MaterialValue, Morph, Motion, Skin, Target, values};
 use crate::scene::check::{dangling, first_of, fits, infinite, not_finite};
 use crate::scene::{Mesh, Object, Scene, TextureSlot};
 
-/// How far the sum of a vertex's weights may be from 1: readers divide by it, and then only f32 rounds.
+/// The greatest difference of a vertex's sum of weights from 1: readers divide by the sum, and then only f32 rounds.
 const SUM_SLACK: f64 = 1e-4;
 
 /// The largest magnitude of a key: products and cubics of keys stay finite.
 const MOST: f64 = 1e18;
 
 impl Scene {
-    /// The first fault of nodes, skins, clips, and of what hangs on them.
+    /// Returns the first fault of nodes, skins, clips, and of objects, lights and cameras that hang on them.
     pub(in crate::scene) fn motion_fault(&self) -> Option<String> {
         let motion = &self.motion;
         let nodes = motion.nodes.len();
@@ -217,7 +217,7 @@ impl Object {
 }
 
 impl Mesh {
-    /// A fault of what deforms it, and of the values beside it.
+    /// A fault of its influences and shapes, and of the values beside them.
     pub(in crate::scene) fn motion_fault(&self) -> Option<String> {
         let vertices = self.positions.len();
         let lengths = [("second texture coordinates", self.uvs_1.len()), ("colours", self.colors.len())];

@@ -1,4 +1,4 @@
-//! A mesh as shapes and joints deform it, in f64: what frames on a device are held against.
+//! A mesh as shapes and joints deform it, in f64: the truth against which frames on a device are compared.
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
@@ -54,14 +54,14 @@ pub(crate) fn deform_frame(joints: &[DAffine3]) -> DAffine3 {
     DAffine3::from_scale(DVec3::new(if mirrors { -1.0 } else { 1.0 }, 1.0, 1.0))
 }
 
-/// Returns what shapes add to a vertex.
+/// Returns the offset that shapes add to a vertex.
 fn offset(shapes: &[(&Morph, f64)], list: impl Fn(&Morph) -> &Vec<[f32; 3]>, vertex: usize) -> DVec3 {
     let own =
         |(shape, weight): &(&Morph, f64)| list(shape).get(vertex).map(|&value| Vec3::from(value).as_dvec3() * *weight);
     shapes.iter().filter_map(own).sum()
 }
 
-/// Values with what shapes add to them.
+/// Values with the offsets of shapes.
 fn added<const N: usize>(
     values: &[[f32; N]],
     shapes: &[(&Morph, f64)],

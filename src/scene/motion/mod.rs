@@ -52,7 +52,7 @@ impl Placement {
     }
 }
 
-/// How a node stands in its parent.
+/// A node's transform in its parent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Local {
     /// By its parts: clips can move it.
@@ -78,9 +78,9 @@ pub struct Node {
     pub name: String,
     /// Index in [`Motion::nodes`], lower than the node's own; `None` in the world.
     pub parent: Option<usize>,
-    /// Where it stands when no clip plays.
+    /// Its transform when no clip plays.
     pub local: Local,
-    /// How much of each of their mesh's shapes the objects of this node have when no clip plays; empty where they have none.
+    /// The weights of the mesh's shapes for the objects of this node when no clip plays; empty where the mesh has none.
     pub weights: Vec<f64>,
 }
 
@@ -95,7 +95,7 @@ pub struct Skin {
     pub inverse_bind: Vec<DAffine3>,
 }
 
-/// How values between keys follow from them (glTF 2.0, "Animation Sampler").
+/// Interpolation between keys (glTF 2.0, "Animation Sampler").
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Interpolation {
     /// The value of the last key.
@@ -149,7 +149,7 @@ pub enum LightValue {
 pub enum CameraValue {
     /// Radians, of a perspective one.
     FovY,
-    /// Half of what an orthographic one shows from top to bottom, in metres.
+    /// Half the height of an orthographic one's picture, in metres.
     HalfHeight,
     /// Metres.
     Near,
@@ -167,7 +167,7 @@ pub enum MaterialValue {
     /// Linear RGB, without its strength.
     Emissive,
     /// Multiplies the emitted colour: that of [`MaterialValue::Emissive`] where a clip moves it, else the material's own. So it is a multiple of
-    /// whatever strength these two hold already.
+    /// the strength that these two hold already.
     EmissiveStrength,
     /// Of the normal map.
     NormalScale,
@@ -203,7 +203,7 @@ pub struct Clip {
     pub channels: Vec<Channel>,
 }
 
-/// All that moves in a scene; empty in one that stands still.
+/// The motion of a scene; empty in one that stands still.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Motion {
     /// Parents before their children.
@@ -216,7 +216,7 @@ pub struct Motion {
     pub light_nodes: Vec<Option<usize>>,
 }
 
-/// How joints of a skin move the vertices of a mesh.
+/// The joints of a skin that move each vertex of a mesh, and their weights.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Influences {
     /// For each vertex: 4 or 8.
@@ -227,7 +227,7 @@ pub struct Influences {
     pub weights: Vec<f32>,
 }
 
-/// A shape that a mesh blends to: what its vertices have more of each value when its weight is 1. Each list is empty or as long as the mesh's
+/// A shape that a mesh blends to: the differences of its vertices' values at a weight of 1. Each list is empty or as long as the mesh's
 /// positions.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Morph {
@@ -343,7 +343,7 @@ impl Motion {
         }
     }
 
-    /// Puts the channels of the last `count` clips into as many from `first` on; what both move, as materials that copies share, moves once.
+    /// Puts the channels of the last `count` clips into as many from `first` on. Channels of materials, which copies share, are put in once.
     pub(super) fn merge_clips(&mut self, first: usize, count: usize) {
         let last = self.clips.split_off(self.clips.len().saturating_sub(count));
         for (clip, more) in self.clips.iter_mut().skip(first).zip(last) {
@@ -352,18 +352,18 @@ impl Motion {
         }
     }
 
-    /// Drops what moves lights, where these do not come along.
+    /// Drops the channels that move lights, where these do not come along.
     pub(super) fn forget_lights(&mut self) {
         self.light_nodes.clear();
         self.clips.iter_mut().for_each(|own| own.channels.retain(|own| !matches!(own.target, Target::Light(..))));
     }
 
-    /// Drops what moves cameras.
+    /// Drops the channels that move cameras.
     pub(super) fn forget_cameras(&mut self) {
         self.clips.iter_mut().for_each(|own| own.channels.retain(|own| !matches!(own.target, Target::Camera(..))));
     }
 
-    /// Adds what moves in a model that stands at `transform`: its nodes hang on a new one there.
+    /// Adds the motion of a model that stands at `transform`: its nodes hang on a new one there.
     pub(super) fn append(&mut self, other: Self, transform: DAffine3, first: First) {
         let root = self.nodes.len();
         let Self { nodes, skins, clips, light_nodes } = other;

@@ -6,7 +6,7 @@ use crate::scene::{Error, unknown};
 /// The clips of a scene that play.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum ClipChoice {
-    /// All of them at once. Where two move the same target, the later one wins.
+    /// All of them at once. If two move the same target, the later one wins.
     #[default]
     All,
     /// Those with these indices in [`Motion::clips`], in this order: the last one wins.
@@ -44,7 +44,7 @@ impl Playing {
         Self { time, ..self.clone() }
     }
 
-    /// Where in the clip the moment is, in seconds. A clip without a duration has one moment only.
+    /// Returns the place of the moment in the clip, in seconds. A clip without a duration has one moment only.
     pub fn time_in(&self, clip: &Clip) -> f64 {
         let duration = clip.duration();
         // The remainder of two doubles is exact, also after a million seconds.
@@ -64,7 +64,7 @@ impl Motion {
         all.iter().chain(only.iter().filter_map(|&index| self.clips.get(index)))
     }
 
-    /// That of the longest clip that plays, in seconds.
+    /// Returns the duration of the longest clip that plays, in seconds.
     pub fn duration(&self, choice: &ClipChoice) -> f64 {
         self.playing(choice).map(Clip::duration).fold(0.0, f64::max)
     }

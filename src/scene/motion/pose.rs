@@ -1,4 +1,4 @@
-//! Where everything is at a moment.
+//! Poses: each object's place at one moment, and the values that clips have changed.
 
 use glam::{DAffine3, DQuat, DVec3};
 
@@ -8,7 +8,7 @@ use crate::scene::{Camera, Light, Look, Material, Object, Scene, unit};
 /// The most values that a light, a camera or a material has of one kind.
 const MOST: usize = 4;
 
-/// A moment of a scene: where its nodes are, how much of each shape they have, and what of lights, cameras and materials clips have changed.
+/// A moment of a scene: the places of its nodes, their weights of shapes, and the values of lights, cameras and materials that clips have changed.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Pose {
     worlds: Vec<DAffine3>,
@@ -19,14 +19,14 @@ pub struct Pose {
     values: Vec<(Target, [f64; MOST])>,
     /// By object, in the order of their numbers: the cells that clips have it show.
     cells: Vec<(usize, u32)>,
-    /// In seconds, of what has no clips: particles.
+    /// In seconds; for particles, which no clip moves.
     time: f64,
     /// Kept for the next moment.
     placements: Vec<Placement>,
 }
 
 impl Motion {
-    /// Where everything is at a moment. Channels of later clips win over those of earlier ones that move the same.
+    /// Returns the pose of a moment. Channels of later clips win over those of earlier ones that move the same.
     pub fn pose(&self, playing: &Playing) -> Pose {
         let mut pose = Pose::default();
         self.pose_into(playing, &mut pose);
@@ -98,7 +98,7 @@ impl Pose {
             Target::Cell(object) => {
                 let mut value = [0.0];
                 if channel.sample(time, &mut value) {
-                    // A cast takes what is no cell for the first or the last number.
+                    // The cast takes negative values for 0, and too large ones for the largest number.
                     self.cells.push((object, value[0] as u32));
                 }
             }
@@ -143,7 +143,7 @@ impl Pose {
         self.worlds.get(node).copied().unwrap_or(DAffine3::IDENTITY)
     }
 
-    /// How much of each shape the meshes of a node have; empty where they have none.
+    /// Returns the weight of each shape of a node's meshes; empty where they have none.
     pub fn weights(&self, node: usize) -> &[f64] {
         let ends = self.first_weights.get(node).zip(self.first_weights.get(node + 1));
         ends.and_then(|(&from, &to)| self.weights.get(from..to)).unwrap_or_default()

@@ -20,7 +20,7 @@ pub(super) fn unit_rotation(rotation: DQuat) -> DQuat {
 /// Part of the shorter way from one rotation of length 1 to another, at an even speed.
 ///
 /// The angle comes from the chord and its opposite by atan2: the arc cosine of a dot product loses half the digits where rotations nearly agree.
-/// Where they are half a turn apart both ways are as long, and the way without a change of sign is taken.
+/// Rotations half a turn apart have two ways of the same length, and the way without a change of sign is taken.
 pub(super) fn slerp(from: DQuat, to: DQuat, share: f64) -> DQuat {
     // A rotation and its negative are one.
     let to = if from.dot(to) < 0.0 { -to } else { to };
@@ -32,7 +32,7 @@ pub(super) fn slerp(from: DQuat, to: DQuat, share: f64) -> DQuat {
     unit_rotation((from * ((1.0 - share) * angle).sin() + to * (share * angle).sin()) / angle.sin())
 }
 
-/// Where a time lies among keys.
+/// A time's place among keys.
 enum Place {
     /// At a key, or before the first or behind the last.
     Key(usize),

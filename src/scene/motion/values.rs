@@ -35,7 +35,7 @@ fn share(value: f64) -> f32 {
     between(value, 0.0, 1.0) as f32
 }
 
-/// The lowest for what is not a number, which the sum of two infinities is.
+/// Clamps a value; a NaN, such as the sum of two opposite infinities, becomes the lowest.
 fn between(value: f64, low: f64, high: f64) -> f64 {
     value.max(low).min(high)
 }
@@ -44,7 +44,7 @@ fn positive_color(value: &[f64; 4]) -> Vec3 {
     Vec3::new(positive(value[0]), positive(value[1]), positive(value[2]))
 }
 
-/// Changes a light; what its kind does not have stays away.
+/// Changes a light; values that its kind does not have are dropped.
 pub(super) fn set_light(light: &mut Light, kind: LightValue, value: &[f64; 4]) {
     let degrees = between(value[0].to_degrees(), 0.0, 180.0);
     match (kind, &mut light.kind) {
@@ -66,7 +66,7 @@ pub(super) fn settle(light: &mut Light) {
     }
 }
 
-/// Changes a camera; what its projection does not have stays away.
+/// Changes a camera; values that its projection does not have are dropped.
 pub(super) fn set_camera(camera: &mut Camera, kind: CameraValue, value: &[f64; 4]) {
     match (kind, &mut camera.projection) {
         (CameraValue::FovY, Projection::Perspective { fov_y_degrees }) => {

@@ -131,7 +131,7 @@ impl Vertices {
         mesh.indices = self.indices;
         let degenerate = mesh.remove_degenerate_triangles();
         if self.normals.contains(&DVec3::ZERO) {
-            // The file gave a normal of no length; what the triangles say is better than nothing.
+            // The file gave a normal of no length: the triangles' normals are better than none.
             mesh.compute_normals();
         } else {
             mesh.normals = vec![[0.0; 3]; self.normals.len()];

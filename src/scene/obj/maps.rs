@@ -103,7 +103,7 @@ fn color(image: Option<&Source>, mask: Option<&Source>) -> Result<RgbaImage, Err
         return Ok(color.unwrap_or_else(|| RgbaImage::from_pixel(1, 1, Rgba([255; 4]))));
     };
     let opacity = read_image(&mask.path, ColorSpace::Linear)?;
-    // An alpha channel that says something is what a mask is meant to be; else its brightness.
+    // An alpha channel that is not opaque all over is the mask; else the image's brightness is.
     let has_alpha = mask.channel.is_none() && opacity.pixels().any(|texel| texel.0[3] < 255);
     let opacity = channel(&opacity, if has_alpha { Some('m') } else { mask.channel });
     let color = color.unwrap_or_else(|| RgbaImage::from_pixel(opacity.width(), opacity.height(), Rgba([255; 4])));

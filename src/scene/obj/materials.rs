@@ -31,7 +31,7 @@ pub(super) fn plain(name: &str) -> PendingMaterial {
     pending
 }
 
-/// Reads a material. Textures are looked for in `folders`, in this order; what is missing is warned about.
+/// Reads a material. Textures are looked for in `folders`, in this order; a missing one gives a warning.
 pub(super) fn read(definition: &Definition, folders: &[&Path], warnings: &mut Vec<String>) -> PendingMaterial {
     let mut reader = MaterialReader { definition, folders, warnings, placements: Vec::new() };
     let source = &definition.source;
@@ -214,7 +214,7 @@ fn ambient_share(ambient: Vec3, diffuse: Vec3) -> f32 {
 /// Makes the textures of the pending materials, in parallel and each once, and puts them in.
 ///
 /// # Errors
-/// That of the first request that cannot be met.
+/// The error of the first request that cannot be met.
 pub(super) fn finish(
     pending: Vec<PendingMaterial>,
     options: &LoadOptions,

@@ -1,8 +1,8 @@
 //! Wavefront OBJ and MTL, as real files have them.
 //!
 //! tobj parses; around it [`scan`](self) and its MTL twin check numbers and indices while their line is known and bring into
-//! shape what tobj would refuse, misread or drop. What cannot be drawn is refused with file and line; what can be drawn
-//! without something is drawn, with a warning.
+//! shape what tobj would refuse, misread or drop. A model that cannot be drawn is refused with file and line; one that can be drawn
+//! without a part is drawn so, with a warning.
 //!
 //! **Geometry.** Positions are read as f64 and recentred by mesh, one mesh for each group and material. Polygons are cut, also
 //! concave ones. Missing normals follow smoothing groups; a file without any gets edges above 60 degrees hard and all others
@@ -85,9 +85,8 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Imported, Error> {
     Ok(imported)
 }
 
-/// OBJ has no word for which sides of a face are drawn. Where the file gives normals and nearly all faces are wound to agree
-/// with them, it was made with fronts in mind, and backs are left out; any other file is drawn from both sides, as are sheets
-/// with holes (leaves, chains).
+/// OBJ cannot say that a face is one-sided. If the file gives normals and nearly all faces are wound to agree with them, it was made with
+/// fronts in mind, and backs are left out; any other file is drawn from both sides, as are sheets with holes (leaves, chains).
 fn decide_sides(imported: &mut Imported, normals_given: bool) {
     let mut faces = vec![(0_usize, 0_usize); imported.materials.len()];
     for object in &imported.objects {

@@ -10,7 +10,7 @@ use super::scan::check_number;
 use super::text;
 use crate::scene::Error;
 
-/// A `newmtl` and what followed it.
+/// A `newmtl` and the statements after it.
 #[derive(Debug)]
 pub(super) struct Definition {
     pub name: String,
@@ -21,7 +21,7 @@ pub(super) struct Definition {
     pub lines: HashMap<&'static str, usize>,
 }
 
-/// The definitions of an MTL file, and what is not supported in it.
+/// Returns the definitions of an MTL file, and warnings about unsupported statements.
 ///
 /// # Errors
 /// `Error::Read`, and `Error::Content` for a number that is none, not finite or too large.
@@ -66,7 +66,7 @@ fn parse(path: &Path, text: &str) -> Result<(Vec<Definition>, Vec<String>), Erro
     Ok((definitions, warnings.into_iter().collect()))
 }
 
-/// A keyword as tobj spells it; empty for what changes nothing here, none for what is not supported.
+/// A keyword as tobj spells it; empty for one that changes nothing here, none for one that is not supported.
 fn canonical(keyword: &str) -> Option<&'static str> {
     Some(match keyword.to_ascii_lowercase().as_str() {
         "ka" => "Ka",
@@ -94,7 +94,7 @@ fn canonical(keyword: &str) -> Option<&'static str> {
     })
 }
 
-/// Returns what tobj shall read after the keyword; none where nothing is left.
+/// Returns the text that tobj shall read after the keyword; none where nothing is left.
 fn value(keyword: &str, rest: &str) -> Result<Option<String>, String> {
     if keyword.starts_with("map_") || keyword == "bump" || keyword == "norm" {
         check_options(rest)?;
@@ -122,7 +122,7 @@ fn value(keyword: &str, rest: &str) -> Result<Option<String>, String> {
     Ok(Some(channels.join(" ")))
 }
 
-/// Checks the numbers of a map's options. What is no number, or stands last, is the map's name.
+/// Checks the numbers of a map's options. A word that is no number, or the last one, is the map's name.
 fn check_options(text: &str) -> Result<(), String> {
     let words: Vec<&str> = text.split_whitespace().collect();
     for (index, option) in words.iter().enumerate() {
@@ -155,7 +155,7 @@ pub(super) struct Map {
 }
 
 impl Map {
-    /// Takes a map's value apart. What is not an option is the name, spaces and all.
+    /// Takes a map's value apart. The text behind the options is the name, spaces and all.
     pub fn parse(value: &str) -> Self {
         let mut map = Self {
             name: String::new(),
@@ -211,7 +211,7 @@ impl Map {
     }
 }
 
-/// Up to `most` numbers at the front, and what follows them. The last word is never taken: it is the name.
+/// Returns up to `most` numbers at the front, and the rest of the text. The last word is never taken: it is the name.
 fn leading_numbers(text: &str, most: usize) -> (Vec<f64>, &str) {
     let (mut numbers, mut rest) = (Vec::new(), text);
     while numbers.len() < most {

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use image::{GrayImage, Rgba, RgbaImage};
 
-/// How many texels deep a height map of `-bm 1` is from black to white.
+/// The depth, in texels, of a height map of `-bm 1` from black to white.
 const HEIGHT_IN_TEXELS: f32 = 8.0;
 
 /// Mean [`downwardness`] of a model's maps above which their green is taken to point down.
@@ -20,7 +20,7 @@ fn is_unit(normal: Vec3) -> bool {
 }
 
 /// Returns true if an image holds tangent-space normals: bluish all over, and its texels decode to unit vectors. Black ones do not
-/// count: it is what baking leaves where no surface is.
+/// count: baking leaves them where no surface is.
 pub(super) fn looks_like_normals(image: &RgbaImage) -> bool {
     let stride = (image.pixels().len() / 65_536).max(1);
     let (mut sum, mut unit, mut count) = (Vec3::ZERO, 0_u32, 0_u32);
@@ -53,7 +53,7 @@ pub(super) fn normals_of_heights(heights: &GrayImage, bump_scale: f32) -> RgbaIm
 /// Evidence that a map's +Y points to the image's bottom, as DirectX has it: above zero if so, below if it points to the top.
 ///
 /// A surface's slopes are the gradient of its heights, and a gradient has no curl. So the curl that the slopes have if green
-/// is taken to point up is compared with what they have if it points down: the logarithm of the ratio of their squares' sums.
+/// is taken to point up is compared with the curl that they have if it points down: the logarithm of the ratio of their squares' sums.
 pub(super) fn downwardness(image: &RgbaImage) -> f32 {
     let (width, height) = image.dimensions();
     let slope = |texel: &Rgba<u8>| {
@@ -88,7 +88,7 @@ pub(super) fn downwardness(image: &RgbaImage) -> f32 {
     ((up + 1.0) / (down + 1.0)).ln() as f32
 }
 
-/// Turns +Y over; (128, 128, 255) stays what it is.
+/// Turns +Y over; (128, 128, 255) stays the same.
 pub(super) fn turn_green_over(texels: &mut [u8]) {
     for texel in texels.as_chunks_mut::<4>().0 {
         texel[1] = (256 - u16::from(texel[1])).min(255) as u8;

@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::scan::Smoothing;
 use crate::scene::mesh::corner_angle;
 
-/// Where a file never speaks of smoothing, edges up to 60 degrees are smooth: round things look round, boxes stay boxes.
+/// In a file that never speaks of smoothing, edges up to 60 degrees are smooth: round things look round, boxes stay boxes.
 const CREASE_COSINE: f64 = 0.5;
 
 /// Around a vertex of more triangles than this the crease test, which compares all pairs, is not made.

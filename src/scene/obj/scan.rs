@@ -1,4 +1,4 @@
-//! The first reading of an OBJ: checks every number and index while its line is known, and writes what tobj then reads.
+//! The first reading of an OBJ: checks every number and index while its line is known, and writes the text that tobj then reads.
 //!
 //! tobj stops at the first odd line without saying which, reads one `mtllib` name a line, has no smoothing groups, and makes
 //! uneven arrays of faces that carry texture coordinates only here and there. So the scan hands it a text of `v`, `vt`, `vn`
@@ -14,7 +14,7 @@ use crate::scene::Error;
 /// Largest magnitude of any number: f64 still tells an eighth of a metre apart there, and squares stay finite in f32.
 const LARGEST: f64 = 1e15;
 
-/// How normals that a file does not give are to be made.
+/// The rule for making normals that a file does not give.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Smoothing {
     /// The file never said.
@@ -111,9 +111,9 @@ struct Scanner {
     libraries: Vec<(String, usize)>,
     /// True for each of positions, texture coordinates and normals that the file has.
     exists: [bool; 3],
-    /// How many of them there are so far.
+    /// The number of each so far.
     counts: [usize; 3],
-    /// The largest index into each, and its line: a face may name what only comes later.
+    /// The largest index into each, and its line: a face may name vertices that only come later.
     furthest: [(usize, usize); 3],
     lines: usize,
     points: usize,
@@ -255,7 +255,7 @@ impl Scanner {
         let part = Part {
             group,
             material,
-            // Where the file gives normals, smoothing has nothing to say and would only split the mesh.
+            // Beside normals of the file, smoothing changes nothing and would only split the mesh.
             smoothing: if has_normals { Smoothing::Unstated } else { self.smoothing.unwrap_or(Smoothing::Unstated) },
             has_uvs: self.corners.iter().all(|corner| corner[1] > 0),
             has_normals,

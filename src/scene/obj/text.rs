@@ -10,8 +10,8 @@ use crate::scene::Error;
 /// The longest text that is read: some 100 million triangles.
 const MOST_BYTES: u64 = 16 << 30;
 
-/// Reads a text file. UTF-8 with or without a byte order mark; what is not UTF-8 is taken for Latin-1, as old exporters
-/// write names.
+/// Reads a text file: UTF-8 with or without a byte order mark; any other bytes are taken for Latin-1, in which old exporters write
+/// names.
 ///
 /// # Errors
 /// `Error::Read` when it cannot be read; `Error::Content` for UTF-16 and for binary files.

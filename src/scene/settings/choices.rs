@@ -10,9 +10,9 @@ pub enum Output {
     Srgb8,
     /// Linear scene light in nits, as 32-bit floats; of a view its values, as docs/SCENES.md says.
     Nits,
-    /// The exposed light that the tone-mapped frame of the same settings would tone-map, as 32-bit floats; 1 is where the sensor
-    /// saturates. To measure what that frame does to light: where it has an HDR target, light goes through that target's format
-    /// here too. Several samples are averaged as light, whatever [`Resolve`] says. A view is the same as in `Nits`.
+    /// The exposed light that the tone-mapped frame of the same settings would tone-map, as 32-bit floats; at 1 the sensor saturates.
+    /// It shows the effect of that frame on light: if the frame has an HDR target, light goes through that target's format here too. Several
+    /// samples are averaged as light, with any [`Resolve`]. A view is the same as in `Nits`.
     Exposed,
 }
 
@@ -23,7 +23,7 @@ impl Output {
     }
 }
 
-/// The format that light is kept in until it is tone-mapped, and what storing it may cost: a driver may truncate.
+/// The format that light is kept in until it is tone-mapped, with the error of storing it: a driver may truncate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum HdrFormat {
@@ -37,7 +37,7 @@ pub enum HdrFormat {
     Rgba32f,
 }
 
-/// How surfaces that show what lies behind them are laid over one another.
+/// The way that transparent surfaces are laid over one another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Transparency {
@@ -48,7 +48,7 @@ pub enum Transparency {
     Oit,
 }
 
-/// How ambient occlusion is found on the screen.
+/// The way that ambient occlusion is found on the screen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum AmbientOcclusion {
@@ -73,7 +73,7 @@ pub enum AoResolution {
     Half,
 }
 
-/// How surfaces mirror each other.
+/// Reflections of surfaces in each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Reflections {
@@ -84,7 +84,7 @@ pub enum Reflections {
     Screen,
 }
 
-/// Who finds out which opaque objects are in view. The picture is the same.
+/// The processor that culls opaque objects. The picture is the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Culling {
@@ -97,7 +97,7 @@ pub enum Culling {
     Gpu,
 }
 
-/// How pixels meet their lights. All give the same picture; what they cost differs.
+/// The way that pixels meet their lights. All give the same picture, at different costs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LightPath {
@@ -137,18 +137,18 @@ pub enum Tonemap {
     None,
 }
 
-/// Where the samples of a pixel are averaged.
+/// The scale on which the samples of a pixel are averaged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Resolve {
-    /// As scene light: what a sensor would do. An edge against something far too bright stays jagged.
+    /// As scene light, as a sensor does. An edge against something far too bright stays jagged.
     Linear,
     /// As display light, after tone mapping: no sample counts for more than white.
     #[default]
     ToneMapped,
 }
 
-/// How texels of a shadow map become a share of light; the numbers are those of `shaders/shared/shadows.wgsl`.
+/// The filter that makes a share of light of a shadow map's texels; the numbers are those of `shaders/shared/shadows.wgsl`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum ShadowFilter {
     /// The nearest texel: lit or not.
@@ -166,7 +166,7 @@ pub enum ShadowFilter {
     Pcss = 5,
 }
 
-/// What the picture shows.
+/// The content of the picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum View {
@@ -183,7 +183,7 @@ pub enum View {
     Albedo,
     /// 0 black, 1 white.
     Metallic,
-    /// Perceptual roughness, or what stands for it in the Phong models: 0 black, 1 white.
+    /// Perceptual roughness, or its equivalent of the Phong models: 0 black, 1 white.
     Roughness,
     /// Near is white, infinitely far black, at half the radius of the scene grey; in metres along the view axis where the output is linear.
     Depth,
@@ -207,16 +207,16 @@ pub enum View {
     Triangle,
     /// The light that fog scatters to the eye, without what is seen through it.
     Fog,
-    /// The share of light from everywhere that arrives: 0 black, 1 white. What materials say of it, and with ambient occlusion what that finds.
+    /// The share of light from everywhere that arrives, by materials and by ambient occlusion: 0 black, 1 white.
     Ao,
-    /// How far what each pixel shows has come on the picture since the frame before: the direction is a colour, and far is bright; in pixels to the
+    /// The motion of each pixel's surface on the picture since the frame before: the direction is a colour, and far is bright; in pixels to the
     /// right and down where the output is linear.
     Velocity,
     /// The light that each pixel finds on the screen to mirror, times the share of the lobe that found any; black where none did.
     Reflections,
 }
 
-/// How the air between the eye and what it sees takes light away and scatters some of it to the eye.
+/// The air between the eye and the surfaces, which takes light away and scatters some of it to the eye.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Fog {
     /// The air is clear.
@@ -231,7 +231,7 @@ pub enum Fog {
 /// The format of each target of the G-buffer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct GbufferChoice {
-    /// Where no override below says otherwise.
+    /// The formats of targets without an override below.
     pub preset: GbufferPreset,
     /// `Depth`, `Rgba16f` or `Rgba32f`.
     pub position: Option<TargetChoice>,
@@ -262,7 +262,7 @@ pub enum TargetChoice {
     Depth,
     /// Normal only: octahedral, two 16-bit normalized channels (R16G16_UNORM).
     Oct16,
-    /// Normal only: octahedral in R16G16_UINT, what devices without R16G16_UNORM targets get.
+    /// Normal only: octahedral in R16G16_UINT, for devices without R16G16_UNORM targets.
     Oct16Uint,
     /// Normal only: octahedral, two 8-bit normalized channels.
     Oct8,

@@ -1,5 +1,5 @@
-//! How a frame is asked to be drawn: [`SettingsPatch`] is what a scene file or a command line says, [`Settings`] what is decided. Both are made from
-//! [`SETTINGS`], the one table that says what settings there are.
+//! Settings of a frame: [`SettingsPatch`] holds those that a scene file or a command line gives, [`Settings`] all of them, decided. Both are made
+//! from [`SETTINGS`], the one table of settings.
 
 mod choices;
 mod names;
@@ -34,8 +34,8 @@ impl Settings {
         (self.reflections != Reflections::Off).then_some(f64::from(self.reflection_roughness))
     }
 
-    /// For the values that a view shows: what a buffer holds does not depend on how its pixels are lit, and not every way of that has
-    /// buffers.
+    /// Returns the settings for the values that a view shows. A buffer's contents do not depend on the light path, and not every light path
+    /// has buffers.
     pub(crate) fn showing(&self, view: View) -> Self {
         Self {
             view,
@@ -50,7 +50,7 @@ impl Settings {
         }
     }
 
-    /// These without whatever works on the finished picture.
+    /// Returns the settings without those that work on the finished picture.
     pub fn without_effects(&self) -> Self {
         let mut patch = self.patch();
         for row in SETTINGS.iter().filter(|row| row.on_picture) {
@@ -60,7 +60,7 @@ impl Settings {
         Self { output: self.output, ..patch.decide() }
     }
 
-    /// Only what works on the finished picture; all else is the default.
+    /// Only the settings that work on the finished picture; all others are defaults.
     pub(crate) fn effects(&self) -> Self {
         let (all, mut patch) = (self.patch(), SettingsPatch::default());
         for row in SETTINGS.iter().filter(|row| row.on_picture) {

@@ -1,5 +1,5 @@
-//! Settings as text: `gbuffer=fat shadow-size=1024`, as `--vary` and reports have them, and as the `[settings]` of a scene file. Only what
-//! is said is written.
+//! Settings as text: `gbuffer=fat shadow-size=1024`, as `--vary` and reports have them, and as the `[settings]` of a scene file. Only given
+//! settings are written.
 
 use std::fmt;
 use std::str::FromStr;
@@ -24,7 +24,7 @@ impl SettingsPatch {
     /// Checks that each value that was said is in its range.
     ///
     /// # Errors
-    /// [`Error::Setting`], which names the setting, what it was and what it must be.
+    /// [`Error::Setting`], which names the setting, its value and the values that it may have.
     pub fn check(&self) -> Result<(), Error> {
         self.to_string().parse::<Self>().map(|_| ())
     }

@@ -12,7 +12,7 @@ pub struct Setting {
     pub key: &'static str,
     /// As in a scene file, below `settings`.
     pub toml: &'static str,
-    /// A sentence, verb or noun first, without its period: what it does.
+    /// Its effect: a sentence, verb or noun first, without its period.
     pub help: &'static str,
     /// A few words: its label in the window's panel, and the heading of its family in a report.
     pub title: &'static str,
@@ -20,13 +20,13 @@ pub struct Setting {
     pub values: ValueKind,
     /// Of a number; empty where it has none.
     pub unit: &'static str,
-    /// Says what decides where the setting is not given; empty where a default does.
+    /// A phrase for the rule that decides if the setting is not given; empty where a default does.
     pub unset: &'static str,
     /// Frames of another value may have another plan; otherwise it is looked up for each frame.
     pub changes_plan: bool,
-    /// The reference renderer has it, too: it says what is seen, and not how a frame comes near that.
+    /// True if the reference renderer has it, too: it changes the true picture, and not a frame's way to approximate it.
     pub of_truth: bool,
-    /// It works on the finished picture as a display shows it: not on light, and not on what views show.
+    /// True if it works on the finished picture as a display shows it: not on light, and not on the values that views show.
     pub on_picture: bool,
     /// The only commands that have it as an option, each in a way of its own; empty where all that draw have it.
     pub only: &'static str,
@@ -44,7 +44,7 @@ pub struct Setting {
     pub(super) set: fn(&Setting, &mut SettingsPatch, Option<&str>) -> Result<(), String>,
 }
 
-/// How a report sweeps a setting.
+/// The way in which a report sweeps a setting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sweep {
     /// Never: all that a report draws has the value that was given.
@@ -72,7 +72,7 @@ pub enum ValueKind {
     Size,
     /// Cells across, down and in depth: at most so many on each axis, and so many in all.
     Grid([u32; 3], u32),
-    /// How wide a lens is: metres, or an f-number.
+    /// The aperture of a lens: metres, or an f-number.
     Aperture,
     /// Formats of the G-buffer's targets.
     Layout,
@@ -81,7 +81,7 @@ pub enum ValueKind {
 }
 
 impl ValueKind {
-    /// Returns true if a text is one of them, as far as that can be told here: what is made of names says itself what is wrong with it.
+    /// Returns true if a text is one of them. Values made of names are all admitted: their own parsers say what is wrong.
     fn admit(self, text: &str) -> bool {
         match self {
             Self::OnOff => bool::read(text).is_ok(),
@@ -156,7 +156,7 @@ impl Setting {
     /// Says it in a patch, or, with `None`, nothing of it.
     ///
     /// # Errors
-    /// What it must be, where the text is something else.
+    /// The values that it may have, if the text is none of them.
     pub fn set(&self, patch: &mut SettingsPatch, text: Option<&str>) -> Result<(), String> {
         (self.set)(self, patch, text)
     }
@@ -189,12 +189,12 @@ impl Setting {
         if self.unit.is_empty() { self.title.to_owned() } else { format!("{}, {}", self.title, self.unit) }
     }
 
-    /// Its default, or what decides in the place of one.
+    /// Returns its default, or a phrase for the rule that decides in the place of one.
     pub fn default(&self) -> String {
         self.text(&super::Settings::default().patch()).unwrap_or_else(|| self.unset.to_owned())
     }
 
-    /// Returns what stands for its value in a line of help.
+    /// Returns the placeholder of its value in a line of help.
     pub fn value_name(&self) -> &'static str {
         match self.values {
             ValueKind::OnOff => "on|off",
@@ -267,7 +267,7 @@ impl Value for [u32; 3] {
     }
 }
 
-/// Of what its text is read from as it is written: numbers in the fewest digits, and names.
+/// Values that are read from their text as it is written: numbers in the fewest digits, and names.
 macro_rules! plain_text {
     ($($type:ty: $values:expr;)+) => {$(
         impl Value for $type {

@@ -1,8 +1,8 @@
-//! The table of settings: a row for each, which is all that is said of it but by its consumer.
+//! The table of settings: a row declares everything about a setting but its effect, which is its consumer's.
 //!
 //! A row opens with its help text, which is the text of the documents, too. Then come its key on the command line and in a scene file, its
-//! field in [`SettingsPatch`] and, of a shadow's, in [`ShadowSettings`], its type, and its default or what decides in its place. What its
-//! braces leave out is as [`plain`] has it.
+//! field in [`SettingsPatch`] and, of a shadow's, in [`ShadowSettings`], its type, and its default or the rule that decides in its place. Properties
+//! that its braces leave out are those of [`plain`].
 
 use super::setting::{Setting, Sweep, Value, ValueKind};
 use super::{
@@ -16,7 +16,7 @@ use crate::scene::{Aperture, Brdf, Keep};
 const FROXELS: [u32; 3] = [1024, 1024, 512];
 const MOST_FROXELS: u32 = 7_400_000;
 
-/// Makes of the rows below the decided settings, their defaults, what somebody may say of them, and [`SETTINGS`].
+/// Makes the decided settings, their defaults, the patch of given ones, and [`SETTINGS`] of the rows below.
 macro_rules! settings {
     (
         frame { $(
@@ -35,7 +35,7 @@ macro_rules! settings {
         pub struct Settings {
             $($(#[doc = $help])+ $(#[doc = concat!(" (`None`: ", $unset, ")")])?
             pub $field: decided!($type $(, $default)?),)+
-            /// How shadows are drawn.
+            /// The settings of shadows.
             pub shadows: ShadowSettings,
             /// The form of a picture's pixels.
             pub output: Output,

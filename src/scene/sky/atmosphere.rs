@@ -22,7 +22,7 @@ const OZONE: DVec3 = DVec3::new(0.650e-6, 1.881e-6, 0.085e-6);
 /// Heights over which air and haze thin out to 1/e, in metres.
 const RAYLEIGH_HEIGHT: f64 = 8e3;
 const MIE_HEIGHT: f64 = 1.2e3;
-/// How much haze scatters ahead (Henyey and Greenstein's g).
+/// The anisotropy of haze (Henyey and Greenstein's g).
 const MIE_AHEAD: f64 = 0.8;
 /// Of the sun above the air, in lux: 1361 W/m^2 at 98 lm/W.
 const SUN_LUX: f64 = 133e3;
@@ -38,7 +38,7 @@ const STEPS: usize = 40;
 pub struct Atmosphere {
     /// Towards the sun, of length 1.
     pub sun: DVec3,
-    /// How much haze there is: 1 on a clear day, 0 for none.
+    /// The amount of haze: 1 on a clear day, 0 for none.
     pub haze: f64,
     /// Reflectance of the ground, 0 to 1.
     pub ground: f64,
@@ -67,7 +67,7 @@ impl Atmosphere {
         DVec3::new(level * across, up, -level * ahead)
     }
 
-    /// How high above the horizon its sun is, and how far around from -Z over +X, in degrees: [`Atmosphere::sun_at`] reversed.
+    /// Returns its sun's elevation above the horizon, and its azimuth from -Z over +X, in degrees: [`Atmosphere::sun_at`] reversed.
     pub fn sun_angles(&self) -> [f64; 2] {
         [self.sun.y.clamp(-1.0, 1.0).asin(), self.sun.x.atan2(-self.sun.z)].map(f64::to_degrees)
     }
@@ -81,7 +81,7 @@ impl Atmosphere {
         (SkyImage { origin: SkyOrigin::Atmosphere(*self), ..image }, NITS as f32)
     }
 
-    /// Returns what is left of the sun's light at the eye, in lux on a surface that faces it: the colour of a directional light.
+    /// Returns the sun's light that reaches the eye, in lux on a surface that faces it: the colour of a directional light.
     pub fn sunlight(&self) -> Vec3 {
         let eye = DVec3::Y * (GROUND + self.altitude.max(1.0));
         if meets_ground(eye, self.sun) {
@@ -127,7 +127,7 @@ impl Atmosphere {
             + self.of_ground(eye, to, steps, |place| tables.sunlight(place, self.sun)) * SUN_LUX
     }
 
-    /// Adds up what is scattered on the way of a ray; within a step the air is even, and what it sends is dimmed by itself (Hillaire 2015).
+    /// Adds up the light that is scattered along a ray; within a step the air is even, and dims the light that it scatters itself (Hillaire 2015).
     fn along(&self, from: DVec3, to: DVec3, steps: usize, sent: impl Fn(DVec3, &Medium) -> DVec3) -> DVec3 {
         let (mut light, mut passed) = (DVec3::ZERO, DVec3::ONE);
         for (at, width) in midpoints(end_of(from, to), steps) {
@@ -140,7 +140,7 @@ impl Atmosphere {
         light
     }
 
-    /// Returns what the ground at the end of a ray reflects of the light that arrives there.
+    /// Returns the light that the ground at the end of a ray reflects.
     fn of_ground(&self, from: DVec3, to: DVec3, steps: usize, arriving: impl Fn(DVec3) -> DVec3) -> DVec3 {
         if !meets_ground(from, to) {
             return DVec3::ZERO;
@@ -161,7 +161,7 @@ fn henyey_greenstein(cosine: f64) -> f64 {
     (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cosine).powf(1.5))
 }
 
-/// Where a ray leaves a sphere around the centre of the earth.
+/// Returns the distance at which a ray leaves a sphere around the centre of the earth.
 fn distance(from: DVec3, to: DVec3, radius: f64) -> Option<f64> {
     let along = from.dot(to);
     let inside = radius * radius - from.length_squared() + along * along;
@@ -173,7 +173,7 @@ fn meets_ground(from: DVec3, to: DVec3) -> bool {
     along < 0.0 && from.length_squared() - along * along < GROUND * GROUND
 }
 
-/// Where a ray ends: at the ground or at the top of the air.
+/// Returns the distance at which a ray ends: at the ground or at the top of the air.
 fn end_of(from: DVec3, to: DVec3) -> f64 {
     if meets_ground(from, to) {
         let along = from.dot(to);
@@ -188,7 +188,7 @@ fn midpoints(length: f64, steps: usize) -> impl Iterator<Item = (f64, f64)> {
     (0..steps).map(move |index| ((edge(index) + edge(index + 1)) / 2.0, edge(index + 1) - edge(index)))
 }
 
-/// By height and the sun's cosine to the zenith: the sun's light that arrives, and what has been scattered twice and more, for a sun of 1.
+/// By height and the sun's cosine to the zenith: the sun's light that arrives, and the light scattered twice and more, for a sun of 1.
 struct Tables {
     arriving: Vec<DVec3>,
     rescattered: Vec<DVec3>,

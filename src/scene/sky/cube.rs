@@ -73,7 +73,7 @@ impl CubeLevel {
     }
 }
 
-/// Where a place of a face looks to, of any length: `across` from -1 to 1, as `down` (Vulkan specification, "Cube Map Face Selection").
+/// Returns the direction of a place on a face, of any length: `across` from -1 to 1, as `down` (Vulkan specification, "Cube Map Face Selection").
 pub fn face_direction(face: u32, across: f64, down: f64) -> DVec3 {
     match face {
         0 => DVec3::new(1.0, -down, -across),
@@ -104,7 +104,7 @@ mod tests {
                 sum += texel.as_dvec3() * weight;
                 weights += weight;
             }
-            // A texel's solid angle by its middle is off by up to 4% of what varies within it.
+            // A texel's solid angle, taken at its middle, errs by up to 4% of the variation within the texel.
             let off = (sum / weights - image.mean()) / image.mean();
             assert!(off.abs().max_element() < 0.02, "{}: {off}", level.edge);
         }

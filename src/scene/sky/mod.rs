@@ -1,4 +1,4 @@
-//! The sky around a scene: a picture of the sky, from a file or of an atmosphere, that is seen where nothing is and lights what is there.
+//! The sky around a scene: a picture of the sky, from a file or of an atmosphere, that is the background and lights the scene.
 
 mod atmosphere;
 mod choice;
@@ -59,7 +59,7 @@ pub struct SkyImage {
     pub size: [u32; 2],
     /// Linear Rec. 709, rows from the top; finite, from 0 to [`MOST_LIGHT`].
     pub texels: Vec<[f32; 3]>,
-    /// Where they come from.
+    /// The source of the texels.
     pub origin: SkyOrigin,
 }
 
@@ -88,7 +88,7 @@ impl Sky {
         self.image.look(self.turned(direction)) * f64::from(self.nits)
     }
 
-    /// Radiance of what is seen in a direction of length 1, in nits: of the sun where that is.
+    /// Radiance seen in a direction of length 1, in nits: the sun's within its disc.
     pub fn seen(&self, direction: DVec3) -> DVec3 {
         match self.sun {
             Some(sun) if direction.dot(sun.direction) >= sun.cosine() => sun.radiance.as_dvec3(),
@@ -129,7 +129,7 @@ impl Sky {
 }
 
 impl SunDisc {
-    /// That of its angular radius.
+    /// Returns the cosine of its angular radius.
     pub fn cosine(&self) -> f64 {
         (self.degrees / 2.0).to_radians().cos()
     }

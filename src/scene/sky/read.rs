@@ -19,7 +19,7 @@ const KEPT_WIDTH: u32 = 4096;
 /// The most memory that a decoder may allocate: an RGBA picture of the largest size in single floats, and as much again.
 const MOST_BYTES: u64 = 2 * 16 * (MOST_WIDTH as u64) * (MOST_WIDTH as u64 / 2);
 
-/// A picture as it was read, with what was odd about it.
+/// A picture as it was read, with warnings about it.
 struct Read {
     size: [u32; 2],
     texels: Vec<[f32; 3]>,
@@ -106,7 +106,7 @@ fn bilinear(texels: &[[f32; 3]], edge: u32, place: [f64; 2]) -> DVec3 {
     row(top).lerp(row(top + 1.0), y - top)
 }
 
-/// `wrong` says what is wrong with a size, before anything is decoded.
+/// `wrong` returns the fault of a size, before anything is decoded.
 fn read(path: &Path, wrong: impl Fn([u32; 2]) -> Option<String>) -> Result<Read, Error> {
     let fault = |cause: String| Error::Read { path: path.to_owned(), cause };
     let format = match path.extension().map(|own| own.to_string_lossy().to_ascii_lowercase()).as_deref() {
@@ -127,7 +127,7 @@ fn read(path: &Path, wrong: impl Fn([u32; 2]) -> Option<String>) -> Result<Read,
     let mut texels: Vec<[f32; 3]> = decoded.pixels().map(|pixel| pixel.0).collect();
     let mut changed = [0usize; 2];
     for value in texels.iter_mut().flatten() {
-        // Written so that what is no number becomes 0.
+        // Written so that a NaN becomes 0.
         let kept = if *value > 0.0 { value.min(MOST_LIGHT) } else { 0.0 };
         if *value > MOST_LIGHT {
             changed[1] += 1;

@@ -1,4 +1,4 @@
-//! Ambient occlusion at its extremes: radii, and how near the camera is to what hides.
+//! Ambient occlusion at its extremes: radii, and distances of the camera from the occluder.
 
 use glam::{DVec3, Vec3};
 

@@ -22,7 +22,7 @@ pub const CASES: &[Case] = &[
         .check(Check::Picture(|radius| spread(Some(0.5), Some(radius as f32), Subject::SIZE))),
     case("bloom/size", "squares of so many pixels, which no level divides")
         .over(Values::List(&[1.0, 2.0, 3.0, 7.0, 17.0, 65.0, 257.0]), "px")
-        // The last texel of a level stands for what is left of the picture, where the truth has its mirror image.
+        // The last texel of a level stands for the rest of the picture, where the truth has its mirror image.
         .claim([1.0, 257.0], SPREAD)
         .check(Check::Picture(|edge| spread(Some(0.5), Some(0.2), [edge as u32; 2]))),
     case("bloom/emission", "a sign that emits so much times white spreads a tenth of it, by way of single floats")

@@ -1,4 +1,4 @@
-//! Exposures far from what a meter says, and brightness of many decades in one picture.
+//! Exposures far from a meter's, and brightness of many decades in one picture.
 
 use glam::{DVec3, Vec3};
 
@@ -68,7 +68,7 @@ fn kept_in(format: HdrFormat) -> SettingsPatch {
     SettingsPatch { hdr_format: Some(format), ..SettingsPatch::default() }
 }
 
-/// A pane that shows most of what lies behind it, and so brings a target for light.
+/// A pane that is mostly clear: its blending needs a target for light.
 fn add_pane(stage: &mut Stage) {
     let glass = Material { alpha: 0.25, alpha_mode: AlphaMode::Blend, ..Material::default() };
     let glass = stage.material(Material { name: "glass".into(), two_sided: true, ..glass });
@@ -76,7 +76,7 @@ fn add_pane(stage: &mut Stage) {
     stage.place(pane, glass, glam::DAffine3::from_translation(DVec3::new(-1.0, 0.5, 1.0)));
 }
 
-/// With a G-buffer in single floats, so that only what is made of light errs. What is darker than a hundredth of the brightest pixel
+/// With a G-buffer in single floats, so that only the targets of light err. Light darker than a hundredth of the brightest pixel
 /// counts as that bright: below 6e-5 of white, half floats have ever fewer bits.
 fn of_light(settings: SettingsPatch, stage: Stage) -> Subject {
     Subject { floor: 0.01, ..Subject::with(stage.scene, settings.or(&float32())) }
@@ -106,7 +106,7 @@ fn decades_of(decades: f64, format: HdrFormat) -> Subject {
         stage.place(square, material, glam::DAffine3::from_translation(place));
     }
     stage.scene.camera = Camera { position: DVec3::new(0.0, 0.0, 4.5), ..Camera::default() };
-    // By way of the G-buffer, whose pass writes what shines to the target.
+    // By way of the G-buffer, whose pass writes emitted light to the target.
     let settings = SettingsPatch { exposure: Some(0.0), light_path: Some(LightPath::Loop), ..kept_in(format) };
     // Every decade counts.
     Subject { floor: 0.0, ..Subject::with(stage.scene, settings) }

@@ -268,7 +268,7 @@ fn normals(off: f64) -> Vec<Input> {
         .collect()
 }
 
-/// Colours whose brightest channel is this, and what stands behind it.
+/// Colours whose brightest channel is `brightest`, each with `fourth` as its fourth number's bits.
 fn colors(brightest: f64, fourth: u32) -> Vec<Input> {
     let mut rng = rng(brightest);
     let color = |rng: &mut fastrand::Rng| {

@@ -9,7 +9,7 @@ use crate::scene::{Fog, HdrFormat, Light, LightKind, SettingsPatch};
 
 /// Of a pixel: shadows' edges on the floor fall to either side, and in the air they lie anywhere in a froxel.
 const FROXELS: Bound = Bound { worst: 2.0, mean: 0.03 };
-/// Where one froxel is all there is, a lamp is in it, or light is scattered within a hundredth of the picture.
+/// For a single froxel, a lamp inside one, and light that is scattered within a hundredth of the picture.
 const COARSE: Bound = Bound { worst: 20.0, mean: 0.5 };
 
 pub const CASES: &[Case] = &[

@@ -88,7 +88,7 @@ fn flat(x: f64, z: f64) -> Vertex {
     Vertex { position: DVec3::new(x, 0.0, z), normal: DVec3::Y, uv: DVec2::new(x, z) * 0.5 }
 }
 
-/// Corner vertices of a strip of the floor, and two triangles between them whatever their area is.
+/// Corner vertices of a strip of the floor, and two triangles between them, of any area.
 fn strip(mesh: &mut MeshBuilder, indices: &mut Vec<u32>, from: f64, to: f64) {
     let corners = [(from, 4.0), (to, 4.0), (to, -4.0), (from, -4.0)].map(|(x, z)| flat(x, z));
     let [a, b, c, d] = corners.map(|corner| mesh.vertex(corner.position, corner.normal, corner.uv));
@@ -230,7 +230,7 @@ fn vertex_at_camera(metres: f64) -> Subject {
 fn near_crossing(metres: f64) -> Subject {
     let mut stage = sphere_on_floor();
     let eye = DVec3::new(0.25, metres, 3.0);
-    // Looks slightly down, so that the floor before the camera is what the near plane cuts.
+    // Looks slightly down, so that the near plane cuts the floor before the camera.
     let target = eye + DVec3::new(-0.05, -0.3, -1.0);
     stage.scene.camera = Camera { near: 0.1, ..Camera::looking_at(eye, target, DVec3::Y) };
     subject(stage)

@@ -47,7 +47,7 @@ pub const CASES: &[Case] = &[
         .check(Check::Picture(|height| grazing([height, 1.0]))),
     case("highlights/grazing-lamp", "a lamp so high over a smooth floor, the eye well above")
         .over(Values::Decades(-7, 1), "m")
-        // Nearer to the floor, the lamp's height is no more than what f32 rounds a place by.
+        // Nearer to the floor, the lamp's height is no more than the rounding of a place to f32.
         .claim([1e-4, 10.0], GRAZED)
         .check(Check::Picture(|height| grazing([1.0, height]))),
 ];
@@ -64,7 +64,7 @@ const fn preset(preset: GbufferPreset) -> GbufferChoice {
 const GRAZED: Bound = Bound { worst: 2e-3, mean: 2e-4 };
 /// Of powers: near 1 the shader takes them by the sine, because a cosine there tells little of its angle.
 const ROUNDED: Bound = Bound { worst: 5e-3, mean: 5e-4 };
-/// Of 2^(20 / 255), a code's share of the power, half is what it errs by at most.
+/// A code is a factor of 2^(20 / 255) of the power, and the power errs by half of that at most.
 const EIGHT_BITS: Bound = Bound { worst: 0.1, mean: 0.02 };
 
 const ROUGHNESS: Values =
@@ -143,7 +143,7 @@ fn phong_of(power: f64, brdf: Brdf, gbuffer: GbufferChoice) -> Subject {
         base_color: Vec3::splat(0.1),
         ..colored()
     };
-    // Where cos^n is a tenth.
+    // The angle at which cos^n is a tenth.
     close_up((4.6 / power.max(1.0)).sqrt(), material, gbuffer)
 }
 

@@ -14,7 +14,7 @@ const SAMPLES: u32 = 16;
 pub const CASES: &[Case] = &[
     case("lens/aperture", "a lens so wide, sharp at the sphere: the light of the picture in the mean")
         .over(Values::Decades(-6, 6), "m")
-        // Through a lens wider than the view, 16 points are too few to tell what is seen past the floor's edge.
+        // Through a lens wider than the view, 16 points are too few for the share that is seen past the floor's edge.
         .claim([1e-6, 0.1], Bound { worst: 5e-3, mean: 5e-3 })
         .check(Check::Whole(|metres| lens(Aperture::Diameter(metres as f32), 4.0))),
     case("lens/f-number", "a lens of such an f-number, sharp at the sphere: the light of the picture in the mean")

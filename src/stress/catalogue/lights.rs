@@ -10,7 +10,7 @@ use crate::scene::{Brdf, Falloff, Light, LightKind, LightPath, black_body_color}
 pub const CASES: &[Case] = &[
     case("lights/distance", "a lamp above the floor, from inside of it to farther than any planet")
         .over(Values::Decades(-9, 15), "m")
-        // Nearer to the floor, a lamp's height is no more than what f32 rounds a place four metres away by.
+        // Nearer to the floor, a lamp's height is no more than the rounding of a place four metres away to f32.
         .claim([1e-4, 1e15], Bound { worst: 1e-3, mean: 1e-5 })
         .check(Check::Picture(distance)),
     case("lights/inside", "a lamp in the middle of a sphere, on its surface and above it")
@@ -84,7 +84,7 @@ const fn many(name: &'static str, subject: fn(f64) -> Subject) -> Case {
         .check(Check::Picture(subject))
 }
 
-/// With a G-buffer in single floats: what is tried is the light.
+/// With a G-buffer in single floats, so that only the light errs.
 fn precise(stage: Stage) -> Subject {
     Subject::with(stage.scene, float32())
 }
@@ -131,7 +131,7 @@ fn polynomial(factor: f64) -> Subject {
     let term = factor as f32;
     let falloff = Falloff::Polynomial { constant: term, linear: term, quadratic: term };
     let kind = LightKind::Point { position, range: None, falloff };
-    // As bright whatever the factor, as far as the model's guard lets it.
+    // As bright at any factor, as far as the model's guard allows.
     stage.light(Light { kind, ..lamp(position, (100.0 * factor.max(1e-5)) as f32) });
     precise(stage)
 }
@@ -152,7 +152,7 @@ fn spot([inner_angle_degrees, outer_angle_degrees]: [f64; 2]) -> Subject {
     precise(stage)
 }
 
-/// The truth is that of unit vectors. The spot has a range, so that there is a volume of what it reaches.
+/// The truth is that of unit vectors. The spot has a range, so that its reach has a volume.
 fn direction(length: f64) -> Subject {
     let lit = |length: f64| {
         let mut stage = sphere_on_floor();

@@ -54,7 +54,7 @@ fn sprites([edge, texels]: [u32; 2], color: impl Fn(u32) -> Vec3, look: impl Fn(
     let texel = |index: u32| {
         let [x, y] = [index % width, index / width];
         let [red, green, blue] = color(y / texels * edge + x / texels).to_array().map(|share| (share * 255.0) as u8);
-        // What is the same everywhere would be folded into the material.
+        // One texel differs: a constant texture would be folded into the material.
         [red, green, blue, if index == 0 { 254 } else { 255 }]
     };
     let image = (0..width * width).flat_map(texel).collect();

@@ -12,9 +12,9 @@ use crate::scene::{
     Target, deform, metered_ev100,
 };
 
-/// That of `space/size` and its kin: SKIN adds roundings of f32 to places and normals, each of 6e-8, which count where light grazes.
+/// The bound of `space/size` and its kin: SKIN adds roundings of f32 to places and normals, each of 6e-8, which count where light grazes.
 const BOUND: Bound = Bound { worst: 2e-4, mean: 1e-6 };
-/// Where a ring is seen, light and eye graze it somewhere: as for that of `space/mirrored`.
+/// The bound of `space/mirrored`: light and eye graze a ring somewhere.
 const OF_RING: Bound = Bound { worst: 2e-3, mean: 2e-6 };
 
 pub const CASES: &[Case] = &[
@@ -23,12 +23,12 @@ pub const CASES: &[Case] = &[
         "a skeleton so far from the origin, with a mesh that was bound at the origin and one that was bound there; the truth stays near",
     )
     .over(Values::Decades(0, 15), "m")
-    // From 1e10 m on f64 itself rounds what is turned by more than a micrometre.
+    // From 1e10 m on f64 itself rounds turned places by more than a micrometre.
     .claim([1.0, 1e9], BOUND)
     .check(Check::Placed(far_joints, 0.01)),
     case("motion/weights", "a tube that leans because a joint with at most such a weight has moved by its inverse")
         .over(Values::List(&[1e-45, 1e-42, 1e-40, 1e-38, 1e-36, 1e-30, 1e-20, 1e-12, 1e-9, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0]), "")
-        // What is less is no normal number of f32, and drivers may take it for 0.
+        // Smaller weights are no normal numbers of f32, and drivers may flush them to 0.
         .claim([1e-36, 1.0], BOUND)
         .check(Check::Placed(weights, 0.01)),
     case("motion/chain", "a tube on so many joints in a chain that bend it to an arc; the truth has its closed form")
@@ -70,7 +70,7 @@ const SHARE: f64 = 0.3;
 /// Tubes are as high as that, and as wide.
 const HEIGHT: f64 = 1.5;
 const RADIUS: f64 = 0.2;
-/// By how much joints bend a tube from bottom to top, in radians: so little that a clip turns a single joint by less than half a turn.
+/// The bend of a tube by its joints from bottom to top, in radians: so little that a clip turns a single joint by less than half a turn.
 const BEND: f64 = 0.9;
 
 fn moment() -> Playing {
@@ -143,15 +143,15 @@ struct Tube {
     joints: usize,
     /// The node below which the chain begins.
     parent: Option<usize>,
-    /// Where it begins there, in the node's metres.
+    /// The place of its foot there, in the node's metres.
     foot: DVec3,
-    /// Where the tube stood when it was bound.
+    /// The tube's place when it was bound.
     bound_at: DVec3,
-    /// How large meshes and nodes have what is a metre of the scene.
+    /// A metre of the scene, in units of meshes and nodes.
     metre: DVec3,
-    /// By how much all joints together turn it about Z.
+    /// The angle by which all joints together turn it about Z.
     bend: f64,
-    /// How far to the right all joints together move its top.
+    /// The distance by which all joints together move its top to the right.
     lean: f64,
 }
 
@@ -218,7 +218,7 @@ fn far_joints(metres: f64) -> Subject {
     subject(build(metres), moment(), build(0.0).into_still(&moment()))
 }
 
-/// Moves what no joint moves.
+/// Moves everything that no joint moves.
 fn move_rest(scene: &mut Scene, by: DVec3) {
     scene.objects[0].transform.translation += by;
     for light in &mut scene.lights {
@@ -229,7 +229,7 @@ fn move_rest(scene: &mut Scene, by: DVec3) {
     scene.camera.position += by;
 }
 
-/// The top leans by 0.6 m whatever the weight. A linear blend of joints that only move leaves normals as they are.
+/// The top leans by 0.6 m at any weight. A linear blend of joints that only move leaves normals as they are.
 fn weights(most: f64) -> Subject {
     const LEAN: f64 = 0.6;
     let mut stage = floor();
@@ -238,7 +238,7 @@ fn weights(most: f64) -> Subject {
     let share = |position: &[f32; 3]| (plain.origin.y + f64::from(position[1])) / HEIGHT;
     let hung: Vec<_> = plain.positions.iter().map(|position| ([0, 1], share(position) * most)).collect();
     let own = influences(&hung);
-    // What is left of the weights as f32 has them.
+    // By the weights as f32 has rounded them.
     let leant: Vec<DVec3> = (0..plain.positions.len())
         .map(|vertex| {
             let [rest, moved] = [0, 1].map(|joint| f64::from(own.weights[vertex * 4 + joint]));
@@ -335,8 +335,8 @@ fn node_scale(factor: f64) -> Subject {
     subject(build(factor), moment(), build(1.0).into_still(&moment()))
 }
 
-/// Joints turn nothing here, since what is turned between scales along other axes is sheared. A ring has no place here either: normals of what is
-/// not skinned are interpolated before the stretch.
+/// Joints turn nothing here, since a turn between scales along other axes shears. A ring has no place here either: normals of unskinned meshes are
+/// interpolated before the stretch.
 fn node_stretch(factor: f64) -> Subject {
     let build = |factor: f64| scaled(DVec3::new(factor, 1.0, 1.0 / factor), 0.0, 0.4).0.scene;
     subject(build(factor), moment(), build(1.0).into_still(&moment()))
@@ -350,7 +350,7 @@ fn scaled(scale: DVec3, bend: f64, lean: f64) -> (Stage, usize) {
     (stage, root)
 }
 
-/// Lights are no stronger within a centimetre, whatever the size of what they light.
+/// Lights grow no stronger within a centimetre, at any size of the lit objects: their intensity keeps a least value.
 fn size(factor: f64) -> Subject {
     let mut stage = floor();
     let beside = DVec3::new(0.375, 0.0, -0.375);

@@ -33,12 +33,12 @@ pub const CASES: &[Case] = &[
         "a grille whose holes repeat so often in a metre: the light of it and of what is seen through it in the mean",
     )
     .over(Values::Decades(-1, 4), "")
-    // What is left of a hole in a level is not there where the mean of its alpha is above the cut-off: all of it, or nothing.
+    // The mean of a level's alpha, above or below the cut-off, decides about a whole hole: all of it is left, or nothing.
     .claim([0.1, 1.0], Bound { worst: 0.25, mean: 0.25 })
     .check(Check::Whole(mask)),
     case("sampling/bumps", "a shiny floor whose normal map repeats so often in a metre: its light in the mean")
         .over(Values::Decades(-1, 4), "")
-        // Levels of a normal map are flat, and the highlight of what is flat is elsewhere: 0.6 of the light from ten repeats on.
+        // Levels of a normal map are flat, and a flat floor has its highlight elsewhere: 0.6 of the light from ten repeats on.
         .claim([0.1, 1.0], Bound { worst: 0.3, mean: 0.3 })
         .check(Check::Whole(bumps)),
     case("sampling/highlights", "shiny balls in a picture of so many rows: their light in the mean")

@@ -1,5 +1,5 @@
-//! Shadows where maps have least to go by. Ambient light is as bright as the lamp's, so that a pixel in which a shadow is missing, or too
-//! much, errs by about 1 and the mean error is the share of such pixels, whatever the filter makes of edges.
+//! Shadows at the limits of maps. Ambient light is as bright as the lamp's, so that a pixel in which a shadow is missing, or too
+//! much, errs by about 1 and the mean error is the share of such pixels, with any filter of edges.
 
 use glam::{DAffine3, DVec3, Vec3};
 
@@ -89,7 +89,7 @@ fn exact_but_shadows(stage: Stage) -> Subject {
     Subject::with(stage.scene, kept_in(gbuffer))
 }
 
-/// Of an upright surface it makes what direct light of `lux` does.
+/// Adds ambient light that makes an upright surface as bright as direct light of `lux` does.
 fn ambient(stage: &mut Stage, lux: f64) {
     let ambient = Vec3::splat((lux / std::f64::consts::PI) as f32);
     stage.scene.environment = Environment { ambient, ..Environment::default() };

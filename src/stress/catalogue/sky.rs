@@ -1,4 +1,4 @@
-//! Skies of all strengths and contrasts, and what surfaces collect of them, in the open: the truth is an integral over all of the sky.
+//! Skies of all strengths and contrasts, and the light that surfaces collect of them in the open: the truth is an integral over all of the sky.
 
 use std::sync::Arc;
 
@@ -27,7 +27,7 @@ pub const CASES: &[Case] = &[
         .check(Check::Picture(contrast)),
     case("sky/directions", "a rough metal under a bright patch, by so many directions a texel")
         .over(Values::List(&[1.0, 4.0, 16.0, 64.0, 256.0, 1024.0, 4096.0]), "directions")
-        // What the split sum misses where a lobe is seen along the surface: no number of directions mends it.
+        // The split sum errs for a lobe at grazing angles: no number of directions mends it.
         .claim([64.0, 4096.0], Bound { worst: 0.35, mean: 0.01 })
         .check(Check::Picture(directions)),
 ];

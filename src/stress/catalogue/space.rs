@@ -1,4 +1,4 @@
-//! Where things are: far from the origin, tiny and huge, through lenses of all angles, stretched and flattened, and close to each other.
+//! Places and sizes: far from the origin, tiny and huge, through lenses of all angles, stretched and flattened, and close to each other.
 
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 
@@ -146,7 +146,7 @@ fn detail(metres: f64) -> Subject {
     subject(stage.scene)
 }
 
-/// Lights are no stronger within a centimetre, whatever the size of what they light.
+/// Lights grow no stronger within a centimetre, at any size of the lit objects: their intensity keeps a least value.
 fn size(factor: f64) -> Subject {
     let mut scene = lit_stage().scene;
     for object in &mut scene.objects {
@@ -198,7 +198,7 @@ fn field_of_view(degrees: f64) -> Subject {
         Camera { projection: Projection::perspective(degrees), ..Camera::looking_at(place, target, DVec3::Y) };
     let mut stage = Stage { scene };
     if degrees > 60.0 {
-        // The widest lenses see what is beside them.
+        // The widest lenses see the walls beside them.
         let walls = stage.material(Material { base_color: Vec3::splat(0.7), two_sided: true, ..Material::default() });
         stage.add("walls", shapes::cuboid([7.0; 3]), walls);
     }

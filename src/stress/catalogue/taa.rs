@@ -22,7 +22,7 @@ pub const CASES: &[Case] = &[
         .check(Check::Whole(emission)),
     case("taa/speed", "a box that glows comes to its place so fast, in metres a second: 16 frames averaged over time")
         .over(Values::List(&[0.0, 0.01, 0.1, 1.0, 10.0, 100.0, 1e4, 1e6]), "m/s")
-        // What was elsewhere begins with one frame, whose edges are those of one place in each pixel.
+        // A surface without history begins with one frame, whose edges are those of one place in each pixel.
         .claim([0.0, 1e6], Bound { worst: 0.06, mean: 0.06 })
         .check(Check::Whole(speed)),
     case("taa/size", "squares of so many pixels: 16 frames averaged over time")

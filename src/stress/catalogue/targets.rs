@@ -39,7 +39,7 @@ pub const CASES: &[Case] = &[
     path("targets/forward", "the same by forward", |edge| lit_by(LightPath::Forward, edge)),
     path("targets/forward-naive", "the same by forward-naive", |edge| lit_by(LightPath::ForwardNaive, edge)),
     case("targets/msaa", "a wall of even light in so many samples a pixel")
-        // What every device has.
+        // The sample counts that every device has.
         .over(Values::List(&[1.0, 4.0]), "")
         .claim([1.0, 4.0], Bound { worst: 1e-5, mean: 1e-6 })
         .check(Check::Picture(msaa)),

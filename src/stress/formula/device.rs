@@ -17,7 +17,7 @@ use crate::shaders::formulas::{self as shader, Flags, constants};
 /// Invocations in a work group, as the shader has it.
 const GROUP: u32 = 64;
 
-/// Buffers of a trial. The sets: 0 the frame, 1 what goes in and out.
+/// Buffers of a trial. The sets: 0 the frame, 1 inputs and outputs.
 struct Buffers {
     frame: Buffer,
     inputs: Buffer,
@@ -77,7 +77,7 @@ impl Program {
     }
 }
 
-/// Returns what the shader makes of each input of the trial.
+/// Returns the shader's output for each input of the trial.
 ///
 /// # Errors
 /// A device that is lost or out of memory.
@@ -95,7 +95,7 @@ pub fn evaluate(device: &Arc<Device>, trial: &Trial) -> gpu::Result<Vec<Output>>
         device.raw.cmd_dispatch(cmd.raw, (trial.inputs.len() as u32).div_ceil(GROUP), 1, 1);
     }
     device.end_label(cmd.raw);
-    // The CPU maps what FORMULAS wrote. What the CPU wrote before the submission is visible to it without a barrier.
+    // The CPU reads the outputs of FORMULAS. The CPU's own writes before the submission are visible to FORMULAS without a barrier.
     if let Some(row) = edges::formulas().find(RowName::RESULTS_TO_HOST) {
         barrier::buffer_barrier(device, cmd.raw, &buffers.outputs, row.order());
     }

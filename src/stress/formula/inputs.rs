@@ -222,7 +222,7 @@ pub const LAMP: &[(&str, usize)] = &[
     ("cone offset", 1),
 ];
 
-/// Where a cone looks to, and its inner and outer angles in degrees.
+/// The direction of a cone, and its inner and outer angles in degrees.
 pub type Cone = (DVec3, [f32; 2]);
 
 /// A point light, or a spot light if it has a cone, as the frame's buffer has it, seen from the origin. The range is in metres.

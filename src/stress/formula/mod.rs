@@ -1,8 +1,8 @@
 //! Single formulas of the shaders, on the device, against 64 bits: no scene, no rasterizer, no buffer of few bits lies between. The truth
-//! gets the same single-precision inputs, so that what is left is the formula's own error.
+//! gets the same single-precision inputs, so that only the formula's own error is left.
 //!
-//! Every output must be finite and not negative, whatever the input. Inputs at which the formula itself turns rounding into error without
-//! limit, such as directions along the horizon, are only held to that ([`Truth::held`]); cases of their own tell how it grows.
+//! Every output must be finite and not negative, for any input. Inputs at which the formula itself turns rounding into error without
+//! limit, such as directions along the horizon, are only held to that ([`Truth::held`]); cases of their own show the growth of the error.
 
 mod device;
 pub mod inputs;
@@ -16,7 +16,7 @@ use crate::frame;
 use crate::gpu::Device;
 use crate::gpu_scene::FrameUniform;
 
-/// Sixteen numbers: what they are is the formula's, see `shaders/formulas.wgsl`.
+/// Sixteen numbers with the meanings that the formula gives them, see `shaders/formulas.wgsl`.
 pub type Input = [f32; 16];
 /// Four numbers; those that a formula does not give are 0.
 pub type Output = [f32; 4];
@@ -61,15 +61,15 @@ pub struct Truth {
     pub held: bool,
 }
 
-/// How outputs are held against the truth.
+/// The rule by which outputs are held against the truth.
 #[derive(Debug, Clone, Copy)]
 pub enum Judge {
     /// Each by itself; components may be negative (directions, positions) or not.
     Each { truth: fn(&Input) -> Truth, signed: bool },
-    /// The weighted sums of so many successive outputs: what a lobe collects or sends out in all. The second is the weight of an input and its
+    /// The weighted sums of so many successive outputs: all light that a lobe collects or sends out. `weight` is that of an input and its
     /// output. No sum exceeds 1 by more than 1%, the accuracy of the sums themselves.
     Sums { of: usize, truth: fn(&Input) -> Truth, weight: fn(&Input) -> f64 },
-    /// Light and eye change places from each input to the next: both reflect alike. The function is what the output is divided by.
+    /// Light and eye change places from each input to the next: both reflect alike. Outputs are divided by `cosine`.
     Pairs { cosine: fn(&Input) -> f64 },
 }
 
@@ -173,7 +173,7 @@ impl Found<'_> {
         self.errors.compared += 1;
         let own = truth.values.iter().fold(truth.floor, |most, value| most.max(value.abs()));
         let difference = found.iter().zip(truth.values).fold(0.0f64, |most, (a, b)| {
-            // `max` would pass over what is no number.
+            // `max` would pass over a NaN.
             if (a - b).is_finite() { most.max((a - b).abs()) } else { f64::INFINITY }
         });
         let error = if difference == 0.0 { 0.0 } else { difference / own };
@@ -201,7 +201,7 @@ impl Found<'_> {
                 expected[channel] += weight * values[channel];
             }
         }
-        // What is too much is an error by as much, also where the truth agrees.
+        // A sum above 1 is an error by its excess, also where the truth agrees.
         let limited = expected.map(|share| if share > 1.01 { 1.0 } else { share });
         self.note(&inputs[0], found, Truth { values: limited, floor: 1e-3, held: true });
     }
@@ -232,7 +232,7 @@ mod tests {
         assert_eq!(errors.worst, 0.5);
         let told = errors.worst_input.map(|input| input.to_string());
         assert_eq!(told.as_deref(), Some("share 0.5, found 0.75 0 0 0, expected 0.5 0 0 0"));
-        // What is no number is the worst there is.
+        // A NaN is the worst of errors.
         let errors = judged(&trial, &[first(1.0), first(0.75), first(f32::NAN), first(1.0)]);
         assert_eq!((errors.worst, errors.not_finite), (f64::INFINITY, 1));
     }

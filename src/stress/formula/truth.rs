@@ -13,7 +13,7 @@ use crate::scene::{Brdf, Environment, Falloff, Light, LightKind, Tonemap};
 /// Directions nearer to the horizon than this make the half vector of the difference of two long vectors: their rounding alone then moves
 /// a sharp highlight.
 const HORIZON: f64 = 0.05;
-/// A thousandth of what a white wall reflects.
+/// A thousandth of a white wall's light.
 const DARK: f64 = 1e-3 / PI;
 
 fn three(input: &Input, at: usize) -> DVec3 {
@@ -32,7 +32,7 @@ fn scalar(value: f64, floor: f64) -> Truth {
     of(DVec3::X * value, floor, true)
 }
 
-/// A direction: what its rounding to single precision did to its length is no part of the model, but a large power makes much of it.
+/// A direction of length 1: the length that single precision has rounded it to is no part of the model, but a large power makes much of it.
 fn unit(input: &Input, at: usize) -> DVec3 {
     three(input, at).normalize()
 }
@@ -136,7 +136,7 @@ pub fn masking(input: &Input) -> Truth {
 /// F0 + (F90 - F0)(1 - v.h)^5 (Schlick 1994).
 pub fn fresnel(input: &Input) -> Truth {
     let facing = three(input, 0);
-    // A surface that reflects less grazing than facing keeps the rounding of what it reflects facing.
+    // A surface that reflects less grazing than facing keeps the rounding of its facing reflectance.
     let floor = facing.max_element().max(1e-3);
     of(facing + (DVec3::splat(one(input, 4)) - facing) * (1.0 - one(input, 3)).powi(5), floor, true)
 }
@@ -150,7 +150,7 @@ pub fn ambient(input: &Input) -> Truth {
     of(sum, 1e-3, true)
 }
 
-/// A direction is what it was.
+/// A direction comes back unchanged.
 pub fn normal(input: &Input) -> Truth {
     of(three(input, 0), 1.0, true)
 }
@@ -182,7 +182,7 @@ pub const PICTURE: [f64; 2] = [1920.0, 1080.0];
 /// Of the near plane, in metres.
 pub const NEAR: f32 = 0.01;
 
-/// A power is what it was, or no further from it than that of a matt surface.
+/// A power comes back unchanged, or no further off than that of a matt surface.
 pub fn shininess(input: &Input) -> Truth {
     scalar(one(input, 0), 1.0)
 }
@@ -206,7 +206,7 @@ fn light(input: &Input) -> Light {
     Light::of(kind)
 }
 
-/// Relative to what the light would be here without cone and range, for these draw it to zero.
+/// Relative to the light without cone and range, as these draw it to zero.
 pub fn strength(input: &Input) -> Truth {
     let light = light(input);
     let bare = light.kind.form().falloff.map_or(1.0, |falloff| weakened(falloff, None, three(input, 0).length()));

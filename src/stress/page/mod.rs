@@ -1,4 +1,4 @@
-//! The catalogue's results as a page of HTML that needs nothing else: a table, a plot for each case, and pictures of what is not as claimed.
+//! The catalogue's results as a page of HTML that needs nothing else: a table, a plot for each case, and pictures of broken claims.
 
 mod plot;
 mod show;

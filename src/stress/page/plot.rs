@@ -76,7 +76,7 @@ fn held(error: f64) -> f64 {
     if error.is_nan() { MOST.log10() } else { error.clamp(LEAST, MOST).log10() }
 }
 
-/// Where values lie.
+/// The scale of an axis.
 enum Axis {
     Linear,
     /// The logarithm of the least value above zero: zero itself lies a decade before it.

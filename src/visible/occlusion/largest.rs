@@ -1,11 +1,11 @@
-//! The objects that cover the most of a picture: what the device draws first, to find out what is hidden behind them.
+//! The objects that cover the most of a picture: the device draws them first, as occluders of the others.
 
 use super::view::View;
 use crate::scene::{Aabb, Camera};
 use crate::visible::frustum::Frustum;
 use crate::visible::{Depth, World};
 
-/// What is drawn: objects that cover this share of the picture or more, the largest first, until one of the sums is reached: objects, and
+/// The occluders are the objects that cover this share of the picture or more, the largest first, until one of the sums is reached: objects, and
 /// triangles. A larger object is left out where its triangles are too many.
 const LEAST_SHARE: f64 = 0.004;
 const MOST_OBJECTS: usize = 128;
@@ -13,8 +13,8 @@ const MOST_TRIANGLES: usize = 32768;
 /// Objects that are looked at, as some may hide nothing.
 const MOST_TRIED: usize = 4 * MOST_OBJECTS;
 
-/// The places in the world's list of what hides others the most, in the order of the list. An object is as large as the square around its box's
-/// sphere.
+/// The places in the world's list of the objects that hide others the most, in the order of the list. An object is as large as the square around its
+/// box's sphere.
 pub(in crate::visible) fn largest(
     world: &World,
     (camera, frustum, depth): (&Camera, &Frustum, &Depth),

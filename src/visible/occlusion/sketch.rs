@@ -1,4 +1,4 @@
-//! What one mesh does to the cells around it: which it covers, and where its outline is.
+//! A mesh rasterised into the cells around it: those that it covers, and those that its outline comes near.
 
 use glam::DVec2;
 
@@ -90,7 +90,7 @@ impl Sketch {
     }
 }
 
-/// From where to where along x lines lie between two y.
+/// Returns the range in x of the parts of lines between two y.
 fn span(lines: &[(DVec2, DVec2)], low: f64, high: f64) -> Option<(f64, f64)> {
     let mut found: Option<(f64, f64)> = None;
     for &(a, b) in lines {

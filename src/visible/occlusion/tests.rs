@@ -42,7 +42,7 @@ fn covered(picture: &Picture) -> f64 {
     picture.hidden_from.iter().filter(|from| from.is_finite()).count() as f64 / picture.hidden_from.len() as f64
 }
 
-/// Where a ray first meets a mesh, if the triangle is drawn from that side.
+/// Returns the distance at which a ray first meets a mesh, if the triangle is drawn from that side.
 fn hit(mesh: &Mesh, place: &DAffine3, two_sided: bool, from: DVec3, ray: DVec3, near: f64) -> Option<f64> {
     let at = |index: u32| place.transform_point3(mesh.origin + Vec3::from(mesh.positions[index as usize]).as_dvec3());
     let mirrored = place.matrix3.determinant() < 0.0;

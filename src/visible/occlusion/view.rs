@@ -1,4 +1,4 @@
-//! Where things lie in the coarse picture that a camera has of a scene.
+//! Projection into the coarse picture that a camera has of a scene.
 
 use glam::{DMat3, DVec2, DVec3};
 
@@ -22,7 +22,7 @@ pub(super) struct View {
     center: DVec2,
     pub(super) columns: usize,
     pub(super) rows: usize,
-    /// Cells around what is uncertain.
+    /// The most cells by which a place may be off.
     pub(super) slack: f64,
 }
 
@@ -76,7 +76,7 @@ impl View {
         if self.camera.is_orthographic() { -nearness } else { nearness.recip() }
     }
 
-    /// In cells; only of what is before the near plane.
+    /// In cells; only for places beyond the near plane.
     pub(super) fn cell(&self, place: DVec3) -> DVec2 {
         place.truncate() * (self.scale / self.camera.w(place.z)) + self.center
     }

@@ -20,9 +20,10 @@ pub struct MapDraw {
 
 /// The maps that are up to date; the others are drawn.
 ///
-/// A map stays while it lies where it did, nothing that was drawn into it has moved, and whatever is needed now is in it. What is drawn depends on
-/// how long the map is likely to last: a map that is drawn for the first time, or was drawn by the frame before as well, gets what is needed now;
-/// one that lasted, or that only lacks what a turning camera needs besides, gets all that stands in its volume, so that the camera may turn on.
+/// A map stays while it lies where it did, none of its casters has moved, and it has all casters that this frame needs. The longer a map is
+/// likely to last, the more casters it is drawn with: one that is drawn for the first time, or was drawn by the frame before as well, gets those
+/// that are needed now; one that lasted, or that only lacks those that a turning camera needs besides, gets all in its volume, so that the camera
+/// may turn on.
 #[derive(Debug, Default)]
 pub struct ShadowCache {
     drawn: Vec<Option<DrawnMap>>,
@@ -92,7 +93,7 @@ impl DrawnMap {
     // ANCHOR_END: stands
 
     fn holds(&self, needed: &[Caster]) -> bool {
-        // In the same order: both are parts of what stands in the map's volume.
+        // In the same order: both are parts of the list of objects in the map's volume.
         let mut drawn = self.casters.iter();
         needed.iter().all(|caster| drawn.any(|own| own == caster))
     }

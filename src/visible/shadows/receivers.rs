@@ -1,8 +1,8 @@
 //! The casters that a map needs in a frame: those whose shadow falls on something visible.
 //!
-//! What is seen and receives shadows lies in boxes, large ones in pieces, of which those out of view are dropped. For a map, a coarse grid over its
-//! texels has for each cell the farthest depth at which anything that is seen may look there. A caster is needed if its box covers a cell
-//! in which something is seen behind the box's nearest depth.
+//! Visible receivers of shadows lie in boxes; large boxes are cut into pieces, and the pieces out of view are dropped. For a map, a coarse grid over
+//! its texels has for each cell the farthest depth at which a visible receiver may look it up. A caster is needed if its box covers a cell
+//! with a receiver behind the box's nearest depth.
 
 use glam::DVec2;
 
@@ -16,8 +16,8 @@ use crate::visible::frustum::Frustum;
 
 /// Cells of a map's grid along an axis.
 const CELLS: usize = 64;
-/// Boxes are cut until their pieces are no longer than this share of their distance from the camera, or of what an orthographic one shows from
-/// top to bottom, so many times at most.
+/// Boxes are cut, `MOST_CUTS` times at most, until their pieces are no longer than this share of their distance from the camera, or of the height
+/// of an orthographic view.
 const PIECE: f64 = 0.15;
 const MOST_CUTS: u32 = 9;
 /// Pieces of all boxes together; then those that are left stay whole.
@@ -36,11 +36,11 @@ pub struct Receivers {
 #[derive(Debug, Clone)]
 struct Piece {
     bounds: Aabb,
-    /// From where to where along the view.
+    /// Its begin and end along the view.
     along: (f64, f64),
 }
 
-/// How far from a point its light is looked up.
+/// The distance from a point at which its light is looked up.
 #[derive(Debug, Clone, Copy)]
 struct Filter {
     /// The offset along the normal, in texels.
@@ -110,7 +110,7 @@ impl Receivers {
     }
 }
 
-/// Cuts a box in halves until its pieces are small for what is seen there, and drops those that are not seen.
+/// Cuts a box in halves until its pieces are small in the view, and drops those out of view.
 fn cut(bounds: Aabb, cuts: u32, (camera, frustum): (&Camera, &Frustum), pieces: &mut Vec<Aabb>) {
     if !frustum.may_see(&bounds) {
         return;
@@ -184,7 +184,7 @@ impl<'a> Grid<'a> {
         let cell = |texel: f64, first: u32| (texel - f64::from(first)) / self.cell;
         let range = |low: f64, high: f64, first: u32| {
             let (low, high) = (cell(low - margin, first).floor(), cell(high + margin, first).floor());
-            // Clamped: no cast overflows, also from infinity. What lies beside the map touches none.
+            // Clamped: no cast overflows, also from infinity. A footprint beside the map touches no cell.
             (low.clamp(0.0, CELLS as f64) as usize)..((high + 1.0).clamp(0.0, CELLS as f64) as usize)
         };
         let columns = range(footprint.low.x, footprint.high.x, tile.x);

@@ -92,7 +92,7 @@ fn camera() -> impl Strategy<Value = Camera> {
     })
 }
 
-/// Which map of six a ray from the light goes through, as `cube_face` of the shader: that of its longest axis.
+/// Returns the map of six that a ray from the light goes through, as `cube_face` of the shader: that of its longest axis.
 fn face_of(ray: DVec3) -> usize {
     let axis = ray.abs().max_position();
     2 * axis + usize::from(ray[axis] < 0.0)
@@ -121,7 +121,7 @@ fn seen_at(camera: &Camera, point: DVec3) -> Option<f64> {
     inside.then_some(distance)
 }
 
-/// The cascades that the shader looks up for what is so far away: one, or two where they blend.
+/// The cascades that the shader looks up for a surface so far away: one, or two where they blend.
 fn cascades_at(views: &[Option<Arc<ShadowView>>], distance: f64) -> Vec<Option<Arc<ShadowView>>> {
     let end = |view: &Option<Arc<ShadowView>>| view.as_ref().map_or(0.0, |view| view.end);
     let blend = |view: &Option<Arc<ShadowView>>| view.as_ref().map_or(0.0, |view| view.blend);
@@ -331,7 +331,7 @@ proptest! {
         let rotation = DQuat::from_scaled_axis(turn);
         let transform = DAffine3::from_scale_rotation_translation(scale.into(), rotation, shift);
         let point = transform.transform_point3(vertex);
-        // The value of a row, and what its rounding to f32 amounts to: 2^-24 of each term.
+        // The value of a row, and the error of rounding it to f32: 2^-24 of each term.
         let value = |row: Vec4, p: DVec3| {
             let row = row.as_dvec4();
             let terms = row.truncate() * p;

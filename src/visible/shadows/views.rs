@@ -1,4 +1,4 @@
-//! What each shadow map sees in a frame: cascades fitted to the view, the maps of lamps, and which of them are still as they were drawn.
+//! The view of each shadow map in a frame: cascades fitted to the camera's view, and the maps of lamps, kept while nothing in them changes.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -23,13 +23,13 @@ const NEAREST_LOGARITHMIC_SPLIT: f64 = 1e-5;
 /// keeps its precision however near the plane is, so it is nearer than anything that could stand between it and the lamp.
 const NEAR: f64 = 1e-7;
 
-/// By how much the map of a beam goes beyond the scene's end, so that what lies there is still before its end, as a share.
+/// The share by which the map of a beam goes beyond the scene's end, so that surfaces there are still before the map's end.
 const BEHIND: f64 = 1e-3;
 
 /// Directions of the six maps of a point light, in the order of `shaders/shared/shadows.wgsl`.
 pub(super) const FACES: [DVec3; 6] = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
 
-/// False only if the box is wholly behind the plane. The slack keeps rounding from cutting what touches it.
+/// False only if the box is wholly behind the plane. The slack keeps rounding from cutting boxes that touch it.
 fn is_before(plane: DVec4, bounds: &Aabb) -> bool {
     let (normal, offset) = (plane.truncate(), plane.w);
     let (at, reach) = (normal.dot(bounds.center()), normal.abs().dot(bounds.size() * 0.5));
@@ -56,14 +56,14 @@ impl WorldObject {
         (self.key.masked, self.casts, self.key.mirrored)
     }
 
-    /// What casters have in common that follow each other in a map.
+    /// Returns the state shared by casters that follow each other in a map.
     pub(in crate::visible) fn caster_group(&self) -> (bool, CastsShadow, bool, Option<usize>, usize) {
         let material = self.cuts.any().then_some(self.material);
         (self.key.masked, self.casts, self.key.mirrored, material, self.mesh)
     }
 }
 
-/// One depth map: what a light sees. The depth is reversed, 1 near the light.
+/// One depth map: the view of a light. The depth is reversed, 1 near the light.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShadowView {
     /// Rows from world space to u and v in texels of the layer, depth, and w; the first three are to be divided by the last.
@@ -73,10 +73,10 @@ pub struct ShadowView {
     pub texel: f64,
     /// The tangent of half the angle under which a directional light is seen, or the radius of another one in metres.
     pub light_size: f64,
-    /// Where along the camera's view, in metres, the cascade ends, and where the next one begins to take over.
+    /// Metres along the camera's view at which the cascade ends, and at which the next one begins to take over.
     pub end: f64,
     pub blend: f64,
-    /// Where it begins to be looked up.
+    /// Metres along the camera's view from which on it is looked up.
     pub(super) begin: f64,
     /// Nothing farther from this place is lit at all.
     pub(super) reach: Option<(DVec3, f64)>,
@@ -172,10 +172,10 @@ impl ShadowView {
         Arc::new(self)
     }
 
-    /// By how far from the light a place is, of [`CASTER_STEPS`]; 0 is near.
+    /// Returns the step of a place by its distance from the light, of [`CASTER_STEPS`]; 0 is near.
     fn step_of(&self, place: DVec3) -> u32 {
         let [.., depth, w] = self.rows.map(|row| row.truncate().dot(place) + row.w);
-        // A cast takes what is no number for 0.
+        // The cast takes a NaN for 0.
         ((1.0 - depth / w).clamp(0.0, 1.0) * f64::from(CASTER_STEPS - 1)).round() as u32
     }
 
@@ -222,9 +222,9 @@ pub(super) fn light_axes(direction: DVec3) -> DMat3 {
 pub(in crate::visible) struct Changes {
     /// Indices into [`World::lights`].
     pub lights: BTreeSet<usize>,
-    /// Where objects that cast were, and where they are.
+    /// The old and the new boxes of moved casters.
     pub boxes: Vec<Aabb>,
-    /// Indices into [`World::objects`] of what has moved, or looks otherwise.
+    /// Indices into [`World::objects`] of those that have moved, or look otherwise.
     pub moved: Vec<u32>,
     /// Other commands draw some of the objects: they are new, their left and right have changed places, or they show a cell of another sheet.
     pub rearranged: bool,
@@ -275,8 +275,8 @@ pub(in crate::visible) fn lamp_views(
     views
 }
 
-/// Adds the cascades of the directional lights, each around its slice of the camera's view. Where none of the `seen` boxes lies in it,
-/// there is none. One that holds the whole scene is the last: those behind it would be the same.
+/// Adds the cascades of the directional lights, each around its slice of the camera's view. A slice without any of the `seen` boxes gets no
+/// cascade. A cascade that holds the whole scene is the last: those behind it would be the same.
 pub(in crate::visible) fn add_cascades(
     views: &mut [Option<Arc<ShadowView>>],
     world: &World,
@@ -291,7 +291,7 @@ pub(in crate::visible) fn add_cascades(
         (center - half, center + half)
     };
     let far = farthest(&world.extent, camera);
-    // What all is seen at the same scale asks for the same texels everywhere.
+    // An orthographic view shows everything at one scale, and so needs equally large texels everywhere.
     let lambda = if camera.is_orthographic() { 0.0 } else { world.shadows.lambda };
     for own in &plan.lights {
         let (MapProjection::Cascades(count), Some(direction)) =
@@ -353,12 +353,12 @@ pub(in crate::visible) fn widened(at_first: &Aabb, bounds: &Aabb) -> Aabb {
         return *at_first;
     }
     let radius = at_first.radius().max(f64::MIN_POSITIVE);
-    // Never less than what is beyond, however that rounds.
+    // Never less than the part beyond, however the product rounds.
     let by = (quantized(1.0 + beyond / radius) * radius - radius).max(beyond);
     Aabb { min: at_first.min - by, max: at_first.max + by }
 }
 
-/// Where the cascade ends, in metres along the view: the practical split scheme (Zhang et al. 2006, "Parallel-Split Shadow Maps for
+/// Returns the end of the cascade, in metres along the view: the practical split scheme (Zhang et al. 2006, "Parallel-Split Shadow Maps for
 /// Large-scale Virtual Environments"), a mixture of logarithmic and even splits.
 // ANCHOR: split
 pub(super) fn split(near: f64, far: f64, lambda: f32, index: u32, count: u32) -> f64 {
@@ -396,19 +396,19 @@ impl Sphere {
     }
 }
 
-/// Where a cascade lies, in the axes of its light.
+/// The extent of a cascade, in the axes of its light.
 struct Fit {
     /// It holds the whole scene, wherever the camera is.
     is_whole: bool,
     /// Edge of the square that is looked up, in metres, and its least corner, before it is snapped.
     edge: f64,
     low: DVec3,
-    /// How far it is seen along the light.
+    /// Its far end along the light.
     high: f64,
 }
 
 impl Fit {
-    /// Around a sphere, but never larger than what holds the scene. All sizes depend on the sphere's and the scene's alone.
+    /// Around a sphere, but never larger than a square that holds the scene. All sizes depend on the sphere's and the scene's alone.
     fn of(world: &World, plan: &ShadowPlan, axes: &DMat3, slice: &Sphere) -> Self {
         let scene = world.extent.transformed(&DAffine3::from_mat3(*axes));
         let whole = scene.size().truncate().max_element();

@@ -100,7 +100,7 @@ impl ApplicationHandler for App<'_> {
 
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
         let now = Instant::now();
-        // What moves does not wait for what is to be shown anew later.
+        // Motion does not wait for the moment of the next redraw.
         let is_due = self.again.is_some_and(|again| again <= now);
         let flow = if is_due || self.goes_on() {
             self.again = None;
@@ -124,7 +124,7 @@ impl App<'_> {
         if taken.changes {
             window.request_redraw();
         }
-        // What was pressed over the picture may be let go over a panel.
+        // A button or key that was pressed over the picture may be let go over a panel.
         let lets_go = match event {
             WindowEvent::MouseInput { state, .. } => *state == ElementState::Released,
             WindowEvent::KeyboardInput { event, .. } => event.state == ElementState::Released,
@@ -134,7 +134,7 @@ impl App<'_> {
     }
 
     fn press_button(&mut self, pressed: bool, button: MouseButton) {
-        // Who lets go where it was pressed has clicked.
+        // A button that is let go where it was pressed is a click.
         if !pressed && self.dragging && button == MouseButton::Left && self.way < CLICK {
             self.pick();
         }

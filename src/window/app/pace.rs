@@ -1,4 +1,4 @@
-//! How many pixels the frames of a window have, and the times that its title tells.
+//! The resolution of a window's frames, and the times in its title.
 
 use std::time::{Duration, Instant};
 

@@ -21,7 +21,7 @@ impl App<'_> {
         }
     }
 
-    /// Takes what was read and compiled anew. What is wrong with it is told, and what was there stays.
+    /// Adopts scenes and shaders that were read and compiled anew. Those with faults are reported, and the old ones stay.
     pub(super) fn apply_reloads(&mut self) {
         while let Some(reload) = self.watch.as_ref().and_then(|watch| watch.next_reload()) {
             let Some(Opened { interface, presenter, .. }) = &mut self.opened else { return };
@@ -34,7 +34,7 @@ impl App<'_> {
                     (self.options.tell)(&format!("scene: read again, {} objects", scene.objects.len()));
                     let camera = scene.camera;
                     if interface.renew(presenter, &mut self.subject, (scene, settings)) {
-                        // Where it was until now: from there it jumps.
+                        // Records the camera's place until now: it jumps from there.
                         if let Some(recording) = &mut self.recording {
                             recording.take(Instant::now(), *self.control.camera());
                         }

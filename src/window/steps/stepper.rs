@@ -37,13 +37,13 @@ impl Stepped {
     }
 }
 
-/// Where in the frame the window is.
+/// The window's place among the steps of a frame.
 #[derive(Default)]
 pub struct Stepper {
     /// None while it shows whole frames.
     shown: Option<Stepped>,
     wish: Option<Wish>,
-    /// The next frame's panel tells what this one has drawn, and brings its line into view.
+    /// The next frame's panel tells this one's draws, and brings its line into view.
     is_new: bool,
 }
 
@@ -53,7 +53,7 @@ impl Stepper {
         self.shown.is_some()
     }
 
-    /// The settings of what is to be drawn, where `whole` are the user's.
+    /// The settings of the step that is to be drawn, where `whole` are the user's.
     pub fn drawn_settings(&self, whole: &Settings) -> Settings {
         let drawn = self.shown.as_ref().map_or_else(|| whole.clone(), Stepped::drawn_settings);
         // It changes without another plan.
@@ -113,7 +113,7 @@ impl Stepper {
         self.show(presenter, whole, &before)
     }
 
-    /// Does what was asked for on the panel. True if the presenter must be fitted again.
+    /// Makes the changes that were asked for on the panel. True if the presenter must be fitted again.
     pub fn obey(&mut self, presenter: &mut Presenter, whole: &Settings) -> bool {
         let before = self.drawn_settings(whole);
         let (Some(wish), Some(shown)) = (self.wish.take(), &mut self.shown) else { return false };
@@ -129,7 +129,7 @@ impl Stepper {
         self.show(presenter, whole, &before)
     }
 
-    /// Has the presenter draw what is shown now, where frames were drawn with `before`.
+    /// Has the presenter draw the step that is shown now, where frames were drawn with `before`.
     fn show(&mut self, presenter: &mut Presenter, whole: &Settings, before: &Settings) -> bool {
         let halt = self.shown.as_ref().and_then(|shown| shown.step().halt(&shown.plan));
         self.is_new = self.shown.is_some();
@@ -152,11 +152,11 @@ impl Stepper {
         }
     }
 
-    /// Builds the panel; `drawn` is what the last frame drew.
+    /// Builds the panel; `drawn` has the figures of the last frame.
     pub fn panel(&mut self, context: &Context, scene: &Scene, drawn: &Drawn) {
         let Some(shown) = &self.shown else { return };
         let screen = context.content_rect();
-        // Below what is selected, where there is room for both, and beside the main panel.
+        // Below the panel of the selection, where there is room for both, and beside the main panel.
         let right_top = pos2(screen.right() - 12.0, if is_small(context) { 12.0 } else { 190.0 });
         let width = (screen.width() - 400.0).clamp(120.0, 300.0);
         let window = egui::Window::new("Frame steps").pivot(Align2::RIGHT_TOP).default_pos(right_top);
@@ -185,7 +185,7 @@ impl Stepper {
         self.wish = if open { wish } else { Some(Wish::End) };
     }
 
-    /// Returns true if the panel should be built once more at once: only then does it tell what the present step's frame has drawn.
+    /// Returns true if the panel should be built once more at once: only then does it have the figures of the present step's frame.
     pub fn take_new(&mut self) -> bool {
         std::mem::take(&mut self.is_new)
     }

@@ -1,4 +1,4 @@
-//! The window under Wayland: on a compositor without a display (Weston), which tells by a screenshot of its own what it shows.
+//! The window under Wayland: on compositors without a display (Weston, and Sway for scales that are no whole numbers), which tell by screenshots what they show.
 
 use std::fs::{self, Permissions};
 use std::os::unix::fs::PermissionsExt;
@@ -13,13 +13,21 @@ use tempfile::TempDir;
 use super::harness::{PATIENCE, SIZE, rendered, size_text, text, until};
 use crate::common::program::program;
 
+/// Weston takes this name for its socket. Sway takes the first that is free.
 const SOCKET: &str = "afterlight";
+const SWAYS_SOCKET: &str = "wayland-1";
 /// Weston before this version names its parts otherwise.
 const OLD: u32 = 12;
+
+/// The first version of Sway that tells windows a scale that is no whole number (wp_fractional_scale_v1).
+const FRACTIONAL: [u32; 2] = [1, 9];
 
 struct Compositor {
     process: Child,
     folder: TempDir,
+    socket: &'static str,
+    /// The program that takes screenshots.
+    shooter: &'static str,
 }
 
 impl Compositor {
@@ -45,21 +53,47 @@ impl Compositor {
         command.args(how).args(["--no-config", "--debug", "--idle-time=0", "--width=800", "--height=600"]);
         command.args([format!("--socket={SOCKET}"), format!("--scale={scale}")]).env("XDG_RUNTIME_DIR", folder.path());
         let process = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("it has told its version");
-        let compositor = Self { process, folder };
-        until("the compositor", || compositor.folder.path().join(SOCKET).exists().then_some(()));
-        compositor
+        Self { process, folder, socket: SOCKET, shooter: "weston-screenshooter" }.started()
+    }
+
+    /// Sway on a display three times as wide and high as the window, which lies in its middle: on whole pixels at scales of halves. `None` where there is no Sway, or an older one.
+    fn sway(scale: f64) -> Option<Self> {
+        let told = Command::new("sway").arg("--version").output().ok()?;
+        let version = text(&told.stdout);
+        let mut numbers = version.split_whitespace().last()?.split('.').map(str::parse::<u32>);
+        if [numbers.next()?.ok()?, numbers.next()?.ok()?] < FRACTIONAL {
+            return None;
+        }
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        fs::set_permissions(folder.path(), Permissions::from_mode(0o700)).expect("its owner's");
+        let [width, height] = SIZE.map(|edge| f64::from(3 * edge) * scale);
+        let output = format!("output HEADLESS-1 mode {width}x{height} scale {scale}");
+        let rules = "default_border none\nfor_window [title=\".*\"] floating enable";
+        let config = folder.path().join("config");
+        fs::write(&config, format!("xwayland disable\n{output}\n{rules}\n")).expect("a writable folder");
+        let mut command = Command::new("sway");
+        command.arg("--config").arg(config).env("XDG_RUNTIME_DIR", folder.path());
+        command.envs([("WLR_BACKENDS", "headless"), ("WLR_RENDERER", "pixman"), ("WLR_LIBINPUT_NO_DEVICES", "1")]);
+        command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
+        let process = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("it has told its version");
+        Some(Self { process, folder, socket: SWAYS_SOCKET, shooter: "grim" }.started())
+    }
+
+    fn started(self) -> Self {
+        until("the compositor", || self.folder.path().join(self.socket).exists().then_some(()));
+        self
     }
 
     /// Has a program draw on it, and on nothing else.
     fn has_for(&self, command: &mut Command) {
-        command.env("XDG_RUNTIME_DIR", self.folder.path()).env("WAYLAND_DISPLAY", SOCKET);
+        command.env("XDG_RUNTIME_DIR", self.folder.path()).env("WAYLAND_DISPLAY", self.socket);
         command.env_remove("DISPLAY").env_remove("WAYLAND_SOCKET");
     }
 
     /// All that it shows, once it can tell.
     fn screenshot(&self) -> Option<RgbImage> {
         let folder = tempfile::tempdir().expect("a temporary folder");
-        let mut command = Command::new("weston-screenshooter");
+        let mut command = Command::new(self.shooter);
         self.has_for(&mut command);
         let done = command.current_dir(folder.path()).env("XDG_PICTURES_DIR", folder.path()).output();
         done.expect("it comes with weston");
@@ -135,12 +169,11 @@ fn frames_under_wayland_are_drawn_without_a_message() {
     assert!(output.status.success() && told.contains("30 frames shown"), "{told}{errors}");
 }
 
-#[test]
-fn a_window_on_a_display_of_scale_2_has_a_pixel_of_the_frame_for_each_of_its_own() {
+/// Holds that the window has a pixel of the frame for each pixel of the display.
+fn shows_as_many_pixels(compositor: Compositor, scale: f64) {
     // The size is asked for before the window knows its display: it is kept in points.
-    let size = SIZE.map(|edge| 2 * edge);
+    let size = SIZE.map(|edge| (f64::from(edge) * scale) as u16);
     let expected = rendered(size, &["builtin:spheres"]);
-    let compositor = Compositor::start_at(2);
     let mut view = compositor.opens(&[]);
     until("the picture", || {
         assert!(view.try_wait().expect("can be asked").is_none(), "the window has ended");
@@ -149,4 +182,23 @@ fn a_window_on_a_display_of_scale_2_has_a_pixel_of_the_frame_for_each_of_its_own
     drop(compositor);
     let output = end(view);
     assert_eq!(output.status.code(), Some(5), "{}", text(&output.stderr));
+}
+
+#[test]
+fn a_window_on_a_display_of_scale_2_has_a_pixel_of_the_frame_for_each_of_its_own() {
+    shows_as_many_pixels(Compositor::start_at(2), 2.0);
+}
+
+#[test]
+fn a_window_on_a_display_of_scale_1_5_or_2_5_has_a_pixel_of_the_frame_for_each_of_its_own() {
+    for scale in [1.5, 2.5] {
+        let Some(compositor) = Compositor::sway(scale) else {
+            eprintln!(
+                "NOT RUN: a display whose scale is no whole number needs Sway {}.{} and grim",
+                FRACTIONAL[0], FRACTIONAL[1]
+            );
+            return;
+        };
+        shows_as_many_pixels(compositor, scale);
+    }
 }

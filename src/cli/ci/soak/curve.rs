@@ -39,7 +39,7 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// Measures what the process and the device hold. Idling also drops cached pipelines and destroys retired objects.
+    /// Measures memory, objects, files and threads of the process and the device. Idling also drops cached pipelines and destroys retired objects.
     pub fn take(frame: u32, frame_us: f64, device: &Device) -> gpu::Result<Self> {
         device.wait_idle()?;
         let memory = device.memory_report();
@@ -69,8 +69,8 @@ struct Bound {
     text: fn(f64) -> String,
 }
 
-/// Allocators, the system's and a driver's compiler keep what they have taken: their memory gets some slack. Objects and their memory are counted by this
-/// program, and have none but that of buffers which have grown with what they held.
+/// Allocators, the system's and a driver's compiler keep memory that they have taken: theirs gets some slack. Objects and their memory are counted by
+/// this program, and have no slack but that of buffers which have grown with their contents.
 const BOUNDS: [Bound; 7] = [
     Bound {
         what: "resident memory",
@@ -152,7 +152,8 @@ pub struct Judged {
     pub detail: String,
 }
 
-/// Judges all of a curve, and skips what the system does not tell. The first lap warms up; fewer samples than [`LEAST_SAMPLES`] are not judged.
+/// Judges all of a curve, and skips values that the system does not tell. The first lap warms up; fewer samples than [`LEAST_SAMPLES`] are not
+/// judged.
 pub fn judge(samples: &[Sample]) -> Vec<Judged> {
     let skipped = |bound: &Bound, why: &str| {
         let detail = format!("{}: {why}", bound.what);
@@ -192,7 +193,7 @@ pub fn report_on(samples: &[Sample], is_shared: bool, report: &mut CaseReport) {
     }
 }
 
-/// The objects that someone owns, counted by their names: whoever looks for a leak begins there.
+/// The objects that someone owns, counted by their names: the first clue to a leak.
 #[derive(Default)]
 pub struct Alive {
     counts: BTreeMap<String, usize>,
@@ -222,7 +223,7 @@ impl Alive {
     }
 }
 
-/// The curve as a table; what the system does not tell is empty.
+/// The curve as a table; values that the system does not tell are empty.
 pub fn csv(samples: &[Sample]) -> String {
     let mut text = "frame,resident_bytes,device_bytes,block_bytes,objects,open_files,threads,frame_us\n".to_owned();
     let told = |number: Option<u64>| number.map_or_else(String::new, |number| number.to_string());
@@ -304,7 +305,7 @@ mod tests {
         assert!(told.len() == 1 && told[0].starts_with("objects on the device went from 400 to 440"), "{told:?}");
         let told = grown(|own, index| own.device_bytes += u64::from(index.min(40)) << 16);
         assert!(told.len() == 1 && told[0].starts_with("memory of objects"), "{told:?}");
-        // Drivers keep what they have compiled: theirs may grow meanwhile.
+        // Drivers keep their compiled shaders: their memory may grow meanwhile.
         assert_eq!(grown(|own, index| own.block_bytes += u64::from(index.min(40)) << 24), [""; 0]);
     }
 

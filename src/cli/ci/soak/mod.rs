@@ -25,10 +25,10 @@ pub const CURVE: &str = "soak.csv";
 const SAMPLES: u32 = 200;
 /// Frames between samples at least.
 const LEAST_FRAMES: u32 = 25;
-/// Frames of each sample; the fastest of them is what a frame takes.
+/// Frames of each sample; the fastest of them gives the time of a frame.
 const TIMED_FRAMES: u32 = 8;
 
-/// After so many frames in a row that each take so long, everything is as at home again: a CPU may draw seconds of what a GPU draws in no time.
+/// After so many frames in a row that each take so long, everything is as at home again: a CPU may need seconds for a frame that a GPU draws at once.
 const SLOW_FRAMES: u32 = 3;
 const SLOW: Duration = Duration::from_millis(200);
 
@@ -59,7 +59,7 @@ pub fn soak(
         if drawn >= soak.frames {
             break;
         }
-        // Seeded at each home, so that laps stay alike whatever was too slow on the way.
+        // Seeded at each home, so that laps stay alike even if some frames were too slow on the way.
         let mut random = fastrand::Rng::with_seed(soak.seed.wrapping_add(((samples.len() - 1) % lap) as u64));
         let mut slow = 0;
         for _ in TIMED_FRAMES..every {
@@ -82,7 +82,7 @@ pub fn soak(
     Ok(())
 }
 
-/// Draws some frames at home, and measures what the process and the device hold.
+/// Draws some frames at home, and takes a sample of the process and the device.
 fn sample(frame: u32, drawing: &Drawing, device: &Device, renderer: &mut Renderer) -> Result<Sample, Stop> {
     let mut fastest = f64::MAX;
     for _ in 0..TIMED_FRAMES {

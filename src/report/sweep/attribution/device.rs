@@ -1,5 +1,5 @@
 //! The frame that the device at hand makes, step by step: surfaces as its G-buffer holds them, light as its formats hold it, and the
-//! picture. Measured, not modelled: rounding is whatever the driver does.
+//! picture. Measured, not modelled: rounding is the driver's own.
 
 use std::sync::Arc;
 
@@ -22,7 +22,7 @@ pub struct Stored {
     pub metallic: f64,
     /// Perceptual, or as [`shininess`] takes it.
     pub roughness: f64,
-    /// Where there is no ambient light, 1.
+    /// Share of the ambient light that arrives; 1 in a scene without any.
     pub occlusion: f64,
     /// In nits. No G-buffer holds it: it is added to the light.
     pub emissive: DVec3,
@@ -49,7 +49,7 @@ pub struct Captured {
     pub triangles: Option<Vec<Option<TriangleId>>>,
 }
 
-/// Ns of the Phong models from what stands for it in a G-buffer: 20 doublings of 1 + Ns over 0 to 1.
+/// Ns of the Phong models from its encoding in a G-buffer: 20 doublings of 1 + Ns over 0 to 1.
 pub fn shininess(stored: f64) -> f64 {
     (stored * 20.0).exp2() - 1.0
 }
@@ -90,7 +90,7 @@ impl Drawing<'_> {
         let float32 = GbufferChoice { preset: GbufferPreset::Float32, ..GbufferChoice::default() };
         let emission = self.emission(settings)?;
         let unquantized = self.stored(settings, float32, &emission)?;
-        // Where surfaces are lit as they are drawn, nothing is stored.
+        // Without a G-buffer surfaces are lit as they are drawn, and nothing is stored.
         let own = match frame::plan_for(self.device, self.scene, settings)?.gbuffer {
             None => unquantized.clone(),
             Some(_) => self.stored(settings, settings.gbuffer, &emission)?,
@@ -165,7 +165,7 @@ impl Drawing<'_> {
 
 /// A view of a frame as values.
 fn buffer(settings: &Settings, view: View) -> Settings {
-    // Paths without a G-buffer have nothing to show, and what others store does not depend on them.
+    // Paths without a G-buffer have no buffer to show, and the buffers of the others do not depend on the path.
     let light_path = LightPath::Loop;
     Settings { view, output: Output::Nits, light_path, light_cutoff: false, ..settings.clone() }
 }

@@ -1,7 +1,7 @@
-//! A model of what a frame's formats make of light: how a float of few bits rounds it, and what a picture of 8 bits leaves of it.
+//! A model of the effect of a frame's formats on light: the rounding by a float of few bits, and the loss by a picture of 8 bits.
 //!
-//! The model rounds to the nearest and once. A driver may truncate, and rounds each time that a light is added: what it did to the frame's own
-//! light is measured, and the model only says how that depends on the light.
+//! The model rounds to the nearest and once. A driver may truncate, and rounds each time that a light is added: its effect on the frame's own
+//! light is measured, and the model only gives the effect's dependence on the light.
 
 use glam::DVec3;
 
@@ -34,7 +34,7 @@ impl Formats {
     /// Exposed light as it is shown in 8 bits, referred back.
     pub fn shown(&self, light: DVec3) -> DVec3 {
         let Some(curve) = self.output else { return light };
-        // What is added to the model's light, so that it is the device's, may take it below 0 by a rounding.
+        // The correction of the model's light to the device's may take it below 0 by a rounding.
         let exposed = light.max(DVec3::ZERO);
         let codes = tone_map::<f64>(exposed, curve).to_array().map(|shown| (encode_srgb(shown) * 255.0).round());
         light + input_referred(exposed, DVec3::from_array(codes.map(|code| decode_srgb(code / 255.0))), curve)

@@ -1,24 +1,24 @@
 //! The parts of a frame's error by their causes: signed, in exposed linear light, pixel by pixel.
 //!
-//! The error of a pixel is what the device shows minus the converged truth. Its parts add up to it.
+//! The error of a pixel is the device's picture minus the converged truth. Its parts add up to it.
 //!
 //! Seven of them are switched one by one, in all 128 combinations, and averaged over all orders by [`shapley`]:
 //! - the surface as the device filters and interpolates it (*texture filtering*), as its G-buffer rounds it (*G-buffer quantization*),
-//!   *position from depth*, and the shares of light that its shadow maps let through (*shadows*), each between the truth and what was
-//!   measured on the device at hand;
+//!   *position from depth*, and the shares of light that its shadow maps let through (*shadows*), each between the truth and the
+//!   measurement on the device at hand;
 //! - 32 bits in place of 64 (*BRDF arithmetic*): the reference's own formulas on the CPU, modelled and not measured;
-//! - *HDR format*: what the frame's own light target makes of the light, against one of 32 bits; and *tone mapping and 8-bit output*: how far
-//!   the picture is from the tone-mapped light, referred back through the curve
+//! - *HDR format*: the rounding of light by the frame's own light target, against one of 32 bits; and *tone mapping and 8-bit output*: the
+//!   difference of the picture from the tone-mapped light, referred back through the curve
 //!   ([`input_referred`](crate::reference::tonemap::input_referred)). Both are measured for the light that the device has, and for
-//!   all others modelled (`formats`); what the driver does and the model does not is added to these parts.
+//!   all others modelled (`formats`); the driver's deviation from the model is added to these parts.
 //!
 //! The others are differences at the ends of the chain, of which there is one order:
-//! - *sampling*: the point truth minus the converged one, which is what one sample a pixel misses;
-//! - *light of the sky*: what surfaces have of a sky that lights the scene, on the device against rays, and the sky that is seen;
-//! - *light cut-off*: what lights that are left out where they are weak would have added, with everything else at work;
-//! - *not explained*: by how much the device's light differs from the model with everything at work. It should be small.
+//! - *sampling*: the point truth minus the converged one, which is the error of one sample a pixel;
+//! - *light of the sky*: the surfaces' light of a sky that lights the scene, on the device against rays, and the sky that is seen;
+//! - *light cut-off*: the light that lights would have added that are left out where they are weak, with everything else at work;
+//! - *not explained*: the difference of the device's light from the model with everything at work. It should be small.
 //!
-//! Where raster and truth see different triangles, or something transparent is before the surface, all of the pixel's error but sampling is a
+//! If raster and truth see different triangles, or something transparent is before the surface, all of the pixel's error but sampling is a
 //! part by itself.
 //!
 //! Limits: frames of one sample a pixel (samples, `msaa`, `taa`, `fxaa`, `bloom`, `fog` and `reflections` are set aside), whose textures are filtered for a whole pixel: the frames of a
@@ -75,7 +75,7 @@ pub struct Truths<'a> {
     pub converged: &'a Truth,
 }
 
-/// How much work is put in.
+/// Limits of the work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
     /// About how many pixels are taken apart, spread over the picture.

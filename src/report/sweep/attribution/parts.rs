@@ -1,4 +1,4 @@
-//! A pixel's light as a function of what is at work: the truth when nothing is, and what the device shows when everything is.
+//! A pixel's light as a function of the parts at work: the truth with none of them, and the device's light with all.
 
 use glam::DVec3;
 
@@ -10,7 +10,7 @@ use crate::reference::light::{Illumination, radiance};
 
 pub const HDR: &str = "HDR format";
 pub const OUTPUT: &str = "tone mapping and 8-bit output";
-/// Parts that can be switched one by one, and by which bit: those of the shading, and what is made of its light.
+/// Parts that can be switched one by one, in the order of their bits: those of the shading, and those of the formats that hold its light.
 pub const SWITCHES: [&str; 7] =
     ["texture filtering", "G-buffer quantization", "position from depth", "shadows", "BRDF arithmetic", HDR, OUTPUT];
 const TEXTURES: usize = 1 << 0;
@@ -116,7 +116,7 @@ impl Seen<'_> {
             (false, false) => {}
             (true, false) => store(&mut surface, self.unquantized),
             (true, true) => store(&mut surface, self.own),
-            // What quantization does to the device's surface is done to the true one.
+            // The change of the device's surface by quantization is made to the true one.
             (false, true) => store(&mut surface, &moved(self.truth, self.unquantized, self.own)),
         }
         surface
@@ -220,7 +220,7 @@ mod tests {
     /// Nothing is rounded.
     const EXACT: Formats = Formats { hdr: None, output: None };
 
-    /// On a device that does what the model does.
+    /// On a device that agrees with the model.
     fn parts(shades: &Shades, formats: &Formats) -> [DVec3; SWITCHES.len()] {
         let unrounded = shades.all();
         let kept = formats.kept(unrounded);

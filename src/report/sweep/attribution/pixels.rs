@@ -1,7 +1,7 @@
 //! The pixels that are taken apart.
 
 /// Pixels spread evenly over a picture, by index row by row: one out of each square of as many pixels as keeps their number at about
-/// `most`. Where the picture has no more than that, all of them. Always the same for the same size.
+/// `most`; all of them in a picture of no more than that. Always the same for the same size.
 pub fn spread(size: [u32; 2], most: usize) -> Vec<usize> {
     let [width, height] = size.map(|edge| edge as usize);
     let edge = ((width * height) as f64 / most.max(1) as f64).sqrt().ceil().max(1.0) as usize;

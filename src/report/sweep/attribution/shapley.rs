@@ -1,12 +1,12 @@
-//! Shares of several parts in what they do together.
+//! Shares of several parts in their common effect.
 //!
-//! Parts are put right one after another, and each is told by how much the value moves in its turn. That depends on the order, so it is
-//! averaged over all orders (Shapley, "A Value for n-Person Games", 1953). What parts do to one another is shared evenly, and the
-//! shares add up to the whole.
+//! Parts are put right one after another, and the share of each is the change of the value in its turn. The change depends on the order, so it is
+//! averaged over all orders (Shapley, "A Value for n-Person Games", 1953). Interactions of parts are shared evenly, and the shares add up to the
+//! whole.
 
 use glam::DVec3;
 
-/// Of `PARTS` parts. `values` has one value for each set of parts that are at work: bit i of its index says whether part i is.
+/// Returns the share of each of `PARTS` parts. `values` has one value for each set of parts that are at work: bit i of its index is set if part i is.
 ///
 /// # Panics
 /// When there are not 2^`PARTS` values.

@@ -19,7 +19,7 @@ pub const TRANSPARENT: &str = "transparent surfaces";
 pub const SAMPLING: &str = "sampling";
 pub const NOT_EXPLAINED: &str = "not explained";
 
-/// How near the light of a surface is to that of the truth's picture where nothing is before it: both are sums in f64.
+/// The greatest relative difference of a surface's light from the truth's picture where nothing is before the surface: both are sums in f64.
 const SAME: f64 = 1e-9;
 
 pub(super) struct Taken<'a> {
@@ -44,7 +44,7 @@ pub(super) const COUNT: usize = CUT_OFF_PART + 6;
 /// The signed parts of a pixel, exposed, in the order of [`notes`].
 type Parts = [DVec3; COUNT];
 
-/// A pixel's error, exposed, and what it is made of.
+/// A pixel's error, exposed, and its parts.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pixel {
     pub parts: Parts,
@@ -54,7 +54,7 @@ pub(super) struct Pixel {
     pub output: DVec3,
 }
 
-/// Name of each part, and what it is.
+/// Returns the name and a description of each part.
 pub(super) fn notes(captured: &Captured, lights_left_out: usize) -> [(&'static str, String); COUNT] {
     let [textures, gbuffer, position, shadows, arithmetic, hdr, output] = SWITCHES;
     let shadow_note = match lights_left_out {
@@ -119,7 +119,7 @@ impl Taken<'_> {
         }
         let of_sky = self.light_of_sky(pixel);
         let shades = self.shades(at, pixel, surface.map(|(surface, _)| surface), of_sky);
-        // What is before the surface is in the truth's picture and not in the surface's light.
+        // A transparent surface before it is in the truth's picture, but not in the surface's light.
         let apart = (shades.truth() - point).abs().max_element();
         if apart > SAME * point.abs().max_element() {
             parts[TRANSPARENT_PART] = exposed + output - point;
@@ -143,7 +143,7 @@ impl Taken<'_> {
         parts
     }
 
-    /// The surface's light by what is at work, exposed.
+    /// The surface's light by the parts at work, exposed.
     fn shades(&self, at: usize, pixel: usize, surface: Option<&Surface>, of_sky: DVec3) -> Shades {
         let Subject { reference, view, .. } = self.subject;
         let Some(truth) = surface else {
@@ -177,7 +177,7 @@ impl Taken<'_> {
     }
 }
 
-/// The shares of lights in a pixel: rays, each cast once, and what was measured.
+/// The shares of lights in a pixel: those by rays, each cast once, and the measured ones.
 struct Shares<'a> {
     taken: &'a Taken<'a>,
     at: usize,

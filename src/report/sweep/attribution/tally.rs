@@ -1,4 +1,4 @@
-//! Sums over pixels: what each part is on average, and its share of the whole's mean square.
+//! Sums over pixels: the mean of each part, and its share of the whole's mean square.
 
 use glam::DVec3;
 
@@ -36,7 +36,7 @@ impl Sums {
 impl Tally {
     /// Adds a pixel, unless there is something in it that is not finite.
     pub fn add(&mut self, pixel: &Pixel) {
-        // Found without the parts: whether they add up to it is not taken for granted.
+        // The whole is found without the parts: that they add up to it is not taken for granted.
         let whole = pixel.light + pixel.output;
         if !whole.is_finite() || !pixel.parts.iter().all(|part| part.is_finite()) {
             return;

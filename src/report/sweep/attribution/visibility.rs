@@ -25,7 +25,7 @@ pub fn measured(
     let drawing = Drawing { scene: &scene, ..*drawing };
     let renderer = |enabled| {
         let shadows = ShadowSettings { enabled, ..settings.shadows };
-        // A cut-off says what is dropped from a picture of 8 bits; a light alone has its own.
+        // The cut-off is for all lights of a picture of 8 bits; a light alone would have another.
         let linear = Settings { output: Output::Nits, light_cutoff: false, shadows, ..settings.clone() };
         Renderer::new(drawing.device, &scene, &linear)
     };

@@ -6,7 +6,7 @@ use super::axes::{Axis, Candidate};
 use super::{Base, Outcome, Selection, name_of};
 use crate::scene::SettingsPatch;
 
-/// How many times as many combinations are tried as are wanted: the plan refuses some.
+/// Combinations that are tried for each one that is wanted: the plan refuses some.
 const TRIES: usize = 20;
 
 /// Up to `selection.joint - 1` combinations besides the settings as given. First all settings at their least and at their most, then

@@ -1,7 +1,7 @@
-//! The points of a sweep: for each setting that says how good a picture is, its values, as far as a scene needs it and a device has it.
+//! The points of a sweep: for each setting of a picture's quality, its values, as far as a scene needs it and a device has it.
 //!
-//! All of this is decided from the scene, the settings as given and what the device can do, before anything is drawn. Values whose frames
-//! are those of the settings as given are not drawn again, a setting that changes nothing is left out, and both say so.
+//! All of this is decided from the scene, the settings as given and the device's capabilities, before anything is drawn. Values whose frames
+//! are those of the settings as given are not drawn again, a setting that changes nothing is left out, and the report names both.
 
 mod axes;
 mod joint;
@@ -24,7 +24,7 @@ pub const JOINT: &str = "joint";
 /// Why a value is left out that only a whole sweep tries.
 const QUICK: &str = "--quick tries fewer values";
 
-/// How much is swept.
+/// The extent of a sweep.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Selection {
     /// Only the families with these keys; all of them where it is `None`.
@@ -53,7 +53,7 @@ pub struct PlannedFamily {
     pub members: Vec<Member>,
 }
 
-/// The keys of all families that there are, for whatever scene.
+/// The keys of all families, for any scene.
 pub fn family_keys() -> Vec<&'static str> {
     axes::swept().map(|setting| setting.key).chain([JOINT]).collect()
 }
@@ -64,12 +64,12 @@ pub fn name_of(patch: &SettingsPatch) -> String {
     if text.is_empty() { "default".into() } else { text }
 }
 
-/// The settings of a point: what it says over those as given.
+/// The settings of a point: its own over those as given.
 pub fn settings_of(patch: &SettingsPatch, base: &SettingsPatch) -> Settings {
     patch.or(base).decide()
 }
 
-/// The settings as given, planned: what all points are compared with.
+/// The settings as given, planned: all points are compared with them.
 pub(super) struct Base<'a> {
     pub scene: &'a Scene,
     pub device: &'a Capabilities,
@@ -108,7 +108,7 @@ impl<'a> Base<'a> {
             Ok(plan) => plan,
             Err(error) => return Outcome::Refused(error.to_string()),
         };
-        // A point is what it says: one of which a part is missing would be drawn under a wrong name.
+        // A point without one of its parts would be drawn under a wrong name.
         if let Some(new) = plan.warnings().iter().find(|warning| !self.plan.warnings().contains(warning)) {
             return Outcome::Refused(new.clone());
         }
@@ -120,7 +120,7 @@ impl<'a> Base<'a> {
         if !plan.has_structure_of(&self.plan) {
             return false;
         }
-        // What is no part of a plan, as it is looked up anew for each frame.
+        // The plan leaves out the settings that are looked up anew for each frame.
         let (own, other) = (self.settings.patch(), settings.patch());
         let mut changed = SETTINGS.iter().filter(|setting| setting.text(&own) != setting.text(&other));
         changed.all(|setting| match setting.key {
@@ -151,7 +151,7 @@ impl<'a> Base<'a> {
 }
 
 impl Sweep {
-    /// Decides what is measured.
+    /// Decides the points to measure.
     ///
     /// # Errors
     /// When the settings as given cannot be planned on the device.
@@ -188,7 +188,7 @@ impl Sweep {
         Ok(Self { points: builder.points, families: builder.families, left_out: builder.left_out })
     }
 
-    /// Tells what `--quick` did not try, in a line.
+    /// Returns a line about the settings that `--quick` did not try.
     pub fn quick_words(left_out: &[LeftOut]) -> Option<String> {
         let names: Vec<_> = left_out.iter().filter(|own| own.reason == QUICK).map(|own| own.name.as_str()).collect();
         (!names.is_empty()).then(|| format!("--quick left out {} values: {}", names.len(), names.join(", ")))

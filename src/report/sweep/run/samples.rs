@@ -105,7 +105,7 @@ pub fn info(sweep: &Sweep) -> SceneInfo {
 /// The error of a meter whose time is over.
 pub const KILLED: &str = "killed";
 
-/// Errors and times that follow from the settings alone, and a record of what was asked.
+/// Errors and times that follow from the settings alone, and a record of the requests.
 #[derive(Default)]
 pub struct Clockwork {
     pub drawn: Vec<String>,

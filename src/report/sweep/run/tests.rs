@@ -113,7 +113,7 @@ fn a_run_that_was_stopped_goes_on_and_measures_nothing_twice() {
     assert_eq!(journal.scenes[0].drawn, at_once[0].drawn);
     assert_eq!(journal.scenes[0].timed(), at_once[0].timed());
     assert_eq!(asked.drawn.len(), at_once[0].drawn.len(), "{:?}", asked.drawn);
-    // Once each, and once more for what is on a front.
+    // Once each, and once more for points on a front.
     let times = |name: &str| asked.timed.iter().filter(|timed| *timed == name).count();
     for name in at_once[0].timed() {
         assert!((1..=2).contains(&times(name)), "{name}: {}", times(name));
@@ -155,7 +155,7 @@ fn shards_merge_to_the_points_and_errors_of_the_whole() {
     };
     assert_eq!(members(&merged), members(&whole));
     assert_eq!(merged.scenes[0].left_out, whole.scenes[0].left_out);
-    // What is on the whole's front was on that of its shard, and so is measured twice.
+    // A point on the whole's front was on that of its shard, and so is measured twice.
     for front in &merged.scenes[0].fronts {
         assert!(front.points.iter().all(|&index| merged.scenes[0].points[index].time.confirmed));
     }

@@ -11,7 +11,7 @@ use crate::report::sweep::model::{Member, Metric};
 use crate::report::sweep::run::samples::{drawn, info, sweep};
 use crate::report::sweep::timing::Rounds;
 
-/// Settings that each change time by a factor and error by a term, alone and together, and what was measured of them.
+/// Settings that each change time by a factor and error by a term, alone and together, and their measurements.
 #[derive(Debug, Clone)]
 struct Land {
     info: SceneInfo,
@@ -25,7 +25,7 @@ struct Land {
 const GIVEN: f64 = 0.05;
 
 impl Land {
-    /// By setting: its values, with their factors and terms; and combinations, with what they are off their parts' product.
+    /// By setting: its values, with their factors and terms; and combinations, with their deviation from their parts' product.
     fn of(settings: &[Vec<(f64, f64)>], joint: &[(Vec<usize>, f64)], noise: f64) -> Self {
         let mut info = info(&sweep());
         (info.points, info.families) = (vec!["default".into()], Vec::new());
@@ -92,7 +92,7 @@ impl Land {
         Record::Batch { scene: 0, batch: Batch { points, confirms, rounds: Rounds { anchor, others } } }
     }
 
-    /// All steps, after which `most` of them the time is over, and what they found.
+    /// Returns all steps, and their measurements; the time is over after `most` of them.
     fn search(&self, goal: &Goal, margin: Option<f64>, most: usize) -> (Vec<Step>, Measured) {
         let mut measured = Measured { info: Some(self.info.clone()), ..Measured::default() };
         let mut steps: Vec<Step> = Vec::new();
@@ -102,14 +102,14 @@ impl Land {
             let Some(step) = search.next() else { return (steps, measured) };
             assert!(steps.len() < 10 * self.truth.len(), "no end: {:?}", &steps[steps.len() - 4..]);
             assert!(!steps.contains(&step), "{step:?} twice");
-            // Another order of what scatters must not matter: each step has its own.
+            // Another order of scattering times must not matter: each step has its own.
             let record = self.record(&step, &mut fastrand::Rng::with_seed(steps.len() as u64));
             measured.add(record);
             steps.push(step);
         }
     }
 
-    /// The choice among what was confirmed.
+    /// The choice among confirmed points.
     fn choice(&self, goal: &Goal, measured: &Measured) -> Option<usize> {
         let confirmed: BTreeSet<&str> =
             measured.batches.iter().filter(|batch| batch.confirms).flat_map(names).collect();
@@ -124,7 +124,7 @@ impl Land {
         }
     }
 
-    /// How much more the choice costs than the best there is.
+    /// Returns the extra cost of the choice, as a share of the best point's.
     fn regret(&self, goal: &Goal, measured: &Measured) -> f64 {
         let cost = |index: usize| match goal.bound {
             Bound::Milliseconds(_) => self.truth[index].1,

@@ -97,8 +97,8 @@ fn build(params: &Params) -> Scene {
     hall.stage.scene
 }
 
-/// The sun in the afternoon, what the sky gives, and what the lit floor throws back into the shade: without it, everything that the
-/// sun does not reach would be as flat as the ambient light.
+/// The sun in the afternoon, light of the sky, and light that the lit floor throws back: without the last two, everything in the shade would be
+/// as flat as the ambient light.
 fn daylight(stage: &mut Stage) {
     stage.sun(DVec3::new(-0.22, -1.0, 0.30), 95_000.0, Vec3::new(1.0, 0.91, 0.76), true);
     stage.sun(DVec3::new(0.25, 1.0, -0.55), 5_000.0, Vec3::new(1.0, 0.80, 0.58), false);

@@ -242,7 +242,7 @@ fn ends(hall: &mut Hall) {
     hall.place_all(door, wood, &frames);
 }
 
-/// Outer faces: they are what keeps the sun out where a shadow pass draws fronts only.
+/// Outer faces: they keep the sun out where a shadow pass draws fronts only.
 fn shell(hall: &mut Hall) {
     let stone = hall.surfaces.stone;
     let (x, z) = (hall.length() * 0.5 + 1.0, NAVE_HALF + AISLE + 0.4);

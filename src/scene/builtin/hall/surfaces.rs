@@ -212,7 +212,7 @@ fn terracotta(u: f32, v: f32) -> Texel {
     Texel::new(scaled([0.70, 0.40, 0.26], 0.8 + 0.3 * grain), grain * 0.003 + rings * 0.0008, 0.8)
 }
 
-/// Leaves in a jittered lattice, each a pointed oval with a midrib; what is between them is cut out. Sparser to the bottom.
+/// Leaves in a jittered lattice, each a pointed oval with a midrib; the gaps between them are cut out. Sparser to the bottom.
 fn ivy(u: f32, v: f32) -> Texel {
     const CELLS: i32 = 9;
     let mut best: Option<(f32, [f32; 3], f32)> = None;

@@ -46,7 +46,7 @@ pub fn add(stage: &mut Stage) {
     stage.scene.motion.clips.push(Clip { name: "swim".into(), channels });
 }
 
-/// Where it is: around the garden's middle, up and down.
+/// Returns its place at a time: it swims around the garden's middle, up and down.
 fn way(time: f64) -> DVec3 {
     let (sin, cos) = (TAU * time / SWIM).sin_cos();
     DVec3::new(-0.25 + 0.45 * cos, 1.75 + 0.22 * (2.0 * TAU * time / SWIM).sin(), 0.5 + 0.3 * sin)

@@ -54,7 +54,7 @@ fn build(params: &Params) -> Scene {
     stage.scene
 }
 
-/// How high the sand lies.
+/// Returns the height of the sand.
 fn sand(x: f64, z: f64) -> f64 {
     let ripples = 0.018 * (9.0 * x + 2.0 * (0.9 * z).sin() + 3.0 * z).sin();
     0.1 * (0.7 * x).sin() * (0.5 * z + 0.4).cos() + ripples

@@ -67,7 +67,7 @@ impl Garden {
         stage.scene.motion.clips.push(Clip { name: "sway".into(), channels });
     }
 
-    /// Where a stalk stands: on a spiral that fills its disc evenly and leaves the middle to the jellyfish.
+    /// Places a stalk on a spiral that fills its disc evenly and leaves the middle to the jellyfish.
     fn base(&self, index: usize, random: &mut Random) -> Placement {
         let share = (index as f64 + 0.5) / self.count as f64;
         let radius = 0.7 + (0.25 * (self.count as f64).sqrt() + 0.9) * share.sqrt();
@@ -140,7 +140,7 @@ impl Garden {
     }
 }
 
-/// How a stalk bends.
+/// The bend of a stalk, and its swing in the current.
 struct Current {
     /// Across the current, of length 1.
     axis: DVec3,

@@ -1,4 +1,4 @@
-//! Files that are wrong: each is an error of one line that names what, and no change of bytes ends in a panic.
+//! Files with faults: each is an error of one line that names the fault, and no change of bytes ends in a panic.
 
 use proptest::prelude::*;
 use serde_json::{Value, json};
@@ -133,7 +133,7 @@ fn survives(bytes: &[u8]) -> bool {
                 found.append_to(&mut scene, glam::DAffine3::IDENTITY);
                 scene
             };
-            // Whatever is read can be drawn.
+            // A file that is read can be drawn.
             assert_eq!(scene_of(found).check().map_err(|error| error.to_string()), Ok(()));
             true
         }

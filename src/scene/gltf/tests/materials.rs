@@ -1,4 +1,4 @@
-//! Materials, textures and what of them a mesh needs.
+//! Materials, textures, and their demands on meshes.
 
 use glam::Vec3;
 use image::{ImageFormat, RgbaImage};
@@ -162,7 +162,7 @@ fn an_image_that_is_none_is_left_out_by_number_and_name() {
     let found = file.read();
     assert_eq!(found.materials[0].base_color_texture, None);
     assert!(found.warnings[0].contains(": image 0 (`wood`): is not an image"), "{:?}", found.warnings);
-    // What a decoder is missing for may have another image in its place.
+    // An image without a decoder may have another in its place.
     file.json["textures"][0] = json!({"source": 1, "extensions": {"EXT_texture_webp": {"source": 0}}});
     assert_eq!(*file.read().textures[0].rgba8(0), [255; 4]);
 }

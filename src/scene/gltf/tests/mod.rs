@@ -1,4 +1,4 @@
-//! Small files, built here, and what becomes of them.
+//! Small files, built here, and the scenes and errors that come of them.
 
 mod bad;
 mod compressed;

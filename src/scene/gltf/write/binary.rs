@@ -14,7 +14,7 @@ const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 const HEADER: usize = 12;
 const CHUNK_HEADER: usize = 8;
 
-/// Bytes with what lies where.
+/// Bytes with their views and accessors.
 #[derive(Default)]
 pub(super) struct Binary {
     bytes: Vec<u8>,
@@ -23,7 +23,7 @@ pub(super) struct Binary {
 }
 
 impl Binary {
-    /// Bytes as a view: its number. Views begin at multiples of 4, which is what the widest component asks for.
+    /// Adds bytes as a view. Returns its number. Views begin at multiples of 4, as the widest component needs.
     pub fn view(&mut self, bytes: &[u8], target: Option<u32>) -> usize {
         let mut view = json!({ "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len() });
         if let Some(target) = target {
@@ -72,7 +72,7 @@ impl Binary {
     /// The file: this and the other lists of its JSON.
     ///
     /// # Errors
-    /// Where it is longer than its header can say.
+    /// A file longer than its header can say.
     pub fn finish(self, mut file: Map<String, Value>) -> Result<Vec<u8>, String> {
         let Self { bytes, views, accessors } = self;
         file.insert("buffers".into(), json!([{ "byteLength": bytes.len() }]));

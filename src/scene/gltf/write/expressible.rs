@@ -13,7 +13,7 @@ const WIDEST_DEGREES: f64 = 90.0;
 /// Cones open from their inner angle to their outer one, which has to be larger. No formula tells so small a difference from none.
 const NARROWER: f64 = 1.0 - 1e-9;
 
-/// The scene without what glTF has no words for, and a line for each kind of thing that is left out or simplified.
+/// The scene without the parts that glTF lacks, and a line for each kind of thing that is left out or simplified.
 pub(super) fn expressible(scene: Scene) -> (Scene, Vec<String>) {
     let mut left_out = Vec::new();
     let mut scene = scene.into_still(&Playing::default());
@@ -119,7 +119,7 @@ fn lights(lights: &mut Vec<Light>, left_out: &mut Vec<String>) {
     tell(left_out, wide, "spot light", "cones wider than 90 degrees from their axis end there");
 }
 
-/// Makes a fall-off the one that there is; whether it was another.
+/// Makes a fall-off glTF's only one. Returns true if it was another.
 fn take(falloff: &mut Falloff) -> bool {
     std::mem::replace(falloff, Falloff::InverseSquare) != Falloff::InverseSquare
 }
@@ -149,7 +149,7 @@ fn cameras(scene: &mut Scene) {
     scene.looks_through = Some(0);
 }
 
-/// Leaves out what no object has, and lists the rest in the order of objects.
+/// Leaves out meshes, materials and textures that no object has, and lists the rest in the order of objects.
 fn used(scene: &mut Scene) {
     let mut meshes = Kept::of(&mut scene.meshes);
     let mut materials = Kept::of(&mut scene.materials);
@@ -169,7 +169,7 @@ fn used(scene: &mut Scene) {
     scene.meshes.iter_mut().for_each(|mesh: &mut Mesh| mesh.levels = Default::default());
 }
 
-/// Of a list what is kept, in the order in which it is first asked for.
+/// The kept entries of a list, in the order in which they are first asked for.
 struct Kept<T> {
     list: Vec<Option<T>>,
     numbers: Vec<Option<usize>>,
@@ -182,7 +182,7 @@ impl<T> Kept<T> {
         Self { numbers: vec![None; list.len()], list, order: Vec::new() }
     }
 
-    /// The new number of what has this one. The scene was checked: there is one.
+    /// Returns the new number of the entry with this one. It exists, as the scene was checked.
     fn keep(&mut self, index: usize) -> usize {
         *self.numbers[index].get_or_insert_with(|| {
             self.order.push(index);

@@ -1,4 +1,4 @@
-//! Textures as PNG files in the binary chunk, 8 bits a channel as they are. Smaller levels are left to whoever reads them.
+//! Textures as PNG files in the binary chunk, 8 bits a channel as they are. Smaller levels are left to the reader.
 
 use std::borrow::Cow;
 

@@ -16,12 +16,12 @@ pub(super) type Worn = (usize, Option<usize>);
 /// The materials of a file.
 pub(super) struct Materials {
     numbers: HashMap<Worn, usize>,
-    /// By object what it wears; `None` for a coat, which is a part of the object before it.
+    /// By object: the material that it wears; `None` for a coat, which is a part of the object before it.
     pub worn: Vec<Option<Worn>>,
 }
 
 impl Materials {
-    /// Writes what objects wear, with its textures.
+    /// Writes the materials that objects wear, with their textures.
     ///
     /// # Errors
     /// As [`images::write`].
@@ -47,7 +47,7 @@ impl Materials {
         Ok(Self { numbers, worn })
     }
 
-    /// The number in the file of what an object wears.
+    /// The number in the file of a worn material.
     pub fn number(&self, worn: Worn) -> Option<usize> {
         self.numbers.get(&worn).copied()
     }
@@ -65,7 +65,7 @@ impl Writer<'_, '_> {
         let scene = self.scene;
         let material = &scene.materials[base];
         let [red, green, blue] = material.base_color.to_array().map(number);
-        // What glass lets through, it says by transmission; without a mode alpha is 1.
+        // Glass writes its alpha as transmission; without an alpha mode alpha is 1.
         let blends = matches!(material.alpha_mode, AlphaMode::Mask { .. } | AlphaMode::Blend);
         let alpha = number(if blends { material.alpha } else { 1.0 });
         let mut pbr = json!({
@@ -109,7 +109,7 @@ impl Writer<'_, '_> {
         json["extensions"][self.document.uses(extension)] = content;
     }
 
-    /// Writes what it emits, in nits: a colour from 0 to 1 times a power of 2, which rounds nothing.
+    /// Writes its emission, in nits: a colour from 0 to 1 times a power of 2, which rounds nothing.
     fn emission(&mut self, json: &mut Value, material: &Material) {
         if !material.is_emissive() {
             return;
@@ -121,8 +121,8 @@ impl Writer<'_, '_> {
         }
     }
 
-    /// The reflectances of a dielectric: strength is what it reflects at grazing incidence; the index of refraction and a colour make of that what
-    /// it reflects straight on (KHR_materials_ior, KHR_materials_specular).
+    /// The reflectances of a dielectric: strength is the one at grazing incidence; the index of refraction and a colour make of it the one straight
+    /// on (KHR_materials_ior, KHR_materials_specular).
     fn reflectance(&mut self, json: &mut Value, material: &Material) {
         if !material.has_reflectance() || material.unlit {
             return;

@@ -38,7 +38,7 @@ pub struct Shot {
     pub size: [u32; 2],
     /// EV100.
     pub exposure: f32,
-    /// All that was said of the settings.
+    /// All given settings.
     pub settings: SettingsPatch,
     /// Whose work it is, and under which licence.
     pub copyright: Option<String>,
@@ -57,7 +57,7 @@ pub struct Exported {
     pub extensions: Vec<&'static str>,
 }
 
-/// Writes a scene as it is when no clip has begun. Particles, skies, ambient light and what else glTF has no words for are left out, and told.
+/// Writes a scene as it is when no clip has begun. Particles, skies, ambient light and other parts that glTF lacks are left out, with a line each.
 ///
 /// # Errors
 /// [`Error::Scene`] for a fault of the scene, for a picture without pixels, for a scene without a triangle, and for one that is too large for a `.glb`.
@@ -100,7 +100,7 @@ struct Document {
 }
 
 impl Document {
-    /// Adds to a list of the file; the number of what was added.
+    /// Adds an entry to a list of the file. Returns its number there.
     fn push(&mut self, list: &str, value: Value) -> usize {
         let list = self.lists.entry(list).or_insert_with(|| Value::Array(Vec::new()));
         match list {
@@ -139,7 +139,7 @@ impl Document {
     }
 }
 
-/// Returns what a renderer must know of the exposure to draw the same picture.
+/// Returns the exposure that a renderer needs to draw the same picture.
 fn exposure(shot: &Shot) -> Value {
     json!({ "exposure_ev100": number(shot.exposure), "exposure_scale": number(exposure_scale(shot.exposure)) })
 }

@@ -121,7 +121,7 @@ fn primitive(mesh: &Mesh, document: &mut Document) -> Value {
     json!({ "attributes": attributes, "indices": indices })
 }
 
-/// KHR_lights_punctual. What it has no words for, and this program's reader looks at, stands in the light's extras.
+/// Writes a light by KHR_lights_punctual. The light's extras hold the values that the extension lacks and this program's reader looks at.
 fn light(light: &Light, document: &mut Document) {
     let form = light.kind.form();
     let extension = document.uses("KHR_lights_punctual");

@@ -1,4 +1,4 @@
-//! Where nodes stand: as few numbers as say it without loss.
+//! Transforms of nodes, in the fewest numbers that lose nothing.
 
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 use nalgebra::{Matrix3, SVD};
@@ -7,14 +7,14 @@ use serde_json::{Value, json};
 /// Cosine of the least angle off the square by which axes are skewed. Validators allow 5e-5.
 const SKEWED: f64 = 1e-6;
 
-/// How a node stands in its parent: one node's keys, or those of two, the second in the first.
+/// The keys of a node's transform in its parent: those of one node, or of two, the second in the first.
 pub(super) enum Placing {
     One(Value),
     Two(Value, Value),
 }
 
-/// The keys of a transform. A translation is one, what keeps axes square a matrix. A skewed transform is no node's (glTF 2.0,
-/// "Transformations"): it is a rotation in a scale in a rotation, and two nodes say that.
+/// Returns the keys of a transform. A translation is written as one, a transform that keeps axes square as a matrix. A skewed one is not allowed in a
+/// node (glTF 2.0, "Transformations"): as a rotation in a scale in a rotation it takes two.
 pub(super) fn placing(transform: &DAffine3) -> Placing {
     let DAffine3 { matrix3, translation } = *transform;
     if matrix3 == DMat3::IDENTITY {
@@ -52,7 +52,7 @@ fn translated(place: DVec3) -> Value {
 /// A linear map as a rotation in a scale in a rotation, whose signs make both rotations proper.
 fn singular_values(matrix: &DMat3) -> (DQuat, DVec3, DQuat) {
     let columns = matrix.to_cols_array();
-    // Scaled to its own size: squares of what is very large or small would be lost.
+    // Scaled to its own size: squares of very large or small numbers would be lost.
     let size = columns.iter().fold(0.0f64, |most, value| most.max(value.abs())).max(f64::MIN_POSITIVE);
     let SVD { u, v_t, singular_values } =
         Matrix3::from_column_slice(&columns.map(|value| value / size)).svd(true, true);

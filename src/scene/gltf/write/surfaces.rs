@@ -40,7 +40,7 @@ pub(super) fn express(scene: &mut Scene, left_out: &mut Vec<String>) {
     tell(left_out, atlases, "material", "the whole atlas is shown in place of a cell");
 }
 
-/// The formulas of another reflection model by those of glTF's; whether that is no more than alike.
+/// Writes another reflection model by the formulas of glTF's. Returns true if the two are only alike.
 fn model(material: &mut Material) -> bool {
     match material.brdf {
         Brdf::CookTorrance => return false,
@@ -64,7 +64,7 @@ fn model(material: &mut Material) -> bool {
     true
 }
 
-/// Changes a material into what the reader makes of its glTF.
+/// Changes a material into the one that the reader makes of its glTF.
 fn normal_form(material: &mut Material) {
     match material.alpha_mode {
         AlphaMode::Opaque => material.alpha = 1.0,
@@ -77,7 +77,7 @@ fn normal_form(material: &mut Material) {
         *material = lacquer(material);
     }
     if material.unlit {
-        // It reflects nothing, whatever this says.
+        // An unlit material reflects nothing: these values do not matter.
         (material.reflectance, material.grazing, material.specular_texture) = (Vec3::splat(DIELECTRIC), 1.0, None);
     }
     if !material.is_emissive() {
@@ -108,7 +108,7 @@ fn lacquer(material: &Material) -> Material {
     }
 }
 
-/// A coat is written as a property of what it lies in: one without that is left out.
+/// A coat is written as a property of the object that it lies in: one without such an object is left out.
 fn drop_lone_coats(scene: &mut Scene) {
     let objects = std::mem::take(&mut scene.objects);
     let coated = |object: &Object| scene.materials.get(object.material).is_some_and(is_coat);
@@ -121,13 +121,13 @@ fn drop_lone_coats(scene: &mut Scene) {
     for object in others {
         let coat = places.get_mut(&place(&object)).and_then(Vec::pop);
         kept.push(object);
-        // Behind what it lies in, as the reader lists them.
+        // Behind the object that it lies in, as the reader lists them.
         kept.extend(coat);
     }
     scene.objects = kept;
 }
 
-/// Returns what an object and its coat have in common.
+/// Returns the mesh and the transform, which an object and its coat share.
 fn place(object: &Object) -> (usize, [u64; 12]) {
     (object.mesh, object.transform.to_cols_array().map(f64::to_bits))
 }

@@ -1,4 +1,4 @@
-//! The reader reads what was written, to the last bit, and the writer tells what it cannot write.
+//! The reader reads a written scene back to the last bit, and the writer tells the parts that it cannot write.
 
 use std::path::Path;
 

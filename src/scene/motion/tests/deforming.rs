@@ -172,12 +172,12 @@ proptest! {
     fn a_box_of_joints_and_shapes_holds_every_vertex_and_little_more((mesh, joints, weights) in cloud()) {
         let deformed = deform(&mesh, &weights, Some(&joints));
         let bounds = DeformBounds::of(&mesh, true).bounds(&joints, &weights);
-        // No larger than what each vertex can reach by any of the joints that it hangs on, and the shapes wherever.
+        // No larger than the box that each vertex can reach by any of the joints that it hangs on, and the shapes in any direction.
         let shaped = deform(&mesh, &weights, None);
         let reach: f64 = weights.iter().zip(&mesh.morphs).map(|(weight, _)| 2.0 * weight.abs()).sum();
         let around = Aabb { min: shaped.bounds.min - 2.0 * reach, max: shaped.bounds.max + 2.0 * reach };
         let largest = joints.iter().fold(Aabb::EMPTY, |all, joint| all.union(&around.transformed(joint)));
-        // What f64 rounds of places before they are moved is as much larger.
+        // Joints scale the rounding errors that places have in f64 before they are moved.
         let terms = joints.iter().map(|own| own.matrix3.to_cols_array().map(f64::abs).into_iter().fold(0.0, f64::max));
         let rounded = 1e-14 * terms.fold(1.0, f64::max) * around.min.abs().max(around.max.abs()).max_element();
         let outside = (bounds.min - deformed.bounds.min).max(deformed.bounds.max - bounds.max).max_element();
@@ -194,7 +194,7 @@ proptest! {
         let mean = deformed.origin + deformed.positions.iter().map(|&own| Vec3::from(own).as_dvec3()).sum::<DVec3>() / count;
         let bounds = DeformBounds::of(&mesh, true);
         let found = bounds.mean(&joints, &weights);
-        // Vertices are f32 about the middle of their box; sums cancel what joints move far.
+        // Vertices are f32 about the middle of their box; in sums, far motions by joints cancel.
         let largest = bounds.bounds(&joints, &weights);
         let slack = 1e-6 * (largest.size().max_element() + 1e-3 * largest.max.abs().max(largest.min.abs()).max_element());
         prop_assert!(found.distance(mean) <= slack, "{found} for {mean}");

@@ -1,4 +1,4 @@
-//! Whole scenes: what a moment of them is, which clips play, and what is refused.
+//! Whole scenes: their moments, the choice of clips, and faults that the check refuses.
 
 use std::borrow::Cow;
 use std::f64::consts::FRAC_PI_2;
@@ -178,7 +178,7 @@ fn each_fault_of_what_moves_has_its_sentence() {
         change(&mut scene);
         let error = scene.check().expect_err(expected).to_string();
         assert!(error.contains(expected) && !error.contains('\n'), "{error}\nexpected: {expected}");
-        // What the check refuses still gives no panic.
+        // A scene that the check refuses still gives no panic.
         let _ = scene.at(&Playing::at(0.5));
     }
 }

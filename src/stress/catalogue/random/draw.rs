@@ -1,9 +1,9 @@
-//! Quantities from plain numbers: each takes one number from 0 up to 1, and 0 always makes the plainest of it, so that whoever shrinks
+//! Quantities from plain numbers: each takes one number from 0 up to 1, and 0 always makes the plainest of it, so that shrinking
 //! numbers simplifies scenes.
 
 use glam::Vec3;
 
-/// Where numbers come from.
+/// A source of random numbers.
 pub struct Draw<'a>(pub &'a mut dyn FnMut() -> f64);
 
 impl Draw<'_> {
@@ -49,7 +49,7 @@ impl Draw<'_> {
         Vec3::new(self.share(plain), self.share(plain), self.share(plain))
     }
 
-    /// Returns the value in this share of all draws; takes its numbers all the same, so that those after it stay what they are.
+    /// Returns the value in this share of all draws; takes its numbers in any case, so that later values do not change.
     pub fn sometimes<T>(&mut self, share: f64, value: impl FnOnce(&mut Self) -> T) -> Option<T> {
         let is_there = self.chance(share);
         let value = value(self);

@@ -6,13 +6,13 @@ use glam::Vec3;
 use super::draw::Draw;
 use crate::scene::{AlphaMode, Brdf, GbufferPreset, HdrFormat, LightPath, ShadowFilter, Transparency};
 
-/// How many numbers a scene is drawn from.
+/// Random numbers that a scene takes.
 pub const NUMBERS: usize = 63;
 
 /// A floor, a ball above it and lamps above that, as they are at their extremes. [`Extremes::PLAIN`] has nothing of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extremes {
-    // What floor and ball are made of.
+    // The material of floor and ball.
     pub brdf: Brdf,
     pub base_color: Vec3,
     pub roughness: f32,
@@ -28,13 +28,13 @@ pub struct Extremes {
     /// The texel of an even normal map.
     pub bump: Option<[u8; 4]>,
     pub normal_scale: f32,
-    /// How often a texture of waves repeats every metre.
+    /// Repetitions of a texture of waves in a metre.
     pub repeats: Option<f64>,
 
-    // Where things are.
+    // Places.
     /// Metres to a scene unit.
     pub scale: f64,
-    /// How many metres everything is from the origin.
+    /// Metres from the origin to everything.
     pub offset: f64,
     /// Of the camera, in scene units. It looks at the ball.
     pub eye: [f64; 3],
@@ -44,7 +44,7 @@ pub struct Extremes {
     /// Scale of the ball along its axes: mirrored below zero, flat at zero.
     pub stretch: [f64; 3],
 
-    // What gives light.
+    // Lights.
     pub lamps: u32,
     pub lamp_color: Vec3,
     /// Of the lamps from the floor, in units, and how bright each makes the floor below, in lux.
@@ -63,8 +63,8 @@ pub struct Extremes {
     pub background: f32,
     pub shadows: bool,
 
-    // How it is drawn.
-    /// Exposed so many stops above what suits the light on the floor; `None` is metered.
+    // Settings.
+    /// Exposed so many stops above the exposure for the light on the floor; `None` is metered.
     pub stops: Option<f32>,
     pub size_in_pixels: [u32; 2],
     pub gbuffer: GbufferPreset,
@@ -194,7 +194,7 @@ impl Extremes {
         scene.agreed()
     }
 
-    /// Without what does not go together (docs/LIGHT_PATHS.md), which a plan refuses.
+    /// Without combinations that a plan refuses (docs/LIGHT_PATHS.md).
     fn agreed(self) -> Self {
         let blends = matches!(self.light_path, LightPath::PerLight | LightPath::Volumes);
         let is_transparent = matches!(self.alpha_mode, AlphaMode::Blend | AlphaMode::Glass);
@@ -216,7 +216,7 @@ impl Extremes {
         if self.gbuffer == GbufferPreset::Lean { agreed.without_faint_colors() } else { agreed }
     }
 
-    /// The same in a G-buffer of 32-bit floats, without what is wrong by design: narrow highlights, texels and edges of shadows that are
+    /// The same in a G-buffer of 32-bit floats, without errors by design: narrow highlights, texels and edges of shadows that are
     /// smaller than a pixel, several samples where the truth has one, light in few bits, clipping kilometres away, and faces that coincide.
     pub fn tamed(self) -> Self {
         let stretch = self.stretch.map(|along| along.clamp(-4.0, 4.0));
@@ -246,7 +246,7 @@ impl Extremes {
         lean.without_faint_colors()
     }
 
-    /// 8 bits make nothing of what is nearly nothing.
+    /// 8 bits round very faint colours to black.
     fn without_faint_colors(self) -> Self {
         let held = |color: Vec3| Vec3::from(color.to_array().map(|channel| if channel < 0.05 { 0.0 } else { channel }));
         Self { base_color: held(self.base_color), specular: held(self.specular), ..self }

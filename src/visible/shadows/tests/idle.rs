@@ -121,7 +121,7 @@ fn casters_behind_the_camera_and_beside_what_it_sees_are_left_out() {
     assert!(lean.3 < kept.3, "faces in which nothing is seen are not drawn: {lean:?} {kept:?}");
 }
 
-/// What the frames of a camera draw that turns by so many degrees a frame: maps, and casters in them.
+/// Counts the maps, and the casters in them, that are drawn while a camera turns by so many degrees a frame.
 fn turning(world: &World, plan: &FramePlan, degrees: f64, frames: u32) -> (usize, usize) {
     let shadow = plan.shadow.as_ref().expect("maps");
     let mut cache = ShadowCache::default();
@@ -187,7 +187,7 @@ fn a_map_stays_while_what_moves_is_not_in_it_and_not_needed() {
     assert!(!first.is_empty() && first.iter().any(|&(_, idle)| idle > 0), "{first:?}");
     world.move_object(2, &at(2, DVec3::X * 0.5)).expect("an object");
     assert_eq!(frame(&mut world, &camera), [], "it shadows nothing that is seen");
-    // What is drawn has moved; then again in each frame: only what is needed.
+    // A caster in the map moves, then moves in each frame: a map that lasted gets all casters, one that did not only those that are needed.
     world.move_object(1, &at(1, DVec3::X * 0.1)).expect("an object");
     let lasted = frame(&mut world, &camera);
     assert!(
@@ -200,7 +200,7 @@ fn a_map_stays_while_what_moves_is_not_in_it_and_not_needed() {
         moving.iter().any(|&(_, idle)| idle > 0),
         "one that is drawn in each frame gets what is needed: {moving:?}"
     );
-    // Into the view: what was not needed before is now.
+    // The object moves into the view: its map is needed now.
     world.move_object(2, &at(2, DVec3::X * -14.0)).expect("an object");
     assert!(!frame(&mut world, &camera).is_empty());
     assert_eq!(frame(&mut world, &camera), [], "a still frame");
