@@ -133,7 +133,7 @@ fn every_model_and_every_tone_mapper_looks_as_it_did() {
     });
 }
 
-/// The scenes of docs/LIGHTS.md, once each: every light path draws the same, which tests/light/light_paths.rs sees to.
+/// The scenes of assets/gallery, once each: every light path draws the same, which tests/light/light_paths.rs sees to.
 #[test]
 fn every_picture_of_the_gallery_looks_as_it_did() {
     album(|album| {
