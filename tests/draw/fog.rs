@@ -1,6 +1,7 @@
 //! FOG follows the formulas in 64 bits, whichever path drew the frame, and comes before anything transparent.
 
 use crate::common::gpu::{Gpu, bytes, floats, on_gpu};
+use crate::common::some_of;
 use crate::common::stage::{add, directional, exact, lambert, open, own, plane, rectangle};
 use afterlight::reference::fog::Medium;
 use afterlight::reference::{Mode, Options, Reference, Smith, View as Eye};
