@@ -201,7 +201,7 @@ fn particles_are_fogged_at_their_own_depth_as_rays_have_it() {
         let mut dark = scene.clone();
         dark.lights.clear();
         let ways = [(LightPath::Loop, false, true), (LightPath::Forward, true, true), (LightPath::Loop, false, false)];
-        for (light_path, parallel, is_lit) in some_of(ways, 2) {
+        for (light_path, parallel, is_lit) in some_of(ways, 3) {
             let scene = if is_lit { &mut scene } else { &mut dark };
             if parallel {
                 scene.camera.projection = Projection::Orthographic { height: 2.0 };
