@@ -8,6 +8,7 @@
 //! that follow from the surfaces: pipelines, meshes, textures. [`checks`] refuses settings that do not go together, [`parts`] puts the plan into
 //! words, and [`cost`] computes its cost.
 
+mod absence;
 mod ao;
 mod bloom;
 mod capabilities;
@@ -49,6 +50,7 @@ pub use gbuffer::{Gbuffer, NormalEncoding, format_bytes};
 pub use lights::{PlannedLights, UNIFORM_LIGHTS};
 pub use output::{Canvas, Encoding, HDR, OUTPUT_PLAIN, OUTPUT_SRGB, ToneMapping, Transfer};
 pub use particles::{ParticlePlan, SORT_BLOCK};
+pub(crate) use parts::counted;
 pub use parts::{Part, PartGroup};
 pub use reflections::{Hiz, ReflectionPlan};
 pub use shadows::{MapProjection, ShadowLight, ShadowPlan, Tile};
@@ -76,6 +78,7 @@ use std::collections::BTreeSet;
 
 use ash::vk;
 
+use absence::Absences;
 use gbuffer::Stored;
 use lights::{Lighting, adds_lights};
 use output::{Blending, Way};
@@ -144,12 +147,12 @@ impl Shading {
         })
     }
 
-    fn is_lit(self) -> bool {
+    pub(crate) fn is_lit(self) -> bool {
         matches!(self, Self::Light { .. })
     }
 
     /// Returns true if a G-buffer is read, unless surfaces are lit as they are drawn.
-    fn reads_gbuffer(self) -> bool {
+    pub(crate) fn reads_gbuffer(self) -> bool {
         matches!(self, Self::Light { .. } | Self::ShowGbuffer(_))
     }
 
@@ -273,6 +276,8 @@ pub struct FramePlan {
     pub software: bool,
     /// The parts that stay although nothing needs them.
     pub keep: Keep,
+    /// Why it lacks what a setting would give it.
+    pub(crate) absences: Absences,
     parts: Vec<Part>,
     warnings: Vec<String>,
     /// Those about lights that go without their maps.
@@ -388,7 +393,8 @@ impl FramePlan {
     pub fn of(scene: &Scene, settings: &Settings, device: &Capabilities) -> Result<Self, Error> {
         scene.check()?;
         let (view, counts) = (settings.view, settings.view == View::Particles);
-        let settings = bloom::planned(settings);
+        let asked = settings;
+        let settings = bloom::planned(asked);
         let settings = particles::planned(&settings);
         let settings = reflections::planned(&settings);
         let settings = fog::planned(&settings);
@@ -398,6 +404,7 @@ impl FramePlan {
         if let Some(taa) = &mut plan.taa {
             *taa = taa.showing(view, settings.output);
         }
+        plan.absences = Absences::of(scene, asked, settings, &plan);
         let mut parts = parts::list(scene, settings, &plan);
         if plan.keep != Keep::NONE {
             let lean = Settings { keep: Keep::NONE, ..settings.clone() };
@@ -451,8 +458,8 @@ impl FramePlan {
             _ => None,
         };
         let culling = match moves {
-            _ if triangles.is_some() => Err("the CPU does: it lists which instance each number is".into()),
-            true => Err("the CPU does: it lists what moves by itself, whose vectors taa needs".into()),
+            _ if triangles.is_some() => Err("the CPU culls: `visibility` needs its list of instances".into()),
+            true => Err("the CPU culls: it lists what moves by itself, whose vectors TAA needs".into()),
             false => {
                 culling::choose(scene, settings, device, &rules, shading, (depth_prepass, lighting.shadow.is_some()))
             }
@@ -517,6 +524,7 @@ impl FramePlan {
             lazily_allocated: device.lazily_allocated,
             software: device.software,
             keep: settings.keep,
+            absences: Absences::default(),
             parts: Vec::new(),
             warnings: lighting
                 .shadow_warnings
@@ -697,6 +705,17 @@ impl FramePlan {
     /// The pipelines of all passes that draw surfaces.
     pub fn keys(&self) -> impl Iterator<Item = &GeometryKey> {
         self.geometry.iter().chain(&self.transparent)
+    }
+
+    /// Returns the reason why frames sum up no transparent surfaces.
+    pub(crate) fn lack_of_sums(&self) -> &'static str {
+        let particles_alone = self.transparent.is_empty() && self.particles.is_some();
+        match self.transparency {
+            None => "nothing transparent is drawn",
+            Some(_) if !particles_alone => "transparent surfaces are sorted",
+            Some(_) if self.sorts_particles() => "particles are sorted",
+            Some(_) => "particles are counted",
+        }
     }
 
     /// Returns true if GEOMETRY exists: all but the view of the shadow map.

@@ -1,6 +1,7 @@
 //! Options that several commands share, and how their values are read.
 
 use std::fmt::Display;
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -71,24 +72,25 @@ pub struct SettingsArgs {
 
 const FILE_HELP: &str = "Take settings from a TOML file with a table [settings] as in a scene file, as `afterlight tune` writes it; \
                          they win over the scene file, other options over them";
-const CAMERA_HELP: &str = "Where the camera stands and looks to, in metres, and its vertical field of view in degrees, or what an orthographic \
-                           one shows from top to bottom in metres: `x,y,z/tx,ty,tz[/fov]` or `x,y,z/tx,ty,tz/<height>m`; or the name of a \
+const CAMERA_HELP: &str = "Place the camera: where it stands, what it looks at, in metres, and its vertical field of view in degrees, or the height \
+                           that an orthographic one shows, in metres: `x,y,z/tx,ty,tz[/fov]` or `x,y,z/tx,ty,tz/<height>m`; or the name of a \
                            camera of the file, or `fitted` for one that has all of the model in view [default: the scene's, of a bare \
                            model the first of its file, or fitted]";
 
-const SCALE_HELP: &str = "Metres that a unit of a bare model is: an .obj file has no units, one of glTF has metres [a number above 0; default: 1]";
-const UP_HELP: &str = "Which axis of a bare model's file points up [y or z; default: y]";
+const SCALE_HELP: &str =
+    "Scale a bare model by this many metres a unit: .obj has no units, glTF has metres [a number above 0; default: 1]";
+const UP_HELP: &str = "Axis of a bare model's file that points up [y or z; default: y]";
 
 const TIME_HELP: &str =
     "Seconds since the clips of a moving scene began; each begins again when it is over [0 to 1e9; default: 0]";
 const CLIP_HELP: &str = "Play this clip of the scene alone, by its name or its number in `afterlight inspect`; given several times, these clips; \
                          none: everything at rest [default: all clips]";
 const SCENE_HELP: &str =
-    "Which scene of a bare glTF file to open, by its name or its number [default: the one that the file opens with]";
+    "Open this scene of a bare glTF file, by its name or its number [default: the one that the file opens with]";
 const VARIANT_HELP: &str =
-    "Which look of its materials to give a bare glTF file, by its name (KHR_materials_variants) [default: none]";
-const SKY_HELP: &str = "The sky: an equirectangular picture (.hdr, .exr); `atmosphere`, or `atmosphere:ELEVATION,AZIMUTH` with its sun so many degrees above \
-                        the horizon and around from -Z over +X; or none. A bare model without light of its own is lit by it alone [default: the scene's]";
+    "Give the materials of a bare glTF file this look, by its name (KHR_materials_variants) [default: none]";
+const SKY_HELP: &str = "Set the sky: an equirectangular picture (.hdr, .exr); `atmosphere`, or `atmosphere:ELEVATION,AZIMUTH` with the sun's angles in \
+                        degrees, above the horizon and from -Z over +X; or none. A bare model without light of its own is lit by the sky alone [default: the scene's]";
 const ROTATION_HELP: &str =
     "Turn the sky about the vertical, counter-clockwise from above, in degrees [default: the scene's]";
 const STRENGTH_HELP: &str = "Radiance of a 1 in the sky's picture, in nits [0 to 1e9; default: the scene's]";
@@ -308,6 +310,17 @@ pub fn samples(text: &str) -> Result<u32, String> {
     own("samples", text, |patch| patch.samples)
 }
 
+/// Reads a whole number of a range.
+pub fn whole<T>(range: RangeInclusive<T>) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static
+where
+    T: FromStr + PartialOrd + Display + Clone + Send + Sync + 'static,
+{
+    move |text: &str| {
+        let parsed = text.parse().ok().filter(|number| range.contains(number));
+        parsed.ok_or_else(|| format!("must be a whole number from {} to {}", range.start(), range.end()))
+    }
+}
+
 /// Pictures for each second.
 pub fn fps(text: &str) -> Result<f64, String> {
     let parsed = text.parse().ok().filter(|fps| (1e-3..=1e4).contains(fps));
@@ -335,5 +348,10 @@ mod tests {
             assert!(exposure(text).is_err_and(|why| why.starts_with("must be a number from -100 to 100")), "{text}");
         }
         assert!(samples("0").is_err() && samples("4097").is_err());
+        let frames = whole(1..=1_000_000_u32);
+        assert_eq!((frames("1"), frames("1000000")), (Ok(1), Ok(1_000_000)));
+        for text in ["0", "1000001", "-1", "1.5", "many", ""] {
+            assert_eq!(frames(text), Err("must be a whole number from 1 to 1000000".into()), "{text}");
+        }
     }
 }

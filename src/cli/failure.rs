@@ -8,7 +8,7 @@ use std::process::ExitCode;
 #[cfg(feature = "window")]
 use afterlight::window;
 use afterlight::{frame, gpu, plan, scene, stress};
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 
 /// The classes of failure; a later one is graver. `EXIT_CODES` says the same in the help.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -134,7 +134,8 @@ impl Failure {
         // The tip to pass an option as a value helps nobody here.
         let tip = tip.filter(|tip| !tip.starts_with("to pass "));
         let lacks_name = matches!(error.kind(), ErrorKind::UnknownArgument | ErrorKind::MissingRequiredArgument);
-        match tip.or_else(|| lacks_name.then(|| "--help lists the options and their values".to_owned())) {
+        let general = || lacks_name.then(|| "--help lists the options and their values".to_owned());
+        match tip.or_else(|| missing_option(error)).or_else(general) {
             Some(hint) => failure.with_hint(hint),
             // The message has said what is wrong with the value.
             None => failure,
@@ -213,9 +214,19 @@ impl From<window::Error> for Failure {
             window::Error::Frame(error) => error.into(),
             window::Error::NoDisplay(_) => Self::new(Exit::NoDisplay, with_causes(&error))
                 .with_hint("`afterlight render` draws into a file, without a display"),
+            window::Error::ScaleFactor(_) => Self::usage(with_causes(&error)),
             window::Error::System(_) => Self::new(Exit::NoDisplay, with_causes(&error)),
         }
     }
+}
+
+/// What to type where one option is missing, and nothing else: `-o DIR` for clap's `--output <DIR>`.
+fn missing_option(error: &clap::Error) -> Option<String> {
+    let Some(ContextValue::Strings(missing)) = error.get(ContextKind::InvalidArg) else { return None };
+    let [option] = missing.as_slice() else { return None };
+    let is_missing = error.kind() == ErrorKind::MissingRequiredArgument && option.starts_with('-');
+    let typed = option.replace("--output", "-o").replace(['<', '>'], "");
+    is_missing.then(|| format!("type `{typed}`"))
 }
 
 /// The error and its causes, outermost first. A cause that the text before it has quoted already is left out.

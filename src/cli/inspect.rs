@@ -47,7 +47,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE", value_parser = drawing)]
     hazards: Option<Sink>,
     /// The dependencies that --hazards draws, in this order, instead of all
-    #[arg(long, value_name = "DEPENDENCY,...", value_delimiter = ',', requires = "hazards")]
+    #[arg(long, value_name = "DEPENDENCY,...", value_delimiter = ',')]
     rows: Vec<String>,
     /// Take the frames as a window shows them, with what brings pictures into the swapchain's images: drawing or copying (direct), enlarging (enlarged),
     /// or encoding by a shader, as for images of 10 bits (encoded)
@@ -63,7 +63,7 @@ pub struct Args {
     /// layer says of it (its own text with -v), and whether the picture changed
     #[arg(long, value_name = "DEPENDENCY|all", conflicts_with_all = ["json", "validate", "graph", "hazards"])]
     drop: Option<String>,
-    /// What the picture would show, as for `render`
+    /// Plan the frame of this view, as for `render`
     #[arg(long, value_name = "NAME", value_parser = value::<View>)]
     view: Option<View>,
     #[command(flatten)]
@@ -202,6 +202,9 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
     if let Some(name) = &args.drop {
         let variation = SettingsPatch { view: args.view, samples: Some(1), ..SettingsPatch::default() };
         return drop::run(name, &args.scene, &args.settings, &variation, &args.device, is_verbose);
+    }
+    if !args.rows.is_empty() && args.hazards.is_none() {
+        return Err(Failure::usage("--rows needs --hazards: it chooses which dependencies that drawing has"));
     }
     let drawn_to_stdout = args.check_drawings()?;
     session::with_device(&args.device, |device| {

@@ -15,7 +15,7 @@ use afterlight::report::sweep::run::Step;
 use afterlight::report::sweep::timing::Effort;
 use afterlight::scene::{Camera, SettingsPatch, View, unknown};
 
-use super::args::{MotionArgs, SettingsArgs, samples};
+use super::args::{MotionArgs, SettingsArgs, samples, whole};
 use super::failure::Failure;
 use super::workload::Workload;
 use super::{output, progress};
@@ -31,10 +31,10 @@ pub struct MeasuringArgs {
     #[arg(long)]
     pub quick: bool,
     /// Combinations of settings in the joint family, at most, 0 (none) to 10000 [default: 40, quick 2]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=10_000))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(0..=10_000), allow_negative_numbers = true)]
     joint: Option<u32>,
     /// Rounds in which renderers take turns, 6 and up, more where times scatter [default: 15, quick 6]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(LEAST_FOR_95 as i64..=100_000))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(LEAST_FOR_95 as u32..=100_000), allow_negative_numbers = true)]
     rounds: Option<u32>,
     /// Samples of each pixel of the converged truth [default: 64, quick 16]
     #[arg(long, value_name = "N", value_parser = samples)]

@@ -15,7 +15,7 @@ use afterlight::measure::{Shard, peak_memory_bytes};
 use afterlight::plan::{self, FramePlan};
 use afterlight::scene::{Output, Pose, Settings, SettingsPatch, View, metered_ev100};
 
-use super::args::{DeviceArgs, SettingsArgs, ViewChoice, fps, samples, seconds, shard, view};
+use super::args::{DeviceArgs, SettingsArgs, ViewChoice, fps, samples, seconds, shard, view, whole};
 use super::contact_sheet::{self, Tile};
 use super::failure::Failure;
 use super::image_output::{Format, Target};
@@ -49,8 +49,8 @@ pub struct Args {
     /// several scenes need
     #[arg(short, long, value_name = "FILE", default_value = "afterlight.png", value_parser = Target::parse)]
     output: Target,
-    /// How many times to draw the picture; the last one is written
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    /// Draw the picture this many times, and write the last one
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<u32>(1..=1_000_000), allow_negative_numbers = true)]
     frames: u32,
     /// Draw along a camera path, a TOML file with [[keys]]: walk.png becomes walk-0000.png and so on, and standard output
     /// has one PNG after another
@@ -60,7 +60,7 @@ pub struct Args {
     /// longest clip [default: 30]
     #[arg(long, value_name = "N", value_parser = fps, conflicts_with = "frames", allow_hyphen_values = true)]
     fps: Option<f64>,
-    /// Draw clips for so many seconds, --fps pictures to a second, numbered as with --path
+    /// Draw clips for this many seconds, --fps pictures to a second, numbered as with --path
     #[arg(long, value_name = "SECONDS", value_parser = seconds, conflicts_with = "frames", allow_hyphen_values = true)]
     duration: Option<f64>,
     /// Draw every N-th picture of a sequence, from the I-th on, so that N processes or machines draw all of them
@@ -74,7 +74,7 @@ pub struct Args {
     view: Option<ViewChoice>,
     /// Leave this dependency out (`afterlight inspect` lists them), to see a check fail: exit code 1 if the layer or the
     /// specification's rules notice
-    #[arg(long, value_name = "DEPENDENCY", requires = "validate")]
+    #[arg(long, value_name = "DEPENDENCY")]
     drop: Option<String>,
     /// Write the verdict on each scene, with the layer's messages, as JSON; - is standard output
     #[arg(long, value_name = "FILE", value_parser = Sink::parse)]
@@ -110,11 +110,14 @@ impl Args {
 
 fn view_help() -> String {
     let names: Vec<_> = View::NAMES.iter().map(|(name, _)| *name).collect();
-    format!("What the picture shows: {}, or all of them on one labelled sheet", names.join(", "))
+    format!("Show one of {}, or all of them on one labelled sheet", names.join(", "))
 }
 
 /// Draws and writes the picture.
 pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
+    if args.drop.is_some() && args.device.validate.is_none() {
+        return Err(Failure::usage("--drop needs --validate: nothing else would notice"));
+    }
     if args.view == Some(ViewChoice::All) && args.output.format == Format::Exr {
         return Err(Failure::usage("--view all makes a PNG picture: the views have no common unit for an .exr file"));
     }

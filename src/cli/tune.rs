@@ -22,7 +22,7 @@ use afterlight::report::tune::{Tuned, Tuning, Within};
 use afterlight::scene::SettingsPatch;
 use tempfile::TempDir;
 
-use super::args::{DeviceArgs, MotionArgs, SettingsArgs, samples};
+use super::args::{DeviceArgs, MotionArgs, SettingsArgs, samples, whole};
 use super::failure::{Exit, Failure};
 use super::measuring::{Bars, MeasuringArgs, base_of, fix_driver_threads, metric, sweep_of, truths};
 use super::output::{Sink, quoted};
@@ -51,16 +51,16 @@ bound measures only what it needs besides. docs/FLIP.md shows what an error look
 pub struct Args {
     /// The scene: a model (.gltf, .glb, .obj), a .toml scene file, or `builtin:NAME?key=value&...`
     scene: String,
-    /// The fastest settings whose error is at most this, against a truth of many samples a pixel
+    /// Find the fastest settings whose error is at most this, against a truth of many samples a pixel
     #[arg(long, value_name = "ERROR", group = "bound", value_parser = positive, allow_hyphen_values = true)]
     max_error: Option<f64>,
-    /// The fastest settings whose error is at most this much more than that of the settings as given, as 2%
+    /// Find the fastest settings whose error exceeds that of the settings as given by at most this, as 2%
     #[arg(long, value_name = "PERCENT%", group = "bound", value_parser = percent, allow_hyphen_values = true)]
     max_loss: Option<f64>,
-    /// The settings with the least error whose pictures take at most so many milliseconds, by the wall's clock or the device's: the slower
+    /// Find the settings with the least error whose pictures take at most this many milliseconds, by the wall's clock or the device's: the slower
     #[arg(long, value_name = "MS", group = "bound", value_parser = positive, allow_hyphen_values = true)]
     max_ms: Option<f64>,
-    /// How error is measured: flip or, in exposed linear light, relmse or rmse
+    /// Measure error by flip or, in exposed linear light, by relmse or rmse
     #[arg(long, value_name = "NAME", default_value = "flip", value_parser = metric)]
     metric: Metric,
     /// The settings that were chosen, as TOML with the evidence; - is standard output
@@ -71,17 +71,17 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = samples, allow_hyphen_values = true)]
     samples: Option<u32>,
     /// Other cameras that the choice must hold from, 0 to 64
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..=64))]
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = whole::<u32>(0..=64), allow_negative_numbers = true)]
     cameras: u32,
-    /// Look from moments of a camera path, a TOML file with [[keys]], in place of the scene's camera and others around it: settings are chosen
-    /// from the path's middle, and must hold from all moments
+    /// Choose settings from the middle of a camera path, a TOML file with [[keys]], and verify them from its other moments, in place of the scene's
+    /// camera and others around it
     #[arg(long, value_name = "FILE", conflicts_with = "cameras")]
     path: Option<PathBuf>,
     /// Moments of the path, spread evenly from its start to its end, 2 to 64
-    #[arg(long, value_name = "N", default_value_t = 5, requires = "path", value_parser = clap::value_parser!(u32).range(2..=64))]
+    #[arg(long, value_name = "N", default_value_t = 5, requires = "path", value_parser = whole::<u32>(2..=64), allow_negative_numbers = true)]
     moments: u32,
-    /// How long all of it may take, about, 1 to 1000000: then the best so far is verified, and what was not measured is named
-    #[arg(long, value_name = "SECONDS", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    /// Stop measuring after about this long, 1 to 1000000: the best so far is verified, and what was not measured is named
+    #[arg(long, value_name = "SECONDS", default_value_t = 60, value_parser = whole::<u32>(1..=1_000_000), allow_negative_numbers = true)]
     within: u32,
     /// Measure anew what an earlier run of this command has measured
     #[arg(long)]

@@ -14,7 +14,7 @@ use afterlight::scene::file::{Model, Origin, to_toml};
 use afterlight::scene::{Camera, CameraPath, Scene, SettingsPatch};
 use afterlight::window::{Error, Options, ReadAgain, ShaderFolder, Summary, WindowSystem, help};
 
-use super::args::{DeviceArgs, SettingsArgs};
+use super::args::{DeviceArgs, SettingsArgs, whole};
 use super::failure::{Exit, Failure};
 use super::image_output::{Format, Target};
 use super::output::{self, Sink};
@@ -37,18 +37,18 @@ pub struct Args {
     /// The scene: a model (.gltf, .glb, .obj), a .toml scene file, or `builtin:NAME?key=value&...`
     #[arg(default_value = "builtin:hall")]
     scene: String,
-    /// Whether frames wait for the display: on, off (the lowest latency; frames may be torn), or adaptive (late ones do not)
+    /// Wait for the display: on, off (the lowest latency; frames may be torn), or adaptive (late frames do not wait)
     #[arg(long, value_name = "on|off|adaptive", value_parser = vsync, default_value = "on")]
     vsync: Vsync,
-    /// Show what is brighter than white so, where the window takes HDR, on a display whose brightest is so many nits: 1000, or --hdr=NITS
+    /// Use an HDR swapchain, where the window takes one, for a display of NITS peak: 1000, or --hdr=NITS
     #[arg(long, value_name = "NITS", value_parser = hdr, num_args = 0..=1, require_equals = true, default_missing_value = "1000")]
     hdr: Option<f32>,
     /// Draw coarser pictures while something moves, where whole ones would take longer than a tenth of a second: on, off, or auto (on with a device that is a
     /// CPU, unless --frames measures it)
     #[arg(long, value_name = "auto|on|off", value_enum, default_value = "auto", hide_possible_values = true)]
     dynamic_resolution: DynamicResolution,
-    /// Draw so many frames without a pause, then close the window and tell how long they took
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    /// Draw this many frames without a pause, then close the window and print how long they took
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=1_000_000), allow_negative_numbers = true)]
     frames: Option<u32>,
     /// The folder that screenshots, camera paths and scene files are written to
     #[arg(long, value_name = "FOLDER", default_value = ".")]

@@ -49,7 +49,7 @@ pub const SPREAD: Pass = Pass {
 };
 
 fn presence(plan: &FramePlan) -> Presence {
-    Presence::when(plan.bloom.is_some(), "asked for", "not asked for, or a view shows no light")
+    Presence::when(plan.bloom.is_some(), "asked for", plan.absences.bloom)
 }
 
 const LEVELS: u32 = 0;

@@ -20,8 +20,7 @@ pub const PASS: Pass = Pass {
     time: "composite",
     what: "what was summed up without sorting, over the light",
     presence: |plan| {
-        let why_not = "transparent surfaces are sorted, or there are none";
-        Presence::when(plan.sums.is_some(), "lays the sums of transparent surfaces over the light", why_not)
+        Presence::when(plan.sums.is_some(), "lays the sums of transparent surfaces over the light", plan.lack_of_sums())
     },
     touches: |plan| {
         vec![

@@ -15,7 +15,7 @@ pub const PASS: Pass = Pass {
     time: "depth",
     what: "depth of opaque surfaces alone, before the same subpass shades them",
     presence: |plan| {
-        let why_not = "not asked for, or this view shades nothing";
+        let why_not = if plan.shading.reads_gbuffer() { "not asked for" } else { "this view shades nothing" };
         Presence::when(plan.depth_prepass, "depth is drawn first, so that each pixel is shaded once", why_not)
     },
     // Of attachments as the pass in whose subpass it draws.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::screen::{Screen, ScreenDesc, WindowPass, replace};
-use super::{COLOR_WRITE, First, How, Pass, Place, Presence, Resource, SAMPLED, Slot, Touch, needed, shown};
+use super::{COLOR_WRITE, First, How, NO_WINDOW, Pass, Place, Presence, Resource, SAMPLED, Slot, Touch, needed, shown};
 use crate::gpu::{self, DescriptorPool, Device, SetLayout, SetWriter, binding, sync::Use};
 use crate::plan::{Canvas, Transfer};
 use crate::shaders::encode::{self as shader, Flags, constants};
@@ -22,11 +22,12 @@ pub const PASS: Pass = Pass {
     what: "brings the picture into an image of the swapchain that no hardware encodes",
     presence: |plan| {
         let is_in = matches!(plan.presented, Some(Canvas::Encode(_)));
-        Presence::when(
-            is_in,
-            "no hardware encodes the window's images",
-            "no window, or the hardware encodes its images",
-        )
+        let why_not = match plan.presented {
+            None => NO_WINDOW,
+            Some(_) if plan.is_tiled() => "TILED encodes the picture, and PRESENT copies it",
+            Some(_) => "the hardware encodes the window's images",
+        };
+        Presence::when(is_in, "no hardware encodes the window's images", why_not)
     },
     touches: |plan| {
         let drawn = How::Color { location: 0, first: First::Undefined };

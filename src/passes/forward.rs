@@ -31,7 +31,12 @@ pub const PASS: Pass = Pass {
     time: "forward",
     what: "surfaces, lit while they are rasterized",
     presence: |plan| {
-        Presence::when(plan.is_forward(), "surfaces are lit as they are drawn", "the light path has a G-buffer")
+        let why_not = match plan.shading.is_lit() {
+            true if plan.triangles.is_some() => "TILED lights every pixel, by compute",
+            true => "the light path has a G-buffer",
+            false => "this view is not lit",
+        };
+        Presence::when(plan.is_forward(), "surfaces are lit as they are drawn", why_not)
     },
     touches: |plan| {
         let drawn = [

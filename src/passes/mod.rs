@@ -104,7 +104,7 @@ use ash::vk;
 
 use crate::gpu::{self, Device, Timestamps, sync::Use};
 use crate::gpu_scene::{CulledState, Culling, GpuScene, INDEX_READ, Instances, SKY_READ, TEXTURE_READ, VERTEX_READ};
-use crate::plan::{FramePlan, IndexWidth, Shading, Target, TexturePlan};
+use crate::plan::{FramePlan, IndexWidth, Shading, Target, TexturePlan, counted};
 use crate::shaders::Variant;
 use crate::visible::{MapDraw, Since, Visible, World, WorldObject};
 
@@ -195,10 +195,16 @@ const INPUT_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::Ac
 /// Samples images while shading fragments.
 const SAMPLED: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::SHADER_READ);
 
+/// The reason why a pass over what a window shows is not there.
+pub(crate) const NO_WINDOW: &str = "no window";
+
 /// Tells if frames have SIMULATE and PARTICLES.
 fn particles_presence(plan: &FramePlan) -> Presence {
     match &plan.particles {
-        Some(own) => Presence::In(format!("{} emitters have up to {} particles", own.emitters, own.capacity)),
+        Some(own) => {
+            let emitters = counted(own.emitters as usize, "emitter");
+            Presence::In(format!("up to {} of {emitters}", counted(own.capacity as usize, "particle")))
+        }
         None => Presence::Out("no particles are drawn".into()),
     }
 }
@@ -229,7 +235,7 @@ fn culled(plan: &FramePlan) -> Option<Touch> {
 
 /// Tells if frames are averaged over time.
 fn over_time(plan: &FramePlan) -> Presence {
-    Presence::when(plan.taa.is_some(), "asked for", "not asked for, or a view shows values that have no mean")
+    Presence::when(plan.taa.is_some(), "asked for", plan.absences.taa)
 }
 
 /// Looks shadow maps up, where there are some.
@@ -249,7 +255,7 @@ fn froxels(plan: &FramePlan) -> Option<Touch> {
 fn froxel_presence(plan: &FramePlan) -> Presence {
     match plan.froxels() {
         Some(own) => Presence::In(own.to_string()),
-        None => Presence::Out("fog is lit by no lamp and lies in no shadow, or there is none".into()),
+        None => Presence::Out(plan.lack_of_froxels().into()),
     }
 }
 

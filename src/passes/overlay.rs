@@ -10,7 +10,7 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
 use super::screen::{WindowPass, over, sampled_bindings, sampled_set, stages};
-use super::{COLOR_BLEND, First, How, Pass, Place, Presence, Resource, SAMPLED, Touch, needed, shown};
+use super::{COLOR_BLEND, First, How, NO_WINDOW, Pass, Place, Presence, Resource, SAMPLED, Touch, needed, shown};
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Image, ImageDesc, Location,
     MemoryKind, Owned, Sampler, SetLayout, UploadOrder, Uploader, pipeline_layout, sync::Use,
@@ -26,7 +26,7 @@ pub const PASS: Pass = Pass {
     place: Place::pass("OVERLAY"),
     time: "overlay",
     what: "draws panels over the picture",
-    presence: |plan| Presence::when(plan.presented.is_some(), "only while panels are shown", "there is no window"),
+    presence: |plan| Presence::when(plan.presented.is_some(), "only while panels are shown", NO_WINDOW),
     touches: |plan| {
         let drawn = How::Color { location: 0, first: First::Undefined };
         vec![

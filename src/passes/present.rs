@@ -3,7 +3,7 @@
 
 use ash::vk;
 
-use super::{How, Pass, Place, Presence, Resource, Touch};
+use super::{How, NO_WINDOW, Pass, Place, Presence, Resource, Touch};
 use crate::gpu::{Device, Image, sync::Use};
 use crate::plan::Canvas;
 
@@ -27,7 +27,12 @@ pub const PASS: Pass = Pass {
             Some(Canvas::Enlarge(_)) => "its resolution follows the time that frames take",
             _ => "compute cannot store to an image that the hardware encodes",
         };
-        Presence::when(plan.is_copied_into_swapchain(), why, "no window, or it is drawn into directly")
+        let why_not = match plan.presented {
+            None => NO_WINDOW,
+            Some(Canvas::Encode(_)) => "ENCODE draws into the swapchain's image",
+            Some(_) => "the last pass draws straight into the swapchain's image",
+        };
+        Presence::when(plan.is_copied_into_swapchain(), why, why_not)
     },
     touches: |plan| {
         vec![

@@ -28,7 +28,7 @@ pub const PASS: Pass = Pass {
     time: "reflect resolve",
     what: "what rays found around each pixel, as its lobe mirrors it, in the place of the sky's light",
     presence: |plan| match &plan.reflections {
-        Ok(_) => Presence::In("a ray is one direction of a lobe".into()),
+        Ok(_) => Presence::In("averages neighbours' rays: one ray is one direction of the lobe".into()),
         Err(why) => Presence::Out(why.clone()),
     },
     touches: |plan| {

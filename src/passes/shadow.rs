@@ -33,8 +33,10 @@ pub const PASS: Pass = Pass {
     place: Place::pass("SHADOW"),
     time: "shadow",
     what: "depth maps of lights, a render pass each, those in which something has moved",
-    presence: |plan| {
-        Presence::when(plan.shadow.is_some(), "a light casts shadows", "no light casts one, or this view shows none")
+    presence: |plan| match &plan.shadow {
+        Some(own) if own.lights.is_empty() => Presence::In("kept on request: no light has a map".into()),
+        Some(_) => Presence::In("a light casts shadows".into()),
+        None => Presence::Out(plan.absences.shadow.clone()),
     },
     touches: |plan| {
         let how = How::Depth { first: First::Clear };

@@ -6,7 +6,7 @@ use super::screen::{Screen, ScreenDesc, replace};
 use super::{Pass, Place, Presence, Recording, Resource, SetLayouts, Slot, Touch, frame_data, needed};
 use crate::gpu::{self, Device};
 use crate::gpu_scene::TEXTURE_READ;
-use crate::plan::{FramePlan, ToneMapping};
+use crate::plan::{FramePlan, Shading, ToneMapping};
 use crate::shaders::sky::{self as shader, Flags, constants};
 
 pub const PASS: Pass = Pass {
@@ -16,7 +16,10 @@ pub const PASS: Pass = Pass {
     presence: |plan| match &plan.sky {
         Some(sky) if sky.shown => Presence::In("the scene has a sky".into()),
         Some(_) => Presence::Out("this view has no background".into()),
-        None => Presence::Out("the scene has no sky, but a background of one colour".into()),
+        None if plan.shading == (Shading::Light { light_only: false }) => {
+            Presence::Out("the scene has no sky, but a background of one colour".into())
+        }
+        None => Presence::Out("this view has no background".into()),
     },
     // It draws into the attachments of the pass before it.
     touches: |_| vec![frame_data(), Touch::resource(Resource::Textures, TEXTURE_READ)],

@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{How, Pass, Place, Presence, Touch, shown};
+use super::{How, NO_WINDOW, Pass, Place, Presence, Touch, shown};
 use crate::gpu::{Device, Image, sync::Use};
 
 /// Writes a part of the window's picture, and keeps the rest.
@@ -12,7 +12,7 @@ pub const PASS: Pass = Pass {
     place: Place::pass("SPLIT"),
     time: "split",
     what: "copies a part of another picture over this one",
-    presence: |plan| Presence::when(plan.presented.is_some(), "only while the window is split", "there is no window"),
+    presence: |plan| Presence::when(plan.presented.is_some(), "only while the window is split", NO_WINDOW),
     touches: |plan| vec![Touch { resource: shown(plan), how: How::CopiedTo, uses: WRITE }],
     leave_out: None,
 };

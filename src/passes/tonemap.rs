@@ -33,7 +33,12 @@ pub const PASS: Pass = Pass {
     time: "tonemap",
     what: "scene light into display light",
     presence: |plan| {
-        let why_not = "nothing blends between lighting and the output";
+        let why_not = match plan.tone_mapping {
+            ToneMapping::AfterFrames(_) => "the CPU averages frames before it tone-maps them",
+            ToneMapping::Absent if plan.shading.is_lit() => "the output itself is linear",
+            ToneMapping::Absent => "a view is not tone-mapped",
+            _ => "nothing blends between lighting and the output",
+        };
         Presence::when(plan.has_tonemap_subpass(), "light is blended or averaged before it is tone-mapped", why_not)
     },
     touches: |plan| {

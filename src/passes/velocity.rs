@@ -32,11 +32,11 @@ pub const PASS: Pass = Pass {
     time: "velocity",
     what: "how far what moves by itself has come since the frame before",
     presence: |plan| match plan.taa {
-        None => Presence::Out("no frames are averaged over time".into()),
+        None => Presence::Out("frames are not averaged over time".into()),
         Some(taa) => Presence::when(
             taa.moves,
             "opaque surfaces can move by themselves",
-            "no opaque surface moves by itself: depth and the camera say where it was",
+            "no opaque surface moves by itself: depth and the camera give its motion",
         ),
     },
     touches: |plan| {

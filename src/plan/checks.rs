@@ -60,7 +60,7 @@ pub(super) fn check_antialiasing(settings: &Settings, lit: bool) -> Result<(), E
         ));
     }
     if settings.samples > 1 {
-        return refuse(format!("{} samples are averaged after {effect} could work: choose one", settings.samples));
+        return refuse(format!("{effect} needs --samples 1: samples are averaged after it"));
     }
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::parts::counted;
 use super::{Basis, Capabilities, Shading, SurfaceRules};
 use crate::scene::{Culling, OptionalPart, Scene, Settings};
 
@@ -18,7 +19,7 @@ pub(crate) const CULL_SHARED_BYTES: [u32; 2] = [256, 4352];
 /// Returns the warning where culling on the device was asked for and is not done.
 pub(super) fn warning(settings: &Settings, culling: &Result<String, String>) -> Option<String> {
     let why = culling.as_ref().err().filter(|_| settings.culling == Culling::Gpu)?;
-    Some(format!("culling = gpu is not followed: {why}"))
+    Some(format!("--culling gpu is not followed ({why})"))
 }
 
 /// Ok with the reason if the device does.
@@ -32,19 +33,19 @@ pub(super) fn choose(
 ) -> Result<String, String> {
     let asked = settings.culling == Culling::Gpu;
     match shading {
-        _ if settings.culling == Culling::Cpu => return Err("the CPU does, as asked for".into()),
-        _ if !device.indirect_draws => return Err("the CPU does: the device draws by no commands of its own".into()),
+        _ if settings.culling == Culling::Cpu => return Err("the CPU culls, as asked for".into()),
+        _ if !device.indirect_draws => return Err("the CPU culls: the device lacks indirect draws".into()),
         _ if device.storage_buffers < CULL_BUFFERS => {
-            return Err("the CPU does: shaders of the device name too few buffers".into());
+            return Err("the CPU culls: the device's shaders can name too few buffers".into());
         }
         _ if device.shared_memory < CULL_SHARED_BYTES[usize::from(rules.lod > 0.0)] => {
-            return Err("the CPU does: work groups of the device share too little memory".into());
+            return Err("the CPU culls: the device's work groups share too little memory".into());
         }
         _ if settings.keep.has(OptionalPart::OffscreenObjects) => {
-            return Err("nobody does: all objects are drawn".into());
+            return Err("culling is off (`--plan offscreen-objects`)".into());
         }
-        _ if depth_prepass => return Err("the CPU does: after a depth pre-pass the order is another one".into()),
-        Shading::ShowTriangle => return Err("the CPU does: the view needs each object's number".into()),
+        _ if depth_prepass => return Err("the CPU culls: a depth pre-pass reverses the draw order".into()),
+        Shading::ShowTriangle => return Err("the CPU culls: the view needs each object's number".into()),
         Shading::ShowShadowMap => return Err("no object is drawn".into()),
         _ => {}
     }
@@ -57,20 +58,24 @@ pub(super) fn choose(
     let many = device.costs.culling.many_objects();
     match count {
         0 => Err("no opaque object is drawn".into()),
-        _ if asked => Ok("the device does, as asked for".into()),
+        _ if asked => Ok("the device culls, as asked for".into()),
         _ if device.software && shadowed => {
-            Err("the CPU does: it is the device, and leaves out casters of shadows that are not seen".into())
+            Err("the CPU culls: the device is a CPU, where culling also skips casters of shadows that nobody sees"
+                .into())
         }
-        _ if many == usize::MAX => Err("the CPU does: the device takes longer for any number of objects".into()),
+        _ if many == usize::MAX => Err("the CPU culls: on this device it is faster for any number of objects".into()),
         _ if count < many => {
             let measured =
                 if matches!(device.costs.basis, Basis::Kind(_)) { "" } else { ", as measured on this device" };
-            Err(format!("the CPU does: there are fewer than {many} opaque objects{measured}"))
+            Err(format!(
+                "the CPU culls: {} drawn, and the device pays from {many} on{measured}",
+                counted(count, "opaque object")
+            ))
         }
         _ if pairs() * SHARED_BY > count => {
-            Err(format!("the CPU does: fewer than {SHARED_BY} objects share a mesh and a material"))
+            Err(format!("the CPU culls: on average fewer than {SHARED_BY} objects share a mesh and a material"))
         }
-        _ => Ok("the device does: many objects share few meshes and materials".into()),
+        _ => Ok("the device culls: many objects share few meshes and materials".into()),
     }
 }
 

@@ -35,7 +35,7 @@ pub enum Error {
     /// A light path that needs blending into 32-bit floats.
     #[error("the light path {0} adds lights by blending into 32-bit floats, which this device cannot: try clustered")]
     NoFloatBlending(LightPath),
-    #[error("{0} writes the finished picture by itself, and {1} works on one that is drawn: choose another light path")]
+    #[error("--light-path {0} cannot draw {1}: it writes the tone-mapped picture itself. Use --light-path clustered")]
     /// An effect on the finished picture, by its name, on a light path that ends with a compute pass.
     ComputeWithEffect(LightPath, &'static str),
     #[error("the light path {0} needs work groups of {1} invocations, and this device has at most {2}: try clustered")]
@@ -86,13 +86,11 @@ pub enum Error {
     #[error("forward-naive has no depth pre-pass, which is what it is there to show: choose `--light-path forward`")]
     NaivePrepass,
     #[error(
-        "the light path {0} writes the finished picture, and transparent surfaces would have to come after it: choose `--light-path clustered`"
+        "--light-path {0} cannot draw transparent surfaces: it writes the tone-mapped picture itself. Use --light-path clustered"
     )]
     /// Transparent surfaces on a light path that ends with a compute pass.
     ComputeWithTransparency(LightPath),
-    #[error(
-        "the light path {0} writes the finished picture, and the sky would have to come after it: choose `--light-path clustered`"
-    )]
+    #[error("--light-path {0} cannot draw a sky: it writes the tone-mapped picture itself. Use --light-path clustered")]
     /// A sky on such a path.
     ComputeWithSky(LightPath),
     /// The edge of a face of the sky's cube, and the device's limit.

@@ -60,16 +60,22 @@ impl FramePlan {
     pub fn froxels(&self) -> Option<&FroxelPlan> {
         self.fog.as_ref()?.froxels.as_ref()
     }
+
+    /// Returns the reason why frames have none.
+    pub(crate) fn lack_of_froxels(&self) -> &'static str {
+        match &self.fog {
+            None => "no fog",
+            Some(fog) if fog.kind == Fog::Froxels => "no lamp shines into the fog: its closed form is exact",
+            Some(_) => "fog by height has no froxels",
+        }
+    }
 }
 
 /// Returns their line of `inspect`.
 pub(super) fn parts(plan: &FramePlan) -> Part {
-    match (&plan.fog, plan.froxels()) {
-        (_, Some(own)) => part("froxels of fog", true, own.to_string(), own.bytes()),
-        (Some(fog), None) if fog.kind == Fog::Froxels => {
-            part("froxels of fog", false, "no light is in the air but what comes from everywhere", 0)
-        }
-        _ => part("froxels of fog", false, "not asked for, or this view shows no fog", 0),
+    match plan.froxels() {
+        Some(own) => part("froxels of fog", true, own.to_string(), own.bytes()),
+        None => part("froxels of fog", false, plan.lack_of_froxels(), 0),
     }
 }
 

@@ -14,7 +14,7 @@ pub(super) fn check(scene: &Scene, settings: &Settings) -> Result<(), Error> {
         return refuse("an orthographic camera has no lens, for its rays are parallel: leave the aperture out");
     }
     if settings.focus.is_none() {
-        return refuse("nothing says at which distance it is sharp: add it in metres, as --focus 5");
+        return Err(Error::Lens(format!("--aperture {aperture} needs a focus distance: add --focus METRES")));
     }
     Ok(())
 }
@@ -45,7 +45,7 @@ pub(super) fn parts(scene: &Scene, settings: &Settings) -> [Part; 2] {
     };
     let seconds = settings.shutter;
     let in_time = match samples {
-        _ if seconds == 0.0 => "open for no time: nothing that moves is blurred".to_owned(),
+        _ if seconds == 0.0 => "shutter 0: no motion blur".to_owned(),
         1 => "one frame shows the moment at which it opens".to_owned(),
         samples => format!("{samples} frames show as many moments of {seconds} s"),
     };

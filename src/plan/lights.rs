@@ -10,6 +10,7 @@ use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 
 pub use froxels::{Grid, SLICES, TILE};
+pub(super) use order::is_misplaced;
 pub(crate) use order::{IdleLights, LightOrder, shows_all};
 pub use reach::Reach;
 use reach::bounded;

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeSet;
 
+use super::parts::counted;
 use super::{FramePlan, GeometryKey, Shading, SurfaceRules};
 use crate::scene::{Culling, OptionalPart, Scene, Settings};
 
@@ -10,8 +11,8 @@ use crate::scene::{Culling, OptionalPart, Scene, Settings};
 /// objects) and `builtin:hall` (427) hide one object at most, `builtin:field?objects=2000&screens=6` six in seven.
 pub(crate) const MANY_OBJECTS: usize = 512;
 
-const KEPT: &str = "asked to stay";
-const COUNTED: &str = "the view counts what is drawn and then hidden";
+const KEPT: &str = "kept on request: hidden objects are drawn";
+const COUNTED: &str = "the view counts hidden fragments too";
 
 /// Ok with the reason if the device does.
 pub(super) fn choose(
@@ -27,10 +28,15 @@ pub(super) fn choose(
         _ if culling.is_err() => Err("the device does not cull".into()),
         _ if settings.keep.has(OptionalPart::OccludedObjects) => Err(KEPT.into()),
         Shading::ShowOverdraw => Err(COUNTED.into()),
-        _ if geometry.iter().all(|key| key.masked) => Err("nothing is opaque all over".into()),
-        _ if !asked && drawn() < MANY_OBJECTS => Err(format!("below {MANY_OBJECTS} objects, drawing all is faster")),
+        _ if geometry.iter().all(|key| key.masked) => Err("no object is opaque all over".into()),
+        _ if !asked && drawn() < MANY_OBJECTS => Err(too_few(drawn())),
         _ => Ok("the device tests boxes against the depth of the largest objects in view".into()),
     }
+}
+
+fn too_few(drawn: usize) -> String {
+    let objects = counted(drawn, "object");
+    format!("{objects}: below {MANY_OBJECTS}, drawing all is faster than occlusion culling")
 }
 
 impl FramePlan {
@@ -43,13 +49,9 @@ impl FramePlan {
             _ if self.keep.has(OptionalPart::OccludedObjects) => Err(KEPT.into()),
             Shading::ShowOverdraw => Err(COUNTED.into()),
             Shading::ShowShadowMap => Err("no object is drawn".into()),
-            _ if !self.software => {
-                Err("a GPU draws objects faster than a CPU finds out which of them are hidden".into())
-            }
-            _ if drawn < MANY_OBJECTS => Err(format!(
-                "below {MANY_OBJECTS} objects, here {drawn}, drawing all is faster than finding out which of them are hidden"
-            )),
-            _ => Ok(format!("{drawn} objects, each drawn unless larger ones hide its box")),
+            _ if !self.software => Err("a GPU draws hidden objects faster than the CPU finds them".into()),
+            _ if drawn < MANY_OBJECTS => Err(too_few(drawn)),
+            _ => Ok(format!("{drawn} objects, occlusion-culled by their boxes")),
         }
     }
 }

@@ -61,7 +61,7 @@ pub(super) fn choose(
     }
     if is_tiled(path) {
         return Err(Error::Particles(format!(
-            "the light path {path} writes the finished picture, and particles would have to come after it: choose `--light-path clustered`"
+            "--light-path {path} cannot draw them: it writes the tone-mapped picture itself. Use --light-path clustered"
         )));
     }
     if settings.msaa > 1 {

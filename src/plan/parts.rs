@@ -93,7 +93,7 @@ pub(super) fn list(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<
     add(PartGroup::Geometry, meshes::geometry(scene, plan));
     add(PartGroup::Geometry, vec![meshes::levels(settings, plan)]);
     add(PartGroup::Textures, textures::textures(scene, settings, plan));
-    add(PartGroup::Lights, lights::shading(plan));
+    add(PartGroup::Lights, lights::shading(scene, settings, plan));
     add(PartGroup::Lights, vec![super::fog::parts(plan), super::froxels::parts(plan)]);
     add(PartGroup::Shadows, vec![lights::shadow(scene, settings, plan)]);
     add(PartGroup::Camera, camera::parts(scene, plan));
@@ -117,7 +117,8 @@ pub(super) fn with_output(mut parts: Vec<Part>, plan: &FramePlan) -> Vec<Part> {
 
 /// Parts that are only there because the settings keep them say so, and why nothing needs them.
 pub(super) fn say_what_is_kept(parts: &mut [Part], lean: &[Part]) {
-    for part in parts.iter_mut().filter(|part| part.included) {
+    // What frames leave out by camera says itself that it stays.
+    for part in parts.iter_mut().filter(|part| part.included && part.group != PartGroup::Camera) {
         let needless = lean.iter().find(|own| own.optional.is_some() && own.optional == part.optional && !own.included);
         if let Some(needless) = needless {
             part.reason = format!("kept on request: {}", needless.reason);
@@ -135,7 +136,7 @@ fn passes(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
 
 fn antialiasing(plan: &FramePlan) -> [Part; 2] {
     let many = match plan.samples {
-        1 => "one frame is a picture".to_string(),
+        1 => "a picture is one frame".to_string(),
         samples => format!("{samples} jittered frames make a picture"),
     };
     let multisampling = match plan.msaa {
@@ -150,8 +151,10 @@ fn transparency(scene: &Scene, plan: &FramePlan) -> Part {
     let objects = scene.objects.iter().filter(|object| scene.materials[object.material].is_transparent()).count();
     let reason = match plan.transparency {
         Some(_) if objects == 0 && plan.particles.is_some() => "no object is transparent, but particles are".into(),
-        Some(Transparency::Sorted) => format!("{objects} transparent objects, sorted from back to front"),
-        Some(Transparency::Oit) => format!("{objects} transparent objects, summed up with weights in any order"),
+        Some(Transparency::Sorted) => format!("{}, sorted from back to front", counted(objects, "transparent object")),
+        Some(Transparency::Oit) => {
+            format!("{}, summed up with weights in any order", counted(objects, "transparent object"))
+        }
         None if objects > 0 => "this view leaves transparent objects out".into(),
         None => "no object is transparent".into(),
     };
@@ -160,6 +163,11 @@ fn transparency(scene: &Scene, plan: &FramePlan) -> Part {
     let sorted = plan.transparency == Some(Transparency::Sorted);
     part("transparent surfaces", plan.transparency.is_some(), reason, if sorted { indices } else { 0 })
         .is(OptionalPart::Transparent)
+}
+
+/// `count` things, of which one is a `thing`.
+pub(crate) fn counted(count: usize, thing: &str) -> String {
+    format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
 }
 
 fn why(present: bool, yes: &str, no: &str) -> String {

@@ -95,7 +95,7 @@ pub(super) fn check(settings: &Settings, path: LightPath, lit: bool) -> Result<(
     let refuse = |why: String| Err(Error::AntiAliasing(why));
     let Settings { samples, msaa, .. } = *settings;
     match path {
-        LightPath::Compute | LightPath::Visibility => Err(Error::ComputeWithEffect(path, "taa")),
+        LightPath::Compute | LightPath::Visibility => Err(Error::ComputeWithEffect(path, "TAA")),
         _ if samples > 1 => {
             refuse(format!("taa averages frames over time, and --samples {samples} frames of one time: choose one"))
         }
@@ -121,7 +121,7 @@ impl FramePlan {
 
 /// Returns the part of `inspect` about the history that is kept from frame to frame.
 pub(super) fn part_of(plan: &FramePlan) -> Part {
-    let Some(taa) = plan.taa else { return part("history of frames", false, "no frames are averaged over time", 0) };
+    let Some(taa) = plan.taa else { return part("history of frames", false, "frames are not averaged over time", 0) };
     let reason = format!("two frames, of four words a pixel, of what up to {} frames were averaged to", taa.history);
     part("history of frames", true, reason, plan.history_bytes())
 }

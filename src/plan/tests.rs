@@ -538,7 +538,8 @@ fn spread_light_is_planned_where_it_is_asked_for_and_there_is_light() {
     let refused = |settings: Settings| FramePlan::of(&lit, &settings, &device()).expect_err("refused").to_string();
     assert!(refused(Settings { msaa: 4, ..with.clone() }).contains("ask for --resolve linear"));
     assert!(
-        refused(Settings { light_path: LightPath::Compute, ..with.clone() }).contains("bloom works on one that is")
+        refused(Settings { light_path: LightPath::Compute, ..with.clone() })
+            .contains("--light-path compute cannot draw bloom")
     );
     plan_with(&lit, &Settings { msaa: 4, resolve: Resolve::Linear, ..with.clone() });
     plan_with(&lit, &Settings { msaa: 4, output: Output::Nits, ..with });
@@ -566,7 +567,7 @@ fn fog_is_planned_where_it_is_asked_for_and_there_is_light() {
         plan_with(&lit, &Settings { view: View::Fog, ..samples::deferred() }).fog,
         plan_with(&lit, &Settings { view: View::Fog, ..with.clone() }).fog
     );
-    assert!(refused(Settings { light_path: LightPath::Compute, ..with.clone() }).contains("fog works on one that is"));
+    assert!(refused(Settings { light_path: LightPath::Compute, ..with.clone() }).contains("cannot draw fog"));
     for number in [-1.0, f32::NAN, f32::INFINITY, 2e6] {
         let said = refused(Settings { fog_density: number, ..with.clone() });
         assert!(said.starts_with("fog: density of fog is") && said.contains("must be a number from 0"), "{said}");
@@ -596,7 +597,7 @@ fn what_smooths_edges_is_refused_where_it_means_nothing() {
             Settings { msaa: 4, gbuffer: "lean,normal=oct16-uint".parse().expect("a layout"), ..samples::deferred() },
             "rgb10a2",
         ),
-        (Settings { fxaa: true, samples: 2, ..samples::deferred() }, "choose one"),
+        (Settings { fxaa: true, samples: 2, ..samples::deferred() }, "FXAA needs --samples 1"),
         (Settings { vignette: 0.5, samples: 2, ..samples::deferred() }, "vignette"),
         (
             Settings { grain: 0.5, output: Output::Nits, ..samples::deferred() },

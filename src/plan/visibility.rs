@@ -40,24 +40,24 @@ pub(super) fn is_out(scene: &Scene, settings: &Settings, device: &Capabilities) 
         (!device.primitive_index, "the device does not number triangles"),
         (
             !scene.textures.is_empty() && images + u64::from(IMAGES) > u64::from(device.dynamic_textures),
-            "the device cannot look so many textures up by their numbers",
+            "the device cannot index so many textures (dynamic indexing)",
         ),
         // The default, of neutral textures, beside those.
         (samplers.len() >= SAMPLERS, "textures are sampled in too many ways"),
-        (BUFFERS > device.storage_buffers, "the device's shaders name too few buffers"),
+        (BUFFERS > device.storage_buffers, "the device's shaders can name too few buffers"),
         (
             (WIDEST * vertices).max(4 * indices) > u64::from(device.storage_range),
-            "the device's shaders see too little of a buffer",
+            "a buffer of the scene is larger than the device's shaders can address",
         ),
         (scene.objects.iter().any(|object| scene.deforms(object)), "some meshes are deformed"),
-        (bits > u32::BITS, "the numbers of triangles and instances do not fit into 32 bits"),
-        (settings.culling == Culling::Gpu, "the device is asked to cull"),
+        (bits > u32::BITS, "triangle and instance numbers do not fit into 32 bits"),
+        (settings.culling == Culling::Gpu, "culling on the device is asked for"),
         (
             scene.objects.len() >= device.costs.of_pictures(device.software).culling.many_objects(),
-            "so many objects are left to compute, for which the device may cull them",
+            "the device may cull this many objects, which visibility rules out",
         ),
-        (ao::is_used(scene, settings), "ambient occlusion looks at a G-buffer"),
-        (settings.gbuffer != GbufferChoice::default(), "a layout of the G-buffer is asked for"),
+        (ao::is_used(scene, settings), "ambient occlusion reads a G-buffer"),
+        (settings.gbuffer != GbufferChoice::default(), "a G-buffer layout is asked for"),
     ]
     .into_iter()
     .find_map(|(out, why)| out.then_some(why))
@@ -83,7 +83,7 @@ pub(super) fn choose(
     if images > 0 && images + u64::from(IMAGES) > u64::from(device.dynamic_textures) {
         let most = device.dynamic_textures.saturating_sub(IMAGES);
         return refuse(format!(
-            "a shader looks up {images} textures by their numbers, and on this device at most {most}"
+            "a shader would index {images} textures, and on this device it can index {most} (dynamic indexing)"
         ));
     }
     let samplers: BTreeSet<Sampler> = textures.images.iter().map(|image| image.sampler).collect();

@@ -54,11 +54,11 @@ pub(super) enum Action {
 
 /// The keys as `afterlight view` prints them; docs/WINDOW.md has the same list.
 pub const HELP: &[(&str, &str)] = &[
-    ("W A S D", "move forward, left, back, right; W and S zoom an orthographic camera"),
+    ("W A S D", "move forward, left, back, right (orthographic: W, S zoom)"),
     ("E or Space, Q or C", "move up, down"),
     ("Shift", "move faster, while it is held down"),
     ("drag", "look around; in an orbit, go around"),
-    ("wheel", "speed of flight; in an orbit nearer and farther; zoom of an orthographic camera"),
+    ("wheel", "fly faster or slower; orbit nearer or farther; zoom"),
     ("O", "orbit around what is ahead, or fly again"),
     ("R or Home", "back to the first camera"),
     ("Ctrl+1 to Ctrl+9", "keep this camera"),
@@ -67,19 +67,19 @@ pub const HELP: &[(&str, &str)] = &[
     ("Shift+P", "write the light of the picture, in nits, as an EXR"),
     ("G or F2", "panels: times, memory, plan, and settings to change"),
     ("V, Shift+V", "the next view of the frame's buffers, the one before"),
-    (". and ,", "step forward and back through the frame: its picture after each pass and light"),
+    (". and ,", "step through the frame's passes and lights, on and back"),
     ("Enter", "play clips, or pause"),
     ("[ and ]", "pause, and go a thirtieth of a second back, or on"),
-    ("N, Shift+N", "the next clip, the one before: all at once, each alone, none"),
-    ("X, Shift+X", "split the window: another view beside the picture, or none any more; the next one"),
+    ("N, Shift+N", "the next clip, the one before: all, each alone, none"),
+    ("X, Shift+X", "split the window by another view, or not; the next view"),
     ("drag the divider", "move it; a double-click on it ends the split"),
     ("click", "select an object: its name, its material, its box"),
-    ("T", "compare the picture with the truth: where it is wrong, and by how much"),
+    ("T", "compare with the truth: where and how far pixels are off"),
     ("K", "record the camera's path, and write it"),
-    ("F", "write scene, camera and settings as a scene file, and print the command that draws them"),
-    ("Z", "the resolution follows the time of frames while something moves, or is always the window's"),
+    ("F", "write a scene file, and print the command that draws it"),
+    ("Z", "let the resolution follow frame times in motion, or not"),
     ("H or F1", "these keys"),
-    ("Esc", "back to the whole frame, clear what is told of files, end the comparison, clear the selection; then quit"),
+    ("Esc", "end steps, file messages, comparison, selection; quit"),
 ];
 
 const DIGITS: [KeyCode; 9] = [

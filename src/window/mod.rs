@@ -47,6 +47,9 @@ pub enum Error {
     /// The program does not run where there is a display.
     #[error("no window can be opened here: {0}")]
     NoDisplay(String),
+    /// `WINIT_X11_SCALE_FACTOR` has a value that the window system cannot take.
+    #[error("WINIT_X11_SCALE_FACTOR={0}: must be a number above 0, such as 1.5, or randr; or unset it")]
+    ScaleFactor(String),
     /// The window system went away, or failed.
     #[error("the window system failed: {0}")]
     System(String),
@@ -99,8 +102,10 @@ impl WindowSystem {
     /// other window systems let [`WindowSystem::view`] return an error.
     ///
     /// # Errors
-    /// [`Error::NoDisplay`] where there is none.
+    /// [`Error::NoDisplay`] where there is none, [`Error::ScaleFactor`] where the environment has a bad one.
     pub fn connect(gone: fn() -> !) -> Result<Self, Error> {
+        #[cfg(all(unix, not(target_vendor = "apple")))]
+        x11::check_scale_factor()?;
         let events = EventLoop::new().map_err(|error| Error::NoDisplay(reason(&error)))?;
         #[cfg(all(unix, not(target_vendor = "apple")))]
         x11::on_broken_connection(gone);

@@ -1,5 +1,6 @@
 //! X11: a handler for a broken connection, where Xlib's own would end the program, and a separate connection for the driver.
 
+use std::env;
 use std::ffi::c_int;
 use std::ptr::NonNull;
 use std::sync::{Arc, OnceLock};
@@ -28,6 +29,20 @@ pub fn on_broken_connection(gone: fn() -> !) {
         // SAFETY: the handler does not return, as Xlib asks for, and is there for good.
         unsafe { (library.XSetIOErrorHandler)(Some(broken)) };
     }
+}
+
+/// Refuses a scale factor of the environment that winit panics at. It reads the variable for each monitor of an X server, and not on Wayland.
+pub fn check_scale_factor() -> Result<(), Error> {
+    let is_set = |name| env::var(name).is_ok_and(|value| !value.is_empty());
+    let factor = env::var("WINIT_X11_SCALE_FACTOR").unwrap_or_default();
+    let is_wayland = is_set("WAYLAND_DISPLAY") || is_set("WAYLAND_SOCKET");
+    if is_wayland || is_scale_factor(&factor) { Ok(()) } else { Err(Error::ScaleFactor(factor)) }
+}
+
+/// Returns true if winit takes this text; an empty one counts as none.
+fn is_scale_factor(text: &str) -> bool {
+    let is_factor = |factor: f64| factor.is_sign_positive() && factor.is_normal();
+    text.is_empty() || text.eq_ignore_ascii_case("randr") || text.parse().is_ok_and(is_factor)
 }
 
 extern "C" fn broken(_: *mut Display) -> c_int {

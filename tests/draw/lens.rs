@@ -148,7 +148,7 @@ fn a_lens_without_a_focus_and_one_before_parallel_rays_are_refused() {
             other => panic!("{other:?}"),
         };
         let why = refused(&scene, &settings);
-        assert!(why.starts_with("an aperture of f/2.8: nothing says at which distance it is sharp"), "{why}");
+        assert_eq!(why, "--aperture f/2.8 needs a focus distance: add --focus METRES");
         scene.camera.projection = Projection::orthographic(2.0);
         let why = refused(&scene, &Settings { focus: Some(2.0), ..settings });
         assert!(why.contains("orthographic camera has no lens"), "{why}");

@@ -373,7 +373,7 @@ fn what_does_not_go_with_it_is_refused_with_a_sentence() {
         assert!(said(Settings { msaa: 4, ..base.clone() }).contains("one depth a pixel"));
         assert!(
             said(Settings { light_path: LightPath::Compute, ..base.clone() })
-                .contains("taa works on one that is drawn")
+                .contains("--light-path compute cannot draw TAA")
         );
         assert_eq!(refused(base), None);
     });

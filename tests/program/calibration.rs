@@ -42,7 +42,7 @@ fn kept(folder: &Path) -> PathBuf {
 fn figures_of_a_device_are_kept_and_chosen_by() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path().join("deeper");
-    assert!(reason(&folder).contains("doctor --calibrate measures this device"));
+    assert!(reason(&folder).contains("doctor --calibrate` measures this device"));
     let (code, out, err) = run(&folder, &["doctor", "--calibrate", "--json"]);
     assert_eq!(code, Some(0), "{err}");
     let report: Value = serde_json::from_str(&out).expect("JSON");
@@ -62,7 +62,7 @@ fn figures_of_a_device_are_kept_and_chosen_by() {
     assert!(each("clustered", "limited") < each("loop", "limited"), "{out}");
 
     let why = reason(&folder);
-    assert!(why.contains("by figures of this device,"), "{why}");
+    assert!(why.contains("(by the figures of this device)"), "{why}");
     let (_, out, _) = run(&folder, &["doctor"]);
     assert!(out.contains("`auto` chooses by what was measured on this device\n"), "{out}");
 
@@ -72,7 +72,7 @@ fn figures_of_a_device_are_kept_and_chosen_by() {
     *flipped.last_mut().expect("bytes") ^= 1;
     for (what, bytes) in [("cut off", &whole[..whole.len() / 2]), ("flipped", &flipped), ("empty", b"")] {
         fs::write(&file, bytes).expect("written");
-        assert!(reason(&folder).contains("doctor --calibrate measures this device"), "{what}");
+        assert!(reason(&folder).contains("doctor --calibrate` measures this device"), "{what}");
     }
     // Figures of another version, of another layout, and whole files that are no figures.
     let figures = decode_device_file(whole.clone()).expect("whole");
@@ -86,22 +86,22 @@ fn figures_of_a_device_are_kept_and_chosen_by() {
         [(version.as_str(), "\"version\":\"0.0.1\""), ("\"layout\":1", "\"layout\":0"), ("\"asked\"", "\"else\"")]
     {
         changed(from, to);
-        assert!(reason(&folder).contains("doctor --calibrate measures this device"), "{to}");
+        assert!(reason(&folder).contains("doctor --calibrate` measures this device"), "{to}");
     }
     // Figures measured beside a window decide between loop and clustered, and say nothing of the other paths.
     changed("\"asked\":true", "\"asked\":false");
     let why = reason(&folder);
     assert!(
-        why.contains("by figures of this device,") && !why.contains("compute 0") && !why.contains("compute 1"),
+        why.contains("(by the figures of this device)") && !why.contains("compute 0") && !why.contains("compute 1"),
         "{why}"
     );
     let (_, out, _) = run(&folder, &["doctor"]);
     assert!(out.contains("what was measured on this device beside a window\n"), "{out}");
     fs::write(&file, &whole).expect("written");
-    assert!(reason(&folder).contains("by figures of this device,"));
+    assert!(reason(&folder).contains("(by the figures of this device)"));
     // Without a folder no figures are read.
     let (code, out, err) = run(Path::new(""), &["inspect", SCENE]);
-    assert!(code == Some(0) && out.contains("doctor --calibrate measures this device"), "{err}");
+    assert!(code == Some(0) && out.contains("doctor --calibrate` measures this device"), "{err}");
 }
 
 /// Its window may have been killed.

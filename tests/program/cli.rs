@@ -124,7 +124,7 @@ fn wrong_usage_has_exit_code_2() {
         (&["render", "builtin:quad", "--msaa", "4", "--light-path", "compute"], &["clustered"]),
         (&["render", "builtin:quad", "--view", "complexity"], &["--msaa"]),
         (&["render", "builtin:quad", "--samples", "4", "--view", "normal"], &["normal", "1 sample"]),
-        (&["render", "builtin:quad", "--samples", "4", "--fxaa", "on"], &["FXAA", "choose one"]),
+        (&["render", "builtin:quad", "--samples", "4", "--fxaa", "on"], &["FXAA needs --samples 1"]),
         (&["render", "builtin:quad", "--samples", "4", "--view", "all"], &["--samples"]),
         (&["render", "builtin:quad", "--fxaa", "on", "--view", "depth"], &["FXAA", "depth"]),
         (&["render", "builtin:quad", "--fxaa", "on", "-o", "x.exr"], &["FXAA", ".exr"]),
@@ -470,7 +470,7 @@ fn drawn_hazards_are_an_svg_file_or_a_stream() {
         (&["--hazards", "-", "--graph", "-"], "--hazards"),
         (&["--hazards", "same.svg", "--graph", "same.svg"], "--hazards"),
         (&["--hazards", "-", "--rows", "reed-back"], "read-back"),
-        (&["--hazards", "-", "--rows", "acquire"], "there is no window"),
+        (&["--hazards", "-", "--rows", "acquire"], "no window"),
         (&["--rows", "read-back"], "--hazards"),
     ] {
         fail(folder.path(), &[&["inspect", "builtin:quad"], arguments].concat(), 2, &[words]);

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use afterlight::gpu::Device;
 use afterlight::scene::{Pose, SETTINGS, Settings, SettingsPatch};
 
-use super::args::{DeviceArgs, MotionArgs, SettingsArgs, value};
+use super::args::{DeviceArgs, MotionArgs, SettingsArgs, value, whole};
 use super::failure::Failure;
 use super::output::Sink;
 use super::workload::Workload;
@@ -48,13 +48,13 @@ pub struct Args {
     #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<String>,
     /// Frames to measure for each variant
-    #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 30, value_parser = whole::<u32>(1..=1_000_000), allow_negative_numbers = true)]
     frames: u32,
     /// Move the camera along a path, a TOML file with [[keys]], while frames are measured: from its start to its end
     #[arg(long, value_name = "FILE", conflicts_with = "plan_cost")]
     path: Option<PathBuf>,
     /// Frames to draw before measuring, after the first
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = whole::<u32>(0..=1_000_000), allow_negative_numbers = true)]
     warmup: u32,
     #[arg(long, value_name = "SETTINGS", value_parser = Variant::parse, help = vary_help())]
     vary: Vec<Variant>,

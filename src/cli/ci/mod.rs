@@ -100,7 +100,7 @@ pub struct Args {
     #[arg(long, value_name = "I/N", value_parser = args::shard)]
     shard: Option<Shard>,
     /// Processes at a time, which share the device [default: one a core, at most 8]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_name = "N", value_parser = args::whole::<u16>(1..=1024), allow_negative_numbers = true)]
     jobs: Option<u16>,
     /// Start each case by this command, with this program's own command line behind it: a debugger, another stack's script
     #[arg(long, value_name = "COMMAND", conflicts_with_all = ["case", "repro", "list", "coverage"])]

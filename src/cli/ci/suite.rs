@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use afterlight::gpu::Validation;
-use afterlight::scene::{SettingsPatch, builtin, unknown};
+use afterlight::scene::{SettingsPatch, builtin, nearest, unknown};
 use serde::{Deserialize, Serialize};
 
 use crate::cli::failure::{Exit, Failure};
@@ -283,9 +283,12 @@ impl Suite {
 
     /// The case of this name.
     pub fn case(&self, name: &str) -> Result<&Case, Failure> {
-        let names: Vec<&str> = self.cases.iter().map(|case| case.name.as_str()).collect();
+        let names = self.cases.iter().map(|case| case.name.as_str());
         let found = self.cases.iter().find(|case| case.name == name);
-        found.ok_or_else(|| Failure::usage(unknown(&format!("case of {}", self.name), name, &names)))
+        let guess = || nearest(name, names).map_or_else(String::new, |guess| format!(": did you mean \"{guess}\"?"));
+        found.ok_or_else(|| {
+            Failure::usage(format!("unknown case of {} {name:?}{} (--list has all)", self.name, guess()))
+        })
     }
 }
 

@@ -35,12 +35,12 @@ pictures.")]
 pub struct Args {
     /// The picture that is judged: 8-bit sRGB (as .png or .jpg), or linear light (.exr, 16 or 32-bit floats)
     actual: std::path::PathBuf,
-    /// What it should be, of the same size
+    /// The picture that it should be, of the same size
     expected: std::path::PathBuf,
     /// Write a picture of the difference, a .png; - is standard output
     #[arg(short, long, value_name = "FILE", value_parser = Target::parse)]
     output: Option<Target>,
-    /// What the picture of the difference shows: flip (black where nobody sees one, then purple, orange, pale yellow), or signed
+    /// Draw the difference as flip (black where nobody sees one, then purple, orange, pale yellow), or signed
     /// (grey where equal, brighter where the first picture is) [default: flip, or signed where FLIP is not built in]
     #[arg(long, value_enum, value_name = "NAME", requires = "output")]
     difference: Option<Difference>,

@@ -185,9 +185,9 @@ fn limits(device: &PhysicalDevice) -> Vec<(&'static str, String)> {
 fn anisotropy(device: &Capabilities) -> String {
     match (device.anisotropy, device.slow_anisotropy) {
         (1, _) => "no".into(),
-        (most, false) => format!("up to {most} places a pixel"),
+        (most, false) => format!("up to {most} taps a pixel"),
         (most, true) => {
-            format!("up to {most} places a pixel, by shaders: this driver's samplers take long; Mesa 25's do not")
+            format!("up to {most} taps in the shader: this driver's samplers are slow; Mesa 25's are not")
         }
     }
 }

@@ -32,7 +32,7 @@ pub struct Args {
     /// Print the findings as JSON
     #[arg(long)]
     json: bool,
-    /// Measure what frames take on a device, and keep the figures: from then on `auto` chooses by them and not by those of another device of its kind
+    /// Measure what frames take on a device, and keep the figures: `auto` then chooses by them and not by those of another device of its kind
     #[arg(long)]
     calibrate: bool,
     /// The device to calibrate: its number in `afterlight doctor`, or a part of its name [default: a real GPU before a CPU]

@@ -29,7 +29,7 @@ use super::workload::Workload;
 use super::{output, progress, session};
 use files::Folder;
 
-/// Measure how far pictures are from the truth and what they cost, for families of settings, and find the front
+/// Measure how far pictures are from the truth and what they cost, for families of settings, and find the Pareto front
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -54,7 +54,7 @@ pub struct Args {
     /// Measure only these families, as gbuffer,shadow-size,samples,joint [default: all that the scene needs]
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = family)]
     families: Option<Vec<String>>,
-    /// The error of the front that is printed, the only one with --quick: flip or, in exposed linear light, relmse or rmse
+    /// Measure the printed Pareto front, the only one with --quick, by flip or, in exposed linear light, relmse or rmse
     #[arg(long, value_name = "NAME", default_value = "flip", value_parser = metric)]
     metric: Metric,
     /// Measure one part of several, to be joined with --merge: from 1/N to N/N

@@ -2,9 +2,9 @@
 
 use super::{Edges, RowName};
 use crate::passes::{
-    Pass, Presence, ao, ao_denoise, arrange, bloom, composite, cull, encode, fill, fog, forward, fxaa, geometry, hiz,
-    integrate, lighting, occluders, overlay, present, pyramid, reflect, reflect_resolve, scatter, shadow, simulate,
-    skin, sort, split, taa, tiled, tone, tonemap, transparent, velocity,
+    NO_WINDOW, Pass, Presence, ao, ao_denoise, arrange, bloom, composite, cull, encode, fill, fog, forward, fxaa,
+    geometry, hiz, integrate, lighting, occluders, overlay, present, pyramid, reflect, reflect_resolve, scatter,
+    shadow, simulate, skin, sort, split, taa, tiled, tone, tonemap, transparent, velocity,
 };
 use crate::plan::{Canvas, FramePlan, Target};
 
@@ -28,7 +28,7 @@ struct Needs {
 }
 
 const NOTHING: fn(&FramePlan) -> Option<&'static str> = |_| None;
-const WINDOW: fn(&FramePlan) -> Option<&'static str> = |plan| plan.presented.is_none().then_some("there is no window");
+const WINDOW: fn(&FramePlan) -> Option<&'static str> = |plan| plan.presented.is_none().then_some(NO_WINDOW);
 const TEXTURES: fn(&FramePlan) -> Option<&'static str> =
     |plan| (!plan.uploads.textures).then_some("no texture is uploaded");
 const LEVELS: fn(&FramePlan) -> Option<&'static str> =
@@ -195,7 +195,7 @@ static ROWS: &[Needs] = &[
 ];
 
 const COPIED_FROM_SWAPCHAIN: fn(&FramePlan) -> Option<&'static str> = |plan| match plan.presented {
-    None => Some("there is no window"),
+    None => Some(NO_WINDOW),
     Some(Canvas::Straight(_) | Canvas::Enlarge(_)) => None,
     Some(Canvas::Encode(_)) => Some("COPY takes the picture in the layout that it lies in"),
 };
@@ -210,7 +210,7 @@ impl Needs {
     fn why(&self, plan: &FramePlan, table: &Edges) -> String {
         let no_pass = self.passes.iter().find_map(|pass| match (pass.presence)(plan) {
             Presence::In(_) => None,
-            Presence::Out(why) => Some(format!("no {} pass: {why}", pass.place)),
+            Presence::Out(why) => Some(format!("no {} pass ({why})", pass.place)),
         });
         let instead = || self.instead.iter().find(|row| table.find(**row).is_some());
         no_pass
@@ -266,9 +266,9 @@ mod tests {
             }
         }
         let has = |row, why: &str| reasons.iter().any(|(own, reason)| *own == row && reason == why);
-        assert!(has(RowName::SHADOW_MAP_REUSE, "no SHADOW pass: no light casts one, or this view shows none"));
-        assert!(has(RowName::GBUFFER_TO_LIGHTING, "no GEOMETRY pass: surfaces are lit as they are drawn"));
-        assert!(has(RowName::GBUFFER_TO_LIGHTING, "no LIGHTING pass: TILED lights every pixel, by compute"));
+        assert!(has(RowName::SHADOW_MAP_REUSE, "no SHADOW pass (no light casts a shadow)"));
+        assert!(has(RowName::GBUFFER_TO_LIGHTING, "no GEOMETRY pass (surfaces are lit as they are drawn)"));
+        assert!(has(RowName::GBUFFER_TO_LIGHTING, "no LIGHTING pass (TILED lights every pixel, by compute)"));
         assert!(has(RowName::OUTPUT_REUSE, "targets-reuse orders it"));
     }
 

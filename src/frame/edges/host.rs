@@ -54,8 +54,7 @@ pub(super) fn rows() -> [Edge; 5] {
         wait(RowName::LAST_USE_TO_DESTROY, Place::DEVICE)
             .to(Place::HOST, &[Use::new(vk::PipelineStageFlags::HOST, vk::AccessFlags::empty())])
             .because(
-                "objects and memory are destroyed when the last submission before their owner's end is done (the \
-                 retire queue)",
+                "an object is destroyed once the last submission made before it was dropped is done (the retire queue)",
             ),
         // ANCHOR: picture-to-host
         row(RowName::PICTURE_TO_HOST, Carrier::BufferBarrier)

@@ -35,9 +35,7 @@ pub(super) fn rows(plan: &FramePlan) -> [Edge; 4] {
             // SHADOW waits for these readers and so for the clear as well.
             .from(Place::CLEAR, &[shadow_clear::WRITE])
             .to(reader, &all)
-            .because(
-                "a map that is not drawn yet is looked up, or drawn into by a pass that waits for those who look up",
-            ),
+            .because("a map that no frame has drawn yet is sampled, or drawn by SHADOW, which waits for samplers"),
         row(RowName::SHADOW_MAP_REUSE, Carrier::Subpass(SHADOW_PASS))
             // Readers already wait for the store, so waiting for the readers covers it.
             .from(Place::OUTSIDE, if waits_for_compute(plan) { &all[..1] } else { &all })

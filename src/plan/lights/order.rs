@@ -16,7 +16,7 @@ const PLANNED_ROUNDING: f64 = 0.01;
 
 /// Returns true if surfaces are lit so far from their own place that a plan, which knows no camera, leaves no light out: half floats are as coarse as
 /// the camera is far away, and several samples of a pixel are lit at their mean.
-fn is_misplaced(settings: &Settings) -> bool {
+pub(crate) fn is_misplaced(settings: &Settings) -> bool {
     let choice = &settings.gbuffer;
     let preset = (choice.preset == GbufferPreset::Fat).then_some(TargetChoice::Rgba16f);
     settings.msaa > 1 || choice.position.or(preset) == Some(TargetChoice::Rgba16f)

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::{PlannedLights, bounded};
+use crate::plan::counted;
 use crate::plan::fog::is_asked_for;
 use crate::plan::shadows::shadow_reason;
 use crate::plan::{Basis, COMPARED, Capabilities, CostModel, Error, Load};
@@ -22,7 +23,7 @@ pub(in crate::plan) fn choose(
 ) -> Result<(LightPath, String), Error> {
     check(settings, device)?;
     if !is_lit(settings.view) {
-        return Ok((LightPath::Loop, "a view of a buffer meets no lights".into()));
+        return Ok((LightPath::Loop, "this view is not lit".into()));
     }
     match settings.light_path {
         LightPath::Auto => {}
@@ -33,14 +34,14 @@ pub(in crate::plan) fn choose(
         | LightPath::Visibility
             if !lights.any() =>
         {
-            return Ok((LightPath::Loop, format!("{} was asked for, and there is no light", settings.light_path)));
+            return Ok((LightPath::Loop, format!("{} was asked for, but there is no light", settings.light_path)));
         }
         asked => return Ok((asked, "asked for".into())),
     }
     let bounded = planned.iter().filter(|&&index| bounded(&scene.lights[index], settings)).count();
     if is_plain(scene, settings, planned) {
         let met = if planned.is_empty() { "no light" } else { "one directional light, without a shadow" };
-        let why = format!("{met}, and no texture: a surface is lit for less than a G-buffer of it is written");
+        let why = format!("{met}, and no texture: lighting a surface costs less than writing its G-buffer");
         let path = if settings.depth_prepass == Some(true) { LightPath::Forward } else { LightPath::ForwardNaive };
         return Ok((path, why));
     }
@@ -58,7 +59,7 @@ fn cheapest(
     let [width, height] = settings.size.map(u64::from);
     let (unlimited, limited) = ((planned.len() - bounded) as u64, bounded as u64);
     let load = Load { pixels: width * height, triangles, unlimited, limited };
-    let no_lists = (bounded == 0).then_some("no light has a limited reach, so that there is nothing to leave out");
+    let no_lists = (bounded == 0).then_some("no light has a range, so lists leave nothing out");
     let no_compute = match planned {
         [] => Some("there is no light"),
         _ => compute_is_out(scene, settings, device),
@@ -89,17 +90,13 @@ fn cheapest(
 
 /// The cost of each path that could be taken, in milliseconds, and the reasons against the others.
 fn reason(path: LightPath, outs: &[(LightPath, Option<&'static str>)], figures: &CostModel, load: &Load) -> String {
-    let many = match load.unlimited + load.limited {
-        0 => "no light".into(),
-        1 => "one light".into(),
-        count => format!("{count} lights"),
-    };
-    let reach = match load.limited {
-        0 => String::new(),
-        limited => format!(", {limited} of limited reach"),
+    let lights = match counted((load.unlimited + load.limited) as usize, "light") {
+        _ if load.limited + load.unlimited == 0 => "no light".into(),
+        all if load.limited == 0 => all,
+        all if load.unlimited == 0 => format!("{all} of limited reach"),
+        all => format!("{all}, {} of limited reach", load.limited),
     };
     let cost = |own: LightPath| Some(figures.of(own, load)? as f64 / 1e9);
-    let named = |own: LightPath| Some(format!("{own} {}", milliseconds(cost(own)?)));
     let mut others: Vec<(LightPath, f64)> = Vec::new();
     for &(own, _) in outs.iter().filter(|(own, out)| out.is_none() && *own != path) {
         others.extend(cost(own).map(|cost| (own, cost)));
@@ -109,22 +106,26 @@ fn reason(path: LightPath, outs: &[(LightPath, Option<&'static str>)], figures: 
     let decides =
         |own: &LightPath| figures.basis != Basis::Unasked || matches!(own, LightPath::Loop | LightPath::Clustered);
     others.retain(|(own, _)| decides(own));
-    let mut text = format!("{many}{reach}");
-    if !others.is_empty() {
-        let all = std::iter::once(path).chain(others.iter().map(|&(own, _)| own)).filter_map(named);
-        let hint = match figures.basis {
-            Basis::Kind(_) => " (afterlight doctor --calibrate measures this device)",
-            Basis::Unasked | Basis::Asked => "",
-        };
-        let all = all.collect::<Vec<_>>().join(", ");
-        let _ = write!(text, ": by figures of {}{hint}, {all} ms", figures.whose());
-    }
-    // Of compute and visibility, which are out for the same reasons, the reason once.
+    let mut text = match cost(path).filter(|_| !others.is_empty()) {
+        None => lights,
+        Some(own) => {
+            let others: String = others.iter().map(|&(own, cost)| format!(", {own} {}", milliseconds(cost))).collect();
+            let basis = match figures.basis {
+                Basis::Kind(device) => {
+                    format!("estimated by figures of {device}; `doctor --calibrate` measures this device")
+                }
+                Basis::Unasked | Basis::Asked => "by the figures of this device".into(),
+            };
+            format!("{path} {} ms{others} for {lights} ({basis})", milliseconds(own))
+        }
+    };
+    // Visibility is out wherever compute is: the reason once.
     let mut told = None;
-    for &(own, out) in outs.iter().rev() {
+    for &(own, out) in outs {
         let Some(out) = out.filter(|&out| told != Some(out)) else { continue };
         told = Some(out);
-        let _ = write!(text, "; not {own}, as {out}");
+        let which = if own == LightPath::Compute { "compute or visibility".into() } else { own.to_string() };
+        let _ = write!(text, "; not {which}: {out}");
     }
     text
 }
@@ -200,19 +201,18 @@ fn compute_is_out(scene: &Scene, settings: &Settings, device: &Capabilities) -> 
     [
         (
             device.lazily_allocated && device.costs.basis != Basis::Asked,
-            "the G-buffer would leave the tile, and nobody typed doctor --calibrate",
+            "the G-buffer would leave the tile (`doctor --calibrate` measures whether that pays)",
         ),
-        (device.compute_invocations < TILE_INVOCATIONS, "the device's work groups are too small"),
-        (transparent, "transparent surfaces come after it"),
-        (super::super::particles::are_shown(scene, settings), "particles come after it"),
-        (scene.sky.is_some(), "the sky comes after it"),
-        (is_asked_for(settings), "fog comes after it"),
-        (
-            settings.first_effect().is_some() || settings.bloom > 0.0 || settings.taa,
-            "the picture goes through another pass",
-        ),
-        (reflections::is_used(scene, settings), "reflections come after it"),
-        (settings.msaa > 1, "it reads one sample a pixel"),
+        (device.compute_invocations < TILE_INVOCATIONS, "they need larger work groups than the device has"),
+        (transparent, "they cannot draw transparent surfaces"),
+        (super::super::particles::are_shown(scene, settings), "they cannot draw particles"),
+        (scene.sky.is_some(), "they cannot draw a sky"),
+        (is_asked_for(settings), "they cannot draw fog"),
+        (settings.bloom > 0.0, "they leave no light for bloom to spread"),
+        (settings.taa, "they leave no light for TAA to average"),
+        (settings.first_effect().is_some(), "they draw no effects on the finished picture"),
+        (reflections::is_used(scene, settings), "they cannot draw reflections"),
+        (settings.msaa > 1, "they shade one sample a pixel"),
     ]
     .into_iter()
     .find_map(|(out, why)| out.then_some(why))
@@ -244,9 +244,10 @@ mod tests {
             let (path, why) = chosen(&lamps(count), &defaults, &gpu);
             assert_eq!(path, LightPath::Visibility);
             assert!(
-                why.contains(
-                    "by figures of an NVIDIA H200 (afterlight doctor --calibrate measures this device), visibility "
-                ),
+                why.starts_with("visibility ")
+                    && why.contains(
+                        "(estimated by figures of an NVIDIA H200; `doctor --calibrate` measures this device)"
+                    ),
                 "{why}"
             );
         }
@@ -267,7 +268,7 @@ mod tests {
             [(&defaults, &software), (&defaults, &tiler), (&Settings { fxaa: true, ..defaults.clone() }, &gpu)]
         {
             let (path, why) = chosen(&lamps(100), settings, device);
-            assert!(path == LightPath::Clustered && why.contains("not visibility, as") != device.software, "{why}");
+            assert!(path == LightPath::Clustered && why.contains("; not ") != device.software, "{why}");
         }
         let mut unlimited = lamps(9);
         unlimited.lights = vec![samples::spot(Falloff::InverseSquare); 9];

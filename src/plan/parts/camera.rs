@@ -8,16 +8,18 @@ pub(super) fn parts(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
     let kept = |part| plan.keep.has(part);
     let why = |part, leaves_out: &str, keeps: &str| if kept(part) { keeps.to_owned() } else { leaves_out.to_owned() };
     let (offscreen, casters) = (OptionalPart::OffscreenObjects, OptionalPart::IdleCasters);
-    let reason = why(offscreen, "objects are drawn whose box may be in view", "asked to stay: all objects are drawn");
+    let reason = why(offscreen, "culled by their boxes", "kept on request: all objects are drawn");
     let hidden = plan.finds_hidden(scene);
     let casters_reason = match &plan.shadow {
         None => "there are no shadow maps".into(),
         Some(_) if plan.shading == Shading::ShowShadowMap => "the view shows all that the lights see".into(),
-        Some(_) if !plan.software => "a GPU draws casters faster than a CPU finds out which of them are idle".into(),
+        Some(_) if !plan.software => {
+            "a GPU draws casters faster than the CPU finds those without a visible shadow".into()
+        }
         Some(_) => why(
             casters,
-            "casters are drawn into a map where something is seen behind them, all of them where a map lasts",
-            "asked to stay: all casters of a map are drawn",
+            "casters are skipped where nothing visible lies behind them, unless their map is cached",
+            "kept on request: all casters of a map are drawn",
         ),
     };
     let draws_casters = plan.shadow.is_some() && (!plan.seeks(casters) || plan.shading == Shading::ShowShadowMap);

@@ -1,26 +1,23 @@
 //! Lights, the ways to find them, and their shadow maps.
 
-use super::{Part, part};
-use crate::plan::lights::MIXED_FALLOFF;
+use super::{Part, counted, part};
+use crate::plan::lights::{MIXED_FALLOFF, is_misplaced, shows_all};
 use crate::plan::{
-    FramePlan, Grid, MapProjection, PlannedBrdf, PlannedLights, SLICES, Shading, ShadowLight, ShadowPlan, shadow_reason,
+    FramePlan, Grid, MapProjection, PlannedBrdf, SLICES, Shading, ShadowLight, ShadowPlan, absence, shadow_reason,
 };
-use crate::scene::{OptionalPart, Scene, Settings, TRAITS};
+use crate::scene::{Fog, Light, OptionalPart, Scene, Settings, TRAITS, View};
 
-pub(super) fn shading(plan: &FramePlan) -> Vec<Part> {
-    let count = plan.light_order.order.len();
-    // A buffer for each of two frames in flight.
-    let slots = count.max(1);
+pub(super) fn shading(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
     let brdf = match plan.brdf {
-        _ if plan.is_forward() => "a constant of each pipeline that lights what it draws".into(),
-        PlannedBrdf::One(brdf) => format!("all materials are {brdf:?}: a constant in LIGHTING"),
-        PlannedBrdf::PerPixel if plan.triangles.is_some() => "materials differ: each says its own".into(),
+        _ if plan.is_forward() => "a constant of each pipeline, which lights what it draws".into(),
+        PlannedBrdf::One(brdf) => format!("all opaque materials are {brdf}: a constant of the shader"),
+        PlannedBrdf::PerPixel if plan.triangles.is_some() => "materials differ: each names its own".into(),
         PlannedBrdf::PerPixel => "materials differ: chosen for each pixel".into(),
     };
     let lights = &plan.lights;
-    let kind = |name: &str, present: bool, optional| {
-        let reason = if present { "the scene has some" } else { "no such light, or this view needs none" };
-        part(name, present, reason, 0).is(optional)
+    let kind = |name: &str, present: bool, is: &dyn Fn(&Light) -> bool, optional| {
+        let absent = || lack(settings, plan, scene.lights.iter().any(is));
+        part(name, present, if present { "the scene has some" } else { absent() }, 0).is(optional)
     };
     let froxels = Grid::of(plan.size);
     let lists = match plan.has_clusters() {
@@ -31,51 +28,100 @@ pub(super) fn shading(plan: &FramePlan) -> Vec<Part> {
         false => "no pass goes over lists of lights".into(),
     };
     let path = format!("light path {}", plan.light_path);
-    let traits = TRAITS.iter().map(|own| kind(own.name, lights.traits & own.bit != 0, own.part));
-    let emissive = plan.emissive || plan.keys().any(|key| key.forward.is_some_and(|key| key.emissive));
+    let traits = TRAITS.iter().map(|own| {
+        kind(own.name, lights.traits & own.bit != 0, &|light| light.kind.form().traits() & own.bit != 0, own.part)
+    });
+    let directional = |light: &Light| light.kind.is_directional();
     let mut parts = vec![
         part(&path, matches!(plan.shading, Shading::Light { .. }), plan.light_path_reason.clone(), 0),
         part("BRDF by pixel", plan.brdf == PlannedBrdf::PerPixel && !plan.is_forward(), brdf, 0)
             .is(OptionalPart::BrdfByPixel),
         part("lists of lights by froxel", plan.has_clusters(), lists, 2 * 8 * froxels.clusters() as u64)
             .is(OptionalPart::LightLists),
-        part(
-            "light buffers",
-            lights.any(),
-            format!("{count} {} on the scene", if count == 1 { "light shines" } else { "lights shine" }),
-            2 * 64 * slots as u64,
-        ),
-        idle_lights(plan),
-        kind("directional lights", lights.directional, OptionalPart::DirectionalLights),
-        kind("point and spot lights", lights.punctual, OptionalPart::PunctualLights),
+        buffers(settings, plan),
+        idle_lights(scene, settings, plan),
+        kind("directional lights", lights.directional, &directional, OptionalPart::DirectionalLights),
+        kind("point and spot lights", lights.punctual, &|light| !directional(light), OptionalPart::PunctualLights),
     ];
     parts.extend(traits);
-    parts.push(falloffs(lights));
-    parts.push(kind("ambient light", lights.ambient, OptionalPart::AmbientLight));
-    parts.push(kind("emissive surfaces", emissive, OptionalPart::Emissive));
-    parts.extend(sky(plan));
+    parts.push(falloffs(settings, plan));
+    parts.push(ambient(plan));
+    parts.push(emissive(scene, settings, plan));
+    parts.extend(sky(scene, plan));
     parts
 }
 
+/// Why frames have no lights of a kind, of which the scene may have some.
+fn lack(settings: &Settings, plan: &FramePlan, scene_has: bool) -> &'static str {
+    match scene_has {
+        _ if !shows_lights(plan) => NOT_LIT,
+        false => "the scene has none",
+        true if settings.view == View::Ambient => "this view shows ambient light alone",
+        true => "the scene's reach no object",
+    }
+}
+
+const NOT_LIT: &str = "this view is not lit";
+
+fn shows_lights(plan: &FramePlan) -> bool {
+    matches!(plan.shading, Shading::Light { .. } | Shading::ShowGbuffer(View::LightsPerPixel))
+}
+
+fn buffers(settings: &Settings, plan: &FramePlan) -> Part {
+    let count = plan.light_order.order.len();
+    let reason = match count {
+        _ if !shows_lights(plan) => NOT_LIT.into(),
+        0 if settings.view == View::Ambient => "this view shows ambient light alone".into(),
+        0 => "no light shines on the scene".into(),
+        1 => "1 light shines on the scene".into(),
+        _ => format!("{count} lights shine on the scene"),
+    };
+    // A buffer for each of two frames in flight.
+    part("light buffers", plan.lights.any(), reason, 2 * 64 * count.max(1) as u64)
+}
+
+fn ambient(plan: &FramePlan) -> Part {
+    let reason = match plan.lights.ambient {
+        true => "the scene has some",
+        false if plan.shading.is_lit() => "the scene has none",
+        false => NOT_LIT,
+    };
+    part("ambient light", plan.lights.ambient, reason, 0).is(OptionalPart::AmbientLight)
+}
+
+fn emissive(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Part {
+    let emits = plan.emissive || plan.keys().any(|key| key.forward.is_some_and(|key| key.emissive));
+    let reason = match emits {
+        true => "the scene has some",
+        false if scene.materials.iter().all(|material| !material.is_emissive()) => "the scene has none",
+        false if !settings.view.shows_emission() => "this view shows none",
+        false => "no drawn surface emits light",
+    };
+    part("emissive surfaces", emits, reason, 0).is(OptionalPart::Emissive)
+}
+
 /// The cube of the sky, and the light of it that surfaces collect.
-fn sky(plan: &FramePlan) -> [Part; 2] {
+fn sky(scene: &Scene, plan: &FramePlan) -> [Part; 2] {
     let Some(sky) = &plan.sky else {
-        let why = "the scene has none, or this view needs none";
+        let why = if scene.sky.is_none() { "the scene has none" } else { "this view needs none" };
         return [part("sky", false, why, 0), part("light of the sky", false, why, 0)];
     };
     let [cube, light] = sky.bytes();
     let faces = format!("6 faces of {0}x{0} half floats, in all levels", sky.edge);
     let collected = match sky.lights {
         true => format!("computed once, from {} directions a texel", sky.samples),
-        false => "the sky is seen alone".into(),
+        false => "the sky lights nothing".into(),
     };
     [part("sky", true, faces, cube), part("light of the sky", sky.lights, collected, light)]
 }
 
 /// The fall-off: chosen for each light, or a constant.
-fn falloffs(lights: &PlannedLights) -> Part {
+fn falloffs(settings: &Settings, plan: &FramePlan) -> Part {
+    let lights = &plan.lights;
     let mixed = lights.punctual && lights.falloff == MIXED_FALLOFF;
     let reason = match (lights.punctual, mixed) {
+        (false, _) if !shows_lights(plan) => NOT_LIT,
+        (false, _) if settings.view == View::Ambient => "this view shows ambient light alone",
         (false, _) => "no light has one",
         (true, false) => "all lights have the same: a constant",
         (true, true) => "lights differ",
@@ -84,11 +130,16 @@ fn falloffs(lights: &PlannedLights) -> Part {
 }
 
 /// Lights that reach no object. On a CPU each frame leaves out those, too, that its camera does not see.
-fn idle_lights(plan: &FramePlan) -> Part {
+fn idle_lights(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Part {
     let kept = plan.light_order.needless() > 0;
     let reason = match plan.light_order.idle.count() {
-        _ if kept => "asked to stay, whether or not they reach anything".into(),
+        _ if kept => "kept on request".into(),
+        _ if scene.lights.is_empty() => "the scene has no lights".into(),
         0 if plan.light_order.idle.moves => "something moves, and may come into reach of any light".into(),
+        0 if settings.fog == Fog::Froxels => "fog is everywhere, and any light may shine into it".into(),
+        0 if shows_all(settings.view) => "this view is about all lights".into(),
+        0 if settings.view == View::Ambient => "this view shows ambient light alone".into(),
+        0 if is_misplaced(settings) => "surfaces are lit too far beside where they are to rule any light out".into(),
         0 => "every light reaches some object".into(),
         1 => "1 light reaches no object".into(),
         count => format!("{count} lights reach no object"),
@@ -97,13 +148,14 @@ fn idle_lights(plan: &FramePlan) -> Part {
 }
 
 pub(super) fn shadow(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Part {
-    let missing = plan.shadow_warnings.iter().map(|warning| format!("; {warning}")).collect::<String>();
-    let (reason, bytes) = match (shadow_reason(scene, settings, &plan.light_order.order), &plan.shadow) {
-        (Err(reason), kept) => (reason, kept.as_ref().map_or(0, ShadowPlan::bytes)),
-        (Ok(()), Some(shadow)) => (shadow_maps(shadow) + &missing, shadow.bytes()),
-        (Ok(()), None) if missing.is_empty() => ("this view shows no shadows".into(), 0),
-        (Ok(()), None) => (missing.trim_start_matches("; ").into(), 0),
+    let reason = match &plan.shadow {
+        Some(shadow) if shadow_reason(scene, settings, plan.light_numbers()).is_ok() => {
+            let missing = plan.shadow_warnings.iter().map(|warning| format!("; {warning}")).collect::<String>();
+            shadow_maps(shadow) + &missing
+        }
+        _ => absence::shadow(scene, settings, plan),
     };
+    let bytes = plan.shadow.as_ref().map_or(0, ShadowPlan::bytes);
     part("shadow maps", plan.shadow.is_some(), reason, bytes).is(OptionalPart::ShadowMaps)
 }
 
@@ -120,7 +172,6 @@ fn shadow_maps(shadow: &ShadowPlan) -> String {
     if let Some(more) = shadow.lights.len().checked_sub(MOST).filter(|&more| more > 0) {
         names += &format!(" and {more} more");
     }
-    let plural = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
-    let (maps, layers) = (plural(shadow.tiles.len(), "map"), plural(shadow.layers as usize, "layer"));
+    let (maps, layers) = (counted(shadow.tiles.len(), "map"), counted(shadow.layers as usize, "layer"));
     format!("{names}: {maps} in {layers} of {}x{}, filter {}", shadow.size, shadow.size, shadow.filter)
 }

@@ -21,7 +21,7 @@ pub(super) fn geometry(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
     let stream = |name: &str, optional: OptionalPart, vertices: u64, stride: u64, (yes, no): (&str, &str)| {
         let reason = match (vertices, plan.keep.has(optional)) {
             (0, _) => no.to_string(),
-            (_, true) => "kept for all vertices".into(),
+            (_, true) => "padded for all vertices".into(),
             (some, false) if some == planned.vertices => yes.to_string(),
             (some, false) => format!("{yes}: {some} of {} vertices have it", planned.vertices),
         };
@@ -32,14 +32,19 @@ pub(super) fn geometry(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
         (_, true) => "kept for all meshes".into(),
         (_, false) => "of meshes with more than 65536 vertices".to_string(),
     };
+    let narrow = match (planned.vertices, planned.indices_16) {
+        (0, _) => "no mesh is drawn",
+        (_, 1..) => "of meshes with at most 65536 vertices",
+        _ if plan.keep.has(OptionalPart::WideIndices) => "all indices are kept at 32 bits",
+        _ => "every mesh has more than 65536 vertices",
+    };
+    let positions = match planned.vertices {
+        0 => "no mesh is drawn",
+        _ => "every pass that draws meshes reads them",
+    };
     vec![
-        part(
-            "vertex positions",
-            planned.vertices > 0,
-            "every pass that draws meshes reads them",
-            12 * planned.vertices,
-        ),
-        part("16-bit indices", planned.indices_16 > 0, "of meshes with at most 65536 vertices", 2 * planned.indices_16),
+        part("vertex positions", planned.vertices > 0, positions, 12 * planned.vertices),
+        part("16-bit indices", planned.indices_16 > 0, narrow, 2 * planned.indices_16),
         part("32-bit indices", planned.indices_32 > 0, wide, 4 * planned.indices_32).is(OptionalPart::WideIndices),
         // Their bytes count above and below.
         part("unused meshes", keeps_unused, unused, 0).is(OptionalPart::UnusedMeshes),
@@ -57,7 +62,7 @@ pub(super) fn geometry(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
             OptionalPart::SecondUvs,
             planned.second_uvs,
             8,
-            ("a texture lies on them", "no texture lies on them"),
+            ("a texture uses them", "no texture uses them"),
         ),
         stream(
             "vertex colours",
@@ -73,8 +78,8 @@ pub(super) fn geometry(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
 fn looks(plan: &FramePlan) -> Part {
     let reason = match (plan.has_looks(), plan.keep.has(OptionalPart::Looks)) {
         (true, true) => "kept for all objects: 8 bytes an instance, beside the 48 of its place",
-        (true, false) => "objects have a tint, a cell of an atlas or may be selected: 8 bytes an instance",
-        (false, _) => "no object has one",
+        (true, false) => "objects have a tint or an atlas cell, or may be selected: 8 bytes an instance",
+        (false, _) => "no object has a tint, atlas cell or selection",
     };
     // They are written for each frame, as many as it draws.
     part("looks of instances", plan.has_looks(), reason, 0).is(OptionalPart::Looks)
@@ -91,9 +96,9 @@ pub(super) fn levels(settings: &Settings, plan: &FramePlan) -> Part {
             leveled.len(),
             plan.meshes.level_bytes().div_ceil(1024)
         ),
-        _ if settings.lod <= 0.0 => "not asked for: meshes are drawn themselves".into(),
+        _ if settings.lod <= 0.0 => "not asked for: meshes are drawn in full".into(),
         Shading::ShowTriangle => "the view shows the triangles of the meshes themselves".into(),
-        _ => "no mesh that opaque objects have as it is can be simplified, or is worth it".into(),
+        _ => "no opaque mesh can be simplified enough to pay".into(),
     };
     part("levels of detail", plan.lod > 0.0, reason, 0)
 }

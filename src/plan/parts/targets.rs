@@ -1,8 +1,14 @@
 //! Attachments and the buffers that stand in for them.
 
-use super::{Part, part, why};
-use crate::plan::{FramePlan, Gbuffer, Shading, Sums, Target, ToneMapping, format_bytes, lacks_gbuffer};
-use crate::scene::{HdrFormat, OptionalPart, Settings};
+use ash::vk;
+
+use super::{Part, counted, part, why};
+use crate::plan::{FramePlan, Gbuffer, NormalEncoding, PlannedBrdf, Shading, Sums, Target, ToneMapping, format_bytes};
+use crate::scene::{Brdf, HdrFormat, OptionalPart, Settings, TextureSlot, View};
+
+fn with_format(name: &str, format: Option<vk::Format>) -> String {
+    format.map_or_else(|| name.to_owned(), |format| format!("{name} ({format:?})"))
+}
 
 pub(super) fn output(plan: &FramePlan) -> Part {
     part(&format!("output ({:?})", plan.output), true, "the picture", bytes(plan, Target::Output))
@@ -11,11 +17,7 @@ pub(super) fn output(plan: &FramePlan) -> Part {
 pub(super) fn gbuffer(plan: &FramePlan) -> Vec<Part> {
     let attachment = |name: &str, target: Target, reason: String| {
         let format = plan.format_of(target);
-        let name = match format {
-            Some(format) => format!("{name} ({format:?})"),
-            None => name.to_string(),
-        };
-        part(&name, format.is_some(), reason, bytes(plan, target))
+        part(&with_format(name, format), format.is_some(), reason, bytes(plan, target))
     };
     let rebuilt = plan.gbuffer.is_some_and(|gbuffer| gbuffer.position.is_none());
     let hides = match (plan.has_geometry(), rebuilt) {
@@ -52,7 +54,10 @@ pub(super) fn gbuffer(plan: &FramePlan) -> Vec<Part> {
             parts.push(attachment("triangle", Target::Triangle, "the view shows it".into()));
         }
         if let Some(code) = plan.triangles {
-            let why = format!("its number in its mesh has {} bits, and that of its instance those above", code.bits);
+            let why = match code.bits {
+                0 => "instance: each mesh is one triangle".into(),
+                bits => format!("low {}: triangle in its mesh; above: instance", counted(bits as usize, "bit")),
+            };
             parts.push(attachment("triangle", Target::Triangle, why));
         }
         let reason = match plan.triangles {
@@ -64,32 +69,57 @@ pub(super) fn gbuffer(plan: &FramePlan) -> Vec<Part> {
         return parts;
     };
     parts.push(attachment("albedo", Target::Albedo, "every light needs it; alpha is ambient occlusion".into()));
-    parts.push(attachment("normal", Target::Normal, format!("{:?}", gbuffer.normal_encoding)));
-    let material = why(
-        gbuffer.material.is_some(),
-        "roughness, and what else the channels below say",
-        "all materials are lambert, and the shading normal is the geometric one or nothing casts a shadow",
-    );
-    parts.push(attachment("material", Target::Material, material).is(OptionalPart::MaterialTarget));
-    parts.extend(channels(gbuffer));
-    let specular = why(
-        gbuffer.specular.is_some(),
-        "a material has Phong's terms or a reflectance of its own, or materials differ in their BRDF",
-        "no material has Phong's terms or a reflectance of its own, and all have the same BRDF",
-    );
-    parts.push(attachment("specular", Target::Specular, specular).is(OptionalPart::SpecularTarget));
+    parts.push(attachment("normal", Target::Normal, normal(gbuffer.normal_encoding).into()));
+    parts.push(attachment("material", Target::Material, material(plan, gbuffer)).is(OptionalPart::MaterialTarget));
+    parts.extend(channels(plan, gbuffer));
+    parts.push(attachment("specular", Target::Specular, specular(plan, gbuffer)).is(OptionalPart::SpecularTarget));
     let position = why(gbuffer.position.is_some(), "asked for", "rebuilt from depth");
     parts.push(attachment("position", Target::Position, position));
     parts
 }
 
+fn normal(encoding: NormalEncoding) -> &'static str {
+    match encoding {
+        NormalEncoding::Octahedral | NormalEncoding::Octahedral8 => "shading normal, octahedral",
+        NormalEncoding::HalfEncoded => "shading normal, from -1..1 to 0..1",
+        NormalEncoding::Signed => "shading normal, as it is",
+    }
+}
+
+fn material(plan: &FramePlan, gbuffer: &Gbuffer) -> String {
+    let rough = plan.brdf != PlannedBrdf::One(Brdf::Lambert) || plan.shading == Shading::ShowGbuffer(View::Roughness);
+    let reason = match gbuffer.material {
+        None => "all opaque materials are lambert, and no shadow needs the geometric normal",
+        Some(_) if rough => "roughness; the channels below if they are in",
+        Some(_) => "the channels below if they are in",
+    };
+    reason.into()
+}
+
+fn specular(plan: &FramePlan, gbuffer: &Gbuffer) -> String {
+    match (gbuffer.specular, plan.brdf) {
+        (None, _) => "all opaque materials have one BRDF, without Phong's terms or a reflectance of their own".into(),
+        (Some(_), PlannedBrdf::PerPixel) => "opaque materials differ in their BRDF".into(),
+        (Some(_), PlannedBrdf::One(brdf)) if !plan.reflectance => format!("all opaque materials are {brdf}"),
+        (Some(_), _) => "an opaque material has a reflectance of its own".into(),
+    }
+}
+
 /// The channels of the material target that not every scene needs; their bytes are the target's.
-fn channels(gbuffer: &Gbuffer) -> [Part; 2] {
+fn channels(plan: &FramePlan, gbuffer: &Gbuffer) -> [Part; 2] {
     let (metallic, geometric) = (gbuffer.metallic, gbuffer.geometric_normal);
-    let metal = if metallic { "a material is a metal, or it is shown" } else { "no material is a metal" };
-    let normal = match geometric {
-        true => "shadows are biased by it where normal maps bend the other, and it says where no shadow falls",
-        false => "nothing casts a shadow, or no normal map bends the shading normal and shadows fall on everything",
+    let metal = match metallic {
+        true if plan.shading == Shading::ShowGbuffer(View::Metallic) => "the view shows it",
+        true => "a material is a metal",
+        false => "no opaque material is a metal",
+    };
+    let bent = plan.keys().any(|key| key.textures.contains(TextureSlot::Normal));
+    let normal = match (geometric, bent, plan.keys().any(|key| !key.receives)) {
+        (true, true, false) => "shadow offsets need the unbent normal",
+        (true, false, true) => "one code marks surfaces that receive no shadow",
+        (true, ..) => "shadow offsets need the unbent normal; one code marks surfaces that receive no shadow",
+        (false, ..) if plan.shadow.is_none() => "no shadow maps",
+        (false, ..) => "no normal map bends the shading normal, and all surfaces receive shadows",
     };
     [
         part("metallic channel", metallic, metal, 0).is(OptionalPart::MetallicChannel),
@@ -101,9 +131,12 @@ pub(super) fn stored(plan: &FramePlan) -> Part {
     let reason = match plan.has_ao() {
         true => "AO reads the depth and the normals around each pixel",
         false if plan.reflects() => "REFLECT reads the depth and the normals of all pixels",
-        false if lacks_gbuffer(plan.light_path) => "there is no G-buffer",
+        false if plan.gbuffer.is_none() => "there is no G-buffer",
         false if plan.is_tiled() => "the main pass ends with it, and TILED reads it: no other pass comes between",
-        false => "no pass between GEOMETRY and LIGHTING reads neighbours: it need not leave the tile",
+        false if !plan.shading.is_lit() => {
+            "no pass reads neighbours between GEOMETRY and VIEW, so the G-buffer can stay in the tile"
+        }
+        false => "no pass reads neighbours between GEOMETRY and LIGHTING, so the G-buffer can stay in the tile",
     };
     part("stored G-buffer", plan.stores_gbuffer, reason, 0).is(OptionalPart::StoredGbuffer)
 }
@@ -136,22 +169,19 @@ pub(super) fn hdr(settings: &Settings, plan: &FramePlan) -> Part {
     };
     let asked = settings.hdr_format;
     let reason = match plan.hdr {
-        Some(format) => format!("{reason}; {format:?}"),
-        None if asked != HdrFormat::default() => format!("{reason}, and {asked} has nothing to be the format of"),
-        None => reason.to_owned(),
+        None if asked != HdrFormat::default() => format!("{reason}; --hdr-format {asked} has no effect"),
+        _ => reason.to_owned(),
     };
     let name = if plan.is_tiled() { "target of emitted light" } else { "HDR target" };
-    part(name, plan.hdr.is_some(), reason, bytes(plan, Target::Hdr)).is(OptionalPart::HdrTarget)
+    part(&with_format(name, plan.hdr), plan.hdr.is_some(), reason, bytes(plan, Target::Hdr)).is(OptionalPart::HdrTarget)
 }
 
 pub(super) fn sums(plan: &FramePlan) -> Part {
     let reason = match plan.sums {
         Some(Sums { accumulation, weights }) => {
-            format!(
-                "in {accumulation:?} and {weights:?}: what the surfaces send, how much they leave, and their weights"
-            )
+            format!("in {accumulation:?} and {weights:?}: weighted light, the share that is left, and the weights")
         }
-        None => "transparent surfaces are sorted, or there are none".into(),
+        None => plan.lack_of_sums().into(),
     };
     part(
         "sums of transparent surfaces",
@@ -163,9 +193,10 @@ pub(super) fn sums(plan: &FramePlan) -> Part {
 
 pub(super) fn samples_of_output(plan: &FramePlan) -> Part {
     let resolved = match (plan.resolves_output(), plan.msaa) {
-        (true, _) => "the render pass resolves what is shown of each sample",
+        (true, _) => "the render pass resolves the output's samples",
         (false, 1) => "one sample a pixel",
-        (false, _) => "TONEMAP resolves, or the view shows all samples at once",
+        (false, _) if plan.hdr.is_some() => "TONEMAP resolves",
+        (false, _) => "the view shows all samples at once",
     };
     part("samples of the output", plan.resolves_output(), resolved, bytes(plan, Target::Samples))
 }
@@ -178,12 +209,12 @@ pub(super) fn bloom(plan: &FramePlan) -> Part {
                 format!("{levels} levels, each half as large as the one before it, four single floats a texel");
             part("levels of bloom", true, reason, own.bytes(plan.size))
         }
-        None => part("levels of bloom", false, "no light is spread", 0),
+        None => part("levels of bloom", false, plan.absences.bloom, 0),
     }
 }
 
 pub(super) fn smoothed(plan: &FramePlan) -> Part {
-    let reason = if plan.fxaa { "FXAA draws it" } else { "nothing smooths the picture" };
+    let reason = if plan.fxaa { "FXAA draws it" } else { "FXAA is off" };
     part("smoothed picture", plan.fxaa, reason, bytes(plan, Target::Smoothed))
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Part, part};
+use super::{Part, counted, part};
 use crate::plan::{FramePlan, PlannedTexture, TextureSource, anisotropy};
 use crate::scene::{BlockFormat, OptionalPart, Scene, Settings, SlotForm, TextureSlot};
 
@@ -18,10 +18,13 @@ pub(super) fn textures(scene: &Scene, settings: &Settings, plan: &FramePlan) -> 
         let images: BTreeSet<usize> = images.copied().collect();
         let own =
             images.iter().filter(|&&image| matches!(planned.images[image].source, TextureSource::Scene(_))).count();
-        let reason = match (images.is_empty(), plan.keep.has(optional)) {
-            (true, _) => "no drawn material needs one".into(),
-            (false, true) => format!("{own} of drawn materials; kept for all, with a neutral texel where one has none"),
-            (false, false) => format!("{own} of drawn materials"),
+        let used = match own {
+            0 => "no drawn material uses one".to_owned(),
+            _ => format!("{own}, used by drawn materials"),
+        };
+        let reason = match !images.is_empty() && plan.keep.has(optional) {
+            true => format!("{used}; kept for all, with a neutral texel where one has none"),
+            false => used,
         };
         let bytes = images.iter().filter(|&&image| counted.insert(image)).map(|&image| planned.images[image].bytes());
         let bytes = bytes.sum();
@@ -29,14 +32,17 @@ pub(super) fn textures(scene: &Scene, settings: &Settings, plan: &FramePlan) -> 
     }
     let sampled = planned.sampled();
     let unused: Vec<usize> = (0..planned.images.len()).filter(|image| !sampled.contains(image)).collect();
-    let why_unused = match unused.len() {
-        0 => format!("{} of the {} in the scene are sampled", sampled.len(), scene.textures.len()),
-        count => format!("kept: nothing samples {count} of the {} in the scene", scene.textures.len()),
+    // An atlas may be one texture in several layouts, and a neutral texel is none of the scene's.
+    let of_scene = sampled.iter().map(|&image| planned.images[image].source);
+    let of_scene: BTreeSet<_> = of_scene.filter(|source| matches!(source, TextureSource::Scene(_))).collect();
+    let why_unused = match scene.textures.len() {
+        0 => "the scene has no textures".into(),
+        all => format!("{} of the scene's {all} are sampled", of_scene.len()),
     };
     let unused_bytes = unused.iter().map(|&image| planned.images[image].bytes()).sum();
     parts.push(part("unused textures", !unused.is_empty(), why_unused, unused_bytes).is(OptionalPart::UnusedTextures));
     parts.push(decoded(plan));
-    parts.extend(masks(plan));
+    parts.extend(masks(scene, plan));
     parts.push(anisotropy::part(settings, plan));
     parts
 }
@@ -64,25 +70,30 @@ fn decoded(plan: &FramePlan) -> Part {
 }
 
 /// Returns the parts about textures for which factors of materials do as well.
-fn masks(plan: &FramePlan) -> [Part; 3] {
+fn masks(scene: &Scene, plan: &FramePlan) -> [Part; 3] {
     let materials = &plan.materials;
     let constant = materials.constant.len();
     let keeps = |part, count: usize| plan.keep.has(part) && count > 0;
     let why_constant = match constant {
+        0 if scene.materials.iter().all(|material| material.textures().next().is_none()) => {
+            "no material has a texture".into()
+        }
         0 => "every texture of a material differs from texel to texel".into(),
-        _ => format!("{constant} textures are of one colour, which their materials' factors can hold"),
+        _ => format!("{} of one colour, which their materials' factors can hold", counted(constant, "texture")),
     };
+    let idle = materials.opened + materials.emptied;
     let masked = plan.keys().any(|key| key.discards) || !plan.textures.holes.is_empty();
     let needs = plan.keys().any(|key| key.masked) || !plan.textures.holes.is_empty();
     let why_masked = match (masked, needs) {
         (true, true) => "a material is masked by its texture",
         (true, false) => "kept: every alpha passes",
-        (false, _) => "no material is masked",
+        (false, _) if idle > 0 => "no mask cuts a part of a surface",
+        (false, _) => "no drawn material is masked",
     };
-    let idle = materials.opened + materials.emptied;
     let why_idle = match idle {
+        0 if !needs => "no drawn material is masked".into(),
         0 => "every mask cuts something and leaves something".into(),
-        _ => format!("{} masks cut nothing, {} leave nothing", materials.opened, materials.emptied),
+        _ => format!("masks that cut nothing: {}; that leave nothing: {}", materials.opened, materials.emptied),
     };
     // Their bytes count with the textures of their slots.
     [

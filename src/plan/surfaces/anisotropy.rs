@@ -89,11 +89,14 @@ pub(in crate::plan) fn part(settings: &Settings, plan: &FramePlan) -> Part {
             "a CPU takes many times as long with several samples a pixel".into()
         }
         (1, _) => "the device has none".into(),
-        (degree, asked) if degree < asked => format!("up to {degree} places a pixel: the device has no more"),
-        (degree, _) if plan.places_by_shaders => {
-            format!("up to {degree} places a pixel, which shaders find: the driver's samplers take long")
+        (degree, asked) if degree < asked => format!("up to {degree} taps a pixel: the device has no more"),
+        (degree, _) if plan.places_by_shaders && plan.triangles.is_some() && plan.software => {
+            format!("up to {degree} taps in the shader: this driver's samplers are isotropic in compute")
         }
-        (degree, _) => format!("up to {degree} places a pixel where textures are seen at a low angle"),
+        (degree, _) if plan.places_by_shaders => {
+            format!("up to {degree} taps in the shader: this driver's samplers are slow")
+        }
+        (degree, _) => format!("up to {degree} taps a pixel where textures are seen at a low angle"),
     };
     parts::part("anisotropic filtering", plan.anisotropy > 1, reason, 0)
 }

@@ -210,20 +210,20 @@ settings! {
         "gbuffer", "gbuffer" => gbuffer: GbufferChoice = GbufferChoice::default(), {
             title: "G-buffer", sweep: Sweep::Joint, cheaper: &["lean,normal=oct8"],
         }
-        /// What the picture shows
+        /// Show the lit picture (final), or one of the frame's values
         "view", "view" => view: View = View::Final, {
             title: "view", only: "render, inspect",
         }
-        /// How pixels meet their lights; the picture is the same
+        /// Light pixels by this path; the picture is the same
         "light-path", "light_path" => light_path: LightPath = LightPath::Auto, {
             title: "light path", sweep: Sweep::Joint, quick: &["loop", "clustered", "compute", "visibility", "forward"],
             cheaper: &["loop", "clustered", "compute", "visibility", "forward"],
         }
-        /// Who finds out which opaque objects are in view; the picture is the same
+        /// Cull opaque objects on the CPU or on the device (gpu); the picture is the same
         "culling", "culling" => culling: Culling = Culling::Auto, {
             title: "culling", in_panel: false, sweep: Sweep::Alone, cheaper: &["gpu", "cpu"],
         }
-        /// Draw meshes by levels of detail, which have fewer triangles and are off by at most so many pixels; 0 draws the meshes themselves
+        /// Draw levels of detail: meshes of fewer triangles, off by at most this many pixels; 0 draws the meshes in full
         "lod", "lod" => lod: f32 = 0.0, {
             title: "levels of detail", values: ValueKind::Number(0.0, 100.0), unit: "pixels",
             sweep: Sweep::Alone, tried: &["0", "0.25", "0.5", "1", "2", "4", "8"], cheaper: &["1"],
@@ -242,7 +242,7 @@ settings! {
             title: "steps of reflections", values: ValueKind::Whole(1, 1024), sweep: Sweep::Joint,
             tried: &["16", "32", "64", "128", "256"], quick: &["16", "64"],
         }
-        /// How thick surfaces are taken to be where a ray passes behind what the picture shows of them
+        /// Take surfaces to be this thick where a ray passes behind them
         "reflection-thickness", "reflection_thickness" => reflection_thickness: f32 = 0.2, {
             title: "thickness of surfaces", values: ValueKind::Number(0.0, 1000.0), unit: "m", sweep: Sweep::Joint,
             tried: &["0.05", "0.1", "0.2", "0.5", "1"], quick: &["0.2"],
@@ -260,11 +260,11 @@ settings! {
         "textbook", "textbook" => textbook: bool = false, {
             title: "textbook formulas", sweep: Sweep::Alone,
         }
-        /// What light is kept in until it is tone-mapped, where something blends
+        /// Keep light in this format until it is tone-mapped, where something blends
         "hdr-format", "hdr_format" => hdr_format: HdrFormat = HdrFormat::Rgba16f, {
             title: "HDR target", sweep: Sweep::Joint, cheaper: &["b10g11r11"],
         }
-        /// How transparent surfaces are laid over one another: sorted from back to front, or weighted blended in any order (oit)
+        /// Blend transparent surfaces sorted from back to front, or with weights in any order (oit)
         "transparency", "transparency" => transparency: Transparency = Transparency::Sorted, {
             title: "transparency", sweep: Sweep::Joint, cheaper: &["oit"],
         }
@@ -277,21 +277,21 @@ settings! {
             title: "frames a picture", values: ValueKind::Whole(1, 4096), only: "render", in_panel: false,
             sweep: Sweep::Joint, tried: &["1", "2", "4", "8", "16", "32", "64"], quick: &["1", "4"],
         }
-        /// Where the samples of a pixel are averaged, whether they are frames or the hardware's: as light (linear), or as shown (tone-mapped)
+        /// Average a pixel's samples before tone mapping (linear) or after it (tone-mapped)
         "resolve", "resolve" => resolve: Resolve = Resolve::ToneMapped, {
             title: "samples averaged",
         }
-        /// Look through a lens so wide, which several samples fill: what is not at the focus blurs. 0 is a pinhole; an f-number is of the focal
-        /// length that sees as much on full frame (36 x 24 mm)
+        /// Open the lens to this diameter: with several samples, what is out of focus blurs. 0 is a pinhole; an f-number is of the focal length that
+        /// sees as much on full frame (36 x 24 mm)
         "aperture", "aperture" => aperture: Aperture = Aperture::PINHOLE, {
             title: "aperture", changes_plan: false, of_truth: true, in_panel: false,
         }
         /// Distance along the view at which a lens is sharp
-        "focus", "focus" => focus: f32, where unset "to be said where there is an aperture", {
+        "focus", "focus" => focus: f32, where unset "none; an aperture needs it", {
             title: "focus", values: ValueKind::Number(0.001, 1e6), unit: "metres",
             changes_plan: false, of_truth: true, in_panel: false,
         }
-        /// Keep the shutter open for so long, from --time on: each of several samples has its own moment
+        /// Keep the shutter open for this long, from --time on: each of several samples has its own moment
         "shutter", "shutter" => shutter: f32 = 0.0, {
             title: "shutter", values: ValueKind::Number(0.0, 1e6), unit: "seconds",
             changes_plan: false, of_truth: true, in_panel: false,
@@ -312,8 +312,7 @@ settings! {
         "msaa", "msaa" => msaa: u32 = 1, {
             title: "MSAA", values: ValueKind::Among(&MSAA), sweep: Sweep::Joint,
         }
-        /// How much longer than wide a pixel's place on a texture may be before it is blurred, as far as the device goes; 1 takes the level of
-        /// the long side
+        /// Filter textures that are seen at a low angle by at most this many taps, as far as the device goes; 1 blurs them
         "anisotropy", "anisotropy" => anisotropy: u32 = 8, {
             title: "anisotropy", values: ValueKind::Whole(1, 16),
             sweep: Sweep::Joint, tried: &["1", "2", "4", "8", "16"], quick: &["1"], cheaper: &["1", "2"],
@@ -322,21 +321,21 @@ settings! {
         "sky-light", "sky_light" => sky_light: bool = true, {
             title: "light of the sky", of_truth: true, cheaper: &["off"],
         }
-        /// Directions that are looked into for each texel of what the sky is mirrored as, once when it is uploaded
+        /// Directions sampled for each texel of the sky's prefiltered reflections, once when it is uploaded
         "sky-samples", "sky_samples" => sky_samples: u32 = 64, {
             title: "directions into the sky", values: ValueKind::Whole(1, 4096), in_panel: false,
             sweep: Sweep::Alone, tried: &["1", "4", "16", "64", "256", "1024"],
         }
-        /// Weaken light from everywhere where surfaces nearby hide it (ambient occlusion): found on the screen by samples of the hemisphere (ssao), or by
+        /// Weaken ambient and sky light where surfaces nearby hide it (ambient occlusion), found on the screen by samples of the hemisphere (ssao), or by
         /// slices of it, in which more is known of what hides (gtao)
         "ao", "ao" => ao: AmbientOcclusion = AmbientOcclusion::Off, {
             title: "ambient occlusion", sweep: Sweep::Alone,
         }
-        /// How far away surfaces hide light from everywhere: all of it where they touch, nothing from there on
+        /// Radius within which surfaces hide ambient and sky light: all of it where they touch, none from the radius on
         "ao-radius", "ao_radius" => ao_radius: f32 = 0.5, {
             title: "radius of occlusion", values: ValueKind::Number(0.001, 1000.0), unit: "m", of_truth: true,
         }
-        /// Samples of the depth buffer for each pixel, of ambient occlusion
+        /// Samples of the depth buffer for each pixel of ambient occlusion
         "ao-samples", "ao_samples" => ao_samples: u32 = 16, {
             title: "samples of occlusion", values: ValueKind::Among(&[4, 8, 16, 32, 64, 128]), sweep: Sweep::Joint,
             quick: &["8", "16", "64"],
@@ -350,27 +349,27 @@ settings! {
         "fog", "fog" => fog: Fog = Fog::Off, {
             title: "fog", of_truth: true, sweep: Sweep::Alone, cheaper: &["off"],
         }
-        /// How much light the fog takes away along a metre at its base
+        /// Extinction of the fog at its base, per metre
         "fog-density", "fog_density" => fog_density: f32 = 0.02, {
             title: "density of fog", values: ValueKind::Number(0.0, 1e6), unit: "1/m", of_truth: true,
         }
-        /// How much higher the fog is thinner by a factor of e
+        /// Height over which the fog's density falls to 1/e
         "fog-height", "fog_height" => fog_height: f32 = 20.0, {
             title: "scale height of fog", values: ValueKind::Number(0.001, 1e6), unit: "m", of_truth: true,
         }
-        /// The height (the world's Y) at which the fog has its density
+        /// Height (the world's Y) at which the fog has its density
         "fog-base", "fog_base" => fog_base: f32 = 0.0, {
             title: "base of fog", values: ValueKind::Number(-1e6, 1e6), unit: "m", of_truth: true,
         }
-        /// The share of what the fog takes away that it scatters; it absorbs the rest
+        /// Share of the lost light that the fog scatters; it absorbs the rest
         "fog-albedo", "fog_albedo" => fog_albedo: f32 = 1.0, {
             title: "albedo of fog", values: ValueKind::Number(0.0, 1.0), of_truth: true,
         }
-        /// Where the fog scatters light to: the mean cosine of the angle (g of Henyey and Greenstein 1941), 0 evenly, near 1 straight on
+        /// Mean cosine of the angle by which the fog scatters light (g of Henyey and Greenstein 1941): 0 evenly, near 1 straight on
         "fog-anisotropy", "fog_anisotropy" => fog_anisotropy: f32 = 0.6, {
             title: "anisotropy of fog", values: ValueKind::Number(-0.999, 0.999), of_truth: true,
         }
-        /// Froxels of fog: how many across the picture, down, and one behind the other
+        /// Froxels of fog across the picture, down it, and in depth
         "fog-froxels", "fog_froxels" => fog_froxels: [u32; 3] = [160, 90, 64], {
             title: "froxels of fog", values: ValueKind::Grid(FROXELS, MOST_FROXELS), sweep: Sweep::Alone,
             tried: &["40x23x16", "80x45x32", "160x90x64", "320x180x128"], cheaper: &["80x45x32"],
@@ -379,7 +378,7 @@ settings! {
         "fog-samples", "fog_samples" => fog_samples: u32 = 1, {
             title: "samples of a froxel", values: ValueKind::Among(&[1, 2, 4, 8, 16]), sweep: Sweep::Alone,
         }
-        /// How far away along the view froxels end; beyond it fog is as by height alone
+        /// End froxels at this distance along the view; beyond it fog is as by height alone
         "fog-distance", "fog_distance" => fog_distance: f32, where unset "the scene's far end", {
             title: "reach of froxels", values: ValueKind::Number(0.01, 1e6), unit: "m",
         }
@@ -387,7 +386,7 @@ settings! {
         "bloom", "bloom" => bloom: f32 = 0.0, {
             title: "bloom", values: ValueKind::Number(0.0, 1.0), of_truth: true, cheaper: &["0"],
         }
-        /// How far bloom spreads light, as a part of the picture's height: the root of the mean square
+        /// Root mean square distance over which bloom spreads light, as a part of the picture's height
         "bloom-radius", "bloom_radius" => bloom_radius: f32 = 0.05, {
             title: "radius of bloom", values: ValueKind::Number(0.001, 1.0), of_truth: true,
         }
@@ -410,11 +409,11 @@ settings! {
             title: "frames averaged over time", values: ValueKind::Whole(1, 1024),
             sweep: Sweep::Alone, tried: &["4", "8", "16", "32", "64", "128"],
         }
-        /// Sharpen what frames were averaged to over time, by this share of how much each pixel differs from its neighbours
+        /// Sharpen the average of temporal anti-aliasing by this share of each pixel's difference from its neighbours
         "sharpness", "sharpness" => sharpness: f32 = 0.0, {
             title: "sharpness", values: ValueKind::Number(0.0, 1.0), sweep: Sweep::Alone, tried: &["0", "0.25", "0.5", "1"],
         }
-        /// What stays in the frame although the scene does not need it, to compare with
+        /// Keep parts that the scene does not need, to compare with
         "plan", "plan" => keep: Keep = Keep::NONE, {
             title: "parts kept", in_panel: false,
         }
@@ -431,7 +430,7 @@ settings! {
             sweep: Sweep::Joint, tried: &["256", "512", "1024", "2048", "4096", "8192"], quick: &["512", "2048", "4096"],
             cheaper: &["512"],
         }
-        /// Filter of shadows; that of pcss is as wide as the light is large
+        /// Filter shadow lookups; pcss is as wide as the light is large
         "shadow-filter", "filter" => shadow_filter, filter: ShadowFilter = ShadowFilter::Box2, {
             title: "filter of shadows", sweep: Sweep::Joint, quick: &["none", "5x5", "pcss"], cheaper: &["none"],
         }
@@ -440,21 +439,20 @@ settings! {
             title: "cascades", values: ValueKind::Whole(1, 4), sweep: Sweep::Joint, tried: &["1", "2", "3", "4"], quick: &["1"],
             cheaper: &["1"],
         }
-        /// How the cascades part the view: 0 evenly, 1 logarithmically (Zhang et al. 2006)
+        /// Split the view among cascades: 0 evenly, 1 logarithmically (Zhang et al. 2006)
         "shadow-lambda", "lambda" => shadow_lambda, lambda: f32 = 0.7, {
             title: "how cascades part the view", values: ValueKind::Number(0.0, 1.0), changes_plan: false,
             sweep: Sweep::Alone, tried: &["0", "0.25", "0.5", "0.7", "0.85", "1"],
         }
-        /// What all shadow maps may take; the most important lights get theirs first
+        /// Memory for all shadow maps; the most important lights get theirs first
         "shadow-budget", "budget" => shadow_budget, budget: u32 = 256, {
             title: "memory of shadow maps", values: ValueKind::Whole(1, u32::MAX), unit: "MiB", in_panel: false,
         }
-        /// Draw a shadow map only when its light, or something in it, has moved
+        /// Redraw a shadow map only after its light, or something in it, has moved
         "shadow-cache", "cache" => shadow_cache, cache: bool = true, {
             title: "only maps in which something moved", changes_plan: false,
         }
-        /// Where shadows are looked up: so far along the surface's geometric normal, in texels of the map at that place; for the 3x3 filter, others
-        /// scale it by their reach
+        /// Offset the shadow lookup along the geometric normal, in texels of the map; other filters than 3x3 scale it by their reach
         "shadow-normal-offset", "normal_offset" => shadow_normal_offset, normal_offset: f32 = 0.25, {
             title: "normal offset of shadows", values: ValueKind::Number(0.0, 1000.0), unit: "texels", changes_plan: false,
             sweep: Sweep::Alone, tried: &["0", "0.25", "0.5", "1", "2", "4", "8"],

@@ -210,3 +210,24 @@ fn without_a_display_it_says_so_and_names_render() {
         assert!(!errors.contains(".rs"), "{errors}");
     }
 }
+
+/// winit panics at such values, once it has found a monitor.
+#[test]
+fn a_scale_factor_that_is_none_is_refused_before_a_window_is_opened() {
+    let refused = |factor: &str| {
+        let mut command = program();
+        command.arg("view").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+        // No server has this number: what passes the check ends for the want of one.
+        command.env("DISPLAY", ":7654").env("WINIT_X11_SCALE_FACTOR", factor);
+        let output = command.output().expect("the program starts");
+        let errors = text(&output.stderr);
+        assert!(errors.starts_with("error: ") && !errors.contains("panic"), "{factor}: {errors}");
+        match output.status.code() {
+            Some(2) => assert!(errors.contains(&format!("WINIT_X11_SCALE_FACTOR={factor}: must be ")), "{errors}"),
+            code => assert_eq!(code, Some(5), "{factor}: {errors}"),
+        }
+        output.status.code() == Some(2)
+    };
+    assert!(["x", "0", "-1", "-0.0", "inf", "nan", "1e-320", "1,5", " 2"].into_iter().all(refused));
+    assert!(!["", "1", "1.5", "2e0", "randr", "RandR"].into_iter().any(refused));
+}
