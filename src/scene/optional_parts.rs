@@ -184,7 +184,7 @@ impl FromStr for Keep {
             found.map(|&(_, part)| part).ok_or_else(|| {
                 let names = OptionalPart::NAMES.iter().map(|&(own, _)| own);
                 let known: Vec<_> = ["lean", "full"].into_iter().chain(names).collect();
-                Error::Setting(unknown("plan", name, &known))
+                Error::Setting(unknown("part of the plan", name, &known))
             })
         };
         lower.split(',').map(|name| part(name.trim())).collect()

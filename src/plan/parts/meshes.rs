@@ -23,7 +23,7 @@ pub(super) fn geometry(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
             (0, _) => no.to_string(),
             (_, true) => "padded for all vertices".into(),
             (some, false) if some == planned.vertices => yes.to_string(),
-            (some, false) => format!("{yes}: {some} of {} vertices have it", planned.vertices),
+            (some, false) => format!("{yes}: {some} of {} vertices have them", planned.vertices),
         };
         part(name, vertices > 0, reason, stride * vertices).is(optional)
     };
