@@ -301,8 +301,10 @@ fn enumerate_extensions(entry: &ash::Entry, layer: Option<&CStr>) -> Result<BTre
 
 /// The text in a fixed array, up to its NUL or its end.
 pub(super) fn fixed_text(text: &[c_char]) -> String {
-    let bytes: Vec<u8> = text.iter().map(|&byte| byte.cast_unsigned()).take_while(|&byte| byte != 0).collect();
-    String::from_utf8_lossy(&bytes).into_owned()
+    // A `c_char` is signed on x86-64 and unsigned on ARM.
+    let bytes: &[u8] = bytemuck::cast_slice(text);
+    let text = bytes.split(|&byte| byte == 0).next().unwrap_or_default();
+    String::from_utf8_lossy(text).into_owned()
 }
 
 /// The interface by which the layer takes its settings.

@@ -23,4 +23,5 @@ mod settings;
 mod setup;
 #[cfg(feature = "hot-reload")]
 mod shader_exchange;
+mod surroundings;
 mod version;
