@@ -122,12 +122,14 @@ impl CostModel {
     /// Stands for CPUs that were not measured.
     pub const CPU: Self = Self {
         basis: Basis::Kind("lavapipe of Mesa 25.0"),
+        // ANCHOR: cpu-paths
         paths: [
             PathCost { base: 65_300, triangle: 65_500, lists: 0, unlimited: 2650, limited: 950 },
             PathCost { base: 65_300, triangle: 65_500, lists: 3800, unlimited: 2650, limited: 276 },
             PathCost { base: 113_000, triangle: 66_000, lists: 140_000, unlimited: 4150, limited: 420 },
             PathCost { base: 208_000, triangle: 161_000, lists: 277_000, unlimited: 4400, limited: 770 },
         ],
+        // ANCHOR_END: cpu-paths
         // From 4348 objects on; more than that is not told apart by measuring.
         culling: CullingCost { cpu_object: 570, device_frame: 2_000_000, device_object: 110 },
     };
