@@ -500,7 +500,7 @@ fn transparent_surfaces_meet_the_same_lights_on_every_light_path() {
             }
             let refused = Renderer::new(&gpu.device, &scene, &on(LightPath::Compute, *transparency)).err();
             let sentence = refused.map(|error| error.to_string()).unwrap_or_default();
-            assert!(sentence.contains("light path compute") && sentence.contains("clustered"), "{sentence}");
+            assert!(sentence.contains("--light-path compute") && sentence.contains("clustered"), "{sentence}");
         }
     });
 }
