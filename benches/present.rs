@@ -92,7 +92,7 @@ trait Changes {
 struct Meanwhile {
     /// From when it was asked for to its first frame.
     all: f64,
-    /// Of each frame meanwhile, and where frames are taken over by a window, of the first new one together with its adoption.
+    /// Milliseconds of each frame meanwhile; where a window adopts new frames, the first of them includes its adoption.
     frames: Vec<f64>,
 }
 

@@ -59,7 +59,7 @@ struct Frame {
     sun_sine: f32,
     // The place in each pixel that this frame looks through, in pixels from its centre: random numbers differ by it.
     jitter: vec2<f32>,
-    // Of the fog: the camera's height above its base, and metres to the other end of it, both by its scale height.
+    // Fog: the camera's height above its base in scale heights, and scale heights in a metre.
     fog_rise: f32,
     fog_rate: f32,
     // The mean radiance of light from everywhere, times the fog's albedo.

@@ -220,7 +220,7 @@ impl From<window::Error> for Failure {
     }
 }
 
-/// What to type where one option is missing, and nothing else: `-o DIR` for clap's `--output <DIR>`.
+/// Returns the option to type if exactly one is missing: `-o DIR` for clap's `--output <DIR>`.
 fn missing_option(error: &clap::Error) -> Option<String> {
     let Some(ContextValue::Strings(missing)) = error.get(ContextKind::InvalidArg) else { return None };
     let [option] = missing.as_slice() else { return None };

@@ -72,7 +72,7 @@ pub struct Args {
     device: DeviceArgs,
 }
 
-/// What brings pictures into the images of a swapchain.
+/// The way of pictures into a swapchain's images.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
 enum InWindow {

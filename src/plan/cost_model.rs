@@ -67,11 +67,11 @@ pub struct Load {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CullingCost {
-    /// Of each object where the CPU culls.
+    /// The cost of an object where the CPU culls.
     pub cpu_object: u32,
-    /// Of any frame where the device culls.
+    /// The cost of a frame where the device culls, whatever it holds.
     pub device_frame: u32,
-    /// Of each object where the device culls.
+    /// The cost of an object where the device culls.
     pub device_object: u32,
 }
 
