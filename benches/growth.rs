@@ -58,7 +58,7 @@ const CURVES: [Curve; 6] = [
     Curve {
         name: "triangles",
         what: "times as many edges around each of 100 objects, so the square as many triangles",
-        counts: &[1, 2, 4, 8, 16, 32],
+        counts: &[1, 2, 4, 8, 16, 32, 64],
         power: 2,
         scene: |detail| (format!("builtin:field?objects=100&lights=16&detail={detail}"), None),
     },

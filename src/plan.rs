@@ -8,7 +8,6 @@
 //! that follow from the surfaces: pipelines, meshes, textures. [`checks`] refuses settings that do not go together, [`parts`] puts the plan into
 //! words, and [`cost`] computes its cost.
 
-mod absence;
 mod ao;
 mod bloom;
 mod capabilities;
@@ -26,6 +25,7 @@ mod occlusion;
 mod output;
 mod particles;
 mod parts;
+mod reasons;
 mod reflections;
 #[cfg(test)]
 pub(crate) mod samples;
@@ -52,6 +52,7 @@ pub use output::{Canvas, Encoding, HDR, OUTPUT_PLAIN, OUTPUT_SRGB, ToneMapping, 
 pub use particles::{ParticlePlan, SORT_BLOCK};
 pub(crate) use parts::counted;
 pub use parts::{Part, PartGroup};
+pub use reasons::Reasons;
 pub use reflections::{Hiz, ReflectionPlan};
 pub use shadows::{MapProjection, ShadowLight, ShadowPlan, Tile};
 pub use sky::SkyPlan;
@@ -78,10 +79,10 @@ use std::collections::BTreeSet;
 
 use ash::vk;
 
-use absence::Absences;
 use gbuffer::Stored;
 use lights::{Lighting, adds_lights};
 use output::{Blending, Way};
+use reasons::either;
 use shadows::shadow_reason;
 use surfaces::{FilteredTextures, Surfaces, anisotropy};
 
@@ -177,10 +178,10 @@ pub struct FramePlan {
     pub triangles: Option<TriangleCode>,
     /// The scene's sky, where it is seen or lights surfaces.
     pub sky: Option<SkyPlan>,
-    /// The way in which ambient occlusion is found, or the reason why it is not.
-    pub ao: Result<AoPlan, String>,
-    /// The reflections of the picture in surfaces, or the reason why there are none.
-    pub reflections: Result<ReflectionPlan, String>,
+    /// The way in which ambient occlusion is found, where it is.
+    pub ao: Option<AoPlan>,
+    /// The reflections of the picture in surfaces, where there are some.
+    pub reflections: Option<ReflectionPlan>,
     /// The shadow maps of all lights that have some.
     pub shadow: Option<ShadowPlan>,
     /// Emissive light is written by GEOMETRY and LIGHTING adds to it.
@@ -242,12 +243,10 @@ pub struct FramePlan {
     pub depth_prepass: bool,
     /// Never `Auto`.
     pub light_path: LightPath,
-    /// Why it is this one.
-    pub light_path_reason: String,
-    /// Culling on the device: the reason why it is done, or why not.
-    pub culling: Result<String, String>,
-    /// Occlusion culling on the device: the reason why it is done, or why not.
-    pub hiding: Result<String, String>,
+    /// True if the device finds out which opaque objects are seen.
+    pub culls_on_device: bool,
+    /// True if it also finds out which of them are hidden.
+    pub hides_on_device: bool,
     /// The greatest error of levels of detail, in pixels; 0 where no mesh has any.
     pub lod: f32,
     /// One pipeline of GEOMETRY each, or of FORWARD.
@@ -276,12 +275,8 @@ pub struct FramePlan {
     pub software: bool,
     /// The parts that stay although nothing needs them.
     pub keep: Keep,
-    /// Why it lacks what a setting would give it.
-    pub(crate) absences: Absences,
-    parts: Vec<Part>,
-    warnings: Vec<String>,
-    /// Those about lights that go without their maps.
-    shadow_warnings: Vec<String>,
+    /// Why all this is as it is.
+    pub reasons: Reasons,
 }
 
 /// The choices by settings, device and scene. Pipelines, meshes and textures follow from them.
@@ -404,14 +399,15 @@ impl FramePlan {
         if let Some(taa) = &mut plan.taa {
             *taa = taa.showing(view, settings.output);
         }
-        plan.absences = Absences::of(scene, asked, settings, &plan);
+        plan.reasons = plan.reasons.clone().with_absences(scene, asked, settings, &plan);
         let mut parts = parts::list(scene, settings, &plan);
         if plan.keep != Keep::NONE {
             let lean = Settings { keep: Keep::NONE, ..settings.clone() };
             let needed = parts::list(scene, &lean, &Self::decide(scene, &lean, device, counts)?);
             parts::say_what_is_kept(&mut parts, &needed);
         }
-        Ok(Self { parts, ..plan })
+        plan.reasons.parts = parts;
+        Ok(plan)
     }
 
     /// Decides all but the words about it, for a scene that has been checked.
@@ -420,7 +416,7 @@ impl FramePlan {
     /// Where a device has too few attachments for the G-buffer and nobody asked for a light path, surfaces are lit as they are drawn.
     fn decide(scene: &Scene, settings: &Settings, device: &Capabilities, counts: bool) -> Result<Self, Error> {
         let decided = Self::decide_as_asked(scene, settings, device, counts);
-        let light_path_reason = match &decided {
+        let light_path = match &decided {
             Err(Error::ColorAttachments(needed, most)) => {
                 format!("a G-buffer needs {needed} colour attachments in one subpass, and the device has {most}")
             }
@@ -434,7 +430,7 @@ impl FramePlan {
         }
         let forward = Settings { light_path: LightPath::Forward, ..settings.clone() };
         match Self::decide_as_asked(scene, &forward, device, counts) {
-            Ok(plan) => Ok(Self { light_path_reason, ..plan }),
+            Ok(plan) => Ok(Self { reasons: Reasons { light_path, ..plan.reasons }, ..plan }),
             // A view of the G-buffer, ambient occlusion and others refuse that path: then the attachments are the reason.
             Err(_) => decided,
         }
@@ -471,8 +467,8 @@ impl FramePlan {
             size: settings.size,
             shading,
             stores_gbuffer,
-            ao,
-            reflections,
+            ao: ao.as_ref().ok().copied(),
+            reflections: reflections.as_ref().ok().copied(),
             gbuffer,
             triangles,
             sky,
@@ -505,11 +501,10 @@ impl FramePlan {
             lights: lighting.lights,
             light_order: lighting.order,
             depth_prepass,
-            culling,
-            hiding,
+            culls_on_device: culling.is_ok(),
+            hides_on_device: hiding.is_ok(),
             lod: rules.lod,
             light_path: lighting.path,
-            light_path_reason: lighting.reason,
             geometry: pipelines.geometry,
             transparent: pipelines.transparent,
             streams: meshes.streams(),
@@ -524,17 +519,23 @@ impl FramePlan {
             lazily_allocated: device.lazily_allocated,
             software: device.software,
             keep: settings.keep,
-            absences: Absences::default(),
-            parts: Vec::new(),
-            warnings: lighting
-                .shadow_warnings
-                .iter()
-                .cloned()
-                .chain(warning)
-                .chain(refused_culling)
-                .chain(lens::warning(settings))
-                .collect(),
-            shadow_warnings: lighting.shadow_warnings,
+            reasons: Reasons {
+                light_path: lighting.reason,
+                culling: either(culling),
+                hiding: either(hiding),
+                ao: ao.err().unwrap_or_default(),
+                reflections: reflections.err().unwrap_or_default(),
+                warnings: lighting
+                    .shadow_warnings
+                    .iter()
+                    .cloned()
+                    .chain(warning)
+                    .chain(refused_culling)
+                    .chain(lens::warning(settings))
+                    .collect(),
+                shadow_warnings: lighting.shadow_warnings,
+                ..Reasons::default()
+            },
         };
         particles::check_buffers(&plan, device)?;
         Ok(plan)
@@ -556,16 +557,6 @@ impl FramePlan {
         geometry_locations(self.gbuffer.as_ref(), self.shading, (self.emissive, self.triangles.is_some()))
     }
 
-    /// Each part that a frame can have: in or out, why, and its bytes.
-    pub fn parts(&self) -> &[Part] {
-        &self.parts
-    }
-
-    /// Returns the requests that were not met, a line each.
-    pub fn warnings(&self) -> &[String] {
-        &self.warnings
-    }
-
     /// The lights that frames have, by the scene's numbers, in the order in which they are added: directional ones, those that reach everywhere,
     /// those of limited reach.
     pub fn light_numbers(&self) -> &[usize] {
@@ -575,16 +566,6 @@ impl FramePlan {
     /// Returns true if lights are added one by one, by blending in LIGHTING.
     pub fn adds_lights(&self) -> bool {
         adds_lights(self.light_path, &self.lights)
-    }
-
-    /// Returns true if the device finds out which opaque objects are seen.
-    pub fn culls_on_device(&self) -> bool {
-        self.culling.is_ok()
-    }
-
-    /// Returns true if it also finds out which of them are hidden.
-    pub fn hides_on_device(&self) -> bool {
-        self.hiding.is_ok()
     }
 
     /// Returns true if some object's mesh is deformed on the device.

@@ -113,7 +113,7 @@ impl Visible {
         let depth = Depth::of(world, plan, camera);
         let beside = Misplacement::of(plan, camera, &depth);
         let list = &world.instances;
-        let culling = plan.culls_on_device().then(|| list.cull_view(&frustum, camera, world));
+        let culling = plan.culls_on_device.then(|| list.cull_view(&frustum, camera, world));
         let mut seen = match plan.keep.has(OptionalPart::OffscreenObjects) {
             true => vec![true; world.objects.len()],
             // Only the device knows which opaque objects are in view: the CPU takes all of them for seen.
@@ -178,7 +178,7 @@ impl Visible {
             true => instances::reversed(&mut instances, &draws),
             false => Vec::new(),
         };
-        let occluders = match plan.hides_on_device() {
+        let occluders = match plan.hides_on_device {
             true => list.draws_at(&occlusion::largest(world, (camera, &frustum, &depth), plan.size), &mut instances),
             false => Vec::new(),
         };

@@ -276,10 +276,10 @@ pub fn table(plan: &FramePlan) -> Edges {
     if plan.deforms() {
         rows.extend(skin::rows());
     }
-    if plan.culls_on_device() {
+    if plan.culls_on_device {
         rows.extend(culling::rows());
     }
-    if plan.hides_on_device() {
+    if plan.hides_on_device {
         rows.extend(culling::hiding_rows());
     }
     if plan.shadow.is_some() {

@@ -189,13 +189,13 @@ impl Culling {
     /// # Errors
     /// When there is no memory for it.
     pub fn new(device: &Arc<Device>, plan: &FramePlan, frames: usize) -> gpu::Result<Option<Self>> {
-        if !plan.culls_on_device() {
+        if !plan.culls_on_device {
             return Ok(None);
         }
         let has_looks = plan.has_looks();
         let is_in = |index: &u32| match *index {
             LOOKS => has_looks,
-            PYRAMID => plan.hides_on_device(),
+            PYRAMID => plan.hides_on_device,
             _ => true,
         };
         let bindings: Vec<_> = (0..BINDINGS.len() as u32)
@@ -486,7 +486,7 @@ fn pyramid_buffer(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<Option<
     let [across, down] = tiles(plan.size).map(u64::from);
     let (bytes, usage) = (across * down * TILE_SQUARES * 4, vk::BufferUsageFlags::STORAGE_BUFFER);
     let make = || Buffer::new(device, "pyramid of depths", bytes, usage, Location::Device, MemoryKind::Attachment);
-    plan.hides_on_device().then(make).transpose()
+    plan.hides_on_device.then(make).transpose()
 }
 
 fn upload_buffer(device: &Arc<Device>, name: &str, size: u64, usage: vk::BufferUsageFlags) -> gpu::Result<Buffer> {

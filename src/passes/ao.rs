@@ -22,8 +22,8 @@ pub const PASS: Pass = Pass {
     time: "ao",
     what: "what surfaces nearby leave of the light from everywhere, found in the depth buffer",
     presence: |plan| match &plan.ao {
-        Ok(ao) => Presence::In(ao.to_string()),
-        Err(why) => Presence::Out(why.clone()),
+        Some(ao) => Presence::In(ao.to_string()),
+        None => Presence::Out(plan.reasons.ao.clone()),
     },
     touches: |_| {
         vec![
@@ -78,7 +78,7 @@ pub(crate) fn flags(plan: &FramePlan) -> Flags {
 }
 
 fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
-    let Ok(ao) = &plan.ao else { return Vec::new() };
+    let Some(ao) = &plan.ao else { return Vec::new() };
     let [slices, steps] = ao.slices();
     vec![
         (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),

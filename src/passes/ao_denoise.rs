@@ -29,10 +29,7 @@ pub const PASS: Pass = Pass {
     place: Place::pass("AO_DENOISE"),
     time: "ao denoise",
     what: "what AO found around each pixel in the mean, into the G-buffer's occlusion",
-    presence: |plan| match &plan.ao {
-        Ok(_) => Presence::In("AO differs from pixel to pixel".into()),
-        Err(why) => Presence::Out(why.clone()),
-    },
+    presence: |plan| Presence::when(plan.has_ao(), "AO differs from pixel to pixel", &plan.reasons.ao),
     touches: |_| {
         vec![
             Touch::sampled(0, Target::Depth, GBUFFER_READ),
@@ -71,7 +68,7 @@ pub(crate) fn flags(plan: &FramePlan) -> Flags {
 }
 
 fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
-    let Ok(ao) = &plan.ao else { return Vec::new() };
+    let Some(ao) = &plan.ao else { return Vec::new() };
     vec![
         (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),
         (constants::NORMAL_ENCODING, plan.gbuffer.as_ref().map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),

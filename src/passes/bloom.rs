@@ -49,7 +49,7 @@ pub const SPREAD: Pass = Pass {
 };
 
 fn presence(plan: &FramePlan) -> Presence {
-    Presence::when(plan.bloom.is_some(), "asked for", plan.absences.bloom)
+    Presence::when(plan.bloom.is_some(), "asked for", plan.reasons.bloom)
 }
 
 const LEVELS: u32 = 0;

@@ -24,7 +24,7 @@ pub const PASS: Pass = Pass {
     what: "which instances are in view, and in which step of depth",
     presence: culling::presence,
     touches: |plan| {
-        let pyramid = plan.hides_on_device().then(|| Touch::resource(Resource::DepthPyramid, PYRAMID_READ));
+        let pyramid = plan.hides_on_device.then(|| Touch::resource(Resource::DepthPyramid, PYRAMID_READ));
         let lists =
             [Touch::resource(Resource::FrameData, LIST_READ), Touch::resource(Resource::CulledInstances, MARK_WRITE)];
         lists.into_iter().chain(pyramid).collect()

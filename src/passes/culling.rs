@@ -14,18 +14,12 @@ const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
 
 /// Tells if the device culls, and why.
 pub fn presence(plan: &FramePlan) -> Presence {
-    match &plan.culling {
-        Ok(why) => Presence::In(why.clone()),
-        Err(why) => Presence::Out(why.clone()),
-    }
+    Presence::when(plan.culls_on_device, &plan.reasons.culling, &plan.reasons.culling)
 }
 
 /// Tells if it culls occluded objects, too, and why.
 pub fn hiding(plan: &FramePlan) -> Presence {
-    match &plan.hiding {
-        Ok(why) => Presence::In(why.clone()),
-        Err(why) => Presence::Out(why.clone()),
-    }
+    Presence::when(plan.hides_on_device, &plan.reasons.hiding, &plan.reasons.hiding)
 }
 
 /// A compute pipeline that takes nothing but the set of [`Culling`].

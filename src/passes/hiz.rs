@@ -19,9 +19,8 @@ pub const PASS: Pass = Pass {
     place: Place::pass("HIZ"),
     time: "depth pyramid",
     what: "the nearest and the farthest depth of squares of the picture",
-    presence: |plan| match &plan.reflections {
-        Ok(_) => Presence::In("rays take long steps where nothing is".into()),
-        Err(why) => Presence::Out(why.clone()),
+    presence: |plan| {
+        Presence::when(plan.reflects(), "rays take long steps where nothing is", &plan.reasons.reflections)
     },
     touches: |_| vec![Touch::sampled(0, Target::Depth, GBUFFER_READ), Touch::storage(1, Target::Hiz, HIZ_WRITE)],
     leave_out: None,

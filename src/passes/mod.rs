@@ -230,12 +230,12 @@ fn meshes(plan: &FramePlan) -> impl Iterator<Item = Touch> {
 
 /// Draws the objects that the device found visible, where it culls.
 fn culled(plan: &FramePlan) -> Option<Touch> {
-    plan.culls_on_device().then(|| Touch::resource(Resource::CulledInstances, CULLED_READ))
+    plan.culls_on_device.then(|| Touch::resource(Resource::CulledInstances, CULLED_READ))
 }
 
 /// Tells if frames are averaged over time.
 fn over_time(plan: &FramePlan) -> Presence {
-    Presence::when(plan.taa.is_some(), "asked for", plan.absences.taa)
+    Presence::when(plan.taa.is_some(), "asked for", plan.reasons.taa)
 }
 
 /// Looks shadow maps up, where there are some.

@@ -25,8 +25,8 @@ pub const PASS: Pass = Pass {
     time: "reflect",
     what: "a ray of each smooth pixel through the depth buffer, and the light that it meets",
     presence: |plan| match &plan.reflections {
-        Ok(own) => Presence::In(own.to_string()),
-        Err(why) => Presence::Out(why.clone()),
+        Some(own) => Presence::In(own.to_string()),
+        None => Presence::Out(plan.reasons.reflections.clone()),
     },
     touches: |plan| {
         let mut touches = sampled_gbuffer(plan, GBUFFER_READ);
@@ -65,7 +65,7 @@ pub(crate) fn flags(plan: &FramePlan) -> Flags {
 }
 
 fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
-    let Ok(ReflectionPlan { roughness, steps, thickness, shown: _ }) = plan.reflections else { return Vec::new() };
+    let Some(ReflectionPlan { roughness, steps, thickness, shown: _ }) = plan.reflections else { return Vec::new() };
     vec![
         (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),
         (constants::NORMAL_ENCODING, plan.gbuffer.as_ref().map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),

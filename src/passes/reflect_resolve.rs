@@ -27,9 +27,12 @@ pub const PASS: Pass = Pass {
     place: Place::pass("REFLECT_RESOLVE"),
     time: "reflect resolve",
     what: "what rays found around each pixel, as its lobe mirrors it, in the place of the sky's light",
-    presence: |plan| match &plan.reflections {
-        Ok(_) => Presence::In("averages neighbours' rays: one ray is one direction of the lobe".into()),
-        Err(why) => Presence::Out(why.clone()),
+    presence: |plan| {
+        Presence::when(
+            plan.reflects(),
+            "averages neighbours' rays: one ray is one direction of the lobe",
+            &plan.reasons.reflections,
+        )
     },
     touches: |plan| {
         let mut touches = sampled_gbuffer(plan, GBUFFER_READ);
@@ -72,7 +75,7 @@ pub(crate) fn flags(plan: &FramePlan) -> Flags {
 }
 
 fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
-    let Ok(own) = &plan.reflections else { return Vec::new() };
+    let Some(own) = &plan.reflections else { return Vec::new() };
     vec![
         (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),
         (constants::NORMAL_ENCODING, plan.gbuffer.as_ref().map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),

@@ -36,7 +36,7 @@ pub const PASS: Pass = Pass {
     presence: |plan| match &plan.shadow {
         Some(own) if own.lights.is_empty() => Presence::In("kept on request: no light has a map".into()),
         Some(_) => Presence::In("a light casts shadows".into()),
-        None => Presence::Out(plan.absences.shadow.clone()),
+        None => Presence::Out(plan.reasons.shadow.clone()),
     },
     touches: |plan| {
         let how = How::Depth { first: First::Clear };

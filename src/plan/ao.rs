@@ -102,7 +102,7 @@ pub(super) fn is_used(scene: &Scene, settings: &Settings) -> bool {
 impl FramePlan {
     /// Returns true if frames find ambient occlusion.
     pub fn has_ao(&self) -> bool {
-        self.ao.is_ok()
+        self.ao.is_some()
     }
 }
 

@@ -1,6 +1,6 @@
 //! The cost of a plan's parts, and the saving of leaving one out: found by planning once more with that part kept.
 
-use super::{Absences, Capabilities, Error, FramePlan};
+use super::{Capabilities, Error, FramePlan, Reasons};
 use crate::scene::{Keep, OptionalPart, Scene, Settings};
 
 /// The extra cost of a frame if the settings kept a part without need.
@@ -58,18 +58,7 @@ impl FramePlan {
 
     /// Returns true if two plans make the same frames, whatever they say of why.
     pub fn has_structure_of(&self, other: &Self) -> bool {
-        fn outcome<T: Clone>(choice: &Result<T, String>) -> Result<T, String> {
-            choice.clone().map_err(|_| String::new())
-        }
-        let plain = |plan: &Self| {
-            let light_path_reason = String::new();
-            let absences = Absences::default();
-            let (ao, reflections) = (outcome(&plan.ao), outcome(&plan.reflections));
-            let [culling, hiding] = [&plan.culling, &plan.hiding].map(|own| outcome(own).map(|_| String::new()));
-            let (parts, [warnings, shadow_warnings]) = (Vec::new(), [const { Vec::new() }; 2]);
-            let plan = Self { ao, reflections, culling, hiding, ..plan.clone() };
-            Self { keep: Keep::NONE, parts, warnings, shadow_warnings, absences, light_path_reason, ..plan }
-        };
+        let plain = |plan: &Self| Self { keep: Keep::NONE, reasons: Reasons::default(), ..plan.clone() };
         plain(self) == plain(other)
     }
 }

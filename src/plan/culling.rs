@@ -93,7 +93,7 @@ mod tests {
     }
 
     fn culls(scene: &Scene, settings: &Settings, device: &Capabilities) -> bool {
-        FramePlan::of(scene, settings, device).expect("a plan").culls_on_device()
+        FramePlan::of(scene, settings, device).expect("a plan").culls_on_device
     }
 
     #[test]
@@ -121,8 +121,8 @@ mod tests {
         let (scene, gpu) = (crowd(3, 1), samples::device());
         let warned = |settings: &Settings, device: &Capabilities| {
             let plan = FramePlan::of(&scene, settings, device).expect("a plan");
-            assert_eq!(plan.culls_on_device(), plan.warnings().is_empty(), "{:?}", plan.warnings());
-            !plan.culls_on_device()
+            assert_eq!(plan.culls_on_device, plan.warnings().is_empty(), "{:?}", plan.warnings());
+            !plan.culls_on_device
         };
         assert!(!warned(&asked, &gpu) && !warned(&asked, &samples::software()));
         assert!(warned(&asked, &Capabilities { indirect_draws: false, ..gpu }));

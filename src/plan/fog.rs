@@ -78,7 +78,7 @@ pub(super) fn parts(plan: &FramePlan) -> Part {
             "{} of {} 1/m at a height of {} m, e times thinner {} m above; albedo {}, anisotropy {}",
             fog.kind, fog.density, fog.base, fog.height, fog.albedo, fog.anisotropy
         ),
-        None => plan.absences.fog.into(),
+        None => plan.reasons.fog.into(),
     };
     part("fog", plan.fog.is_some(), reason, 0)
 }

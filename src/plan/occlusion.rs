@@ -45,7 +45,8 @@ impl FramePlan {
         let rules = self.surface_rules();
         let drawn = scene.objects.iter().filter(|object| rules.draws(scene, object)).count();
         match self.shading {
-            _ if self.culls_on_device() => self.hiding.clone(),
+            _ if self.hides_on_device => Ok(self.reasons.hiding.clone()),
+            _ if self.culls_on_device => Err(self.reasons.hiding.clone()),
             _ if self.keep.has(OptionalPart::OccludedObjects) => Err(KEPT.into()),
             Shading::ShowOverdraw => Err(COUNTED.into()),
             Shading::ShowShadowMap => Err("no object is drawn".into()),

@@ -111,7 +111,7 @@ impl FramePlan {
     /// Half floats tell apart more than 10 bits of any of the curves do, in the range where that shows; they blend, and can be stored to.
     fn with_encoding(self, encoding: Encoding) -> Self {
         let mut new = Self { output: HDR, encoding: Some(encoding), ..self };
-        new.parts = parts::with_output(std::mem::take(&mut new.parts), &new);
+        new.reasons.parts = parts::with_output(std::mem::take(&mut new.reasons.parts), &new);
         new
     }
 
@@ -161,9 +161,7 @@ impl FramePlan {
 
     /// Returns true if frames of the other plan need nothing else than those of this one, but for the size of their attachments.
     pub fn differs_in_size_only(&self, other: &Self) -> bool {
-        let resized =
-            Self { size: other.size, parts: other.parts.clone(), warnings: other.warnings.clone(), ..self.clone() };
-        resized == *other
+        Self { size: other.size, reasons: other.reasons.clone(), ..self.clone() } == *other
     }
 }
 

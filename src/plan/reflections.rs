@@ -141,7 +141,7 @@ pub(super) fn is_used(scene: &Scene, settings: &Settings) -> bool {
 impl FramePlan {
     /// Returns true if surfaces mirror others as the picture shows them.
     pub fn reflects(&self) -> bool {
-        self.reflections.is_ok()
+        self.reflections.is_some()
     }
 
     /// Returns true if nothing is blended over the light to which they are added.

@@ -315,7 +315,7 @@ pub fn plans() -> Vec<(String, FramePlan)> {
     plans.extend(multisampled());
     plans.extend(light_paths(|plan| !plan.is_tiled() && !plan.is_forward()));
     let culled = ("culled on the device", Settings { culling: Culling::Gpu, ..deferred() });
-    plans.extend(of_scenes(&[culled]).into_iter().filter(|(_, plan)| plan.culls_on_device()));
+    plans.extend(of_scenes(&[culled]).into_iter().filter(|(_, plan)| plan.culls_on_device));
     plans
 }
 

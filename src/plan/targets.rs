@@ -80,8 +80,8 @@ impl FramePlan {
         let shown = |shading, format| (self.shading == shading).then_some(format);
         match target {
             Target::Depth => self.has_geometry().then_some(DEPTH),
-            Target::Occluders => self.hides_on_device().then_some(DEPTH),
-            Target::Visibility => self.ao.is_ok().then_some(VISIBILITY),
+            Target::Occluders => self.hides_on_device.then_some(DEPTH),
+            Target::Visibility => self.ao.is_some().then_some(VISIBILITY),
             Target::Hiz => self.reflects().then_some(reflections::HIZ),
             Target::Rays => self.reflects().then_some(reflections::RAYS),
             Target::Albedo => gbuffer.map(|own| own.albedo),
@@ -124,7 +124,7 @@ impl FramePlan {
     /// Pixels of the picture across and down for each of a target's texels.
     fn texels_apart(&self, target: Target) -> u32 {
         match (&self.ao, target) {
-            (Ok(ao), Target::Visibility) => ao.scale,
+            (Some(ao), Target::Visibility) => ao.scale,
             _ => 1,
         }
     }

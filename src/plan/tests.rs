@@ -488,7 +488,7 @@ fn what_cannot_be_is_refused_in_one_line_that_names_it() {
     let (lamps, usual) = (scene(vec![material(CT)], vec![point(Falloff::Quadratic); 2]), Settings::default());
     let planned = FramePlan::of(&lamps, &usual, &none).expect("a plan");
     assert_eq!(planned.light_path, LightPath::Forward);
-    assert!(planned.light_path_reason.contains("input attachments, and the device has 2"));
+    assert!(planned.reasons.light_path.contains("input attachments, and the device has 2"));
     let normals = Settings { view: View::Normal, ..usual };
     assert!(matches!(refuse(&lamps, &normals, &none).0, Error::InputAttachments(_, 2)));
     let map = Settings { view: View::ShadowMap, ..samples::deferred() };

@@ -166,7 +166,7 @@ impl World {
             object_of,
             light_of: places(order.iter().copied(), scene.lights.len()),
             levels: levels_of(plan, scene.meshes.len()),
-            occluders: (plan.finds_hidden(scene).is_ok() && !plan.hides_on_device())
+            occluders: (plan.finds_hidden(scene).is_ok() && !plan.hides_on_device)
                 .then(|| Occluders::of(scene, plan, &objects)),
             instances: InstanceList::default(),
             objects,

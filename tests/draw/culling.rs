@@ -448,7 +448,7 @@ fn what_the_device_finds_to_be_seen_is_what_the_cpu_finds_in_the_same_order() {
                 };
                 let mut renderers =
                     [Culling::Cpu, Culling::Gpu].map(|culling| gpu.renderer(&scene, &settings(culling)));
-                assert_eq!([false, true], [0, 1].map(|index| renderers[index].plan().culls_on_device()), "{name}");
+                assert_eq!([false, true], [0, 1].map(|index| renderers[index].plan().culls_on_device), "{name}");
                 for step in 0..6_u32 {
                     // Step by step an object moves, one is mirrored, objects go, and objects come. The others stand.
                     match step {

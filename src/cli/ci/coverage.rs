@@ -56,7 +56,7 @@ impl Counted {
             ("samplerAnisotropy", plan.anisotropy > 1),
             ("sampleRateShading", plan.msaa > 1),
             ("geometryShader (the number of a triangle)", settings.view == View::Triangle),
-            ("multiDrawIndirect", plan.culls_on_device()),
+            ("multiDrawIndirect", plan.culls_on_device),
         ];
         for (name, is_used) in features {
             self.count("optional features", name, is_used);

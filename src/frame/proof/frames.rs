@@ -231,7 +231,7 @@ impl Frames<'_> {
         }
         if let Some(last) = index.checked_sub(IN_FLIGHT) {
             self.wait(RowName::FRAME_TO_HOST, self.ends[last]);
-            if self.plan.culls_on_device() {
+            if self.plan.culls_on_device {
                 let found = Memory::Found(index % IN_FLIGHT);
                 self.program.command(Place::HOST, &[(found, BUFFER, copy::HOST_READ)]);
             }

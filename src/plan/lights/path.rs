@@ -235,7 +235,7 @@ mod tests {
         };
         let chosen = |scene: &Scene, settings: &Settings, device: &Capabilities| {
             let plan = FramePlan::of(scene, settings, device).expect("a plan");
-            (plan.light_path, plan.light_path_reason)
+            (plan.light_path, plan.reasons.light_path)
         };
         let (gpu, defaults) = (samples::device(), Settings::default());
         let software = samples::software();
@@ -336,8 +336,8 @@ mod tests {
             // Parts that are kept without need change no path, or pictures could differ.
             let full = Settings { keep: Keep::ALL, ..settings.clone() };
             let full = FramePlan::of(scene, &full, &samples::device()).expect("a full plan");
-            assert_eq!((full.light_path, &full.light_path_reason), (plan.light_path, &plan.light_path_reason));
-            (plan.light_path, plan.light_path_reason)
+            assert_eq!((full.light_path, &full.reasons.light_path), (plan.light_path, &plan.reasons.light_path));
+            (plan.light_path, plan.reasons.light_path)
         };
         let defaults = Settings::default();
         let one = |material: Material, lights: Vec<Light>| samples::scene(vec![material], lights);

@@ -3,7 +3,7 @@
 use super::{Part, counted, part};
 use crate::plan::lights::{MIXED_FALLOFF, is_misplaced, shows_all};
 use crate::plan::{
-    FramePlan, Grid, MapProjection, PlannedBrdf, SLICES, Shading, ShadowLight, ShadowPlan, absence, shadow_reason,
+    FramePlan, Grid, MapProjection, PlannedBrdf, SLICES, Shading, ShadowLight, ShadowPlan, reasons, shadow_reason,
 };
 use crate::scene::{Fog, Light, OptionalPart, Scene, Settings, TRAITS, View};
 
@@ -33,7 +33,7 @@ pub(super) fn shading(scene: &Scene, settings: &Settings, plan: &FramePlan) -> V
     });
     let directional = |light: &Light| light.kind.is_directional();
     let mut parts = vec![
-        part(&path, matches!(plan.shading, Shading::Light { .. }), plan.light_path_reason.clone(), 0),
+        part(&path, matches!(plan.shading, Shading::Light { .. }), plan.reasons.light_path.clone(), 0),
         part("BRDF by pixel", plan.brdf == PlannedBrdf::PerPixel && !plan.is_forward(), brdf, 0)
             .is(OptionalPart::BrdfByPixel),
         part("lists of lights by froxel", plan.has_clusters(), lists, 2 * 8 * froxels.clusters() as u64)
@@ -150,10 +150,10 @@ fn idle_lights(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Part {
 pub(super) fn shadow(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Part {
     let reason = match &plan.shadow {
         Some(shadow) if shadow_reason(scene, settings, plan.light_numbers()).is_ok() => {
-            let missing = plan.shadow_warnings.iter().map(|warning| format!("; {warning}")).collect::<String>();
+            let missing = plan.reasons.shadow_warnings.iter().map(|warning| format!("; {warning}")).collect::<String>();
             shadow_maps(shadow) + &missing
         }
-        _ => absence::shadow(scene, settings, plan),
+        _ => reasons::without_shadow_maps(scene, settings, plan),
     };
     let bytes = plan.shadow.as_ref().map_or(0, ShadowPlan::bytes);
     part("shadow maps", plan.shadow.is_some(), reason, bytes).is(OptionalPart::ShadowMaps)

@@ -25,26 +25,19 @@ pub(super) fn gbuffer(plan: &FramePlan) -> Vec<Part> {
         (true, true) => "hides what lies behind; position is rebuilt from it",
         (true, false) => "hides what lies behind",
     };
-    let largest = plan.hiding.clone().unwrap_or_else(|why| why);
+    let unless = |is_in: bool, reason: &str, why_not: &str| if is_in { reason } else { why_not }.to_owned();
+    let (no_ao, no_rays) = (&plan.reasons.ao, &plan.reasons.reflections);
     let mut parts = vec![
         output(plan),
         attachment("depth", Target::Depth, hides.into()),
-        attachment("depth of the largest objects", Target::Occluders, largest),
-        attachment(
-            "visibility",
-            Target::Visibility,
-            plan.ao.as_ref().map_or_else(Clone::clone, |_| "AO hands it to AO_DENOISE".into()),
-        ),
+        attachment("depth of the largest objects", Target::Occluders, plan.reasons.hiding.clone()),
+        attachment("visibility", Target::Visibility, unless(plan.has_ao(), "AO hands it to AO_DENOISE", no_ao)),
         attachment(
             "pyramid of depths of the picture",
             Target::Hiz,
-            plan.reflections.as_ref().map_or_else(Clone::clone, |_| "REFLECT takes long steps through it".into()),
+            unless(plan.reflects(), "REFLECT takes long steps through it", no_rays),
         ),
-        attachment(
-            "rays",
-            Target::Rays,
-            plan.reflections.as_ref().map_or_else(Clone::clone, |_| "REFLECT hands them to REFLECT_RESOLVE".into()),
-        ),
+        attachment("rays", Target::Rays, unless(plan.reflects(), "REFLECT hands them to REFLECT_RESOLVE", no_rays)),
     ];
     let Some(gbuffer) = &plan.gbuffer else {
         if plan.shading == Shading::ShowOverdraw {
@@ -209,7 +202,7 @@ pub(super) fn bloom(plan: &FramePlan) -> Part {
                 format!("{levels} levels, each half as large as the one before it, four single floats a texel");
             part("levels of bloom", true, reason, own.bytes(plan.size))
         }
-        None => part("levels of bloom", false, plan.absences.bloom, 0),
+        None => part("levels of bloom", false, plan.reasons.bloom, 0),
     }
 }
 

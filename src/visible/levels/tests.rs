@@ -190,6 +190,6 @@ fn a_plan_without_levels_has_no_trace_of_them() {
 fn the_device_culls_where_there_are_levels() {
     let scene = balls(&row(3), vec![]);
     let asked = Settings { culling: Culling::Gpu, ..Settings::default() };
-    assert!(samples::plan(&scene, &asked).culls_on_device());
-    assert!(samples::plan(&scene, &Settings { lod: 1.0, ..asked }).culls_on_device());
+    assert!(samples::plan(&scene, &asked).culls_on_device);
+    assert!(samples::plan(&scene, &Settings { lod: 1.0, ..asked }).culls_on_device);
 }

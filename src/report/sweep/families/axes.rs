@@ -145,12 +145,13 @@ fn filtered(size: &Candidate, filter: ShadowFilter) -> Candidate {
 fn without(base: &Base, key: &str) -> Option<&'static str> {
     let (scene, shadows) = (base.scene, key.starts_with("shadow") || key == "cascades");
     let transparent = || scene.objects.iter().any(|object| scene.materials[object.material].is_transparent());
-    let is_open = base.plan.ao.is_err();
     match key {
         _ if key.starts_with("reflection") && !base.plan.reflects() => {
             Some("no reflections were asked for, or nothing mirrors any")
         }
-        _ if key.starts_with("ao") && is_open => Some("no ambient occlusion was asked for, or nothing would show it"),
+        _ if key.starts_with("ao") && !base.plan.has_ao() => {
+            Some("no ambient occlusion was asked for, or nothing would show it")
+        }
         _ if shadows && base.plan.shadow.is_none() => Some("no shadow map is looked up in this scene"),
         "cascades" | "shadow-lambda" if !base.has_sun_shadow() => Some("no directional light casts a shadow"),
         "shadow-lambda" if !base.has_cascades() => Some("a directional light has one map"),
