@@ -4,9 +4,9 @@
 //! decides. State that changes with the camera or with time is `visible`'s, a module that imports the plan and never the other way round: nothing in
 //! this folder is worked out for a frame.
 //!
-//! It is decided in this order, each step from those before it: [`lights`] and [`shadows`], [`surfaces`], [`gbuffer`], [`output`], then the parts
-//! that follow from the surfaces: pipelines, meshes, textures. [`checks`] refuses settings that do not go together, [`parts`] puts the plan into
-//! words, and [`cost`] computes its cost.
+//! [`decision`] takes it in this order, each step from those before it: [`lights`] and [`shadows`], [`surfaces`], [`gbuffer`], [`output`], then the
+//! parts that follow from the surfaces: pipelines, meshes, textures. [`checks`] refuses settings that do not go together, [`reasons`] says why the
+//! plan is as it is, [`parts`] puts it into words, and [`cost`] computes its cost.
 
 mod ao;
 mod bloom;
@@ -15,6 +15,7 @@ mod checks;
 mod cost;
 mod cost_model;
 mod culling;
+mod decision;
 mod error;
 mod fog;
 mod froxels;
@@ -29,6 +30,7 @@ mod reasons;
 mod reflections;
 #[cfg(test)]
 pub(crate) mod samples;
+mod shading;
 mod shadows;
 mod sky;
 mod surfaces;
@@ -54,6 +56,7 @@ pub(crate) use parts::counted;
 pub use parts::{Part, PartGroup};
 pub use reasons::Reasons;
 pub use reflections::{Hiz, ReflectionPlan};
+pub use shading::Shading;
 pub use shadows::{MapProjection, ShadowLight, ShadowPlan, Tile};
 pub use sky::SkyPlan;
 pub use surfaces::{
@@ -62,7 +65,7 @@ pub use surfaces::{
     TextureSource, Uploads, texture_format,
 };
 pub use taa::{TaaPlan, Vectors};
-pub use targets::Target;
+pub use targets::{Sums, Target};
 pub use visibility::TriangleCode;
 
 pub(crate) use culling::{CULL_BUFFERS, CULL_SHARED_BYTES};
@@ -74,94 +77,16 @@ pub(crate) use lights::{Grid, Reach, SLICES, TILE};
 pub(crate) use occlusion::MANY_OBJECTS;
 pub(crate) use shadows::MAX_SHADOW_VIEWS;
 pub(crate) use surfaces::{Cuts, SurfaceRules};
+pub(crate) use targets::DEPTH;
 
 use std::collections::BTreeSet;
 
 use ash::vk;
 
-use gbuffer::Stored;
-use lights::{Lighting, adds_lights};
-use output::{Blending, Way};
-use reasons::either;
-use shadows::shadow_reason;
-use surfaces::{FilteredTextures, Surfaces, anisotropy};
+use lights::adds_lights;
+use surfaces::anisotropy;
 
-use crate::scene::{
-    Brdf, GbufferChoice, Keep, LightPath, OptionalPart, Output, Resolve, Scene, Settings, Transparency, View,
-};
-
-/// Formats of the targets of weighted blending.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Sums {
-    /// Colour of the layers, weighted and added up; alpha is the share of the picture that they leave.
-    pub accumulation: vk::Format,
-    /// Their weights, added up.
-    pub weights: vk::Format,
-}
-
-impl Sums {
-    /// For devices that blend 32-bit floats: 20 bytes a pixel.
-    pub const SINGLE: Self = Self { accumulation: vk::Format::R32G32B32A32_SFLOAT, weights: vk::Format::R32_SFLOAT };
-    /// Mandatory to blend. The share that is left is exact to 1/2048, which is 1% of what a pane of alpha 0.04 hides.
-    pub const HALF: Self = Self { accumulation: vk::Format::R16G16B16A16_SFLOAT, weights: vk::Format::R16_SFLOAT };
-
-    fn of(device: &Capabilities) -> Self {
-        if device.float32_blends { Self::SINGLE } else { Self::HALF }
-    }
-}
-
-/// The work of the subpass after GEOMETRY.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Shading {
-    /// Lights every pixel.
-    Light {
-        /// With albedo 1.
-        light_only: bool,
-    },
-    /// Shows a G-buffer value.
-    ShowGbuffer(View),
-    /// Shows as a heat map how many fragments were shaded for each pixel.
-    ShowOverdraw,
-    /// Shows the nearest opaque triangle, in a colour of its own.
-    ShowTriangle,
-    /// Shows the maps of the shadow atlas; nothing else is drawn.
-    ShowShadowMap,
-}
-
-impl Shading {
-    fn of(view: View, device: &Capabilities) -> Result<Self, Error> {
-        Ok(match view {
-            // Planned as the lit picture, from settings of their own.
-            View::Final
-            | View::Ambient
-            | View::Bloom
-            | View::Fog
-            | View::Particles
-            | View::Velocity
-            | View::Reflections => Self::Light { light_only: false },
-            View::Lighting => Self::Light { light_only: true },
-            View::Overdraw => Self::ShowOverdraw,
-            View::Triangle if !device.primitive_index => return Err(Error::NoTriangles),
-            View::Triangle => Self::ShowTriangle,
-            View::ShadowMap => Self::ShowShadowMap,
-            other => Self::ShowGbuffer(other),
-        })
-    }
-
-    pub(crate) fn is_lit(self) -> bool {
-        matches!(self, Self::Light { .. })
-    }
-
-    /// Returns true if a G-buffer is read, unless surfaces are lit as they are drawn.
-    pub(crate) fn reads_gbuffer(self) -> bool {
-        matches!(self, Self::Light { .. } | Self::ShowGbuffer(_))
-    }
-
-    /// Returns true if GEOMETRY looks at nothing of a surface but where it is.
-    pub fn only_covers(self) -> bool {
-        matches!(self, Self::ShowOverdraw | Self::ShowTriangle)
-    }
-}
+use crate::scene::{Brdf, Keep, LightPath, OptionalPart, Resolve, Settings, Transparency, View};
 
 /// The structure of all frames of a scene with some settings on some device.
 #[derive(Debug, Clone, PartialEq)]
@@ -279,268 +204,7 @@ pub struct FramePlan {
     pub reasons: Reasons,
 }
 
-/// The choices by settings, device and scene. Pipelines, meshes and textures follow from them.
-struct Choices {
-    shading: Shading,
-    lighting: Lighting,
-    surfaces: Surfaces,
-    gbuffer: Option<Gbuffer>,
-    stores_gbuffer: bool,
-    sky: Option<SkyPlan>,
-    ao: Result<AoPlan, String>,
-    particles: Option<ParticlePlan>,
-    reflections: Result<ReflectionPlan, String>,
-    fog: Option<FogPlan>,
-    way: Way,
-}
-
-impl Choices {
-    fn of(scene: &Scene, settings: &Settings, device: &Capabilities, counts: bool) -> Result<Self, Error> {
-        checks::check_size(settings.size, device)?;
-        let shading = Shading::of(settings.view, device)?;
-        let mut lighting = Lighting::of(scene, settings, device, shading)?;
-        let surfaces = Surfaces::of(scene, settings, lighting.path)?;
-        let particles = particles::choose(scene, settings, (lighting.path, shading), device, counts)?;
-        // The view of the complexity compares the values that LIGHTING would read, so they must be stored as for LIGHTING.
-        let shadowed = lighting.shadow.is_some()
-            || (settings.view == View::Complexity && shadow_reason(scene, settings, &lighting.order.order).is_ok());
-        let gbuffer = (!lacks_gbuffer(lighting.path) && shading.reads_gbuffer()).then(|| {
-            let stored = Stored {
-                brdf: surfaces.brdf,
-                metal: surfaces.opaque_metal,
-                reflectance: surfaces.reflectance,
-                geometric_normal: shadowed && surfaces.two_normals,
-                view: settings.view,
-                keep: settings.keep,
-            };
-            Gbuffer::choose(&settings.gbuffer, stored, device)
-        });
-        checks::check_antialiasing(settings, shading.is_lit())?;
-        checks::check_bloom(settings)?;
-        taa::check(settings, lighting.path, shading.is_lit())?;
-        lens::check(scene, settings)?;
-        checks::check_msaa(settings, gbuffer.as_ref(), lighting.path, device)?;
-        let reflections = reflections::choose(scene, settings, lighting.path)?;
-        let blending = Blending {
-            lit: shading.is_lit(),
-            tiled: is_tiled(lighting.path),
-            emissive: surfaces.emissive,
-            adds_lights: adds_lights(lighting.path, &lighting.lights),
-            transparent: surfaces.transparency.is_some(),
-            adds_ambient: false,
-            filters: Bloom::of(settings, shading).is_some()
-                || TaaPlan::of(settings, shading).is_some()
-                || reflections.is_ok(),
-            fogs: false,
-        };
-        let sky = SkyPlan::of(scene, settings, shading);
-        if sky.is_some() {
-            sky::check(scene, lighting.path, device)?;
-        }
-        let lit_by_sky = sky.is_some_and(|sky| sky.lights);
-        let fog = FogPlan::of(settings, lighting.lights.any())?;
-        let integers = gbuffer.as_ref().is_some_and(|gbuffer| gbuffer.normal == vk::Format::R16G16_UINT);
-        // Multisampling and integer normals are rare: LIGHTING has no variant with lights by fours for them.
-        lighting.lights.by_fours &= settings.msaa == 1 && !integers;
-        if lighting.path == LightPath::Visibility {
-            // TILED has no code for lights in a uniform buffer there.
-            lighting.lights.uniform = false;
-        }
-        if fog.is_some() {
-            // FOG has no code for lights in a uniform buffer.
-            lighting.lights.uniform = false;
-        }
-        // Surfaces that are lit as they are drawn have no code for a sky with lights in a uniform buffer, and particles none for such lights.
-        if lit_by_sky && (is_forward(lighting.path) || surfaces.transparency.is_some()) || particles.is_some() {
-            lighting.lights.uniform = false;
-        }
-        let blending =
-            Blending { adds_ambient: lit_by_sky && !is_forward(lighting.path), fogs: fog.is_some(), ..blending };
-        let way = Way::of(settings, device, blending)?;
-        let triangles = lighting.path == LightPath::Visibility;
-        let locations = geometry_locations(gbuffer.as_ref(), shading, (surfaces.emissive, triangles));
-        checks::check_attachments(locations, gbuffer.as_ref(), settings.msaa, device)?;
-        let ao = ao::choose(scene, settings, lighting.path)?;
-        // With a G-buffer that the next pass reads at its own pixel, depth with it. AO reads its neighbours, and so do reflections.
-        let stores_gbuffer = gbuffer.is_some()
-            && !is_tiled(lighting.path)
-            && settings.view != View::Complexity
-            && (settings.keep.has(OptionalPart::StoredGbuffer) || ao.is_ok() || reflections.is_ok());
-        Ok(Self { shading, lighting, surfaces, gbuffer, stores_gbuffer, sky, ao, particles, reflections, fog, way })
-    }
-}
-
-pub(crate) const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
-/// Counts fragments in steps of 1/255; mandatory to blend.
-pub(crate) const COUNT: vk::Format = vk::Format::R8_UNORM;
-/// Numbers of an object and of a triangle; mandatory to draw into.
-pub(crate) const TRIANGLE: vk::Format = vk::Format::R32G32_UINT;
-/// Pixels, of which half floats tell apart a 64th up to 32, a share of a distance, and a flag for a vector; mandatory to draw into.
-pub(crate) const VELOCITY: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
-/// Mandatory to store to.
-pub(crate) const VISIBILITY: vk::Format = vk::Format::R32_UINT;
-
 impl FramePlan {
-    /// Decides on the parts of the frame.
-    ///
-    /// # Errors
-    /// When the device cannot do what the settings ask for, a view shows what the scene does not have, or [`Scene::check`] finds a fault.
-    pub fn of(scene: &Scene, settings: &Settings, device: &Capabilities) -> Result<Self, Error> {
-        scene.check()?;
-        let (view, counts) = (settings.view, settings.view == View::Particles);
-        let asked = settings;
-        let settings = bloom::planned(asked);
-        let settings = particles::planned(&settings);
-        let settings = reflections::planned(&settings);
-        let settings = fog::planned(&settings);
-        let settings = taa::planned(&settings);
-        let settings = settings.as_ref();
-        let mut plan = Self::decide(scene, settings, device, counts)?;
-        if let Some(taa) = &mut plan.taa {
-            *taa = taa.showing(view, settings.output);
-        }
-        plan.reasons = plan.reasons.clone().with_absences(scene, asked, settings, &plan);
-        let mut parts = parts::list(scene, settings, &plan);
-        if plan.keep != Keep::NONE {
-            let lean = Settings { keep: Keep::NONE, ..settings.clone() };
-            let needed = parts::list(scene, &lean, &Self::decide(scene, &lean, device, counts)?);
-            parts::say_what_is_kept(&mut parts, &needed);
-        }
-        plan.reasons.parts = parts;
-        Ok(plan)
-    }
-
-    /// Decides all but the words about it, for a scene that has been checked.
-    /// `counts`: layers of particles are counted.
-    ///
-    /// Where a device has too few attachments for the G-buffer and nobody asked for a light path, surfaces are lit as they are drawn.
-    fn decide(scene: &Scene, settings: &Settings, device: &Capabilities, counts: bool) -> Result<Self, Error> {
-        let decided = Self::decide_as_asked(scene, settings, device, counts);
-        let light_path = match &decided {
-            Err(Error::ColorAttachments(needed, most)) => {
-                format!("a G-buffer needs {needed} colour attachments in one subpass, and the device has {most}")
-            }
-            Err(Error::InputAttachments(needed, most)) => {
-                format!("a G-buffer is read through {needed} input attachments, and the device has {most}")
-            }
-            _ => return decided,
-        };
-        if settings.light_path != LightPath::Auto || settings.gbuffer != GbufferChoice::default() {
-            return decided;
-        }
-        let forward = Settings { light_path: LightPath::Forward, ..settings.clone() };
-        match Self::decide_as_asked(scene, &forward, device, counts) {
-            Ok(plan) => Ok(Self { reasons: Reasons { light_path, ..plan.reasons }, ..plan }),
-            // A view of the G-buffer, ambient occlusion and others refuse that path: then the attachments are the reason.
-            Err(_) => decided,
-        }
-    }
-
-    fn decide_as_asked(scene: &Scene, settings: &Settings, device: &Capabilities, counts: bool) -> Result<Self, Error> {
-        let Choices { shading, lighting, surfaces, gbuffer, stores_gbuffer, sky, ao, particles, reflections, fog, way } =
-            Choices::of(scene, settings, device, counts)?;
-        let rules = SurfaceRules::of(settings, shading, &lighting, &surfaces);
-        let pipelines = rules.pipelines(scene);
-        let taa = TaaPlan::of(settings, shading).map(|taa| taa.in_scene(scene, &rules));
-        let moves = taa.is_some_and(|taa| taa.moves);
-        let mut meshes = MeshPlan::of(scene, &rules);
-        meshes.deforms.keeps_positions = moves && !meshes.deforms.meshes.is_empty();
-        let rules = SurfaceRules { lod: if meshes.has_levels() { rules.lod } else { 0.0 }, ..rules };
-        let FilteredTextures { textures, anisotropy, places_by_shaders, footprint, warning } =
-            FilteredTextures::of(scene, settings, device, &rules);
-        let depth_prepass = lighting.has_prepass(settings, shading);
-        let triangles = match lighting.path {
-            LightPath::Visibility => Some(visibility::choose(scene, &rules, (&meshes, &textures), device)?),
-            _ => None,
-        };
-        let culling = match moves {
-            _ if triangles.is_some() => Err("the CPU culls: `visibility` needs its list of instances".into()),
-            true => Err("the CPU culls: it lists what moves by itself, whose vectors TAA needs".into()),
-            false => {
-                culling::choose(scene, settings, device, &rules, shading, (depth_prepass, lighting.shadow.is_some()))
-            }
-        };
-        let hiding = occlusion::choose(scene, settings, &culling, (&rules, &pipelines.geometry), shading);
-        let refused_culling = culling::warning(settings, &culling);
-        let volumes = lighting.path == LightPath::Volumes && adds_lights(lighting.path, &lighting.lights);
-        let plan = Self {
-            size: settings.size,
-            shading,
-            stores_gbuffer,
-            ao: ao.as_ref().ok().copied(),
-            reflections: reflections.as_ref().ok().copied(),
-            gbuffer,
-            triangles,
-            sky,
-            shadow: lighting.shadow,
-            emissive: surfaces.emissive,
-            transparency: surfaces.transparency,
-            sums: (surfaces.transparency == Some(Transparency::Oit)).then(|| Sums::of(device)),
-            transparent_triangles: pipelines.transparent_triangles,
-            hdr: way.hdr,
-            output: way.output,
-            presented: None,
-            encoding: None,
-            swaps_red_and_blue: false,
-            tone_mapping: way.tone_mapping,
-            exposes: settings.output != Output::Nits,
-            samples: settings.samples,
-            resolve: settings.resolve,
-            effects: settings.effects(),
-            fog,
-            bloom: Bloom::of(settings, shading),
-            taa,
-            fxaa: settings.fxaa,
-            msaa: settings.msaa,
-            brdf: surfaces.brdf,
-            reflectance: surfaces.reflectance,
-            metal: surfaces.metal,
-            textbook: settings.textbook,
-            orthographic: scene.camera.is_orthographic(),
-            brdf_override: settings.brdf,
-            lights: lighting.lights,
-            light_order: lighting.order,
-            depth_prepass,
-            culls_on_device: culling.is_ok(),
-            hides_on_device: hiding.is_ok(),
-            lod: rules.lod,
-            light_path: lighting.path,
-            geometry: pipelines.geometry,
-            transparent: pipelines.transparent,
-            streams: meshes.streams(),
-            uploads: Uploads::of(&meshes, &textures, volumes, (sky, particles.as_ref())),
-            particles,
-            meshes,
-            textures,
-            materials: surfaces.materials,
-            anisotropy,
-            places_by_shaders,
-            footprint,
-            lazily_allocated: device.lazily_allocated,
-            software: device.software,
-            keep: settings.keep,
-            reasons: Reasons {
-                light_path: lighting.reason,
-                culling: either(culling),
-                hiding: either(hiding),
-                ao: ao.err().unwrap_or_default(),
-                reflections: reflections.err().unwrap_or_default(),
-                warnings: lighting
-                    .shadow_warnings
-                    .iter()
-                    .cloned()
-                    .chain(warning)
-                    .chain(refused_culling)
-                    .chain(lens::warning(settings))
-                    .collect(),
-                shadow_warnings: lighting.shadow_warnings,
-                ..Reasons::default()
-            },
-        };
-        particles::check_buffers(&plan, device)?;
-        Ok(plan)
-    }
-
     /// Returns true if the CPU finds those of these that a frame's camera does not need, and leaves them out. A GPU draws them faster than that
     /// (docs/FIGURES.md).
     pub(crate) fn seeks(&self, part: OptionalPart) -> bool {

@@ -2,7 +2,38 @@
 
 use ash::vk;
 
-use super::{COUNT, DEPTH, FramePlan, Hiz, Shading, TRIANGLE, VELOCITY, VISIBILITY, format_bytes, reflections};
+use super::{Capabilities, FramePlan, Hiz, Shading, format_bytes, reflections};
+
+/// Of the picture and of shadow maps; mandatory to draw into.
+pub(crate) const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
+/// Counts fragments in steps of 1/255; mandatory to blend.
+pub(crate) const COUNT: vk::Format = vk::Format::R8_UNORM;
+/// Numbers of an object and of a triangle; mandatory to draw into.
+pub(crate) const TRIANGLE: vk::Format = vk::Format::R32G32_UINT;
+/// Pixels, of which half floats tell apart a 64th up to 32, a share of a distance, and a flag for a vector; mandatory to draw into.
+pub(crate) const VELOCITY: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
+/// Mandatory to store to.
+pub(crate) const VISIBILITY: vk::Format = vk::Format::R32_UINT;
+
+/// Formats of the targets of weighted blending.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sums {
+    /// Colour of the layers, weighted and added up; alpha is the share of the picture that they leave.
+    pub accumulation: vk::Format,
+    /// Their weights, added up.
+    pub weights: vk::Format,
+}
+
+impl Sums {
+    /// For devices that blend 32-bit floats: 20 bytes a pixel.
+    pub const SINGLE: Self = Self { accumulation: vk::Format::R32G32B32A32_SFLOAT, weights: vk::Format::R32_SFLOAT };
+    /// Mandatory to blend. The share that is left is exact to 1/2048, which is 1% of what a pane of alpha 0.04 hides.
+    pub const HALF: Self = Self { accumulation: vk::Format::R16G16B16A16_SFLOAT, weights: vk::Format::R16_SFLOAT };
+
+    pub(super) fn of(device: &Capabilities) -> Self {
+        if device.float32_blends { Self::SINGLE } else { Self::HALF }
+    }
+}
 
 /// The content of a frame's image. Framebuffers have them in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -6,7 +6,7 @@ use super::samples::{self, device, emissive, masked, material, point, scene, sky
 use super::*;
 use crate::scene::{
     AlphaMode, Camera, CastsShadow, Falloff, Filter, Fog, GbufferChoice, GbufferPreset, HdrFormat, Light, Material,
-    Output, Projection, ShadowSettings, TRAITS, TargetChoice, TextureSlot, Tonemap,
+    Output, Projection, Scene, ShadowSettings, TRAITS, TargetChoice, TextureSlot, Tonemap,
 };
 
 const CT: Brdf = Brdf::CookTorrance;

@@ -2,9 +2,8 @@
 
 use super::{Part, counted, part};
 use crate::plan::lights::{MIXED_FALLOFF, is_misplaced, shows_all};
-use crate::plan::{
-    FramePlan, Grid, MapProjection, PlannedBrdf, SLICES, Shading, ShadowLight, ShadowPlan, reasons, shadow_reason,
-};
+use crate::plan::shadows::shadow_reason;
+use crate::plan::{FramePlan, Grid, MapProjection, PlannedBrdf, SLICES, Shading, ShadowLight, ShadowPlan, reasons};
 use crate::scene::{Fog, Light, OptionalPart, Scene, Settings, TRAITS, View};
 
 pub(super) fn shading(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {

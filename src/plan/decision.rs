@@ -1,0 +1,269 @@
+//! The decision of a plan, step by step, each from those before it: settings, device and scene go in, and nothing else.
+
+use ash::vk;
+
+use super::gbuffer::Stored;
+use super::lights::{Lighting, adds_lights};
+use super::output::{Blending, Way};
+use super::reasons::either;
+use super::shadows::shadow_reason;
+use super::surfaces::{FilteredTextures, Surfaces};
+use super::{
+    AoPlan, Bloom, Capabilities, Error, FogPlan, FramePlan, Gbuffer, MeshPlan, ParticlePlan, Reasons, ReflectionPlan,
+    Shading, SkyPlan, Sums, SurfaceRules, TaaPlan, Uploads, ao, bloom, checks, culling, fog, geometry_locations,
+    is_forward, is_tiled, lacks_gbuffer, lens, occlusion, particles, parts, reflections, sky, taa, visibility,
+};
+use crate::scene::{GbufferChoice, Keep, LightPath, OptionalPart, Output, Scene, Settings, Transparency, View};
+
+/// The choices by settings, device and scene. Pipelines, meshes and textures follow from them.
+struct Choices {
+    shading: Shading,
+    lighting: Lighting,
+    surfaces: Surfaces,
+    gbuffer: Option<Gbuffer>,
+    stores_gbuffer: bool,
+    sky: Option<SkyPlan>,
+    ao: Result<AoPlan, String>,
+    particles: Option<ParticlePlan>,
+    reflections: Result<ReflectionPlan, String>,
+    fog: Option<FogPlan>,
+    way: Way,
+}
+
+impl Choices {
+    fn of(scene: &Scene, settings: &Settings, device: &Capabilities, counts: bool) -> Result<Self, Error> {
+        checks::check_size(settings.size, device)?;
+        let shading = Shading::of(settings.view, device)?;
+        let mut lighting = Lighting::of(scene, settings, device, shading)?;
+        let surfaces = Surfaces::of(scene, settings, lighting.path)?;
+        let particles = particles::choose(scene, settings, (lighting.path, shading), device, counts)?;
+        // The view of the complexity compares the values that LIGHTING would read, so they must be stored as for LIGHTING.
+        let shadowed = lighting.shadow.is_some()
+            || (settings.view == View::Complexity && shadow_reason(scene, settings, &lighting.order.order).is_ok());
+        let gbuffer = (!lacks_gbuffer(lighting.path) && shading.reads_gbuffer()).then(|| {
+            let stored = Stored {
+                brdf: surfaces.brdf,
+                metal: surfaces.opaque_metal,
+                reflectance: surfaces.reflectance,
+                geometric_normal: shadowed && surfaces.two_normals,
+                view: settings.view,
+                keep: settings.keep,
+            };
+            Gbuffer::choose(&settings.gbuffer, stored, device)
+        });
+        checks::check_antialiasing(settings, shading.is_lit())?;
+        checks::check_bloom(settings)?;
+        taa::check(settings, lighting.path, shading.is_lit())?;
+        lens::check(scene, settings)?;
+        checks::check_msaa(settings, gbuffer.as_ref(), lighting.path, device)?;
+        let reflections = reflections::choose(scene, settings, lighting.path)?;
+        let blending = Blending {
+            lit: shading.is_lit(),
+            tiled: is_tiled(lighting.path),
+            emissive: surfaces.emissive,
+            adds_lights: adds_lights(lighting.path, &lighting.lights),
+            transparent: surfaces.transparency.is_some(),
+            adds_ambient: false,
+            filters: Bloom::of(settings, shading).is_some()
+                || TaaPlan::of(settings, shading).is_some()
+                || reflections.is_ok(),
+            fogs: false,
+        };
+        let sky = SkyPlan::of(scene, settings, shading);
+        if sky.is_some() {
+            sky::check(scene, lighting.path, device)?;
+        }
+        let lit_by_sky = sky.is_some_and(|sky| sky.lights);
+        let fog = FogPlan::of(settings, lighting.lights.any())?;
+        let integers = gbuffer.as_ref().is_some_and(|gbuffer| gbuffer.normal == vk::Format::R16G16_UINT);
+        // Multisampling and integer normals are rare: LIGHTING has no variant with lights by fours for them.
+        lighting.lights.by_fours &= settings.msaa == 1 && !integers;
+        if lighting.path == LightPath::Visibility {
+            // TILED has no code for lights in a uniform buffer there.
+            lighting.lights.uniform = false;
+        }
+        if fog.is_some() {
+            // FOG has no code for lights in a uniform buffer.
+            lighting.lights.uniform = false;
+        }
+        // Surfaces that are lit as they are drawn have no code for a sky with lights in a uniform buffer, and particles none for such lights.
+        if lit_by_sky && (is_forward(lighting.path) || surfaces.transparency.is_some()) || particles.is_some() {
+            lighting.lights.uniform = false;
+        }
+        let blending =
+            Blending { adds_ambient: lit_by_sky && !is_forward(lighting.path), fogs: fog.is_some(), ..blending };
+        let way = Way::of(settings, device, blending)?;
+        let triangles = lighting.path == LightPath::Visibility;
+        let locations = geometry_locations(gbuffer.as_ref(), shading, (surfaces.emissive, triangles));
+        checks::check_attachments(locations, gbuffer.as_ref(), settings.msaa, device)?;
+        let ao = ao::choose(scene, settings, lighting.path)?;
+        // With a G-buffer that the next pass reads at its own pixel, depth with it. AO reads its neighbours, and so do reflections.
+        let stores_gbuffer = gbuffer.is_some()
+            && !is_tiled(lighting.path)
+            && settings.view != View::Complexity
+            && (settings.keep.has(OptionalPart::StoredGbuffer) || ao.is_ok() || reflections.is_ok());
+        Ok(Self { shading, lighting, surfaces, gbuffer, stores_gbuffer, sky, ao, particles, reflections, fog, way })
+    }
+}
+
+impl FramePlan {
+    /// Decides on the parts of the frame.
+    ///
+    /// # Errors
+    /// When the device cannot do what the settings ask for, a view shows what the scene does not have, or [`Scene::check`] finds a fault.
+    pub fn of(scene: &Scene, settings: &Settings, device: &Capabilities) -> Result<Self, Error> {
+        scene.check()?;
+        let (view, counts) = (settings.view, settings.view == View::Particles);
+        let asked = settings;
+        let settings = bloom::planned(asked);
+        let settings = particles::planned(&settings);
+        let settings = reflections::planned(&settings);
+        let settings = fog::planned(&settings);
+        let settings = taa::planned(&settings);
+        let settings = settings.as_ref();
+        let mut plan = Self::decide(scene, settings, device, counts)?;
+        if let Some(taa) = &mut plan.taa {
+            *taa = taa.showing(view, settings.output);
+        }
+        plan.reasons = plan.reasons.clone().with_absences(scene, asked, settings, &plan);
+        let mut parts = parts::list(scene, settings, &plan);
+        if plan.keep != Keep::NONE {
+            let lean = Settings { keep: Keep::NONE, ..settings.clone() };
+            let needed = parts::list(scene, &lean, &Self::decide(scene, &lean, device, counts)?);
+            parts::say_what_is_kept(&mut parts, &needed);
+        }
+        plan.reasons.parts = parts;
+        Ok(plan)
+    }
+
+    /// Decides all but the words about it, for a scene that has been checked.
+    /// `counts`: layers of particles are counted.
+    ///
+    /// Where a device has too few attachments for the G-buffer and nobody asked for a light path, surfaces are lit as they are drawn.
+    fn decide(scene: &Scene, settings: &Settings, device: &Capabilities, counts: bool) -> Result<Self, Error> {
+        let decided = Self::decide_as_asked(scene, settings, device, counts);
+        let light_path = match &decided {
+            Err(Error::ColorAttachments(needed, most)) => {
+                format!("a G-buffer needs {needed} colour attachments in one subpass, and the device has {most}")
+            }
+            Err(Error::InputAttachments(needed, most)) => {
+                format!("a G-buffer is read through {needed} input attachments, and the device has {most}")
+            }
+            _ => return decided,
+        };
+        if settings.light_path != LightPath::Auto || settings.gbuffer != GbufferChoice::default() {
+            return decided;
+        }
+        let forward = Settings { light_path: LightPath::Forward, ..settings.clone() };
+        match Self::decide_as_asked(scene, &forward, device, counts) {
+            Ok(plan) => Ok(Self { reasons: Reasons { light_path, ..plan.reasons }, ..plan }),
+            // A view of the G-buffer, ambient occlusion and others refuse that path: then the attachments are the reason.
+            Err(_) => decided,
+        }
+    }
+
+    fn decide_as_asked(scene: &Scene, settings: &Settings, device: &Capabilities, counts: bool) -> Result<Self, Error> {
+        let Choices { shading, lighting, surfaces, gbuffer, stores_gbuffer, sky, ao, particles, reflections, fog, way } =
+            Choices::of(scene, settings, device, counts)?;
+        let rules = SurfaceRules::of(settings, shading, &lighting, &surfaces);
+        let pipelines = rules.pipelines(scene);
+        let taa = TaaPlan::of(settings, shading).map(|taa| taa.in_scene(scene, &rules));
+        let moves = taa.is_some_and(|taa| taa.moves);
+        let mut meshes = MeshPlan::of(scene, &rules);
+        meshes.deforms.keeps_positions = moves && !meshes.deforms.meshes.is_empty();
+        let rules = SurfaceRules { lod: if meshes.has_levels() { rules.lod } else { 0.0 }, ..rules };
+        let FilteredTextures { textures, anisotropy, places_by_shaders, footprint, warning } =
+            FilteredTextures::of(scene, settings, device, &rules);
+        let depth_prepass = lighting.has_prepass(settings, shading);
+        let triangles = match lighting.path {
+            LightPath::Visibility => Some(visibility::choose(scene, &rules, (&meshes, &textures), device)?),
+            _ => None,
+        };
+        let culling = match moves {
+            _ if triangles.is_some() => Err("the CPU culls: `visibility` needs its list of instances".into()),
+            true => Err("the CPU culls: it lists what moves by itself, whose vectors TAA needs".into()),
+            false => {
+                culling::choose(scene, settings, device, &rules, shading, (depth_prepass, lighting.shadow.is_some()))
+            }
+        };
+        let hiding = occlusion::choose(scene, settings, &culling, (&rules, &pipelines.geometry), shading);
+        let refused_culling = culling::warning(settings, &culling);
+        let volumes = lighting.path == LightPath::Volumes && adds_lights(lighting.path, &lighting.lights);
+        let plan = Self {
+            size: settings.size,
+            shading,
+            stores_gbuffer,
+            ao: ao.as_ref().ok().copied(),
+            reflections: reflections.as_ref().ok().copied(),
+            gbuffer,
+            triangles,
+            sky,
+            shadow: lighting.shadow,
+            emissive: surfaces.emissive,
+            transparency: surfaces.transparency,
+            sums: (surfaces.transparency == Some(Transparency::Oit)).then(|| Sums::of(device)),
+            transparent_triangles: pipelines.transparent_triangles,
+            hdr: way.hdr,
+            output: way.output,
+            presented: None,
+            encoding: None,
+            swaps_red_and_blue: false,
+            tone_mapping: way.tone_mapping,
+            exposes: settings.output != Output::Nits,
+            samples: settings.samples,
+            resolve: settings.resolve,
+            effects: settings.effects(),
+            fog,
+            bloom: Bloom::of(settings, shading),
+            taa,
+            fxaa: settings.fxaa,
+            msaa: settings.msaa,
+            brdf: surfaces.brdf,
+            reflectance: surfaces.reflectance,
+            metal: surfaces.metal,
+            textbook: settings.textbook,
+            orthographic: scene.camera.is_orthographic(),
+            brdf_override: settings.brdf,
+            lights: lighting.lights,
+            light_order: lighting.order,
+            depth_prepass,
+            culls_on_device: culling.is_ok(),
+            hides_on_device: hiding.is_ok(),
+            lod: rules.lod,
+            light_path: lighting.path,
+            geometry: pipelines.geometry,
+            transparent: pipelines.transparent,
+            streams: meshes.streams(),
+            uploads: Uploads::of(&meshes, &textures, volumes, (sky, particles.as_ref())),
+            particles,
+            meshes,
+            textures,
+            materials: surfaces.materials,
+            anisotropy,
+            places_by_shaders,
+            footprint,
+            lazily_allocated: device.lazily_allocated,
+            software: device.software,
+            keep: settings.keep,
+            reasons: Reasons {
+                light_path: lighting.reason,
+                culling: either(culling),
+                hiding: either(hiding),
+                ao: ao.err().unwrap_or_default(),
+                reflections: reflections.err().unwrap_or_default(),
+                warnings: lighting
+                    .shadow_warnings
+                    .iter()
+                    .cloned()
+                    .chain(warning)
+                    .chain(refused_culling)
+                    .chain(lens::warning(settings))
+                    .collect(),
+                shadow_warnings: lighting.shadow_warnings,
+                ..Reasons::default()
+            },
+        };
+        particles::check_buffers(&plan, device)?;
+        Ok(plan)
+    }
+}
