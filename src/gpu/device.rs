@@ -25,8 +25,6 @@ use super::submission::Submissions;
 pub struct EnabledFeatures {
     /// Depth is clamped instead of clipped: casters behind a light's near plane still cast.
     pub depth_clamp: bool,
-    /// Wireframes.
-    pub fill_mode_non_solid: bool,
     /// Anisotropic filtering, up to `limits.max_sampler_anisotropy`.
     pub sampler_anisotropy: bool,
     /// Shaders that run for each sample; multisampled input attachments need it.
@@ -59,7 +57,6 @@ impl EnabledFeatures {
         let has = |name: &CStr| physical.extensions.contains(&*name.to_string_lossy());
         EnabledFeatures {
             depth_clamp: physical.features.depth_clamp == vk::TRUE,
-            fill_mode_non_solid: physical.features.fill_mode_non_solid == vk::TRUE,
             sampler_anisotropy: physical.features.sampler_anisotropy == vk::TRUE,
             sample_rate_shading: physical.features.sample_rate_shading == vk::TRUE,
             geometry_shader: physical.features.geometry_shader == vk::TRUE,
@@ -81,7 +78,6 @@ impl EnabledFeatures {
     fn core(&self) -> vk::PhysicalDeviceFeatures {
         vk::PhysicalDeviceFeatures::default()
             .depth_clamp(self.depth_clamp)
-            .fill_mode_non_solid(self.fill_mode_non_solid)
             .sampler_anisotropy(self.sampler_anisotropy)
             .sample_rate_shading(self.sample_rate_shading)
             .geometry_shader(self.geometry_shader)

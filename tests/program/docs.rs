@@ -392,3 +392,19 @@ fn paths_that_the_documents_name_exist() {
     }
     assert!(missing.is_empty(), "{missing:?}");
 }
+
+/// Counting takes minutes, so that the daily run holds the page and not each change.
+#[test]
+fn the_page_of_coverage_is_about_all_cases() {
+    if !tries_all() {
+        println!("NOT RUN: `make test-all` holds the page of coverage");
+        return;
+    }
+    let listed = program().args(["ci", "quick", "--list"]).output().expect("the program starts");
+    let cases = String::from_utf8_lossy(&listed.stdout).lines().count();
+    let coverage = document("docs/CI_COVERAGE.md");
+    assert!(
+        cases > 50 && coverage.contains(&format!("each of the {cases} cases of `afterlight ci quick`")),
+        "the quick suite has {cases} cases: scripts/count-coverage counts what they call"
+    );
+}

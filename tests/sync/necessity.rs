@@ -116,6 +116,15 @@ fn without_any_row_or_bit_the_layer_complains_or_the_specification_does() {
     let plans: Vec<FramePlan> = cases.iter().map(plan).collect();
     let missing = if laboratory.presents() || !cfg!(feature = "window") { untried(&plans) } else { BTreeSet::new() };
     assert!(missing.is_empty(), "on this device {} rows are not tried: {missing:#?}", missing.len());
+    if tries_all() {
+        let all = self::cases();
+        let of_all: Vec<FramePlan> = all.iter().map(plan).collect();
+        let told = format!(": {} mutants of {} plans", mutants(&all, &of_all).len(), of_all.len());
+        let page = format!("{}/docs/layers/{}.md", env!("CARGO_MANIFEST_DIR"), named(layer));
+        // Pages are about these two layers alone.
+        let is_told = std::fs::read_to_string(&page).map_or(true, |text| text.contains(&told));
+        assert!(is_told, "there are{told}: {page} is of others; `afterlight ci --mutants` writes it");
+    }
     let mut mutants = mutants(&cases, &plans);
     if !tries_all() {
         // `proof` applies the rules to all mutants. The layer sees a sample here: a reason that no longer holds may wait for the daily `make

@@ -55,8 +55,15 @@ impl Counted {
             ("depthClamp", plan.has_directional_shadows()),
             ("samplerAnisotropy", plan.anisotropy > 1),
             ("sampleRateShading", plan.msaa > 1),
-            ("geometryShader (the number of a triangle)", settings.view == View::Triangle),
-            ("multiDrawIndirect", plan.culls_on_device),
+            (
+                "geometryShader (the number of a triangle)",
+                settings.view == View::Triangle || plan.light_path == LightPath::Visibility,
+            ),
+            (
+                "shaderSampledImageArrayDynamicIndexing",
+                plan.light_path == LightPath::Visibility && !plan.textures.images.is_empty(),
+            ),
+            ("multiDrawIndirect and drawIndirectFirstInstance", plan.culls_on_device),
         ];
         for (name, is_used) in features {
             self.count("optional features", name, is_used);

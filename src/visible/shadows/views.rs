@@ -47,8 +47,8 @@ pub struct Caster {
     pub level: u8,
 }
 
-/// Steps of depth by which casters are sorted: more of them make more commands.
-const CASTER_STEPS: u32 = 8;
+/// Steps of depth by which casters are sorted: more of them make more commands, and beyond these they save less than 3% (docs/FIGURES.md).
+const CASTER_STEPS: u32 = 16;
 
 impl WorldObject {
     /// Returns the key by which pipelines of casters differ.

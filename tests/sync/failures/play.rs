@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use afterlight::frame::{self, Picture, Renderer};
 use afterlight::gpu::{self, Device, DeviceChoice, Instance, InstanceOptions, Validation};
-use afterlight::scene::{LightPath, OpenOptions, Scene, Settings, open};
+use afterlight::scene::{ColorSpace, LightPath, OpenOptions, Sampler, Scene, Settings, Texture, open};
 
 /// A part of the play. The calls that are made in it are its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -60,19 +60,30 @@ pub struct Play {
 
 const SIZE: [u32; 2] = [32, 18];
 
+fn checkers() -> Texture {
+    let texels = [[255; 4], [0, 0, 0, 255], [0, 0, 0, 255], [255; 4]].concat().into();
+    let (name, sampler) = ("checkers".into(), Sampler::DEFAULT);
+    Texture { name, size: [2, 2], color_space: ColorSpace::Linear, sampler, texels }
+}
+
 impl Play {
-    /// All of it, under validation.
+    /// All of it, under validation, with a sampler and texels to upload.
     pub fn whole() -> Self {
-        Self::new(presents(), Validation::Synchronization)
+        Self::new(true, presents(), Validation::Synchronization)
     }
 
     /// Without presentation, and without layers that have memory of their own: each allocation is the driver's or the loader's.
     pub fn bare() -> Self {
-        Self::new(false, Validation::Off)
+        Self::new(false, false, Validation::Off)
     }
 
-    fn new(presents: bool, validation: Validation) -> Self {
-        let scene = open("builtin:spheres", &OpenOptions::default()).unwrap_or_else(|error| panic!("{error}"));
+    fn new(textured: bool, presents: bool, validation: Validation) -> Self {
+        let mut scene = open("builtin:spheres", &OpenOptions::default()).unwrap_or_else(|error| panic!("{error}"));
+        if textured {
+            scene.textures.push(checkers());
+            scene.meshes.iter_mut().for_each(|mesh| mesh.uvs.resize(mesh.positions.len(), [0.0; 2]));
+            scene.materials.iter_mut().for_each(|material| material.base_color_texture = Some(0));
+        }
         let settings = Settings { size: SIZE, samples: 1, anisotropy: 1, ..scene.settings.decide() };
         let settings = Settings { light_path: LightPath::Loop, ..settings };
         let others = Settings { light_path: LightPath::Compute, ..settings.clone() };
