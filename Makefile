@@ -1,4 +1,4 @@
-# What one types. `make demo` and `make test` install what they need and is missing, so that either is the first command on a fresh
+# The commands that one types. `make demo` and `make test` install missing packages, so that either is the first command on a fresh
 # Debian or Ubuntu with Rust on it; elsewhere they print the command to type. The work itself is in scripts/.
 
 DEMO_SCENE ?= assets/hall.toml

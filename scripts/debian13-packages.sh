@@ -26,7 +26,7 @@ begin() { # the tree's name in the cache
     if command -v flock >/dev/null; then
         flock 9
         ! is_there || exit 0
-        # What a killed run left: nobody else is at work now.
+        # A killed run left these: under the lock nobody else is at work.
         rm -rf -- "$cache/$1".part.*
     fi
     work=$(mktemp -d "$cache/$1.part.XXXXXX")

@@ -13,7 +13,7 @@ use super::output::{self, Sink, quoted};
 use super::table::bytes;
 use super::workload::{Workload, counts};
 
-/// Whose the built-in scenes are.
+/// The licence and the author of the built-in scenes.
 const CC0: &str = "CC0 1.0: made by the Afterlight project";
 
 /// Write a scene as glTF 2.0, so that other renderers can draw it

@@ -23,7 +23,7 @@ use super::{output, progress};
 /// The size of `--quick`, unless `--size` says another.
 const QUICK_SIZE: [u32; 2] = [320, 180];
 
-/// How much is measured, and how well.
+/// The amount and the quality of measurements.
 #[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = "Measuring")]
 pub struct MeasuringArgs {

@@ -35,7 +35,7 @@ fn page() -> String {
 const SHOWN: &str = r#"[...document.querySelectorAll("figure.compare, figure.steps, figure.probe")].map((figure) =>
     figure.classList[0] + ":" + [...figure.querySelectorAll("img")].filter((picture) => picture.offsetWidth > 0).length).join(" ")"#;
 
-/// What the page has asked for that lies in no file.
+/// The addresses that the page has fetched from anywhere but a file.
 const FETCHED: &str = r#"performance.getEntriesByType("resource").map((entry) => entry.name).filter((name) => !/^(file|data):/.test(name)).join(" ")"#;
 
 const OVERFLOWS: &str = "document.documentElement.scrollWidth > window.innerWidth";

@@ -19,7 +19,7 @@ pub fn figures(scene: &SceneReport) -> Markup {
         } @else {
             p {
                 "One setting changes, the others stay as they are by default. Full marks are all of the error, hollow ones against the \
-                 point truth: numeric error and texture filtering. What lies between is the price of one sample a pixel, which this \
+                 point truth: numeric error and texture filtering. The gap between them is the price of one sample a pixel, which this \
                  setting may not change. Where the setting \
                  smooths edges, only all of the error means something: the point truth has none."
             }

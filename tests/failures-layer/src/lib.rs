@@ -42,7 +42,7 @@ pub fn commands() -> impl Iterator<Item = &'static Command> {
     table::FALLIBLE.iter().chain(table::BY_HAND).filter(|command| !command.errors.is_empty())
 }
 
-/// Commands that the loader answers without asking a layer.
+/// Commands that the loader answers without asking an explicit layer.
 pub const OF_THE_LOADER: [&str; 4] = [
     "vkEnumerateInstanceVersion",
     "vkEnumerateInstanceLayerProperties",

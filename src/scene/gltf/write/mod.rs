@@ -40,7 +40,7 @@ pub struct Shot {
     pub exposure: f32,
     /// All given settings.
     pub settings: SettingsPatch,
-    /// Whose work it is, and under which licence.
+    /// The author and the licence.
     pub copyright: Option<String>,
 }
 
