@@ -264,6 +264,65 @@ each = { triangle = "" }
     assert!(!report["driver"].as_str().unwrap_or_default().is_empty(), "{report}");
 }
 
+/// The layer speaks where its variable asks for advice, which nobody here has asked for.
+#[test]
+#[cfg(target_os = "linux")]
+fn messages_of_the_layer_outlive_a_case_that_is_killed() {
+    let suite = r#"
+[defaults]
+settings = "size=32x18"
+identical = 1
+validate = ["sync"]
+
+[[case]]
+group = "long"
+scene = "builtin:triangle"
+settings = "size=32x18 samples=1024"
+each = { killed = "" }
+
+[[case]]
+group = "short"
+scene = "builtin:triangle"
+each = { spoken = "" }
+"#;
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    fs::write(folder.path().join("own.toml"), suite).expect("written");
+    let mut command = program();
+    command.current_dir(folder.path()).args(["ci", "own.toml", "-o", "out", "--jobs", "1", "--quiet"]);
+    command.env("VK_LAYER_ENABLES", "VK_VALIDATION_FEATURE_ENABLE_BEST_PRACTICES_EXT");
+    if let Some(runner) = runner() {
+        command.arg("--runner").arg(runner);
+    }
+    let mut run = command.spawn().expect("the program starts");
+    let (cases, begun) = (folder.path().join("out/cases"), Instant::now());
+    let status = loop {
+        assert!(begun.elapsed() < Duration::from_secs(120), "it does not end");
+        if let Some(status) = run.try_wait().expect("it can be waited for") {
+            break status;
+        }
+        for name in ["long.killed", "long.killed.again"] {
+            if fs::read(cases.join(name).join("layer-sync.log")).is_ok_and(|log| !log.is_empty()) {
+                kill(&cases.join(name));
+            }
+        }
+        thread::sleep(Duration::from_millis(20));
+    };
+    assert_eq!(status.code(), Some(1));
+    let found = results(&folder.path().join("out/results.csv"));
+    assert_eq!((found["long.killed"].as_str(), found["short.spoken"].as_str()), ("Crash", "Fail"));
+    for name in ["long.killed", "short.spoken"] {
+        let log = fs::read_to_string(folder.path().join("out/bundles").join(name).join("layer-sync.log"));
+        let log = log.unwrap_or_else(|error| panic!("{name}: {error}"));
+        let said = log.lines().filter(|line| line.starts_with("Warning (") && line.contains("BestPractices-"));
+        assert!(said.count() > 0, "{name}: {log}");
+    }
+    // A silent layer leaves no file.
+    let run = ci(folder.path(), &["own.toml", "--case", "short.spoken", "-o", "silent", "--quiet"]);
+    assert_eq!(code(&run), Some(0), "{}", errors(&run));
+    assert!(folder.path().join("silent/picture.png").exists());
+    assert!(!folder.path().join("silent/layer-sync.log").exists());
+}
+
 /// Kills the process that was given this folder. Returns true if there was one.
 #[cfg(target_os = "linux")]
 fn kill(folder: &Path) -> bool {

@@ -5,7 +5,9 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use afterlight::frame::{self, Picture, Pixels, Renderer, capabilities, edges};
-use afterlight::gpu::{self, Device, DeviceChoice, Instance, InstanceOptions, Message, MessageKind, Validation};
+use afterlight::gpu::{
+    self, Device, DeviceChoice, Instance, InstanceOptions, Message, MessageKind, MessageLog, Validation,
+};
 use afterlight::measure::{Distribution, flip, resident_memory_bytes};
 use afterlight::plan::{self, Capabilities, FramePlan};
 use afterlight::scene::{
@@ -19,7 +21,6 @@ use super::suite::{Case, Mode, SceneSource, Truth};
 use super::verdict::{CaseReport, Check, Verdict, Where};
 use super::{resizes, soak};
 use crate::cli::failure::with_causes;
-use crate::cli::session::listing;
 use crate::cli::table::bytes;
 
 /// Frames of which the device's time is taken, after one that nobody times.
@@ -172,6 +173,17 @@ struct Observed {
 }
 
 impl Observed {
+    /// Everything that was said so far. From here on the log's file gets nothing.
+    fn end(log: &MessageLog) -> Self {
+        log.tell_to(None);
+        let dropped = log.dropped();
+        Self { messages: log.take(), dropped }
+    }
+
+    fn keep(&self, mode: Mode, evidence: &Evidence) {
+        evidence.layer_messages(mode, &self.messages, self.dropped);
+    }
+
     /// The first of those that are mistakes, and their number.
     fn note(&self, mode: Option<Mode>, evidence: &Evidence, report: &mut CaseReport) {
         let (left, said): (Vec<_>, Vec<_>) = self.messages.iter().partition(|own| own.kind == MessageKind::Leak);
@@ -182,6 +194,7 @@ impl Observed {
             report.hold(Check::ResourcesLeft, holds, detail);
         }
         let Some(mode) = mode else { return };
+        self.keep(mode, evidence);
         let is_advice = |own: &&&Message| mode == Mode::BestPractices && own.is_advice();
         let mistakes: Vec<_> = said.iter().filter(|own| own.kind != MessageKind::General && !is_advice(own)).collect();
         let name = mode.name();
@@ -194,8 +207,6 @@ impl Observed {
                 let count = mistakes.len() as u64 - 1 + self.dropped;
                 let text = first.text.lines().next().unwrap_or_default();
                 report.hold(Check::LayerMessage, false, format!("{name}: {} {}", first.id_name, more(text, count)));
-                let all: Vec<Message> = self.messages.clone();
-                evidence.write(&format!("layer-{name}.log"), listing(&all, self.dropped).as_bytes());
             }
         }
     }
@@ -236,16 +247,20 @@ fn with_device<T>(
         return Ok(None);
     }
     let log = instance.message_log();
+    log.tell_to(mode.and_then(|mode| evidence.layer_log(mode)));
     let device = match Device::new(&instance, place.device) {
         Ok(device) => device,
-        Err(error) => return skipped(error, report).map(|()| None),
+        Err(error) => {
+            let heard = Observed::end(&log);
+            mode.into_iter().for_each(|mode| heard.keep(mode, evidence));
+            return skipped(error, report).map(|()| None);
+        }
     };
     report.on = Where { device: device.physical.name.clone(), driver: driver_of(&device) };
     evidence.labels(mode.map_or("without the layer", Mode::name), &device);
     let done = work(&device, report);
     drop((device, instance));
-    let dropped = log.dropped();
-    Observed { messages: log.take(), dropped }.note(mode, evidence, report);
+    Observed::end(&log).note(mode, evidence, report);
     done.map(Some)
 }
 
