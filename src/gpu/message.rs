@@ -2,6 +2,9 @@
 
 use std::borrow::Cow;
 use std::ffi::{CStr, c_char, c_void};
+use std::fmt;
+use std::fs::File;
+use std::io::Write as _;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use ash::vk;
@@ -51,6 +54,13 @@ impl Message {
     }
 }
 
+impl fmt::Display for Message {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { severity, kind, id_name, text, .. } = self;
+        write!(f, "{severity:?} ({kind:?}) {id_name}: {text}")
+    }
+}
+
 /// The id of GPU-assisted validation's messages about checks that the device does not allow.
 const OF_THE_LAYER_ITSELF: &str = "WARNING-GPU-Assisted-Validation";
 
@@ -67,6 +77,7 @@ pub struct MessageLog {
 struct State {
     kept: Vec<Message>,
     dropped: u64,
+    file: Option<File>,
 }
 
 impl MessageLog {
@@ -82,10 +93,20 @@ impl MessageLog {
         self.lock().dropped
     }
 
+    /// Appends each message that is kept to a file as it comes, after those that are there already, so that they outlive a process that crashes.
+    /// `None` ends it.
+    pub fn tell_to(&self, file: Option<File>) {
+        let mut state = self.lock();
+        state.file = file;
+        let State { kept, file, .. } = &mut *state;
+        kept.iter().for_each(|message| append(file, message));
+    }
+
     /// Adds a message, or counts it if the list is full.
     pub fn push(&self, message: Message) {
         let mut state = self.lock();
         if state.kept.len() < KEPT_MESSAGES {
+            append(&mut state.file, &message);
             state.kept.push(message);
         } else {
             state.dropped += 1;
@@ -95,6 +116,13 @@ impl MessageLog {
     fn lock(&self) -> MutexGuard<'_, State> {
         // A list of finished messages is whole even if a thread died while it held the lock.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Writes a paragraph at once. A file that cannot be written is no reason to stop.
+fn append(file: &mut Option<File>, message: &Message) {
+    if let Some(file) = file {
+        let _ = file.write_all(format!("{message}\n").as_bytes());
     }
 }
 
@@ -167,18 +195,38 @@ fn text_of<'a>(text: *const c_char) -> Cow<'a, str> {
 mod tests {
     use super::*;
 
+    fn message(text: &str) -> Message {
+        Message {
+            severity: Severity::Error,
+            kind: MessageKind::Validation,
+            id_name: "VUID-x".into(),
+            objects: Vec::new(),
+            text: text.into(),
+        }
+    }
+
+    #[test]
+    fn a_file_has_each_message_at_once_and_no_more_than_the_log_keeps() {
+        let file = tempfile::NamedTempFile::new().expect("a file");
+        let told = || std::fs::read_to_string(file.path()).expect("read");
+        let log = MessageLog::default();
+        log.push(message("before"));
+        log.tell_to(Some(file.reopen().expect("opened")));
+        assert_eq!(told(), "Error (Validation) VUID-x: before\n");
+        log.push(message("after"));
+        assert_eq!(told().lines().last(), Some("Error (Validation) VUID-x: after"));
+        (2..KEPT_MESSAGES + 3).for_each(|number| log.push(message(&number.to_string())));
+        assert_eq!(told().lines().count(), KEPT_MESSAGES);
+        log.take();
+        log.tell_to(None);
+        log.push(message("unheard"));
+        assert!(!told().contains("unheard"));
+    }
+
     #[test]
     fn a_full_log_counts_what_it_does_not_keep() {
         let log = MessageLog::default();
-        for number in 0..KEPT_MESSAGES + 3 {
-            log.push(Message {
-                severity: Severity::Error,
-                kind: MessageKind::Validation,
-                id_name: String::new(),
-                objects: Vec::new(),
-                text: number.to_string(),
-            });
-        }
+        (0..KEPT_MESSAGES + 3).for_each(|number| log.push(message(&number.to_string())));
         assert_eq!(log.dropped(), 3);
         assert_eq!(log.take().len(), KEPT_MESSAGES);
         assert!(log.take().is_empty() && log.dropped() == 0);

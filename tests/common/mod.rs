@@ -15,6 +15,7 @@ pub mod program;
 pub mod scenes;
 pub mod stage;
 pub mod truth;
+pub mod whole;
 
 use std::path::PathBuf;
 

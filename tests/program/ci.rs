@@ -264,6 +264,175 @@ each = { triangle = "" }
     assert!(!report["driver"].as_str().unwrap_or_default().is_empty(), "{report}");
 }
 
+/// A case that passes, with a bound on its time, and one that fails.
+const JUDGED: &str = r#"
+[defaults]
+settings = "size=32x18"
+identical = 1
+
+[[case]]
+group = "good"
+scene = "builtin:triangle"
+slower = 3
+each = { timed = "" }
+
+[[case]]
+group = "bad"
+scene = "missing.toml"
+each = { missing = "" }
+"#;
+
+/// Findings of the only case in `out`.
+fn findings(folder: &Path) -> Vec<serde_json::Value> {
+    let lines = fs::read_to_string(folder.join("out/results.jsonl")).expect("JSON lines");
+    let report: serde_json::Value = serde_json::from_str(lines.trim()).expect("one case");
+    report["findings"].as_array().expect("findings").clone()
+}
+
+#[test]
+fn a_frame_that_takes_longer_than_the_baseline_allows_fails_and_the_figure_is_told() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    fs::write(folder.path().join("own.toml"), JUDGED).expect("written");
+    let timed = ["own.toml", "-o", "out", "--baseline", "known", "--only", "timed"];
+    let run = ci(folder.path(), &[&timed[..], &["--jobs", "1", "--bless"]].concat());
+    assert_eq!(code(&run), Some(0), "{}", errors(&run));
+    let times = only_folder(&only_folder(&folder.path().join("known"))).join("times.csv");
+    let own = fs::read_to_string(&times).expect("times");
+    let Some(own) = own.trim().strip_prefix("good.timed,") else {
+        return eprintln!("SKIPPED: the device measures no times");
+    };
+    assert!(own.parse::<f64>().is_ok_and(|ms| ms > 0.0), "{own}");
+    for (ms, jobs, expected, outcome, told) in [
+        ("1000000", "1", 0, "held", " times the baseline's; at most 3"),
+        ("0.000001", "1", 1, "failed", " times the baseline's; at most 3"),
+        // Others may use the device meanwhile.
+        ("0.000001", "2", 0, "skipped", "--jobs 1"),
+    ] {
+        fs::write(&times, format!("good.timed,{ms}\n")).expect("written");
+        let run = ci(folder.path(), &[&timed[..], &["--jobs", jobs]].concat());
+        assert_eq!(code(&run), Some(expected), "{ms}: {}", errors(&run));
+        let found = findings(folder.path());
+        let time = found.iter().find(|own| own["check"] == "time").unwrap_or_else(|| panic!("{found:?}"));
+        assert_eq!(time["outcome"], outcome, "{time}");
+        let detail = time["detail"].as_str().unwrap_or_default();
+        assert!(detail.contains(told), "{detail}");
+        if let Some((now, rest)) = detail.split_once(" ms a frame on the device, ") {
+            let ratio: f64 = rest.split(' ').next().unwrap_or_default().parse().expect("a ratio");
+            let now: f64 = now.parse().expect("milliseconds");
+            let bound: f64 = ms.parse().expect("milliseconds");
+            // Each is rounded: the one to a microsecond, the other to a hundredth.
+            assert!((ratio - now / bound).abs() <= 0.0005 / bound + 0.005, "{detail}");
+        }
+    }
+}
+
+#[test]
+fn the_summary_is_added_to_that_of_a_github_step_and_costs_no_verdict() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("own.toml"), JUDGED).expect("written");
+    fs::write(at("step.md"), "# Before\n").expect("written");
+    let run = |step: &Path| {
+        let mut command = program();
+        command.current_dir(folder.path()).args(["ci", "own.toml", "-o", "out", "--quiet"]);
+        command.args(runner().map(|runner| format!("--runner={}", runner.display())));
+        command.env("GITHUB_STEP_SUMMARY", step).output().expect("the program starts")
+    };
+    let first = run(&at("step.md"));
+    assert_eq!(code(&first), Some(1), "{}", errors(&first));
+    let summary = fs::read_to_string(at("out/summary.md")).expect("a summary");
+    assert!(summary.contains("bad.missing"), "{summary}");
+    assert_eq!(fs::read_to_string(at("step.md")).expect("the step's"), format!("# Before\n{summary}"));
+    // A folder cannot be added to.
+    let second = run(&at("out"));
+    assert_eq!(code(&second), Some(1), "{}", errors(&second));
+    assert!(errors(&second).contains("warning: cannot write "), "{}", errors(&second));
+}
+
+#[test]
+fn a_case_that_a_file_of_flakes_names_may_fail() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("own.toml"), JUDGED).expect("written");
+    fs::write(at("flakes.txt"), "# now and then\nbad\\..*\n").expect("written");
+    fs::write(at("others.txt"), "bad.missing.too\n").expect("written");
+    let judged = |flakes: &str| {
+        let run = ci(folder.path(), &["own.toml", "-o", "out", "--flakes", flakes]);
+        let found = results(&at("out/results.csv"));
+        (code(&run), found["bad.missing"].clone(), found["good.timed"].clone())
+    };
+    assert_eq!(judged("flakes.txt"), (Some(0), "KnownFlake".into(), "Pass".into()));
+    assert_eq!(judged("others.txt"), (Some(1), "Fail".into(), "Pass".into()));
+    // A device's folder of the baseline has a file of its own.
+    let run = ci(folder.path(), &["own.toml", "-o", "out", "--baseline", "known", "--bless", "--only", "good"]);
+    assert_eq!(code(&run), Some(0), "{}", errors(&run));
+    let known = only_folder(&only_folder(&at("known")));
+    fs::rename(at("flakes.txt"), known.join("flakes.txt")).expect("moved");
+    let run = ci(folder.path(), &["own.toml", "-o", "out", "--baseline", "known"]);
+    assert_eq!(code(&run), Some(0), "{}", errors(&run));
+    assert_eq!(results(&at("out/results.csv"))["bad.missing"], "KnownFlake");
+    assert!(at("out/bundles/bad.missing").exists(), "its bundle is kept");
+}
+
+/// The layer speaks where its variable asks for advice, which nobody here has asked for.
+#[test]
+#[cfg(target_os = "linux")]
+fn messages_of_the_layer_outlive_a_case_that_is_killed() {
+    let suite = r#"
+[defaults]
+settings = "size=32x18"
+identical = 1
+validate = ["sync"]
+
+[[case]]
+group = "long"
+scene = "builtin:triangle"
+settings = "size=32x18 samples=1024"
+each = { killed = "" }
+
+[[case]]
+group = "short"
+scene = "builtin:triangle"
+each = { spoken = "" }
+"#;
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    fs::write(folder.path().join("own.toml"), suite).expect("written");
+    let mut command = program();
+    command.current_dir(folder.path()).args(["ci", "own.toml", "-o", "out", "--jobs", "1", "--quiet"]);
+    command.env("VK_LAYER_ENABLES", "VK_VALIDATION_FEATURE_ENABLE_BEST_PRACTICES_EXT");
+    if let Some(runner) = runner() {
+        command.arg("--runner").arg(runner);
+    }
+    let mut run = command.spawn().expect("the program starts");
+    let (cases, begun) = (folder.path().join("out/cases"), Instant::now());
+    let status = loop {
+        assert!(begun.elapsed() < Duration::from_secs(120), "it does not end");
+        if let Some(status) = run.try_wait().expect("it can be waited for") {
+            break status;
+        }
+        for name in ["long.killed", "long.killed.again"] {
+            if fs::read(cases.join(name).join("layer-sync.log")).is_ok_and(|log| !log.is_empty()) {
+                kill(&cases.join(name));
+            }
+        }
+        thread::sleep(Duration::from_millis(20));
+    };
+    assert_eq!(status.code(), Some(1));
+    let found = results(&folder.path().join("out/results.csv"));
+    assert_eq!((found["long.killed"].as_str(), found["short.spoken"].as_str()), ("Crash", "Fail"));
+    for name in ["long.killed", "short.spoken"] {
+        let log = fs::read_to_string(folder.path().join("out/bundles").join(name).join("layer-sync.log"));
+        let log = log.unwrap_or_else(|error| panic!("{name}: {error}"));
+        let said = log.lines().filter(|line| line.starts_with("Warning (") && line.contains("BestPractices-"));
+        assert!(said.count() > 0, "{name}: {log}");
+    }
+    // A silent layer leaves no file.
+    let run = ci(folder.path(), &["own.toml", "--case", "short.spoken", "-o", "silent", "--quiet"]);
+    assert_eq!(code(&run), Some(0), "{}", errors(&run));
+    assert!(folder.path().join("silent/picture.png").exists());
+    assert!(!folder.path().join("silent/layer-sync.log").exists());
+}
+
 /// Kills the process that was given this folder. Returns true if there was one.
 #[cfg(target_os = "linux")]
 fn kill(folder: &Path) -> bool {

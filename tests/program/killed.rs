@@ -1,47 +1,31 @@
-//! Commands that are killed while they write: old files stay whole, and the next run leaves nothing of the killed one behind.
+//! Commands that are killed or interrupted while they write: old files stay whole, and the next run leaves nothing of the killed one behind.
 
 use std::collections::BTreeSet;
 use std::fs;
 #[cfg(unix)]
 use std::os::unix::process::ExitStatusExt as _;
 use std::path::Path;
+#[cfg(unix)]
+use std::process::Child;
 use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::common::failures_layer;
-use crate::common::program::program;
+use crate::common::program::{program, runner};
 use crate::common::tries_all;
+use crate::common::whole::{
+    is_calibration, is_csv, is_document, is_glb, is_json, is_json_lines, is_picture, is_toml, is_xml,
+};
 
-/// A command, the file that it writes, and a check that the file is whole.
+/// A command, the file that it writes or how its name begins, and a check that the file is whole.
 struct Writer {
     arguments: &'static [&'static str],
     file: &'static str,
     is_whole: fn(&[u8]) -> bool,
 }
 
-fn is_picture(bytes: &[u8]) -> bool {
-    image::load_from_memory(bytes).is_ok()
-}
-
-fn is_json(bytes: &[u8]) -> bool {
-    serde_json::from_slice::<serde_json::Value>(bytes).is_ok()
-}
-
-fn is_document(bytes: &[u8]) -> bool {
-    let text = String::from_utf8_lossy(bytes);
-    text.trim_end().ends_with("</svg>") || text.trim_end().ends_with("</html>")
-}
-
-fn is_xml(bytes: &[u8]) -> bool {
-    std::str::from_utf8(bytes).is_ok_and(|text| roxmltree::Document::parse(text).is_ok())
-}
-
-fn is_toml(bytes: &[u8]) -> bool {
-    std::str::from_utf8(bytes).is_ok_and(|text| text.contains("[settings]") && text.parse::<toml::Table>().is_ok())
-}
-
-/// A scene that can be exported.
+/// A scene that Mitsuba can be given.
 const LAMBERT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/mitsuba/lambert.toml");
 
 const TUNE: [&str; 19] = [
@@ -66,12 +50,7 @@ const TUNE: [&str; 19] = [
     "--restart",
 ];
 
-fn is_csv(bytes: &[u8]) -> bool {
-    let text = String::from_utf8_lossy(bytes);
-    text.ends_with('\n') && text.lines().all(|line| line.split(',').count() == 3)
-}
-
-const WRITERS: [Writer; 16] = [
+const WRITERS: [Writer; 20] = [
     Writer {
         arguments: &["render", "builtin:spheres", "--size", "320x180", "-o", "out.png"],
         file: "out.png",
@@ -199,6 +178,30 @@ const WRITERS: [Writer; 16] = [
         file: "difference.png",
         is_whole: is_picture,
     },
+    Writer { arguments: &["export", "builtin:hall", "-o", "hall.glb"], file: "hall.glb", is_whole: is_glb },
+    Writer {
+        arguments: &["ci", "--mutants", "--only", r"\.gbuffer-to-lighting\..*\.plain$", "-o", "mutants"],
+        file: "mutants/mutants.jsonl",
+        is_whole: is_json_lines,
+    },
+    Writer {
+        arguments: &[
+            "render",
+            "builtin:triangle",
+            "builtin:spheres",
+            "--samples",
+            "1",
+            "--size",
+            "64x36",
+            "-o",
+            "{name}.png",
+            "--json",
+            "verdicts.json",
+        ],
+        file: "verdicts.json",
+        is_whole: is_json,
+    },
+    Writer { arguments: &["doctor", "--calibrate"], file: "figures/calibration-", is_whole: is_calibration },
 ];
 
 /// Writes the files that some of the commands read.
@@ -229,7 +232,37 @@ fn command(folder: &Path, layer: &Path, writer: &Writer) -> Command {
     command.envs(failures_layer::environment(layer)).env("AFTERLIGHT_FAILURES", "cache:100000");
     command.current_dir(folder).args(writer.arguments).stdout(Stdio::null()).stderr(Stdio::null());
     command.env("AFTERLIGHT_CACHE", folder.join("truths")).env("AFTERLIGHT_PIPELINE_CACHE", folder.join("pipelines"));
+    command.env("AFTERLIGHT_CALIBRATION", folder.join("figures"));
     command
+}
+
+/// A signal that ends a command.
+#[cfg(unix)]
+#[derive(Clone, Copy, Debug)]
+enum Signal {
+    Kill = 9,
+    /// Ctrl-C.
+    Interrupt = 2,
+}
+
+#[cfg(unix)]
+impl Signal {
+    fn send(self, child: &Child) {
+        let number = format!("-{}", self as i32);
+        let sent = Command::new("kill").args([&number, &child.id().to_string()]).status();
+        assert!(sent.is_ok_and(|status| status.success()), "a child can be sent a signal");
+    }
+}
+
+/// The same command where Ctrl-C ends it: a shell without job control starts its background jobs, and with them this test, deaf to it.
+#[cfg(unix)]
+fn interruptible(command: &Command) -> Command {
+    let mut hearing = Command::new("env");
+    hearing.arg("--default-signal=INT").arg(command.get_program()).args(command.get_args());
+    hearing.envs(command.get_envs().filter_map(|(name, value)| Some((name, value?))));
+    hearing.current_dir(command.get_current_dir().unwrap_or(Path::new(".")));
+    hearing.stdout(Stdio::null()).stderr(Stdio::null());
+    hearing
 }
 
 /// All files below a folder, by their paths.
@@ -255,43 +288,145 @@ const JUST_NOW: Duration = Duration::from_secs(2);
 fn a_killed_command_leaves_old_files_whole_and_the_next_one_no_litter() {
     let (writers, moments) = if tries_all() { (&WRITERS[..], 50) } else { (&WRITERS[..1], 4) };
     let layer = failures_layer::folder();
-    for writer in writers {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let what = writer.arguments.join(" ");
-        prepare(folder.path());
-        let begun = Instant::now();
-        let status = command(folder.path(), layer.path(), writer).status().expect("the program starts");
-        assert!(status.success(), "{what}: {status}");
-        let took = begun.elapsed();
-        let clean = files(folder.path());
-        let result = clean.iter().find(|name| name.ends_with(writer.file)).expect("the result");
-        let result = folder.path().join(result);
-        // These commands make their folder anew: after a kill it may hold nothing.
-        let may_go = ["report/", "ci/"].iter().any(|own| writer.file.starts_with(own));
-        let mut random = fastrand::Rng::with_seed(7);
-        let mut killed = 0;
-        for _ in 0..moments {
-            forget(folder.path());
-            let mut child = command(folder.path(), layer.path(), writer).spawn().expect("the program starts");
-            thread::sleep(took.mul_f64(random.f64()));
-            child.kill().expect("a child can be killed");
-            let status = child.wait().expect("it has ended");
-            assert!(status.success() || status.signal() == Some(9), "{what}, after a killed one: {status}");
-            killed += usize::from(!status.success());
-            if let Ok(bytes) = fs::read(&result) {
-                assert!((writer.is_whole)(&bytes), "{what}: half of {} is there", writer.file);
-            } else {
-                assert!(may_go, "{what}: {} is gone", writer.file);
-            }
-        }
-        assert!(killed * 4 > moments, "{what}: only {killed} of {moments} were killed");
-        eprintln!("{what}: {took:.2?}, {killed} of {moments} killed");
-        thread::sleep(JUST_NOW + Duration::from_millis(200));
+    writers.iter().for_each(|writer| stops(writer, moments, Signal::Kill, layer.path()));
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn ctrl_c_leaves_old_files_whole_and_the_next_command_no_litter() {
+    let layer = failures_layer::folder();
+    stops(&WRITERS[0], if tries_all() { 50 } else { 4 }, Signal::Interrupt, layer.path());
+}
+
+/// Seconds in which a writer is begun and stopped again and again; a few times in any case.
+#[cfg(unix)]
+const STOPPING_SECONDS: f64 = 400.0;
+
+/// Stops the writer's command so many times, at moments at random.
+#[cfg(unix)]
+fn stops(writer: &Writer, moments: usize, signal: Signal, layer: &Path) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let what = writer.arguments.join(" ");
+    prepare(folder.path());
+    let begun = Instant::now();
+    let status = command(folder.path(), layer, writer).status().expect("the program starts");
+    assert!(status.success(), "{what}: {status}");
+    let mut took = begun.elapsed();
+    let clean = files(folder.path());
+    let result = clean.iter().find(|name| name.contains(writer.file)).expect("the result");
+    let result = folder.path().join(result);
+    // These commands make their folder anew: after a kill it may hold nothing.
+    let may_go = ["report/", "ci/"].iter().any(|own| writer.file.starts_with(own));
+    let moments = moments.min((STOPPING_SECONDS / took.as_secs_f64()) as usize).max(4);
+    let mut random = fastrand::Rng::with_seed(7);
+    let mut stopped = 0;
+    for _ in 0..moments {
         forget(folder.path());
-        let status = command(folder.path(), layer.path(), writer).status().expect("the program starts");
-        assert!(status.success(), "{what}, after the others: {status}");
-        let left: Vec<_> = files(folder.path()).difference(&clean).cloned().collect();
-        assert!(left.is_empty(), "{what} leaves {left:?}");
-        assert!((writer.is_whole)(&fs::read(&result).expect("the result")), "{what}");
+        let mut command = command(folder.path(), layer, writer);
+        if matches!(signal, Signal::Interrupt) {
+            command = interruptible(&command);
+        }
+        let begun = Instant::now();
+        let mut child = command.spawn().expect("the program starts");
+        thread::sleep(took.mul_f64(random.f64()));
+        signal.send(&child);
+        let status = child.wait().expect("it has ended");
+        assert!(status.success() || status.signal() == Some(signal as i32), "{what}, {signal:?}: {status}");
+        if status.success() {
+            // Faster than the first, which found no compiled shaders in the driver's cache.
+            took = took.min(begun.elapsed());
+        } else {
+            stopped += 1;
+        }
+        if let Ok(bytes) = fs::read(&result) {
+            assert!((writer.is_whole)(&bytes), "{what}: half of {} is there", writer.file);
+        } else {
+            assert!(may_go, "{what}: {} is gone", writer.file);
+        }
     }
+    assert!(stopped * 4 > moments, "{what}: only {stopped} of {moments} were stopped");
+    eprintln!("{what}: {took:.2?}, {stopped} of {moments} stopped");
+    thread::sleep(JUST_NOW + Duration::from_millis(200));
+    forget(folder.path());
+    let status = command(folder.path(), layer, writer).status().expect("the program starts");
+    assert!(status.success(), "{what}, after the others: {status}");
+    let left: Vec<_> = files(folder.path()).difference(&clean).cloned().collect();
+    assert!(left.is_empty(), "{what} leaves {left:?}");
+    assert!((writer.is_whole)(&fs::read(&result).expect("the result")), "{what}");
+}
+
+/// Children of a run end with it, though the terminal alone would have told them, too.
+#[test]
+#[cfg(target_os = "linux")]
+fn ctrl_c_ends_the_cases_of_ci_with_it_and_the_next_run_leaves_no_litter() {
+    let suite = r#"
+[defaults]
+settings = "size=32x18"
+identical = 1
+
+[[case]]
+group = "good"
+scene = "builtin:triangle"
+each = { first = "" }
+
+[[case]]
+group = "long"
+scene = "builtin:triangle"
+steady_frames = 100000000
+each = { a = "", b = "" }
+"#;
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("own.toml"), suite).expect("written");
+    let run = |arguments: &[&str]| {
+        let mut command = program();
+        command.current_dir(folder.path()).args(["ci", "own.toml", "-o", "out", "--jobs", "2"]).args(arguments);
+        command.args(runner().map(|runner| format!("--runner={}", runner.display())));
+        interruptible(&command)
+    };
+    let clean = ["--only", "first"];
+    let status = run(&clean).status().expect("the program starts");
+    assert!(status.success(), "{status}");
+    let before = files(folder.path());
+    let mut child = run(&[]).spawn().expect("the program starts");
+    let begun = Instant::now();
+    // The first case is done, and the others draw.
+    let draws =
+        |case: &str| fs::read(at("out/cases").join(case).join("last-label.txt")).is_ok_and(|own| !own.is_empty());
+    while !(draws("long.a") && draws("long.b")) {
+        assert!(begun.elapsed() < Duration::from_secs(120), "its cases do not draw");
+        assert!(child.try_wait().expect("it can be waited for").is_none(), "it has ended");
+        thread::sleep(Duration::from_millis(20));
+    }
+    assert_eq!(processes_in(folder.path()), 3, "a run and two cases");
+    Signal::Interrupt.send(&child);
+    let status = child.wait().expect("it has ended");
+    assert_eq!(status.signal(), Some(2), "{status}");
+    let begun = Instant::now();
+    while processes_in(folder.path()) > 0 {
+        assert!(begun.elapsed() < Duration::from_secs(10), "{} cases go on", processes_in(folder.path()));
+        thread::sleep(Duration::from_millis(20));
+    }
+    assert!(is_json_lines(&fs::read(at("out/results.jsonl")).expect("results so far")));
+    for name in files(folder.path()) {
+        let is_whole = match Path::new(&name).extension().and_then(|extension| extension.to_str()) {
+            Some("png") => is_picture as fn(&[u8]) -> bool,
+            Some("json") => is_json,
+            Some("xml") => is_xml,
+            _ => continue,
+        };
+        assert!(is_whole(&fs::read(at(&name)).expect("read")), "half of {name} is there");
+    }
+    thread::sleep(JUST_NOW + Duration::from_millis(200));
+    let status = run(&clean).status().expect("the program starts");
+    assert!(status.success(), "{status}");
+    assert_eq!(files(folder.path()), before);
+}
+
+/// Processes that were started in a folder.
+#[cfg(target_os = "linux")]
+fn processes_in(folder: &Path) -> usize {
+    let folder = folder.canonicalize().expect("a folder");
+    let all = fs::read_dir("/proc").expect("processes").filter_map(|entry| Some(entry.ok()?.path()));
+    all.filter(|process| fs::read_link(process.join("cwd")).is_ok_and(|own| own == folder)).count()
 }

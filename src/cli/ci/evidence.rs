@@ -3,21 +3,23 @@
 use std::collections::BTreeMap;
 use std::env;
 use std::fmt::Write as _;
-use std::fs::File;
+use std::fs::{self, File};
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use afterlight::frame::{Picture, Pixels};
-use afterlight::gpu::Device;
+use afterlight::gpu::{Device, Message};
 use afterlight::measure::Srgb8Image;
 use afterlight::plan::FramePlan;
 use afterlight::reference::tonemap::encode_srgb;
 use afterlight::stress;
 
 use super::examine::{self, Drawing};
+use super::suite::Mode;
 use crate::cli::doctor::DeviceReport;
 use crate::cli::image_output::{Format, Target};
 use crate::cli::output::{self, Sink};
+use crate::cli::session::listing;
 use crate::cli::workload::plan_table;
 
 /// The file with the last label that was recorded.
@@ -107,13 +109,28 @@ impl Evidence {
         }
     }
 
+    /// The file that takes the layer's messages as they come, so that a process that crashes or is stopped leaves them behind.
+    pub fn layer_log(&self, mode: Mode) -> Option<File> {
+        File::create(self.folder.as_ref()?.join(layer_log(mode))).ok()
+    }
+
+    /// Replaces that file by one in which each different message stands once; removes it where the layer had nothing to say.
+    pub fn layer_messages(&self, mode: Mode, messages: &[Message], dropped: u64) {
+        let Some(folder) = &self.folder else { return };
+        if messages.is_empty() && dropped == 0 {
+            let _ = fs::remove_file(folder.join(layer_log(mode)));
+        } else {
+            self.write(&layer_log(mode), listing(messages, dropped).as_bytes());
+        }
+    }
+
     /// Writes the scene's files with the hash of each, so that another try of the case can tell if they are the same.
     pub fn scene_files(&self, files: &[PathBuf]) {
         if self.folder.is_none() || files.is_empty() {
             return;
         }
         let line = |path: &PathBuf| {
-            let hash = std::fs::read(path)
+            let hash = fs::read(path)
                 .map_or_else(|error| error.to_string(), |bytes| blake3::hash(&bytes).to_hex().to_string());
             format!("{hash}  {}\n", path.display())
         };
@@ -143,6 +160,10 @@ impl Evidence {
         }
         self.write("shaders/index.txt", index.as_bytes());
     }
+}
+
+fn layer_log(mode: Mode) -> String {
+    format!("layer-{}.log", mode.name())
 }
 
 /// The picture as it is shown; `None` for linear light.

@@ -1,11 +1,14 @@
 //! Makes the checks of one case, in this process. Findings are written into the case's folder as soon as they are known, so that a process that
 //! crashes leaves them behind.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Instant;
 
 use afterlight::frame::{self, Picture, Pixels, Renderer, capabilities, edges};
-use afterlight::gpu::{self, Device, DeviceChoice, Instance, InstanceOptions, Message, MessageKind, Validation};
+use afterlight::gpu::{
+    self, Device, DeviceChoice, Instance, InstanceOptions, MemoryReport, Message, MessageKind, MessageLog, Validation,
+};
 use afterlight::measure::{Distribution, flip, resident_memory_bytes};
 use afterlight::plan::{self, Capabilities, FramePlan};
 use afterlight::scene::{
@@ -19,7 +22,6 @@ use super::suite::{Case, Mode, SceneSource, Truth};
 use super::verdict::{CaseReport, Check, Verdict, Where};
 use super::{resizes, soak};
 use crate::cli::failure::with_causes;
-use crate::cli::session::listing;
 use crate::cli::table::bytes;
 
 /// Frames of which the device's time is taken, after one that nobody times.
@@ -172,6 +174,17 @@ struct Observed {
 }
 
 impl Observed {
+    /// Everything that was said so far. From here on the log's file gets nothing.
+    fn end(log: &MessageLog) -> Self {
+        log.tell_to(None);
+        let dropped = log.dropped();
+        Self { messages: log.take(), dropped }
+    }
+
+    fn keep(&self, mode: Mode, evidence: &Evidence) {
+        evidence.layer_messages(mode, &self.messages, self.dropped);
+    }
+
     /// The first of those that are mistakes, and their number.
     fn note(&self, mode: Option<Mode>, evidence: &Evidence, report: &mut CaseReport) {
         let (left, said): (Vec<_>, Vec<_>) = self.messages.iter().partition(|own| own.kind == MessageKind::Leak);
@@ -182,6 +195,7 @@ impl Observed {
             report.hold(Check::ResourcesLeft, holds, detail);
         }
         let Some(mode) = mode else { return };
+        self.keep(mode, evidence);
         let is_advice = |own: &&&Message| mode == Mode::BestPractices && own.is_advice();
         let mistakes: Vec<_> = said.iter().filter(|own| own.kind != MessageKind::General && !is_advice(own)).collect();
         let name = mode.name();
@@ -194,8 +208,6 @@ impl Observed {
                 let count = mistakes.len() as u64 - 1 + self.dropped;
                 let text = first.text.lines().next().unwrap_or_default();
                 report.hold(Check::LayerMessage, false, format!("{name}: {} {}", first.id_name, more(text, count)));
-                let all: Vec<Message> = self.messages.clone();
-                evidence.write(&format!("layer-{name}.log"), listing(&all, self.dropped).as_bytes());
             }
         }
     }
@@ -236,16 +248,20 @@ fn with_device<T>(
         return Ok(None);
     }
     let log = instance.message_log();
+    log.tell_to(mode.and_then(|mode| evidence.layer_log(mode)));
     let device = match Device::new(&instance, place.device) {
         Ok(device) => device,
-        Err(error) => return skipped(error, report).map(|()| None),
+        Err(error) => {
+            let heard = Observed::end(&log);
+            mode.into_iter().for_each(|mode| heard.keep(mode, evidence));
+            return skipped(error, report).map(|()| None);
+        }
     };
     report.on = Where { device: device.physical.name.clone(), driver: driver_of(&device) };
     evidence.labels(mode.map_or("without the layer", Mode::name), &device);
     let done = work(&device, report);
     drop((device, instance));
-    let dropped = log.dropped();
-    Observed { messages: log.take(), dropped }.note(mode, evidence, report);
+    Observed::end(&log).note(mode, evidence, report);
     done.map(Some)
 }
 
@@ -395,6 +411,36 @@ fn time(bound: f64, case: &Case, place: &Place, report: &mut CaseReport) {
     report.hold(Check::Time, now <= before * bound, detail);
 }
 
+/// Memory that is held at some frame.
+struct Held {
+    bytes: u64,
+    objects: BTreeMap<String, usize>,
+    /// Of the process; `None` where the system does not tell.
+    resident: Option<u64>,
+}
+
+impl Held {
+    fn by(device: &Device) -> Self {
+        let MemoryReport { bytes, objects, .. } = device.memory_report();
+        Self { bytes, objects, resident: resident_memory_bytes() }
+    }
+
+    /// Judges the memory that is held `frames` later, when nothing but allocators of the process may have kept a little more.
+    fn hold_until(&self, later: &Self, frames: u32, report: &mut CaseReport) {
+        let grown = self.resident.zip(later.resident).map_or(0, |(before, now)| now.saturating_sub(before));
+        let is_same = self.bytes == later.bytes && self.objects == later.objects;
+        let detail = format!(
+            "over {frames} frames the device's memory went from {} to {}, its objects from {} to {}, the process's grew by {}",
+            bytes(self.bytes),
+            bytes(later.bytes),
+            self.objects.values().sum::<usize>(),
+            later.objects.values().sum::<usize>(),
+            bytes(grown)
+        );
+        report.hold(Check::Memory, is_same && grown <= SLACK_BYTES, detail);
+    }
+}
+
 fn steady(frames: u32, drawing: &Drawing, device: &Arc<Device>, report: &mut CaseReport) -> Result<(), Stop> {
     let mut renderer = drawing.renderer(device)?;
     let warm = WARM_FRAMES.min(frames / 2);
@@ -402,23 +448,14 @@ fn steady(frames: u32, drawing: &Drawing, device: &Arc<Device>, report: &mut Cas
     for frame in 0..frames {
         if frame == warm {
             renderer.wait()?;
-            before = Some((device.memory_report(), resident_memory_bytes()));
+            before = Some(Held::by(device));
         }
         renderer.render(&drawing.scene.camera)?;
     }
     renderer.wait()?;
-    let Some((on_device, in_process)) = before else { return Ok(()) };
-    let (now, resident) = (device.memory_report(), resident_memory_bytes());
-    let grown = in_process.zip(resident).map_or(0, |(before, now)| now.saturating_sub(before));
-    let is_same = on_device.bytes == now.bytes && on_device.objects == now.objects;
-    let detail = format!(
-        "over {} frames the device's memory went from {} to {}, the process's grew by {}",
-        frames - warm,
-        bytes(on_device.bytes),
-        bytes(now.bytes),
-        bytes(grown)
-    );
-    report.hold(Check::Memory, is_same && grown <= SLACK_BYTES, detail);
+    if let Some(before) = before {
+        before.hold_until(&Held::by(device), frames - warm, report);
+    }
     Ok(())
 }
 
@@ -537,6 +574,35 @@ mod tests {
             assert!(failed.reason.is_some_and(|reason| reason.starts_with("resources left: a queue")));
         }
         assert!(noted(None, &[]).findings.iter().any(|finding| finding.check == Check::ResourcesLeft));
+    }
+
+    #[test]
+    fn memory_that_grows_fails_the_case_and_what_an_allocator_keeps_does_not() {
+        let held = |bytes, images, resident| Held {
+            bytes,
+            objects: [("IMAGE".to_owned(), images), ("BUFFER".to_owned(), 2)].into(),
+            resident,
+        };
+        let judged = |later: Held| {
+            let mut report = CaseReport::new("a.b");
+            held(4096, 7, Some(1 << 30)).hold_until(&later, 900, &mut report);
+            report
+        };
+        for steady in [held(4096, 7, Some((1 << 30) + SLACK_BYTES)), held(4096, 7, Some(1 << 20)), held(4096, 7, None)]
+        {
+            assert_eq!(judged(steady).verdict, Verdict::Pass);
+        }
+        for (grown, told) in [
+            (held(8192, 7, Some(1 << 30)), "memory went from 4.0 KiB to 8.0 KiB"),
+            (held(4096, 8, Some(1 << 30)), "its objects from 9 to 10"),
+            (held(4096, 6, Some(1 << 30)), "its objects from 9 to 8"),
+            (held(4096, 7, Some((1 << 30) + 2 * SLACK_BYTES)), "the process's grew by 8.0 MiB"),
+        ] {
+            let report = judged(grown);
+            let reason = report.reason.unwrap_or_default();
+            assert_eq!(report.verdict, Verdict::Fail, "{told}");
+            assert!(reason.starts_with("memory: over 900 frames ") && reason.contains(told), "{reason}");
+        }
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::env;
 use std::fs;
 use std::io::{BufRead, BufReader, Write as _};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Stdio};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread;
@@ -15,9 +15,9 @@ use afterlight::frame::{self, Picture};
 use afterlight::gpu::{self, Device, MessageKind, MessageLog, vk};
 use afterlight_failures_layer::commands;
 
-use super::layer::Layer;
+use super::layer::{Layer, child_of};
 use super::play::{Play, Stage};
-use crate::common::failures_layer::{environment, folder};
+use crate::common::failures_layer::folder;
 use crate::common::tries_all;
 
 /// Nothing here takes longer, with layers on: a case that does hangs.
@@ -404,20 +404,8 @@ struct Running {
 }
 
 fn start(kind: &str, from: usize, layers: &tempfile::TempDir) -> Running {
-    // Not `current_exe`: that may be the dynamic linker (scripts/on-debian13).
-    let own = env::args().next().expect("a program has a name");
-    let mut command = match env::var_os("AFTERLIGHT_RUNNER") {
-        Some(runner) => {
-            let mut command = Command::new(runner);
-            command.arg(own);
-            command
-        }
-        None => Command::new(own),
-    };
-    command.args(["--exact", "failures::cases::child", "--ignored", "--nocapture", "--test-threads", "1"]);
-    command.envs(environment(layers.path())).env(KIND, kind).env(FROM, from.to_string());
-    // Without words the layer tells which allocation it refuses, also where the refusal ends the child.
-    command.env("AFTERLIGHT_FAILURES", "");
+    let mut command = child_of("failures::cases::child", layers);
+    command.env(KIND, kind).env(FROM, from.to_string());
     command.env("AFTERLIGHT_PIPELINE_CACHE", layers.path().join("pipelines"));
     command.stdout(Stdio::piped()).stderr(fs::File::create(layers.path().join(ERRORS)).expect("a file"));
     let mut process = command.spawn().expect("it starts");

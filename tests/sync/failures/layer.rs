@@ -1,10 +1,31 @@
 //! The layer in the test's own process: the loader loads it, and the test tells it which calls fail.
 
+use std::env;
 use std::ffi::{CStr, CString, c_char};
+use std::process::Command;
 
 use libloading::Library;
+use tempfile::TempDir;
 
-use crate::common::failures_layer::LIBRARY;
+use crate::common::failures_layer::{LIBRARY, environment};
+
+/// Returns a command that starts one ignored test of this program in a process of its own, with the layer in it.
+pub fn child_of(test: &str, layers: &TempDir) -> Command {
+    // Not `current_exe`: that may be the dynamic linker (scripts/on-debian13).
+    let own = env::args().next().expect("a program has a name");
+    let mut command = match env::var_os("AFTERLIGHT_RUNNER") {
+        Some(runner) => {
+            let mut command = Command::new(runner);
+            command.arg(own);
+            command
+        }
+        None => Command::new(own),
+    };
+    command.args(["--exact", test, "--ignored", "--nocapture", "--test-threads", "1"]);
+    // Without words the layer tells which allocation it refuses, also where the refusal ends the child.
+    command.envs(environment(layers.path())).env("AFTERLIGHT_FAILURES", "");
+    command
+}
 
 /// The layer of this process.
 pub struct Layer(Library);
@@ -12,7 +33,7 @@ pub struct Layer(Library);
 impl Layer {
     /// The same library as the loader opens, so that both have the same state.
     pub fn of_this_process() -> Self {
-        let place = std::env::var_os(LIBRARY).expect("the parent tells where the library is");
+        let place = env::var_os(LIBRARY).expect("the parent tells where the library is");
         // SAFETY: it is the project's own, and does nothing when it is loaded.
         Self(unsafe { Library::new(place) }.expect("it can be loaded"))
     }

@@ -3,6 +3,7 @@
 
 mod cases;
 mod layer;
+mod lost;
 mod play;
 mod program;
 mod registry;

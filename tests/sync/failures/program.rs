@@ -1,9 +1,13 @@
-//! The program when a call fails: it prints one line, ends with its exit code, and leaves the old picture as it was.
+//! The program when a call fails: it prints one line, ends with its exit code, leaves old files as they were, and those that it has written whole.
 
+use std::collections::BTreeSet;
 use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
 
 use crate::common::failures_layer::{environment, folder};
 use crate::common::program::program;
+use crate::common::whole::{is_json, is_picture};
 
 #[test]
 fn the_program_ends_with_one_line_and_its_exit_code_and_leaves_the_old_picture_whole() {
@@ -33,5 +37,120 @@ fn the_program_ends_with_one_line_and_its_exit_code_and_leaves_the_old_picture_w
         assert!(!told.contains("Validation"), "{words}: {told}");
         assert_eq!(fs::read(&picture).expect("it is there"), b"old", "{words}");
         assert_eq!(fs::read_dir(work.path()).expect("a folder").count(), 1, "{words}: a file is left");
+    }
+}
+
+/// The names of files in a folder.
+fn names(folder: &Path) -> BTreeSet<String> {
+    let entries = fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").file_name());
+    entries.map(|name| name.to_string_lossy().into_owned()).collect()
+}
+
+/// Commands in a folder, whose device is lost at a later submission.
+struct Losing {
+    layers: tempfile::TempDir,
+    work: tempfile::TempDir,
+    caches: tempfile::TempDir,
+}
+
+impl Losing {
+    fn new() -> Self {
+        let new = || tempfile::tempdir().expect("a temporary folder");
+        Self { layers: folder(), work: new(), caches: new() }
+    }
+
+    fn at(&self, name: &str) -> std::path::PathBuf {
+        self.work.path().join(name)
+    }
+
+    fn command(&self, words: &str) -> Command {
+        let mut command = program();
+        command.args(words.split(' ')).current_dir(self.work.path());
+        command.env("AFTERLIGHT_CACHE", self.caches.path().join("truths"));
+        command.env("AFTERLIGHT_PIPELINE_CACHE", self.caches.path().join("pipelines"));
+        command
+    }
+
+    fn whole(&self, words: &str) {
+        let Output { status, stderr, .. } = self.command(words).output().expect("the program starts");
+        let told = String::from_utf8_lossy(&stderr);
+        assert!(status.success(), "{words}: {told}");
+        assert!(!told.contains("warning"), "{words}: {told}");
+    }
+
+    /// Ends as a command does whose device is lost, and no file is half written.
+    fn lost_at(&self, submission: u32, words: &str) {
+        let mut command = self.command(words);
+        command.envs(environment(self.layers.path()));
+        command.env("AFTERLIGHT_FAILURES", format!("vkQueueSubmit:{submission}:ERROR_DEVICE_LOST"));
+        let output = command.output().expect("the program starts");
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(4), "{words}, {submission}: {told}");
+        let errors: Vec<&str> = told.lines().filter(|line| line.starts_with("error: ")).collect();
+        assert!(errors.len() == 1 && errors[0].contains("by vkQueueSubmit: the device is lost"), "{words}: {told}");
+        for folder in [self.at(""), self.at("report"), self.at("report/pictures")] {
+            if folder.exists() {
+                let names = names(&folder);
+                assert!(!names.iter().any(|name| name.ends_with(".part")), "{words}: {names:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn pictures_of_a_path_that_were_written_before_the_device_is_lost_are_whole() {
+    const WALK: &str = "render builtin:triangle --path path.toml --fps 8 --samples 1 --size 64x36 -o walk.png";
+    let stand = Losing::new();
+    let key = |second: u32| format!("[[keys]]\ntime = {second}\nposition = [0, 0, {}]\n", second + 2);
+    fs::write(stand.at("path.toml"), key(0) + &key(1)).expect("written");
+    fs::write(stand.at("walk-0008.png"), b"old").expect("written");
+    stand.lost_at(9, WALK);
+    let found = names(stand.work.path());
+    let pictures: Vec<_> = found.iter().filter(|name| name.starts_with("walk-") && *name != "walk-0008.png").collect();
+    assert!((1..8).contains(&pictures.len()), "some are written, and some are not: {found:?}");
+    let whole: Vec<_> = pictures.iter().map(|name| fs::read(stand.at(name)).expect("read")).collect();
+    assert!(whole.iter().all(|bytes| is_picture(bytes)), "{found:?}");
+    assert_eq!(fs::read(stand.at("walk-0008.png")).expect("it is there"), b"old");
+    stand.whole(WALK);
+    assert_eq!(names(stand.work.path()).len(), 10);
+    // Pictures before the loss are those of a run without one.
+    for (name, bytes) in pictures.iter().zip(whole) {
+        assert!(fs::read(stand.at(name)).expect("read") == bytes, "{name}");
+    }
+}
+
+#[test]
+#[cfg(feature = "report")]
+fn a_report_whose_device_is_lost_is_none_and_the_next_run_goes_on_from_what_is_whole() {
+    use crate::common::whole::is_document;
+    const REPORT: &str =
+        "report builtin:triangle -o report --quick --families fxaa --joint 0 --size 32x18 --truth-samples 4 --rounds 6";
+    let stand = Losing::new();
+    stand.whole(REPORT);
+    let all = names(&stand.at("report"));
+    stand.lost_at(40, &format!("{REPORT} --restart"));
+    let left = names(&stand.at("report"));
+    assert!(left.contains("journal") && !left.contains("report.html"), "{left:?}");
+    for name in names(&stand.at("report/pictures")) {
+        assert!(is_picture(&fs::read(stand.at("report/pictures").join(&name)).expect("read")), "{name}");
+    }
+    // It would warn of a journal that is damaged.
+    stand.whole(REPORT);
+    assert_eq!(names(&stand.at("report")), all);
+    assert!(is_document(&fs::read(stand.at("report/report.html")).expect("read")));
+    assert!(is_json(&fs::read(stand.at("report/report.json")).expect("read")));
+}
+
+#[test]
+fn a_bench_whose_device_is_lost_leaves_the_old_figures() {
+    const BENCH: &str = "bench builtin:triangle --size 64x36 --frames 5 --json bench.json";
+    let stand = Losing::new();
+    stand.whole(BENCH);
+    let old = fs::read(stand.at("bench.json")).expect("figures");
+    assert!(is_json(&old));
+    for submission in [2, 6] {
+        stand.lost_at(submission, BENCH);
+        assert!(fs::read(stand.at("bench.json")).expect("figures") == old, "{submission}");
+        assert_eq!(names(stand.work.path()).len(), 1, "{submission}");
     }
 }
