@@ -13,6 +13,8 @@ use glam::DVec2;
 use winit::dpi::{PhysicalPosition, PhysicalSize};
 use winit::event_loop::ActiveEventLoop;
 use winit::keyboard::KeyCode;
+#[cfg(all(unix, not(target_vendor = "apple")))]
+use winit::platform::wayland::WindowAttributesExtWayland;
 use winit::window::Window;
 
 use super::camera::{CameraControl, Held, Mode};
@@ -183,6 +185,9 @@ impl<'a> App<'a> {
             .with_title(title(&self.subject.scene, None))
             .with_window_icon(icon())
             .with_inner_size(PhysicalSize::new(width, height));
+        // The name of `assets/afterlight.desktop`, from which Wayland takes the icon: the app id there, the class on X11.
+        #[cfg(all(unix, not(target_vendor = "apple")))]
+        let attributes = WindowAttributesExtWayland::with_name(attributes, "afterlight", "afterlight");
         let window = events.create_window(attributes).map_err(|error| Error::System(error.to_string()))?;
         let window = Arc::new(window);
         let surface = surface_of(&self.device, &window)?;

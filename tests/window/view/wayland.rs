@@ -169,6 +169,21 @@ fn frames_under_wayland_are_drawn_without_a_message() {
     assert!(output.status.success() && told.contains("30 frames shown"), "{told}{errors}");
 }
 
+/// The client's library prints each request.
+#[test]
+fn a_compositor_can_find_the_desktop_entry_of_a_window() {
+    let compositor = Compositor::start();
+    let mut command = program();
+    compositor.has_for(&mut command);
+    command.args(["view", "builtin:triangle", "--frames", "1"]).env("WAYLAND_DEBUG", "1");
+    let output = end(command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts"));
+    let errors = text(&output.stderr);
+    assert!(output.status.success() && errors.contains("set_app_id(\"afterlight\")"), "{errors}");
+    let entry = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/afterlight.desktop"));
+    let entry = entry.expect("the file with that name");
+    assert!(entry.lines().any(|line| line == "StartupWMClass=afterlight"), "{entry}");
+}
+
 /// Holds that the window has a pixel of the frame for each pixel of the display.
 fn shows_as_many_pixels(compositor: Compositor, scale: f64) {
     // The size is asked for before the window knows its display: it is kept in points.
