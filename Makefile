@@ -6,6 +6,11 @@ DEMO_IMAGE ?= hall.png
 # A program that is there already, which `make demo` then takes; without it, it builds one.
 AFTERLIGHT ?=
 
+# Tells the build the checkout's commit, for `afterlight --version`. Another commit compiles the program anew, but not its library. A folder that is no
+# checkout has none, whatever repository it lies in.
+WITH_COMMIT = if [ -z "$$AFTERLIGHT_COMMIT" ] && git ls-files --error-unmatch Makefile >/dev/null 2>&1; then \
+	export AFTERLIGHT_COMMIT="$$(git rev-parse HEAD)$$(git diff --quiet HEAD || echo ' and changes that are in no commit')"; fi;
+
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-all test-swiftshader check cross-check bless book package setup
 
@@ -16,8 +21,8 @@ demo: ## Set up, build, render DEMO_SCENE into DEMO_IMAGE and print its table
 	@scripts/setup demo
 ifeq ($(AFTERLIGHT),)
 	@cargo fetch --locked || { echo "demo: crates could not be fetched: the first build needs the network" >&2; exit 1; }
-	cargo build --release --locked
-	cargo run --release --quiet -- render $(DEMO_SCENE) -o $(DEMO_IMAGE) --verbose
+	@$(WITH_COMMIT) set -x; cargo build --release --locked
+	@$(WITH_COMMIT) set -x; cargo run --release --quiet -- render $(DEMO_SCENE) -o $(DEMO_IMAGE) --verbose
 else
 	$(AFTERLIGHT) render $(DEMO_SCENE) -o $(DEMO_IMAGE) --verbose
 endif

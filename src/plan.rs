@@ -9,6 +9,7 @@
 //! plan is as it is, [`parts`] puts it into words, and [`cost`] computes its cost.
 
 mod ao;
+mod attachments;
 mod bloom;
 mod capabilities;
 mod checks;
@@ -41,6 +42,7 @@ mod tests;
 mod visibility;
 
 pub use ao::AoPlan;
+pub use attachments::TooFew;
 pub use bloom::{Bloom, BloomLevel};
 pub use capabilities::Capabilities;
 pub use cost::Cost;

@@ -4,6 +4,8 @@
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::Path;
+use std::thread;
+use std::time::{Duration, Instant};
 
 use tempfile::NamedTempFile;
 
@@ -43,12 +45,14 @@ impl WholeFile {
         self.0.as_file().sync_all()
     }
 
-    /// Puts the file into its place, over one that is there.
+    /// Puts the file into its place, over one that is there. A program that has that one open goes on reading it.
     ///
     /// # Errors
     /// When its place cannot be written; then the file that was there stays.
     pub fn persist(self, place: &Path) -> io::Result<()> {
-        self.0.persist(place).map(drop).map_err(|error| error.error)
+        // On Windows this clears the attribute TEMPORARY. The file stays open, and locked, until it is in its place.
+        let (_locked, path) = self.0.keep().map_err(|error| error.error)?;
+        replace(&path, place).inspect_err(|_| _ = fs::remove_file(&path))
     }
 }
 
@@ -60,6 +64,26 @@ impl Write for WholeFile {
     fn flush(&mut self) -> io::Result<()> {
         self.0.flush()
     }
+}
+
+/// Renames `file` to `place`. Unlike the rename of tempfile, that of Rust's library replaces on Windows also a file that another program has open, if that
+/// program lets others delete it (`FILE_SHARE_DELETE`). Scanners and indexers do not, and close it soon.
+fn replace(file: &Path, place: &Path) -> io::Result<()> {
+    const PATIENCE: Duration = Duration::from_secs(1);
+    let begun = Instant::now();
+    loop {
+        match fs::rename(file, place) {
+            Err(error) if is_held(&error) && begun.elapsed() < PATIENCE => thread::sleep(Duration::from_millis(20)),
+            done => return done,
+        }
+    }
+}
+
+/// Returns true if another program may hold one of the files so that it cannot be renamed. Windows says "access denied" of a held place, too.
+fn is_held(error: &io::Error) -> bool {
+    const ACCESS_DENIED: i32 = 5;
+    const SHARING_VIOLATION: i32 = 32;
+    cfg!(windows) && matches!(error.raw_os_error(), Some(ACCESS_DENIED | SHARING_VIOLATION))
 }
 
 /// The system's own error: tempfile's adds the name of the temporary file, which means nothing to a user.
@@ -95,7 +119,8 @@ fn is_left(path: &Path) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use std::time::{Duration, SystemTime};
+    use std::io::Read;
+    use std::time::SystemTime;
 
     use super::*;
 
@@ -104,6 +129,56 @@ mod tests {
         let mut names: Vec<_> = entries.map(|name| name.to_string_lossy().into_owned()).collect();
         names.sort();
         names
+    }
+
+    fn persist(folder: &Path, bytes: &[u8], place: &Path) -> io::Result<()> {
+        let mut file = WholeFile::begin_in(folder).expect("it can be begun");
+        file.write_all(bytes).expect("written");
+        file.persist(place)
+    }
+
+    #[test]
+    fn a_file_is_replaced_while_another_reads_it() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let place = folder.path().join("result");
+        fs::write(&place, b"the old one, longer").expect("written");
+        let mut reader = File::open(&place).expect("it opens");
+        let mut old = [0; 4];
+        reader.read_exact(&mut old).expect("readable");
+        persist(folder.path(), b"the new one", &place).expect("replaced");
+        assert_eq!(fs::read(&place).expect("readable"), b"the new one");
+        let mut rest = Vec::new();
+        reader.read_to_end(&mut rest).expect("readable");
+        assert_eq!([&old[..], &rest].concat(), b"the old one, longer");
+        assert_eq!(names(folder.path()), ["result"]);
+    }
+
+    #[test]
+    fn a_file_that_cannot_be_put_into_its_place_leaves_nothing() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let place = folder.path().join("a folder");
+        fs::create_dir(&place).expect("a folder");
+        fs::write(place.join("inside"), b"kept").expect("written");
+        let error = persist(folder.path(), b"no room", &place).expect_err("a folder is no place for a file");
+        assert!(!error.to_string().contains(PREFIX), "{error}");
+        assert_eq!((names(folder.path()), names(&place)), (vec!["a folder".to_owned()], vec!["inside".to_owned()]));
+    }
+
+    /// What the umask leaves, and no attribute of a temporary file.
+    #[test]
+    fn a_file_in_its_place_is_as_any_new_file() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let [place, plain] = ["result", "plain"].map(|name| folder.path().join(name));
+        persist(folder.path(), b"whole", &place).expect("put into place");
+        fs::write(&plain, b"plain").expect("written");
+        let [own, usual] = [&place, &plain].map(|path| fs::metadata(path).expect("it is there"));
+        assert_eq!(own.permissions(), usual.permissions());
+        #[cfg(windows)]
+        {
+            use std::os::windows::fs::MetadataExt;
+            const TEMPORARY: u32 = 0x100;
+            assert_eq!(own.file_attributes() & TEMPORARY, 0);
+        }
     }
 
     #[test]

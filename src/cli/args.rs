@@ -107,12 +107,15 @@ pub enum CameraChoice {
     Named(String),
 }
 
+/// The word for [`CameraChoice::Fitted`].
+pub const FITTED: &str = "fitted";
+
 /// A text with a slash, or with two commas, is taken for a pose with a slip rather than for a name.
 fn camera(text: &str) -> Result<CameraChoice, String> {
     let is_pose = text.trim().is_empty() || text.contains('/') || text.split(',').count() == 3;
     match text.parse() {
         Ok(camera) => Ok(CameraChoice::Pose(camera)),
-        Err(_) if text == "fitted" => Ok(CameraChoice::Fitted),
+        Err(_) if text == FITTED => Ok(CameraChoice::Fitted),
         Err(_) if !is_pose => Ok(CameraChoice::Named(text.to_owned())),
         Err(error) => Err(error.to_string()),
     }

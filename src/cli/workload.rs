@@ -16,7 +16,7 @@ use afterlight::scene::{
 
 use glam::DVec3;
 
-use super::args::{CameraChoice, SettingsArgs};
+use super::args::{CameraChoice, FITTED, SettingsArgs};
 use super::failure::{Exit, Failure};
 use super::output::{self, Sink};
 use super::table::{Table, bytes};
@@ -176,11 +176,13 @@ impl Workload {
     pub fn place(&self, settings: &Settings) -> String {
         let (camera, fitted) = (&self.scene.camera, self.scene.fitted);
         let of_camera = match (&self.camera, fitted.camera) {
-            (Some(_), _) => "as given",
-            (None, true) => "fitted to the model",
+            (_, true) => "fitted to the model",
+            (Some(_), false) => "as given",
             (None, false) => "the scene's",
         };
-        let camera_text = self.camera.clone().unwrap_or_else(|| camera.to_string());
+        // A word does not say where it stands.
+        let typed = self.camera.clone().filter(|text| text != FITTED);
+        let camera_text = typed.unwrap_or_else(|| camera.to_string());
         let roll = if camera.is_level() { "" } else { ", and it leans sideways, which --camera cannot say" };
         let of_exposure = match (settings.exposure, self.said().exposure, fitted.exposure) {
             (None, ..) => "metered from the lights",

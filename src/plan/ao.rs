@@ -68,9 +68,7 @@ pub(super) fn choose(scene: &Scene, settings: &Settings, path: LightPath) -> Res
         return Ok(Err(why.into()));
     }
     if super::lacks_gbuffer(path) {
-        return refuse(format!(
-            "{method} looks at a G-buffer, and the light path {path} has none: choose another, as loop"
-        ));
+        return Err(Error::NoGbufferFor("ambient occlusion", path));
     }
     if settings.msaa > 1 {
         return refuse(format!(

@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{Capabilities, Error, FramePlan, Gbuffer};
+use super::{Capabilities, Error, FramePlan, Gbuffer, TooFew};
 use crate::scene::{Camera, LightPath, MSAA, Output, Resolve, SETTINGS, Settings, View};
 
 pub(super) fn check_size([width, height]: [u32; 2], device: &Capabilities) -> Result<(), Error> {
@@ -29,13 +29,13 @@ pub(super) fn check_attachments(
     device: &Capabilities,
 ) -> Result<(), Error> {
     if locations > device.max_color_attachments {
-        return Err(Error::ColorAttachments(locations, device.max_color_attachments));
+        return Err(Error::ColorAttachments(TooFew::new(locations, device.max_color_attachments)));
     }
     // Depth or position, and the other targets; with several samples depth in any case.
     let depth = |gbuffer: &Gbuffer| gbuffer.position.is_none() || msaa > 1;
     let read = gbuffer.map_or(0, |gbuffer| gbuffer.formats().count() as u32 + u32::from(depth(gbuffer)));
     if read > device.max_input_attachments {
-        return Err(Error::InputAttachments(read, device.max_input_attachments));
+        return Err(Error::InputAttachments(TooFew::new(read, device.max_input_attachments)));
     }
     Ok(())
 }

@@ -10,8 +10,9 @@ use super::shadows::shadow_reason;
 use super::surfaces::{FilteredTextures, Surfaces};
 use super::{
     AoPlan, Bloom, Capabilities, Error, FogPlan, FramePlan, Gbuffer, MeshPlan, ParticlePlan, Reasons, ReflectionPlan,
-    Shading, SkyPlan, Sums, SurfaceRules, TaaPlan, Uploads, ao, bloom, checks, culling, fog, geometry_locations,
-    is_forward, is_tiled, lacks_gbuffer, lens, occlusion, particles, parts, reflections, sky, taa, visibility,
+    Shading, SkyPlan, Sums, SurfaceRules, TaaPlan, Uploads, ao, attachments, bloom, checks, culling, fog,
+    geometry_locations, is_forward, is_tiled, lacks_gbuffer, lens, occlusion, particles, parts, reflections, sky, taa,
+    visibility,
 };
 use crate::scene::{GbufferChoice, Keep, LightPath, OptionalPart, Output, Scene, Settings, Transparency, View};
 
@@ -139,27 +140,37 @@ impl FramePlan {
     /// Decides all but the words about it, for a scene that has been checked.
     /// `counts`: layers of particles are counted.
     ///
-    /// Where a device has too few attachments for the G-buffer and nobody asked for a light path, surfaces are lit as they are drawn.
+    /// Where a device has too few attachments for the G-buffer and nobody asked for a light path, surfaces are lit as they are drawn. Where that path fails
+    /// as well, the error tells what needs the G-buffer and which options do without.
     fn decide(scene: &Scene, settings: &Settings, device: &Capabilities, counts: bool) -> Result<Self, Error> {
-        let decided = Self::decide_as_asked(scene, settings, device, counts);
-        let light_path = match &decided {
-            Err(Error::ColorAttachments(needed, most)) => {
-                format!("a G-buffer needs {needed} colour attachments in one subpass, and the device has {most}")
-            }
-            Err(Error::InputAttachments(needed, most)) => {
-                format!("a G-buffer is read through {needed} input attachments, and the device has {most}")
-            }
-            _ => return decided,
+        let of = |settings: &Settings| Self::decide_as_asked(scene, settings, device, counts);
+        let along = |light_path| Settings { light_path, ..settings.clone() };
+        let error = match of(settings) {
+            Err(error @ (Error::ColorAttachments(_) | Error::InputAttachments(_))) => error,
+            // Other paths are no way out where the device cannot have their G-buffer.
+            Err(error @ (Error::NoGbuffer(_) | Error::NoGbufferFor(..))) => match of(&along(LightPath::Loop)) {
+                Err(few @ (Error::ColorAttachments(_) | Error::InputAttachments(_))) => few,
+                _ => return Err(error),
+            },
+            decided => return decided,
         };
-        if settings.light_path != LightPath::Auto || settings.gbuffer != GbufferChoice::default() {
-            return decided;
+        let falls_back = |settings: &Settings| {
+            settings.light_path == LightPath::Auto && settings.gbuffer == GbufferChoice::default()
+        };
+        if falls_back(settings) {
+            match of(&along(LightPath::Forward)) {
+                Ok(plan) => {
+                    let light_path = attachments::reason(&error);
+                    return Ok(Self { reasons: Reasons { light_path, ..plan.reasons }, ..plan });
+                }
+                Err(Error::NoGbuffer(_) | Error::NoGbufferFor(..)) => {}
+                Err(other) => return Err(other),
+            }
         }
-        let forward = Settings { light_path: LightPath::Forward, ..settings.clone() };
-        match Self::decide_as_asked(scene, &forward, device, counts) {
-            Ok(plan) => Ok(Self { reasons: Reasons { light_path, ..plan.reasons }, ..plan }),
-            // A view of the G-buffer, ambient occlusion and others refuse that path: then the attachments are the reason.
-            Err(_) => decided,
-        }
+        Err(attachments::advise(error, scene, settings, |changed| {
+            let forward = Settings { light_path: LightPath::Forward, ..changed.clone() };
+            of(changed).is_ok() || falls_back(changed) && of(&forward).is_ok()
+        }))
     }
 
     fn decide_as_asked(scene: &Scene, settings: &Settings, device: &Capabilities, counts: bool) -> Result<Self, Error> {

@@ -1,5 +1,6 @@
 //! Errors of planning.
 
+use super::TooFew;
 use crate::scene::{self, HdrFormat, LightPath};
 
 /// A frame that cannot be planned. One line that names the setting and the limit.
@@ -14,16 +15,12 @@ pub enum Error {
     /// The edge of a shadow map, and the device's limit.
     #[error("a shadow map of {0} texels is not possible on this device: the limit is {1}")]
     ShadowSize(u32, u32),
-    #[error(
-        "this G-buffer needs {0} colour attachments in one subpass and the device has {1}: choose fewer targets, as `--gbuffer lean`, or a light path without a G-buffer, as `--light-path forward`"
-    )]
-    /// Colour attachments of a subpass, and the device's limit.
-    ColorAttachments(u32, u32),
-    #[error(
-        "this G-buffer is read through {0} input attachments and the device has {1}: choose fewer targets, as `--gbuffer lean`, or a light path without a G-buffer, as `--light-path forward`"
-    )]
-    /// Input attachments of a subpass, and the device's limit.
-    InputAttachments(u32, u32),
+    /// A G-buffer of more colour attachments than a subpass of the device can have.
+    #[error("{} a G-buffer of {} colour attachments in one subpass, and the device has {}{}", .0.who, .0.needed, .0.most, .0.advice)]
+    ColorAttachments(TooFew),
+    /// A G-buffer of more input attachments than a subpass of the device can have.
+    #[error("{} a G-buffer of {} input attachments in one subpass, and the device has {}{}", .0.who, .0.needed, .0.most, .0.advice)]
+    InputAttachments(TooFew),
     #[error(
         "this device cannot blend into the HDR format {0}: choose `--hdr-format rgba16f`, into which every device can"
     )]
@@ -32,6 +29,9 @@ pub enum Error {
     /// A view of the G-buffer on a light path without one.
     #[error("the light path {0} has no G-buffer to show: leave --light-path out to see this view")]
     NoGbuffer(LightPath),
+    /// A part of the frame that reads a G-buffer, on a light path without one.
+    #[error("{0}: a G-buffer is needed, and the light path {1} has none: choose another, as loop")]
+    NoGbufferFor(&'static str, LightPath),
     /// A light path that needs blending into 32-bit floats.
     #[error("the light path {0} adds lights by blending into 32-bit floats, which this device cannot: try clustered")]
     NoFloatBlending(LightPath),

@@ -106,14 +106,17 @@ impl ParticlePlan {
 /// Refuses particles whose shaders name more buffers than the device lets them: SIMULATE names those of the frame, the emitters, the particles and, where
 /// they are sorted, their keys.
 pub(super) fn check_buffers(plan: &FramePlan, device: &Capabilities) -> Result<(), Error> {
-    let needed = plan.frame_buffers() + 2 + u32::from(plan.sorts_particles());
-    if plan.particles.is_none() || needed <= device.storage_buffers {
+    let sorts = u32::from(plan.sorts_particles());
+    let (needed, most) = (plan.frame_buffers() + 2 + sorts, device.storage_buffers);
+    if plan.particles.is_none() || needed <= most {
         return Ok(());
     }
-    Err(Error::Particles(format!(
-        "a shader names {needed} buffers for them, and on this device at most {}: choose --transparency oit, which takes one less, or --particles off",
-        device.storage_buffers
-    )))
+    let advice = match needed - sorts <= most {
+        true => "--transparency oit, which takes one less, or --particles off",
+        false => "--particles off",
+    };
+    let why = format!("a shader names {needed} buffers for them, and on this device at most {most}: choose {advice}");
+    Err(Error::Particles(why))
 }
 
 impl FramePlan {

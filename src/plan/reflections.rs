@@ -95,9 +95,7 @@ pub(super) fn choose(
     }
     match path {
         LightPath::Forward | LightPath::ForwardNaive => {
-            return refuse(format!(
-                "they are found by a G-buffer, and the light path {path} has none: choose another, as loop"
-            ));
+            return Err(Error::NoGbufferFor("reflections", path));
         }
         LightPath::Compute | LightPath::Visibility => {
             return refuse(format!("the light path {path} writes the picture by itself: choose another, as clustered"));

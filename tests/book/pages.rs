@@ -40,6 +40,25 @@ const FETCHED: &str = r#"performance.getEntriesByType("resource").map((entry) =>
 
 const OVERFLOWS: &str = "document.documentElement.scrollWidth > window.innerWidth";
 
+/// Drawings that are seen narrower than their texts can be read: whose width is below [`LEGIBLE`] pixels, or for which the page scrolls instead of the
+/// paragraph of their figure.
+fn illegible() -> String {
+    format!(
+        r#"[...document.querySelectorAll("main svg, main img[src$='.svg']")].filter((drawing) => drawing.checkVisibility()
+            && drawing.getBoundingClientRect().width > {ICON}).filter((drawing) => {{
+            const around = drawing.closest("figure p");
+            const scrolls = around && getComputedStyle(around).overflowX === "auto";
+            return !(drawing.getBoundingClientRect().width >= {LEGIBLE} && scrolls);
+        }}).map((drawing) => drawing.getAttribute("src") || "a drawing").join(" ")"#
+    )
+}
+
+/// The least width of a drawing in pixels. At the widths of the book's, about 1000 to 1500 units, their letters are then some 6 pixels high.
+const LEGIBLE: u32 = 600;
+
+/// Drawings up to this width are symbols without text.
+const ICON: u32 = 32;
+
 fn browser() -> Option<Browser> {
     let browser = Browser::start();
     if browser.is_none() {
@@ -144,6 +163,10 @@ fn built_pages_fit_phones_show_their_figures_and_need_no_network() {
             }
             if browser.evaluate(OVERFLOWS) == "true" {
                 wrong.push(format!("{name}: it is wider than the screen"));
+            }
+            let small = browser.evaluate(&illegible());
+            if !small.is_empty() {
+                wrong.push(format!("{name}: {small} is too small to be read, or stands in no figure that scrolls"));
             }
             let fetched = browser.evaluate(FETCHED);
             if !fetched.is_empty() {

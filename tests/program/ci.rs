@@ -106,6 +106,9 @@ fn each_case_has_its_verdict_and_what_is_known_is_expected() {
     for arguments in [&["--bless"][..], &["--since", "first"]] {
         let run = ci(folder.path(), &[&["own.toml", "-o", "next", "--baseline", "known"][..], arguments].concat());
         assert_eq!(code(&run), Some(0), "{arguments:?}: {}", errors(&run));
+        let told = String::from_utf8_lossy(&run.stdout);
+        let line = "3 cases have no `flip`: their pictures were not compared with the baseline's\n";
+        assert_eq!(told.contains(line), arguments != ["--bless"], "{told}");
         let found = results(&at("next/results.csv"));
         assert_eq!((found["bad.truth"].as_str(), found["bad.slow"].as_str()), ("ExpectedFail", "ExpectedFail"));
     }
@@ -135,6 +138,7 @@ fn each_case_has_its_verdict_and_what_is_known_is_expected() {
     fs::write(known.join("failures.csv"), "good.loop,Fail\n").expect("written");
     let run = ci(folder.path(), &only);
     assert_eq!(code(&run), Some(2), "{}", errors(&run));
+    assert!(!String::from_utf8_lossy(&run.stdout).contains("no `flip`"), "all that were tried have it");
     assert_eq!(results(&at("next/results.csv"))["good.loop"], "UnexpectedImprovement(Pass)");
 }
 

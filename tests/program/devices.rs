@@ -35,7 +35,7 @@ const fn refusal(profile: &'static str, paths: &'static [&'static str], says: &'
 
 const FLOAT_BLENDING: &str = "adds lights by blending into 32-bit floats, which this device cannot: try clustered";
 const TRIANGLES: &str = "this device does not number triangles (it lacks geometryShader): choose another";
-const COLOURS: &str = "needs 5 colour attachments in one subpass and the device has 4";
+const COLOURS: &str = "needs a G-buffer of 5 colour attachments in one subpass, and the device has 4";
 
 /// All refusals of these devices. docs/DEVICES.md has them in a table.
 const REFUSALS: &[Refusal] = &[
@@ -55,7 +55,7 @@ const REFUSALS: &[Refusal] = &[
     refusal(
         "least",
         &["auto"],
-        "a shader names 7 buffers for them, and on this device at most 4: choose --transparency oit",
+        "a shader names 7 buffers for them, and on this device at most 4: choose --particles off",
     ),
     refusal("phone", &["per-light", "volumes"], FLOAT_BLENDING),
     refusal("phone", &["visibility"], TRIANGLES),
@@ -250,6 +250,42 @@ fn devices_that_lack_much_draw_the_same_or_are_refused_in_a_sentence() {
         assert!(idle.is_empty(), "nothing is refused so any more: {idle:?}");
     } else {
         assert!(!met.is_empty(), "nothing was refused");
+    }
+}
+
+/// The options that errors put into backquotes are typed as they stand, with what was typed before.
+#[test]
+fn what_a_refusal_advises_draws() {
+    let harbour = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/harbour.toml");
+    let (stage, cornell) = (Stage::new(), "builtin:cornell");
+    let cases: [(&[&str], &str); 5] = [
+        (&[cornell, "--ao", "gtao"], "ambient occlusion needs a G-buffer of 5 colour attachments"),
+        (&[cornell, "--ao", "gtao", "--gbuffer", "lean"], "ambient occlusion needs a G-buffer of 5 colour attachments"),
+        (&[cornell, "--ao", "gtao", "--light-path", "loop"], "choose `--light-path forward --ao off`"),
+        (&[cornell, "--reflections", "screen"], "reflections need a G-buffer of 5 colour attachments"),
+        (&[harbour.to_str().expect("UTF-8")], "choose `--reflections off --particles off`"),
+    ];
+    for (typed, says) in cases {
+        let place = stage.folder.path().join("advised.png");
+        let usual =
+            ["--size", "32x18", "--samples", "1", "--anisotropy", "1", "--output", place.to_str().expect("UTF-8")];
+        // Options that the advice names again replace those before.
+        let draw = |more: &[&str]| {
+            let named = |own: &[&str]| more.contains(&own[0]);
+            let kept = typed[1..].chunks(2).filter(|own| !named(own)).flatten();
+            let all = ["render", typed[0]].iter().chain(kept).chain(more).chain(&usual).copied().collect::<Vec<_>>();
+            let output = stage.run(Some("least"), &all);
+            (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+        };
+        let (code, told) = draw(&[]);
+        assert!(code == Some(2) && told.contains(says), "{typed:?}: {told}");
+        let advice: Vec<&str> = told.split('`').skip(1).step_by(2).collect();
+        assert!(!advice.is_empty() && !place.exists(), "{typed:?}: {told}");
+        for options in advice {
+            let (code, told) = draw(&options.split(' ').collect::<Vec<_>>());
+            assert!(code == Some(0) && place.exists(), "{typed:?} with {options}: {told}");
+            fs::remove_file(&place).expect("the picture");
+        }
     }
 }
 

@@ -94,6 +94,27 @@ fn render_and_inspect_tell_where_one_is_in_few_lines_and_the_rest_when_asked() {
 }
 
 #[test]
+fn a_fitted_camera_is_told_in_numbers_whether_it_was_asked_for_or_not() {
+    let folder = folder();
+    std::fs::write(folder.path().join("model.obj"), "v 0 0 0\nv 6 0 0\nv 0 1 0\nf 1 2 3\n").expect("written");
+    let camera = |arguments: &[&str]| {
+        let mut command = program();
+        command.current_dir(folder.path()).args(["inspect", "model.obj", "--size", "64x36"]).args(arguments);
+        let told = command.output().expect("the program starts").stdout;
+        let told = String::from_utf8_lossy(&told).into_owned();
+        let camera =
+            told.lines().find_map(|line| line.strip_prefix("camera ")?.split_once(';').map(|(own, _)| own.to_owned()));
+        camera.unwrap_or_else(|| panic!("no camera in: {told}"))
+    };
+    let fitted = camera(&["--camera", "fitted"]);
+    assert_eq!(fitted, camera(&[]));
+    let (numbers, from) = fitted.split_once(' ').expect("numbers, and where they come from");
+    assert_eq!(from, "(fitted to the model)");
+    // They are what `--camera` takes.
+    assert_eq!(camera(&["--camera", numbers]), format!("{numbers} (as given)"));
+}
+
+#[test]
 fn odd_scene_files_are_told_with_file_line_and_keys() {
     let folder = folder();
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("written");

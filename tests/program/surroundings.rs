@@ -15,8 +15,12 @@ fn run(command: &mut Command) -> Output {
 
 /// Draws a small picture in these surroundings, and returns its bytes.
 fn drawn(folder: &Path, name: &str, change: impl Fn(&mut Command)) -> Vec<u8> {
+    drawn_of(folder, SCENE, name, change)
+}
+
+fn drawn_of(folder: &Path, scene: &str, name: &str, change: impl Fn(&mut Command)) -> Vec<u8> {
     let mut command = program();
-    command.args(["render", SCENE, "--size", "48x27", "--fxaa", "off", "-o", name]).current_dir(folder);
+    command.args(["render", scene, "--size", "48x27", "--fxaa", "off", "-o", name]).current_dir(folder);
     change(&mut command);
     let output = run(&mut command);
     let errors = String::from_utf8_lossy(&output.stderr);
@@ -46,6 +50,40 @@ fn a_picture_is_the_same_wherever_the_program_runs() {
     let deep = format!("{}/{}", "d".repeat(150), "e".repeat(150));
     fs::create_dir_all(folder.path().join(&deep)).expect("a folder of 300 characters");
     same(&format!("{deep}/deep.png"), &|_| ());
+}
+
+/// Each file that a scene is made of has such a name: the scene, the model that it names, the model's materials, and their texture.
+#[test]
+fn a_scene_is_the_same_whatever_the_names_of_its_files() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let write = |place: &str, name: &str| {
+        let at = |suffix: &str| folder.path().join(place).join(format!("{name}.{suffix}"));
+        fs::create_dir_all(folder.path().join(place)).expect("a folder");
+        let scene = format!(
+            "[[models]]\npath = \"{name}.obj\"\n\n[camera]\nposition = [0, 0, 3]\ntarget = [0, 0, 0]\nfov_y_degrees = 45\n\n[sky.atmosphere]\nelevation_degrees = 40\n"
+        );
+        let model = "v -1 -1 0\nv 1 -1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl own\nf 1/1 2/2 3/3\n";
+        fs::write(at("toml"), scene).expect("written");
+        fs::write(at("obj"), format!("mtllib {name}.mtl\n{model}")).expect("written");
+        fs::write(at("mtl"), format!("newmtl own\nmap_Kd {name}.png\n")).expect("written");
+        let texels = image::RgbImage::from_fn(4, 4, |x, y| image::Rgb([60 * x as u8, 60 * y as u8, 99]));
+        texels.save(at("png")).expect("written");
+        format!("{place}/{name}.toml")
+    };
+    let draw = |scene: &str| drawn_of(folder.path(), scene, "picture.png", |_| ());
+    let expected = draw(&write("plain", "scene"));
+    let long = format!("{}/{}", "a deep folder ".repeat(10).trim(), "and a deeper one ".repeat(9).trim());
+    let whales = "\u{1f40b} ".repeat(49);
+    for (place, name) in [
+        ("a folder with spaces, an é and a \u{1f40b}", "a name with spaces, an é and a \u{1f40b}"),
+        (&*long, "a \u{1f40b}'s name"),
+        ("long", whales.trim()),
+    ] {
+        let scene = write(place, name);
+        assert!(draw(&scene) == expected, "{scene}: another picture");
+        // By its whole path as well.
+        assert!(draw(folder.path().join(&scene).to_str().expect("UTF-8")) == expected, "{scene}: another picture");
+    }
 }
 
 #[test]

@@ -363,7 +363,9 @@ fn all(args: &Args, suite: &Suite, cases: &[&Case], folder: &Path) -> Result<(),
     let changes = known.since.map(|earlier| earlier.changes(&judged)).unwrap_or_default();
     write(suite, folder, begun, &judged, &changes)?;
     if !args.quiet {
-        output::print(&told(suite, folder, begun, &judged, &changes), false)?;
+        let compares = known.baseline.is_some() && !args.bless;
+        let more: Vec<String> = uncompared(&tried).filter(|_| compares).into_iter().chain(changes).collect();
+        output::print(&told(suite, folder, begun, &judged, &more), false)?;
     }
     conclude(&judged)
 }
@@ -515,10 +517,21 @@ fn write(suite: &Suite, folder: &Path, begun: Instant, judged: &[Judged], change
     Ok(())
 }
 
-fn told(suite: &Suite, folder: &Path, begun: Instant, judged: &[Judged], changes: &[String]) -> String {
+/// Says how many cases no baseline's picture is compared with, if there are such cases.
+fn uncompared(tried: &[&Case]) -> Option<String> {
+    let told = |cases: &str, pictures: &str| format!("{cases} no `flip`: {pictures} not compared with the baseline's");
+    match tried.iter().filter(|case| case.holds.flip.is_none()).count() {
+        0 => None,
+        1 => Some(told("1 case has", "its picture was")),
+        count => Some(told(&format!("{count} cases have"), "their pictures were")),
+    }
+}
+
+/// `more` are lines about the run, before the last one.
+fn told(suite: &Suite, folder: &Path, begun: Instant, judged: &[Judged], more: &[String]) -> String {
     let mut text = reports::table(judged);
     text.extend(reports::skipped_checks(judged).iter().map(|line| format!("{line}\n")));
-    text.extend(changes.iter().map(|change| format!("{change}\n")));
+    text.extend(more.iter().map(|line| format!("{line}\n")));
     let (counts, seconds) = (reports::counts(judged), begun.elapsed().as_secs_f64());
     text + &format!("{}: {counts}, in {seconds:.1} s -> {}\n", suite.name, folder.display())
 }

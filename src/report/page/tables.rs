@@ -96,14 +96,16 @@ pub fn left_out(scene: &SceneReport) -> Markup {
         @if reasons.is_empty() {
             p { "Nothing: all settings of the sweep were measured." }
         } @else {
-            table {
-                thead { tr { th.words { "settings" } th.words { "why" } } }
-                tbody { @for (reason, names) in &reasons {
-                    tr {
-                        td.words { @for (index, name) in names.iter().enumerate() { @if index > 0 { ", " } code { (name) } } }
-                        td.words { (reason) }
-                    }
-                } }
+            div.scroll {
+                table {
+                    thead { tr { th.words { "settings" } th.words { "why" } } }
+                    tbody { @for (reason, names) in &reasons {
+                        tr {
+                            td.words { @for (index, name) in names.iter().enumerate() { @if index > 0 { ", " } code { (name) } } }
+                            td.words { (reason) }
+                        }
+                    } }
+                }
             }
         }
     }

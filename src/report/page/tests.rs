@@ -42,6 +42,17 @@ fn every_drawing_is_well_formed_and_says_what_it_is() {
     }
 }
 
+/// A phone is narrower than most of them.
+#[test]
+fn every_table_scrolls_by_itself_where_the_page_is_narrow() {
+    let page = page(&samples::report());
+    let before: Vec<&str> = page.match_indices("<table").map(|(at, _)| &page[..at]).collect();
+    assert!(before.len() > 5 && page.contains("What was left out</h3><div"), "a table of each kind");
+    for before in before {
+        assert!(before.ends_with(r#"<div class="scroll">"#), "{}", &before[before.len().saturating_sub(200)..]);
+    }
+}
+
 #[test]
 fn elements_are_closed_in_order() {
     let page = page(&samples::report());

@@ -10,7 +10,7 @@ use afterlight::scene::file::load_path;
 
 use super::WAYS;
 use super::harness::{
-    BUTTON_PRESS, BUTTON_RELEASE, FXAA_BOX, MOTION, SIZE, Server, View, key, rendered, rgb, size_text,
+    BUTTON_PRESS, BUTTON_RELEASE, FXAA_BOX, MOTION, SIZE, Server, View, key, rendered, rgb, size_text, until,
 };
 use crate::common::some_of;
 
@@ -43,6 +43,35 @@ fn panels_lie_over_the_picture_and_leave_no_trace_when_they_are_closed() {
         view.shows(&expected, &format!("{arguments:?} when the panels are closed"));
         view.closes_well();
     }
+}
+
+/// A quarter of a whole factor, as desktops offer: no edge of a panel falls on an edge of a pixel by itself.
+#[test]
+fn on_a_fine_screen_panels_are_larger_and_the_picture_is_the_same() {
+    const WIDE: [u16; 2] = [1200, 700];
+    const SMALL: [u16; 2] = [333, 211];
+    let scene = "builtin:spheres";
+    let [wide, small] = [WIDE, SMALL].map(|size| rendered(size, &[scene]));
+    let covers = |factor: &str| {
+        let server = Server::start().with_environment(vec![("WINIT_X11_SCALE_FACTOR", factor.into())]);
+        let mut view = View::open(&server, &[scene, "--size", &size_text(WIDE)]);
+        view.shows(&wide, &format!("at {factor}, as it was opened"));
+        server.tap(key::G);
+        let with_panels = view.settles_elsewhere(&wide);
+        let (left, right) = covered(&with_panels, &wide, WIDE).expect("something is covered");
+        view.resize(SMALL.map(u32::from));
+        until("the window's new size", || (view.size() == SMALL).then_some(()));
+        view.rests();
+        assert!(view.pixels() != small, "at {factor}: the panels are gone");
+        server.tap(key::G);
+        view.shows(&small, &format!("at {factor}, smaller, with the panels closed"));
+        view.resize(WIDE.map(u32::from));
+        view.shows(&wide, &format!("at {factor}, as large as before"));
+        view.closes_well();
+        right - left
+    };
+    let (plain, fine) = (covers("1"), covers("3.75"));
+    assert!((3 * plain..=4 * plain).contains(&fine), "{fine} columns at 3.75, and {plain} at 1");
 }
 
 #[test]
