@@ -298,9 +298,9 @@ fn ctrl_c_leaves_old_files_whole_and_the_next_command_no_litter() {
     stops(&WRITERS[0], if tries_all() { 50 } else { 4 }, Signal::Interrupt, layer.path());
 }
 
-/// Seconds in which a writer is begun and stopped again and again; a few times in any case.
+/// Seconds in which a writer is begun and stopped again and again; twice in any case.
 #[cfg(unix)]
-const STOPPING_SECONDS: f64 = 400.0;
+const STOPPING_SECONDS: f64 = 200.0;
 
 /// Stops the writer's command so many times, at moments at random.
 #[cfg(unix)]
@@ -317,7 +317,7 @@ fn stops(writer: &Writer, moments: usize, signal: Signal, layer: &Path) {
     let result = folder.path().join(result);
     // These commands make their folder anew: after a kill it may hold nothing.
     let may_go = ["report/", "ci/"].iter().any(|own| writer.file.starts_with(own));
-    let moments = moments.min((STOPPING_SECONDS / took.as_secs_f64()) as usize).max(4);
+    let moments = moments.min((STOPPING_SECONDS / took.as_secs_f64()) as usize).max(2);
     let mut random = fastrand::Rng::with_seed(7);
     let mut stopped = 0;
     for _ in 0..moments {
@@ -408,6 +408,7 @@ each = { a = "", b = "" }
         thread::sleep(Duration::from_millis(20));
     }
     assert!(is_json_lines(&fs::read(at("out/results.jsonl")).expect("results so far")));
+    assert!(!at("out/results.csv").exists() && !at("out/junit.xml").exists(), "results of the run before are there");
     for name in files(folder.path()) {
         let is_whole = match Path::new(&name).extension().and_then(|extension| extension.to_str()) {
             Some("png") => is_picture as fn(&[u8]) -> bool,

@@ -48,6 +48,9 @@ const MOST_JOBS: usize = 8;
 /// Folders inside of the output's: of cases while they run, and of those that ended badly.
 const CASES: &str = "cases";
 const BUNDLES: &str = "bundles";
+/// Files that are written once all cases are done.
+const RESULTS: [&str; 6] =
+    ["results.csv", "failures.csv", "failures-all.csv", "results.jsonl", "junit.xml", "summary.md"];
 /// The folder of the curves of soaks, those that pass as well.
 const CURVES: &str = "curves";
 
@@ -323,6 +326,7 @@ fn all(args: &Args, suite: &Suite, cases: &[&Case], folder: &Path) -> Result<(),
     for own in [&working, &bundles, &curves] {
         remove_own(own)?;
     }
+    remove_results(folder)?;
     make_own(&working)?;
     let (skipped, tried): (Vec<&Case>, Vec<&Case>) =
         cases.iter().partition(|case| known.expectations.skips(&case.name));
@@ -427,6 +431,19 @@ fn remove_own(folder: &Path) -> Result<(), Failure> {
     remove_folder(folder).map_err(|error| failed(&error))
 }
 
+/// Removes the results of an earlier run, so that nobody takes them for those of a run that is stopped.
+fn remove_results(folder: &Path) -> Result<(), Failure> {
+    for path in RESULTS.map(|name| folder.join(name)) {
+        match fs::remove_file(&path) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                return Err(Failure::write(&path.display().to_string(), &error));
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
 /// Removes a folder into which the case of a killed run may still write, for a second at most.
 fn remove_folder(folder: &Path) -> io::Result<()> {
     let mut removed = fs::remove_dir_all(folder);
@@ -496,15 +513,15 @@ fn reproducing(bundle: &Path, args: &Args) -> String {
 fn write(suite: &Suite, folder: &Path, begun: Instant, judged: &[Judged], changes: &[String]) -> Result<(), Failure> {
     let statuses: Vec<(Status, &CaseReport)> = judged.iter().map(|own| (own.status, own.report)).collect();
     let summary = reports::markdown(&suite.name, begun.elapsed().as_secs_f64(), judged, changes);
-    let files = [
-        ("results.csv", results::results(&statuses)),
-        ("failures.csv", results::failures(&statuses, false)),
-        ("failures-all.csv", results::failures(&statuses, true)),
-        ("results.jsonl", reports::json_lines(judged)?),
-        ("junit.xml", reports::junit(&suite.name, judged)?),
-        ("summary.md", summary.clone()),
+    let texts = [
+        results::results(&statuses),
+        results::failures(&statuses, false),
+        results::failures(&statuses, true),
+        reports::json_lines(judged)?,
+        reports::junit(&suite.name, judged)?,
+        summary.clone(),
     ];
-    for (name, text) in files {
+    for (name, text) in RESULTS.into_iter().zip(texts) {
         Sink::File(folder.join(name)).write(text.as_bytes())?;
     }
     if let Some(path) = env::var_os("GITHUB_STEP_SUMMARY").filter(|path| !path.is_empty()) {
