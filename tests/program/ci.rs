@@ -431,7 +431,9 @@ each = { spoken = "" }
         assert!(said.count() > 0, "{name}: {log}");
     }
     // A silent layer leaves no file.
-    let run = ci(folder.path(), &["own.toml", "--case", "short.spoken", "-o", "silent", "--quiet"]);
+    let mut command = program();
+    command.current_dir(folder.path()).args(["ci", "own.toml", "--case", "short.spoken", "-o", "silent", "--quiet"]);
+    let run = command.output().expect("the program starts");
     assert_eq!(code(&run), Some(0), "{}", errors(&run));
     assert!(folder.path().join("silent/picture.png").exists());
     assert!(!folder.path().join("silent/layer-sync.log").exists());
