@@ -90,6 +90,15 @@ impl Compositor {
         command.env_remove("DISPLAY").env_remove("WAYLAND_SOCKET");
     }
 
+    /// Has Sway do something.
+    fn does(&self, words: &str) {
+        let entries = fs::read_dir(self.folder.path()).expect("is there").flatten().map(|entry| entry.path());
+        let is_its = |path: &PathBuf| path.extension().is_some_and(|own| own == "sock");
+        let socket = entries.into_iter().find(is_its).expect("a socket for messages");
+        let told = Command::new("swaymsg").arg("--socket").arg(socket).arg(words).output().expect("it comes with Sway");
+        assert!(told.status.success(), "{words}: {}{}", text(&told.stdout), text(&told.stderr));
+    }
+
     /// All that it shows, once it can tell.
     fn screenshot(&self) -> Option<RgbImage> {
         let folder = tempfile::tempdir().expect("a temporary folder");
@@ -202,6 +211,31 @@ fn shows_as_many_pixels(compositor: Compositor, scale: f64) {
 #[test]
 fn a_window_on_a_display_of_scale_2_has_a_pixel_of_the_frame_for_each_of_its_own() {
     shows_as_many_pixels(Compositor::start_at(2), 2.0);
+}
+
+#[test]
+fn a_window_under_wayland_that_its_compositor_resizes_shows_the_picture_of_each_size() {
+    let Some(compositor) = Compositor::sway(1.0) else {
+        eprintln!("NOT RUN: a compositor that resizes windows is Sway {}.{} with grim", FRACTIONAL[0], FRACTIONAL[1]);
+        return;
+    };
+    let mut view = compositor.opens(&[]);
+    let [width, height] = SIZE;
+    let mut shows = |size: [u16; 2]| {
+        let expected = rendered(size, &["builtin:spheres"]);
+        until("the picture", || {
+            assert!(view.try_wait().expect("can be asked").is_none(), "the window has ended");
+            compositor.screenshot().filter(|shot| contains(shot, &expected, size))
+        });
+    };
+    shows(SIZE);
+    for [width, height] in [[2 * width + 1, height + 30], [width - 9, 2 * height - 1], SIZE] {
+        compositor.does(&format!("resize set width {width} px height {height} px"));
+        shows([width, height]);
+    }
+    drop(compositor);
+    let output = end(view);
+    assert_eq!(output.status.code(), Some(5), "{}", text(&output.stderr));
 }
 
 #[test]
