@@ -122,6 +122,7 @@ fn windows_of_a_process_of_their_own() {
     let last_before = |end: usize| Held::median(&app.held[end - FEW..end]);
     let (begin, end) = (last_before(count / 2), last_before(count));
     assert_eq!((end.files, end.threads), (begin.files, begin.threads), "open files and threads");
+    println!("half of {count}: {begin:?}, all: {end:?}");
     let grown = end.memory.saturating_sub(begin.memory);
     assert!(count < LONG || grown <= SLACK_BYTES, "memory has grown by {grown} bytes");
 }
@@ -148,4 +149,5 @@ fn windows_opened_and_closed_in_one_process_leave_nothing() {
     let told = text(&output.stdout);
     assert!(output.status.success(), "{told}{}", text(&output.stderr));
     assert_eq!(told.lines().filter(|line| line.contains("opening ")).count(), count, "{told}");
+    told.lines().filter(|line| line.starts_with("half of ")).for_each(|line| println!("{line}"));
 }
