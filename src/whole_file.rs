@@ -164,7 +164,7 @@ mod tests {
         assert_eq!((names(folder.path()), names(&place)), (vec!["a folder".to_owned()], vec!["inside".to_owned()]));
     }
 
-    /// What the umask leaves, and no attribute of a temporary file.
+    /// The file has the permissions that the umask leaves, and no attribute of a temporary file.
     #[test]
     fn a_file_in_its_place_is_as_any_new_file() {
         let folder = tempfile::tempdir().expect("a folder");

@@ -27,7 +27,7 @@ pub struct Reasons {
     pub taa: &'static str,
     pub(super) parts: Vec<Part>,
     pub(super) warnings: Vec<String>,
-    /// Those about lights that go without their maps.
+    /// The warnings about lights that go without their maps.
     pub(super) shadow_warnings: Vec<String>,
 }
 

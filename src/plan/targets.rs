@@ -4,7 +4,7 @@ use ash::vk;
 
 use super::{Capabilities, FramePlan, Hiz, Shading, format_bytes, reflections};
 
-/// Of the picture and of shadow maps; mandatory to draw into.
+/// The format of the picture's depth and of shadow maps; mandatory to draw into.
 pub(crate) const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
 /// Counts fragments in steps of 1/255; mandatory to blend.
 pub(crate) const COUNT: vk::Format = vk::Format::R8_UNORM;

@@ -187,14 +187,13 @@ const WRITERS: [Writer; 20] = [
     Writer {
         arguments: &[
             "render",
-            "builtin:triangle",
             "builtin:spheres",
-            "--samples",
-            "1",
+            "--fxaa",
+            "on",
             "--size",
             "64x36",
-            "-o",
-            "{name}.png",
+            "--output",
+            "spheres.png",
             "--json",
             "verdicts.json",
         ],

@@ -415,7 +415,7 @@ fn time(bound: f64, case: &Case, place: &Place, report: &mut CaseReport) {
 struct Held {
     bytes: u64,
     objects: BTreeMap<String, usize>,
-    /// Of the process; `None` where the system does not tell.
+    /// The resident memory of the process; `None` where the system does not tell.
     resident: Option<u64>,
 }
 
