@@ -1,6 +1,8 @@
-//! Frames with other dependencies than the plan's, for the layer to look at.
+//! Frames with other dependencies than the plan's, for the layer to look at; and all that a window's frames can have, on a surface without a display.
 
 use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
 
 use super::edges::Edges;
 use super::{Error, Picture, Renderer};
@@ -46,8 +48,20 @@ fn pose(renderer: &mut Renderer, scene: &Scene, frame: u32) -> Result<(), Error>
     renderer.pose(scene, &scene.motion.pose(&Playing::at(0.1 * f64::from(frame))))
 }
 
+/// The way of pictures into a swapchain's images. No dependency depends on the images' format or encoding.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Way {
+    /// The last pass draws into them.
+    Straight,
+    /// PRESENT enlarges them.
+    Enlarged,
+    /// ENCODE writes them.
+    Encoded,
+}
+
 /// The same of frames that are presented, on a surface without a display, with and without whatever may lie over the picture: another one beside it,
-/// panels, and a copy of it all; `encoded` as [`Presenter::with_encoding`] says.
+/// panels, and a copy of it all.
 ///
 /// # Safety
 /// As of [`Renderer::with_edges`].
@@ -60,15 +74,39 @@ pub unsafe fn present(
     scene: &Scene,
     settings: &Settings,
     edges: Edges,
-    encoded: bool,
+    way: Way,
 ) -> Result<(), Error> {
-    let surface = Surface::headless(device)?;
-    let mut presenter = Presenter::new(device, surface, scene, settings, Vsync::Off)?;
+    let presenter = presenter(device, scene, settings, way)?;
     // SAFETY: the caller's promise.
-    presenter = unsafe { presenter.with_edges(move |_| edges.clone()) };
-    if encoded {
-        presenter = presenter.with_encoding();
-    }
+    let presenter = unsafe { presenter.with_edges(move |_| edges.clone()) };
+    show_all(presenter, scene, settings, way)?;
+    Ok(device.wait_idle()?)
+}
+
+/// [`present`] with the dependencies that [`super::edges::table`] has for the plan. Returns the first picture, with nothing beside it or over it.
+///
+/// # Errors
+/// As there.
+#[cfg(feature = "present")]
+pub fn show(device: &Arc<Device>, scene: &Scene, settings: &Settings, way: Way) -> Result<Picture, Error> {
+    let picture = show_all(presenter(device, scene, settings, way)?, scene, settings, way)?;
+    device.wait_idle()?;
+    Ok(picture)
+}
+
+#[cfg(feature = "present")]
+fn presenter(device: &Arc<Device>, scene: &Scene, settings: &Settings, way: Way) -> Result<Presenter, Error> {
+    let presenter = Presenter::new(device, Surface::headless(device)?, scene, settings, Vsync::Off)?;
+    Ok(match way {
+        Way::Straight => presenter,
+        Way::Enlarged => presenter.with_dynamic_resolution(),
+        Way::Encoded => presenter.with_encoding(),
+    })
+}
+
+#[cfg(feature = "present")]
+fn show_all(mut presenter: Presenter, scene: &Scene, settings: &Settings, way: Way) -> Result<Picture, Error> {
+    let mut first = None;
     for beside in [None, Some(settings.view)] {
         presenter.show_beside(beside);
         presenter.fit(scene, settings, settings.size)?;
@@ -77,10 +115,14 @@ pub unsafe fn present(
         }
         // More than there are images, so that each is drawn into again.
         for frame in 0..12 {
+            // Smaller pictures than the window, once whole ones are shown.
+            if way == Way::Enlarged && frame == 4 {
+                presenter.set_resolution(0.5)?;
+            }
             let (is_copied, has_panels) = (frame % 2 == 1, frame % 4 > 1);
             let panels = has_panels.then(|| panels(settings.size, !presenter.has_overlay()));
             match presenter.draw(&scene.camera, is_copied, panels.as_ref())? {
-                Outcome::Shown(_) if is_copied => _ = presenter.picture()?,
+                Outcome::Shown(_) if is_copied => _ = first.get_or_insert(presenter.picture()?),
                 Outcome::Shown(_) => {}
                 Outcome::Nothing(fit) => {
                     return Err(GpuError::Unsupported(format!("no image to draw into: {fit:?}")).into());
@@ -88,8 +130,7 @@ pub unsafe fn present(
             }
         }
     }
-    drop(presenter);
-    Ok(device.wait_idle()?)
+    first.ok_or_else(|| GpuError::Misuse("no picture was copied".into()).into())
 }
 
 /// A triangle over a part of the picture, with its texture where that is not on the device yet.

@@ -212,8 +212,7 @@ impl Mode {
         unsafe {
             #[cfg(feature = "present")]
             if let Some(way) = case.presented {
-                let is_encoded = way == super::Way::Encoded;
-                return experiment::present(&self.device, &case.scene, &case.settings, edges, is_encoded);
+                return experiment::present(&self.device, &case.scene, &case.settings, edges, way);
             }
             experiment::draw(&self.device, &case.scene, &case.settings, edges).map(drop)
         }

@@ -18,6 +18,7 @@ use crate::gpu::vk;
 use crate::plan::{self, Canvas, Capabilities, Encoding, FramePlan, Transfer};
 use crate::scene::{Scene, Settings};
 
+pub use crate::frame::experiment::Way;
 pub use cases::cases;
 pub use laboratory::{Error, Heard, Laboratory};
 pub use older::OlderLayers;
@@ -34,17 +35,6 @@ pub struct Case {
     pub settings: Settings,
     /// Its frames are presented, with everything that may lie over them.
     pub presented: Option<Way>,
-}
-
-/// The way of pictures into a swapchain's images. No dependency depends on the images' format or encoding.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Way {
-    /// The last pass draws into them.
-    Straight,
-    /// PRESENT enlarges them.
-    Enlarged,
-    /// ENCODE writes them.
-    Encoded,
 }
 
 impl Case {

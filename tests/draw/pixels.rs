@@ -462,6 +462,15 @@ fn the_test_card_is_the_right_way_up_the_right_way_round_and_of_the_right_colour
         );
         assert_eq!([at(1.25, 0.35), at(1.25, -0.35)], [[0, 255, 255]; 2], "the nearer square wins in either order");
         assert_eq!([at(1.55, 0.35), at(1.55, -0.35)], [[255, 255, 0]; 2], "the farther square beside it");
+        for texels in ["bc7", "etc2-rgb8", "etc2-rgb8a1", "etc2-rgba8"] {
+            let blocks = gpu.draw(&open(&format!("builtin:orientation?texels={texels}")), &display(320, 180));
+            for (x, y) in [(-0.7, 0.7), (0.7, 0.7), (-0.7, -0.7), (0.7, -0.7), (-0.17, 0.0), (0.2, 0.0)] {
+                let [own, other] = [&picture, &blocks]
+                    .map(|picture| code(picture, (160.0 + x * 90.0) as u32, (90.0 - y * 90.0) as u32));
+                let differ = own.iter().zip(other).map(|(own, other)| own.abs_diff(other)).max();
+                assert!(differ <= Some(12), "{texels}: {other:?} and not {own:?} at {x}, {y}");
+            }
+        }
     });
 }
 

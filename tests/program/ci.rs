@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use crate::common::failures_layer;
 use crate::common::program::{program, runner};
+use crate::common::tries_all;
 
 const SUITE: &str = r#"
 [defaults]
@@ -111,6 +112,10 @@ fn each_case_has_its_verdict_and_what_is_known_is_expected() {
         assert_eq!(told.contains(line), arguments != ["--bless"], "{told}");
         let found = results(&at("next/results.csv"));
         assert_eq!((found["bad.truth"].as_str(), found["bad.slow"].as_str()), ("ExpectedFail", "ExpectedFail"));
+    }
+    // A case that fails by another check has the baseline's picture all the same.
+    for name in ["picture.png", "baseline.png", "difference.png", "truth.png", "truth-difference.png"] {
+        assert!(at("next/bundles/bad.truth").join(name).exists(), "{name} is not in the bundle");
     }
     let summary = fs::read_to_string(at("next/summary.md")).expect("a summary");
     assert!(summary.contains("- bad.truth: Fail before, ExpectedFail now"), "{summary}");
@@ -556,6 +561,22 @@ each = { spheres = "" }
         .collect();
     assert_eq!((frames.len(), frames[0]), (13, 8), "{curve}");
     assert!(frames.is_sorted() && frames[12] >= 300, "{curve}");
+}
+
+/// In `make test` the cases that show a window's frames and textures in blocks, in `make test-all` the largest suite, which has all others.
+#[test]
+fn all_cases_of_shipped_suites_pass() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let only: &[&str] = if tries_all() { &[] } else { &["--only", r"^(window|texels)\."] };
+    let run = ci(folder.path(), &[&["full", "-o", "out"][..], only].concat());
+    assert_eq!(code(&run), Some(0), "{}{}", String::from_utf8_lossy(&run.stdout), errors(&run));
+    let found = results(&folder.path().join("out/results.csv"));
+    let passed = found.values().filter(|status| *status == "Pass").count();
+    assert!(passed >= if tries_all() { 100 } else { 6 }, "{found:?}");
+    let lines = fs::read_to_string(folder.path().join("out/results.jsonl")).expect("JSON lines");
+    let shown = lines.lines().filter(|line| line.contains("shown straight, enlarged, encoded")).count();
+    let skipped = lines.lines().filter(|line| line.contains("window: ") && line.contains("skipped")).count();
+    assert!(shown >= 2 || skipped >= 2, "{lines}");
 }
 
 /// The commands of the files for build servers try each case once, in whichever part.

@@ -6,8 +6,9 @@ use std::fmt::Write as _;
 
 use afterlight::frame::edges;
 use afterlight::frame::list::{self, List};
+use afterlight::mutants;
 use afterlight::plan::{Capabilities, CostModel, FramePlan, PartGroup};
-use afterlight::scene::{LightPath, Settings, View};
+use afterlight::scene::{BlockFormat, LightPath, Settings, View};
 
 use super::examine::Drawing;
 use super::suite::Case;
@@ -51,6 +52,12 @@ impl Counted {
         for format in formats {
             self.count(FORMATS, format, true);
         }
+        let textures: BTreeSet<_> = plan.textures.images.iter().map(|texture| texture.blocks).collect();
+        for blocks in [None].into_iter().chain(BlockFormat::ALL.map(Some)) {
+            let name = blocks.map_or_else(|| "RGBA8".to_owned(), |format| format.to_string());
+            self.count("texels of textures", name, textures.contains(&blocks));
+        }
+        let is_compressed = |formats: &[BlockFormat]| formats.iter().any(|format| textures.contains(&Some(*format)));
         let features = [
             ("depthClamp", plan.has_directional_shadows()),
             ("samplerAnisotropy", plan.anisotropy > 1),
@@ -64,6 +71,8 @@ impl Counted {
                 plan.light_path == LightPath::Visibility && !plan.textures.images.is_empty(),
             ),
             ("multiDrawIndirect and drawIndirectFirstInstance", plan.culls_on_device),
+            ("textureCompressionBC", is_compressed(&BlockFormat::ALL[..1])),
+            ("textureCompressionETC2", is_compressed(&BlockFormat::ALL[1..])),
         ];
         for (name, is_used) in features {
             self.count("optional features", name, is_used);
@@ -105,7 +114,11 @@ fn counted(cases: &[&Case]) -> Result<Counted, Failure> {
         let drawing = Drawing::open(case).map_err(|stop| wrong(&stop.why))?;
         for device in &devices {
             let plan = FramePlan::of(&drawing.scene, &drawing.settings, device);
-            all.add(&plan.map_err(|error| wrong(&error.to_string()))?, &drawing.settings);
+            let plan = plan.map_err(|error| wrong(&error.to_string()))?;
+            all.add(&plan, &drawing.settings);
+            for &way in &case.holds.window {
+                all.add(&mutants::presented(plan.clone(), way), &drawing.settings);
+            }
         }
     }
     Ok(all)
@@ -124,28 +137,8 @@ mod tests {
     use super::super::suite::Suite;
     use super::*;
 
-    /// Names that no picture uses: passes and dependencies of windows, the dependency of formulas, and one of linear pictures.
-    const ELSEWHERE: [&str; 23] = [
-        "OVERLAY",
-        "ENCODE",
-        "PRESENT",
-        "SPLIT",
-        "acquire",
-        "copy-to-picture",
-        "encode-to-picture",
-        "encode-to-swapchain",
-        "overlay-to-picture",
-        "panel-to-copy",
-        "picture-to-copy",
-        "picture-to-encode",
-        "picture-to-overlay",
-        "picture-to-split",
-        "present",
-        "present-to-swapchain",
-        "split-to-picture",
-        "swapchain-to-encode",
-        "swapchain-to-present",
-        "upload-to-panels",
+    /// Names that no case uses: the dependency of formulas, and one of linear pictures.
+    const ELSEWHERE: [&str; 3] = [
         "results-to-host",
         // Only linear pictures have it, as `truth` draws them.
         "samples-reuse",
@@ -154,7 +147,7 @@ mod tests {
     ];
 
     #[test]
-    fn the_quick_suite_uses_all_that_a_picture_can() {
+    fn the_quick_suite_uses_all_that_frames_can_have() {
         let suite = Suite::open("quick").expect("it is shipped");
         let counted =
             counted(&suite.cases.iter().collect::<Vec<_>>()).unwrap_or_else(|failure| panic!("{}", failure.one_line()));

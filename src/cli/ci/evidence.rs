@@ -15,7 +15,6 @@ use afterlight::reference::tonemap::encode_srgb;
 use afterlight::stress;
 
 use super::examine::{self, Drawing};
-use super::suite::Mode;
 use crate::cli::doctor::DeviceReport;
 use crate::cli::image_output::{Format, Target};
 use crate::cli::output::{self, Sink};
@@ -30,6 +29,8 @@ pub const STAGE: &str = "stage.txt";
 pub const DEVICE: &str = "device.json";
 /// The suite with this case alone, for `--repro`.
 pub const SUITE: &str = "suite.toml";
+/// The file with the scene's files: the hash of each, two spaces and its path, a line for each.
+pub const SCENE_FILES: &str = "scene-files.txt";
 
 /// Variables of drivers, loaders and layers, by how they begin.
 const VARIABLES: [&str; 12] = [
@@ -110,17 +111,17 @@ impl Evidence {
     }
 
     /// The file that takes the layer's messages as they come, so that a process that crashes or is stopped leaves them behind.
-    pub fn layer_log(&self, mode: Mode) -> Option<File> {
-        File::create(self.folder.as_ref()?.join(layer_log(mode))).ok()
+    pub fn layer_log(&self, stage: &str) -> Option<File> {
+        File::create(self.folder.as_ref()?.join(layer_log(stage))).ok()
     }
 
     /// Replaces that file by one in which each different message stands once; removes it where the layer had nothing to say.
-    pub fn layer_messages(&self, mode: Mode, messages: &[Message], dropped: u64) {
+    pub fn layer_messages(&self, stage: &str, messages: &[Message], dropped: u64) {
         let Some(folder) = &self.folder else { return };
         if messages.is_empty() && dropped == 0 {
-            let _ = fs::remove_file(folder.join(layer_log(mode)));
+            let _ = fs::remove_file(folder.join(layer_log(stage)));
         } else {
-            self.write(&layer_log(mode), listing(messages, dropped).as_bytes());
+            self.write(&layer_log(stage), listing(messages, dropped).as_bytes());
         }
     }
 
@@ -134,7 +135,7 @@ impl Evidence {
                 .map_or_else(|error| error.to_string(), |bytes| blake3::hash(&bytes).to_hex().to_string());
             format!("{hash}  {}\n", path.display())
         };
-        self.write("scene-files.txt", files.iter().map(line).collect::<String>().as_bytes());
+        self.write(SCENE_FILES, files.iter().map(line).collect::<String>().as_bytes());
     }
 
     pub fn of_plan(&self, plan: &FramePlan, drawing: &Drawing, device: &Arc<Device>) {
@@ -162,8 +163,8 @@ impl Evidence {
     }
 }
 
-fn layer_log(mode: Mode) -> String {
-    format!("layer-{}.log", mode.name())
+fn layer_log(stage: &str) -> String {
+    format!("layer-{stage}.log")
 }
 
 /// The picture as it is shown; `None` for linear light.

@@ -7,7 +7,8 @@ use std::time::Instant;
 
 use afterlight::frame::{self, Picture, Pixels, Renderer, capabilities, edges};
 use afterlight::gpu::{
-    self, Device, DeviceChoice, Instance, InstanceOptions, MemoryReport, Message, MessageKind, MessageLog, Validation,
+    self, Device, DeviceChoice, HEADLESS, Instance, InstanceOptions, MemoryReport, Message, MessageKind, MessageLog,
+    Validation,
 };
 use afterlight::measure::{Distribution, flip, resident_memory_bytes};
 use afterlight::plan::{self, Capabilities, FramePlan};
@@ -20,7 +21,7 @@ use super::baseline::Baseline;
 use super::evidence::Evidence;
 use super::suite::{Case, Mode, SceneSource, Truth};
 use super::verdict::{CaseReport, Check, Verdict, Where};
-use super::{resizes, soak};
+use super::{resizes, soak, window};
 use crate::cli::failure::with_causes;
 use crate::cli::table::bytes;
 
@@ -153,7 +154,7 @@ pub fn examine(case: &Case, place: &Place, evidence: &Evidence) -> CaseReport {
 }
 
 fn try_all(case: &Case, place: &Place, evidence: &Evidence, report: &mut CaseReport) -> Result<(), Stop> {
-    evidence.write("suite.toml", super::suite::alone(case).as_bytes());
+    evidence.write(super::evidence::SUITE, super::suite::alone(case, None).as_bytes());
     evidence.write("environment.txt", super::evidence::environment().as_bytes());
     let drawing = Drawing::open(case)?;
     evidence.scene_files(&drawing.scene.files);
@@ -161,6 +162,7 @@ fn try_all(case: &Case, place: &Place, evidence: &Evidence, report: &mut CaseRep
     for &mode in &case.holds.validate {
         observed(mode, place, &drawing, &first, evidence, report)?;
     }
+    window::show(case, place, &drawing, &first, evidence, report)?;
     if case.holds.resizes > 0 {
         resizes::storm(case.holds.resizes, place, &drawing, evidence, report)?;
     }
@@ -181,24 +183,23 @@ impl Observed {
         Self { messages: log.take(), dropped }
     }
 
-    fn keep(&self, mode: Mode, evidence: &Evidence) {
-        evidence.layer_messages(mode, &self.messages, self.dropped);
+    fn keep(&self, stage: &str, evidence: &Evidence) {
+        evidence.layer_messages(stage, &self.messages, self.dropped);
     }
 
     /// The first of those that are mistakes, and their number.
-    fn note(&self, mode: Option<Mode>, evidence: &Evidence, report: &mut CaseReport) {
+    fn note(&self, stage: Stage, evidence: &Evidence, report: &mut CaseReport) {
         let (left, said): (Vec<_>, Vec<_>) = self.messages.iter().partition(|own| own.kind == MessageKind::Leak);
         let holds = left.is_empty();
         let detail =
             left.first().map_or_else(|| "nothing".to_owned(), |first| more(&first.text, left.len() as u64 - 1));
-        if !holds || mode.is_none() {
+        if !holds || stage.mode.is_none() {
             report.hold(Check::ResourcesLeft, holds, detail);
         }
-        let Some(mode) = mode else { return };
-        self.keep(mode, evidence);
+        let (Some(mode), name) = (stage.mode, stage.name()) else { return };
+        self.keep(&name, evidence);
         let is_advice = |own: &&&Message| mode == Mode::BestPractices && own.is_advice();
         let mistakes: Vec<_> = said.iter().filter(|own| own.kind != MessageKind::General && !is_advice(own)).collect();
-        let name = mode.name();
         match mistakes.first() {
             None if self.dropped > 0 => {
                 report.hold(Check::LayerMessage, false, format!("{name}: {} messages were not kept", self.dropped));
@@ -217,51 +218,86 @@ fn more(first: &str, others: u64) -> String {
     if others == 0 { first.to_owned() } else { format!("{first} (and {others} more)") }
 }
 
+/// A part of a case that has a device of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Stage {
+    /// The checks of the layer.
+    pub mode: Option<Mode>,
+    /// The check that shows frames on a surface without a display.
+    pub shows: Option<Check>,
+}
+
+impl Stage {
+    /// The name in sentences and in files: `sync`, `window-sync`.
+    fn name(self) -> String {
+        match (self.shows, self.mode) {
+            (None, None) => "without the layer".to_owned(),
+            (None, Some(mode)) => mode.name().to_owned(),
+            (Some(check), None) => check.name().to_owned(),
+            (Some(check), Some(mode)) => format!("{}-{}", check.name(), mode.name()),
+        }
+    }
+
+    fn instance(self) -> gpu::Result<Arc<Instance>> {
+        let options = InstanceOptions {
+            validation: self.mode.map_or(Validation::Off, Mode::validation),
+            sync_shader_heuristic: self.mode == Some(Mode::SyncShaders),
+            ..InstanceOptions::default()
+        };
+        Instance::with_extensions(&options, if self.shows.is_some() { &HEADLESS } else { &[] })
+    }
+
+    fn device(self, instance: &Arc<Instance>, choice: &DeviceChoice) -> gpu::Result<Arc<Device>> {
+        Device::with_extensions(instance, choice, if self.shows.is_some() { &[c"VK_KHR_swapchain"] } else { &[] })
+    }
+
+    /// Notes a check that cannot be made here. Without one, it is the case that cannot be tried.
+    fn skip(self, error: gpu::Error, report: &mut CaseReport) -> Result<(), Stop> {
+        let check = match (&error, self.mode, self.shows) {
+            (gpu::Error::MissingLayer { .. } | gpu::Error::Unsupported(_), Some(_), _) => Check::LayerMessage,
+            (gpu::Error::Unsupported(_), None, Some(check)) => check,
+            _ => return Err(error.into()),
+        };
+        report.skip(check, format!("{}: {error}", self.name()));
+        Ok(())
+    }
+}
+
 /// Runs work on a device of its own, and notes the messages of the layer and of the device's end, also if the work fails. `None` where the layer
-/// cannot check so, which is noted.
-fn with_device<T>(
-    mode: Option<Mode>,
+/// cannot check so, or nothing can be shown, which is noted.
+pub fn with_device<T>(
+    stage: Stage,
     place: &Place,
     evidence: &Evidence,
     report: &mut CaseReport,
     work: impl FnOnce(&Arc<Device>, &mut CaseReport) -> Result<T, Stop>,
 ) -> Result<Option<T>, Stop> {
-    let validation = mode.map_or(Validation::Off, Mode::validation);
-    let options = InstanceOptions {
-        validation,
-        sync_shader_heuristic: mode == Some(Mode::SyncShaders),
-        ..InstanceOptions::default()
-    };
-    let skipped = |error: gpu::Error, report: &mut CaseReport| match (&error, mode) {
-        (gpu::Error::MissingLayer { .. } | gpu::Error::Unsupported(_), Some(mode)) => {
-            report.skip(Check::LayerMessage, format!("{}: {error}", mode.name()));
-            Ok(())
-        }
-        _ => Err(Stop::from(error)),
-    };
-    let instance = match Instance::new(&options) {
+    let instance = match stage.instance() {
         Ok(instance) => instance,
-        Err(error) => return skipped(error, report).map(|()| None),
+        Err(error) => return stage.skip(error, report).map(|()| None),
     };
-    if mode == Some(Mode::SyncShaders) && !instance.sync_shader_heuristic() {
-        report.skip(Check::LayerMessage, "sync-shaders: the layer has no heuristic for what shaders access");
+    if stage.mode == Some(Mode::SyncShaders) && !instance.sync_shader_heuristic() {
+        let name = stage.name();
+        report.skip(Check::LayerMessage, format!("{name}: the layer has no heuristic for what shaders access"));
         return Ok(None);
     }
     let log = instance.message_log();
-    log.tell_to(mode.and_then(|mode| evidence.layer_log(mode)));
-    let device = match Device::new(&instance, place.device) {
+    log.tell_to(stage.mode.and_then(|_| evidence.layer_log(&stage.name())));
+    let device = match stage.device(&instance, place.device) {
         Ok(device) => device,
         Err(error) => {
             let heard = Observed::end(&log);
-            mode.into_iter().for_each(|mode| heard.keep(mode, evidence));
-            return skipped(error, report).map(|()| None);
+            if stage.mode.is_some() {
+                heard.keep(&stage.name(), evidence);
+            }
+            return stage.skip(error, report).map(|()| None);
         }
     };
     report.on = Where { device: device.physical.name.clone(), driver: driver_of(&device) };
-    evidence.labels(mode.map_or("without the layer", Mode::name), &device);
+    evidence.labels(&stage.name(), &device);
     let done = work(&device, report);
     drop((device, instance));
-    Observed::end(&log).note(mode, evidence, report);
+    Observed::end(&log).note(stage, evidence, report);
     done.map(Some)
 }
 
@@ -279,7 +315,7 @@ fn unobserved(
     evidence: &Evidence,
     report: &mut CaseReport,
 ) -> Result<Picture, Stop> {
-    let picture = with_device(None, place, evidence, report, |device, report| {
+    let picture = with_device(Stage { mode: None, shows: None }, place, evidence, report, |device, report| {
         evidence.of_device(device);
         let plan = drawing.plan(device)?;
         evidence.of_plan(&plan, drawing, device);
@@ -320,7 +356,7 @@ fn observed(
     evidence: &Evidence,
     report: &mut CaseReport,
 ) -> Result<(), Stop> {
-    let picture = with_device(Some(mode), place, evidence, report, |device, _| {
+    let picture = with_device(Stage { mode: Some(mode), shows: None }, place, evidence, report, |device, _| {
         let mut renderer = drawing.renderer(device)?;
         // The second picture finds the first one's data in targets and buffers.
         drawing.picture(&mut renderer)?;
@@ -364,26 +400,27 @@ fn identical(
     Ok(())
 }
 
+/// Compares with the baseline's picture, which is kept with the difference: a case that fails in another check can be looked at beside it.
 fn against_baseline(case: &Case, place: &Place, picture: &Picture, evidence: &Evidence, report: &mut CaseReport) {
-    let (Some(bound), Some(baseline)) = (case.holds.flip, place.baseline) else { return };
-    let expected = match baseline.picture(&case.name) {
-        Ok(Some(expected)) => expected,
-        Ok(None) => return report.skip(Check::Picture, "the baseline has no picture of this case"),
-        Err(why) => return report.hold(Check::Picture, false, why),
-    };
-    let Some(actual) = super::evidence::shown(picture) else {
-        return report.skip(Check::Picture, "the picture holds linear light");
-    };
-    match flip(&actual, &expected) {
-        Err(mismatch) => report.hold(Check::Picture, false, mismatch.to_string()),
-        Ok(map) => {
-            let holds = map.mean() <= bound;
-            report.hold(Check::Picture, holds, format!("FLIP {:.4} against the baseline, at most {bound}", map.mean()));
-            if !holds {
-                evidence.shown("baseline.png", &expected);
-                evidence.shown("difference.png", &map.heat());
-            }
+    let Some(baseline) = place.baseline else { return };
+    let compared = baseline.picture(&case.name).and_then(|expected| {
+        let pair = expected.zip(super::evidence::shown(picture));
+        let Some((expected, actual)) = pair else { return Ok(None) };
+        evidence.shown("baseline.png", &expected);
+        let map = flip(&actual, &expected).map_err(|mismatch| mismatch.to_string())?;
+        evidence.shown("difference.png", &map.heat());
+        Ok(Some(map.mean()))
+    });
+    let Some(bound) = case.holds.flip else { return };
+    match compared {
+        Ok(Some(mean)) => {
+            report.hold(Check::Picture, mean <= bound, format!("FLIP {mean:.4} against the baseline, at most {bound}"));
         }
+        Ok(None) if super::evidence::shown(picture).is_none() => {
+            report.skip(Check::Picture, "the picture holds linear light");
+        }
+        Ok(None) => report.skip(Check::Picture, "the baseline has no picture of this case"),
+        Err(why) => report.hold(Check::Picture, false, why),
     }
 }
 
@@ -501,9 +538,7 @@ fn against_truth(
         if is_sane { "" } else { ", and values that are negative or no number" }
     );
     report.hold(Check::Truth, holds, detail);
-    if !holds {
-        evidence.compared(&seen);
-    }
+    evidence.compared(&seen);
     Ok(())
 }
 
@@ -547,7 +582,11 @@ mod tests {
 
     fn noted(mode: Option<Mode>, messages: &[Message]) -> CaseReport {
         let mut report = CaseReport::new("a.b");
-        Observed { messages: messages.to_vec(), dropped: 0 }.note(mode, &Evidence::new(None), &mut report);
+        Observed { messages: messages.to_vec(), dropped: 0 }.note(
+            Stage { mode, shows: None },
+            &Evidence::new(None),
+            &mut report,
+        );
         report
     }
 

@@ -1,6 +1,7 @@
 //! `afterlight ci`: a suite of cases, each in a process of its own, with a verdict that build servers and deqp-runner's users can read.
 
 mod baseline;
+mod bundle;
 mod changes;
 mod coverage;
 mod evidence;
@@ -14,6 +15,7 @@ mod runner;
 mod soak;
 mod suite;
 mod verdict;
+mod window;
 
 use std::collections::BTreeMap;
 use std::env;
@@ -32,7 +34,7 @@ use regex::Regex;
 
 use super::args;
 use super::failure::{Exit, Failure};
-use super::output::{self, Sink, quoted};
+use super::output::{self, Sink};
 use super::{progress, session};
 use baseline::{Baseline, DeviceKey};
 use evidence::Evidence;
@@ -358,7 +360,7 @@ fn all(args: &Args, suite: &Suite, cases: &[&Case], folder: &Path) -> Result<(),
     });
     let reports: Vec<CaseReport> = reports.into_iter().chain(skips).collect();
     keep_curves(&reports, &working, &curves)?;
-    let kept = keep_bundles(&reports, &working, &bundles, args)?;
+    let kept = bundle::keep(&reports, &tried, (&working, &bundles), args)?;
     let judge = |report| {
         let status = if args.bless { blessed(report) } else { known.expectations.status(report) };
         Judged { status, report, bundle: kept.get(&report.case).map(PathBuf::as_path) }
@@ -433,15 +435,16 @@ fn remove_own(folder: &Path) -> Result<(), Failure> {
 
 /// Removes the results of an earlier run, so that nobody takes them for those of a run that is stopped.
 fn remove_results(folder: &Path) -> Result<(), Failure> {
-    for path in RESULTS.map(|name| folder.join(name)) {
-        match fs::remove_file(&path) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                return Err(Failure::write(&path.display().to_string(), &error));
-            }
-            _ => {}
+    RESULTS.into_iter().try_for_each(|name| remove_file(&folder.join(name)))
+}
+
+fn remove_file(path: &Path) -> Result<(), Failure> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            Err(Failure::write(&path.display().to_string(), &error))
         }
+        _ => Ok(()),
     }
-    Ok(())
 }
 
 /// Removes a folder into which the case of a killed run may still write, for a second at most.
@@ -468,45 +471,6 @@ fn keep_curves(reports: &[CaseReport], working: &Path, curves: &Path) -> Result<
         }
     }
     Ok(())
-}
-
-/// Moves the files of bad cases into the folder of bundles, each with the line that tries it again; removes those of others.
-fn keep_bundles(
-    reports: &[CaseReport],
-    working: &Path,
-    bundles: &Path,
-    args: &Args,
-) -> Result<BTreeMap<String, PathBuf>, Failure> {
-    let failed = |error: &io::Error| Failure::write(&bundles.display().to_string(), error);
-    let mut kept = BTreeMap::new();
-    let is_kept = |report: &&CaseReport| report.verdict.is_bad() || report.verdict == verdict::Verdict::Flake;
-    for report in reports.iter().filter(is_kept) {
-        make_own(bundles)?;
-        let (from, to) = (working.join(&report.case), bundles.join(&report.case));
-        fs::rename(&from, &to).map_err(|error| failed(&error))?;
-        let line = reproducing(&to, args);
-        Sink::File(to.join("reproduce.txt")).write(line.as_bytes())?;
-        Sink::File(to.join(runner::VERDICT)).write(output::json(report)?.as_bytes())?;
-        kept.insert(report.case.clone(), to);
-    }
-    remove_own(working)?;
-    Ok(kept)
-}
-
-/// The line that tries a bundle's case again: with the same device, baseline and variables, from any folder.
-fn reproducing(bundle: &Path, args: &Args) -> String {
-    let whole = |path: &Path| fs::canonicalize(path).unwrap_or_else(|_| path.to_owned()).display().to_string();
-    let is_of_loader = |name: &str| name.starts_with("VK_") || name == "AFTERLIGHT_FAILURES";
-    let variables = evidence::variables().into_iter().filter(|(name, _)| is_of_loader(name));
-    let mut line: String = variables.map(|(name, value)| format!("{name}={} ", quoted(&value))).collect();
-    line.push_str(&format!("afterlight ci --repro {}", quoted(&whole(bundle))));
-    if let Some(device) = &args.device {
-        line.push_str(&format!(" --device {}", quoted(&device.to_string())));
-    }
-    if let Some(folder) = args.baseline.as_ref().filter(|path| path.is_dir() && !args.bless) {
-        line.push_str(&format!(" --baseline {}", quoted(&whole(folder))));
-    }
-    line + "\n"
 }
 
 /// Writes all files of results, and adds to the summary of a GitHub workflow's step where there is one.

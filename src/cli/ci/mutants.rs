@@ -22,6 +22,9 @@ use crate::cli::progress;
 use crate::cli::table::version;
 use afterlight::report::sweep::model::Shard;
 
+/// The files that are written at the end.
+const RESULTS: [&str; 4] = ["results.csv", "failures.csv", "mutants.jsonl", "mutants.md"];
+
 /// The mutants to draw, and the device.
 pub struct Choice<'a> {
     pub device: &'a DeviceChoice,
@@ -64,6 +67,8 @@ pub fn run(choice: &Choice, folder: Option<&Path>, quiet: bool) -> Result<(), Fa
     let begun = Instant::now();
     if let Some(folder) = folder {
         output::make_folder(folder)?;
+        // Nobody takes them for those of a run that is stopped.
+        RESULTS.into_iter().try_for_each(|name| super::remove_file(&folder.join(name)))?;
     }
     let laboratory = Laboratory::open(choice.device)?;
     let device = capabilities(&laboratory.device().physical);
@@ -163,13 +168,9 @@ impl<'a> Report<'a> {
         };
         let reports: Vec<_> = self.judged.iter().map(of).collect();
         let statuses: Vec<_> = reports.iter().map(|(status, report)| (*status, report)).collect();
-        let files = [
-            ("results.csv", results::results(&statuses)),
-            ("failures.csv", results::failures(&statuses, false)),
-            ("mutants.jsonl", self.json_lines()?),
-            ("mutants.md", self.markdown()),
-        ];
-        files.into_iter().try_for_each(|(name, text)| Sink::File(folder.join(name)).write(text.as_bytes()))
+        let texts =
+            [results::results(&statuses), results::failures(&statuses, false), self.json_lines()?, self.markdown()];
+        RESULTS.into_iter().zip(texts).try_for_each(|(name, text)| Sink::File(folder.join(name)).write(text.as_bytes()))
     }
 
     fn json_lines(&self) -> Result<String, Failure> {

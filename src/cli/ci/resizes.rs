@@ -5,11 +5,11 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use afterlight::frame::{self, Outcome, Presenter};
-use afterlight::gpu::{self, Device, HEADLESS, Instance, InstanceOptions, MessageKind, Surface, Validation, Vsync};
+use afterlight::gpu::{Device, Surface, Vsync};
 use afterlight::scene::Settings;
 
 use super::evidence::Evidence;
-use super::examine::{Drawing, Place, Stop};
+use super::examine::{Drawing, Place, Stage, Stop, with_device};
 use super::soak::curve::{self, Sample};
 use super::verdict::{CaseReport, Check};
 
@@ -34,37 +34,20 @@ pub fn storm(
     evidence: &Evidence,
     report: &mut CaseReport,
 ) -> Result<(), Stop> {
-    let options = InstanceOptions { validation: Validation::Off, ..InstanceOptions::default() };
-    let instance = match Instance::with_extensions(&options, &HEADLESS) {
-        Err(error @ gpu::Error::Unsupported(_)) => {
-            report.skip(Check::Resizes, error.to_string());
-            return Ok(());
-        }
-        made => made?,
-    };
-    let log = instance.message_log();
-    let device = match Device::with_extensions(&instance, place.device, &[c"VK_KHR_swapchain"]) {
-        Err(error @ gpu::Error::Unsupported(_)) => {
-            report.skip(Check::Resizes, error.to_string());
-            return Ok(());
-        }
-        made => made?,
-    };
-    evidence.labels("resizes", &device);
-    let surface = Surface::headless(&device)?;
-    let drawn = draw(count, &device, surface, drawing, evidence);
-    drop((device, instance));
-    let left = log.take().into_iter().find(|message| message.kind == MessageKind::Leak);
-    match (drawn?, left) {
-        (_, Some(left)) => report.hold(Check::ResourcesLeft, false, format!("after resizes: {}", left.text)),
-        (Ok(samples), None) => {
-            report.hold(Check::Resizes, true, format!("{count} sizes were drawn into"));
-            if !samples.is_empty() {
-                curve::report_on(&samples, place.is_shared, report);
+    let stage = Stage { mode: None, shows: Some(Check::Resizes) };
+    with_device(stage, place, evidence, report, |device, report| {
+        let surface = Surface::headless(device)?;
+        match draw(count, device, surface, drawing, evidence)? {
+            Ok(samples) => {
+                report.hold(Check::Resizes, true, format!("{count} sizes were drawn into"));
+                if !samples.is_empty() {
+                    curve::report_on(&samples, place.is_shared, report);
+                }
             }
+            Err(why) => report.hold(Check::Resizes, false, why),
         }
-        (Err(why), None) => report.hold(Check::Resizes, false, why),
-    }
+        Ok(())
+    })?;
     Ok(())
 }
 

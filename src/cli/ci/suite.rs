@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use afterlight::frame::experiment::Way;
 use afterlight::gpu::Validation;
 use afterlight::scene::{SettingsPatch, builtin, nearest, unknown};
 use serde::{Deserialize, Serialize};
@@ -69,6 +70,8 @@ pub struct Checks {
     pub steady_frames: u32,
     /// So many sizes of a surface without a display are drawn into, one after the other.
     pub resizes: u32,
+    /// Frames are shown in a window's ways, on a surface without a display, also under the checks of `validate`.
+    pub window: Vec<Way>,
     /// So many frames while everything changes at random.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub soak: Option<Soak>,
@@ -148,7 +151,7 @@ impl Mode {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
-    /// The folder that paths are relative to, in place of the file's own: bundles name it.
+    /// The folder that paths are relative to, in place of the file's own, and relative to that: bundles name it.
     folder: Option<PathBuf>,
     /// Suites whose cases come before its own: shipped ones by their names, others by their files.
     #[serde(default)]
@@ -187,6 +190,7 @@ struct Keys {
     validate: Option<Vec<Mode>>,
     steady_frames: Option<u32>,
     resizes: Option<u32>,
+    window: Option<Vec<Way>>,
     soak: Option<Soak>,
     slower: Option<f64>,
     /// Keys that do not exist: serde refuses them in no flattened structure.
@@ -194,7 +198,7 @@ struct Keys {
     others: BTreeMap<String, toml::Value>,
 }
 
-const KEYS: [&str; 14] = [
+const KEYS: [&str; 15] = [
     "group",
     "each",
     "scene",
@@ -207,6 +211,7 @@ const KEYS: [&str; 14] = [
     "validate",
     "steady_frames",
     "resizes",
+    "window",
     "soak",
     "slower",
 ];
@@ -224,6 +229,7 @@ impl Keys {
             validate: self.validate.or_else(|| other.validate.clone()),
             steady_frames: self.steady_frames.or(other.steady_frames),
             resizes: self.resizes.or(other.resizes),
+            window: self.window.or_else(|| other.window.clone()),
             soak: self.soak.or(other.soak),
             slower: self.slower.or(other.slower),
             others: BTreeMap::new(),
@@ -292,8 +298,9 @@ impl Suite {
     }
 }
 
-/// A suite's file with one case alone, which `--repro` opens from wherever it is.
-pub fn alone(case: &Case) -> String {
+/// A suite's file with one case alone, which `--repro` opens from wherever it is. `kept` is the place of the scene's files where that is not their own,
+/// relative to the suite's file: the scene's file, or the folder that its text's paths are relative to.
+pub fn alone(case: &Case, kept: Option<&Path>) -> String {
     #[derive(Serialize)]
     struct Alone<'a> {
         #[serde(skip_serializing_if = "Option::is_none")]
@@ -319,12 +326,14 @@ pub fn alone(case: &Case) -> String {
         fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
     };
     let folder = match &case.scene {
-        SceneSource::Text { folder, .. } => Some(whole(folder)),
+        SceneSource::Text { folder, .. } => Some(kept.map_or_else(|| whole(folder), Path::to_owned)),
         SceneSource::Named(_) => None,
     };
     let (scene, scenes) = match &case.scene {
         SceneSource::Named(name) if name.starts_with(builtin::PREFIX) => (name.clone(), BTreeMap::new()),
-        SceneSource::Named(name) => (whole(Path::new(name)).display().to_string(), BTreeMap::new()),
+        SceneSource::Named(name) => {
+            (kept.map_or_else(|| whole(Path::new(name)), Path::to_owned).display().to_string(), BTreeMap::new())
+        }
         SceneSource::Text { text, .. } => ("scene".to_owned(), [("scene", text.as_str())].into()),
     };
     let (settings, time, timeout, holds) = (case.settings.as_str(), case.time, case.timeout, &case.holds);
@@ -373,7 +382,7 @@ fn collect(
     }
     scenes.extend(file.scenes);
     file.defaults.check().map_err(|why| at(text.find("[defaults]").unwrap_or(0), &why))?;
-    let own_folder = file.folder.unwrap_or(beside);
+    let own_folder = file.folder.map_or_else(|| beside.clone(), |folder| beside.join(folder));
     for entry in file.cases {
         let offset = entry.group.span().start;
         cases.extend(entry.cases(&file.defaults, &scenes, &own_folder).map_err(|why| at(offset, &why))?);
@@ -412,6 +421,7 @@ impl Entry {
                     validate: keys.validate.clone().unwrap_or_default(),
                     steady_frames: keys.steady_frames.unwrap_or_default(),
                     resizes: keys.resizes.unwrap_or_default(),
+                    window: keys.window.clone().unwrap_or_default(),
                     soak: keys.soak,
                     slower: keys.slower,
                 },
@@ -493,7 +503,8 @@ each = { forward = "light-path=forward" }
     fn a_case_alone_is_a_suite_of_that_case() {
         let shipped = ["full", "soak"].map(|name| Suite::open(name).expect("it is shipped").cases).concat();
         for case in shipped.iter().chain(&opened(WHOLE).expect("read").cases) {
-            let alone = opened(&alone(case)).unwrap_or_else(|failure| panic!("{}: {}", case.name, failure.one_line()));
+            let alone =
+                opened(&alone(case, None)).unwrap_or_else(|failure| panic!("{}: {}", case.name, failure.one_line()));
             let [again] = &alone.cases[..] else { panic!("one case") };
             let same_scene = match (&case.scene, &again.scene) {
                 (SceneSource::Text { text: one, folder }, SceneSource::Text { text: other, folder: again }) => {

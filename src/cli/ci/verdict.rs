@@ -123,6 +123,8 @@ pub enum Check {
     ResourcesLeft,
     Memory,
     Resizes,
+    /// Frames as a window has them.
+    Window,
     Time,
 }
 
@@ -218,6 +220,7 @@ impl Check {
             Self::ResourcesLeft => "resources left",
             Self::Memory => "memory",
             Self::Resizes => "resizes",
+            Self::Window => "window",
             Self::Time => "time",
         }
     }

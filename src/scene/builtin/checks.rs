@@ -4,11 +4,12 @@
 use glam::{DQuat, DVec3, Vec3};
 
 use super::Builtin;
-use super::params::{Parameter, Params};
+use super::params::{Kind, Parameter, Params};
 use super::shapes::{MeshBuilder, WHOLE_IMAGE};
 use super::stage::Stage;
 use crate::scene::{
-    Brdf, Camera, ColorSpace, Falloff, Light, LightKind, Material, Projection, Scene, SettingsPatch, Texture, Tonemap,
+    BlockFormat, Brdf, Camera, ColorSpace, Falloff, Light, LightKind, Material, Projection, Sampler, Scene,
+    SettingsPatch, Texels, Texture, Tonemap,
 };
 
 /// The light on a plane: its radiance is illuminance * cos(angle) * albedo / pi.
@@ -49,7 +50,11 @@ pub(super) const OVERLAP: Builtin = Builtin {
 pub(super) const ORIENTATION: Builtin = Builtin {
     name: "orientation",
     about: "A picture that proves winding, handedness, depth order, texture origin and sRGB.",
-    parameters: &[],
+    parameters: &[Parameter {
+        name: "texels",
+        about: "of the test card: as they are, or blocks of the nearest colour",
+        kind: Kind::Choice { names: &["rgba8", "bc7", "etc2-rgb8", "etc2-rgb8a1", "etc2-rgba8"] },
+    }],
     build: orientation,
 };
 
@@ -124,9 +129,15 @@ fn overlap(_: &Params) -> Scene {
 /// The test card fills the middle two metres; under pi lux a white lambert surface has a radiance of 1, so that the picture shows
 /// the card's own bytes. Beside it, left: a clockwise magenta square that must not be seen, in front of a grey one that must.
 /// Right: a near cyan square listed before, and a far yellow one listed after, then the same the other way about below.
-fn orientation(_: &Params) -> Scene {
+fn orientation(params: &Params) -> Scene {
     let mut stage = plain_stage();
-    let card = stage.texture(test_card());
+    let card = stage.texture(test_card(match params.choice("texels") {
+        "bc7" => Some(BlockFormat::Bc7),
+        "etc2-rgb8" => Some(BlockFormat::Etc2Rgb8),
+        "etc2-rgb8a1" => Some(BlockFormat::Etc2Rgb8A1),
+        "etc2-rgba8" => Some(BlockFormat::Etc2Rgba8),
+        _ => None,
+    }));
     let card = stage.material(Material { base_color_texture: card, ..lambert("card", Vec3::ONE) });
     let mut mesh = MeshBuilder::new();
     mesh.quad(facing(1.8, 0.0), WHOLE_IMAGE);
@@ -155,26 +166,25 @@ fn orientation(_: &Params) -> Scene {
     stage.scene
 }
 
-/// Edge of the test card in texels; corners are 64 texels wide.
+/// Edge of the test card in texels; corners are 64 texels wide. Each block of 4x4 texels has one colour.
 const CARD: u32 = 256;
 
 /// Upper left red, upper right green, lower left blue, lower right white; an F in the middle on grey 188 (0.5 in linear light); below it a
 /// ramp of sixteen greys, 17 apart.
-fn test_card() -> Texture {
-    let mut texels = Vec::with_capacity((CARD * CARD * 4) as usize);
-    for y in 0..CARD {
-        for x in 0..CARD {
-            let [r, g, b] = card_color(x, y);
-            texels.extend([r, g, b, 255]);
-        }
-    }
-    Texture {
-        name: "test card".into(),
-        size: [CARD; 2],
-        color_space: ColorSpace::Srgb,
-        sampler: Default::default(),
-        texels: texels.into(),
-    }
+fn test_card(blocks: Option<BlockFormat>) -> Texture {
+    let step = if blocks.is_some() { 4 } else { 1 };
+    let places = (0..CARD).step_by(step).flat_map(|y| (0..CARD).step_by(step).map(move |x| (x, y)));
+    let colors = places.map(|(x, y)| {
+        let [r, g, b] = card_color(x, y);
+        [r, g, b, 255]
+    });
+    // Blocks have one level.
+    let sampler = Sampler { levels: blocks.map_or(Sampler::DEFAULT.levels, |_| None), ..Sampler::DEFAULT };
+    let texels = match blocks {
+        Some(format) => Texels::Blocks { format, levels: vec![colors.flat_map(|color| format.solid(color)).collect()] },
+        None => colors.flatten().collect(),
+    };
+    Texture { name: "test card".into(), size: [CARD; 2], color_space: ColorSpace::Srgb, sampler, texels }
 }
 
 fn card_color(x: u32, y: u32) -> [u8; 3] {

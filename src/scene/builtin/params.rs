@@ -13,6 +13,8 @@ pub enum Kind {
     Number { least: f64, most: f64, default: f64 },
     /// The name of a reflection model.
     Brdf { default: Brdf },
+    /// One of these names; the first is the default.
+    Choice { names: &'static [&'static str] },
 }
 
 /// A parameter of a built-in scene.
@@ -46,6 +48,7 @@ impl Parameter {
             Kind::Integer { least, most, default } => format!("{least} to {most}, default {default}"),
             Kind::Number { least, most, default } => format!("{least} to {most}, default {default}"),
             Kind::Brdf { default } => format!("a BRDF's name, default {default}"),
+            Kind::Choice { names } => format!("{}, default {}", names.join(", "), names[0]),
         }
     }
 
@@ -63,6 +66,10 @@ impl Parameter {
                 .filter(|value: &f64| (least..=most).contains(value))
                 .map(|value| Value::Number(if value.abs() < 1e-12 { 0.0 } else { value }))
                 .ok_or_else(|| format!("{}={text:?}: must be a number from {least} to {most}", self.name)),
+            Kind::Choice { names } => {
+                let chosen = names.iter().find(|name| **name == text);
+                chosen.map(|name| Value::Choice(name)).ok_or_else(|| unknown(self.name, text, names))
+            }
             Kind::Brdf { .. } => text.parse().map(Value::Brdf).map_err(|error: Error| error.to_string()),
         }
     }
@@ -72,6 +79,7 @@ impl Parameter {
             Kind::Integer { default, .. } => Value::Integer(default),
             Kind::Number { default, .. } => Value::Number(default),
             Kind::Brdf { default } => Value::Brdf(default),
+            Kind::Choice { names } => Value::Choice(names[0]),
         }
     }
 }
@@ -81,6 +89,7 @@ enum Value {
     Integer(u64),
     Number(f64),
     Brdf(Brdf),
+    Choice(&'static str),
 }
 
 /// The decided parameters of one scene: the given values, and defaults for the others.
@@ -133,6 +142,13 @@ impl Params {
         match self.get(name) {
             Some(Value::Number(value)) => value,
             other => unreachable!("{name} is declared as a number, not {other:?}"),
+        }
+    }
+
+    pub(super) fn choice(&self, name: &str) -> &'static str {
+        match self.get(name) {
+            Some(Value::Choice(value)) => value,
+            other => unreachable!("{name} is declared as a choice, not {other:?}"),
         }
     }
 

@@ -1,0 +1,70 @@
+//! Frames as a window has them, on a surface without a display: with a view beside the picture, panels over it, and copies of it.
+
+use afterlight::frame::experiment::{self, Way};
+use afterlight::frame::{Picture, Pixels};
+
+use super::evidence::Evidence;
+use super::examine::{Drawing, Place, Stage, Stop, differing, with_device};
+use super::suite::{Case, Mode};
+use super::verdict::{CaseReport, Check};
+
+/// Shows frames in each of the case's ways, without the layer and under each of its checks. Skipped where the instance or the device has no surface
+/// without a display.
+pub fn show(
+    case: &Case,
+    place: &Place,
+    drawing: &Drawing,
+    first: &Picture,
+    evidence: &Evidence,
+    report: &mut CaseReport,
+) -> Result<(), Stop> {
+    let ways = &case.holds.window;
+    if ways.is_empty() {
+        return Ok(());
+    }
+    let scene = drawing.scene.at(&drawing.playing);
+    for mode in [None].into_iter().chain(case.holds.validate.iter().copied().map(Some)) {
+        let stage = Stage { mode, shows: Some(Check::Window) };
+        with_device(stage, place, evidence, report, |device, report| {
+            for &way in ways {
+                let picture = experiment::show(device, &scene, &drawing.settings, way)?;
+                if is_comparable(drawing, mode, way) && differ(first, &picture, way) {
+                    evidence.picture(&format!("picture-{}.png", name(way)), &picture);
+                    let detail = format!("{}: the picture is another than without a window", name(way));
+                    report.hold(Check::Window, false, detail);
+                    return Ok(());
+                }
+            }
+            let shown: Vec<_> = ways.iter().copied().map(name).collect();
+            report.hold(Check::Window, true, format!("shown {}", shown.join(", ")));
+            Ok(())
+        })?;
+    }
+    Ok(())
+}
+
+fn name(way: Way) -> &'static str {
+    match way {
+        Way::Straight => "straight",
+        Way::Enlarged => "enlarged",
+        Way::Encoded => "encoded",
+    }
+}
+
+/// Returns true if the picture must be the one without a window. A window shows frames as they come, and not the average of many; GPU-assisted validation
+/// adds code to shaders; FXAA and TAA find differences that 8 bits round away and ENCODE does not.
+fn is_comparable(drawing: &Drawing, mode: Option<Mode>, way: Way) -> bool {
+    let settings = &drawing.settings;
+    let is_rounded = way == Way::Encoded && settings.fxaa;
+    mode != Some(Mode::GpuAssisted) && !settings.taa && settings.samples == 1 && !is_rounded && !drawing.scene.moves()
+}
+
+/// ENCODE reads light that was never rounded to 8 bits: there values may differ by one.
+fn differ(one: &Picture, other: &Picture, way: Way) -> bool {
+    match (&one.pixels, &other.pixels) {
+        (Pixels::Srgb8(one), Pixels::Srgb8(other)) if way == Way::Encoded && one.len() == other.len() => {
+            one.iter().zip(other).any(|(one, other)| one.abs_diff(*other) > 1)
+        }
+        _ => differing(one, other) > 0,
+    }
+}
