@@ -92,7 +92,7 @@ fn follows(gpu: &Gpu, settings: &Settings, seed: u64, changes: u32) {
 
 #[test]
 fn a_renderer_follows_whatever_changes_of_its_scene() {
-    on_gpu(|gpu| follows(gpu, &exact(48, 36), 1, if tries_all() { 1000 } else { 40 }));
+    on_gpu(|gpu| follows(gpu, &exact(48, 36), 1, if tries_all() { 1000 } else { 24 }));
 }
 
 /// Puts an object somewhere else, now and then mirrored, or changes a light. Either costs one write as long as the plan serves.
@@ -153,8 +153,8 @@ fn wanders(gpu: &Gpu, settings: &Settings, seed: u64, frames: u32) {
 #[test]
 fn frames_of_a_scene_that_changes_at_random_are_drawn_without_a_message() {
     on_gpu(|gpu| {
-        // `make test` draws the first 100, which takes a tenth of the time.
-        let frames = if tries_all() { 1000 } else { 100 };
+        // `make test` draws the first 50, which takes a twentieth of the time.
+        let frames = if tries_all() { 1000 } else { 50 };
         let shaded = exact(64, 64);
         let plain = Settings { shadows: ShadowSettings { enabled: false, ..shaded.shadows }, ..shaded.clone() };
         wanders(gpu, &shaded, 2, frames);

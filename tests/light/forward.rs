@@ -80,7 +80,7 @@ fn shadows_are_the_same_but_for_pixels_on_a_texels_border() {
 #[test]
 fn a_depth_prepass_changes_no_bit() {
     on_gpu(|gpu| {
-        for (turn, scene) in some_of(scenes(), 2).enumerate() {
+        for (turn, scene) in some_of(scenes(), 3).enumerate() {
             for settings in one_of(&[linear(&scene), own(&scene, SIZE[0], SIZE[1])], turn) {
                 let drawn = |path, prepass| gpu.draw(&scene, &on(path, prepass, settings));
                 let (with, without) = (drawn(LightPath::Forward, Some(true)), drawn(LightPath::Forward, Some(false)));

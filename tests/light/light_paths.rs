@@ -134,7 +134,7 @@ fn scenes() -> Vec<Scene> {
 #[test]
 fn paths_that_sum_in_the_same_order_give_the_same_bits() {
     on_gpu(|gpu| {
-        for (turn, scene) in some_of(scenes(), 2).enumerate() {
+        for (turn, scene) in some_of(scenes(), 3).enumerate() {
             let layouts: &[&str] = if scene.lights.len() > 100 { &["lean"] } else { &["float32", "lean"] };
             for layout in one_of(layouts, turn) {
                 let settings = Settings { gbuffer: gbuffer(layout), ..exact(SIZE.0, SIZE.1) };

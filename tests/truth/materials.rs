@@ -3,7 +3,7 @@
 
 use crate::common::compare::{assert_identical, largest_code_difference};
 use crate::common::gpu::{Gpu, nits, on_gpu, places};
-use crate::common::some_of;
+use crate::common::some_in_turn;
 use crate::common::stage::{add, directional, display, exact, lambert, plane, point, rectangle, stage, sun};
 use afterlight::reference::{Mode, Options, Reference, Smith, View};
 use afterlight::scene::builtin::shapes;
@@ -24,11 +24,12 @@ pub const PATHS: [LightPath; 6] = [
     LightPath::PerLight,
 ];
 
-/// Returns the paths that can draw a scene; in `make test` every second one, so that each kind of shader is among them.
-fn paths<'a>(gpu: &'a Gpu, scene: &'a Scene) -> impl Iterator<Item = LightPath> + 'a {
+/// Returns the paths that can draw a scene; in `make test` every third one, beginning with the one whose turn it is, so that each comes up among many scenes.
+fn paths(gpu: &Gpu, scene: &Scene, turn: usize) -> Vec<LightPath> {
     let blends = scene.materials.iter().any(Material::is_transparent);
-    let takes = move |&path: &LightPath| !(blends && writes_the_picture(path)) && gpu.takes(path, scene);
-    some_of(PATHS.into_iter().filter(takes), 2)
+    let takes = |&path: &LightPath| !(blends && writes_the_picture(path)) && gpu.takes(path, scene);
+    let all: Vec<LightPath> = PATHS.into_iter().filter(takes).collect();
+    some_in_turn(&all, turn, 3).collect()
 }
 
 /// Returns true if the path writes the picture, so that nothing can come after its lighting.
@@ -90,7 +91,7 @@ fn textures_wrap_and_are_magnified_as_their_samplers_say() {
         for (index, wrap) in WRAPS.into_iter().flat_map(|u| WRAPS.map(|v| [u, v])).enumerate() {
             for filter in [Filter::Nearest, Filter::Linear] {
                 let scene = papered(paper.clone(), sampled(wrap, filter));
-                let paths: Vec<_> = paths(gpu, &scene).collect();
+                let paths = paths(gpu, &scene, index);
                 let settings = nits_of(paths[index % paths.len()]);
                 // A sampler has 8 bits for the share of a texel at least, and the edges of nearest ones run along pixels.
                 let most = if filter == Filter::Nearest { 1e-5 } else { 8e-3 };
@@ -111,7 +112,7 @@ fn textures_of_one_material_have_samplers_of_their_own() {
         };
         let mut scene = papered(own, sampled([Wrap::Clamp; 2], Filter::Nearest));
         scene.textures.push(texture(sampled([Wrap::Mirror, Wrap::Repeat], Filter::Linear)));
-        for path in paths(gpu, &scene) {
+        for path in paths(gpu, &scene, 0) {
             let what = format!("two samplers, {path}");
             assert_near(gpu, &scene, &nits_of(path), [4e-3, 8e-3], 0.93, &what);
         }
@@ -159,10 +160,10 @@ fn colours_of_vertices_multiply_the_base_colour_and_alpha() {
             ("blended", Material { alpha_mode: AlphaMode::Blend, ..textured.clone() }),
             ("glass", Material { alpha_mode: AlphaMode::Glass, ..lambert(0.9) }),
         ];
-        for (name, material) in cases {
+        for (turn, (name, material)) in cases.into_iter().enumerate() {
             let mut scene = sheet(material.clone());
             scene.textures.push(texture(Sampler::DEFAULT));
-            for path in paths(gpu, &scene) {
+            for path in paths(gpu, &scene, turn) {
                 // The edges of shadows and holes are among the other pixels.
                 let bound = if scene.materials[1].textures().next().is_some() { 8e-3 } else { 1e-5 };
                 assert_near(gpu, &scene, &nits_of(path), [bound, bound], 0.93, &format!("{name}, {path}"));
@@ -212,19 +213,20 @@ fn textures_lie_on_meshes_as_their_uv_maps_say() {
             TextureSlot::ALL.into_iter().for_each(|slot| *material.texture_mut(slot) = Some(0));
             mapped(material)
         };
-        for (name, material) in [
+        let cases = [
             ("lambert", mapped(Material { base_color_texture: Some(0), ..lambert(1.0) })),
             ("cook-torrance", every(Brdf::CookTorrance)),
             ("phong", every(Brdf::Phong)),
             ("blended", Material { alpha_mode: AlphaMode::Blend, ..every(Brdf::CookTorrance) }),
             ("unlit", Material { unlit: true, ..every(Brdf::CookTorrance) }),
-        ] {
+        ];
+        for (turn, (name, material)) in cases.into_iter().enumerate() {
             let mut scene = papered(material.clone(), sampled([Wrap::Repeat, Wrap::Mirror], Filter::Linear));
             let mesh = &mut scene.meshes[0];
             mesh.uvs_1 = mesh.uvs.iter().map(|[u, v]| [v * 0.5 + 0.1, u * 0.6]).collect();
             mesh.compute_tangents();
             scene.environment.ambient = Vec3::splat(0.2);
-            for path in paths(gpu, &scene) {
+            for path in paths(gpu, &scene, turn) {
                 let settings = nits_of(path);
                 assert_near(gpu, &scene, &settings, [8e-3, 0.03], 0.97, &format!("{name}, {path}"));
             }
@@ -330,7 +332,7 @@ fn what_is_unlit_sends_its_colour_and_reflects_nothing() {
     on_gpu(|gpu| {
         let glowing = Material { unlit: true, base_color: Vec3::new(0.9, 0.3, 0.1), ..Material::default() };
         let scene = ball(glowing.clone());
-        for path in paths(gpu, &scene) {
+        for path in paths(gpu, &scene, 0) {
             let picture = gpu.draw(&scene, &nits_of(path));
             let middle = nits(&picture, SIZE[0] / 2, SIZE[1] / 2);
             assert!((middle - glowing.base_color.as_dvec3()).abs().max_element() < 1e-6, "{path}: {middle}");
@@ -356,14 +358,15 @@ fn a_dielectric_reflects_as_much_as_it_says() {
         };
         let phong = Material { brdf: Brdf::Phong, specular: Vec3::splat(0.4), shininess: 20.0, ..Material::default() };
         let textured = Material { specular_texture: Some(0), ..shiny([0.3; 3], 0.9, 0.0) };
-        for (name, material) in [
+        let cases = [
             ("glass", shiny([0.1; 3], 1.0, 0.0)),
             ("nothing", shiny([0.0; 3], 0.0, 0.0)),
             ("tinted", shiny([0.5, 0.2, 0.05], 0.5, 0.0)),
             ("half a metal", shiny([0.02; 3], 0.3, 0.5)),
             ("a usual metal among others", shiny([0.04; 3], 1.0, 1.0)),
             ("textured", textured),
-        ] {
+        ];
+        for (turn, (name, material)) in cases.into_iter().enumerate() {
             let mut scene = ball(material.clone());
             scene.textures.push(texture(Sampler::DEFAULT));
             // With other models around it, and a usual dielectric.
@@ -374,7 +377,7 @@ fn a_dielectric_reflects_as_much_as_it_says() {
                 add(&mut scene, shapes::sphere(0.25, 48), other, DAffine3::from_translation(place));
             }
             let bound = if material.specular_texture.is_some() { [1e-4, 4e-3] } else { [1e-5, 3e-4] };
-            for path in paths(gpu, &scene) {
+            for path in paths(gpu, &scene, turn) {
                 assert_near(gpu, &scene, &nits_of(path), bound, 0.94, &format!("{name}, {path}"));
             }
             // 8 bits a channel.
