@@ -330,7 +330,7 @@ fn what_changes_while_frames_are_made_is_in_them() {
 
         // Settings that cannot be planned leave the frames as they are.
         presenter.change(false);
-        let none = Settings { light_path: LightPath::Compute, msaa: 4, ..second.clone() };
+        let none = Settings { light_path: LightPath::Volumes, msaa: 4, ..second.clone() };
         assert!(presenter.fit_later(&scene, &none, &wake).is_err() && !presenter.is_pending());
         assert_identical(&shown(&mut presenter, &scene, "refused"), &expected(&second, SIZES[2]), "after a refusal");
     });
