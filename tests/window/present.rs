@@ -30,7 +30,8 @@ fn ways() -> Vec<(&'static str, Scene, Settings)> {
         ("fxaa", spheres.clone(), Settings { fxaa: true, ..settings.clone() }),
         ("bloom", spheres.clone(), Settings { bloom: 0.3, light_path: LightPath::Loop, ..settings.clone() }),
         ("view", spheres.clone(), Settings { view: View::Normal, ..settings.clone() }),
-        ("compute", spheres, Settings { light_path: LightPath::Compute, ..settings }),
+        ("compute", spheres.clone(), Settings { light_path: LightPath::Compute, ..settings.clone() }),
+        ("compute of samples", spheres, Settings { light_path: LightPath::Compute, msaa: 4, ..settings }),
         ("tone mapping", layers.clone(), own(&layers)),
     ]
 }
