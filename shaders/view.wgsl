@@ -169,7 +169,7 @@ fn shown_depth(texel: vec2<f32>, layer: u32, depth: f32) -> f32 {
 fn fragment(@builtin(position) pixel: vec4<f32>) -> @location(0) vec4<f32> {
 #ifdef MSAA
     // Pixels that are shaded once a sample are bright; src/frame/complexity.rs counts these codes.
-    if covered_samples(SAMPLES) == 0u {
+    if covered_samples(pixel.xy, SAMPLES) == 0u {
         return vec4(0.0, 0.0, 0.0, 1.0);
     }
     let once = samples_agree(pixel.xy, SAMPLES, NORMAL_ENCODING, GEOMETRIC_STEPS);

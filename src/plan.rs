@@ -311,9 +311,9 @@ impl FramePlan {
         vk::SampleCountFlags::from_raw(self.msaa)
     }
 
-    /// Returns true if the output's own light is written sample by sample, which the render pass then resolves.
+    /// Returns true if the output's own light is written sample by sample, which the render pass then resolves. A compute pass resolves by itself.
     pub fn resolves_output(&self) -> bool {
-        self.msaa > 1 && self.hdr.is_none() && matches!(self.shading, Shading::Light { .. })
+        self.msaa > 1 && self.hdr.is_none() && self.shading.is_lit() && !self.is_tiled()
     }
 
     /// Returns true if LIGHTING, or VIEW in its place, leaves out the sky by a depth test. A view of all samples writes the output, which has one,

@@ -13,6 +13,20 @@
 
 #ifdef STORED
 // Compute reads the stored targets as textures. Depth is there in any case: it tells the sky.
+#ifdef MSAA
+@group(1) @binding(0) var stored_depth: texture_depth_multisampled_2d;
+@group(1) @binding(1) var stored_albedo: texture_multisampled_2d<f32>;
+@group(1) @binding(2) var stored_normal: texture_multisampled_2d<f32>;
+#ifdef MATERIAL
+@group(1) @binding(3) var stored_material: texture_multisampled_2d<f32>;
+#endif
+#ifdef SPECULAR
+@group(1) @binding(4) var stored_specular: texture_multisampled_2d<f32>;
+#endif
+#ifdef POSITION
+@group(1) @binding(5) var stored_position: texture_multisampled_2d<f32>;
+#endif
+#else
 @group(1) @binding(0) var stored_depth: texture_depth_2d;
 @group(1) @binding(1) var stored_albedo: texture_2d<f32>;
 #ifdef NORMAL_UINT
@@ -28,6 +42,7 @@
 #endif
 #ifdef POSITION
 @group(1) @binding(5) var stored_position: texture_2d<f32>;
+#endif
 #endif
 #else
 #ifdef MSAA
@@ -83,26 +98,6 @@ struct Stored {
     specular: vec4<f32>,
 }
 
-#ifdef STORED
-fn load_stored(pixel: vec2<f32>) -> Stored {
-    let at = vec2<i32>(pixel);
-    var stored: Stored;
-    stored.albedo = textureLoad(stored_albedo, at, 0);
-#ifdef NORMAL_UINT
-    stored.normal = textureLoad(stored_normal, at, 0).xy;
-#else
-    stored.normal = textureLoad(stored_normal, at, 0);
-#endif
-#ifdef MATERIAL
-    stored.material = textureLoad(stored_material, at, 0);
-#endif
-#ifdef SPECULAR
-    stored.specular = textureLoad(stored_specular, at, 0);
-#endif
-    return stored;
-}
-
-#else
 #ifdef MSAA
 // The part of the pixel that is read: one of its samples; or the first, at the mean place of so many.
 var<private> chosen_sample: u32 = 0u;
@@ -118,7 +113,34 @@ fn read_mean(count: u32) {
     samples_in_mean = count;
 }
 
-fn load_sample(sample: u32) -> Stored {
+#ifdef STORED
+fn load_sample(pixel: vec2<f32>, sample: u32) -> Stored {
+    let at = vec2<i32>(pixel);
+    var stored: Stored;
+    stored.albedo = textureLoad(stored_albedo, at, sample);
+    stored.normal = textureLoad(stored_normal, at, sample);
+#ifdef MATERIAL
+    stored.material = textureLoad(stored_material, at, sample);
+#endif
+#ifdef SPECULAR
+    stored.specular = textureLoad(stored_specular, at, sample);
+#endif
+    return stored;
+}
+
+// Reversed depth; 0 where there is no surface.
+fn sample_depth(pixel: vec2<f32>, sample: u32) -> f32 {
+    return textureLoad(stored_depth, vec2<i32>(pixel), sample);
+}
+
+#ifdef POSITION
+fn sample_position(pixel: vec2<f32>, sample: u32) -> vec3<f32> {
+    return textureLoad(stored_position, vec2<i32>(pixel), sample).xyz;
+}
+#endif
+#else
+// Input attachments: a pixel reads its own place alone.
+fn load_sample(pixel: vec2<f32>, sample: u32) -> Stored {
     var stored: Stored;
     stored.albedo = textureLoad(subpass_albedo, vec2<i32>(0, 0), sample);
     stored.normal = textureLoad(subpass_normal, vec2<i32>(0, 0), sample);
@@ -131,19 +153,27 @@ fn load_sample(sample: u32) -> Stored {
     return stored;
 }
 
-fn sample_depth(sample: u32) -> f32 {
+// Reversed depth; 0 where there is no surface.
+fn sample_depth(pixel: vec2<f32>, sample: u32) -> f32 {
     return textureLoad(subpass_depth, vec2<i32>(0, 0), sample);
 }
 
+#ifdef POSITION
+fn sample_position(pixel: vec2<f32>, sample: u32) -> vec3<f32> {
+    return textureLoad(subpass_position, vec2<i32>(0, 0), sample).xyz;
+}
+#endif
+#endif
+
 fn load_stored(pixel: vec2<f32>) -> Stored {
-    return load_sample(chosen_sample);
+    return load_sample(pixel, chosen_sample);
 }
 
 // Samples that show a surface.
-fn covered_samples(count: u32) -> u32 {
+fn covered_samples(pixel: vec2<f32>, count: u32) -> u32 {
     var covered = 0u;
     for (var i = 0u; i < count; i++) {
-        covered += select(0u, 1u, sample_depth(i) > 0.0);
+        covered += select(0u, 1u, sample_depth(pixel, i) > 0.0);
     }
     return covered;
 }
@@ -168,11 +198,11 @@ fn alike(a: vec4<f32>, b: vec4<f32>) -> bool {
 // that the normal tells. `center` is the pixel's. Later reads get the mean.
 fn samples_agree(center: vec2<f32>, count: u32, normal_encoding: u32, geometric_steps: f32) -> bool {
     read_mean(count);
-    let first = load_sample(0u);
-    var same = sample_depth(0u) > 0.0;
+    let first = load_sample(center, 0u);
+    var same = sample_depth(center, 0u) > 0.0;
     for (var i = 1u; i < count; i++) {
-        let other = load_sample(i);
-        same = same && sample_depth(i) > 0.0 && all(abs(other.normal - first.normal) <= vec4(NORMAL_TOLERANCE));
+        let other = load_sample(center, i);
+        same = same && sample_depth(center, i) > 0.0 && all(abs(other.normal - first.normal) <= vec4(NORMAL_TOLERANCE));
         same = same && alike(other.albedo, first.albedo) && alike(other.specular, first.specular);
         // Roughness and metallic; the normal there says no more than the other.
         same = same && alike(vec4(other.material.xy, 0.0, 0.0), vec4(first.material.xy, 0.0, 0.0));
@@ -183,7 +213,7 @@ fn samples_agree(center: vec2<f32>, count: u32, normal_encoding: u32, geometric_
     // Depth is linear across the picture: a step aside, times n, over n * ray through the centre, is the step along the ray to the plane. As a
     // part of the distance it changes the depth by that part; where depth is linear, in metres, by their part of its range.
     let normal = load_texel(center, normal_encoding, geometric_steps).geometric_normal;
-    let depth = mean_depth();
+    let depth = mean_depth(center);
     let ray = view_ray(center);
     let facing = dot(normal, ray);
     let unit = select(depth, 1.0 / frame.depth_range, ORTHOGRAPHIC);
@@ -196,34 +226,53 @@ fn samples_agree(center: vec2<f32>, count: u32, normal_encoding: u32, geometric_
     for (var i = 0u; i < count; i++) {
         let offset = across(center + sample_offset(i, count)) - across(center);
         let expected = depth + unit * dot(normal, offset) / facing;
-        same = same && abs(sample_depth(i) - expected) <= tolerance;
+        same = same && abs(sample_depth(center, i) - expected) <= tolerance;
     }
     return same;
 }
 
 // By differences, so that the mean of equal values is that value.
-fn mean_depth() -> f32 {
-    let first = sample_depth(chosen_sample);
+fn mean_depth(pixel: vec2<f32>) -> f32 {
+    let first = sample_depth(pixel, chosen_sample);
     var differences = 0.0;
     for (var i = 1u; i < samples_in_mean; i++) {
-        differences += sample_depth(i) - first;
+        differences += sample_depth(pixel, i) - first;
     }
     return first + differences / f32(samples_in_mean);
 }
 
 #ifdef POSITION
-fn mean_position() -> vec3<f32> {
-    let first = textureLoad(subpass_position, vec2<i32>(0, 0), chosen_sample).xyz;
+fn mean_position(pixel: vec2<f32>) -> vec3<f32> {
+    let first = sample_position(pixel, chosen_sample);
     var differences = vec3(0.0);
     for (var i = 1u; i < samples_in_mean; i++) {
-        differences += textureLoad(subpass_position, vec2<i32>(0, 0), i).xyz - first;
+        differences += sample_position(pixel, i) - first;
     }
     return first + differences / f32(samples_in_mean);
 }
 #endif
 
 #else
+#ifdef STORED
+fn load_stored(pixel: vec2<f32>) -> Stored {
+    let at = vec2<i32>(pixel);
+    var stored: Stored;
+    stored.albedo = textureLoad(stored_albedo, at, 0);
+#ifdef NORMAL_UINT
+    stored.normal = textureLoad(stored_normal, at, 0).xy;
+#else
+    stored.normal = textureLoad(stored_normal, at, 0);
+#endif
+#ifdef MATERIAL
+    stored.material = textureLoad(stored_material, at, 0);
+#endif
+#ifdef SPECULAR
+    stored.specular = textureLoad(stored_specular, at, 0);
+#endif
+    return stored;
+}
 
+#else
 fn load_stored(pixel: vec2<f32>) -> Stored {
     var stored: Stored;
     stored.albedo = textureLoad(subpass_albedo, vec2<i32>(0, 0), 0);
@@ -246,11 +295,11 @@ fn load_stored(pixel: vec2<f32>) -> Stored {
 // Relative to the camera, in metres.
 fn load_position(pixel: vec2<f32>) -> vec3<f32> {
 #ifdef POSITION
+#ifdef MSAA
+    return mean_position(pixel);
+#else
 #ifdef STORED
     return textureLoad(stored_position, vec2<i32>(pixel), 0).xyz;
-#else
-#ifdef MSAA
-    return mean_position();
 #else
     return textureLoad(subpass_position, vec2<i32>(0, 0), 0).xyz;
 #endif
@@ -262,11 +311,11 @@ fn load_position(pixel: vec2<f32>) -> vec3<f32> {
 
 // Reversed depth; 0 where there is no surface.
 fn load_depth(pixel: vec2<f32>) -> f32 {
+#ifdef MSAA
+    return mean_depth(pixel);
+#else
 #ifdef STORED
     return textureLoad(stored_depth, vec2<i32>(pixel), 0);
-#else
-#ifdef MSAA
-    return mean_depth();
 #else
 #ifdef POSITION
     let along = dot(load_position(pixel), frame.forward);

@@ -28,7 +28,10 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
         float32_blends: [vk::Format::R32G32B32A32_SFLOAT, vk::Format::R32_SFLOAT]
             .into_iter()
             .all(|format| device.supports_color_attachment(format, true)),
-        msaa: msaa(device),
+        msaa: msaa(device, vk::ImageUsageFlags::INPUT_ATTACHMENT),
+        sampled_msaa: msaa(device, vk::ImageUsageFlags::INPUT_ATTACHMENT | vk::ImageUsageFlags::SAMPLED)
+            & limits.sampled_image_color_sample_counts.as_raw()
+            & limits.sampled_image_depth_sample_counts.as_raw(),
         anisotropy: anisotropy(device),
         slow_anisotropy: has_slow_anisotropy(&device.driver_name, &device.driver_info),
         reads_pushed_places_once: reads_pushed_places_once(&device.driver_name, &device.driver_info),
@@ -96,15 +99,15 @@ fn lavapipe_of_mesa(driver_name: &str, driver_info: &str) -> Option<u32> {
     version.split('.').next()?.parse().ok()
 }
 
-/// The sample counts that every format of an attachment has on the device. More than one must be shaded one by one, and lie where
-/// `shaders/shared/multisampling.wgsl` says.
-fn msaa(device: &PhysicalDevice) -> u32 {
+/// The sample counts that every format of an attachment has on the device where it is read as `read` says. More than one must be shaded one by one,
+/// and lie where `shaders/shared/multisampling.wgsl` says.
+fn msaa(device: &PhysicalDevice, read: vk::ImageUsageFlags) -> u32 {
     let features = device.features.sample_rate_shading == vk::TRUE;
     if !features || device.limits.standard_sample_locations == vk::FALSE {
         return 1;
     }
-    let color = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::INPUT_ATTACHMENT;
-    let depth = vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT | vk::ImageUsageFlags::INPUT_ATTACHMENT;
+    let color = vk::ImageUsageFlags::COLOR_ATTACHMENT | read;
+    let depth = vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT | read;
     let mut counts = device.attachment_samples();
     for (format, usage) in [
         (vk::Format::D32_SFLOAT, depth),

@@ -406,13 +406,23 @@ fn clear_values(plan: &FramePlan, world: &World, targets: &[Target]) -> Vec<vk::
         .collect()
 }
 
+/// Returns the light of the background.
+pub(super) fn exposed_background(plan: &FramePlan, world: &World) -> Vec3 {
+    match plan.shading {
+        // As in the shaders: cut off before it is stored or mapped, so that nothing overflows on the way.
+        Shading::Light { light_only: false } => {
+            (world.environment.background * world.exposure).min(Vec3::splat(plan.largest_light()))
+        }
+        _ => Vec3::ZERO,
+    }
+}
+
 /// Returns the clear colour of a target.
 pub(super) fn background(plan: &FramePlan, world: &World, target: Target) -> Vec3 {
     if !matches!(plan.shading, Shading::Light { light_only: false }) {
         return Vec3::ZERO;
     }
-    // As in the shaders: cut off before it is stored or mapped, so that nothing overflows on the way.
-    let exposed = (world.environment.background * world.exposure).min(Vec3::splat(plan.largest_light()));
+    let exposed = exposed_background(plan, world);
     match plan.tone_mapping {
         ToneMapping::InLighting(curve) => tone_map_up_to(plan.headroom(), exposed, curve),
         ToneMapping::Subpass(_) | ToneMapping::Kept if target == Target::Output => Vec3::ZERO,

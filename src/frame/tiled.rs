@@ -10,22 +10,20 @@
 //! copies         PRESENT    the output into an image of the swapchain, where there is one
 //! ```
 
-use ash::vk;
-use glam::Vec3;
-
 use super::FrameParts;
 use super::ao::{self, AoStage};
 use super::edges::{Edges, RowName};
 use super::list::{self, MAIN_PASS, Occasion, SHADOW_PASS, Step};
-use super::render_passes::{RenderPassIndex, RenderPasses, background, image_barrier, prepass};
+use super::render_passes::{RenderPassIndex, RenderPasses, background, exposed_background, image_barrier, prepass};
 use crate::gpu::{self, Image, Timestamps};
 use crate::passes::depth::{self, Depth};
 use crate::passes::geometry::{self, Geometry};
-use crate::passes::tiled::{self, Tiled};
+use crate::passes::tiled::{self, Background, Tiled};
 use crate::passes::tonemap::encode_srgb;
 use crate::passes::{Recording, Resource, shadow};
 use crate::plan::{FramePlan, OUTPUT_PLAIN, Target};
 use crate::visible::World;
+use ash::vk;
 
 /// The passes of a plan and their targets.
 pub struct TiledFrame {
@@ -138,7 +136,11 @@ impl TiledFrame {
 }
 
 /// The background as a shader writes it: an attachment's clear value would be encoded by the hardware.
-fn written_background(plan: &FramePlan, world: &World) -> Vec3 {
+fn written_background(plan: &FramePlan, world: &World) -> Background {
     let light = background(plan, world, Target::Output);
-    if plan.output == OUTPUT_PLAIN { light.map(|v| encode_srgb(f64::from(v)) as f32) } else { light }
+    let encoded = plan.output == OUTPUT_PLAIN;
+    Background {
+        of_pixel: if encoded { light.map(|v| encode_srgb(f64::from(v)) as f32) } else { light },
+        of_sample: if plan.averages_light() { exposed_background(plan, world) } else { light },
+    }
 }

@@ -80,6 +80,8 @@ pub fn cases() -> Vec<Case> {
     case("compute", lamplit(), &[compute]);
     case("compute, glowing and sunlit", glowing(sunlit()), &[compute]);
     case("compute, linear", lamplit(), &[compute, hdr]);
+    case("compute, samples", lamplit(), &[compute, samples]);
+    case("compute, samples averaged as light, glowing and sunlit", glowing(sunlit()), &[compute, samples, linear]);
     case("visibility, glowing and sunlit", glowing(sunlit()), &[visibility]);
     case("forward", plain(), &[forward]);
     case("forward, naive", lamplit(), &[|settings| settings.light_path = LightPath::ForwardNaive]);

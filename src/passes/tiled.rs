@@ -81,12 +81,24 @@ const TILE: u32 = 16;
 #[repr(C)]
 struct Push {
     background: Vec3,
+    padding: u32,
+    sample_background: Vec3,
 }
 
 const _: () = {
     assert!(std::mem::offset_of!(Push, background) == shader::push::BACKGROUND);
+    assert!(std::mem::offset_of!(Push, sample_background) == shader::push::SAMPLE_BACKGROUND);
     assert!(size_of::<Push>() <= shader::push::SIZE);
 };
+
+/// The light where nothing is seen.
+#[derive(Debug, Clone, Copy)]
+pub struct Background {
+    /// Of a pixel, as the output has it.
+    pub of_pixel: Vec3,
+    /// Of one of several samples, as they are averaged.
+    pub of_sample: Vec3,
+}
 
 /// The pass.
 pub struct Tiled {
@@ -97,8 +109,7 @@ pub struct Tiled {
     _empty: Option<SetLayout>,
     pool: DescriptorPool,
     set: vk::DescriptorSet,
-    /// The picture's colour where nothing is seen.
-    pub background: Vec3,
+    pub background: Background,
 }
 
 /// A stored target as a descriptor: its binding, view and layout.
@@ -112,7 +123,7 @@ impl Tiled {
         layouts: SetLayouts,
         seen: Option<&Seen>,
         (stored, output): (&[Stored], vk::ImageView),
-        background: Vec3,
+        background: Background,
     ) -> gpu::Result<Self> {
         let mut bindings: Vec<_> =
             stored.iter().map(|&(index, ..)| binding(index, vk::DescriptorType::SAMPLED_IMAGE, COMPUTE)).collect();
@@ -156,7 +167,8 @@ impl Tiled {
         let mut sets = vec![recording.frame_set, self.set];
         sets.extend(recording.shadow_set);
         let mut push = [0u8; shader::push::SIZE];
-        let background = Push { background: self.background };
+        let Background { of_pixel, of_sample } = self.background;
+        let background = Push { background: of_pixel, padding: 0, sample_background: of_sample };
         push[..size_of::<Push>()].copy_from_slice(bytemuck::bytes_of(&background));
         let groups = recording.size.map(|edge| edge.div_ceil(TILE));
         // SAFETY: `cmd` is being recorded outside a render pass; sets and push constants are those of the layout, and the pass owns
@@ -217,6 +229,7 @@ pub(crate) fn flags(plan: &FramePlan) -> Flags {
         | Flags::SHADOW.when(plan.shadow.is_some())
         | gbuffer_flags!(plan)
         | Flags::EMISSIVE.when(plan.emissive)
+        | Flags::MSAA.when(plan.msaa > 1)
         | Flags::VISIBILITY.when(plan.triangles.is_some())
         | Flags::TEXTURED.when(plan.triangles.is_some() && plan.keys().any(|key| !key.textures.is_empty()))
         | Flags::LINEAR_OUTPUT.when(plan.output == vk::Format::R32G32B32A32_SFLOAT)
@@ -238,6 +251,8 @@ fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
         (constants::OPERATOR, curve),
         (constants::HEADROOM, plan.headroom().to_bits()),
         (constants::SWAPPED, u32::from(plan.swaps_red_and_blue)),
+        (constants::SAMPLES, plan.msaa),
+        (constants::LINEAR, u32::from(plan.averages_light())),
     ];
     let seen = [
         (constants::TRIANGLE_BITS, plan.triangles.map_or(0, |code| code.bits)),

@@ -24,6 +24,8 @@ pub struct Capabilities {
     pub packed_float_blends: bool,
     /// Samples a pixel that every attachment can have, as bits (2 for 2, 4 for 4), at their standard places and shaded one by one.
     pub msaa: u32,
+    /// Those of them that a compute shader can read one by one, of every attachment.
+    pub sampled_msaa: u32,
     /// The most that textures can be filtered with; 1 where the device has no anisotropic filtering.
     pub anisotropy: u32,
     /// Its samplers look at every texel that a pixel covers, which takes long: shaders look at some places.
@@ -69,6 +71,7 @@ impl Capabilities {
             float32_blends: true,
             packed_float_blends: true,
             msaa: 1 | 2 | 4 | 8,
+            sampled_msaa: 1 | 2 | 4 | 8,
             anisotropy: 16,
             slow_anisotropy: false,
             reads_pushed_places_once: false,

@@ -5,6 +5,9 @@ use ash::vk;
 use super::{Capabilities, Error, FramePlan, Gbuffer, TooFew};
 use crate::scene::{Camera, LightPath, MSAA, Output, Resolve, SETTINGS, Settings, View};
 
+/// Bytes that a work group of TILED shares with several samples a pixel (`shaders/tiled.wgsl`): lists of lights, and the light of 256 samples.
+const TILE_SHARED_BYTES: u32 = 8192;
+
 pub(super) fn check_size([width, height]: [u32; 2], device: &Capabilities) -> Result<(), Error> {
     match width == 0 || height == 0 || width.max(height) > device.max_extent {
         true => Err(Error::Size(width, height, device.max_extent)),
@@ -80,7 +83,7 @@ pub(super) fn check_bloom(settings: &Settings) -> Result<(), Error> {
     Ok(())
 }
 
-/// Multisampling goes with every layout of floats, and with the paths that rasterize what they light or light a G-buffer in one draw.
+/// Multisampling goes with every layout of floats, and with the paths that rasterize what they light or light a G-buffer in one step.
 pub(super) fn check_msaa(
     settings: &Settings,
     gbuffer: Option<&Gbuffer>,
@@ -114,12 +117,20 @@ pub(super) fn check_msaa(
             "normals in integers are not multisampled: choose another format, as --gbuffer lean,normal=rgb10a2".into(),
         );
     }
-    if matches!(light_path, LightPath::PerLight | LightPath::Volumes | LightPath::Compute | LightPath::Visibility) {
-        return refuse(format!(
-            "the light path {light_path} shades one sample a pixel: choose loop, clustered or forward"
-        ));
+    let others = "choose loop, clustered or forward";
+    match light_path {
+        LightPath::PerLight | LightPath::Volumes | LightPath::Visibility => {
+            refuse(format!("the light path {light_path} shades one sample a pixel: {others}"))
+        }
+        LightPath::Compute if device.sampled_msaa & msaa == 0 => refuse(format!(
+            "the light path compute reads {msaa} samples a pixel as textures, and this device has no such textures of every format: {others}"
+        )),
+        LightPath::Compute if device.shared_memory < TILE_SHARED_BYTES => refuse(format!(
+            "the light path compute shares {TILE_SHARED_BYTES} bytes among the invocations of a work group, and this device has {}: {others}",
+            device.shared_memory
+        )),
+        _ => Ok(()),
     }
-    Ok(())
 }
 
 impl FramePlan {

@@ -79,7 +79,7 @@ impl Choices {
         let integers = gbuffer.as_ref().is_some_and(|gbuffer| gbuffer.normal == vk::Format::R16G16_UINT);
         // Multisampling and integer normals are rare: LIGHTING has no variant with lights by fours for them.
         lighting.lights.by_fours &= settings.msaa == 1 && !integers;
-        if lighting.path == LightPath::Visibility {
+        if lighting.path == LightPath::Visibility || lighting.path == LightPath::Compute && settings.msaa > 1 {
             // TILED has no code for lights in a uniform buffer there.
             lighting.lights.uniform = false;
         }

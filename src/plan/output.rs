@@ -139,6 +139,11 @@ impl FramePlan {
         }
     }
 
+    /// Returns true if samples of a pixel are averaged before they are tone-mapped.
+    pub fn averages_light(&self) -> bool {
+        self.msaa > 1 && self.resolve == Resolve::Linear
+    }
+
     /// Returns true if the output's values are encoded later, by the hardware or by ENCODE.
     pub fn encodes_output(&self) -> bool {
         self.encoding.is_some() || PRESENTED_SRGB.contains(&self.output)

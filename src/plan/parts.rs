@@ -142,7 +142,10 @@ fn antialiasing(plan: &FramePlan) -> [Part; 2] {
     let multisampling = match plan.msaa {
         1 => "one sample a pixel".to_string(),
         samples if plan.is_forward() => format!("{samples} samples a pixel; each triangle in it is shaded once"),
-        samples => format!("{samples} samples a pixel; where they differ, LIGHTING shades each"),
+        samples => {
+            let lights = if plan.is_tiled() { "TILED" } else { "LIGHTING" };
+            format!("{samples} samples a pixel; where they differ, {lights} shades each")
+        }
     };
     [part("accumulated frames", plan.samples > 1, many, 0), part("multisampling", plan.msaa > 1, multisampling, 0)]
 }

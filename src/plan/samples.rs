@@ -321,7 +321,35 @@ pub fn plans() -> Vec<(String, FramePlan)> {
 
 /// Plans whose main pass ends with GEOMETRY, because compute lights the stored surfaces.
 pub fn tiled_plans() -> Vec<(String, FramePlan)> {
-    light_paths(FramePlan::is_tiled)
+    [light_paths(FramePlan::is_tiled), multisampled_tiled()].concat()
+}
+
+/// The same of several samples a pixel: layouts of floats, outputs, and ways to resolve.
+fn multisampled_tiled() -> Vec<(String, FramePlan)> {
+    let mut plans = Vec::new();
+    for (scene_name, scene) in scenes() {
+        for (layout, gbuffer) in gbuffers().into_iter().filter(|(layout, _)| !layout.contains("uint")) {
+            for (view, output, resolve) in [
+                (View::Final, Output::Srgb8, Resolve::ToneMapped),
+                (View::Final, Output::Srgb8, Resolve::Linear),
+                (View::Final, Output::Nits, Resolve::Linear),
+                (View::Final, Output::Exposed, Resolve::ToneMapped),
+                (View::Lighting, Output::Srgb8, Resolve::ToneMapped),
+            ] {
+                let light_path = LightPath::Compute;
+                let settings = Settings { msaa: 4, light_path, gbuffer, view, output, resolve, ..Settings::default() };
+                let name = format!("{scene_name} {layout} compute msaa {view:?} {resolve} {output}");
+                match FramePlan::of(&scene, &settings, &device()) {
+                    Err(Error::ComputeWithTransparency(_) | Error::ComputeWithSky(_)) => {}
+                    Err(error) => panic!("{name}: {error}"),
+                    // Without a light there is nothing for it to do.
+                    Ok(plan) => plans.extend(plan.is_tiled().then_some((name, plan))),
+                }
+            }
+        }
+    }
+    assert!(plans.iter().any(|(_, plan)| plan.emissive));
+    plans
 }
 
 /// Plans without a G-buffer: both paths, with and without what is drawn before and after FORWARD.

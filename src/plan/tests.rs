@@ -643,6 +643,22 @@ fn multisampling_keeps_light_until_it_is_averaged() {
         let plan = plan_with(&bright, &Settings { msaa: 4, light_path, ..samples::deferred() });
         assert_eq!((plan.hdr, plan.resolves_output()), (None, true));
     }
+    // TILED averages by itself, before or after it tone-maps: no target has samples of the output.
+    let lamp = vec![point(Falloff::Quadratic)];
+    for (material, emits) in [(material(CT), false), (emissive(), true)] {
+        let lit = scene(vec![material], lamp.clone());
+        for resolve in [Resolve::Linear, Resolve::ToneMapped] {
+            let settings = Settings { msaa: 4, resolve, light_path: LightPath::Compute, ..samples::deferred() };
+            let plan = plan_with(&lit, &settings);
+            assert_eq!((plan.hdr.is_some(), plan.resolves_output()), (emits, false));
+            assert_eq!(plan.tone_mapping, ToneMapping::InLighting(Tonemap::default()));
+            assert_eq!(plan.averages_light(), resolve == Resolve::Linear);
+            assert_eq!(
+                [Target::Albedo, Target::Depth, Target::Output].map(|target| plan.samples_of(target)),
+                [4, 4, 1]
+            );
+        }
+    }
     let plan = plan_with(&dull, &Settings { msaa: 4, ..samples::deferred() });
     assert_eq!(plan.gbuffer_bytes_per_pixel(), 4 * plan_with(&dull, &samples::deferred()).gbuffer_bytes_per_pixel());
 }
@@ -654,10 +670,23 @@ fn a_device_that_has_not_the_samples_or_the_path_that_shades_one_is_refused() {
     let poor = Capabilities { msaa: 1 | 2, ..device() };
     let text = FramePlan::of(&lit, &four, &poor).expect_err("no 4 samples").to_string();
     assert!(text.contains("cannot draw 4") && text.contains("1, 2"), "{text}");
-    for light_path in [LightPath::PerLight, LightPath::Volumes, LightPath::Compute] {
+    for light_path in [LightPath::PerLight, LightPath::Volumes, LightPath::Visibility] {
         let settings = Settings { light_path, ..four.clone() };
         let text = FramePlan::of(&lit, &settings, &device()).expect_err("one sample").to_string();
         assert!(text.contains(light_path.name()) && text.contains("clustered"), "{text}");
+    }
+    let compute = Settings { light_path: LightPath::Compute, ..four };
+    let able = FramePlan::of(&lit, &compute, &device()).expect("a plan");
+    assert_eq!((able.light_path, able.msaa), (LightPath::Compute, 4));
+    for (device, says) in [
+        (Capabilities { sampled_msaa: 1 | 2, ..device() }, "reads 4 samples a pixel as textures"),
+        (Capabilities { shared_memory: 4096, ..device() }, "shares 8192 bytes"),
+    ] {
+        let text = FramePlan::of(&lit, &compute, &device).expect_err("too little").to_string();
+        assert!(text.contains(says) && text.contains("choose loop"), "{text}");
+        FramePlan::of(&lit, &Settings { msaa: 1, ..compute.clone() }, &device).expect("one sample needs neither");
+        FramePlan::of(&lit, &Settings { light_path: LightPath::Loop, ..compute.clone() }, &device)
+            .expect("nor do others");
     }
 }
 

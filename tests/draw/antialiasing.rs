@@ -303,6 +303,9 @@ fn the_layers_have_nothing_to_say_about_any_of_it() {
             let spec = scene.name.clone();
             let base = own(&scene, 24, 16);
             let forward = Settings { msaa: 4, light_path: LightPath::Forward, ..base.clone() };
+            // Nothing can come after it.
+            let is_transparent = scene.materials.iter().any(Material::is_transparent);
+            let tiled = if is_transparent { LightPath::Loop } else { LightPath::Compute };
             for settings in [
                 Settings { samples: 3, ..base.clone() },
                 Settings { samples: 3, output: Output::Nits, ..base.clone() },
@@ -315,6 +318,9 @@ fn the_layers_have_nothing_to_say_about_any_of_it() {
                 Settings { msaa: 4, gbuffer: gbuffer("float32"), ..base.clone() },
                 Settings { msaa: 4, view: View::Complexity, ..base.clone() },
                 Settings { msaa: 4, light_path: LightPath::Clustered, ..base.clone() },
+                Settings { msaa: 4, light_path: tiled, ..base.clone() },
+                Settings { msaa: 4, light_path: tiled, resolve: Resolve::Linear, ..base.clone() },
+                Settings { msaa: 4, light_path: tiled, output: Output::Nits, ..base.clone() },
                 Settings { msaa: 4, depth_prepass: Some(true), ..base.clone() },
                 forward.clone(),
                 Settings { output: Output::Nits, ..forward.clone() },
@@ -371,15 +377,18 @@ fn pane_edge(degrees: f64) -> Scene {
     scene
 }
 
-/// Every way to light multisampled surfaces.
-fn multisampled(base: &Settings) -> Vec<(String, Settings)> {
+/// Every way to light the multisampled surfaces of a scene.
+fn multisampled(scene: &Scene, base: &Settings) -> Vec<(String, Settings)> {
     let ways = [
         (LightPath::Loop, None),
         (LightPath::Clustered, None),
         (LightPath::Forward, Some(true)),
         (LightPath::Forward, Some(false)),
         (LightPath::ForwardNaive, None),
+        (LightPath::Compute, None),
     ];
+    let is_transparent = scene.materials.iter().any(Material::is_transparent);
+    let ways = ways.into_iter().filter(|&(light_path, _)| !is_transparent || light_path != LightPath::Compute);
     let mut all = Vec::new();
     for (light_path, depth_prepass) in ways {
         for transparency in [Transparency::Sorted, Transparency::Oit] {
@@ -395,7 +404,7 @@ fn multisampled_edges_have_as_much_of_each_side_as_samples_lie_there() {
     on_gpu(|gpu| {
         for degrees in [5.0, 17.0, 45.5, 78.0] {
             for (scene, full) in [(edge(degrees), BRIGHT), (pane_edge(degrees), (BRIGHT + DARK) / 2.0)] {
-                for (way, settings) in multisampled(&exact(EDGE, EDGE)) {
+                for (way, settings) in multisampled(&scene, &exact(EDGE, EDGE)) {
                     let what = format!("{degrees} degrees, {way}");
                     let linear = gpu.draw(&scene, &settings);
                     let mut levels = [0; 5];
@@ -425,7 +434,8 @@ fn an_edge_that_is_lit_as_it_is_drawn_is_lit_where_the_surface_is() {
         // So near that its light changes much within a pixel, away from the edge.
         let lamp = DVec3::new(0.08 * cos, 0.08 * sin, 0.04);
         scene.lights = vec![point(lamp, 0.01, None, Falloff::InverseSquare)];
-        for (way, settings) in multisampled(&exact(EDGE, EDGE)).into_iter().filter(|(way, _)| way.contains("forward")) {
+        let ways = multisampled(&scene, &exact(EDGE, EDGE));
+        for (way, settings) in ways.into_iter().filter(|(way, _)| way.contains("forward")) {
             let picture = gpu.draw(&scene, &settings);
             let mut cut = 0;
             for (x, y) in places(&picture) {
@@ -491,8 +501,11 @@ fn each_sample_of_an_edge_is_lit_at_its_own_place() {
         let (sin, cos) = degrees.to_radians().sin_cos();
         // Rebuilt from depth: a position target has one place for all samples that a triangle covers, and not where they are. The albedo
         // of `lean` has 8 bits.
-        for (layout, bound) in [("lean", 0.01), ("lean,albedo=rgba32f,normal=rgba32f", 0.001)] {
-            let picture = gpu.draw(&scene, &Settings { msaa: 4, gbuffer: gbuffer(layout), ..exact(EDGE, EDGE) });
+        let layouts = [("lean", 0.01), ("lean,albedo=rgba32f,normal=rgba32f", 0.001)];
+        let paths = [LightPath::Loop, LightPath::Compute];
+        for ((layout, bound), light_path) in layouts.into_iter().flat_map(|own| paths.map(|path| (own, path))) {
+            let settings = Settings { msaa: 4, light_path, gbuffer: gbuffer(layout), ..exact(EDGE, EDGE) };
+            let picture = gpu.draw(&scene, &settings);
             for (x, y) in places(&picture) {
                 let Some(covered) = covered_samples(degrees, x, y) else { continue };
                 let lit = |[right, down]: [f64; 2]| {
@@ -509,7 +522,7 @@ fn each_sample_of_an_edge_is_lit_at_its_own_place() {
                     _ => FOUR.into_iter().map(|at| if inside(at) { lit(at) } else { DARK }).sum::<f64>() / 4.0,
                 };
                 let error = (nits(&picture, x, y).y - expected).abs() / expected;
-                assert!(error < bound, "{layout} ({x}, {y}), {covered} covered: off by {error}");
+                assert!(error < bound, "{light_path} {layout} ({x}, {y}), {covered} covered: off by {error}");
             }
         }
     });
@@ -537,7 +550,7 @@ fn samples_are_resolved_as_light_or_as_shown() {
             .into_iter()
             .flat_map(|scene| [Resolve::Linear, Resolve::ToneMapped].map(|resolve| (scene, resolve)))
         {
-            for (way, settings) in multisampled(&Settings { resolve, ..display(EDGE, EDGE) }) {
+            for (way, settings) in multisampled(scene, &Settings { resolve, ..display(EDGE, EDGE) }) {
                 let picture = gpu.draw(scene, &settings);
                 for (x, y) in places(&picture) {
                     let Some(covered) = covered_samples(degrees, x, y) else { continue };
@@ -588,7 +601,7 @@ fn what_lies_inside_a_surface_is_the_same_with_one_sample_as_with_four() {
             let inside = |x, y| if scene.textures.is_empty() { inside_plain(x, y) } else { inside_noisy(x, y) };
             // An anisotropic filter makes more of how places are rounded.
             for base in [exact(EDGE, EDGE), display(EDGE, EDGE)].map(|base| Settings { anisotropy: 1, ..base }) {
-                let ways = multisampled(&base);
+                let ways = multisampled(scene, &base);
                 for (way, settings) in some_in_turn(&ways.iter().collect::<Vec<_>>(), turn, 2) {
                     let one = gpu.draw(scene, &Settings { msaa: 1, ..settings.clone() });
                     let four = gpu.draw(scene, settings);

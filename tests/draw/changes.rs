@@ -194,7 +194,7 @@ fn a_renderer_takes_other_settings_and_the_first_ones_again() {
             let expected = picture(&mut gpu.renderer(&scene, &settings), &scene, 0.5);
             assert_identical(&picture(&mut renderer, &scene, 0.5), &expected, text);
         }
-        let refused = Settings { light_path: LightPath::Compute, msaa: 4, ..first.clone() };
+        let refused = Settings { light_path: LightPath::Volumes, msaa: 4, ..first.clone() };
         assert!(renderer.change_settings(&scene, &refused).is_err());
         let expected = picture(&mut gpu.renderer(&scene, &first), &scene, 0.5);
         assert_identical(&picture(&mut renderer, &scene, 0.5), &expected, "after a refusal");

@@ -31,9 +31,6 @@ fn exposed_light_is_nits_times_the_exposure_where_nothing_keeps_it_in_between() 
             let scene = open(spec);
             let ev100 = metered_ev100(&scene);
             for light_path in [LightPath::Loop, LightPath::Clustered, LightPath::Compute, LightPath::Forward] {
-                if msaa > 1 && light_path == LightPath::Compute {
-                    continue;
-                }
                 let settings = Settings { light_path, msaa, ..small(&scene, ev100) };
                 assert_eq!(gpu.renderer(&scene, &settings).plan().hdr, None, "{spec} {light_path}");
                 let light = floats_of(gpu, &scene, &settings, Output::Nits);

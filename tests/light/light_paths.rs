@@ -6,8 +6,8 @@ use crate::common::{one_of, some_in_turn, some_of};
 use afterlight::frame::Picture;
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
-    Brdf, Camera, Falloff, HdrFormat, Light, LightKind, LightPath, Material, Projection, Scene, Settings, ShadowFilter,
-    ShadowSettings, Tonemap,
+    Brdf, Camera, Falloff, HdrFormat, Light, LightKind, LightPath, Material, Projection, Resolve, Scene, Settings,
+    ShadowFilter, ShadowSettings, Tonemap,
 };
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
@@ -145,6 +145,22 @@ fn paths_that_sum_in_the_same_order_give_the_same_bits() {
     });
 }
 
+/// Pixels whose samples agree are shaded once, and the samples of others one by one, in the same places.
+#[test]
+fn several_samples_a_pixel_give_the_same_bits() {
+    on_gpu(|gpu| {
+        for (turn, scene) in some_of(scenes(), 3).enumerate() {
+            for &(layout, resolve) in one_of(&[("float32", Resolve::ToneMapped), ("lean", Resolve::Linear)], turn) {
+                let settings = Settings { msaa: 4, resolve, gbuffer: gbuffer(layout), ..exact(SIZE.0, SIZE.1) };
+                let expected = draw(gpu, &scene, &settings, LightPath::Loop);
+                let single = draw(gpu, &scene, &Settings { msaa: 1, ..settings.clone() }, LightPath::Loop);
+                assert!(expected != single, "{}: no samples differ", scene.name);
+                assert_same_bits(gpu, (&scene, &settings), &expected, layout);
+            }
+        }
+    });
+}
+
 #[test]
 fn paths_that_blend_differ_by_rounding() {
     on_gpu(|gpu| {
@@ -213,6 +229,12 @@ fn twenty_thousand_lights_work() {
         let lit = floats(&expected).chunks_exact(4).filter(|pixel| pixel[0] > 0.0).count();
         assert!(lit > 27 * 19 * 3 / 4, "{lit} pixels are lit");
         assert_same_bits(gpu, (&scene, &settings), &expected, "20,000 lights");
+        // The batches are listed anew for each round of samples.
+        let settings = Settings { msaa: 4, ..settings };
+        let expected = draw(gpu, &scene, &settings, LightPath::Loop);
+        assert_same_bits(gpu, (&scene, &settings), &expected, "20,000 lights, 4 samples a pixel");
+        let settings = Settings { msaa: 1, ..settings };
+        let expected = draw(gpu, &scene, &settings, LightPath::Loop);
         for path in BLENDED {
             let off = largest_difference(&expected, &draw(gpu, &scene, &settings, path));
             // No pixel has more than a few hundred of them in reach.
@@ -272,6 +294,25 @@ fn a_depth_pre_pass_changes_nothing_but_ties_within_a_mesh() {
                 eprintln!("{} {light_path}: {different} values differ", scene.name);
                 // With a pre-pass, the last of coplanar triangles of one mesh wins instead of the first.
                 assert!(different <= 9, "{} {light_path}: {different} values differ", scene.name);
+            }
+        }
+    });
+}
+
+/// The hardware averages samples of 8 bits, and TILED before it has rounded any.
+#[test]
+fn tone_mapped_samples_agree_to_a_code() {
+    on_gpu(|gpu| {
+        for (turn, scene) in some_of(scenes(), 2).enumerate() {
+            for &resolve in one_of(&[Resolve::ToneMapped, Resolve::Linear], turn) {
+                let hdr_format = HdrFormat::Rgba32f;
+                let settings = Settings { msaa: 4, resolve, hdr_format, ..own(&scene, SIZE.0, SIZE.1) };
+                let expected = draw(gpu, &scene, &settings, LightPath::Loop);
+                let found = draw(gpu, &scene, &settings, LightPath::Compute);
+                let off = bytes(&expected).iter().zip(bytes(&found)).map(|(a, b)| a.abs_diff(*b));
+                let (most, differ) = (off.clone().max(), off.clone().filter(|&off| off > 0).count());
+                eprintln!("{} {resolve}: {differ} of {} values differ, by {most:?} at most", scene.name, off.len());
+                assert!(most <= Some(1) && differ <= off.len() / 8, "{} {resolve}: {differ} by {most:?}", scene.name);
             }
         }
     });

@@ -121,7 +121,7 @@ fn wrong_usage_has_exit_code_2() {
         (&["render", "builtin:quad", "--msaa", "3"], &["--msaa", "2, 4 or 8"]),
         (&["render", "builtin:quad", "--msaa", "4", "--samples", "4"], &["choose one"]),
         (&["render", "builtin:quad", "--msaa", "4", "--view", "normal"], &["normal"]),
-        (&["render", "builtin:quad", "--msaa", "4", "--light-path", "compute"], &["clustered"]),
+        (&["render", "builtin:quad", "--msaa", "4", "--light-path", "volumes"], &["clustered"]),
         (&["render", "builtin:quad", "--view", "complexity"], &["--msaa"]),
         (&["render", "builtin:quad", "--samples", "4", "--view", "normal"], &["normal", "1 sample"]),
         (&["render", "builtin:quad", "--samples", "4", "--fxaa", "on"], &["FXAA needs --samples 1"]),

@@ -120,7 +120,7 @@ fn odd_scene_files_are_told_with_file_line_and_keys() {
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("written");
     write("empty.toml", "");
     write("msaa.toml", "base = \"builtin:spheres\"\n[settings]\nmsaa = 4\n");
-    write("both.toml", "base = \"msaa.toml\"\n\n[settings]\nlight_path = \"compute\"\n");
+    write("both.toml", "base = \"msaa.toml\"\n\n[settings]\nlight_path = \"volumes\"\n");
     let commands: [&[&str]; 4] = [
         &["render", "empty.toml", "--size", "64x36"],
         &["render", "both.toml", "--size", "64x36"],

@@ -30,7 +30,8 @@ fn ways() -> Vec<(&'static str, Scene, Settings)> {
         ("fxaa", spheres.clone(), Settings { fxaa: true, ..settings.clone() }),
         ("bloom", spheres.clone(), Settings { bloom: 0.3, light_path: LightPath::Loop, ..settings.clone() }),
         ("view", spheres.clone(), Settings { view: View::Normal, ..settings.clone() }),
-        ("compute", spheres, Settings { light_path: LightPath::Compute, ..settings }),
+        ("compute", spheres.clone(), Settings { light_path: LightPath::Compute, ..settings.clone() }),
+        ("compute of samples", spheres, Settings { light_path: LightPath::Compute, msaa: 4, ..settings }),
         ("tone mapping", layers.clone(), own(&layers)),
     ]
 }
@@ -330,7 +331,7 @@ fn what_changes_while_frames_are_made_is_in_them() {
 
         // Settings that cannot be planned leave the frames as they are.
         presenter.change(false);
-        let none = Settings { light_path: LightPath::Compute, msaa: 4, ..second.clone() };
+        let none = Settings { light_path: LightPath::Volumes, msaa: 4, ..second.clone() };
         assert!(presenter.fit_later(&scene, &none, &wake).is_err() && !presenter.is_pending());
         assert_identical(&shown(&mut presenter, &scene, "refused"), &expected(&second, SIZES[2]), "after a refusal");
     });

@@ -212,7 +212,7 @@ fn compute_is_out(scene: &Scene, settings: &Settings, device: &Capabilities) -> 
         (settings.taa, "they leave no light for TAA to average"),
         (settings.first_effect().is_some(), "they draw no effects on the finished picture"),
         (reflections::is_used(scene, settings), "they cannot draw reflections"),
-        (settings.msaa > 1, "they shade one sample a pixel"),
+        (settings.msaa > 1, "their times with several samples a pixel are not among the device's figures"),
     ]
     .into_iter()
     .find_map(|(out, why)| out.then_some(why))

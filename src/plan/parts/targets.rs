@@ -188,6 +188,7 @@ pub(super) fn samples_of_output(plan: &FramePlan) -> Part {
     let resolved = match (plan.resolves_output(), plan.msaa) {
         (true, _) => "the render pass resolves the output's samples",
         (false, 1) => "one sample a pixel",
+        (false, _) if plan.is_tiled() => "TILED resolves",
         (false, _) if plan.hdr.is_some() => "TONEMAP resolves",
         (false, _) => "the view shows all samples at once",
     };
