@@ -6,16 +6,17 @@ use std::sync::Arc;
 
 use afterlight::frame::Renderer;
 use afterlight::gpu::{Buffer, Device, Location, MemoryKind, vk};
-use afterlight::scene::{Culling, OpenOptions, Settings, open};
+use afterlight::scene::{Culling, LightPath, OpenOptions, Settings, open};
 use glam::{DAffine3, DVec3};
 
 use super::cases::check_messages;
 use super::layer::{Layer, child_of};
 use super::play::Play;
 use crate::common::failures_layer::{LIBRARY, environment, folder};
+use crate::common::some_of;
 
-/// More than the allocator's smallest block of mapped memory: a buffer of this size is alone in memory of its own size.
-const LARGE: u64 = (17 << 20) + 4;
+/// More than the allocator's largest block of mapped memory: a buffer of this size is alone in memory of its own size, which is no whole number of atoms.
+const LARGE: u64 = (64 << 20) + 4;
 
 #[test]
 fn memory_that_is_not_coherent_is_flushed_within_its_bounds_and_frames_go_on_after_a_flush_that_fails() {
@@ -47,18 +48,32 @@ fn child() {
     }
     let calls = || ["vkFlushMappedMemoryRanges", "vkInvalidateMappedMemoryRanges"].map(|own| layer.calls(own));
     assert_eq!(calls(), [8, 8]);
-    draws_on(&layer, &device);
+    for way in some_of(WAYS, WAYS.len()) {
+        draws_on(&layer, &device, way);
+    }
     drop(device);
     check_messages(Some(&log)).unwrap_or_else(|error| panic!("{error}"));
 }
 
+/// A scene and the way to draw it, by which the CPU writes a frame's buffers.
+type Way = (&'static str, LightPath, Culling);
+
+const WAYS: [Way; 6] = [
+    ("builtin:spheres", LightPath::Loop, Culling::Gpu),
+    ("builtin:hall", LightPath::Clustered, Culling::Cpu),
+    ("builtin:layers", LightPath::Forward, Culling::Cpu),
+    ("builtin:seaweed", LightPath::Loop, Culling::Cpu),
+    ("builtin:spheres", LightPath::Visibility, Culling::Cpu),
+    ("builtin:field?objects=40&lights=20", LightPath::Visibility, Culling::Gpu),
+];
+
 /// Draws frames of objects that all move, each of whose flushes fails once, and then the same frame again with the same renderer.
-fn draws_on(layer: &Layer, device: &Arc<Device>) {
+fn draws_on(layer: &Layer, device: &Arc<Device>, (name, light_path, culling): Way) {
     const FLUSH: &str = "vkFlushMappedMemoryRanges";
-    let scene = open("builtin:spheres", &OpenOptions::default()).unwrap_or_else(|error| panic!("{error}"));
-    let settings = Settings { size: [32, 18], samples: 1, culling: Culling::Gpu, ..scene.settings.decide() };
+    let scene = open(name, &OpenOptions::default()).unwrap_or_else(|error| panic!("{error}"));
+    let settings = Settings { size: [32, 18], samples: 1, light_path, culling, ..scene.settings.decide() };
     let [mut renderer, mut other] =
-        [(); 2].map(|()| Renderer::new(device, &scene, &settings).unwrap_or_else(|error| panic!("{error}")));
+        [(); 2].map(|()| Renderer::new(device, &scene, &settings).unwrap_or_else(|error| panic!("{name}: {error}")));
     let mut moved = scene.clone();
     let mut frame = |renderer: &mut Renderer, turn: u64| {
         for index in 0..scene.objects.len() {
@@ -81,6 +96,6 @@ fn draws_on(layer: &Layer, device: &Arc<Device>) {
         frame(&mut renderer, turn).unwrap_or_else(|error| panic!("{error}"));
         let [own, expected] =
             [&mut renderer, &mut other].map(|own| own.read_back().unwrap_or_else(|error| panic!("{error}")));
-        assert!(own == expected, "another picture after: {failed}");
+        assert!(own == expected, "{name}, {light_path}: another picture after: {failed}");
     }
 }
