@@ -13,6 +13,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
+use std::sync::LazyLock;
 
 use afterlight_failures_layer::{OF_THE_LOADER, commands, table};
 use proc_macro2::{TokenStream, TokenTree};
@@ -85,7 +86,7 @@ fn of_ash(command: &str) -> String {
 }
 
 /// The methods that the program calls, and its literals.
-fn methods_and_texts_of_the_program() -> (BTreeSet<String>, BTreeSet<String>) {
+static OF_THE_PROGRAM: LazyLock<(BTreeSet<String>, BTreeSet<String>)> = LazyLock::new(|| {
     let (mut files, mut methods, mut texts) = (Vec::new(), BTreeSet::new(), BTreeSet::new());
     sources(&project().join("src"), &mut files);
     for file in files {
@@ -94,11 +95,11 @@ fn methods_and_texts_of_the_program() -> (BTreeSet<String>, BTreeSet<String>) {
         methods_and_texts(tokens, &mut methods, &mut texts);
     }
     (methods, texts)
-}
+});
 
 #[test]
 fn every_command_that_the_program_calls_and_that_can_fail_is_in_the_table() {
-    let (methods, texts) = methods_and_texts_of_the_program();
+    let (methods, texts) = &*OF_THE_PROGRAM;
     let known: BTreeSet<&str> = commands().map(|command| command.name).collect();
     // The table has the core's name of a command with several names.
     let known_methods: BTreeSet<String> = known.iter().map(|name| of_ash(name)).collect();
@@ -118,7 +119,7 @@ fn every_command_that_the_program_calls_and_that_can_fail_is_in_the_table() {
 #[test]
 fn every_command_that_the_program_calls_has_a_row_of_cases_on_the_page() {
     let page = fs::read_to_string(project().join("docs/FAILURES.md")).expect("the page");
-    let (methods, _) = methods_and_texts_of_the_program();
+    let (methods, _) = &*OF_THE_PROGRAM;
     let is_played = |name: &str| page.contains(&format!("\n| `{name}` |")) || cases::OF_WINDOWS.contains(&name);
     let (played, never): (Vec<&str>, Vec<&str>) = commands().map(|own| own.name).partition(|name| is_played(name));
     assert!(played.len() > 50 && never.contains(&OF_THE_LOADER), "{played:?}, {never:?}");
