@@ -7,7 +7,7 @@ use afterlight_failures_layer::commands;
 use crate::common::failures_layer::{environment, folder};
 use crate::common::program::program;
 
-use super::harness::{SIZE, Server, View, end, key, rendered, size_text, text, until};
+use super::harness::{SIZE, Server, View, end, key, rendered, rgb, size_text, text, until};
 use super::wayland::Compositor;
 
 const SCENE: [&str; 1] = ["builtin:spheres"];
@@ -108,6 +108,21 @@ fn a_window_without_memory_for_a_new_surface_stays_and_tries_again() {
     view.waits_to_tell("by vkCreateXlibSurfaceKHR: out of memory; the window keeps its last picture and tries again");
     view.waits_to_tell("warning: the window's surface was lost; frames go on with a new one");
     view.shows(&expected, words);
+    server.tap(key::ESCAPE);
+    view.ends_well();
+}
+
+#[test]
+fn a_screenshot_that_lacks_memory_comes_with_a_later_frame() {
+    let (layers, expected) = (folder(), rendered(SIZE, &SCENE));
+    let command = "vkInvalidateMappedMemoryRanges";
+    let server = server(&layers, &format!("incoherent,{command}:1:ERROR_OUT_OF_DEVICE_MEMORY"));
+    let mut view = open(&server);
+    view.shows(&expected, "the first picture");
+    server.tap(key::P);
+    view.waits_to_tell(&format!("by {command}: out of memory; the window keeps its last picture and tries again"));
+    view.waits_to_tell("screenshot: ");
+    assert!(rgb(&view.folder.path().join("afterlight-0001.png")) == expected);
     server.tap(key::ESCAPE);
     view.ends_well();
 }
