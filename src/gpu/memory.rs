@@ -68,23 +68,43 @@ pub enum Location {
     Lazy,
 }
 
+/// Property flags to look for in a memory type.
+#[derive(Clone, Copy)]
+struct Wish {
+    has: vk::MemoryPropertyFlags,
+    lacks: vk::MemoryPropertyFlags,
+}
+
+impl Wish {
+    const fn of(flags: &[vk::MemoryPropertyFlags]) -> Wish {
+        let (mut all, mut index) = (0, 0);
+        while index < flags.len() {
+            all |= flags[index].as_raw();
+            index += 1;
+        }
+        Wish { has: vk::MemoryPropertyFlags::from_raw(all), lacks: vk::MemoryPropertyFlags::empty() }
+    }
+}
+
 impl Location {
-    /// The property flags to look for in memory types, best first.
-    fn wishes(self) -> &'static [vk::MemoryPropertyFlags] {
+    /// The memory types to look for, best first.
+    fn wishes(self) -> &'static [Wish] {
         use vk::MemoryPropertyFlags as Flags;
-        const DEVICE: Flags = Flags::DEVICE_LOCAL;
-        const ANY: Flags = Flags::empty();
-        const MAPPED: Flags = Flags::from_raw(Flags::HOST_VISIBLE.as_raw() | Flags::HOST_COHERENT.as_raw());
-        const MAPPED_DEVICE: Flags = Flags::from_raw(MAPPED.as_raw() | DEVICE.as_raw());
-        const MAPPED_CACHED: Flags = Flags::from_raw(MAPPED.as_raw() | Flags::HOST_CACHED.as_raw());
-        const CACHED: Flags = Flags::from_raw(Flags::HOST_VISIBLE.as_raw() | Flags::HOST_CACHED.as_raw());
+        const DEVICE: Wish = Wish::of(&[Flags::DEVICE_LOCAL]);
+        const ANY: Wish = Wish::of(&[]);
+        const MAPPED: Wish = Wish::of(&[Flags::HOST_VISIBLE, Flags::HOST_COHERENT]);
+        const MAPPED_DEVICE: Wish = Wish::of(&[MAPPED.has, DEVICE.has]);
+        const MAPPED_CACHED: Wish = Wish::of(&[MAPPED.has, Flags::HOST_CACHED]);
+        const CACHED: Wish = Wish::of(&[Flags::HOST_VISIBLE, Flags::HOST_CACHED]);
+        const LAZY: Wish = Wish::of(&[Flags::LAZILY_ALLOCATED]);
+        const FLUSHED: Wish = Wish { has: Flags::HOST_VISIBLE, lacks: Flags::HOST_COHERENT };
         match self {
             Location::Device => &[DEVICE, ANY],
             // Vulkan promises each buffer coherent memory; where that is used up, memory that is flushed by hand serves.
-            Location::Upload => &[MAPPED_DEVICE, MAPPED, Flags::HOST_VISIBLE],
+            Location::Upload => &[MAPPED_DEVICE, MAPPED, FLUSHED],
             // Reading uncached memory is some ten times slower than invalidating the cache by hand.
             Location::ReadBack => &[MAPPED_CACHED, CACHED, MAPPED],
-            Location::Lazy => &[Flags::LAZILY_ALLOCATED, DEVICE, ANY],
+            Location::Lazy => &[LAZY, DEVICE, ANY],
         }
     }
 }
@@ -194,8 +214,10 @@ impl Memory {
     }
 
     /// The bits of the memory types that have these properties.
-    fn types_with(&self, wish: vk::MemoryPropertyFlags) -> u32 {
-        let has = |(_, kind): &(usize, &vk::MemoryType)| kind.property_flags.contains(wish);
+    fn types_with(&self, Wish { has, lacks }: Wish) -> u32 {
+        let has = |(_, kind): &(usize, &vk::MemoryType)| {
+            kind.property_flags.contains(has) && !kind.property_flags.intersects(lacks)
+        };
         self.types.iter().enumerate().filter(has).fold(0, |bits, (index, _)| bits | 1 << index)
     }
 
@@ -407,9 +429,9 @@ mod tests {
     }
 
     #[test]
-    fn what_the_cpu_writes_lies_in_coherent_memory_where_there_is_any() {
+    fn what_the_cpu_writes_lies_in_other_memory_than_coherent_only_where_that_is_used_up() {
         let memory = memory();
         let wishes: Vec<u32> = Location::Upload.wishes().iter().map(|&wish| memory.types_with(wish)).collect();
-        assert_eq!(wishes, [0, 0b010, 0b110]);
+        assert_eq!(wishes, [0, 0b010, 0b100]);
     }
 }

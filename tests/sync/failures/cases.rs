@@ -427,7 +427,7 @@ struct Running {
 }
 
 fn start(kind: &str, from: usize, layers: &tempfile::TempDir) -> Running {
-    // Of an implicit layer the loader tells in no list, and asks it for commands without an instance, too.
+    // An implicit layer is asked for commands without an instance, too.
     let environment = if kind == "allocations" { environment } else { implicit_environment };
     let mut command = child_of("failures::cases::child", environment(layers.path()));
     command.env(KIND, kind).env(FROM, from.to_string());
