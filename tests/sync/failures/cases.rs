@@ -64,6 +64,12 @@ const ALLOCATION: &str = "allocation";
 const OF_INCOHERENT_MEMORY: [&str; 2] = ["vkFlushMappedMemoryRanges", "vkInvalidateMappedMemoryRanges"];
 const INCOHERENT: &str = "incoherent";
 
+/// Commands that are called more often where the GPU is slower: a fence that is not signalled yet is asked again, and cannot be reused.
+const OF_FENCES: [&str; 2] = ["vkCreateFence", "vkGetFenceStatus"];
+
+/// What is wrong with a case whose call has a higher number than the last one.
+const NEVER_MADE: &str = "the call was never made";
+
 /// The outcome of a case that passed.
 enum Passed {
     /// With this error.
@@ -213,7 +219,7 @@ fn judge(stand: &Stand, dry: &Dry, case: &Case) -> Result<Passed, String> {
     let lost = matches!(&outcome, Err(frame::Error::Gpu(gpu::Error::DeviceLost { .. })));
     let at_shutdown = case.stage == Stage::Shutdown;
     if !at_shutdown && stand.layer.fired() == 0 {
-        return Err("the call was never made".into());
+        return Err(NEVER_MADE.into());
     }
     let passed = match &outcome {
         Err(error) => {
@@ -237,7 +243,7 @@ fn judge(stand: &Stand, dry: &Dry, case: &Case) -> Result<Passed, String> {
             }
         }
         if at_shutdown && stand.layer.fired() == 0 {
-            return Err("the call was never made".into());
+            return Err(NEVER_MADE.into());
         }
         let leaked = stand.layer.live_allocations() - before;
         // A failed case draws a second time, so the driver may keep twice as much. After a refused allocation every object is destroyed all the same,
@@ -390,7 +396,13 @@ fn child() {
     };
     for (index, case) in cases.iter().enumerate().skip(from) {
         say(&format!("begin\t{index}\t{}\t{}\t{}\t{}", case.command, case.result, case.nth, case.stage));
-        match judge(&stand, &dry, case) {
+        let mut judged = judge(&stand, &dry, case);
+        if OF_FENCES.contains(&case.command) && judged.as_ref().is_err_and(|why| why == NEVER_MADE) {
+            // The GPU was faster than in the dry run: the last call that it needed fails.
+            let nth = stand.layer.calls(case.command).min(case.nth - 1).max(1);
+            judged = judge(&stand, &dry, &Case { nth, ..case.clone() });
+        }
+        match judged {
             Ok(Passed::Failed(text)) => say(&format!("failed\t{index}\t{text}")),
             Ok(Passed::WentOn) => say(&format!("went on\t{index}\t")),
             Err(why) if case.command == ALLOCATION => {
