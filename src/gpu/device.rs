@@ -158,7 +158,7 @@ impl Device {
         let features = EnabledFeatures::of(&physical, required);
         let raw = create(instance, &physical, queue_family, &features, required)?;
         // SAFETY: the device is new; destroyed once, here, if the rest of it cannot be had.
-        let memory = Memory::new(instance.raw(), &raw, physical.raw).inspect_err(|_| unsafe {
+        let memory = Memory::new(instance.raw(), &raw, &physical).inspect_err(|_| unsafe {
             raw.destroy_device(None);
         })?;
         // SAFETY: the device was created with one queue of this family.

@@ -12,6 +12,7 @@ use super::device::Device;
 use super::error::{Error, Result};
 use super::message::{Message, MessageKind, MessageLog, Severity};
 use super::owned::LiveSet;
+use super::physical::PhysicalDevice;
 
 /// The purpose of memory, as reports list it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -67,22 +68,43 @@ pub enum Location {
     Lazy,
 }
 
+/// Property flags to look for in a memory type.
+#[derive(Clone, Copy)]
+struct Wish {
+    has: vk::MemoryPropertyFlags,
+    lacks: vk::MemoryPropertyFlags,
+}
+
+impl Wish {
+    const fn of(flags: &[vk::MemoryPropertyFlags]) -> Wish {
+        let (mut all, mut index) = (0, 0);
+        while index < flags.len() {
+            all |= flags[index].as_raw();
+            index += 1;
+        }
+        Wish { has: vk::MemoryPropertyFlags::from_raw(all), lacks: vk::MemoryPropertyFlags::empty() }
+    }
+}
+
 impl Location {
-    /// The property flags to look for in memory types, best first.
-    fn wishes(self) -> &'static [vk::MemoryPropertyFlags] {
+    /// The memory types to look for, best first.
+    fn wishes(self) -> &'static [Wish] {
         use vk::MemoryPropertyFlags as Flags;
-        const DEVICE: Flags = Flags::DEVICE_LOCAL;
-        const ANY: Flags = Flags::empty();
-        const MAPPED: Flags = Flags::from_raw(Flags::HOST_VISIBLE.as_raw() | Flags::HOST_COHERENT.as_raw());
-        const MAPPED_DEVICE: Flags = Flags::from_raw(MAPPED.as_raw() | DEVICE.as_raw());
-        const MAPPED_CACHED: Flags = Flags::from_raw(MAPPED.as_raw() | Flags::HOST_CACHED.as_raw());
-        const CACHED: Flags = Flags::from_raw(Flags::HOST_VISIBLE.as_raw() | Flags::HOST_CACHED.as_raw());
+        const DEVICE: Wish = Wish::of(&[Flags::DEVICE_LOCAL]);
+        const ANY: Wish = Wish::of(&[]);
+        const MAPPED: Wish = Wish::of(&[Flags::HOST_VISIBLE, Flags::HOST_COHERENT]);
+        const MAPPED_DEVICE: Wish = Wish::of(&[MAPPED.has, DEVICE.has]);
+        const MAPPED_CACHED: Wish = Wish::of(&[MAPPED.has, Flags::HOST_CACHED]);
+        const CACHED: Wish = Wish::of(&[Flags::HOST_VISIBLE, Flags::HOST_CACHED]);
+        const LAZY: Wish = Wish::of(&[Flags::LAZILY_ALLOCATED]);
+        const FLUSHED: Wish = Wish { has: Flags::HOST_VISIBLE, lacks: Flags::HOST_COHERENT };
         match self {
             Location::Device => &[DEVICE, ANY],
-            Location::Upload => &[MAPPED_DEVICE, MAPPED],
+            // Vulkan promises each buffer coherent memory; where that is used up, memory that is flushed by hand serves.
+            Location::Upload => &[MAPPED_DEVICE, MAPPED, FLUSHED],
             // Reading uncached memory is some ten times slower than invalidating the cache by hand.
             Location::ReadBack => &[MAPPED_CACHED, CACHED, MAPPED],
-            Location::Lazy => &[Flags::LAZILY_ALLOCATED, DEVICE, ANY],
+            Location::Lazy => &[LAZY, DEVICE, ANY],
         }
     }
 }
@@ -103,12 +125,14 @@ const MIB: u64 = 1 << 20;
 /// The allocator of one device.
 pub(super) struct Memory {
     types: Vec<vk::MemoryType>,
+    /// Incoherent memory is flushed and invalidated in units of so many bytes: `nonCoherentAtomSize`.
+    atom: u64,
     // None once it is closed, which only the device's drop does.
     allocator: Mutex<Option<Allocator>>,
 }
 
 impl Memory {
-    pub(super) fn new(instance: &ash::Instance, device: &ash::Device, physical: vk::PhysicalDevice) -> Result<Memory> {
+    pub(super) fn new(instance: &ash::Instance, device: &ash::Device, physical: &PhysicalDevice) -> Result<Memory> {
         let mut debug_settings = AllocatorDebugSettings::default();
         // Leaks are reported by `close`, as messages that tests can fail on.
         debug_settings.log_leaks_on_shutdown = false;
@@ -119,15 +143,15 @@ impl Memory {
         let allocator = Allocator::new(&AllocatorCreateDesc {
             instance: instance.clone(),
             device: device.clone(),
-            physical_device: physical,
+            physical_device: physical.raw,
             debug_settings,
             buffer_device_address: false,
             allocation_sizes,
         })
         .map_err(|source| Error::Allocator { doing: "starting the memory allocator".to_owned(), source })?;
-        // SAFETY: the device was listed by this instance, which is alive.
-        let properties = unsafe { instance.get_physical_device_memory_properties(physical) };
-        Ok(Memory { types: properties.memory_types_as_slice().to_vec(), allocator: Mutex::new(Some(allocator)) })
+        let types = physical.memory.memory_types_as_slice().to_vec();
+        let atom = physical.limits.non_coherent_atom_size.max(1);
+        Ok(Memory { types, atom, allocator: Mutex::new(Some(allocator)) })
     }
 
     pub(super) fn allocate(&self, need: &MemoryNeed<'_>) -> Result<Allocation> {
@@ -159,7 +183,7 @@ impl Memory {
             need.dedicated_to.map_or(AllocationScheme::GpuAllocatorManaged, AllocationScheme::DedicatedImage);
         let desc = AllocationCreateDesc {
             name: need.name,
-            requirements: vk::MemoryRequirements { memory_type_bits, ..need.requirements },
+            requirements: self.in_whole_atoms(need, memory_type_bits),
             // The type is already chosen.
             location: MemoryLocation::Unknown,
             linear: need.linear,
@@ -171,9 +195,29 @@ impl Memory {
         }
     }
 
+    /// An object's requirements in these memory types, of which the allocator takes the first. An object in memory that is mapped and not coherent has
+    /// its atoms for itself: a neighbour's flush or invalidation would undo what the GPU or another thread writes, and the last atom must end before
+    /// the memory does.
+    fn in_whole_atoms(&self, need: &MemoryNeed<'_>, memory_type_bits: u32) -> vk::MemoryRequirements {
+        let requirements = vk::MemoryRequirements { memory_type_bits, ..need.requirements };
+        let first = self.types.get(memory_type_bits.trailing_zeros() as usize);
+        let is_flushed = first.is_some_and(|kind| is_incoherent(kind.property_flags));
+        // A dedicated allocation has the image's own size, and no neighbours.
+        if !is_flushed || need.dedicated_to.is_some() {
+            return requirements;
+        }
+        vk::MemoryRequirements {
+            size: requirements.size.next_multiple_of(self.atom),
+            alignment: requirements.alignment.max(self.atom),
+            ..requirements
+        }
+    }
+
     /// The bits of the memory types that have these properties.
-    fn types_with(&self, wish: vk::MemoryPropertyFlags) -> u32 {
-        let has = |(_, kind): &(usize, &vk::MemoryType)| kind.property_flags.contains(wish);
+    fn types_with(&self, Wish { has, lacks }: Wish) -> u32 {
+        let has = |(_, kind): &(usize, &vk::MemoryType)| {
+            kind.property_flags.contains(has) && !kind.property_flags.intersects(lacks)
+        };
         self.types.iter().enumerate().filter(has).fold(0, |bits, (index, _)| bits | 1 << index)
     }
 
@@ -201,6 +245,11 @@ impl Memory {
     fn lock(&self) -> MutexGuard<'_, Option<Allocator>> {
         self.allocator.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+/// Returns true for memory that the CPU sees, and whose writes it has to flush.
+fn is_incoherent(flags: vk::MemoryPropertyFlags) -> bool {
+    flags.contains(vk::MemoryPropertyFlags::HOST_VISIBLE) && !flags.contains(vk::MemoryPropertyFlags::HOST_COHERENT)
 }
 
 /// The command that failed an allocation, and its result. The allocator keeps most results of a driver as text only. None if the allocator objects to
@@ -343,5 +392,46 @@ impl Device {
             log.push(leak(format!("{:?} '{}' is still alive", object.object_type, object.name)));
         };
         owned.inspect(|object| report(object)).count()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MAPPED: vk::MemoryPropertyFlags = vk::MemoryPropertyFlags::HOST_VISIBLE;
+
+    fn memory() -> Memory {
+        let flags = [vk::MemoryPropertyFlags::DEVICE_LOCAL, MAPPED | vk::MemoryPropertyFlags::HOST_COHERENT, MAPPED];
+        let types = flags.map(|property_flags| vk::MemoryType { property_flags, heap_index: 0 }).to_vec();
+        Memory { types, atom: 64, allocator: Mutex::new(None) }
+    }
+
+    fn need(dedicated_to: Option<vk::Image>) -> MemoryNeed<'static> {
+        let requirements = vk::MemoryRequirements { size: 65, alignment: 16, memory_type_bits: 0b111 };
+        MemoryNeed { name: "odd", requirements, location: Location::Upload, linear: true, dedicated_to }
+    }
+
+    #[test]
+    fn only_objects_in_mapped_memory_that_is_not_coherent_have_whole_atoms() {
+        let image = <vk::Image as vk::Handle>::from_raw(1);
+        for (types, dedicated_to, expected) in [
+            (0b001, None, [65, 16]),
+            (0b010, None, [65, 16]),
+            (0b100, None, [128, 64]),
+            // The allocator takes the first of them.
+            (0b110, None, [65, 16]),
+            (0b100, Some(image), [65, 16]),
+        ] {
+            let found = memory().in_whole_atoms(&need(dedicated_to), types);
+            assert_eq!(([found.size, found.alignment], found.memory_type_bits), (expected, types));
+        }
+    }
+
+    #[test]
+    fn what_the_cpu_writes_lies_in_other_memory_than_coherent_only_where_that_is_used_up() {
+        let memory = memory();
+        let wishes: Vec<u32> = Location::Upload.wishes().iter().map(|&wish| memory.types_with(wish)).collect();
+        assert_eq!(wishes, [0, 0b010, 0b100]);
     }
 }

@@ -500,9 +500,7 @@ fn write_list<T: Pod>(device: &Arc<Device>, own: &mut Option<Buffer>, name: &str
         Some(buffer) if buffer.size >= needed => buffer,
         _ => upload_buffer(device, name, needed.next_power_of_two(), vk::BufferUsageFlags::STORAGE_BUFFER)?,
     };
-    if !list.is_empty() {
-        buffer.write(0, list)?;
-    }
-    *own = Some(buffer);
-    Ok(())
+    // Kept where the write fails: the set goes on naming it.
+    let buffer = own.insert(buffer);
+    if list.is_empty() { Ok(()) } else { buffer.write(0, list) }
 }

@@ -114,9 +114,8 @@ impl List {
                 Buffer::new(device, &self.name, size, self.usage, Location::Upload, MemoryKind::Uniform)?
             }
         };
-        buffer.write(0, list)?;
-        self.buffer = Some(buffer);
-        Ok(())
+        // Kept where the write fails: a set may go on naming it.
+        self.buffer.insert(buffer).write(0, list)
     }
 
     /// Binds it, if it ever held something.

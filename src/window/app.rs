@@ -295,13 +295,20 @@ impl<'a> App<'a> {
             interface.send_textures(panels, presenter);
         }
         window.pre_present_notify();
-        let fit = match presenter.draw(&camera, copied, panels.as_ref())? {
-            Outcome::Shown(fit) => {
+        let drawn = presenter.draw(&camera, copied, panels.as_ref()).and_then(|outcome| match outcome {
+            Outcome::Shown(fit) if copied => Ok((Outcome::Shown(fit), Some(presenter.picture()?))),
+            outcome => Ok((outcome, None)),
+        });
+        if !matches!(drawn, Ok((Outcome::Shown(_), _))) {
+            // Another frame is copied in place of this one, also after a lack of memory.
+            (self.screenshot, self.compare) = (self.screenshot || copies.kept, self.compare || copies.compared);
+        }
+        let fit = match drawn? {
+            (Outcome::Shown(fit), picture) => {
                 // From the moment of the last measurement, so that no time is lost.
                 self.clock.frame(now, &presenter.times());
                 interface.drawn();
-                if copied {
-                    let picture = presenter.picture()?;
+                if let Some(picture) = picture {
                     if copies.kept {
                         let told = (self.options.keep)(&picture);
                         (self.options.tell)(&told.unwrap_or_else(|error| format!("warning: no screenshot: {error}")));
@@ -313,8 +320,7 @@ impl<'a> App<'a> {
                 }
                 fit
             }
-            Outcome::Nothing(fit) => {
-                (self.screenshot, self.compare) = (self.screenshot || copies.kept, self.compare || copies.compared);
+            (Outcome::Nothing(fit), _) => {
                 self.again = (fit == Fit::Exact && !self.hidden).then(|| Instant::now() + AGAIN);
                 fit
             }

@@ -19,14 +19,26 @@ fn library() -> PathBuf {
     own
 }
 
-/// A folder where the loader finds the layer.
-pub fn folder() -> TempDir {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let manifest = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/failures-layer/failures.json"))
-        .expect("a manifest");
+/// The manifests, from the layer's folder. Loaders look for that of an implicit layer below `XDG_DATA_HOME`.
+const EXPLICIT: &str = "failures.json";
+const IMPLICIT: &str = "vulkan/implicit_layer.d/failures.json";
+
+/// Copies a manifest, with the place of the library that cargo has built.
+fn write_manifest(name: &str, to: &Path) {
+    let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/failures-layer").join(name);
+    let manifest = fs::read_to_string(from).expect("a manifest");
     let mut manifest: serde_json::Value = serde_json::from_str(&manifest).expect("JSON");
     manifest["layer"]["library_path"] = library().to_str().expect("a path of UTF-8").into();
-    fs::write(folder.path().join("failures.json"), manifest.to_string()).expect("a manifest");
+    fs::write(to, manifest.to_string()).expect("a folder");
+}
+
+/// A folder where loaders find the layer: by one manifest as an explicit layer, by another as an implicit one.
+pub fn folder() -> TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    fs::create_dir_all(folder.path().join(IMPLICIT).with_file_name("")).expect("a folder in it");
+    for manifest in [EXPLICIT, IMPLICIT] {
+        write_manifest(manifest, &folder.path().join(manifest));
+    }
     folder
 }
 
@@ -44,6 +56,17 @@ pub fn environment(folder: &Path) -> Vec<(&'static str, OsString)> {
         ("VK_INSTANCE_LAYERS", NAME.into()),
         folders,
         ("AFTERLIGHT_LAYERS", folder.into()),
+        (LIBRARY, library().into()),
+    ]
+}
+
+/// Returns the environment in which the layer is an implicit one, which loaders ask for commands without an instance, too.
+pub fn implicit_environment(folder: &Path) -> Vec<(&'static str, OsString)> {
+    vec![
+        ("XDG_DATA_HOME", folder.into()),
+        ("AFTERLIGHT_FAILURES_IMPLICIT", "1".into()),
+        // On Debian 13's stack other implicit layers are off. Loaders before 1.3.262 do not know this variable.
+        ("VK_LOADER_LAYERS_ALLOW", NAME.into()),
         (LIBRARY, library().into()),
     ]
 }

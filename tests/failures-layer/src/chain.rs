@@ -8,7 +8,7 @@ use ash::vk;
 
 use crate::loader::{self, DeviceLink, Dispatched, InstanceLink, Interface, take_link, typed};
 use crate::steering::{self, Answer, decide, within};
-use crate::{callbacks, driver_cache, table};
+use crate::{callbacks, driver_cache, incoherent, table};
 
 /// An instance or a device below this layer, and its functions.
 struct Below<H, G> {
@@ -24,7 +24,7 @@ impl<H, G> Below<H, G> {
         H: Level,
     {
         let own = [(c"vkDestroyInstance", false), (c"vkDestroyDevice", true), (c"vkQueuePresentKHR", true)];
-        let names = [table::FALLIBLE_NAMES, table::FREEING_NAMES, &own].into_iter().flatten();
+        let names = [table::FALLIBLE_NAMES, table::FREEING_NAMES, incoherent::NAMES, &own].into_iter().flatten();
         let names = names.filter(|(_, of_a_device)| *of_a_device == H::OF_A_DEVICE);
         let functions = names.filter_map(|&(name, _)| Some((name, ask(name)?))).collect();
         Self { handle, get_proc_addr, functions }
@@ -166,7 +166,7 @@ fn own_of_instance(name: &CStr) -> vk::PFN_vkVoidFunction {
         b"vkCreateInstance" => untyped!(create_instance, vk::PFN_vkCreateInstance),
         b"vkDestroyInstance" => untyped!(destroy_instance, vk::PFN_vkDestroyInstance),
         b"vkCreateDevice" => untyped!(create_device, vk::PFN_vkCreateDevice),
-        _ => own_of_device(name),
+        _ => incoherent::own(name).or_else(|| own_of_device(name)),
     }
 }
 

@@ -13,6 +13,8 @@ mod wrappers;
 mod callbacks;
 mod chain;
 mod driver_cache;
+mod incoherent;
+mod pre_instance;
 mod steering;
 pub mod table;
 
@@ -42,13 +44,12 @@ pub fn commands() -> impl Iterator<Item = &'static Command> {
     table::FALLIBLE.iter().chain(table::BY_HAND).filter(|command| !command.errors.is_empty())
 }
 
-/// Commands that the loader answers without asking an explicit layer.
-pub const OF_THE_LOADER: [&str; 4] = [
-    "vkEnumerateInstanceVersion",
-    "vkEnumerateInstanceLayerProperties",
-    "vkEnumerateInstanceExtensionProperties",
-    "vkEnumerateDeviceLayerProperties",
-];
+/// A command that loaders answer without asking any layer.
+pub const OF_THE_LOADER: &str = "vkEnumerateDeviceLayerProperties";
+
+/// Commands without an instance, for which loaders ask implicit layers alone.
+pub const PRE_INSTANCE: [&str; 3] =
+    ["vkEnumerateInstanceVersion", "vkEnumerateInstanceLayerProperties", "vkEnumerateInstanceExtensionProperties"];
 
 /// Forgets which calls were to fail, and counts from 0 again.
 #[unsafe(no_mangle)]

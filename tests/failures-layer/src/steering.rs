@@ -8,10 +8,13 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use ash::vk;
 
-use crate::{OF_THE_LOADER, callbacks, commands, driver_cache};
+use crate::{OF_THE_LOADER, PRE_INSTANCE, callbacks, commands, driver_cache};
 
 /// The variable by which a program's calls are told to fail.
 pub const VARIABLE: &str = "AFTERLIGHT_FAILURES";
+
+/// The variable by which the loader takes the layer for an implicit one: `enable_environment` of the manifest in `vulkan/implicit_layer.d`.
+const IMPLICIT: &str = "AFTERLIGHT_FAILURES_IMPLICIT";
 
 /// A call that is to answer with something else than success.
 #[derive(Clone, Copy, Debug)]
@@ -31,20 +34,26 @@ pub struct Asked {
     /// Bytes that are added to pipeline caches.
     cache: Option<u64>,
     counts: bool,
+    incoherent: bool,
 }
 
 impl Asked {
-    /// Reads `COMMAND:N:RESULT`, `allocation:N`, `cache:N` and `count`, with commas between.
+    /// Reads `COMMAND:N:RESULT`, `allocation:N`, `cache:N`, `incoherent` and `count`, with commas between.
     pub fn of(text: &str) -> Result<Asked, String> {
         let mut asked = Asked::default();
         for word in text.split(',').map(str::trim).filter(|word| !word.is_empty()) {
             let parts: Vec<&str> = word.split(':').collect();
             match parts[..] {
                 ["count"] => asked.counts = true,
+                ["incoherent"] => asked.incoherent = true,
                 ["allocation", nth] => asked.allocations.push(number(nth)?),
                 ["cache", bytes] => asked.cache = Some(number(bytes)?),
                 [command, nth, result] => asked.told.push(told(command, number(nth)?, result)?),
-                _ => return Err(format!("'{word}' is none of COMMAND:N:RESULT, allocation:N, cache:N and count")),
+                _ => {
+                    return Err(format!(
+                        "'{word}' is none of COMMAND:N:RESULT, allocation:N, cache:N, incoherent and count"
+                    ));
+                }
             }
         }
         Ok(asked)
@@ -57,8 +66,11 @@ fn number(text: &str) -> Result<u64, String> {
 }
 
 fn told(command: &str, nth: u64, result: &str) -> Result<Told, String> {
-    let known = commands().find(|known| known.name == command && !OF_THE_LOADER.contains(&command));
+    let known = commands().find(|known| known.name == command && command != OF_THE_LOADER);
     let known = known.ok_or_else(|| format!("'{command}' is no command that this layer can let fail"))?;
+    if PRE_INSTANCE.contains(&command) && std::env::var_os(IMPLICIT).is_none() {
+        return Err(format!("'{command}' can fail only where this layer is implicit, with {IMPLICIT}=1"));
+    }
     let short = result.strip_prefix("VK_").unwrap_or(result);
     let result = known.results().find(|(name, _)| *name == short).ok_or_else(|| {
         let names: Vec<&str> = known.results().map(|(name, _)| name).collect();
@@ -77,6 +89,7 @@ struct State {
     /// Told by the environment: then each failure is told on standard error, and with `counts` how often each command was called.
     aloud: bool,
     counts: bool,
+    incoherent: bool,
 }
 
 static STATE: Mutex<State> = Mutex::new(State {
@@ -86,6 +99,7 @@ static STATE: Mutex<State> = Mutex::new(State {
     fired: 0,
     aloud: false,
     counts: false,
+    incoherent: false,
 });
 
 fn state() -> MutexGuard<'static, State> {
@@ -115,6 +129,7 @@ pub fn add(asked: Asked) {
     let mut state = state();
     state.told.extend(asked.told);
     state.counts |= asked.counts;
+    state.incoherent |= asked.incoherent;
     asked.allocations.into_iter().for_each(callbacks::fail_at);
     if let Some(bytes) = asked.cache {
         driver_cache::add(usize::try_from(bytes).unwrap_or(usize::MAX));
@@ -124,6 +139,12 @@ pub fn add(asked: Asked) {
 pub fn reset() {
     let mut state = state();
     (state.told, state.calls, state.lost, state.fired) = (Vec::new(), BTreeMap::new(), BTreeSet::new(), 0);
+    state.incoherent = false;
+}
+
+/// Returns true if no memory is to seem coherent.
+pub fn incoherent() -> bool {
+    state().incoherent
 }
 
 /// A device that is made later may have the same key.

@@ -141,7 +141,7 @@ macro_rules! frees {
     };
 }
 
-/// Commands whose functions stand in `chain.rs`, and those of the loader alone.
+/// Commands whose functions stand in `chain.rs` and in `pre_instance.rs`, and the one of the loader alone.
 macro_rules! by_hand {
     ($($name:ident { errors [$($error:ident),*], successes [$($success:ident),*] })*) => {
         pub const BY_HAND: &[$crate::Command] = &[$(command!($name, [$($error),*], [$($success),*])),*];

@@ -1,16 +1,15 @@
 //! The layer in the test's own process: the loader loads it, and the test tells it which calls fail.
 
 use std::env;
-use std::ffi::{CStr, CString, c_char};
+use std::ffi::{CStr, CString, OsString, c_char};
 use std::process::Command;
 
 use libloading::Library;
-use tempfile::TempDir;
 
-use crate::common::failures_layer::{LIBRARY, environment};
+use crate::common::failures_layer::LIBRARY;
 
-/// Returns a command that starts one ignored test of this program in a process of its own, with the layer in it.
-pub fn child_of(test: &str, layers: &TempDir) -> Command {
+/// Returns a command that starts one ignored test of this program in a process of its own, with the layer in it by this environment.
+pub fn child_of(test: &str, environment: Vec<(&str, OsString)>) -> Command {
     // Not `current_exe`: that may be the dynamic linker (scripts/on-debian13).
     let own = env::args().next().expect("a program has a name");
     let mut command = match env::var_os("AFTERLIGHT_RUNNER") {
@@ -23,7 +22,7 @@ pub fn child_of(test: &str, layers: &TempDir) -> Command {
     };
     command.args(["--exact", test, "--ignored", "--nocapture", "--test-threads", "1"]);
     // Without words the layer tells which allocation it refuses, also where the refusal ends the child.
-    command.envs(environment(layers.path())).env("AFTERLIGHT_FAILURES", "");
+    command.envs(environment).env("AFTERLIGHT_FAILURES", "");
     command
 }
 

@@ -9,7 +9,7 @@ use afterlight_failures_layer::commands;
 
 use super::layer::{Layer, child_of};
 use super::play::Play;
-use crate::common::failures_layer::{LIBRARY, folder};
+use crate::common::failures_layer::{LIBRARY, environment, folder};
 
 /// Commands that can say so and are not called here: those of instances and of presentation.
 const ELSEWHERE: [&str; 5] =
@@ -20,7 +20,7 @@ type Call<'a> = &'a dyn Fn() -> Result<(), vk::Result>;
 #[test]
 fn a_lost_device_answers_every_later_call_so_and_another_one_draws_on() {
     let layers = folder();
-    let output = child_of("failures::lost::child", &layers).output().expect("it starts");
+    let output = child_of("failures::lost::child", environment(layers.path())).output().expect("it starts");
     let told = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     assert!(output.status.success() && told.contains("1 passed"), "{told}");
 }

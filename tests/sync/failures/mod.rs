@@ -2,6 +2,7 @@
 //! command, nothing panics, hangs or is left behind, and the next picture is the same to the last bit. docs/FAILURES.md tells of it.
 
 mod cases;
+mod incoherent;
 mod layer;
 mod lost;
 mod play;
@@ -12,8 +13,9 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
+use std::sync::LazyLock;
 
-use afterlight_failures_layer::{commands, table};
+use afterlight_failures_layer::{OF_THE_LOADER, commands, table};
 use proc_macro2::{TokenStream, TokenTree};
 
 fn project() -> &'static Path {
@@ -83,8 +85,8 @@ fn of_ash(command: &str) -> String {
     snake
 }
 
-#[test]
-fn every_command_that_the_program_calls_and_that_can_fail_is_in_the_table() {
+/// The methods that the program calls, and its literals.
+static OF_THE_PROGRAM: LazyLock<(BTreeSet<String>, BTreeSet<String>)> = LazyLock::new(|| {
     let (mut files, mut methods, mut texts) = (Vec::new(), BTreeSet::new(), BTreeSet::new());
     sources(&project().join("src"), &mut files);
     for file in files {
@@ -92,6 +94,12 @@ fn every_command_that_the_program_calls_and_that_can_fail_is_in_the_table() {
         let tokens = TokenStream::from_str(&text).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
         methods_and_texts(tokens, &mut methods, &mut texts);
     }
+    (methods, texts)
+});
+
+#[test]
+fn every_command_that_the_program_calls_and_that_can_fail_is_in_the_table() {
+    let (methods, texts) = &*OF_THE_PROGRAM;
     let known: BTreeSet<&str> = commands().map(|command| command.name).collect();
     // The table has the core's name of a command with several names.
     let known_methods: BTreeSet<String> = known.iter().map(|name| of_ash(name)).collect();
@@ -106,6 +114,17 @@ fn every_command_that_the_program_calls_and_that_can_fail_is_in_the_table() {
     let said = texts.iter().map(|text| text.trim_matches('"')).filter(|text| is_command(text));
     let wrong: Vec<&str> = said.filter(|name| !known.contains(name) && !table::ELSEWHERE.contains(name)).collect();
     assert!(wrong.is_empty(), "errors name commands that do not exist, or that cannot fail: {wrong:?}");
+}
+
+#[test]
+fn every_command_that_the_program_calls_has_a_row_of_cases_on_the_page() {
+    let page = fs::read_to_string(project().join("docs/FAILURES.md")).expect("the page");
+    let (methods, _) = &*OF_THE_PROGRAM;
+    let is_played = |name: &str| page.contains(&format!("\n| `{name}` |")) || cases::OF_WINDOWS.contains(&name);
+    let (played, never): (Vec<&str>, Vec<&str>) = commands().map(|own| own.name).partition(|name| is_played(name));
+    assert!(played.len() > 50 && never.contains(&OF_THE_LOADER), "{played:?}, {never:?}");
+    let called: Vec<&str> = never.into_iter().filter(|name| methods.contains(&of_ash(name))).collect();
+    assert!(called.is_empty(), "the program calls what no case lets fail: {called:?}");
 }
 
 fn is_command(text: &str) -> bool {

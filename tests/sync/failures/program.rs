@@ -1,11 +1,16 @@
 //! The program when a call fails: it prints one line, ends with its exit code, leaves old files as they were, and those that it has written whole.
 
 use std::collections::BTreeSet;
+use std::ffi::OsString;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use crate::common::failures_layer::{environment, folder};
+use afterlight::gpu::vk;
+use afterlight_failures_layer::{OF_THE_LOADER, PRE_INSTANCE, commands};
+use tempfile::TempDir;
+
+use crate::common::failures_layer::{environment, folder, implicit_environment};
 use crate::common::program::program;
 use crate::common::whole::{is_json, is_picture};
 
@@ -22,22 +27,93 @@ fn the_program_ends_with_one_line_and_its_exit_code_and_leaves_the_old_picture_w
         ("vkCreateImage:1:ERROR_OUT_OF_DEVICE_MEMORY", 3, "by vkCreateImage: out of memory"),
         ("vkQueueSubmit:2:ERROR_DEVICE_LOST", 4, "by vkQueueSubmit: the device is lost"),
         ("vkEndCommandBuffer:3:ERROR_OUT_OF_HOST_MEMORY", 3, "by vkEndCommandBuffer: out of memory"),
+        (
+            "incoherent,vkFlushMappedMemoryRanges:2:ERROR_OUT_OF_DEVICE_MEMORY",
+            3,
+            "by vkFlushMappedMemoryRanges: out of memory",
+        ),
+        (
+            "incoherent,vkInvalidateMappedMemoryRanges:1:ERROR_OUT_OF_HOST_MEMORY",
+            3,
+            "by vkInvalidateMappedMemoryRanges: out of memory",
+        ),
     ] {
-        let work = tempfile::tempdir().expect("a temporary folder");
-        let picture = work.path().join("x.png");
-        fs::write(&picture, b"old").expect("it can be written");
-        let mut command = program();
-        command.args(["render", "builtin:triangle", "--size", "16x9", "--validate", "-o", "x.png"]);
-        command.current_dir(work.path()).envs(environment(layers.path())).env("AFTERLIGHT_FAILURES", words);
-        let output = command.output().expect("the program starts");
-        let told = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(code), "{words}: {told}");
-        let errors: Vec<&str> = told.lines().filter(|line| line.starts_with("error: ")).collect();
-        assert!(errors.len() == 1 && errors[0].contains(part), "{words}: {told}");
-        assert!(!told.contains("Validation"), "{words}: {told}");
-        assert_eq!(fs::read(&picture).expect("it is there"), b"old", "{words}");
-        assert_eq!(fs::read_dir(work.path()).expect("a folder").count(), 1, "{words}: a file is left");
+        ends_with_one_line(environment(layers.path()), words, code, part);
     }
+}
+
+/// Draws over an old picture, in an environment with the layer.
+fn draws(environment: Vec<(&str, OsString)>, words: &str) -> (TempDir, Output) {
+    let work = tempfile::tempdir().expect("a temporary folder");
+    fs::write(work.path().join("x.png"), b"old").expect("it can be written");
+    let mut command = program();
+    command.args(["render", "builtin:triangle", "--size", "16x9", "--validate", "-o", "x.png"]);
+    command.current_dir(work.path()).envs(environment).env("AFTERLIGHT_FAILURES", words);
+    (work, command.output().expect("the program starts"))
+}
+
+fn ends_with_one_line(environment: Vec<(&str, OsString)>, words: &str, code: i32, part: &str) {
+    let (work, output) = draws(environment, words);
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{words}: {told}");
+    let errors: Vec<&str> = told.lines().filter(|line| line.starts_with("error: ")).collect();
+    assert!(errors.len() == 1 && errors[0].contains(part), "{words}: {told}");
+    assert!(!told.contains("Validation"), "{words}: {told}");
+    assert_eq!(fs::read(work.path().join("x.png")).expect("it is there"), b"old", "{words}");
+    assert_eq!(fs::read_dir(work.path()).expect("a folder").count(), 1, "{words}: a file is left");
+}
+
+#[test]
+fn a_loader_that_fails_before_there_is_an_instance_is_one_line_or_asked_again() {
+    let layers = folder();
+    for command in commands().filter(|command| PRE_INSTANCE.contains(&command.name)) {
+        for (name, result) in command.results() {
+            let words = format!("{}:1:{name}", command.name);
+            let environment = implicit_environment(layers.path());
+            if result == vk::Result::INCOMPLETE {
+                let (_, output) = draws(environment, &words);
+                let told = String::from_utf8_lossy(&output.stderr);
+                assert!(output.status.success() && told.contains(&format!(": {name}")), "{words}: {told}");
+                continue;
+            }
+            let of_memory =
+                [vk::Result::ERROR_OUT_OF_HOST_MEMORY, vk::Result::ERROR_OUT_OF_DEVICE_MEMORY].contains(&result);
+            let part = if of_memory { ": out of memory" } else { ": Vulkan says ERROR_LAYER_NOT_PRESENT" };
+            ends_with_one_line(
+                environment,
+                &words,
+                if of_memory { 3 } else { 4 },
+                &format!("by {}{part}", command.name),
+            );
+        }
+    }
+}
+
+#[test]
+fn an_explicit_layer_refuses_words_for_commands_that_loaders_do_not_ask_it_for() {
+    let layers = folder();
+    for command in PRE_INSTANCE.iter().chain([&OF_THE_LOADER]) {
+        let words = format!("{command}:1:ERROR_OUT_OF_HOST_MEMORY");
+        let (_, output) = draws(environment(layers.path()), &words);
+        let told = String::from_utf8_lossy(&output.stderr);
+        let line = format!("VK_LAYER_AFTERLIGHT_failures: AFTERLIGHT_FAILURES: '{command}' ");
+        assert!(output.status.code() == Some(4) && told.contains(&line), "{words}: {told}");
+    }
+}
+
+#[test]
+fn a_picture_is_the_same_where_memory_is_not_coherent() {
+    let layers = folder();
+    let [picture, expected] = ["incoherent,count", "count"].map(|words| {
+        let (work, output) = draws(environment(layers.path()), words);
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && !told.contains("Validation"), "{words}: {told}");
+        for command in ["vkFlushMappedMemoryRanges", "vkInvalidateMappedMemoryRanges"] {
+            assert_eq!(told.contains(command), words != "count", "{words}: {told}");
+        }
+        fs::read(work.path().join("x.png")).expect("a picture")
+    });
+    assert!(picture == expected);
 }
 
 /// The names of files in a folder.

@@ -17,7 +17,7 @@ const EXTENSIONS: [&str; 7] = [
     "VK_EXT_debug_utils",
 ];
 
-/// Commands for which the layer has functions of its own, and those of the loader alone, for which no layer is asked.
+/// Commands whose functions in the layer are written by hand, and one of the loader alone, for which no layer is asked.
 const BY_HAND: [&str; 9] = [
     "vkCreateInstance",
     "vkDestroyInstance",

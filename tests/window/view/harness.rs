@@ -74,6 +74,19 @@ pub fn until<T>(what: &str, mut found: impl FnMut() -> Option<T>) -> T {
     }
 }
 
+/// Waits for a program that ends by itself, and returns its output.
+pub fn end(mut program: Child) -> Output {
+    let begun = Instant::now();
+    while program.try_wait().expect("can be asked").is_none() {
+        if begun.elapsed() > PATIENCE {
+            let _ = program.kill();
+            panic!("waited in vain for the program's end: {:?}", program.wait_with_output());
+        }
+        sleep(Duration::from_millis(10));
+    }
+    program.wait_with_output().expect("it has ended")
+}
+
 /// An X server without a screen that anybody sees, and without a window manager.
 pub struct Server {
     process: RefCell<Child>,

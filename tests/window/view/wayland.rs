@@ -3,14 +3,12 @@
 use std::fs::{self, Permissions};
 use std::os::unix::fs::PermissionsExt;
 use std::path::PathBuf;
-use std::process::{Child, Command, Output, Stdio};
-use std::thread::sleep;
-use std::time::{Duration, Instant};
+use std::process::{Child, Command, Stdio};
 
 use image::RgbImage;
 use tempfile::TempDir;
 
-use super::harness::{PATIENCE, SIZE, rendered, size_text, text, until};
+use super::harness::{SIZE, end, rendered, size_text, text, until};
 use crate::common::program::program;
 
 /// Weston takes this name for its socket. Sway takes the first that is free.
@@ -22,7 +20,7 @@ const OLD: u32 = 12;
 /// The first version of Sway that tells windows a scale that is no whole number (wp_fractional_scale_v1).
 const FRACTIONAL: [u32; 2] = [1, 9];
 
-struct Compositor {
+pub struct Compositor {
     process: Child,
     folder: TempDir,
     socket: &'static str,
@@ -31,7 +29,7 @@ struct Compositor {
 }
 
 impl Compositor {
-    fn start() -> Self {
+    pub fn start() -> Self {
         Self::start_at(1)
     }
 
@@ -85,7 +83,7 @@ impl Compositor {
     }
 
     /// Has a program draw on it, and on nothing else.
-    fn has_for(&self, command: &mut Command) {
+    pub fn has_for(&self, command: &mut Command) {
         command.env("XDG_RUNTIME_DIR", self.folder.path()).env("WAYLAND_DISPLAY", self.socket);
         command.env_remove("DISPLAY").env_remove("WAYLAND_SOCKET");
     }
@@ -123,19 +121,6 @@ impl Drop for Compositor {
         let _ = self.process.kill();
         let _ = self.process.wait();
     }
-}
-
-/// Waits for a program that ends by itself, and returns its output.
-fn end(mut program: Child) -> Output {
-    let begun = Instant::now();
-    while program.try_wait().expect("can be asked").is_none() {
-        if begun.elapsed() > PATIENCE {
-            let _ = program.kill();
-            panic!("waited in vain for the program's end: {:?}", program.wait_with_output());
-        }
-        sleep(Duration::from_millis(10));
-    }
-    program.wait_with_output().expect("it has ended")
 }
 
 /// Returns true if the smaller picture is somewhere in the larger one, bit by bit.
