@@ -93,6 +93,7 @@ fn ends(parameter: &Parameter) -> Vec<String> {
         Kind::Integer { least, most, .. } => vec![least.to_string(), most.min(10_000).to_string()],
         Kind::Number { least, most, .. } => vec![least.to_string(), most.to_string(), "1e-300".into()],
         Kind::Brdf { .. } => Brdf::NAMES.iter().map(|(name, _)| (*name).to_owned()).collect(),
+        Kind::Choice { names } => names.iter().map(|name| (*name).to_owned()).collect(),
     }
 }
 
@@ -120,6 +121,7 @@ fn a_value_beyond_its_range_is_refused_by_name() {
                 Kind::Integer { most, .. } => vec!["-1".into(), (u128::from(most) + 1).to_string(), "1.5".into()],
                 Kind::Number { least, most, .. } => vec![format!("{}", least - 1.0), format!("{}", most * 1.01)],
                 Kind::Brdf { .. } => vec!["lambertian".into()],
+                Kind::Choice { names } => vec![format!("{}x", names[0])],
             };
             for value in beyond.iter().map(String::as_str).chain(["nan", "inf", "", "1 0", "0x1", "\n"]) {
                 let error = opened(builtin, &format!("?{}={value}", parameter.name)).unwrap_err();
