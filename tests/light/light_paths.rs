@@ -2,7 +2,7 @@
 
 use crate::common::gpu::{Gpu, bytes, floats, on_gpu};
 use crate::common::stage::{add, beam, exact, gbuffer, lambert, open, own, plane, point, rectangle, spot, sun};
-use crate::common::{one_of, some_in_turn, some_of};
+use crate::common::{one_of, some_in_turn, some_of, tries_all};
 use afterlight::frame::Picture;
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
@@ -229,12 +229,12 @@ fn twenty_thousand_lights_work() {
         let lit = floats(&expected).chunks_exact(4).filter(|pixel| pixel[0] > 0.0).count();
         assert!(lit > 27 * 19 * 3 / 4, "{lit} pixels are lit");
         assert_same_bits(gpu, (&scene, &settings), &expected, "20,000 lights");
-        // The batches are listed anew for each round of samples.
-        let settings = Settings { msaa: 4, ..settings };
-        let expected = draw(gpu, &scene, &settings, LightPath::Loop);
-        assert_same_bits(gpu, (&scene, &settings), &expected, "20,000 lights, 4 samples a pixel");
-        let settings = Settings { msaa: 1, ..settings };
-        let expected = draw(gpu, &scene, &settings, LightPath::Loop);
+        if tries_all() {
+            // The batches are listed anew for each round of samples.
+            let settings = Settings { msaa: 4, ..settings.clone() };
+            let expected = draw(gpu, &scene, &settings, LightPath::Loop);
+            assert_same_bits(gpu, (&scene, &settings), &expected, "20,000 lights, 4 samples a pixel");
+        }
         for path in BLENDED {
             let off = largest_difference(&expected, &draw(gpu, &scene, &settings, path));
             // No pixel has more than a few hundred of them in reach.
@@ -303,7 +303,7 @@ fn a_depth_pre_pass_changes_nothing_but_ties_within_a_mesh() {
 #[test]
 fn tone_mapped_samples_agree_to_a_code() {
     on_gpu(|gpu| {
-        for (turn, scene) in some_of(scenes(), 2).enumerate() {
+        for (turn, scene) in some_of(scenes(), 4).enumerate() {
             for &resolve in one_of(&[Resolve::ToneMapped, Resolve::Linear], turn) {
                 let hdr_format = HdrFormat::Rgba32f;
                 let settings = Settings { msaa: 4, resolve, hdr_format, ..own(&scene, SIZE.0, SIZE.1) };

@@ -566,20 +566,20 @@ each = { spheres = "" }
     assert!(frames.is_sorted() && frames[12] >= 300, "{curve}");
 }
 
-/// In `make test` the cases that show a window's frames and textures in blocks, in `make test-all` the largest suite, which has all others.
+/// In `make test` one that shows a window's frames and one of textures in blocks, in `make test-all` the largest suite, which has all others.
 #[test]
 fn all_cases_of_shipped_suites_pass() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let only: &[&str] = if tries_all() { &[] } else { &["--only", r"^(window|texels)\."] };
+    let only: &[&str] = if tries_all() { &[] } else { &["--only", r"^(window\.compute|texels\.bc7)$"] };
     let run = ci(folder.path(), &[&["full", "-o", "out"][..], only].concat());
     assert_eq!(code(&run), Some(0), "{}{}", String::from_utf8_lossy(&run.stdout), errors(&run));
     let found = results(&folder.path().join("out/results.csv"));
     let passed = found.values().filter(|status| *status == "Pass").count();
-    assert!(passed >= if tries_all() { 100 } else { 6 }, "{found:?}");
+    assert!(passed >= if tries_all() { 100 } else { 2 }, "{found:?}");
     let lines = fs::read_to_string(folder.path().join("out/results.jsonl")).expect("JSON lines");
     let shown = lines.lines().filter(|line| line.contains("shown straight, enlarged, encoded")).count();
     let skipped = lines.lines().filter(|line| line.contains("window: ") && line.contains("skipped")).count();
-    assert!(shown >= 2 || skipped >= 2, "{lines}");
+    assert!(shown + skipped >= 1, "{lines}");
 }
 
 /// The commands of the files for build servers try each case once, in whichever part.

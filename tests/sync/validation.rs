@@ -388,8 +388,8 @@ fn hardware_samples_and_fxaa_are_silent_in_flight() {
         let transparency = Transparency::Oit;
         exercise(gpu, &glass, &Settings { transparency, msaa: 4, fxaa: true, ..small(&glass) });
         let glowing = one_of_each();
-        for (scene, layout) in [(&plain, "lean"), (&glowing, "float32")] {
-            for &(_, resolve) in Resolve::NAMES {
+        for (turn, (scene, layout)) in [(&plain, "lean"), (&glowing, "float32")].into_iter().enumerate() {
+            for &(_, resolve) in one_of(Resolve::NAMES, turn) {
                 let (light_path, gbuffer) = (LightPath::Compute, gbuffer(layout));
                 exercise(gpu, scene, &Settings { light_path, msaa: 4, resolve, gbuffer, ..small(scene) });
             }

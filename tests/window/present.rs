@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use crate::common::compare::assert_identical;
 use crate::common::gpu::{Gpu, on_prepared_presenting_gpu, on_presenting_gpu};
+use crate::common::tries_all;
 use afterlight::frame::{Fitted, Outcome, Picture, Pixels, Presenter, Renderer, Wake};
 use afterlight::gpu::{Device, Surface, Vsync, vk};
 use afterlight::scene::{Light, LightPath, OpenOptions, Scene, Settings, Tonemap, View, open};
@@ -23,7 +24,7 @@ fn ways() -> Vec<(&'static str, Scene, Settings)> {
     let own = |scene: &Scene| Settings { samples: 1, anisotropy: 1, ..scene.settings.decide() };
     let (spheres, layers) = (scene("builtin:spheres"), scene("builtin:layers"));
     let settings = own(&spheres);
-    vec![
+    let mut ways = vec![
         ("lighting", spheres.clone(), Settings { light_path: LightPath::Loop, ..settings.clone() }),
         ("forward", spheres.clone(), Settings { light_path: LightPath::Forward, ..settings.clone() }),
         ("resolve", spheres.clone(), Settings { light_path: LightPath::Loop, msaa: 4, ..settings.clone() }),
@@ -31,9 +32,12 @@ fn ways() -> Vec<(&'static str, Scene, Settings)> {
         ("bloom", spheres.clone(), Settings { bloom: 0.3, light_path: LightPath::Loop, ..settings.clone() }),
         ("view", spheres.clone(), Settings { view: View::Normal, ..settings.clone() }),
         ("compute", spheres.clone(), Settings { light_path: LightPath::Compute, ..settings.clone() }),
-        ("compute of samples", spheres, Settings { light_path: LightPath::Compute, msaa: 4, ..settings }),
         ("tone mapping", layers.clone(), own(&layers)),
-    ]
+    ];
+    if tries_all() {
+        ways.push(("compute of samples", spheres, Settings { light_path: LightPath::Compute, msaa: 4, ..settings }));
+    }
+    ways
 }
 
 /// The way of a picture into a swapchain image.
