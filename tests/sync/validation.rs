@@ -380,7 +380,7 @@ fn hardware_samples_and_fxaa_are_silent_in_flight() {
                 for &(_, resolve) in one_of(Resolve::NAMES, turn + path) {
                     exercise(gpu, scene, &Settings { light_path, msaa: 4, resolve, ..small(scene) });
                 }
-                for msaa in [1, 4] {
+                for &msaa in one_of(&[1, 4], turn + path) {
                     exercise(gpu, scene, &Settings { light_path, msaa, fxaa: true, ..small(scene) });
                 }
             }
