@@ -75,7 +75,7 @@ override LINEAR: bool = false;
 struct Push {
     // The light of pixels without a surface, as it is stored.
     background: vec3<f32>,
-    // That of samples without one, as it is averaged.
+    // The light of a sample that shows no surface, as it is averaged.
     sample_background: vec3<f32>,
 }
 
@@ -249,7 +249,7 @@ fn main(
     let center = vec2<f32>(id.xy) + 0.5;
     let inside = all(id.xy < size);
     let model = planned_model();
-    // Of the samples that show a surface, as bits.
+    // The least and the greatest depth of the samples that show a surface, as bits.
     var low = 0x7f800000u;
     var high = 0u;
     if inside {
@@ -300,7 +300,7 @@ fn main(
     let pixels_at_once = THREADS / SAMPLES;
     let rounds = 1u + (mixed_pixels + pixels_at_once - 1u) / pixels_at_once;
     for (var round = 0u; round < rounds; round++) {
-        // Of the mixed pixels, the first of a round.
+        // The index of the first mixed pixel of this round.
         let first_mixed = select(0u, (round - 1u) * pixels_at_once, round > 0u);
         var pixel = id.xy;
         var sample = 0u;

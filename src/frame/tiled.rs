@@ -10,6 +10,8 @@
 //! copies         PRESENT    the output into an image of the swapchain, where there is one
 //! ```
 
+use ash::vk;
+
 use super::FrameParts;
 use super::ao::{self, AoStage};
 use super::edges::{Edges, RowName};
@@ -23,7 +25,6 @@ use crate::passes::tonemap::encode_srgb;
 use crate::passes::{Recording, Resource, shadow};
 use crate::plan::{FramePlan, OUTPUT_PLAIN, Target};
 use crate::visible::World;
-use ash::vk;
 
 /// The passes of a plan and their targets.
 pub struct TiledFrame {

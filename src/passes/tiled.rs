@@ -94,9 +94,9 @@ const _: () = {
 /// The light where nothing is seen.
 #[derive(Debug, Clone, Copy)]
 pub struct Background {
-    /// Of a pixel, as the output has it.
+    /// The light of a pixel, as the output has it.
     pub of_pixel: Vec3,
-    /// Of one of several samples, as they are averaged.
+    /// The light of one of several samples, as they are averaged.
     pub of_sample: Vec3,
 }
 

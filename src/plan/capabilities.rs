@@ -24,7 +24,7 @@ pub struct Capabilities {
     pub packed_float_blends: bool,
     /// Samples a pixel that every attachment can have, as bits (2 for 2, 4 for 4), at their standard places and shaded one by one.
     pub msaa: u32,
-    /// Those of them that a compute shader can read one by one, of every attachment.
+    /// The sample counts that a compute shader can read one by one, of every attachment.
     pub sampled_msaa: u32,
     /// The most that textures can be filtered with; 1 where the device has no anisotropic filtering.
     pub anisotropy: u32,

@@ -67,7 +67,7 @@ const INCOHERENT: &str = "incoherent";
 /// Commands that are called more often where the GPU is slower: a fence that is not signalled yet is asked again, and cannot be reused.
 const OF_FENCES: [&str; 2] = ["vkCreateFence", "vkGetFenceStatus"];
 
-/// What is wrong with a case whose call has a higher number than the last one.
+/// Tells the fault of a case whose call has a higher number than the last one.
 const NEVER_MADE: &str = "the call was never made";
 
 /// The outcome of a case that passed.
