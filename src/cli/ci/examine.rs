@@ -6,10 +6,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use afterlight::frame::{self, Picture, Pixels, Renderer, capabilities, edges};
-use afterlight::gpu::{
-    self, Device, DeviceChoice, HEADLESS, Instance, InstanceOptions, MemoryReport, Message, MessageKind, MessageLog,
-    Validation,
-};
+use afterlight::gpu::{self, Device, DeviceChoice, MemoryReport};
 use afterlight::measure::{Distribution, flip, resident_memory_bytes};
 use afterlight::plan::{self, Capabilities, FramePlan};
 use afterlight::scene::{
@@ -19,8 +16,9 @@ use afterlight::stress::{self, Subject};
 
 use super::baseline::Baseline;
 use super::evidence::Evidence;
+use super::stage::{Stage, with_device};
 use super::suite::{Case, Mode, SceneSource, Truth};
-use super::verdict::{CaseReport, Check, Verdict, Where};
+use super::verdict::{CaseReport, Check, Verdict};
 use super::{resizes, soak, window};
 use crate::cli::failure::with_causes;
 use crate::cli::table::bytes;
@@ -167,144 +165,6 @@ fn try_all(case: &Case, place: &Place, evidence: &Evidence, report: &mut CaseRep
         resizes::storm(case.holds.resizes, place, &drawing, evidence, report)?;
     }
     Ok(())
-}
-
-/// Messages of the layer about some work, and the program's own about objects that it left behind.
-struct Observed {
-    messages: Vec<Message>,
-    dropped: u64,
-}
-
-impl Observed {
-    /// Everything that was said so far. From here on the log's file gets nothing.
-    fn end(log: &MessageLog) -> Self {
-        log.tell_to(None);
-        let dropped = log.dropped();
-        Self { messages: log.take(), dropped }
-    }
-
-    fn keep(&self, stage: &str, evidence: &Evidence) {
-        evidence.layer_messages(stage, &self.messages, self.dropped);
-    }
-
-    /// The first of those that are mistakes, and their number.
-    fn note(&self, stage: Stage, evidence: &Evidence, report: &mut CaseReport) {
-        let (left, said): (Vec<_>, Vec<_>) = self.messages.iter().partition(|own| own.kind == MessageKind::Leak);
-        let holds = left.is_empty();
-        let detail =
-            left.first().map_or_else(|| "nothing".to_owned(), |first| more(&first.text, left.len() as u64 - 1));
-        if !holds || stage.mode.is_none() {
-            report.hold(Check::ResourcesLeft, holds, detail);
-        }
-        let (Some(mode), name) = (stage.mode, stage.name()) else { return };
-        self.keep(&name, evidence);
-        let is_advice = |own: &&&Message| mode == Mode::BestPractices && own.is_advice();
-        let mistakes: Vec<_> = said.iter().filter(|own| own.kind != MessageKind::General && !is_advice(own)).collect();
-        match mistakes.first() {
-            None if self.dropped > 0 => {
-                report.hold(Check::LayerMessage, false, format!("{name}: {} messages were not kept", self.dropped));
-            }
-            None => report.hold(Check::LayerMessage, true, format!("{name}: silent")),
-            Some(first) => {
-                let count = mistakes.len() as u64 - 1 + self.dropped;
-                let text = first.text.lines().next().unwrap_or_default();
-                report.hold(Check::LayerMessage, false, format!("{name}: {} {}", first.id_name, more(text, count)));
-            }
-        }
-    }
-}
-
-fn more(first: &str, others: u64) -> String {
-    if others == 0 { first.to_owned() } else { format!("{first} (and {others} more)") }
-}
-
-/// A part of a case that has a device of its own.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Stage {
-    /// The checks of the layer.
-    pub mode: Option<Mode>,
-    /// The check that shows frames on a surface without a display.
-    pub shows: Option<Check>,
-}
-
-impl Stage {
-    /// The name in sentences and in files: `sync`, `window-sync`.
-    fn name(self) -> String {
-        match (self.shows, self.mode) {
-            (None, None) => "without the layer".to_owned(),
-            (None, Some(mode)) => mode.name().to_owned(),
-            (Some(check), None) => check.name().to_owned(),
-            (Some(check), Some(mode)) => format!("{}-{}", check.name(), mode.name()),
-        }
-    }
-
-    fn instance(self) -> gpu::Result<Arc<Instance>> {
-        let options = InstanceOptions {
-            validation: self.mode.map_or(Validation::Off, Mode::validation),
-            sync_shader_heuristic: self.mode == Some(Mode::SyncShaders),
-            ..InstanceOptions::default()
-        };
-        Instance::with_extensions(&options, if self.shows.is_some() { &HEADLESS } else { &[] })
-    }
-
-    fn device(self, instance: &Arc<Instance>, choice: &DeviceChoice) -> gpu::Result<Arc<Device>> {
-        Device::with_extensions(instance, choice, if self.shows.is_some() { &[c"VK_KHR_swapchain"] } else { &[] })
-    }
-
-    /// Notes a check that cannot be made here. Without one, it is the case that cannot be tried.
-    fn skip(self, error: gpu::Error, report: &mut CaseReport) -> Result<(), Stop> {
-        let check = match (&error, self.mode, self.shows) {
-            (gpu::Error::MissingLayer { .. } | gpu::Error::Unsupported(_), Some(_), _) => Check::LayerMessage,
-            (gpu::Error::Unsupported(_), None, Some(check)) => check,
-            _ => return Err(error.into()),
-        };
-        report.skip(check, format!("{}: {error}", self.name()));
-        Ok(())
-    }
-}
-
-/// Runs work on a device of its own, and notes the messages of the layer and of the device's end, also if the work fails. `None` where the layer
-/// cannot check so, or nothing can be shown, which is noted.
-pub fn with_device<T>(
-    stage: Stage,
-    place: &Place,
-    evidence: &Evidence,
-    report: &mut CaseReport,
-    work: impl FnOnce(&Arc<Device>, &mut CaseReport) -> Result<T, Stop>,
-) -> Result<Option<T>, Stop> {
-    let instance = match stage.instance() {
-        Ok(instance) => instance,
-        Err(error) => return stage.skip(error, report).map(|()| None),
-    };
-    if stage.mode == Some(Mode::SyncShaders) && !instance.sync_shader_heuristic() {
-        let name = stage.name();
-        report.skip(Check::LayerMessage, format!("{name}: the layer has no heuristic for what shaders access"));
-        return Ok(None);
-    }
-    let log = instance.message_log();
-    log.tell_to(stage.mode.and_then(|_| evidence.layer_log(&stage.name())));
-    let device = match stage.device(&instance, place.device) {
-        Ok(device) => device,
-        Err(error) => {
-            let heard = Observed::end(&log);
-            if stage.mode.is_some() {
-                heard.keep(&stage.name(), evidence);
-            }
-            return stage.skip(error, report).map(|()| None);
-        }
-    };
-    report.on = Where { device: device.physical.name.clone(), driver: driver_of(&device) };
-    evidence.labels(&stage.name(), &device);
-    let done = work(&device, report);
-    drop((device, instance));
-    Observed::end(&log).note(stage, evidence, report);
-    done.map(Some)
-}
-
-/// The driver's name and its own words on its version.
-pub fn driver_of(device: &Device) -> String {
-    let physical = &device.physical;
-    format!("{} {}", physical.driver_name, physical.driver_info).trim().to_owned()
 }
 
 /// Makes all checks that need no layer, and returns the first picture.
@@ -572,48 +432,7 @@ pub fn dependencies(plan: &FramePlan) -> String {
 
 #[cfg(test)]
 mod tests {
-    use afterlight::gpu::Severity;
-
     use super::*;
-
-    fn message(kind: MessageKind, severity: Severity, id_name: &str) -> Message {
-        Message { severity, kind, id_name: id_name.into(), objects: Vec::new(), text: "a queue\nmore".into() }
-    }
-
-    fn noted(mode: Option<Mode>, messages: &[Message]) -> CaseReport {
-        let mut report = CaseReport::new("a.b");
-        Observed { messages: messages.to_vec(), dropped: 0 }.note(
-            Stage { mode, shows: None },
-            &Evidence::new(None),
-            &mut report,
-        );
-        report
-    }
-
-    #[test]
-    fn a_message_fails_the_case_and_advice_and_the_system_do_not() {
-        let hazard = message(MessageKind::Validation, Severity::Error, "SYNC-HAZARD-WRITE-AFTER-READ");
-        let advice = message(MessageKind::Performance, Severity::Warning, "BestPractices-vkBindMemory");
-        let system = message(MessageKind::General, Severity::Warning, "Loader Message");
-        let failed = noted(Some(Mode::Sync), &[system.clone(), hazard.clone(), hazard.clone()]);
-        assert_eq!(failed.verdict, Verdict::Fail);
-        let reason = failed.reason.expect("a reason");
-        assert_eq!(reason, "layer message: sync: SYNC-HAZARD-WRITE-AFTER-READ a queue (and 1 more)");
-        assert_eq!(noted(Some(Mode::BestPractices), &[advice.clone(), system]).verdict, Verdict::Pass);
-        assert_eq!(noted(Some(Mode::Sync), &[advice]).verdict, Verdict::Fail, "advice that nobody has asked for");
-        assert_eq!(noted(Some(Mode::Core), &[]).verdict, Verdict::Pass);
-    }
-
-    #[test]
-    fn what_is_left_on_the_device_fails_the_case() {
-        let leak = message(MessageKind::Leak, Severity::Error, "");
-        for mode in [None, Some(Mode::Core)] {
-            let failed = noted(mode, std::slice::from_ref(&leak));
-            assert_eq!(failed.verdict, Verdict::Fail);
-            assert!(failed.reason.is_some_and(|reason| reason.starts_with("resources left: a queue")));
-        }
-        assert!(noted(None, &[]).findings.iter().any(|finding| finding.check == Check::ResourcesLeft));
-    }
 
     #[test]
     fn memory_that_grows_fails_the_case_and_what_an_allocator_keeps_does_not() {

@@ -13,6 +13,7 @@ mod resizes;
 mod results;
 mod runner;
 mod soak;
+mod stage;
 mod suite;
 mod verdict;
 mod window;

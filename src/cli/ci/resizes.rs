@@ -9,8 +9,9 @@ use afterlight::gpu::{Device, Surface, Vsync};
 use afterlight::scene::Settings;
 
 use super::evidence::Evidence;
-use super::examine::{Drawing, Place, Stage, Stop, with_device};
+use super::examine::{Drawing, Place, Stop};
 use super::soak::curve::{self, Sample};
+use super::stage::{Stage, with_device};
 use super::verdict::{CaseReport, Check};
 
 /// The curve's file.

@@ -4,7 +4,8 @@ use afterlight::frame::experiment::{self, Way};
 use afterlight::frame::{Picture, Pixels};
 
 use super::evidence::Evidence;
-use super::examine::{Drawing, Place, Stage, Stop, differing, with_device};
+use super::examine::{Drawing, Place, Stop, differing};
+use super::stage::{Stage, with_device};
 use super::suite::{Case, Mode};
 use super::verdict::{CaseReport, Check};
 
