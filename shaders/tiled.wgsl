@@ -1,6 +1,6 @@
 // TILED: every light on every pixel by compute, from a stored G-buffer. A work group is a tile of pixels; it tests the lights against
 // the tile's frustum together, keeps a bit for each in shared memory, and then each pixel goes over the bits in the lights' order.
-// With VISIBILITY there is no G-buffer: which triangle a pixel shows is stored, and each surface is looked up here.
+// With VISIBILITY there is no G-buffer: which triangle a pixel or a sample shows is stored, and each surface is looked up here.
 // With MSAA a pixel whose samples agree is shaded once, as LIGHTING does it. The samples of a tile's other pixels are dealt to all invocations of its
 // work group, so that no edge holds up the pixels beside it, and their light is averaged here.
 // always: LIGHTS STORED
@@ -14,18 +14,19 @@
 // excludes: VISIBILITY EMISSIVE
 // excludes: VISIBILITY UNIFORM_BUFFER
 // requires: TEXTURED -> VISIBILITY
-// excludes: MSAA VISIBILITY
 // excludes: MSAA NORMAL_UINT
 // excludes: MSAA UNIFORM_BUFFER
 // precise
 enable wgpu_binding_array;
 #import afterlight::frame::{distance_at, frame}
 #import afterlight::brdf::{Surface}
+#ifdef MSAA
+#import afterlight::multisampling::{sample_offset}
+#endif
 #ifdef VISIBILITY
 #import afterlight::seen::{hit_of, seen_at, Hit}
 #else ifdef MSAA
-#import afterlight::gbuffer::{load_texel, read_mean, read_one, sample_depth, samples_agree}
-#import afterlight::multisampling::{sample_offset}
+#import afterlight::gbuffer::{load_texel, read_one, sample_depth, samples_agree}
 #ifdef POSITION
 #import afterlight::frame::{depth_at}
 #import afterlight::gbuffer::{sample_position}
@@ -66,10 +67,10 @@ override LARGEST: f32 = 65000.0;
 override LIGHT_ONLY: bool = false;
 // Red and blue are stored in each other's place.
 override SWAPPED: bool = false;
+// Average the light of samples, and not its tone-mapped values.
+override LINEAR: bool = false;
 #ifdef MSAA
 override SAMPLES: u32 = 4u;
-// Average light, and not its tone-mapped values.
-override LINEAR: bool = false;
 #endif
 
 struct Push {
@@ -85,10 +86,15 @@ var<immediate> push: Push;
 @group(0) @binding(4) var<storage, read> spheres: array<vec4<f32>>;
 
 #ifdef VISIBILITY
+// Beside depth, numbers of the instance and of the triangle in its mesh (seen.wgsl), where depth says that there is something: to clear this target takes a
+// GPU as long as to draw a layer.
+#ifdef MSAA
+@group(1) @binding(0) var stored_depth: texture_depth_multisampled_2d;
+@group(1) @binding(1) var stored_triangle: texture_multisampled_2d<u32>;
+#else
 @group(1) @binding(0) var stored_depth: texture_depth_2d;
-// Numbers of the instance and of the triangle in its mesh (seen.wgsl), where depth says that there is something: to clear this target takes a GPU as long
-// as to draw a layer.
 @group(1) @binding(1) var stored_triangle: texture_2d<u32>;
+#endif
 #endif
 #ifdef EMISSIVE
 #ifdef MSAA
@@ -218,210 +224,107 @@ fn found_tile(group: vec2<u32>) -> Tile {
     return tile;
 }
 
+// What an invocation shades at once: a pixel, or one of its samples.
+struct Part {
+    pixel: vec2<u32>,
+    // The pixel's centre, or the place of the sample.
+    place: vec2<f32>,
+    sample: u32,
+    // It shows a surface, and is to be shaded.
+    shows: bool,
+}
+
+// A part's light, and what its surface emits, where that is not stored.
+struct Lit {
+    radiance: vec3<f32>,
+    emissive: vec3<f32>,
+}
+
+#ifdef VISIBILITY
 #ifdef MSAA
-// The light of a sample as it is averaged.
-fn averaged(radiance: vec3<f32>, pixel: vec2<u32>, sample: u32) -> vec3<f32> {
-    var light = min(radiance * frame.exposure, vec3(LARGEST));
-#ifdef EMISSIVE
-    light = min(light + textureLoad(stored_emissive, pixel, sample).rgb, vec3(LARGEST));
+fn sample_depth(center: vec2<f32>, sample: u32) -> f32 {
+    return textureLoad(stored_depth, vec2<u32>(center), sample);
+}
+
+fn triangle_at(part: Part) -> u32 {
+    return textureLoad(stored_triangle, part.pixel, part.sample).x;
+}
+
+// Returns true if all samples show one triangle.
+fn samples_agree(center: vec2<f32>) -> bool {
+    let pixel = vec2<u32>(center);
+    let first = textureLoad(stored_triangle, pixel, 0u).x;
+    var same = sample_depth(center, 0u) > 0.0;
+    for (var i = 1u; i < SAMPLES; i++) {
+        same = same && sample_depth(center, i) > 0.0 && textureLoad(stored_triangle, pixel, i).x == first;
+    }
+    return same;
+}
+
+// The depth of a sample, or of a pixel whose samples agree: their mean, which is the depth at its centre.
+fn depth_of(part: Part, round: u32) -> f32 {
+    let center = vec2<f32>(part.pixel) + 0.5;
+    let own = sample_depth(center, part.sample);
+    if round > 0u {
+        return own;
+    }
+    var differences = 0.0;
+    for (var i = 1u; i < SAMPLES; i++) {
+        differences += sample_depth(center, i) - own;
+    }
+    return own + differences / f32(SAMPLES);
+}
+#else
+fn load_depth(center: vec2<f32>) -> f32 {
+    return textureLoad(stored_depth, vec2<u32>(center), 0);
+}
+
+fn triangle_at(part: Part) -> u32 {
+    return textureLoad(stored_triangle, part.pixel, 0).x;
+}
+
+fn depth_of(part: Part, round: u32) -> f32 {
+    return load_depth(part.place);
+}
 #endif
-    if TONE_MAP && !LINEAR {
-        return tone_map(light, OPERATOR);
-    }
-    return light;
-}
+#endif
 
-fn store_mean(pixel: vec2<u32>, mean: vec3<f32>) {
-    if TONE_MAP && LINEAR {
-        store(pixel, encoded(tone_map(mean, OPERATOR)));
-    } else {
-        store(pixel, encoded(mean));
-    }
-}
-
-@compute @workgroup_size(16, 16, 1)
-fn main(
-    @builtin(global_invocation_id) id: vec3<u32>,
-    @builtin(local_invocation_index) thread: u32,
-    @builtin(workgroup_id) group: vec3<u32>,
-) {
-    let size = textureDimensions(output);
-    let center = vec2<f32>(id.xy) + 0.5;
-    let inside = all(id.xy < size);
-    let model = planned_model();
-    // The least and the greatest depth of the samples that show a surface, as bits.
+// The least and the greatest depth of a pixel's samples that show a surface, as bits; the greatest is 0 where none does.
+fn depths_at(center: vec2<f32>) -> vec2<u32> {
+#ifdef MSAA
     var low = 0x7f800000u;
     var high = 0u;
-    if inside {
-        for (var i = 0u; i < SAMPLES; i++) {
-            let depth = bitcast<u32>(sample_depth(center, i));
-            if depth > 0u {
-                low = min(low, depth);
-                high = max(high, depth);
+    for (var i = 0u; i < SAMPLES; i++) {
+        let depth = bitcast<u32>(sample_depth(center, i));
+        if depth > 0u {
+            low = min(low, depth);
+            high = max(high, depth);
 #ifdef POSITION
-                // Stored positions lie where the driver interpolates them, which need not be where the sample is.
-                let place = bitcast<u32>(max(depth_at(dot(sample_position(center, i), frame.forward)), 0.0));
-                low = min(low, max(place, 1u));
-                high = max(high, place);
+            // Stored positions lie where the driver interpolates them, which need not be where the sample is.
+            let place = bitcast<u32>(max(depth_at(dot(sample_position(center, i), frame.forward)), 0.0));
+            low = min(low, max(place, 1u));
+            high = max(high, place);
 #endif
-            }
         }
     }
-    // The sky has depth 0; so have the invocations outside the picture.
-    let seen = high > 0u;
-    var agrees = false;
-    if seen {
-        agrees = samples_agree(center, SAMPLES, NORMAL_ENCODING, GEOMETRIC_STEPS);
-    }
-
-    if thread == 0u {
-        atomicStore(&farthest, 0x7f800000u);
-        atomicStore(&nearest, 0u);
-        atomicStore(&mixed_count, 0u);
-    }
-    workgroupBarrier();
-    if seen {
-        atomicMin(&farthest, low);
-        atomicMax(&nearest, high);
-        if !agrees {
-            mixed[atomicAdd(&mixed_count, 1u)] = thread;
-        }
-    } else if inside {
-        store(id.xy, push.background);
-    }
-    workgroupBarrier();
-    if thread == 0u {
-        mixed_end = atomicLoad(&mixed_count);
-    }
-    let mixed_pixels = workgroupUniformLoad(&mixed_end);
-    let tile = found_tile(group.xy);
-
-    // First each pixel whose samples agree, by its own invocation; then the samples of the others, as many at a time as there are invocations.
-    let pixels_at_once = THREADS / SAMPLES;
-    let rounds = 1u + (mixed_pixels + pixels_at_once - 1u) / pixels_at_once;
-    for (var round = 0u; round < rounds; round++) {
-        // The index of the first mixed pixel of this round.
-        let first_mixed = select(0u, (round - 1u) * pixels_at_once, round > 0u);
-        var pixel = id.xy;
-        var sample = 0u;
-        var place = center;
-        var lights = agrees;
-        if round == 0u {
-            read_mean(SAMPLES);
-        } else {
-            let own = first_mixed + thread / SAMPLES;
-            lights = own < mixed_pixels;
-            if lights {
-                sample = thread % SAMPLES;
-                pixel = group.xy * TILE + vec2(mixed[own] % TILE, mixed[own] / TILE);
-                let middle = vec2<f32>(pixel) + 0.5;
-                place = middle + sample_offset(sample, SAMPLES);
-                lights = sample_depth(middle, sample) > 0.0;
-                read_one(sample);
-            }
-        }
-        var texel: Texel;
-        var surface: Surface;
-        var radiance = vec3(0.0);
-        if lights {
-            texel = planned(load_texel(place, NORMAL_ENCODING, GEOMETRIC_STEPS));
-            surface = surface_of(texel, model);
-            radiance = unlisted_light(surface, texel, model);
-        }
-        if BOUNDED {
-            let count = frame.light_count - frame.looped_count;
-            for (var start = 0u; start < count; start += BATCH) {
-                let batch = min(count - start, BATCH);
-                // The lists of a single batch stay for all rounds.
-                if round == 0u || count > BATCH {
-                    list_lights(start, batch, tile, thread);
-                }
-                if lights {
-                    add_listed(&radiance, start, batch, surface, texel, model);
-                }
-            }
-        }
-        if round == 0u {
-            if lights {
-#ifdef EMISSIVE
-                // No comparison has looked at what surfaces emit: each sample has its own.
-                var sum = averaged(radiance, pixel, 0u);
-                for (var i = 1u; i < SAMPLES; i++) {
-                    sum += averaged(radiance, pixel, i);
-                }
-                store_mean(pixel, sum / f32(SAMPLES));
+    return vec2(low, high);
 #else
-                store_mean(pixel, averaged(radiance, pixel, 0u));
+    return vec2(bitcast<u32>(max(load_depth(center), 0.0)));
 #endif
-            }
-        } else {
-            var light = push.sample_background;
-            if lights {
-                light = averaged(radiance, pixel, sample);
-            }
-            // The round before may still be read.
-            workgroupBarrier();
-            sample_light[thread] = light;
-            workgroupBarrier();
-            let own = first_mixed + thread;
-            if thread < pixels_at_once && own < mixed_pixels {
-                // In the order of samples, as lavapipe resolves attachments of floats.
-                var sum = sample_light[thread * SAMPLES];
-                for (var i = 1u; i < SAMPLES; i++) {
-                    sum += sample_light[thread * SAMPLES + i];
-                }
-                let at = group.xy * TILE + vec2(mixed[own] % TILE, mixed[own] / TILE);
-                store_mean(at, sum / f32(SAMPLES));
-            }
-        }
-    }
 }
 
-#else
-@compute @workgroup_size(16, 16, 1)
-fn main(
-    @builtin(global_invocation_id) id: vec3<u32>,
-    @builtin(local_invocation_index) thread: u32,
-    @builtin(workgroup_id) group: vec3<u32>,
-) {
-    let size = textureDimensions(output);
-    let pixel = vec2<f32>(id.xy) + 0.5;
-    let inside = all(id.xy < size);
-    // The sky has depth 0; so have the threads outside the picture.
-    var depth = 0.0;
-    if inside {
-#ifdef VISIBILITY
-        depth = textureLoad(stored_depth, id.xy, 0);
-#else
-        depth = load_depth(pixel);
-#endif
-    }
-    let seen = depth > 0.0;
+// The light of a part. The whole work group does it, each invocation for its own part: pixels in the first round, samples in the others.
+fn lit(part: Part, round: u32, tile: Tile, thread: u32) -> Lit {
+    let model = planned_model();
+    var texel: Texel;
+    var light: Lit;
 #ifdef VISIBILITY
     var hit: Hit;
-    if seen {
-        hit = hit_of(textureLoad(stored_triangle, id.xy, 0).x, pixel);
+    if part.shows {
+        hit = hit_of(triangle_at(part), part.place);
     }
-#endif
-    let model = planned_model();
-
-    if thread == 0u {
-        atomicStore(&farthest, 0x7f800000u);
-        atomicStore(&nearest, 0u);
-    }
-    workgroupBarrier();
-    if seen {
-        atomicMin(&farthest, bitcast<u32>(depth));
-        atomicMax(&nearest, bitcast<u32>(depth));
-    }
-    workgroupBarrier();
-    let tile = found_tile(group.xy);
-
-#ifdef VISIBILITY
     // Not every device can index textures differently from pixel to pixel, so materials take turns.
-    var texel: Texel;
-    var emissive = vec3(0.0);
-    var waits_for = select(NO_MATERIAL, hit.material, seen);
+    var waits_for = select(NO_MATERIAL, hit.material, part.shows);
     loop {
         if thread == 0u {
             atomicStore(&next, NO_MATERIAL);
@@ -439,48 +342,199 @@ fn main(
             break;
         }
         if waits_for == material {
-            let surface = seen_at(hit, material, pixel, depth);
-            texel = surface.texel;
-            emissive = surface.emissive;
+            let seen = seen_at(hit, material, part.place, depth_of(part, round));
+            texel = seen.texel;
+            light.emissive = seen.emissive;
             waits_for = NO_MATERIAL;
         }
     }
 #else
-    var texel = load_texel(clamp(pixel, vec2(0.5), vec2<f32>(size) - 0.5), NORMAL_ENCODING, GEOMETRIC_STEPS);
+    if part.shows {
+        texel = load_texel(part.place, NORMAL_ENCODING, GEOMETRIC_STEPS);
+    }
 #endif
-    texel = planned(texel);
-    let surface = surface_of(texel, model);
-    var radiance = vec3(0.0);
-    if seen {
-        radiance = unlisted_light(surface, texel, model);
+    var surface: Surface;
+    if part.shows {
+        texel = planned(texel);
+        surface = surface_of(texel, model);
+        light.radiance = unlisted_light(surface, texel, model);
     }
     if BOUNDED {
         let count = frame.light_count - frame.looped_count;
         for (var start = 0u; start < count; start += BATCH) {
             let batch = min(count - start, BATCH);
-            list_lights(start, batch, tile, thread);
-            if seen {
+            // The lists of a single batch stay for all rounds.
+            if round == 0u || count > BATCH {
+                list_lights(start, batch, tile, thread);
+            }
+            if part.shows {
+                var radiance = light.radiance;
                 add_listed(&radiance, start, batch, surface, texel, model);
+                light.radiance = radiance;
             }
         }
     }
-    if !inside {
-        return;
-    }
-    if !seen {
-        store(id.xy, push.background);
-        return;
-    }
-    var light = min(radiance * frame.exposure, vec3(LARGEST));
+    return light;
+}
+
+// The light of a pixel, or of a sample as it is averaged.
+fn averaged(lit: Lit, pixel: vec2<u32>, sample: u32) -> vec3<f32> {
+    var light = min(lit.radiance * frame.exposure, vec3(LARGEST));
 #ifdef VISIBILITY
-    light = min(light + min(emissive, vec3(LARGEST)), vec3(LARGEST));
+    light = min(light + min(lit.emissive, vec3(LARGEST)), vec3(LARGEST));
 #endif
 #ifdef EMISSIVE
-    light = min(light + textureLoad(stored_emissive, id.xy, 0).rgb, vec3(LARGEST));
+#ifdef MSAA
+    light = min(light + textureLoad(stored_emissive, pixel, sample).rgb, vec3(LARGEST));
+#else
+    light = min(light + textureLoad(stored_emissive, pixel, 0).rgb, vec3(LARGEST));
 #endif
-    if TONE_MAP {
-        light = tone_map(light, OPERATOR);
+#endif
+    if TONE_MAP && !LINEAR {
+        return tone_map(light, OPERATOR);
     }
-    store(id.xy, encoded(light));
+    return light;
+}
+
+fn store_mean(pixel: vec2<u32>, mean: vec3<f32>) {
+    if TONE_MAP && LINEAR {
+        store(pixel, encoded(tone_map(mean, OPERATOR)));
+    } else {
+        store(pixel, encoded(mean));
+    }
+}
+
+// The mean of a pixel whose samples agree.
+fn mean_of(light: Lit, pixel: vec2<u32>) -> vec3<f32> {
+#ifdef EMISSIVE
+#ifdef MSAA
+    // No comparison has looked at what surfaces emit: each sample has its own.
+    var sum = averaged(light, pixel, 0u);
+    for (var i = 1u; i < SAMPLES; i++) {
+        sum += averaged(light, pixel, i);
+    }
+    return sum / f32(SAMPLES);
+#else
+    return averaged(light, pixel, 0u);
+#endif
+#else
+    return averaged(light, pixel, 0u);
+#endif
+}
+
+#ifdef MSAA
+// A sample of a pixel whose samples differ.
+fn mixed_part(own: u32, mixed_pixels: u32, sample: u32, group: vec2<u32>) -> Part {
+    var part: Part;
+    if own < mixed_pixels {
+        part.pixel = group * TILE + vec2(mixed[own] % TILE, mixed[own] / TILE);
+        let center = vec2<f32>(part.pixel) + 0.5;
+        part.place = center + sample_offset(sample, SAMPLES);
+        part.sample = sample;
+        part.shows = sample_depth(center, sample) > 0.0;
+#ifndef VISIBILITY
+        read_one(sample);
+#endif
+    }
+    return part;
+}
+
+// Averages the samples of a round. The whole work group does it; `first` is the round's first pixel.
+fn average_mixed(light: Lit, part: Part, first: u32, mixed_pixels: u32, group: vec2<u32>, thread: u32) {
+    var own = push.sample_background;
+    if part.shows {
+        own = averaged(light, part.pixel, part.sample);
+    }
+    // The round before may still be read.
+    workgroupBarrier();
+    sample_light[thread] = own;
+    workgroupBarrier();
+    if thread < THREADS / SAMPLES && first + thread < mixed_pixels {
+        // In the order of samples, as lavapipe resolves attachments of floats.
+        var sum = sample_light[thread * SAMPLES];
+        for (var i = 1u; i < SAMPLES; i++) {
+            sum += sample_light[thread * SAMPLES + i];
+        }
+        let at = mixed[first + thread];
+        store_mean(group * TILE + vec2(at % TILE, at / TILE), sum / f32(SAMPLES));
+    }
 }
 #endif
+
+@compute @workgroup_size(16, 16, 1)
+fn main(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(local_invocation_index) thread: u32,
+    @builtin(workgroup_id) group: vec3<u32>,
+) {
+    let size = textureDimensions(output);
+    let center = vec2<f32>(id.xy) + 0.5;
+    let inside = all(id.xy < size);
+    // The sky has depth 0; so have the invocations outside the picture.
+    var depths = vec2(0u);
+    if inside {
+        depths = depths_at(center);
+    }
+    let seen = depths.y > 0u;
+    var own = Part(id.xy, center, 0u, seen);
+#ifdef MSAA
+    if seen {
+#ifdef VISIBILITY
+        own.shows = samples_agree(center);
+#else
+        own.shows = samples_agree(center, SAMPLES, NORMAL_ENCODING, GEOMETRIC_STEPS);
+#endif
+    }
+#endif
+
+    if thread == 0u {
+        atomicStore(&farthest, 0x7f800000u);
+        atomicStore(&nearest, 0u);
+#ifdef MSAA
+        atomicStore(&mixed_count, 0u);
+#endif
+    }
+    workgroupBarrier();
+    if seen {
+        atomicMin(&farthest, depths.x);
+        atomicMax(&nearest, depths.y);
+#ifdef MSAA
+        if !own.shows {
+            mixed[atomicAdd(&mixed_count, 1u)] = thread;
+        }
+#endif
+    } else if inside {
+        store(id.xy, push.background);
+    }
+    workgroupBarrier();
+    let tile = found_tile(group.xy);
+#ifdef MSAA
+    if thread == 0u {
+        mixed_end = atomicLoad(&mixed_count);
+    }
+    let mixed_pixels = workgroupUniformLoad(&mixed_end);
+    // First each pixel whose samples agree, by its own invocation; then the samples of the others, as many at a time as there are invocations.
+    let rounds = 1u + (mixed_pixels + THREADS / SAMPLES - 1u) / (THREADS / SAMPLES);
+#else
+    let rounds = 1u;
+#endif
+    for (var round = 0u; round < rounds; round++) {
+        var part = own;
+#ifdef MSAA
+        let first = max(round, 1u) * (THREADS / SAMPLES) - THREADS / SAMPLES;
+        if round > 0u {
+            part = mixed_part(first + thread / SAMPLES, mixed_pixels, thread % SAMPLES, group.xy);
+        }
+#endif
+        let light = lit(part, round, tile, thread);
+#ifdef MSAA
+        if round > 0u {
+            average_mixed(light, part, first, mixed_pixels, group.xy, thread);
+            continue;
+        }
+#endif
+        if part.shows {
+            store_mean(id.xy, mean_of(light, id.xy));
+        }
+    }
+}

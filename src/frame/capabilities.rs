@@ -10,6 +10,14 @@ use crate::scene::{BlockFormat, ColorSpace};
 /// Returns the capabilities of a device that plans depend on.
 pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
     let limits = &device.limits;
+    let read = vk::ImageUsageFlags::INPUT_ATTACHMENT | vk::ImageUsageFlags::SAMPLED;
+    let sampled_msaa = msaa(device, read)
+        & limits.sampled_image_color_sample_counts.as_raw()
+        & limits.sampled_image_depth_sample_counts.as_raw();
+    let numbers = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::SAMPLED;
+    let numbered_msaa = sampled_msaa
+        & limits.sampled_image_integer_sample_counts.as_raw()
+        & sample_counts(device, vk::Format::R32_UINT, numbers);
     Capabilities {
         max_extent: limits
             .max_image_dimension2_d
@@ -29,9 +37,8 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
             .into_iter()
             .all(|format| device.supports_color_attachment(format, true)),
         msaa: msaa(device, vk::ImageUsageFlags::INPUT_ATTACHMENT),
-        sampled_msaa: msaa(device, vk::ImageUsageFlags::INPUT_ATTACHMENT | vk::ImageUsageFlags::SAMPLED)
-            & limits.sampled_image_color_sample_counts.as_raw()
-            & limits.sampled_image_depth_sample_counts.as_raw(),
+        sampled_msaa,
+        numbered_msaa,
         anisotropy: anisotropy(device),
         slow_anisotropy: has_slow_anisotropy(&device.driver_name, &device.driver_info),
         reads_pushed_places_once: reads_pushed_places_once(&device.driver_name, &device.driver_info),
@@ -125,12 +132,15 @@ fn msaa(device: &PhysicalDevice, read: vk::ImageUsageFlags) -> u32 {
         (vk::Format::R32G32_SFLOAT, color),
         (vk::Format::R32_SFLOAT, color),
     ] {
-        // A format that the device does not have is not chosen either.
-        if let Ok(Some(limits)) = device.image_limits(format, usage, vk::ImageCreateFlags::empty()) {
-            counts &= limits.sample_counts;
-        }
+        counts &= vk::SampleCountFlags::from_raw(sample_counts(device, format, usage));
     }
     counts.as_raw()
+}
+
+/// All, of a format that the device does not have: such a one is not chosen.
+fn sample_counts(device: &PhysicalDevice, format: vk::Format, usage: vk::ImageUsageFlags) -> u32 {
+    let limits = device.image_limits(format, usage, vk::ImageCreateFlags::empty());
+    limits.ok().flatten().map_or(u32::MAX, |limits| limits.sample_counts.as_raw())
 }
 
 #[cfg(test)]

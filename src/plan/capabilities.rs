@@ -26,6 +26,8 @@ pub struct Capabilities {
     pub msaa: u32,
     /// The sample counts that a compute shader can read one by one, of every attachment.
     pub sampled_msaa: u32,
+    /// The same of the numbers of triangles: integers of 32 bits.
+    pub numbered_msaa: u32,
     /// The most that textures can be filtered with; 1 where the device has no anisotropic filtering.
     pub anisotropy: u32,
     /// Its samplers look at every texel that a pixel covers, which takes long: shaders look at some places.
@@ -72,6 +74,7 @@ impl Capabilities {
             packed_float_blends: true,
             msaa: 1 | 2 | 4 | 8,
             sampled_msaa: 1 | 2 | 4 | 8,
+            numbered_msaa: 1 | 2 | 4 | 8,
             anisotropy: 16,
             slow_anisotropy: false,
             reads_pushed_places_once: false,

@@ -6,7 +6,7 @@ use super::{Capabilities, Error, FramePlan, Gbuffer, TooFew};
 use crate::scene::{Camera, LightPath, MSAA, Output, Resolve, SETTINGS, Settings, View};
 
 /// Bytes that a work group of TILED shares with several samples a pixel (`shaders/tiled.wgsl`): lists of lights, and the light of 256 samples.
-const TILE_SHARED_BYTES: u32 = 8192;
+pub(super) const TILE_SHARED_BYTES: u32 = 8192;
 
 pub(super) fn check_size([width, height]: [u32; 2], device: &Capabilities) -> Result<(), Error> {
     match width == 0 || height == 0 || width.max(height) > device.max_extent {
@@ -119,14 +119,17 @@ pub(super) fn check_msaa(
     }
     let others = "choose loop, clustered or forward";
     match light_path {
-        LightPath::PerLight | LightPath::Volumes | LightPath::Visibility => {
+        LightPath::PerLight | LightPath::Volumes => {
             refuse(format!("the light path {light_path} shades one sample a pixel: {others}"))
         }
         LightPath::Compute if device.sampled_msaa & msaa == 0 => refuse(format!(
             "the light path compute reads {msaa} samples a pixel as textures, and this device has no such textures of every format: {others}"
         )),
-        LightPath::Compute if device.shared_memory < TILE_SHARED_BYTES => refuse(format!(
-            "the light path compute shares {TILE_SHARED_BYTES} bytes among the invocations of a work group, and this device has {}: {others}",
+        LightPath::Visibility if device.numbered_msaa & msaa == 0 => refuse(format!(
+            "the light path visibility reads {msaa} samples a pixel as textures, and this device has no such textures of integers: {others}"
+        )),
+        LightPath::Compute | LightPath::Visibility if device.shared_memory < TILE_SHARED_BYTES => refuse(format!(
+            "the light path {light_path} shares {TILE_SHARED_BYTES} bytes among the invocations of a work group, and this device has {}: {others}",
             device.shared_memory
         )),
         _ => Ok(()),

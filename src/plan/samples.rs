@@ -1,5 +1,7 @@
 //! Scenes, devices and plans for tests.
 
+use std::sync::OnceLock;
+
 use glam::{DAffine3, DVec3, Vec3};
 use proptest::prelude::*;
 
@@ -284,8 +286,21 @@ pub fn gbuffers() -> Vec<(&'static str, GbufferChoice)> {
     ]
 }
 
+/// Plans with their names.
+type Named = Vec<(String, FramePlan)>;
+
+/// Makes plans once for all tests of a process.
+fn once(kept: &OnceLock<Named>, make: impl FnOnce() -> Named) -> Named {
+    kept.get_or_init(make).clone()
+}
+
 /// Every plan of the scenes, views, layouts, outputs and devices above, with the names of these.
-pub fn plans() -> Vec<(String, FramePlan)> {
+pub fn plans() -> Named {
+    static KEPT: OnceLock<Named> = OnceLock::new();
+    once(&KEPT, made_plans)
+}
+
+fn made_plans() -> Named {
     let plain = Capabilities {
         unorm_2x16_attachment: false,
         float32_blends: false,
@@ -320,12 +335,13 @@ pub fn plans() -> Vec<(String, FramePlan)> {
 }
 
 /// Plans whose main pass ends with GEOMETRY, because compute lights the stored surfaces.
-pub fn tiled_plans() -> Vec<(String, FramePlan)> {
-    [light_paths(FramePlan::is_tiled), multisampled_tiled()].concat()
+pub fn tiled_plans() -> Named {
+    static KEPT: OnceLock<Named> = OnceLock::new();
+    once(&KEPT, || [light_paths(FramePlan::is_tiled), multisampled_tiled()].concat())
 }
 
 /// The same of several samples a pixel: layouts of floats, outputs, and ways to resolve.
-fn multisampled_tiled() -> Vec<(String, FramePlan)> {
+fn multisampled_tiled() -> Named {
     let mut plans = Vec::new();
     for (scene_name, scene) in scenes() {
         for (layout, gbuffer) in gbuffers().into_iter().filter(|(layout, _)| !layout.contains("uint")) {
@@ -336,14 +352,16 @@ fn multisampled_tiled() -> Vec<(String, FramePlan)> {
                 (View::Final, Output::Exposed, Resolve::ToneMapped),
                 (View::Lighting, Output::Srgb8, Resolve::ToneMapped),
             ] {
-                let light_path = LightPath::Compute;
-                let settings = Settings { msaa: 4, light_path, gbuffer, view, output, resolve, ..Settings::default() };
-                let name = format!("{scene_name} {layout} compute msaa {view:?} {resolve} {output}");
-                match FramePlan::of(&scene, &settings, &device()) {
-                    Err(Error::ComputeWithTransparency(_) | Error::ComputeWithSky(_)) => {}
-                    Err(error) => panic!("{name}: {error}"),
-                    // Without a light there is nothing for it to do.
-                    Ok(plan) => plans.extend(plan.is_tiled().then_some((name, plan))),
+                for light_path in [LightPath::Compute, LightPath::Visibility] {
+                    let settings =
+                        Settings { msaa: 4, light_path, gbuffer, view, output, resolve, ..Settings::default() };
+                    let name = format!("{scene_name} {layout} {light_path} msaa {view:?} {resolve} {output}");
+                    match FramePlan::of(&scene, &settings, &device()) {
+                        Err(Error::ComputeWithTransparency(_) | Error::ComputeWithSky(_) | Error::Visibility(_)) => {}
+                        Err(error) => panic!("{name}: {error}"),
+                        // Without a light there is nothing for it to do.
+                        Ok(plan) => plans.extend(plan.is_tiled().then_some((name, plan))),
+                    }
                 }
             }
         }
@@ -353,7 +371,7 @@ fn multisampled_tiled() -> Vec<(String, FramePlan)> {
 }
 
 /// Plans without a G-buffer: both paths, with and without what is drawn before and after FORWARD.
-pub fn forward_plans() -> Vec<(String, FramePlan)> {
+pub fn forward_plans() -> Named {
     let cases = [
         ("culled on the device", Settings { culling: Culling::Gpu, depth_prepass: Some(false), ..Settings::default() }),
         ("without pre-pass", Settings { depth_prepass: Some(false), ..Settings::default() }),
@@ -384,7 +402,7 @@ pub fn forward_plans() -> Vec<(String, FramePlan)> {
 }
 
 /// The light paths that are `wanted`, over all scenes.
-fn light_paths(wanted: impl Fn(&FramePlan) -> bool) -> Vec<(String, FramePlan)> {
+fn light_paths(wanted: impl Fn(&FramePlan) -> bool) -> Named {
     let mut plans = Vec::new();
     for (scene_name, scene) in scenes() {
         for &(path_name, light_path) in LightPath::NAMES {
@@ -409,7 +427,7 @@ fn light_paths(wanted: impl Fn(&FramePlan) -> bool) -> Vec<(String, FramePlan)> 
 }
 
 /// Plans of several frames a picture, and of FXAA.
-fn antialiased() -> Vec<(String, FramePlan)> {
+fn antialiased() -> Named {
     of_scenes(&[
         ("4 samples", Settings { samples: 4, ..deferred() }),
         ("4 samples of light", Settings { samples: 4, view: View::Lighting, ..deferred() }),
@@ -421,7 +439,7 @@ fn antialiased() -> Vec<(String, FramePlan)> {
 }
 
 /// Plans with spread light, whose main pass ends before BLOOM: with various passes before that and after it, and each output.
-pub fn bloomed_plans() -> Vec<(String, FramePlan)> {
+pub fn bloomed_plans() -> Named {
     let bloom = |settings: Settings| Settings { bloom: 0.1, ..settings };
     let forward = || Settings { light_path: LightPath::Forward, ..Settings::default() };
     of_scenes(&[
@@ -449,7 +467,7 @@ pub fn bloomed_plans() -> Vec<(String, FramePlan)> {
 }
 
 /// Plans with particles: sorted, summed and counted, before and after all that they can be between.
-pub fn particle_plans() -> Vec<(String, FramePlan)> {
+pub fn particle_plans() -> Named {
     let forward = || Settings { light_path: LightPath::Forward, ..Settings::default() };
     let oit = |settings: Settings| Settings { transparency: Transparency::Oit, ..settings };
     let stored = || Settings { light_path: LightPath::Loop, ..keeping(&[OptionalPart::StoredGbuffer]) };
@@ -488,7 +506,7 @@ pub fn particle_plans() -> Vec<(String, FramePlan)> {
 }
 
 /// Plans whose frames are averaged over time: with various passes before that and after it, and each output.
-pub fn taa_plans() -> Vec<(String, FramePlan)> {
+pub fn taa_plans() -> Named {
     let taa = |settings: Settings| Settings { taa: true, ..settings };
     let forward = || Settings { light_path: LightPath::Forward, ..Settings::default() };
     of_scenes(&[
@@ -515,19 +533,22 @@ pub fn taa_plans() -> Vec<(String, FramePlan)> {
 }
 
 /// All sample plans.
-pub fn of_every_kind() -> Vec<(String, FramePlan)> {
-    [plans(), forward_plans(), tiled_plans(), filtered_plans(), particle_plans(), reflected_plans(), fogged_plans()]
-        .concat()
+pub fn of_every_kind() -> Named {
+    static KEPT: OnceLock<Named> = OnceLock::new();
+    let of_each = || {
+        [plans(), forward_plans(), tiled_plans(), filtered_plans(), particle_plans(), reflected_plans(), fogged_plans()]
+    };
+    once(&KEPT, || of_each().concat())
 }
 
 /// Plans whose main pass ends before something that reads neighbours of the lit picture.
-pub fn filtered_plans() -> Vec<(String, FramePlan)> {
+pub fn filtered_plans() -> Named {
     [bloomed_plans(), taa_plans()].concat()
 }
 
 /// Plans with reflections, whose main pass ends with LIGHTING: with various passes before that and after it, and each output. Scenes that mirror
 /// nothing have none.
-pub fn reflected_plans() -> Vec<(String, FramePlan)> {
+pub fn reflected_plans() -> Named {
     let of = |settings: Settings| Settings { reflections: Reflections::Screen, reflection_roughness: 1.0, ..settings };
     let plans = of_scenes(&[
         ("reflections", of(deferred())),
@@ -548,7 +569,7 @@ pub fn reflected_plans() -> Vec<(String, FramePlan)> {
 }
 
 /// Plans with fog: with various passes before FOG and after it, and each output.
-pub fn fogged_plans() -> Vec<(String, FramePlan)> {
+pub fn fogged_plans() -> Named {
     let fog = |settings: Settings| Settings { fog: Fog::Height, ..settings };
     let oit = |settings: Settings| Settings { transparency: Transparency::Oit, ..settings };
     let reflecting =
@@ -585,7 +606,7 @@ pub fn fogged_plans() -> Vec<(String, FramePlan)> {
 }
 
 /// A plan of each scene with each of these settings.
-fn of_scenes(all: &[(impl std::fmt::Display, Settings)]) -> Vec<(String, FramePlan)> {
+fn of_scenes(all: &[(impl std::fmt::Display, Settings)]) -> Named {
     let mut plans = Vec::new();
     for (scene_name, scene) in scenes() {
         for (name, settings) in all {
@@ -598,13 +619,13 @@ fn of_scenes(all: &[(impl std::fmt::Display, Settings)]) -> Vec<(String, FramePl
 }
 
 /// Plans of several samples a pixel: all scenes, layouts of floats, outputs, ways to resolve, and the view that goes with it.
-fn multisampled() -> Vec<(String, FramePlan)> {
+fn multisampled() -> Named {
     let mut cases = Vec::new();
     for (layout, gbuffer) in gbuffers().into_iter().filter(|(layout, _)| !layout.contains("uint")) {
         for (view, light_path) in [
             (View::Final, LightPath::Loop),
             (View::Final, LightPath::Clustered),
-            (View::Lighting, LightPath::Auto),
+            (View::Lighting, LightPath::Loop),
             (View::Complexity, LightPath::Auto),
         ] {
             for (output, resolve) in [

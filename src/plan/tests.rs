@@ -670,7 +670,7 @@ fn a_device_that_has_not_the_samples_or_the_path_that_shades_one_is_refused() {
     let poor = Capabilities { msaa: 1 | 2, ..device() };
     let text = FramePlan::of(&lit, &four, &poor).expect_err("no 4 samples").to_string();
     assert!(text.contains("cannot draw 4") && text.contains("1, 2"), "{text}");
-    for light_path in [LightPath::PerLight, LightPath::Volumes, LightPath::Visibility] {
+    for light_path in [LightPath::PerLight, LightPath::Volumes] {
         let settings = Settings { light_path, ..four.clone() };
         let text = FramePlan::of(&lit, &settings, &device()).expect_err("one sample").to_string();
         assert!(text.contains(light_path.name()) && text.contains("clustered"), "{text}");
@@ -695,10 +695,26 @@ fn auto_takes_a_path_that_multisampling_and_fxaa_go_with() {
     let lamps: Vec<Light> = (0..20).map(|_| point(Falloff::Quadratic)).collect();
     let lit = scene(vec![material(CT)], lamps);
     let gpu = Capabilities { software: false, lazily_allocated: false, ..device() };
-    for settings in [Settings { msaa: 4, ..Settings::default() }, Settings { fxaa: true, ..Settings::default() }] {
-        let plan = FramePlan::of(&lit, &settings, &gpu).unwrap_or_else(|error| panic!("{error}"));
-        assert_eq!(plan.light_path, LightPath::Clustered);
+    let four = Settings { msaa: 4, ..Settings::default() };
+    let narrow = Capabilities { shared_memory: 4096, ..gpu };
+    let unnumbered = Capabilities { numbered_msaa: 1 | 2, ..gpu };
+    let unread = Capabilities { sampled_msaa: 1 | 2, ..gpu };
+    for (settings, device, path, says) in [
+        (Settings::default(), &gpu, LightPath::Visibility, ""),
+        (Settings { fxaa: true, ..Settings::default() }, &gpu, LightPath::Clustered, "effects on the finished picture"),
+        (four.clone(), &gpu, LightPath::Visibility, ""),
+        (
+            four.clone(),
+            &unnumbered,
+            LightPath::Compute,
+            "not visibility: the device reads no textures of so many samples of integers",
+        ),
+        (four.clone(), &narrow, LightPath::Clustered, "share more memory"),
+        (four, &unread, LightPath::Clustered, "textures of so many samples"),
+    ] {
+        let plan = FramePlan::of(&lit, &settings, device).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(plan.light_path, path);
+        let why = plan.reasons.light_path;
+        assert!(why.contains(says), "{why}");
     }
-    let plain = FramePlan::of(&lit, &Settings::default(), &gpu).expect("a plan");
-    assert_eq!(plain.light_path, LightPath::Visibility, "or this test says nothing");
 }

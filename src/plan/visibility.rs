@@ -52,6 +52,7 @@ pub(super) fn is_out(scene: &Scene, settings: &Settings, device: &Capabilities) 
         (scene.objects.iter().any(|object| scene.deforms(object)), "some meshes are deformed"),
         (bits > u32::BITS, "triangle and instance numbers do not fit into 32 bits"),
         (settings.culling == Culling::Gpu, "culling on the device is asked for"),
+        (device.numbered_msaa & settings.msaa == 0, "the device reads no textures of so many samples of integers"),
         (
             scene.objects.len() >= device.costs.of_pictures(device.software).culling.many_objects(),
             "the device may cull this many objects, which visibility rules out",

@@ -306,6 +306,8 @@ fn the_layers_have_nothing_to_say_about_any_of_it() {
             // Nothing can come after it.
             let is_transparent = scene.materials.iter().any(Material::is_transparent);
             let tiled = if is_transparent { LightPath::Loop } else { LightPath::Compute };
+            let is_looked_up = !is_transparent && gpu.takes(LightPath::Visibility, &scene);
+            let looked_up = if is_looked_up { LightPath::Visibility } else { tiled };
             for settings in [
                 Settings { samples: 3, ..base.clone() },
                 Settings { samples: 3, output: Output::Nits, ..base.clone() },
@@ -321,6 +323,8 @@ fn the_layers_have_nothing_to_say_about_any_of_it() {
                 Settings { msaa: 4, light_path: tiled, ..base.clone() },
                 Settings { msaa: 4, light_path: tiled, resolve: Resolve::Linear, ..base.clone() },
                 Settings { msaa: 4, light_path: tiled, output: Output::Nits, ..base.clone() },
+                Settings { msaa: 4, light_path: looked_up, ..base.clone() },
+                Settings { msaa: 4, light_path: looked_up, resolve: Resolve::Linear, ..base.clone() },
                 Settings { msaa: 4, depth_prepass: Some(true), ..base.clone() },
                 forward.clone(),
                 Settings { output: Output::Nits, ..forward.clone() },
@@ -386,9 +390,11 @@ fn multisampled(scene: &Scene, base: &Settings) -> Vec<(String, Settings)> {
         (LightPath::Forward, Some(false)),
         (LightPath::ForwardNaive, None),
         (LightPath::Compute, None),
+        (LightPath::Visibility, None),
     ];
     let is_transparent = scene.materials.iter().any(Material::is_transparent);
-    let ways = ways.into_iter().filter(|&(light_path, _)| !is_transparent || light_path != LightPath::Compute);
+    let by_compute = |path| matches!(path, LightPath::Compute | LightPath::Visibility);
+    let ways = ways.into_iter().filter(|&(light_path, _)| !is_transparent || !by_compute(light_path));
     let mut all = Vec::new();
     for (light_path, depth_prepass) in ways {
         for transparency in [Transparency::Sorted, Transparency::Oit] {
@@ -502,7 +508,7 @@ fn each_sample_of_an_edge_is_lit_at_its_own_place() {
         // Rebuilt from depth: a position target has one place for all samples that a triangle covers, and not where they are. The albedo
         // of `lean` has 8 bits.
         let layouts = [("lean", 0.01), ("lean,albedo=rgba32f,normal=rgba32f", 0.001)];
-        let paths = [LightPath::Loop, LightPath::Compute];
+        let paths = [LightPath::Loop, LightPath::Compute, LightPath::Visibility];
         for ((layout, bound), light_path) in layouts.into_iter().flat_map(|own| paths.map(|path| (own, path))) {
             let settings = Settings { msaa: 4, light_path, gbuffer: gbuffer(layout), ..exact(EDGE, EDGE) };
             let picture = gpu.draw(&scene, &settings);

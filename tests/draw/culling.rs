@@ -116,7 +116,7 @@ fn ends_with_compute(path: LightPath) -> bool {
 
 /// Returns true if the path shades one sample a pixel.
 fn is_single(path: LightPath) -> bool {
-    matches!(path, LightPath::Visibility | LightPath::PerLight | LightPath::Volumes)
+    matches!(path, LightPath::PerLight | LightPath::Volumes)
 }
 
 #[test]

@@ -10,6 +10,7 @@ use afterlight::scene::{
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 use crate::common::gpu::{Gpu, nits, on_gpu, places};
+use crate::common::some_of;
 use crate::common::stage::{add, gbuffer, lambert, open, own, plane, point, sun};
 
 const SIZE: [u32; 2] = [163, 91];
@@ -48,6 +49,32 @@ fn pictures_are_those_of_a_gbuffer_of_single_floats() {
             let share = differing(&looked_up, &stored, bound);
             eprintln!("{name}: {share:.4} of the pixels differ by more than {bound}");
             assert!(share <= most, "{name}: {share}");
+        }
+    });
+}
+
+/// Samples of one triangle are shaded once. `compute` shades those of several triangles of a smooth surface once, too, and is farther from many frames there.
+#[test]
+fn several_samples_are_as_near_to_many_frames_as_those_of_a_gbuffer() {
+    on_gpu(|gpu| {
+        for name in some_of(vec!["cornell", "hall", "spheres", "field?objects=60&lights=30"], 2) {
+            let scene = open(&format!("builtin:{name}"));
+            if !gpu.takes(LightPath::Visibility, &scene) {
+                eprintln!("{name}: this device looks no textures up by their numbers");
+                continue;
+            }
+            let base = Settings { output: Output::Nits, anisotropy: 1, ..own(&scene, SIZE[0], SIZE[1]) };
+            let many = Settings { samples: 32, light_path: LightPath::Loop, ..base.clone() };
+            let many = gpu.renderer(&scene, &many).picture(&scene.camera, || ()).expect("a picture");
+            let off = |light_path, msaa| {
+                differing(&drawn(gpu, &scene, light_path, &Settings { msaa, ..base.clone() }), &many, 0.05)
+            };
+            let [looked_up, stored] = [LightPath::Visibility, LightPath::Compute].map(|path| off(path, 4));
+            let single = off(LightPath::Visibility, 1);
+            eprintln!(
+                "{name}: of the pixels {looked_up:.4} are off, by a G-buffer {stored:.4}, of one sample {single:.4}"
+            );
+            assert!(looked_up <= 1.02 * stored + 1e-3 && stored < single, "{name}: {looked_up}, {stored}, {single}");
         }
     });
 }

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::{PlannedLights, bounded};
+use crate::plan::checks::TILE_SHARED_BYTES;
 use crate::plan::counted;
 use crate::plan::fog::is_asked_for;
 use crate::plan::shadows::shadow_reason;
@@ -212,7 +213,11 @@ fn compute_is_out(scene: &Scene, settings: &Settings, device: &Capabilities) -> 
         (settings.taa, "they leave no light for TAA to average"),
         (settings.first_effect().is_some(), "they draw no effects on the finished picture"),
         (reflections::is_used(scene, settings), "they cannot draw reflections"),
-        (settings.msaa > 1, "their times with several samples a pixel are not among the device's figures"),
+        (device.sampled_msaa & settings.msaa == 0, "the device reads no textures of so many samples"),
+        (
+            settings.msaa > 1 && device.shared_memory < TILE_SHARED_BYTES,
+            "several samples share more memory than the device's work groups have",
+        ),
     ]
     .into_iter()
     .find_map(|(out, why)| out.then_some(why))
@@ -362,7 +367,7 @@ mod tests {
             (one(samples::textured(Brdf::Lambert), vec![samples::sky()]), &defaults, LightPath::Visibility),
             (one(samples::textured(Brdf::Lambert), vec![]), &defaults, LightPath::Loop),
             (one(samples::glass(), vec![samples::sky()]), &defaults, LightPath::Loop),
-            (one(lambert(), vec![samples::sky()]), &msaa, LightPath::Loop),
+            (one(lambert(), vec![samples::sky()]), &msaa, LightPath::Visibility),
             (one(lambert(), vec![samples::sky()]), &other_gbuffer, LightPath::Compute),
         ] {
             assert_eq!(chosen(&scene, settings).0, path);

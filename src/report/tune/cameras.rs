@@ -198,7 +198,7 @@ mod tests {
 
     #[test]
     fn the_same_scene_has_the_same_cameras_and_they_can_be_told() {
-        let scene = scene("builtin:hall");
+        let scene = scene("builtin:cornell");
         let view = view(&scene);
         let cameras = held_out(&Reference::new(&scene).expect("a scene"), &view, 3);
         assert_eq!(cameras, held_out(&Reference::new(&scene).expect("a scene"), &view, 3));

@@ -1,3 +1,5 @@
+use std::sync::LazyLock;
+
 use super::*;
 use crate::plan::samples as plans;
 use crate::scene::{OpenOptions, open};
@@ -17,6 +19,12 @@ fn sweep(scene: &Scene, selection: &Selection) -> Sweep {
     Sweep::of(scene, &scene.settings, &plans::device(), selection).expect("planned")
 }
 
+/// The hall's, with the selection of these tests, made once.
+fn hall() -> &'static Sweep {
+    static SWEEP: LazyLock<Sweep> = LazyLock::new(|| sweep(&scene(HALL), &selection()));
+    &SWEEP
+}
+
 fn members(sweep: &Sweep, key: &str) -> Vec<String> {
     let family = sweep.families.iter().find(|family| family.key == key);
     let family = family.unwrap_or_else(|| panic!("no {key} among {:?}", keys(sweep)));
@@ -34,7 +42,7 @@ fn reason<'a>(sweep: &'a Sweep, name: &str) -> &'a str {
 
 #[test]
 fn points_are_shared_and_the_first_is_the_settings_as_given() {
-    let sweep = sweep(&scene(HALL), &selection());
+    let sweep = hall();
     assert_eq!(sweep.points[0], SettingsPatch::default());
     let names: std::collections::BTreeSet<String> = sweep.points.iter().map(name_of).collect();
     assert_eq!(names.len(), sweep.points.len());
@@ -49,18 +57,18 @@ fn points_are_shared_and_the_first_is_the_settings_as_given() {
 
 #[test]
 fn names_of_points_are_settings_again() {
-    for point in sweep(&scene(HALL), &selection()).points.iter().skip(1) {
+    for point in hall().points.iter().skip(1) {
         assert_eq!(name_of(point).parse::<SettingsPatch>().expect("settings"), *point);
     }
 }
 
 #[test]
 fn a_family_has_the_values_of_its_setting_in_order() {
-    let sweep = sweep(&scene(HALL), &selection());
-    assert_eq!(members(&sweep, "samples"), ["1", "2", "4", "8", "16", "32", "64"]);
-    let sizes = members(&sweep, "shadow-size");
+    let sweep = hall();
+    assert_eq!(members(sweep, "samples"), ["1", "2", "4", "8", "16", "32", "64"]);
+    let sizes = members(sweep, "shadow-size");
     assert!(sizes.starts_with(&["256", "512", "1024", "2048", "4096"].map(str::to_owned)), "{sizes:?}");
-    let gbuffer = members(&sweep, "gbuffer");
+    let gbuffer = members(sweep, "gbuffer");
     assert_eq!(gbuffer[0], "lean");
     assert!(["fat", "float32", "normal rgb10a2"].iter().all(|label| gbuffer.contains(&(*label).into())), "{gbuffer:?}");
 }
@@ -134,7 +142,7 @@ fn more_combinations_than_there_are_cost_nothing_and_one_is_the_settings_as_give
 
 #[test]
 fn numbers_are_labelled_as_somebody_would_write_them() {
-    let sweep = sweep(&scene(HALL), &selection());
+    let sweep = hall();
     for family in &sweep.families {
         for member in &family.members {
             assert!(member.value.is_none_or(|value| member.label == value.to_string()), "{member:?}");
