@@ -17,8 +17,8 @@ fn told(verdict: &Verdict) -> String {
     format!("{} of {:?}:\n{}", verdict.case.name, verdict.case.bound, lines.join("\n"))
 }
 
-/// `make test` tries one in so many cases; `make test-all` and `afterlight stress` try them all.
-const TRIED: usize = 24;
+/// `make test` tries one in so many cases, none of them of particles, which take a minute to compile on an old driver; `make test-all` and `afterlight stress` try them all.
+const TRIED: usize = 23;
 
 /// Two tests, so that they run side by side.
 #[test]
