@@ -675,6 +675,11 @@ fn a_device_that_has_not_the_samples_or_the_path_that_shades_one_is_refused() {
         let text = FramePlan::of(&lit, &settings, &device()).expect_err("one sample").to_string();
         assert!(text.contains(light_path.name()) && text.contains("clustered"), "{text}");
     }
+    let looked_up = Settings { light_path: LightPath::Visibility, ..four.clone() };
+    let unnumbered = Capabilities { numbered_msaa: 1 | 2, ..device() };
+    let text = FramePlan::of(&lit, &looked_up, &unnumbered).expect_err("no integers").to_string();
+    assert!(text.contains("no such textures of integers") && text.contains("choose loop"), "{text}");
+    FramePlan::of(&lit, &Settings { msaa: 1, ..looked_up }, &unnumbered).expect("one sample needs none");
     let compute = Settings { light_path: LightPath::Compute, ..four };
     let able = FramePlan::of(&lit, &compute, &device()).expect("a plan");
     assert_eq!((able.light_path, able.msaa), (LightPath::Compute, 4));
