@@ -224,7 +224,7 @@ fn found_tile(group: vec2<u32>) -> Tile {
     return tile;
 }
 
-// What an invocation shades at once: a pixel, or one of its samples.
+// A part is what an invocation shades at once: a pixel, or one of its samples.
 struct Part {
     pixel: vec2<u32>,
     // The pixel's centre, or the place of the sample.
@@ -313,7 +313,7 @@ fn depths_at(center: vec2<f32>) -> vec2<u32> {
 #endif
 }
 
-// The light of a part. The whole work group does it, each invocation for its own part: pixels in the first round, samples in the others.
+// Returns the light of a part. The whole work group does it, each invocation for its own part: pixels in the first round, samples in the others.
 fn lit(part: Part, round: u32, tile: Tile, thread: u32) -> Lit {
     let model = planned_model();
     var texel: Texel;

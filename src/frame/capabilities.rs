@@ -137,7 +137,7 @@ fn msaa(device: &PhysicalDevice, read: vk::ImageUsageFlags) -> u32 {
     counts.as_raw()
 }
 
-/// All, of a format that the device does not have: such a one is not chosen.
+/// The sample counts of a format that is used so. They are all counts where the device does not have the format: then nobody chooses it.
 fn sample_counts(device: &PhysicalDevice, format: vk::Format, usage: vk::ImageUsageFlags) -> u32 {
     let limits = device.image_limits(format, usage, vk::ImageCreateFlags::empty());
     limits.ok().flatten().map_or(u32::MAX, |limits| limits.sample_counts.as_raw())

@@ -26,7 +26,7 @@ pub struct Capabilities {
     pub msaa: u32,
     /// The sample counts that a compute shader can read one by one, of every attachment.
     pub sampled_msaa: u32,
-    /// The same of the numbers of triangles: integers of 32 bits.
+    /// The sample counts that a compute shader can read one by one, of a target of triangles' numbers, which are integers of 32 bits.
     pub numbered_msaa: u32,
     /// The most that textures can be filtered with; 1 where the device has no anisotropic filtering.
     pub anisotropy: u32,
