@@ -53,7 +53,7 @@ fn pictures_are_those_of_a_gbuffer_of_single_floats() {
     });
 }
 
-/// Samples of one triangle are shaded once. `compute` shades those of several triangles of a smooth surface once, too, and is farther from many frames there.
+/// Samples of one triangle are shaded once. `compute` shades those of several triangles of a smooth surface once, too.
 #[test]
 fn several_samples_are_as_near_to_many_frames_as_those_of_a_gbuffer() {
     on_gpu(|gpu| {
