@@ -95,10 +95,13 @@ pub(super) fn noise(u: f32, v: f32, period: i32, seed: u32) -> f32 {
     let (x, y) = (u * period as f32, v * period as f32);
     let (cell_x, cell_y) = (x.floor(), y.floor());
     let (tx, ty) = (smoothstep(0.0, 1.0, x - cell_x), smoothstep(0.0, 1.0, y - cell_y));
-    let corner =
-        |dx: i32, dy: i32| hash((cell_x as i32 + dx).rem_euclid(period), (cell_y as i32 + dy).rem_euclid(period), seed);
-    let low = corner(0, 0) + (corner(1, 0) - corner(0, 0)) * tx;
-    let high = corner(0, 1) + (corner(1, 1) - corner(0, 1)) * tx;
+    let (left, top) = ((cell_x as i32).rem_euclid(period), (cell_y as i32).rem_euclid(period));
+    let next = |cell: i32| if cell + 1 == period { 0 } else { cell + 1 };
+    let row = |y: i32| {
+        let (from, to) = (hash(left, y, seed), hash(next(left), y, seed));
+        from + (to - from) * tx
+    };
+    let (low, high) = (row(top), row(next(top)));
     low + (high - low) * ty
 }
 
