@@ -51,7 +51,7 @@ cross-check: ## Ask Mitsuba 3 (from PyPI, into .cache) for the reference rendere
 	.cache/mitsuba/bin/pip install --quiet --requirement tests/mitsuba/requirements.txt
 	.cache/mitsuba/bin/python tests/mitsuba/cross_check.py --prove
 
-bless: ## Render the golden images anew and keep them as the expected ones (look at the diff before committing)
+bless: ## Render the golden images anew and keep those that have changed (look at the diff before committing)
 	@scripts/setup test
 	@AFTERLIGHT_BLESS=1 scripts/test machine draw golden::
 

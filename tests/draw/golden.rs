@@ -1,4 +1,5 @@
-//! Every built-in scene and every view, as they looked when they were last looked at. AFTERLIGHT_BLESS=1 keeps the pictures that are drawn now.
+//! Every built-in scene and every view, as they looked when they were last looked at. AFTERLIGHT_BLESS=1 keeps the pictures that are drawn now where they
+//! look otherwise.
 
 mod models;
 

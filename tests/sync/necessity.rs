@@ -5,7 +5,7 @@
 //! heuristic (`afterlight::mutants`). `afterlight::mutants::older` lists the mutants that layers before 1.4.309 miss besides.
 
 /// The plans that unit tests are about.
-#[allow(dead_code)]
+#[allow(dead_code, unused_imports)]
 #[path = "../../src/plan/samples.rs"]
 pub mod samples;
 
