@@ -53,7 +53,7 @@ cross-check: ## Ask Mitsuba 3 (from PyPI, into .cache) for the reference rendere
 
 bless: ## Render the golden images anew and keep those that have changed (look at the diff before committing)
 	@scripts/setup test
-	@AFTERLIGHT_BLESS=1 scripts/test machine draw golden::
+	@AFTERLIGHT_BLESS=1 AFTERLIGHT_TESTS=all scripts/test machine draw golden::
 
 book: ## Make the book's pictures, tables and numbers anew, and build its pages into target/book
 	@scripts/setup test

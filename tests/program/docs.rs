@@ -101,7 +101,7 @@ fn every_example_works_when_pasted() {
     let examples: BTreeSet<String> = blocks(&document("README.md"), "sh")
         .into_iter()
         // `make test-all` types all of them.
-        .chain(some_of(blocks(&document("docs/COMMANDS.md"), "sh"), 10))
+        .chain(some_of(blocks(&document("docs/COMMANDS.md"), "sh"), 25))
         .filter(|block| block.contains("\nafterlight ") || block.starts_with("afterlight "))
         .filter(|block| {
             let can_be_tried = scenes.is_some() || !block.contains("$AFTERLIGHT_SCENES");

@@ -215,7 +215,7 @@ fn scenes_that_nobody_thought_of_are_sane_and_tame_ones_near_the_truth() {
             Ok(())
         };
         // Each scene takes a run of the device, so there are few, and always the same. `stress random --seeds` has others.
-        let cases = if tries_all() { 100 } else { 6 };
+        let cases = if tries_all() { 100 } else { 4 };
         let mut runner = TestRunner::new_with_rng(
             Config { cases, failure_persistence: None, max_shrink_iters: 400, ..Config::default() },
             proptest::test_runner::TestRng::deterministic_rng(proptest::test_runner::RngAlgorithm::ChaCha),

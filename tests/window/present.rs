@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use crate::common::compare::assert_identical;
 use crate::common::gpu::{Gpu, on_prepared_presenting_gpu, on_presenting_gpu};
-use crate::common::tries_all;
+use crate::common::{one_of, tries_all};
 use afterlight::frame::{Fitted, Outcome, Picture, Pixels, Presenter, Renderer, Wake};
 use afterlight::gpu::{Device, Surface, Vsync, vk};
 use afterlight::scene::{Light, LightPath, OpenOptions, Scene, Settings, Tonemap, View, open};
@@ -151,11 +151,11 @@ fn images_that_are_encoded_otherwise_than_before_get_frames_of_their_own() {
 fn a_lost_surface_is_replaced_and_the_frames_go_on() {
     on_presenting_gpu(|gpu| {
         let both = ways().into_iter().flat_map(|own| [Way::Straight, Way::Encoded].map(|way| (own.clone(), way)));
-        for ((name, scene, settings), way) in both {
+        for (turn, ((name, scene, settings), way)) in both.enumerate() {
             let (size, name) = (SIZES[0], &format!("{name}, {way:?}"));
             let expected = first(gpu, &scene, &Settings { size, ..settings.clone() }, way);
             let mut presenter = presenter(gpu, &scene, &settings, way);
-            for split in [None, Some(settings.view)] {
+            for &split in one_of(&[None, Some(settings.view)], turn + turn / 2) {
                 presenter.show_beside(split);
                 fit(&mut presenter, &scene, &settings, size);
                 assert_identical(&shown(&mut presenter, &scene, name), &expected, name);
