@@ -315,7 +315,7 @@ fn stops(writer: &Writer, moments: usize, signal: Signal, layer: &Path) {
     let result = clean.iter().find(|name| name.contains(writer.file)).expect("the result");
     let result = folder.path().join(result);
     // These commands make their folder anew: after a kill it may hold nothing.
-    let may_go = ["report/", "ci/"].iter().any(|own| writer.file.starts_with(own));
+    let may_go = ["report/", "ci/", "mutants/"].iter().any(|own| writer.file.starts_with(own));
     let moments = moments.min((STOPPING_SECONDS / took.as_secs_f64()) as usize).max(2);
     let mut random = fastrand::Rng::with_seed(7);
     let mut stopped = 0;
