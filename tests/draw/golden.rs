@@ -154,6 +154,7 @@ fn every_picture_of_the_gallery_looks_as_it_did() {
             "cascades",
             "soft-shadows",
         ];
+        // `make test-all` compares all of them, and all filters.
         for name in some_of(names, 2) {
             let scene = gallery(name);
             album.compare(&format!("gallery-{name}"), &scene, &own(&scene, SIZE.0, SIZE.1));

@@ -155,6 +155,7 @@ fn a_lost_surface_is_replaced_and_the_frames_go_on() {
             let (size, name) = (SIZES[0], &format!("{name}, {way:?}"));
             let expected = first(gpu, &scene, &Settings { size, ..settings.clone() }, way);
             let mut presenter = presenter(gpu, &scene, &settings, way);
+            // `make test-all` splits the window, and leaves it whole, on each way.
             for &split in one_of(&[None, Some(settings.view)], turn + turn / 2) {
                 presenter.show_beside(split);
                 fit(&mut presenter, &scene, &settings, size);
