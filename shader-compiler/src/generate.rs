@@ -8,6 +8,7 @@ use crate::error::Error;
 use crate::host::host_interface;
 use crate::number::Numbering;
 use crate::pack::{Pool, pack};
+use crate::parallel;
 use crate::reflect::{BindingKind, Located, NumberKind, PushConstants, StructLayout};
 use crate::shader::{ConstantValue, Shader};
 
@@ -34,9 +35,9 @@ pub struct Written {
 pub fn write_rust(shaders: &[Shader], directory: &Path) -> Result<Written, Error> {
     let mut pool = Pool::default();
     let mut modules = String::new();
-    for shader in shaders {
-        write_shader(&mut modules, shader, &mut pool)
-            .map_err(|message| Error::in_file(&format!("{}.wgsl", shader.name), message))?;
+    for (shader, entries) in shaders.iter().zip(parallel::map(shaders, || (), |(), shader| Entries::of(shader))) {
+        let fault = |message| Error::in_file(&format!("{}.wgsl", shader.name), message);
+        write_shader(&mut modules, shader, &entries.map_err(fault)?, &mut pool).map_err(fault)?;
     }
     let path = directory.join(SPIRV_FILE);
     let packed = pack(&pool).map_err(|error| Error::in_file(&path.display().to_string(), error.to_string()))?;
@@ -69,33 +70,49 @@ fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     written.map_err(|error| Error::in_file(&path.display().to_string(), format!("cannot be written: {error}")))
 }
 
-fn write_shader(out: &mut String, shader: &Shader, pool: &mut Pool) -> Result<(), String> {
+/// A shader's different entry points: variants that differ in one stage only share those of the others.
+struct Entries<'a> {
+    all: Vec<&'a EntryPoint>,
+    /// Of each variant, in [`Entries::all`].
+    of_variants: Vec<Vec<usize>>,
+    /// The module of each, with ids that mean the same in all of them.
+    modules: Vec<Vec<u32>>,
+}
+
+impl<'a> Entries<'a> {
+    fn of(shader: &'a Shader) -> Result<Self, String> {
+        let mut all: Vec<&EntryPoint> = Vec::new();
+        let mut place = |entry| {
+            all.iter().position(|known| *known == entry).unwrap_or_else(|| {
+                all.push(entry);
+                all.len() - 1
+            })
+        };
+        let of_variants = shader.variants.iter().map(|variant| variant.entry_points.iter().map(&mut place).collect());
+        let of_variants = of_variants.collect();
+        let mut numbering = Numbering::default();
+        let modules = all.iter().map(|entry| numbering.renumber(&entry.spirv)).collect::<Option<_>>();
+        let modules = modules.ok_or("its SPIR-V cannot be read")?;
+        Ok(Self { all, of_variants, modules })
+    }
+}
+
+fn write_shader(out: &mut String, shader: &Shader, entries: &Entries, pool: &mut Pool) -> Result<(), String> {
     let name = module_name(&shader.name)?;
     line(out, format_args!("\n/// `{}.wgsl`.\npub mod {name} {{\n    use super::*;\n", shader.name));
     let flags: Vec<_> = shader.flags.iter().enumerate().map(|(bit, flag)| format!("{flag} = {bit}")).collect();
     line(out, format_args!("    flags!({});\n", flags.join(", ")));
 
-    // Variants that differ in one stage only share the entry points of the others.
-    let mut entries: Vec<&EntryPoint> = Vec::new();
     let mut variants = String::new();
-    for variant in &shader.variants {
-        let mut indices = Vec::new();
-        for entry in &variant.entry_points {
-            let index = entries.iter().position(|known| *known == entry).unwrap_or_else(|| {
-                entries.push(entry);
-                entries.len() - 1
-            });
-            indices.push(format!("&ENTRY_{index}"));
-        }
+    for (variant, own) in shader.variants.iter().zip(&entries.of_variants) {
+        let own: Vec<_> = own.iter().map(|index| format!("&ENTRY_{index}")).collect();
         line(
             &mut variants,
-            format_args!("        Variant {{ bits: {}, entry_points: &[{}] }},\n", variant.bits, indices.join(", ")),
+            format_args!("        Variant {{ bits: {}, entry_points: &[{}] }},\n", variant.bits, own.join(", ")),
         );
     }
-    let mut numbering = Numbering::default();
-    for (index, entry) in entries.iter().enumerate() {
-        let module = numbering.renumber(&entry.spirv).map_err(|error| format!("its SPIR-V cannot be read: {error}"))?;
-        write_entry(out, index, entry, &module, pool);
+    for (index, (entry, module)) in entries.all.iter().zip(&entries.modules).enumerate() {
+        write_entry(out, index, entry, module, pool);
     }
     line(
         out,

@@ -20,6 +20,7 @@ mod growth;
 mod host;
 mod number;
 mod pack;
+mod parallel;
 pub mod patch;
 pub mod reflect;
 mod scan;
@@ -28,8 +29,6 @@ mod source;
 pub mod variants;
 
 use std::path::Path;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use compose::{Composing, Library};
 pub use emit::{EntryPoint, Stage};
@@ -155,28 +154,14 @@ fn collect<T, E: Into<Faults>>(results: impl Iterator<Item = Result<T, E>>) -> R
     if faults.is_empty() { Ok(values) } else { Err(faults) }
 }
 
-/// Compiles every job, on as many threads as there are processors; the results come in the jobs' order.
+/// Compiles every job.
 fn run(jobs: &[(&Plan, u32)], library: &Library) -> Vec<Result<emit::Emitted, Error>> {
-    let next = AtomicUsize::new(0);
-    let done = Mutex::new(Vec::new());
-    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(jobs.len());
-    std::thread::scope(|scope| {
-        for _ in 0..threads {
-            scope.spawn(|| {
-                let mut composing = Composing::new(library);
-                loop {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    let Some((plan, bits)) = jobs.get(index) else { break };
-                    let result = match &mut composing {
-                        Ok(composing) => plan.compile(composing, library, *bits),
-                        Err(error) => Err(error.clone()),
-                    };
-                    done.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push((index, result));
-                }
-            });
-        }
-    });
-    let mut done = done.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-    done.sort_by_key(|(index, _)| *index);
-    done.into_iter().map(|(_, result)| result).collect()
+    parallel::map(
+        jobs,
+        || Composing::new(library),
+        |composing, (plan, bits)| match composing {
+            Ok(composing) => plan.compile(composing, library, *bits),
+            Err(error) => Err(error.clone()),
+        },
+    )
 }

@@ -3,10 +3,11 @@
 //! before.
 
 use std::collections::HashMap;
+use std::ops::Range;
+use std::sync::LazyLock;
 
-use rspirv::binary::{Assemble, ParseState};
-use rspirv::dr::{Instruction, Module, Operand, load_words};
-use rspirv::spirv::Word;
+use rspirv::grammar::{INSTRUCTION_TABLE, LogicalOperand, OperandKind, OperandQuantifier};
+use rspirv::spirv::{MAGIC_NUMBER, Op, Word};
 
 /// The ids of a shader's variants so far.
 #[derive(Default)]
@@ -19,49 +20,149 @@ pub struct Numbering {
 type Meaning = (Vec<Word>, u32);
 
 impl Numbering {
-    /// The module `words` with other ids: those of equal instructions in the modules before it, and the next free ones.
-    ///
-    /// # Errors
-    /// Words that are no module.
-    pub fn renumber(&mut self, words: &[Word]) -> Result<Vec<Word>, ParseState> {
-        let mut module = load_words(words)?;
-        let new = self.number(&module);
-        for instruction in module.all_inst_iter_mut() {
-            renumber(instruction, &new);
+    /// The module `words` with other ids: those of equal instructions in the modules before it, and the next free ones. None for words that are no
+    /// module, or one whose execution modes or decorations have ids.
+    pub fn renumber(&mut self, words: &[Word]) -> Option<Vec<Word>> {
+        let places = Places::of(words)?;
+        let new = self.number(words, &places);
+        let mut module = words.to_vec();
+        for &id in &places.ids {
+            module[id] = new.get(&words[id]).copied().unwrap_or(0);
         }
-        if let Some(header) = &mut module.header {
-            header.bound = new.values().max().map_or(1, |last| last + 1);
-        }
-        Ok(module.assemble())
+        module[BOUND] = new.values().max().map_or(1, |last| last + 1);
+        Some(module)
     }
 
     /// The new id of each old one.
-    fn number(&mut self, module: &Module) -> HashMap<Word, Word> {
+    fn number(&mut self, words: &[Word], places: &Places) -> HashMap<Word, Word> {
         let mut new = HashMap::new();
         let mut equal: HashMap<Vec<Word>, u32> = HashMap::new();
-        for instruction in module.all_inst_iter() {
-            let Some(old) = instruction.result_id else { continue };
-            let mut instruction = instruction.clone();
-            renumber(&mut instruction, &new);
-            let words = instruction.assemble();
-            let before = equal.entry(words.clone()).or_default();
+        for own in &places.results {
+            let mut meaning = words[own.words.clone()].to_vec();
+            for id in &places.ids[own.ids.clone()] {
+                meaning[id - own.words.start] = new.get(&words[*id]).copied().unwrap_or(0);
+            }
+            let before = equal.entry(meaning.clone()).or_default();
             // Ids begin at 1.
             let next = Word::try_from(self.known.len() + 1).unwrap_or(Word::MAX);
-            new.insert(old, *self.known.entry((words, *before)).or_insert(next));
+            new.insert(words[own.id], *self.known.entry((meaning, *before)).or_insert(next));
             *before += 1;
         }
         new
     }
 }
 
-/// Puts the `new` of each id in its place, and 0 where there is none yet.
-fn renumber(instruction: &mut Instruction, new: &HashMap<Word, Word>) {
-    let put = |id: &mut Word| *id = new.get(id).copied().unwrap_or(0);
-    instruction.result_id.iter_mut().chain(&mut instruction.result_type).for_each(put);
-    for operand in &mut instruction.operands {
-        if let Operand::IdRef(id) | Operand::IdScope(id) | Operand::IdMemorySemantics(id) = operand {
-            put(id);
+/// The words before the first instruction.
+const HEADER: usize = 5;
+/// The word of them that is above all ids.
+const BOUND: usize = 3;
+
+/// The operands of each operation, by its number. A parser that makes an object of each instruction takes ten times as long.
+static OPERANDS: LazyLock<Vec<&[LogicalOperand]>> = LazyLock::new(|| {
+    let mut all = Vec::new();
+    for instruction in INSTRUCTION_TABLE.iter() {
+        let number = instruction.opcode as usize;
+        all.resize(all.len().max(number + 1), &[][..]);
+        all[number] = instruction.operands;
+    }
+    all
+});
+
+/// Where ids stand among a module's words.
+#[derive(Default)]
+struct Places {
+    ids: Vec<usize>,
+    /// The instructions that have one of their own.
+    results: Vec<InstructionWithId>,
+}
+
+struct InstructionWithId {
+    words: Range<usize>,
+    /// Its part of [`Places::ids`].
+    ids: Range<usize>,
+    /// The word that is its own.
+    id: usize,
+}
+
+impl Places {
+    fn of(words: &[Word]) -> Option<Self> {
+        let mut places = Self::default();
+        let mut start = HEADER;
+        if words.len() < HEADER || words[0] != MAGIC_NUMBER {
+            return None;
         }
+        while let Some(first) = words.get(start) {
+            // The first word has the number of words, and of the operation.
+            let (count, operation) = ((first >> 16) as usize, first & 0xffff);
+            let instruction = words.get(..start + count).filter(|_| count != 0)?;
+            let ids = places.ids.len();
+            let id = places.read(instruction, start + 1, operation, 0)?;
+            let ids = ids..places.ids.len();
+            places.results.extend(id.map(|id| InstructionWithId { words: start..instruction.len(), ids, id }));
+            start = instruction.len();
+        }
+        Some(places)
+    }
+
+    /// Reads the operands of an instruction that begin at a place and go to the end of `words`, but for the first `skipped`. Returns where its own id
+    /// stands, if it has one.
+    fn read(&mut self, words: &[Word], mut at: usize, operation: Word, skipped: usize) -> Option<Option<usize>> {
+        if [Op::DecorateId, Op::ExecutionModeId].iter().any(|op| *op as Word == operation) {
+            return None;
+        }
+        let mut own = None;
+        for operand in OPERANDS.get(operation as usize)?.iter().skip(skipped) {
+            let repeated = operand.quantifier == OperandQuantifier::ZeroOrMore;
+            while let Some(word) = words.get(at) {
+                let rest = at + 1..words.len();
+                at += 1;
+                match operand.kind {
+                    OperandKind::IdResult => {
+                        own = Some(at - 1);
+                        self.ids.push(at - 1);
+                    }
+                    OperandKind::IdResultType
+                    | OperandKind::IdRef
+                    | OperandKind::IdScope
+                    | OperandKind::IdMemorySemantics => self.ids.push(at - 1),
+                    OperandKind::PairIdRefIdRef => {
+                        self.ids.extend([at - 1, at]);
+                        at += 1;
+                    }
+                    OperandKind::PairIdRefLiteralInteger => {
+                        self.ids.push(at - 1);
+                        at += 1;
+                    }
+                    OperandKind::PairLiteralIntegerIdRef => {
+                        self.ids.push(at);
+                        at += 1;
+                    }
+                    // Its last word ends with a zero.
+                    OperandKind::LiteralString => at += words[at - 1..].iter().position(|word| word >> 24 == 0)?,
+                    OperandKind::LiteralSpecConstantOpInteger => {
+                        // That operation has neither a type nor an id of its own here.
+                        self.read(words, at, *word, 2)?;
+                        at = words.len();
+                    }
+                    // Ids follow, as many as there are.
+                    OperandKind::ImageOperands | OperandKind::LiteralExtInstInteger => {
+                        self.ids.extend(rest);
+                        at = words.len();
+                    }
+                    // Numbers follow.
+                    OperandKind::LiteralContextDependentNumber
+                    | OperandKind::MemoryAccess
+                    | OperandKind::Decoration
+                    | OperandKind::ExecutionMode
+                    | OperandKind::LoopControl => at = words.len(),
+                    _ => {}
+                }
+                if !repeated {
+                    break;
+                }
+            }
+        }
+        (at == words.len()).then_some(own)
     }
 }
 
@@ -69,12 +170,15 @@ fn renumber(instruction: &mut Instruction, new: &HashMap<Word, Word>) {
 #[must_use]
 pub fn same_but_for_ids(a: &[Word], b: &[Word]) -> bool {
     // Alone, a module is numbered in the order of its instructions.
-    let in_order = |words| Numbering::default().renumber(words).ok();
+    let in_order = |words| Numbering::default().renumber(words);
     a == b || a.len() == b.len() && in_order(a).is_some_and(|a| in_order(b) == Some(a))
 }
 
 #[cfg(test)]
 mod tests {
+    use rspirv::binary::Assemble;
+    use rspirv::dr::{Operand, load_words};
+
     use super::*;
     use crate::compile_source;
 
@@ -99,6 +203,44 @@ mod tests {
     fn shared(a: &[Word], b: &[Word]) -> usize {
         let [a, b] = [a, b].map(|words| load_words(words).expect("a module"));
         a.all_inst_iter().filter(|own| b.all_inst_iter().any(|other| own == &other)).count()
+    }
+
+    #[test]
+    fn ids_stand_where_a_parser_of_instructions_finds_them() {
+        let text = "
+            override STEPS: u32 = 2u;
+            @group(0) @binding(0) var picture: texture_2d<f32>;
+            @group(0) @binding(1) var trilinear: sampler;
+            @group(0) @binding(2) var<storage, read_write> total: atomic<u32>;
+            @fragment
+            fn main(@location(0) at: vec2<f32>, @location(1) @interpolate(flat) kind: u32) -> @location(0) vec4<f32> {
+                var color = textureSampleLevel(picture, trilinear, at, 1.0);
+                for (var i = 0u; i < 2u * STEPS; i += 1u) { color += textureLoad(picture, vec2<i32>(i32(i)), 0); }
+                switch kind {
+                    case 1u, 2u: { color = sqrt(color); }
+                    default: { color.x = f32(atomicAdd(&total, kind)); }
+                }
+                return textureSampleGrad(picture, trilinear, at, dpdx(at), dpdy(at)) + color;
+            }";
+        let shader = compile_source(("demo.wgsl", text), &[]).unwrap_or_else(|errors| panic!("{}", errors[0]));
+        let words = &shader.variants[0].entry_points[0].spirv;
+        let mut found = words.clone();
+        Places::of(words).expect("a module").ids.iter().for_each(|&id| found[id] += 1000);
+        let mut parsed = load_words(words).expect("a module");
+        for instruction in parsed.all_inst_iter_mut() {
+            for operand in &mut instruction.operands {
+                if let Operand::IdRef(id) | Operand::IdScope(id) | Operand::IdMemorySemantics(id) = operand {
+                    *id += 1000;
+                }
+            }
+            instruction.result_type.iter_mut().chain(&mut instruction.result_id).for_each(|id| *id += 1000);
+        }
+        assert!(found == parsed.assemble() && found != *words);
+        // Cut off within a store, with an operation that there is not, and without a magic number.
+        let unknown = [&words[..HEADER], &[1 << 16 | 0xfff0]].concat();
+        for broken in [&words[..words.len() - 3], &unknown, &words[1..], &[]] {
+            assert_eq!(Numbering::default().renumber(broken), None);
+        }
     }
 
     #[test]
