@@ -57,7 +57,7 @@ const HEADER: usize = 5;
 /// The word of them that is above all ids.
 const BOUND: usize = 3;
 
-/// The operands of each operation, by its number. A parser that makes an object of each instruction takes ten times as long.
+/// The operands of each operation, by its number. By a parser that makes an object of each instruction, numbering took a third of a build script's time.
 static OPERANDS: LazyLock<Vec<&[LogicalOperand]>> = LazyLock::new(|| {
     let mut all = Vec::new();
     for instruction in INSTRUCTION_TABLE.iter() {
@@ -114,31 +114,31 @@ impl Places {
         for operand in OPERANDS.get(operation as usize)?.iter().skip(skipped) {
             let repeated = operand.quantifier == OperandQuantifier::ZeroOrMore;
             while let Some(word) = words.get(at) {
-                let rest = at + 1..words.len();
+                let (this, rest) = (at, at + 1..words.len());
                 at += 1;
                 match operand.kind {
                     OperandKind::IdResult => {
-                        own = Some(at - 1);
-                        self.ids.push(at - 1);
+                        own = Some(this);
+                        self.ids.push(this);
                     }
                     OperandKind::IdResultType
                     | OperandKind::IdRef
                     | OperandKind::IdScope
-                    | OperandKind::IdMemorySemantics => self.ids.push(at - 1),
+                    | OperandKind::IdMemorySemantics => self.ids.push(this),
                     OperandKind::PairIdRefIdRef => {
-                        self.ids.extend([at - 1, at]);
+                        self.ids.extend([this, this + 1]);
                         at += 1;
                     }
                     OperandKind::PairIdRefLiteralInteger => {
-                        self.ids.push(at - 1);
+                        self.ids.push(this);
                         at += 1;
                     }
                     OperandKind::PairLiteralIntegerIdRef => {
-                        self.ids.push(at);
+                        self.ids.push(this + 1);
                         at += 1;
                     }
                     // Its last word ends with a zero.
-                    OperandKind::LiteralString => at += words[at - 1..].iter().position(|word| word >> 24 == 0)?,
+                    OperandKind::LiteralString => at += words[this..].iter().position(|word| word >> 24 == 0)?,
                     OperandKind::LiteralSpecConstantOpInteger => {
                         // That operation has neither a type nor an id of its own here.
                         self.read(words, at, *word, 2)?;
