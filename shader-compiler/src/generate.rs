@@ -73,9 +73,9 @@ fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Error> {
 /// A shader's different entry points: variants that differ in one stage only share those of the others.
 struct Entries<'a> {
     all: Vec<&'a EntryPoint>,
-    /// Of each variant, in [`Entries::all`].
+    /// The indices of each variant's entry points in [`Entries::all`].
     of_variants: Vec<Vec<usize>>,
-    /// The module of each, with ids that mean the same in all of them.
+    /// The module of each entry point, with ids that mean the same in all of them.
     modules: Vec<Vec<u32>>,
 }
 

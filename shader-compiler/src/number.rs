@@ -57,7 +57,7 @@ const HEADER: usize = 5;
 /// The word of them that is above all ids.
 const BOUND: usize = 3;
 
-/// The operands of each operation, by its number. By a parser that makes an object of each instruction, numbering took a third of a build script's time.
+/// The operands of each operation, by its number. Parsing each instruction into an object instead made numbering a third of the build script's time.
 static OPERANDS: LazyLock<Vec<&[LogicalOperand]>> = LazyLock::new(|| {
     let mut all = Vec::new();
     for instruction in INSTRUCTION_TABLE.iter() {
@@ -72,15 +72,15 @@ static OPERANDS: LazyLock<Vec<&[LogicalOperand]>> = LazyLock::new(|| {
 #[derive(Default)]
 struct Places {
     ids: Vec<usize>,
-    /// The instructions that have one of their own.
+    /// The instructions that have an id of their own.
     results: Vec<InstructionWithId>,
 }
 
 struct InstructionWithId {
     words: Range<usize>,
-    /// Its part of [`Places::ids`].
+    /// The instruction's part of [`Places::ids`].
     ids: Range<usize>,
-    /// The word that is its own.
+    /// The place of the instruction's own id.
     id: usize,
 }
 
@@ -104,8 +104,8 @@ impl Places {
         Some(places)
     }
 
-    /// Reads the operands of an instruction that begin at a place and go to the end of `words`, but for the first `skipped`. Returns where its own id
-    /// stands, if it has one.
+    /// Reads an instruction's operands, which stand in `words` from `at` to the end and lack the first `skipped` of its grammar. Returns where the
+    /// instruction's own id stands, if it has one.
     fn read(&mut self, words: &[Word], mut at: usize, operation: Word, skipped: usize) -> Option<Option<usize>> {
         if [Op::DecorateId, Op::ExecutionModeId].iter().any(|op| *op as Word == operation) {
             return None;
@@ -137,10 +137,10 @@ impl Places {
                         self.ids.push(this + 1);
                         at += 1;
                     }
-                    // Its last word ends with a zero.
+                    // The last word of a text ends with a zero.
                     OperandKind::LiteralString => at += words[this..].iter().position(|word| word >> 24 == 0)?,
                     OperandKind::LiteralSpecConstantOpInteger => {
-                        // That operation has neither a type nor an id of its own here.
+                        // An operation within a constant's instruction has neither a type nor an id of its own.
                         self.read(words, at, *word, 2)?;
                         at = words.len();
                     }

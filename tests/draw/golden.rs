@@ -104,7 +104,7 @@ fn every_view_looks_as_it_did() {
         // One frame has no vectors.
         let own = [View::Final, View::Complexity, View::Particles, View::Velocity];
         let shown = |view: &View| !own.contains(view) && album.gpu.shows(*view);
-        // `make test-all` compares the others too; what each shows is counted and computed in other tests.
+        // `make test-all` compares the others, too.
         let views: Vec<_> = some_of(View::NAMES.iter().filter(|(_, view)| shown(view)), 2).collect();
         for (name, shown) in views {
             album.compare(&format!("hall-{name}"), &hall, &view(&hall, SIZE.0, SIZE.1, *shown));
