@@ -29,9 +29,11 @@ fn is_in_view(bounds: Bounds) -> bool {
 }
 
 // As src/visible/instances.rs has it, to the bit: instances that are equally far are drawn in the same order.
-fn step_of(stand: Stand) -> u32 {
-    let offset = vec3(stand.x.w, stand.y.w, stand.z.w) - cull.camera;
-    let depth = offset.x * cull.forward.x + offset.y * cull.forward.y + offset.z * cull.forward.z;
+fn step_of(bounds: Bounds) -> u32 {
+    let offset = bounds.center - cull.camera;
+    let along = abs(cull.forward);
+    let middle = offset.x * cull.forward.x + offset.y * cull.forward.y + offset.z * cull.forward.z;
+    let depth = middle + (bounds.half.x * along.x + bounds.half.y * along.y + bounds.half.z * along.z);
     return u32(clamp((depth - cull.begin) * cull.scale, 0.0, f32(STEPS - 1u)));
 }
 
@@ -141,7 +143,7 @@ fn compute(@builtin(workgroup_id) workgroup: vec3<u32>, @builtin(local_invocatio
     if lane < groups[group * 3u + 1u] {
         let place = groups[group * 3u] + lane;
         if is_seen(boxes[place]) {
-            step = step_of(stands[place]);
+            step = step_of(boxes[place]);
 #ifdef LEVELS
             level = level_of(batch, stands[place], boxes[place]);
 #endif

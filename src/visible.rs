@@ -330,4 +330,20 @@ mod tests {
             assert!(near(pair[0]) < near(pair[1]) || (near(pair[0]) == near(pair[1]) && a <= b));
         }
     }
+
+    #[test]
+    fn what_reaches_far_is_drawn_after_what_stands_before_its_far_end() {
+        // A deep box whose middle is nearer than a flat one's, and a flat one behind both.
+        let mut scene = samples::scene(vec![Material::default(); 3], vec![]);
+        scene.meshes[0].bounds = Aabb { min: DVec3::ZERO, max: DVec3::ONE };
+        for (object, (depth, begin)) in scene.objects.iter_mut().zip([(20.0, 2.0), (1.0, 15.0), (1.0, 30.0)]) {
+            let (size, place) = (DVec3::new(1.0, 1.0, depth), DVec3::Z * -(begin + depth));
+            object.transform = DAffine3::from_scale_rotation_translation(size, glam::DQuat::IDENTITY, place);
+        }
+        let settings = Settings::default();
+        let plan = samples::plan(&scene, &settings);
+        let world = World::of(&scene, &settings, &plan, 1.0);
+        let visible = Visible::of(&world, &Camera::default(), &plan);
+        assert_eq!(visible.instances[..3], [1, 0, 2]);
+    }
 }

@@ -235,6 +235,10 @@ fn write_spirv(module: &naga::Module, info: &ModuleInfo) -> Result<Vec<u32>, spv
             .collect(),
         // A counter in every loop costs time; our loops end.
         force_loop_bounding: false,
+        // One invocation would write all of it, and the others wait. Our shaders write what they read of it.
+        zero_initialize_workgroup_memory: spv::ZeroInitializeWorkgroupMemoryMode::None,
+        // No divisor of ours is zero.
+        emit_int_div_checks: false,
         ..spv::Options::default()
     };
     let pipeline = spv::PipelineOptions { shader_stage: entry.stage, entry_point: entry.name.clone() };

@@ -260,7 +260,7 @@ impl InstanceList {
         let mut ends = [0; STEPS + 1];
         let mut stepped = Vec::with_capacity(self.opaque);
         for place in (0..self.opaque).filter(|&place| seen[place]) {
-            let step = steps.of_stand(&self.stands[place]);
+            let step = steps.of_box(self.box_of(&world.objects[self.object(place)].bounds));
             ends[step + 1] += 1;
             stepped.push((place as u32, step as u32));
         }
@@ -347,11 +347,11 @@ impl DepthSteps {
         }
     }
 
-    /// By the mesh's own zero.
-    fn of_stand(&self, stand: &Stand) -> usize {
-        let [x, y, z] = stand.rows;
-        let offset = Vec3::new(x.w, y.w, z.w) - self.camera;
-        let depth = offset.x * self.forward.x + offset.y * self.forward.y + offset.z * self.forward.z;
+    /// By its far end: whatever reaches far is behind most of what is as near in its middle, as the walls of a hall are behind all that stands in it.
+    fn of_box(&self, (center, half): (Vec3, Vec3)) -> usize {
+        let (offset, along) = (center - self.camera, self.forward.abs());
+        let middle = offset.x * self.forward.x + offset.y * self.forward.y + offset.z * self.forward.z;
+        let depth = middle + (half.x * along.x + half.y * along.y + half.z * along.z);
         // The cast clamps depths below the first step to it.
         ((depth - self.begin) * self.scale).min((STEPS - 1) as f32) as usize
     }

@@ -531,3 +531,18 @@ fn an_object_that_casts_none_is_in_no_map() {
         views.iter().flatten().flat_map(|view| view.casters.iter().map(|caster| caster.object)).collect();
     assert!(!casters.is_empty() && !casters.contains(&1), "{casters:?}");
 }
+
+#[test]
+fn casters_come_in_the_order_of_how_far_from_the_light_they_reach() {
+    // The tower's middle is nearer to the light than the hut's, and its foot is farther.
+    let boxes = [(DVec3::ZERO, DVec3::new(1.0, 10.0, 1.0)), (DVec3::new(3.0, -2.0, 0.0), DVec3::ONE)];
+    let above = DVec3::Y * 15.0;
+    for light in [sun(-DVec3::Y), spot(above, -DVec3::Y, 40.0), lamp(above, None), beam(above, -DVec3::Y, 6.0)] {
+        let (world, plan) = planned(&scene(&boxes, vec![light.clone()]), three(), &samples::device());
+        let camera = Camera::looking_at(DVec3::new(0.0, 2.0, 20.0), DVec3::ZERO, DVec3::Y);
+        let views = Visible::of(&world, &camera, &plan).shadows;
+        let orders = views.iter().flatten().map(|view| view.casters.iter().map(|caster| caster.object).collect());
+        let orders: Vec<Vec<usize>> = orders.filter(|order: &Vec<usize>| order.len() == 2).collect();
+        assert!(!orders.is_empty() && orders.iter().all(|order| *order == [1, 0]), "{light:?}: {orders:?}");
+    }
+}

@@ -160,23 +160,31 @@ impl ShadowView {
             let object = &world.objects[*index];
             object.casts != CastsShadow::No && self.may_shadow(&object.bounds)
         };
-        let mut casters: Vec<usize> = (0..world.objects.len()).filter(casts).collect();
+        let casters = (0..world.objects.len()).filter(casts);
+        let mut casters: Vec<(usize, f64)> =
+            casters.map(|index| (index, self.reach_of(&world.objects[index].bounds))).collect();
+        let farthest = casters.iter().fold(0.0, |far: f64, &(_, reach)| far.max(reach));
+        // The cast takes a NaN for 0.
+        let step = |reach: f64| (reach / farthest * f64::from(CASTER_STEPS - 1)).round() as u32;
         // Casters that share a pipeline follow each other, those near the light first, so that early depth tests save the most: a map's time is that of the
         // texels that are written. Of those in a step of depth the ones that share a material and a mesh follow each other.
-        casters.sort_by_cached_key(|&index| {
+        casters.sort_by_cached_key(|&(index, reach)| {
             let object = &world.objects[index];
-            (object.caster_pipeline(), self.step_of(object.bounds.center()), object.caster_group(), index)
+            (object.caster_pipeline(), step(reach), object.caster_group(), index)
         });
-        let caster = |object: usize| Caster { object, revision: world.objects[object].revision, level: 0 };
+        let caster = |(object, _)| Caster { object, revision: world.objects[object].revision, level: 0 };
         self.casters = casters.into_iter().map(caster).collect();
         Arc::new(self)
     }
 
-    /// Returns the step of a place by its distance from the light, of [`CASTER_STEPS`]; 0 is near.
-    fn step_of(&self, place: DVec3) -> u32 {
-        let [.., depth, w] = self.rows.map(|row| row.truncate().dot(place) + row.w);
-        // The cast takes a NaN for 0.
-        ((1.0 - depth / w).clamp(0.0, 1.0) * f64::from(CASTER_STEPS - 1)).round() as u32
+    /// Returns how far from the light a box reaches: metres along the view of a lamp's map, parts of the depth of a sun's.
+    fn reach_of(&self, bounds: &Aabb) -> f64 {
+        let (center, half) = (bounds.center(), bounds.size() * 0.5);
+        let [.., depth, w] = self.rows;
+        match self.is_perspective() {
+            true => w.truncate().dot(center) + w.w + w.truncate().abs().dot(half),
+            false => 1.0 - (depth.truncate().dot(center) + depth.w - depth.truncate().abs().dot(half)) / w.w,
+        }
     }
 
     /// Returns true if it sees the same part of the world in the same texels.
