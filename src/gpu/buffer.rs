@@ -3,15 +3,12 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use ash::vk;
-use gpu_allocator::vulkan::{Allocation, AllocationScheme};
+use gpu_allocator::vulkan::Allocation;
 
 use super::device::Device;
 use super::error::{Doing, Error, Result};
 use super::memory::{Location, MemoryKind, MemoryNeed};
 use super::owned::Owned;
-
-/// Vulkan lets `nonCoherentAtomSize` be no larger. What is flushed by hand ends with a whole atom of its memory.
-const LARGEST_ATOM: u64 = 256;
 
 /// A buffer and its memory.
 pub struct Buffer {
@@ -50,12 +47,7 @@ impl Buffer {
         // SAFETY: the buffer is new.
         let requirements = unsafe { device.raw.get_buffer_memory_requirements(raw) };
         let mut owner = Owned::new_from(device, name, raw);
-        // Staging buffers are large and soon gone. The allocator keeps an empty block for what comes next, and a driver in software all pages of it.
-        let scheme = match kind == MemoryKind::Staging && requirements.size.is_multiple_of(LARGEST_ATOM) {
-            true => AllocationScheme::DedicatedBuffer(raw),
-            false => AllocationScheme::GpuAllocatorManaged,
-        };
-        let need = MemoryNeed { name, requirements, location, linear: true, scheme };
+        let need = MemoryNeed { name, requirements, location, linear: true, dedicated_to: None };
         let memory = device.memory.allocate(&need)?;
         // SAFETY: the memory was allocated for these requirements, and nothing is bound to it or to the buffer yet.
         let bound = unsafe { device.raw.bind_buffer_memory(raw, memory.memory(), memory.offset()) };

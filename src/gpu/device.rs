@@ -339,8 +339,7 @@ mod tests {
         let device = Device::new(&instance, &DeviceChoice::Auto)?;
         let requirements = vk::MemoryRequirements { size: 512, alignment: 16, memory_type_bits: !0 };
         let (location, name) = (Location::Device, "orphan");
-        let scheme = gpu_allocator::vulkan::AllocationScheme::GpuAllocatorManaged;
-        device.memory.allocate(&MemoryNeed { name, requirements, location, linear: true, scheme })?;
+        device.memory.allocate(&MemoryNeed { name, requirements, location, linear: true, dedicated_to: None })?;
         drop((device, instance));
         let leaks: Vec<_> = log.take().into_iter().filter(|message| message.kind == MessageKind::Leak).collect();
         assert!(leaks.len() == 1 && leaks[0].text.contains("'orphan' (512 bytes)"), "{leaks:?}");

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use ash::vk;
-use gpu_allocator::vulkan::{Allocation, AllocationScheme};
+use gpu_allocator::vulkan::Allocation;
 
 use super::device::Device;
 use super::error::{Doing, Error, Result};
@@ -113,7 +113,7 @@ impl Image {
             requirements,
             location: desc.location,
             linear: false,
-            scheme: if alone { AllocationScheme::DedicatedImage(raw) } else { AllocationScheme::GpuAllocatorManaged },
+            dedicated_to: alone.then_some(raw),
         })?;
         // SAFETY: the memory was allocated for these requirements, and nothing is bound to it or to the image yet.
         let bound = unsafe { device.raw.bind_image_memory(raw, memory.memory(), memory.offset()) };

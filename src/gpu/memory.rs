@@ -116,8 +116,8 @@ pub(super) struct MemoryNeed<'a> {
     pub(super) location: Location,
     /// True if it is for a buffer; an image of optimal tiling is not linear.
     pub(super) linear: bool,
-    /// Among other objects, or in a device allocation that holds nothing else and goes back to the driver with it.
-    pub(super) scheme: AllocationScheme,
+    /// The image to make a device allocation for that holds nothing else.
+    pub(super) dedicated_to: Option<vk::Image>,
 }
 
 const MIB: u64 = 1 << 20;
@@ -179,13 +179,15 @@ impl Memory {
     }
 
     fn allocate_from(&self, need: &MemoryNeed<'_>, memory_type_bits: u32) -> Result<Allocation, AllocationError> {
+        let allocation_scheme =
+            need.dedicated_to.map_or(AllocationScheme::GpuAllocatorManaged, AllocationScheme::DedicatedImage);
         let desc = AllocationCreateDesc {
             name: need.name,
             requirements: self.in_whole_atoms(need, memory_type_bits),
             // The type is already chosen.
             location: MemoryLocation::Unknown,
             linear: need.linear,
-            allocation_scheme: need.scheme,
+            allocation_scheme,
         };
         match self.lock().as_mut() {
             Some(allocator) => allocator.allocate(&desc),
@@ -200,8 +202,8 @@ impl Memory {
         let requirements = vk::MemoryRequirements { memory_type_bits, ..need.requirements };
         let first = self.types.get(memory_type_bits.trailing_zeros() as usize);
         let is_flushed = first.is_some_and(|kind| is_incoherent(kind.property_flags));
-        // A dedicated allocation has the object's own size, and no neighbours.
-        if !is_flushed || need.scheme != AllocationScheme::GpuAllocatorManaged {
+        // A dedicated allocation has the image's own size, and no neighbours.
+        if !is_flushed || need.dedicated_to.is_some() {
             return requirements;
         }
         vk::MemoryRequirements {
@@ -405,24 +407,23 @@ mod tests {
         Memory { types, atom: 64, allocator: Mutex::new(None) }
     }
 
-    fn need(scheme: AllocationScheme) -> MemoryNeed<'static> {
+    fn need(dedicated_to: Option<vk::Image>) -> MemoryNeed<'static> {
         let requirements = vk::MemoryRequirements { size: 65, alignment: 16, memory_type_bits: 0b111 };
-        MemoryNeed { name: "odd", requirements, location: Location::Upload, linear: true, scheme }
+        MemoryNeed { name: "odd", requirements, location: Location::Upload, linear: true, dedicated_to }
     }
 
     #[test]
     fn only_objects_in_mapped_memory_that_is_not_coherent_have_whole_atoms() {
-        let managed = AllocationScheme::GpuAllocatorManaged;
-        let dedicated = AllocationScheme::DedicatedImage(<vk::Image as vk::Handle>::from_raw(1));
-        for (types, scheme, expected) in [
-            (0b001, managed, [65, 16]),
-            (0b010, managed, [65, 16]),
-            (0b100, managed, [128, 64]),
+        let image = <vk::Image as vk::Handle>::from_raw(1);
+        for (types, dedicated_to, expected) in [
+            (0b001, None, [65, 16]),
+            (0b010, None, [65, 16]),
+            (0b100, None, [128, 64]),
             // The allocator takes the first of them.
-            (0b110, managed, [65, 16]),
-            (0b100, dedicated, [65, 16]),
+            (0b110, None, [65, 16]),
+            (0b100, Some(image), [65, 16]),
         ] {
-            let found = memory().in_whole_atoms(&need(scheme), types);
+            let found = memory().in_whole_atoms(&need(dedicated_to), types);
             assert_eq!(([found.size, found.alignment], found.memory_type_bits), (expected, types));
         }
     }
