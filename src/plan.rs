@@ -62,9 +62,9 @@ pub use shading::Shading;
 pub use shadows::{MapProjection, ShadowLight, ShadowPlan, Tile};
 pub use sky::SkyPlan;
 pub use surfaces::{
-    DeformPlan, EffectiveMaterials, Extras, ForwardKey, GeometryKey, IndexWidth, MeshPlan, Opacity, PlannedBrdf,
-    PlannedDeform, PlannedLevel, PlannedMesh, PlannedTexture, SetSamplers, Streams, TextureMask, TexturePlan,
-    TextureSource, Uploads, texture_format,
+    DeformPlan, EffectiveMaterials, Extras, ForwardKey, GeometryKey, IndexWidth, MeshPlan, NumberedMesh, Opacity,
+    PlannedBrdf, PlannedDeform, PlannedLevel, PlannedMesh, PlannedTexture, SetSamplers, Streams, TextureMask,
+    TexturePlan, TextureSource, Uploads, texture_format,
 };
 pub use taa::{TaaPlan, Vectors};
 pub use targets::{Sums, Target};

@@ -33,10 +33,11 @@ use std::sync::Arc;
 
 use ash::vk;
 use bytemuck::Pod;
+use rayon::prelude::*;
 
 use crate::gpu::sync::Use;
 use crate::gpu::{self, Buffer, Device, Location, MemoryKind, UploadOrder, Uploader};
-use crate::plan::{Extras, FramePlan, IndexWidth, MeshPlan, PlannedDeform, PlannedLevel, PlannedMesh};
+use crate::plan::{Extras, FramePlan, IndexWidth, MeshPlan, NumberedMesh, PlannedDeform, PlannedLevel, PlannedMesh};
 use crate::scene::{Mesh, Scene};
 use crate::visible::{cone_mesh, sphere_mesh};
 
@@ -53,6 +54,8 @@ pub struct MeshRange {
     pub first_index: u32,
     pub index_count: u32,
     pub vertex_offset: i32,
+    /// The vertex of the mesh with which the first triangle begins, where triangles are numbered.
+    pub begin: u32,
     pub width: IndexWidth,
     /// Its vertices are SKIN's.
     pub deformed: bool,
@@ -204,11 +207,11 @@ impl GpuScene {
     ) -> gpu::Result<Self> {
         let scene = source.scene();
         let limit = u64::from(device.physical.limits.max_draw_indexed_index_value);
-        for mesh in plan.meshes.meshes.iter().map(|planned| &scene.meshes[planned.mesh]) {
-            let asked = (mesh.positions.len() as u64).saturating_sub(1);
+        for planned in &plan.meshes.meshes {
+            let asked = u64::from(planned.vertices).saturating_sub(1);
             if asked > limit {
                 return Err(gpu::Error::TooLarge {
-                    what: format!("the last index of the mesh '{}'", mesh.name),
+                    what: format!("the last index of the mesh '{}'", scene.meshes[planned.mesh].name),
                     asked,
                     limit,
                 });
@@ -216,7 +219,9 @@ impl GpuScene {
         }
         let mut uploader = Uploader::new(device, 32 << 20, order)?;
         let looked_up = plan.triangles.map_or(vk::BufferUsageFlags::empty(), |_| vk::BufferUsageFlags::STORAGE_BUFFER);
-        let mut meshes = MeshUpload { device, uploader: &mut uploader, scene, plan: &plan.meshes, looked_up };
+        let numbered = numbered(scene, &plan.meshes);
+        let mut meshes =
+            MeshUpload { device, uploader: &mut uploader, scene, plan: &plan.meshes, numbered: &numbered, looked_up };
         let ranges = meshes.ranges();
         let deform_range = |deform: &PlannedDeform| {
             let vertex_offset = deform.first_vertex as i32;
@@ -273,8 +278,8 @@ impl GpuScene {
     pub fn level(&self, mesh: usize, deform: Option<usize>, level: u8) -> Option<MeshRange> {
         let range = self.mesh(mesh, deform)?;
         let Some(level) = usize::from(level).checked_sub(1) else { return Some(range) };
-        let &PlannedLevel { first_index, index_count, .. } = self.levels.get(&mesh)?.get(level)?;
-        Some(MeshRange { first_index, index_count, ..range })
+        let &PlannedLevel { first_index, index_count, begin, .. } = self.levels.get(&mesh)?.get(level)?;
+        Some(MeshRange { first_index, index_count, begin, ..range })
     }
 
     /// Binds the vertex buffers of some streams, or those of deformed objects.
@@ -322,6 +327,12 @@ fn levels_of(plan: &MeshPlan) -> BTreeMap<usize, Vec<PlannedLevel>> {
     leveled.map(|mesh| (mesh.mesh, mesh.levels.clone())).collect()
 }
 
+/// The meshes of a plan as they lie on the device, where their triangles are numbered; none where they are not.
+fn numbered(scene: &Scene, plan: &MeshPlan) -> Vec<NumberedMesh> {
+    let own = |planned: &PlannedMesh| NumberedMesh::of(&scene.meshes[planned.mesh], planned.levels.len());
+    if plan.numbered { plan.meshes.par_iter().map(own).collect() } else { Vec::new() }
+}
+
 /// Vulkan's name of a width.
 pub fn index_type(width: IndexWidth) -> vk::IndexType {
     match width {
@@ -336,6 +347,8 @@ struct MeshUpload<'a> {
     uploader: &'a mut Uploader,
     scene: &'a Scene,
     plan: &'a MeshPlan,
+    /// In the plan's order; empty where triangles are not numbered.
+    numbered: &'a [NumberedMesh],
     /// The usage of buffers beside drawing.
     looked_up: vk::BufferUsageFlags,
 }
@@ -346,7 +359,8 @@ impl<'a> MeshUpload<'a> {
         for mesh in &self.plan.meshes {
             let &PlannedMesh { first_index, index_count, width, first_vertex, .. } = mesh;
             let vertex_offset = first_vertex.unwrap_or(0) as i32;
-            ranges[mesh.mesh] = Some(MeshRange { first_index, index_count, vertex_offset, width, deformed: false });
+            let range = MeshRange { first_index, index_count, vertex_offset, begin: 0, width, deformed: false };
+            ranges[mesh.mesh] = Some(range);
         }
         ranges
     }
@@ -362,12 +376,20 @@ impl<'a> MeshUpload<'a> {
         let stride = size_of::<T>() as u64;
         let usage = vk::BufferUsageFlags::VERTEX_BUFFER | self.looked_up;
         let Some(buffer) = self.buffer(&format!("vertex {name}"), vertices * stride, usage)? else { return Ok(None) };
-        let placed = self.plan.meshes.iter().filter_map(|planned| Some((planned, u64::from(planned.first_vertex?))));
-        for (planned, first) in placed.filter(|&(_, first)| first < vertices) {
-            let mesh = &self.scene.meshes[planned.mesh];
+        for (place, planned) in self.plan.meshes.iter().enumerate() {
+            let Some(first) = planned.first_vertex.map(u64::from).filter(|&first| first < vertices) else { continue };
             let offset = first * stride;
-            match &*data(mesh) {
-                [] => self.uploader.buffer(&buffer, offset, &vec![0; mesh.positions.len() * stride as usize])?,
+            let own = data(&self.scene.meshes[planned.mesh]);
+            let turned: Vec<T>;
+            let own = match self.numbered.get(place) {
+                Some(numbered) if !own.is_empty() => {
+                    turned = numbered.sources.iter().map(|&source| own[source as usize]).collect();
+                    &turned
+                }
+                _ => &*own,
+            };
+            match own {
+                [] => self.uploader.buffer(&buffer, offset, &vec![0; planned.vertices as usize * stride as usize])?,
                 some => self.uploader.buffer(&buffer, offset, bytemuck::cast_slice(some))?,
             }
         }
@@ -384,8 +406,15 @@ impl<'a> MeshUpload<'a> {
         let Some(buffer) = self.buffer(name, (count * width.bytes()).next_multiple_of(4), usage)? else {
             return Ok(None);
         };
-        for planned in self.plan.meshes.iter().filter(|mesh| mesh.width == width) {
+        for (place, planned) in self.plan.meshes.iter().enumerate().filter(|(_, mesh)| mesh.width == width) {
             let mesh = &self.scene.meshes[planned.mesh];
+            if let Some(numbered) = self.numbered.get(place) {
+                self.index_range(&buffer, (width, planned.first_index), &numbered.indices)?;
+                for (own, level) in planned.levels.iter().zip(&numbered.levels) {
+                    self.index_range(&buffer, (width, own.first_index), &level.indices)?;
+                }
+                continue;
+            }
             self.index_range(&buffer, (width, planned.first_index), &mesh.indices)?;
             if !planned.levels.is_empty() {
                 for (own, level) in planned.levels.iter().zip(mesh.levels_of_detail().iter()) {

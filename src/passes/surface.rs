@@ -556,7 +556,7 @@ mod tests {
     fn a_pipeline_names_only_textures_that_its_set_has_and_its_own_by_their_bindings() {
         let mut aliased = 0;
         // With a G-buffer.
-        let device = Capabilities { primitive_index: false, ..samples::device() };
+        let device = Capabilities { storage_buffers: 8, ..samples::device() };
         for (name, scene) in samples::scenes() {
             for keep in [Keep::NONE, Keep::NONE.with(crate::scene::OptionalPart::NormalMaps), Keep::ALL] {
                 let settings = Settings { keep, ..Settings::default() };

@@ -110,10 +110,10 @@ impl CostModel {
     pub const GPU: Self = Self {
         basis: Basis::Kind("an NVIDIA H200"),
         paths: [
-            PathCost { base: 669, triangle: 660, lists: 0, unlimited: 80, limited: 33 },
-            PathCost { base: 669, triangle: 660, lists: 119, unlimited: 80, limited: 3 },
-            PathCost { base: 412, triangle: 660, lists: 0, unlimited: 3, limited: 0 },
-            PathCost { base: 269, triangle: 1131, lists: 0, unlimited: 3, limited: 0 },
+            PathCost { base: 674, triangle: 633, lists: 0, unlimited: 80, limited: 32 },
+            PathCost { base: 674, triangle: 633, lists: 115, unlimited: 80, limited: 3 },
+            PathCost { base: 410, triangle: 633, lists: 0, unlimited: 3, limited: 0 },
+            PathCost { base: 272, triangle: 818, lists: 0, unlimited: 3, limited: 0 },
         ],
         // From 4256 objects on.
         culling: CullingCost { cpu_object: 99, device_frame: 400_000, device_object: 5 },

@@ -256,14 +256,14 @@ impl Gpu {
         view != View::Triangle || self.device.features.geometry_shader
     }
 
-    /// Returns true if the device can draw a scene by a light path, as far as `visibility` goes: not every one numbers triangles, or looks textures up. Lavapipe of
-    /// Mesa 22 has too few resources a stage for any.
+    /// Returns true if the device can draw a scene by a light path, as far as `visibility` goes: not every one looks textures up. Lavapipe of Mesa 22 has too few
+    /// resources a stage for any.
     pub fn takes(&self, path: LightPath, scene: &Scene) -> bool {
         /// No scene here has so many textures, those of the pass itself counted.
         const ENOUGH: u32 = 64;
         let device = frame::capabilities(&self.device.physical);
         let has_textures = scene.materials.iter().any(|material| material.textures().next().is_some());
-        path != LightPath::Visibility || device.primitive_index && (device.dynamic_textures >= ENOUGH || !has_textures)
+        path != LightPath::Visibility || device.dynamic_textures >= ENOUGH || !has_textures
     }
 
     /// One frame from the scene's own camera.

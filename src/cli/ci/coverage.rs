@@ -62,10 +62,7 @@ impl Counted {
             ("depthClamp", plan.has_directional_shadows()),
             ("samplerAnisotropy", plan.anisotropy > 1),
             ("sampleRateShading", plan.msaa > 1),
-            (
-                "geometryShader (the number of a triangle)",
-                settings.view == View::Triangle || plan.light_path == LightPath::Visibility,
-            ),
+            ("geometryShader (the number of a triangle)", settings.view == View::Triangle),
             (
                 "shaderSampledImageArrayDynamicIndexing",
                 plan.light_path == LightPath::Visibility && !plan.textures.images.is_empty(),

@@ -80,7 +80,13 @@ fn own_errors(world: &World, object: &WorldObject) -> Vec<f32> {
 
 /// Returns the place of a level's indices. The plan has the mesh of each object that is drawn.
 fn range(scene: &GpuScene, object: &WorldObject, level: u8) -> MeshRange {
-    let none =
-        MeshRange { first_index: 0, index_count: 0, vertex_offset: 0, width: IndexWidth::Bits16, deformed: false };
+    let none = MeshRange {
+        first_index: 0,
+        index_count: 0,
+        vertex_offset: 0,
+        begin: 0,
+        width: IndexWidth::Bits16,
+        deformed: false,
+    };
     scene.level(object.mesh, object.deform, level).unwrap_or(none)
 }

@@ -256,12 +256,10 @@ mod tests {
                 "{why}"
             );
         }
-        let unnumbered = Capabilities { primitive_index: false, ..gpu };
         let occluded = Settings { ao: AmbientOcclusion::Gtao, ..defaults.clone() };
         let mut in_the_open = lamps(1);
         in_the_open.environment.ambient = glam::Vec3::ONE;
         for (scene, settings, device, says) in [
-            (&lamps(1), &defaults, &unnumbered, "number triangles"),
             (&lamps(1), &defaults, &Capabilities { storage_buffers: 8, ..gpu }, "too few buffers"),
             (&in_the_open, &occluded, &gpu, "ambient occlusion"),
         ] {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::{DeformPlan, GeometryKey, Streams, SurfaceRules};
+use super::{DeformPlan, GeometryKey, NumberedMesh, Streams, SurfaceRules};
 use crate::scene::{Keep, Level, Mesh, Object, OptionalPart, Scene, TextureSlot};
 
 /// Bits of an index.
@@ -21,8 +21,8 @@ impl IndexWidth {
     /// `primitiveRestartEnable` is set, and no pipeline sets it.
     const MOST_OF_16_BITS: usize = 1 << 16;
 
-    fn of(mesh: &Mesh, keep: Keep) -> Self {
-        match mesh.positions.len() <= Self::MOST_OF_16_BITS && !keep.has(OptionalPart::WideIndices) {
+    fn of(vertices: usize, keep: Keep) -> Self {
+        match vertices <= Self::MOST_OF_16_BITS && !keep.has(OptionalPart::WideIndices) {
             true => Self::Bits16,
             false => Self::Bits32,
         }
@@ -44,6 +44,8 @@ pub struct PlannedMesh {
     pub mesh: usize,
     /// Its first vertex, in all streams that it has; `None` where every object that has it is deformed, so that only its indices are there.
     pub first_vertex: Option<u32>,
+    /// Vertices in each of them.
+    pub vertices: u32,
     /// Its first index, in the buffer of its width.
     pub first_index: u32,
     /// Three for each triangle.
@@ -63,6 +65,8 @@ pub struct PlannedLevel {
     pub first_index: u32,
     /// Three for each triangle.
     pub index_count: u32,
+    /// The vertex of the mesh with which its first triangle begins, where triangles are numbered.
+    pub begin: u32,
     /// As [`Level::error`].
     pub error: f64,
 }
@@ -72,6 +76,8 @@ pub struct PlannedLevel {
 pub struct MeshPlan {
     /// In the order in which they lie in the buffers.
     pub meshes: Vec<PlannedMesh>,
+    /// Triangles are told by their vertices: meshes lie there as [`NumberedMesh`]es.
+    pub numbered: bool,
     /// Vertices of all meshes; each has a position.
     pub vertices: u64,
     /// Vertices of the stream of normals: up to the last mesh that needs it.
@@ -117,7 +123,7 @@ impl MeshPlan {
                 *own = own.union(streams_of(rules, object));
             }
             if rules.sorts(scene, object) {
-                sorted_width = sorted_width.max(Some(IndexWidth::of(&scene.meshes[object.mesh], keep)));
+                sorted_width = sorted_width.max(Some(IndexWidth::of(scene.meshes[object.mesh].positions.len(), keep)));
             }
         }
         if keep.has(OptionalPart::UnusedMeshes) {
@@ -130,29 +136,36 @@ impl MeshPlan {
         order.sort_by_key(|(_, own)| {
             std::cmp::Reverse((own.colors, own.second_uvs, own.tangents, own.uvs, own.normals))
         });
-        let mut planned = Self { sorted_width, deforms, ..Self::default() };
-        for &(mesh, own) in &order {
-            planned.push(mesh, &scene.meshes[mesh], own, keep);
+        let levels = levels_of(scene, rules);
+        let numbered = numbered(scene, rules, &order, &levels);
+        let mut planned = Self { sorted_width, deforms, numbered: rules.looked_up, ..Self::default() };
+        for (place, &(mesh, own)) in order.iter().enumerate() {
+            let data = &scene.meshes[mesh];
+            let vertices = numbered.get(place).map_or(data.positions.len(), |numbered| numbered.sources.len());
+            planned.push((mesh, data), vertices, own, keep);
         }
         // Deformed objects share their mesh's indices, and have vertices of their own.
         for mesh in (0..scene.meshes.len()).filter(|&mesh| deformed[mesh] && streams[mesh].is_none()) {
-            planned.push_indices(mesh, &scene.meshes[mesh], None, Streams::default(), keep);
+            let data = &scene.meshes[mesh];
+            planned.push_indices((mesh, data), (None, data.positions.len()), Streams::default(), keep);
         }
-        planned.add_levels(&levels_of(scene, rules));
+        planned.add_levels(&levels, &numbered);
         planned
     }
 
     /// Behind the indices of all meshes.
-    fn add_levels(&mut self, levels: &[Arc<[Level]>]) {
-        for planned in &mut self.meshes {
+    fn add_levels(&mut self, levels: &[Arc<[Level]>], numbered: &[NumberedMesh]) {
+        for (place, planned) in self.meshes.iter_mut().enumerate() {
             let Some(levels) = levels.get(planned.mesh) else { continue };
+            let begin = |level: usize| numbered.get(place).map_or(0, |numbered| numbered.levels[level].begin);
             let indices = match planned.width {
                 IndexWidth::Bits16 => &mut self.indices_16,
                 IndexWidth::Bits32 => &mut self.indices_32,
             };
-            for level in levels.iter() {
+            for (number, level) in levels.iter().enumerate() {
                 let (first_index, index_count) = (*indices as u32, level.indices.len() as u32);
-                planned.levels.push(PlannedLevel { first_index, index_count, error: level.error });
+                let begin = begin(number);
+                planned.levels.push(PlannedLevel { first_index, index_count, begin, error: level.error });
                 *indices += u64::from(index_count);
             }
         }
@@ -171,9 +184,9 @@ impl MeshPlan {
         self.meshes.iter().map(bytes).sum()
     }
 
-    fn push(&mut self, mesh: usize, data: &Mesh, streams: Streams, keep: Keep) {
-        self.push_indices(mesh, data, Some(self.vertices as u32), streams, keep);
-        self.vertices += data.positions.len() as u64;
+    fn push(&mut self, mesh: (usize, &Mesh), vertices: usize, streams: Streams, keep: Keep) {
+        self.push_indices(mesh, (Some(self.vertices as u32), vertices), streams, keep);
+        self.vertices += vertices as u64;
         for (needed, end) in [
             (streams.normals, &mut self.normals),
             (streams.uvs, &mut self.uvs),
@@ -187,8 +200,14 @@ impl MeshPlan {
         }
     }
 
-    fn push_indices(&mut self, mesh: usize, data: &Mesh, first_vertex: Option<u32>, streams: Streams, keep: Keep) {
-        let width = IndexWidth::of(data, keep);
+    fn push_indices(
+        &mut self,
+        (mesh, data): (usize, &Mesh),
+        (first_vertex, vertices): (Option<u32>, usize),
+        streams: Streams,
+        keep: Keep,
+    ) {
+        let width = IndexWidth::of(vertices, keep);
         let indices = match width {
             IndexWidth::Bits16 => &mut self.indices_16,
             IndexWidth::Bits32 => &mut self.indices_32,
@@ -196,8 +215,9 @@ impl MeshPlan {
         let index_count = data.indices.len() as u32;
         let first_index = *indices as u32;
         *indices += u64::from(index_count);
-        let levels = Vec::new();
-        self.meshes.push(PlannedMesh { mesh, first_vertex, first_index, index_count, width, streams, levels });
+        let (vertices, levels) = (vertices as u32, Vec::new());
+        let own = PlannedMesh { mesh, first_vertex, vertices, first_index, index_count, width, streams, levels };
+        self.meshes.push(own);
     }
 
     /// The streams that some mesh has.
@@ -245,6 +265,19 @@ fn levels_of(scene: &Scene, rules: &SurfaceRules) -> Vec<Arc<[Level]>> {
     }
     let levels = |(mesh, drawn): (&Mesh, bool)| if drawn { mesh.levels_of_detail() } else { Arc::default() };
     scene.meshes.par_iter().zip(drawn).map(levels).collect()
+}
+
+/// The meshes in this order, where triangles are told by their vertices; none where they are not.
+fn numbered(
+    scene: &Scene,
+    rules: &SurfaceRules,
+    order: &[(usize, Streams)],
+    levels: &[Arc<[Level]>],
+) -> Vec<NumberedMesh> {
+    let own = |&(mesh, _): &(usize, Streams)| {
+        NumberedMesh::of(&scene.meshes[mesh], levels.get(mesh).map_or(0, |levels| levels.len()))
+    };
+    if rules.looked_up { order.par_iter().map(own).collect() } else { Vec::new() }
 }
 
 /// The streams that pipelines read of an object's mesh.
@@ -305,11 +338,12 @@ mod tests {
         ] {
             let mut scene = distinct(vec![Material::default()]);
             scene.meshes = vec![mesh_of(vertices)];
-            let meshes = plan(&scene, &Settings::default()).meshes;
+            let meshes = plan(&scene, &samples::deferred()).meshes;
             assert_eq!(meshes.meshes[0].width, width, "{vertices}");
             assert_eq!(meshes.index_bytes(), 3 * width.bytes());
             assert!(width == IndexWidth::Bits32 || scene.meshes[0].indices[2] <= u32::from(u16::MAX));
-            let kept = plan(&scene, &keeping(&[OptionalPart::WideIndices])).meshes;
+            let wide = Settings { keep: Keep::NONE.with(OptionalPart::WideIndices), ..samples::deferred() };
+            let kept = plan(&scene, &wide).meshes;
             assert_eq!((kept.meshes[0].width, kept.indices_16, kept.indices_32), (IndexWidth::Bits32, 0, 3));
         }
     }
@@ -319,7 +353,7 @@ mod tests {
         let mut scene = distinct(vec![Material::default(); 4]);
         scene.meshes[1] = mesh_of(70_000);
         scene.meshes[3] = mesh_of(70_001);
-        let meshes = plan(&scene, &Settings::default()).meshes;
+        let meshes = plan(&scene, &samples::deferred()).meshes;
         let places: Vec<_> = meshes
             .meshes
             .iter()
@@ -327,6 +361,24 @@ mod tests {
             .collect();
         assert_eq!(places, [(0, 0, 0), (1, 3, 0), (2, 70_003, 3), (3, 70_008, 3)]);
         assert_eq!((meshes.indices_16, meshes.indices_32), (6, 6));
+    }
+
+    #[test]
+    fn meshes_whose_triangles_are_numbered_have_the_vertices_that_this_takes() {
+        // Three of the many vertices belong to the triangle; of a square's four, two begin none.
+        let mut scene = distinct(vec![Material::default(); 2]);
+        scene.meshes[1] = mesh_of(70_000);
+        let square = samples::scene(vec![Material::default()], vec![samples::sky()]);
+        let looked_up = Settings { light_path: crate::scene::LightPath::Visibility, ..Settings::default() };
+        for (scene, numbered, not) in [(&scene, vec![3, 3], vec![3, 70_000]), (&square, vec![4], vec![4])] {
+            let of = |settings: &Settings| {
+                let meshes = plan(scene, settings).meshes;
+                let own: Vec<u32> = meshes.meshes.iter().map(|mesh| mesh.vertices).collect();
+                assert_eq!(u64::from(own.iter().sum::<u32>()), meshes.vertices);
+                (meshes.numbered, own)
+            };
+            assert_eq!((of(&looked_up), of(&samples::deferred())), ((true, numbered), (false, not)));
+        }
     }
 
     #[test]
@@ -358,13 +410,14 @@ mod tests {
         let colored = Material { base_color_texture: Some(0), ..Material::default() };
         let mut scene = distinct(vec![Material::default(), colored, mapped, Material::default()]);
         samples::add_textures(&mut scene);
-        let meshes = plan(&scene, &Settings::default()).meshes;
+        let meshes = plan(&scene, &samples::deferred()).meshes;
         // 5 vertices with tangents, 4 with UVs alone, 3 and 6 with neither.
         assert_eq!(meshes.meshes.iter().map(|mesh| mesh.mesh).collect::<Vec<_>>(), [2, 1, 0, 3]);
         assert_eq!((meshes.vertices, meshes.normals, meshes.uvs, meshes.tangents), (18, 18, 9, 5));
         assert_eq!(meshes.bytes(), 18 * 24 + 9 * 8 + 5 * 16 + 4 * 3 * 2);
         for (part, expected) in [(OptionalPart::Tangents, (9, 18)), (OptionalPart::Uvs, (18, 5))] {
-            let kept = plan(&scene, &keeping(&[part])).meshes;
+            let kept = Settings { keep: Keep::NONE.with(part), ..samples::deferred() };
+            let kept = plan(&scene, &kept).meshes;
             // A stream that is kept is whole; the others end as early as they can.
             assert_eq!((kept.uvs, kept.tangents), expected, "{part}");
         }

@@ -178,10 +178,10 @@ fn what_is_transparent_or_asked_for_by_its_triangles_is_drawn_whole() {
 #[test]
 fn a_plan_without_levels_has_no_trace_of_them() {
     let scene = balls(&row(3), vec![samples::sun()]);
-    let plan = samples::plan(&scene, &Settings::default());
+    let plan = samples::plan(&scene, &samples::deferred());
     let indices = scene.meshes.iter().map(|mesh| mesh.indices.len() as u64).sum::<u64>();
     assert_eq!((plan.meshes.indices_16, plan.meshes.has_levels(), plan.lod), (indices, false, 0.0));
-    let leveled = samples::plan(&scene, &Settings { lod: 1.0, ..Settings::default() });
+    let leveled = samples::plan(&scene, &Settings { lod: 1.0, ..samples::deferred() });
     assert_eq!(leveled.meshes.bytes(), plan.meshes.bytes() + leveled.meshes.level_bytes());
     assert!(leveled.meshes.level_bytes() > indices && leveled.meshes.vertices == plan.meshes.vertices);
 }

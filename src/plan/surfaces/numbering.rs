@@ -1,0 +1,167 @@
+//! Triangles that are told by the vertices with which they begin. To ask for the number of its triangle costs a fragment shader on a GPU as much as a
+//! third of drawing it (docs/LIGHT_PATHS.md, "What a G-buffer costs"). A flat value, which is that of the first vertex, costs nothing; but no two triangles
+//! may begin with the same one.
+
+use crate::scene::Mesh;
+
+/// A mesh with vertices and indices in another order: its triangle i begins with its vertex i.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct NumberedMesh {
+    /// By vertex: which of the scene's mesh it is. Those with which no triangle of the mesh begins come last.
+    pub sources: Vec<u32>,
+    /// Three a triangle: in the order of the mesh's triangles, the same way round.
+    pub indices: Vec<u32>,
+    /// By level of detail.
+    pub levels: Vec<NumberedLevel>,
+}
+
+/// A level of detail, whose triangle i begins with the vertex `begin + i`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NumberedLevel {
+    pub begin: u32,
+    /// Three a triangle.
+    pub indices: Vec<u32>,
+}
+
+/// No vertex.
+const NONE: u32 = u32::MAX;
+
+/// The vertices so far.
+struct Vertices {
+    sources: Vec<u32>,
+    /// By vertex of the scene's mesh: the first that is this one.
+    homes: Vec<u32>,
+}
+
+impl Vertices {
+    fn push(&mut self, source: u32) {
+        let home = &mut self.homes[source as usize];
+        if *home == NONE {
+            *home = self.sources.len() as u32;
+        }
+        self.sources.push(source);
+    }
+
+    fn is_new(&self, source: u32) -> bool {
+        self.homes[source as usize] == NONE
+    }
+
+    fn home(&mut self, source: u32) -> u32 {
+        if self.is_new(source) {
+            self.push(source);
+        }
+        self.homes[source as usize]
+    }
+
+    /// Adds a vertex for each triangle to begin with, and returns the indices of all.
+    fn add(&mut self, indices: &[u32]) -> Vec<u32> {
+        let first = self.sources.len() as u32;
+        let turned: Vec<[u32; 3]> = indices
+            .as_chunks::<3>()
+            .0
+            .iter()
+            .map(|&[a, b, c]| {
+                // A corner that is not there yet needs a vertex in any case.
+                let turned = [[a, b, c], [b, c, a], [c, a, b]];
+                let own = turned.into_iter().find(|&[begin, ..]| self.is_new(begin)).unwrap_or(turned[0]);
+                self.push(own[0]);
+                own
+            })
+            .collect();
+        (first..).zip(turned).flat_map(|(begin, [_, b, c])| [begin, self.home(b), self.home(c)]).collect()
+    }
+}
+
+impl NumberedMesh {
+    /// Of a mesh and as many of its levels of detail as are to be drawn.
+    pub fn of(mesh: &Mesh, levels: usize) -> Self {
+        let mut vertices =
+            Vertices { sources: Vec::with_capacity(mesh.indices.len() / 3), homes: vec![NONE; mesh.positions.len()] };
+        let indices = vertices.add(&mesh.indices);
+        let made = if levels > 0 { mesh.levels_of_detail() } else { Default::default() };
+        let level = |level: &crate::scene::Level| {
+            let begin = vertices.sources.len() as u32;
+            NumberedLevel { begin, indices: vertices.add(&level.indices) }
+        };
+        let levels = made.iter().take(levels).map(level).collect();
+        Self { sources: vertices.sources, indices, levels }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn mesh(vertices: usize, indices: Vec<u32>) -> Mesh {
+        let points: Vec<_> = (0..vertices).map(|i| DVec3::new(i as f64, (i * i) as f64, 0.0)).collect();
+        Mesh { indices, ..Mesh::from_points("mesh", &points) }
+    }
+
+    /// The triangles as corners of the scene's mesh, each from its least corner on: turning one changes nothing.
+    fn triangles(indices: &[u32], source: impl Fn(u32) -> u32) -> Vec<[u32; 3]> {
+        let turned = |&triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(&source);
+            [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap_or_default()
+        };
+        indices.as_chunks::<3>().0.iter().map(turned).collect()
+    }
+
+    #[test]
+    fn a_strip_needs_a_vertex_for_each_triangle_and_two_more() {
+        let strip = mesh(6, vec![0, 1, 2, 2, 1, 3, 2, 3, 4, 4, 3, 5]);
+        let numbered = NumberedMesh::of(&strip, 0);
+        assert_eq!((numbered.sources.len(), numbered.indices.len()), (6, 12));
+        // A fan has all its triangles about one vertex, and each begins with another.
+        let fan = mesh(5, vec![0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 1]);
+        assert_eq!(NumberedMesh::of(&fan, 0).sources.len(), 5);
+    }
+
+    proptest! {
+        #[test]
+        fn each_triangle_begins_with_its_own_vertex_and_is_the_one_that_it_was(
+            indices in proptest::collection::vec(0..12u32, 0..60),
+        ) {
+            let indices = indices[..indices.len() / 3 * 3].to_vec();
+            let numbered = NumberedMesh::of(&mesh(12, indices.clone()), 0);
+            let source = |vertex: u32| numbered.sources[vertex as usize];
+            prop_assert_eq!(triangles(&numbered.indices, source), triangles(&indices, |vertex| vertex));
+            let count = indices.len() / 3;
+            prop_assert!((0..).zip(numbered.indices.as_chunks::<3>().0).all(|(number, triangle)| triangle[0] == number));
+            prop_assert!(numbered.sources.len() <= count + 12);
+        }
+    }
+
+    #[test]
+    fn triangles_of_levels_begin_with_vertices_of_their_own() {
+        let height = |x: f64, z: f64| (0.3 * x).sin() * (0.2 * z).cos();
+        let points: Vec<_> = (0..40 * 40).map(|i| (f64::from(i % 40), f64::from(i / 40))).collect();
+        let points: Vec<_> = points.into_iter().map(|(x, z)| DVec3::new(x, height(x, z), z)).collect();
+        let mut hills = Mesh::from_points("hills", &points);
+        let corners = (0..39 * 39u32).map(|i| 40 * (i / 39) + i % 39);
+        hills.indices = corners.flat_map(|i| [i, i + 40, i + 1, i + 1, i + 40, i + 41]).collect();
+        hills.compute_normals();
+        let made = hills.levels_of_detail();
+        let numbered = NumberedMesh::of(&hills, made.len());
+        assert!(made.len() >= 2 && numbered.levels.len() == made.len());
+        let source = |vertex: u32| numbered.sources[vertex as usize];
+        let mut end = hills.indices.len() as u32 / 3;
+        for (own, level) in numbered.levels.iter().zip(made.iter()) {
+            assert_eq!(triangles(&own.indices, source), triangles(&level.indices, |vertex| vertex));
+            assert!(own.begin >= end);
+            for (number, triangle) in (own.begin..).zip(own.indices.as_chunks::<3>().0) {
+                assert_eq!(triangle[0], number);
+                end = number + 1;
+            }
+        }
+        assert!(
+            numbered
+                .indices
+                .iter()
+                .chain(numbered.levels.iter().flat_map(|level| &level.indices))
+                .all(|&index| (index as usize) < numbered.sources.len())
+        );
+    }
+}
