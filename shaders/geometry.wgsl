@@ -57,11 +57,6 @@ override REFLECTANCE: bool = false;
 override LARGEST: f32 = 65000.0;
 // Largest coordinate that the position target holds.
 override FARTHEST: f32 = 65000.0;
-#ifdef PACKED
-// Low bits that hold the vertex with which a triangle begins.
-override TRIANGLE_BITS: u32 = 16u;
-#endif
-
 struct Vertex {
     @location(0) position: vec3<f32>,
 #ifndef OVERDRAW
@@ -87,13 +82,12 @@ struct Vertex {
     // Its look (material.wgsl).
     @location(13) look: vec4<u32>,
 #endif
+#ifdef TRIANGLE
+    @location(12) number: u32,
+#endif
 #ifdef PACKED
-    // Its place among the frame's instances.
-    @builtin(instance_index) instance: u32,
     // Its place among the vertices of all meshes.
     @builtin(vertex_index) own: u32,
-#else ifdef TRIANGLE
-    @location(12) number: u32,
 #endif
 }
 
@@ -128,8 +122,8 @@ struct Varying {
     @location(10) @interpolate(flat) look: u32,
 #endif
 #ifdef TRIANGLE
-    // The number of the object and 1; with PACKED the place of the instance, and below it the vertex with which the triangle begins: a value that is flat is that
-    // of the first vertex. To ask for the number of the triangle costs a GPU a third of drawing it.
+    // The number of the object and 1; with PACKED the code of the triangle, as each triangle begins with a vertex of its own and a flat value is that of the
+    // first vertex. To read `primitive_index` costs a GPU as much as a third of drawing.
     @location(9) @interpolate(flat, first) number: u32,
 #endif
 }
@@ -165,7 +159,8 @@ fn vertex(in: Vertex) -> Varying {
     out.look = in.look.w;
 #endif
 #ifdef PACKED
-    out.number = (in.instance << TRIANGLE_BITS) | in.own;
+    // The instance's number is the code of its first triangle, less the vertex with which that begins.
+    out.number = in.number + in.own;
 #else ifdef TRIANGLE
     out.number = in.number;
 #endif
@@ -205,7 +200,7 @@ fn cut_away(in: Varying) -> bool {
 #endif
 
 #ifdef TRIANGLE
-// The number of the object, from 1, and that of the triangle in its mesh, from 0; with PACKED one number that tells both.
+// The number of the object, from 1, and that of the triangle in its mesh, from 0; with PACKED the code of both (seen.wgsl).
 @fragment
 #ifdef PACKED
 fn fragment(in: Varying) -> @location(0) u32 {

@@ -235,7 +235,7 @@ fn write_spirv(module: &naga::Module, info: &ModuleInfo) -> Result<Vec<u32>, spv
             .collect(),
         // A counter in every loop costs time; our loops end.
         force_loop_bounding: false,
-        // One invocation would write all of it, and the others wait. Our shaders write what they read of it.
+        // naga would have one invocation zero the whole memory of a work group while the others wait. Our shaders write what they read.
         zero_initialize_workgroup_memory: spv::ZeroInitializeWorkgroupMemoryMode::None,
         // No divisor of ours is zero.
         emit_int_div_checks: false,

@@ -10,8 +10,7 @@ enable wgpu_binding_array;
 #import afterlight::texel::{Texel}
 #import afterlight::vectors::{unit_or}
 
-// Low bits of a pixel that hold the vertex with which its triangle begins, among those of all meshes; those above hold the place of its instance in the
-// frame. No other triangle of a mesh or of one of its levels begins with that vertex (src/plan/surfaces/numbering.rs).
+// Low bits of a pixel that hold the number of a triangle in its mesh; those above hold the place of its instance in the frame.
 override TRIANGLE_BITS: u32 = 16u;
 // Some mesh has vertex colours, or some instance a look.
 override EXTRAS: bool = false;
@@ -59,8 +58,7 @@ const LOOKS: u32 = 8192u;
 const MIRRORED: u32 = 16384u;
 const BRDF_SHIFT: u32 = 16u;
 
-// The first index of an instance's mesh or level, the mesh's first vertex, its material, and in bit 0 whether indices have 16 bits; above it, with which
-// vertex of the mesh the first triangle begins.
+// The first index of an instance's mesh, its first vertex, its material, and in bit 0 whether indices have 16 bits.
 @group(3) @binding(0) var<storage, read> instances: array<vec4<u32>>;
 // Three rows each, from the mesh to the world around the camera.
 @group(3) @binding(1) var<storage, read> instance_rows: array<vec4<f32>>;
@@ -124,8 +122,7 @@ fn hit_of(number: u32, pixel: vec2<f32>) -> Hit {
     hit.instance = number >> TRIANGLE_BITS;
     let record = instances[hit.instance];
     let narrow = (record.w & 1u) != 0u;
-    let begin = number & ((1u << TRIANGLE_BITS) - 1u);
-    let first = record.x + 3u * (begin - record.y - (record.w >> 1u));
+    let first = record.x + 3u * (number & ((1u << TRIANGLE_BITS) - 1u));
     hit.vertices = vec3(index_at(narrow, first), index_at(narrow, first + 1u), index_at(narrow, first + 2u)) + record.y;
     hit.material = record.z;
     let rows = rows_of(hit.instance);

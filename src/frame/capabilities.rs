@@ -44,6 +44,8 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
         reads_pushed_places_once: reads_pushed_places_once(&device.driver_name, &device.driver_info),
         primitive_index: device.features.geometry_shader == vk::TRUE,
         dynamic_textures: match device.features.shader_sampled_image_array_dynamic_indexing {
+            // SwiftShader says that it can, then warns of the capability as unsupported, and samples other textures.
+            vk::TRUE if device.driver_name.contains("SwiftShader") => 0,
             vk::TRUE => limits
                 .max_per_stage_descriptor_sampled_images
                 .min(limits.max_descriptor_set_sampled_images)

@@ -454,7 +454,8 @@ impl Renderer {
                 (view, visible.levels.as_ref(), uniform.clip_from_world),
             )?;
         }
-        frame.instances.write(&self.device, &self.world, (&visible, camera), &stale_maps)?;
+        let of_scene = (&self.world, &self.plan, &*self.scene);
+        frame.instances.write(&self.device, of_scene, (&visible, camera), &stale_maps)?;
         if let Some(seen) = &mut self.seen {
             let of_frame = (&frame.instances, frame.view.uv_maps());
             seen.write(&self.device, self.next, (&self.world, &self.plan, &self.scene), &visible, of_frame)?;

@@ -6,9 +6,9 @@ use ash::vk;
 use bytemuck::Pod;
 use glam::Vec4;
 
-use super::{LOOK, NUMBER, ROWS};
+use super::{GpuScene, LOOK, NUMBER, ROWS};
 use crate::gpu::{self, Buffer, Device, Location, MemoryKind};
-use crate::plan::{FramePlan, Shading};
+use crate::plan::{FramePlan, Shading, TriangleCode};
 use crate::scene::Camera;
 use crate::visible::{MapDraw, Visible, World};
 
@@ -18,7 +18,8 @@ pub struct Instances {
     pub(super) rows: List,
     /// Four rows each, from the mesh to a map's clip space: of one map after the other. None without shadow maps.
     casters: Option<List>,
-    /// The number of each one's object and 1, in the view of triangles.
+    /// The number of each one's object and 1, in the view of triangles; where they are looked up, the code of its first triangle, less the vertex with which that
+    /// begins.
     numbers: Option<List>,
     /// The look of each one, and of each caster, where the plan has looks.
     pub(super) looks: Option<List>,
@@ -42,7 +43,8 @@ impl Instances {
         Self {
             rows: list("instances"),
             casters: plan.shadow.is_some().then(|| list("casters")),
-            numbers: (plan.shading == Shading::ShowTriangle).then(|| list("numbers of instances")),
+            numbers: (plan.shading == Shading::ShowTriangle || plan.triangles.is_some())
+                .then(|| list("numbers of instances")),
             looks: plan.has_looks().then(|| list("looks of instances")),
             caster_looks: plan.has_caster_looks().then(|| list("looks of casters")),
         }
@@ -55,7 +57,7 @@ impl Instances {
     pub fn write(
         &mut self,
         device: &Arc<Device>,
-        world: &World,
+        (world, plan, scene): (&World, &FramePlan, &GpuScene),
         (visible, camera): (&Visible, &Camera),
         maps: &[MapDraw],
     ) -> gpu::Result<()> {
@@ -66,7 +68,11 @@ impl Instances {
         }
         if let Some(numbers) = &mut self.numbers {
             let number = |&object: &u32| world.objects[object as usize].number as u32 + 1;
-            numbers.write(device, &visible.instances.iter().map(number).collect::<Vec<_>>())?;
+            let own = match plan.triangles {
+                Some(code) => codes(code, world, scene, visible),
+                None => visible.instances.iter().map(number).collect(),
+            };
+            numbers.write(device, &own)?;
         }
         if let Some(looks) = &mut self.looks {
             looks.write(device, &visible.looks(world))?;
@@ -98,6 +104,22 @@ impl Instances {
             looks.bind(device, cmd, LOOK);
         }
     }
+}
+
+/// By place: the code of the instance's first triangle, less the vertex with which that begins, so that the next triangle's vertex leads to the next code. Both
+/// wrap.
+fn codes(code: TriangleCode, world: &World, scene: &GpuScene, visible: &Visible) -> Vec<u32> {
+    let mut codes = vec![0; visible.instances.len()];
+    for draw in visible.draws.iter().chain(&visible.shaded) {
+        let object = &world.objects[draw.object];
+        // The plan has the mesh of each object that a pass draws, and its levels.
+        let Some(range) = scene.level(object.mesh, object.deform, draw.level) else { continue };
+        let begin = range.begin.wrapping_add_signed(range.vertex_offset);
+        for place in draw.instances() {
+            codes[place as usize] = place.unbounded_shl(code.bits).wrapping_sub(begin);
+        }
+    }
+    codes
 }
 
 impl List {

@@ -258,6 +258,7 @@ impl GpuScene {
                 false => None,
             },
         };
+        drop(numbered);
         // Textures come last and are most of the bytes: each goes when it has been staged, and all else has gone before.
         source.forget_all_but_textures();
         gpu_scene.materials = Materials::new(device, &mut uploader, source, plan)?;

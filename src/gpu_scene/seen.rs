@@ -204,8 +204,7 @@ impl Seen {
             // The plan has the mesh of each object that a pass draws, and its levels.
             let Some(range) = scene.level(object.mesh, object.deform, draw.level) else { continue };
             let narrow = u32::from(range.width == IndexWidth::Bits16);
-            let begins = range.begin << 1 | narrow;
-            let record = [range.first_index, range.vertex_offset as u32, self.state_of[draw.object], begins];
+            let record = [range.first_index, range.vertex_offset as u32, self.state_of[draw.object], narrow];
             records[draw.first as usize..][..draw.count as usize].fill(record);
         }
         own.instances.write(device, &records)?;

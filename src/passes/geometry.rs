@@ -145,7 +145,6 @@ fn constants_of(plan: &FramePlan, key: GeometryKey) -> Vec<(u32, u32)> {
     let half_position = gbuffer.is_some_and(|gbuffer| gbuffer.position == Some(vk::Format::R16G16B16A16_SFLOAT));
     let farthest: f32 = if half_position { 65000.0 } else { f32::MAX };
     vec![
-        (constants::TRIANGLE_BITS, plan.triangles.map_or(0, |code| code.bits)),
         (constants::TEXTURES, key.textures.bits()),
         (constants::FOOTPRINT, plan.footprint.to_bits()),
         (constants::PLACES, plan.places_of_shaders()),

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::{Capabilities, Error, MeshPlan, SurfaceRules, TexturePlan, ao};
 use crate::scene::{Culling, GbufferChoice, Mesh, Sampler, Scene, Settings};
 
-/// The code of 32 bits for the triangle that a pixel shows: in the low bits the vertex with which it begins, above them the place of its instance in
+/// The code of 32 bits for the triangle that a pixel shows: in the low bits its number in its mesh or level of detail, above them the place of its instance in
 /// the frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TriangleCode {
@@ -31,11 +31,13 @@ pub(super) fn is_out(scene: &Scene, settings: &Settings, device: &Capabilities) 
     // Each texture in each way, and the neutral ones.
     let images = (scene.textures.len() as u64 + 2) * atlases.iter().map(sheets).sum::<u64>();
     let samplers: BTreeSet<Sampler> = scene.textures.iter().map(|texture| texture.sampler).collect();
-    // At most: no triangle begins with a vertex of another. Levels of detail have fewer triangles than the mesh has, all together.
-    let most = |mesh: &Mesh| mesh.positions.len() as u64 + 2 * (mesh.indices.len() as u64 / 3);
-    let vertices: u64 = scene.meshes.iter().map(most).sum();
-    let bits = bits_of(vertices.saturating_sub(1)) + bits_of((2 * scene.objects.len() as u64).saturating_sub(1));
-    let indices: u64 = scene.meshes.iter().map(|mesh| 2 * mesh.indices.len() as u64).sum();
+    let triangles = |mesh: &Mesh| mesh.indices.len() as u64 / 3;
+    let largest = scene.meshes.iter().map(triangles).max().unwrap_or(0);
+    let bits = bits_of(largest.saturating_sub(1)) + bits_of((2 * scene.objects.len() as u64).saturating_sub(1));
+    // At most: a level of detail has up to .8 of the triangles of the one before, and no triangle begins with a vertex of another.
+    let times = if settings.lod > 0.0 { 5 } else { 1 };
+    let vertices: u64 = scene.meshes.iter().map(|mesh| mesh.positions.len() as u64 + times * triangles(mesh)).sum();
+    let indices: u64 = scene.meshes.iter().map(|mesh| times * mesh.indices.len() as u64).sum();
     [
         (
             !scene.textures.is_empty() && images + u64::from(IMAGES) > u64::from(device.dynamic_textures),
@@ -49,7 +51,7 @@ pub(super) fn is_out(scene: &Scene, settings: &Settings, device: &Capabilities) 
             "a buffer of the scene is larger than the device's shaders can address",
         ),
         (scene.objects.iter().any(|object| scene.deforms(object)), "some meshes are deformed"),
-        (bits > u32::BITS, "the numbers of triangles and instances may not fit into 32 bits"),
+        (bits > u32::BITS, "triangle and instance numbers do not fit into 32 bits"),
         (settings.culling == Culling::Gpu, "culling on the device is asked for"),
         (device.numbered_msaa & settings.msaa == 0, "the device reads no textures of so many samples of integers"),
         (
@@ -114,12 +116,12 @@ pub(super) fn choose(
     }
     // Twice: once more after a depth pre-pass.
     let instances = 2 * rules.drawn(scene).count() as u64;
-    let bits = bits_of(meshes.vertices.saturating_sub(1));
+    let triangles = meshes.meshes.iter().map(|mesh| u64::from(mesh.index_count / 3)).max().unwrap_or(0);
+    let bits = bits_of(triangles.saturating_sub(1));
     let needed = bits + bits_of(instances.saturating_sub(1));
     if needed > u32::BITS {
         return refuse(format!(
-            "{} vertices and {} objects are numbered by {needed} bits, and a pixel has 32",
-            meshes.vertices,
+            "{triangles} triangles of a mesh and {} objects are numbered by {needed} bits, and a pixel has 32",
             instances / 2
         ));
     }

@@ -1,6 +1,7 @@
 //! Levels of detail of a mesh: the same surface with ever fewer triangles, drawn at distances from which nobody sees the difference.
 //!
-//! A level has vertices of its mesh alone, so that it costs indices and nothing else. Edges are collapsed by `meshoptimizer-rs`, a port of
+//! A level has vertices of its mesh alone, so that it costs indices and nothing else (but where triangles are told by their vertices, one for each of its
+//! triangles). Edges are collapsed by `meshoptimizer-rs`, a port of
 //! meshoptimizer's simplifier to Rust (`meshopt` compiles the original, in C++), by the quadrics of Garland and Heckbert (1998), which count
 //! normals, texture coordinates and colours as well. Seams of those stay closed, and a mesh's open borders stay as they are: another mesh may
 //! begin there. Each level is made from the one before, which is nearer to the mesh in the end than from the mesh itself (a sphere of 3,968

@@ -14,7 +14,8 @@ use crate::plan::box_tree::BoxTree;
 use crate::plan::{GeometryKey, Reach};
 use crate::scene::{Aabb, Camera};
 
-/// Steps of depth by which visible objects are sorted: near ones first, so that early depth tests save the most, and yet in few commands.
+/// Steps of depth by which visible objects are sorted, by the far ends of their boxes: near ones first, so that early depth tests save the most, and yet in few
+/// commands.
 pub const STEPS: usize = 32;
 
 /// A command: instances of one level of a mesh with one material.
@@ -347,7 +348,7 @@ impl DepthSteps {
         }
     }
 
-    /// By its far end: whatever reaches far is behind most of what is as near in its middle, as the walls of a hall are behind all that stands in it.
+    /// Returns the step of a box's far end. The walls of a hall reach farther than what stands in it, and mostly are behind it, though their middle is nearer.
     fn of_box(&self, (center, half): (Vec3, Vec3)) -> usize {
         let (offset, along) = (center - self.camera, self.forward.abs());
         let middle = offset.x * self.forward.x + offset.y * self.forward.y + offset.z * self.forward.z;

@@ -34,12 +34,10 @@ const fn refusal(profile: &'static str, paths: &'static [&'static str], says: &'
 }
 
 const FLOAT_BLENDING: &str = "adds lights by blending into 32-bit floats, which this device cannot: try clustered";
-const TRIANGLES: &str = "this device does not number triangles (it lacks geometryShader): choose another";
 const COLOURS: &str = "needs a G-buffer of 5 colour attachments in one subpass, and the device has 4";
 
 /// All refusals of these devices. docs/DEVICES.md has them in a table.
 const REFUSALS: &[Refusal] = &[
-    refusal("portability", &["visibility"], TRIANGLES),
     refusal("least", &["per-light", "volumes"], FLOAT_BLENDING),
     refusal(
         "least",
@@ -58,7 +56,6 @@ const REFUSALS: &[Refusal] = &[
         "a shader names 7 buffers for them, and on this device at most 4: choose --particles off",
     ),
     refusal("phone", &["per-light", "volumes"], FLOAT_BLENDING),
-    refusal("phone", &["visibility"], TRIANGLES),
     refusal("phone", &["loop", "clustered", "compute"], COLOURS),
     refusal(
         "small-shared-memory",

@@ -48,8 +48,8 @@ pub(super) fn gbuffer(plan: &FramePlan) -> Vec<Part> {
         }
         if let Some(code) = plan.triangles {
             let why = match code.bits {
-                0 => "instance: nothing is drawn".into(),
-                bits => format!("low {}: first vertex of the triangle; above: instance", counted(bits as usize, "bit")),
+                0 => "instance: each mesh is one triangle".into(),
+                bits => format!("low {}: triangle in its mesh; above: instance", counted(bits as usize, "bit")),
             };
             parts.push(attachment("triangle", Target::Triangle, why));
         }

@@ -1,6 +1,6 @@
-//! Triangles that are told by the vertices with which they begin. To ask for the number of its triangle costs a fragment shader on a GPU as much as a
-//! third of drawing it (docs/LIGHT_PATHS.md, "What a G-buffer costs"). A flat value, which is that of the first vertex, costs nothing; but no two triangles
-//! may begin with the same one.
+//! The light path `visibility` tells a triangle by the vertex with which it begins. A fragment shader that reads `primitive_index` makes a GPU draw triangles for a
+//! third longer (docs/LIGHT_PATHS.md, "What a G-buffer costs"). A flat value, which is that of the first vertex, costs nothing; but no two triangles may begin
+//! with the same vertex.
 
 use crate::scene::Mesh;
 

@@ -177,7 +177,7 @@ impl ShadowView {
         Arc::new(self)
     }
 
-    /// Returns how far from the light a box reaches: metres along the view of a lamp's map, parts of the depth of a sun's.
+    /// Returns how far from the light a box reaches: metres along the view of a map with perspective, parts of the depth of another's.
     fn reach_of(&self, bounds: &Aabb) -> f64 {
         let (center, half) = (bounds.center(), bounds.size() * 0.5);
         let [.., depth, w] = self.rows;
