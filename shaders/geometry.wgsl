@@ -123,7 +123,7 @@ struct Varying {
 #endif
 #ifdef TRIANGLE
     // The number of the object and 1; with PACKED the code of the triangle, as each triangle begins with a vertex of its own and a flat value is that of the
-    // first vertex. To read `primitive_index` costs a GPU as much as a third of drawing.
+    // first vertex. Reading `primitive_index` costs a GPU up to a third of drawing.
     @location(9) @interpolate(flat, first) number: u32,
 #endif
 }
