@@ -73,7 +73,7 @@ impl Vertices {
 }
 
 impl NumberedMesh {
-    /// Of a mesh and as many of its levels of detail as are to be drawn.
+    /// Numbers the triangles of a mesh, and of the first so many of its levels of detail.
     pub fn of(mesh: &Mesh, levels: usize) -> Self {
         let mut vertices =
             Vertices { sources: Vec::with_capacity(mesh.indices.len() / 3), homes: vec![NONE; mesh.positions.len()] };
