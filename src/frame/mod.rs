@@ -10,10 +10,13 @@ mod complexity;
 mod deferred;
 pub mod edges;
 pub mod experiment;
+mod figures;
 mod froxels;
 mod jitter;
+mod kind;
 pub mod list;
 mod particles;
+mod picture;
 #[cfg(feature = "present")]
 mod present;
 pub mod proof;
@@ -36,7 +39,10 @@ pub use accumulate::Accumulator;
 pub use capabilities::capabilities;
 pub use changes::Changed;
 pub use complexity::Complexity;
+pub use figures::{Drawn, FrameTimes};
 pub use jitter::{Order, lens_point, moment, sample_offset};
+pub(crate) use kind::FrameParts;
+pub use picture::{Picture, Pixels};
 #[cfg(feature = "present")]
 pub use present::{Fitted, Outcome, Presenter};
 #[cfg(feature = "present")]
@@ -46,9 +52,8 @@ pub use timeline::FRAMES_A_SECOND;
 pub use triangles::triangles;
 
 use builder::RendererBuilder;
-use deferred::Deferred;
 use edges::Edges;
-use tiled::TiledFrame;
+use kind::Frame;
 use timeline::Timeline;
 
 use std::sync::Arc;
@@ -56,14 +61,14 @@ use std::time::Instant;
 
 use ash::vk;
 
-use crate::gpu::{self, Around, CommandBuffer, Device, Image, Owned, Ticket, Timestamps};
+use crate::gpu::{self, Around, CommandBuffer, Device, Owned, Ticket, Timestamps};
 use crate::gpu_scene::{
     Culling, FrameUniform, GpuScene, Instances, PoseBuffer, Seen, ShadowAtlas, SortedIndices, ViewBuffers,
 };
+use crate::passes::Recording;
 use crate::passes::copy::Copy;
-use crate::passes::{Recording, SetLayouts};
 use crate::plan::{self, FramePlan};
-use crate::scene::{self, Camera, Scene, Settings, ThinLens};
+use crate::scene::{self, Camera, Scene, Settings};
 use crate::visible::{Eye, MapDraw, STEPS, ShadowCache, Since, Visible, World};
 
 /// While the device draws one frame, the CPU records the next.
@@ -84,71 +89,6 @@ impl From<scene::Error> for Error {
     fn from(error: scene::Error) -> Self {
         Self::Plan(error.into())
     }
-}
-
-/// The figures of a frame that was drawn.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Drawn {
-    /// Opaque objects that were drawn, but for those of `on_device`.
-    pub objects: usize,
-    /// Opaque objects among which the device finds the visible ones, and draws them. Their triangles are not counted.
-    pub on_device: usize,
-    /// The number of those that it drew; known when the frame is done.
-    pub found: Option<usize>,
-    /// Commands that draw surfaces.
-    pub commands: usize,
-    /// Beside or behind the view.
-    pub culled: usize,
-    /// In view, behind others.
-    pub occluded: usize,
-    /// Triangles of all draws.
-    pub triangles: usize,
-    /// Lights of the plan that reach a surface in view and are drawn.
-    pub lights: usize,
-    /// The plan's other lights: they reach no surface in view, or come after the last light of a halted frame.
-    pub idle_lights: usize,
-    /// Draws into shadow maps.
-    pub casters: usize,
-    /// Draws into shadow maps that were left out, because no surface in view lies in their shadow.
-    pub idle_casters: usize,
-    /// Shadow maps that are looked up.
-    pub shadow_maps: usize,
-    /// Shadow maps that were drawn anew.
-    pub shadow_maps_drawn: usize,
-}
-
-/// The times of a frame.
-#[derive(Debug, Clone, Default)]
-pub struct FrameTimes {
-    /// CPU: deciding what is visible and recording it.
-    pub record_ms: f64,
-    /// From the start of recording until the device was done.
-    pub wall_ms: f64,
-    /// The whole frame by the device's own clock.
-    pub gpu_ms: Option<f64>,
-    /// By pass, by the device's own clock. Empty on CPU devices: they shade when they like, whatever subpass is recorded.
-    pub passes: Vec<(String, f64)>,
-    /// The frame's figures.
-    pub drawn: Drawn,
-}
-
-/// A finished picture, rows from the top.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Picture {
-    /// Width and height in pixels.
-    pub size: [u32; 2],
-    /// The texels, row by row.
-    pub pixels: Pixels,
-}
-
-/// The texels of a picture, RGBA.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Pixels {
-    /// Tone-mapped, sRGB-encoded.
-    Srgb8(Vec<u8>),
-    /// Linear, in nits or exposed as [`Output`] says, or the values of a view; exposed in a frame of a tone-mapped picture that is made of
-    /// several.
-    LinearF32(Vec<f32>),
 }
 
 /// The resources of one frame in flight.
@@ -191,99 +131,6 @@ struct Recorded {
     /// The revision of the world's pose that it draws.
     pose: u64,
     since: Option<Since>,
-}
-
-/// The kind of frame that a plan makes.
-enum Frame {
-    Deferred(Box<Deferred>),
-    Tiled(Box<TiledFrame>),
-}
-
-/// The inputs from which frames are made.
-#[derive(Clone, Copy)]
-pub(crate) struct FrameParts<'a> {
-    pub device: &'a Arc<Device>,
-    pub plan: &'a FramePlan,
-    /// Every stage, access and layout of its dependencies.
-    pub edges: &'a Edges,
-    /// The layout of set 0.
-    pub frame_layout: vk::DescriptorSetLayout,
-    /// The shadow maps, if the plan has any.
-    pub atlas: Option<&'a ShadowAtlas>,
-    pub scene: &'a GpuScene,
-    pub world: &'a World,
-    /// The poses of the frames in flight, in their order, if the plan deforms objects.
-    pub poses: &'a [PoseBuffer],
-    /// Present if the plan culls on the device.
-    pub culling: Option<&'a Culling>,
-    /// Present if TILED looks up the surfaces that pixels show.
-    pub seen: Option<&'a Seen>,
-    /// Views of the swapchain's images; none where pictures are not presented.
-    pub swapchain: &'a [vk::ImageView],
-}
-
-impl FrameParts<'_> {
-    /// The layouts of sets 0 and 2.
-    fn layouts(&self) -> SetLayouts {
-        SetLayouts { frame: self.frame_layout, shadows: self.atlas.map(|atlas| atlas.set_layout.raw) }
-    }
-}
-
-impl Frame {
-    fn new(parts: &FrameParts) -> gpu::Result<Self> {
-        Ok(match parts.plan.is_tiled() {
-            true => Self::Tiled(Box::new(TiledFrame::new(parts)?)),
-            false => Self::Deferred(Box::new(Deferred::new(parts)?)),
-        })
-    }
-
-    /// The fog's froxels, which set 0 names, where the plan has some.
-    fn froxels(&self) -> Option<&gpu::Buffer> {
-        match self {
-            Self::Deferred(frame) => frame.froxels(),
-            Self::Tiled(_) => None,
-        }
-    }
-
-    /// Makes the objects of the picture's size anew.
-    #[cfg(feature = "present")]
-    fn resize(&mut self, parts: &FrameParts) -> gpu::Result<()> {
-        match self {
-            Self::Deferred(frame) => frame.resize(parts),
-            Self::Tiled(frame) => frame.resize(parts),
-        }
-    }
-
-    /// Re-exposes the background's clear colours.
-    fn expose(&mut self, plan: &FramePlan, world: &World) {
-        match self {
-            Self::Deferred(frame) => frame.expose(plan, world),
-            Self::Tiled(frame) => frame.expose(plan, world),
-        }
-    }
-
-    /// Writes what the passes of one frame in flight read of their own. The frame that used it before must be done.
-    fn write(&self, place: usize, visible: &Visible) -> gpu::Result<()> {
-        match self {
-            Self::Deferred(frame) => frame.write(place, visible),
-            Self::Tiled(_) => Ok(()),
-        }
-    }
-
-    fn record(&self, recording: &Recording, times: &mut Option<Timestamps>) {
-        match self {
-            Self::Deferred(frame) => frame.record(recording, times),
-            Self::Tiled(frame) => frame.record(recording, times),
-        }
-    }
-
-    /// The picture, in TRANSFER_SRC_OPTIMAL after the frame, unless it is in an image of the swapchain.
-    fn output(&self, plan: &FramePlan) -> Option<&Image> {
-        match self {
-            Self::Deferred(frame) => frame.output(plan),
-            Self::Tiled(frame) => frame.output(plan),
-        }
-    }
 }
 
 /// Draws frames of one scene with one plan.
@@ -552,71 +399,6 @@ impl Renderer {
         let times = &self.frames[(self.next + IN_FLIGHT - 1) % IN_FLIGHT].times;
         // The first point is the frame's begin.
         times.as_ref().and_then(|times| times.labels().get(1..)).unwrap_or_default()
-    }
-
-    /// Draws the picture that the settings ask for, of one frame or many, and reads it back. Many look through all of the lens where there is one.
-    /// `drawn` is told of each frame.
-    ///
-    /// # Errors
-    /// When the device is lost, or it lacks the memory for a copy.
-    pub fn picture(&mut self, camera: &Camera, drawn: impl FnMut()) -> Result<Picture, Error> {
-        self.picture_while(|_, _| Ok::<_, Error>(*camera), drawn)
-    }
-
-    /// Makes the next frame begin anew, where frames are averaged over time: it shows something else than the frame before, as after a cut of a film.
-    pub fn cut(&mut self) {
-        self.timeline.begin(self.plan.taa.map_or(1, |taa| taa.history));
-    }
-
-    /// Returns true if more frames of the same would still come nearer to the truth.
-    pub fn converges(&self) -> bool {
-        self.plan.taa.is_some_and(|taa| self.timeline.still() < taa.history)
-    }
-
-    /// The camera of frame `index` of a picture: where the settings ask for a lens and several frames, it stands in that frame's own point of it.
-    pub fn behind_lens(&self, camera: &Camera, index: u32) -> Camera {
-        let count = self.plan.samples;
-        let lens = ThinLens::of(&self.settings, camera).filter(|_| count > 1);
-        lens.map_or(*camera, |lens| lens.through(camera, lens_point(index, count)))
-    }
-
-    /// The same while things move and the shutter is open: before each frame `go_to` is given this renderer and the frame's moment, in seconds after the
-    /// shutter opens; it poses the renderer, and returns the camera of that moment. One frame alone shows the moment 0. Where frames are averaged over
-    /// time, a picture begins with a cut, and its frames show moments before 0, 60 a second, and at last 0.
-    ///
-    /// # Errors
-    /// Those of `go_to`, and as [`Renderer::picture`].
-    pub fn picture_while<E: From<Error>>(
-        &mut self,
-        mut go_to: impl FnMut(&mut Self, f64) -> Result<Camera, E>,
-        mut drawn: impl FnMut(),
-    ) -> Result<Picture, E> {
-        let (count, shutter) = (self.plan.samples, f64::from(self.settings.shutter));
-        if let Some(taa) = self.plan.taa {
-            self.timeline.begin(taa.frames.min(taa.history));
-            for left in (0..taa.frames).rev() {
-                let camera = go_to(self, -f64::from(left) / FRAMES_A_SECOND)?;
-                self.render(&camera)?;
-                drawn();
-            }
-            return Ok(self.read_back()?);
-        }
-        if count == 1 {
-            let camera = go_to(self, 0.0)?;
-            self.render(&camera)?;
-            drawn();
-            return Ok(self.read_back()?);
-        }
-        let mut sum = Accumulator::new(&self.plan);
-        for index in 0..count {
-            let camera = go_to(self, moment(index, count) * shutter)?;
-            self.render_jittered(&self.behind_lens(&camera, index), sample_offset(index, count))?;
-            self.look_at_linear(|rgba| {
-                drawn();
-                sum.add(rgba);
-            })?;
-        }
-        Ok(sum.picture())
     }
 }
 

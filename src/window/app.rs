@@ -2,9 +2,12 @@
 
 mod clips;
 mod events;
+mod input;
 mod pace;
 mod reload;
 mod split;
+
+pub use input::help;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -12,16 +15,13 @@ use std::time::{Duration, Instant};
 use glam::DVec2;
 use winit::dpi::{PhysicalPosition, PhysicalSize};
 use winit::event_loop::ActiveEventLoop;
-use winit::keyboard::KeyCode;
 #[cfg(all(unix, not(target_vendor = "apple")))]
 use winit::platform::wayland::WindowAttributesExtWayland;
 use winit::window::Window;
 
-use super::camera::{CameraControl, Held, Mode};
+use super::camera::{CameraControl, Held};
 use super::clock::{Clock, Summary};
-use super::controls::Controls;
 use super::icon::icon;
-use super::keys::{Action, HELP, action};
 use super::player::Player;
 use super::recorder::Recorder;
 use super::resolution::Resolution;
@@ -32,13 +32,8 @@ use super::{Error, Options, surface_of};
 use crate::frame::{self, Fitted, Outcome, Presenter};
 use crate::gpu::{self, Device, Fit, vk};
 use crate::passes::overlay::Panels;
-use crate::reference::View;
-use crate::scene::{Scene, Settings, SettingsPatch};
+use crate::scene::{Scene, Settings};
 
-/// Pixels that a wheel which tells its way in pixels goes for a notch.
-const PIXELS_A_NOTCH: f64 = 40.0;
-/// Pixels that the mouse may go while a button is held down for a click.
-const CLICK: f64 = 4.0;
 /// The time that a camera is taken forward as it begins to move, so that the first frame shows it.
 const FIRST: Duration = Duration::from_micros(16_667);
 /// The time after which an image that was not available is asked for again.
@@ -182,7 +177,7 @@ impl<'a> App<'a> {
     fn open(&mut self, events: &ActiveEventLoop) -> Result<(), Error> {
         let [width, height] = self.subject.settings.size;
         let attributes = Window::default_attributes()
-            .with_title(title(&self.subject.scene, None))
+            .with_title(pace::title(&self.subject.scene, None))
             .with_window_icon(icon())
             .with_inner_size(PhysicalSize::new(width, height));
         // The name of `assets/afterlight.desktop`, from which Wayland takes the icon: the app id there, the class on X11.
@@ -491,128 +486,6 @@ impl<'a> App<'a> {
                 || self.subject.player.runs()
                 || self.opened.as_ref().is_some_and(|opened| opened.presenter.converges()))
     }
-
-    fn press(&mut self, events: &ActiveEventLoop, key: KeyCode) {
-        // Records the camera's place until now: the key may make it jump.
-        if let Some(recording) = &mut self.recording {
-            recording.take(Instant::now(), *self.control.camera());
-        }
-        match action(key, self.with_control, self.with_shift) {
-            Some(Action::Quit) => {
-                if !self.end_steps_or_marks() {
-                    events.exit();
-                }
-            }
-            Some(Action::Help) => {
-                (self.options.tell)(&help());
-                self.open_panels(|controls| controls.keys = !controls.keys);
-            }
-            Some(Action::Panels) => self.open_panels(|controls| controls.shown = !controls.shown),
-            Some(Action::View { back }) => {
-                if let Some(Opened { interface, presenter, .. }) = &mut self.opened {
-                    self.unfit |= interface.turn_view(presenter, &mut self.subject, back);
-                    (self.options.tell)(&format!("view: {}", self.subject.settings.view));
-                }
-            }
-            Some(Action::Step { back }) => {
-                if let Some(Opened { interface, presenter, .. }) = &mut self.opened {
-                    self.unfit |= interface.step(presenter, &self.subject, back);
-                    (self.options.tell)(&interface.stepper().line(&self.subject.scene));
-                }
-            }
-            Some(action @ (Action::Play | Action::Nudge { .. } | Action::Clip { .. })) => self.change_clips(action),
-            Some(Action::Record) => self.record(),
-            Some(Action::Scene) => self.keep_scene(),
-            Some(Action::Resolution) => self.switch_resolution(),
-            Some(Action::Compare) => self.open_panels(|controls| controls.asks_truth = true),
-            Some(Action::Reset) => self.control.reset(),
-            Some(Action::Orbit) => {
-                self.control.toggle_orbit();
-                let mode = match self.control.mode() {
-                    Mode::Fly => "fly",
-                    Mode::Orbit => "orbit",
-                };
-                (self.options.tell)(&format!("camera: {mode}"));
-            }
-            Some(Action::Screenshot) => self.screenshot = true,
-            Some(Action::Light) => self.light = true,
-            Some(Action::Split { next }) => self.split(next),
-            Some(Action::Bookmark(number)) => {
-                self.control.bookmark(number);
-                (self.options.tell)(&format!("camera {} is kept: --camera \"{}\"", number + 1, self.control.camera()));
-            }
-            Some(Action::Recall(number)) => {
-                if !self.control.recall(number) {
-                    (self.options.tell)(&format!("no camera is kept as {0}: Ctrl+{0} keeps one", number + 1));
-                }
-            }
-            None => return,
-        }
-        self.ask_for_frame();
-    }
-
-    /// False if there was nothing to be ended.
-    fn end_steps_or_marks(&mut self) -> bool {
-        match &mut self.opened {
-            Some(Opened { interface, presenter, .. }) if interface.stepper().is_open() => {
-                self.unfit |= interface.end_steps(presenter, &self.subject);
-                true
-            }
-            opened => opened.as_mut().is_some_and(|opened| opened.interface.clear()),
-        }
-    }
-
-    fn open_panels(&mut self, change: impl FnOnce(&mut Controls)) {
-        if let Some(opened) = &mut self.opened {
-            change(&mut opened.interface.controls);
-        }
-    }
-
-    /// Begins to record the camera's path, or ends it and writes it.
-    fn record(&mut self) {
-        let Some(recorder) = self.recording.take() else {
-            self.recording = Some(Recorder::new(Instant::now(), *self.control.camera()));
-            return (self.options.tell)("path: recording, until K is pressed again");
-        };
-        let path = recorder.end(Instant::now(), *self.control.camera());
-        let told = path.map_err(|error| error.to_string()).and_then(|path| (self.options.keep_path)(&path));
-        (self.options.tell)(&told.unwrap_or_else(|error| format!("warning: no path: {error}")));
-    }
-
-    /// Writes the present view as a scene file, of the window's size.
-    fn keep_scene(&mut self) {
-        let Some(Opened { window, .. }) = &self.opened else { return };
-        let PhysicalSize { width, height } = window.inner_size();
-        let settings = SettingsPatch { size: Some([width, height]), ..self.subject.settings.patch() };
-        let told = (self.options.keep_scene)(&self.subject.scene, self.control.camera(), &settings);
-        (self.options.tell)(&told.unwrap_or_else(|error| format!("warning: no scene file: {error}")));
-        if self.subject.has_other_roughness() {
-            (self.options.tell)("warning: a scene file cannot say that all materials are as rough");
-        }
-    }
-
-    /// Asks for the object under the mouse.
-    fn pick(&mut self) {
-        if let Some(Opened { interface, window, .. }) = &mut self.opened {
-            let PhysicalSize { width, height } = window.inner_size();
-            let view = View { camera: *self.control.camera(), size: [width, height] };
-            interface.pick(&self.subject, view, self.mouse);
-        }
-    }
-
-    fn drag(&mut self, position: PhysicalPosition<f64>) {
-        self.mouse = DVec2::new(position.x, position.y);
-        if self.drag_divider() || !self.dragging {
-            return;
-        }
-        let height = self.opened.as_ref().map_or(1, |opened| opened.window.inner_size().height.max(1));
-        if let Some(last) = self.dragged.replace(position) {
-            let part = |pixels: f64| pixels / f64::from(height);
-            self.way += (position.x - last.x).abs() + (position.y - last.y).abs();
-            self.control.drag(part(position.x - last.x), part(position.y - last.y));
-            self.ask_for_frame();
-        }
-    }
 }
 
 fn at_once(fits: bool) -> Fitted {
@@ -625,17 +498,4 @@ fn tell_mode(presenter: &Presenter, options: &Options) {
         let vsync = format!("{:?}", options.vsync).to_lowercase();
         (options.tell)(&format!("warning: this window has no --vsync {vsync}: frames follow each other by {mode:?}"));
     }
-}
-
-fn title(scene: &Scene, times: Option<&str>) -> String {
-    let times = times.map(|times| format!(" - {times}")).unwrap_or_default();
-    format!("{} - Afterlight{times}", scene.name)
-}
-
-/// The keys, one a line.
-pub fn help() -> String {
-    let widest = HELP.iter().map(|(keys, _)| keys.len()).max().unwrap_or(0);
-    let line = |(keys, what): &(&str, &str)| format!("  {keys:widest$}  {what}");
-    let lines: Vec<String> = HELP.iter().map(line).collect();
-    format!("Keys\n{}", lines.join("\n"))
 }

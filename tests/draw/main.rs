@@ -24,6 +24,7 @@ mod lens;
 #[cfg(feature = "report")]
 mod levels;
 mod looks;
+mod multisampling;
 mod nine_times;
 mod orthographic;
 mod outputs;

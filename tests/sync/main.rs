@@ -10,6 +10,7 @@ mod combinations;
 mod failures;
 mod gpu;
 mod necessity;
+mod pipelines;
 mod proof;
 mod validation;
 mod validation_modes;

@@ -546,3 +546,17 @@ fn casters_come_in_the_order_of_how_far_from_the_light_they_reach() {
         assert!(!orders.is_empty() && orders.iter().all(|order| *order == [1, 0]), "{light:?}: {orders:?}");
     }
 }
+
+#[test]
+fn a_ground_that_reaches_beyond_all_casters_leaves_their_order() {
+    let ground = (DVec3::new(0.0, -0.1, 0.0), DVec3::new(1000.0, 0.1, 1000.0));
+    let boxes = [(DVec3::new(6.0, 1.0, 0.0), DVec3::ONE), (DVec3::new(3.0, 1.0, 0.0), DVec3::ONE), ground];
+    for light in [lamp(DVec3::Y, None), spot(DVec3::Y, DVec3::X, 40.0)] {
+        let (world, plan) = planned(&scene(&boxes, vec![light.clone()]), three(), &samples::device());
+        let camera = Camera::looking_at(DVec3::new(0.0, 2.0, 20.0), DVec3::ZERO, DVec3::Y);
+        let views = Visible::of(&world, &camera, &plan).shadows;
+        let orders = views.iter().flatten().map(|view| view.casters.iter().map(|caster| caster.object).collect());
+        let orders: Vec<Vec<usize>> = orders.filter(|order: &Vec<usize>| order.len() == 3).collect();
+        assert_eq!(orders, [[1, 0, 2]], "{light:?}");
+    }
+}

@@ -47,6 +47,13 @@ pub struct Caster {
     pub level: u8,
 }
 
+/// How far from the light the middle and the far end of a box lie: metres along the view of a map with perspective, parts of the depth of another's.
+#[derive(Debug, Clone, Copy)]
+struct Reach {
+    middle: f64,
+    end: f64,
+}
+
 /// Steps of depth by which casters are sorted: more of them make more commands, and beyond these they save less than 3% (docs/FIGURES.md).
 const CASTER_STEPS: u32 = 16;
 
@@ -161,11 +168,11 @@ impl ShadowView {
             object.casts != CastsShadow::No && self.may_shadow(&object.bounds)
         };
         let casters = (0..world.objects.len()).filter(casts);
-        let mut casters: Vec<(usize, f64)> =
+        let mut casters: Vec<(usize, Reach)> =
             casters.map(|index| (index, self.reach_of(&world.objects[index].bounds))).collect();
-        let farthest = casters.iter().fold(0.0, |far: f64, &(_, reach)| far.max(reach));
-        // The cast takes a NaN for 0.
-        let step = |reach: f64| (reach / farthest * f64::from(CASTER_STEPS - 1)).round() as u32;
+        // Not that of the farthest end: a wide ground reaches far beyond all that stands on it, which would share a step.
+        let farthest = casters.iter().fold(0.0, |far: f64, (_, reach)| far.max(reach.middle));
+        let step = |reach: Reach| ((reach.end / farthest).min(1.0) * f64::from(CASTER_STEPS - 1)).round() as u32;
         // Casters that share a pipeline follow each other, those near the light first, so that early depth tests save the most: a map's time is that of the
         // texels that are written. Of those in a step of depth the ones that share a material and a mesh follow each other.
         casters.sort_by_cached_key(|&(index, reach)| {
@@ -177,14 +184,12 @@ impl ShadowView {
         Arc::new(self)
     }
 
-    /// Returns how far from the light a box reaches: metres along the view of a map with perspective, parts of the depth of another's.
-    fn reach_of(&self, bounds: &Aabb) -> f64 {
-        let (center, half) = (bounds.center(), bounds.size() * 0.5);
+    fn reach_of(&self, bounds: &Aabb) -> Reach {
         let [.., depth, w] = self.rows;
-        match self.is_perspective() {
-            true => w.truncate().dot(center) + w.w + w.truncate().abs().dot(half),
-            false => 1.0 - (depth.truncate().dot(center) + depth.w - depth.truncate().abs().dot(half)) / w.w,
-        }
+        // Depth falls away from the light.
+        let along = if self.is_perspective() { w } else { (DVec4::W * w.w - depth) / w.w };
+        let middle = along.truncate().dot(bounds.center()) + along.w;
+        Reach { middle, end: middle + along.truncate().abs().dot(bounds.size() * 0.5) }
     }
 
     /// Returns true if it sees the same part of the world in the same texels.

@@ -9,9 +9,14 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::keyboard::PhysicalKey;
 use winit::window::WindowId;
 
-use super::{App, CLICK, Opened, PIXELS_A_NOTCH};
+use super::{App, Opened};
 use crate::window::Error;
 use crate::window::keys::hold;
+
+/// Pixels that a wheel which tells its way in pixels goes for a notch.
+const PIXELS_A_NOTCH: f64 = 40.0;
+/// Pixels that the mouse may go while a button is held down for a click.
+const CLICK: f64 = 4.0;
 
 impl ApplicationHandler for App<'_> {
     fn resumed(&mut self, events: &ActiveEventLoop) {

@@ -4,7 +4,8 @@ use std::time::{Duration, Instant};
 
 use winit::dpi::PhysicalSize;
 
-use super::{App, Copies, Opened, title};
+use super::{App, Copies, Opened};
+use crate::scene::Scene;
 use crate::window::Error;
 use crate::window::resolution::Motion;
 
@@ -66,4 +67,9 @@ impl App<'_> {
                 .set_title(&title(&self.subject.scene, (!told.is_empty()).then(|| told.join(", ")).as_deref()));
         }
     }
+}
+
+pub(super) fn title(scene: &Scene, times: Option<&str>) -> String {
+    let times = times.map(|times| format!(" - {times}")).unwrap_or_default();
+    format!("{} - Afterlight{times}", scene.name)
 }
