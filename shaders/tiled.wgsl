@@ -24,7 +24,7 @@ enable wgpu_binding_array;
 #import afterlight::multisampling::{sample_offset}
 #endif
 #ifdef VISIBILITY
-#import afterlight::seen::{hit_of, seen_at, Hit}
+#import afterlight::seen::{hit_of, seen_at}
 #else ifdef MSAA
 #import afterlight::gbuffer::{load_texel, read_one, sample_depth, samples_agree}
 #ifdef POSITION
@@ -131,13 +131,6 @@ var<workgroup> mixed_count: atomic<u32>;
 var<workgroup> mixed_end: u32;
 // Light of the samples of a round.
 var<workgroup> sample_light: array<vec3<f32>, THREADS>;
-#endif
-
-#ifdef VISIBILITY
-// The material whose turn it is: the least of those that are still to be looked up.
-var<workgroup> next: atomic<u32>;
-var<workgroup> turn: u32;
-const NO_MATERIAL: u32 = 0xffffffffu;
 #endif
 
 fn store(pixel: vec2<u32>, light: vec3<f32>) {
@@ -319,34 +312,11 @@ fn lit(part: Part, round: u32, tile: Tile, thread: u32) -> Lit {
     var texel: Texel;
     var light: Lit;
 #ifdef VISIBILITY
-    var hit: Hit;
     if part.shows {
-        hit = hit_of(triangle_at(part), part.place);
-    }
-    // Not every device can index textures differently from pixel to pixel, so materials take turns.
-    var waits_for = select(NO_MATERIAL, hit.material, part.shows);
-    loop {
-        if thread == 0u {
-            atomicStore(&next, NO_MATERIAL);
-        }
-        workgroupBarrier();
-        if waits_for != NO_MATERIAL {
-            atomicMin(&next, waits_for);
-        }
-        workgroupBarrier();
-        if thread == 0u {
-            turn = atomicLoad(&next);
-        }
-        let material = workgroupUniformLoad(&turn);
-        if material == NO_MATERIAL {
-            break;
-        }
-        if waits_for == material {
-            let seen = seen_at(hit, material, part.place, depth_of(part, round));
-            texel = seen.texel;
-            light.emissive = seen.emissive;
-            waits_for = NO_MATERIAL;
-        }
+        let hit = hit_of(triangle_at(part), part.place);
+        let seen = seen_at(hit, part.place, depth_of(part, round));
+        texel = seen.texel;
+        light.emissive = seen.emissive;
     }
 #else
     if part.shows {

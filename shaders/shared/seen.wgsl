@@ -77,7 +77,7 @@ const BRDF_SHIFT: u32 = 16u;
 @group(3) @binding(11) var<storage, read> looks: array<vec2<u32>>;
 #ifdef TEXTURED
 @group(3) @binding(12) var<storage, read> uv_maps: array<vec4<f32>>;
-// As many as the plan has: src/passes/tiled.rs gives both arrays their lengths. All invocations of a work group look up the same one at a time.
+// As many as the plan has: src/passes/tiled.rs gives both arrays their lengths. Each pixel looks up those of its material.
 @group(3) @binding(13) var textures: binding_array<texture_2d_array<f32>, 1021>;
 @group(3) @binding(14) var samplers: binding_array<sampler, 1019>;
 #endif
@@ -235,8 +235,9 @@ struct Seen {
     emissive: vec3<f32>,
 }
 
-// The surface that the pixel shows, with this material: as geometry.wgsl and forward.wgsl have it.
-fn seen_at(hit: Hit, material: u32, pixel: vec2<f32>, depth: f32) -> Seen {
+// The surface that the pixel shows: as geometry.wgsl and forward.wgsl have it.
+fn seen_at(hit: Hit, pixel: vec2<f32>, depth: f32) -> Seen {
+    let material = hit.material;
     let own = materials[material].traits;
     let rows = rows_of(hit.instance);
     var base = vec4(materials[material].base_color, materials[material].alpha);

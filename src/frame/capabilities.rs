@@ -43,15 +43,15 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
         slow_anisotropy: has_slow_anisotropy(&device.driver_name, &device.driver_info),
         reads_pushed_places_once: reads_pushed_places_once(&device.driver_name, &device.driver_info),
         primitive_index: device.features.geometry_shader == vk::TRUE,
-        dynamic_textures: match device.features.shader_sampled_image_array_dynamic_indexing {
+        dynamic_textures: match device.dynamic_textures {
             // SwiftShader says that it can, then warns of the capability as unsupported, and samples other textures.
-            vk::TRUE if device.driver_name.contains("SwiftShader") => 0,
-            vk::TRUE => limits
+            true if device.driver_name.contains("SwiftShader") => 0,
+            true => limits
                 .max_per_stage_descriptor_sampled_images
                 .min(limits.max_descriptor_set_sampled_images)
                 // This limit counts resources of all kinds, of which fewer than 48 are no textures.
                 .min(limits.max_per_stage_resources.saturating_sub(48)),
-            _ => 0,
+            false => 0,
         },
         storage_buffers: limits.max_per_stage_descriptor_storage_buffers.min(limits.max_descriptor_set_storage_buffers),
         storage_range: limits.max_storage_buffer_range,

@@ -36,7 +36,7 @@ pub struct Capabilities {
     pub reads_pushed_places_once: bool,
     /// Shaders are told which triangle of a draw they shade.
     pub primitive_index: bool,
-    /// Sampled images that a compute shader can name, by numbers that it reads; 0 where it cannot do so.
+    /// Sampled images that a compute shader can name, by numbers that differ from invocation to invocation; 0 where it cannot do so.
     pub dynamic_textures: u32,
     /// Storage buffers that a compute shader can name.
     pub storage_buffers: u32,

@@ -113,7 +113,7 @@ impl CostModel {
             PathCost { base: 674, triangle: 633, lists: 0, unlimited: 80, limited: 32 },
             PathCost { base: 674, triangle: 633, lists: 115, unlimited: 80, limited: 3 },
             PathCost { base: 410, triangle: 633, lists: 0, unlimited: 3, limited: 0 },
-            PathCost { base: 272, triangle: 818, lists: 0, unlimited: 3, limited: 0 },
+            PathCost { base: 263, triangle: 818, lists: 0, unlimited: 3, limited: 0 },
         ],
         // From 4256 objects on.
         culling: CullingCost { cpu_object: 99, device_frame: 400_000, device_object: 5 },

@@ -41,7 +41,7 @@ pub(super) fn is_out(scene: &Scene, settings: &Settings, device: &Capabilities) 
     [
         (
             !scene.textures.is_empty() && images + u64::from(IMAGES) > u64::from(device.dynamic_textures),
-            "the device cannot index so many textures (dynamic indexing)",
+            "the device cannot index so many textures (non-uniform indexing)",
         ),
         // The default, of neutral textures, beside those.
         (samplers.len() >= SAMPLERS, "textures are sampled in too many ways"),
@@ -82,7 +82,7 @@ pub(super) fn choose(
     if images > 0 && images + u64::from(IMAGES) > u64::from(device.dynamic_textures) {
         let most = device.dynamic_textures.saturating_sub(IMAGES);
         return refuse(format!(
-            "a shader would index {images} textures, and on this device it can index {most} (dynamic indexing)"
+            "a shader would index {images} textures, and on this device it can index {most} (non-uniform indexing)"
         ));
     }
     let samplers: BTreeSet<Sampler> = textures.images.iter().map(|image| image.sampler).collect();

@@ -256,8 +256,8 @@ impl Gpu {
         view != View::Triangle || self.device.features.geometry_shader
     }
 
-    /// Returns true if the device can draw a scene by a light path, as far as `visibility` goes: not every one looks textures up. Lavapipe of Mesa 22 has too few
-    /// resources a stage for any.
+    /// Returns true if the device can draw a scene by a light path, as far as `visibility` goes: not every one looks textures up. Lavapipe of Mesa 22 cannot
+    /// index them.
     pub fn takes(&self, path: LightPath, scene: &Scene) -> bool {
         /// No scene here has so many textures, those of the pass itself counted.
         const ENOUGH: u32 = 64;

@@ -204,3 +204,24 @@ fn positions_are_invariant_and_precise_arithmetic_is_not_contracted() {
     assert_eq!(decorations(&plain, Decoration::NoContraction).len(), 0);
     assert_eq!(decorations(&precise, Decoration::NoContraction).len(), 3, "a product, a sum and a dot product");
 }
+
+#[test]
+fn textures_that_invocations_index_differently_are_declared_so() {
+    let text = |index: &str| {
+        format!(
+            "enable wgpu_binding_array;\n@group(0) @binding(0) var textures: binding_array<texture_2d<f32>, 4>;\n@fragment\n\
+             fn fragment(@location(0) @interpolate(flat) own: u32) -> @location(0) vec4<f32> {{\n    \
+             return textureLoad(textures[{index}], vec2<i32>(0, 0), 0);\n}}\n"
+        )
+    };
+    let [one, many] = ["2u", "own"].map(|index| {
+        let shader = compile(&text(index));
+        validate(only(&shader));
+        module(only(&shader))
+    });
+    let own = [Operand::Capability(Capability::SampledImageArrayNonUniformIndexing)];
+    let declared = |module: &Module| module.capabilities.iter().filter(|found| found.operands == own).count();
+    assert_eq!((declared(&one), declared(&many)), (0, 1));
+    assert_eq!(decorations(&one, Decoration::NonUniform).len(), 0);
+    assert!(!decorations(&many, Decoration::NonUniform).is_empty());
+}

@@ -54,7 +54,8 @@ struct Reach {
     end: f64,
 }
 
-/// Steps of depth by which casters are sorted: more of them make more commands, and beyond these they save less than 3% (docs/FIGURES.md).
+/// Steps of depth by which casters are sorted, up to the farthest of their middles; as many follow behind it. More of them make more commands, and save less than
+/// 3% (docs/FIGURES.md).
 const CASTER_STEPS: u32 = 16;
 
 impl WorldObject {
@@ -170,9 +171,10 @@ impl ShadowView {
         let casters = (0..world.objects.len()).filter(casts);
         let mut casters: Vec<(usize, Reach)> =
             casters.map(|index| (index, self.reach_of(&world.objects[index].bounds))).collect();
-        // Not that of the farthest end: a wide ground reaches far beyond all that stands on it, which would share a step.
+        // Not the farthest end: a wide ground reaches far beyond all that stands on it, which would share a step.
         let farthest = casters.iter().fold(0.0, |far: f64, (_, reach)| far.max(reach.middle));
-        let step = |reach: Reach| ((reach.end / farthest).min(1.0) * f64::from(CASTER_STEPS - 1)).round() as u32;
+        // A box that is wholly before the light ends before twice its middle.
+        let step = |reach: Reach| ((reach.end / farthest).min(2.0) * f64::from(CASTER_STEPS - 1)).round() as u32;
         // Casters that share a pipeline follow each other, those near the light first, so that early depth tests save the most: a map's time is that of the
         // texels that are written. Of those in a step of depth the ones that share a material and a mesh follow each other.
         casters.sort_by_cached_key(|&(index, reach)| {
