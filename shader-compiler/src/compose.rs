@@ -13,7 +13,7 @@ use crate::scan;
 use crate::source::Source;
 
 /// Shaders may use these: Vulkan 1.1 core features, per-sample inputs, which need `sampleRateShading`, the number of a triangle, which
-/// needs `geometryShader`, and arrays of textures, which need `shaderSampledImageArrayDynamicIndexing`: the patch takes back what naga asks for beyond that.
+/// needs `geometryShader`, and arrays of textures, which each invocation indexes for itself (`VK_EXT_descriptor_indexing`).
 pub const CAPABILITIES: Capabilities = Capabilities::IMMEDIATES
     .union(Capabilities::MULTISAMPLED_SHADING)
     .union(Capabilities::CUBE_ARRAY_TEXTURES)

@@ -77,7 +77,7 @@ const BRDF_SHIFT: u32 = 16u;
 @group(3) @binding(11) var<storage, read> looks: array<vec2<u32>>;
 #ifdef TEXTURED
 @group(3) @binding(12) var<storage, read> uv_maps: array<vec4<f32>>;
-// As many as the plan has: src/passes/tiled.rs gives both arrays their lengths. Each pixel looks up those of its material.
+// As many as the plan has: src/passes/spirv.rs gives both arrays their lengths. Each pixel looks up those of its material.
 @group(3) @binding(13) var textures: binding_array<texture_2d_array<f32>, 1021>;
 @group(3) @binding(14) var samplers: binding_array<sampler, 1019>;
 #endif

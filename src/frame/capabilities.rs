@@ -43,7 +43,7 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
         slow_anisotropy: has_slow_anisotropy(&device.driver_name, &device.driver_info),
         reads_pushed_places_once: reads_pushed_places_once(&device.driver_name, &device.driver_info),
         primitive_index: device.features.geometry_shader == vk::TRUE,
-        dynamic_textures: match device.dynamic_textures {
+        non_uniform_textures: match device.non_uniform_textures {
             // SwiftShader says that it can, then warns of the capability as unsupported, and samples other textures.
             true if device.driver_name.contains("SwiftShader") => 0,
             true => limits

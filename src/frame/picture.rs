@@ -20,7 +20,7 @@ pub struct Picture {
 pub enum Pixels {
     /// Tone-mapped, sRGB-encoded.
     Srgb8(Vec<u8>),
-    /// Linear, in nits or exposed as [`Output`] says, or the values of a view; exposed in a frame of a tone-mapped picture that is made of
+    /// Linear, in nits or exposed as [`crate::scene::Output`] says, or the values of a view; exposed in a frame of a tone-mapped picture that is made of
     /// several.
     LinearF32(Vec<f32>),
 }
@@ -52,7 +52,7 @@ impl Renderer {
         lens.map_or(*camera, |lens| lens.through(camera, lens_point(index, count)))
     }
 
-    /// The same while things move and the shutter is open: before each frame `go_to` is given this renderer and the frame's moment, in seconds after the
+    /// The same as [`Renderer::picture`] while things move and the shutter is open: before each frame `go_to` is given this renderer and the frame's moment, in seconds after the
     /// shutter opens; it poses the renderer, and returns the camera of that moment. One frame alone shows the moment 0. Where frames are averaged over
     /// time, a picture begins with a cut, and its frames show moments before 0, 60 a second, and at last 0.
     ///

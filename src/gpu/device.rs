@@ -32,7 +32,7 @@ pub struct EnabledFeatures {
     /// Fragment shaders know the number of their triangle; geometry shaders themselves have no use here.
     pub geometry_shader: bool,
     /// Shaders look textures of an array up by numbers that differ from invocation to invocation (`VK_EXT_descriptor_indexing`).
-    pub dynamic_textures: bool,
+    pub non_uniform_textures: bool,
     /// Many commands that draw are read from a buffer by one.
     pub multi_draw_indirect: bool,
     /// And begin at any instance.
@@ -60,7 +60,7 @@ impl EnabledFeatures {
             sampler_anisotropy: physical.features.sampler_anisotropy == vk::TRUE,
             sample_rate_shading: physical.features.sample_rate_shading == vk::TRUE,
             geometry_shader: physical.features.geometry_shader == vk::TRUE,
-            dynamic_textures: physical.dynamic_textures,
+            non_uniform_textures: physical.non_uniform_textures,
             multi_draw_indirect: physical.features.multi_draw_indirect == vk::TRUE,
             draw_indirect_first_instance: physical.features.draw_indirect_first_instance == vk::TRUE,
             texture_compression_bc: physical.features.texture_compression_bc == vk::TRUE,
@@ -81,6 +81,7 @@ impl EnabledFeatures {
             .sampler_anisotropy(self.sampler_anisotropy)
             .sample_rate_shading(self.sample_rate_shading)
             .geometry_shader(self.geometry_shader)
+            .shader_sampled_image_array_dynamic_indexing(self.non_uniform_textures)
             .multi_draw_indirect(self.multi_draw_indirect)
             .draw_indirect_first_instance(self.draw_indirect_first_instance)
             .texture_compression_bc(self.texture_compression_bc)
@@ -91,7 +92,7 @@ impl EnabledFeatures {
         // A device that has the portability subset must be given it.
         let subset = self.portability_subset.then_some(ash::khr::portability_subset::NAME);
         let mutable = self.mutable_swapchains.then_some(MUTABLE_SWAPCHAINS).into_iter().flatten();
-        let indexing = self.dynamic_textures.then_some(ash::ext::descriptor_indexing::NAME);
+        let indexing = self.non_uniform_textures.then_some(ash::ext::descriptor_indexing::NAME);
         let budget = self.memory_budget.then_some(ash::ext::memory_budget::NAME);
         let boundary = self.frame_boundary.then_some(ash::ext::frame_boundary::NAME);
         [subset, indexing, budget, boundary].into_iter().flatten().chain(mutable)
@@ -315,11 +316,11 @@ fn create(
         .queue_create_infos(&queues)
         .enabled_extension_names(&names)
         .enabled_features(&core);
-    let (mut info, is_with_1_2) = instrumentation.chain(info, features.dynamic_textures);
+    let (mut info, is_with_1_2) = instrumentation.chain(info, features.non_uniform_textures);
     let mut indexing =
         vk::PhysicalDeviceDescriptorIndexingFeatures::default().shader_sampled_image_array_non_uniform_indexing(true);
     // The structure of Vulkan 1.2 has the same feature, and is chained in place of this one.
-    if features.dynamic_textures && !is_with_1_2 {
+    if features.non_uniform_textures && !is_with_1_2 {
         info = info.push_next(&mut indexing);
     }
     let mut frame_boundary = vk::PhysicalDeviceFrameBoundaryFeaturesEXT::default().frame_boundary(true);

@@ -80,20 +80,20 @@ impl Instrumentation {
         }
     }
 
-    /// Chains its features of later versions. With the structure of Vulkan 1.2, which then has also what the program uses of it, returns true.
+    /// Chains its features of later versions. Returns true if the structure of Vulkan 1.2 is among them: it then has the program's own features as well.
     pub(super) fn chain<'a>(
         &'a mut self,
         mut info: vk::DeviceCreateInfo<'a>,
-        dynamic_textures: bool,
+        non_uniform_textures: bool,
     ) -> (vk::DeviceCreateInfo<'a>, bool) {
         let is_with_1_2 = self.vulkan12.is_some();
         if let Some(features) = &mut self.vulkan11 {
             info = info.push_next(features);
         }
         if let Some(features) = &mut self.vulkan12 {
-            // The first is implied where the extension is enabled.
-            features.descriptor_indexing = dynamic_textures.into();
-            features.shader_sampled_image_array_non_uniform_indexing = dynamic_textures.into();
+            // A device that is opened with the extension must be asked for the first one, too.
+            features.descriptor_indexing = non_uniform_textures.into();
+            features.shader_sampled_image_array_non_uniform_indexing = non_uniform_textures.into();
             info = info.push_next(features);
         }
         (info, is_with_1_2)

@@ -42,7 +42,7 @@ pub struct PhysicalDevice {
     /// The features of Vulkan 1.0 that the device has; which of them are enabled, [`super::EnabledFeatures`] says.
     pub features: vk::PhysicalDeviceFeatures,
     /// Shaders look textures of an array up by numbers that differ from invocation to invocation (`VK_EXT_descriptor_indexing`).
-    pub dynamic_textures: bool,
+    pub non_uniform_textures: bool,
     /// Memory types and heaps.
     pub memory: vk::PhysicalDeviceMemoryProperties,
     /// The device extensions.
@@ -78,7 +78,7 @@ impl PhysicalDevice {
             .collect::<BTreeSet<String>>();
         let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
         let family = families.iter().position(|family| family.queue_flags.contains(wanted) && family.queue_count > 0);
-        let dynamic_textures = indexes_textures(instance, raw, properties.api_version, &extensions);
+        let non_uniform_textures = indexes_textures(instance, raw, (properties.api_version, &features), &extensions);
         let (driver_name, driver_info) = driver_of(instance, raw, &properties, &extensions);
         Ok(PhysicalDevice {
             raw,
@@ -93,7 +93,7 @@ impl PhysicalDevice {
             pipeline_cache_uuid: properties.pipeline_cache_uuid,
             limits: properties.limits,
             features,
-            dynamic_textures,
+            non_uniform_textures,
             memory,
             extensions,
             queue_family: family.and_then(|index| u32::try_from(index).ok()),
@@ -230,7 +230,7 @@ fn driver_of(
 fn indexes_textures(
     instance: &InstanceHandles,
     raw: vk::PhysicalDevice,
-    api_version: u32,
+    (api_version, features): (u32, &vk::PhysicalDeviceFeatures),
     extensions: &BTreeSet<String>,
 ) -> bool {
     // The call itself is of Vulkan 1.1.
@@ -243,7 +243,9 @@ fn indexes_textures(
     let mut query = vk::PhysicalDeviceFeatures2::default().push_next(&mut indexing);
     // SAFETY: the device was listed by this instance, and the structures live until the call returns.
     unsafe { instance.raw.get_physical_device_features2(raw, &mut query) };
-    indexing.shader_sampled_image_array_non_uniform_indexing == vk::TRUE
+    // SPIR-V declares both.
+    features.shader_sampled_image_array_dynamic_indexing == vk::TRUE
+        && indexing.shader_sampled_image_array_non_uniform_indexing == vk::TRUE
 }
 
 /// The choice of a device.

@@ -92,6 +92,7 @@ mod blending;
 mod declaration;
 mod per_pixel;
 mod screen;
+mod spirv;
 mod surface;
 
 pub use declaration::{First, How, Pass, Place, Presence, Resource, Touch};

@@ -7,7 +7,8 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec4;
 
-use super::surface::{textured_stages, with_cells};
+use super::spirv::with_cells;
+use super::surface::textured_stages;
 use super::{
     EARLY_DEPTH_WRITE, First, How, LATE_DEPTH_WRITE, MeshDraws, Pass, Place, Presence, Recording, Resource, Slot,
     Touch, frame_data, meshes, needed,

@@ -6,6 +6,7 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
+use super::spirv::with_lengths;
 use super::{Pass, Place, Presence, Recording, Resource, SetLayouts, Touch, frame_data, gbuffer_inputs, maps};
 use crate::gpu::{
     self, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, binding, compute_pipeline, pipeline_layout,
@@ -187,24 +188,6 @@ impl Tiled {
 
 /// The set of `shaders/shared/seen.wgsl`.
 const SEEN_SET: u32 = 3;
-/// The lengths that the shader declares for its arrays of textures and of samplers, no number twice.
-const DECLARED: [u32; 2] = [1021, 1019];
-
-/// The shader with arrays as long as their bindings: Vulkan wants a descriptor for each element, and WGSL a number.
-fn with_lengths(words: &[u32], lengths: [u32; 2]) -> Vec<u32> {
-    let mut spirv = words.to_vec();
-    let mut at = 5;
-    // OpConstant (43) of four words: its type, its id, and the number.
-    while let Some(&first) = spirv.get(at) {
-        if let (43, 4) = (first & 0xffff, first >> 16)
-            && let Some(index) = DECLARED.iter().position(|&declared| declared == spirv[at + 3])
-        {
-            spirv[at + 3] = lengths[index];
-        }
-        at += (first >> 16).max(1) as usize;
-    }
-    spirv
-}
 
 /// The set with all that is read and written.
 fn bound(

@@ -37,7 +37,7 @@ pub struct Capabilities {
     /// Shaders are told which triangle of a draw they shade.
     pub primitive_index: bool,
     /// Sampled images that a compute shader can name, by numbers that differ from invocation to invocation; 0 where it cannot do so.
-    pub dynamic_textures: u32,
+    pub non_uniform_textures: u32,
     /// Storage buffers that a compute shader can name.
     pub storage_buffers: u32,
     /// Bytes of one of them that it can see.
@@ -79,7 +79,7 @@ impl Capabilities {
             slow_anisotropy: false,
             reads_pushed_places_once: false,
             primitive_index: true,
-            dynamic_textures: 1 << 20,
+            non_uniform_textures: 1 << 20,
             storage_buffers: 1 << 20,
             storage_range: u32::MAX,
             lazily_allocated: false,

@@ -40,8 +40,12 @@ pub(super) fn is_out(scene: &Scene, settings: &Settings, device: &Capabilities) 
     let indices: u64 = scene.meshes.iter().map(|mesh| times * mesh.indices.len() as u64).sum();
     [
         (
-            !scene.textures.is_empty() && images + u64::from(IMAGES) > u64::from(device.dynamic_textures),
-            "the device cannot index so many textures (non-uniform indexing)",
+            !scene.textures.is_empty() && device.non_uniform_textures == 0,
+            "the device's shaders cannot index textures (non-uniform indexing)",
+        ),
+        (
+            !scene.textures.is_empty() && images + u64::from(IMAGES) > u64::from(device.non_uniform_textures),
+            "the device's shaders cannot index so many textures (non-uniform indexing)",
         ),
         // The default, of neutral textures, beside those.
         (samplers.len() >= SAMPLERS, "textures are sampled in too many ways"),
@@ -79,8 +83,13 @@ pub(super) fn choose(
 ) -> Result<TriangleCode, Error> {
     let refuse = |why: String| Err(Error::Visibility(why));
     let images = textures.images.iter().map(|image| u64::from(image.sheets(textures.sheet))).sum::<u64>();
-    if images > 0 && images + u64::from(IMAGES) > u64::from(device.dynamic_textures) {
-        let most = device.dynamic_textures.saturating_sub(IMAGES);
+    if images > 0 && device.non_uniform_textures == 0 {
+        return refuse(
+            "shaders of this device cannot index textures (non-uniform indexing, VK_EXT_descriptor_indexing)".into(),
+        );
+    }
+    if images > 0 && images + u64::from(IMAGES) > u64::from(device.non_uniform_textures) {
+        let most = device.non_uniform_textures.saturating_sub(IMAGES);
         return refuse(format!(
             "a shader would index {images} textures, and on this device it can index {most} (non-uniform indexing)"
         ));

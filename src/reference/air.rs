@@ -292,7 +292,7 @@ mod tests {
     fn the_march_is_what_many_plain_steps_come_to() {
         let (scene, fog) = (balls(true), medium(0.4, 1.0));
         let reference = Reference::new(&scene).expect("a scene").with_fog(Some(fog));
-        let rays = super::super::render::Rays::of(&View { camera: scene.camera, size: [24, 14] });
+        let rays = super::super::rays::Rays::of(&View { camera: scene.camera, size: [24, 14] });
         let (mut off, mut all) = (0.0, 0.0);
         for pixel in [[3.5, 4.5], [8.5, 7.5], [12.5, 6.5], [15.5, 9.5], [17.5, 5.5]] {
             let ray = rays.ray(DVec2::from(pixel));

@@ -12,7 +12,7 @@ use glam::{DVec2, DVec3};
 
 use super::View;
 use super::occlusion::hidden;
-use super::render::Rays;
+use super::rays::Rays;
 
 /// The assumed thickness of visible surfaces, in radii: the one with the least error on the pictures of docs/AO.md.
 pub const THICKNESS: f64 = 0.5;

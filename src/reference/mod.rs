@@ -18,6 +18,7 @@ pub mod light;
 mod material;
 pub mod occlusion;
 mod particles;
+mod rays;
 pub mod reflections;
 mod render;
 mod sampling;

@@ -10,7 +10,8 @@ use glam::{DVec2, DVec3};
 
 use super::intersect::Ray;
 use super::light::arriving;
-use super::render::{Points, Rays, Reference};
+use super::rays::Rays;
+use super::render::{Points, Reference};
 use super::shadow::Receiver;
 use super::texture::{self, Window};
 use crate::scene::Scene;

@@ -149,7 +149,7 @@ impl Reference<'_> {
     /// Returns the place, relative to the camera, at which a direction from the opaque surface at a place of the picture meets another; `None` where
     /// it meets none.
     pub fn met(&self, view: &super::View, pixel: DVec2, direction: DVec3) -> Option<DVec3> {
-        let lens = super::render::Rays::of(view);
+        let lens = super::rays::Rays::of(view);
         let ray = lens.ray(pixel);
         let hit = self.geometry().seen(&ray, view.camera.near, &mut Vec::new())?;
         let bounced = Receiver::of(self.geometry(), &hit, &ray).leaving(direction)?;

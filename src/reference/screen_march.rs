@@ -5,8 +5,8 @@ use glam::{DVec2, DVec3};
 
 use super::depth_march::DepthBuffer;
 use super::light::Collector;
+use super::rays::Rays;
 use super::reflections;
-use super::render::Rays;
 
 /// The margin of the picture in which reflections fade out, as a part of its width and height.
 pub const FADE: f64 = 0.03125;

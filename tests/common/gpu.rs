@@ -263,7 +263,7 @@ impl Gpu {
         const ENOUGH: u32 = 64;
         let device = frame::capabilities(&self.device.physical);
         let has_textures = scene.materials.iter().any(|material| material.textures().next().is_some());
-        path != LightPath::Visibility || device.dynamic_textures >= ENOUGH || !has_textures
+        path != LightPath::Visibility || device.non_uniform_textures >= ENOUGH || !has_textures
     }
 
     /// One frame from the scene's own camera.

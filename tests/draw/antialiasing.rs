@@ -1,4 +1,4 @@
-//! Antialiasing: jittered frames, multisampling and FXAA, against coverage that is computed in f64.
+//! Antialiasing: jittered frames and FXAA, against coverage that is computed in f64.
 
 use crate::common::gpu::{bytes, code, floats, nits, on_gpu, on_gpu_in_both_modes, places};
 use crate::common::some_of;

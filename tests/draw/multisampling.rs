@@ -27,7 +27,7 @@ fn covered_samples(degrees: f64, x: u32, y: u32) -> Option<usize> {
     inside.iter().all(|d| d.abs() > 1.0 / 128.0).then(|| inside.iter().filter(|d| **d > 0.0).count())
 }
 
-/// The same half-plane as a pane that lets half of the light from behind it through.
+/// The half-plane of [`edge`] as a pane that lets half of the light from behind it through.
 fn pane_edge(degrees: f64) -> Scene {
     let mut scene = edge(degrees);
     let pane = Material { alpha: 0.5, alpha_mode: AlphaMode::Blend, ..scene.materials[0].clone() };

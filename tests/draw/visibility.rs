@@ -197,7 +197,7 @@ fn what_cannot_be_looked_up_is_refused_in_a_sentence() {
     assert_eq!(refused(&hall, &|_| {}), "");
     let told =
         |text: &str, needs: &str| assert!(text.contains(needs) && text.contains("the light path visibility"), "{text}");
-    told(&refused(&hall, &|device| device.dynamic_textures = 16), "it can index 13");
+    told(&refused(&hall, &|device| device.non_uniform_textures = 16), "it can index 13");
     told(&refused(&hall, &|device| device.storage_buffers = 8), "at most 8");
     told(&refused(&hall, &|device| device.storage_range = 4096), "sees at most 4096");
     let mut seaweed = open("builtin:seaweed");

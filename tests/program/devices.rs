@@ -56,7 +56,11 @@ const REFUSALS: &[Refusal] = &[
         "a shader names 7 buffers for them, and on this device at most 4: choose --particles off",
     ),
     refusal("phone", &["per-light", "volumes"], FLOAT_BLENDING),
-    refusal("phone", &["visibility"], "(non-uniform indexing): choose another, as compute or clustered"),
+    refusal(
+        "phone",
+        &["visibility"],
+        "(non-uniform indexing, VK_EXT_descriptor_indexing): choose another, as compute or clustered",
+    ),
     refusal("phone", &["loop", "clustered", "compute"], COLOURS),
     refusal(
         "small-shared-memory",

@@ -270,7 +270,8 @@ fn pass_names(src: &Path) -> Vec<String> {
         .iter()
         .filter_map(stem)
         .filter(|name| {
-            !["mod", "blending", "culling", "depth_only", "per_pixel", "screen", "surface"].contains(&name.as_str())
+            !["mod", "blending", "culling", "depth_only", "per_pixel", "screen", "spirv", "surface"]
+                .contains(&name.as_str())
         })
         .collect()
 }

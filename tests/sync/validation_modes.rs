@@ -22,6 +22,17 @@ fn nothing_is_accessed_out_of_bounds_by_compute_and_without_a_gbuffer() {
 }
 
 #[test]
+fn nothing_is_accessed_out_of_bounds_where_surfaces_are_looked_up() {
+    on_gpu_assisted(|gpu| {
+        let mut scene = one_of_each();
+        scene.lights.truncate(1);
+        if gpu.takes(LightPath::Visibility, &scene) {
+            exercise(gpu, &scene, &Settings { light_path: LightPath::Visibility, ..small(&scene) });
+        }
+    });
+}
+
+#[test]
 fn nothing_is_accessed_out_of_bounds_through_textures_and_sorted_indices() {
     on_gpu_assisted(|gpu| {
         let mut scene = with_transparent(one_of_each());

@@ -1,15 +1,33 @@
 //! Arrays of textures and samplers, indexed differently from invocation to invocation.
 
 use rspirv::dr::{Instruction, Module, Operand};
-use rspirv::spirv::{Capability, Op};
+use rspirv::spirv::{Capability, Decoration, Op, Word};
 
-/// Declares `SampledImageArrayNonUniformIndexing` where such indices are decorated: naga decorates them, and declares `ShaderNonUniform` alone.
-pub(super) fn declare_non_uniform_indexing(module: &mut Module) {
-    let declares = |module: &Module, own: Capability| {
-        module.capabilities.iter().any(|capability| capability.operands.first() == Some(&Operand::Capability(own)))
-    };
-    let own = Capability::SampledImageArrayNonUniformIndexing;
-    if declares(module, Capability::ShaderNonUniform) && !declares(module, own) {
-        module.capabilities.push(Instruction::new(Op::Capability, None, None, vec![Operand::Capability(own)]));
+use super::decorate::decorate;
+use super::id;
+
+/// Completes what SPIR-V asks for where such indices are decorated. naga decorates the index, the pointer and what is loaded, and declares `ShaderNonUniform`; the
+/// image with its sampler, which sampling takes, needs the decoration as well, and indices the capabilities of textures.
+pub(super) fn complete_non_uniform(module: &mut Module) {
+    let decorated: Vec<Word> =
+        module.annotations.iter().filter(|own| is_non_uniform(own)).filter_map(|own| id(own, 0)).collect();
+    if decorated.is_empty() {
+        return;
     }
+    let joined = module.all_inst_iter().filter(|own| {
+        own.class.opcode == Op::SampledImage
+            && [0, 1].iter().any(|&part| id(own, part).is_some_and(|id| decorated.contains(&id)))
+    });
+    let joined: Vec<Word> = joined.filter_map(|own| own.result_id).collect();
+    module.annotations.extend(joined.into_iter().map(|own| decorate(own, Decoration::NonUniform)));
+    for own in [Capability::SampledImageArrayDynamicIndexing, Capability::SampledImageArrayNonUniformIndexing] {
+        let declaration = Instruction::new(Op::Capability, None, None, vec![Operand::Capability(own)]);
+        if !module.capabilities.contains(&declaration) {
+            module.capabilities.push(declaration);
+        }
+    }
+}
+
+fn is_non_uniform(annotation: &Instruction) -> bool {
+    annotation.operands.get(1) == Some(&Operand::Decoration(Decoration::NonUniform))
 }

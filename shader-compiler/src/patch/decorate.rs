@@ -56,6 +56,6 @@ fn is_arithmetic(opcode: Op) -> bool {
     )
 }
 
-fn decorate(target: Word, decoration: Decoration) -> Instruction {
+pub(super) fn decorate(target: Word, decoration: Decoration) -> Instruction {
     Instruction::new(Op::Decorate, None, None, vec![Operand::IdRef(target), Operand::Decoration(decoration)])
 }

@@ -72,7 +72,7 @@ impl Patch {
             .map_err(|error| PatchError::of("", format!("the SPIR-V to be patched cannot be read: {error}")))?;
         subpass::patch(&mut module, &self.inputs)?;
         constants::patch(&mut module, &self.constants)?;
-        arrays::declare_non_uniform_indexing(&mut module);
+        arrays::complete_non_uniform(&mut module);
         decorate::invariant_position(&mut module);
         if self.precise {
             decorate::no_contraction(&mut module);

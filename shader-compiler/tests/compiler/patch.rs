@@ -206,12 +206,13 @@ fn positions_are_invariant_and_precise_arithmetic_is_not_contracted() {
 }
 
 #[test]
-fn textures_that_invocations_index_differently_are_declared_so() {
+fn textures_that_invocations_index_differently_are_declared_and_decorated_so() {
     let text = |index: &str| {
         format!(
-            "enable wgpu_binding_array;\n@group(0) @binding(0) var textures: binding_array<texture_2d<f32>, 4>;\n@fragment\n\
+            "enable wgpu_binding_array;\n@group(0) @binding(0) var textures: binding_array<texture_2d<f32>, 4>;\n\
+             @group(0) @binding(1) var samplers: binding_array<sampler, 4>;\n@fragment\n\
              fn fragment(@location(0) @interpolate(flat) own: u32) -> @location(0) vec4<f32> {{\n    \
-             return textureLoad(textures[{index}], vec2<i32>(0, 0), 0);\n}}\n"
+             return textureSampleLevel(textures[{index}], samplers[{index}], vec2(0.5), 0.0);\n}}\n"
         )
     };
     let [one, many] = ["2u", "own"].map(|index| {
@@ -219,9 +220,20 @@ fn textures_that_invocations_index_differently_are_declared_so() {
         validate(only(&shader));
         module(only(&shader))
     });
-    let own = [Operand::Capability(Capability::SampledImageArrayNonUniformIndexing)];
-    let declared = |module: &Module| module.capabilities.iter().filter(|found| found.operands == own).count();
-    assert_eq!((declared(&one), declared(&many)), (0, 1));
+    for own in [Capability::SampledImageArrayDynamicIndexing, Capability::SampledImageArrayNonUniformIndexing] {
+        let declared = |module: &Module| {
+            let own = [Operand::Capability(own)];
+            module.capabilities.iter().filter(|found| found.operands == own).count()
+        };
+        assert_eq!((declared(&one), declared(&many)), (0, 1), "{own:?}");
+    }
     assert_eq!(decorations(&one, Decoration::NonUniform).len(), 0);
-    assert!(!decorations(&many, Decoration::NonUniform).is_empty());
+    let sampled = all(&many, Op::SampledImage);
+    assert_eq!(sampled.len(), 1);
+    let sampled = Operand::IdRef(sampled[0].result_id.expect("a result"));
+    let decorated = |own: &Operand| {
+        let operands = [own.clone(), Operand::Decoration(Decoration::NonUniform)];
+        all(&many, Op::Decorate).iter().any(|annotation| annotation.operands == operands)
+    };
+    assert!(decorated(&sampled) && all(&many, Op::SampledImage)[0].operands.iter().all(decorated));
 }

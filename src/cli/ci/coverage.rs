@@ -64,7 +64,7 @@ impl Counted {
             ("sampleRateShading", plan.msaa > 1),
             ("geometryShader (the number of a triangle)", settings.view == View::Triangle),
             (
-                "shaderSampledImageArrayDynamicIndexing",
+                "shaderSampledImageArrayDynamicIndexing and shaderSampledImageArrayNonUniformIndexing",
                 plan.light_path == LightPath::Visibility && !plan.textures.images.is_empty(),
             ),
             ("multiDrawIndirect and drawIndirectFirstInstance", plan.culls_on_device),

@@ -54,8 +54,8 @@ struct Reach {
     end: f64,
 }
 
-/// Steps of depth by which casters are sorted, up to the farthest of their middles; as many follow behind it. More of them make more commands, and save less than
-/// 3% (docs/FIGURES.md).
+/// Steps of depth by which casters are sorted, from the light to the middle of the farthest caster; casters that end beyond it have as many more. Finer steps make
+/// more commands, and save less than 3% (docs/FIGURES.md).
 const CASTER_STEPS: u32 = 16;
 
 impl WorldObject {
@@ -171,9 +171,9 @@ impl ShadowView {
         let casters = (0..world.objects.len()).filter(casts);
         let mut casters: Vec<(usize, Reach)> =
             casters.map(|index| (index, self.reach_of(&world.objects[index].bounds))).collect();
-        // Not the farthest end: a wide ground reaches far beyond all that stands on it, which would share a step.
+        // The farthest end would not do: a wide ground reaches far beyond all that stands on it, which would then share a step.
         let farthest = casters.iter().fold(0.0, |far: f64, (_, reach)| far.max(reach.middle));
-        // A box that is wholly before the light ends before twice its middle.
+        // Twice the middle clamps boxes around the light alone: one that is all on one side of it ends nearer than that.
         let step = |reach: Reach| ((reach.end / farthest).min(2.0) * f64::from(CASTER_STEPS - 1)).round() as u32;
         // Casters that share a pipeline follow each other, those near the light first, so that early depth tests save the most: a map's time is that of the
         // texels that are written. Of those in a step of depth the ones that share a material and a mesh follow each other.

@@ -43,6 +43,7 @@ macro_rules! for_each_optional {
                 vk::PhysicalDeviceProtectedMemoryFeatures<'static>,
                 vk::PhysicalDeviceSamplerYcbcrConversionFeatures<'static>,
                 vk::PhysicalDeviceShaderDrawParametersFeatures<'static>,
+                vk::PhysicalDeviceDescriptorIndexingFeatures<'static>,
                 vk::PhysicalDeviceVulkan11Features<'static>,
                 vk::PhysicalDeviceVulkan12Features<'static>,
                 vk::PhysicalDeviceVulkan13Features<'static>
@@ -83,6 +84,7 @@ have_switches! {
     PhysicalDeviceProtectedMemoryFeatures: 1,
     PhysicalDeviceSamplerYcbcrConversionFeatures: 1,
     PhysicalDeviceShaderDrawParametersFeatures: 1,
+    PhysicalDeviceDescriptorIndexingFeatures: 20,
     PhysicalDeviceVulkan11Features: 12,
     PhysicalDeviceVulkan12Features: 47,
     PhysicalDeviceVulkan13Features: 15,
