@@ -1,4 +1,4 @@
-//! What a frame drew, and how long it took.
+//! The figures of a frame: what it drew, and how long it took.
 
 /// The figures of a frame that was drawn.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

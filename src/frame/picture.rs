@@ -52,12 +52,12 @@ impl Renderer {
         lens.map_or(*camera, |lens| lens.through(camera, lens_point(index, count)))
     }
 
-    /// The same as [`Renderer::picture`] while things move and the shutter is open: before each frame `go_to` is given this renderer and the frame's moment, in seconds after the
-    /// shutter opens; it poses the renderer, and returns the camera of that moment. One frame alone shows the moment 0. Where frames are averaged over
-    /// time, a picture begins with a cut, and its frames show moments before 0, 60 a second, and at last 0.
+    /// Draws a picture as [`Renderer::picture`] does, while things move and the shutter is open: before each frame `go_to` is given this renderer and the
+    /// frame's moment, in seconds after the shutter opens; it poses the renderer, and returns the camera of that moment. One frame alone shows the moment
+    /// 0. Where frames are averaged over time, a picture begins with a cut, and its frames show moments before 0, 60 a second, and at last 0.
     ///
     /// # Errors
-    /// Those of `go_to`, and as [`Renderer::picture`].
+    /// The errors of `go_to`, and those of [`Renderer::picture`].
     pub fn picture_while<E: From<Error>>(
         &mut self,
         mut go_to: impl FnMut(&mut Self, f64) -> Result<Camera, E>,

@@ -95,7 +95,7 @@ fn an_edge_that_is_lit_as_it_is_drawn_is_lit_where_the_surface_is() {
         let degrees = 17.0;
         let mut scene = edge(degrees);
         let (sin, cos) = degrees.to_radians().sin_cos();
-        // So near that its light changes much within a pixel, away from the edge.
+        // The lamp is so near that its light changes much within a pixel, away from the edge.
         let lamp = DVec3::new(0.08 * cos, 0.08 * sin, 0.04);
         scene.lights = vec![point(lamp, 0.01, None, Falloff::InverseSquare)];
         let ways = multisampled(&scene, &exact(EDGE, EDGE));
@@ -160,7 +160,7 @@ fn each_sample_of_an_edge_is_lit_at_its_own_place() {
     on_gpu(|gpu| {
         let degrees = 17.0;
         let mut scene = edge(degrees);
-        // So near that its light changes much within a pixel.
+        // The lamp is so near that its light changes much within a pixel.
         scene.lights = vec![point(DVec3::new(0.02, 0.03, 0.04), 0.01, None, Falloff::InverseSquare)];
         let (sin, cos) = degrees.to_radians().sin_cos();
         // Rebuilt from depth: a position target has one place for all samples that a triangle covers, and not where they are. The albedo

@@ -1,4 +1,4 @@
-//! What keys and the mouse do in a window.
+//! Keys and the mouse in a window: each calls up an action of the [`App`].
 
 use std::time::Instant;
 
