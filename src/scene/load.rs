@@ -165,9 +165,9 @@ pub(super) struct Chosen<'a> {
     pub variant: Option<&'a str>,
 }
 
-/// Reads a model file.
+/// Reads a model file, with its triangles in an order that devices like.
 pub(super) fn load_model(path: &Path, chosen: &Chosen, options: &OpenOptions) -> Result<Imported, Error> {
-    match Format::of(path) {
+    let mut imported = match Format::of(path) {
         Some(Format::Obj) if *chosen != Chosen::default() => {
             let what = "scene and variant are of glTF files, which an .obj file is not".into();
             Err(Error::Content { path: path.to_owned(), line: None, what })
@@ -179,7 +179,9 @@ pub(super) fn load_model(path: &Path, chosen: &Chosen, options: &OpenOptions) ->
             gltf::load(path, &GltfOptions { scene, variant, allow_outside, load })
         }
         None => Err(unreadable(path, READS_MODELS)),
-    }
+    }?;
+    imported.order_triangles();
+    Ok(imported)
 }
 
 fn extension(path: &Path) -> String {
