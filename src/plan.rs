@@ -170,6 +170,8 @@ pub struct FramePlan {
     pub depth_prepass: bool,
     /// Never `Auto`.
     pub light_path: LightPath,
+    /// Transparent surfaces go over lists of lights, whatever the light path; false where the device's fragment shaders name too few buffers for that.
+    pub lists_for_transparent: bool,
     /// True if the device finds out which opaque objects are seen.
     pub culls_on_device: bool,
     /// True if it also finds out which of them are hidden.
@@ -287,6 +289,7 @@ impl FramePlan {
             // Transparent surfaces are lit as they are drawn, by any light path.
             LightPath::ForwardNaive => false,
             // Particles are lit before they are drawn.
+            _ if !self.lists_for_transparent => false,
             _ => self.transparency.is_some() && (self.particles.is_none() || !self.transparent.is_empty()),
         };
         forward && self.may_list_lights()

@@ -54,6 +54,7 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
             false => 0,
         },
         storage_buffers: limits.max_per_stage_descriptor_storage_buffers.min(limits.max_descriptor_set_storage_buffers),
+        fragment_resources: limits.max_fragment_combined_output_resources,
         storage_range: limits.max_storage_buffer_range,
         lazily_allocated: device.has_lazily_allocated_memory(),
         compute_invocations: limits.max_compute_work_group_invocations.min(limits.max_compute_work_group_size[0]),

@@ -40,7 +40,9 @@ pub struct Capabilities {
     pub non_uniform_textures: u32,
     /// Storage buffers that a compute shader can name.
     pub storage_buffers: u32,
-    /// Bytes of one of them that it can see.
+    /// Storage buffers and colour attachments that a fragment shader can name together, storage images counted.
+    pub fragment_resources: u32,
+    /// Bytes of a storage buffer that a compute shader can see.
     pub storage_range: u32,
     /// There is memory that only exists while a tile needs it.
     pub lazily_allocated: bool,
@@ -81,6 +83,7 @@ impl Capabilities {
             primitive_index: true,
             non_uniform_textures: 1 << 20,
             storage_buffers: 1 << 20,
+            fragment_resources: 1 << 20,
             storage_range: u32::MAX,
             lazily_allocated: false,
             indirect_draws: true,

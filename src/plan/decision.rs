@@ -241,6 +241,7 @@ impl FramePlan {
             culls_on_device: culling.is_ok(),
             hides_on_device: hiding.is_ok(),
             lod: rules.lod,
+            lists_for_transparent: true,
             light_path: lighting.path,
             geometry: pipelines.geometry,
             transparent: pipelines.transparent,
@@ -275,6 +276,6 @@ impl FramePlan {
             },
         };
         particles::check_buffers(&plan, device)?;
-        Ok(plan)
+        plan.within_fragment_resources(device)
     }
 }

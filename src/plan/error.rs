@@ -61,6 +61,11 @@ pub enum Error {
     /// The light path `visibility` where the device or the scene does not allow it.
     #[error("the light path visibility: {0}: choose another, as compute or clustered")]
     Visibility(String),
+    /// A light path, the storage buffers and colour attachments that one of its fragment shaders names, and the device's limit of both together.
+    #[error(
+        "the light path {0} names {1} storage buffers and colour attachments in a fragment shader, and this device has room for {2}: choose loop"
+    )]
+    FragmentResources(LightPath, u32, u32),
     /// Bloom that does not go with other settings.
     #[error("bloom: {0}")]
     Bloom(String),

@@ -20,7 +20,7 @@ pub(crate) use reach::{Cut, range_of, sphere_of, weakens};
 
 use super::shadows::ShadowPlan;
 use super::{Capabilities, Error, FramePlan, Shading};
-use crate::scene::{Keep, Light, LightPath, OptionalPart, Scene, Settings, TRAITS, View};
+use crate::scene::{Keep, Light, LightPath, OptionalPart, Scene, Settings, TRAITS, Transparency, View};
 
 /// Lights that fit into the least uniform buffer that a device must have; `shaders/shared/lights.wgsl` has the same number.
 pub const UNIFORM_LIGHTS: usize = 256;
@@ -91,6 +91,29 @@ impl FramePlan {
             + 2 * u32::from(self.has_clusters())
             + u32::from(self.lists_volumes())
             + u32::from(self.names_froxels())
+    }
+
+    /// Leaves out lists of lights for transparent surfaces where a fragment shader could not name them and its targets. Lights are then looped over.
+    ///
+    /// # Errors
+    /// [`Error::FragmentResources`] where the light path itself needs more.
+    pub(super) fn within_fragment_resources(mut self, device: &Capabilities) -> Result<Self, Error> {
+        let most = device.fragment_resources;
+        self.lists_for_transparent = self.lit_resources() <= most;
+        match self.lit_resources() {
+            needed if needed <= most => Ok(self),
+            needed => Err(Error::FragmentResources(self.light_path, needed, most)),
+        }
+    }
+
+    /// Storage buffers and colour attachments that a fragment shader names which lights surfaces as it draws them; 0 where none does.
+    fn lit_resources(&self) -> u32 {
+        let targets = match self.transparency {
+            Some(Transparency::Oit) => 2,
+            Some(Transparency::Sorted) => 1,
+            None => u32::from(self.is_forward()),
+        };
+        if targets > 0 { self.frame_buffers() + targets } else { 0 }
     }
 
     /// Returns true if volumes of lights are drawn, or their spheres tested.
@@ -190,4 +213,35 @@ fn planned_lights(scene: &Scene, settings: &Settings, shading: Shading, planned:
     }
     lights.falloff = if falloffs.len() == 1 { *falloffs.first().expect("there is one") } else { MIXED_FALLOFF };
     lights
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::plan::samples;
+    use crate::scene::{AlphaMode, Material};
+
+    #[test]
+    fn transparent_surfaces_loop_over_lights_where_a_fragment_shader_has_no_room_for_lists() {
+        let glass = Material { alpha_mode: AlphaMode::Blend, alpha: 0.5, ..Material::default() };
+        let lamps = vec![samples::lamp(DVec3::Z, Some(2.0)); UNIFORM_LIGHTS + 1];
+        let scene = samples::scene(vec![Material::default(), glass], lamps);
+        let planned = |light_path, transparency, fragment_resources| {
+            let settings = Settings { light_path, transparency, ..Settings::default() };
+            FramePlan::of(&scene, &settings, &Capabilities { fragment_resources, ..samples::device() })
+        };
+        let has_lists = |path, transparency, room| planned(path, transparency, room).map(|plan| plan.has_clusters());
+        // Lights, two of lists, froxels and a target.
+        let (looped, clustered) = (LightPath::Loop, LightPath::Clustered);
+        assert_eq!(has_lists(looped, Transparency::Sorted, 5), Ok(true));
+        assert_eq!(has_lists(looped, Transparency::Sorted, 4), Ok(false));
+        assert_eq!(has_lists(looped, Transparency::Oit, 5), Ok(false));
+        assert_eq!(has_lists(looped, Transparency::Oit, 4), Ok(false));
+        assert_eq!(has_lists(clustered, Transparency::Sorted, 5), Ok(true));
+        let refused = planned(clustered, Transparency::Sorted, 4).map(|_| ()).expect_err("too little room");
+        assert_eq!(refused, Error::FragmentResources(clustered, 5, 4));
+        assert!(refused.to_string().ends_with("has room for 4: choose loop"), "{refused}");
+    }
 }
