@@ -170,8 +170,8 @@ pub struct FramePlan {
     pub depth_prepass: bool,
     /// Never `Auto`.
     pub light_path: LightPath,
-    /// Transparent surfaces go over lists of lights, whatever the light path; false where the device's fragment shaders name too few buffers for that.
-    pub lists_for_transparent: bool,
+    /// Surfaces that are lit as they are drawn may go over lists of lights; false where the device's fragment shaders name too few buffers for that.
+    pub lists_as_drawn: bool,
     /// True if the device finds out which opaque objects are seen.
     pub culls_on_device: bool,
     /// True if it also finds out which of them are hidden.
@@ -285,12 +285,16 @@ impl FramePlan {
     /// Returns true if each froxel has a list of lights.
     pub fn has_clusters(&self) -> bool {
         let forward = match self.light_path {
-            LightPath::Clustered | LightPath::Forward => true,
+            LightPath::Clustered => true,
+            LightPath::Forward => self.lists_as_drawn,
             // Transparent surfaces are lit as they are drawn, by any light path.
             LightPath::ForwardNaive => false,
             // Particles are lit before they are drawn.
-            _ if !self.lists_for_transparent => false,
-            _ => self.transparency.is_some() && (self.particles.is_none() || !self.transparent.is_empty()),
+            _ => {
+                self.lists_as_drawn
+                    && self.transparency.is_some()
+                    && (self.particles.is_none() || !self.transparent.is_empty())
+            }
         };
         forward && self.may_list_lights()
     }

@@ -241,7 +241,7 @@ impl FramePlan {
             culls_on_device: culling.is_ok(),
             hides_on_device: hiding.is_ok(),
             lod: rules.lod,
-            lists_for_transparent: true,
+            lists_as_drawn: true,
             light_path: lighting.path,
             geometry: pipelines.geometry,
             transparent: pipelines.transparent,

@@ -93,13 +93,14 @@ impl FramePlan {
             + u32::from(self.names_froxels())
     }
 
-    /// Leaves out lists of lights for transparent surfaces where a fragment shader could not name them and its targets. Lights are then looped over.
+    /// Leaves out lists of lights for surfaces that are lit as they are drawn, where a fragment shader could not name both them and its targets. Such surfaces
+    /// go over all lights then.
     ///
     /// # Errors
     /// [`Error::FragmentResources`] where the light path itself needs more.
     pub(super) fn within_fragment_resources(mut self, device: &Capabilities) -> Result<Self, Error> {
         let most = device.fragment_resources;
-        self.lists_for_transparent = self.lit_resources() <= most;
+        self.lists_as_drawn = self.lit_resources() <= most;
         match self.lit_resources() {
             needed if needed <= most => Ok(self),
             needed => Err(Error::FragmentResources(self.light_path, needed, most)),
@@ -224,7 +225,7 @@ mod tests {
     use crate::scene::{AlphaMode, Material};
 
     #[test]
-    fn transparent_surfaces_loop_over_lights_where_a_fragment_shader_has_no_room_for_lists() {
+    fn surfaces_that_are_lit_as_they_are_drawn_go_over_all_lights_where_there_is_no_room_for_lists() {
         let glass = Material { alpha_mode: AlphaMode::Blend, alpha: 0.5, ..Material::default() };
         let lamps = vec![samples::lamp(DVec3::Z, Some(2.0)); UNIFORM_LIGHTS + 1];
         let scene = samples::scene(vec![Material::default(), glass], lamps);
@@ -239,6 +240,8 @@ mod tests {
         assert_eq!(has_lists(looped, Transparency::Sorted, 4), Ok(false));
         assert_eq!(has_lists(looped, Transparency::Oit, 5), Ok(false));
         assert_eq!(has_lists(looped, Transparency::Oit, 4), Ok(false));
+        assert_eq!(has_lists(LightPath::Forward, Transparency::Sorted, 5), Ok(true));
+        assert_eq!(has_lists(LightPath::Forward, Transparency::Sorted, 4), Ok(false));
         assert_eq!(has_lists(clustered, Transparency::Sorted, 5), Ok(true));
         let refused = planned(clustered, Transparency::Sorted, 4).map(|_| ()).expect_err("too little room");
         assert_eq!(refused, Error::FragmentResources(clustered, 5, 4));

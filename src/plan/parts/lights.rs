@@ -24,8 +24,8 @@ pub(super) fn shading(scene: &Scene, settings: &Settings, plan: &FramePlan) -> V
             "{}x{} tiles by {SLICES} slices, and as many entries as lights reach into them",
             froxels.columns, froxels.rows
         ),
-        false if !plan.lists_for_transparent => {
-            "fragment shaders of the device name too few buffers: transparent surfaces go over all lights".into()
+        false if !plan.lists_as_drawn => {
+            "fragment shaders of the device name too few buffers: surfaces that are lit as they are drawn go over all lights".into()
         }
         false => "no pass goes over lists of lights".into(),
     };
