@@ -40,7 +40,7 @@ pub struct Capabilities {
     pub non_uniform_textures: u32,
     /// Storage buffers that a compute shader can name.
     pub storage_buffers: u32,
-    /// Storage buffers and colour attachments that a fragment shader can name together, storage images counted.
+    /// Storage buffers, storage images and colour attachments that a fragment shader can name, all together.
     pub fragment_resources: u32,
     /// Bytes of a storage buffer that a compute shader can see.
     pub storage_range: u32,

@@ -146,6 +146,13 @@ impl FramePlan {
         let of = |settings: &Settings| Self::decide_as_asked(scene, settings, device, counts);
         let along = |light_path| Settings { light_path, ..settings.clone() };
         let error = match of(settings) {
+            Err(Error::FragmentResources(path, needed, most)) if settings.light_path == LightPath::Auto => {
+                let light_path = format!(
+                    "{path} names {needed} storage buffers and colour attachments in a fragment shader, and the device has room for {most}"
+                );
+                return of(&along(LightPath::Loop))
+                    .map(|plan| Self { reasons: Reasons { light_path, ..plan.reasons }, ..plan });
+            }
             Err(error @ (Error::ColorAttachments(_) | Error::InputAttachments(_))) => error,
             // Other paths are no way out where the device cannot have their G-buffer.
             Err(error @ (Error::NoGbuffer(_) | Error::NoGbufferFor(..))) => match of(&along(LightPath::Loop)) {

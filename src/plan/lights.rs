@@ -107,14 +107,15 @@ impl FramePlan {
         }
     }
 
-    /// Storage buffers and colour attachments that a fragment shader names which lights surfaces as it draws them; 0 where none does.
+    /// Storage buffers and colour attachments that a fragment shader names which lights surfaces as it draws them; 0 where none does. Particles are lit
+    /// before they are drawn.
     fn lit_resources(&self) -> u32 {
-        let targets = match self.transparency {
-            Some(Transparency::Oit) => 2,
-            Some(Transparency::Sorted) => 1,
-            None => u32::from(self.is_forward()),
-        };
-        if targets > 0 { self.frame_buffers() + targets } else { 0 }
+        let (blends, is_weighted) = (!self.transparent.is_empty(), self.transparency == Some(Transparency::Oit));
+        match (blends, self.is_forward()) {
+            (false, false) => 0,
+            // Such shaders draw no volumes.
+            _ => self.frame_buffers() - u32::from(self.lists_volumes()) + if blends && is_weighted { 2 } else { 1 },
+        }
     }
 
     /// Returns true if volumes of lights are drawn, or their spheres tested.
@@ -221,8 +222,8 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::plan::samples;
-    use crate::scene::{AlphaMode, Material};
+    use crate::plan::{CostModel, samples};
+    use crate::scene::{AlphaMode, Emitter, Material};
 
     #[test]
     fn surfaces_that_are_lit_as_they_are_drawn_go_over_all_lights_where_there_is_no_room_for_lists() {
@@ -238,13 +239,36 @@ mod tests {
         let (looped, clustered) = (LightPath::Loop, LightPath::Clustered);
         assert_eq!(has_lists(looped, Transparency::Sorted, 5), Ok(true));
         assert_eq!(has_lists(looped, Transparency::Sorted, 4), Ok(false));
+        assert_eq!(has_lists(looped, Transparency::Oit, 6), Ok(true));
         assert_eq!(has_lists(looped, Transparency::Oit, 5), Ok(false));
         assert_eq!(has_lists(looped, Transparency::Oit, 4), Ok(false));
+        assert_eq!(has_lists(LightPath::Volumes, Transparency::Oit, 4), Ok(false));
         assert_eq!(has_lists(LightPath::Forward, Transparency::Sorted, 5), Ok(true));
         assert_eq!(has_lists(LightPath::Forward, Transparency::Sorted, 4), Ok(false));
         assert_eq!(has_lists(clustered, Transparency::Sorted, 5), Ok(true));
         let refused = planned(clustered, Transparency::Sorted, 4).map(|_| ()).expect_err("too little room");
         assert_eq!(refused, Error::FragmentResources(clustered, 5, 4));
         assert!(refused.to_string().ends_with("has room for 4: choose loop"), "{refused}");
+        // Nobody asked for it: another path is taken.
+        let costs = CostModel::CPU;
+        let chosen = |fragment_resources| {
+            let device = Capabilities { fragment_resources, costs, software: true, ..samples::device() };
+            let plan = FramePlan::of(&scene, &Settings::default(), &device).expect("a plan");
+            (plan.light_path, plan.reasons.light_path)
+        };
+        assert_eq!(chosen(5).0, clustered);
+        let (path, why) = chosen(4);
+        assert!(path == looped && why.starts_with("clustered names 5 "), "{path}: {why}");
+    }
+
+    #[test]
+    fn particles_alone_leave_lists_to_lighting() {
+        let lamps = vec![samples::lamp(DVec3::Z, Some(2.0)); UNIFORM_LIGHTS + 1];
+        let plain = samples::scene(vec![Material::default()], lamps);
+        let scene = Scene { emitters: vec![Emitter::default()], ..plain };
+        let settings = Settings { light_path: LightPath::Clustered, ..Settings::default() };
+        let device = Capabilities { fragment_resources: 4, ..samples::device() };
+        let plan = FramePlan::of(&scene, &settings, &device).expect("a plan");
+        assert!(plan.particles.is_some() && plan.lights_by_clusters());
     }
 }

@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use glam::DAffine3;
-use rayon::prelude::*;
 
 use super::motion::First;
 use super::{Light, Material, Mesh, Motion, NamedCamera, Object, Scene, Target, Texture, TextureSlot};
@@ -62,16 +61,6 @@ impl Imported {
     pub fn append_to(mut self, scene: &mut Scene, transform: DAffine3) {
         self.give_assets(scene);
         self.place(scene, &[transform]);
-    }
-
-    /// Orders the triangles of its meshes for devices, except where some object blends them in the file's order.
-    pub(super) fn order_triangles(&mut self) {
-        let mut keeps_order = vec![false; self.meshes.len()];
-        for object in &self.objects {
-            keeps_order[object.mesh] |= self.materials[object.material].is_transparent();
-        }
-        let others = self.meshes.par_iter_mut().zip(keeps_order).filter(|(_, keeps_order)| !keeps_order);
-        others.for_each(|(mesh, _)| mesh.order_triangles());
     }
 
     /// Drops its lights, and the channels that move them.
@@ -171,7 +160,6 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::scene::AlphaMode;
 
     #[test]
     fn what_is_appended_keeps_pointing_at_its_own() {
@@ -197,23 +185,5 @@ mod tests {
         assert_eq!((second.mesh, second.material, second.transform.translation), (1, 1, DVec3::X));
         assert_eq!(scene.materials[1].normal_texture, Some(1));
         assert_eq!((scene.textures.len(), scene.warnings.len(), scene.files.len()), (2, 2, 2));
-    }
-
-    #[test]
-    fn triangles_are_ordered_but_where_they_are_blended() {
-        // Two strips in turn: no triangle shares a vertex with the one before it.
-        let triangles = (0..40u32).map(|i| i / 2 + 100 * (i % 2)).flat_map(|i| [i, i + 1, i + 2]);
-        let mesh = Mesh { positions: vec![[0.0; 3]; 200], indices: triangles.collect(), ..Mesh::default() };
-        let object = |mesh, material| Object::new("a", mesh, material, DAffine3::IDENTITY);
-        let glass = Material { alpha_mode: AlphaMode::Blend, ..Material::default() };
-        let mut imported = Imported {
-            meshes: vec![mesh.clone(); 3],
-            objects: vec![object(0, 0), object(1, 1), object(2, 0), object(2, 1)],
-            materials: vec![Material::default(), glass],
-            ..Imported::default()
-        };
-        imported.order_triangles();
-        let kept: Vec<bool> = imported.meshes.iter().map(|own| own.indices == mesh.indices).collect();
-        assert_eq!(kept, [false, true, true]);
     }
 }

@@ -3,7 +3,10 @@
 use std::path::Path;
 
 use glam::{DAffine3, DMat3, DVec3};
+use rayon::prelude::*;
 
+#[cfg(doc)]
+use super::Mesh;
 use super::gltf::{self, GltfOptions};
 use super::{Aabb, Error, Imported, LoadOptions, Progress, Scene, builtin, file, fit, obj};
 
@@ -119,11 +122,23 @@ fn open_file(path: &Path, options: &OpenOptions) -> Result<Scene, Error> {
             cause: format!("it is a directory; afterlight reads {READS}"),
         });
     }
-    match (extension(path).as_str(), Format::of(path)) {
+    let mut scene = match (extension(path).as_str(), Format::of(path)) {
         ("toml", _) => file::load(path, options),
         (_, Some(format)) => open_model(path, format, options),
         _ => Err(unreadable(path, READS)),
+    }?;
+    order_triangles(&mut scene);
+    Ok(scene)
+}
+
+/// Orders the triangles of meshes for devices ([`Mesh::order_triangles`]), but not where some object blends them.
+fn order_triangles(scene: &mut Scene) {
+    let mut are_blended = vec![false; scene.meshes.len()];
+    for object in &scene.objects {
+        are_blended[object.mesh] |= scene.materials[object.material].is_transparent();
     }
+    let others = scene.meshes.par_iter_mut().zip(are_blended).filter(|(_, is_blended)| !is_blended);
+    others.for_each(|(mesh, _)| mesh.order_triangles());
 }
 
 /// Opens a bare model; cameras and lights that its file leaves out are fitted to it.
@@ -165,9 +180,9 @@ pub(super) struct Chosen<'a> {
     pub variant: Option<&'a str>,
 }
 
-/// Reads a model file, with its triangles in an order that devices like.
+/// Reads a model file.
 pub(super) fn load_model(path: &Path, chosen: &Chosen, options: &OpenOptions) -> Result<Imported, Error> {
-    let mut imported = match Format::of(path) {
+    match Format::of(path) {
         Some(Format::Obj) if *chosen != Chosen::default() => {
             let what = "scene and variant are of glTF files, which an .obj file is not".into();
             Err(Error::Content { path: path.to_owned(), line: None, what })
@@ -179,9 +194,7 @@ pub(super) fn load_model(path: &Path, chosen: &Chosen, options: &OpenOptions) ->
             gltf::load(path, &GltfOptions { scene, variant, allow_outside, load })
         }
         None => Err(unreadable(path, READS_MODELS)),
-    }?;
-    imported.order_triangles();
-    Ok(imported)
+    }
 }
 
 fn extension(path: &Path) -> String {
@@ -229,6 +242,37 @@ mod tests {
         );
         let scaled = OpenOptions { scale: 2.0, ..OpenOptions::default() };
         assert!(super::open("builtin:hall", &scaled).unwrap_err().to_string().contains("bare model"));
+    }
+
+    #[test]
+    fn triangles_are_ordered_but_where_they_are_blended() {
+        let directory = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| {
+            let path = directory.path().join(name);
+            std::fs::write(&path, text).unwrap();
+            path
+        };
+        // Two strips in turn: no triangle shares a vertex with the one before it.
+        let vertices: String = (0..50).map(|i| format!("v {} {} {}\n", i / 2, i % 2, i / 25)).collect();
+        let faces = (0..40u32).map(|i| i / 2 + 25 * (i % 2) + 1).map(|i| format!("f {i} {} {}\n", i + 1, i + 2));
+        let strips = write("strips.obj", &(vertices + &faces.collect::<String>()));
+        let named = "base_color = [1, 1, 1]\n";
+        let plain = write(
+            "plain.toml",
+            &format!("[[models]]\npath = \"strips.obj\"\nmaterial = \"own\"\n[[materials]]\nname = \"own\"\n{named}"),
+        );
+        let blend = format!("{named}alpha_mode = \"blend\"\nalpha = 0.5\n");
+        let glass = write(
+            "glass.toml",
+            &format!("[[models]]\npath = \"strips.obj\"\nmaterial = \"own\"\n[[materials]]\nname = \"own\"\n{blend}"),
+        );
+        let shared = |path: &Path| {
+            let scene = open(path.to_str().unwrap(), &OpenOptions::default()).unwrap();
+            let triangles = scene.meshes[0].indices.as_chunks::<3>().0.to_vec();
+            assert_eq!(triangles.len(), 40);
+            triangles.windows(2).filter(|pair| pair[0].iter().any(|vertex| pair[1].contains(vertex))).count()
+        };
+        assert_eq!((shared(&glass), shared(&plain) > 30, shared(&strips) > 30), (0, true, true));
     }
 
     #[test]

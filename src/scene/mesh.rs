@@ -149,7 +149,7 @@ impl Mesh {
     }
 
     /// Puts the triangles into an order in which those that share vertices follow each other, so that a device transforms most vertices once (Forsyth,
-    /// "Linear-Speed Vertex Cache Optimisation", 2006). Blended triangles show their order.
+    /// "Linear-Speed Vertex Cache Optimisation", 2006). Of equally far triangles another may be seen.
     pub fn order_triangles(&mut self) {
         let mut workspace = meshoptimizer_rs::Workspace::default();
         // Beyond the limits of that library the order stays, which is as good a picture.
@@ -300,6 +300,13 @@ impl Object {
     }
 }
 
+/// The triangles of a grid of squares with so many vertices along each edge, row by row.
+#[cfg(test)]
+pub(crate) fn grid_indices(edge: u32) -> Vec<u32> {
+    let corners = (0..edge - 1).flat_map(|row| (0..edge - 1).map(move |column| edge * row + column));
+    corners.flat_map(|i| [i, i + edge, i + 1, i + 1, i + edge, i + edge + 1]).collect()
+}
+
 /// Vertices that a device transforms for a list of triangles, where it takes them in groups of 32 vertices that follow each other.
 #[cfg(test)]
 pub(crate) fn transformed_vertices(indices: &[u32]) -> usize {
@@ -394,8 +401,8 @@ mod tests {
     #[test]
     fn triangles_that_share_vertices_come_to_follow_each_other() {
         let points: Vec<DVec3> = (0..1600).map(|i| DVec3::new(f64::from(i % 40), 0.0, f64::from(i / 40))).collect();
-        let corners = (0..39 * 39u32).map(|i| 40 * (i / 39) + i % 39);
-        let triangles: Vec<[u32; 3]> = corners.flat_map(|i| [[i, i + 40, i + 1], [i + 1, i + 40, i + 41]]).collect();
+        let indices = grid_indices(40);
+        let triangles = indices.as_chunks::<3>().0.to_vec();
         let count = triangles.len();
         // A step that is prime to their number takes each once.
         let scattered: Vec<u32> = (0..count).flat_map(|i| triangles[i * 1009 % count]).collect();

@@ -52,9 +52,9 @@ pub use load::{OpenOptions, Up, open};
 pub use look::{HIGHLIGHT, HIGHLIGHT_SHARE, Look, MAX_ATLAS_EDGE};
 pub use material::{AlphaMode, Brdf, DIELECTRIC, Material, SlotForm, TextureSlot, UvMap};
 pub(crate) use material::{FORMS, scaled};
-#[cfg(test)]
-pub(crate) use mesh::transformed_vertices;
 pub use mesh::{CastsShadow, Mesh, Object, TriangleId};
+#[cfg(test)]
+pub(crate) use mesh::{grid_indices, transformed_vertices};
 pub(crate) use motion::deform_frame;
 pub use motion::{
     CameraValue, Channel, Clip, ClipChoice, DeformBounds, Influences, Interpolation, LightValue, Local, MaterialValue,

@@ -29,7 +29,7 @@ const NONE: u32 = u32::MAX;
 /// The vertices so far.
 struct Vertices {
     sources: Vec<u32>,
-    /// By vertex of the scene's mesh: the last that is this one.
+    /// By vertex of the scene's mesh: its newest copy.
     latest: Vec<u32>,
 }
 
@@ -69,7 +69,7 @@ impl Vertices {
     }
 }
 
-/// The one of a vertex before and one after that lies nearer; one that there is not is nowhere near.
+/// Returns which of two vertices, one before and one after, lies nearer; the other one where one is NONE.
 fn nearest(own: u32, before: u32, after: u32) -> u32 {
     match (before, after) {
         (NONE, after) => after,
@@ -101,7 +101,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::scene::transformed_vertices;
+    use crate::scene::{grid_indices, transformed_vertices};
 
     fn mesh(vertices: usize, indices: Vec<u32>) -> Mesh {
         let points: Vec<_> = (0..vertices).map(|i| DVec3::new(i as f64, (i * i) as f64, 0.0)).collect();
@@ -129,9 +129,7 @@ mod tests {
 
     #[test]
     fn triangles_take_vertices_of_those_near_them() {
-        let corners = (0..39 * 39u32).map(|i| 40 * (i / 39) + i % 39);
-        let indices: Vec<u32> = corners.flat_map(|i| [i, i + 40, i + 1, i + 1, i + 40, i + 41]).collect();
-        let numbered = NumberedMesh::of(&mesh(1600, indices), 0);
+        let numbered = NumberedMesh::of(&mesh(1600, grid_indices(40)), 0);
         // One for each triangle is the least. Were a vertex's first copy taken wherever it lies, it would be 1.55.
         let share = transformed_vertices(&numbered.indices) as f64 / (2 * 39 * 39) as f64;
         assert!((1.0..1.12).contains(&share), "{share}");
@@ -158,8 +156,7 @@ mod tests {
         let points: Vec<_> = (0..40 * 40).map(|i| (f64::from(i % 40), f64::from(i / 40))).collect();
         let points: Vec<_> = points.into_iter().map(|(x, z)| DVec3::new(x, height(x, z), z)).collect();
         let mut hills = Mesh::from_points("hills", &points);
-        let corners = (0..39 * 39u32).map(|i| 40 * (i / 39) + i % 39);
-        hills.indices = corners.flat_map(|i| [i, i + 40, i + 1, i + 1, i + 40, i + 41]).collect();
+        hills.indices = grid_indices(40);
         hills.compute_normals();
         let made = hills.levels_of_detail();
         let numbered = NumberedMesh::of(&hills, made.len());

@@ -133,8 +133,10 @@ fn before_lights(plan: &FramePlan) -> String {
         LightPath::Visibility => {
             "A compute pass: each tile of pixels looks its surfaces up by the numbers of their triangles, and finds the lights that reach it."
         }
-        LightPath::Forward => "Surfaces are lit as they are drawn; each pixel goes over the list of its froxel.",
-        LightPath::ForwardNaive => "Surfaces are lit as they are drawn, each by every light.",
+        LightPath::Forward if plan.has_clusters() => {
+            "Surfaces are lit as they are drawn; each pixel goes over the list of its froxel."
+        }
+        LightPath::Forward | LightPath::ForwardNaive => "Surfaces are lit as they are drawn, each by every light.",
         LightPath::Auto | LightPath::Loop => "One triangle; each pixel goes over all lights.",
     };
     let so_far = match (plan.lights.ambient, plan.emissive) {
