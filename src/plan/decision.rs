@@ -140,19 +140,26 @@ impl FramePlan {
     /// Decides all but the words about it, for a scene that has been checked.
     /// `counts`: layers of particles are counted.
     ///
+    /// Where fragment shaders of the path that `Auto` takes name too much for the device, it is `loop`, which names least.
+    ///
     /// Where a device has too few attachments for the G-buffer and nobody asked for a light path, surfaces are lit as they are drawn. Where that path fails
     /// as well, the error tells what needs the G-buffer and which options do without.
     fn decide(scene: &Scene, settings: &Settings, device: &Capabilities, counts: bool) -> Result<Self, Error> {
-        let of = |settings: &Settings| Self::decide_as_asked(scene, settings, device, counts);
+        let of = |settings: &Settings| {
+            let of = |settings: &Settings| Self::decide_as_asked(scene, settings, device, counts);
+            match of(settings) {
+                Err(Error::FragmentResources(path, needed, most)) if settings.light_path == LightPath::Auto => {
+                    let light_path = format!(
+                        "{path} names {needed} storage buffers and colour attachments in a fragment shader, and the device has room for {most}"
+                    );
+                    let plan = of(&Settings { light_path: LightPath::Loop, ..settings.clone() })?;
+                    Ok(Self { reasons: Reasons { light_path, ..plan.reasons }, ..plan })
+                }
+                decided => decided,
+            }
+        };
         let along = |light_path| Settings { light_path, ..settings.clone() };
         let error = match of(settings) {
-            Err(Error::FragmentResources(path, needed, most)) if settings.light_path == LightPath::Auto => {
-                let light_path = format!(
-                    "{path} names {needed} storage buffers and colour attachments in a fragment shader, and the device has room for {most}"
-                );
-                return of(&along(LightPath::Loop))
-                    .map(|plan| Self { reasons: Reasons { light_path, ..plan.reasons }, ..plan });
-            }
             Err(error @ (Error::ColorAttachments(_) | Error::InputAttachments(_))) => error,
             // Other paths are no way out where the device cannot have their G-buffer.
             Err(error @ (Error::NoGbuffer(_) | Error::NoGbufferFor(..))) => match of(&along(LightPath::Loop)) {

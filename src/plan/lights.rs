@@ -110,12 +110,13 @@ impl FramePlan {
     /// Storage buffers and colour attachments that a fragment shader names which lights surfaces as it draws them; 0 where none does. Particles are lit
     /// before they are drawn.
     fn lit_resources(&self) -> u32 {
-        let (blends, is_weighted) = (!self.transparent.is_empty(), self.transparency == Some(Transparency::Oit));
-        match (blends, self.is_forward()) {
-            (false, false) => 0,
-            // Such shaders draw no volumes.
-            _ => self.frame_buffers() - u32::from(self.lists_volumes()) + if blends && is_weighted { 2 } else { 1 },
+        let blends = !self.transparent.is_empty();
+        if !blends && !self.is_forward() {
+            return 0;
         }
+        let targets = if blends && self.transparency == Some(Transparency::Oit) { 2 } else { 1 };
+        // Such shaders draw no volumes.
+        self.frame_buffers() - u32::from(self.lists_volumes()) + targets
     }
 
     /// Returns true if volumes of lights are drawn, or their spheres tested.

@@ -99,6 +99,18 @@ impl Format {
 /// [`Error`], one line that names what is wrong with what; see its variants. [`Error::Setting`] for a scale or an upward axis of anything but
 /// a bare model, and for a scene or a variant of anything but a bare glTF file.
 pub fn open(spec: &str, options: &OpenOptions) -> Result<Scene, Error> {
+    let mut scene = open_base(spec, options)?;
+    if !spec.starts_with(builtin::PREFIX) {
+        order_triangles(&mut scene);
+    }
+    Ok(scene)
+}
+
+/// Opens a scene on which a scene file builds, as [`open`] does, but with triangles in the order of their files: they are put in order once, in the whole scene.
+///
+/// # Errors
+/// As [`open`].
+pub(super) fn open_base(spec: &str, options: &OpenOptions) -> Result<Scene, Error> {
     let format = Format::of(Path::new(spec)).filter(|_| !spec.starts_with(builtin::PREFIX));
     if options.placed() != DAffine3::IDENTITY && format.is_none() {
         let why = "--scale and --up are for a bare model (.gltf, .glb, .obj): a scene file has scale and rotation for each of its models";
@@ -122,13 +134,11 @@ fn open_file(path: &Path, options: &OpenOptions) -> Result<Scene, Error> {
             cause: format!("it is a directory; afterlight reads {READS}"),
         });
     }
-    let mut scene = match (extension(path).as_str(), Format::of(path)) {
+    match (extension(path).as_str(), Format::of(path)) {
         ("toml", _) => file::load(path, options),
         (_, Some(format)) => open_model(path, format, options),
         _ => Err(unreadable(path, READS)),
-    }?;
-    order_triangles(&mut scene);
-    Ok(scene)
+    }
 }
 
 /// Orders the triangles of meshes for devices ([`Mesh::order_triangles`]), but not where some object blends them.

@@ -181,7 +181,7 @@ fn base(root: &Table, folder: &Path, options: &OpenOptions) -> Result<Scene, Err
     DEPTH.set(depth + 1);
     let opened = match path.to_str() {
         _ if spec.starts_with(builtin::PREFIX) => builtin::open(spec),
-        Some(path) => load::open(path, options),
+        Some(path) => load::open_base(path, options),
         None => Err(Error::Read { path, cause: "its name is not UTF-8".into() }),
     };
     DEPTH.set(depth);
