@@ -66,8 +66,8 @@ pub struct Args {
     /// Draw every N-th picture of a sequence, from the I-th on, so that N processes or machines draw all of them
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<Shard>,
-    /// Jittered frames that are averaged into the picture, 1 to 4096 [default: 8, or 1 with --view, --msaa and what works on the
-    /// finished picture: --fxaa, --vignette, --grain]
+    /// Jittered frames that are averaged into the picture, 1 to 4096 [default: 8, or 1 with --view, --msaa, --taa and what works on
+    /// the finished picture: --fxaa, --vignette, --grain]
     #[arg(long, value_name = "N", value_parser = samples, allow_hyphen_values = true)]
     samples: Option<u32>,
     #[arg(long, value_name = "NAME|all", value_parser = view, help = view_help())]

@@ -45,7 +45,7 @@ pub(super) use host::FORMULA_WRITE;
 pub(super) use masks::SUPPORTED;
 use unreported_mutants::Part;
 
-/// The Vulkan mechanism that carries a row. One queue does everything, so only presentation needs semaphores.
+/// The Vulkan mechanism that carries a row. One queue does everything, so only frames and presentation are ordered by semaphores.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Carrier {
     /// A subpass dependency of a render pass.
@@ -56,7 +56,8 @@ pub enum Carrier {
     BufferBarrier,
     /// A pipeline barrier on all memory.
     MemoryBarrier,
-    /// `vkQueueSubmit` itself, which orders the CPU's earlier writes before everything submitted ("Host Write Ordering Guarantees").
+    /// `vkQueueSubmit` itself, which orders the CPU's earlier writes before everything submitted ("Host Write Ordering Guarantees"): where memory is not
+    /// HOST_COHERENT, the writes that were flushed before it.
     /// Two submissions are ordered only by rows that reach beyond one of them: those from and to OUTSIDE.
     Submission,
     /// The CPU waits for a submission's fence (a `Ticket`).
@@ -79,7 +80,8 @@ impl Carrier {
                 "without it the CPU would read, write or free memory under the device's hands, and no driver has to survive that",
             ),
             Self::Semaphore => Some(
-                "presentation takes and hands over its images by semaphores alone: without one there would be no image to draw",
+                "the call that acquires the image signals it, or the call that presents waits for it: a signal without its wait, or a wait without its \
+                 signal, is invalid use by itself",
             ),
             _ => None,
         }

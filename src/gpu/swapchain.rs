@@ -1,7 +1,7 @@
 //! A swapchain: the images that a window shows, one after the other.
 //!
 //! The order of the waits stands in the caller's table of dependencies. This module has the semaphores of each wait: the caller's for an image that
-//! is acquired, and one for each image that is presented. The latter cannot be one a frame: presentation waits for it at a time that no fence tells,
+//! is acquired, and one for each image that is presented. The latter cannot be one a frame: presentation waits for it at a time that no fence of Vulkan's core tells,
 //! and it is only known to be over when the same image is acquired again (VUID-vkQueueSubmit-pSignalSemaphores-00067).
 
 use std::sync::Arc;

@@ -26,7 +26,7 @@ pub fn cases() -> Vec<Case> {
     let fxaa: Change = |settings| settings.fxaa = true;
     let toned: Change = |settings| (settings.vignette, settings.grain) = (0.5, 0.1);
     let samples: Change = |settings| settings.msaa = 4;
-    let occluded: Change = |settings| settings.ao = AmbientOcclusion::Gtao;
+    let occluded: Change = |settings| settings.ao = AmbientOcclusion::Bitmask;
     let fat: Change = |settings| settings.gbuffer.preset = GbufferPreset::Fat;
     let linear: Change = |settings| settings.resolve = Resolve::Linear;
     let hdr: Change = |settings| settings.output = Output::Nits;

@@ -85,7 +85,7 @@ fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
         (constants::NORMAL_ENCODING, plan.gbuffer.as_ref().map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),
         (constants::RADIUS, ao.radius.to_bits()),
         (constants::SCALE, ao.scale),
-        (constants::SLICED, u32::from(ao.method == AmbientOcclusion::Gtao)),
+        (constants::SLICED, u32::from(ao.method == AmbientOcclusion::Bitmask)),
         (constants::SLICES, slices),
         (constants::STEPS, steps),
         (constants::SAMPLES, ao.samples),

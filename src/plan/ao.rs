@@ -21,13 +21,13 @@ pub struct AoPlan {
 /// Samples of a slice at most: sixteen to each side. AO_DENOISE takes the mean over sixteen slices in any case, so that steps pay first.
 const SAMPLES_OF_A_SLICE: u32 = 32;
 
-/// In `inspect`: `gtao within 0.5 m, 16 samples in 1 slice, at each pixel`.
+/// In `inspect`: `bitmask within 0.5 m, 16 samples in 1 slice, at each pixel`.
 impl fmt::Display for AoPlan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} within {} m, {} samples", self.method, self.radius, self.samples)?;
         match (self.method, self.slices()) {
-            (AmbientOcclusion::Gtao, [1, _]) => f.write_str(" in 1 slice")?,
-            (AmbientOcclusion::Gtao, [count, _]) => write!(f, " in {count} slices")?,
+            (AmbientOcclusion::Bitmask, [1, _]) => f.write_str(" in 1 slice")?,
+            (AmbientOcclusion::Bitmask, [count, _]) => write!(f, " in {count} slices")?,
             _ => {}
         }
         f.write_str(if self.scale == 1 { ", at each pixel" } else { ", at one of four pixels" })
@@ -119,7 +119,7 @@ mod tests {
         let numbers = Settings { ao_radius: 3.0, ao_samples: 64, ..samples::deferred() };
         assert!(off.has_structure_of(&samples::plan(&scene, &numbers)));
         assert!(!off.has_ao() && !off.stores_gbuffer && off.format_of(Target::Visibility).is_none());
-        let half = Settings { ao: AmbientOcclusion::Gtao, ao_resolution: AoResolution::Half, ..numbers };
+        let half = Settings { ao: AmbientOcclusion::Bitmask, ao_resolution: AoResolution::Half, ..numbers };
         let on = samples::plan(&scene, &Settings { size: [33, 20], ..half });
         assert!(on.has_ao() && on.stores_gbuffer);
         assert_eq!((on.extent_of(Target::Visibility), on.extent_of(Target::Depth)), ([17, 10], [33, 20]));
@@ -129,7 +129,7 @@ mod tests {
 
     #[test]
     fn samples_go_into_steps_first_and_then_into_slices() {
-        let slices = |samples| AoPlan { method: AmbientOcclusion::Gtao, samples, radius: 1.0, scale: 1 }.slices();
+        let slices = |samples| AoPlan { method: AmbientOcclusion::Bitmask, samples, radius: 1.0, scale: 1 }.slices();
         assert_eq!([1, 4, 16, 32, 64, 256].map(slices), [[1, 1], [1, 2], [1, 8], [1, 16], [2, 16], [8, 16]]);
     }
 }

@@ -135,7 +135,7 @@ mod tests {
     #[test]
     fn the_error_names_what_needs_the_gbuffer_and_each_option_that_it_advises_draws() {
         let (plain, path) = (Settings::default(), |light_path| Settings { light_path, ..Settings::default() });
-        let with_ao = |own: Settings| Settings { ao: AmbientOcclusion::Gtao, ..own };
+        let with_ao = |own: Settings| Settings { ao: AmbientOcclusion::Bitmask, ..own };
         let with_reflections = |own: Settings| Settings { reflections: Reflections::Screen, ..own };
         let fat = GbufferChoice { preset: GbufferPreset::Fat, ..GbufferChoice::default() };
         assert!(FramePlan::of(&scene(), &plain, &four()).is_ok_and(|plan| plan.is_forward()));

@@ -153,6 +153,23 @@ mod tests {
         close(DVec3::ZERO, Tonemap::Aces, DVec3::ZERO, 0.0);
     }
 
+    /// The figures of book/src/light.md.
+    #[test]
+    fn neutral_stays_below_white_agx_ends_at_0_997_and_aces_is_white_from_25_7_on() {
+        let grey = |light: f64, curve| tone_map::<f64>(DVec3::splat(light), curve).min_element();
+        for light in [0.08, 0.3, 0.79] {
+            assert!((light - grey(light, Tonemap::Neutral) - 0.04).abs() < 1e-15, "{light}");
+        }
+        for light in [0.8, 1.0, 26.0, 1e4, 1e9] {
+            let expected = 1.0 - 0.0576 / (light - 0.56);
+            assert!((grey(light, Tonemap::Neutral) - expected).abs() < 1e-12 && expected < 1.0, "{light}");
+        }
+        let most =
+            (-200..=400).map(|tenth| grey(10f64.powf(f64::from(tenth) / 10.0), Tonemap::Agx)).fold(0.0, f64::max);
+        assert!((most - 0.997).abs() < 5e-4, "{most}");
+        assert!(grey(25.6, Tonemap::Aces) < 1.0 && grey(25.7, Tonemap::Aces) == 1.0);
+    }
+
     #[test]
     fn none_clamps() {
         close(DVec3::new(0.2, 1.0, 7.0), Tonemap::None, DVec3::new(0.2, 1.0, 1.0), 0.0);

@@ -241,7 +241,7 @@ mod tests {
         assert_eq!(passes(&plain, &Settings { fxaa: true, ..deferred.clone() }), ["GEOMETRY", "LIGHTING", "FXAA"]);
         let mut shaded = plain.clone();
         shaded.environment.ambient = Vec3::splat(0.1);
-        let effects = Settings { ao: AmbientOcclusion::Gtao, bloom: 0.1, vignette: 0.5, ..deferred.clone() };
+        let effects = Settings { ao: AmbientOcclusion::Bitmask, bloom: 0.1, vignette: 0.5, ..deferred.clone() };
         let all = ["GEOMETRY", "AO_DENOISE", "LIGHTING", "SPREAD", "TONEMAP", "TONE"];
         assert_eq!(passes(&shaded, &effects), all);
         let tiled = Settings { light_path: LightPath::Compute, ..deferred.clone() };
@@ -272,7 +272,7 @@ mod tests {
         let mut plain = samples::scene(vec![Material::default()], vec![samples::sky()]);
         plain.environment.ambient = Vec3::splat(0.1);
         let whole =
-            Settings { ao: AmbientOcclusion::Gtao, bloom: 0.1, vignette: 0.5, fxaa: true, ..samples::deferred() };
+            Settings { ao: AmbientOcclusion::Bitmask, bloom: 0.1, vignette: 0.5, fxaa: true, ..samples::deferred() };
         let plan = FramePlan::of(&plain, &whole, &samples::device()).expect("a plan");
         let seen: Vec<_> = Step::all(&plan)
             .into_iter()
@@ -304,7 +304,7 @@ mod tests {
             for &(name, light_path) in LightPath::NAMES {
                 for (fxaa, msaa, transparency, ao) in [
                     (false, 1, Transparency::Sorted, AmbientOcclusion::Off),
-                    (true, 1, Transparency::Oit, AmbientOcclusion::Gtao),
+                    (true, 1, Transparency::Oit, AmbientOcclusion::Bitmask),
                     (true, 4, Transparency::Sorted, AmbientOcclusion::Off),
                 ] {
                     let whole = Settings { light_path, fxaa, msaa, transparency, ao, ..Settings::default() };

@@ -51,7 +51,7 @@ fn shown(gpu: &Gpu, scene: &Scene, settings: &Settings, view: View) -> Vec<[f64;
 fn a_surface_alone_keeps_all_of_its_light() {
     on_gpu(|gpu| {
         let scene = ambient(plane(lambert(0.5), Vec::new()));
-        for method in [AmbientOcclusion::Ssao, AmbientOcclusion::Gtao] {
+        for method in [AmbientOcclusion::Ssao, AmbientOcclusion::Bitmask] {
             for (ao_radius, ao_resolution) in [
                 (0.001, AoResolution::Full),
                 (0.3, AoResolution::Full),
@@ -74,9 +74,9 @@ fn ambient_light_is_times_what_the_view_shows_and_no_other_light_is_on_every_pat
         let mut scene = boxes();
         let settings = Settings { light_path: LightPath::Loop, ..exact(SIZE[0], SIZE[1]) };
         let plain = shown(gpu, &scene, &settings, View::Final);
-        let gtao = with(AmbientOcclusion::Gtao, &settings);
-        let open = shown(gpu, &scene, &gtao, View::Ao);
-        let occluded = shown(gpu, &scene, &gtao, View::Final);
+        let bitmask = with(AmbientOcclusion::Bitmask, &settings);
+        let open = shown(gpu, &scene, &bitmask, View::Ao);
+        let occluded = shown(gpu, &scene, &bitmask, View::Final);
         let mut darker = 0;
         for ((plain, open), found) in plain.iter().zip(&open).zip(&occluded) {
             // The background is no surface: the view shows black there.
@@ -98,7 +98,7 @@ fn ambient_light_is_times_what_the_view_shows_and_no_other_light_is_on_every_pat
         let paths =
             [LightPath::Loop, LightPath::PerLight, LightPath::Volumes, LightPath::Clustered, LightPath::Compute];
         for light_path in paths {
-            let both = shown(gpu, &scene, &Settings { light_path, ..gtao.clone() }, View::Final);
+            let both = shown(gpu, &scene, &Settings { light_path, ..bitmask.clone() }, View::Final);
             for (index, found) in both.iter().enumerate() {
                 let wanted = lit[index][0] - plain[index][0] + occluded[index][0];
                 assert!((found[0] - wanted).abs() <= 1e-5 * lit[index][0].max(1.0), "{light_path} {found:?} {wanted}");
@@ -136,7 +136,7 @@ fn slices_come_to_what_the_march_of_the_same_depths_does_the_nearer_the_more_sam
         let mut orthographic = boxes();
         orthographic.camera.projection = Projection::Orthographic { height: 2.0 };
         for (name, scene) in [("perspective", perspective), ("orthographic", orthographic)] {
-            let settings = Settings { ao_radius: 0.3, ..with(AmbientOcclusion::Gtao, &exact(SIZE[0], SIZE[1])) };
+            let settings = Settings { ao_radius: 0.3, ..with(AmbientOcclusion::Bitmask, &exact(SIZE[0], SIZE[1])) };
             let error = |ao_samples| own_error(gpu, &scene, &Settings { ao_samples, ..settings.clone() });
             let errors = [4, 16, 64].map(error);
             println!("{name}: {errors:?}");
@@ -153,7 +153,7 @@ fn slices_come_to_what_the_march_of_the_same_depths_does_the_nearer_the_more_sam
 fn frames_of_a_picture_differ_in_what_is_random_and_their_mean_is_nearer() {
     on_gpu(|gpu| {
         let scene = boxes();
-        let settings = Settings { ao_radius: 0.3, ..with(AmbientOcclusion::Gtao, &exact(SIZE[0], SIZE[1])) };
+        let settings = Settings { ao_radius: 0.3, ..with(AmbientOcclusion::Bitmask, &exact(SIZE[0], SIZE[1])) };
         let few = Settings { ao_samples: 4, light_path: LightPath::Loop, ..settings };
         let many =
             |ao_samples, samples| shown(gpu, &scene, &Settings { ao_samples, samples, ..few.clone() }, View::Final);
@@ -173,9 +173,9 @@ fn whatever_is_asked_for_pictures_are_finite_and_between_black_and_what_they_wer
         for scene in [boxes(), ambient(open("builtin:spheres"))] {
             for size in [[1, 1], [3, 5], [33, 17]] {
                 for (ao, ao_radius, ao_samples, ao_resolution, preset) in [
-                    (AmbientOcclusion::Gtao, 1000.0, 4, AoResolution::Half, "lean"),
-                    (AmbientOcclusion::Gtao, 0.001, 128, AoResolution::Full, "fat"),
-                    (AmbientOcclusion::Gtao, 0.5, 1, AoResolution::Full, "lean,normal=oct16-uint"),
+                    (AmbientOcclusion::Bitmask, 1000.0, 4, AoResolution::Half, "lean"),
+                    (AmbientOcclusion::Bitmask, 0.001, 128, AoResolution::Full, "fat"),
+                    (AmbientOcclusion::Bitmask, 0.5, 1, AoResolution::Full, "lean,normal=oct16-uint"),
                     (AmbientOcclusion::Ssao, 1000.0, 1, AoResolution::Full, "float32"),
                     (AmbientOcclusion::Ssao, 0.001, 64, AoResolution::Half, "lean,normal=oct8"),
                 ] {
@@ -203,26 +203,26 @@ fn off_there_is_no_pass_and_no_difference_and_what_it_cannot_go_with_is_refused(
         let has_ao = |settings: &Settings| passes(settings).iter().any(|pass| pass.starts_with("ao"));
         // Other numbers without a method change nothing.
         let numbers = Settings { ao_radius: 2.0, ao_samples: 64, ao_resolution: AoResolution::Half, ..plain.clone() };
-        assert!(!has_ao(&plain) && !has_ao(&numbers) && has_ao(&with(AmbientOcclusion::Gtao, &plain)));
+        assert!(!has_ao(&plain) && !has_ao(&numbers) && has_ao(&with(AmbientOcclusion::Bitmask, &plain)));
         assert_eq!(gpu.draw(&scene, &plain), gpu.draw(&scene, &numbers));
         // Nor where no light comes from everywhere.
         let dark = Scene { environment: Environment::default(), ..boxes() };
         let device = afterlight::frame::capabilities(&gpu.device.physical);
         let plan = |scene: &Scene, settings: &Settings| FramePlan::of(scene, settings, &device);
-        let dark_plan = plan(&dark, &with(AmbientOcclusion::Gtao, &plain)).expect("a plan");
+        let dark_plan = plan(&dark, &with(AmbientOcclusion::Bitmask, &plain)).expect("a plan");
         assert!(!dark_plan.has_ao() && dark_plan.reasons.ao.contains("no light comes"));
-        let gtao = with(AmbientOcclusion::Gtao, &plain);
+        let bitmask = with(AmbientOcclusion::Bitmask, &plain);
         for (settings, why) in [
-            (Settings { light_path: LightPath::Forward, ..gtao.clone() }, "the light path forward has none"),
-            (Settings { light_path: LightPath::ForwardNaive, ..gtao.clone() }, "forward-naive"),
-            (Settings { msaa: 4, ..gtao.clone() }, "--msaa 4"),
-            (Settings { ao_radius: f32::NAN, ..gtao.clone() }, "a radius of NaN m"),
-            (Settings { ao_radius: f32::INFINITY, ..gtao.clone() }, "a radius of inf m"),
-            (Settings { ao_radius: -1.0, ..gtao.clone() }, "a radius of -1 m"),
-            (Settings { ao_radius: 0.0, ..gtao.clone() }, "a radius of 0 m"),
-            (Settings { ao_radius: 1e6, ..gtao.clone() }, "a radius of 1000000 m"),
-            (Settings { ao_samples: 0, ..gtao.clone() }, "0 samples"),
-            (Settings { ao_samples: u32::MAX, ..gtao.clone() }, "samples of the depth buffer"),
+            (Settings { light_path: LightPath::Forward, ..bitmask.clone() }, "the light path forward has none"),
+            (Settings { light_path: LightPath::ForwardNaive, ..bitmask.clone() }, "forward-naive"),
+            (Settings { msaa: 4, ..bitmask.clone() }, "--msaa 4"),
+            (Settings { ao_radius: f32::NAN, ..bitmask.clone() }, "a radius of NaN m"),
+            (Settings { ao_radius: f32::INFINITY, ..bitmask.clone() }, "a radius of inf m"),
+            (Settings { ao_radius: -1.0, ..bitmask.clone() }, "a radius of -1 m"),
+            (Settings { ao_radius: 0.0, ..bitmask.clone() }, "a radius of 0 m"),
+            (Settings { ao_radius: 1e6, ..bitmask.clone() }, "a radius of 1000000 m"),
+            (Settings { ao_samples: 0, ..bitmask.clone() }, "0 samples"),
+            (Settings { ao_samples: u32::MAX, ..bitmask.clone() }, "samples of the depth buffer"),
         ] {
             let text = plan(&scene, &settings).expect_err(why).to_string();
             assert!(text.starts_with("ambient occlusion: ") && text.contains(why), "{text}");
@@ -231,6 +231,6 @@ fn off_there_is_no_pass_and_no_difference_and_what_it_cannot_go_with_is_refused(
         let bare = ambient(plane(Material { brdf: Brdf::Lambert, ..lambert(0.5) }, Vec::new()));
         let auto = Settings { light_path: LightPath::Auto, ..plain };
         assert!(plan(&bare, &auto).expect("a plan").is_forward());
-        assert!(plan(&bare, &with(AmbientOcclusion::Gtao, &auto)).expect("a plan").has_ao());
+        assert!(plan(&bare, &with(AmbientOcclusion::Bitmask, &auto)).expect("a plan").has_ao());
     });
 }

@@ -194,13 +194,13 @@ fn every_picture_of_the_gallery_looks_as_it_did() {
         album.compare("gallery-particles-oit", &smoke, &weighted);
         album.compare("gallery-particles-view", &smoke, &Settings { view: View::Particles, ..once });
         let hall = open("builtin:hall");
-        let occluded = Settings { ao: AmbientOcclusion::Gtao, ..own(&hall, SIZE.0, SIZE.1) };
-        album.compare("hall-gtao", &hall, &occluded);
+        let occluded = Settings { ao: AmbientOcclusion::Bitmask, ..own(&hall, SIZE.0, SIZE.1) };
+        album.compare("hall-bitmask", &hall, &occluded);
         let scene = gallery("reflections");
         let mirrored = Settings { reflections: Reflections::Screen, samples: 1, ..own(&scene, SIZE.0, SIZE.1) };
         album.compare("gallery-reflections", &scene, &mirrored);
         album.compare("gallery-reflections-view", &scene, &Settings { view: View::Reflections, ..mirrored });
-        album.compare("hall-gtao-view", &hall, &Settings { view: View::Ao, ..occluded });
+        album.compare("hall-bitmask-view", &hall, &Settings { view: View::Ao, ..occluded });
     });
 }
 

@@ -261,9 +261,12 @@ fn what_a_refusal_advises_draws() {
     let harbour = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/harbour.toml");
     let (stage, cornell) = (Stage::new(), "builtin:cornell");
     let cases: [(&[&str], &str); 5] = [
-        (&[cornell, "--ao", "gtao"], "ambient occlusion needs a G-buffer of 5 colour attachments"),
-        (&[cornell, "--ao", "gtao", "--gbuffer", "lean"], "ambient occlusion needs a G-buffer of 5 colour attachments"),
-        (&[cornell, "--ao", "gtao", "--light-path", "loop"], "choose `--light-path forward --ao off`"),
+        (&[cornell, "--ao", "bitmask"], "ambient occlusion needs a G-buffer of 5 colour attachments"),
+        (
+            &[cornell, "--ao", "bitmask", "--gbuffer", "lean"],
+            "ambient occlusion needs a G-buffer of 5 colour attachments",
+        ),
+        (&[cornell, "--ao", "bitmask", "--light-path", "loop"], "choose `--light-path forward --ao off`"),
         (&[harbour.to_str().expect("UTF-8")], "choose `--reflections off --particles off`"),
         (&[cornell, "--reflections", "screen"], "reflections need a G-buffer of 5 colour attachments"),
     ];

@@ -84,7 +84,10 @@ fn help_has_every_setting_with_its_values_and_its_default() {
     for setting in SETTINGS {
         assert!(help_of("bench").contains(setting.key), "{} is not in the help of --vary", setting.key);
         for command in setting.only.split(", ").filter(|command| !command.is_empty()) {
-            assert!(help_of(command).contains(&format!("--{} <", setting.key)), "{command} lacks --{}", setting.key);
+            let help = words(&help_of(command));
+            assert!(help.contains(&format!("--{} <", setting.key)), "{command} lacks --{}", setting.key);
+            let default = format!("[default: {}]", setting.option_default);
+            assert!(setting.option_default.is_empty() || help.contains(&default), "{command} lacks {default}");
         }
     }
 }
@@ -125,7 +128,7 @@ fn a_row_says_whether_its_setting_changes_the_plan() {
         "samples=4",
         "light-path=forward",
         "bloom=0.5",
-        "ao=gtao",
+        "ao=bitmask",
         "taa=on",
         "reflections=screen",
         "fog=height",
@@ -154,7 +157,10 @@ fn table() -> String {
         let quoted = |name: &String| format!("`{name}`");
         let names: Vec<_> = setting.values.all().iter().map(quoted).collect();
         let values = if names.is_empty() { setting.range() } else { names.join(", ") };
-        let default = if setting.unset.is_empty() { quoted(&setting.default()) } else { setting.default() };
+        let default = match (setting.option_default, setting.unset) {
+            ("", "") => quoted(&setting.default()),
+            ("", phrase) | (phrase, _) => phrase.to_owned(),
+        };
         let only = if setting.only.is_empty() { String::new() } else { format!(" (of {})", setting.only) };
         let changes = if setting.changes_plan { "yes" } else { "" };
         text += &format!("| `--{key}`{only} | `{toml}` | {default} | {values} | {help} | {changes} |\n");

@@ -18,7 +18,7 @@ use glam::{DAffine3, DQuat, DVec3, Vec3};
 /// Settings that the table speaks of, as it spells them.
 pub type Named = Vec<(&'static str, String)>;
 
-const AO: [AmbientOcclusion; 2] = [AmbientOcclusion::Off, AmbientOcclusion::Gtao];
+const AO: [AmbientOcclusion; 2] = [AmbientOcclusion::Off, AmbientOcclusion::Bitmask];
 
 /// A scene with a share of everything that the settings act on: ambient light, lights with and without a range, a shadow, a surface that emits.
 pub fn scene(transparent: bool) -> Scene {

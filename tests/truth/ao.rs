@@ -77,7 +77,7 @@ impl Truths {
 /// A row of docs/AO.md for each method.
 fn table(gpu: &Gpu, spec: &str, [width, height]: [u32; 2], radius: f32) -> Vec<(String, Errors)> {
     let scene = open(spec);
-    let base = Settings { ao: AmbientOcclusion::Gtao, ao_radius: radius, samples: 1, ..own(&scene, width, height) };
+    let base = Settings { ao: AmbientOcclusion::Bitmask, ao_radius: radius, samples: 1, ..own(&scene, width, height) };
     let truths = Truths::of(gpu, &scene, &base);
     let mean = truths.rays.iter().sum::<f64>() / truths.rays.len() as f64;
     let none = root_mean_square(truths.rays.iter().map(|rays| 1.0 - rays));
@@ -89,11 +89,11 @@ fn table(gpu: &Gpu, spec: &str, [width, height]: [u32; 2], radius: f32) -> Vec<(
     let ways = [
         (AmbientOcclusion::Ssao, 16, AoResolution::Full),
         (AmbientOcclusion::Ssao, 64, AoResolution::Full),
-        (AmbientOcclusion::Gtao, 8, AoResolution::Full),
-        (AmbientOcclusion::Gtao, 16, AoResolution::Full),
-        (AmbientOcclusion::Gtao, 32, AoResolution::Full),
-        (AmbientOcclusion::Gtao, 64, AoResolution::Full),
-        (AmbientOcclusion::Gtao, 16, AoResolution::Half),
+        (AmbientOcclusion::Bitmask, 8, AoResolution::Full),
+        (AmbientOcclusion::Bitmask, 16, AoResolution::Full),
+        (AmbientOcclusion::Bitmask, 32, AoResolution::Full),
+        (AmbientOcclusion::Bitmask, 64, AoResolution::Full),
+        (AmbientOcclusion::Bitmask, 16, AoResolution::Half),
     ];
     let row = |(ao, ao_samples, ao_resolution): (AmbientOcclusion, u32, AoResolution)| {
         let settings = Settings { ao, ao_samples, ao_resolution, ..base.clone() };
@@ -111,10 +111,10 @@ fn slices_are_nearer_to_rays_than_samples_of_the_hemisphere() {
         for (spec, radius) in [("builtin:hall", 0.5), ("builtin:spheres", 0.5), ("builtin:cornell", 0.5)] {
             let rows = table(gpu, spec, [320, 180], radius);
             let of = |name: &str| &rows.iter().find(|(own, _)| own == name).expect("a row").1;
-            let (ssao, gtao) = (of("ssao 16 full"), of("gtao 16 full"));
-            assert!(gtao.own < 0.8 * ssao.own, "{spec}: {} {}", gtao.own, ssao.own);
-            assert!(gtao.rays < 0.9 * ssao.rays, "{spec}: {} {}", gtao.rays, ssao.rays);
-            assert!(of("gtao 64 full").own < gtao.own && gtao.own < of("gtao 8 full").own, "{spec}");
+            let (ssao, bitmask) = (of("ssao 16 full"), of("bitmask 16 full"));
+            assert!(bitmask.own < 0.8 * ssao.own, "{spec}: {} {}", bitmask.own, ssao.own);
+            assert!(bitmask.rays < 0.9 * ssao.rays, "{spec}: {} {}", bitmask.rays, ssao.rays);
+            assert!(of("bitmask 64 full").own < bitmask.own && bitmask.own < of("bitmask 8 full").own, "{spec}");
         }
     });
 }

@@ -9,7 +9,7 @@ use ash::vk::{AccessFlags as A, PipelineStageFlags as S};
 
 use super::program::{Kind, Program, Scope, Sync, Touch};
 
-/// A stage of our own: presentation, which only semaphores order.
+/// A stage of our own: presentation, which the program orders by semaphores.
 pub(super) const PRESENTATION: S = S::from_raw(1 << 30);
 
 /// The stages of drawing, each logically earlier than the next.

@@ -256,7 +256,7 @@ mod tests {
                 "{why}"
             );
         }
-        let occluded = Settings { ao: AmbientOcclusion::Gtao, ..defaults.clone() };
+        let occluded = Settings { ao: AmbientOcclusion::Bitmask, ..defaults.clone() };
         let mut in_the_open = lamps(1);
         in_the_open.environment.ambient = glam::Vec3::ONE;
         for (scene, settings, device, says) in [

@@ -58,8 +58,10 @@ pub enum AmbientOcclusion {
     /// Places in the hemisphere above a surface are hidden where something nearer is seen in front of them (after M. Mittring, "Finding Next Gen",
     /// 2007).
     Ssao,
-    /// Slices of the hemisphere are marched, and the angles that each sample hides are kept in bits.
-    Gtao,
+    /// Slices of the hemisphere are marched, and a visibility bitmask keeps the angles that samples hide (O. Therrien, Y. Levesque and G. Gilet,
+    /// "Screen Space Indirect Lighting with Visibility Bitmask", 2023).
+    #[serde(alias = "gtao")]
+    Bitmask,
 }
 
 /// For which pixels something is found.

@@ -12,9 +12,10 @@ use super::{
 use crate::scene::suggest::unknown;
 use crate::scene::{Brdf, Error};
 
-/// Gives a type `NAMES`, `name()`, `FromStr` and `Display` out of one table.
+/// Gives a type `NAMES`, `name()`, `FromStr` and `Display` out of one table. A name that has been replaced stands behind the new one, is still read, and is
+/// neither listed nor written.
 macro_rules! named {
-    ($type:ty, $what:literal, $($name:literal => $value:ident),+ $(,)?) => {
+    ($type:ty, $what:literal, $($name:literal $(| $replaced:literal)* => $value:ident),+ $(,)?) => {
         impl $type {
             /// Every value with its name.
             pub const NAMES: &'static [(&'static str, Self)] = &[$(($name, Self::$value)),+];
@@ -37,10 +38,10 @@ macro_rules! named {
             type Err = Error;
 
             fn from_str(text: &str) -> Result<Self, Error> {
-                let wanted = text.trim().to_lowercase().replace('_', "-");
-                Self::NAMES.iter().find(|(name, _)| *name == wanted).map(|(_, value)| *value).ok_or_else(|| {
-                    Error::Setting(unknown($what, text, &[$($name),+]))
-                })
+                match text.trim().to_lowercase().replace('_', "-").as_str() {
+                    $($name $(| $replaced)* => Ok(Self::$value),)+
+                    _ => Err(Error::Setting(unknown($what, text, &[$($name),+]))),
+                }
             }
         }
     };
@@ -55,7 +56,7 @@ named!(View, "view",
     "lights-per-pixel" => LightsPerPixel, "complexity" => Complexity, "triangle" => Triangle, "ao" => Ao, "velocity" => Velocity,
     "reflections" => Reflections);
 named!(Fog, "fog", "off" => Off, "height" => Height, "froxels" => Froxels);
-named!(AmbientOcclusion, "ambient occlusion", "off" => Off, "ssao" => Ssao, "gtao" => Gtao);
+named!(AmbientOcclusion, "ambient occlusion", "off" => Off, "ssao" => Ssao, "bitmask" | "gtao" => Bitmask);
 named!(AoResolution, "resolution", "full" => Full, "half" => Half);
 named!(Reflections, "way of reflections", "off" => Off, "screen" => Screen);
 named!(Culling, "culling", "auto" => Auto, "cpu" => Cpu, "gpu" => Gpu);
@@ -170,6 +171,23 @@ mod tests {
             assert_eq!(name.parse::<Tonemap>().unwrap(), value);
         }
         assert_eq!("Cook_Torrance".parse::<Brdf>().unwrap(), Brdf::CookTorrance);
+    }
+
+    #[test]
+    fn a_replaced_name_is_read_wherever_settings_are_and_never_written() {
+        use crate::scene::SettingsPatch;
+        use crate::scene::file::parse_settings;
+
+        let text = "ao=gtao".parse::<SettingsPatch>().unwrap();
+        let file = parse_settings("[settings]\nao = \"GTAO\"\n", std::path::Path::new("old.toml")).unwrap();
+        for patch in [&text, &file] {
+            assert_eq!((patch.ao, patch.to_string().as_str()), (Some(AmbientOcclusion::Bitmask), "ao=bitmask"));
+            assert_eq!(patch.to_toml(), "[settings]\nao = \"bitmask\"\n");
+        }
+        let json: AmbientOcclusion = serde_json::from_str("\"gtao\"").unwrap();
+        assert_eq!(serde_json::to_string(&json).unwrap(), "\"bitmask\"");
+        let error = "gtoa".parse::<AmbientOcclusion>().unwrap_err().to_string();
+        assert!(error.ends_with("(possible: off, ssao, bitmask)"), "{error}");
     }
 
     #[test]

@@ -30,6 +30,8 @@ pub struct Setting {
     pub on_picture: bool,
     /// The only commands that have it as an option, each in a way of its own; empty where all that draw have it.
     pub only: &'static str,
+    /// A phrase for the default of that option, where it differs from the library's.
+    pub option_default: &'static str,
     /// It has a row in the window's panel.
     pub in_panel: bool,
     /// Says which other values of it `afterlight report` tries.

@@ -177,6 +177,7 @@ const fn plain<T: Value>() -> Setting {
         of_truth: false,
         on_picture: false,
         only: "",
+        option_default: "",
         in_panel: true,
         sweep: Sweep::No,
         tried: &[],
@@ -275,6 +276,7 @@ settings! {
         /// Jittered frames that are averaged into one picture
         "samples", "samples" => samples: u32 = 1, {
             title: "frames a picture", values: ValueKind::Whole(1, 4096), only: "render", in_panel: false,
+            option_default: "8, or 1 with --view, --msaa, --taa and what works on the finished picture: --fxaa, --vignette, --grain",
             sweep: Sweep::Joint, tried: &["1", "2", "4", "8", "16", "32", "64"], quick: &["1", "4"],
         }
         /// Average a pixel's samples before tone mapping (linear) or after it (tone-mapped)
@@ -327,7 +329,7 @@ settings! {
             sweep: Sweep::Alone, tried: &["1", "4", "16", "64", "256", "1024"],
         }
         /// Weaken ambient and sky light where surfaces nearby hide it (ambient occlusion), found on the screen by samples of the hemisphere (ssao), or by
-        /// slices of it, in which more is known of what hides (gtao)
+        /// slices of it, each with a visibility bitmask of the angles that are hidden (bitmask)
         "ao", "ao" => ao: AmbientOcclusion = AmbientOcclusion::Off, {
             title: "ambient occlusion", sweep: Sweep::Alone,
         }

@@ -12,7 +12,7 @@ pub const CASES: &[Case] = &[
     case("ao/radius", "a sphere on a floor under light from everywhere, which surfaces within such a radius hide")
         .over(Values::Decades(-3, 3), "m")
         .claim([1e-3, 1e3], Bound { worst: 5.0, mean: 0.05 })
-        .check(Check::Picture(|metres| radius(metres, AmbientOcclusion::Gtao))),
+        .check(Check::Picture(|metres| radius(metres, AmbientOcclusion::Bitmask))),
     case("ao/radius-ssao", "the same by samples of the hemisphere")
         .over(Values::Decades(-3, 3), "m")
         .claim([1e-3, 1e3], Bound { worst: 5.0, mean: 0.25 })
@@ -36,5 +36,5 @@ fn radius(metres: f64, ao: AmbientOcclusion) -> Subject {
 }
 
 fn distance(metres: f64) -> Subject {
-    subject(AmbientOcclusion::Gtao, 0.5, metres)
+    subject(AmbientOcclusion::Bitmask, 0.5, metres)
 }
