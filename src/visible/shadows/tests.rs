@@ -367,6 +367,22 @@ proptest! {
 }
 
 #[test]
+fn cascades_reach_as_far_from_anywhere_inside_a_scene_and_follow_the_camera_in_steps_outside() {
+    let extent = Aabb { min: DVec3::splat(-10.0), max: DVec3::splat(10.0) };
+    let radius = extent.radius();
+    let end = |distance: f64| farthest(&extent, &Camera { position: DVec3::X * distance, ..Camera::default() });
+    for distance in [0.0, 0.3 * radius, 0.99 * radius] {
+        assert_eq!(end(distance), 2.0 * radius, "{distance}");
+    }
+    for distance in [1.01 * radius, 3.0 * radius, 100.0 * radius] {
+        let (end, needed) = (end(distance), distance + radius);
+        let quarters = 4.0 * end.log2();
+        assert!((quarters - quarters.round()).abs() < 1e-9, "{end}");
+        assert!(end >= needed && end < 1.19 * needed, "{end}, {needed}");
+    }
+}
+
+#[test]
 fn maps_are_right_handed_and_deeper_away_from_the_light() {
     let lights = vec![sun(DVec3::NEG_Y), lamp(DVec3::Y * 3.0, None), spot(DVec3::Y * 3.0, DVec3::NEG_Y, 30.0)];
     let scene = scene(&[(DVec3::ZERO, DVec3::ONE)], lights);
