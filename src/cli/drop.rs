@@ -364,7 +364,7 @@ mod tests {
     fn row(name: RowName) -> Edge {
         let (from, to, why) = (Place::OUTSIDE, Place::OUTSIDE, "");
         let (carrier, by_region) = (Carrier::Subpass(SHADOW_PASS), false);
-        Edge { name, carrier, from, to, before: Use::START, after: Use::END, by_region, why }
+        Edge { name, carrier, from, to, before: Use::START, after: Use::END, by_region, across_samples: false, why }
     }
 
     #[test]

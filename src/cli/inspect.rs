@@ -131,6 +131,7 @@ struct EdgeReport {
     dst_stages: String,
     dst_access: String,
     by_region: bool,
+    across_samples: bool,
     layouts: Vec<LayoutReport>,
     why: &'static str,
 }
@@ -159,6 +160,7 @@ impl EdgeReport {
             dst_stages: flags(&edge.after.stage),
             dst_access: flags(&edge.after.access),
             by_region: edge.by_region,
+            across_samples: edge.across_samples,
             layouts: changes.iter().map(layout).collect(),
             why: edge.why,
         }
@@ -283,7 +285,7 @@ fn drawing(text: &str) -> Result<Sink, String> {
 fn edge_list(edges: &Edges, layouts: impl Fn(&Edge) -> Vec<LayoutChange>) -> String {
     let mut text = String::new();
     for edge in edges.iter() {
-        let region = if edge.by_region { ", by region" } else { "" };
+        let region = edge.region();
         let _ = writeln!(text, "  {}: {} -> {}, {}{region}", edge.name, edge.from, edge.to, edge.carrier);
         let mut masks = Table::new();
         for (what, uses) in [("  after ", edge.before), ("  before", edge.after)] {

@@ -134,8 +134,11 @@ pub struct Edge {
     pub before: Use,
     /// The second scope, the union of all uses that wait.
     pub after: Use,
-    /// `VK_DEPENDENCY_BY_REGION_BIT`: each pixel waits only for itself. False outside of subpass dependencies.
+    /// `VK_DEPENDENCY_BY_REGION_BIT`: each pixel waits only for itself, and between subpasses of as many samples each sample. False outside of subpass
+    /// dependencies.
     pub by_region: bool,
+    /// It would be by region, but one side reads samples of its pixel beside its own.
+    pub across_samples: bool,
     /// The reason in a sentence, for `afterlight inspect` and its documentation.
     pub why: &'static str,
 }
@@ -155,13 +158,28 @@ impl Edge {
         Dependency { before: self.before, after: self.after }
     }
 
-    /// Each part of the row that can be taken away: all of it, and each stage and access of both sides.
+    /// Each part of the row that can be taken away: all of it, its reach across samples, and each stage and access of both sides.
     pub fn parts(&self) -> Vec<Part> {
         let mut parts = vec![Part::Row];
+        parts.extend(self.across_samples.then_some(Part::AcrossSamples));
         for side in [Side::Before, Side::After] {
             parts.extend(masks::bits(self.side(side)).map(|bit| Part::Bits(side, bit)));
         }
         parts
+    }
+
+    /// Returns true if it is between two subpasses of one render pass.
+    pub fn is_between_subpasses(&self) -> bool {
+        self.by_region || self.across_samples
+    }
+
+    /// `, by region` or `, across samples`, to follow the carrier in words; empty for other rows.
+    pub fn region(&self) -> &'static str {
+        match (self.by_region, self.across_samples) {
+            (true, _) => ", by region",
+            (_, true) => ", across samples",
+            _ => "",
+        }
     }
 
     /// The stages and accesses of one side.
@@ -232,6 +250,12 @@ impl Edges {
     pub fn without_part(&self, name: RowName, part: Part) -> Result<Self, Refused> {
         match part {
             Part::Row => self.without(name),
+            Part::AcrossSamples => {
+                let index = self.changeable(name)?;
+                let mut rows = self.0.clone();
+                (rows[index].by_region, rows[index].across_samples) = (true, false);
+                Ok(Self(rows))
+            }
             Part::Bits(side, bits) => self.without_bits(name, side, bits),
         }
     }
@@ -310,7 +334,7 @@ struct Row(Edge);
 
 fn row(name: RowName, carrier: Carrier) -> Row {
     let (from, to, before, after) = (Place::OUTSIDE, Place::OUTSIDE, Use::START, Use::END);
-    Row(Edge { name, carrier, from, to, before, after, by_region: false, why: "" })
+    Row(Edge { name, carrier, from, to, before, after, by_region: false, across_samples: false, why: "" })
 }
 
 /// A row that changes an image's layout.
@@ -318,7 +342,8 @@ fn barrier(name: RowName, old: vk::ImageLayout, new: vk::ImageLayout) -> Row {
     row(name, Carrier::ImageBarrier(old, new))
 }
 
-/// A row of the main pass. Between two subpasses each pixel reads only itself, so a tiler never leaves the tile.
+/// A row of the main pass. Between two subpasses each pixel reads only itself, so a tiler never leaves the tile; nor does one that orders all samples
+/// ([`Row::across_samples`]) on a driver that keeps whole pixels in a tile.
 fn subpass(name: RowName) -> Row {
     let Row(edge) = row(name, Carrier::Subpass(MAIN_PASS));
     Row(Edge { by_region: true, ..edge })
@@ -339,11 +364,21 @@ impl Row {
         Self(Edge { to, after: Use::all(uses), ..self.0 })
     }
 
+    // ANCHOR: across-samples
+    /// Where `reads_all`, invocations for one sample read the others of their pixel, so the row is not by region: "If N equals M", with N samples a pixel on
+    /// one side and M on the other, "then a framebuffer region containing a single (x, y, layer, sample) coordinate in the first synchronization scope
+    /// corresponds to a region containing the same sample at the same coordinate in the second" (specification, "Framebuffer Region Dependencies").
+    fn across_samples(self, reads_all: bool) -> Self {
+        Self(Edge { across_samples: reads_all, by_region: self.0.by_region && !reads_all, ..self.0 })
+    }
+    // ANCHOR_END: across-samples
+
     fn because(self, why: &'static str) -> Edge {
         let between_subpasses = [self.0.from, self.0.to]
             .iter()
             .all(|own| ![Place::OUTSIDE, fxaa::PASS.place, bloom::PASS.place].contains(own));
-        Edge { why, by_region: self.0.by_region && between_subpasses, ..self.0 }
+        let by_region = self.0.by_region && between_subpasses;
+        Edge { why, by_region, across_samples: self.0.across_samples && between_subpasses, ..self.0 }
     }
 }
 

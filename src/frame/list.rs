@@ -197,7 +197,7 @@ impl Step {
             Self::RenderPass(_, subpasses) => subpasses.iter().flat_map(|own| own.touches.iter().copied()).collect(),
             Self::Commands(own) => (own.pass.touches)(plan),
             Self::Presentation => {
-                vec![Touch { resource: shown(plan), how: How::Presented, uses: Use::END }]
+                vec![Touch::new(shown(plan), How::Presented, Use::END)]
             }
         }
     }

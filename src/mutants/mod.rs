@@ -89,13 +89,17 @@ impl Mutant<'_> {
     }
 }
 
-/// `row`, or the side and the bit: `after.SHADER_READ`.
+/// `row`, `across-samples`, or the side and the bit: `after.SHADER_READ`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PartName(pub Part);
 
 impl fmt::Display for PartName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Part::Bits(side, bits) = self.0 else { return f.write_str("row") };
+        let (side, bits) = match self.0 {
+            Part::Row => return f.write_str("row"),
+            Part::AcrossSamples => return f.write_str("across-samples"),
+            Part::Bits(side, bits) => (side, bits),
+        };
         f.write_str(match side {
             Side::Before => "before.",
             Side::After => "after.",

@@ -30,7 +30,7 @@ pub static OLDER_LAYERS: &[OlderLayers] = &[
     },
     OlderLayers {
         seen_from: LAYER,
-        is_about: |mutant| mutant.part != Part::Row && mutant.edge.by_region,
+        is_about: |mutant| matches!(mutant.part, Part::Bits(..)) && mutant.edge.is_between_subpasses(),
         why: "the layer does not look at the masks of a dependency between two subpasses: it takes each for one of all stages and accesses",
     },
     OlderLayers {
@@ -75,6 +75,6 @@ fn is_in_another_submission(mutant: &Mutant) -> bool {
         }
         (Part::Bits(Side::Before, _), _) => begins_outside,
         (Part::Bits(Side::After, _), _) => ends_outside || is_prepared,
-        (Part::Row, _) => false,
+        (Part::Row | Part::AcrossSamples, _) => false,
     }
 }

@@ -21,10 +21,7 @@ pub const PASS: Pass = Pass {
     what: "brings the picture to the CPU, when one is asked for",
     presence: |_| Presence::In("only when a picture is read back".into()),
     touches: |plan| {
-        vec![
-            Touch { resource: shown(plan), how: How::CopiedFrom, uses: READ },
-            Touch { resource: Resource::ReadBack, how: How::Buffer, uses: WRITE },
-        ]
+        vec![Touch::new(shown(plan), How::CopiedFrom, READ), Touch::new(Resource::ReadBack, How::Buffer, WRITE)]
     },
     leave_out: None,
 };

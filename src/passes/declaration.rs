@@ -160,6 +160,8 @@ pub struct Touch {
     pub how: How,
     /// Stages and accesses. An attachment that is blended, or depth that is written, shows here.
     pub uses: Use,
+    /// Invocations for one sample read the other samples of their pixel as well.
+    pub all_samples: bool,
 }
 
 /// The role in which a pass uses a resource.
@@ -206,13 +208,23 @@ pub enum First {
 }
 
 impl Touch {
+    /// Of several samples an invocation touches its own alone.
+    pub const fn new(resource: Resource, how: How, uses: Use) -> Self {
+        Self { resource, how, uses, all_samples: false }
+    }
+
     const fn target(target: Target, how: How, uses: Use) -> Self {
-        Self { resource: Resource::Target(target), how, uses }
+        Self::new(Resource::Target(target), how, uses)
     }
 
     /// Reads its own pixel of an attachment.
     pub const fn input(binding: u32, target: Target, uses: Use) -> Self {
         Self::target(target, How::Input { binding }, uses)
+    }
+
+    /// Where `all`, an invocation reads all samples of its pixel, whichever of them it draws.
+    pub const fn of_all_samples(self, all: bool) -> Self {
+        Self { all_samples: all, ..self }
     }
 
     /// Draws into an attachment, or blends over it where `uses` reads.
@@ -253,7 +265,7 @@ impl Touch {
             }
             _ => How::Buffer,
         };
-        Self { resource, how, uses }
+        Self::new(resource, how, uses)
     }
 
     pub fn writes(&self) -> bool {

@@ -32,8 +32,8 @@ pub const PASS: Pass = Pass {
     touches: |plan| {
         let drawn = How::Color { location: 0, first: First::Undefined };
         vec![
-            Touch { resource: shown(plan), how: How::Sampled { binding: 0 }, uses: READ },
-            Touch { resource: Resource::SwapchainImage, how: drawn, uses: WRITE },
+            Touch::new(shown(plan), How::Sampled { binding: 0 }, READ),
+            Touch::new(Resource::SwapchainImage, drawn, WRITE),
         ]
     },
     leave_out: None,

@@ -46,10 +46,15 @@ pub const PASS: Pass = Pass {
     leave_out: None,
 };
 
+/// Returns true if an invocation reads all samples of its pixel, also where it lights one of them: whether all show one surface decides who lights them.
+pub fn reads_all_samples(plan: &FramePlan) -> bool {
+    plan.msaa > 1 && plan.shading.is_lit()
+}
+
 fn touches(plan: &FramePlan) -> Vec<Touch> {
     let light = if plan.blends_light() { LIGHT_BLEND } else { LIGHT_WRITE };
-    let mut touches: Vec<_> =
-        gbuffer_inputs(plan).into_iter().map(|(binding, target)| Touch::input(binding, target, GBUFFER_READ)).collect();
+    let input = |(binding, target)| Touch::input(binding, target, GBUFFER_READ).of_all_samples(reads_all_samples(plan));
+    let mut touches: Vec<_> = gbuffer_inputs(plan).into_iter().map(input).collect();
     touches.push(Touch::color(0, plan.light_target(), First::Clear, light));
     if plan.lighting_tests_depth() {
         touches.push(Touch::depth(First::Undefined, DEPTH_READ));

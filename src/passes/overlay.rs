@@ -29,10 +29,7 @@ pub const PASS: Pass = Pass {
     presence: |plan| Presence::when(plan.presented.is_some(), "only while panels are shown", NO_WINDOW),
     touches: |plan| {
         let drawn = How::Color { location: 0, first: First::Undefined };
-        vec![
-            Touch { resource: shown(plan), how: drawn, uses: BLEND },
-            Touch::resource(Resource::PanelTextures, TEXTURE_READ),
-        ]
+        vec![Touch::new(shown(plan), drawn, BLEND), Touch::resource(Resource::PanelTextures, TEXTURE_READ)]
     },
     leave_out: None,
 };

@@ -36,8 +36,8 @@ pub const PASS: Pass = Pass {
     },
     touches: |plan| {
         vec![
-            Touch { resource: Resource::Target(plan.picture()), how: How::CopiedFrom, uses: READ },
-            Touch { resource: Resource::SwapchainImage, how: How::CopiedTo, uses: WRITE },
+            Touch::new(Resource::Target(plan.picture()), How::CopiedFrom, READ),
+            Touch::new(Resource::SwapchainImage, How::CopiedTo, WRITE),
         ]
     },
     leave_out: None,

@@ -41,7 +41,7 @@ pub const PASS: Pass = Pass {
     },
     touches: |plan| {
         let how = How::Depth { first: First::Clear };
-        let map = Touch { resource: Resource::ShadowMaps, how, uses: MAP_CLEAR.or(MAP_STORE) };
+        let map = Touch::new(Resource::ShadowMaps, how, MAP_CLEAR.or(MAP_STORE));
         [map, frame_data()].into_iter().chain(meshes(plan)).collect()
     },
     leave_out: None,

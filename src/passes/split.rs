@@ -13,7 +13,7 @@ pub const PASS: Pass = Pass {
     time: "split",
     what: "copies a part of another picture over this one",
     presence: |plan| Presence::when(plan.presented.is_some(), "only while the window is split", NO_WINDOW),
-    touches: |plan| vec![Touch { resource: shown(plan), how: How::CopiedTo, uses: WRITE }],
+    touches: |plan| vec![Touch::new(shown(plan), How::CopiedTo, WRITE)],
     leave_out: None,
 };
 

@@ -43,9 +43,9 @@ pub const PASS: Pass = Pass {
     },
     touches: |plan| {
         let levels = plan.bloom.map(|_| Touch::resource(Resource::BloomLevels, LEVEL_READ));
-        let own =
-            [Touch::input(0, Target::Hdr, HDR_READ), Touch::color(0, Target::Output, First::Undefined, OUTPUT_WRITE)];
-        own.into_iter().chain(levels).collect()
+        let light = Touch::input(0, Target::Hdr, HDR_READ).of_all_samples(plan.msaa > 1);
+        let output = Touch::color(0, Target::Output, First::Undefined, OUTPUT_WRITE);
+        [light, output].into_iter().chain(levels).collect()
     },
     leave_out: None,
 };

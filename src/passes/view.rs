@@ -34,8 +34,8 @@ pub const PASS: Pass = Pass {
 };
 
 fn touches(plan: &FramePlan) -> Vec<Touch> {
-    let mut touches: Vec<_> =
-        gbuffer_inputs(plan).into_iter().map(|(binding, target)| Touch::input(binding, target, INPUT_READ)).collect();
+    let input = |(binding, target)| Touch::input(binding, target, INPUT_READ).of_all_samples(plan.msaa > 1);
+    let mut touches: Vec<_> = gbuffer_inputs(plan).into_iter().map(input).collect();
     touches.push(Touch::color(0, Target::Output, First::Clear, OUTPUT_WRITE));
     if plan.lighting_tests_depth() {
         touches.push(Touch::depth(First::Undefined, DEPTH_READ));

@@ -8,6 +8,7 @@ use afterlight::scene;
 
 mod combinations;
 mod failures;
+mod false_messages;
 mod gpu;
 mod necessity;
 mod pipelines;

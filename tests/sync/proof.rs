@@ -103,7 +103,8 @@ fn is_for_the_layer(plan: &FramePlan, row: &Edge, part: Part) -> bool {
 
 /// A row without its reason, of which some have several.
 fn masks(row: &Edge) -> String {
-    format!("{} {:?} {:?} {:?} {} {};", row.name, row.carrier, row.before, row.after, row.from, row.to)
+    let Edge { name, carrier, before, after, from, to, .. } = row;
+    format!("{name} {carrier:?} {before:?} {after:?} {from} {to}{};", row.region())
 }
 
 #[test]

@@ -283,7 +283,7 @@ impl<'a> Report<'a> {
     }
 
     fn summary(&self) -> String {
-        let mut text = "| | Rows | Bits |\n|---|---|---|\n".to_owned();
+        let mut text = "| | Rows | Parts of rows |\n|---|---|---|\n".to_owned();
         let mut line = |what: &str, is_counted: &dyn Fn(&Judged) -> bool| {
             let rows = self.count(|own| own.mutant.part == Part::Row && is_counted(own));
             let bits = self.count(|own| own.mutant.part != Part::Row && is_counted(own));

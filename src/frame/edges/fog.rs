@@ -43,7 +43,8 @@ pub(super) fn to_fog(plan: &FramePlan, light: Use) -> Edge {
         (false, None) => after.extend([fog::DEPTH_READ, fog::DEPTH_DROP]),
         (false, Some(_)) => after.push(fog::DEPTH_READ),
     }
-    subpass(name).from(from, &before).to(fog::PASS.place, &after).because(why)
+    let reads_all = !plan.is_forward() && lighting::reads_all_samples(plan);
+    subpass(name).from(from, &before).to(fog::PASS.place, &after).across_samples(reads_all).because(why)
 }
 
 /// FOG's row where reflections are added before it: FOG is then the first of the blend pass.

@@ -234,7 +234,7 @@ fn output_reuse(plan: &FramePlan, (first, first_use): (Place, Use)) -> Edge {
 /// Where GEOMETRY has a render pass of its own, that pass carries GEOMETRY's rows; a row between two render passes is not by region.
 fn of_gbuffer_pass(plan: &FramePlan, row: Edge) -> Edge {
     match plan.stores_gbuffer {
-        true => Edge { carrier: Carrier::Subpass(GBUFFER_PASS), by_region: false, ..row },
+        true => Edge { carrier: Carrier::Subpass(GBUFFER_PASS), by_region: false, across_samples: false, ..row },
         false => row,
     }
 }
@@ -294,7 +294,8 @@ fn gbuffer_to_lighting(plan: &FramePlan, others: &[Edge]) -> Edge {
         false => "LIGHTING reads what GEOMETRY wrote, tests against its depth, and as the last user drops it all",
     };
     let row = subpass(RowName::GBUFFER_TO_LIGHTING).from(geometry::PASS.place, &before);
-    of_gbuffer_pass(plan, row.to(lighting::PASS.place, &after).because(why))
+    let row = row.to(lighting::PASS.place, &after).across_samples(lighting::reads_all_samples(plan));
+    of_gbuffer_pass(plan, row.because(why))
 }
 
 /// Samples that LIGHTING is the first to touch, and a later subpass resolves.
@@ -355,6 +356,7 @@ fn transparent_edges(plan: &FramePlan, transparency: Transparency) -> Vec<Edge> 
             subpass(RowName::LIGHTING_TO_TRANSPARENT)
                 .from(lighting::PASS.place, &[lit[0], lit[1], light])
                 .to(transparent::PASS.place, &[&depth[..], &[transparent::BLEND]].concat())
+                .across_samples(lighting::reads_all_samples(plan))
                 .because(
                     "TRANSPARENT blends over what LIGHTING wrote, tests against the depth that LIGHTING read, and as the \
                      last user drops that",
@@ -365,6 +367,7 @@ fn transparent_edges(plan: &FramePlan, transparency: Transparency) -> Vec<Edge> 
             subpass(RowName::LIGHTING_TO_TRANSPARENT)
                 .from(lighting::PASS.place, &lit)
                 .to(transparent::PASS.place, &depth)
+                .across_samples(lighting::reads_all_samples(plan))
                 .because("TRANSPARENT tests against the depth that LIGHTING read, and as the last user drops it"),
             subpass(RowName::LIGHTING_TO_COMPOSITE)
                 .from(lighting::PASS.place, &[light])

@@ -7,7 +7,7 @@ use ash::vk::{AccessFlags as A, PipelineStageFlags as S};
 use super::masks::SUPPORTED;
 use super::*;
 use crate::frame::list::{BLEND_PASS, FXAA_PASS, MAIN_PASS, SHARPEN_PASS, TONEMAP_PASS};
-use crate::passes::{ao_denoise, bloom, fxaa, hiz, reflect_resolve, taa, tiled, tone, velocity};
+use crate::passes::{ao_denoise, bloom, fxaa, hiz, lighting, reflect_resolve, taa, tiled, tone, velocity};
 use crate::plan::samples;
 
 fn each_plan(check: impl Fn(&str, &FramePlan, &Edges)) {
@@ -66,7 +66,7 @@ fn every_access_is_one_that_a_stage_of_its_mask_supports_and_every_stage_that_mu
 #[test]
 fn rows_are_by_region_between_subpasses_and_nowhere_else() {
     each_plan(|name, _, table| {
-        for edge in table.iter() {
+        for edge in table.iter().filter(|edge| !edge.across_samples) {
             let apart = [
                 &ao_denoise::PASS,
                 &fxaa::PASS,
@@ -85,6 +85,22 @@ fn rows_are_by_region_between_subpasses_and_nowhere_else() {
             assert_eq!(edge.by_region, between, "{name}: {}", edge.name);
         }
     });
+}
+
+#[test]
+fn rows_are_across_samples_where_lighting_reads_them_all_of_what_a_neighbouring_subpass_writes_or_drops() {
+    let names = [RowName::GBUFFER_TO_LIGHTING, RowName::LIGHTING_TO_TRANSPARENT, RowName::LIGHTING_TO_FOG];
+    let mut tried = 0;
+    each_plan(|name, plan, table| {
+        for edge in table.iter() {
+            let between = edge.carrier == Carrier::Subpass(MAIN_PASS) && names.contains(&edge.name);
+            let expected = between && lighting::reads_all_samples(plan);
+            assert_eq!(edge.across_samples, expected, "{name}: {}", edge.name);
+            assert!(!edge.across_samples || !edge.by_region, "{name}: {}", edge.name);
+            tried += u32::from(expected);
+        }
+    });
+    assert!(tried > 3, "{tried} rows");
 }
 
 #[test]

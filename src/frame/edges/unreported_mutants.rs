@@ -19,6 +19,8 @@ pub const LAYER: u32 = vk::make_api_version(0, 1, 4, 309);
 pub enum Part {
     /// All of it.
     Row,
+    /// Its reach across the samples of a pixel: it becomes one by region.
+    AcrossSamples,
     /// Some bits of one side.
     Bits(Side, Use),
 }
@@ -44,6 +46,7 @@ enum Parts {
     /// The row and each of its bits.
     All,
     Row,
+    AcrossSamples,
     /// Any of these bits.
     Any(Side, S, A),
 }
@@ -51,7 +54,8 @@ enum Parts {
 impl UnreportedMutants {
     fn is_about(&self, edge: &Edge, part: Part) -> bool {
         let same = match (&self.parts, part) {
-            (Parts::All, _) | (Parts::Row, Part::Row) => true,
+            (Parts::All, Part::Row | Part::Bits(..)) => true,
+            (Parts::Row, Part::Row) | (Parts::AcrossSamples, Part::AcrossSamples) => true,
             (Parts::Any(side, stages, accesses), Part::Bits(own, bits)) => {
                 *side == own && stages.contains(bits.stage) && accesses.contains(bits.access)
             }
@@ -75,7 +79,7 @@ const fn stages(first: S, second: S) -> S {
 }
 
 const ALWAYS: fn(&Edge) -> bool = |_| true;
-const BETWEEN_SUBPASSES: fn(&Edge) -> bool = |edge| edge.by_region;
+const BETWEEN_SUBPASSES: fn(&Edge) -> bool = Edge::is_between_subpasses;
 /// TRANSPARENT reads depth that is visible already, and waits only for readers of what it drops.
 const WAITS_TO_DROP: fn(&Edge) -> bool =
     |edge| !edge.after.access.intersects(accesses(A::DEPTH_STENCIL_ATTACHMENT_READ, A::DEPTH_STENCIL_ATTACHMENT_WRITE));
@@ -101,6 +105,17 @@ const TRANSITION: &str = "Applications must ensure that layout transitions happe
 
 /// The list.
 pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
+    UnreportedMutants {
+        rows: &[RowName::GBUFFER_TO_LIGHTING, RowName::LIGHTING_TO_TRANSPARENT, RowName::LIGHTING_TO_FOG],
+        parts: Parts::AcrossSamples,
+        only: ALWAYS,
+        section: "Framebuffer Region Dependencies",
+        says: "If N equals M, and if the VkSubpassDescription::flags does not specify the VK_SUBPASS_DESCRIPTION_FRAGMENT_REGION_BIT_EXT flag, then a \
+               framebuffer region containing a single (x, y, layer, sample) coordinate in the first synchronization scope corresponds to a region \
+               containing the same sample at the same coordinate in the second synchronization scope",
+        why: "no layer knows the samples of a pixel apart. By region, an invocation of LIGHTING for one sample may read the others before GEOMETRY has \
+              written them, and a later subpass may drop them before it has",
+    },
     UnreportedMutants {
         rows: &[RowName::CULL_TO_ARRANGE, RowName::ARRANGE_TO_FILL],
         parts: Parts::All,

@@ -323,6 +323,7 @@ impl Frames<'_> {
             first: Scope { span: Span::before(now), mask: PRESENTED },
             second: Scope { span: Span::since(now), mask: Use::new(mask.stage, DEVICE_ACCESS.access) },
             region: None,
+            by_sample: false,
             // Presentation of other images goes on meanwhile.
             memory: Some([Memory::SwapchainImage].into_iter().collect()),
             is_whole: false,
@@ -338,6 +339,7 @@ impl Frames<'_> {
             first: Scope { span: Span::before(now), mask },
             second: Scope { span: Span::since(now), mask: PRESENTED },
             region: None,
+            by_sample: false,
             memory: None,
             is_whole: true,
             is_fence: false,

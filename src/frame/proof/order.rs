@@ -77,6 +77,11 @@ impl Bits {
         self.0[index / 64] >> (index % 64) & 1 == 1
     }
 
+    /// The numbers of all that are set.
+    fn iter(&self) -> impl Iterator<Item = usize> {
+        (0..self.0.len() * 64).filter(|&index| self.has(index))
+    }
+
     fn meets(&self, other: &Self) -> bool {
         self.0.iter().zip(&other.0).any(|(own, other)| own & other != 0)
     }
@@ -97,8 +102,9 @@ pub(super) struct Order<'a> {
     seconds: Vec<S>,
     /// For each synchronization those that it may follow in a chain.
     before: Vec<Bits>,
-    /// Results so far, by the first touch, and by whether the second is in the same instance of a render pass.
-    reached: RefCell<HashMap<(*const Touch, bool), Rc<Reached>>>,
+    /// Results so far, by the first touch, by whether the second is in the same instance of a render pass, and by whether one of the two is of all samples
+    /// of its pixel.
+    reached: RefCell<HashMap<(*const Touch, bool, bool), Rc<Reached>>>,
 }
 
 impl<'a> Order<'a> {
@@ -127,10 +133,12 @@ impl<'a> Order<'a> {
     pub(super) fn has(&self, first: &Touch, second: &Touch) -> bool {
         // A dependency by region orders touches of the same pixel alone, in the same instance of a render pass.
         let local = first.local.filter(|_| first.local == second.local);
-        let key = (std::ptr::from_ref(first), local.is_some());
+        let all_samples = first.all_samples || second.all_samples;
+        let key = (std::ptr::from_ref(first), local.is_some(), all_samples);
         let known = self.reached.borrow().get(&key).cloned();
         let reached = known.unwrap_or_else(|| {
-            let new = Rc::new(self.reach(first, local));
+            let new = self.reach(first, local);
+            let new = Rc::new(if all_samples { self.across_samples(&new) } else { new });
             self.reached.borrow_mut().insert(key, Rc::clone(&new));
             new
         });
@@ -160,6 +168,20 @@ impl<'a> Order<'a> {
             let held = sync.second.span.contains(second.time) && self.seconds[index].intersects(second.stage);
             executed.has(index) && which(sync) && held
         })
+    }
+
+    /// The synchronizations that happen after a touch of any sample of its pixel: those of a chain with at least one that orders more than each sample by itself.
+    fn across_samples(&self, reached: &Reached) -> Reached {
+        let across = |own: &Bits| {
+            let mut across = Bits::new(self.program.syncs.len());
+            for index in own.iter() {
+                if !self.program.syncs[index].by_sample || self.before[index].meets(&across) {
+                    across.set(index);
+                }
+            }
+            across
+        };
+        Reached { executed: across(&reached.executed), available: across(&reached.available) }
     }
 
     fn reach(&self, first: &Touch, local: Option<u32>) -> Reached {

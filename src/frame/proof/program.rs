@@ -51,6 +51,8 @@ pub(super) struct Sync {
     pub(super) second: Scope,
     /// The instance of a render pass within whose regions alone it orders.
     pub(super) region: Option<u32>,
+    /// Its regions are single samples, not pixels: as many samples a pixel on both sides, and more than one.
+    pub(super) by_sample: bool,
     /// The memory that it is about; none for all of it. The specification lets dependencies of a render pass, and the execution dependency of any
     /// barrier, order all touches. Here they order the touches of their pass or their barrier: no pass may rest on another one's rows.
     pub(super) memory: Option<MemorySet>,
@@ -222,6 +224,8 @@ pub(super) struct Touch {
     pub(super) kind: Kind,
     /// The instance of a render pass in which it touches its own pixel alone.
     pub(super) local: Option<u32>,
+    /// Of that pixel it touches all samples, and belongs to the region of one.
+    pub(super) all_samples: bool,
     /// Touches of one group need no order among each other: rasterization order has it, or one command.
     pub(super) group: u32,
 }
@@ -287,6 +291,7 @@ impl Program {
             layout,
             kind: Kind::Plain,
             local: None,
+            all_samples: false,
             group: 0,
         }
     }
@@ -305,6 +310,7 @@ impl Program {
             first: Scope { span: Span::before(time), mask: order.before },
             second: Scope { span: Span::since(time), mask: order.after },
             region: None,
+            by_sample: false,
             memory: memory.map(|own| [own].into_iter().collect()),
             is_whole: false,
             is_fence: false,
@@ -318,6 +324,7 @@ impl Program {
             first: Scope { span: Span::before(until), mask: order.before },
             second: Scope { span: Span::since(now), mask: Use::new(order.after.stage, A::empty()) },
             region: None,
+            by_sample: false,
             memory: None,
             is_whole: true,
             is_fence: true,

@@ -87,6 +87,13 @@ impl Instance<'_> {
         references.find(|reference| reference.attachment == attachment).map(|reference| reference.layout)
     }
 
+    /// Samples a pixel that a subpass rasterizes, those of its attachments of colour and depth; none outside of the pass.
+    fn samples(&self, subpass: u32) -> Option<vk::SampleCountFlags> {
+        let own = self.pass.subpasses.get(subpass as usize)?;
+        let drawn = own.color.iter().chain(&own.depth).find(|reference| reference.attachment != vk::ATTACHMENT_UNUSED);
+        drawn.map(|reference| self.pass.attachments[reference.attachment as usize].1.samples)
+    }
+
     fn users(&self, attachment: u32) -> Vec<u32> {
         (0..self.times.len() as u32).filter(|&subpass| self.layout(subpass, attachment).is_some()).collect()
     }
@@ -121,6 +128,10 @@ impl Instance<'_> {
                 first: Scope { span: span(ends[0], Span::before(self.begin)), mask: before },
                 second: Scope { span: span(ends[1], Span::since(self.end)), mask: after },
                 region: by_region.then_some(self.id),
+                // "Framebuffer Region Dependencies": where both sides have as many samples, a region has one of them.
+                by_sample: by_region
+                    && self.samples(ends[0]) == self.samples(ends[1])
+                    && self.samples(ends[0]) != Some(vk::SampleCountFlags::TYPE_1),
                 memory: Some(self.touched),
                 is_whole: false,
                 is_fence: false,
@@ -144,6 +155,14 @@ impl Instance<'_> {
         let is_depth = description.format == DEPTH;
         let (time, local) = (self.times[subpass as usize], Some(self.id));
         let own = Touch { time, local, group, ..program.plain(memory, who, layout) };
+        let subpass_of = &self.pass.subpasses[subpass as usize];
+        let names = |references: &[vk::AttachmentReference]| references.iter().any(|own| own.attachment == attachment);
+        let image = self.pass.attachments[attachment as usize].0;
+        let declared = || subpass_of.touches.iter().filter(|own| own.resource == image);
+        if names(&subpass_of.input) {
+            let all_samples = declared().any(|own| matches!(own.how, How::Input { .. }) && own.all_samples);
+            program.touch(&Touch { all_samples, ..own.clone() }, INPUT_READ);
+        }
         let mut touch = |uses: Use, kind: Kind| program.touch(&Touch { kind, ..own.clone() }, uses);
         let write = if is_depth { DEPTH_WRITE } else { COLOR_WRITE };
         if previous.is_none() {
@@ -155,16 +174,9 @@ impl Instance<'_> {
             let stage = if is_depth { S::EARLY_FRAGMENT_TESTS } else { COLOR };
             touch(Use::new(stage, load.access), Kind::Load);
         }
-        let subpass_of = &self.pass.subpasses[subpass as usize];
-        let names = |references: &[vk::AttachmentReference]| references.iter().any(|own| own.attachment == attachment);
-        if names(&subpass_of.input) {
-            touch(INPUT_READ, Kind::Plain);
-        }
         if names(&subpass_of.color) {
             // As its pass declares: it overwrites, or blends.
-            let image = self.pass.attachments[attachment as usize].0;
-            let drawn =
-                subpass_of.touches.iter().filter(|own| own.resource == image && matches!(own.how, How::Color { .. }));
+            let drawn = declared().filter(|own| matches!(own.how, How::Color { .. }));
             drawn.for_each(|own| touch(own.uses, Kind::Plain));
             if !subpass_of.resolve.is_empty() {
                 touch(RESOLVE, Kind::Plain);

@@ -113,6 +113,7 @@ fn a_dependency_by_region_orders_what_touches_its_own_pixel_alone() {
             first: Scope { span: Span::before(time), mask: COLOR_WRITE },
             second: Scope { span: Span::since(time), mask: SAMPLE },
             region: Some(1),
+            by_sample: false,
             memory: None,
             is_whole: false,
             is_fence: false,
@@ -120,6 +121,44 @@ fn a_dependency_by_region_orders_what_touches_its_own_pixel_alone() {
         touch(&mut program, SAMPLE, local);
         assert_eq!(kinds(&program), expected, "{local:?}");
     }
+}
+
+/// Returns the hazards of a write of one sample and a read in a later subpass, with a row by region from each subpass to the next: by sample, or by pixel.
+fn between_samples(reads_all: bool, rows_by_sample: &[bool]) -> Vec<HazardKind> {
+    let mut program = Program::default();
+    let touch = |program: &mut Program, time, uses, all_samples| {
+        let group = program.group();
+        let plain = program.plain(Memory::Vertices, Who::At(geometry::PASS.place), BUFFER);
+        program.touch(&Touch { time, group, local: Some(1), all_samples, ..plain }, uses);
+    };
+    let last = rows_by_sample.len() as u32;
+    touch(&mut program, 0, COLOR_WRITE, false);
+    touch(&mut program, last, SAMPLE, reads_all);
+    for (subpass, &by_sample) in (0..last).zip(rows_by_sample) {
+        let of = |subpass| Span { from: subpass, until: subpass + 1 };
+        let waits = if subpass + 1 == last { SAMPLE } else { COLOR_WRITE };
+        program.synchronize(Sync {
+            first: Scope { span: of(subpass), mask: COLOR_WRITE },
+            second: Scope { span: of(subpass + 1), mask: waits },
+            region: Some(1),
+            by_sample,
+            memory: None,
+            is_whole: false,
+            is_fence: false,
+        });
+    }
+    kinds(&program)
+}
+
+#[test]
+fn a_dependency_by_sample_orders_no_reader_of_a_whole_pixel_but_one_by_pixel_in_its_chain_does() {
+    let hazard = vec![HazardKind::ReadAfterWrite];
+    assert_eq!(between_samples(false, &[true]), NONE, "its own sample");
+    assert_eq!(between_samples(true, &[true]), hazard);
+    assert_eq!(between_samples(true, &[false]), NONE);
+    assert_eq!(between_samples(true, &[true, true]), hazard);
+    assert_eq!(between_samples(true, &[false, true]), NONE, "all samples are over before the next subpass");
+    assert_eq!(between_samples(true, &[true, false]), NONE);
 }
 
 /// A copy, a barrier or none, a fence or none, and the CPU.
@@ -136,6 +175,7 @@ fn to_host(barrier: Option<(Use, Use)>, waits: bool, host: Use) -> Vec<HazardKin
             first: Scope { span: Span::before(now), mask: DEVICE_ACCESS },
             second: Scope { span: Span::since(now), mask: Use::new(S::HOST, A::empty()) },
             region: None,
+            by_sample: false,
             memory: Some(MemorySet::from_iter([Memory::ReadBack])),
             is_whole: true,
             is_fence: true,

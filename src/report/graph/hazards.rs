@@ -55,7 +55,7 @@ type Lines = Vec<(&'static str, String)>;
 
 impl Strip {
     pub fn of(plan: &FramePlan, edges: &Edges, row: &Edge) -> Self {
-        let region = if row.by_region { ", by region" } else { "" };
+        let region = row.region();
         let heading = format!("{} -> {}, {}{region}", row.from, row.to, row.carrier);
         let strip = Self { name: row.name.name(), heading, pairs: Vec::new(), below: vec![row.why.to_owned()] };
         match edges.without(row.name) {

@@ -195,7 +195,7 @@ fn tracks(graph: &Graph) -> Vec<usize> {
 
 fn note_lines(edge: &Edge) -> Vec<Line> {
     let masks = INDENT + Font::Code.width("before ");
-    let region = if edge.by_region { ", by region" } else { "" };
+    let region = edge.region();
     let head = format!("{}: {} -> {}{region}", edge.name, edge.from, edge.to);
     let mut lines = vec![Line { font: Font::Name, class: "", indent: INDENT, word: "", text: head }];
     let mut add = |font: Font, class, indent: f64, word, text: &str| {
