@@ -19,6 +19,7 @@ mod measuring;
 mod memory;
 mod motion_report;
 mod output;
+mod own;
 mod plan_report;
 mod progress;
 mod reference;

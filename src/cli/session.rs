@@ -1,8 +1,7 @@
 //! A device for the length of one command, and the validation layer's messages meanwhile.
 
 use std::collections::BTreeMap;
-use std::env;
-use std::ffi::CStr;
+use std::ffi::{CStr, OsString};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -13,6 +12,7 @@ use serde::Serialize;
 use super::args::DeviceArgs;
 use super::failure::{Exit, Failure};
 use super::output;
+use super::own;
 use super::table::version;
 
 /// Runs `work` with the device asked for. The device is gone before messages are counted, so that faults that are only found at
@@ -73,12 +73,15 @@ fn observe_with<T>(
     (outcome, heard)
 }
 
-/// This program's own file. One that a dynamic linker was told to start has its name from its command line.
+/// The words that start this program again, on the Vulkan stack that it runs on.
+pub fn own_command() -> Result<Vec<OsString>, Failure> {
+    Ok(own::command(&own_program()?))
+}
+
+/// This program's own file.
 pub fn own_program() -> Result<PathBuf, Failure> {
-    let own = env::current_exe()
-        .map_err(|error| Failure::new(Exit::BadInput, format!("cannot find out where this program is: {error}")))?;
-    let is_linker = own.file_name().is_some_and(|name| name.to_string_lossy().starts_with("ld-"));
-    Ok(env::args_os().next().filter(|_| is_linker).map_or(own, PathBuf::from))
+    own::program()
+        .map_err(|error| Failure::new(Exit::BadInput, format!("cannot find out where this program is: {error}")))
 }
 
 /// The validation layer's messages on some work, and the checks that it made.

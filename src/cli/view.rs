@@ -1,6 +1,7 @@
 //! `afterlight view`: a window onto a scene.
 
 use std::env;
+use std::ffi::OsString;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -18,7 +19,7 @@ use super::args::{DeviceArgs, SettingsArgs, whole};
 use super::failure::{Exit, Failure};
 use super::image_output::{Format, Target};
 use super::output::{self, Sink};
-use super::session::{self, own_program};
+use super::session::{self, own_command};
 use super::table::{Table, milliseconds};
 use super::workload::{LargestPicture, Workload};
 
@@ -134,12 +135,12 @@ impl Calibrating {
         {
             return Self(None);
         }
-        let (Ok(program), Some(number)) = (own_program(), number(device, instance)) else { return Self(None) };
+        let (Ok(own), Some(number)) = (own_command(), number(device, instance)) else { return Self(None) };
         // The window comes first: the figures are ratios, and so the same on a busy machine.
-        let mut command = if cfg!(unix) { Command::new("nice") } else { Command::new(&program) };
-        if cfg!(unix) {
-            command.arg("-n19").arg(program);
-        }
+        let mut words: Vec<OsString> = if cfg!(unix) { vec!["nice".into(), "-n19".into()] } else { Vec::new() };
+        words.extend(own);
+        let mut command = Command::new(&words[0]);
+        command.args(&words[1..]);
         command.args(["doctor", "--calibrate", "--unasked", "--device", &number.to_string()]);
         // It ends when the other end of this pipe is closed, whichever way this process ends.
         command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null());

@@ -47,10 +47,11 @@ pub struct Message {
 }
 
 impl Message {
-    /// Returns true if it is advice on best practices, about uses that are allowed. Layers give advice the kinds of mistakes, and tell it apart by
+    /// Returns true if it is advice, on best practices or on functions that newer ones replace, about uses that are allowed. Layers give advice the kinds of mistakes, and tell it apart by
     /// name only.
     pub fn is_advice(&self) -> bool {
-        self.severity == Severity::Warning && self.id_name.contains("BestPractices")
+        let is_of = |start: &&str| self.id_name.starts_with(start);
+        self.severity == Severity::Warning && (self.id_name.contains("BestPractices") || LEGACY.iter().any(is_of))
     }
 }
 
@@ -61,8 +62,19 @@ impl fmt::Display for Message {
     }
 }
 
-/// The id of GPU-assisted validation's messages about checks that the device does not allow.
-const OF_THE_LAYER_ITSELF: &str = "WARNING-GPU-Assisted-Validation";
+/// The ids of messages that a layer has about itself: checks that the device does not allow, a limit of the device that GPU-assisted validation lowers to have
+/// room for what it adds, and the file in which the layer keeps the shaders that it has checked.
+const OF_THE_LAYER_ITSELF: [&str; 6] = [
+    "WARNING-GPU-Assisted-Validation",
+    "WARNING-Setting-Limit-Adjusted",
+    "WARNING-cache-file-error",
+    "WARNING-cache-memory-error",
+    "WARNING-cache-retrieval-error",
+    "WARNING-cache-write-error",
+];
+
+/// How the ids of advice begin that is about other functions for the same work.
+const LEGACY: [&str; 2] = ["WARNING-legacy-", "WARNING-deprecation-"];
 
 /// The messages kept; later ones are counted only. A frame loop with one mistake in it would otherwise eat the memory.
 const KEPT_MESSAGES: usize = 4096;
@@ -151,7 +163,7 @@ unsafe extern "system" fn collect(
     let (data, log) = unsafe { (data.as_ref(), log.cast::<MessageLog>().cast_const().as_ref()) };
     if let (Some(data), Some(log)) = (data, log) {
         let id_name = text_of(data.p_message_id_name);
-        let kind = if id_name == OF_THE_LAYER_ITSELF {
+        let kind = if OF_THE_LAYER_ITSELF.contains(&&*id_name) {
             MessageKind::General
         } else if types.contains(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION) {
             MessageKind::Validation

@@ -10,7 +10,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::common::failures_layer;
-use crate::common::program::{program, runner};
+use crate::common::program::{program, runner, start};
 
 const SUITE: &str = r#"
 [defaults]
@@ -45,9 +45,6 @@ each = { missing = "" }
 fn ci(folder: &Path, arguments: &[&str]) -> Output {
     let mut command = program();
     command.current_dir(folder).arg("ci").args(arguments);
-    if let Some(runner) = runner() {
-        command.arg("--runner").arg(runner);
-    }
     command.output().expect("the program starts")
 }
 
@@ -242,9 +239,6 @@ each = { triangle = "" }
     fs::write(&path, suite).expect("written");
     let mut command = program();
     command.current_dir(folder.path()).args(["ci", "own.toml", "-o", "out", "--jobs", "1", "--quiet"]);
-    if let Some(runner) = runner() {
-        command.arg("--runner").arg(runner);
-    }
     let mut run = command.spawn().expect("the program starts");
     let cases = folder.path().join("out/cases");
     let begun = Instant::now();
@@ -348,7 +342,6 @@ fn the_summary_is_added_to_that_of_a_github_step_and_costs_no_verdict() {
     let run = |step: &Path| {
         let mut command = program();
         command.current_dir(folder.path()).args(["ci", "own.toml", "-o", "out", "--quiet"]);
-        command.args(runner().map(|runner| format!("--runner={}", runner.display())));
         command.env("GITHUB_STEP_SUMMARY", step).output().expect("the program starts")
     };
     let first = run(&at("step.md"));
@@ -413,9 +406,6 @@ each = { spoken = "" }
     let mut command = program();
     command.current_dir(folder.path()).args(["ci", "own.toml", "-o", "out", "--jobs", "1", "--quiet"]);
     command.env("VK_LAYER_ENABLES", "VK_VALIDATION_FEATURE_ENABLE_BEST_PRACTICES_EXT");
-    if let Some(runner) = runner() {
-        command.arg("--runner").arg(runner);
-    }
     let mut run = command.spawn().expect("the program starts");
     let (cases, begun) = (folder.path().join("out/cases"), Instant::now());
     let status = loop {
@@ -470,23 +460,16 @@ fn kill(folder: &Path) -> bool {
     told.iter().any(|id| Command::new("kill").args(["-KILL", id]).status().is_ok_and(|status| status.success()))
 }
 
-/// `afterlight-gtest`, or the command that it starts: through the runner of another stack it would take the runner's linker for itself.
-fn afterlight_gtest() -> Command {
-    if runner().is_none() {
-        return Command::new(env!("CARGO_BIN_EXE_afterlight-gtest"));
-    }
-    let mut command = program();
-    command.arg("gtest");
-    command
-}
-
 #[test]
 fn gtest_lists_and_runs_as_googletest_does() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("own.toml");
     fs::write(&path, SUITE).expect("written");
     let run = |arguments: &[&str]| {
-        let output = afterlight_gtest().env("AFTERLIGHT_SUITE", &path).args(arguments).output();
+        let output = start(Path::new(env!("CARGO_BIN_EXE_afterlight-gtest")))
+            .env("AFTERLIGHT_SUITE", &path)
+            .args(arguments)
+            .output();
         let output = output.expect("the program starts");
         (code(&output), String::from_utf8_lossy(&output.stdout).into_owned())
     };
@@ -518,9 +501,6 @@ fn a_lost_device_and_a_lack_of_memory_are_told_apart() {
         command.current_dir(folder.path()).args(["ci", "own.toml", "-o", "out", "--only", "good.loop", "--quiet"]);
         command.envs(failures_layer::environment(layer.path())).env("AFTERLIGHT_FAILURES", failure);
         // ANCHOR_END: failures
-        if let Some(runner) = runner() {
-            command.arg("--runner").arg(runner);
-        }
         let output = command.output().expect("the program starts");
         assert_eq!(code(&output), Some(1), "{failure}: {}", errors(&output));
         assert_eq!(results(&folder.path().join("out/results.csv"))["good.loop"], status, "{failure}");

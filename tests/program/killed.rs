@@ -380,7 +380,6 @@ each = { a = "", b = "" }
     let run = |arguments: &[&str]| {
         let mut command = program();
         command.current_dir(folder.path()).args(["ci", "own.toml", "-o", "out", "--jobs", "2"]).args(arguments);
-        command.args(runner().map(|runner| format!("--runner={}", runner.display())));
         interruptible(&command)
     };
     let clean = ["--only", "first"];

@@ -17,11 +17,13 @@ mod examples;
 mod killed;
 mod layering;
 mod library;
+mod modules;
 mod package;
 mod prints;
 mod settings;
 mod setup;
 #[cfg(feature = "hot-reload")]
 mod shader_exchange;
+mod stacks;
 mod surroundings;
 mod version;

@@ -1,9 +1,11 @@
-//! The patch adds the parts to SPIR-V that naga cannot write: subpass inputs, specialization constants, uniform indices, Invariant and NoContraction.
+//! The patch adds the parts to SPIR-V that naga cannot write: subpass inputs, specialization constants, uniform indices, Invariant and NoContraction; and takes the layout off a work group's
+//! memory.
 
 mod arrays;
 mod constants;
 mod decorate;
 mod subpass;
+mod workgroup;
 
 use rspirv::binary::Assemble;
 use rspirv::dr::{Instruction, Module, Operand};
@@ -72,6 +74,7 @@ impl Patch {
             .map_err(|error| PatchError::of("", format!("the SPIR-V to be patched cannot be read: {error}")))?;
         subpass::patch(&mut module, &self.inputs)?;
         constants::patch(&mut module, &self.constants)?;
+        workgroup::strip_layout(&mut module)?;
         arrays::complete_non_uniform(&mut module);
         decorate::invariant_position(&mut module);
         if self.precise {

@@ -1,6 +1,7 @@
 //! Shared by the tests: compiling a text, looking into SPIR-V, and running spirv-val.
 
 use std::io::Write;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use afterlight_shader_compiler::{EntryPoint, Error, Shader, compile_source};
@@ -38,22 +39,32 @@ pub fn all(module: &Module, opcode: Op) -> Vec<&Instruction> {
     module.all_inst_iter().filter(|instruction| instruction.class.opcode == opcode).collect()
 }
 
-/// Validates against Vulkan 1.1; where spirv-val is not installed it says so and passes.
+/// Validates against Vulkan 1.1, by the system's spirv-val and by the newest one that `scripts/fetch-newest` has unpacked; where neither is there it says
+/// so and passes.
 pub fn validate(entry: &EntryPoint) {
     let bytes: Vec<u8> = entry.spirv.iter().flat_map(|word| word.to_ne_bytes()).collect();
-    let child = Command::new("spirv-val")
-        .args(["--target-env", "vulkan1.1", "-"])
-        .stdin(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn();
-    let mut child = match child {
-        Ok(child) => child,
-        Err(error) => {
-            eprintln!("spirv-val cannot be run ({error}): {} is not validated", entry.name);
-            return;
-        }
-    };
-    child.stdin.take().expect("piped").write_all(&bytes).expect("spirv-val reads");
-    let output = child.wait_with_output().expect("spirv-val ends");
-    assert!(output.status.success(), "{}: {}", entry.name, String::from_utf8_lossy(&output.stderr));
+    let mut validators = vec![Command::new("spirv-val")];
+    validators.extend(newest());
+    for mut validator in validators {
+        validator.args(["--target-env", "vulkan1.1", "-"]).stdin(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = match validator.spawn() {
+            Ok(child) => child,
+            Err(error) => {
+                eprintln!("spirv-val cannot be run ({error}): {} is not validated", entry.name);
+                continue;
+            }
+        };
+        child.stdin.take().expect("piped").write_all(&bytes).expect("spirv-val reads");
+        let output = child.wait_with_output().expect("spirv-val ends");
+        assert!(output.status.success(), "{}: {}", entry.name, String::from_utf8_lossy(&output.stderr));
+    }
+}
+
+/// The newest spirv-val, where it is there.
+fn newest() -> Option<Command> {
+    let project = Path::new(env!("CARGO_MANIFEST_DIR")).parent()?;
+    let cache = std::env::var_os("AFTERLIGHT_CACHE").map_or_else(|| project.join(".cache"), PathBuf::from);
+    let mut command = Command::new(project.join("scripts/on-newest"));
+    command.arg("spirv-val");
+    cache.join("newest/packages.txt").exists().then_some(command)
 }

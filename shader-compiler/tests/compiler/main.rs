@@ -5,3 +5,4 @@ mod errors;
 mod layouts;
 mod patch;
 mod whole;
+mod workgroup;

@@ -11,6 +11,7 @@ use super::verdict::{CaseReport, Verdict};
 use super::{Args, evidence, make_own, remove_own, runner, suite};
 use crate::cli::failure::Failure;
 use crate::cli::output::{self, Sink, quoted};
+use crate::cli::own;
 
 /// The folder of a bundle that the scene's files are copied into.
 const SCENE: &str = "scene";
@@ -117,7 +118,10 @@ fn reproducing(bundle: &Path, args: &Args) -> String {
     let is_of_loader = |name: &str| name.starts_with("VK_") || name == "AFTERLIGHT_FAILURES";
     let variables = evidence::variables().into_iter().filter(|(name, _)| is_of_loader(name));
     let mut line: String = variables.map(|(name, value)| format!("{name}={} ", quoted(&value))).collect();
-    line.push_str(&format!("afterlight ci --repro {}", quoted(&whole(bundle))));
+    for word in own::command(Path::new("afterlight")) {
+        line.push_str(&format!("{} ", quoted(&word.display().to_string())));
+    }
+    line.push_str(&format!("ci --repro {}", quoted(&whole(bundle))));
     if let Some(device) = &args.device {
         line.push_str(&format!(" --device {}", quoted(&device.to_string())));
     }

@@ -108,7 +108,8 @@ pub struct Args {
     /// Processes at a time, which share the device [default: one a core, at most 8]
     #[arg(long, value_name = "N", value_parser = args::whole::<u16>(1..=1024), allow_negative_numbers = true)]
     jobs: Option<u16>,
-    /// Start each case by this command, with this program's own command line behind it: a debugger, another stack's script
+    /// Start each case by this command, with this program's own command line behind it: a debugger, another stack's
+    /// script. Without, AFTERLIGHT_RUNNER names one
     #[arg(long, value_name = "COMMAND", conflicts_with_all = ["case", "repro", "list", "coverage"])]
     runner: Option<String>,
     /// Try this case in this process, and print its verdict as JSON; with -o, what it finds out is kept there
@@ -321,8 +322,13 @@ impl Known {
 fn all(args: &Args, suite: &Suite, cases: &[&Case], folder: &Path) -> Result<(), Failure> {
     let begun = Instant::now();
     let choice = args.device.clone().unwrap_or_default();
-    let words = args.runner.iter().flat_map(|command| command.split_whitespace()).map(OsString::from);
-    let mut command: Vec<OsString> = words.chain([session::own_program()?.into()]).collect();
+    let mut command = match &args.runner {
+        Some(runner) => {
+            let words = runner.split_whitespace().map(OsString::from);
+            words.chain([session::own_program()?.into()]).collect()
+        }
+        None => session::own_command()?,
+    };
     let device = probe(&command, &choice)?;
     let known = Known::of(args, &device)?;
     let (working, bundles, curves) = (folder.join(CASES), folder.join(BUNDLES), folder.join(CURVES));

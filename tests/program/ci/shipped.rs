@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Command;
 
 use super::{ci, code, errors, results};
-use crate::common::program::{program, runner};
+use crate::common::program::program;
 use crate::common::tries_all;
 
 /// In `make test` one that shows a window's frames and one of textures in blocks, in `make test-all` the largest suite, which has all others.
@@ -44,9 +44,8 @@ each = { a = "", b = "", c = "" }
         // Its name alone, as on a machine with the program on its path.
         let program = program();
         let words: Vec<_> = [program.get_program()].into_iter().chain(program.get_args()).collect();
-        let runner = runner().map_or_else(String::new, |runner| format!(" --runner {}", runner.display()));
         let words: Vec<_> = words.iter().map(|word| word.to_string_lossy()).collect();
-        let function = format!("afterlight() {{ {} \"$@\"{runner}; }}\n", words.join(" "));
+        let function = format!("afterlight() {{ {} \"$@\"; }}\n", words.join(" "));
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/ci").join(name);
         let script = function + &commands(&fs::read_to_string(file).expect("readable"));
         let mut found = BTreeMap::new();
