@@ -9,7 +9,7 @@ use afterlight::frame::edges::unreported_mutants::{LAYER, Part, reason};
 use afterlight::frame::edges::{self, Absent, Edge, Edges};
 use afterlight::frame::proof::{self, Frames, Hazard};
 use afterlight::frame::{Picture, Pixels, experiment, plan_for};
-use afterlight::gpu::{Device, Instance, InstanceOptions, Message, MessageKind, Validation, vk};
+use afterlight::gpu::{Device, Instance, InstanceOptions, Message, Validation, vk};
 use afterlight::plan::FramePlan;
 use afterlight::scene::{Settings, SettingsPatch};
 
@@ -133,7 +133,7 @@ impl<'a> Laboratory<'a> {
         // them before the driver runs them.
         let picture = unsafe { experiment::draw(&self.device, &self.workload.scene, &self.settings, edges) }?;
         let more = self.instance.message_log().dropped();
-        let ours = self.instance.take_messages().into_iter().filter(|message| message.kind != MessageKind::General);
+        let ours = self.instance.take_messages().into_iter().filter(Message::is_about_this_program);
         Ok(Found { picture, messages: ours.collect(), more })
     }
 

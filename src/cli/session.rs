@@ -134,7 +134,11 @@ impl Heard {
             0 => String::new(),
             count => format!(" but advice ({count})"),
         };
-        Some(format!("validation: {checks}, layer {layer}: {messages}{advice}"))
+        let known_false = match self.messages.iter().filter(|message| message.kind == MessageKind::KnownFalse).count() {
+            0 => String::new(),
+            count => format!(" but known to be false ({count})"),
+        };
+        Some(format!("validation: {checks}, layer {layer}: {messages}{advice}{known_false}"))
     }
 
     /// Advice that was asked for.
@@ -142,9 +146,10 @@ impl Heard {
         self.validation == Validation::BestPractices && message.is_advice()
     }
 
-    /// Counts all messages but advice that was asked for. Those that were not kept count, as their kind is unknown.
+    /// Counts all messages but those that are known to be false, and advice that was asked for. Those that were not kept count, as their kind is unknown.
     fn mistakes(&self) -> u64 {
-        self.messages.iter().filter(|message| !self.is_wanted(message)).count() as u64 + self.dropped
+        let is_counted = |message: &&Message| message.is_about_this_program() && !self.is_wanted(message);
+        self.messages.iter().filter(is_counted).count() as u64 + self.dropped
     }
 
     /// Prints all messages on standard error.
@@ -177,6 +182,7 @@ impl Heard {
                 MessageKind::Validation => "validation",
                 MessageKind::Performance => "performance",
                 MessageKind::Leak => "leak",
+                MessageKind::KnownFalse => "known-false",
             },
             count,
             objects: message.objects.clone(),

@@ -9,6 +9,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use ash::vk;
 
+use super::known_false::known_false;
+
 /// The severity of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
@@ -29,6 +31,8 @@ pub enum MessageKind {
     Performance,
     /// This module: an object or an allocation that outlived its device.
     Leak,
+    /// A validation layer, about a use that the specification allows ([`super::KNOWN_FALSE`]).
+    KnownFalse,
 }
 
 /// One message of a layer, the loader, a driver or this module.
@@ -47,6 +51,11 @@ pub struct Message {
 }
 
 impl Message {
+    /// Returns true if this program has made a mistake, or might have: it is neither about the system nor known to be false.
+    pub fn is_about_this_program(&self) -> bool {
+        !matches!(self.kind, MessageKind::General | MessageKind::KnownFalse)
+    }
+
     /// Returns true if it is advice, on best practices or on functions that newer ones replace, about uses that are allowed. Layers give advice the kinds of mistakes, and tell it apart by
     /// name only.
     pub fn is_advice(&self) -> bool {
@@ -62,8 +71,8 @@ impl fmt::Display for Message {
     }
 }
 
-/// The ids of messages that a layer has about itself: checks that the device does not allow, a limit of the device that GPU-assisted validation lowers to have
-/// room for what it adds, and the file in which the layer keeps the shaders that it has checked.
+/// The ids of messages that a layer has about itself: checks on the GPU that the device does not allow (the second id since 1.4.310 at the earliest), and the
+/// file in which the layer keeps the shaders that it has checked.
 const OF_THE_LAYER_ITSELF: [&str; 6] = [
     "WARNING-GPU-Assisted-Validation",
     "WARNING-Setting-Limit-Adjusted",
@@ -83,6 +92,8 @@ const KEPT_MESSAGES: usize = 4096;
 #[derive(Debug, Default)]
 pub struct MessageLog {
     state: Mutex<State>,
+    /// The version of the validation layer in use, packed as Vulkan packs it; 0 without one.
+    layer: u32,
 }
 
 #[derive(Debug, Default)]
@@ -93,6 +104,11 @@ struct State {
 }
 
 impl MessageLog {
+    /// Makes a log for a validation layer of this version, some of whose messages may be known to be false.
+    pub(super) fn of_layer(layer: Option<u32>) -> Self {
+        Self { state: Mutex::default(), layer: layer.unwrap_or_default() }
+    }
+
     /// The messages so far, oldest first, which are then forgotten.
     pub fn take(&self) -> Vec<Message> {
         let mut state = self.lock();
@@ -173,13 +189,17 @@ unsafe extern "system" fn collect(
             MessageKind::General
         };
         let is_error = severity.contains(vk::DebugUtilsMessageSeverityFlagsEXT::ERROR);
-        log.push(Message {
+        let mut message = Message {
             severity: if is_error { Severity::Error } else { Severity::Warning },
             kind,
             id_name: id_name.into_owned(),
             objects: names_of(data),
             text: text_of(data.p_message).into_owned(),
-        });
+        };
+        if known_false(log.layer, &message).is_some() {
+            message.kind = MessageKind::KnownFalse;
+        }
+        log.push(message);
     }
     // TRUE would make the offending call fail, and the program behave differently under validation.
     vk::FALSE

@@ -9,7 +9,7 @@ use std::time::Instant;
 use super::{Case, Mutant};
 use crate::frame::edges::{self, Edges};
 use crate::frame::{self, experiment};
-use crate::gpu::{self, Device, DeviceChoice, Instance, InstanceOptions, MessageKind, Validation};
+use crate::gpu::{self, Device, DeviceChoice, Instance, InstanceOptions, Message, Validation};
 use crate::plan::FramePlan;
 
 /// Frames that could not be drawn, or a layer that says something of frames that lack nothing.
@@ -201,7 +201,7 @@ impl Mode {
         // SAFETY: the caller's promise.
         let drawn = unsafe { self.draw(case, edges) };
         drawn.map_err(|source| Error::Drawing { case: case.name.clone(), source })?;
-        let ours = self.instance.take_messages().into_iter().filter(|message| message.kind != MessageKind::General);
+        let ours = self.instance.take_messages().into_iter().filter(Message::is_about_this_program);
         Ok(ours.map(|message| message.id_name).collect())
     }
 

@@ -159,7 +159,7 @@ fn open(validation: Validation) -> gpu::Result<(Gpu, Arc<MessageLog>)> {
 /// All messages about this program, without those of the loader and the drivers about the system.
 fn ours(log: &MessageLog) -> Vec<Message> {
     assert_eq!(log.dropped(), 0, "more messages than the log keeps");
-    log.take().into_iter().filter(|message| message.kind != MessageKind::General).collect()
+    log.take().into_iter().filter(Message::is_about_this_program).collect()
 }
 
 const OVERRUN_NAME: &str = "overrun";

@@ -8,7 +8,7 @@ use afterlight::gpu::sync::{Dependency, Use};
 use afterlight::gpu::upload::COPY_WRITE;
 use afterlight::gpu::{
     self, Buffer, CommandBuffer, Device, DeviceChoice, Image, ImageDesc, Instance, InstanceOptions, Location,
-    MemoryKind, MessageKind, Timestamps, UploadOrder, Uploader, Validation, barrier, vk,
+    MemoryKind, Message, MessageKind, Timestamps, UploadOrder, Uploader, Validation, barrier, vk,
 };
 
 pub(super) const HOST_READ: Use = Use::new(vk::PipelineStageFlags::HOST, vk::AccessFlags::HOST_READ);
@@ -32,7 +32,7 @@ pub(super) fn with_device(test: impl Fn(&Arc<Device>) -> TestResult) -> TestResu
         assert_eq!(device.live_objects(), Vec::<String>::new());
         assert_eq!(Arc::strong_count(&device), 1);
         drop((device, instance));
-        let ours: Vec<_> = log.take().into_iter().filter(|message| message.kind != MessageKind::General).collect();
+        let ours: Vec<_> = log.take().into_iter().filter(Message::is_about_this_program).collect();
         assert!(ours.is_empty(), "{ours:#?}");
     }
     Ok(())

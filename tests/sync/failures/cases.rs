@@ -12,7 +12,7 @@ use std::thread;
 use std::time::Duration;
 
 use afterlight::frame::{self, Picture};
-use afterlight::gpu::{self, Device, MessageKind, MessageLog, vk};
+use afterlight::gpu::{self, Device, Message, MessageLog, vk};
 use afterlight_failures_layer::{Command, commands};
 
 use super::layer::{Layer, child_of};
@@ -278,12 +278,8 @@ fn panicked(cause: &(dyn std::any::Any + Send)) -> String {
 /// Fails on any message of this program or of a layer below it, leaks included.
 pub fn check_messages(log: Option<&MessageLog>) -> Result<(), String> {
     let Some(log) = log else { return Ok(()) };
-    let ours: Vec<String> = log
-        .take()
-        .into_iter()
-        .filter(|message| message.kind != MessageKind::General)
-        .map(|message| message.text)
-        .collect();
+    let ours: Vec<String> =
+        log.take().into_iter().filter(Message::is_about_this_program).map(|message| message.text).collect();
     if ours.is_empty() { Ok(()) } else { Err(format!("messages: {}", ours.join(" / ")).replace('\n', " ")) }
 }
 
