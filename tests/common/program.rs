@@ -1,7 +1,7 @@
 //! The program itself and the examples, as tests start them.
 
 use std::ffi::OsString;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_afterlight");
@@ -21,13 +21,6 @@ pub fn example(name: &str) -> Command {
 /// Returns the program that starts others on the Vulkan stack of the tests, where that is not the machine's own: `AFTERLIGHT_RUNNER`.
 pub fn runner() -> Option<OsString> {
     std::env::var_os("AFTERLIGHT_RUNNER")
-}
-
-/// Returns the script that starts programs on a stack of Debian's (`debian13`, `newest`), where `scripts/fetch-NAME` has unpacked it.
-pub fn runner_of(stack: &str) -> Option<PathBuf> {
-    let project = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let cache = std::env::var_os("AFTERLIGHT_CACHE").map_or_else(|| project.join(".cache"), PathBuf::from);
-    cache.join(stack).join("packages.txt").exists().then(|| project.join("scripts").join(format!("on-{stack}")))
 }
 
 /// Returns a command that starts a program of this project as [`program`] does.

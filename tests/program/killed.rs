@@ -12,7 +12,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::common::failures_layer;
-use crate::common::program::{program, runner};
+use crate::common::program::program;
 use crate::common::tries_all;
 use crate::common::whole::{
     is_calibration, is_csv, is_document, is_glb, is_json, is_json_lines, is_picture, is_toml, is_xml,

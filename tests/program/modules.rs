@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 
 use afterlight::shaders::{self, Spirv};
 
-use crate::common::program::runner_of;
+use super::stacks::runner_of;
 use crate::common::some_of;
 
 /// Returns the spirv-val of the system, and the newest if there is one.

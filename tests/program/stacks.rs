@@ -1,10 +1,15 @@
 //! The program on another Vulkan stack than the machine's: processes that it starts run on that stack as well.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use crate::common::program::runner_of;
+/// Returns the script that starts programs on a stack of Debian's (`debian13`, `newest`), where `scripts/fetch-NAME` has unpacked it.
+pub(crate) fn runner_of(stack: &str) -> Option<PathBuf> {
+    let project = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let cache = std::env::var_os("AFTERLIGHT_CACHE").map_or_else(|| project.join(".cache"), PathBuf::from);
+    cache.join(stack).join("packages.txt").exists().then(|| project.join("scripts").join(format!("on-{stack}")))
+}
 
 /// Two cases: each has a process of its own, one of them with the layer of the stack.
 const SUITE: &str = r#"
