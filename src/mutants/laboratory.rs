@@ -126,7 +126,7 @@ impl Laboratory {
     }
 
     /// Returns the layer's messages about each mutant. The layer has none about the whole tables, so its messages are not noise. Calls `step` as each
-    /// case and each mutant is drawn in each mode ([`Laboratory::steps`]).
+    /// mutant is drawn in each mode ([`Laboratory::steps`]).
     ///
     /// # Safety
     /// As of [`crate::frame::Renderer::with_edges`].
@@ -159,9 +159,14 @@ impl Laboratory {
         Ok(together.collect())
     }
 
+    /// The layer's modes, each of which draws on a thread and a device of its own.
+    pub fn modes(&self) -> usize {
+        self.modes.len()
+    }
+
     /// Returns the number of times that [`Laboratory::judge`] calls its `step`.
-    pub fn steps(&self, cases: usize, mutants: usize) -> usize {
-        (cases + mutants) * self.modes.len()
+    pub fn steps(&self, mutants: usize) -> usize {
+        mutants * self.modes.len()
     }
 }
 
@@ -180,7 +185,6 @@ impl Mode {
             if !rules.is_empty() {
                 return Err(Error::Noise { case: case.name.clone(), rules });
             }
-            step();
         }
         let judged = mutants.iter().map(|mutant| {
             let begun = Instant::now();

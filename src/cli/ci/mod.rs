@@ -105,7 +105,7 @@ pub struct Args {
     /// Run every N-th case, from the I-th on
     #[arg(long, value_name = "I/N", value_parser = args::shard)]
     shard: Option<Shard>,
-    /// Processes at a time, which share the device [default: one a core, at most 8]
+    /// Processes at a time, which share the device; with --mutants, frames [default: one a core, at most 8]
     #[arg(long, value_name = "N", value_parser = args::whole::<u16>(1..=1024), allow_negative_numbers = true)]
     jobs: Option<u16>,
     /// Start each case by this command, with this program's own command line behind it: a debugger, another stack's
@@ -129,7 +129,7 @@ pub struct Args {
     repro: Option<PathBuf>,
     /// Test the validation layer instead: draw frames with one dependency, or one bit of one, missing, and tell which it notices. With -o, a
     /// page and tables of all are kept there. Such frames may hang a real GPU: they are meant for software drivers
-    #[arg(long, conflicts_with_all = ["suite", "repro", "list", "coverage", "case", "baseline", "bless", "skips", "flakes", "since", "jobs"])]
+    #[arg(long, conflicts_with_all = ["suite", "repro", "list", "coverage", "case", "baseline", "bless", "skips", "flakes", "since"])]
     mutants: bool,
     /// Print the names of the cases, and try none
     #[arg(long, conflicts_with_all = ["baseline", "since", "skips", "flakes", "jobs"])]
@@ -157,7 +157,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 fn run_suite(args: &Args) -> Result<(), Failure> {
     if args.mutants {
         let device = args.device.clone().unwrap_or_default();
-        let choice = mutants::Choice { device: &device, only: args.only.as_ref(), shard: args.shard };
+        let choice =
+            mutants::Choice { device: &device, only: args.only.as_ref(), shard: args.shard, jobs: jobs(args) };
         return mutants::run(&choice, args.output.as_deref(), args.quiet);
     }
     if args.of_run {
@@ -186,6 +187,11 @@ fn run_suite(args: &Args) -> Result<(), Failure> {
     // clap has seen to it that there is one.
     let Some(folder) = &args.output else { return Err(Failure::usage("-o DIR is needed")) };
     all(args, &suite, &cases, folder)
+}
+
+/// The cases, or mutants, to draw at a time.
+fn jobs(args: &Args) -> usize {
+    args.jobs.map_or_else(|| available_parallelism().map_or(1, usize::from).min(MOST_JOBS), usize::from)
 }
 
 /// The cases that `--only` and `--shard` leave.
@@ -339,7 +345,7 @@ fn all(args: &Args, suite: &Suite, cases: &[&Case], folder: &Path) -> Result<(),
     make_own(&working)?;
     let (skipped, tried): (Vec<&Case>, Vec<&Case>) =
         cases.iter().partition(|case| known.expectations.skips(&case.name));
-    let jobs = args.jobs.map_or_else(|| available_parallelism().map_or(1, usize::from).min(MOST_JOBS), usize::from);
+    let jobs = jobs(args);
     command.extend(arguments(args, suite, &choice, jobs > 1));
     let runner = Runner { command, cases: &working, jobs };
     let bar = progress::bar(format!("{} on {}", suite.name, device.device), tried.len() as u64, args.quiet);

@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::Path;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::thread;
 use std::time::Instant;
 
 use afterlight::frame::capabilities;
@@ -11,6 +12,7 @@ use afterlight::frame::edges::unreported_mutants::Part;
 use afterlight::gpu::{DeviceChoice, PhysicalDevice};
 use afterlight::mutants::{Case, Heard, Laboratory, Miss, Mutant, PartName, Verdict, cases, mutants, verdict};
 use afterlight::plan::FramePlan;
+use rayon::prelude::*;
 use regex::Regex;
 use serde::Serialize;
 
@@ -30,6 +32,8 @@ pub struct Choice<'a> {
     pub device: &'a DeviceChoice,
     pub only: Option<&'a Regex>,
     pub shard: Option<Shard>,
+    /// Mutants to draw at a time; each mode of the layer draws one.
+    pub jobs: usize,
 }
 
 /// A mutant with its outcome. Nothing is heard of those that cannot be drawn here.
@@ -110,17 +114,15 @@ fn judge<'a>(
     let is_used = |case: &Case| drawn.iter().any(|mutant| std::ptr::eq(mutant.case, case));
     let whole: Vec<_> = cases.iter().zip(plans).filter(|(case, _)| is_used(case)).collect();
     let what = format!("layer {} on {}", version(laboratory.layer()), laboratory.device().physical.name);
-    let bar = progress::shares(what, laboratory.steps(whole.len(), drawn.len()) as u64, quiet);
+    let bar = progress::shares(what, laboratory.steps(drawn.len()) as u64, quiet);
     let done = AtomicU64::new(0);
-    // SAFETY: nothing of these frames is looked at, and the layer speaks of them before the driver runs them. The help text says what a real GPU
-    // may make of them.
-    let heard = unsafe { laboratory.judge(&whole, &drawn, &|| bar.at(done.fetch_add(1, Ordering::Relaxed) + 1)) };
-    let heard = heard.map_err(|error| Failure::new(Exit::FailedCheck, with_causes(&error)))?;
+    let step = || bar.at(done.fetch_add(1, Ordering::Relaxed) + 1);
+    let mut heard = heard(laboratory, choice, &whole, &drawn, &step)?.into_iter();
     drop(bar);
-    let mut heard = heard.into_iter();
     let layer = laboratory.layer();
-    let judged = chosen.into_iter().map(|(name, mutant)| {
-        let must_follow = mutant.hazards().iter().map(|hazard| hazard.kind.to_string()).collect();
+    let must_follow = |mutant: &Mutant| mutant.hazards().iter().map(|hazard| hazard.kind.to_string()).collect();
+    let must_follow: Vec<BTreeSet<String>> = chosen.par_iter().map(|(_, mutant)| must_follow(mutant)).collect();
+    let judged = chosen.into_iter().zip(must_follow).map(|((name, mutant), must_follow)| {
         let heard = if can_be_drawn(mutant.case) { heard.next() } else { None };
         let heard = heard.map(|heard| {
             let verdict = verdict(layer, &mutant, &heard);
@@ -129,6 +131,47 @@ fn judge<'a>(
         Judged { name, mutant, must_follow, heard }
     });
     Ok(judged.collect())
+}
+
+/// Mutants that a laboratory draws before it takes others. They are in the order of their cases, each of which is drawn whole before its mutants.
+const AT_A_TIME: usize = 24;
+
+/// Returns the layer's messages about each mutant, in as many laboratories as the choice has jobs for.
+fn heard(
+    laboratory: &Laboratory,
+    choice: &Choice,
+    whole: &[(&Case, &FramePlan)],
+    drawn: &[Mutant],
+    step: &(dyn Fn() + Sync),
+) -> Result<Vec<Heard>, Failure> {
+    let parts: Vec<&[Mutant]> = drawn.chunks(AT_A_TIME).collect();
+    let next = AtomicUsize::new(0);
+    let work = |laboratory: &Laboratory| -> Result<Vec<(usize, Vec<Heard>)>, Failure> {
+        let mut own = Vec::new();
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some(&part) = parts.get(index) else { return Ok(own) };
+            let is_used = |case: &Case| part.iter().any(|mutant| std::ptr::eq(mutant.case, case));
+            let whole: Vec<_> = whole.iter().copied().filter(|(case, _)| is_used(case)).collect();
+            // SAFETY: nothing of these frames is looked at, and the layer speaks of them before the driver runs them. The help text says what a real
+            // GPU may make of them.
+            let heard = unsafe { laboratory.judge(&whole, part, step) };
+            own.push((index, heard.map_err(|error| Failure::new(Exit::FailedCheck, with_causes(&error)))?));
+        }
+    };
+    let others = (choice.jobs / laboratory.modes()).clamp(1, parts.len().max(1)) - 1;
+    let found: Result<Vec<_>, Failure> = thread::scope(|scope| {
+        let other = || work(&Laboratory::open(choice.device)?);
+        let threads: Vec<_> = (0..others).map(|_| scope.spawn(other)).collect();
+        let own = work(laboratory);
+        let join = |thread: thread::ScopedJoinHandle<'_, _>| {
+            thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        };
+        [own].into_iter().chain(threads.into_iter().map(join)).collect()
+    });
+    let mut found: Vec<_> = found?.into_iter().flatten().collect();
+    found.sort_by_key(|(index, _)| *index);
+    Ok(found.into_iter().flat_map(|(_, heard)| heard).collect())
 }
 
 struct Report<'a> {
