@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use glam::DAffine3;
 
 use super::motion::First;
-use super::{Light, Material, Mesh, Motion, NamedCamera, Object, Scene, Target, Texture, TextureSlot};
+use super::{
+    Environment, Light, Material, Mesh, Motion, NamedCamera, Object, Scene, SettingsPatch, Target, Texture, TextureSlot,
+};
 
 /// Options for loading a model.
 #[derive(Default, Clone, Copy)]
@@ -50,10 +52,23 @@ pub struct Imported {
     pub cameras: Vec<NamedCamera>,
     /// Its nodes, skins, shapes and clips.
     pub motion: Motion,
+    /// The surroundings of a file that this program has exported. Only a bare model is seen in them: a scene file has its own.
+    pub surroundings: Option<Surroundings>,
     /// Oddities and how each was handled, a line each.
     pub warnings: Vec<String>,
     /// The files that it was read from.
     pub files: Vec<PathBuf>,
+}
+
+/// The parts of an exported scene beside the things in it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Surroundings {
+    /// Ambient light and background.
+    pub environment: Environment,
+    /// True if the file says what ambient light there is, be it none. Without, and without lights, the exported scene had light that the file lacks.
+    pub is_lit: bool,
+    /// The settings that were said, and the exposure.
+    pub settings: SettingsPatch,
 }
 
 impl Imported {

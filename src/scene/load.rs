@@ -155,12 +155,19 @@ fn order_triangles(scene: &mut Scene) {
 fn open_model(path: &Path, format: Format, options: &OpenOptions) -> Result<Scene, Error> {
     let mut scene = Scene { name: path.display().to_string(), ..Scene::default() };
     let chosen = Chosen { scene: options.scene, variant: options.variant };
-    load_model(path, &chosen, options)?.append_to(&mut scene, options.placed());
+    let mut model = load_model(path, &chosen, options)?;
+    let surroundings = model.surroundings.take();
+    model.append_to(&mut scene, options.placed());
     // Metres by its specification.
     let doubt = if format == Format::Obj { doubt(&scene.bounds(), options) } else { None };
     scene.warnings.extend(doubt);
     let stand = fit::fit_camera(&mut scene, options.aspect);
+    let surroundings = surroundings.filter(|own| own.is_lit || !scene.lights.is_empty());
     match format {
+        _ if surroundings.is_some() => {
+            let own = surroundings.unwrap_or_default();
+            (scene.environment, scene.settings) = (own.environment, own.settings);
+        }
         _ if !scene.lights.is_empty() => {}
         Format::Obj => {
             fit::add_daylight(&mut scene);

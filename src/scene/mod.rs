@@ -43,7 +43,7 @@ pub use error::Error;
 pub(crate) use error::without_controls;
 pub use exposure::{exposure_scale, luminance, metered_ev100};
 pub use fit::{add_daylight, add_studio, fit_camera};
-pub use import::{Imported, LoadOptions, Progress};
+pub use import::{Imported, LoadOptions, Progress, Surroundings};
 pub use lens::{Aperture, ThinLens};
 pub(crate) use levels::MOST_LEVELS;
 pub use levels::{Level, Levels};

@@ -37,15 +37,18 @@ fn specs() -> Vec<String> {
 
 /// Writes the scene of a spec as a file, and returns it with the scene that the file is read as.
 fn there_and_back(spec: &str) -> (Exported, Scene) {
-    let scene = open(spec, &OpenOptions::default()).unwrap_or_else(|error| panic!("{error}"));
-    let exposure = scene.settings.exposure.unwrap_or_else(|| metered_ev100(&scene));
-    let shot = Shot { size: SIZE, exposure, settings: SettingsPatch::default(), copyright: None };
+    let scene = stage::open(spec);
+    let shot = Shot { size: SIZE, exposure: exposure(&scene), settings: SettingsPatch::default(), copyright: None };
     let exported = gltf::write(scene, &shot).unwrap_or_else(|error| panic!("{error}"));
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("scene.glb");
     fs::write(&file, &exported.bytes).expect("a writable folder");
     let read = open(&file.to_string_lossy(), &OpenOptions::default()).unwrap_or_else(|error| panic!("{error}"));
     (exported, read)
+}
+
+fn exposure(scene: &Scene) -> f32 {
+    scene.settings.exposure.unwrap_or_else(|| metered_ev100(scene))
 }
 
 fn settings() -> Settings {
@@ -88,7 +91,13 @@ fn a_file_opens_as_the_scene_that_was_written_with_the_same_plan_and_picture() {
             };
             let changes = differences(&plan(&read), &plan(own));
             assert!(changes.is_empty(), "{spec}: {changes:#?}");
-            let [found, expected] = [&read, own].map(|scene| light(gpu, scene));
+            // Of a built-in scene nothing is left out, so that its own picture is expected; only lambert surfaces are written by another formula.
+            let original =
+                Some(stage::open(&spec)).filter(|_| spec.starts_with("builtin:") && spec != "builtin:cornell");
+            if let Some(original) = &original {
+                assert_eq!((read.environment, exposure(&read)), (original.environment, exposure(original)), "{spec}");
+            }
+            let [found, expected] = [&read, original.as_ref().unwrap_or(own)].map(|scene| light(gpu, scene));
             // Places and directions are read in 64 bits, and the device gets the same 32.
             let changed = found.iter().zip(&expected).filter(|(found, own)| found != own).count();
             assert!(changed == 0 && expected.iter().any(|light| *light > 0.0), "{spec}: {changed} values differ");
@@ -100,8 +109,7 @@ fn a_file_opens_as_the_scene_that_was_written_with_the_same_plan_and_picture() {
 fn lambert_surfaces_look_as_they_did() {
     on_gpu(|gpu| {
         let (exported, _) = there_and_back("builtin:cornell");
-        let original = Scene { environment: exported.scene.environment, ..stage::open("builtin:cornell") };
-        let [found, expected] = [&exported.scene, &original].map(|scene| light(gpu, scene));
+        let [found, expected] = [&exported.scene, &stage::open("builtin:cornell")].map(|scene| light(gpu, scene));
         let brightest = expected.iter().copied().fold(0.0, f32::max);
         let worst = found.iter().zip(&expected).map(|(found, own)| (found - own).abs() / brightest).fold(0.0, f32::max);
         assert!(brightest > 0.0 && worst <= MOST, "{worst:e}");

@@ -1,4 +1,8 @@
-//! Accessors as typed values. Counts, offsets, strides and sizes are checked before a byte is read, and all arithmetic with them.
+//! Accessors as typed values. Counts, offsets, strides and sizes are checked before a byte is read, and all arithmetic with them. Of elements that reach
+//! past the end of their bytes the ones before it are read.
+
+use std::collections::BTreeSet;
+use std::sync::{Mutex, PoisonError};
 
 use super::buffers::{Buffers, View};
 use super::json::{Accessor, Document, Sparse, Whole, entry, named};
@@ -43,16 +47,21 @@ impl Component {
 pub(super) struct Accessors<'a> {
     document: &'a Document,
     buffers: &'a Buffers<'a>,
+    /// Oddities of those that were read, a line each.
+    odd: Mutex<BTreeSet<String>>,
 }
 
 /// An accessor whose layout has been checked.
 struct Checked<'a> {
+    index: Whole,
     accessor: &'a Accessor,
     component: Component,
     /// Numbers of an element.
     width: usize,
     /// Its elements; `None` for zeros.
     elements: Option<Elements<'a>>,
+    /// Elements that are there.
+    count: usize,
 }
 
 /// Elements that all lie within `bytes`, one each `stride`.
@@ -64,22 +73,22 @@ struct Elements<'a> {
 }
 
 impl<'a> Elements<'a> {
-    /// `what` names them where they do not fit.
-    fn of(view: View<'a>, offset: usize, count: usize, size: usize) -> Result<Self, String> {
+    /// As many as the view has, and the oddity where it has fewer.
+    fn of(view: View<'a>, offset: usize, count: usize, size: usize) -> Result<(Self, Option<String>), String> {
         let stride = view.stride.unwrap_or(size);
         if stride < size && count > 1 {
             return Err(format!("its elements of {size} bytes lie {stride} bytes apart"));
         }
-        let last = count.saturating_sub(1).checked_mul(stride).and_then(|last| last.checked_add(offset));
-        let end = last.and_then(|last| last.checked_add(size)).filter(|&end| end <= view.bytes.len());
-        let bytes = end.and_then(|end| view.bytes.get(offset..end));
-        let bytes = bytes.ok_or_else(|| {
+        let short = || {
             format!(
                 "its {count} elements of {size} bytes from byte {offset} on reach past their view of {} bytes",
                 view.bytes.len()
             )
-        })?;
-        Ok(Self { bytes, stride, count })
+        };
+        let bytes = view.bytes.get(offset..).filter(|bytes| bytes.len() >= size).ok_or_else(short)?;
+        let there = (bytes.len() - size).checked_div(stride).map_or(count, |more| (more + 1).min(count));
+        let odd = (there < count).then(|| format!("{}: the first {there} are read", short()));
+        Ok((Self { bytes, stride, count: there }, odd))
     }
 
     /// Each element's bytes, and maybe more behind them.
@@ -90,12 +99,28 @@ impl<'a> Elements<'a> {
 
 impl<'a> Accessors<'a> {
     pub fn new(document: &'a Document, buffers: &'a Buffers<'a>) -> Self {
-        Self { document, buffers }
+        Self { document, buffers, odd: Mutex::default() }
     }
 
-    /// Returns the number of elements that an accessor claims to have.
-    pub fn count(&self, index: Whole) -> Result<usize, String> {
-        Ok(entry("accessor", &self.document.accessors, index)?.count.0)
+    /// Oddities of the accessors that were read so far, a line each.
+    pub fn warnings(&self) -> Vec<String> {
+        self.odd.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned().collect()
+    }
+
+    fn note(&self, index: Whole, accessor: &Accessor, what: impl std::fmt::Display) {
+        let line = format!("{}: {what}", named("accessor", index.0, accessor.name.as_ref()));
+        self.odd.lock().unwrap_or_else(PoisonError::into_inner).insert(line);
+    }
+
+    /// Returns the number of elements that can be read of an accessor at most: fewer than it claims to have where its view ends before.
+    pub fn count(&self, index: Whole) -> usize {
+        let Some(accessor) = self.document.accessors.get(index.0) else { return 0 };
+        let view = accessor.buffer_view.map(|view| self.document.buffer_views.get(view.0));
+        let is_packed = view.flatten().is_some_and(|view| view.extensions.meshopt.is_some());
+        match view {
+            Some(view) if !is_packed => accessor.count.0.min(view.map_or(0, |view| view.byte_length.0)),
+            _ => accessor.count.0,
+        }
     }
 
     /// Elements of `N` numbers as floats; where the accessor has fewer, the others are `missing`. `kinds` are the types that it may have.
@@ -140,11 +165,11 @@ impl<'a> Accessors<'a> {
         read: impl FnOnce(&Checked) -> Result<T, String>,
     ) -> Result<T, String> {
         let accessor = entry("accessor", &self.document.accessors, index)?;
-        let checked = self.check(accessor, kinds).and_then(|checked| read(&checked));
+        let checked = self.check((index, accessor), kinds).and_then(|checked| read(&checked));
         checked.map_err(|what| format!("{}: {what}", named("accessor", index.0, accessor.name.as_ref())))
     }
 
-    fn check<'b>(&'b self, accessor: &'b Accessor, kinds: &[&str]) -> Result<Checked<'b>, String> {
+    fn check<'b>(&'b self, (index, accessor): (Whole, &'b Accessor), kinds: &[&str]) -> Result<Checked<'b>, String> {
         if !kinds.contains(&accessor.kind.as_str()) {
             return Err(format!("its type is {}, not {}", accessor.kind.escape_debug(), kinds.join(" or ")));
         }
@@ -166,33 +191,34 @@ impl<'a> Accessors<'a> {
         let elements = match accessor.buffer_view {
             Some(view) => {
                 let view = self.buffers.view(view)?;
-                Some(Elements::of(view, accessor.byte_offset.0, count, width * component.size())?)
+                let (elements, odd) = Elements::of(view, accessor.byte_offset.0, count, width * component.size())?;
+                odd.into_iter().for_each(|odd| self.note(index, accessor, odd));
+                Some(elements)
             }
             None if count > MOST_ZEROS => {
                 return Err(format!("has {count} elements and no view: {MOST_ZEROS} at most are read of such"));
             }
             None => None,
         };
-        Ok(Checked { accessor, component, width, elements })
+        let count = elements.map_or(count, |elements| elements.count);
+        Ok(Checked { index, accessor, component, width, elements, count })
     }
 
     /// Returns the indices of the replaced elements, and their new values.
-    fn sparse<'b>(&'b self, sparse: &Sparse, size: usize, count: usize) -> Result<(Vec<usize>, Elements<'b>), String> {
-        let within = |what: String| format!("sparse: {what}");
-        let component = Component::of(sparse.indices.component_type).map_err(within)?;
+    fn sparse<'b>(&'b self, sparse: &Sparse, size: usize) -> Result<(Vec<usize>, Elements<'b>), String> {
+        let component = Component::of(sparse.indices.component_type)?;
         if !matches!(component, Component::U8 | Component::U16 | Component::U32) {
-            return Err(within("its indices are not of an unsigned type".into()));
+            return Err("its indices are not of an unsigned type".into());
         }
-        let (view, offset) = (self.buffers.view(sparse.indices.buffer_view)?, sparse.indices.byte_offset.0);
+        let [of_indices, of_values] = [sparse.indices.buffer_view, sparse.values.buffer_view];
+        let view = |view: Option<Whole>| self.buffers.view(view.ok_or("names no buffer view")?);
         // Both are tightly packed: strides of their views, which may serve others as well, do not count.
         let packed = |view: View<'b>| View { stride: None, ..view };
-        let indices = Elements::of(packed(view), offset, sparse.count.0, component.size()).map_err(within)?;
+        let count = sparse.count.0;
+        let (indices, _) =
+            Elements::of(packed(view(of_indices)?), sparse.indices.byte_offset.0, count, component.size())?;
         let indices: Vec<usize> = indices.iter().map(|bytes| whole(component, bytes) as usize).collect();
-        if let Some(index) = indices.iter().find(|&&index| index >= count) {
-            return Err(within(format!("index {index} is out of range: there are {count} elements")));
-        }
-        let view = self.buffers.view(sparse.values.buffer_view)?;
-        let values = Elements::of(packed(view), sparse.values.byte_offset.0, sparse.count.0, size).map_err(within)?;
+        let (values, _) = Elements::of(packed(view(of_values)?), sparse.values.byte_offset.0, count, size)?;
         Ok((indices, values))
     }
 }
@@ -230,29 +256,44 @@ impl Checked<'_> {
         }
     }
 
+    /// Unsigned numbers. A number of another type that is none becomes the largest, which nothing has.
     fn whole<const N: usize>(&self, accessors: &Accessors) -> Result<Vec<[u32; N]>, String> {
         let component = self.component;
-        if !matches!(component, Component::U8 | Component::U16 | Component::U32) {
-            return Err("its numbers are not of an unsigned type".into());
+        if matches!(component, Component::U8 | Component::U16 | Component::U32) {
+            return self.gather(accessors, |bytes| {
+                std::array::from_fn(|number| whole(component, &bytes[number * component.size()..]))
+            });
         }
-        self.gather(accessors, |bytes| {
-            std::array::from_fn(|number| whole(component, &bytes[number * component.size()..]))
-        })
+        accessors.note(self.index, self.accessor, "its numbers are not of an unsigned type, read all the same");
+        let is_whole = |value: f32| value.fract() == 0.0 && (0.0..=16_777_216.0).contains(&value);
+        let number = |value: f32| if is_whole(value) { value as u32 } else { u32::MAX };
+        Ok(self.floats::<N>(accessors, 0.0)?.into_iter().map(|element| element.map(number)).collect())
     }
 
     /// The elements as `read` has them of their bytes.
     fn gather<T: Copy>(&self, accessors: &Accessors, read: impl Fn(&[u8]) -> T) -> Result<Vec<T>, String> {
-        let (count, size) = (self.accessor.count.0, self.width * self.component.size());
+        let size = self.width * self.component.size();
         let mut values: Vec<T> = match self.elements {
             Some(elements) => elements.iter().map(|bytes| read(&bytes[..size])).collect(),
             // All bits 0 is the number 0 of each type; a matrix of floats is the largest element.
-            None => vec![read(&[0; 64][..size]); count],
+            None => vec![read(&[0; 64][..size]); self.count],
         };
-        if let Some(sparse) = &self.accessor.sparse {
-            let (indices, elements) = accessors.sparse(sparse, size, count)?;
-            for (index, bytes) in indices.into_iter().zip(elements.iter()) {
-                values[index] = read(&bytes[..size]);
+        let Some(sparse) = &self.accessor.sparse else { return Ok(values) };
+        match accessors.sparse(sparse, size) {
+            Ok((indices, elements)) => {
+                let mut left_out = sparse.count.0 - indices.len().min(elements.count).min(sparse.count.0);
+                for (index, bytes) in indices.into_iter().zip(elements.iter()) {
+                    match values.get_mut(index) {
+                        Some(value) => *value = read(&bytes[..size]),
+                        None => left_out += 1,
+                    }
+                }
+                if left_out > 0 {
+                    let what = "sparse elements that are not there, or replace none of its own, are left out";
+                    accessors.note(self.index, self.accessor, format!("{left_out} {what}"));
+                }
             }
+            Err(why) => accessors.note(self.index, self.accessor, format!("sparse: {why}: left out")),
         }
         Ok(values)
     }

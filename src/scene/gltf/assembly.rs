@@ -115,7 +115,8 @@ impl Assembly {
         sources: &Sources,
         drawables: &Drawables,
         meshes: Vec<Option<Mesh>>,
-    ) -> Result<(), String> {
+        warnings: &mut Vec<String>,
+    ) {
         for drawable in &drawables.list {
             let Some(index) = drawable.skin.filter(|index| !self.skins.contains_key(index)) else { continue };
             let json = &sources.document.skins[index];
@@ -134,10 +135,9 @@ impl Assembly {
         }
         for drawable in &drawables.list {
             if let Some(mesh) = numbers[drawable.order] {
-                self.place(sources, drawables, drawable, mesh)?;
+                self.place(sources, drawables, (drawable, mesh), warnings);
             }
         }
-        Ok(())
     }
 
     /// The objects of a drawable: one for each instance, and one more for each that has a coat.
@@ -145,9 +145,9 @@ impl Assembly {
         &mut self,
         sources: &Sources,
         drawables: &Drawables,
-        drawable: &Drawable,
-        mesh: usize,
-    ) -> Result<(), String> {
+        (drawable, mesh): (&Drawable, usize),
+        warnings: &mut Vec<String>,
+    ) {
         let name = nodes::object_name(sources.document, drawable.node);
         let (base, coat) = self.materials[&drawable.material];
         let frame = drawable.posed.and_then(|skin| drawables.skins.get(&skin)).map(|own| own.frame(sources.nodes));
@@ -158,10 +158,9 @@ impl Assembly {
         for (number, instance) in places.iter().enumerate() {
             let transform = frame.unwrap_or_else(|| sources.nodes.world[drawable.node] * *instance);
             if !fits(&transform) {
-                return Err(format!(
-                    "{}: an instance's transform in the world is not finite",
-                    nodes::name(&sources.document.nodes, drawable.node)
-                ));
+                let name = nodes::name(&sources.document.nodes, drawable.node);
+                warnings.push(format!("{name}: an instance's transform in the world is not finite: left out"));
+                continue;
             }
             let own = if is_free {
                 self.weights.get(&drawable.node)
@@ -175,7 +174,6 @@ impl Assembly {
             self.imported.objects.push(object);
             self.imported.objects.extend(lacquer);
         }
-        Ok(())
     }
 
     /// The nodes by which a drawable's instances move: the drawable's own, or one in it for each; none where nothing moves them.
@@ -209,7 +207,7 @@ impl Assembly {
             let (world, moves) = (sources.nodes.world[node], self.moving.get(&node).copied());
             let moves = moves.filter(|_| sources.movement.places[node]);
             let left_out = |what: String| format!("{}: {what}, left out", nodes::name(&document.nodes, node));
-            if let Some(index) = json.extensions.light.as_ref().map(|own| own.light.0) {
+            if let Some(index) = json.extensions.light.as_ref().and_then(|own| Some(own.light?.0)) {
                 let found = of_file
                     .get(index)
                     .ok_or_else(|| format!("light {index} does not exist: the file has {}", of_file.len()));
@@ -231,7 +229,8 @@ impl Assembly {
                     .get(index)
                     .ok_or_else(|| format!("camera {index} does not exist: the file has {}", document.cameras.len()));
                 match found.and_then(|own| cameras::camera(index, own)) {
-                    Ok(camera) => {
+                    Ok((camera, odd)) => {
+                        warnings.extend(odd);
                         self.cameras.entry(index).or_default().push(self.imported.cameras.len());
                         let name = self.camera_name(document, node, index);
                         let camera = camera.transformed(&world);

@@ -2,7 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use draco_core::{DecodeLimits, DecoderBuffer, Mesh, MeshDecoder};
+use draco_core::{DataType, DecodeLimits, DecoderBuffer, Mesh, MeshDecoder};
 
 /// The most that one primitive may become. Draco spends next to nothing on equal values, so that the size of its data says nothing.
 const MOST_POINTS: u64 = 1 << 26;
@@ -30,15 +30,38 @@ pub(super) fn indices(mesh: &Mesh) -> Vec<u32> {
     mesh.faces().iter().flat_map(|face| face.map(|point| point.0)).collect()
 }
 
-/// Numbers of an attribute by its id, `width` for each point, as they are stored.
-pub(super) fn numbers(mesh: &Mesh, id: usize, width: usize) -> Result<Vec<f32>, String> {
+/// Numbers of an attribute by its id, for each point, as they are stored.
+pub(super) struct Stored {
+    pub numbers: Vec<f32>,
+    /// Of an element.
+    pub width: usize,
+    /// The largest number of its type, if that is of whole numbers.
+    pub largest: Option<f32>,
+}
+
+/// Returns an attribute by its id.
+pub(super) fn stored(mesh: &Mesh, id: usize) -> Result<Stored, String> {
     let attribute = u32::try_from(id).ok().and_then(|id| mesh.attribute_by_unique_id(id));
     let attribute = attribute.ok_or_else(|| format!("its Draco data has no attribute {id}"))?;
-    let stored = usize::from(attribute.num_components());
-    if stored != width {
-        return Err(format!(
-            "attribute {id} of its Draco data has {stored} numbers an element, but its accessor {width}"
-        ));
+    let width = usize::from(attribute.num_components());
+    let largest = match attribute.data_type() {
+        DataType::Int8 => Some(127.0),
+        DataType::Uint8 => Some(255.0),
+        DataType::Int16 => Some(32767.0),
+        DataType::Uint16 => Some(65535.0),
+        _ => None,
+    };
+    Ok(Stored { numbers: attribute.read_f32s(mesh.num_points(), width), width, largest })
+}
+
+/// Returns an attribute of this many numbers an element.
+pub(super) fn of_width(mesh: &Mesh, id: usize, width: usize) -> Result<Stored, String> {
+    let own = stored(mesh, id)?;
+    match own.width == width {
+        true => Ok(own),
+        false => Err(format!(
+            "attribute {id} of its Draco data has {} numbers an element, but its accessor {width}",
+            own.width
+        )),
     }
-    Ok(attribute.read_f32s(mesh.num_points(), width))
 }

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use super::accessor::Accessors;
 use super::buffers::Buffers;
 use super::instances;
-use super::json::{Attributes, Document, Node, Primitive, Whole, entry, named};
+use super::json::{Attributes, Document, Primitive, Whole, entry, gathered, named};
 use super::json_extensions::Draco;
 use super::materials::{self, Dress};
 use super::movement::{self, Joints, Movement};
@@ -69,8 +69,11 @@ pub(super) struct Drawables {
     /// Sets of instances, which drawables name by their index; the first is one in the node itself.
     pub instances: Vec<Vec<DAffine3>>,
     pub warnings: Vec<String>,
+    /// Faults of primitives, each with its place.
+    faults: Vec<(String, String)>,
     objects: usize,
-    numbers: usize,
+    /// By order: true if there is no room for its mesh.
+    too_large: Vec<bool>,
     /// Primitives that are no triangles, of points and of lines.
     pub left_out: [usize; 2],
 }
@@ -94,8 +97,14 @@ pub(super) fn collect(sources: &Sources, variant: Option<&str>) -> Result<Drawab
         let node = &document.nodes[index];
         let Some(mesh) = node.mesh else { continue };
         let within = |what: String| format!("{}: {what}", nodes::name(&document.nodes, index));
-        let json = entry("mesh", &document.meshes, mesh).map_err(within)?;
-        let instances = drawables.instances_of(sources, node).map_err(within)?;
+        let json = match entry("mesh", &document.meshes, mesh) {
+            Ok(json) => json,
+            Err(what) => {
+                drawables.warnings.push(within(what));
+                continue;
+            }
+        };
+        let instances = drawables.instances_of(sources, index).map_err(within)?;
         drawables.objects = drawables.objects.saturating_add(json.primitives.len().saturating_mul(instances.1));
         if drawables.objects > MOST_OBJECTS {
             return Err(format!("makes more than {MOST_OBJECTS} objects"));
@@ -106,10 +115,12 @@ pub(super) fn collect(sources: &Sources, variant: Option<&str>) -> Result<Drawab
                 drawables.left_out[usize::from(primitive.mode != Some(Whole(0)))] += 1;
                 continue;
             }
-            let within =
-                |what: String| format!("{}, primitive {number}: {what}", named("mesh", mesh.0, json.name.as_ref()));
-            let material = material_of(document, primitive, variant).map_err(within)?;
-            let (needs, skin) = drawables.needs(sources, index, (material, primitive, skin))?;
+            let material = material_of(document, primitive, variant).unwrap_or_else(|what| {
+                let place = format!("{}, primitive {number}", named("mesh", mesh.0, json.name.as_ref()));
+                drawables.faults.push((place, format!("{what}, drawn with the default one")));
+                None
+            });
+            let (needs, skin) = drawables.needs(sources, index, (material, primitive, skin));
             let (of_mesh, of_primitive) = *first.entry(content(primitive)).or_insert((mesh.0, number));
             let order = MeshOrder { mesh: of_mesh, primitive: of_primitive, needs };
             let (posed, blends) = (order.needs.posed, order.needs.shapes == Shapes::Kept);
@@ -122,16 +133,19 @@ pub(super) fn collect(sources: &Sources, variant: Option<&str>) -> Result<Drawab
             drawables.list.push(drawable);
         }
     }
-    drawables.count_numbers(sources)?;
+    drawables.count_numbers(sources);
     drawables.say_left_out();
     Ok(drawables)
 }
 
 impl Drawables {
     /// The set of a node's instances, and how many they are.
-    fn instances_of(&mut self, sources: &Sources, node: &Node) -> Result<(usize, usize), String> {
-        let Some(json) = &node.extensions.instances else { return Ok((0, 1)) };
-        let places = instances::read(json, sources.accessors)?;
+    fn instances_of(&mut self, sources: &Sources, index: usize) -> Result<(usize, usize), String> {
+        let nodes = &sources.document.nodes;
+        let Some(json) = &nodes[index].extensions.instances else { return Ok((0, 1)) };
+        let mut warnings = Vec::new();
+        let places = instances::read(json, sources.accessors, &mut warnings)?;
+        self.warnings.extend(warnings.iter().map(|what| format!("{}: {what}", nodes::name(nodes, index))));
         let count = places.len();
         self.instances.push(places);
         Ok((self.instances.len() - 1, count))
@@ -161,9 +175,9 @@ impl Drawables {
         sources: &Sources,
         node: usize,
         (material, primitive, skin): (Option<usize>, &Primitive, Option<usize>),
-    ) -> Result<(Needs, Option<usize>), String> {
+    ) -> (Needs, Option<usize>) {
         if !self.dresses.contains_key(&material) {
-            let dress = materials::read(sources.document, material, sources.movement, &mut self.warnings)?;
+            let dress = materials::read(sources.document, material, sources.movement, &mut self.warnings);
             self.dresses.insert(material, dress);
         }
         let dress = &self.dresses[&material];
@@ -183,21 +197,26 @@ impl Drawables {
             posed: skin.filter(|(_, joints)| is_still(joints)).map(|(index, _)| index),
             shapes,
         };
-        Ok((needs, skin.map(|(index, _)| index)))
+        (needs, skin.map(|(index, _)| index))
     }
 
-    /// Refuses what would fill a memory: a few bytes of JSON can ask for the same data many times.
-    fn count_numbers(&mut self, sources: &Sources) -> Result<(), String> {
-        for MeshOrder { mesh, primitive, .. } in &self.orders {
-            let primitive = &sources.document.meshes[*mesh].primitives[*primitive];
+    /// Leaves out meshes that would fill a memory: a few bytes of JSON can ask for the same data many times.
+    fn count_numbers(&mut self, sources: &Sources) {
+        let mut numbers = 0usize;
+        for order in &self.orders {
+            let primitive = &sources.document.meshes[order.mesh].primitives[order.primitive];
             let accessors = primitive.attributes.get("POSITION").into_iter().chain(&primitive.indices);
-            let count = |accessor: &Whole| sources.accessors.count(*accessor).unwrap_or(0);
-            self.numbers = accessors.map(count).fold(self.numbers, usize::saturating_add);
+            let count = |accessor: &Whole| sources.accessors.count(*accessor);
+            let own = accessors.map(count).fold(0, usize::saturating_add);
+            let is_too_large = numbers.saturating_add(own) > MOST_NUMBERS;
+            if is_too_large {
+                let what = format!("the meshes up to it have more than {MOST_NUMBERS} vertices and indices together");
+                self.faults.push((order.name(sources), format!("{what}: left out")));
+            } else {
+                numbers += own;
+            }
+            self.too_large.push(is_too_large);
         }
-        if self.numbers > MOST_NUMBERS {
-            return Err(format!("its meshes have more than {MOST_NUMBERS} vertices and indices together"));
-        }
-        Ok(())
     }
 
     fn say_left_out(&mut self) {
@@ -207,32 +226,43 @@ impl Drawables {
         }
     }
 
-    /// Makes all meshes, in parallel. One without triangles is none.
-    pub fn build(&self, sources: &Sources, options: &LoadOptions) -> Result<(Vec<Option<Mesh>>, Vec<String>), String> {
+    /// Makes all meshes, in parallel. One without triangles is none, and so is one that cannot be made, with a warning.
+    pub fn build(&self, sources: &Sources, options: &LoadOptions) -> (Vec<Option<Mesh>>, Vec<String>) {
         let poses: BTreeMap<usize, Vec<DAffine3>> =
             self.skins.iter().map(|(&index, joints)| (index, joints.pose(sources.nodes))).collect();
         let done = AtomicUsize::new(0);
-        let build = |order: &MeshOrder| {
+        let build = |(order, is_too_large): (&MeshOrder, &bool)| {
             let json = &sources.document.meshes[order.mesh];
             let primitive = &json.primitives[order.primitive];
-            let within = |what: String| {
-                let mesh = named("mesh", order.mesh, json.name.as_ref());
-                format!("{mesh}, primitive {}: {what}", order.primitive)
-            };
-            let source =
-                Source::open(sources.document, sources.buffers, sources.accessors, primitive).map_err(within)?;
             let name =
                 json.name.clone().filter(|name| !name.is_empty()).unwrap_or_else(|| format!("mesh {}", order.mesh));
             let pose = order.needs.posed.and_then(|skin| poses.get(&skin)).map_or(&[][..], Vec::as_slice);
-            let built = Order { name: &name, mesh: json, source, needs: &order.needs, pose }.build().map_err(within)?;
+            let source = if *is_too_large {
+                return (None, Vec::new());
+            } else {
+                Source::open(sources.document, sources.buffers, sources.accessors, primitive)
+            };
+            let built =
+                source.and_then(|source| Order { name: &name, mesh: json, source, needs: &order.needs, pose }.build());
             options.report("meshes", done.fetch_add(1, Ordering::Relaxed) + 1, self.orders.len());
-            Ok((built.mesh, built.warnings.into_iter().map(|what| within(what.into())).collect::<Vec<_>>()))
+            let place = || order.name(sources);
+            match built {
+                Ok(built) => (built.mesh, built.warnings.into_iter().map(|what| (place(), what)).collect()),
+                Err(what) => (None, vec![(place(), format!("{what}: left out"))]),
+            }
         };
-        // Collected before the first error is looked for, so that which one is told does not depend on timing.
-        let built: Vec<Result<_, String>> = self.orders.par_iter().map(build).collect();
-        let built = built.into_iter().collect::<Result<Vec<_>, _>>()?;
-        let (meshes, warnings): (Vec<_>, Vec<_>) = built.into_iter().unzip();
-        Ok((meshes, warnings.into_iter().flatten().collect()))
+        let built: Vec<(Option<Mesh>, Vec<_>)> = self.orders.par_iter().zip(&self.too_large).map(build).collect();
+        let (meshes, faults): (Vec<_>, Vec<_>) = built.into_iter().unzip();
+        let faults = self.faults.iter().cloned().chain(faults.into_iter().flatten());
+        (meshes, gathered(faults.collect(), ""))
+    }
+}
+
+impl MeshOrder {
+    /// Returns its primitive's name in messages.
+    fn name(&self, sources: &Sources) -> String {
+        let json = &sources.document.meshes[self.mesh];
+        format!("{}, primitive {}", named("mesh", self.mesh, json.name.as_ref()), self.primitive)
     }
 }
 
@@ -274,7 +304,7 @@ fn variant_called(document: &Document, name: &str) -> Result<usize, String> {
 fn material_of(document: &Document, primitive: &Primitive, variant: Option<usize>) -> Result<Option<usize>, String> {
     let mappings = primitive.extensions.variants.as_ref().map_or(&[][..], |own| &own.mappings);
     let of_variant = |variant: usize| mappings.iter().find(|mapping| mapping.variants.contains(&Whole(variant)));
-    let material = variant.and_then(of_variant).map(|mapping| mapping.material).or(primitive.material);
+    let material = variant.and_then(of_variant).and_then(|mapping| mapping.material).or(primitive.material);
     if let Some(material) = material {
         entry("material", &document.materials, material)?;
     }

@@ -1,4 +1,6 @@
 //! The JSON of a glTF file as plain data: the properties that readers here look at, by the names of the specification.
+//!
+//! Every property is optional here, also where the specification requires it: one that is missing or odd concerns only the readers that need it.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -69,8 +71,8 @@ pub(super) struct Document {
     pub extensions: DocumentExtensions,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
 pub(super) struct Asset {
     pub version: String,
     pub min_version: Option<String>,
@@ -81,6 +83,7 @@ pub(super) struct Asset {
 pub(super) struct Scene {
     pub name: Option<String>,
     pub nodes: Vec<Whole>,
+    pub extras: serde_json::Value,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -99,36 +102,33 @@ pub(super) struct Node {
     pub extensions: NodeExtensions,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
 pub(super) struct Mesh {
     pub name: Option<String>,
     pub primitives: Vec<Primitive>,
     pub weights: Option<Vec<f64>>,
-    #[serde(default)]
     pub extras: serde_json::Value,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
 pub(super) struct Primitive {
     pub attributes: Attributes,
     pub indices: Option<Whole>,
     pub material: Option<Whole>,
     pub mode: Option<Whole>,
-    #[serde(default)]
     pub targets: Vec<Attributes>,
-    #[serde(default)]
     pub extensions: PrimitiveExtensions,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
 pub(super) struct Accessor {
     pub name: Option<String>,
     pub buffer_view: Option<Whole>,
-    #[serde(default)]
     pub byte_offset: Whole,
     pub component_type: Whole,
-    #[serde(default)]
     pub normalized: bool,
     pub count: Whole,
     #[serde(rename = "type")]
@@ -136,49 +136,46 @@ pub(super) struct Accessor {
     pub sparse: Option<Sparse>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
 pub(super) struct Sparse {
     pub count: Whole,
     pub indices: SparseIndices,
     pub values: SparseValues,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
 pub(super) struct SparseIndices {
-    pub buffer_view: Whole,
-    #[serde(default)]
+    pub buffer_view: Option<Whole>,
     pub byte_offset: Whole,
     pub component_type: Whole,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
 pub(super) struct SparseValues {
-    pub buffer_view: Whole,
-    #[serde(default)]
+    pub buffer_view: Option<Whole>,
     pub byte_offset: Whole,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
 pub(super) struct BufferView {
     pub name: Option<String>,
-    pub buffer: Whole,
-    #[serde(default)]
+    pub buffer: Option<Whole>,
     pub byte_offset: Whole,
     pub byte_length: Whole,
     pub byte_stride: Option<Whole>,
-    #[serde(default)]
     pub extensions: ViewExtensions,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
 pub(super) struct Buffer {
     pub name: Option<String>,
     pub uri: Option<String>,
-    pub byte_length: Whole,
+    pub byte_length: Option<Whole>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -207,15 +204,13 @@ pub(super) struct MetallicRoughness {
 }
 
 /// A texture in a slot. `scale` is that of normal maps, `strength` that of occlusion.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
 pub(super) struct TextureInfo {
-    pub index: Whole,
-    #[serde(default)]
+    pub index: Option<Whole>,
     pub tex_coord: Whole,
     pub scale: Option<f64>,
     pub strength: Option<f64>,
-    #[serde(default)]
     pub extensions: TextureInfoExtensions,
 }
 
@@ -245,12 +240,11 @@ pub(super) struct Sampler {
     pub wrap_t: Option<Whole>,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
 pub(super) struct Skin {
     pub name: Option<String>,
     pub inverse_bind_matrices: Option<Whole>,
-    #[serde(default)]
     pub joints: Vec<Whole>,
 }
 
@@ -293,16 +287,18 @@ pub(super) struct Camera {
     pub orthographic: Option<Orthographic>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
 pub(super) struct Perspective {
-    pub yfov: f64,
-    pub znear: f64,
+    pub yfov: Option<f64>,
+    pub znear: Option<f64>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
 pub(super) struct Orthographic {
-    pub ymag: f64,
-    pub znear: f64,
+    pub ymag: Option<f64>,
+    pub znear: Option<f64>,
 }
 
 /// A thing of the file in messages: "node 3 (`Arm`)".
@@ -312,6 +308,23 @@ pub(super) fn named(what: &str, index: usize, name: Option<&String>) -> String {
         Some(name) if !name.is_empty() => format!("{what} {index} (`{}`)", name.escape_debug()),
         _ => format!("{what} {index}"),
     }
+}
+
+/// Faults of several places as a line for each fault: the first place, and how many more have it.
+pub(super) fn gathered(faults: Vec<(String, String)>, ending: &str) -> Vec<String> {
+    let mut order: Vec<String> = Vec::new();
+    let mut places: BTreeMap<String, (String, usize)> = BTreeMap::new();
+    for (place, fault) in faults {
+        places.entry(fault.clone()).and_modify(|own| own.1 += 1).or_insert_with(|| {
+            order.push(fault);
+            (place, 0)
+        });
+    }
+    let line = |fault: String| match &places[&fault] {
+        (place, 0) => format!("{place}: {fault}{ending}"),
+        (place, more) => format!("{place}: {fault}{ending}, and {more} more like it"),
+    };
+    order.into_iter().map(line).collect()
 }
 
 /// Returns one of a list by its number, or a sentence that this one is missing.

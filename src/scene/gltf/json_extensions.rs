@@ -19,7 +19,8 @@ pub(super) struct Lights {
     pub lights: Vec<Light>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
 pub(super) struct Light {
     pub name: Option<String>,
     #[serde(rename = "type")]
@@ -28,7 +29,6 @@ pub(super) struct Light {
     pub intensity: Option<f64>,
     pub range: Option<f64>,
     pub spot: Option<Spot>,
-    #[serde(default)]
     pub extras: serde_json::Value,
 }
 
@@ -45,7 +45,8 @@ pub(super) struct Variants {
     pub variants: Vec<Variant>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
 pub(super) struct Variant {
     pub name: String,
 }
@@ -61,9 +62,10 @@ pub(super) struct NodeExtensions {
     pub visibility: Option<Visibility>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
 pub(super) struct LightReference {
-    pub light: Whole,
+    pub light: Option<Whole>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -72,7 +74,8 @@ pub(super) struct Instances {
     pub attributes: Attributes,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
 pub(super) struct Visibility {
     pub visible: Option<bool>,
 }
@@ -87,10 +90,10 @@ pub(super) struct PrimitiveExtensions {
 }
 
 /// A compressed primitive: attributes by their unique ids in the bitstream.
-#[derive(Debug, Clone, PartialEq, Eq, Hash, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Hash, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
 pub(super) struct Draco {
-    pub buffer_view: Whole,
+    pub buffer_view: Option<Whole>,
     pub attributes: Attributes,
 }
 
@@ -100,10 +103,10 @@ pub(super) struct Mappings {
     pub mappings: Vec<Mapping>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
 pub(super) struct Mapping {
-    pub material: Whole,
-    #[serde(default)]
+    pub material: Option<Whole>,
     pub variants: Vec<Whole>,
 }
 
@@ -114,11 +117,10 @@ pub(super) struct ViewExtensions {
     pub meshopt: Option<Meshopt>,
 }
 
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
 pub(super) struct Meshopt {
-    pub buffer: Whole,
-    #[serde(default)]
+    pub buffer: Option<Whole>,
     pub byte_offset: Whole,
     pub byte_length: Whole,
     pub byte_stride: Whole,
@@ -173,6 +175,8 @@ pub(super) struct MaterialExtensions {
     pub clearcoat: Option<Clearcoat>,
     #[serde(rename = "KHR_materials_transmission")]
     pub transmission: Option<Transmission>,
+    #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
+    pub glossy: Option<SpecularGlossiness>,
 }
 
 /// Says nothing but that it is there.
@@ -202,6 +206,16 @@ pub(super) struct Specular {
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
+pub(super) struct SpecularGlossiness {
+    pub diffuse_factor: Option<[f64; 4]>,
+    pub diffuse_texture: Option<TextureInfo>,
+    pub specular_factor: Option<[f64; 3]>,
+    pub glossiness_factor: Option<f64>,
+    pub specular_glossiness_texture: Option<TextureInfo>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
 pub(super) struct Clearcoat {
     pub clearcoat_factor: f64,
     pub clearcoat_texture: Option<TextureInfo>,
@@ -224,7 +238,8 @@ pub(super) struct AnimationTargetExtensions {
     pub pointer: Option<Pointer>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
 pub(super) struct Pointer {
     pub pointer: String,
 }

@@ -5,10 +5,13 @@ use std::collections::BTreeSet;
 use glam::{DVec2, Vec3};
 
 use super::json::{Document, Material as JsonMaterial, TextureInfo, Whole, named};
-use super::json_extensions::{Clearcoat, Transmission};
+use super::json_extensions::{Clearcoat, SpecularGlossiness, Transmission};
 use super::movement::Movement;
 use super::textures::{Picture, Recipe, Request, picture};
 use crate::scene::{AlphaMode, ColorSpace, Material, MaterialValue, Sampler, TextureSlot, UvMap, Wrap};
+
+/// The largest number of a texture's transform.
+const MOST_MOVED: f64 = 1e15;
 
 /// A material of the file, or the one that primitives without any have, as it is drawn.
 #[derive(Debug, Default)]
@@ -37,23 +40,28 @@ pub(super) fn read(
     index: Option<usize>,
     movement: &Movement,
     warnings: &mut Vec<String>,
-) -> Result<Dress, String> {
+) -> Dress {
     let plain = JsonMaterial::default();
     let json = index.and_then(|index| document.materials.get(index)).unwrap_or(&plain);
     let name = index.map_or("the default material".into(), |index| named("material", index, json.name.as_ref()));
-    let within = |what: String| format!("{name}: {what}");
     let nothing = BTreeSet::new();
     let moving = index.and_then(|index| movement.materials.get(&index)).unwrap_or(&nothing);
     let mut reader = Reader { document, json, moving, warnings: Vec::new(), used: Vec::new() };
     let mut dress = Dress::default();
     dress.base.material = reader.factors(index);
-    reader.textures(&mut dress.base).map_err(within)?;
-    if let Some(own) = json.extensions.clearcoat.as_ref().filter(|own| own.clearcoat_factor > 0.0) {
-        dress.coat = Some(reader.coat(own, &dress.base.material).map_err(within)?);
+    reader.textures(&mut dress.base);
+    if let Some(own) = &json.extensions.clearcoat {
+        if own.clearcoat_factor > 0.0 {
+            dress.coat = Some(reader.coat(own, &dress.base.material));
+        } else {
+            reader.share("clearcoatFactor", own.clearcoat_factor);
+        }
     }
     reader.map_sets(&mut dress);
+    let mut told = BTreeSet::new();
+    reader.warnings.retain(|what| told.insert(what.clone()));
     warnings.extend(reader.warnings.iter().map(|what| format!("{name}: {what}")));
-    Ok(dress)
+    dress
 }
 
 /// A texture in use: its set of coordinates and how it lies on them.
@@ -95,7 +103,16 @@ impl Reader<'_> {
     fn factors(&mut self, index: Option<usize>) -> Material {
         let json = self.json;
         let pbr = &json.pbr_metallic_roughness;
-        let [red, green, blue, alpha] = pbr.base_color_factor.unwrap_or([1.0; 4]);
+        let glossy = json.extensions.glossy.as_ref();
+        let (metallic, roughness) = match glossy {
+            Some(own) => (0.0, 1.0 - self.gloss(own)),
+            None => (
+                self.share("metallicFactor", pbr.metallic_factor.unwrap_or(1.0)),
+                self.share("roughnessFactor", pbr.roughness_factor.unwrap_or(1.0)),
+            ),
+        };
+        let color = glossy.map_or(pbr.base_color_factor, |own| own.diffuse_factor);
+        let [red, green, blue, alpha] = color.unwrap_or([1.0; 4]);
         let fallback = || index.map_or("default".into(), |index| format!("material {index}"));
         let (alpha_mode, alpha) = self.alpha(alpha);
         let (reflectance, grazing) = self.reflectance();
@@ -104,8 +121,8 @@ impl Reader<'_> {
             base_color: self.color("base colour", [red, green, blue]),
             alpha,
             alpha_mode,
-            metallic: self.share("metallicFactor", pbr.metallic_factor.unwrap_or(1.0)),
-            roughness: self.share("roughnessFactor", pbr.roughness_factor.unwrap_or(1.0)),
+            metallic,
+            roughness,
             reflectance,
             grazing,
             emissive: self.emissive(),
@@ -125,7 +142,15 @@ impl Reader<'_> {
         let alpha = self.share("alpha", factor);
         let glass = json.extensions.transmission.as_ref().filter(|own| own.transmission_factor > 0.0);
         let mode = match json.alpha_mode.as_deref().unwrap_or("OPAQUE") {
-            "MASK" => AlphaMode::Mask { cutoff: self.share("alphaCutoff", json.alpha_cutoff.unwrap_or(0.5)) },
+            "MASK" => {
+                let cutoff = json.alpha_cutoff.unwrap_or(0.5);
+                if cutoff > 1.0 {
+                    // No alpha reaches it (glTF 2.0, "Alpha Coverage").
+                    self.warnings.push(format!("its alphaCutoff is {cutoff}, above 1: nothing of it is seen"));
+                    return (AlphaMode::Mask { cutoff: 1.0 }, 0.0);
+                }
+                AlphaMode::Mask { cutoff: self.share("alphaCutoff", cutoff) }
+            }
             "BLEND" => AlphaMode::Blend,
             "OPAQUE" => AlphaMode::Opaque,
             other => {
@@ -147,14 +172,24 @@ impl Reader<'_> {
     /// The reflectances of a dielectric at normal and at grazing incidence (KHR_materials_ior, KHR_materials_specular).
     fn reflectance(&mut self) -> (Vec3, f32) {
         let extensions = &self.json.extensions;
+        if let Some(own) = &extensions.glossy {
+            return (self.color("specularFactor", own.specular_factor.unwrap_or([1.0; 3])), 1.0);
+        }
         let ior = extensions.ior.as_ref().and_then(|own| own.ior).unwrap_or(1.5);
         // 0 stands for infinity, for materials that come of specular-glossiness.
         let straight = if ior == 0.0 { 1.0 } else { ((ior - 1.0) / (ior + 1.0)).powi(2) };
-        let straight = if (1.0..=f64::MAX).contains(&ior) || ior == 0.0 { straight } else { 0.04 };
+        let is_index = (1.0..=f64::MAX).contains(&ior) || ior == 0.0;
+        if !is_index {
+            self.warnings.push(format!("its ior is {ior}, below 1, taken for 1.5"));
+        }
+        let straight = if is_index { straight } else { 0.04 };
         let specular = extensions.specular.as_ref();
         let color = specular.and_then(|own| own.specular_color_factor).unwrap_or([1.0; 3]);
         let strength = specular.and_then(|own| own.specular_factor).unwrap_or(1.0);
         let strength = self.share("specularFactor", strength);
+        if color.iter().any(|channel| *channel < 0.0) {
+            self.warnings.push("its specularColorFactor is negative, taken for 0".into());
+        }
         // Exactly the default's where nothing is said.
         let reflectance = color.map(|channel| (straight * channel.max(0.0)).min(1.0) as f32 * strength);
         (Vec3::from(reflectance), strength)
@@ -167,6 +202,10 @@ impl Reader<'_> {
         self.color("emissiveFactor", self.json.emissive_factor) * strength
     }
 
+    fn gloss(&mut self, own: &SpecularGlossiness) -> f32 {
+        self.share("glossinessFactor", own.glossiness_factor.unwrap_or(1.0))
+    }
+
     /// Asks for a texture in a slot, of the picture that a texture info names.
     fn ask(
         &mut self,
@@ -174,11 +213,8 @@ impl Reader<'_> {
         slot: TextureSlot,
         info: &TextureInfo,
         recipe: impl FnOnce(Picture) -> Recipe,
-    ) -> Result<(), String> {
-        let Some((found, sampler)) = picture(self.document, info.index)? else {
-            self.warnings.push(format!("texture {} names no image, drawn without it", info.index.0));
-            return Ok(());
-        };
+    ) {
+        let Some((found, sampler)) = picture(self.document, info.index, &mut self.warnings) else { return };
         let transform = info.extensions.transform.as_ref();
         let set = transform.and_then(|own| own.tex_coord).unwrap_or(info.tex_coord).0;
         let map = UvMap {
@@ -187,24 +223,33 @@ impl Reader<'_> {
             rotation: transform.and_then(|own| own.rotation).unwrap_or(0.0),
             scale: transform.and_then(|own| own.scale).map_or(DVec2::ONE, DVec2::from),
         };
+        let numbers = [map.offset.x, map.offset.y, map.scale.x, map.scale.y, map.rotation];
+        let map = if numbers.iter().all(|number| number.abs() <= MOST_MOVED) {
+            map
+        } else {
+            self.warnings
+                .push(format!("a transform of its {slot:?} texture is not from -1e15 to 1e15, taken for none"));
+            UvMap::IDENTITY
+        };
         pending.material.uv_maps[slot as usize] = UvMap { set: u8::try_from(set).unwrap_or(u8::MAX), ..map };
         pending.requests.push((slot, Request { recipe: recipe(found), sampler }));
         let number = slot as u8;
         let turns = [MaterialValue::UvRotation(number), MaterialValue::UvScale(number)];
         let moves = turns.iter().any(|value| self.moving.contains(value));
         self.used.push(Used { set, map, sampler, is_normal_map: slot == TextureSlot::Normal, moves });
-        Ok(())
     }
 
-    fn textures(&mut self, pending: &mut Pending) -> Result<(), String> {
+    fn textures(&mut self, pending: &mut Pending) {
         let json = self.json;
-        self.base_color(pending)?;
+        self.base_color(pending);
         if let Some(info) = &json.normal_texture {
-            self.ask(pending, TextureSlot::Normal, info, |own| Recipe::Plain(own, ColorSpace::Linear))?;
+            self.ask(pending, TextureSlot::Normal, info, |own| Recipe::Plain(own, ColorSpace::Linear));
         }
-        if let Some(info) = &json.pbr_metallic_roughness.metallic_roughness_texture {
+        if let Some(own) = &json.extensions.glossy {
+            self.glossiness(pending, own);
+        } else if let Some(info) = &json.pbr_metallic_roughness.metallic_roughness_texture {
             let plain = |own| Recipe::Plain(own, ColorSpace::Linear);
-            self.ask(pending, TextureSlot::MetallicRoughness, info, plain)?;
+            self.ask(pending, TextureSlot::MetallicRoughness, info, plain);
         }
         if let Some(info) = &json.occlusion_texture {
             let strength = f64::from(self.share("occlusion strength", info.strength.unwrap_or(1.0)));
@@ -213,40 +258,58 @@ impl Reader<'_> {
                 self.ask(pending, TextureSlot::Occlusion, info, |own| match strength {
                     1.0 => Recipe::Plain(own, ColorSpace::Linear),
                     _ => Recipe::Occlusion(own, strength.to_bits()),
-                })?;
+                });
             }
         }
         let glows = pending.material.is_emissive() || self.moving.contains(&MaterialValue::Emissive);
         if let Some(info) = json.emissive_texture.as_ref().filter(|_| glows) {
-            self.ask(pending, TextureSlot::Emissive, info, |own| Recipe::Plain(own, ColorSpace::Srgb))?;
+            self.ask(pending, TextureSlot::Emissive, info, |own| Recipe::Plain(own, ColorSpace::Srgb));
         }
-        self.specular(pending)
+        if json.extensions.glossy.is_none() {
+            self.specular(pending);
+        }
     }
 
-    fn base_color(&mut self, pending: &mut Pending) -> Result<(), String> {
+    /// The texture of KHR_materials_pbrSpecularGlossiness: its colour is that of a reflectance, and its alpha becomes a roughness.
+    fn glossiness(&mut self, pending: &mut Pending, own: &SpecularGlossiness) {
+        let Some(info) = &own.specular_glossiness_texture else { return };
+        let factor = f64::from(self.gloss(own)).to_bits();
+        self.ask(pending, TextureSlot::Specular, info, |own| Recipe::Specular { color: Some(own), strength: None });
+        let before = pending.requests.len();
+        self.ask(pending, TextureSlot::MetallicRoughness, info, |own| Recipe::Gloss(own, factor));
+        if pending.requests.len() > before {
+            // The texture has the factor.
+            pending.material.roughness = 1.0;
+        }
+    }
+
+    fn base_color(&mut self, pending: &mut Pending) {
         let json = self.json;
-        let color = json.pbr_metallic_roughness.base_color_texture.as_ref();
+        let color = match &json.extensions.glossy {
+            Some(own) => own.diffuse_texture.as_ref(),
+            None => json.pbr_metallic_roughness.base_color_texture.as_ref(),
+        };
         let glass = json.extensions.transmission.as_ref().filter(|_| pending.material.alpha_mode == AlphaMode::Glass);
         let through = glass.and_then(|own| Some((own.transmission_texture.as_ref()?, own.transmission_factor)));
         let Some((info, factor)) = through else {
-            let Some(info) = color else { return Ok(()) };
+            let Some(info) = color else { return };
             return self.ask(pending, TextureSlot::BaseColor, info, |own| Recipe::Plain(own, ColorSpace::Srgb));
         };
         let factor = factor.clamp(0.0, 1.0).to_bits();
-        let base = color.map(|info| picture(self.document, info.index)).transpose()?.flatten();
+        let base = color.and_then(|info| picture(self.document, info.index, &mut self.warnings));
         if color.is_some_and(|color| !lie_alike(color, info)) {
             let what = "its textures of colour and of transmission lie differently, drawn as that of transmission lies";
             self.warnings.push(what.into());
         }
         let color = base.map(|(picture, _)| picture);
-        self.ask(pending, TextureSlot::BaseColor, info, |transmission| Recipe::Glass { color, transmission, factor })
+        self.ask(pending, TextureSlot::BaseColor, info, |transmission| Recipe::Glass { color, transmission, factor });
     }
 
     /// Colour and strength of what a dielectric reflects, as one texture.
-    fn specular(&mut self, pending: &mut Pending) -> Result<(), String> {
-        let Some(own) = &self.json.extensions.specular else { return Ok(()) };
+    fn specular(&mut self, pending: &mut Pending) {
+        let Some(own) = &self.json.extensions.specular else { return };
         let (color, strength) = (own.specular_color_texture.as_ref(), own.specular_texture.as_ref());
-        let Some(info) = color.or(strength) else { return Ok(()) };
+        let Some(info) = color.or(strength) else { return };
         let mut strength = strength;
         if let (Some(a), Some(b)) = (color, strength)
             && !lie_alike(a, b)
@@ -254,13 +317,16 @@ impl Reader<'_> {
             self.warnings.push("specularTexture lies otherwise than specularColorTexture and is left out".into());
             strength = None;
         }
-        let of = |info: Option<&TextureInfo>| info.map(|info| picture(self.document, info.index)).transpose();
-        let [color, strength] = [of(color)?.flatten(), of(strength)?.flatten()].map(|own| own.map(|(own, _)| own));
-        self.ask(pending, TextureSlot::Specular, info, |_| Recipe::Specular { color, strength })
+        let mut of = |info: Option<&TextureInfo>| {
+            let found = info.and_then(|info| picture(self.document, info.index, &mut self.warnings));
+            found.map(|(found, _)| found)
+        };
+        let [color, strength] = [of(color), of(strength)];
+        self.ask(pending, TextureSlot::Specular, info, |_| Recipe::Specular { color, strength });
     }
 
     /// KHR_materials_clearcoat as a material of its own, for a second object in the same place.
-    fn coat(&mut self, json: &Clearcoat, base: &Material) -> Result<Pending, String> {
+    fn coat(&mut self, json: &Clearcoat, base: &Material) -> Pending {
         let normal_scale = json.clearcoat_normal_texture.as_ref().and_then(|own| own.scale).unwrap_or(1.0);
         let material = Material {
             name: format!("{} (coat)", base.name),
@@ -274,16 +340,16 @@ impl Reader<'_> {
         };
         let mut pending = Pending { material, ..Pending::default() };
         if let Some(info) = &json.clearcoat_texture {
-            self.ask(&mut pending, TextureSlot::BaseColor, info, Recipe::Coat)?;
+            self.ask(&mut pending, TextureSlot::BaseColor, info, Recipe::Coat);
         }
         if let Some(info) = &json.clearcoat_roughness_texture {
             let plain = |own| Recipe::Plain(own, ColorSpace::Linear);
-            self.ask(&mut pending, TextureSlot::MetallicRoughness, info, plain)?;
+            self.ask(&mut pending, TextureSlot::MetallicRoughness, info, plain);
         }
         if let Some(info) = &json.clearcoat_normal_texture {
-            self.ask(&mut pending, TextureSlot::Normal, info, |own| Recipe::Plain(own, ColorSpace::Linear))?;
+            self.ask(&mut pending, TextureSlot::Normal, info, |own| Recipe::Plain(own, ColorSpace::Linear));
         }
-        Ok(pending)
+        pending
     }
 
     /// Decides which sets of the file become a mesh's two: that of the normal map first, along which tangents run.

@@ -1,17 +1,17 @@
 //! glTF 2.0: `.gltf` and `.glb`, as the specification has them and as files are.
 //!
 //! serde reads the JSON into plain structs of [`json`](self); everything that they say is checked before it is used: numbers of things that do not
-//! exist, counts and offsets beyond their buffers, cycles, values that are not finite. A fault without which nothing can be drawn is an error; a part
-//! that can be left out is a warning. Both name the node, accessor or image by number and name.
+//! exist, counts and offsets beyond their buffers, cycles, values that are not finite. Whatever can be drawn is drawn; each part that is left out for a
+//! fault is named by a warning, with its number and name, and only a file of which nothing can be drawn is an error.
 //!
 //! | Step | Module |
 //! |---|---|
-//! | bytes and JSON of a file | `container`, `json`, `json_extensions`, `extensions` |
+//! | bytes and JSON of a file | `container`, `odd_json`, `json`, `json_extensions`, `extensions` |
 //! | buffers, views, accessors | `uri`, `buffers`, `meshopt`, `accessor` |
 //! | the hierarchy, and which of it moves | `nodes`, `animation`, `pointer`, `material_keys`, `movement` |
 //! | which meshes to make, and making them | `drawables`, `instances`, `source`, `draco`, `topology`, `primitive`, `influences`, `shapes` |
 //! | materials and textures | `materials`, `textures`, `ktx`, `basis` |
-//! | the scene of it | `assembly`, `lights`, `cameras` |
+//! | the scene of it | `assembly`, `lights`, `cameras`, `surroundings` |
 //! | writing a scene | `write` |
 //!
 //! A primitive is read once however many nodes show it. Parts that no clip moves are placed, blended and hung on their joints while they are read,
@@ -38,10 +38,12 @@ mod materials;
 mod meshopt;
 mod movement;
 mod nodes;
+mod odd_json;
 mod pointer;
 mod primitive;
 mod shapes;
 mod source;
+mod surroundings;
 mod textures;
 mod topology;
 mod uri;
@@ -101,7 +103,8 @@ pub fn parse(bytes: Vec<u8>, path: &Path, options: &GltfOptions) -> Result<Impor
     let container = container.map_err(|(line, what)| Error::Content { path: path.to_owned(), line, what })?;
     let resources = Resources::beside(path, options.allow_outside);
     let buffers = Buffers::new(&container.document, &resources, container.binary());
-    let reader = Reader { path, document: &container.document, resources: &resources, buffers: &buffers };
+    let (document, odd) = (&container.document, container.warnings.as_slice());
+    let reader = Reader { path, document, odd, resources: &resources, buffers: &buffers };
     let read = reader.read(options);
     read.map_err(|what| Error::Content { path: path.to_owned(), line: None, what })
 }
@@ -109,6 +112,8 @@ pub fn parse(bytes: Vec<u8>, path: &Path, options: &GltfOptions) -> Result<Impor
 struct Reader<'a> {
     path: &'a Path,
     document: &'a Document,
+    /// Oddities of the file itself.
+    odd: &'a [String],
     resources: &'a Resources,
     buffers: &'a Buffers<'a>,
 }
@@ -118,7 +123,8 @@ impl Reader<'_> {
         let document = self.document;
         extensions::check_required(document)?;
         let accessors = Accessors::new(document, self.buffers);
-        let mut warnings: Vec<String> = extensions::not_drawn(document).into_iter().collect();
+        let mut warnings = self.odd.to_vec();
+        warnings.extend(extensions::not_drawn(document));
         let nodes = Nodes::of(document, options.scene, &mut warnings)?;
         let takes = animation::read(document, &accessors, &mut warnings);
         let movement = Movement::of(&takes, &nodes);
@@ -131,36 +137,47 @@ impl Reader<'_> {
         // Decoding textures and building meshes take about as long, and neither waits for the other.
         let (made, built) =
             rayon::join(|| images.make(&requests, &options.load), || drawables.build(&sources, &options.load));
-        let (meshes, odd) = built?;
+        let (meshes, odd) = built;
         warnings.append(&mut drawables.warnings);
         warnings.extend(odd);
         if meshes.iter().all(Option::is_none) {
-            return Err(self.nothing(&nodes, &drawables));
+            return Err(self.nothing(&nodes, &drawables, &warnings));
         }
         let mut assembly = Assembly::default();
         let numbers = take_textures(&mut assembly.imported, &requests, made);
         assembly.dress(&mut drawables, |request| numbers.get(request).copied());
         assembly.nodes(&sources, &drawables);
-        assembly.objects(&sources, &drawables, meshes)?;
+        assembly.objects(&sources, &drawables, meshes, &mut warnings);
         assembly.lights_and_cameras(&sources, &mut warnings);
         assembly.clips(takes);
+        assembly.imported.surroundings =
+            nodes.scene.and_then(|scene| surroundings::read(document, scene, &mut warnings));
+        warnings.extend(accessors.warnings());
+        warnings.extend(self.buffers.warnings());
         warnings.extend(self.misaligned(&accessors));
         let mut imported = assembly.imported;
         let files: BTreeSet<_> = imported.files.drain(..).chain(self.buffers.files()).collect();
         imported.files = std::iter::once(self.path.to_owned()).chain(files).collect();
+        let mut told = BTreeSet::new();
+        warnings.retain(|what| told.insert(what.clone()));
         let told = warnings.into_iter().map(|what| format!("{}: {what}", self.path.display()));
         imported.warnings.extend(told);
         Ok(imported)
     }
 
     /// Explains why the file shows nothing.
-    fn nothing(&self, nodes: &Nodes, drawables: &Drawables) -> String {
+    fn nothing(&self, nodes: &Nodes, drawables: &Drawables, warnings: &[String]) -> String {
         let with_mesh = nodes.shown.iter().filter(|&&node| self.document.nodes[node].mesh.is_some()).count();
         let [points, lines] = drawables.left_out;
         let (meshes, triangles) = (self.document.meshes.len(), drawables.list.len());
+        let because = match warnings {
+            [] => String::new(),
+            [only] => format!("; {only}"),
+            [first @ .., last] => format!("; {last} (and {} more)", first.len()),
+        };
         format!(
             "has no triangle to draw: of its {meshes} meshes, nodes of its scene show {with_mesh}, with {triangles} primitives of triangles, \
-             {points} of points and {lines} of lines"
+             {points} of points and {lines} of lines{because}"
         )
     }
 

@@ -1,5 +1,7 @@
 //! The hierarchy of nodes: which there are, where they stand, and which of them a scene shows. Walks are loops, so that no depth is too deep.
 
+use std::collections::BTreeSet;
+
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 
 use super::json::{Document, Node, Whole, named};
@@ -17,39 +19,88 @@ pub(super) struct Nodes {
     pub order: Vec<usize>,
     /// Those that the chosen scene shows, in `order`.
     pub shown: Vec<usize>,
+    /// The chosen scene, of a file that has one.
+    pub scene: Option<usize>,
 }
 
 impl Nodes {
-    /// Checks the hierarchy and places it.
+    /// Mends the hierarchy and places it: links to nodes that do not exist, to a second parent and back to an ancestor are left out, and so are nodes
+    /// that stand nowhere, with all below them.
     ///
     /// # Errors
-    /// A node that does not exist, has two parents, is its own ancestor, or stands nowhere; a scene that does not exist.
+    /// A scene that was asked for and does not exist.
     pub fn of(document: &Document, scene: Option<&str>, warnings: &mut Vec<String>) -> Result<Self, String> {
         let nodes = &document.nodes;
-        let parent = parents(nodes)?;
-        let roots: Vec<usize> = (0..nodes.len()).filter(|&node| parent[node].is_none()).collect();
-        let order = below(nodes, &roots, |_| true);
-        if order.len() < nodes.len() {
-            let mut is_reached = vec![false; nodes.len()];
-            order.iter().for_each(|&node| is_reached[node] = true);
-            let lost = is_reached.iter().position(|reached| !reached).unwrap_or_default();
-            return Err(format!("{} is its own ancestor", self::name(nodes, lost)));
-        }
-        let local = nodes.iter().enumerate().map(|(index, node)| local(index, node, warnings));
-        let local = local.collect::<Result<Vec<_>, _>>()?;
+        let Links { parent, children, order } = Links::of(nodes, warnings);
+        let mut local: Vec<Local> =
+            nodes.iter().enumerate().map(|(index, node)| self::local(index, node, warnings)).collect();
         let mut world = vec![DAffine3::IDENTITY; nodes.len()];
+        let mut is_lost = vec![false; nodes.len()];
         for &node in &order {
             let above = parent[node].map_or(DAffine3::IDENTITY, |parent| world[parent]);
             world[node] = above * local[node].to_affine();
+            is_lost[node] = parent[node].is_some_and(|parent| is_lost[parent]);
             if !fits(&world[node]) {
-                return Err(format!("{}: its transform in the world is not finite", self::name(nodes, node)));
+                let name = self::name(nodes, node);
+                warnings.push(format!("{name}: its transform in the world is not finite: left out with all below it"));
+                (world[node], local[node]) = (DAffine3::IDENTITY, Local::Fixed(DAffine3::IDENTITY));
+                is_lost[node] = true;
             }
         }
-        let chosen = roots_of_scene(document, scene, &parent, roots)?;
-        let is_visible =
-            |node: usize| nodes[node].extensions.visibility.as_ref().is_none_or(|own| own.visible != Some(false));
-        let shown = below(nodes, &chosen, is_visible);
-        Ok(Self { parent, local, world, order, shown })
+        let roots: Vec<usize> = (0..nodes.len()).filter(|&node| parent[node].is_none()).collect();
+        let (scene, chosen) = roots_of_scene(document, scene, roots, warnings)?;
+        let is_visible = |node: usize| {
+            !is_lost[node] && nodes[node].extensions.visibility.as_ref().is_none_or(|own| own.visible != Some(false))
+        };
+        let mut is_shown = vec![false; nodes.len()];
+        let mut shown = below(&children, &chosen, is_visible);
+        // A scene may name a node and one above it.
+        shown.retain(|&node| !std::mem::replace(&mut is_shown[node], true));
+        for &node in chosen.iter().filter(|&&node| parent[node].is_some()) {
+            let (name, above) = (self::name(nodes, node), parent[node].map(|above| self::name(nodes, above)));
+            let above = above.unwrap_or_default();
+            warnings.push(format!("its scene names {name}, which is no root, but a child of {above}: it stands there"));
+        }
+        Ok(Self { parent, local, world, order, shown, scene })
+    }
+}
+
+/// The links between nodes, a forest.
+struct Links {
+    parent: Vec<Option<usize>>,
+    children: Vec<Vec<usize>>,
+    /// All nodes, parents before their children.
+    order: Vec<usize>,
+}
+
+impl Links {
+    fn of(nodes: &[Node], warnings: &mut Vec<String>) -> Self {
+        let (parent, children) = parents(nodes, warnings);
+        let mut links = Self { parent, children, order: Vec::new() };
+        let roots: Vec<usize> = (0..nodes.len()).filter(|&node| links.parent[node].is_none()).collect();
+        links.order = below(&links.children, &roots, |_| true);
+        let mut is_reached = vec![false; nodes.len()];
+        links.order.iter().for_each(|&node| is_reached[node] = true);
+        // Nodes that no root leads to are below a circle, or in it.
+        for lost in 0..nodes.len() {
+            if is_reached[lost] {
+                continue;
+            }
+            let mut first = lost;
+            let mut seen = BTreeSet::new();
+            while let Some(above) = links.parent[first].filter(|_| seen.insert(first)) {
+                first = above;
+            }
+            let name = self::name(nodes, first);
+            warnings.push(format!("{name} is its own ancestor: the link to it from below is left out"));
+            if let Some(above) = links.parent[first].take() {
+                links.children[above].retain(|child| *child != first);
+            }
+            let found = below(&links.children, &[first], |_| true);
+            found.iter().for_each(|&node| is_reached[node] = true);
+            links.order.extend(found);
+        }
+        links
     }
 }
 
@@ -66,72 +117,83 @@ pub(super) fn object_name(document: &Document, index: usize) -> String {
     own.filter(|name| !name.is_empty()).unwrap_or_else(|| format!("node {index}"))
 }
 
-fn parents(nodes: &[Node]) -> Result<Vec<Option<usize>>, String> {
-    let mut parent = vec![None; nodes.len()];
+/// The first parent of each node, and its children.
+fn parents(nodes: &[Node], warnings: &mut Vec<String>) -> (Vec<Option<usize>>, Vec<Vec<usize>>) {
+    let mut parent: Vec<Option<usize>> = vec![None; nodes.len()];
+    let mut children = vec![Vec::new(); nodes.len()];
     for (index, node) in nodes.iter().enumerate() {
         for child in &node.children {
             let Some(own) = parent.get_mut(child.0) else {
                 let (name, count) = (name(nodes, index), nodes.len());
-                return Err(format!("{name}: its child {} does not exist: the file has {count} nodes", child.0));
+                warnings.push(format!("{name}: its child {} does not exist: the file has {count} nodes", child.0));
+                continue;
             };
-            if let Some(other) = own.replace(index) {
-                let [child, a, b] = [child.0, other, index].map(|node| name(nodes, node));
-                return Err(format!("{child} is a child of {a} and of {b}: a node has one parent"));
+            if let Some(first) = *own {
+                let [child, a, b] = [child.0, first, index].map(|node| name(nodes, node));
+                warnings.push(format!(
+                    "{child} is a child of {a} and of {b}: the first is taken, as a node has one parent"
+                ));
+                continue;
             }
+            *own = Some(index);
+            children[index].push(child.0);
         }
     }
-    Ok(parent)
+    (parent, children)
 }
 
 /// Nodes and all below them, parents first; those that `enters` says no to are left out with all below. Each has one parent at most.
-fn below(nodes: &[Node], roots: &[usize], enters: impl Fn(usize) -> bool) -> Vec<usize> {
+fn below(children: &[Vec<usize>], roots: &[usize], enters: impl Fn(usize) -> bool) -> Vec<usize> {
     let mut found = Vec::new();
     let mut open: Vec<usize> = roots.iter().rev().copied().collect();
     while let Some(node) = open.pop() {
         if enters(node) {
             found.push(node);
-            open.extend(nodes[node].children.iter().rev().map(|child| child.0));
+            open.extend(children[node].iter().rev());
         }
     }
     found
 }
 
 /// The roots of the scene that is asked for by its number or name, else of the one that the file opens with, else of the first. A file without
-/// scenes shows all its nodes.
+/// scenes, and one whose scene names no node, shows all its nodes.
 fn roots_of_scene(
     document: &Document,
     asked: Option<&str>,
-    parent: &[Option<usize>],
     all: Vec<usize>,
-) -> Result<Vec<usize>, String> {
+    warnings: &mut Vec<String>,
+) -> Result<(Option<usize>, Vec<usize>), String> {
     let (scenes, nodes) = (&document.scenes, &document.nodes);
     let index = match (asked, document.scene) {
         (Some(asked), _) => scene_called(document, asked)?,
         (None, Some(Whole(index))) if index >= scenes.len() => {
-            return Err(format!("opens with scene {index}, but it has {}", scenes.len()));
+            let words = format!("opens with scene {index}, but it has {}", scenes.len());
+            warnings
+                .push(format!("{words}: {} shown", if scenes.is_empty() { "all nodes are" } else { "the first is" }));
+            0
         }
         (None, Some(Whole(index))) => index,
-        (None, None) if scenes.is_empty() => return Ok(all),
         (None, None) => 0,
     };
+    let Some(own) = scenes.get(index) else { return Ok((None, all)) };
+    let scene = named("scene", index, own.name.as_ref());
     let mut roots = Vec::new();
     let mut is_taken = vec![false; nodes.len()];
-    for root in &scenes[index].nodes {
-        let scene = named("scene", index, scenes[index].name.as_ref());
-        match parent.get(root.0) {
-            None => return Err(format!("{scene}: node {} does not exist: the file has {}", root.0, nodes.len())),
-            Some(Some(above)) => {
-                let [root, above] = [root.0, *above].map(|node| name(nodes, node));
-                return Err(format!("{scene}: {root} is no root, but a child of {above}"));
-            }
-            Some(None) if is_taken[root.0] => {}
-            Some(None) => {
-                is_taken[root.0] = true;
+    for root in &own.nodes {
+        match is_taken.get_mut(root.0) {
+            None => warnings.push(format!("{scene}: node {} does not exist: the file has {}", root.0, nodes.len())),
+            Some(true) => {}
+            Some(is_taken) => {
+                *is_taken = true;
                 roots.push(root.0);
             }
         }
     }
-    Ok(roots)
+    if roots.is_empty() && asked.is_none() && !all.is_empty() {
+        warnings.push(format!("{scene} names no node: all nodes are shown"));
+        return Ok((Some(index), all));
+    }
+    Ok((Some(index), roots))
 }
 
 fn scene_called(document: &Document, asked: &str) -> Result<usize, String> {
@@ -150,44 +212,43 @@ fn scene_called(document: &Document, asked: &str) -> Result<usize, String> {
     })
 }
 
-/// Reads a node's transform in its parent.
-fn local(index: usize, node: &Node, warnings: &mut Vec<String>) -> Result<Local, String> {
+/// Reads a node's transform in its parent. A part that cannot be is as if it were not there.
+fn local(index: usize, node: &Node, warnings: &mut Vec<String>) -> Local {
     let name = || named("node", index, node.name.as_ref());
-    let infinite = |what: &str| format!("{}: its {what} is not finite", name());
+    let mut infinite = |what: &str| warnings.push(format!("{}: its {what} is not finite, taken for none", name()));
     if let Some(matrix) = node.matrix {
         let columns = DMat4::from_cols_array(&matrix);
-        if !columns.is_finite() {
-            return Err(infinite("matrix"));
+        if columns.is_finite() {
+            if columns.row(3) != glam::DVec4::W {
+                warnings.push(format!("{}: the last row of its matrix is not 0 0 0 1, taken for that", name()));
+            }
+            return Local::Fixed(DAffine3::from_mat4(columns));
         }
-        if columns.row(3) != glam::DVec4::W {
-            warnings.push(format!("{}: the last row of its matrix is not 0 0 0 1, taken for that", name()));
-        }
-        return Ok(Local::Fixed(DAffine3::from_mat4(columns)));
+        infinite("matrix");
     }
     let mut placement = Placement::default();
-    if let Some(translation) = node.translation {
-        placement.translation = DVec3::from(translation);
-    }
+    let mut vector = |what: &str, own: Option<[f64; 3]>, instead: DVec3| {
+        let own = own.map_or(instead, DVec3::from);
+        if own.is_finite() {
+            return own;
+        }
+        infinite(what);
+        instead
+    };
+    placement.translation = vector("translation", node.translation, DVec3::ZERO);
+    placement.scale = vector("scale", node.scale, DVec3::ONE);
     if let Some(rotation) = node.rotation {
         let rotation = DQuat::from_array(rotation);
         let length = rotation.length();
         if length.is_nan() || length.is_infinite() {
-            return Err(infinite("rotation"));
-        }
-        if length < 1e-12 {
+            infinite("rotation");
+        } else if length < 1e-12 {
             warnings.push(format!("{}: its rotation is 0, taken for none", name()));
         } else {
             placement.rotation = rotation;
         }
     }
-    if let Some(scale) = node.scale {
-        placement.scale = DVec3::from(scale);
-    }
-    match (placement.translation.is_finite(), placement.scale.is_finite()) {
-        (false, _) => Err(infinite("translation")),
-        (_, false) => Err(infinite("scale")),
-        _ => Ok(Local::Parts(placement)),
-    }
+    Local::Parts(placement)
 }
 
 #[cfg(test)]
@@ -200,21 +261,35 @@ mod tests {
     }
 
     #[test]
-    fn cycles_second_parents_and_strangers_are_named() {
-        for (json, words) in [
-            (r#"{"nodes":[{"children":[1]},{"children":[0]}]}"#, "node 0 is its own ancestor"),
-            (r#"{"nodes":[{"children":[0],"name":"a"}]}"#, "node 0 (`a`) is its own ancestor"),
-            (r#"{"nodes":[{"children":[2]},{"children":[2]},{}]}"#, "node 2 is a child of node 0 and of node 1"),
-            (r#"{"nodes":[{"children":[1,1]},{}]}"#, "node 1 is a child of node 0 and of node 0"),
-            (r#"{"nodes":[{"children":[7]}]}"#, "node 0: its child 7 does not exist"),
-            (r#"{"nodes":[{}],"scenes":[{"nodes":[1]}]}"#, "scene 0: node 1 does not exist"),
-            (r#"{"nodes":[{"children":[1]},{}],"scenes":[{"nodes":[1]}]}"#, "is no root"),
-            (r#"{"nodes":[{}],"scene":3}"#, "opens with scene 3, but it has 0"),
-            (r#"{"nodes":[{"scale":[1e300,1,1]}]}"#, "is not finite"),
+    fn cycles_second_parents_and_strangers_are_left_out_by_name() {
+        for (json, words, shown) in [
+            (r#"{"nodes":[{"children":[1]},{"children":[0]}]}"#, "node 0 is its own ancestor", &[0, 1][..]),
+            (r#"{"nodes":[{"children":[0],"name":"a"}]}"#, "node 0 (`a`) is its own ancestor", &[0]),
+            (r#"{"nodes":[{},{"children":[2]},{"children":[3]},{"children":[2]}]}"#, "and of node 3", &[0, 1, 2, 3]),
+            (
+                r#"{"nodes":[{"children":[2]},{"children":[2]},{}]}"#,
+                "node 2 is a child of node 0 and of node 1",
+                &[0, 2, 1],
+            ),
+            (r#"{"nodes":[{"children":[1,1]},{}]}"#, "node 1 is a child of node 0 and of node 0", &[0, 1]),
+            (r#"{"nodes":[{"children":[7]}]}"#, "node 0: its child 7 does not exist", &[0]),
+            (r#"{"nodes":[{}],"scenes":[{"nodes":[1,0]}]}"#, "scene 0: node 1 does not exist", &[0]),
+            (r#"{"nodes":[{"children":[1]},{}],"scenes":[{"nodes":[1]}]}"#, "is no root", &[1]),
+            (r#"{"nodes":[{"children":[1]},{}],"scenes":[{"nodes":[0,1]}]}"#, "is no root", &[0, 1]),
+            (r#"{"nodes":[{}],"scene":3}"#, "opens with scene 3, but it has 0: all nodes are shown", &[0]),
+            (r#"{"nodes":[{},{}],"scene":3,"scenes":[{"nodes":[1]}]}"#, "but it has 1: the first is shown", &[1]),
+            (r#"{"nodes":[{},{}],"scenes":[{}]}"#, "scene 0 names no node: all nodes are shown", &[0, 1]),
+            (r#"{"nodes":[{"scale":[1e300,1,1],"children":[1]},{},{}]}"#, "is not finite", &[2]),
         ] {
-            let error = nodes(json).err().unwrap_or_else(|| panic!("{json}"));
-            assert!(error.contains(words), "{error}");
+            let document: Document = serde_json::from_str(json).unwrap();
+            let mut warnings = Vec::new();
+            let found = Nodes::of(&document, None, &mut warnings).unwrap();
+            assert!(warnings.len() == 1 && warnings[0].contains(words), "{json}: {warnings:?}");
+            assert_eq!((found.shown.as_slice(), found.order.len()), (shown, document.nodes.len()), "{json}");
         }
+        // A cycle beside the tree that leads into it.
+        let tailed = nodes(r#"{"nodes":[{"children":[1]},{"children":[2]},{"children":[1]},{}]}"#).unwrap();
+        assert_eq!(tailed.parent, [None, Some(0), Some(1), None]);
     }
 
     #[test]

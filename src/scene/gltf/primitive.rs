@@ -55,39 +55,40 @@ pub(super) struct Order<'a> {
 pub(super) struct Built {
     /// None without a triangle.
     pub mesh: Option<Mesh>,
-    pub warnings: Vec<&'static str>,
+    pub warnings: Vec<String>,
 }
 
 impl Order<'_> {
-    /// Makes the mesh.
+    /// Makes the mesh. Attributes that cannot be read are left out of it, and triangles whose corners are not there.
     ///
     /// # Errors
-    /// Data that cannot be drawn.
+    /// Data of which nothing can be drawn.
     pub fn build(&self) -> Result<Built, String> {
         let mut warnings = Vec::new();
         let positions = self.source.floats::<3>("POSITION", &["VEC3"], 0.0)?.ok_or("has no POSITION")?;
-        if let Some(vertex) = positions.iter().position(|position| !position.iter().all(|n| n.is_finite())) {
-            return Err(format!("the POSITION of vertex {vertex} is not finite"));
-        }
         let topology = Topology::of(self.source.mode())?;
-        let indices = topology.triangles(self.source.indices()?, positions.len())?;
+        let (indices, odd) = topology.triangles(self.source.indices()?, positions.len())?;
+        warnings.extend(odd);
         let mut mesh = Mesh { name: self.name.into(), positions, indices, ..Mesh::default() };
+        leave_out_infinite(&mut mesh, &mut warnings)?;
         if mesh.indices.is_empty() {
+            warnings.extend(self.source.take_warnings());
             return Ok(Built { mesh: None, warnings });
         }
-        self.texture_coordinates(&mut mesh, &mut warnings)?;
-        self.colors(&mut mesh, &mut warnings)?;
-        self.normals(&mut mesh, &mut warnings)?;
+        self.texture_coordinates(&mut mesh, &mut warnings);
+        self.colors(&mut mesh, &mut warnings);
+        self.normals(&mut mesh, &mut warnings);
         if let Some(joints) = self.needs.joints {
-            mesh.influences = influences::read(&self.source, mesh.positions.len(), joints, &mut warnings)?;
+            mesh.influences = Some(influences::read(&self.source, mesh.positions.len(), joints, &mut warnings));
         }
         if self.needs.shapes != Shapes::None {
-            mesh.morphs = shapes::read(&self.source, self.mesh, &mesh, self.needs.uv_sets[0])?;
+            mesh.morphs = shapes::read(&self.source, self.mesh, &mesh, self.needs.uv_sets[0], &mut warnings);
         }
         if mesh.normals.is_empty() {
             mesh = flat(mesh);
         }
         self.finish(&mut mesh);
+        warnings.extend(self.source.take_warnings());
         Ok(Built { mesh: (!mesh.indices.is_empty()).then_some(mesh), warnings })
     }
 
@@ -114,17 +115,18 @@ impl Order<'_> {
         mesh.bounds = mesh.compute_bounds();
     }
 
-    fn texture_coordinates(&self, mesh: &mut Mesh, warnings: &mut Vec<&'static str>) -> Result<(), String> {
+    fn texture_coordinates(&self, mesh: &mut Mesh, warnings: &mut Vec<String>) {
         let mut sets: [Vec<[f32; 2]>; 2] = Default::default();
         for ((set, list), repeats) in self.needs.uv_sets.iter().zip(&mut sets).zip(self.needs.repeats) {
             let Some(set) = set else { continue };
-            let Some(mut found) = self.source.floats::<2>(&format!("TEXCOORD_{set}"), &["VEC2"], 0.0)? else {
+            let semantic = format!("TEXCOORD_{set}");
+            let Some(mut found) = self.optional::<2>(&semantic, &["VEC2"], 0.0, mesh, warnings) else {
                 warnings.push(
-                    "texture coordinates that its material uses are missing, so that its textures show one texel",
+                    "texture coordinates that its material uses are missing, so that its textures show one texel"
+                        .into(),
                 );
                 continue;
             };
-            same_count("TEXCOORD", found.len(), mesh)?;
             mend(&mut found, [0.0; 2], "texture coordinates are not finite, taken for 0", warnings);
             *list = if repeats { near(found, &mesh.indices) } else { found };
         }
@@ -136,15 +138,27 @@ impl Order<'_> {
         if mesh.uvs_1.is_empty() && self.needs.uv_sets[1].is_some() {
             mesh.uvs_1 = vec![[0.0; 2]; mesh.positions.len()];
         }
-        Ok(())
     }
 
-    fn colors(&self, mesh: &mut Mesh, warnings: &mut Vec<&'static str>) -> Result<(), String> {
-        let Some(mut colors) = self.source.floats::<4>("COLOR_0", &["VEC3", "VEC4"], 1.0)? else { return Ok(()) };
-        same_count("COLOR_0", colors.len(), mesh)?;
+    /// An attribute with a value for each vertex. One that cannot be read, or has fewer values, is left out.
+    fn optional<const N: usize>(
+        &self,
+        semantic: &str,
+        kinds: &[&str],
+        missing: f32,
+        mesh: &Mesh,
+        warnings: &mut Vec<String>,
+    ) -> Option<Vec<[f32; N]>> {
+        let read = self.source.floats::<N>(semantic, kinds, missing);
+        of_each(semantic, read, mesh.positions.len(), warnings)
+    }
+
+    fn colors(&self, mesh: &mut Mesh, warnings: &mut Vec<String>) {
+        let found = self.optional::<4>("COLOR_0", &["VEC3", "VEC4"], 1.0, mesh, warnings);
+        let Some(mut colors) = found else { return };
         mend(&mut colors, [1.0; 4], "vertex colours are not finite, taken for white", warnings);
         if colors.as_flattened().iter().any(|channel| !(0.0..=1.0).contains(channel)) {
-            warnings.push("vertex colours are not from 0 to 1, taken for the nearest");
+            warnings.push("vertex colours are not from 0 to 1, taken for the nearest".into());
             colors.as_flattened_mut().iter_mut().for_each(|channel| *channel = channel.clamp(0.0, 1.0));
         }
         let is_white = colors.iter().all(|color| *color == [1.0; 4]);
@@ -152,13 +166,12 @@ impl Order<'_> {
         if !is_white || self.needs.shapes == Shapes::Kept {
             mesh.colors = colors;
         }
-        Ok(())
     }
 
     /// Normals, and the tangents that go with them. Without normals tangents count for nothing (glTF 2.0, "Meshes").
-    fn normals(&self, mesh: &mut Mesh, warnings: &mut Vec<&'static str>) -> Result<(), String> {
-        let Some(mut normals) = self.source.floats::<3>("NORMAL", &["VEC3"], 0.0)? else { return Ok(()) };
-        same_count("NORMAL", normals.len(), mesh)?;
+    fn normals(&self, mesh: &mut Mesh, warnings: &mut Vec<String>) {
+        let found = self.optional::<3>("NORMAL", &["VEC3"], 0.0, mesh, warnings);
+        let Some(mut normals) = found else { return };
         let unit = |normal: &[f32; 3]| Vec3::from(*normal).as_dvec3().try_normalize();
         let mut is_bad = false;
         for normal in &mut normals {
@@ -173,7 +186,7 @@ impl Order<'_> {
         }
         mesh.normals = normals;
         if is_bad {
-            warnings.push("normals have no length or are not finite, made from the triangles around");
+            warnings.push("normals have no length or are not finite, made from the triangles around".into());
             let given = std::mem::take(&mut mesh.normals);
             mesh.compute_normals();
             for (normal, given) in mesh.normals.iter_mut().zip(given) {
@@ -181,21 +194,20 @@ impl Order<'_> {
             }
         }
         if self.needs.tangents {
-            self.tangents(mesh, warnings)?;
+            self.tangents(mesh, warnings);
         }
-        Ok(())
     }
 
-    fn tangents(&self, mesh: &mut Mesh, warnings: &mut Vec<&'static str>) -> Result<(), String> {
-        let Some(mut tangents) = self.source.floats::<4>("TANGENT", &["VEC4"], 1.0)? else { return Ok(()) };
-        same_count("TANGENT", tangents.len(), mesh)?;
+    fn tangents(&self, mesh: &mut Mesh, warnings: &mut Vec<String>) {
+        let found = self.optional::<4>("TANGENT", &["VEC4"], 1.0, mesh, warnings);
+        let Some(mut tangents) = found else { return };
         for (tangent, normal) in tangents.iter_mut().zip(&mesh.normals) {
             let [x, y, z, sign] = *tangent;
             let along = Vec3::new(x, y, z).as_dvec3().try_normalize();
             let spans = along.filter(|along| along.cross(Vec3::from(*normal).as_dvec3()).length_squared() > 1e-6);
             let (Some(along), true) = (spans, sign.abs() > 0.0 && sign.is_finite()) else {
-                warnings.push("tangents have no length or lie along their normals, made by MikkTSpace");
-                return Ok(());
+                warnings.push("tangents have no length or lie along their normals, made by MikkTSpace".into());
+                return;
             };
             // Most are as they should be, and stay to the last bit.
             let is_unit = (Vec3::new(x, y, z).length_squared() - 1.0).abs() <= 1e-6;
@@ -203,27 +215,57 @@ impl Order<'_> {
             *tangent = [x, y, z, sign.signum()];
         }
         mesh.tangents = tangents;
-        Ok(())
     }
 }
 
 /// Values whose numbers are not all finite become `instead`.
-fn mend<const N: usize>(
-    values: &mut [[f32; N]],
-    instead: [f32; N],
-    warning: &'static str,
-    warnings: &mut Vec<&'static str>,
-) {
+fn mend<const N: usize>(values: &mut [[f32; N]], instead: [f32; N], warning: &str, warnings: &mut Vec<String>) {
     let bad = values.iter_mut().filter(|value| !value.iter().all(|number| number.is_finite()));
     if bad.map(|value| *value = instead).count() > 0 {
-        warnings.push(warning);
+        warnings.push(warning.into());
     }
 }
 
-pub(super) fn same_count(semantic: &str, found: usize, mesh: &Mesh) -> Result<(), String> {
-    let vertices = mesh.positions.len();
-    let wrong = || format!("{semantic} has {found} elements, but POSITION has {vertices}");
-    if found == vertices { Ok(()) } else { Err(wrong()) }
+/// Values for each of so many vertices, of an attribute that was read: more than those are cut, and fewer are left out, with a warning.
+pub(super) fn of_each<T>(
+    semantic: &str,
+    read: Result<Option<Vec<T>>, String>,
+    vertices: usize,
+    warnings: &mut Vec<String>,
+) -> Option<Vec<T>> {
+    let mut found = match read {
+        Ok(found) => found?,
+        Err(why) => {
+            warnings.push(format!("{why}: left out"));
+            return None;
+        }
+    };
+    let count = found.len();
+    let words = format!("{semantic} has {count} elements, but POSITION has {vertices}");
+    if count < vertices {
+        warnings.push(format!("{words}: left out"));
+        return None;
+    }
+    if count > vertices {
+        warnings.push(format!("{words}: the first are read"));
+        found.truncate(vertices);
+    }
+    Some(found)
+}
+
+/// Leaves out the triangles of which a corner's position is not finite.
+fn leave_out_infinite(mesh: &mut Mesh, warnings: &mut Vec<String>) -> Result<(), String> {
+    let is_finite = |position: &[f32; 3]| position.iter().all(|number| number.is_finite());
+    let Some(vertex) = mesh.positions.iter().position(|position| !is_finite(position)) else { return Ok(()) };
+    let what = format!("the POSITION of vertex {vertex} is not finite");
+    // Within the box of the others, which no triangle then shows.
+    let instead = mesh.positions.iter().copied().find(is_finite).ok_or_else(|| what.clone())?;
+    let kept = mesh.indices.as_chunks::<3>().0.iter();
+    let kept = kept.filter(|corners| corners.iter().all(|&corner| is_finite(&mesh.positions[corner as usize])));
+    mesh.indices = kept.flatten().copied().collect();
+    mesh.positions.iter_mut().filter(|position| !is_finite(position)).for_each(|position| *position = instead);
+    warnings.push(format!("{what}: triangles with such corners are left out"));
+    Ok(())
 }
 
 /// Texture coordinates with whole repeats taken off where they are far from zero.

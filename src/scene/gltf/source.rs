@@ -1,5 +1,7 @@
 //! The data of a primitive, from accessors or from a compressed block of all of it.
 
+use std::cell::RefCell;
+
 use super::accessor::Accessors;
 use super::buffers::Buffers;
 use super::draco;
@@ -11,6 +13,7 @@ pub(super) struct Source<'a> {
     accessors: &'a Accessors<'a>,
     primitive: &'a Primitive,
     packed: Option<(draco_core::Mesh, &'a Attributes)>,
+    odd: RefCell<Vec<String>>,
 }
 
 impl<'a> Source<'a> {
@@ -20,11 +23,31 @@ impl<'a> Source<'a> {
         accessors: &'a Accessors<'a>,
         primitive: &'a Primitive,
     ) -> Result<Self, String> {
+        let mut odd = Vec::new();
+        let position = primitive.attributes.get("POSITION").and_then(|own| document.accessors.get(own.0));
+        let is_plain = position.is_some_and(|accessor| accessor.buffer_view.is_some());
         let packed = match &primitive.extensions.draco {
-            Some(packed) => Some((draco::decode(buffers.view(packed.buffer_view)?.bytes)?, &packed.attributes)),
+            Some(packed) => {
+                let view = packed.buffer_view.ok_or_else(|| "its Draco data has no buffer view".to_owned());
+                let mesh = view.and_then(|view| draco::decode(buffers.view(view)?.bytes));
+                match mesh {
+                    Ok(mesh) => Some((mesh, &packed.attributes)),
+                    // The same data for readers that cannot decompress.
+                    Err(why) if is_plain => {
+                        odd.push(format!("{why}, its accessors are read in its place"));
+                        None
+                    }
+                    Err(why) => return Err(why),
+                }
+            }
             None => None,
         };
-        Ok(Self { document, accessors, primitive, packed })
+        Ok(Self { document, accessors, primitive, packed, odd: odd.into() })
+    }
+
+    /// Takes the oddities that reading has found.
+    pub fn take_warnings(&self) -> Vec<String> {
+        self.odd.take()
     }
 
     /// Elements of an attribute, if the primitive has it.
@@ -36,10 +59,15 @@ impl<'a> Source<'a> {
     ) -> Result<Option<Vec<[f32; N]>>, String> {
         let Some(&accessor) = self.primitive.attributes.get(semantic) else { return Ok(None) };
         let read = match self.packed(semantic) {
-            Some((mesh, id)) => self.unpacked(mesh, id, accessor, missing),
+            Some((mesh, id)) => self.unpacked(mesh, (semantic, id), accessor, missing),
             None => self.accessors.floats(accessor, kinds, missing),
         };
         read.map(Some).map_err(|what| format!("{semantic}: {what}"))
+    }
+
+    /// Returns true if the primitive has an attribute.
+    pub fn has(&self, semantic: &str) -> bool {
+        self.primitive.attributes.contains_key(semantic)
     }
 
     /// Returns the number of its morph targets.
@@ -65,8 +93,8 @@ impl<'a> Source<'a> {
         let read = match self.packed(semantic) {
             // Up to 65535, which a float holds.
             Some((mesh, id)) => {
-                let numbers = draco::numbers(mesh, id, 4);
-                numbers.map(|numbers| numbers.as_chunks::<4>().0.iter().map(|four| four.map(|n| n as u32)).collect())
+                let four = |four: &[f32; 4]| four.map(|n| n as u32);
+                draco::of_width(mesh, id, 4).map(|own| own.numbers.as_chunks::<4>().0.iter().map(four).collect())
             }
             None => self.accessors.quadruples(accessor),
         };
@@ -95,7 +123,7 @@ impl<'a> Source<'a> {
     fn unpacked<const N: usize>(
         &self,
         mesh: &draco_core::Mesh,
-        id: usize,
+        (semantic, id): (&str, usize),
         accessor: Whole,
         missing: f32,
     ) -> Result<Vec<[f32; N]>, String> {
@@ -112,11 +140,27 @@ impl<'a> Source<'a> {
             (true, 5123) => 65535.0,
             _ => 1.0,
         };
-        let numbers = draco::numbers(mesh, id, width)?;
+        let own =
+            if semantic.starts_with("COLOR_") { draco::stored(mesh, id)? } else { draco::of_width(mesh, id, width)? };
+        let mut most = most;
+        if own.width != width {
+            let words =
+                format!("{semantic}: its Draco data has {} numbers an element, but its accessor {width}", own.width);
+            self.odd.borrow_mut().push(format!("{words}: the ones in both are read"));
+        }
+        // Colours that the accessor takes for floats would all be white.
+        if let (5126, Some(largest)) =
+            (accessor.component_type.0, own.largest.filter(|_| semantic.starts_with("COLOR_")))
+        {
+            let words = "its Draco data is of whole numbers, but its accessor of floats: read as shares of the largest";
+            self.odd.borrow_mut().push(format!("{semantic}: {words}"));
+            most = largest;
+        }
         let element = |numbers: &[f32]| {
+            let numbers = &numbers[..width.min(numbers.len())];
             std::array::from_fn(|index| numbers.get(index).map_or(missing, |number| (number / most).max(least(most))))
         };
-        Ok(numbers.chunks_exact(width).map(element).collect())
+        Ok(own.numbers.chunks_exact(own.width.max(1)).map(element).collect())
     }
 }
 

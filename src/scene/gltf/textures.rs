@@ -44,6 +44,8 @@ pub(super) enum Recipe {
     },
     /// White, with red as alpha.
     Coat(Picture),
+    /// Roughness in green of a glossiness in alpha: 1 - `factor` a. Blue, of metalness, is 0.
+    Gloss(Picture, u64),
 }
 
 /// A texture to be made. Equal requests share one.
@@ -56,7 +58,9 @@ pub(super) struct Request {
 impl Recipe {
     fn pictures(&self) -> impl Iterator<Item = Picture> {
         let (first, second) = match *self {
-            Self::Plain(picture, _) | Self::Occlusion(picture, _) | Self::Coat(picture) => (Some(picture), None),
+            Self::Plain(picture, _) | Self::Occlusion(picture, _) | Self::Coat(picture) | Self::Gloss(picture, _) => {
+                (Some(picture), None)
+            }
             Self::Specular { color, strength } => (color, strength.filter(|strength| Some(*strength) != color)),
             Self::Glass { color, transmission, .. } => (color, Some(transmission).filter(|own| Some(*own) != color)),
         };
@@ -66,47 +70,85 @@ impl Recipe {
     fn color_space(&self) -> ColorSpace {
         match self {
             Self::Plain(_, color_space) => *color_space,
-            Self::Occlusion(..) => ColorSpace::Linear,
+            Self::Occlusion(..) | Self::Gloss(..) => ColorSpace::Linear,
             Self::Specular { .. } | Self::Glass { .. } | Self::Coat(_) => ColorSpace::Srgb,
         }
     }
 }
 
-/// The picture and the sampler of one of a file's textures; none of one that names no image.
-pub(super) fn picture(document: &Document, texture: Whole) -> Result<Option<(Picture, Sampler)>, String> {
-    let json = entry("texture", &document.textures, texture)?;
-    let within = |what: String| format!("{}: {what}", named("texture", texture.0, json.name.as_ref()));
+/// The picture and the sampler of one of a file's textures; none of one that does not exist or names no image.
+pub(super) fn picture(
+    document: &Document,
+    texture: Option<Whole>,
+    warnings: &mut Vec<String>,
+) -> Option<(Picture, Sampler)> {
+    let Some(texture) = texture else {
+        warnings.push("a texture of it has no index, drawn without it".into());
+        return None;
+    };
+    let json = entry("texture", &document.textures, texture);
+    let json = json.map_err(|what| warnings.push(format!("{what}, drawn without it"))).ok()?;
+    let name = named("texture", texture.0, json.name.as_ref());
     let extended = [json.extensions.basisu.as_ref(), json.extensions.webp.as_ref()];
     let sources = extended.into_iter().flatten().filter_map(|own| own.source).chain(json.source);
-    let sources: Vec<usize> = sources.map(|source| source.0).collect();
-    for &source in &sources {
-        entry("image", &document.images, Whole(source)).map_err(within)?;
-    }
-    let sampler = match json.sampler {
-        Some(sampler) => sampler_of(entry("sampler", &document.samplers, sampler).map_err(within)?),
+    let mut sources: Vec<usize> = sources.map(|source| source.0).collect();
+    sources.retain(|&source| {
+        let image = entry("image", &document.images, Whole(source));
+        image.map_err(|what| warnings.push(format!("{name}: {what}"))).is_ok()
+    });
+    let sampler = match json.sampler.map(|sampler| entry("sampler", &document.samplers, sampler)) {
+        Some(Ok(sampler)) => sampler_of(sampler, &name, warnings),
+        Some(Err(what)) => {
+            warnings.push(format!("{name}: {what}, sampled as by default"));
+            Sampler::DEFAULT
+        }
         None => Sampler::DEFAULT,
     };
-    let otherwise = sources.get(1).copied();
-    Ok(sources.first().map(|&image| (Picture { image, otherwise }, sampler)))
+    let Some(&image) = sources.first() else {
+        warnings.push(format!("{name} names no image, drawn without it"));
+        return None;
+    };
+    Some((Picture { image, otherwise: sources.get(1).copied() }, sampler))
 }
 
-/// Unknown values of a sampler are as by default.
-fn sampler_of(json: &super::json::Sampler) -> Sampler {
-    let wrap = |mode: Option<Whole>| match mode.map(|mode| mode.0) {
+/// Unknown values of a sampler are as by default, with a warning.
+fn sampler_of(json: &super::json::Sampler, texture: &str, warnings: &mut Vec<String>) -> Sampler {
+    let mut unknown = |key: &str, value: usize, instead: &str| {
+        warnings.push(format!("{texture}: {key} of its sampler is {value}, taken for {instead}"));
+    };
+    let mut wrap = |key: &str, mode: Option<Whole>| match mode.map(|mode| mode.0) {
         Some(33071) => Wrap::Clamp,
         Some(33648) => Wrap::Mirror,
-        _ => Wrap::Repeat,
+        None | Some(10497) => Wrap::Repeat,
+        Some(other) => {
+            unknown(key, other, "10497, to repeat");
+            Wrap::Repeat
+        }
     };
+    let wrap = [wrap("wrapS", json.wrap_s), wrap("wrapT", json.wrap_t)];
     let (minify, levels) = match json.min_filter.map(|filter| filter.0) {
         Some(9728) => (Filter::Nearest, None),
         Some(9729) => (Filter::Linear, None),
         Some(9984) => (Filter::Nearest, Some(Filter::Nearest)),
         Some(9985) => (Filter::Linear, Some(Filter::Nearest)),
         Some(9986) => (Filter::Nearest, Some(Filter::Linear)),
-        _ => (Filter::Linear, Some(Filter::Linear)),
+        other => {
+            if let Some(other) = other.filter(|&other| other != 9987) {
+                unknown("minFilter", other, "9987, linear between texels and levels");
+            }
+            (Filter::Linear, Some(Filter::Linear))
+        }
     };
-    let magnify = if json.mag_filter == Some(Whole(9728)) { Filter::Nearest } else { Filter::Linear };
-    Sampler { wrap: [wrap(json.wrap_s), wrap(json.wrap_t)], magnify, minify, levels }
+    let magnify = match json.mag_filter.map(|filter| filter.0) {
+        Some(9728) => Filter::Nearest,
+        other => {
+            if let Some(other) = other.filter(|&other| other != 9729) {
+                unknown("magFilter", other, "9729, linear");
+            }
+            Filter::Linear
+        }
+    };
+    Sampler { wrap, magnify, minify, levels }
 }
 
 /// Reads and decodes a file's images.
@@ -171,7 +213,12 @@ impl From<RgbaImage> for Pixels {
     }
 }
 
-type Decoded = (Pixels, Option<PathBuf>);
+/// An image, and the file that it came from.
+struct Decoded {
+    pixels: Pixels,
+    file: Option<PathBuf>,
+    odd: Vec<String>,
+}
 
 impl Images<'_> {
     /// Makes textures. One whose images cannot be read is none, with a warning.
@@ -195,7 +242,7 @@ impl Images<'_> {
         let done = AtomicUsize::new(0);
         let decode = |picture: &Picture| {
             let (decoded, warnings) = self.decode(picture);
-            let decoded = decoded.map(|(pixels, file)| match plain.get(picture) {
+            let decoded = decoded.map(|Decoded { pixels, file, .. }| match plain.get(picture) {
                 Some(&(color_space, sampler)) => (pixels.with_levels(color_space, sampler), file),
                 None => (pixels, file),
             });
@@ -251,13 +298,14 @@ impl Images<'_> {
     fn decode(&self, picture: &Picture) -> (Option<Decoded>, Vec<String>) {
         let mut warnings = Vec::new();
         for image in [Some(picture.image), picture.otherwise].into_iter().flatten() {
+            let name = self.document.images.get(image).and_then(|json| json.name.as_ref());
+            let place = || format!("{}: {}", self.path.display(), named("image", image, name));
             match self.read(image) {
-                Ok(decoded) => return (Some(decoded), warnings),
-                Err(what) => {
-                    let name = self.document.images.get(image).and_then(|json| json.name.as_ref());
-                    let (path, image) = (self.path.display(), named("image", image, name));
-                    warnings.push(format!("{path}: {image}: {what}, drawn without it"));
+                Ok(decoded) => {
+                    warnings.extend(decoded.odd.iter().map(|what| format!("{}: {what}", place())));
+                    return (Some(decoded), warnings);
                 }
+                Err(what) => warnings.push(format!("{}: {what}, drawn without it", place())),
             }
         }
         (None, warnings)
@@ -265,20 +313,21 @@ impl Images<'_> {
 
     fn read(&self, index: usize) -> Result<Decoded, String> {
         let json = entry("image", &self.document.images, Whole(index))?;
-        let (owned, file);
-        let bytes = match (&json.uri, json.buffer_view) {
+        let owned;
+        let (bytes, file, mut odd) = match (json.uri.as_ref().filter(|uri| !uri.is_empty()), json.buffer_view) {
             (Some(uri), _) => {
-                (owned, file) = self.resources.read(uri, MOST_BYTES)?;
-                owned.as_slice()
+                owned = self.resources.read(uri, MOST_BYTES)?;
+                (owned.bytes.as_slice(), owned.file.clone(), owned.odd.iter().cloned().collect())
             }
-            (None, Some(view)) => {
-                file = None;
-                self.buffers.view(view)?.bytes
-            }
+            (None, Some(view)) => (self.buffers.view(view)?.bytes, None, Vec::new()),
             (None, None) => return Err("has neither a URI nor a buffer view".into()),
         };
         if ktx::is_ktx(bytes) {
-            return Ok((ktx::read(bytes)?, file));
+            return Ok(Decoded { pixels: ktx::read(bytes)?, file, odd });
+        }
+        // Of a PNG's header (PNG, third edition, section 11.2.1) the bits of a channel.
+        if bytes.starts_with(b"\x89PNG\r\n\x1a\n") && bytes.get(24) == Some(&16) {
+            odd.push("has 16 bits a channel, of which 8 are kept".into());
         }
         // No float image is a glTF image, so that the colour space does not matter.
         let decoded = decode_image(bytes, Path::new(""), ColorSpace::Linear);
@@ -286,7 +335,7 @@ impl Images<'_> {
             Error::Content { what, .. } => what,
             other => other.to_string(),
         });
-        Ok((decoded?.into(), file))
+        Ok(Decoded { pixels: decoded?.into(), file, odd })
     }
 }
 
@@ -296,6 +345,10 @@ fn cooked(recipe: Recipe, mut found: impl Iterator<Item = Option<RgbaImage>>) ->
         Recipe::Plain(..) => found.next()??,
         Recipe::Occlusion(_, strength) => faded(found.next()??, f64::from_bits(strength)),
         Recipe::Coat(_) => with_alpha(None, &found.next()??, |red, _| red),
+        Recipe::Gloss(_, factor) => {
+            let white = || RgbaImage::from_pixel(1, 1, Rgba([255; 4]));
+            rough(found.next()?.unwrap_or_else(white), f64::from_bits(factor))
+        }
         Recipe::Specular { color, strength } => {
             let first = if color.is_some() { found.next()? } else { None };
             let same = strength.is_some() && strength == color;
@@ -326,6 +379,14 @@ fn faded(mut image: RgbaImage, strength: f64) -> RgbaImage {
     let table: Vec<u8> =
         (0..=255u8).map(|red| (255.0 + strength * (f64::from(red) - 255.0)).round().clamp(0.0, 255.0) as u8).collect();
     image.pixels_mut().for_each(|texel| texel.0[0] = table[usize::from(texel.0[0])]);
+    image
+}
+
+/// Roughness of glossiness, as textures of metalness and roughness have it.
+fn rough(mut image: RgbaImage, factor: f64) -> RgbaImage {
+    let table: Vec<u8> =
+        (0..=255u8).map(|gloss| (255.0 - factor * f64::from(gloss)).round().clamp(0.0, 255.0) as u8).collect();
+    image.pixels_mut().for_each(|texel| texel.0 = [255, table[usize::from(texel.0[3])], 0, 255]);
     image
 }
 

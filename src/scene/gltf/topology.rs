@@ -22,17 +22,44 @@ impl Topology {
         })
     }
 
-    /// Three vertices a triangle, in the order that makes its front; vertices that are left over make none.
-    pub fn triangles(self, order: Option<Vec<u32>>, vertices: usize) -> Result<Vec<u32>, String> {
+    /// Three vertices a triangle, in the order that makes its front; vertices that are left over make none, and triangles with an index of no vertex are
+    /// left out: the first such index is the oddity.
+    pub fn triangles(self, order: Option<Vec<u32>>, vertices: usize) -> Result<(Vec<u32>, Option<String>), String> {
         let Ok(count) = u32::try_from(vertices) else { return Err(format!("it has {vertices} vertices")) };
-        let mut order = order.unwrap_or_else(|| (0..count).collect());
+        let order = order.unwrap_or_else(|| (0..count).collect());
         let last = order.iter().fold(0, |most, &index| most.max(index));
-        if last >= count
-            && let Some(at) = order.iter().position(|&index| index >= count)
-        {
-            return Err(format!("index {at} is {}, but there are only {count} vertices", order[at]));
+        if last < count {
+            return Ok((self.of_run(order), None));
         }
-        Ok(match self {
+        let is_wild = |index: &u32| *index >= count;
+        let wild = order.iter().position(is_wild).map(|at| {
+            let index = order[at];
+            format!(
+                "index {at} is {index}, but there are only {count} vertices: triangles with such indices are left out"
+            )
+        });
+        let triangles = match self {
+            Self::Points | Self::Lines => Vec::new(),
+            Self::Triangles => {
+                let whole = order.as_chunks::<3>().0.iter().filter(|corners| !corners.iter().any(is_wild));
+                whole.flatten().copied().collect()
+            }
+            // Behind such an index a strip begins anew, as it would on a device that restarts at the largest index.
+            Self::Strip => order.split(is_wild).flat_map(|run| self.of_run(run.to_vec())).collect(),
+            // All of a fan's triangles have its first vertex.
+            Self::Fan if order.first().is_some_and(is_wild) => Vec::new(),
+            Self::Fan => {
+                let triangles = self.of_run(order);
+                let whole = triangles.as_chunks::<3>().0.iter().filter(|corners| !corners.iter().any(is_wild));
+                whole.flatten().copied().collect()
+            }
+        };
+        Ok((triangles, wild))
+    }
+
+    /// The triangles of indices that all exist.
+    fn of_run(self, mut order: Vec<u32>) -> Vec<u32> {
+        match self {
             Self::Points | Self::Lines => Vec::new(),
             Self::Triangles => {
                 order.truncate(order.len() / 3 * 3);
@@ -50,7 +77,7 @@ impl Topology {
                 let first = order.first().copied().unwrap_or_default();
                 order.windows(2).skip(1).flat_map(|edge| [edge[0], edge[1], first]).collect()
             }
-        })
+        }
     }
 }
 
@@ -60,7 +87,7 @@ mod tests {
 
     #[test]
     fn each_mode_gives_the_triangles_of_the_specification() {
-        let of = |mode, count| Topology::of(mode).unwrap().triangles(None, count).unwrap();
+        let of = |mode, count| Topology::of(mode).unwrap().triangles(None, count).unwrap().0;
         assert_eq!(of(4, 7), [0, 1, 2, 3, 4, 5]);
         assert_eq!(of(5, 5), [0, 1, 2, 1, 3, 2, 2, 3, 4]);
         assert_eq!(of(6, 5), [1, 2, 0, 2, 3, 0, 3, 4, 0]);
@@ -73,10 +100,16 @@ mod tests {
     }
 
     #[test]
-    fn an_index_out_of_range_is_named_in_each_mode() {
+    fn an_index_out_of_range_is_named_in_each_mode_and_takes_its_triangles_along() {
+        let of = |mode, order: &[u32]| Topology::of(mode).unwrap().triangles(Some(order.to_vec()), 6).unwrap();
         for mode in 0..7 {
-            let error = Topology::of(mode).unwrap().triangles(Some(vec![0, 1, 9, 2]), 3).unwrap_err();
-            assert_eq!(error, "index 2 is 9, but there are only 3 vertices");
+            let (_, odd) = of(mode, &[0, 1, 9, 2]);
+            assert!(odd.unwrap().starts_with("index 2 is 9, but there are only 6 vertices"), "{mode}");
         }
+        assert_eq!(of(4, &[0, 1, 9, 3, 4, 5, 0]).0, [3, 4, 5]);
+        // The strip begins anew, so that the second run's first triangle keeps its order.
+        assert_eq!(of(5, &[0, 1, 2, u32::MAX, 3, 4, 5]).0, [0, 1, 2, 3, 4, 5]);
+        assert_eq!(of(6, &[0, 1, 2, 77, 3, 4]).0, [1, 2, 0, 3, 4, 0]);
+        assert!(of(6, &[77, 1, 2, 3]).0.is_empty());
     }
 }

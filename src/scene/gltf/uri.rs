@@ -1,5 +1,6 @@
 //! URIs in glTF files: bytes in the URI itself, or a file in the folder of the glTF file.
 
+use std::borrow::Cow;
 use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -26,7 +27,13 @@ pub(super) struct Resources {
 }
 
 /// Bytes, and the file that they are from.
-pub(super) type Content = (Vec<u8>, Option<PathBuf>);
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Content {
+    pub bytes: Vec<u8>,
+    pub file: Option<PathBuf>,
+    /// How the file was found, where the URI does not name it as it is.
+    pub odd: Option<String>,
+}
 
 impl Resources {
     pub fn beside(path: &Path, allow_outside: bool) -> Self {
@@ -37,9 +44,9 @@ impl Resources {
     /// The bytes that a URI stands for, `most` of them at most.
     pub fn read(&self, uri: &str, most: u64) -> Result<Content, String> {
         if let Some(data) = strip_scheme(uri, "data:") {
-            return decode_data(data).map(|bytes| (bytes, None));
+            return decode_data(data).map(|bytes| Content { bytes, file: None, odd: None });
         }
-        let path = self.file(uri)?;
+        let Found { path, odd } = self.file(uri)?;
         let cannot = |error: std::io::Error| format!("cannot read {}: {error}", path.display());
         let mut bytes = Vec::new();
         // Asked before it is opened: to open a pipe blocks.
@@ -48,38 +55,117 @@ impl Resources {
         }
         let file = File::open(&path).map_err(cannot)?;
         file.take(most).read_to_end(&mut bytes).map_err(cannot)?;
-        Ok((bytes, Some(path)))
+        Ok(Content { bytes, file: Some(path), odd })
     }
 
     /// The file that a URI names, if it may be read.
-    fn file(&self, uri: &str) -> Result<PathBuf, String> {
+    fn file(&self, uri: &str) -> Result<Found, String> {
         let shown = shortened(uri);
-        if has_scheme(uri) {
-            return Err(format!("`{shown}` has a scheme: only files beside the glTF file are read"));
-        }
         let decoded = percent_decode_str(uri).decode_utf8();
         let decoded = decoded.map_err(|_| format!("`{shown}` is not UTF-8 once its percent signs are decoded"))?;
         if decoded.is_empty() || decoded.contains('\0') {
             return Err(format!("`{shown}` names no file"));
         }
-        // Some exporters do not encode a percent sign that is part of a name.
-        let names = [decoded.as_ref(), uri];
-        let found = names.into_iter().find(|name| self.folder.join(name).exists()).unwrap_or(names[0]);
-        let path = self.folder.join(found);
+        if let Some(path) = of_another_machine(&decoded) {
+            return self.brought_along(path, &shown);
+        }
+        if has_scheme(uri) {
+            return Err(format!("`{shown}` has a scheme: only files beside the glTF file are read"));
+        }
+        // Some exporters do not encode a percent sign that is part of a name, and those of Windows separate folders by backslashes.
+        let bare = uri.split(['?', '#']).next().unwrap_or_default();
+        let bare = percent_decode_str(bare).decode_utf8_lossy();
+        let names = [Cow::Borrowed(decoded.as_ref()), Cow::Borrowed(uri), bare];
+        let slashed = names.clone().map(|name| Cow::Owned(name.replace('\\', "/")));
+        let mut names = names.into_iter().chain(slashed);
+        let found = names.clone().find(|name| !name.is_empty() && self.folder.join(name.as_ref()).exists());
+        let (found, odd) = match found {
+            Some(found) => (found.into_owned(), None),
+            None => match names.clone().find_map(|name| self.ignoring_case(&name)) {
+                Some(found) => (found.clone(), Some(format!("`{shown}` is not there, `{found}` is read in its place"))),
+                None if stays_inside(&decoded) => (decoded.replace('\\', "/"), None),
+                None => (names.next().unwrap_or_default().into_owned(), None),
+            },
+        };
+        let path = self.folder.join(&found);
         if self.allow_outside {
-            return Ok(path);
+            return Ok(Found { path, odd });
         }
         let outside = || format!("`{shown}` leads out of the glTF file's folder: --allow-outside permits that");
-        if !stays_inside(found) {
-            return Err(outside());
+        if !stays_inside(&found) {
+            return if decoded.starts_with('/') {
+                self.brought_along(&decoded, &shown).map_err(|_| outside())
+            } else {
+                Err(outside())
+            };
         }
-        // Links of the file system may lead out as well. A missing file is an error when it is opened.
-        if let (Ok(folder), Ok(real)) = (fs::canonicalize(&self.folder), fs::canonicalize(&path))
-            && !real.starts_with(&folder)
-        {
-            return Err(outside());
+        self.inside(&path).then_some(Found { path, odd }).ok_or_else(outside)
+    }
+
+    /// Returns true unless a link of the file system leads out of the folder. A missing file is an error when it is opened.
+    fn inside(&self, path: &Path) -> bool {
+        let (folder, real) = (fs::canonicalize(&self.folder), fs::canonicalize(path));
+        folder.ok().zip(real.ok()).is_none_or(|(folder, real)| real.starts_with(&folder))
+    }
+
+    /// The file of an absolute path of another machine, in the folder: below as many of its last folders as are there.
+    fn brought_along(&self, path: &str, shown: &str) -> Result<Found, String> {
+        let path = path.replace('\\', "/");
+        let parts: Vec<&str> = path.split('/').filter(|part| !part.is_empty() && *part != ".").collect();
+        let tails = (1..=parts.len().min(MOST_PARTS)).rev().map(|count| parts[parts.len() - count..].join("/"));
+        let found = { tails }.filter(|tail| stays_inside(tail)).find_map(|tail| self.ignoring_case(&tail));
+        let found = found.ok_or_else(|| {
+            format!("`{shown}` is a path of another machine, and no file of its name is beside the glTF file")
+        })?;
+        let path = self.folder.join(&found);
+        if !self.inside(&path) {
+            return Err(format!("`{shown}` leads out of the glTF file's folder: --allow-outside permits that"));
         }
-        Ok(path)
+        Ok(Found { path, odd: Some(format!("`{shown}` is a path of another machine, `{found}` is read in its place")) })
+    }
+
+    /// A file in the folder whose path differs in the case of letters at most.
+    fn ignoring_case(&self, name: &str) -> Option<String> {
+        let name = name.replace('\\', "/");
+        if !stays_inside(&name) {
+            return None;
+        }
+        let (mut folder, mut found) = (self.folder.clone(), Vec::new());
+        for part in name.split('/').filter(|part| !part.is_empty() && *part != ".") {
+            let lower = part.to_lowercase();
+            let own = if part == ".." || folder.join(part).exists() {
+                part.to_owned()
+            } else {
+                let names = fs::read_dir(&folder).ok()?.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+                // The first by name, so that two machines agree.
+                names.filter(|name| name.to_lowercase() == lower).min()?
+            };
+            folder.push(&own);
+            found.push(own);
+        }
+        (!found.is_empty() && folder.is_file()).then(|| found.join("/"))
+    }
+}
+
+/// A file that was found, and how, where the URI does not name it as it is.
+struct Found {
+    path: PathBuf,
+    odd: Option<String>,
+}
+
+/// The most parts of an absolute path that are looked for.
+const MOST_PARTS: usize = 8;
+
+/// The path of a URI that names a file by a drive of Windows, a share of a network, or `file:`.
+fn of_another_machine(uri: &str) -> Option<&str> {
+    if let Some(path) = strip_scheme(uri, "file:") {
+        return Some(path);
+    }
+    let drive =
+        uri.get(..2).is_some_and(|start| start.ends_with(':') && start.starts_with(|c: char| c.is_ascii_alphabetic()));
+    match drive {
+        true => Some(&uri[2..]).filter(|rest| rest.starts_with(['/', '\\'])),
+        false => uri.starts_with("\\\\").then_some(uri),
     }
 }
 
@@ -120,7 +206,16 @@ fn decode_data(data: &str) -> Result<Vec<u8>, String> {
     }
     // Only a URI that was encoded once more holds percent signs.
     let decoded = if text.contains('%') { percent_decode_str(text).collect() } else { text.as_bytes().to_vec() };
-    BASE64.decode(decoded).map_err(|error| format!("its data URI is no base64: {error}"))
+    BASE64.decode(&decoded).or_else(|error| {
+        // Lines are broken by some encoders, and others write the alphabet of URLs.
+        let usual = |byte: u8| match byte {
+            b'-' => b'+',
+            b'_' => b'/',
+            other => other,
+        };
+        let plain: Vec<u8> = decoded.iter().copied().filter(|byte| !byte.is_ascii_whitespace()).map(usual).collect();
+        BASE64.decode(plain).map_err(|_| format!("its data URI is no base64: {error}"))
+    })
 }
 
 /// A URI in a message: long ones are cut, and none breaks the line.
@@ -158,11 +253,47 @@ mod tests {
             ("./sub/../sub/c.bin", "sub/c.bin"),
             ("%C3%BC.bin", "ü.bin"),
             ("50%20.bin", "50%20.bin"),
+            ("sub\\c.bin", "sub/c.bin"),
+            (".\\sub\\c.bin", "sub/c.bin"),
+            ("sub%5Cc.bin", "sub/c.bin"),
+            ("sub%5cc.bin", "sub/c.bin"),
+            ("sub//c.bin", "sub/c.bin"),
+            ("sub/c.bin?version=3", "sub/c.bin"),
+            ("a%20b.bin#part", "a b.bin"),
         ] {
-            let (bytes, file) = resources.read(uri, 1 << 20).unwrap_or_else(|error| panic!("{uri}: {error}"));
-            assert_eq!((String::from_utf8(bytes).unwrap().as_str(), file.is_some()), (expected, true));
+            let Content { bytes, file, odd } =
+                resources.read(uri, 1 << 20).unwrap_or_else(|error| panic!("{uri}: {error}"));
+            assert_eq!((String::from_utf8(bytes).unwrap().as_str(), file.is_some(), odd), (expected, true, None));
         }
-        assert_eq!(resources.read("a b.bin", 3).unwrap().0, b"a b");
+        assert_eq!(resources.read("a b.bin", 3).unwrap().bytes, b"a b");
+    }
+
+    #[test]
+    fn other_cases_and_paths_of_another_machine_are_found_in_the_folder_and_told() {
+        let (outer, inner) = folder();
+        let resources = Resources::beside(&inner.join("x.gltf"), false);
+        for (uri, expected) in [
+            ("SUB/C.BIN", "sub/c.bin"),
+            ("Sub\\c.Bin", "sub/c.bin"),
+            ("%C3%9C.bin", "ü.bin"),
+            ("C:\\Users\\me\\model\\sub\\c.bin", "sub/c.bin"),
+            ("d:/model/A%20B.bin", "a b.bin"),
+            ("\\\\server\\share\\sub\\c.bin", "sub/c.bin"),
+            ("file:///home/me/sub/c.bin", "sub/c.bin"),
+            ("/home/me/sub/c.bin", "sub/c.bin"),
+        ] {
+            let found = resources.read(uri, 1 << 20).unwrap_or_else(|error| panic!("{uri}: {error}"));
+            assert_eq!(String::from_utf8(found.bytes).unwrap(), expected, "{uri}");
+            assert!(found.odd.is_some_and(|odd| odd.contains(expected)), "{uri}");
+        }
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink(outer.path().join("secret.bin"), inner.join("link.bin")).unwrap();
+            for uri in ["C:\\link.bin", "LINK.bin", "/x/link.bin"] {
+                assert!(resources.read(uri, 9).unwrap_err().contains("--allow-outside"), "{uri}");
+            }
+        }
+        drop(outer);
     }
 
     #[test]
@@ -183,11 +314,16 @@ mod tests {
             let error = strict.read(&uri, 99).expect_err(&uri);
             assert!(error.contains("--allow-outside"), "{error}");
             if !uri.contains('\\') {
-                assert_eq!(open.read(&uri, 99).unwrap_or_else(|error| panic!("{uri}: {error}")).0, b"secret");
+                assert_eq!(open.read(&uri, 99).unwrap_or_else(|error| panic!("{uri}: {error}")).bytes, b"secret");
             }
         }
-        for uri in ["http://a.b/c.bin", "file:///etc/passwd", "C:\\x.bin", "a:b"] {
-            assert!(open.read(uri, 9).unwrap_err().contains("has a scheme"), "{uri}");
+        for (uri, words) in [
+            ("http://a.b/c.bin", "has a scheme"),
+            ("a:b", "has a scheme"),
+            ("file:///etc/passwd", "path of another machine"),
+            ("C:\\x.bin", "path of another machine"),
+        ] {
+            assert!(open.read(uri, 9).unwrap_err().contains(words), "{uri}");
         }
         for uri in ["", "a%00b", "%ff", "sub", "none.bin"] {
             let error = strict.read(uri, 9).expect_err(uri);
@@ -203,8 +339,10 @@ mod tests {
             "data:;base64,aGVsbG8",
             "DATA:application/gltf-buffer;base64,aGVsbG8%3D",
             "data:text/plain,hel%6Co",
+            "data:;base64,aGVs\n  bG8=",
         ] {
-            assert_eq!(resources.read(uri, 1).unwrap(), (b"hello".to_vec(), None), "{uri}");
+            let expected = Content { bytes: b"hello".to_vec(), file: None, odd: None };
+            assert_eq!(resources.read(uri, 1).unwrap(), expected, "{uri}");
         }
         assert!(resources.read("data:;base64", 9).unwrap_err().contains("no comma"));
         assert!(resources.read("data:;base64,!!!", 9).unwrap_err().contains("no base64"));

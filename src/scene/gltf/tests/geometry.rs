@@ -144,6 +144,35 @@ fn static_weights_of_shapes_are_blended_in() {
     assert!(found.meshes[0].morphs.is_empty() && found.motion.is_empty() && found.objects[0].node.is_none());
 }
 
+#[test]
+fn shapes_and_instances_that_cannot_be_read_cost_themselves_alone() {
+    let mut file = Builder::triangle();
+    let (good, short) = (file.floats("VEC3", &[0.0, 0.0, 4.0].repeat(3)), file.floats("VEC3", &[0.0, 9.0, 0.0]));
+    file.primitive("targets", json!([{"POSITION": short}, {"POSITION": good, "NORMAL": 77}, {}]));
+    file.json["meshes"][0]["weights"] = json!([1, 0.25, 1, 1, 1]);
+    let found = file.read();
+    assert_eq!(place(&found.meshes[0], 0), DVec3::new(0.0, 0.0, 1.0));
+    assert!(
+        found.warnings[0].contains("target 0: POSITION has 1 elements, but POSITION has 3: left out"),
+        "{:?}",
+        found.warnings
+    );
+    let mut file = Builder::triangle();
+    let translation = file.floats("VEC3", &[1.0, 0.0, 0.0, f32::NAN, 0.0, 0.0, 3.0, 0.0, 0.0]);
+    let scale = file.floats("VEC3", &[1.0; 6]);
+    let attributes = json!({"TRANSLATION": translation, "SCALE": scale, "ROTATION": 99});
+    file.json["nodes"][0]["extensions"] = json!({"EXT_mesh_gpu_instancing": {"attributes": attributes}});
+    let found = file.read();
+    assert_eq!(found.objects.iter().map(|own| own.transform.translation.x).collect::<Vec<_>>(), [1.0]);
+    for words in [
+        "instances: ROTATION: accessor 99 does not exist",
+        "different counts: the first 2",
+        "the transform of instance 1",
+    ] {
+        assert!(found.warnings.iter().any(|own| own.contains(words)), "{words}: {:?}", found.warnings);
+    }
+}
+
 fn place(mesh: &Mesh, vertex: usize) -> DVec3 {
     mesh.origin + Vec3::from(mesh.positions[vertex]).as_dvec3()
 }

@@ -180,3 +180,97 @@ fn a_variant_dresses_its_primitives() {
     assert_eq!((of(None), of(Some("day")), of(Some("night"))), (Ok("a".into()), Ok("a".into()), Ok("b".into())));
     assert!(of(Some("nigth")).unwrap_err().contains("did you mean \"night\"?"));
 }
+
+#[test]
+fn a_cut_off_above_1_shows_nothing_and_one_below_0_everything() {
+    let of = |cutoff: Value| {
+        let mut found = dressed(json!({"alphaMode": "MASK", "alphaCutoff": cutoff})).read();
+        let own = found.materials.remove(0);
+        (own.alpha, own.alpha_mode, found.warnings.len())
+    };
+    assert_eq!(of(json!(1.5)), (0.0, AlphaMode::Mask { cutoff: 1.0 }, 1));
+    assert_eq!(of(json!(1)), (1.0, AlphaMode::Mask { cutoff: 1.0 }, 0));
+    assert_eq!(of(json!(-2)), (1.0, AlphaMode::Mask { cutoff: 0.0 }, 1));
+    assert_eq!(of(Value::Null), (1.0, AlphaMode::Mask { cutoff: 0.5 }, 0));
+}
+
+#[test]
+fn specular_glossiness_is_a_dielectric_of_its_reflectance() {
+    let own = |own: Value| json!({"extensions": {"KHR_materials_pbrSpecularGlossiness": own}});
+    let mut file = dressed(own(json!({
+        "diffuseFactor": [0.5, 0.25, 1, 0.5], "diffuseTexture": {"index": 1}, "specularFactor": [0.5, 0.75, 1], "glossinessFactor": 0.5,
+        "specularGlossinessTexture": {"index": 0},
+    })));
+    file.json["extensionsRequired"] = json!(["KHR_materials_pbrSpecularGlossiness"]);
+    file.json["materials"][0]["pbrMetallicRoughness"] =
+        json!({"baseColorFactor": [0, 0, 0, 1], "roughnessFactor": 0.1});
+    file.json["materials"][0]["alphaMode"] = json!("BLEND");
+    let Imported { materials, textures, warnings, .. } = file.read();
+    assert_eq!(warnings, Vec::<String>::new());
+    let found = &materials[0];
+    assert_eq!((found.base_color, found.alpha, found.metallic), (Vec3::new(0.5, 0.25, 1.0), 0.5, 0.0));
+    assert_eq!((found.reflectance, found.grazing, found.roughness), (Vec3::new(0.5, 0.75, 1.0), 1.0, 1.0));
+    let of = |slot: TextureSlot| &textures[found.texture(slot).expect("a texture")];
+    assert_eq!(*of(TextureSlot::BaseColor).rgba8(0), [255; 4]);
+    // The colour stays sRGB; its alpha, here 32, is a glossiness: 255 - 0.5 32.
+    assert_eq!(*of(TextureSlot::Specular).rgba8(0), [255, 128, 64, 255]);
+    assert_eq!(of(TextureSlot::Specular).color_space, ColorSpace::Srgb);
+    assert_eq!(*of(TextureSlot::MetallicRoughness).rgba8(0), [255, 239, 0, 255]);
+    let plain = dressed(own(json!({"glossinessFactor": 0.2, "specularFactor": [0.04, 0.04, 0.04]}))).read();
+    let found = &plain.materials[0];
+    assert_eq!((found.base_color, found.metallic, found.roughness), (Vec3::ONE, 0.0, 0.8));
+    assert_eq!((found.reflectance, found.grazing), (Vec3::splat(0.04), 1.0));
+    // The extension's defaults: a mirror.
+    let mirror = dressed(own(json!({}))).read();
+    assert_eq!((mirror.materials[0].reflectance, mirror.materials[0].roughness), (Vec3::ONE, 0.0));
+}
+
+#[test]
+fn textures_images_and_samplers_that_do_not_exist_cost_themselves_alone() {
+    let base =
+        |texture: Value| json!({"pbrMetallicRoughness": {"baseColorTexture": texture}, "normalTexture": {"index": 1}});
+    for (texture, change, words, textures) in [
+        (json!({"index": 9}), json!(null), "texture 9 does not exist: the file has 3, drawn without it", 1),
+        (json!({}), json!(null), "a texture of it has no index", 1),
+        (json!({"index": 0}), json!({"source": 9}), "texture 0: image 9 does not exist", 1),
+        (json!({"index": 0}), json!({}), "texture 0 names no image, drawn without it", 1),
+        (
+            json!({"index": 0}),
+            json!({"source": 0, "sampler": 7}),
+            "texture 0: sampler 7 does not exist: the file has 1, sampled as by default",
+            2,
+        ),
+    ] {
+        let mut file = dressed(base(texture));
+        if !change.is_null() {
+            file.json["textures"][0] = change;
+        }
+        let found = file.read();
+        assert!(found.warnings.iter().any(|own| own.contains(words)), "{words}: {:?}", found.warnings);
+        assert_eq!((found.textures.len(), found.objects.len()), (textures, 1), "{words}");
+    }
+    let mut file = dressed(base(json!({"index": 2})));
+    file.json["samplers"] = json!([{"magFilter": 1, "minFilter": 2, "wrapS": 10496, "wrapT": 33071}]);
+    let found = file.read();
+    assert_eq!(found.textures[0].sampler, Sampler { wrap: [Wrap::Repeat, Wrap::Clamp], ..Sampler::DEFAULT });
+    assert_eq!(found.warnings.len(), 3, "{:?}", found.warnings);
+    assert!(found.warnings[0].contains("wrapS of its sampler is 10496, taken for 10497"), "{:?}", found.warnings);
+}
+
+#[test]
+fn a_transform_that_no_device_holds_is_none_and_sixteen_bits_are_told() {
+    let transform = json!({"KHR_texture_transform": {"scale": [1e300, 1]}});
+    let mut file =
+        dressed(json!({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0, "extensions": transform}}}));
+    let found = file.read();
+    assert_eq!(found.materials[0].uv_maps[TextureSlot::BaseColor as usize], UvMap::IDENTITY);
+    assert!(found.warnings[0].contains("transform of its BaseColor texture"), "{:?}", found.warnings);
+    let mut bytes = Vec::new();
+    let deep = image::ImageBuffer::<image::Rgb<u16>, _>::from_pixel(1, 1, image::Rgb([65535, 32896, 0]));
+    deep.write_to(&mut Cursor::new(&mut bytes), ImageFormat::Png).expect("encoded");
+    let view = file.view(&bytes);
+    file.json["images"][0]["bufferView"] = json!(view);
+    let found = file.read();
+    assert_eq!(*found.textures[0].rgba8(0), [255, 128, 0, 255]);
+    assert!(found.warnings.iter().any(|own| own.contains("image 0: has 16 bits a channel")), "{:?}", found.warnings);
+}

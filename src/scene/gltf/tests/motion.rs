@@ -56,28 +56,86 @@ fn what_moves_with_nothing_below_leaves_no_trace() {
     assert!(found.motion.is_empty() && found.warnings.is_empty(), "{:?}", found.warnings);
 }
 
+/// A triangle that a channel of these keys moves, and the channel, if any is left.
+fn keyed(path: &str, kind: &str, times: &[f32], values: &[f32]) -> (Option<Channel>, Vec<String>) {
+    let mut file = Builder::triangle();
+    animate(&mut file, json!({"node": 0, "path": path}), kind, values);
+    let input = file.floats("SCALAR", times);
+    file.json["animations"][0]["samplers"][0]["input"] = json!(input);
+    let Imported { motion, warnings, .. } = file.read();
+    (motion.clips.first().map(|clip| clip.channels[0].clone()), warnings)
+}
+
 #[test]
 fn bad_channels_are_left_out_by_name() {
-    let keys = |times: &[f32], values: &[f32]| {
-        let mut file = Builder::triangle();
-        animate(&mut file, json!({"node": 0, "path": "rotation"}), "VEC4", values);
-        let input = file.floats("SCALAR", times);
-        file.json["animations"][0]["samplers"][0]["input"] = json!(input);
-        let found = file.read();
-        assert!(found.motion.is_empty() && found.warnings.len() == 1, "{:?}", found.warnings);
-        found.warnings[0].clone()
-    };
     let turns = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
     for (times, values, words) in [
-        (&[0.0, f32::NAN][..], turns, "the time of key 1 is not finite"),
-        (&[0.5, 0.25], turns, "the time of key 1 is not after that of key 0"),
-        (&[0.0, 1.0, 2.0], turns, "has 8 numbers for 3 keys of 4 each"),
-        (&[0.0, 1.0], [0.0; 8], "a rotation is 0"),
-        (&[0.0, 1.0], [f32::INFINITY; 8], "a value of key 0 is not from -1e18 to 1e18"),
+        (&[f32::NAN, f32::NAN][..], turns, "the time of key 0 is not finite: 2 keys are left out"),
+        (&[0.0, 1.0], [0.0; 8], "the rotation of key 0 is 0: 2 keys are left out"),
+        (&[0.0, 1.0], [f32::INFINITY; 8], "a value of key 0 is not from -1e18 to 1e18: 2 keys"),
     ] {
-        let warning = keys(times, &values);
-        assert!(warning.contains("animation 0 (`wave`), channel 0: ") && warning.contains(words), "{warning}");
+        let (channel, warnings) = keyed("rotation", "VEC4", times, &values);
+        assert_eq!((channel, warnings.len()), (None, 2), "{warnings:?}");
+        assert!(
+            warnings[0].contains("animation 0 (`wave`), channel 0: ") && warnings[0].contains(words),
+            "{warnings:?}"
+        );
+        assert!(warnings[1].contains("has no key that can be played, left out"), "{warnings:?}");
     }
+}
+
+#[test]
+fn the_other_keys_play_where_one_cannot() {
+    const NAN: f32 = f32::NAN;
+    let jump = 1.0f64.next_up();
+    // Values are ten times the number of their key.
+    for (times, kept, played) in [
+        (&[0.0, 1.0, NAN][..], &[0, 1][..], &[0.0, 1.0][..]),
+        (&[NAN, 1.0, 2.0], &[1, 2], &[1.0, 2.0]),
+        (&[0.0, 1.0, 0.5, 2.0], &[0, 2, 3], &[0.0, 0.5, 2.0]),
+        (&[0.0, 5.0, 1.0, 2.0, 3.0], &[0, 2, 3, 4], &[0.0, 1.0, 2.0, 3.0]),
+        (&[0.0, 1.0, 1.0, 2.0], &[0, 1, 2, 3], &[0.0, 1.0, jump, 2.0]),
+        (&[0.0, 1.0, 1.0, 1.0, 2.0], &[0, 1, 3, 4], &[0.0, 1.0, jump, 2.0]),
+        (&[0.0, 1.0, 1.0], &[0, 1, 2], &[0.0, 1.0, jump]),
+        (&[0.0, 0.0, 1.0], &[1, 2], &[0.0, 1.0]),
+        (&[0.0, 0.0], &[1], &[0.0]),
+        (&[3.0, 2.0, 1.0], &[2], &[1.0]),
+    ] {
+        let values: Vec<f32> = (0..times.len()).flat_map(|key| [10.0 * key as f32, 0.0, 0.0]).collect();
+        let (channel, warnings) = keyed("translation", "VEC3", times, &values);
+        let channel = channel.unwrap_or_else(|| panic!("{times:?}: {warnings:?}"));
+        let found: Vec<usize> = channel.values.iter().step_by(3).map(|value| (*value / 10.0) as usize).collect();
+        assert_eq!((found.as_slice(), channel.times.as_slice()), (kept, played), "{times:?}");
+        assert!(warnings.len() == 1 && warnings[0].contains("channel 0: the time of key"), "{times:?}: {warnings:?}");
+    }
+    for times in [&[-0.5, 0.0, 1.0][..], &[10.0, 11.0], &[0.0]] {
+        let (channel, warnings) = keyed("translation", "VEC3", times, &vec![1.0; times.len() * 3]);
+        assert_eq!((channel.map(|own| own.times.len()), warnings.len()), (Some(times.len()), 0), "{warnings:?}");
+    }
+}
+
+#[test]
+fn keys_without_values_and_weights_of_other_counts_are_fitted() {
+    let (channel, warnings) = keyed("translation", "VEC3", &[0.0, 1.0, 2.0], &[1.0; 6]);
+    assert_eq!(channel.map(|own| own.times.len()), Some(2));
+    assert!(warnings[0].contains("has 6 numbers for 3 keys of 3 each: the first 2 keys play"), "{warnings:?}");
+    let weights = |values: &[f32]| {
+        let mut file = Builder::triangle();
+        let more = file.floats("VEC3", &[1.0; 9]);
+        file.primitive("targets", json!([{"POSITION": more}, {"POSITION": more}]));
+        animate(&mut file, json!({"node": 0, "path": "weights"}), "SCALAR", values);
+        let Imported { motion, warnings, .. } = file.read();
+        assert!(warnings.iter().any(|own| own.contains("but its mesh has 2")), "{warnings:?}");
+        motion.clips[0].channels[0].values.clone()
+    };
+    assert_eq!(weights(&[0.25, 0.5]), [0.25, 0.0, 0.5, 0.0]);
+    assert_eq!(weights(&[0.25, 0.5, 1.0, 2.0, 3.0, 4.0]), [0.25, 0.5, 2.0, 3.0]);
+    let mut file = Builder::triangle();
+    animate(&mut file, json!({"node": 0, "path": "translation"}), "VEC3", &[0.0; 6]);
+    file.json["animations"][0]["samplers"][0]["interpolation"] = json!("BEZIER");
+    let found = file.read();
+    assert_eq!(found.motion.clips[0].channels[0].interpolation, Interpolation::Linear);
+    assert!(found.warnings[0].contains("its interpolation is `BEZIER`, played as LINEAR"), "{:?}", found.warnings);
 }
 
 #[test]
@@ -217,14 +275,68 @@ fn a_joint_that_moves_may_be_flat() {
 }
 
 #[test]
-fn a_skin_that_cannot_be_is_left_out_and_a_joint_too_many_is_an_error() {
+fn a_skin_that_cannot_be_and_a_joint_too_many_are_left_out() {
     let mut file = skinned();
     file.json["skins"][0]["joints"] = json!([]);
     let found = file.read();
     assert!(found.warnings[0].contains("skin 0 (`rig`): has no joints"), "{:?}", found.warnings);
     assert_eq!((found.objects[0].skin, found.objects[0].transform.translation.x), (None, 9.0));
     file.json["skins"][0]["joints"] = json!([1]);
-    assert!(file.error().contains("vertex 1 hangs on joint 1, but its skin has 1 joints"), "{}", file.error());
+    let found = file.read();
+    let words = "vertex 1 hangs on joint 1, but its skin has 1 joints: such weights are left out";
+    assert!(found.warnings.iter().any(|own| own.contains(words)), "{:?}", found.warnings);
+}
+
+/// The skinned triangle, whose vertices hang on the second joint by the last of twelve weights alone, by as much.
+fn of_twelve(last: f32) -> Builder {
+    let mut file = skinned();
+    let share = (1.0 - last) / 11.0;
+    for set in 0..3u16 {
+        let joints = file.shorts("VEC4", 3, &[0, 0, 0, u16::from(set == 2)].repeat(3));
+        let heaviest = if set == 2 { last } else { share };
+        let weights = file.floats("VEC4", &[share, share, share, heaviest].repeat(3));
+        file.attribute(&format!("JOINTS_{set}"), joints).attribute(&format!("WEIGHTS_{set}"), weights);
+    }
+    file
+}
+
+#[test]
+fn the_heaviest_of_twelve_joints_move_a_vertex() {
+    let found = of_twelve(0.9).read();
+    let own = found.meshes[0].influences.as_ref().expect("joints");
+    assert_eq!(own.per_vertex, 8);
+    let of_second: f32 =
+        own.joints[..8].iter().zip(&own.weights).filter(|(joint, _)| **joint == 1).map(|(_, own)| own).sum();
+    let expected = 0.9 / (0.9 + 7.0 * 0.1 / 11.0);
+    assert!((of_second - expected).abs() < 1e-6, "{of_second}");
+    let words = "3 vertices hang on more than 8 joints, of which the heaviest move them; vertex 0 loses the most, 3.6%";
+    assert!(found.warnings.iter().any(|warning| warning.contains(words)), "{:?}", found.warnings);
+    // Where only the last set has weights, nothing is lost.
+    let found = of_twelve(1.0).read();
+    assert_eq!(found.warnings, Vec::<String>::new());
+    let own = found.meshes[0].influences.as_ref().expect("joints");
+    assert_eq!(
+        (own.per_vertex, &own.joints[..4], &own.weights[..4]),
+        (4, &[0, 0, 0, 1][..], &[0.0, 0.0, 0.0, 1.0][..])
+    );
+}
+
+#[test]
+fn joints_that_cannot_be_read_hang_a_mesh_on_the_first() {
+    let mut file = skinned();
+    let short = file.floats("VEC4", &[1.0; 4]);
+    file.attribute("WEIGHTS_0", short);
+    let found = file.read();
+    let own = found.meshes[0].influences.as_ref().expect("joints");
+    assert_eq!((own.joints.as_slice(), &own.weights[..5]), (&[0; 12][..], &[1.0, 0.0, 0.0, 0.0, 1.0][..]));
+    assert!(found.warnings.iter().any(|warning| warning.contains("skin's first joint")), "{:?}", found.warnings);
+    // Numbers of joints as floats are read.
+    let mut file = skinned();
+    let joints = file.floats("VEC4", &[1.0, 0.0, 0.0, 0.0].repeat(3));
+    file.attribute("JOINTS_0", joints);
+    let found = file.read();
+    assert_eq!(found.meshes[0].influences.as_ref().expect("joints").joints[0], 1);
+    assert!(found.warnings.iter().any(|own| own.contains("not of an unsigned type")), "{:?}", found.warnings);
 }
 
 #[test]

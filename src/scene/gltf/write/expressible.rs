@@ -1,4 +1,4 @@
-//! The part of a scene that glTF can say, as a scene: still, lit by punctual lights alone, of the metallic-roughness materials that the reader knows.
+//! The part of a scene that glTF can say with this program's extras beside it, as a scene: still, lit by punctual lights alone, of the metallic-roughness materials that the reader knows.
 
 use glam::Vec3;
 
@@ -43,16 +43,17 @@ fn surroundings(scene: &mut Scene, left_out: &mut Vec<String>) {
     let color = |color: Vec3| color.to_array().map(|channel| channel.to_string()).join(", ");
     if scene.environment.is_lit() {
         let nits = color(scene.environment.ambient);
-        left_out.push(format!("ambient light of {nits} nits: the scene's extras have it"));
+        left_out.push(format!("ambient light of {nits} nits: the scene's extras have it, which afterlight reads"));
     }
     if luminance(background) > 0.0 {
-        left_out.push(format!("the background of {} nits: the scene's extras have it", color(background)));
+        let nits = color(background);
+        left_out.push(format!("the background of {nits} nits: the scene's extras have it, which afterlight reads"));
     }
     if scene.sky.is_some() {
         left_out.push("the sky, and its light".into());
     }
     tell(left_out, scene.emitters.len(), "source", "particles are left out");
-    (scene.environment, scene.sky, scene.moment) = (Environment::default(), None, None);
+    (scene.sky, scene.moment) = (None, None);
     scene.emitters.clear();
     scene.settings = SettingsPatch::default();
     scene.fitted = Fitted::default();

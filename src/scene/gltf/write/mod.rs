@@ -69,8 +69,11 @@ pub fn write(scene: Scene, shot: &Shot) -> Result<Exported, Error> {
             scene.name, shot.size[0], shot.size[1]
         )));
     }
-    let environment = scene.environment;
+    let is_dark = scene.lights.is_empty() && scene.sky.is_none();
     let (mut scene, left_out) = expressible::expressible(scene);
+    scene.settings =
+        SettingsPatch { exposure: shot.settings.exposure.or(Some(shot.exposure)), ..shot.settings.clone() };
+    let surroundings = extras(shot, &scene.environment, is_dark);
     if scene.objects.is_empty() {
         return Err(Error::Scene(format!("{}: has no triangle to export", scene.name)));
     }
@@ -78,7 +81,7 @@ pub fn write(scene: Scene, shot: &Shot) -> Result<Exported, Error> {
     let materials = Materials::write(&scene, &mut document)?;
     Nodes { scene: &scene, materials: &materials, aspect: f64::from(shot.size[0]) / f64::from(shot.size[1]) }
         .write(&mut document, json!({ "afterlight": exposure(shot) }));
-    let bytes = document.finish(shot, &environment).map_err(|what| Error::Scene(format!("{}: {what}", scene.name)))?;
+    let bytes = document.finish(shot, surroundings).map_err(|what| Error::Scene(format!("{}: {what}", scene.name)))?;
     // A reader makes smaller levels itself, whichever there were.
     scene.textures.par_iter_mut().for_each(|texture| {
         texture.rgba8_mut();
@@ -119,7 +122,7 @@ impl Document {
     }
 
     /// The bytes of the file.
-    fn finish(&mut self, shot: &Shot, environment: &Environment) -> Result<Vec<u8>, String> {
+    fn finish(&mut self, shot: &Shot, surroundings: Value) -> Result<Vec<u8>, String> {
         let mut asset = json!({ "version": "2.0", "generator": concat!("afterlight ", env!("CARGO_PKG_VERSION")) });
         if let Some(copyright) = &shot.copyright {
             asset["copyright"] = copyright.as_str().into();
@@ -127,7 +130,7 @@ impl Document {
         let mut file = std::mem::take(&mut self.lists);
         file.insert("asset".into(), asset);
         file.insert("scene".into(), 0.into());
-        file.insert("scenes".into(), json!([{ "nodes": self.roots, "extras": extras(shot, environment) }]));
+        file.insert("scenes".into(), json!([{ "nodes": self.roots, "extras": surroundings }]));
         if !self.extensions.is_empty() {
             file.insert("extensionsUsed".into(), json!(self.extensions));
         }
@@ -144,12 +147,13 @@ fn exposure(shot: &Shot) -> Value {
     json!({ "exposure_ev100": number(shot.exposure), "exposure_scale": number(exposure_scale(shot.exposure)) })
 }
 
-/// The same of all that glTF has no words for.
-fn extras(shot: &Shot, environment: &Environment) -> Value {
+/// The same of all that glTF has no words for, as [`surroundings`](super::surroundings) reads it. A scene that is dark by itself says so: without the
+/// word a reader lights what has no light.
+fn extras(shot: &Shot, environment: &Environment, is_dark: bool) -> Value {
     let color = |color: glam::Vec3| color.to_array().map(number);
     let mut extras = exposure(shot);
     extras["size"] = json!(shot.size);
-    if environment.is_lit() {
+    if environment.is_lit() || is_dark {
         extras["ambient_nits"] = json!(color(environment.ambient));
         if let Some(ground) = environment.ground {
             extras["ambient_from_below_nits"] = json!(color(ground));

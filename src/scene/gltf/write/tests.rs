@@ -281,6 +281,56 @@ fn what_gltf_cannot_say_is_told_once_for_each_kind() {
 }
 
 #[test]
+fn every_built_in_scene_is_read_with_its_light_background_and_exposure() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for builtin in crate::scene::builtin::CATALOGUE {
+        let spec = match builtin.name {
+            "hall" => "builtin:hall?bays=3&detail=12".to_owned(),
+            "field" => "builtin:field?objects=100&lights=8".into(),
+            name => format!("builtin:{name}"),
+        };
+        let scene = crate::scene::builtin::open(&spec).unwrap_or_else(|error| panic!("{error}"));
+        let exposure = scene.settings.exposure.unwrap_or_else(|| crate::scene::metered_ev100(&scene));
+        let exported = write(scene.clone(), &Shot { exposure, ..shot() }).unwrap_or_else(|error| panic!("{error}"));
+        let file = folder.path().join("scene.glb");
+        std::fs::write(&file, &exported.bytes).expect("written");
+        let options = crate::scene::OpenOptions::default();
+        let read = crate::scene::open(&file.to_string_lossy(), &options).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(read.warnings, Vec::<String>::new(), "{spec}");
+        assert_eq!((read.environment, read.settings.exposure), (scene.environment, Some(exposure)), "{spec}");
+        assert_eq!(
+            (read.environment, &read.settings),
+            (exported.scene.environment, &exported.scene.settings),
+            "{spec}"
+        );
+        assert!(!read.fitted.camera && !read.fitted.light && !read.fitted.exposure, "{spec}");
+        assert_eq!((read.lights.len(), read.triangle_count()), (scene.lights.len(), scene.triangle_count()), "{spec}");
+        assert_eq!(read.materials, exported.scene.materials, "{spec}");
+    }
+}
+
+#[test]
+fn settings_that_were_said_are_read_and_a_dark_scene_stays_dark() {
+    let open = |scene: Scene, settings: &str| {
+        let shot = Shot { settings: settings.parse().expect("settings"), ..shot() };
+        let exported = write(scene, &shot).unwrap_or_else(|error| panic!("{error}"));
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("scene.glb");
+        std::fs::write(&file, &exported.bytes).expect("written");
+        crate::scene::open(&file.to_string_lossy(), &crate::scene::OpenOptions::default()).expect("a scene")
+    };
+    let read = open(row(vec![plain("one")]), "size=32x16 tonemap=aces bloom=0.1");
+    assert_eq!(read.settings, "size=32x16 exposure=7.3 tonemap=aces bloom=0.1".parse().expect("settings"));
+    let lamp = Material { emissive: Vec3::ONE, ..plain("lamp") };
+    let dark = open(Scene { lights: Vec::new(), ..row(vec![lamp.clone()]) }, "");
+    assert!(dark.lights.is_empty() && !dark.environment.is_lit() && !dark.fitted.light);
+    // Light that glTF lacks is made up for.
+    let beam = LightKind::Beam { position: DVec3::ZERO, direction: DVec3::X, radius: 1.0, edge: 0.1, range: None };
+    let lit = open(Scene { lights: vec![Light::of(beam)], ..row(vec![lamp]) }, "");
+    assert!(lit.lights.len() == 1 && lit.fitted.light && lit.settings.exposure.is_none());
+}
+
+#[test]
 fn a_lambert_surface_is_a_dielectric_that_reflects_nothing() {
     let exported = exported(row(vec![Material { brdf: Brdf::Lambert, metallic: 0.5, ..plain("chalk") }]));
     assert_eq!(exported.left_out, Vec::<String>::new());
