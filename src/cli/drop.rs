@@ -9,7 +9,7 @@ use afterlight::frame::edges::unreported_mutants::{LAYER, Part, reason};
 use afterlight::frame::edges::{self, Absent, Edge, Edges};
 use afterlight::frame::proof::{self, Frames, Hazard};
 use afterlight::frame::{Picture, Pixels, experiment, plan_for};
-use afterlight::gpu::{Device, Instance, InstanceOptions, Message, Validation, vk};
+use afterlight::gpu::{Device, Error, Instance, InstanceOptions, Message, Validation, vk};
 use afterlight::plan::FramePlan;
 use afterlight::scene::{Settings, SettingsPatch};
 
@@ -70,13 +70,13 @@ pub fn run(
     output::print(&text, false)
 }
 
-/// A device under the synchronization layer, and its picture with all dependencies.
+/// The device, watched by the synchronization layer where that is installed, and its picture with all dependencies.
 struct Laboratory<'a> {
     workload: &'a Workload,
     instance: Arc<Instance>,
     device: Arc<Device>,
-    /// The layer's version.
-    layer: u32,
+    /// The layer's version, or why no layer watches.
+    layer: Result<u32, String>,
     settings: Settings,
     plan: FramePlan,
     table: Edges,
@@ -99,14 +99,8 @@ impl<'a> Laboratory<'a> {
         args: &DeviceArgs,
         sync_shader_heuristic: bool,
     ) -> Result<Option<Self>, Failure> {
-        let options = InstanceOptions {
-            validation: Validation::Synchronization,
-            sync_shader_heuristic,
-            ..InstanceOptions::default()
-        };
-        let instance = Instance::new(&options)?;
-        let layer = instance.validation_layer().unwrap_or_default();
-        if sync_shader_heuristic && layer < HEURISTIC {
+        let (instance, layer) = watched(sync_shader_heuristic)?;
+        if sync_shader_heuristic && layer.as_ref().map_or(true, |&layer| layer < HEURISTIC) {
             return Ok(None);
         }
         let device = Device::new(&instance, &args.device.clone().unwrap_or_default())?;
@@ -144,6 +138,23 @@ impl<'a> Laboratory<'a> {
     }
 }
 
+/// An instance under the synchronization layer, with the layer's version; where the layer is not installed or too old for that check, an instance
+/// without it, with the reason. The proof and the picture need no layer.
+fn watched(sync_shader_heuristic: bool) -> Result<(Arc<Instance>, Result<u32, String>), Failure> {
+    let validation = Validation::Synchronization;
+    let options = InstanceOptions { validation, sync_shader_heuristic, ..InstanceOptions::default() };
+    match Instance::new(&options) {
+        Ok(instance) => {
+            let layer = instance.validation_layer().unwrap_or_default();
+            Ok((instance, Ok(layer)))
+        }
+        Err(why @ (Error::MissingLayer { .. } | Error::Unsupported(_))) => {
+            Ok((Instance::new(&InstanceOptions::default())?, Err(why.to_string())))
+        }
+        Err(error) => Err(error.into()),
+    }
+}
+
 fn one(
     name: &str,
     workload: &Workload,
@@ -164,10 +175,14 @@ fn one(
             text.push_str(&described(edge, &hazards, is_verbose));
             let _ = writeln!(text, "The picture on this device: {}\n", difference(&own.picture, &found.picture));
         }
+        let layer = match &own.layer {
+            Ok(layer) => *layer,
+            Err(why) => return Ok(text + &unwatched(edge, why)),
+        };
         let mode = if sync_shader_heuristic { "with its shader heuristic" } else { "as it is by default" };
-        let _ = write!(text, "Layer {}, {mode}:\n{}", version(own.layer), listing(&found, is_verbose));
+        let _ = write!(text, "Layer {}, {mode}:\n{}", version(layer), listing(&found, is_verbose));
         silent = match found.messages.is_empty() {
-            true if !sync_shader_heuristic || silent.is_some() => Some((edge.clone(), own.layer)),
+            true if !sync_shader_heuristic || silent.is_some() => Some((edge.clone(), layer)),
             _ => None,
         };
     }
@@ -194,10 +209,10 @@ fn all(workload: &Workload, variation: &SettingsPatch, args: &DeviceArgs) -> Res
     let own = match Laboratory::open(workload, variation, args, true)? {
         Some(own) => own,
         None => Laboratory::open(workload, variation, args, false)?
-            .ok_or_else(|| Failure::new(Exit::NoVulkan, "there is no validation layer"))?,
+            .ok_or_else(|| Failure::new(Exit::NoVulkan, "frames without a dependency cannot be drawn"))?,
     };
     let mut table = Table::new();
-    let layer = format!("layer {}", version(own.layer));
+    let layer = own.layer.as_ref().map_or("no layer".into(), |&layer| format!("layer {}", version(layer)));
     table.row(["dependency", "by the rules", &layer, "picture", "what may go wrong"]);
     let bar = progress::bar("drawing without each".into(), own.table.iter().count() as u64, false);
     let (mut dropped, mut by_rules, mut by_layer, mut changed) = (0, 0, 0, 0);
@@ -224,7 +239,11 @@ fn all(workload: &Workload, variation: &SettingsPatch, args: &DeviceArgs) -> Res
         table.row([
             edge.name.name().to_owned(),
             if words.is_empty() { "nothing" } else { "hazard" }.to_owned(),
-            if rules.is_empty() { "nothing".to_owned() } else { rules.join(", ") },
+            match &own.layer {
+                Ok(_) if rules.is_empty() => "nothing".to_owned(),
+                Ok(_) => rules.join(", "),
+                Err(_) => "-".to_owned(),
+            },
             if is_other { "changed" } else { "the same" }.to_owned(),
             match words.as_slice() {
                 [] => "nothing: other dependencies order the same".to_owned(),
@@ -234,11 +253,36 @@ fn all(workload: &Workload, variation: &SettingsPatch, args: &DeviceArgs) -> Res
         ]);
     }
     let heading = own.heading("each dependency in turn");
+    let (layer, added) = match &own.layer {
+        Ok(_) => (format!(", and the layer notices {by_layer}"), String::new()),
+        Err(why) => (String::new(), format!("\n{}\n", without_layer(why))),
+    };
     Ok(format!(
-        "{heading}\n{}\nOf {dropped} that can be dropped, the specification's rules need {by_rules}, and the layer notices {by_layer}; \
-         {changed} changed the picture on this device.\n",
+        "{heading}\n{}\nOf {dropped} that can be dropped, the specification's rules need {by_rules}{layer}; \
+         {changed} changed the picture on this device.\n{added}",
         table.render()
     ))
+}
+
+/// What the layer would add to the verdict on all dependencies.
+fn without_layer(why: &str) -> String {
+    format!(
+        "No validation layer watched: {why}. The proof and the picture need none. A layer would add which of its own rules it sees broken \
+         (SYNC-HAZARD-...), a test of the layer; `afterlight ci --mutants` has what layers are known to miss."
+    )
+}
+
+/// What the layer would add to the verdict on one.
+fn unwatched(edge: &Edge, why: &str) -> String {
+    let adds = match reason(edge, Part::Row) {
+        Some(_) => silence(edge, LAYER),
+        None => format!(
+            "Layer {} names its rule (SYNC-HAZARD-...), and how often these frames break it, where they give {} something to order.",
+            version(LAYER),
+            edge.name
+        ),
+    };
+    format!("No validation layer watched: {why}. The verdict above needs none. What a layer would add:\n  {adds}\n")
 }
 
 impl Found {

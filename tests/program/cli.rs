@@ -566,10 +566,26 @@ fn a_dropped_dependency_is_complained_of_and_one_that_is_not_there_is_told() {
     // Layers are looked for elsewhere, but Debian 13's runner names their place itself.
     if std::env::var_os("AFTERLIGHT_RUNNER").is_none() {
         let nowhere = folder.path().join("none");
-        let mut without = program();
-        without.env("VK_LAYER_PATH", &nowhere).env("VK_EXPLICIT_LAYER_PATH", &nowhere).args(inspect("read-back"));
-        let output = without.output().expect("the program starts");
-        assert_eq!(output.status.code(), Some(4), "{}", text(&output.stderr));
-        assert!(text(&output.stderr).contains("VK_LAYER_KHRONOS_validation"), "{}", text(&output.stderr));
+        let without_layer = |name| {
+            let mut without = program();
+            without.env("VK_LAYER_PATH", &nowhere).env("VK_EXPLICIT_LAYER_PATH", &nowhere).args(inspect(name));
+            let output = without.output().expect("the program starts");
+            assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+            text(&output.stdout).to_owned()
+        };
+        // The verdict of the proof and the picture need no layer, and the words are the same.
+        let verdict = |told: &str| told.split("\n\n").nth(1).expect("what may go wrong").to_owned();
+        for (name, adds) in
+            [("gbuffer-to-lighting", "SYNC-HAZARD-"), ("picture-to-host", "No layer is known to notice")]
+        {
+            let told = without_layer(name);
+            assert!(told.contains("VK_LAYER_KHRONOS_validation is not installed"), "{told}");
+            assert!(told.contains("What a layer would add:\n") && told.contains(adds), "{told}");
+            assert!(told.contains("The picture on this device: "), "{told}");
+            assert_eq!(verdict(&told), verdict(&succeed(folder.path(), &inspect(name))));
+        }
+        let told = without_layer("all");
+        assert!(told.contains("the specification's rules need") && !told.contains("the layer notices"), "{told}");
+        assert!(told.lines().any(|line| line.starts_with("gbuffer-to-lighting  hazard")), "{told}");
     }
 }

@@ -164,6 +164,7 @@ fn from_builtin(node: &Node, scene: &mut Scene) -> Result<Imported, Error> {
         textures: built.textures,
         lights: Vec::new(),
         cameras: Vec::new(),
+        surroundings: None,
         motion,
         warnings: built.warnings,
         files: built.files,
