@@ -1,5 +1,6 @@
 //! Baselines: pictures and times of earlier runs on the same driver and device, and the cases that are known to fail. Each device has a folder,
-//! `DIR/DRIVER/DEVICE`.
+//! `DIR/DRIVER/DEVICE`. The folder of a device that is a CPU names its vendor and the width of its vectors too, since pictures of a software driver
+//! may differ between CPUs.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -24,6 +25,16 @@ const TIMES: &str = "times.csv";
 pub struct DeviceKey {
     pub driver: String,
     pub device: String,
+    /// The CPU that draws, as [`cpu_kind`](afterlight::measure::cpu_kind) names it; `None` for other devices.
+    pub cpu: Option<String>,
+}
+
+impl DeviceKey {
+    /// The name of its folder.
+    fn folder(&self) -> String {
+        let cpu = self.cpu.as_ref().map(|cpu| format!(" {cpu}")).unwrap_or_default();
+        key(&format!("{}{cpu}", self.device))
+    }
 }
 
 /// A device's folder.
@@ -31,6 +42,8 @@ pub struct DeviceKey {
 pub struct Baseline {
     folder: PathBuf,
     times: BTreeMap<String, f64>,
+    /// Why nothing of this device is there.
+    missing: Option<String>,
 }
 
 impl Baseline {
@@ -39,7 +52,8 @@ impl Baseline {
     /// # Errors
     /// When its times cannot be read.
     pub fn open(all: &Path, own: &DeviceKey) -> Result<Self, Failure> {
-        let folder = all.join(key(&own.driver)).join(key(&own.device));
+        let folder = all.join(key(&own.driver)).join(own.folder());
+        let missing = (!folder.exists()).then(|| missing(&folder, own));
         let path = folder.join(TIMES);
         let mut times = BTreeMap::new();
         if path.exists() {
@@ -51,7 +65,12 @@ impl Baseline {
                 times.insert(case, ms);
             }
         }
-        Ok(Self { folder, times })
+        Ok(Self { folder, times, missing })
+    }
+
+    /// Returns a sentence about a baseline that has nothing of this device, with what to do; `None` for one that has its folder.
+    pub fn missing(&self) -> Option<&str> {
+        self.missing.as_deref()
     }
 
     /// Returns the cases that are known to fail on the device; none where the file is not there.
@@ -110,6 +129,35 @@ impl Baseline {
     }
 }
 
+/// Explains why a baseline has no `folder` for the device.
+fn missing(folder: &Path, own: &DeviceKey) -> String {
+    let shown = folder.display();
+    let bless = "--bless makes one here";
+    let Some((cpu, driver)) = own.cpu.as_ref().zip(folder.parent()) else {
+        return format!("nothing is compared with the baseline, which has no {shown}: {bless}");
+    };
+    let differ = "pictures of a software driver may differ between CPUs";
+    let unnamed = key(&own.device);
+    if driver.join(&unnamed).exists() {
+        return format!(
+            "nothing is compared with the baseline {}: it is of an older program, which did not name the CPU, and {differ}. If it was made on a CPU \
+             as this one ({cpu}), rename the folder to {shown}; otherwise {bless}",
+            driver.join(&unnamed).display()
+        );
+    }
+    let names = fs::read_dir(driver).into_iter().flatten().flatten().map(|entry| entry.file_name());
+    let names = names.filter_map(|name| name.into_string().ok());
+    let mut others: Vec<String> = names.filter(|name| name.starts_with(&format!("{unnamed}-"))).collect();
+    others.sort();
+    match others.as_slice() {
+        [] => format!("nothing is compared with the baseline, which has no {shown}: {bless}"),
+        others => format!(
+            "nothing is compared with the baseline, which has this driver on other CPUs ({}) and no {shown}: {differ}, and this one is {cpu}; {bless}",
+            others.join(", ")
+        ),
+    }
+}
+
 /// A name as a folder has it: letters and digits, and one dash for all between them.
 fn key(name: &str) -> String {
     let words = name.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
@@ -120,6 +168,44 @@ fn key(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_software_drivers_folder_names_the_cpu_and_another_says_why_it_does_not_match() {
+        let all = tempfile::tempdir().expect("a temporary folder");
+        let of = |cpu: Option<&str>| DeviceKey {
+            driver: "llvmpipe".into(),
+            device: "llvmpipe (LLVM 15.0.6, 256 bits)".into(),
+            cpu: cpu.map(str::to_owned),
+        };
+        let (intel, amd) = (of(Some("Intel, 512-bit vectors")), of(Some("AMD, 256-bit vectors")));
+        let open = |own: &DeviceKey| Baseline::open(all.path(), own).expect("nothing is unreadable");
+        let missing = |own: &DeviceKey| open(own).missing().unwrap_or_default().to_owned();
+        let driver = all.path().join("llvmpipe");
+        assert!(
+            missing(&intel).contains("which has no ") && missing(&intel).contains("--bless"),
+            "{}",
+            missing(&intel)
+        );
+
+        // One of an older program.
+        fs::create_dir_all(driver.join("llvmpipe-llvm-15-0-6-256-bits")).expect("made");
+        let told = missing(&intel);
+        assert!(told.contains("did not name the CPU") && told.contains("Intel, 512-bit vectors"), "{told}");
+        let renamed = "rename the folder to ".to_owned()
+            + &driver.join("llvmpipe-llvm-15-0-6-256-bits-intel-512-bit-vectors").display().to_string();
+        assert!(told.contains(&renamed), "{told}");
+        // A GPU of that name keeps its folder.
+        assert_eq!(open(&of(None)).missing(), None);
+        fs::rename(
+            driver.join("llvmpipe-llvm-15-0-6-256-bits"),
+            driver.join("llvmpipe-llvm-15-0-6-256-bits-intel-512-bit-vectors"),
+        )
+        .expect("renamed");
+        assert_eq!(open(&intel).missing(), None);
+        let told = missing(&amd);
+        assert!(told.contains("on other CPUs (llvmpipe-llvm-15-0-6-256-bits-intel-512-bit-vectors)"), "{told}");
+        assert!(told.contains("this one is AMD, 256-bit vectors"), "{told}");
+    }
 
     #[test]
     fn folders_are_named_after_drivers_and_devices() {

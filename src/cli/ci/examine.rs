@@ -279,7 +279,9 @@ fn against_baseline(case: &Case, place: &Place, picture: &Picture, evidence: &Ev
         Ok(None) if super::evidence::shown(picture).is_none() => {
             report.skip(Check::Picture, "the picture holds linear light");
         }
-        Ok(None) => report.skip(Check::Picture, "the baseline has no picture of this case"),
+        Ok(None) => {
+            report.skip(Check::Picture, baseline.missing().unwrap_or("the baseline has no picture of this case"));
+        }
         Err(why) => report.hold(Check::Picture, false, why),
     }
 }

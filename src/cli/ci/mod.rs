@@ -29,7 +29,8 @@ use std::sync::{Mutex, PoisonError};
 use std::thread::{self, available_parallelism};
 use std::time::{Duration, Instant};
 
-use afterlight::gpu::{DeviceChoice, Instance, InstanceOptions, choose};
+use afterlight::gpu::{DeviceChoice, Instance, InstanceOptions, choose, vk};
+use afterlight::measure::cpu_kind;
 use afterlight::report::sweep::model::Shard;
 use regex::Regex;
 
@@ -157,8 +158,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 fn run_suite(args: &Args) -> Result<(), Failure> {
     if args.mutants {
         let device = args.device.clone().unwrap_or_default();
-        let choice =
-            mutants::Choice { device: &device, only: args.only.as_ref(), shard: args.shard, jobs: jobs(args) };
+        let choice = mutants::Choice { device: &device, only: args.only.as_ref(), shard: args.shard, jobs: jobs(args) };
         return mutants::run(&choice, args.output.as_deref(), args.quiet);
     }
     if args.of_run {
@@ -242,7 +242,8 @@ fn key(choice: &DeviceChoice) -> Result<DeviceKey, Failure> {
     let mut devices = instance.physical_devices()?;
     let index = choose(&devices, choice)?;
     let physical = devices.swap_remove(index);
-    Ok(DeviceKey { driver: physical.driver_name, device: physical.name })
+    let cpu = (physical.kind == vk::PhysicalDeviceType::CPU).then(cpu_kind);
+    Ok(DeviceKey { driver: physical.driver_name, device: physical.name, cpu })
 }
 
 /// The same, found out in a process of its own: a driver that crashes does not end the run.
@@ -337,6 +338,10 @@ fn all(args: &Args, suite: &Suite, cases: &[&Case], folder: &Path) -> Result<(),
     };
     let device = probe(&command, &choice)?;
     let known = Known::of(args, &device)?;
+    let missing = known.baseline.as_ref().and_then(Baseline::missing).filter(|_| !args.bless && !args.quiet);
+    if let Some(why) = missing {
+        output::print(&format!("warning: {why}\n"), true)?;
+    }
     let (working, bundles, curves) = (folder.join(CASES), folder.join(BUNDLES), folder.join(CURVES));
     for own in [&working, &bundles, &curves] {
         remove_own(own)?;
