@@ -385,6 +385,7 @@ fn report(args: &Args, measured: &Measured, search: &Search, chosen: &Attempt) -
         row(&moment.map_or_else(|| camera.clone(), at), &pair.own, &pair.default);
     }
     text += &table.render();
+    text.extend(scene.clocks().map(|words| words + "\n"));
     text.extend(not_measured(args, measured).map(|words| words + "\n"));
     text.extend(Sweep::quick_words(&scene.left_out).map(|words| words + "\n"));
     if let Sink::File(path) = &args.output {

@@ -1,7 +1,8 @@
 //! Numbers about pictures and runs: distributions of times and how sure they are, differences of images, Pareto fronts, orders of
-//! convergence, memory and CPU time of the process. No Vulkan.
+//! convergence, memory and CPU time of the process, the kind of the CPU. No Vulkan.
 
 mod bootstrap;
+mod cpu;
 mod difference;
 mod fit;
 #[cfg(feature = "report")]
@@ -9,10 +10,12 @@ mod flip;
 mod front;
 mod images;
 mod process;
+mod settle;
 mod shard;
 mod statistics;
 
 pub use bootstrap::{GroupedMedian, LEAST_FOR_95, MedianInterval, median_interval};
+pub use cpu::cpu_kind;
 pub use difference::{Difference, RELATIVE_EPSILON, errors, shown_errors};
 pub use fit::{PowerLaw, fit_power_law};
 #[cfg(feature = "report")]
@@ -20,6 +23,7 @@ pub use flip::{FlipMap, PIXELS_PER_DEGREE, flip};
 pub use front::{front, front_probability};
 pub use images::{LinearImage, Mismatch, Srgb8Image};
 pub use process::{cpu_seconds, open_files, peak_memory_bytes, resident_memory_bytes, threads};
+pub use settle::{WarmUp, settle, still_moving};
 pub use shard::Shard;
 pub use statistics::{Distribution, percentile};
 

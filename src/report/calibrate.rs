@@ -8,15 +8,14 @@ use std::sync::Arc;
 use crate::frame::calibration::Calibration;
 use crate::frame::{Error, FrameTimes, Renderer};
 use crate::gpu::{Device, vk};
-use crate::measure::Distribution;
+use crate::measure::{Distribution, WarmUp, settle};
 use crate::plan::{COMPARED, CullingCost, PathCost};
 use crate::scene::{Camera, Culling, LightPath, OpenOptions, Scene, Settings, ShadowSettings, open};
 
 /// Pixels of a measured frame: enough that a GPU's time is theirs, and few enough that a CPU is done in seconds.
 const SIZE: [[u32; 2]; 2] = [[1920, 1080], [480, 270]];
-/// Frames of each contender that count, on GPUs and on CPUs, and those before them.
+/// Frames of each contender that count, on GPUs and on CPUs.
 const ROUNDS: [usize; 2] = [25, 11];
-const WARM_UP: usize = 3;
 
 /// Lights of the scenes for light paths: a few and many that reach everywhere, a few and many of limited reach.
 const UNLIMITED: [u32; 2] = [1, 33];
@@ -55,11 +54,17 @@ impl Contender {
     }
 }
 
-/// Measures the device. `step` is told how much is done of how much.
+/// Measures the device, and returns the warm-up before its frames too: one of clocks that never settled, if there was one. `step` is told how much is
+/// done of how much.
 ///
 /// # Errors
 /// When the device fails, or lacks the memory for five frames of 1920x1080.
-pub fn measure(device: &Arc<Device>, asked: bool, step: &mut dyn FnMut(usize, usize)) -> Result<Calibration, Error> {
+pub fn measure(
+    device: &Arc<Device>,
+    asked: bool,
+    step: &mut dyn FnMut(usize, usize),
+) -> Result<(Calibration, Option<WarmUp>), Error> {
+    let mut warm_up = None;
     let software = device.physical.kind == vk::PhysicalDeviceType::CPU;
     let size = SIZE[usize::from(software)];
     let rounds = ROUNDS[usize::from(software)];
@@ -81,7 +86,7 @@ pub fn measure(device: &Arc<Device>, asked: bool, step: &mut dyn FnMut(usize, us
             }
         };
         let mut own = COMPARED.into_iter().map(contender).collect::<Result<Vec<_>, _>>()?;
-        take_turns(&mut anchor, &mut own, rounds)?;
+        take_turns(&mut anchor, &mut own, rounds, &mut warm_up)?;
         for (path, own) in own.iter().enumerate() {
             ratios[index][path] = own.as_ref().map_or(f64::NAN, |own| own.ratio(&anchor));
         }
@@ -97,7 +102,7 @@ pub fn measure(device: &Arc<Device>, asked: bool, step: &mut dyn FnMut(usize, us
         let scene = open(&format!("builtin:field?objects={count}&lights=1&screens=2"), &OpenOptions::default())?;
         let contender = |culling| of_device(Contender::new(device, &scene, &settings(size, LightPath::Loop, culling)));
         let mut own = [Culling::Cpu, Culling::Gpu].into_iter().map(contender).collect::<Result<Vec<_>, _>>()?;
-        take_turns(&mut anchor, &mut own, rounds)?;
+        take_turns(&mut anchor, &mut own, rounds, &mut warm_up)?;
         by_culling.append(&mut own);
         step(SCENES + index + 1, all);
     }
@@ -105,18 +110,30 @@ pub fn measure(device: &Arc<Device>, asked: bool, step: &mut dyn FnMut(usize, us
     let times_of = |path: usize| ratios.map(|of_scene| of_scene[path] * anchor_ms * 1e9);
     let looped = times_of(0);
     let paths = std::array::from_fn(|path| frames.cost(times_of(path), looped));
-    Ok(Calibration::new(asked, paths, culling_cost(&by_culling)))
+    Ok((Calibration::new(asked, paths, culling_cost(&by_culling)), warm_up))
 }
 
-/// Draws frames of all in turn, so that a slow moment of the machine slows all of them.
-fn take_turns(anchor: &mut Contender, own: &mut [Option<Contender>], rounds: usize) -> Result<(), Error> {
+/// Draws frames of all in turn, so that a slow moment of the machine slows all of them. Stores the warm-up of these frames in `warm_up`, unless clocks
+/// moved in an earlier one.
+fn take_turns(
+    anchor: &mut Contender,
+    own: &mut [Option<Contender>],
+    rounds: usize,
+    warm_up: &mut Option<WarmUp>,
+) -> Result<(), Error> {
     anchor.times.clear();
-    for round in 0..WARM_UP + rounds {
-        for contender in std::iter::once(&mut *anchor).chain(own.iter_mut().flatten()) {
+    let mut all: Vec<&mut Contender> = std::iter::once(&mut *anchor).chain(own.iter_mut().flatten()).collect();
+    let software = all[0].renderer.plan().software;
+    let settled = settle(software, 1, || {
+        all.iter_mut().map(|contender| contender.draw().map(|times| whole(&times))).sum::<Result<f64, Error>>()
+    })?;
+    if warm_up.is_none_or(|before| before.settled) {
+        *warm_up = Some(settled);
+    }
+    for _ in 0..rounds {
+        for contender in &mut all {
             let times = contender.draw()?;
-            if round >= WARM_UP {
-                contender.times.push(times);
-            }
+            contender.times.push(times);
         }
     }
     Ok(())

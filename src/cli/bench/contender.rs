@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use afterlight::frame::{FrameTimes, Renderer};
 use afterlight::gpu::{Device, MemoryKind};
+use afterlight::measure::{WarmUp, settle};
 use afterlight::scene::{Camera, Pose, Scene, Settings};
 
 use crate::cli::failure::Failure;
@@ -49,15 +50,50 @@ impl Contender {
         Ok(())
     }
 
-    /// Draws one frame and waits for it, so that no frame of another contender runs beside it.
-    pub fn draw(&mut self, camera: &Camera, measured: bool) -> Result<(), Failure> {
+    /// Draws one frame and waits for it, so that no frame of another contender runs beside it. Returns its time by the clock that counts, in
+    /// milliseconds.
+    pub fn draw(&mut self, camera: &Camera, measured: bool) -> Result<f64, Failure> {
         self.renderer.render(camera)?;
         let times = self.renderer.wait()?;
+        let own = decisive(&times, self.renderer.plan().software);
         if measured {
             self.times.push(times);
         }
-        Ok(())
+        Ok(own)
     }
+}
+
+/// The device's own time, where it means something.
+pub fn decisive(times: &FrameTimes, software: bool) -> f64 {
+    times.gpu_ms.filter(|_| !software).unwrap_or(times.wall_ms)
+}
+
+/// Draws frames of all in turn until their times have settled.
+pub fn settled(contenders: &mut [&mut Contender], camera: &Camera) -> Result<WarmUp, Failure> {
+    let software = contenders.first().is_none_or(|first| first.renderer.plan().software);
+    settle(software, 1, || {
+        contenders.iter_mut().map(|contender| contender.draw(camera, false)).sum::<Result<f64, Failure>>()
+    })
+}
+
+/// Draws frames of all in turn before they are measured: as many as `--warmup` has, or until their times have settled. Stores this warm-up in `before`,
+/// unless clocks moved in an earlier one.
+pub fn warm_up(
+    contenders: &mut [&mut Contender],
+    camera: &Camera,
+    frames: Option<u32>,
+    before: &mut Option<WarmUp>,
+) -> Result<(), Failure> {
+    for _ in 0..frames.unwrap_or(0) {
+        contenders.iter_mut().try_for_each(|contender| contender.draw(camera, false).map(drop))?;
+    }
+    if frames.is_none() {
+        let settled = settled(contenders, camera)?;
+        if before.is_none_or(|before| before.settled) {
+            *before = Some(settled);
+        }
+    }
+    Ok(())
 }
 
 fn memory_by_kind(device: &Device) -> BTreeMap<MemoryKind, u64> {

@@ -22,6 +22,8 @@ use contender::Contender;
 use report::{BenchReport, SceneReport};
 use walk::Walk;
 
+/// Frames that a clip plays between the settled clocks and the measured frames, without `--warmup`.
+const WARM_UP_FRAMES: u32 = 3;
 /// Clips go on by so much from frame to frame, in seconds.
 const FRAME_SECONDS: f64 = 1.0 / 60.0;
 
@@ -53,9 +55,9 @@ pub struct Args {
     /// Move the camera along a path, a TOML file with [[keys]], while frames are measured: from its start to its end
     #[arg(long, value_name = "FILE", conflicts_with = "plan_cost")]
     path: Option<PathBuf>,
-    /// Frames to draw before measuring, after the first
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = whole::<u32>(0..=1_000_000), allow_negative_numbers = true)]
-    warmup: u32,
+    /// Frames to draw before measuring, after the first [default: until the times of windows of frames agree, as the clocks of an idle GPU rise, and 3]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(0..=1_000_000), allow_negative_numbers = true)]
+    warmup: Option<u32>,
     #[arg(long, value_name = "SETTINGS", value_parser = Variant::parse, help = vary_help())]
     vary: Vec<Variant>,
     /// Measure what each part would cost that the plan leaves out: drawn with it and without it in turn, two at a time
@@ -120,7 +122,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let json_on_stdout = args.json.as_ref().is_some_and(Sink::is_stdout);
     session::with_device(&args.device, |device| {
-        let mut report = BenchReport::new(&device.physical, args.warmup, args.frames);
+        let mut report = BenchReport::new(&device.physical, args);
         for spec in &args.scenes {
             let scene = measure(args, spec, &device)?;
             if !args.quiet {
@@ -160,23 +162,31 @@ fn measure(args: &Args, spec: &str, device: &Arc<Device>) -> Result<SceneReport,
         let settings = Settings { samples: 1, ..workload.settings(&variant.patch, &device.physical)? };
         contenders.push(Contender::new(&variant.name, device, &workload, settings)?);
     }
-    let rounds = args.warmup + args.frames;
+    // Measured frames show the same moments, however long the clocks take to settle.
+    let warmup = args.warmup.unwrap_or(WARM_UP_FRAMES);
+    let rounds = warmup + args.frames;
     let bar = progress::bar(workload.scene.name.clone(), u64::from(rounds), args.quiet);
     let scene = &workload.scene;
     let mut pose = Pose::default();
+    let mut warm_up = None;
     for round in 0..rounds {
         // The warm-up on a path stands at its start.
-        let measured = round.checked_sub(args.warmup);
+        let measured = round.checked_sub(warmup);
         let time = workload.playing.time + f64::from(round) * FRAME_SECONDS;
         scene.motion.pose_into(&workload.playing.with_time(time), &mut pose);
         let own = || scene.looks_through.map_or(scene.camera, |index| pose.camera(scene, index));
         let camera = walk.as_ref().map_or_else(own, |walk| walk.camera(measured.unwrap_or(0)));
         for contender in &mut contenders {
             contender.pose(scene, &pose)?;
+        }
+        if round == 0 && args.warmup.is_none() {
+            warm_up = Some(contender::settled(&mut contenders.iter_mut().collect::<Vec<_>>(), &camera)?);
+        }
+        for contender in &mut contenders {
             contender.draw(&camera, measured.is_some())?;
         }
         bar.step();
     }
     drop(bar);
-    Ok(SceneReport::of(&workload, &contenders, walk.as_ref()))
+    Ok(SceneReport::of(&workload, &contenders, walk.as_ref()).after(warm_up))
 }

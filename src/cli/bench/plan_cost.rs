@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use afterlight::frame::{self, capabilities};
 use afterlight::gpu::{Device, MemoryKind};
-use afterlight::measure::Distribution;
+use afterlight::measure::{Distribution, WarmUp};
 use afterlight::plan::FramePlan;
 use afterlight::scene::{Keep, OptionalPart, Settings};
 use serde::Serialize;
 
-use super::contender::Contender;
+use super::contender::{self, Contender};
 use super::{Args, report::SceneReport};
 use crate::cli::failure::Failure;
 use crate::cli::progress;
@@ -55,9 +55,10 @@ pub fn measure(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result
     let kept = |keep| Settings { keep, ..lean.clone() };
     let mut base = Contender::new("lean", device, workload, lean.clone())?;
     let left_out: Vec<OptionalPart> = OptionalPart::all().filter(|&part| !has(base.renderer.plan(), part)).collect();
-    let rounds = args.warmup + args.frames;
+    let rounds = args.frames;
     let steps = u64::from(rounds) * (1 + left_out.len()) as u64;
     let bar = progress::bar(workload.scene.name.clone(), steps, args.quiet);
+    let mut warm_up = None;
     let mut costs = PlanCost { parts: Vec::new(), same: Vec::new(), refused: Vec::new(), full: None };
     for part in left_out {
         let cost = base.renderer.plan().cost_of(part, &workload.scene, &lean, &capabilities(&device.physical));
@@ -68,7 +69,7 @@ pub fn measure(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result
             Err(refusal) => costs.refused.push((part.name(), refusal.message().to_owned())),
             Ok((cost, mut other)) => {
                 if !cost.same || !draws_the_same(&mut base, &mut other, workload)? {
-                    take_turns(args, &mut base, &mut other, workload, &bar)?;
+                    take_turns(args, [&mut base, &mut other], workload, (&bar, &mut warm_up))?;
                     costs.parts.push(PartCost::of(part.name(), &base, &other));
                     continue;
                 }
@@ -79,13 +80,13 @@ pub fn measure(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result
     }
     let mut contenders = vec![base];
     if let Ok(mut full) = Contender::new("full", device, workload, kept(Keep::ALL)) {
-        take_turns(args, &mut contenders[0], &mut full, workload, &bar)?;
+        take_turns(args, [&mut contenders[0], &mut full], workload, (&bar, &mut warm_up))?;
         costs.full = Some(PartCost::of("full", &contenders[0], &full));
         contenders.push(full);
     } else {
         contenders[0].times.clear();
     }
-    let mut report = SceneReport::of(workload, &contenders, None);
+    let mut report = SceneReport::of(workload, &contenders, None).after(warm_up);
     report.plan_cost = Some(costs);
     Ok(report)
 }
@@ -108,18 +109,17 @@ fn draws_the_same(base: &mut Contender, other: &mut Contender, workload: &Worklo
 /// Draws both in turn; the first of the two changes from round to round.
 fn take_turns(
     args: &Args,
-    base: &mut Contender,
-    other: &mut Contender,
+    mut pair: [&mut Contender; 2],
     workload: &Workload,
-    bar: &progress::Progress,
+    (bar, warm_up): (&progress::Progress, &mut Option<WarmUp>),
 ) -> Result<(), Failure> {
-    base.times.clear();
-    for round in 0..args.warmup + args.frames {
-        let pair: [&mut Contender; 2] =
-            if round % 2 == 0 { [&mut *base, &mut *other] } else { [&mut *other, &mut *base] };
-        for contender in pair {
-            contender.draw(&workload.scene.camera, round >= args.warmup)?;
+    pair[0].times.clear();
+    contender::warm_up(&mut pair, &workload.scene.camera, args.warmup, warm_up)?;
+    for _ in 0..args.frames {
+        for contender in &mut pair {
+            contender.draw(&workload.scene.camera, true)?;
         }
+        pair.swap(0, 1);
         bar.step();
     }
     Ok(())

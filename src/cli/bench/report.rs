@@ -5,9 +5,10 @@ use std::fmt::Write as _;
 
 use afterlight::frame::FrameTimes;
 use afterlight::gpu::PhysicalDevice;
-use afterlight::measure::{Distribution, what_moves};
+use afterlight::measure::{Distribution, WarmUp, what_moves};
 use serde::Serialize;
 
+use super::Args;
 use super::contender::Contender;
 use super::plan_cost::PlanCost;
 use super::walk::{Moment, Walk};
@@ -21,7 +22,8 @@ pub struct BenchReport {
     /// The program's version.
     afterlight: &'static str,
     pub device: DeviceReport,
-    warmup_frames: u32,
+    /// As `--warmup` has it; `null` where frames were drawn until their times had settled.
+    warmup_frames: Option<u32>,
     measured_frames: u32,
     pub scenes: Vec<SceneReport>,
     /// Of the process over all scenes and variants; `null` where the system does not tell.
@@ -45,6 +47,8 @@ pub struct SceneReport {
     load_ms: f64,
     /// With `true` every frame draws all shadow maps; with `false` frames keep them.
     moving: bool,
+    /// Without `--warmup`: how long it took until times had settled; of several batches the last, or one in which they never did.
+    warm_up: Option<WarmUp>,
     /// With `--path`.
     path: Option<PathReport>,
     /// The settings as given first, then the variants in their order; with `--plan-cost` the lean plan and the full one.
@@ -123,7 +127,8 @@ impl DrawnReport {
 }
 
 impl BenchReport {
-    pub fn new(device: &PhysicalDevice, warmup_frames: u32, measured_frames: u32) -> Self {
+    pub fn new(device: &PhysicalDevice, args: &Args) -> Self {
+        let (warmup_frames, measured_frames) = (args.warmup, args.frames);
         let device = DeviceReport {
             name: device.name.clone(),
             kind: format!("{:?}", device.kind),
@@ -137,7 +142,11 @@ impl BenchReport {
 
     /// Returns the text that is printed once, after all scenes.
     pub fn closing_text(&self) -> String {
-        let frames = format!("{} frames each, after {} to warm up", self.measured_frames, self.warmup_frames);
+        let after = match self.warmup_frames {
+            Some(frames) => format!("{frames} to warm up"),
+            None => "a warm-up until their times settle".into(),
+        };
+        let frames = format!("{} frames each, after {after}", self.measured_frames);
         match self.peak_memory_bytes {
             Some(peak) => format!("{frames}; peak memory of the process {}\n", bytes(peak)),
             None => format!("{frames}\n"),
@@ -157,11 +166,17 @@ impl SceneReport {
             lights: scene.lights.len(),
             load_ms: workload.load_ms,
             moving: contenders.first().is_some_and(|first| !first.settings.shadows.cache),
+            warm_up: None,
             path: walk.map(|walk| PathReport { file: walk.file.clone(), seconds: walk.seconds() }),
             runs: contenders.iter().enumerate().map(run).collect(),
             plan_cost: None,
             why: None,
         }
+    }
+
+    /// Adds the warm-up before its frames.
+    pub fn after(self, warm_up: Option<WarmUp>) -> Self {
+        Self { warm_up, ..self }
     }
 
     /// The tables of one scene.
@@ -175,6 +190,7 @@ impl SceneReport {
             milliseconds(self.load_ms),
             if self.path.is_some() && !self.moving { "only the camera moves" } else { what_moves(self.moving) }
         );
+        text.extend(self.warm_up.and_then(|warm_up| warm_up.words()).map(|words| words + "\n"));
         if let Some(costs) = &self.plan_cost {
             let _ = writeln!(text, "{}", costs.text());
         }

@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 use std::sync::Arc;
 
-use afterlight::frame::{FrameTimes, Picture, Pixels, capabilities};
+use afterlight::frame::{Picture, Pixels, capabilities};
 use afterlight::gpu::Device;
 use afterlight::measure::{Distribution, LEAST_FOR_95, MedianInterval, Srgb8Image, median_interval, shown_errors};
 use afterlight::plan::{Capabilities, FramePlan};
@@ -13,7 +13,7 @@ use image::RgbImage;
 use image::imageops::{FilterType, resize};
 use serde::Serialize;
 
-use super::contender::Contender;
+use super::contender::{self, Contender, decisive};
 use super::{Args, report::SceneReport};
 use crate::cli::failure::Failure;
 use crate::cli::progress;
@@ -212,15 +212,20 @@ fn picture(contender: &mut Contender) -> Result<Srgb8Image, Failure> {
     Ok(Srgb8Image::from_rgba(size, &rgba))
 }
 
+/// The settings as given and the held switches.
+fn turn<'a>(base: &'a mut Contender, held: &'a mut [(&Switch, Contender)]) -> Vec<&'a mut Contender> {
+    std::iter::once(base).chain(held.iter_mut().map(|(_, contender)| contender)).collect()
+}
+
 /// Measures one scene.
 pub fn measure(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result<SceneReport, Failure> {
     // Frames are measured, however many of them a picture is made of.
     let given = Settings { samples: 1, ..workload.settings(&SettingsPatch::default(), &device.physical)? };
     let Choice { felt, mut refused } = Choice::of(&workload.scene, &given, &capabilities(&device.physical))?;
     let mut base = Contender::new("as given", device, workload, given)?;
-    let steps = felt.chunks(HELD).count() as u64 * u64::from(args.warmup + args.frames);
+    let steps = felt.chunks(HELD).count() as u64 * u64::from(args.frames);
     let bar = progress::bar(workload.scene.name.clone(), steps, args.quiet);
-    let (mut measured, mut expected) = (Vec::new(), None);
+    let (mut measured, mut expected, mut warm_up) = (Vec::new(), None, None);
     for batch in felt.chunks(HELD) {
         let mut held = Vec::new();
         for (switch, settings) in batch {
@@ -230,14 +235,14 @@ pub fn measure(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result
             }
         }
         let begun = base.times.len();
-        for round in 0..args.warmup + args.frames {
-            let mut turn: Vec<&mut Contender> =
-                std::iter::once(&mut base).chain(held.iter_mut().map(|(_, contender)| contender)).collect();
+        contender::warm_up(&mut turn(&mut base, &mut held), &workload.scene.camera, args.warmup, &mut warm_up)?;
+        for round in 0..args.frames {
+            let mut turn = turn(&mut base, &mut held);
             // The first one changes from round to round.
             let count = turn.len();
             turn.rotate_left(round as usize % count);
             for contender in turn {
-                contender.draw(&workload.scene.camera, round >= args.warmup)?;
+                contender.draw(&workload.scene.camera, true)?;
             }
             bar.step();
         }
@@ -257,14 +262,9 @@ pub fn measure(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result
     drop(bar);
     let software = base.renderer.plan().software;
     let given = Distribution::of(base.times.iter().map(|times| decisive(times, software)));
-    let mut report = SceneReport::of(workload, &[base], None);
+    let mut report = SceneReport::of(workload, &[base], None).after(warm_up);
     report.why = Some(Why::of(given.map(|times| times.median), measured, refused));
     Ok(report)
-}
-
-/// The device's own time, where it means something.
-fn decisive(times: &FrameTimes, software: bool) -> f64 {
-    times.gpu_ms.filter(|_| !software).unwrap_or(times.wall_ms)
 }
 
 impl Why {

@@ -4,6 +4,7 @@ use std::{io, process, thread};
 
 use afterlight::frame::capabilities;
 use afterlight::gpu::{DeviceChoice, PhysicalDevice};
+use afterlight::measure::WarmUp;
 use afterlight::plan::{Basis, COMPARED, CostModel, CullingCost, PathCost};
 use afterlight::report::calibrate;
 use serde::Serialize;
@@ -24,6 +25,9 @@ pub struct CalibrationReport {
     culling: CullingCost,
     /// Objects from which on the device culls, where it can; `null`: it never does.
     many_objects: Option<usize>,
+    /// The warm-up before the frames of `--calibrate`; one that never settled, if there was one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    warm_up: Option<WarmUp>,
 }
 
 /// One path's figures, in picoseconds.
@@ -55,6 +59,7 @@ impl CalibrationReport {
             paths: paths.collect(),
             culling: costs.culling,
             many_objects: (many != usize::MAX).then_some(many),
+            warm_up: None,
         }
     }
 
@@ -99,17 +104,21 @@ pub fn run(device: Option<DeviceChoice>, asked: bool, json: bool) -> Result<(), 
         // Before seconds go into figures that are lost.
         device.physical.calibration_place().map_err(unkept)?;
         let mut bar = None;
-        let measured = calibrate::measure(&device, asked, &mut |_, all| {
+        let (measured, warm_up) = calibrate::measure(&device, asked, &mut |_, all| {
             bar.get_or_insert_with(|| progress::bar("calibrating".into(), all as u64, !asked)).step();
         })?;
         drop(bar);
         let place = measured.keep(&device.physical).map_err(unkept)?;
         let mut physical = device.physical.clone();
         physical.calibration = serde_json::to_vec(&measured).ok();
-        let report = CalibrationReport::of(&physical);
+        let mut report = CalibrationReport::of(&physical);
+        report.warm_up = warm_up;
+        let moving = warm_up.and_then(|warm_up| warm_up.words());
+        let moving =
+            moving.map_or_else(String::new, |words| format!("  {words}: calibrate again while nothing else runs\n"));
         let text = match json {
             true => output::json(&report)?,
-            false => format!("{}\n{}  kept in {}\n", physical.name, report.text(), place.display()),
+            false => format!("{}\n{}{moving}  kept in {}\n", physical.name, report.text(), place.display()),
         };
         output::print(&text, false)
     })

@@ -35,6 +35,7 @@ fn scene_text(scene: &SceneReport, metric: Metric, all: bool) -> String {
         truth.samples,
         what_moves(scene.moving)
     );
+    text.extend(scene.clocks().map(|words| words + "\n"));
     let Some(front) = scene.fronts.iter().find(|front| front.metric == metric && front.truth == Against::Converged)
     else {
         text += "No front by this metric was sought: measure with this --metric, or without --quick.\n";

@@ -96,6 +96,7 @@ fn scene_section(scene: &SceneReport, index: usize, pictures: Pictures) -> Marku
                 (scene.size[0]) " × " (scene.size[1]) " pixels, " (words::counted(scene.triangles, "triangle")) ", "
                 (words::counted(scene.lights, "light")) ", " (words::percent(scene.truth.sky)) " of the pixels sky; truth of "
                 (words::counted(scene.truth.samples as usize, "sample")) " a pixel; times: " (what_moves(scene.moving))
+                @if let Some(clocks) = scene.clocks() { "; " strong { (clocks) } }
             }
             (summary::paragraphs(scene))
             @if !scene.fronts.is_empty() { h3 { "The front" } (front::tabs(scene, index)) }

@@ -23,7 +23,7 @@ pub fn section() -> Markup {
             h3 { "How time was measured" }
             p {
                 "All settings take turns: blocks of pictures are drawn in a random order, over and over, so that a machine that gets warm or \
-                 busy slows all of them alike. Each begins with pictures that are not counted, until its time is steady. The figure is the \
+                 busy slows all of them alike. Each begins with pictures that are not counted, until windows of them agree, since an idle GPU has low clocks. The figure is the \
                  median, its 95% interval comes from resampling the measurements (bootstrap). On a device with a clock of its own that clock \
                  counts; where a CPU draws, the wall clock does, from the start of recording until the picture is done."
             }

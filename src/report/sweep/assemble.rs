@@ -115,6 +115,7 @@ pub fn scene_report(measured: &Measured) -> Option<SceneReport> {
         name: info.name.clone(),
         size: info.size,
         moving: info.moving,
+        clocks_moving: [measured.batches.iter().filter(|batch| batch.rounds.moving).count(), measured.batches.len()],
         triangles: info.triangles,
         lights: info.lights,
         truth: info.truth.clone(),
@@ -196,7 +197,7 @@ mod tests {
         let wall = |wall: f64| Sample { wall, gpu: None, cpu: None };
         let anchor: Vec<Sample> = (0..15).map(|_| wall(10.0 + 3.0 * random.f64())).collect();
         let own = anchor.iter().map(|sample| wall(ratio * sample.wall * (0.999 + 0.002 * random.f64()))).collect();
-        let rounds = Rounds { anchor, others: vec![own] };
+        let rounds = Rounds { anchor, others: vec![own], moving: false };
         let mut measured = Measured { info: Some(info(&sweep())), ..Measured::default() };
         measured.batches = vec![Batch { points: vec!["shadow-size=512".into()], confirms: true, rounds }];
         measured.drawn.insert("default".into(), drawn(0.2));

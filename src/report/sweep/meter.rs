@@ -9,7 +9,7 @@ use super::error::Error;
 use super::families::{name_of, settings_of};
 use super::journal::Drawn;
 use super::model::Attribution;
-use super::timing::{Contender, Effort, Rounds, take_turns};
+use super::timing::{Contender, Effort, Rounds, take_turns, warm_up};
 use crate::frame::{self, plan_for};
 use crate::gpu::Device;
 use crate::measure::Srgb8Image;
@@ -105,10 +105,9 @@ impl Meter for DeviceMeter<'_> {
         let all = std::iter::once(&anchor).chain(points);
         let contender = |point| Contender::new(self.device, self.scene, self.camera, &settings_of(point, self.base));
         let mut contenders = all.map(contender).collect::<Result<Vec<_>, _>>()?;
-        for contender in &mut contenders {
-            contender.warm_up(self.effort.steady_frames)?;
-        }
-        take_turns(contenders.len(), &self.effort, random, |index| contenders[index].draw())
+        let warm_up = warm_up(&mut contenders.iter_mut().collect::<Vec<_>>(), self.effort.steady_frames)?;
+        let rounds = take_turns(contenders.len(), &self.effort, random, |index| contenders[index].draw())?;
+        Ok(Rounds { moving: !warm_up.settled, ..rounds })
     }
 
     fn bytes(&self, point: &SettingsPatch) -> u64 {

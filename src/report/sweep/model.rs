@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Deserializer, Serialize};
 
+use crate::measure::still_moving;
 pub use crate::measure::{MedianInterval as Interval, Shard};
 
 /// Of the JSON's layout: a merge refuses parts of another one.
@@ -42,6 +43,9 @@ pub struct SceneReport {
     pub size: [u32; 2],
     /// With `true` every timed frame draws all shadow maps; with `false` frames keep them.
     pub moving: bool,
+    /// Batches of frames that began before the device's clocks had settled, and all batches.
+    #[serde(default)]
+    pub clocks_moving: [usize; 2],
     pub triangles: usize,
     pub lights: usize,
     pub truth: TruthInfo,
@@ -55,6 +59,14 @@ pub struct SceneReport {
     pub attributions: Vec<Attribution>,
     /// Settings that this device or scene cannot have, and why.
     pub left_out: Vec<LeftOut>,
+}
+
+impl SceneReport {
+    /// Returns a sentence about clocks that had not settled before frames were timed; `None` where they had.
+    pub fn clocks(&self) -> Option<String> {
+        let [moving, batches] = self.clocks_moving;
+        still_moving(moving, batches)
+    }
 }
 
 /// The accuracy of the truth itself.

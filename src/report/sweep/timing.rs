@@ -1,7 +1,7 @@
 //! Times of pictures: renderers take turns, so that a slow moment of the machine slows all of them.
 //!
-//! A batch is a few renderers that are held at once, the settings as given (the anchor) always among them. Each is warmed up until its frames
-//! stop getting faster, for drivers compile late; then rounds begin, each of one picture by each renderer in random order. The measure is the
+//! A batch is a few renderers that are held at once, the settings as given (the anchor) always among them. They are warmed up together until their
+//! frames' times have settled ([`settle`]), for clocks rise and drivers compile late; then rounds begin, each of one picture by each renderer in random order. The measure is the
 //! ratio of a picture's time to that of the anchor in the same round: it is comparable between batches, and between machines of one kind.
 //! Milliseconds are that ratio times the anchor's median over all batches, and as uncertain as both.
 
@@ -14,14 +14,12 @@ use super::error::Error;
 use super::model::{Interval, Timing};
 use crate::frame::{Accumulator, Pixels, Renderer, sample_offset};
 use crate::gpu::Device;
-use crate::measure::{GroupedMedian, LEAST_FOR_95, cpu_seconds, median_interval};
+use crate::measure::{GroupedMedian, LEAST_FOR_95, WarmUp, cpu_seconds, median_interval, settle};
 use crate::scene::{Camera, Scene, Settings};
 
-/// Frames get no more than this much faster from then on.
-const STEADY: f64 = 0.95;
-/// A renderer is as warm as it gets.
-const MOST_WARM_UP_FRAMES: usize = 40;
-const MOST_WARM_UP: Duration = Duration::from_secs(10);
+/// Frames that tell whether the clocks are still as high as after the last warm-up, and the share by which they may be slower.
+const FRAMES_AWAKE: usize = 5;
+const AWAKE: f64 = 1.05;
 /// Rounds that a batch has at least, however slow it is.
 const LEAST_ROUNDS: usize = LEAST_FOR_95;
 /// Rounds of a first look, if they take longer than this.
@@ -52,6 +50,9 @@ impl Sample {
 pub struct Rounds {
     pub anchor: Vec<Sample>,
     pub others: Vec<Vec<Sample>>,
+    /// The clocks had not settled when the rounds began.
+    #[serde(default)]
+    pub moving: bool,
 }
 
 /// The rounds of a batch.
@@ -60,7 +61,7 @@ pub struct Effort {
     pub rounds: usize,
     /// A batch that takes longer has no more rounds.
     pub longest: Duration,
-    /// Frames of which the median must have stopped falling before rounds begin.
+    /// Frames of a window on CPU devices, where rounds begin when the medians of windows have stopped falling.
     pub steady_frames: usize,
 }
 
@@ -74,6 +75,8 @@ pub struct Contender {
     camera: Camera,
     renderer: Renderer,
     software: bool,
+    /// A frame's time when its warm-up had ended, in milliseconds.
+    settled: Option<f64>,
 }
 
 impl Contender {
@@ -88,32 +91,38 @@ impl Contender {
 
     fn of(renderer: Renderer, camera: Camera) -> Self {
         let software = renderer.plan().software;
-        Self { camera, renderer, software }
+        Self { camera, renderer, software, settled: None }
     }
 
     pub fn renderer(&self) -> &Renderer {
         &self.renderer
     }
 
-    /// Draws frames, as many as this.
-    pub fn warm_up_for(&mut self, frames: usize) -> Result<(), Error> {
-        for _ in 0..frames {
-            self.renderer.render(&self.camera)?;
-            self.renderer.wait()?;
-        }
-        Ok(())
+    /// Draws a frame, and returns its time by the clock that counts, in milliseconds.
+    fn frame(&mut self) -> Result<f64, Error> {
+        self.renderer.render(&self.camera)?;
+        let frame = self.renderer.wait()?;
+        Ok(if self.software { frame.wall_ms } else { frame.gpu_ms.unwrap_or(frame.wall_ms) })
     }
 
-    /// Draws frames until they stop getting faster.
-    pub fn warm_up(&mut self, steady_frames: usize) -> Result<(), Error> {
-        let begun = Instant::now();
-        let mut times = Vec::new();
-        while !is_steady(&times, steady_frames) && times.len() < MOST_WARM_UP_FRAMES && begun.elapsed() < MOST_WARM_UP {
-            self.renderer.render(&self.camera)?;
-            let frame = self.renderer.wait()?;
-            times.push(if self.software { frame.wall_ms } else { frame.gpu_ms.unwrap_or(frame.wall_ms) });
+    /// The median time of some frames.
+    fn frames(&mut self, count: usize) -> Result<f64, Error> {
+        let times = (0..count).map(|_| self.frame()).collect::<Result<Vec<f64>, _>>()?;
+        Ok(median(&times))
+    }
+
+    /// Draws frames, as many as this.
+    pub fn warm_up_for(&mut self, frames: usize) -> Result<(), Error> {
+        (0..frames).try_for_each(|_| self.frame().map(drop))
+    }
+
+    /// Returns true if its frames take no longer than after its warm-up: an idle GPU has lowered its clocks meanwhile.
+    pub fn is_awake(&mut self) -> Result<bool, Error> {
+        match self.settled {
+            _ if self.software => Ok(true),
+            Some(settled) => Ok(self.frames(FRAMES_AWAKE)? <= AWAKE * settled),
+            None => Ok(false),
         }
-        Ok(())
     }
 
     /// Draws one picture, of one that is averaged over time all frames since its cut. One of several samples is read back frame by frame and
@@ -157,11 +166,20 @@ impl Contender {
     }
 }
 
-/// Returns true if the last frames are no faster than those before them.
-fn is_steady(times: &[f64], frames: usize) -> bool {
-    let Some(before) = times.len().checked_sub(2 * frames) else { return false };
-    let (before, last) = times[before..].split_at(frames);
-    median(last) >= median(before) * STEADY
+/// Draws frames of all in turn until their times have settled.
+///
+/// # Errors
+/// When the device cannot draw them.
+pub fn warm_up(contenders: &mut [&mut Contender], steady_frames: usize) -> Result<WarmUp, Error> {
+    let software = contenders.first().is_none_or(|first| first.software);
+    let outcome = settle(software, steady_frames, || {
+        contenders.iter_mut().map(|contender| contender.frame()).sum::<Result<f64, _>>()
+    })?;
+    // Only the anchor is asked later whether the clocks have fallen: the others are dropped after their batch.
+    if let Some(first) = contenders.first_mut().filter(|first| !first.software) {
+        first.settled = Some(first.frames(FRAMES_AWAKE)?);
+    }
+    Ok(outcome)
 }
 
 fn median(samples: &[f64]) -> f64 {
@@ -192,7 +210,7 @@ pub fn take_turns<E>(
         }
     }
     let anchor = times.remove(0);
-    Ok(Rounds { anchor, others: times })
+    Ok(Rounds { anchor, others: times, moving: false })
 }
 
 /// The same for a first look: few rounds where they take long, and as many as an interval needs where they do not.
@@ -214,7 +232,7 @@ pub fn glance<E>(
         }
     }
     let anchor = times.remove(0);
-    Ok(Rounds { anchor, others: times })
+    Ok(Rounds { anchor, others: times, moving: false })
 }
 
 fn is_unsure(own: &[Sample], anchor: &[Sample]) -> bool {
@@ -285,13 +303,6 @@ mod tests {
 
     fn wall(wall: f64) -> Sample {
         Sample { wall, gpu: None, cpu: Some(2.0 * wall) }
-    }
-
-    #[test]
-    fn frames_are_steady_when_they_stop_getting_faster() {
-        assert!(!is_steady(&[1.0; 5], 3), "too few to tell");
-        assert!(!is_steady(&[90.0, 80.0, 70.0, 9.0, 8.0, 7.0], 3));
-        assert!(is_steady(&[90.0, 8.0, 7.0, 7.5, 8.0, 7.6, 7.4], 3));
     }
 
     #[test]

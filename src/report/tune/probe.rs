@@ -12,7 +12,7 @@ use crate::report::sweep::accuracy::{Drawing, Shown, Truths, light_by, of_light,
 use crate::report::sweep::families::settings_of;
 use crate::report::sweep::journal::Drawn;
 use crate::report::sweep::model::Metric;
-use crate::report::sweep::timing::{Contender, Effort, Rounds, glance, take_turns};
+use crate::report::sweep::timing::{Contender, Effort, Rounds, glance, take_turns, warm_up};
 use crate::scene::{Camera, Scene, Settings, SettingsPatch};
 
 /// Frames before a first look, on CPU devices and on GPUs: a driver compiles in the first.
@@ -67,7 +67,7 @@ impl<'a> Bench<'a> {
     pub fn elsewhere(&mut self, camera: Camera, truths: Truths) -> Result<Self, Error> {
         let (scene, settings) = (self.scene, self.base.decide());
         let mut anchor = self.anchor()?.beside(scene, camera, &settings)?;
-        anchor.warm_up(self.effort.steady_frames)?;
+        warm_up(&mut [&mut anchor], self.effort.steady_frames)?;
         let Self { device, base, goal, effort, .. } = *self;
         Ok(Self { device, scene, camera, base, truths, goal, effort, anchor: Some(anchor) })
     }
@@ -75,7 +75,7 @@ impl<'a> Bench<'a> {
     fn anchor(&mut self) -> Result<&mut Contender, Error> {
         if self.anchor.is_none() {
             let mut anchor = Contender::new(self.device, self.scene, self.camera, &self.base.decide())?;
-            anchor.warm_up(self.effort.steady_frames)?;
+            warm_up(&mut [&mut anchor], self.effort.steady_frames)?;
             self.anchor = Some(anchor);
         }
         self.anchor.as_mut().ok_or_else(|| Error::Refused("the settings as given are not drawn".into()))
@@ -133,20 +133,24 @@ impl Probe for Bench<'_> {
         let contender = |point| anchor.beside(scene, camera, &settings_of(point, base));
         let mut others = points.iter().map(contender).collect::<Result<Vec<_>, _>>()?;
         for other in &mut others {
-            match look {
-                Look::Glance => other.warm_up_for(WARM_UP_FRAMES[kind])?,
-                Look::Whole => other.warm_up(effort.steady_frames)?,
-            }
+            other.warm_up_for(WARM_UP_FRAMES[kind])?;
+        }
+        // While pipelines were compiled or the CPU rendered truths, an idle GPU has lowered its clocks.
+        let mut moving = false;
+        if look == Look::Whole || !anchor.is_awake()? {
+            let mut all: Vec<&mut Contender> = std::iter::once(&mut *anchor).chain(&mut others).collect();
+            moving = !warm_up(&mut all, effort.steady_frames)?.settled;
         }
         let count = others.len() + 1;
         let draw = |index: usize| match index {
             0 => anchor.draw_frames(frames),
             index => others[index - 1].draw_frames(frames),
         };
-        match look {
+        let rounds = match look {
             Look::Glance => glance(count, random, draw),
             Look::Whole => take_turns(count, &effort, random, draw),
-        }
+        }?;
+        Ok(Rounds { moving, ..rounds })
     }
 
     fn bytes(&self, point: &SettingsPatch) -> u64 {

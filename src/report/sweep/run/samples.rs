@@ -52,7 +52,7 @@ pub fn drawn(error: f64) -> Drawn {
 /// One contender beside an anchor of 10 ms, `ratio` times as slow.
 pub fn rounds(others: usize, ratio: f64) -> Rounds {
     let times = |ms: f64| (0..8).map(|_| Sample { wall: ms, gpu: None, cpu: Some(ms) }).collect::<Vec<_>>();
-    Rounds { anchor: times(10.0), others: vec![times(10.0 * ratio); others] }
+    Rounds { anchor: times(10.0), others: vec![times(10.0 * ratio); others], moving: false }
 }
 
 pub fn point(name: &str, error: f64, ms: f64) -> Point {
@@ -167,7 +167,7 @@ impl Meter for Clockwork {
             noise.map(|ms| Sample { wall: ms, gpu: None, cpu: Some(ms) }).collect()
         };
         let anchor = times(Self::ms(&SettingsPatch::default()));
-        Ok(Rounds { anchor, others: all.into_iter().map(times).collect() })
+        Ok(Rounds { anchor, others: all.into_iter().map(times).collect(), moving: false })
     }
 
     fn bytes(&self, point: &SettingsPatch) -> u64 {

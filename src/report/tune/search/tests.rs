@@ -89,7 +89,7 @@ impl Land {
         let anchor = times(1.0);
         let others = points.iter().map(|&index| times(self.truth[index].0)).collect();
         let points = points.iter().map(name).collect();
-        Record::Batch { scene: 0, batch: Batch { points, confirms, rounds: Rounds { anchor, others } } }
+        Record::Batch { scene: 0, batch: Batch { points, confirms, rounds: Rounds { anchor, others, moving: false } } }
     }
 
     /// Returns all steps, and their measurements; the time is over after `most` of them.
