@@ -124,7 +124,7 @@ impl<'a> App<'a> {
         options: Options<'a>,
         wake: Arc<dyn Fn() + Send + Sync>,
     ) -> Self {
-        let control = CameraControl::new(scene.camera, &scene.bounds());
+        let control = CameraControl::of_scene(&scene);
         let mut subject = Subject::new(scene, settings);
         let player = Player::new(&subject.scene.motion, options.playing.clone(), options.rests);
         subject.player = player.emitting(!subject.scene.emitters.is_empty(), options.rests);

@@ -7,7 +7,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glam::{DQuat, DVec3};
 
-use crate::scene::{Aabb, Camera, ORTHOGRAPHIC_HEIGHT as HEIGHT, Projection};
+use crate::scene::{Aabb, Camera, ORTHOGRAPHIC_HEIGHT as HEIGHT, Projection, Scene};
 
 /// The time constant of all easing, in seconds.
 const EASING: f64 = 0.08;
@@ -59,12 +59,23 @@ pub enum Mode {
     Orbit,
 }
 
+/// A camera, with the distance of the place that it goes around.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    camera: Camera,
+    reach: f64,
+}
+
 /// A camera, where it is going, and the places that it knows.
 #[derive(Debug, Clone)]
 pub struct CameraControl {
     camera: Camera,
-    first: Camera,
+    first: Place,
     mode: Mode,
+    /// The middle of the scene's box.
+    middle: DVec3,
+    /// Half the diagonal of the scene's box, in metres.
+    radius: f64,
     /// In the camera's axes, in metres a second; forward, in e-folds a second, for an orthographic camera.
     velocity: DVec3,
     /// The rest of the turn: to the left, and up, in radians.
@@ -75,7 +86,22 @@ pub struct CameraControl {
     speed: f64,
     /// The distance of the orbit's centre ahead of the camera.
     reach: f64,
-    bookmarks: [Option<Camera>; 9],
+    bookmarks: [Option<Place>; 9],
+}
+
+/// Returns true if a camera looks at a model that stands alone: turning the camera in its place would lose the model from view. A camera in a room
+/// or over a landscape is nearer to the scene's middle than the radius of its box. A fitted camera may be so near as well, where a part of its model
+/// is far from the rest, but stands outside of the box.
+fn stands_before(camera: &Camera, bounds: &Aabb, is_fitted: bool) -> bool {
+    if bounds.is_empty() || !bounds.radius().is_finite() {
+        return false;
+    }
+    let to_middle = bounds.center() - camera.position;
+    let ahead = to_middle.dot(camera.forward());
+    let aside = (to_middle - camera.forward() * ahead).length();
+    let is_inside = camera.position.cmpge(bounds.min).all() && camera.position.cmple(bounds.max).all();
+    let is_apart = if is_fitted { !is_inside } else { to_middle.length() > bounds.radius() };
+    is_apart && ahead > 0.0 && aside <= camera.w(ahead) * camera.half_height()
 }
 
 impl CameraControl {
@@ -83,23 +109,46 @@ impl CameraControl {
     pub fn new(camera: Camera, bounds: &Aabb) -> Self {
         let radius = if bounds.is_empty() { 1.0 } else { bounds.radius() };
         let radius = if radius.is_finite() && radius > 0.0 { radius } else { 1.0 };
-        let to_middle = if bounds.is_empty() { 0.0 } else { (bounds.center() - camera.position).dot(camera.forward()) };
-        Self {
+        let middle = if bounds.is_empty() { camera.position } else { bounds.center() };
+        let mut new = Self {
             camera,
-            first: camera,
+            first: Place { camera, reach: radius },
             mode: Mode::Fly,
+            middle,
+            radius,
             velocity: DVec3::ZERO,
             turn: [0.0; 2],
             zoom: 0.0,
             speed: radius / 5.0,
-            reach: to_middle.max(radius / 10.0),
+            reach: radius,
             bookmarks: [None; 9],
-        }
+        };
+        new.reach = new.reach_of_middle();
+        new.first.reach = new.reach;
+        new
     }
 
-    /// Begins again with another camera. Bookmarks stay.
-    pub fn begin_again(&self, camera: Camera, bounds: &Aabb) -> Self {
-        Self { bookmarks: self.bookmarks, ..Self::new(camera, bounds) }
+    /// Begins with the scene's camera: in an orbit where all that is drawn stands before it, as a single model does, and else in flight.
+    pub fn of_scene(scene: &Scene) -> Self {
+        let bounds = scene.bounds();
+        let is_alone = stands_before(&scene.camera, &bounds, scene.fitted.camera);
+        let mode = if is_alone { Mode::Orbit } else { Mode::Fly };
+        Self { mode, ..Self::new(scene.camera, &bounds) }
+    }
+
+    /// Begins again with the camera of a scene that was read again. Bookmarks stay.
+    pub fn begin_again(&self, scene: &Scene) -> Self {
+        Self { bookmarks: self.bookmarks, ..Self::of_scene(scene) }
+    }
+
+    /// The distance at which the scene's middle lies ahead, or a short one where that is behind.
+    fn reach_of_middle(&self) -> f64 {
+        (self.middle - self.camera.position).dot(self.camera.forward()).max(self.least_reach())
+    }
+
+    /// The least distance that an orbit begins with, or is gone to by keys.
+    fn least_reach(&self) -> f64 {
+        self.radius / 10.0
     }
 
     pub fn camera(&self) -> &Camera {
@@ -132,10 +181,13 @@ impl CameraControl {
         }
     }
 
-    /// From flight to orbit, or back.
+    /// Changes from flight to orbit, or back. The orbit's centre is as far ahead as the scene's middle is now.
     pub fn toggle_orbit(&mut self) {
         self.mode = match self.mode {
-            Mode::Fly => Mode::Orbit,
+            Mode::Fly => {
+                self.reach = self.reach_of_middle();
+                Mode::Orbit
+            }
             Mode::Orbit => Mode::Fly,
         };
     }
@@ -148,18 +200,20 @@ impl CameraControl {
     /// Keeps this place under a number from 0 to 8.
     pub fn bookmark(&mut self, number: usize) {
         if let Some(place) = self.bookmarks.get_mut(number) {
-            *place = Some(self.camera);
+            *place = Some(Place { camera: self.camera, reach: self.reach });
         }
     }
 
     /// Goes to the place of that number. False if there is none.
     pub fn recall(&mut self, number: usize) -> bool {
         let found = self.bookmarks.get(number).copied().flatten();
-        found.map(|camera| self.go(camera)).is_some()
+        found.map(|place| self.go(place)).is_some()
     }
 
-    fn go(&mut self, camera: Camera) {
-        (self.camera, self.velocity, self.turn, self.zoom) = (camera, DVec3::ZERO, [0.0; 2], 0.0);
+    /// With the distance of that place: after a zoom another one would be gone around.
+    fn go(&mut self, Place { camera, reach }: Place) {
+        (self.camera, self.reach) = (camera, reach);
+        (self.velocity, self.turn, self.zoom) = (DVec3::ZERO, [0.0; 2], 0.0);
     }
 
     /// Lets so many seconds pass.
@@ -211,6 +265,11 @@ impl CameraControl {
                 let nearer = self.reach * (1.0 - (-zoomed).exp());
                 self.camera.position += aside + forward * (moved.z + nearer);
                 self.reach -= nearer;
+                if self.mode == Mode::Orbit {
+                    // The centre stays where it is while keys go nearer, until the camera has reached it.
+                    let least = self.least_reach().min(self.reach);
+                    self.reach = (self.reach - moved.z).max(least);
+                }
             }
             Projection::Orthographic { height } => {
                 self.camera.position += aside;
@@ -334,6 +393,77 @@ mod tests {
         assert!((nearer - 20.0 / NOTCH.powi(10)).abs() < 0.01, "{nearer}");
     }
 
+    /// The scene's middle is at the middle of the picture still after this turn.
+    fn turns_around_the_middle(mut control: CameraControl, what: &str) {
+        for _ in 0..5 {
+            control.drag(0.13, 0.07);
+            (0..30).for_each(|_| control.advance(0.05, Held::default()));
+            let to_middle = -control.camera().position.normalize();
+            let off = control.camera().forward().angle_between(to_middle);
+            assert!(off < 1e-6, "{what}: {off} radians off");
+        }
+    }
+
+    #[test]
+    fn an_orbit_is_around_the_middle_after_keys_a_zoom_a_reset_and_a_kept_place() {
+        let mut orbit = control();
+        orbit.toggle_orbit();
+        turns_around_the_middle(orbit.clone(), "at first");
+        let mut nearer = orbit.clone();
+        nearer.advance(0.2, FORWARD);
+        (0..20).for_each(|_| nearer.advance(0.1, Held::default()));
+        assert!(nearer.camera().position.z < 19.5, "W goes nearer");
+        turns_around_the_middle(nearer.clone(), "after W");
+        nearer.bookmark(3);
+        nearer.wheel(12.0);
+        (0..50).for_each(|_| nearer.advance(0.1, Held::default()));
+        turns_around_the_middle(nearer.clone(), "after the wheel");
+        assert!(nearer.recall(3));
+        turns_around_the_middle(nearer.clone(), "at a kept place");
+        nearer.wheel(12.0);
+        (0..50).for_each(|_| nearer.advance(0.1, Held::default()));
+        nearer.reset();
+        turns_around_the_middle(nearer, "after a reset");
+        let mut flown = control();
+        flown.advance(0.25, FORWARD);
+        (0..20).for_each(|_| flown.advance(0.1, Held::default()));
+        flown.toggle_orbit();
+        turns_around_the_middle(flown, "after a flight");
+        // Through the centre, if a key is held so long, and not stuck before it.
+        (0..100).for_each(|_| orbit.advance(0.25, FORWARD));
+        assert!(orbit.camera().position.z < -10.0 && orbit.reach > 0.0, "{}", orbit.camera().position);
+    }
+
+    #[test]
+    fn a_model_that_stands_alone_is_gone_around_and_a_place_is_flown_through() {
+        use crate::scene::{OpenOptions, open};
+        let mode = |scene: &Scene| CameraControl::of_scene(scene).mode();
+        let hall = open("builtin:hall", &OpenOptions::default()).expect("is built in");
+        assert_eq!(mode(&hall), Mode::Fly, "inside");
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let model = folder.path().join("model.obj");
+        std::fs::write(&model, "v -1 0 0\nv 1 0 0\nv 0 2 1\nf 1 2 3\nf 1 3 2\n").expect("a file");
+        let mut alone = open(model.to_str().expect("UTF-8"), &OpenOptions::default()).expect("a model");
+        assert_eq!(mode(&alone), Mode::Orbit, "a fitted camera");
+        // Beside it, and turned away.
+        alone.fitted.camera = false;
+        let at = |position: DVec3, target: DVec3| Camera {
+            projection: Projection::perspective(50.0),
+            ..Camera::looking_at(position, target, DVec3::Y)
+        };
+        let middle = alone.bounds().center();
+        for (camera, expected) in [
+            (at(DVec3::new(0.0, 1.0, 6.0), middle), Mode::Orbit),
+            (at(DVec3::new(0.0, 1.0, 6.0), DVec3::new(0.0, 1.0, 12.0)), Mode::Fly),
+            (at(DVec3::new(0.0, 1.0, 6.0), DVec3::new(6.0, 1.0, 6.0)), Mode::Fly),
+            (at(DVec3::new(0.1, 2.2, 0.6), middle), Mode::Fly),
+        ] {
+            alone.camera = camera;
+            assert_eq!(mode(&alone), expected, "from {} along {}", camera.position, camera.forward());
+        }
+        assert_eq!(mode(&Scene::default()), Mode::Fly, "nothing");
+    }
+
     #[test]
     fn an_orthographic_camera_zooms_by_its_height_and_stays_where_it_is() {
         let mut control = orthographic();
@@ -372,7 +502,7 @@ mod tests {
         assert_eq!(*control.camera(), kept);
         assert!(!control.is_moving(Held::default()), "it stands still there");
         control.reset();
-        assert_eq!(*control.camera(), control.first);
+        assert_eq!(*control.camera(), control.first.camera);
     }
 
     #[test]

@@ -93,10 +93,25 @@ const DARK_MOST: f32 = 1e3;
 /// Milliseconds that the graph of times shows at least.
 const LEAST_MS: f32 = 4.0;
 
-/// Returns true if panels have no room beside each other: then the keys are shown alone, and the selection gives way to the steps of the frame.
+/// Points that the main panel takes from the left, and the selection from the right.
+const BESIDE: [f32; 2] = [420.0, 300.0];
+/// Points that the longest line of the keys takes.
+const KEYS_WIDTH: f32 = 480.0;
+/// Points around the content of a panel, with its title.
+const AROUND: f32 = 80.0;
+/// Points below which the main panel has a bar to go aside by.
+const NARROW: f32 = 360.0;
+
+/// Returns true if panels have no room beside each other: then the selection gives way to the steps of the frame.
 pub fn is_small(context: &Context) -> bool {
     let size = context.content_rect().size();
     size.x < 960.0 || size.y < 600.0
+}
+
+/// Returns true if the keys have no room between the main panel and the selection: then they are shown alone.
+pub fn has_keys_alone(context: &Context) -> bool {
+    let size = context.content_rect().size();
+    size.x < BESIDE[0] + KEYS_WIDTH + BESIDE[1] || size.y < 640.0
 }
 
 impl Controls {
@@ -107,14 +122,19 @@ impl Controls {
     /// Builds the panels that are open.
     pub fn show(&mut self, context: &Context, facts: &Facts, (values, player): (&mut Values, &mut Player)) {
         let is_small = is_small(context);
-        if self.keys && is_small {
+        if self.keys && has_keys_alone(context) {
             return self.show_keys(context);
         }
         if self.shown {
             let window = egui::Window::new("Afterlight").default_pos(pos2(12.0, 12.0)).default_size([330.0, 560.0]);
             let mut shown = true;
             window.open(&mut shown).show(context, |ui| {
-                ScrollArea::vertical().max_height(context.content_rect().height() - 80.0).show(ui, |ui| {
+                let size = context.content_rect().size();
+                let is_narrow = size.x < NARROW;
+                ScrollArea::new([is_narrow, true]).max_height(size.y - AROUND).show(ui, |ui| {
+                    if is_narrow {
+                        ui.set_max_width(NARROW - 50.0);
+                    }
                     panels(ui, facts, (values, player));
                     choose_beside(ui, &mut self.beside);
                     self.asks_truth |= ui.button("compare with the truth (T)").clicked();
@@ -140,16 +160,24 @@ impl Controls {
     }
 
     fn show_keys(&mut self, context: &Context) {
-        // In a large window the panel of the selection is right of it.
-        let (left, right) = if is_small(context) { (12.0, 40.0) } else { (420.0, 300.0) };
-        let room = context.content_rect().size() - Vec2::new(left + right, 80.0);
+        let [left, right] = if has_keys_alone(context) { [12.0, 40.0] } else { BESIDE };
+        let room = (context.content_rect().size() - Vec2::new(left + right, AROUND)).max(Vec2::splat(60.0));
+        let spacing = context.style().spacing.clone();
+        let height = HELP.len() as f32 * (spacing.interact_size.y + spacing.item_spacing.y);
+        // A window that is low and wide has room for two columns. One that is low and narrow gets a bar.
+        let columns = if height > room.y && room.x >= 2.0 * KEYS_WIDTH { 2 } else { 1 };
+        let rows = HELP.len().div_ceil(columns);
         let window = egui::Window::new("Keys").default_pos(pos2(left, 12.0)).resizable(false);
         window.open(&mut self.keys).show(context, |ui| {
-            ScrollArea::both().min_scrolled_width(room.x).max_width(room.x).max_height(room.y).show(ui, |ui| {
-                Grid::new("keys").num_columns(2).show(ui, |ui| {
-                    for (keys, what) in HELP {
-                        ui.strong(*keys);
-                        ui.label(*what);
+            // A window that cannot be resized would be as high as egui's default, whatever room there is.
+            let area = ScrollArea::both().min_scrolled_width(room.x).min_scrolled_height(room.y);
+            area.max_width(room.x).max_height(room.y).show(ui, |ui| {
+                Grid::new("keys").num_columns(2 * columns).show(ui, |ui| {
+                    for row in 0..rows {
+                        for (keys, what) in HELP.iter().skip(row).step_by(rows) {
+                            ui.strong(*keys);
+                            ui.label(*what);
+                        }
                         ui.end_row();
                     }
                 });
@@ -160,20 +188,25 @@ impl Controls {
 
 fn show_selected(ui: &mut Ui, selected: &Selected) {
     let Selected { object, material, triangles, distance, bounds } = selected;
-    Grid::new("selected").num_columns(2).show(ui, |ui| {
-        let rows = [
-            ("object", object.clone()),
-            ("material", material.clone()),
-            ("triangles", triangles.to_string()),
-            ("distance", format!("{distance:.3} m")),
-            ("middle", place(bounds.center())),
-            ("size", place(bounds.size())),
-        ];
-        for (what, value) in rows {
-            ui.label(what);
-            ui.label(value);
-            ui.end_row();
-        }
+    let rows = [
+        ("object", object.clone()),
+        ("material", material.clone()),
+        ("triangles", triangles.to_string()),
+        ("distance", format!("{distance:.3} m")),
+        ("middle", place(bounds.center())),
+        ("size", place(bounds.size())),
+    ];
+    // Long names have several lines: the main panel is beside them.
+    let screen = ui.ctx().content_rect().size();
+    let widest = (screen.x - BESIDE[0] - 40.0).clamp(80.0, 260.0);
+    ScrollArea::vertical().max_height((screen.y - AROUND).max(60.0)).show(ui, |ui| {
+        Grid::new("selected").num_columns(2).max_col_width(widest).show(ui, |ui| {
+            for (what, value) in rows {
+                ui.label(what);
+                ui.label(value);
+                ui.end_row();
+            }
+        });
     });
 }
 
@@ -458,12 +491,11 @@ mod tests {
 
     use super::*;
     use crate::scene::{Falloff, LightKind, SettingsPatch};
-    use crate::window::overlay::fonts;
+    use crate::window::overlay::context;
 
     #[test]
     fn every_setting_of_the_panel_has_its_row_and_none_changes_by_itself() {
-        let context = Context::default();
-        context.set_fonts(fonts());
+        let context = context();
         // No row has its default but may be anything that a file says.
         let mut settings =
             "anisotropy=5 gbuffer=fat,normal=rgb10a2 msaa=4 shadow-normal-offset=3".parse::<SettingsPatch>();
@@ -493,9 +525,8 @@ mod tests {
     }
 
     /// The rectangles of the panels that are open in a window of this size, with their names.
-    fn open_panels(size: Vec2, keys: bool, is_stepping: bool) -> Vec<(&'static str, egui::Rect)> {
-        let context = Context::default();
-        context.set_fonts(fonts());
+    fn open_panels(size: Vec2, keys: bool, is_stepping: bool, name: &str) -> Vec<(&'static str, egui::Rect)> {
+        let context = context();
         let mut values = Values { settings: Settings::default(), exposure: 9.0, lights: Vec::new(), roughness: None };
         let mut controls = Controls { shown: true, keys, ..Controls::default() };
         let bounds = Aabb { min: DVec3::splat(-1234.5), max: DVec3::splat(987.654) };
@@ -515,8 +546,8 @@ mod tests {
                 error: None,
                 is_comparing: !is_stepping,
                 selected: Some(Selected {
-                    object: "a column with a long name".into(),
-                    material: "a material with a name as long".into(),
+                    object: name.into(),
+                    material: format!("material of {name}"),
                     triangles: 123_456,
                     distance: 1234.5,
                     bounds,
@@ -541,15 +572,16 @@ mod tests {
 
     #[test]
     fn panels_do_not_overlap_in_a_small_window_nor_leave_it() {
-        for size in [Vec2::new(640.0, 360.0), Vec2::new(1280.0, 720.0)] {
+        let sizes = [[640.0, 360.0], [960.0, 600.0], [1280.0, 720.0], [1280.0, 800.0], [2560.0, 1440.0]];
+        for size in sizes.map(Vec2::from) {
             for (keys, is_stepping) in [(false, false), (false, true), (true, false)] {
-                let panels = open_panels(size, keys, is_stepping);
+                let panels = open_panels(size, keys, is_stepping, "a column with a long name");
                 let names: Vec<&str> = panels.iter().map(|&(name, _)| name).collect();
                 match (keys, is_stepping) {
                     (false, false) => assert_eq!(names, ["Afterlight", "Selected", "Error"]),
-                    (true, false) if size.x < 960.0 => assert_eq!(names, ["Keys"]),
+                    (true, false) if size.x < 1200.0 => assert_eq!(names, ["Keys"]),
                     (true, _) => assert_eq!(names, ["Afterlight", "Selected", "Error", "Keys"]),
-                    (false, true) => assert_eq!(names.contains(&"Selected"), size.x > 960.0, "{names:?}"),
+                    (false, true) => assert_eq!(names.contains(&"Selected"), size.x >= 960.0, "{names:?}"),
                 }
                 let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, size);
                 for (index, (name, own)) in panels.iter().enumerate() {
@@ -561,6 +593,67 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn each_panel_stays_in_a_tiny_window_and_with_any_name() {
+        let name = "a name of many words that an exporter has made of all the layers that were once around the object in a file ".repeat(2);
+        for size in [[400.0, 260.0], [640.0, 360.0]].map(Vec2::from) {
+            for (keys, is_stepping) in [(false, false), (false, true), (true, false)] {
+                for (panel, own) in open_panels(size, keys, is_stepping, &name) {
+                    let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, size);
+                    assert!(screen.contains_rect(own), "{panel} is at {own:?} of {size:?}");
+                }
+            }
+        }
+    }
+
+    /// The lines of the keys that are seen in a window of this size, after the wheel has gone this far down over them.
+    fn seen_keys(size: Vec2, wheel: f32) -> Vec<&'static str> {
+        let context = context();
+        let mut controls = Controls { keys: true, ..Controls::default() };
+        let mut seen = Vec::new();
+        for frame in 0..30 {
+            let mut events = vec![egui::Event::PointerMoved(pos2(100.0, 100.0))];
+            if frame == 5 && wheel != 0.0 {
+                let delta = Vec2::new(0.0, -wheel);
+                let (unit, modifiers) = (egui::MouseWheelUnit::Point, egui::Modifiers::NONE);
+                events.push(egui::Event::MouseWheel { unit, delta, modifiers });
+            }
+            let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, size);
+            let time = Some(f64::from(frame) * 0.1);
+            let input = egui::RawInput { screen_rect: Some(screen), time, events, ..Default::default() };
+            let output = context.run(input, |context| controls.show_keys(context));
+            let texts: Vec<String> = output
+                .shapes
+                .iter()
+                .filter_map(|own| match &own.shape {
+                    Shape::Text(text) if own.clip_rect.intersect(screen).contains_rect(text.visual_bounding_rect()) => {
+                        Some(text.galley.text().to_owned())
+                    }
+                    _ => None,
+                })
+                .collect();
+            let is_seen = |what: &&str| texts.iter().any(|text| text == what);
+            seen = HELP.iter().map(|&(_, what)| what).filter(is_seen).collect();
+        }
+        seen
+    }
+
+    #[test]
+    fn all_keys_are_seen_at_once_in_usual_windows_and_by_the_wheel_in_small_ones() {
+        let all: Vec<&str> = HELP.iter().map(|&(_, what)| what).collect();
+        for size in
+            [[1280.0, 720.0], [1280.0, 800.0], [1024.0, 768.0], [800.0, 640.0], [1366.0, 500.0], [3840.0, 2160.0]]
+        {
+            assert_eq!(seen_keys(size.into(), 0.0), all, "{size:?}");
+        }
+        let small = Vec2::new(640.0, 360.0);
+        let (first, last) = (seen_keys(small, 0.0), seen_keys(small, 2000.0));
+        assert!(first.contains(&all[0]) && last.contains(&all[all.len() - 1]), "{first:?} {last:?}");
+        assert!(all.iter().all(|what| {
+            [seen_keys(small, 130.0), seen_keys(small, 260.0), first.clone(), last.clone()].concat().contains(what)
+        }));
     }
 
     #[test]

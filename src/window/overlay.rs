@@ -37,8 +37,7 @@ pub struct Taken {
 
 impl Overlay {
     pub fn new(window: &Window, largest_texture: u32) -> Self {
-        let context = egui::Context::default();
-        context.set_fonts(fonts());
+        let context = context();
         let scale = Some(window.scale_factor() as f32);
         let largest = Some(largest_texture as usize);
         let state = egui_winit::State::new(context.clone(), ViewportId::ROOT, window, scale, None, largest);
@@ -134,8 +133,17 @@ impl Overlay {
     }
 }
 
+/// A context with the fonts and the style of all panels.
+pub(super) fn context() -> egui::Context {
+    let context = egui::Context::default();
+    context.set_fonts(fonts());
+    // egui's own bars appear under the mouse only: nothing would tell that a panel goes on below.
+    context.all_styles_mut(|style| style.spacing.scroll = egui::style::ScrollStyle::solid());
+    context
+}
+
 /// Letters, and letters of one width. egui's own choice adds 0.7 MB of emoji, which nothing here shows.
-pub(super) fn fonts() -> FontDefinitions {
+fn fonts() -> FontDefinitions {
     let mut fonts = FontDefinitions::empty();
     let faces = [("letters", UBUNTU_LIGHT, FontFamily::Proportional), ("code", HACK_REGULAR, FontFamily::Monospace)];
     for (name, bytes, family) in faces {

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use egui::{ComboBox, Slider, Ui};
+use egui::{ComboBox, Slider, SliderClamping, Ui};
 
 use crate::frame::{self, Presenter};
 use crate::scene::{ClipChoice, Motion, Playing, Pose, Scene};
@@ -65,9 +65,13 @@ impl Player {
         self.advanced = None;
     }
 
-    /// Plays, or pauses.
+    /// Plays or pauses. Clips that have come to their end begin again.
     pub fn toggle(&mut self, motion: &Motion) {
-        self.runs = !self.runs && (self.emits || motion.duration(&self.playing.clips) > 0.0);
+        let duration = motion.duration(&self.playing.clips);
+        self.runs = !self.runs && (self.emits || duration > 0.0);
+        if self.runs && !self.playing.looped && !self.emits && self.playing.time >= duration {
+            self.scrub(0.0);
+        }
         self.advanced = None;
     }
 
@@ -118,6 +122,12 @@ impl Player {
         if self.runs {
             let since = self.advanced.replace(now).map_or(0.0, |last| now.duration_since(last).as_secs_f64());
             self.scrub(self.playing.time + since.min(LONGEST));
+            let duration = motion.duration(&self.playing.clips);
+            if !self.playing.looped && !self.emits && self.playing.time >= duration {
+                // All clips stay at their ends: further frames would show the same.
+                self.scrub(duration);
+                self.runs = false;
+            }
         }
         if self.is_new {
             motion.pose_into(&self.playing, &mut self.pose);
@@ -161,13 +171,20 @@ impl Player {
         if duration > 0.0 {
             let mut time = if self.playing.looped { self.playing.time.rem_euclid(duration) } else { self.playing.time };
             let before = time;
-            ui.add(Slider::new(&mut time, 0.0..=duration).text("s ([ and ])").fixed_decimals(3));
+            ui.add(moment(&mut time, duration).text("s ([ and ])"));
             if time != before {
                 self.runs = false;
                 self.scrub(time);
             }
         }
     }
+}
+
+/// A slider for a moment of a clip that shows milliseconds. A slider of fixed decimals would write the rounded moment back in each frame, as if the
+/// user had moved it, and one that clamps a moment beyond the clip's end.
+fn moment(time: &mut f64, duration: f64) -> Slider<'_> {
+    let slider = Slider::new(time, 0.0..=duration).clamping(SliderClamping::Edits);
+    slider.custom_formatter(|seconds, _| format!("{seconds:.3}"))
 }
 
 /// Returns the choices of clips, by name.
@@ -204,6 +221,76 @@ mod tests {
         // A frame that took long is no leap.
         player.advance(at(99_000), &motion);
         assert!((player.playing.time - 0.15 - LONGEST).abs() < 1e-9);
+    }
+
+    /// Shows the panel of clips once, in a window, at a mouse that does this.
+    fn show(context: &egui::Context, player: &mut Player, motion: &Motion, events: Vec<egui::Event>) {
+        let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::Vec2::new(400.0, 300.0));
+        let input = egui::RawInput { screen_rect: Some(screen), events, ..Default::default() };
+        let _ = context.run(input, |context| {
+            egui::CentralPanel::default().show(context, |ui| player.panel(ui, motion));
+        });
+    }
+
+    #[test]
+    fn a_panel_that_nobody_touches_changes_no_moment_and_a_dragged_slider_does() {
+        let motion = builtin::open("seaweed?count=2").expect("built in").motion;
+        let context = crate::window::overlay::context();
+        // A moment between milliseconds, one that wraps, and one beyond the end of clips that do not.
+        for (time, looped) in [(1.234_567_891, true), (12.0 * 7.0 + 0.000_123, true), (99.000_07, false)] {
+            let playing = Playing { looped, ..Playing::at(time) };
+            let mut player = Player { playing, runs: true, ..Player::default() };
+            for _ in 0..3 {
+                show(&context, &mut player, &motion, Vec::new());
+            }
+            assert_eq!((player.playing.time, player.runs()), (time, true), "looped: {looped}");
+        }
+        // The slider is the last line of the panel: a drag across each line from below meets it first.
+        let mut player = Player { playing: Playing::at(1.234_567_891), runs: true, ..Player::default() };
+        for line in (0..30).rev() {
+            let place = |x: f32| egui::pos2(x, line as f32 * 4.0);
+            let button = |pos, pressed| egui::Event::PointerButton {
+                pos,
+                button: egui::PointerButton::Primary,
+                pressed,
+                modifiers: egui::Modifiers::NONE,
+            };
+            let moved = |x| egui::Event::PointerMoved(place(x));
+            for events in [
+                vec![moved(70.0)],
+                vec![button(place(70.0), true)],
+                vec![moved(80.0)],
+                vec![button(place(80.0), false)],
+            ] {
+                show(&context, &mut player, &motion, events);
+            }
+            if player.playing.time != 1.234_567_891 {
+                break;
+            }
+            player.runs = true;
+        }
+        assert!(player.playing.time > 2.0 && !player.runs(), "at {} s", player.playing.time);
+    }
+
+    #[test]
+    fn clips_that_are_not_looped_end_rest_and_begin_again() {
+        let motion = builtin::open("seaweed?count=2").expect("built in").motion;
+        let duration = motion.duration(&ClipChoice::All);
+        let playing = Playing { looped: false, ..Playing::at(duration - 0.05) };
+        let mut player = Player::new(&motion, playing, false);
+        let begin = Instant::now();
+        player.advance(begin, &motion);
+        assert!(player.runs());
+        player.advance(begin + Duration::from_millis(100), &motion);
+        assert_eq!((player.playing.time, player.runs()), (duration, false), "the last moment is shown");
+        player.toggle(&motion);
+        assert_eq!((player.playing.time, player.runs()), (0.0, true));
+        // Particles go on without end.
+        let mut player =
+            Player::new(&motion, Playing { looped: false, ..Playing::at(duration) }, false).emitting(true, false);
+        player.advance(begin, &motion);
+        player.advance(begin + Duration::from_millis(100), &motion);
+        assert!(player.runs() && player.playing.time > duration);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use winit::event::WindowEvent;
 use winit::window::Window;
 
 use super::clock::Clock;
-use super::controls::{Controls, Facts, Selected, Values, is_small};
+use super::controls::{Controls, Facts, Selected, Values, has_keys_alone};
 use super::faults::Faults;
 use super::marks::{HeatMap, draw_box};
 use super::oracle::{Answer, Drawn, ErrorMap, Oracle, Question};
@@ -144,7 +144,7 @@ impl UserInterface {
             }
             controls.show(context, &facts, (&mut after, &mut *player));
             faults.show(context);
-            if !(controls.keys && is_small(context)) {
+            if !(controls.keys && has_keys_alone(context)) {
                 stepper.panel(context, scene, &drawn);
             }
         });

@@ -32,13 +32,12 @@ impl App<'_> {
                         (self.options.tell)(&format!("warning: {warning}"));
                     }
                     (self.options.tell)(&format!("scene: read again, {} objects", scene.objects.len()));
-                    let camera = scene.camera;
                     if interface.renew(presenter, &mut self.subject, (scene, settings)) {
                         // Records the camera's place until now: it jumps from there.
                         if let Some(recording) = &mut self.recording {
                             recording.take(Instant::now(), *self.control.camera());
                         }
-                        let new = self.control.begin_again(camera, &self.subject.scene.bounds());
+                        let new = self.control.begin_again(&self.subject.scene);
                         self.control_before.get_or_insert(std::mem::replace(&mut self.control, new));
                     }
                     self.unfit = true;

@@ -162,24 +162,28 @@ impl Stepper {
         let window = egui::Window::new("Frame steps").pivot(Align2::RIGHT_TOP).default_pos(right_top);
         let (mut open, mut wish) = (true, self.wish);
         window.default_width(width).open(&mut open).show(context, |ui| {
-            present(ui, shown, scene, drawn);
-            ui.horizontal(|ui| {
-                for (text, own) in [
-                    ("back (,)", Wish::Turn { back: true }),
-                    ("on (.)", Wish::Turn { back: false }),
-                    ("whole frame (Esc)", Wish::End),
-                ] {
-                    if ui.button(text).clicked() {
-                        wish = Some(own);
+            // In a low window all of it goes up and down, and not the list alone.
+            let whole = ScrollArea::vertical().id_salt("panel").max_height(screen.height() - 80.0);
+            whole.auto_shrink([false, true]).show(ui, |ui| {
+                present(ui, shown, scene, drawn);
+                ui.horizontal_wrapped(|ui| {
+                    for (text, own) in [
+                        ("back (,)", Wish::Turn { back: true }),
+                        ("on (.)", Wish::Turn { back: false }),
+                        ("whole frame (Esc)", Wish::End),
+                    ] {
+                        if ui.button(text).clicked() {
+                            wish = Some(own);
+                        }
                     }
-                }
-            });
-            ui.separator();
-            let height = (context.content_rect().height() - 320.0).max(60.0);
-            ScrollArea::vertical().max_height(height).auto_shrink([false, true]).show(ui, |ui| {
-                if let Some(place) = list(ui, shown, scene, self.is_new) {
-                    wish = Some(Wish::Show(place));
-                }
+                });
+                ui.separator();
+                let height = (screen.height() - 320.0).max(60.0);
+                ScrollArea::vertical().max_height(height).auto_shrink([false, true]).show(ui, |ui| {
+                    if let Some(place) = list(ui, shown, scene, self.is_new) {
+                        wish = Some(Wish::Show(place));
+                    }
+                });
             });
         });
         self.wish = if open { wish } else { Some(Wish::End) };

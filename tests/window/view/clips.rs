@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::harness::{SIZE, Server, View, key, rendered, rgb, size_text};
+use super::harness::{SIZE, Server, View, key, rendered, rgb, size_text, until};
 
 /// A block that goes to and fro and turns under a lamp that grows, for two seconds.
 const SCENE: &str = r##"
@@ -75,5 +75,32 @@ fn clips_rest_at_a_moment_play_pause_and_are_picked() {
     view.waits_to_tell("screenshot: ");
     let kept = rgb(&view.folder.path().join("afterlight-0001.png"));
     view.shows(&kept, "after the screenshot");
+    view.closes_well();
+}
+
+/// A moving scene's clips go on under the panels, and when they are closed again.
+#[test]
+fn panels_that_are_opened_do_not_stop_clips() {
+    let (server, folder) = (Server::start(), tempfile::tempdir().expect("a temporary folder"));
+    let path = folder.path().join("move.toml");
+    fs::write(&path, SCENE).expect("a file");
+    // As high as the panel with its section of clips.
+    let mut view = View::open(&server, &[path.to_str().expect("UTF-8"), "--size", "480x680"]);
+    let playing = |view: &mut View| {
+        for _ in 0..3 {
+            // Right of the panels, where the block moves.
+            let before = view.part([400, 0], [80, 680]);
+            until("the clip goes on", || (view.part([400, 0], [80, 680]) != before).then_some(()));
+        }
+    };
+    playing(&mut view);
+    server.tap(key::G);
+    let covered = view.part([20, 20], [200, 200]);
+    until("the panels", || (view.part([20, 20], [200, 200]) != covered).then_some(()));
+    playing(&mut view);
+    server.tap(key::G);
+    playing(&mut view);
+    server.tap(key::ENTER);
+    view.waits_to_tell("clips: all rests at");
     view.closes_well();
 }
