@@ -133,6 +133,7 @@ pub fn scene(name: &str, seed: u64) -> SceneReport {
         points,
         families,
         default: 0,
+        clocks_moving: [0, 3],
         attributions: vec![attribution()],
         left_out: vec![
             LeftOut { name: "msaa=8".to_owned(), reason: "the device has no more than 4 samples a pixel".to_owned() },
