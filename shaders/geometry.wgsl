@@ -47,6 +47,8 @@ override RECEIVES: bool = true;
 override NORMAL_ENCODING: u32 = 0u;
 // Codes of a channel that holds half an octahedral geometric normal; 0 where none does.
 override GEOMETRIC_STEPS: f32 = 255.0;
+// A pass reads geometric normals that differ from the shading ones; false where their channels are kept without that need.
+override NORMALS_DIFFER: bool = true;
 // The material's roughness channel holds a shininess instead.
 override PHONG: bool = false;
 #ifdef SPECULAR
@@ -296,8 +298,10 @@ fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Gbuffer {
     out.material = vec4(stored_roughness, point.metallic, 0.0, 0.0);
     if GEOMETRIC_STEPS > 0.0 {
         var plane = to_unorm(octahedral(geometric * facing), GEOMETRIC_STEPS);
-        // Only shadows need the geometric normal. Its codes never reach 1, which says that there is none.
+        // Only shadows need the geometric normal. Its codes never reach 1. In the first channel 1 says that the surface receives no shadow; in
+        // the second one, that the geometric normal is the shading one, whose target holds it in more bits.
         plane.x = select(1.0, plane.x, RECEIVES);
+        plane.y = select(plane.y, 1.0, !NORMALS_DIFFER || !RECEIVES || all(normal == geometric));
         out.material = vec4(stored_roughness, point.metallic, plane);
     // ANCHOR_END: store
     }

@@ -254,19 +254,6 @@ fn samples_agree(center: vec2<f32>) -> bool {
     return same;
 }
 
-// The depth of a sample, or of a pixel whose samples agree: their mean, which is the depth at its centre.
-fn depth_of(part: Part, round: u32) -> f32 {
-    let center = vec2<f32>(part.pixel) + 0.5;
-    let own = sample_depth(center, part.sample);
-    if round > 0u {
-        return own;
-    }
-    var differences = 0.0;
-    for (var i = 1u; i < SAMPLES; i++) {
-        differences += sample_depth(center, i) - own;
-    }
-    return own + differences / f32(SAMPLES);
-}
 #else
 fn load_depth(center: vec2<f32>) -> f32 {
     return textureLoad(stored_depth, vec2<u32>(center), 0);
@@ -274,10 +261,6 @@ fn load_depth(center: vec2<f32>) -> f32 {
 
 fn triangle_at(part: Part) -> u32 {
     return textureLoad(stored_triangle, part.pixel, 0).x;
-}
-
-fn depth_of(part: Part, round: u32) -> f32 {
-    return load_depth(part.place);
 }
 #endif
 #endif
@@ -314,7 +297,7 @@ fn lit(part: Part, round: u32, tile: Tile, thread: u32) -> Lit {
 #ifdef VISIBILITY
     if part.shows {
         let hit = hit_of(triangle_at(part), part.place);
-        let seen = seen_at(hit, part.place, depth_of(part, round));
+        let seen = seen_at(hit, part.place);
         texel = seen.texel;
         light.emissive = seen.emissive;
     }

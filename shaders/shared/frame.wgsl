@@ -119,7 +119,11 @@ fn depth_at(distance: f32) -> f32 {
 
 // The place at a depth, relative to the camera, in metres.
 fn position_at(pixel: vec2<f32>, depth: f32) -> vec3<f32> {
-    let distance = distance_at(depth);
+    return place_at(pixel, distance_at(depth));
+}
+
+// The place at a distance along the view axis.
+fn place_at(pixel: vec2<f32>, distance: f32) -> vec3<f32> {
     if ORTHOGRAPHIC {
         return across(pixel) + frame.forward * distance;
     }

@@ -349,9 +349,10 @@ fn load_texel(pixel: vec2<f32>, normal_encoding: u32, geometric_steps: f32) -> T
     // 0 where the target has one channel.
     texel.metallic = stored.material.g;
     if geometric_steps > 0.0 {
-        // Codes of normals end below 1: a surface that receives no shadow has that instead.
-        texel.receives = stored.material.b < (geometric_steps - 0.5) / geometric_steps;
-        texel.geometric_normal = octahedral_decode(from_unorm(stored.material.ba, geometric_steps));
+        // Codes of normals end below 1: a surface that receives no shadow has 1 in the first, and one that nothing bends 1 in the second.
+        let marked = stored.material.ba > vec2((geometric_steps - 0.5) / geometric_steps);
+        texel.receives = !marked.x;
+        texel.geometric_normal = select(octahedral_decode(from_unorm(stored.material.ba, geometric_steps)), texel.normal, marked.y);
     }
 #endif
 #ifdef SPECULAR

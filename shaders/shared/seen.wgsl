@@ -5,7 +5,7 @@ enable wgpu_binding_array;
 #import afterlight::brdf::{usual_dielectric, Dielectric}
 #import afterlight::encodings::{encode_shininess}
 #import afterlight::filtering::{places_of, FOOTPRINT, PLACES}
-#import afterlight::frame::{across, frame, position_at, view_ray, ORTHOGRAPHIC}
+#import afterlight::frame::{across, frame, place_at, view_ray, ORTHOGRAPHIC}
 #import afterlight::instance::{bent_normal, highlighted, is_selected, layer_of, tint_of, world_normal, world_position, world_tangent, Rows}
 #import afterlight::texel::{Texel}
 #import afterlight::vectors::{unit_or}
@@ -91,6 +91,8 @@ struct Hit {
     shares: vec2<f32>,
     step_x: vec2<f32>,
     step_y: vec2<f32>,
+    // Along the view axis, in metres.
+    distance: f32,
     // The triangle's corners go round anticlockwise.
     front: bool,
 }
@@ -172,6 +174,8 @@ fn hit_of(number: u32, pixel: vec2<f32>) -> Hit {
     // Rasterizers snap corners to parts of a pixel, so that its middle may lie beside the triangle.
     hit.shares = max(hit.shares, vec2(0.0));
     hit.shares /= max(hit.shares.x + hit.shares.y, 1.0);
+    // Of the pixel's middle, as the normal and the textures are. The depth buffer has that of a place up to half a step of the rasterizer's grid aside.
+    hit.distance = dot(place + second * hit.shares.x + third * hit.shares.y, frame.forward) / unit;
     return hit;
 }
 
@@ -236,7 +240,7 @@ struct Seen {
 }
 
 // The surface that the pixel shows: as geometry.wgsl and forward.wgsl have it.
-fn seen_at(hit: Hit, pixel: vec2<f32>, depth: f32) -> Seen {
+fn seen_at(hit: Hit, pixel: vec2<f32>) -> Seen {
     let material = hit.material;
     let own = materials[material].traits;
     let rows = rows_of(hit.instance);
@@ -322,7 +326,7 @@ fn seen_at(hit: Hit, pixel: vec2<f32>, depth: f32) -> Seen {
     var seen: Seen;
     seen.emissive = emissive;
     // Along the ray, where a sum over the corners of a large triangle would have their rounding.
-    seen.texel.position = position_at(pixel, depth);
+    seen.texel.position = place_at(pixel, hit.distance);
     seen.texel.ray = view_ray(pixel);
     seen.texel.normal = normal * facing;
     seen.texel.geometric_normal = geometric * facing;

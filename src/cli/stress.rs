@@ -6,7 +6,7 @@ use std::time::Instant;
 use afterlight::scene::nearest;
 #[cfg(feature = "report")]
 use afterlight::stress::page;
-use afterlight::stress::{self, Case, Finding, Outcome, RunInfo, Verdict, catalogue, range};
+use afterlight::stress::{self, Case, Errors, Finding, Outcome, RunInfo, Verdict, catalogue, range};
 use serde::Serialize;
 
 use super::args::DeviceArgs;
@@ -201,9 +201,15 @@ fn sentence(finding: &Finding, case: &Case) -> String {
             errors.elsewhere,
             errors.not_finite,
             errors.negative,
-            errors.worst_input.map(|input| format!("\n    worst at {input}")).unwrap_or_default(),
+            worst_place(errors).filter(|_| !finding.holds(case) || errors.worst_input.is_some()).unwrap_or_default(),
         ),
     }
+}
+
+/// The input or the pixel of the greatest error.
+fn worst_place(errors: &Errors) -> Option<String> {
+    let input = errors.worst_input.map(|input| input.to_string());
+    input.or_else(|| errors.worst_pixel.map(|pixel| pixel.to_string())).map(|place| format!("\n    worst at {place}"))
 }
 
 fn bound(case: &Case) -> String {
@@ -245,6 +251,8 @@ struct FindingReport {
     negative: Option<usize>,
     /// The input at which a formula errs most, its output there and the true one; `null` for pictures.
     worst_input: Option<String>,
+    /// The pixel at which a picture errs most, its light and the true one, exposed; `null` for formulas and where no pixel errs.
+    worst_pixel: Option<String>,
 }
 
 impl CaseReport {
@@ -266,6 +274,7 @@ impl CaseReport {
                 not_finite: errors.map(|errors| errors.not_finite),
                 negative: errors.map(|errors| errors.negative),
                 worst_input: errors.and_then(|errors| errors.worst_input).map(|input| input.to_string()),
+                worst_pixel: errors.and_then(|errors| errors.worst_pixel).map(|pixel| pixel.to_string()),
             }
         };
         Self {

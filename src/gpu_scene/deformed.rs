@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{COLOR, NORMAL, POSITION, POSITION_BEFORE, SECOND_UV, TANGENT, UV, bounded, colors, stride};
+use super::{COLOR, NORMAL, POSITION, POSITION_BEFORE, SECOND_UV, TANGENT, UV, colors, directions, stride};
 use crate::gpu::{self, Buffer, Device, Location, MemoryKind, Uploader};
 use crate::plan::{DeformPlan, PlannedDeform};
 use crate::scene::{Mesh, Scene};
@@ -237,8 +237,8 @@ impl Rest {
             if floats.is_empty() { NONE } else { at }
         };
         let positions = append(mesh.positions.as_flattened());
-        let normals = append(bounded(&mesh.normals).as_flattened());
-        let tangents = append(mesh.tangents.as_flattened());
+        let normals = append(directions::normals(mesh).as_flattened());
+        let tangents = append(directions::tangents(mesh).as_flattened());
         let uvs = append(mesh.uvs.as_flattened());
         let colors = append(colors(mesh).as_flattened());
         let mut influences = NONE;
@@ -267,10 +267,12 @@ fn append_shapes(words: &mut Vec<u32>, mesh: &Mesh) -> (u32, u32) {
     let count = mesh.positions.len();
     let before = words.len();
     for shape in &mesh.morphs {
+        let normals = directions::normal_offsets(mesh, &shape.normals);
+        let tangents = directions::tangent_offsets(mesh, &shape.tangents);
         let own = [
             (changes[0], shape.positions.as_flattened(), 3),
-            (changes[1], shape.normals.as_flattened(), 3),
-            (changes[2], shape.tangents.as_flattened(), 3),
+            (changes[1], normals.as_flattened(), 3),
+            (changes[2], tangents.as_flattened(), 3),
             (changes[3], shape.uvs.as_flattened(), 2),
             (changes[4], shape.colors.as_flattened(), 4),
         ];

@@ -2,6 +2,7 @@
 
 mod culling;
 mod deformed;
+mod directions;
 mod fog;
 mod froxels;
 mod instances;
@@ -127,19 +128,6 @@ pub fn stream_format(stream: u32) -> vk::Format {
     }
 }
 
-/// Normals longer than this would overflow where a transform or the rasterizer multiplies them.
-const LONG: f32 = 1.8446744e19;
-
-/// The normals of a mesh, if any is too long all of them by a power of two: a normal's length is only its share between vertices.
-fn bounded(normals: &[[f32; 3]]) -> Cow<'_, [[f32; 3]]> {
-    let longest = normals.iter().flatten().fold(0.0f32, |most, axis| most.max(axis.abs()));
-    if longest <= LONG {
-        return normals.into();
-    }
-    let scale = (-longest.log2().floor()).exp2();
-    normals.iter().map(|normal| normal.map(|axis| axis * scale)).collect()
-}
-
 /// The colours of a mesh: white where it has none.
 fn colors(mesh: &Mesh) -> Cow<'_, [[f32; 4]]> {
     match mesh.colors.is_empty() {
@@ -232,9 +220,9 @@ impl GpuScene {
         let deforms = plan.meshes.deforms.meshes.iter().filter_map(deform_range).collect();
         let mut gpu_scene = Self {
             positions: meshes.stream("positions", plan.meshes.vertices, |mesh| mesh.positions.as_slice().into())?,
-            normals: meshes.stream("normals", plan.meshes.normals, |mesh| bounded(&mesh.normals))?,
+            normals: meshes.stream("normals", plan.meshes.normals, directions::normals)?,
             uvs: meshes.stream("uvs", plan.meshes.uvs, |mesh| mesh.uvs.as_slice().into())?,
-            tangents: meshes.stream("tangents", plan.meshes.tangents, |mesh| mesh.tangents.as_slice().into())?,
+            tangents: meshes.stream("tangents", plan.meshes.tangents, directions::tangents)?,
             second_uvs: meshes.stream("second uvs", plan.meshes.second_uvs, |mesh| mesh.uvs_1.as_slice().into())?,
             colors: meshes.stream("colours", plan.meshes.colors, colors)?,
             indices_16: meshes.indices(IndexWidth::Bits16, plan.meshes.indices_16)?,
@@ -457,20 +445,4 @@ fn volumes(device: &Arc<Device>, uploader: &mut Uploader) -> gpu::Result<VolumeM
     let corners = Buffer::new(device, "light volumes", size, usage, Location::Device, MemoryKind::Geometry)?;
     uploader.buffer(&corners, 0, bytemuck::cast_slice(&data))?;
     Ok(VolumeMeshes { corners, sphere: counts.0, cone: counts.1 })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn normals_that_are_too_long_become_shorter_all_alike() {
-        let usual = [[0.0, 3.0, -4e18], [1e-30, 0.0, 0.0]];
-        assert_eq!(*bounded(&usual), usual);
-        let long = [[f32::MAX, 0.0, 0.0], [0.0, f32::MAX / 4.0, -1.0]];
-        let shorter = bounded(&long);
-        assert!((0.5..=2.0).contains(&shorter[0][0]), "{shorter:?}");
-        assert_eq!(shorter[1][1] * 4.0, shorter[0][0]);
-        assert!(bounded(&[]).is_empty());
-    }
 }

@@ -160,6 +160,7 @@ fn constants_of(plan: &FramePlan, key: GeometryKey) -> Vec<(u32, u32)> {
         (constants::FARTHEST, farthest.to_bits()),
         (constants::NORMAL_ENCODING, gbuffer.map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),
         (constants::GEOMETRIC_STEPS, gbuffer.map_or(0.0, |gbuffer| gbuffer.geometric_steps()).to_bits()),
+        (constants::NORMALS_DIFFER, u32::from(gbuffer.is_some_and(|gbuffer| gbuffer.normals_differ))),
     ]
 }
 

@@ -33,6 +33,9 @@ pub struct Gbuffer {
     pub metallic: bool,
     /// The last two of those channels are in use. Where they are not, the shading normal is the geometric one.
     pub geometric_normal: bool,
+    /// A pass reads geometric normals that differ from the shading ones. Channels that are kept without that need say of every pixel that both
+    /// normals are one, so that they change no bit.
+    pub normals_differ: bool,
     /// Ks, and the BRDF's index in alpha. Where a Cook-Torrance surface reflects otherwise than a usual dielectric, such surfaces have the square
     /// root of the reflectance facing the eye, and alpha has the grazing reflectance, times 2/3, or the index b of another BRDF as (b + 6) / 9.
     pub specular: Option<vk::Format>,
@@ -98,6 +101,7 @@ impl Gbuffer {
             material: (channels > 0).then(|| channel_format(material, channels)),
             metallic,
             geometric_normal,
+            normals_differ: stored.geometric_normal,
             specular: needs_specular.then(|| color_format(material, vk::Format::R8G8B8A8_UNORM)),
             position: match choice.position.unwrap_or(position) {
                 T::Rgba16f => Some(vk::Format::R16G16B16A16_SFLOAT),

@@ -37,10 +37,9 @@ pub fn compare(device: &Arc<Device>, subject: &Subject, truth: &Scene) -> Result
         worst: error,
         mean: error,
         compared: pixels.len(),
-        elsewhere: 0,
-        worst_input: None,
         not_finite: values().filter(|value| !value.is_finite()).count(),
         negative: values().filter(|value| **value < 0.0).count(),
+        ..Errors::default()
     };
     let drawn = pixels.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
     let expected = rays.radiance.iter().map(|light| light.map(|channel| channel * exposure)).collect();

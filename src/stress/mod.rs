@@ -18,7 +18,7 @@ mod position;
 mod run;
 
 pub use case::{Bound, Case, Check, MOST_ELSEWHERE, Values, case, range};
-pub use pixel_errors::{Errors, Evidence, FLOOR, Subject, compare};
+pub use pixel_errors::{Errors, Evidence, FLOOR, Subject, WorstPixel, compare};
 pub use run::{Finding, Outcome, RunInfo, Verdict, run, run_spoiled, sane};
 
 use crate::frame;

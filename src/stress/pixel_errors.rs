@@ -4,6 +4,7 @@
 //! which both see different triangles says where edges lie, not how light is computed: it is left out of the error, and counted. It must
 //! be finite all the same, and so must everything that the G-buffer holds.
 
+use std::fmt;
 use std::sync::Arc;
 
 use super::Error;
@@ -57,6 +58,26 @@ pub struct Errors {
     pub negative: usize,
     /// The input at which a formula errs most.
     pub worst_input: Option<WorstInput>,
+    /// The pixel at which a picture errs most; none where no pixel errs.
+    pub worst_pixel: Option<WorstPixel>,
+}
+
+/// The pixel at which a picture errs most, in exposed light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WorstPixel {
+    /// Column and row, from the top left.
+    pub at: [u32; 2],
+    pub drawn: [f64; 3],
+    pub expected: [f64; 3],
+}
+
+impl fmt::Display for WorstPixel {
+    /// `pixel 12 7, drawn 5e-1 4e-1 3e-1, expected 5.1e-1 4e-1 3e-1`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let light = |light: [f64; 3]| light.map(|channel| format!("{channel:.7e}")).join(" ");
+        let [column, row] = self.at;
+        write!(f, "pixel {column} {row}, drawn {}, expected {}", light(self.drawn), light(self.expected))
+    }
 }
 
 impl Errors {
@@ -137,16 +158,24 @@ pub fn compare(device: &Arc<Device>, subject: &Subject, truth: &Scene) -> Result
     let settings = subject.decided();
     if settings.bloom > 0.0 {
         // Light brighter than the target's largest value spreads as that value.
-        let kept: Vec<_> = expected.iter().map(|light| light.map(|channel| channel.min(largest))).collect();
-        expected = bloom::bloomed(&kept, eye.size, &settings);
-        spans = expected.iter().copied().map(Span::of).collect();
+        let bloomed = |light: Vec<[f64; 3]>| {
+            let kept: Vec<_> = light.into_iter().map(|light| light.map(|channel| channel.min(largest))).collect();
+            bloom::bloomed(&kept, eye.size, &settings)
+        };
+        expected = bloomed(expected);
+        // A bloomed pixel is a mean of the picture's pixels with weights that are not negative, so it grows with each of them. A picture whose pixels
+        // lie within their spans is bloomed to one between the bloomed least and the bloomed most.
+        let ends: [fn(&Span) -> [f64; 3]; 2] = [|span| span.least, |span| span.most];
+        let [least, most] = ends.map(|end| bloomed(spans.iter().map(end).collect()));
+        spans = least.into_iter().zip(most).map(|(least, most)| Span { least, most }).collect();
     }
     if expected.iter().flatten().any(|channel| !channel.is_finite()) {
         return Err(Error::Refused("the truth itself is not finite".into()));
     }
     let elsewhere = pictures.elsewhere(rays.triangles.as_deref().unwrap_or_default())?;
     let scale = Scale { floor: subject.floor, largest };
-    let mut errors = against(&light, Expected { light: &expected, spans: &spans }, &elsewhere, scale);
+    let width = eye.size[0];
+    let mut errors = against(&light, Expected { light: &expected, spans: &spans, width }, &elsewhere, scale);
     for view in TARGETS {
         match pictures.draw(view) {
             Ok(values) => errors.not_finite += values.iter().filter(|value| !value.is_finite()).count(),
@@ -181,6 +210,8 @@ struct Expected<'a> {
     light: &'a [[f64; 3]],
     /// The light that each pixel may show besides, as [`grid`] says.
     spans: &'a [Span],
+    /// Pixels of a row.
+    width: u32,
 }
 
 /// Returns the light at which pictures of the plan saturate.
@@ -241,7 +272,7 @@ fn against(rgba: &[f32], expected: Expected, elsewhere: &[bool], scale: Scale) -
     let mut errors = Errors::default();
     let mut sum = 0.0;
     let pixels = rgba.as_chunks::<4>().0.iter().zip(light.iter().zip(expected.spans)).zip(elsewhere);
-    for ((drawn, (truth, span)), &elsewhere) in pixels {
+    for (index, ((drawn, (truth, span)), &elsewhere)) in (0u32..).zip(pixels) {
         let drawn = [drawn[0], drawn[1], drawn[2]].map(f64::from);
         errors.not_finite += drawn.iter().filter(|channel| !channel.is_finite()).count();
         errors.negative += drawn.iter().filter(|channel| **channel < 0.0).count();
@@ -259,7 +290,11 @@ fn against(rgba: &[f32], expected: Expected, elsewhere: &[bool], scale: Scale) -
             difference => difference / own,
         };
         sum += error;
-        errors.worst = errors.worst.max(error);
+        if error > errors.worst {
+            let at = [index % expected.width, index / expected.width];
+            errors.worst = error;
+            errors.worst_pixel = Some(WorstPixel { at, drawn, expected: *truth });
+        }
     }
     errors.mean = sum / errors.compared.max(1) as f64;
     errors
@@ -277,7 +312,7 @@ mod tests {
     }
 
     fn held(rgba: &[f32], (light, spans): (&[[f64; 3]], Vec<Span>), elsewhere: &[bool], scale: Scale) -> Errors {
-        against(rgba, Expected { light, spans: &spans }, elsewhere, scale)
+        against(rgba, Expected { light, spans: &spans, width: 2 }, elsewhere, scale)
     }
 
     #[test]

@@ -11,6 +11,7 @@ mod gltf;
 mod harbour;
 mod leave_out;
 mod leave_out_assets;
+mod leave_out_random;
 mod obj;
 mod odd_obj;
 mod scene_files;
