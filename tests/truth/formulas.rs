@@ -1,4 +1,4 @@
-//! The cases of single formulas, which hold for the renderer's own (`tests/truth/stress.rs`), fail when a textbook's is planted in their place.
+//! The cases of single formulas, which hold for the renderer's own (`tests/truth/catalogue.rs`), fail when a textbook's is planted in their place.
 
 use afterlight::stress::formula::Trial;
 use afterlight::stress::{Case, Check, Outcome, Verdict, catalogue, run};

@@ -6,6 +6,7 @@ mod common;
 mod ao;
 #[cfg(feature = "report")]
 mod attribution;
+mod catalogue;
 mod compare;
 mod cross_check;
 mod formulas;

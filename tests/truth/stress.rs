@@ -1,8 +1,7 @@
-//! The catalogue of extreme cases holds on this driver, mistakes that are planted are found by it, and scenes that nobody thought of stay
-//! finite.
+//! Mistakes that are planted are found by the catalogue of extreme cases, and scenes that nobody thought of stay finite.
 
 use crate::common::gpu::{Gpu, on_gpu};
-use crate::common::{some_of, tries_all};
+use crate::common::tries_all;
 use afterlight::scene::{Channel, Environment, Local, Placement, Scene, Target};
 use afterlight::stress::catalogue::random::{Extremes, NUMBERS};
 use afterlight::stress::{self, Case, Check, Finding, Outcome, Values, Verdict, catalogue};
@@ -11,37 +10,11 @@ use half::{bf16, f16};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 
-fn told(verdict: &Verdict) -> String {
+/// The values of a case that are not as claimed, in words.
+pub fn told(verdict: &Verdict) -> String {
     let broken = verdict.findings.iter().filter(|finding| !finding.is_as_claimed(&verdict.case));
     let lines: Vec<String> = broken.map(|finding| format!("{}: {:?}", finding.value, finding.outcome)).collect();
     format!("{} of {:?}:\n{}", verdict.case.name, verdict.case.bound, lines.join("\n"))
-}
-
-/// `make test` tries one in so many cases, none of them of particles, which take a minute to compile on an old driver; `make test-all` and `afterlight stress` try them all.
-const TRIED: usize = 23;
-
-/// Two tests, so that they run side by side.
-#[test]
-fn every_case_of_even_number_holds_as_it_is_claimed() {
-    hold(0);
-}
-
-#[test]
-fn every_case_of_odd_number_holds_as_it_is_claimed() {
-    hold(1);
-}
-
-fn hold(half: usize) {
-    on_gpu(|gpu| {
-        let all = catalogue::all();
-        let tried: Vec<Verdict> = some_of(&all, TRIED)
-            .skip(half)
-            .step_by(2)
-            .map(|case| stress::run(&gpu.device, case, true).unwrap_or_else(|error| panic!("{}: {error}", case.name)))
-            .collect();
-        let broken: Vec<String> = tried.iter().filter(|verdict| !verdict.passes()).map(told).collect();
-        assert!(broken.is_empty(), "{}", broken.join("\n\n"));
-    });
 }
 
 /// The worst of a case whose scenes are spoiled before they are drawn.
