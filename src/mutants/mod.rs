@@ -1,10 +1,11 @@
 //! Mutants as a test of validation layers: frames from which one dependency is missing, or one bit of one, and a layer's reports of them.
 //!
 //! [`crate::frame::proof`] computes from the specification that each mutant loses something. A mutant that a layer does not report is expected
-//! where [`unreported_mutants`] argues it or the layer is too old ([`older`]), and a failure elsewhere.
+//! where [`unreported_mutants`] argues it, or the layer is too old ([`older`]) or too new ([`newer`]), and a failure elsewhere.
 
 mod cases;
 mod laboratory;
+mod newer;
 mod older;
 mod scenes;
 mod verdict;
@@ -21,6 +22,7 @@ use crate::scene::{Scene, Settings};
 pub use crate::frame::experiment::Way;
 pub use cases::cases;
 pub use laboratory::{Error, Heard, Laboratory};
+pub use newer::Hidden;
 pub use older::OlderLayers;
 pub use verdict::{Miss, Verdict, verdict};
 

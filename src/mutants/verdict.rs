@@ -1,6 +1,6 @@
 //! Verdicts on a layer: a mutant is noticed, or missed for a known reason, or not.
 
-use super::{Heard, Mutant, OlderLayers, older};
+use super::{Heard, Hidden, Mutant, OlderLayers, newer, older};
 use crate::frame::edges::unreported_mutants::{self, UnreportedMutants};
 
 /// Why a layer's silence is expected.
@@ -10,6 +10,8 @@ pub enum Miss {
     Argued(&'static UnreportedMutants),
     /// Later layers notice it.
     Older(&'static OlderLayers),
+    /// Older layers notice it.
+    Newer(&'static Hidden),
 }
 
 impl Miss {
@@ -18,6 +20,7 @@ impl Miss {
         match self {
             Self::Argued(entry) => entry.why,
             Self::Older(entry) => entry.why,
+            Self::Newer(entry) => entry.why,
         }
     }
 }
@@ -37,9 +40,10 @@ pub enum Verdict {
 
 /// The verdict on a layer of this version.
 pub fn verdict(layer: u32, mutant: &Mutant, heard: &Heard) -> Verdict {
-    let argued = unreported_mutants::reason(&mutant.edge, mutant.part).map(Miss::Argued);
+    let argued = unreported_mutants::reason(&mutant.edge, mutant.part).filter(|_| !newer::notices(layer, mutant));
     let older = || older::reason(layer, mutant).map(Miss::Older);
-    match (heard.anything(), argued.or_else(older)) {
+    let newer = || newer::reason(layer, mutant).map(Miss::Newer);
+    match (heard.anything(), argued.map(Miss::Argued).or_else(older).or_else(newer)) {
         (true, None) => Verdict::Noticed,
         (true, Some(miss)) => Verdict::UnexpectedNotice(miss),
         (false, Some(miss)) => Verdict::ExpectedMiss(miss),

@@ -317,6 +317,14 @@ impl<'a> Report<'a> {
                         plain(entry.says)
                     )
                 }
+                Miss::Newer(entry) => {
+                    writeln!(
+                        text,
+                        "{number}. {}. Layers before {} notice it.",
+                        sentence(entry.why),
+                        version(entry.from)
+                    )
+                }
                 Miss::Older(entry) => {
                     writeln!(text, "{number}. {}. Layer {} notices it.", sentence(entry.why), version(entry.seen_from))
                 }
@@ -346,6 +354,9 @@ impl<'a> Report<'a> {
         line("expected misses: later layers notice them", &|own| {
             own.status() == Status::ExpectedFail && matches!(own.miss(), Some(Miss::Older(_)))
         });
+        line("expected misses: older layers notice them", &|own| {
+            own.status() == Status::ExpectedFail && matches!(own.miss(), Some(Miss::Newer(_)))
+        });
         line("unexpected misses", &|own| own.status() == Status::Fail);
         line("unexpected notices", &|own| matches!(own.status(), Status::UnexpectedImprovement(_)));
         line("not drawn: no surface without a display", &|own| own.status() == Status::Skip);
@@ -362,8 +373,9 @@ impl<'a> Report<'a> {
         }
         // Sentences go on from those before them in the list.
         reasons.sort_by_key(|miss| match miss {
-            Miss::Older(entry) => (false, std::ptr::from_ref(*entry).addr()),
-            Miss::Argued(entry) => (true, std::ptr::from_ref(*entry).addr()),
+            Miss::Newer(entry) => (0, std::ptr::from_ref(*entry).addr()),
+            Miss::Older(entry) => (1, std::ptr::from_ref(*entry).addr()),
+            Miss::Argued(entry) => (2, std::ptr::from_ref(*entry).addr()),
         });
         reasons
     }
@@ -440,6 +452,7 @@ fn is_same(one: Miss, other: Miss) -> bool {
     match (one, other) {
         (Miss::Argued(one), Miss::Argued(other)) => std::ptr::eq(one, other),
         (Miss::Older(one), Miss::Older(other)) => std::ptr::eq(one, other),
+        (Miss::Newer(one), Miss::Newer(other)) => std::ptr::eq(one, other),
         _ => false,
     }
 }

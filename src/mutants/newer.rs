@@ -1,0 +1,105 @@
+//! Layers after [`LAYER`](crate::frame::edges::unreported_mutants::LAYER): what they notice of that which it misses, and what a false message of
+//! theirs hides. They were found with 1.4.363; layers between the two may have fewer.
+
+use super::Mutant;
+use crate::frame::edges::unreported_mutants::Part;
+use crate::frame::edges::{RowName, Side};
+use crate::gpu::vk::{self, AccessFlags, PipelineStageFlags};
+
+/// Mutants that newer layers notice, for one reason.
+#[derive(Debug)]
+struct NewerLayers {
+    /// The first layer that was seen to notice them, packed as Vulkan packs it.
+    from: u32,
+    is_about: fn(&Mutant) -> bool,
+}
+
+/// Mutants that newer layers no longer notice, for one reason.
+#[derive(Debug)]
+pub struct Hidden {
+    /// The first layer that was seen to miss them, packed as Vulkan packs it.
+    pub from: u32,
+    is_about: fn(&Mutant) -> bool,
+    /// Why the newer ones stay silent, in a sentence.
+    pub why: &'static str,
+}
+
+/// The newest layer that was tried.
+const NEWEST: u32 = vk::make_api_version(0, 1, 4, 363);
+
+/// Returns true if a layer of this version notices a mutant that [`LAYER`](crate::frame::edges::unreported_mutants::LAYER) misses.
+pub fn notices(layer: u32, mutant: &Mutant) -> bool {
+    NEWER_LAYERS.iter().any(|entry| layer >= entry.from && (entry.is_about)(mutant))
+}
+
+/// The first reason for which a layer of this version misses a mutant that older ones notice.
+pub fn reason(layer: u32, mutant: &Mutant) -> Option<&'static Hidden> {
+    HIDDEN.iter().find(|entry| layer >= entry.from && (entry.is_about)(mutant))
+}
+
+static NEWER_LAYERS: &[NewerLayers] = &[
+    // A dispatch that reads what the one before wrote, of a buffer that both read and write. The layer sees stages and writes of it. Which reads a write is
+    // visible to it does not look at, as long as it is visible to the write that follows.
+    NewerLayers {
+        from: NEWEST,
+        is_about: |mutant| {
+            let only_reads =
+                matches!(mutant.part, Part::Bits(Side::After, bits) if bits.access == AccessFlags::SHADER_READ);
+            !only_reads
+                && [
+                    RowName::CULL_TO_ARRANGE,
+                    RowName::ARRANGE_TO_FILL,
+                    RowName::BLOOM_TO_SPREAD,
+                    RowName::SPREAD_TO_SPREAD,
+                    RowName::SIMULATE_TO_SORT,
+                    RowName::SORT_TO_SORT,
+                    RowName::SCATTER_TO_INTEGRATE,
+                ]
+                .contains(&mutant.edge.name)
+        },
+    },
+    // A layout change after the copy that an earlier submission made.
+    NewerLayers {
+        from: NEWEST,
+        is_about: |mutant| match mutant.part {
+            Part::Row => [RowName::OUTPUT_REUSE, RowName::PICTURE_REUSE].contains(&mutant.edge.name),
+            Part::Bits(Side::Before, bits) => {
+                bits.stage == PipelineStageFlags::TRANSFER
+                    && [
+                        RowName::OUTPUT_REUSE,
+                        RowName::PICTURE_REUSE,
+                        RowName::TARGETS_REUSE,
+                        RowName::GBUFFER_REUSE,
+                        RowName::SPREAD_TO_TONEMAP,
+                        RowName::HDR_TO_TONEMAP,
+                    ]
+                    .contains(&mutant.edge.name)
+            }
+            _ => false,
+        },
+    },
+    // What a row from OUTSIDE to another subpass makes available is no longer taken to be so for this attachment.
+    NewerLayers {
+        from: NEWEST,
+        is_about: |mutant| {
+            matches!(mutant.part, Part::Bits(Side::Before, bits) if bits.access == AccessFlags::COLOR_ATTACHMENT_WRITE)
+                && [RowName::HDR_REUSE, RowName::SAMPLES_REUSE, RowName::SUMS_REUSE, RowName::TARGETS_REUSE]
+                    .contains(&mutant.edge.name)
+        },
+    },
+    // The write of a blend is no longer taken to be ordered by its read, after an image barrier.
+    NewerLayers {
+        from: NEWEST,
+        is_about: |mutant| {
+            matches!(mutant.part, Part::Bits(Side::After, bits) if bits.access == AccessFlags::COLOR_ATTACHMENT_WRITE)
+                && mutant.edge.name == RowName::PICTURE_TO_OVERLAY
+        },
+    },
+];
+
+static HIDDEN: &[Hidden] = &[Hidden {
+    from: NEWEST,
+    is_about: |mutant| mutant.edge.name == RowName::LIGHT_TO_TAA,
+    why: "the layer says the same of the whole frame, and is wrong there (`gpu::KNOWN_FALSE`): it does not see the row at all, for it comes after that of \
+          depth",
+}];
