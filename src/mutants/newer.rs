@@ -5,6 +5,7 @@ use super::Mutant;
 use crate::frame::edges::unreported_mutants::Part;
 use crate::frame::edges::{RowName, Side};
 use crate::gpu::vk::{self, AccessFlags, PipelineStageFlags};
+use crate::passes::lighting;
 
 /// Mutants that newer layers notice, for one reason.
 #[derive(Debug)]
@@ -99,7 +100,14 @@ static NEWER_LAYERS: &[NewerLayers] = &[
 
 static HIDDEN: &[Hidden] = &[Hidden {
     from: NEWEST,
-    is_about: |mutant| mutant.edge.name == RowName::LIGHT_TO_TAA,
-    why: "the layer says the same of the whole frame, and is wrong there (`gpu::KNOWN_FALSE`): it does not see the row at all, for it comes after that of \
-          depth",
+    is_about: |mutant| {
+        let Part::Bits(Side::After, bits) = mutant.part else { return false };
+        // Where LIGHTING is the last to write the light, the layer reports a write after a write, too.
+        let is_seen_otherwise =
+            bits.stage == PipelineStageFlags::COMPUTE_SHADER && mutant.edge.from == lighting::PASS.place;
+        let follows_depth = mutant.edge.carrier.is_render_pass() && mutant.plan.has_velocity();
+        mutant.edge.name == RowName::LIGHT_TO_TAA && follows_depth && !is_seen_otherwise
+    },
+    why: "the layer says the same of the whole frame, and is wrong there (`gpu::KNOWN_FALSE`): of the two rows that leave the subpass it sees that of depth \
+          alone",
 }];
