@@ -8,7 +8,8 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::{
-    Aabb, Camera, ClipChoice, Environment, Light, LightKind, Playing, Projection, Scene, framing, metered_ev100,
+    Aabb, Camera, ClipChoice, Environment, Light, LightKind, Playing, Projection, Scene, exposure_scale, framing,
+    metered_ev100,
 };
 
 /// The direction from an object to its camera: three quarters.
@@ -72,6 +73,16 @@ pub fn fit_exposure(scene: &mut Scene, stand: Stand) {
         scene.settings.exposure = Some(metered_ev100(scene) - SHADE_STOPS);
         scene.fitted.exposure = true;
     }
+}
+
+/// Makes nits of emission that materials give as shares of white: 1 becomes the radiance at which the picture saturates. Called again, it
+/// follows a change of the light.
+pub fn fit_emission(scene: &mut Scene) {
+    let ev100 = scene.settings.exposure.unwrap_or_else(|| metered_ev100(scene));
+    let white = 1.0 / exposure_scale(ev100);
+    let gain = white / scene.fitted.white.unwrap_or(1.0);
+    scene.materials.iter_mut().for_each(|material| material.emissive *= gain);
+    scene.fitted.white = Some(white);
 }
 
 /// A sun that slants in along the longer side, steep enough for the floor of an open court, and light from the sky.

@@ -172,6 +172,7 @@ fn open_model(path: &Path, format: Format, options: &OpenOptions) -> Result<Scen
         Format::Obj => {
             fit::add_daylight(&mut scene);
             fit::fit_exposure(&mut scene, stand);
+            fit::fit_emission(&mut scene);
         }
         Format::Gltf => fit::add_studio(&mut scene),
     }

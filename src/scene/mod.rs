@@ -137,7 +137,7 @@ pub struct NamedCamera {
 }
 
 /// The parts of a scene that were fitted to its objects, as nobody said them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Fitted {
     /// The camera.
     pub camera: bool,
@@ -145,6 +145,8 @@ pub struct Fitted {
     pub exposure: bool,
     /// All of its light, which a sky can take the place of.
     pub light: bool,
+    /// The radiance in nits that emission of 1 has become, where materials give emission as shares of white.
+    pub white: Option<f32>,
 }
 
 /// Light from everywhere, and the background.

@@ -1,5 +1,8 @@
 //! Decoded images.
 
+mod exr_file;
+mod radiance;
+
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -7,7 +10,7 @@ use std::path::Path;
 use exr::math::Vec2;
 use exr::meta::attribute::ChannelList;
 use exr::meta::{BlockDescription, MetaData};
-use image::{DynamicImage, ImageError, ImageFormat, ImageReader, Limits, RgbaImage};
+use image::{DynamicImage, ImageError, ImageFormat, ImageReader, Limits, Rgba32FImage, RgbaImage};
 
 use super::{Error, Texels};
 use crate::regular_file::read_regular;
@@ -101,15 +104,41 @@ impl Texture {
     }
 }
 
-/// Reads an image file: PNG, JPEG, TGA, BMP or OpenEXR, told apart by content rather than by name.
+/// The formats that are read, for messages.
+const READS: &str = "PNG, JPEG, TGA, BMP, GIF, TIFF, DDS, WebP, PNM, QOI, Radiance HDR and OpenEXR can be read";
+
+/// A decoded image file.
+pub(crate) struct Picture {
+    image: DynamicImage,
+    /// The number of its values that had to be mended.
+    pub warning: Option<String>,
+}
+
+impl Picture {
+    /// Its texels in 8 bits.
+    pub fn rgba8(&self, color_space: ColorSpace) -> RgbaImage {
+        to_rgba8(&self.image, color_space)
+    }
+
+    /// Its texels from 0 to 1 where the file has more than 8 bits a channel.
+    pub fn beyond_8_bits(&self) -> Option<Rgba32FImage> {
+        use DynamicImage::{ImageLuma8, ImageLumaA8, ImageRgb8, ImageRgba8};
+        match self.image {
+            ImageLuma8(_) | ImageLumaA8(_) | ImageRgb8(_) | ImageRgba8(_) => None,
+            _ => Some(self.image.to_rgba32f()),
+        }
+    }
+}
+
+/// Reads an image file, whose format is told by its content rather than by its name.
 ///
 /// # Errors
-/// `Error::Read` when the file cannot be read; `Error::Content` when it is no such image, when its header claims an edge above
-/// [`MAX_TEXTURE_EDGE`] (which is refused before anything is allocated), or when a texel is infinite or no number.
-pub(crate) fn read_image(path: &Path, color_space: ColorSpace) -> Result<RgbaImage, Error> {
+/// `Error::Read` when the file cannot be read; `Error::Content` when it is no image that can be decoded, or when its header claims an edge above
+/// [`MAX_TEXTURE_EDGE`], which is refused before anything is allocated.
+pub(crate) fn read_image(path: &Path) -> Result<Picture, Error> {
     let bytes = read_regular(path, MAX_DECODED_BYTES);
     let bytes = bytes.map_err(|error| Error::Read { path: path.to_owned(), cause: error.to_string() })?;
-    decode_image(&bytes, path, color_space)
+    decode_image(&bytes, path)
 }
 
 /// Decodes an image. Decoders panic at some damaged files (zune-jpeg 0.5.15 where a component is shorter than its rows): that is an error here.
@@ -117,16 +146,50 @@ pub(crate) fn read_image(path: &Path, color_space: ColorSpace) -> Result<RgbaIma
 /// # Errors
 /// As [`ImageReader::decode`].
 pub fn decode(bytes: &[u8], format: ImageFormat, limits: Limits) -> Result<DynamicImage, ImageError> {
-    let failed = |why: String| Err(ImageError::IoError(std::io::Error::other(why)));
+    if matches!(format, ImageFormat::OpenExr | ImageFormat::Hdr) {
+        let most = limits.max_alloc.unwrap_or(u64::MAX);
+        let edge = limits.max_image_width.into_iter().chain(limits.max_image_height).min().unwrap_or(u32::MAX);
+        let fault = |[width, height]: [u32; 2]| {
+            let bytes = u64::from(width).saturating_mul(u64::from(height)).saturating_mul(16);
+            (width.max(height) > edge || bytes > most).then(|| format!("it is {width}x{height}, which is too large"))
+        };
+        let decoded = decode_light(bytes, format, most, &fault);
+        return decoded.map_err(|why| ImageError::IoError(std::io::Error::other(why)));
+    }
     let decoded = catch_unwind(AssertUnwindSafe(|| {
-        if let Some(claim) = (format == ImageFormat::OpenExr).then(|| too_much_claimed(bytes)).flatten() {
-            return failed(claim);
-        }
         let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
         reader.limits(limits);
         reader.decode()
     }));
-    decoded.unwrap_or_else(|_| failed("it makes its decoder fail".into()))
+    decoded.unwrap_or_else(|_| Err(ImageError::IoError(std::io::Error::other(FAILS))))
+}
+
+/// The error of a file whose decoder panics.
+const FAILS: &str = "it makes its decoder fail";
+
+/// Decodes OpenEXR or Radiance HDR to linear Rec. 709. `fault` returns what is wrong with a size, before anything is allocated for it; the
+/// decoder itself may allocate `most_bytes`.
+///
+/// # Errors
+/// The fault of its size, or why it cannot be decoded.
+pub(super) fn decode_light(
+    bytes: &[u8],
+    format: ImageFormat,
+    most_bytes: u64,
+    fault: &dyn Fn([u32; 2]) -> Option<String>,
+) -> Result<DynamicImage, String> {
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(most_bytes);
+    let decoded = catch_unwind(AssertUnwindSafe(|| {
+        if format == ImageFormat::Hdr {
+            return radiance::read_radiance(bytes, fault, limits).map(DynamicImage::ImageRgb32F);
+        }
+        if let Some(claim) = too_much_claimed(bytes) {
+            return Err(claim);
+        }
+        exr_file::read_exr(bytes, fault).map(DynamicImage::ImageRgba32F)
+    }));
+    decoded.unwrap_or_else(|_| Err(FAILS.into()))
 }
 
 /// Says which data window or tile of an OpenEXR file is too large for the file. The decoder (exr 1.74.2) allocates them before it misses the texels, and
@@ -152,53 +215,89 @@ fn too_much_claimed(bytes: &[u8]) -> Option<String> {
     })
 }
 
-/// Decodes a texture; `path` names it in errors and, for TGA, which has no mark of its own, says the format.
-pub(crate) fn decode_image(bytes: &[u8], path: &Path, color_space: ColorSpace) -> Result<RgbaImage, Error> {
+/// The format of an image by its content; TGA, which has no mark at its start, is asked for last.
+pub(super) fn format_of(bytes: &[u8], path: &Path) -> Option<ImageFormat> {
+    if bytes.starts_with(b"#?") {
+        return Some(ImageFormat::Hdr);
+    }
+    let is_tga = || {
+        let is_named = ImageFormat::from_path(path).is_ok_and(|format| format == ImageFormat::Tga);
+        is_named || bytes.ends_with(b"TRUEVISION-XFILE.\0") || has_tga_header(bytes)
+    };
+    image::guess_format(bytes).ok().or_else(|| is_tga().then_some(ImageFormat::Tga))
+}
+
+/// Returns true if the first 18 bytes say what those of a TGA may say.
+fn has_tga_header(bytes: &[u8]) -> bool {
+    let Some(&[_, has_map, kind, _, _, _, _, map_bits, _, _, _, _, w, w_high, h, h_high, bits, _]) =
+        bytes.first_chunk()
+    else {
+        return false;
+    };
+    let has_size = (w | w_high) != 0 && (h | h_high) != 0;
+    let is_kind = match kind {
+        1 | 9 => has_map == 1 && bits == 8 && matches!(map_bits, 15 | 16 | 24 | 32),
+        2 | 10 => has_map == 0 && matches!(bits, 15 | 16 | 24 | 32),
+        3 | 11 => has_map == 0 && matches!(bits, 8 | 16),
+        _ => false,
+    };
+    has_size && is_kind
+}
+
+/// Decodes a texture; `path` names it in errors. Values that are infinite or no number are mended, with a warning.
+pub(crate) fn decode_image(bytes: &[u8], path: &Path) -> Result<Picture, Error> {
     let wrong = |what: String| Error::Content { path: path.to_owned(), line: None, what };
-    let tga = || ImageFormat::from_path(path).ok().filter(|&format| format == ImageFormat::Tga);
-    let Some(format) = image::guess_format(bytes).ok().or_else(tga) else {
-        return Err(wrong("is not an image (PNG, JPEG, TGA, BMP and OpenEXR can be read)".into()));
+    let Some(format) = format_of(bytes, path) else {
+        return Err(wrong(format!("is not an image ({READS})")));
     };
     let mut limits = Limits::default();
     limits.max_image_width = Some(MAX_TEXTURE_EDGE);
     limits.max_image_height = Some(MAX_TEXTURE_EDGE);
     limits.max_alloc = Some(MAX_DECODED_BYTES);
-    let image = decode(bytes, format, limits).map_err(|error| match error {
+    let mut image = decode(bytes, format, limits).map_err(|error| match error {
         ImageError::Limits(_) => wrong(format!("is larger than {MAX_TEXTURE_EDGE}x{MAX_TEXTURE_EDGE} texels")),
         error => wrong(format!("cannot be decoded: {}", error.to_string().replace('\n', " "))),
     })?;
     if image.width() == 0 || image.height() == 0 {
         return Err(wrong("has no texels".into()));
     }
-    if let Some([x, y]) = not_finite(&image) {
-        return Err(wrong(format!("texel ({x}, {y}), counted from the upper left corner, is not a finite number")));
-    }
-    Ok(to_rgba8(image, color_space))
+    let mended = mend(&mut image);
+    let warning = (mended > 0)
+        .then(|| format!("{}: {mended} values are infinite or no number: they are taken for 1 or 0", path.display()));
+    Ok(Picture { image, warning })
 }
 
-/// The first texel of an image of floats with a channel that is infinite or no number.
-fn not_finite(image: &DynamicImage) -> Option<[usize; 2]> {
-    let (channels, values) = match image {
-        DynamicImage::ImageRgb32F(image) => (3, image.as_raw()),
-        DynamicImage::ImageRgba32F(image) => (4, image.as_raw()),
-        _ => return None,
+/// Takes infinite values of an image of floats for 1 or 0, and those that are no number for 0. Returns their number.
+fn mend(image: &mut DynamicImage) -> usize {
+    let values: &mut [f32] = match image {
+        DynamicImage::ImageRgb32F(image) => image,
+        DynamicImage::ImageRgba32F(image) => image,
+        _ => return 0,
     };
-    let texel = values.iter().position(|value| !value.is_finite())? / channels;
-    let width = image.width() as usize;
-    Some([texel % width, texel / width])
+    let mut count = 0;
+    for value in values.iter_mut().filter(|value| !value.is_finite()) {
+        *value = if *value == f32::INFINITY { 1.0 } else { 0.0 };
+        count += 1;
+    }
+    count
 }
 
-fn to_rgba8(image: DynamicImage, color_space: ColorSpace) -> RgbaImage {
+fn to_rgba8(image: &DynamicImage, color_space: ColorSpace) -> RgbaImage {
     let is_float = matches!(image, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
     if !is_float || color_space == ColorSpace::Linear {
-        return image.into_rgba8();
+        return image.to_rgba8();
     }
     // Float images are linear; storing them as sRGB means encoding them.
-    let mut image = image.into_rgba32f();
+    let mut image = image.to_rgba32f();
     for pixel in image.pixels_mut() {
         pixel.0[..3].iter_mut().for_each(|channel| *channel = srgb_encode(*channel));
     }
     DynamicImage::ImageRgba32F(image).into_rgba8()
+}
+
+/// IEC 61966-2-1, for 0 to 1.
+pub(super) fn srgb_decode(encoded: f64) -> f64 {
+    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
 /// IEC 61966-2-1, for 0 to 1; clamps.
@@ -212,7 +311,7 @@ mod tests {
     use super::*;
 
     fn error_of(bytes: &[u8], name: &str) -> String {
-        decode_image(bytes, Path::new(name), ColorSpace::Srgb).unwrap_err().to_string()
+        decode_image(bytes, Path::new(name)).err().expect("refused").to_string()
     }
 
     #[test]
@@ -220,7 +319,7 @@ mod tests {
         assert!(error_of(b"hello", "a/wall.png").starts_with("a/wall.png: is not an image"));
         assert!(error_of(b"", "wall.jpg").contains("is not an image"));
         assert!(error_of(b"\x89PNG\r\n\x1a\ncut", "wall.png").contains("cannot be decoded"));
-        assert!(matches!(read_image(Path::new("/no/such.png"), ColorSpace::Srgb), Err(Error::Read { .. })));
+        assert!(matches!(read_image(Path::new("/no/such.png")), Err(Error::Read { .. })));
     }
 
     #[test]
@@ -258,27 +357,72 @@ mod tests {
     }
 
     #[test]
-    fn a_float_image_with_a_texel_that_is_no_number_is_refused_by_its_place() {
-        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-            for channel in 0..4 {
-                let mut image = image::Rgba32FImage::from_pixel(3, 2, image::Rgba([0.5; 4]));
-                image.get_pixel_mut(1, 1).0[channel] = bad;
-                let mut exr = Vec::new();
-                image.write_to(&mut Cursor::new(&mut exr), ImageFormat::OpenExr).unwrap();
-                let error = error_of(&exr, "sky.exr");
-                assert!(error.starts_with("sky.exr: texel (1, 1), counted") && error.contains("finite"), "{error}");
+    fn values_of_a_float_image_that_are_no_number_are_mended_and_told() {
+        let image = image::Rgba32FImage::from_fn(3, 1, |x, _| {
+            image::Rgba(
+                [[f32::NAN, 0.5, f32::INFINITY, 1.0], [0.5, 1e30, -1.0, 1.0], [f32::NEG_INFINITY, 0.0, 0.0, 1.0]]
+                    [x as usize],
+            )
+        });
+        let mut exr = Vec::new();
+        image.write_to(&mut Cursor::new(&mut exr), ImageFormat::OpenExr).unwrap();
+        let picture = decode_image(&exr, Path::new("wall.exr")).ok().expect("an image");
+        let warning = picture.warning.as_deref().expect("a warning");
+        assert!(warning.starts_with("wall.exr: 3 values are infinite or no number"), "{warning}");
+        let texels = picture.rgba8(ColorSpace::Linear);
+        assert_eq!(texels.as_raw()[..], [0, 128, 255, 255, 128, 255, 0, 255, 0, 0, 0, 255]);
+    }
+
+    #[test]
+    fn images_are_known_by_their_content_and_not_by_their_names() {
+        let image = DynamicImage::ImageRgb8(image::RgbImage::from_fn(4, 2, |x, y| {
+            image::Rgb([200, x as u8 * 50, y as u8 * 90])
+        }));
+        for format in [
+            ImageFormat::Png,
+            ImageFormat::Jpeg,
+            ImageFormat::Tga,
+            ImageFormat::Bmp,
+            ImageFormat::Gif,
+            ImageFormat::Tiff,
+            ImageFormat::WebP,
+            ImageFormat::Pnm,
+            ImageFormat::Qoi,
+        ] {
+            let mut bytes = Vec::new();
+            image.write_to(&mut Cursor::new(&mut bytes), format).expect("written");
+            for name in ["wall.png", "wall.jpg", "wall.tga", "wall"] {
+                assert_eq!(format_of(&bytes, Path::new(name)), Some(format), "{name}");
+                let texels = decode_image(&bytes, Path::new(name)).ok().expect("decoded").rgba8(ColorSpace::Srgb);
+                assert_eq!((texels.dimensions(), texels.get_pixel(0, 0).0[3]), ((4, 2), 255), "{format:?}");
+                let error = texels.get_pixel(3, 1).0.iter().zip([200u8, 150, 90]).map(|(a, b)| a.abs_diff(b)).max();
+                let most = if format == ImageFormat::Jpeg { 60 } else { 0 };
+                assert!(error <= Some(most), "{format:?}: {:?}", texels.get_pixel(3, 1));
             }
         }
-        let mut exr = Vec::new();
-        let image = image::Rgb32FImage::from_pixel(3, 2, image::Rgb([0.5, 1e30, -1.0]));
-        image.write_to(&mut Cursor::new(&mut exr), ImageFormat::OpenExr).unwrap();
-        assert!(decode_image(&exr, Path::new("sky.exr"), ColorSpace::Linear).is_ok());
+    }
+
+    #[test]
+    fn images_of_more_than_8_bits_keep_them_for_heights_and_are_rounded_for_colours() {
+        let wide =
+            image::ImageBuffer::from_fn(2, 1, |x, _| image::Luma([if x == 0 { 257_u16 * 100 + 129 } else { 40 }]));
+        for format in [ImageFormat::Png, ImageFormat::Tiff] {
+            let mut bytes = Vec::new();
+            DynamicImage::ImageLuma16(wide.clone()).write_to(&mut Cursor::new(&mut bytes), format).expect("written");
+            let picture = decode_image(&bytes, Path::new("heights")).ok().expect("decoded");
+            assert_eq!(picture.rgba8(ColorSpace::Linear).as_raw()[..], [101, 101, 101, 255, 0, 0, 0, 255]);
+            let deep = picture.beyond_8_bits().expect("16 bits");
+            assert!((deep.get_pixel(1, 0).0[0] - 40.0 / 65535.0).abs() < 1e-7);
+        }
+        let mut bytes = Vec::new();
+        RgbaImage::new(1, 1).write_to(&mut Cursor::new(&mut bytes), ImageFormat::Png).unwrap();
+        assert!(decode_image(&bytes, Path::new("a.png")).ok().expect("decoded").beyond_8_bits().is_none());
     }
 
     #[test]
     fn float_images_are_encoded_for_srgb() {
         let image = image::Rgba32FImage::from_pixel(1, 1, image::Rgba([0.2159, 2.0, -1.0, 0.5]));
-        let encoded = to_rgba8(DynamicImage::ImageRgba32F(image), ColorSpace::Srgb);
+        let encoded = to_rgba8(&DynamicImage::ImageRgba32F(image), ColorSpace::Srgb);
         assert_eq!(encoded.get_pixel(0, 0).0, [128, 255, 0, 128]);
     }
 }

@@ -50,7 +50,9 @@ impl<'a> Textures<'a> {
         if let Some(&index) = self.read.get(&(path.clone(), color_space, sampler)) {
             return Ok(index);
         }
-        let image = read_image(&path, color_space).map_err(|error| node.wrong(error))?;
+        let picture = read_image(&path).map_err(|error| node.wrong(error))?;
+        let image = picture.rgba8(color_space);
+        scene.warnings.extend(picture.warning);
         let (name, size) = (path.display().to_string(), [image.width(), image.height()]);
         let mut texture = Texture { name, size, color_space, sampler, texels: image.into_raw().into() };
         texture.make_levels();

@@ -12,6 +12,7 @@ use super::schema::Schema;
 use crate::scene::camera::FOV_Y_DEGREES;
 use crate::scene::path::MAX_SECONDS;
 use crate::scene::suggest::unknown;
+use crate::scene::texture::srgb_decode;
 use crate::scene::{Error, unit, without_controls};
 
 /// The text that is being read.
@@ -225,14 +226,9 @@ impl<'a> Node<'a> {
         let digits = text.strip_prefix('#').filter(|d| d.len() == 6 && d.bytes().all(|b| b.is_ascii_hexdigit()));
         let bits = digits.and_then(|digits| u32::from_str_radix(digits, 16).ok());
         let bits = bits.ok_or_else(|| self.wrong("must be \"#rrggbb\", or linear [r, g, b]"))?;
-        let channel = |shift: u32| srgb_to_linear(f64::from((bits >> shift) & 255) / 255.0) as f32;
+        let channel = |shift: u32| srgb_decode(f64::from((bits >> shift) & 255) / 255.0) as f32;
         Ok(Vec3::new(channel(16), channel(8), channel(0)))
     }
-}
-
-/// IEC 61966-2-1.
-fn srgb_to_linear(encoded: f64) -> f64 {
-    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
 /// A table whose keys have been checked against its schema.

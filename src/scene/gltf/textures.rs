@@ -330,12 +330,12 @@ impl Images<'_> {
             odd.push("has 16 bits a channel, of which 8 are kept".into());
         }
         // No float image is a glTF image, so that the colour space does not matter.
-        let decoded = decode_image(bytes, Path::new(""), ColorSpace::Linear);
+        let decoded = decode_image(bytes, Path::new(""));
         let decoded = decoded.map_err(|error| match error {
             Error::Content { what, .. } => what,
             other => other.to_string(),
         });
-        Ok(Decoded { pixels: decoded?.into(), file, odd })
+        Ok(Decoded { pixels: decoded?.rgba8(ColorSpace::Linear).into(), file, odd })
     }
 }
 

@@ -11,6 +11,7 @@ use super::normals::{Faces, corner_normals};
 use super::polygon::{newell_normal, triangulate};
 use super::scan::{Part, Scan};
 use crate::scene::mesh::triangle_normal;
+use crate::scene::texture::srgb_decode;
 use crate::scene::uvs::wrapped;
 use crate::scene::{Error, LoadOptions, Mesh};
 
@@ -19,6 +20,8 @@ pub(super) struct Group {
     pub group: usize,
     pub material: usize,
     pub mesh: Mesh,
+    /// True if its normals are the file's.
+    pub has_own_normals: bool,
 }
 
 /// The attributes that a material wants of its meshes.
@@ -28,11 +31,13 @@ pub(super) struct MaterialNeeds {
     /// Scale and offset of texture coordinates, before V is turned over.
     pub uv_scale: DVec2,
     pub uv_offset: DVec2,
+    /// A map ends at its edges (`-clamp on`).
+    pub is_clamped: bool,
 }
 
 impl Default for MaterialNeeds {
     fn default() -> Self {
-        Self { tangents: false, uv_scale: DVec2::ONE, uv_offset: DVec2::ZERO }
+        Self { tangents: false, uv_scale: DVec2::ONE, uv_offset: DVec2::ZERO, is_clamped: false }
     }
 }
 
@@ -73,10 +78,11 @@ pub(super) fn build(
         .map(|parts| {
             let Part { group, material, .. } = parts[0].0;
             let mut vertices = Vertices::default();
-            parts.into_iter().for_each(|(part, mesh)| vertices.append(&part, mesh));
+            parts.into_iter().for_each(|(part, mesh)| vertices.append(&part, mesh, &scan.colors));
+            let has_own_normals = !vertices.has_made_normals;
             let (mesh, degenerate) = vertices.into_mesh(&scan.groups[group], &needs[material]);
             options.report("meshes", done.fetch_add(1, Ordering::Relaxed) + 1, total);
-            (Group { group, material, mesh }, degenerate)
+            (Group { group, material, mesh, has_own_normals }, degenerate)
         })
         .collect();
     let degenerate = finished.iter().map(|(_, count)| count).sum();
@@ -92,11 +98,15 @@ struct Vertices {
     /// As in the file, V up. Zero where a part has none.
     uvs: Vec<DVec2>,
     has_uvs: bool,
+    has_made_normals: bool,
+    /// Linear; empty where the file has none.
+    colors: Vec<[f32; 4]>,
     indices: Vec<u32>,
 }
 
 impl Vertices {
-    fn append(&mut self, part: &Part, mesh: tobj::Mesh) {
+    /// Adds a part; `colors` are those of the file's vertices.
+    fn append(&mut self, part: &Part, mesh: tobj::Mesh, colors: &[[f32; 3]]) {
         let points: Vec<DVec3> = mesh.positions.as_chunks().0.iter().map(|&p| DVec3::from_array(p)).collect();
         let uvs: Vec<DVec2> = match part.has_uvs {
             true => mesh.texcoords.as_chunks().0.iter().map(|&uv| DVec2::from_array(uv)).collect(),
@@ -104,14 +114,23 @@ impl Vertices {
         };
         self.has_uvs |= part.has_uvs;
         let (triangles, face_normals) = cut(&points, &mesh);
-        if part.has_normals {
+        // tobj hands through the vertices' numbers as red.
+        let numbers = mesh.vertex_color.as_chunks::<3>().0.iter().map(|&[number, ..]| number as usize);
+        let own_colors: Vec<[f32; 4]> =
+            numbers.filter_map(|number| colors.get(number)).map(|own| linear(*own)).collect();
+        let normals = mesh.normals.as_chunks().0.iter().map(|&n| DVec3::from_array(n).normalize_or_zero());
+        let normals: Vec<DVec3> = if part.has_normals { normals.collect() } else { Vec::new() };
+        // Where no normal has a length, the file has none.
+        if normals.iter().any(|normal| *normal != DVec3::ZERO) {
             let base = self.points.len() as u32;
-            self.normals.extend(mesh.normals.as_chunks().0.iter().map(|&n| DVec3::from_array(n).normalize_or_zero()));
+            self.normals.extend(normals);
+            self.colors.extend(own_colors);
             self.points.extend(points);
             self.uvs.extend(uvs);
             self.indices.extend(triangles.as_flattened().iter().map(|index| base + index));
             return;
         }
+        self.has_made_normals = true;
         let faces = Faces { points: &points, triangles: &triangles, normals: &face_normals };
         let normals = corner_normals(&faces, part.smoothing);
         let mut made = HashMap::with_capacity(points.len());
@@ -119,6 +138,7 @@ impl Vertices {
             let index = *made.entry((vertex, normal.as_vec3().to_array().map(f32::to_bits))).or_insert_with(|| {
                 self.points.push(points[vertex as usize]);
                 self.uvs.push(uvs[vertex as usize]);
+                self.colors.extend(own_colors.get(vertex as usize));
                 self.normals.push(normal);
                 (self.points.len() - 1) as u32
             });
@@ -139,16 +159,27 @@ impl Vertices {
         for (out, normal) in mesh.normals.iter_mut().zip(&self.normals).filter(|(_, normal)| **normal != DVec3::ZERO) {
             *out = normal.as_vec3().to_array();
         }
+        mesh.colors = self.colors;
         if self.has_uvs {
             let placed = self.uvs.iter().map(|&uv| uv * needs.uv_scale + needs.uv_offset);
             let turned_over: Vec<DVec2> = placed.map(|uv| DVec2::new(uv.x, 1.0 - uv.y)).collect();
-            mesh.uvs = wrapped(&turned_over, &mesh.indices);
+            mesh.uvs = match needs.is_clamped {
+                // Other repeats of a picture that has one only are its edges.
+                true => turned_over.iter().map(|uv| uv.as_vec2().to_array()).collect(),
+                false => wrapped(&turned_over, &mesh.indices),
+            };
             if needs.tangents {
                 mesh.compute_tangents();
             }
         }
         (mesh, degenerate)
     }
+}
+
+/// An opaque colour, from sRGB.
+fn linear(color: [f32; 3]) -> [f32; 4] {
+    let [red, green, blue] = color.map(|channel| srgb_decode(f64::from(channel)) as f32);
+    [red, green, blue, 1.0]
 }
 
 /// A parsed mesh's triangles, and for each the unit normal of its polygon (zero when that has no area).

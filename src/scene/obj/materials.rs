@@ -1,6 +1,6 @@
 //! MTL definitions into materials; the module above documents the mapping.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -8,11 +8,11 @@ use glam::{DVec2, Vec3};
 use rayon::prelude::*;
 
 use super::geometry::MaterialNeeds;
-use super::maps::{Made, Request, Source, roughness_of_shininess};
+use super::maps::{Made, Opacity, Request, Source, roughness_of_shininess};
 use super::mtl::{Definition, Map};
 use super::normal_maps::{CLEARLY_DOWN, turn_green_over};
 use super::text;
-use crate::scene::{AlphaMode, Error, LoadOptions, Material, Texture, TextureSlot};
+use crate::scene::{AlphaMode, LoadOptions, Material, Texture, TextureSlot};
 
 /// A material whose textures are still to be made.
 #[derive(Debug, Default)]
@@ -20,6 +20,10 @@ pub(super) struct PendingMaterial {
     pub material: Material,
     pub needs: MaterialNeeds,
     pub requests: Vec<(TextureSlot, Request)>,
+    /// The material without its maps: the factors of those that cannot be read.
+    pub without_maps: Material,
+    /// True if the file gives it a colour.
+    pub has_color: bool,
 }
 
 /// Returns the material of faces whose own is nowhere defined.
@@ -36,11 +40,23 @@ pub(super) fn read(definition: &Definition, folders: &[&Path], warnings: &mut Ve
     let mut reader = MaterialReader { definition, folders, warnings, placements: Vec::new() };
     let source = &definition.source;
     let diffuse = reader.map("map_Kd", source.diffuse_texture.as_deref());
+    let mut without_maps = reader.constants();
+    if source.diffuse_texture.is_some() && without_maps.base_color == Vec3::ZERO {
+        // Exporters write black beside a map and mean the map, also where it is lost.
+        without_maps.base_color = Material::default().base_color;
+    }
     let mut pending = PendingMaterial {
-        material: reader.constants(diffuse.is_some()),
-        needs: MaterialNeeds::default(),
-        requests: Vec::new(),
+        material: without_maps.clone(),
+        has_color: source.diffuse.is_some(),
+        without_maps,
+        ..PendingMaterial::default()
     };
+    if diffuse.is_some() && source.diffuse.is_none_or(|kd| kd == [0.0; 3]) {
+        pending.material.base_color = Vec3::ONE;
+    }
+    if source.ambient_texture.is_some() && source.diffuse_texture.is_none() {
+        reader.warn("map_Ka", "map_Ka without map_Kd is not used");
+    }
     reader.color(&mut pending, diffuse.as_ref());
     reader.normals(&mut pending, diffuse.as_ref());
     reader.roughness(&mut pending);
@@ -55,6 +71,7 @@ pub(super) fn read(definition: &Definition, folders: &[&Path], warnings: &mut Ve
         }
     }
     (pending.needs.uv_scale, pending.needs.uv_offset) = reader.placement();
+    pending.needs.is_clamped = pending.requests.iter().any(|(_, request)| request.sources().any(|own| own.is_clamped));
     pending
 }
 
@@ -85,19 +102,33 @@ impl MaterialReader<'_> {
     /// The image that a map statement names, if it is there.
     fn map(&mut self, keyword: &str, value: Option<&str>) -> Option<(Source, Map)> {
         let map = Map::parse(value?);
+        let found = |map: Map| {
+            let path = self.folders.iter().find_map(|folder| text::find_file(folder, &map.name))?;
+            Some((path, map))
+        };
+        let Some((path, map)) = found(map.clone()).or_else(|| found(map.without_tail()?)) else {
+            let name = &map.name;
+            let is_folder = self.folders.iter().any(|folder| folder.join(name.trim_matches('"')).is_dir());
+            let is = if is_folder { "a folder" } else { "missing" };
+            self.warn(keyword, &format!("texture `{name}` is {is}, drawn without it"));
+            return None;
+        };
         for option in &map.ignored {
             self.warn(keyword, &format!("option `{option}` of {keyword} is not supported"));
         }
-        let Some(path) = self.folders.iter().find_map(|folder| text::find_file(folder, &map.name)) else {
-            self.warn(keyword, &format!("texture `{}` is missing, drawn without it", map.name));
-            return None;
-        };
         self.placements.push((map.scale, map.offset));
-        Some((Source { path, channel: map.channel }, map))
+        Some((Source { path, channel: map.channel, is_clamped: map.is_clamped }, map))
     }
 
-    fn constants(&mut self, has_diffuse_map: bool) -> Material {
+    /// The material without its maps.
+    fn constants(&mut self) -> Material {
         let source = &self.definition.source;
+        for (keyword, channels) in [("Kd", source.diffuse), ("Ks", source.specular)] {
+            let is_share = |channel: &f64| (0.0..=1.0).contains(channel);
+            if channels.is_some_and(|channels| !channels.iter().all(is_share)) {
+                self.warn(keyword, &format!("{keyword} is not from 0 to 1, taken for the nearest"));
+            }
+        }
         let color = |channels: [f64; 3]| Vec3::from(channels.map(|c| c as f32)).max(Vec3::ZERO);
         let diffuse = source.diffuse.map(|kd| color(kd).min(Vec3::ONE));
         let shininess = source.shininess.unwrap_or(0.0).max(0.0) as f32;
@@ -112,12 +143,7 @@ impl MaterialReader<'_> {
         let alpha = opacity.filter(|&opacity| opacity > 0.0).map(|opacity| opacity as f32);
         Material {
             name: self.definition.name.clone(),
-            // Exporters write black beside a map and mean the map.
-            base_color: diffuse.filter(|kd| !(has_diffuse_map && *kd == Vec3::ZERO)).unwrap_or(if has_diffuse_map {
-                Vec3::ONE
-            } else {
-                Material::default().base_color
-            }),
+            base_color: diffuse.unwrap_or(Material::default().base_color),
             roughness: self.number("Pr").map_or(roughness_of_shininess(shininess), unit),
             metallic: self.number("Pm").map_or(0.0, unit),
             specular: source.specular.map_or(Vec3::ZERO, |ks| color(ks).min(Vec3::ONE)),
@@ -211,15 +237,12 @@ fn ambient_share(ambient: Vec3, diffuse: Vec3) -> f32 {
     if luminance(diffuse) > 0.0 { (luminance(ambient) / luminance(diffuse)).min(1.0) } else { 1.0 }
 }
 
-/// Makes the textures of the pending materials, in parallel and each once, and puts them in.
-///
-/// # Errors
-/// The error of the first request that cannot be met.
+/// Makes the textures of the pending materials, in parallel and each once, and puts them in. Images that cannot be read are named in a warning.
 pub(super) fn finish(
     pending: Vec<PendingMaterial>,
     options: &LoadOptions,
     warnings: &mut Vec<String>,
-) -> Result<(Vec<Material>, Vec<Texture>), Error> {
+) -> (Vec<Material>, Vec<Texture>) {
     let mut numbers = HashMap::new();
     let mut requests = Vec::new();
     for (_, request) in pending.iter().flat_map(|one| &one.requests) {
@@ -232,40 +255,79 @@ pub(super) fn finish(
     let make = |request: &&Request| {
         let mut made = request.make();
         // Normal maps may be turned over when all have been looked at.
-        let is_final = |made: &&mut Made| made.downwardness.is_none();
-        made.iter_mut().filter(is_final).flat_map(|made| &mut made.texture).for_each(Texture::make_levels);
+        if made.downwardness.is_none() {
+            made.texture.iter_mut().for_each(Texture::make_levels);
+        }
         options.report("textures", done.fetch_add(1, Ordering::Relaxed) + 1, requests.len());
         made
     };
-    // Collected before the first error is looked for, so that which one is told does not depend on timing.
-    let made: Vec<Result<Made, Error>> = requests.par_iter().map(make).collect();
+    let made: Vec<Made> = requests.par_iter().map(make).collect();
     let mut textures = Vec::new();
     let mut outcomes = Vec::new();
-    for made in made {
-        let made = made?;
-        warnings.extend(made.warning);
-        outcomes.push((made.texture.is_some().then_some(textures.len()), made.has_holes, made.downwardness));
-        textures.extend(made.texture);
+    for Made { texture, warnings: own, lost, opacity, downwardness } in made {
+        for warning in own {
+            // An image that several maps name is named once.
+            if !warnings.contains(&warning) {
+                warnings.push(warning);
+            }
+        }
+        outcomes.push(Outcome { texture: texture.is_some().then_some(textures.len()), lost, opacity, downwardness });
+        textures.extend(texture);
     }
     let normal_maps: BTreeMap<_, _> =
-        outcomes.iter().filter_map(|&(texture, _, down)| Some((texture?, down?))).collect();
+        outcomes.iter().filter_map(|outcome| Some((outcome.texture?, outcome.downwardness?))).collect();
     finish_normal_maps(&mut textures, &normal_maps, warnings);
-    let materials = pending.into_iter().map(|PendingMaterial { mut material, requests, .. }| {
+    let materials = pending.into_iter().map(|PendingMaterial { mut material, requests, without_maps, .. }| {
         for (slot, request) in requests {
-            let (texture, has_holes, downwardness) = outcomes[numbers[&request]];
-            *material.texture_mut(slot) = texture;
-            if slot == TextureSlot::BaseColor && has_holes && !material.is_transparent() {
-                material.alpha_mode = AlphaMode::Mask { cutoff: 0.5 };
-            }
-            if slot == TextureSlot::Normal && downwardness.is_none() {
-                // The scale is in the map already, or there is no map.
-                material.normal_scale = 1.0;
-            }
+            outcomes[numbers[&request]].put(slot, &mut material, &without_maps);
         }
         material
     });
     let materials = materials.collect();
-    Ok((materials, textures))
+    (materials, textures)
+}
+
+/// A made texture's number and what is known of it.
+struct Outcome {
+    texture: Option<usize>,
+    lost: [bool; 2],
+    opacity: Opacity,
+    downwardness: Option<f32>,
+}
+
+impl Outcome {
+    /// Puts a texture into its slot; the factors of images that could not be read are those of the material without them.
+    fn put(&self, slot: TextureSlot, material: &mut Material, without: &Material) {
+        *material.texture_mut(slot) = self.texture;
+        let [first, second] = self.lost;
+        match slot {
+            TextureSlot::BaseColor => {
+                if first {
+                    material.base_color = without.base_color;
+                }
+                if !material.is_transparent() {
+                    material.alpha_mode = match self.opacity {
+                        Opacity::Whole => material.alpha_mode,
+                        Opacity::Holes => AlphaMode::Mask { cutoff: 0.5 },
+                        Opacity::Soft => AlphaMode::Blend,
+                    };
+                }
+            }
+            TextureSlot::MetallicRoughness => {
+                if first {
+                    material.roughness = without.roughness;
+                }
+                if second {
+                    material.metallic = without.metallic;
+                }
+            }
+            TextureSlot::Emissive if first => material.emissive = without.emissive,
+            TextureSlot::Specular if first => material.specular = without.specular,
+            // The scale is in the map already, or there is no map.
+            TextureSlot::Normal if self.downwardness.is_none() => material.normal_scale = 1.0,
+            _ => {}
+        }
+    }
 }
 
 /// MTL does not say which way a normal map's green points. All of a model's maps come from one tool, so they vote. Then their levels are made.
@@ -286,31 +348,38 @@ fn finish_normal_maps(textures: &mut [Texture], maps: &BTreeMap<usize, f32>, war
     });
 }
 
-/// The definitions of the libraries that an OBJ names, by name; a later one of the same name wins, as in tobj.
+/// The definitions of the libraries that an OBJ names. One that cannot be read is named in a warning. Where none is there, the file
+/// that has the OBJ's name and `.mtl` stands in.
 ///
 /// A line may name several files, or one with spaces: the longest run of words that is a file is taken.
-///
-/// # Errors
-/// As `mtl::read`, for files that are there but wrong.
-pub(super) fn read_libraries(
-    obj: &Path,
-    libraries: &[(String, usize)],
-    warnings: &mut Vec<String>,
-) -> Result<Vec<Definition>, Error> {
+pub(super) fn read_libraries(obj: &Path, libraries: &[(String, usize)], warnings: &mut Vec<String>) -> Vec<Definition> {
     let folder = obj.parent().unwrap_or(Path::new(""));
-    let mut definitions = Vec::new();
+    let mut found = Vec::new();
     for (names, line) in libraries {
         let (paths, missing) = library_paths(folder, names);
         for name in missing {
             warnings.push(format!("{}:{line}: material library `{name}` is missing", obj.display()));
         }
-        for path in paths {
-            let (found, odd) = super::mtl::read(&path)?;
-            definitions.extend(found);
-            warnings.extend(odd);
+        found.extend(paths);
+    }
+    let namesake = obj.with_extension("mtl");
+    if found.is_empty() && namesake.is_file() {
+        warnings.push(format!("{}: its materials are taken from {}", obj.display(), namesake.display()));
+        found.push(namesake);
+    }
+    let mut seen = HashSet::new();
+    found.retain(|path| seen.insert(path.clone()));
+    let mut definitions = Vec::new();
+    for path in found {
+        match super::mtl::read(&path) {
+            Ok((own, odd)) => {
+                definitions.extend(own);
+                warnings.extend(odd);
+            }
+            Err(error) => warnings.push(format!("{error}; drawn without its materials")),
         }
     }
-    Ok(definitions)
+    definitions
 }
 
 fn library_paths<'a>(folder: &Path, names: &'a str) -> (Vec<PathBuf>, Vec<&'a str>) {
@@ -319,9 +388,7 @@ fn library_paths<'a>(folder: &Path, names: &'a str) -> (Vec<PathBuf>, Vec<&'a st
         let ends = rest.char_indices().filter(|(_, c)| c.is_whitespace()).map(|(at, _)| at);
         let mut ends: Vec<usize> = ends.chain([rest.len()]).collect();
         ends.reverse();
-        let found = ends.iter().find_map(|&end| {
-            text::find_file(folder, &rest[..end]).filter(|path| path.is_file()).map(|path| (path, end))
-        });
+        let found = ends.iter().find_map(|&end| text::find_file(folder, &rest[..end]).map(|path| (path, end)));
         let end = match found {
             Some((path, end)) => {
                 paths.push(path);

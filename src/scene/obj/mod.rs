@@ -1,65 +1,81 @@
 //! Wavefront OBJ and MTL, as real files have them.
 //!
 //! tobj parses; around it [`scan`](self) and its MTL twin check numbers and indices while their line is known and bring into
-//! shape what tobj would refuse, misread or drop. A model that cannot be drawn is refused with file and line; one that can be drawn
-//! without a part is drawn so, with a warning.
+//! shape what tobj would refuse, misread or drop. All that can be drawn is drawn; a warning names the first part of each kind that is left out,
+//! and counts the others. Only a file of which no face can be drawn is refused.
+//!
+//! **Text.** UTF-8, UTF-16 or Latin-1, with any line ends; keywords in any case; a decimal comma counts as a point. A backslash continues its line
+//! unless it ends a comment, a name or the last line before another statement.
 //!
 //! **Geometry.** Positions are read as f64 and recentred by mesh, one mesh for each group and material. Polygons are cut, also
-//! concave ones. Missing normals follow smoothing groups; a file without any gets edges above 60 degrees hard and all others
+//! concave ones. A face is left out if one of its vertices is missing or has no place. Texture coordinates that are no numbers are 0. Missing
+//! normals follow smoothing groups; a file without any gets edges above 60 degrees hard and all others
 //! smooth. Tangents are made where a material has a normal map. V is turned over, so that (0, 0) is the image's upper left.
-//! Points, lines, free-form surfaces and vertex colours are not drawn.
+//! Points, lines and free-form surfaces are not drawn.
+//!
+//! **Colours of vertices**, `v x y z r g b`, are no part of the format. They are taken as sRGB, as photogrammetry and Blender write them, in codes of
+//! 8 or 16 bits where one is above 1, and multiply `Kd`. A material with a `map_Kd` is drawn without them: both show the same photographs. ZBrush's
+//! `#MRGB` comments count too.
 //!
 //! **Materials.** MTL describes Phong's model, Afterlight's default is metallic-roughness. Both are filled:
 //!
 //! | MTL | becomes |
 //! |---|---|
 //! | `Kd`, `map_Kd` | base colour: their product; a black `Kd` beside a map counts as white |
-//! | `map_d`, alpha of `map_Kd` | alpha; masked at a half, and two-sided, if anything is below it |
+//! | `map_d`, alpha of `map_Kd` | alpha; blended if most texels are neither opaque nor clear, else masked at a half, and two-sided, if anything is below it; 0 everywhere is drawn opaque with a warning |
 //! | `d`, `Tr` | alpha, and blended over what lies behind, from 0 (exclusive) to 1; 0, which leaves nothing, is drawn opaque with a warning |
 //! | `Ns`, `map_Ns` | shininess; perceptual roughness (2 / (Ns + 2))^(1/4), whose highlight is as wide; rough without `Ns` |
 //! | `Pr`, `Pm`, `map_Pr`, `map_Pm` | roughness and metalness, before what `Ns` says; 0 metallic without |
 //! | `Ks`, `map_Ks` | specular colour of the Phong models; F0 stays 0.04 whatever it is |
 //! | `Ka` | ambient share of the Phong models: luminance of Ka over Kd |
-//! | `Ke`, `map_Ke` | emitted radiance in nits |
+//! | `Ke`, `map_Ke` | emitted radiance in nits; in a bare model, which stands in the sun, shares of the radiance that is drawn as white |
 //! | `norm`, `bump`, `map_Bump` | normal map; +Y up, unless the maps' curl shows it to point down; any other picture is taken for heights; `-bm` scales both |
 //! | `-s`, `-o` | texture coordinates, if all maps of the material agree |
+//! | `-clamp on` | the edges of that map go on beyond it |
 //!
-//! All colours are taken as linear, as the format does not say. `illum`, `Ni`, `Tf` and `map_Ka` change nothing.
+//! `Kd`, `Ks` and `Ke` are taken as linear, as the format does not say. `illum`, `Ni`, `Tf` and `map_Ka` change nothing. A map that is missing or
+//! cannot be read is left out with a warning, and the surface has the factors that it would have without the map.
 
+mod colors;
+mod ears;
 mod geometry;
+mod keywords;
 mod maps;
 mod materials;
 mod mtl;
 mod normal_maps;
 mod normals;
+mod numbers;
 mod polygon;
 mod scan;
 mod text;
+mod tobj_text;
 
 use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
-use glam::DAffine3;
+use glam::{DAffine3, Vec3};
 
 use self::geometry::Group;
 use self::materials::PendingMaterial;
+use self::mtl::Definition;
 use self::scan::Scan;
-use super::{Error, Object};
+use super::{Error, Object, TextureSlot};
 pub use super::{Imported, LoadOptions, Progress};
 
 /// Loads an OBJ file, the MTL files that it names and their textures.
 ///
 /// # Errors
-/// `Error::Read` for a file that is there but cannot be read (of files that are named but missing only the OBJ itself is an
-/// error); `Error::Content`, with the line where there is one, for what the module's documentation calls wrong, for a texture
-/// that is no image, and for a file without a triangle to draw.
+/// `Error::Read` for an OBJ that cannot be read; `Error::Content` for one without a triangle to draw, with the line of the first fault if
+/// there is one. Materials and textures that cannot be read are left out with a warning.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Imported, Error> {
     let mut scan = scan::scan(path, &text::read(path)?)?;
     let mut warnings: Vec<String> =
         scan.warnings.iter().map(|warning| format!("{}: {warning}", path.display())).collect();
     let mut files = BTreeSet::from([path.to_owned()]);
-    let pending = read_materials(path, &scan, &mut files, &mut warnings)?;
+    let pending = read_materials(path, &scan, &mut files, &mut warnings);
     let needs: Vec<_> = pending.iter().map(|one| one.needs).collect();
+    let have_colors: Vec<bool> = pending.iter().map(|one| one.has_color).collect();
 
     // Decoding textures and building meshes take about as long, and neither waits for the other.
     let (finished, built) = rayon::join(
@@ -70,7 +86,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Imported, Error> {
         },
     );
     let (groups, degenerate) = built?;
-    let (materials, textures) = finished?;
+    let (materials, textures) = finished;
     if degenerate > 0 {
         warnings.push(format!("{}: triangles without area ({degenerate}) are left out", path.display()));
     }
@@ -80,9 +96,38 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Imported, Error> {
     }
     let mut imported = Imported { materials, textures, warnings, ..Imported::default() };
     imported.files = files.into_iter().collect();
+    let normals_given = groups.iter().all(|group| group.has_own_normals);
     groups.into_iter().for_each(|group| place(&mut imported, &scan, group));
-    decide_sides(&mut imported, scan.parts.iter().all(|part| part.has_normals));
+    if !scan.colors.is_empty() {
+        decide_colors(&mut imported, path, &have_colors);
+    }
+    decide_sides(&mut imported, normals_given);
     Ok(imported)
+}
+
+/// Keeps the colours of vertices where no texture gives the colour; a material without a colour of its own then is white. `have_colors` says by
+/// material whether it has one.
+fn decide_colors(imported: &mut Imported, path: &Path, have_colors: &[bool]) {
+    let mut unused = 0;
+    for object in &imported.objects {
+        let (mesh, material) = (&mut imported.meshes[object.mesh], &mut imported.materials[object.material]);
+        let is_white = mesh.colors.iter().all(|color| *color == [1.0; 4]);
+        if material.texture(TextureSlot::BaseColor).is_some() {
+            unused += if is_white { 0 } else { mesh.colors.len() };
+            mesh.colors = Vec::new();
+            continue;
+        }
+        if is_white {
+            mesh.colors = Vec::new();
+        }
+        if !have_colors[object.material] {
+            material.base_color = Vec3::ONE;
+        }
+    }
+    if unused > 0 {
+        let what = format!("vertex colours ({unused}) are not used beside textures of the colour");
+        imported.warnings.push(format!("{}: {what}", path.display()));
+    }
 }
 
 /// OBJ cannot say that a face is one-sided. If the file gives normals and nearly all faces are wound to agree with them, it was made with
@@ -105,16 +150,26 @@ fn read_materials(
     scan: &Scan,
     files: &mut BTreeSet<PathBuf>,
     warnings: &mut Vec<String>,
-) -> Result<Vec<PendingMaterial>, Error> {
-    let definitions = materials::read_libraries(path, &scan.libraries, warnings)?;
+) -> Vec<PendingMaterial> {
+    let definitions = materials::read_libraries(path, &scan.libraries, warnings);
     files.extend(definitions.iter().map(|definition| definition.file.clone()));
-    let by_name: HashMap<&str, usize> = definitions.iter().enumerate().map(|(i, d)| (d.name.as_str(), i)).collect();
+    let mut by_name: HashMap<&str, usize> = HashMap::new();
+    let mut again: Option<&Definition> = None;
+    for (index, definition) in definitions.iter().enumerate() {
+        if by_name.insert(&definition.name, index).is_some() {
+            again.get_or_insert(definition);
+        }
+    }
+    if let Some(Definition { name, file, .. }) = again {
+        warnings.push(format!("{}: material `{name}` is defined again; its last definition is used", file.display()));
+    }
+    let roughly: HashMap<String, usize> =
+        definitions.iter().enumerate().rev().map(|(index, definition)| (plain_name(&definition.name), index)).collect();
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut pending = Vec::new();
     let mut undefined = Vec::new();
     for (name, line) in &scan.materials {
-        let ignoring_case = || definitions.iter().position(|d| d.name.eq_ignore_ascii_case(name));
-        let found = by_name.get(name.as_str()).copied().or_else(ignoring_case);
+        let found = by_name.get(name.as_str()).or_else(|| roughly.get(&plain_name(name))).copied();
         pending.push(match found {
             Some(index) => {
                 let definition = &definitions[index];
@@ -138,10 +193,16 @@ fn read_materials(
         let what = format!("material `{name}`{others} {verb} not defined, drawn plain");
         warnings.push(format!("{}:{line}: {what}", path.display()));
     }
-    Ok(pending)
+    pending
 }
 
-fn place(imported: &mut Imported, scan: &Scan, Group { group, material, mut mesh }: Group) {
+/// A material's name without the differences that programs make between OBJ and MTL: case, quotes, runs of spaces, a comment behind.
+fn plain_name(name: &str) -> String {
+    let words = name.split_whitespace().take_while(|word| !word.starts_with('#'));
+    words.collect::<Vec<_>>().join(" ").trim_matches('"').to_lowercase()
+}
+
+fn place(imported: &mut Imported, scan: &Scan, Group { group, material, mut mesh, .. }: Group) {
     if imported.materials[material].normal_texture.is_none() {
         // Its bump map turned out to be none.
         mesh.tangents = Vec::new();

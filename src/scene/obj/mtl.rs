@@ -6,9 +6,23 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec2;
 
-use super::scan::check_number;
-use super::text;
+use super::numbers::{Odd, number};
+use super::text::{self, Backslash, Continuation};
 use crate::scene::Error;
+
+/// The rules of lines that end with a backslash: names of materials keep it.
+const CONTINUATION: Continuation = Continuation { backslash, is_statement };
+
+fn backslash(begun: &str) -> Backslash {
+    let (keyword, _) = text::split_keyword(begun);
+    let is_text = keyword.starts_with('#') || keyword.eq_ignore_ascii_case("newmtl");
+    if is_text { Backslash::Text } else { Backslash::Names }
+}
+
+fn is_statement(line: &str) -> bool {
+    let (keyword, _) = text::split_keyword(line);
+    keyword.eq_ignore_ascii_case("newmtl") || canonical(keyword).is_some()
+}
 
 /// A `newmtl` and the statements after it.
 #[derive(Debug)]
@@ -21,49 +35,51 @@ pub(super) struct Definition {
     pub lines: HashMap<&'static str, usize>,
 }
 
-/// Returns the definitions of an MTL file, and warnings about unsupported statements.
+/// Returns the definitions of an MTL file, and warnings about statements that are left out.
 ///
 /// # Errors
-/// `Error::Read`, and `Error::Content` for a number that is none, not finite or too large.
+/// `Error::Read`, and `Error::Content` for a file that is no text.
 pub(super) fn read(path: &Path) -> Result<(Vec<Definition>, Vec<String>), Error> {
     parse(path, &text::read(path)?)
 }
 
 fn parse(path: &Path, text: &str) -> Result<(Vec<Definition>, Vec<String>), Error> {
-    let wrong = |line, what| Error::Content { path: path.to_owned(), line, what };
     let mut clean = String::new();
     let mut found: Vec<(String, HashMap<&'static str, usize>)> = Vec::new();
-    let mut unknown: Option<(usize, &str, usize)> = None;
-    for (number, line) in text.lines().map(str::trim).enumerate().map(|(i, line)| (i + 1, line)) {
-        let (keyword, rest) = text::split_keyword(line);
+    let (mut unknown, mut wrong, mut homeless) = (Odd::default(), Odd::default(), Odd::default());
+    for (line, statement) in text::statements(text, &CONTINUATION) {
+        let (keyword, rest) = text::split_keyword(&statement);
         if keyword.eq_ignore_ascii_case("newmtl") {
             clean.push_str(&format!("newmtl {}\n", found.len()));
             found.push((rest.to_owned(), HashMap::new()));
             continue;
         }
-        let Some((_, lines)) = found.last_mut() else { continue };
-        match canonical(keyword) {
-            Some("") => {}
-            Some(canonical) => {
-                let value = value(canonical, rest).map_err(|what| wrong(Some(number), what))?;
-                if let Some(value) = value {
+        match (canonical(keyword), found.last_mut()) {
+            (Some(""), _) => {}
+            (_, None) => homeless.add(line, || format!("`{keyword}` belongs to no material")),
+            (None, _) => unknown.add(line, || format!("`{keyword}` is not supported")),
+            (Some(canonical), Some((_, lines))) => match value(canonical, rest) {
+                Ok(Some(value)) => {
                     clean.push_str(&format!("{canonical} {value}\n"));
-                    lines.insert(canonical, number);
+                    lines.insert(canonical, line);
                 }
-            }
-            None => unknown = Some(unknown.map_or((number, keyword, 0), |(line, first, more)| (line, first, more + 1))),
+                Ok(None) => {}
+                Err(fault) => wrong.add(line, || fault),
+            },
         }
     }
     let parsed = tobj::load_mtl_buf(&mut clean.as_bytes());
-    let (sources, _) = parsed.map_err(|cause| wrong(None, format!("cannot be parsed: {cause}")))?;
+    let (sources, _) = parsed.map_err(|cause| Error::Content {
+        path: path.to_owned(),
+        line: None,
+        what: format!("cannot be parsed: {cause}"),
+    })?;
     let definitions = found.into_iter().zip(sources);
     let definitions =
         definitions.map(|((name, lines), source)| Definition { name, file: path.to_owned(), source, lines }).collect();
-    let warnings = unknown.map(|(line, keyword, more)| {
-        let others = if more > 0 { format!(", and {more} more such lines") } else { String::new() };
-        format!("{}:{line}: `{keyword}` is not supported and left out{others}", path.display())
-    });
-    Ok((definitions, warnings.into_iter().collect()))
+    let left_out = [homeless, unknown, wrong].map(|odd| odd.warning("left out", "lines"));
+    let warnings = left_out.into_iter().flatten().map(|warning| format!("{}: {warning}", path.display()));
+    Ok((definitions, warnings.collect()))
 }
 
 /// A keyword as tobj spells it; empty for one that changes nothing here, none for one that is not supported.
@@ -87,8 +103,9 @@ fn canonical(keyword: &str) -> Option<&'static str> {
         "map_pm" => "map_Pm",
         "bump" | "map_bump" => "bump",
         "norm" | "map_kn" | "map_norm" => "norm",
-        // Refraction, filters and the choice of a 1990s' light model; the ambient map repeats the diffuse one.
-        "" | "ni" | "tf" | "illum" | "sharpness" | "map_ka" | "map_aat" => "",
+        "map_ka" => "map_Ka",
+        // Refraction, filters and the choice of a 1990s' light model.
+        "" | "ni" | "tf" | "illum" | "sharpness" | "map_aat" => "",
         comment if comment.starts_with('#') => "",
         _ => return None,
     })
@@ -97,7 +114,6 @@ fn canonical(keyword: &str) -> Option<&'static str> {
 /// Returns the text that tobj shall read after the keyword; none where nothing is left.
 fn value(keyword: &str, rest: &str) -> Result<Option<String>, String> {
     if keyword.starts_with("map_") || keyword == "bump" || keyword == "norm" {
-        check_options(rest)?;
         return Ok(Some(rest.to_owned()).filter(|rest| !rest.is_empty()));
     }
     let mut words = rest.split_whitespace().take_while(|word| !word.starts_with('#')).peekable();
@@ -106,8 +122,7 @@ fn value(keyword: &str, rest: &str) -> Result<Option<String>, String> {
     let numbers: Vec<&str> = words.collect();
     let Some(&first) = numbers.first() else { return Err(format!("`{keyword}` has no value")) };
     if !keyword.starts_with('K') {
-        check_number(first)?;
-        return Ok(Some(first.to_owned()));
+        return Ok(Some(number(first)?.into_owned()));
     }
     if first == "spectral" {
         return Err(format!("`{keyword} spectral` is not supported: give red, green and blue"));
@@ -118,24 +133,8 @@ fn value(keyword: &str, rest: &str) -> Result<Option<String>, String> {
         [r, g, b, ..] => [r, g, b],
         _ => return Err(format!("`{keyword}` has {} numbers instead of 3", numbers.len())),
     };
-    channels.iter().try_for_each(|channel| check_number(channel))?;
-    Ok(Some(channels.join(" ")))
-}
-
-/// Checks the numbers of a map's options. A word that is no number, or the last one, is the map's name.
-fn check_options(text: &str) -> Result<(), String> {
-    let words: Vec<&str> = text.split_whitespace().collect();
-    for (index, option) in words.iter().enumerate() {
-        let most = match *option {
-            "-s" | "-o" | "-t" => 3,
-            "-bm" => 1,
-            _ => 0,
-        };
-        let last = words.len() - 1;
-        let numbers = words[(index + 1).min(last)..last].iter().take(most);
-        numbers.take_while(|word| word.parse::<f64>().is_ok()).try_for_each(|word| check_number(word))?;
-    }
-    Ok(())
+    let channels: Result<Vec<_>, String> = channels.into_iter().map(number).collect();
+    Ok(Some(channels?.join(" ")))
 }
 
 /// A map statement's value, taken apart.
@@ -150,6 +149,8 @@ pub(super) struct Map {
     pub offset: DVec2,
     /// `-imfchan`: r, g, b, m, l or z
     pub channel: Option<char>,
+    /// `-clamp on`: the picture is there once, and its edges go on.
+    pub is_clamped: bool,
     /// Options that change the picture and are not supported.
     pub ignored: Vec<String>,
 }
@@ -163,6 +164,7 @@ impl Map {
             scale: DVec2::ONE,
             offset: DVec2::ZERO,
             channel: None,
+            is_clamped: false,
             ignored: Vec::new(),
         };
         let mut rest = value.trim();
@@ -171,6 +173,23 @@ impl Map {
         }
         map.name = rest.to_owned();
         map
+    }
+
+    /// The same with what stands behind the name taken off it: a comment, and options, which the format has before the name. None where
+    /// there is nothing.
+    pub fn without_tail(&self) -> Option<Self> {
+        let is_start = |at: &usize| self.name[..*at].ends_with(char::is_whitespace);
+        let mut starts = self.name.match_indices(['#', '-']).filter(|(at, _)| is_start(at));
+        let (at, _) = starts.find(|(at, mark)| *mark == "#" || is_option(text::split_keyword(&self.name[*at..]).0))?;
+        let (name, tail) = self.name.split_at(at);
+        let mut map = Self { name: name.trim().to_owned(), ..self.clone() };
+        // An option's last word is taken for the name where there is none behind it.
+        let tail = format!("{} name", tail.split('#').next().unwrap_or_default().trim());
+        let mut rest = tail.as_str();
+        while let Some(after) = map.option(rest) {
+            rest = after;
+        }
+        (!map.name.is_empty()).then_some(map)
     }
 
     /// Takes one option off the front.
@@ -182,7 +201,16 @@ impl Map {
             "-bm" | "-boost" | "-texres" => 1,
             _ => 0,
         };
-        let (numbers, after_numbers) = leading_numbers(rest, most_numbers);
+        let (mut numbers, after_numbers) = leading_numbers(rest, most_numbers);
+        if numbers.iter().any(|number| number.is_nan()) {
+            let words = rest[..rest.len() - after_numbers.len()].trim_end();
+            self.ignored.push(format!("{option} {words}"));
+            // As if it were not there.
+            numbers.clear();
+            if option == "-bm" {
+                return Some(after_numbers);
+            }
+        }
         let (word, after_word) = text::split_keyword(rest);
         let pair = |default: f64| {
             DVec2::new(numbers.first().copied().unwrap_or(default), numbers.get(1).copied().unwrap_or(default))
@@ -197,11 +225,12 @@ impl Map {
             "-s" => self.scale = pair(1.0),
             "-o" => self.offset = pair(0.0),
             "-t" => ignore_unless(numbers.iter().all(|&n| n == 0.0)),
-            "-mm" => ignore_unless(numbers == [0.0, 1.0]),
-            "-boost" => ignore_unless(numbers == [0.0]),
+            "-mm" => ignore_unless(numbers.is_empty() || numbers == [0.0, 1.0]),
+            "-boost" => ignore_unless(numbers.iter().all(|&n| n == 0.0)),
             "-texres" => {}
             "-blendu" | "-blendv" => ignore_unless(word == "on"),
-            "-cc" | "-clamp" => ignore_unless(word == "off"),
+            "-cc" => ignore_unless(word == "off"),
+            "-clamp" => self.is_clamped = word == "on",
             "-imfchan" => self.channel = word.chars().next(),
             // A name may begin with a dash.
             _ => return None,
@@ -211,15 +240,36 @@ impl Map {
     }
 }
 
-/// Returns up to `most` numbers at the front, and the rest of the text. The last word is never taken: it is the name.
+/// The options of maps that [`Map::option`] takes off.
+fn is_option(word: &str) -> bool {
+    matches!(
+        word,
+        "-s" | "-o"
+            | "-t"
+            | "-mm"
+            | "-bm"
+            | "-boost"
+            | "-texres"
+            | "-blendu"
+            | "-blendv"
+            | "-cc"
+            | "-clamp"
+            | "-imfchan"
+    )
+}
+
+/// Returns up to `most` numbers at the front (not a number where one cannot be used), and the rest of the text. The last word is never taken:
+/// it is the name.
 fn leading_numbers(text: &str, most: usize) -> (Vec<f64>, &str) {
     let (mut numbers, mut rest) = (Vec::new(), text);
     while numbers.len() < most {
         let (word, after) = text::split_keyword(rest);
-        match word.parse::<f64>() {
-            Ok(number) if number.is_finite() && !after.is_empty() => numbers.push(number),
-            _ => break,
-        }
+        let own = match number(word) {
+            Ok(own) => own.parse().ok(),
+            Err(_) => word.parse::<f64>().ok().map(|_| f64::NAN),
+        };
+        let Some(own) = own.filter(|_| !after.is_empty()) else { break };
+        numbers.push(own);
         rest = after;
     }
     (numbers, rest)
@@ -238,7 +288,10 @@ mod tests {
         let map = Map::parse("-bm 0.2 -s 2 3 1 -o 0.5 0 -clamp on -imfchan r  wall no 1.png");
         assert_eq!(map.name, "wall no 1.png");
         assert_eq!((map.bump_scale, map.scale, map.offset), (0.2, DVec2::new(2.0, 3.0), DVec2::new(0.5, 0.0)));
-        assert_eq!((map.channel, map.ignored), (Some('r'), vec!["-clamp on".to_owned()]));
+        assert_eq!((map.channel, map.is_clamped, map.ignored), (Some('r'), true, Vec::new()));
+        let odd = Map::parse("-s 1 nan 1 -bm 1e39 -o inf a.png");
+        assert_eq!((odd.name.as_str(), odd.scale, odd.bump_scale, odd.offset), ("a.png", DVec2::ONE, 1.0, DVec2::ZERO));
+        assert_eq!(odd.ignored, ["-s 1 nan 1", "-bm 1e39", "-o inf"]);
         for (value, name) in [
             ("01.png", "01.png"),
             ("-bm 2 3 walls.png", "3 walls.png"),
@@ -248,6 +301,22 @@ mod tests {
             ("-mm 0 1 a.png", "a.png"),
         ] {
             assert_eq!(Map::parse(value).name, name);
+        }
+    }
+
+    #[test]
+    fn options_and_comments_behind_a_name_are_taken_off_it() {
+        let map = Map::parse("wall-1 #2.png -s 0.5 2 1 -clamp on # the wall").without_tail().unwrap();
+        assert_eq!(
+            (map.name.as_str(), map.scale, map.is_clamped),
+            ("wall-1", DVec2::ONE, false),
+            "a number sign first"
+        );
+        let map = Map::parse("-bm 3 wall-1.png -s 0.5 2 1 -clamp on # the wall").without_tail().unwrap();
+        assert_eq!((map.name.as_str(), map.scale, map.is_clamped), ("wall-1.png", DVec2::new(0.5, 2.0), true));
+        assert_eq!(map.bump_scale, 3.0);
+        for name in ["wall -1.png", "-dash.png", "wall#1.png", "-s 1 1 1 a.png"] {
+            assert_eq!(Map::parse(name).without_tail(), None, "{name}");
         }
     }
 
@@ -262,22 +331,42 @@ mod tests {
         assert_eq!(source.diffuse_texture.as_deref(), Some("x y.png"));
         assert_eq!(source.unknown_param.get("norm").map(String::as_str), Some("n.png"));
         assert_eq!(lines.get("map_Kd"), Some(&5));
-        assert_eq!(warnings, ["m.mtl:8: `foo` is not supported and left out, and 1 more such lines"]);
+        let expected = [
+            "m.mtl: line 1: `Kd` belongs to no material; left out",
+            "m.mtl: line 8: `foo` is not supported; left out, and 1 more such lines",
+        ];
+        assert_eq!(warnings, expected);
     }
 
     #[test]
-    fn wrong_numbers_are_refused_with_their_line() {
+    fn a_statement_with_a_wrong_number_is_left_out_and_told_by_its_line() {
         for (text, expected) in [
-            ("newmtl a\nKd 1 nan 1", "m.mtl:2: `nan` is not a finite number"),
-            ("newmtl a\nmap_Kd -s 1 nan 1 a.png", "m.mtl:2: `nan` is not a finite number"),
-            ("newmtl a\nmap_Kd -o inf a.png", "m.mtl:2: `inf` is not a finite number"),
-            ("newmtl a\n\nmap_Bump -bm 1e39 a.png", "m.mtl:3: 1e39 is out of range: at most 1e15"),
-            ("newmtl a\n\nNs 1e39", "m.mtl:3: 1e39 is out of range: at most 1e15"),
-            ("newmtl a\nKd 1 2", "m.mtl:2: `Kd` has 2 numbers instead of 3"),
-            ("newmtl a\nd", "m.mtl:2: `d` has no value"),
-            ("newmtl a\nd x", "m.mtl:2: `x` is not a number"),
+            ("Kd 1 nan 1", "line 3: `nan` is not a finite number"),
+            ("Ns 1e39", "line 3: 1e39 is out of range: at most 1e15"),
+            ("Kd 1 2", "line 3: `Kd` has 2 numbers instead of 3"),
+            ("Ke spectral a.rfl", "line 3: `Ke spectral` is not supported: give red, green and blue"),
+            ("d", "line 3: `d` has no value"),
+            ("d x", "line 3: `x` is not a number"),
         ] {
-            assert_eq!(parse(Path::new("m.mtl"), text).unwrap_err().to_string(), expected);
+            let (definitions, warnings) = parsed(&format!("newmtl a\nPr 0,5\n{text}\nPm 1\n"));
+            assert_eq!(warnings, [format!("m.mtl: {expected}; left out")]);
+            let Definition { source, lines, .. } = &definitions[0];
+            assert_eq!(
+                (source.diffuse, source.dissolve, source.shininess, lines.len()),
+                (None, None, None, 2),
+                "{text}"
+            );
+            assert_eq!(source.unknown_param.get("Pr").map(String::as_str), Some("0.5"));
         }
+    }
+
+    #[test]
+    fn names_keep_a_backslash_and_statements_go_on_behind_one() {
+        let (definitions, warnings) =
+            parsed("newmtl Solid\\\nKd 1 \\\n 0 \\\n 0\nmap_Kd C:\\tex\\\nNs 3\n# D:\\\nd 1\n");
+        let Definition { name, source, .. } = &definitions[0];
+        assert_eq!((name.as_str(), source.diffuse, source.dissolve), ("Solid\\", Some([1.0, 0.0, 0.0]), Some(1.0)));
+        assert_eq!((source.diffuse_texture.as_deref(), source.shininess), (Some("C:\\tex\\"), Some(3.0)));
+        assert_eq!(warnings, Vec::<String>::new());
     }
 }

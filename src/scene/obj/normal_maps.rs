@@ -1,7 +1,7 @@
 //! Normal maps: telling them from height maps, making them of these, and finding out which way their green points.
 
 use glam::Vec3;
-use image::{GrayImage, Rgba, RgbaImage};
+use image::{Rgba, RgbaImage};
 
 /// The depth, in texels, of a height map of `-bm 1` from black to white.
 const HEIGHT_IN_TEXELS: f32 = 8.0;
@@ -35,10 +35,16 @@ pub(super) fn looks_like_normals(image: &RgbaImage) -> bool {
     mean.z - mean.x.max(mean.y) > 0.2 && unit as f32 > 0.6 * count as f32
 }
 
+/// Heights from 0 to 1, rows from the top.
+pub(super) struct Heights {
+    pub size: (u32, u32),
+    pub values: Vec<f32>,
+}
+
 /// Tangent-space normals, +Y up, of a repeating height field (Sobel's gradient).
-pub(super) fn normals_of_heights(heights: &GrayImage, bump_scale: f32) -> RgbaImage {
-    let (width, height) = heights.dimensions();
-    let at = |x: u32, y: u32| f32::from(heights.get_pixel(x % width, y % height).0[0]) / 255.0;
+pub(super) fn normals_of_heights(heights: &Heights, bump_scale: f32) -> RgbaImage {
+    let (width, height) = heights.size;
+    let at = |x: u32, y: u32| heights.values[(y % height) as usize * width as usize + (x % width) as usize];
     let strength = HEIGHT_IN_TEXELS * bump_scale / 8.0;
     RgbaImage::from_fn(width, height, |x, y| {
         let (left, right, above, below) = (x + width - 1, x + 1, y + height - 1, y + 1);
@@ -97,25 +103,29 @@ pub(super) fn turn_green_over(texels: &mut [u8]) {
 
 #[cfg(test)]
 mod tests {
-    use image::Luma;
-
     use super::*;
 
+    /// Heights in codes of 8 bits.
+    fn field(size: u32, code: impl Fn(u32, u32) -> u8) -> Heights {
+        let values = (0..size * size).map(|at| f32::from(code(at % size, at / size)) / 255.0).collect();
+        Heights { size: (size, size), values }
+    }
+
     /// Rolling hills, whose slopes along X change along Y.
-    fn heights() -> GrayImage {
+    fn heights() -> Heights {
         let wave =
             |x: u32, y: u32| (x as f32 * 0.4).sin() * (y as f32 * 0.3).cos() + (x as f32 * 0.1 + y as f32 * 0.2).sin();
-        GrayImage::from_fn(64, 64, |x, y| Luma([(128.0 + 50.0 * wave(x, y)) as u8]))
+        field(64, |x, y| (128.0 + 50.0 * wave(x, y)) as u8)
     }
 
     #[test]
     fn heights_become_normals_that_lean_downhill() {
-        let ramp = GrayImage::from_fn(8, 8, |x, y| Luma([(x * 10 + y * 5) as u8]));
+        let ramp = field(8, |x, y| (x * 10 + y * 5) as u8);
         let normals = normals_of_heights(&ramp, 1.0);
         let normal = decode(normals.get_pixel(3, 3));
         // Uphill is right and down, so the normal leans left and up.
         assert!(normal.x < -0.1 && normal.y > 0.1 && normal.z > 0.9, "{normal}");
-        let flat = normals_of_heights(&GrayImage::new(4, 4), 1.0);
+        let flat = normals_of_heights(&field(4, |_, _| 0), 1.0);
         assert!(flat.pixels().all(|texel| texel.0 == [128, 128, 255, 255]));
         let inverted = decode(normals_of_heights(&ramp, -1.0).get_pixel(3, 3));
         assert!((inverted.x + normal.x).abs() < 0.01 && (inverted.y + normal.y).abs() < 0.01);

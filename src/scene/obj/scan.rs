@@ -1,18 +1,20 @@
-//! The first reading of an OBJ: checks every number and index while its line is known, and writes the text that tobj then reads.
+//! The first reading of an OBJ: checks every number and index while its line is known, and writes the text that tobj then reads. A face that
+//! cannot be drawn is left out with a warning, and all others are drawn.
 //!
 //! tobj stops at the first odd line without saying which, reads one `mtllib` name a line, has no smoothing groups, and makes
 //! uneven arrays of faces that carry texture coordinates only here and there. So the scan hands it a text of `v`, `vt`, `vn`
 //! and `f` with absolute indices, its faces sorted into parts that are alike in group, material, smoothing and in what their
 //! corners carry: each part is one tobj object, named by its number.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
+use super::colors::Colors;
+use super::keywords::{CONTINUATION, KEYWORDS, lower};
+use super::numbers::{Odd, index, number};
 use super::text;
+use super::tobj_text::{push_number, write_face};
 use crate::scene::Error;
-
-/// Largest magnitude of any number: f64 still tells an eighth of a metre apart there, and squares stay finite in f32.
-const LARGEST: f64 = 1e15;
 
 /// The rule for making normals that a file does not give.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -47,6 +49,8 @@ pub(super) struct Scan {
     pub materials: Vec<(String, usize)>,
     /// The text after each `mtllib`, and its line.
     pub libraries: Vec<(String, usize)>,
+    /// sRGB colours of vertices; empty where the file has none. In its text a vertex's number then stands where tobj looks for red.
+    pub colors: Vec<[f32; 3]>,
     /// Warnings of what is not drawn, a line each.
     pub warnings: Vec<String>,
 }
@@ -54,23 +58,18 @@ pub(super) struct Scan {
 /// Reads `text`, the content of `path`.
 ///
 /// # Errors
-/// `Error::Content` with the line for a number that is none, not finite or too large, for an index that is none or points
-/// nowhere; without one for a file that has no faces.
+/// `Error::Content` for a file of which no face can be drawn, with the line of the first fault, if there is one.
 pub(super) fn scan(path: &Path, text: &str) -> Result<Scan, Error> {
     let exists = ["v", "vt", "vn"].map(|keyword| {
         text.lines().any(|line| {
-            let after = line.trim_start().strip_prefix(keyword);
-            after.is_some_and(|rest| rest.starts_with(char::is_whitespace))
+            let (found, rest) = text::split_keyword(line.trim_start());
+            found.eq_ignore_ascii_case(keyword) && !rest.is_empty()
         })
     });
     let mut scanner = Scanner { text: String::with_capacity(text.len()), exists, ..Scanner::default() };
-    for (line, statement) in text::statements(text) {
+    for (line, statement) in text::statements(text, &CONTINUATION) {
         let (keyword, rest) = text::split_keyword(&statement);
-        scanner.statement(line, keyword, rest).map_err(|what| Error::Content {
-            path: path.to_owned(),
-            line: Some(line),
-            what,
-        })?;
+        scanner.statement(line, &lower(keyword), rest);
     }
     scanner.finish().map_err(|(line, what)| Error::Content { path: path.to_owned(), line, what })
 }
@@ -113,36 +112,57 @@ struct Scanner {
     exists: [bool; 3],
     /// The number of each so far.
     counts: [usize; 3],
-    /// The largest index into each, and its line: a face may name vertices that only come later.
-    furthest: [(usize, usize); 3],
+    /// Positions that are none.
+    no_places: HashSet<usize>,
+    /// Faces that name what only comes later, or never.
+    early: Vec<Early>,
+    colors: Colors,
+    /// True once its text has the vertices' numbers.
+    is_numbered: bool,
     lines: usize,
     points: usize,
-    colors: usize,
-    /// First line whose corners name an attribute of which the file has none at all.
-    dangling: Option<usize>,
-    unknown: Option<(usize, String)>,
-    unknown_count: usize,
+    odd: OddLines,
+    corners: Vec<[usize; 3]>,
+}
+
+/// Lines that are not drawn as they are written.
+#[derive(Default)]
+struct OddLines {
+    /// Numbers of each kind that are none.
+    numbers: [Odd; 3],
+    /// Faces that are left out.
+    faces: Odd,
+    /// Indices of texture coordinates and normals that are left out.
+    indices: Odd,
+    /// Corners that name an attribute of which the file has none at all.
+    dangling: Odd,
+    /// Corners without the attribute that others of their face have.
+    partial: Odd,
+    unknown: Odd,
+}
+
+/// A face's line, and what the statements before it say of it.
+#[derive(Clone, Copy)]
+struct Place {
+    line: usize,
+    group: usize,
+    material: usize,
+    smoothing: Smoothing,
+}
+
+/// A face that names a vertex before it is there.
+struct Early {
+    place: Place,
     corners: Vec<[usize; 3]>,
 }
 
 impl Scanner {
-    fn statement(&mut self, line: usize, keyword: &str, rest: &str) -> Result<(), String> {
+    fn statement(&mut self, line: usize, keyword: &str, rest: &str) {
         match keyword {
-            "v" => {
-                let more = self.numbers("v", rest, 3)?;
-                self.counts[0] += 1;
-                // One more is a weight, which polygons do not use; three more are a colour.
-                self.colors += usize::from(more >= 3);
-            }
-            "vt" => {
-                self.texture_coordinate(rest)?;
-                self.counts[1] += 1;
-            }
-            "vn" => {
-                self.numbers("vn", rest, 3)?;
-                self.counts[2] += 1;
-            }
-            "f" | "fo" => self.face(line, rest)?,
+            "v" => self.vertex(line, rest),
+            "vt" => self.numbers(line, 1, rest, 1, 2),
+            "vn" => self.numbers(line, 2, rest, 3, 3),
+            "f" | "fo" => self.face(line, rest),
             "l" => self.lines += 1,
             "p" => self.points += rest.split_whitespace().count(),
             "o" => (self.object_name, self.group_name, self.group) = (rest.to_owned(), String::new(), None),
@@ -150,114 +170,181 @@ impl Scanner {
             "s" => self.smoothing = Some(smoothing(rest)),
             "usemtl" => self.material = Some(self.materials.id(rest, line)),
             "mtllib" => self.libraries.push((rest.to_owned(), line)),
+            "#mrgb" => {
+                self.number_vertices();
+                self.colors.paint(rest);
+            }
             // Display attributes that change nothing here.
             "" | "mg" | "bevel" | "c_interp" | "d_interp" | "lod" | "shadow_obj" | "trace_obj" | "usemap"
             | "maplib" => {}
             _ if keyword.starts_with('#') => {}
-            _ => {
-                self.unknown_count += 1;
-                self.unknown.get_or_insert_with(|| (line, keyword.to_owned()));
-            }
+            // Curves and surfaces, among others.
+            _ if KEYWORDS.contains(&keyword) => self.odd.unknown.add(line, || format!("`{keyword}` is not supported")),
+            _ => self.odd.unknown.add(line, || format!("`{keyword}` is not known")),
         }
-        Ok(())
     }
 
-    /// Copies `wanted` numbers, checked. Returns how many words were left over.
-    fn numbers(&mut self, keyword: &str, rest: &str, wanted: usize) -> Result<usize, String> {
+    /// Takes a vertex: its place, perhaps a weight, which polygons do not use, and perhaps a colour.
+    fn vertex(&mut self, line: usize, rest: &str) {
+        self.numbers(line, 0, rest, 3, 3);
+        let mut words = rest.split_whitespace().take_while(|word| !word.starts_with('#')).skip(3);
+        let more: [Option<&str>; 5] = std::array::from_fn(|_| words.next());
+        let more: Vec<&str> = more.into_iter().map_while(|word| word).collect();
+        let is_numbered = self.is_numbered;
+        if (3..5).contains(&more.len()) {
+            self.number_vertices();
+            self.colors.set(self.counts[0] - 1, &more);
+        }
+        if is_numbered {
+            // Before the line's end.
+            self.text.pop();
+            push_number(&mut self.text, self.counts[0] - 1);
+            self.text.push('\n');
+        }
+    }
+
+    /// Takes the place, texture coordinates or normal of a line: `wanted` numbers, of which those behind the first `needed` may be missing.
+    fn numbers(&mut self, line: usize, kind: usize, rest: &str, needed: usize, wanted: usize) {
+        let keyword = ["v", "vt", "vn"][kind];
+        let before = self.text.len();
         self.text.push_str(keyword);
-        let mut words = rest.split_whitespace();
-        for found in 0..wanted {
-            let word = words.next().filter(|word| !word.starts_with('#'));
-            let word = word.ok_or_else(|| format!("`{keyword}` has {found} numbers instead of {wanted}"))?;
-            check_number(word)?;
-            self.text.push(' ');
-            self.text.push_str(word);
+        let mut words = rest.split_whitespace().take_while(|word| !word.starts_with('#'));
+        let fault = (0..wanted).find_map(|found| {
+            let word = match words.next() {
+                Some(word) => word,
+                None if found >= needed => "0",
+                None => return Some(format!("`{keyword}` has {found} numbers instead of {wanted}")),
+            };
+            match number(word) {
+                Ok(word) => {
+                    self.text.push(' ');
+                    self.text.push_str(&word);
+                    None
+                }
+                Err(fault) => Some(fault),
+            }
+        });
+        self.counts[kind] += 1;
+        if let Some(fault) = fault {
+            self.text.truncate(before);
+            self.text.push_str(keyword);
+            self.text.push_str(&" 0"[..].repeat(wanted));
+            self.odd.numbers[kind].add(line, || fault);
+            if kind == 0 {
+                self.no_places.insert(self.counts[0]);
+            }
         }
         self.text.push('\n');
-        Ok(words.take_while(|word| !word.starts_with('#')).count())
     }
 
-    fn texture_coordinate(&mut self, rest: &str) -> Result<(), String> {
-        let mut words = rest.split_whitespace();
-        let u = words.next().ok_or("`vt` has no numbers")?;
-        // A one-dimensional texture's V.
-        let v = words.next().filter(|word| !word.starts_with('#')).unwrap_or("0");
-        check_number(u)?;
-        check_number(v)?;
-        self.text.extend(["vt ", u, " ", v, "\n"]);
-        Ok(())
+    /// Begins to hand tobj the vertices' numbers, where colours are found: those that it knows already get theirs now.
+    fn number_vertices(&mut self) {
+        if std::mem::replace(&mut self.is_numbered, true) {
+            return;
+        }
+        let text = std::mem::take(&mut self.text);
+        let mut vertex = 0;
+        for line in text.lines() {
+            self.text.push_str(line);
+            // The last vertex may be the one whose colour has just been found.
+            if line.starts_with("v ") {
+                push_number(&mut self.text, vertex);
+                vertex += 1;
+            }
+            self.text.push('\n');
+        }
     }
 
-    fn face(&mut self, line: usize, rest: &str) -> Result<(), String> {
+    fn face(&mut self, line: usize, rest: &str) {
         self.corners.clear();
         for word in rest.split_whitespace().take_while(|word| !word.starts_with('#')) {
-            let corner = self.corner(line, word)?;
-            self.corners.push(corner);
-        }
-        match self.corners.len() {
-            0 => return Err("a face without corners".into()),
-            1 => self.points += 1,
-            2 => self.lines += 1,
-            _ => {}
-        }
-        for (kind, furthest) in self.furthest.iter_mut().enumerate() {
-            let last = self.corners.iter().map(|corner| corner[kind]).max().unwrap_or(0);
-            if last > furthest.0 {
-                *furthest = (last, line);
+            match self.corner(line, word) {
+                Ok(corner) => self.corners.push(corner),
+                Err(fault) => return self.odd.faces.add(line, || fault),
             }
         }
-        if self.corners.len() > 2 {
-            self.push_face(line);
+        match self.corners.len() {
+            0 => return self.odd.faces.add(line, || "a face without corners".into()),
+            1 => return self.points += 1,
+            2 => return self.lines += 1,
+            _ => {}
         }
-        Ok(())
+        let place = Place {
+            line,
+            group: self.group(line),
+            material: *self.material.get_or_insert_with(|| self.materials.id("", line)),
+            smoothing: self.smoothing.unwrap_or(Smoothing::Unstated),
+        };
+        let counts = self.counts;
+        let is_there = |corner: &[usize; 3]| corner.iter().zip(counts).all(|(&index, count)| index <= count);
+        if self.corners.iter().all(is_there) {
+            let corners = std::mem::take(&mut self.corners);
+            self.push_face(place, &corners);
+            self.corners = corners;
+        } else {
+            self.early.push(Early { place, corners: self.corners.clone() });
+        }
     }
 
     /// One-based indices of position, texture coordinate and normal; 0 where there is none.
+    ///
+    /// # Errors
+    /// What is wrong with the position's index.
     fn corner(&mut self, line: usize, word: &str) -> Result<[usize; 3], String> {
         let mut indices = [0; 3];
         for (kind, part) in word.split('/').enumerate() {
-            let slot = indices.get_mut(kind).ok_or_else(|| format!("`{word}` has more than three indices"))?;
+            let Some(slot) = indices.get_mut(kind) else {
+                self.odd.indices.add(line, || format!("`{word}` has more than three indices"));
+                break;
+            };
             if part.is_empty() {
                 continue;
             }
             if kind > 0 && !self.exists[kind] {
                 // Exporters that dropped a whole attribute leave its indices behind; nothing is lost by letting them go.
-                self.dangling.get_or_insert(line);
+                self.odd.dangling.add(line, String::new);
                 continue;
             }
-            let index: i64 = part.parse().map_err(|_| format!("`{part}` is not an index"))?;
-            *slot = match index {
-                0 => return Err(format!("index 0 in `{word}`: OBJ counts from 1")),
-                1.. => usize::try_from(index).unwrap_or(usize::MAX),
-                _ => usize::try_from(index.unsigned_abs())
-                    .ok()
-                    .and_then(|back| (self.counts[kind] + 1).checked_sub(back))
-                    .filter(|&index| index > 0)
-                    .ok_or_else(|| {
-                        format!("index {index} is out of range: {} have been defined so far", self.counts[kind])
-                    })?,
-            };
+            match index(part, word, self.counts[kind]) {
+                Ok(index) => *slot = index,
+                Err(fault) if kind == 0 => return Err(fault),
+                Err(fault) => self.odd.indices.add(line, || fault),
+            }
         }
         if indices[0] == 0 { Err(format!("`{word}` names no vertex")) } else { Ok(indices) }
     }
 
-    fn push_face(&mut self, line: usize) {
-        let group = match self.group {
-            Some(group) => group,
-            None => {
-                let separator = if self.object_name.is_empty() || self.group_name.is_empty() { "" } else { "/" };
-                let id = self.groups.id(&format!("{}{separator}{}", self.object_name, self.group_name), line);
-                *self.group.insert(id)
+    fn group(&mut self, line: usize) -> usize {
+        if let Some(group) = self.group {
+            return group;
+        }
+        let separator = if self.object_name.is_empty() || self.group_name.is_empty() { "" } else { "/" };
+        let id = self.groups.id(&format!("{}{separator}{}", self.object_name, self.group_name), line);
+        *self.group.insert(id)
+    }
+
+    /// Writes a face whose indices point at what is there.
+    fn push_face(&mut self, place: Place, corners: &[[usize; 3]]) {
+        let Place { line, group, material, smoothing } = place;
+        let is_nowhere = |corner: &&[usize; 3]| self.no_places.contains(&corner[0]);
+        if !self.no_places.is_empty()
+            && let Some([vertex, ..]) = corners.iter().find(is_nowhere)
+        {
+            return self.odd.faces.add(line, || format!("vertex {vertex} has no place"));
+        }
+        let [has_uvs, has_normals] = [1, 2].map(|kind| corners.iter().all(|corner| corner[kind] > 0));
+        for (kind, is_whole) in [(1, has_uvs), (2, has_normals)] {
+            if !is_whole && corners.iter().any(|corner| corner[kind] > 0) {
+                let what = ["texture coordinates", "normals"][kind - 1];
+                self.odd.partial.add(line, || format!("{what} at some corners of a face only"));
             }
-        };
-        let material = *self.material.get_or_insert_with(|| self.materials.id("", line));
-        let has_normals = self.corners.iter().all(|corner| corner[2] > 0);
+        }
         let part = Part {
             group,
             material,
             // Beside normals of the file, smoothing changes nothing and would only split the mesh.
-            smoothing: if has_normals { Smoothing::Unstated } else { self.smoothing.unwrap_or(Smoothing::Unstated) },
-            has_uvs: self.corners.iter().all(|corner| corner[1] > 0),
+            smoothing: if has_normals { Smoothing::Unstated } else { smoothing },
+            has_uvs,
             has_normals,
         };
         let id = *self.part_ids.entry(part).or_insert_with(|| {
@@ -265,24 +352,52 @@ impl Scanner {
             self.faces.push(String::new());
             self.parts.len() - 1
         });
-        write_face(&mut self.faces[id], &self.corners, &part);
+        write_face(&mut self.faces[id], corners, &part);
     }
 
-    fn finish(self) -> Result<Scan, (Option<usize>, String)> {
-        for ((index, line), (count, what)) in
-            self.furthest.into_iter().zip(self.counts.into_iter().zip(["vertices", "texture coordinates", "normals"]))
-        {
-            if index > count {
-                return Err((Some(line), format!("index {index} is out of range: the file has {count} {what}")));
+    /// Writes the faces that named what came later.
+    fn push_early_faces(&mut self) {
+        for Early { place, mut corners } in std::mem::take(&mut self.early) {
+            let mut fault = None;
+            for (kind, what) in ["vertices", "texture coordinates", "normals"].into_iter().enumerate() {
+                let count = self.counts[kind];
+                for index in corners.iter_mut().map(|corner| &mut corner[kind]).filter(|index| **index > count) {
+                    let told = format!("index {index} is out of range: the file has {count} {what}");
+                    if kind == 0 {
+                        fault.get_or_insert(told);
+                    } else {
+                        self.odd.indices.add(place.line, || told);
+                        *index = 0;
+                    }
+                }
+            }
+            match fault {
+                Some(fault) => self.odd.faces.add(place.line, || fault),
+                None => self.push_face(place, &corners),
             }
         }
+    }
+
+    fn finish(mut self) -> Result<Scan, (Option<usize>, String)> {
+        self.push_early_faces();
         if self.parts.is_empty() {
+            // The first fault is the reason, rather than that nothing was left.
+            let faults = [&self.odd.numbers[0], &self.odd.faces].into_iter().filter_map(|odd| odd.first.clone());
+            if let Some((line, what)) = faults.min() {
+                return Err((Some(line), what));
+            }
             let (points, lines) = (self.points, self.lines);
             let vertices = self.counts[0];
             let what = format!("has no faces to draw ({vertices} vertices, {lines} lines, {points} points)");
             return Err((None, what));
         }
-        let warnings = self.warnings();
+        let mut warnings = self.warnings();
+        let mut colors = Vec::new();
+        if !self.colors.is_empty() {
+            let (decided, odd) = std::mem::take(&mut self.colors).decided(self.counts[0]);
+            colors = decided;
+            warnings.extend(odd);
+        }
         let mut text = self.text;
         for (id, faces) in self.faces.iter().enumerate() {
             text.push_str(&format!("o {id}\n"));
@@ -295,30 +410,30 @@ impl Scanner {
             groups,
             materials: self.materials.names,
             libraries: self.libraries,
+            colors,
             warnings,
         })
     }
 
     fn warnings(&self) -> Vec<String> {
-        let mut warnings = Vec::new();
-        if self.lines + self.points > 0 {
-            warnings.push(format!("lines ({}) and points ({}) are not drawn", self.lines, self.points));
-        }
-        if self.colors > 0 {
-            warnings.push(format!("vertex colours ({}) are not used", self.colors));
-        }
-        if let Some(line) = self.dangling {
-            warnings
-                .push(format!("line {line}: indices of texture coordinates or normals, but the file has none of them"));
-        }
-        if let Some((line, keyword)) = &self.unknown {
-            let others = match self.unknown_count - 1 {
-                0 => String::new(),
-                n => format!(", and {n} more such lines"),
-            };
-            warnings.push(format!("line {line}: `{keyword}` is not known and left out{others}"));
-        }
-        warnings
+        let OddLines { numbers: [places, uvs, normals], faces, indices, dangling, partial, unknown } = &self.odd;
+        let drawn = (self.lines + self.points > 0)
+            .then(|| format!("lines ({}) and points ({}) are not drawn", self.lines, self.points));
+        let dangling = dangling.first.as_ref().map(|(line, _)| {
+            format!("line {line}: indices of texture coordinates or normals, but the file has none of them")
+        });
+        let all = [
+            drawn,
+            places.warning("the vertex has no place", "vertices"),
+            uvs.warning("taken for 0", "texture coordinates"),
+            normals.warning("the normal is made from the faces", "normals"),
+            faces.warning("the face is left out", "faces"),
+            indices.warning("drawn without that", "indices"),
+            partial.warning("drawn without them", "faces"),
+            dangling,
+            unknown.warning("left out", "lines"),
+        ];
+        all.into_iter().flatten().collect()
     }
 }
 
@@ -329,52 +444,4 @@ fn smoothing(rest: &str) -> Smoothing {
         // A name instead of a number still names one group.
         Some(group) => Smoothing::Group(group.parse().unwrap_or(1)),
     }
-}
-
-pub(super) fn check_number(word: &str) -> Result<(), String> {
-    let number: f64 = word.parse().map_err(|_| format!("`{word}` is not a number"))?;
-    if !number.is_finite() {
-        return Err(format!("`{word}` is not a finite number"));
-    }
-    if number.abs() > LARGEST {
-        return Err(format!("{word} is out of range: at most {LARGEST:e}"));
-    }
-    Ok(())
-}
-
-fn write_face(out: &mut String, corners: &[[usize; 3]], part: &Part) {
-    let mut push = |separator: char, index: Option<usize>| {
-        out.push(separator);
-        if let Some(index) = index {
-            push_decimal(out, index);
-        }
-    };
-    for (number, &[position, uv, normal]) in corners.iter().enumerate() {
-        if number == 0 {
-            push('f', None);
-        }
-        push(' ', Some(position));
-        if part.has_uvs || part.has_normals {
-            push('/', part.has_uvs.then_some(uv));
-        }
-        if part.has_normals {
-            push('/', Some(normal));
-        }
-    }
-    out.push('\n');
-}
-
-/// Appends a number's digits; `write!` takes a third of the whole scan's time.
-fn push_decimal(out: &mut String, mut number: usize) {
-    let mut digits = [0_u8; 20];
-    let mut first = digits.len();
-    loop {
-        first -= 1;
-        digits[first] = b'0' + (number % 10) as u8;
-        number /= 10;
-        if number == 0 {
-            break;
-        }
-    }
-    out.extend(digits[first..].iter().map(|&digit| char::from(digit)));
 }

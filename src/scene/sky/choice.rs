@@ -7,6 +7,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use super::{Atmosphere, Sky, read_panorama};
+use crate::scene::fit::fit_emission;
 use crate::scene::{Environment, Error, Fitted, Light, LightKind, Scene};
 
 /// As a command line asks for it.
@@ -58,6 +59,9 @@ pub fn put_sky(scene: &mut Scene, choice: &SkyChoice) -> Result<(), Error> {
             let adds = drop_fitted_light(scene);
             put_atmosphere(scene, Atmosphere::default(), *sun, adds);
         }
+    }
+    if scene.fitted.white.is_some() {
+        fit_emission(scene);
     }
     Ok(())
 }

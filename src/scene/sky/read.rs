@@ -1,15 +1,14 @@
 //! Reads pictures of skies: OpenEXR and Radiance HDR.
 
-use std::io::Cursor;
 use std::path::Path;
 
 use glam::{DVec3, Vec3};
-use image::{ImageFormat, ImageReader, Limits};
+use image::ImageFormat;
 
 use super::{MOST_LIGHT, SkyImage, SkyOrigin};
 use crate::regular_file::read_regular;
 use crate::scene::Error;
-use crate::scene::texture::decode;
+use crate::scene::texture::{decode_light, format_of};
 
 /// The widest panorama that is read, in texels; `MOST_FACE` is that of a cube's faces.
 const MOST_WIDTH: u32 = 8192;
@@ -109,21 +108,19 @@ fn bilinear(texels: &[[f32; 3]], edge: u32, place: [f64; 2]) -> DVec3 {
 /// `wrong` returns the fault of a size, before anything is decoded.
 fn read(path: &Path, wrong: impl Fn([u32; 2]) -> Option<String>) -> Result<Read, Error> {
     let fault = |cause: String| Error::Read { path: path.to_owned(), cause };
-    let format = match path.extension().map(|own| own.to_string_lossy().to_ascii_lowercase()).as_deref() {
-        Some("hdr" | "pic") => ImageFormat::Hdr,
-        Some("exr") => ImageFormat::OpenExr,
+    let bytes = read_regular(path, MOST_BYTES).map_err(|error| fault(error.to_string()))?;
+    let is_named =
+        |ends: &[&str]| path.extension().is_some_and(|own| ends.iter().any(|end| own.eq_ignore_ascii_case(end)));
+    let format = match format_of(&bytes, path) {
+        Some(format @ (ImageFormat::Hdr | ImageFormat::OpenExr)) => format,
+        // Old ones have no mark.
+        None if is_named(&["hdr", "pic"]) => ImageFormat::Hdr,
+        None if is_named(&["exr"]) => ImageFormat::OpenExr,
         _ => return Err(fault("a sky is read from Radiance HDR (.hdr) and OpenEXR (.exr) files".into())),
     };
-    let bytes = read_regular(path, MOST_BYTES).map_err(|error| fault(error.to_string()))?;
-    let mut limits = Limits::default();
-    limits.max_alloc = Some(MOST_BYTES);
-    let mut reader = ImageReader::with_format(Cursor::new(&bytes), format);
-    reader.limits(limits.clone());
-    let (width, height) = reader.into_dimensions().map_err(|error| fault(error.to_string()))?;
-    if let Some(cause) = wrong([width, height]) {
-        return Err(fault(cause));
-    }
-    let decoded = decode(&bytes, format, limits).map_err(|error| fault(error.to_string()))?.into_rgb32f();
+    let decoded = decode_light(&bytes, format, MOST_BYTES, &wrong).map_err(&fault)?;
+    let size = [decoded.width(), decoded.height()];
+    let decoded = decoded.into_rgb32f();
     let mut texels: Vec<[f32; 3]> = decoded.pixels().map(|pixel| pixel.0).collect();
     let mut changed = [0usize; 2];
     for value in texels.iter_mut().flatten() {
@@ -142,5 +139,5 @@ fn read(path: &Path, wrong: impl Fn([u32; 2]) -> Option<String>) -> Result<Read,
         says(changed[0], "are negative or no number: they are taken for 0"),
         says(changed[1], &format!("are above {MOST_LIGHT:e}: they are taken for that")),
     ];
-    Ok(Read { size: [width, height], texels, warnings: warnings.into_iter().flatten().collect() })
+    Ok(Read { size, texels, warnings: warnings.into_iter().flatten().collect() })
 }
