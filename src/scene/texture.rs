@@ -115,12 +115,12 @@ pub(crate) struct Picture {
 }
 
 impl Picture {
-    /// Its texels in 8 bits.
+    /// The texels, rounded to 8 bits.
     pub fn rgba8(&self, color_space: ColorSpace) -> RgbaImage {
         to_rgba8(&self.image, color_space)
     }
 
-    /// Its texels from 0 to 1 where the file has more than 8 bits a channel.
+    /// The texels from 0 to 1 if the file has more than 8 bits a channel.
     pub fn beyond_8_bits(&self) -> Option<Rgba32FImage> {
         use DynamicImage::{ImageLuma8, ImageLumaA8, ImageRgb8, ImageRgba8};
         match self.image {
@@ -167,8 +167,8 @@ pub fn decode(bytes: &[u8], format: ImageFormat, limits: Limits) -> Result<Dynam
 /// The error of a file whose decoder panics.
 const FAILS: &str = "it makes its decoder fail";
 
-/// Decodes OpenEXR or Radiance HDR to linear Rec. 709. `fault` returns what is wrong with a size, before anything is allocated for it; the
-/// decoder itself may allocate `most_bytes`.
+/// Decodes OpenEXR or Radiance HDR to linear Rec. 709. `fault` checks the size before the picture is allocated; the
+/// decoder may allocate `most_bytes`.
 ///
 /// # Errors
 /// The fault of its size, or why it cannot be decoded.
@@ -227,7 +227,7 @@ pub(super) fn format_of(bytes: &[u8], path: &Path) -> Option<ImageFormat> {
     image::guess_format(bytes).ok().or_else(|| is_tga().then_some(ImageFormat::Tga))
 }
 
-/// Returns true if the first 18 bytes say what those of a TGA may say.
+/// Returns true if the first 18 bytes are a valid TGA header.
 fn has_tga_header(bytes: &[u8]) -> bool {
     let Some(&[_, has_map, kind, _, _, _, _, map_bits, _, _, _, _, w, w_high, h, h_high, bits, _]) =
         bytes.first_chunk()
@@ -267,7 +267,7 @@ pub(crate) fn decode_image(bytes: &[u8], path: &Path) -> Result<Picture, Error> 
     Ok(Picture { image, warning })
 }
 
-/// Takes infinite values of an image of floats for 1 or 0, and those that are no number for 0. Returns their number.
+/// Replaces infinities of a float image by 1 or 0 and NaN by 0. Returns the number of replaced values.
 fn mend(image: &mut DynamicImage) -> usize {
     let values: &mut [f32] = match image {
         DynamicImage::ImageRgb32F(image) => image,

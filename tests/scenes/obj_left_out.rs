@@ -16,7 +16,7 @@ fn triangles(imported: &Imported) -> usize {
     imported.meshes.iter().map(|mesh| mesh.indices.len() / 3).sum()
 }
 
-/// Asserts that a text has so many triangles and that these words are in its only warning, or that it has none.
+/// Asserts the number of triangles, and that the only warning has these words (or that no warning is there, for "").
 fn assert_reads(text: &str, count: usize, words: &str) -> Imported {
     let imported = load_text(text);
     assert_eq!(triangles(&imported), count, "{text:?}: {:?}", imported.warnings);
@@ -319,7 +319,7 @@ fn emission_of_a_bare_model_is_a_share_of_white() {
     picture.save(folder.path().join("sky.hdr")).unwrap();
     put_sky(&mut scene, &SkyChoice::Picture(folder.path().join("sky.hdr"))).unwrap();
     assert_orange(&scene);
-    // In a scene file it is nits.
+    // A scene file's emission is in nits.
     let placed = folder.path().join("scene.toml");
     fs::write(&placed, "[[models]]\npath = \"model.obj\"\n").unwrap();
     let scene = open(placed.to_str().unwrap(), &OpenOptions::default()).unwrap();

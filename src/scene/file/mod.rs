@@ -186,7 +186,7 @@ fn base(root: &Table, folder: &Path, options: &OpenOptions) -> Result<Scene, Err
     };
     DEPTH.set(depth);
     let mut scene = opened.map_err(|error| from_another(&node, error))?;
-    // A scene file says emission in nits: what its base has stays as it is.
+    // Scene files give emission in nits, so the base's emission is not fitted again.
     scene.fitted.white = None;
     if root.read("base_lights", Node::boolean)? == Some(false) {
         scene.lights.clear();

@@ -15,7 +15,7 @@ struct Outline<'a> {
     grid: Grid,
 }
 
-/// Corners that may lie in an ear, by cell: those that do not stick out. A corner that does lies in an ear only together with one of these.
+/// Reflex and straight corners by cell. A convex corner lies in an ear only together with one of these.
 struct Grid {
     low: DVec2,
     cell: DVec2,
@@ -72,7 +72,7 @@ impl Outline<'_> {
         })
     }
 
-    /// Takes a corner out; the triangle with those beside it.
+    /// Removes a corner and returns its triangle.
     fn cut(&mut self, corner: usize) -> [usize; 3] {
         let (before, behind) = (self.before[corner], self.behind[corner]);
         (self.behind[before], self.before[behind]) = (behind, before);

@@ -105,7 +105,7 @@ struct Vertices {
 }
 
 impl Vertices {
-    /// Adds a part; `colors` are those of the file's vertices.
+    /// Adds a part. `colors` holds the colours of the file's vertices, if it has any.
     fn append(&mut self, part: &Part, mesh: tobj::Mesh, colors: &[[f32; 3]]) {
         let points: Vec<DVec3> = mesh.positions.as_chunks().0.iter().map(|&p| DVec3::from_array(p)).collect();
         let uvs: Vec<DVec2> = match part.has_uvs {

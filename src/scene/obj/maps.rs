@@ -14,7 +14,7 @@ use crate::scene::{ColorSpace, Sampler, Texture, Wrap};
 pub(super) struct Source {
     pub path: PathBuf,
     pub channel: Option<char>,
-    /// Its edges go on beyond it (`-clamp on`).
+    /// True if the edge texels continue outside 0..1 (`-clamp on`).
     pub is_clamped: bool,
 }
 
@@ -32,7 +32,7 @@ pub(super) enum Request {
 /// The opacity of a colour texture's texels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) enum Opacity {
-    /// At least a half everywhere, and nearly whole in most texels.
+    /// Every texel is at least half opaque, and most are nearly opaque.
     #[default]
     Whole,
     /// Below a half somewhere: a sheet with holes.
@@ -44,7 +44,7 @@ pub(super) enum Opacity {
 /// The result of a request.
 #[derive(Default)]
 pub(super) struct Made {
-    /// None where no image could be used; a warning says why.
+    /// `None` if no image could be used; a warning says why.
     pub texture: Option<Texture>,
     pub warnings: Vec<String>,
     /// Which of the request's two images were named and could not be read.
@@ -69,7 +69,7 @@ impl Request {
         self.pair().into_iter().flatten()
     }
 
-    /// Reads the images and makes the texture of those that can be read.
+    /// Reads the images and makes the texture from the readable ones.
     pub fn make(&self) -> Made {
         let mut made = Made::default();
         let mut read = |source: Option<&Source>| {
@@ -135,7 +135,7 @@ fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
-/// The image (white without), with the opacity of the mask where there is one.
+/// The image, or white without one, with the mask's opacity if there is a mask.
 fn color(image: Option<Picture>, mask: Option<Picture>, letter: Option<char>) -> RgbaImage {
     let color = image.map(|picture| picture.rgba8(ColorSpace::Srgb));
     let Some(mask) = mask else {
@@ -155,7 +155,7 @@ fn color(image: Option<Picture>, mask: Option<Picture>, letter: Option<char>) ->
     color
 }
 
-/// Finds out how opaque texels are. Those that are nowhere to be seen become opaque, with a warning: nobody models that.
+/// Classifies the opacity. An image with opacity 0 everywhere becomes opaque, with a warning: nobody models an invisible surface.
 fn opacity(texels: &mut RgbaImage, sources: &[&Source], warnings: &mut Vec<String>) -> Opacity {
     let alphas = || texels.pixels().map(|texel| texel.0[3]);
     if alphas().all(|alpha| alpha == 0) {
@@ -218,7 +218,7 @@ fn pick([r, g, b, a]: [f32; 4], letter: Option<char>) -> f32 {
     }
 }
 
-/// Roughness in green and metalness in blue, white where there is none.
+/// Packs roughness into green and metalness into blue; a missing one is white.
 fn metallic_roughness(roughness: Option<GrayImage>, shininess: Option<f32>, metallic: Option<GrayImage>) -> RgbaImage {
     let white = || GrayImage::from_pixel(1, 1, Luma([255]));
     let roughness = roughness.map(|mut roughness| {

@@ -20,7 +20,7 @@ pub(super) struct PendingMaterial {
     pub material: Material,
     pub needs: MaterialNeeds,
     pub requests: Vec<(TextureSlot, Request)>,
-    /// The material without its maps: the factors of those that cannot be read.
+    /// The material without its maps, whose factors replace unreadable maps.
     pub without_maps: Material,
     /// True if the file gives it a colour.
     pub has_color: bool,
@@ -42,7 +42,7 @@ pub(super) fn read(definition: &Definition, folders: &[&Path], warnings: &mut Ve
     let diffuse = reader.map("map_Kd", source.diffuse_texture.as_deref());
     let mut without_maps = reader.constants();
     if source.diffuse_texture.is_some() && without_maps.base_color == Vec3::ZERO {
-        // Exporters write black beside a map and mean the map, also where it is lost.
+        // Exporters write a black Kd beside a map and mean the map, so black is wrong if the map is lost.
         without_maps.base_color = Material::default().base_color;
     }
     let mut pending = PendingMaterial {
@@ -287,7 +287,7 @@ pub(super) fn finish(
     (materials, textures)
 }
 
-/// A made texture's number and what is known of it.
+/// A finished texture's number and properties.
 struct Outcome {
     texture: Option<usize>,
     lost: [bool; 2],
@@ -296,7 +296,7 @@ struct Outcome {
 }
 
 impl Outcome {
-    /// Puts a texture into its slot; the factors of images that could not be read are those of the material without them.
+    /// Puts a texture into its slot. Unreadable images take the factors of the material without maps.
     fn put(&self, slot: TextureSlot, material: &mut Material, without: &Material) {
         *material.texture_mut(slot) = self.texture;
         let [first, second] = self.lost;

@@ -105,7 +105,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Imported, Error> {
     Ok(imported)
 }
 
-/// Keeps the colours of vertices where no texture gives the colour; a material without a colour of its own then is white. `have_colors` says by
+/// Drops the colours of vertices on textured materials, and makes a material without a `Kd` white, so that vertex colours show unchanged. `have_colors` says by
 /// material whether it has one.
 fn decide_colors(imported: &mut Imported, path: &Path, have_colors: &[bool]) {
     let mut unused = 0;

@@ -175,15 +175,15 @@ impl Map {
         map
     }
 
-    /// The same with what stands behind the name taken off it: a comment, and options, which the format has before the name. None where
-    /// there is nothing.
+    /// Moves options and a comment that some programs write behind the name off it; the format has options before the name. `None` if
+    /// nothing stands behind the name.
     pub fn without_tail(&self) -> Option<Self> {
         let is_start = |at: &usize| self.name[..*at].ends_with(char::is_whitespace);
         let mut starts = self.name.match_indices(['#', '-']).filter(|(at, _)| is_start(at));
         let (at, _) = starts.find(|(at, mark)| *mark == "#" || is_option(text::split_keyword(&self.name[*at..]).0))?;
         let (name, tail) = self.name.split_at(at);
         let mut map = Self { name: name.trim().to_owned(), ..self.clone() };
-        // An option's last word is taken for the name where there is none behind it.
+        // The parser takes the last word for the name, so it needs one.
         let tail = format!("{} name", tail.split('#').next().unwrap_or_default().trim());
         let mut rest = tail.as_str();
         while let Some(after) = map.option(rest) {

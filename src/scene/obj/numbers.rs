@@ -1,4 +1,4 @@
-//! Numbers as exporters write them, and what is left out of a file.
+//! Numbers in the spellings of exporters, and counts of lines that are left out.
 
 use std::borrow::Cow;
 
@@ -59,7 +59,7 @@ impl Odd {
         self.first.get_or_insert_with(|| (line, what()));
     }
 
-    /// A warning: the first line, what is done about it, and how many more `others` there are.
+    /// A warning that names the first line and its consequence, and counts the other lines.
     pub fn warning(&self, consequence: &str, others: &str) -> Option<String> {
         let (line, what) = self.first.as_ref()?;
         let more = match self.count - 1 {

@@ -141,7 +141,7 @@ struct OddLines {
     unknown: Odd,
 }
 
-/// A face's line, and what the statements before it say of it.
+/// A face's line, and the state that earlier statements set for it.
 #[derive(Clone, Copy)]
 struct Place {
     line: usize,
@@ -196,14 +196,14 @@ impl Scanner {
             self.colors.set(self.counts[0] - 1, &more);
         }
         if is_numbered {
-            // Before the line's end.
+            // The number goes before the line's end.
             self.text.pop();
             push_number(&mut self.text, self.counts[0] - 1);
             self.text.push('\n');
         }
     }
 
-    /// Takes the place, texture coordinates or normal of a line: `wanted` numbers, of which those behind the first `needed` may be missing.
+    /// Copies the `wanted` numbers of a `v`, `vt` or `vn` line. Only the first `needed` must be there; the others default to 0.
     fn numbers(&mut self, line: usize, kind: usize, rest: &str, needed: usize, wanted: usize) {
         let keyword = ["v", "vt", "vn"][kind];
         let before = self.text.len();
@@ -237,7 +237,7 @@ impl Scanner {
         self.text.push('\n');
     }
 
-    /// Begins to hand tobj the vertices' numbers, where colours are found: those that it knows already get theirs now.
+    /// Starts to append each vertex's number to its line, at the first colour. Lines that are already written get theirs now.
     fn number_vertices(&mut self) {
         if std::mem::replace(&mut self.is_numbered, true) {
             return;
@@ -323,7 +323,7 @@ impl Scanner {
         *self.group.insert(id)
     }
 
-    /// Writes a face whose indices point at what is there.
+    /// Writes a face whose indices are all in range.
     fn push_face(&mut self, place: Place, corners: &[[usize; 3]]) {
         let Place { line, group, material, smoothing } = place;
         let is_nowhere = |corner: &&[usize; 3]| self.no_places.contains(&corner[0]);

@@ -139,7 +139,7 @@ pub(super) fn find_file(folder: &Path, name: &str) -> Option<PathBuf> {
         .or_else(|| find_ignoring_case(folder, slashed.rsplit('/').next()?))
 }
 
-/// A pipe or a device is one too: reading it says what it is.
+/// True for anything but a folder; reading a pipe or a device gives an error that says so.
 fn is_file(path: &Path) -> bool {
     fs::metadata(path).is_ok_and(|about| !about.is_dir())
 }

@@ -114,8 +114,8 @@ fn pixels(bytes: &[u8], channels: Channels, (data, window): (Window, Window)) ->
     read.map_err(|error| error.to_string())
 }
 
-/// The part of a file that has the picture, and its channels there: those without a layer's name before all, then layers that are called a
-/// picture's, then the first layer with colours.
+/// Finds the part and the channels of the picture. Layers named as the picture come first, then channels without a layer, then the first
+/// other layer; colour comes before luminance.
 fn choose(headers: &[Header]) -> Result<(&Header, Channels), String> {
     let flat = || headers.iter().filter(|header| !header.deep);
     let mut best: Option<(usize, &Header, Channels)> = None;
@@ -174,8 +174,8 @@ fn layers(list: &ChannelList) -> Vec<(String, Channels)> {
     found.into_iter().filter_map(|(layer, own)| Some((layer, channels(own)?))).collect()
 }
 
-/// From a file's primaries to those of Rec. 709, with its white turned into D65 (Bradford's cone responses); none where it has these. X, Y and Z as
-/// primaries are the tristimulus values themselves, whose white is that of the light.
+/// The matrix from a file's primaries to Rec. 709, with its white adapted to D65 (Bradford); `None` for Rec. 709 itself. With X, Y and Z as
+/// primaries the texels are tristimulus values, which need no adaptation.
 fn to_rec709(own: Chromaticities) -> Option<DMat3> {
     let place = |Vec2(x, y): Vec2<f32>| DVec2::new(x.into(), y.into());
     let own = [own.red, own.green, own.blue, own.white].map(place);
@@ -298,7 +298,7 @@ mod tests {
         near(change(rec2020, [0.5; 3]), [0.5; 3]);
         // Rec. ITU-R BT.2407-0, table 3: red of Rec. 2020.
         near(change(rec2020, [1.0, 0.0, 0.0]), [1.6605, -0.1246, -0.0182]);
-        // Tristimulus values: those of D65 are white.
+        // Tristimulus values: D65 is white.
         near(change([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [1.0 / 3.0; 2]], [0.9505, 1.0, 1.0888]), [1.0; 3]);
         near(change([[0.64, 0.33], [0.3, 0.6], [0.15, 0.06], [0.3127, 0.329]], [0.1, 0.2, 0.3]), [0.1, 0.2, 0.3]);
         near(change([[0.5, 0.5]; 4], [0.1, 0.2, 0.3]), [0.1, 0.2, 0.3]);
