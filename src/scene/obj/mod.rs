@@ -37,7 +37,6 @@
 //! cannot be read is left out with a warning, and the surface has the factors that it would have without the map.
 
 mod colors;
-mod ears;
 mod geometry;
 mod keywords;
 mod maps;
