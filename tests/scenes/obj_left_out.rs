@@ -238,7 +238,7 @@ fn a_texture_that_cannot_be_read_is_left_out_with_all_that_it_would_change() {
 fn a_library_that_cannot_be_read_leaves_the_surface_plain() {
     let folder = folder(&format!("mtllib m.mtl\n{TRIANGLE}"), &[]);
     let warnings = |imported: &Imported| imported.warnings.join("\n");
-    fs::write(folder.path().join("m.mtl"), b"\x89PNG\0\0\0\0\0\0\0\0").unwrap();
+    fs::write(folder.path().join("m.mtl"), b"\x89PNG\0\0\0\rIHDR").unwrap();
     let told = warnings(&load(&folder).unwrap());
     assert!(told.contains("m.mtl: is no text file") && told.contains("drawn without its materials"), "{told}");
     fs::remove_file(folder.path().join("m.mtl")).unwrap();

@@ -163,7 +163,7 @@ fn read_materials(
         warnings.push(format!("{}: material `{name}` is defined again; its last definition is used", file.display()));
     }
     let roughly: HashMap<String, usize> =
-        definitions.iter().enumerate().rev().map(|(index, definition)| (plain_name(&definition.name), index)).collect();
+        definitions.iter().enumerate().map(|(index, definition)| (plain_name(&definition.name), index)).collect();
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut pending = Vec::new();
     let mut undefined = Vec::new();
