@@ -10,7 +10,8 @@ use std::path::Path;
 use exr::math::Vec2;
 use exr::meta::attribute::ChannelList;
 use exr::meta::{BlockDescription, MetaData};
-use image::{DynamicImage, ImageError, ImageFormat, ImageReader, Limits, Rgba32FImage, RgbaImage};
+use image::codecs::dds::DdsDecoder;
+use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits, Rgba32FImage, RgbaImage};
 
 use super::{Error, Texels};
 use crate::regular_file::read_regular;
@@ -157,6 +158,12 @@ pub fn decode(bytes: &[u8], format: ImageFormat, limits: Limits) -> Result<Dynam
         return decoded.map_err(|why| ImageError::IoError(std::io::Error::other(why)));
     }
     let decoded = catch_unwind(AssertUnwindSafe(|| {
+        if format == ImageFormat::Dds {
+            // It is no format of the reader's own.
+            let mut decoder = DdsDecoder::new(Cursor::new(bytes))?;
+            decoder.set_limits(limits)?;
+            return DynamicImage::from_decoder(decoder);
+        }
         let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
         reader.limits(limits);
         reader.decode()
@@ -400,6 +407,27 @@ mod tests {
                 assert!(error <= Some(most), "{format:?}: {:?}", texels.get_pixel(3, 1));
             }
         }
+    }
+
+    #[test]
+    fn a_dds_of_dxt1_is_read_and_others_are_refused_in_words() {
+        let mut bytes = vec![0; 136];
+        bytes[..8].copy_from_slice(b"DDS \x7c\0\0\0");
+        // Flags, height, width; the pixel format's size, flag of a code, and code.
+        for (at, value) in [(8, 0x1007_u32), (12, 4), (16, 4), (76, 32), (80, 4), (108, 0x1000)] {
+            bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
+        }
+        bytes[84..88].copy_from_slice(b"DXT1");
+        // Two reds, of which all texels take the first.
+        bytes[128..132].copy_from_slice(&[0x00, 0xf8, 0x00, 0xf8]);
+        let texels = decode_image(&bytes, Path::new("wall.png")).ok().expect("decoded").rgba8(ColorSpace::Srgb);
+        assert_eq!((texels.dimensions(), texels.get_pixel(3, 3).0), ((4, 4), [255, 0, 0, 255]));
+        bytes[84..88].copy_from_slice(b"ATI2");
+        assert!(
+            error_of(&bytes, "wall.dds").contains("wall.dds: cannot be decoded"),
+            "{}",
+            error_of(&bytes, "wall.dds")
+        );
     }
 
     #[test]

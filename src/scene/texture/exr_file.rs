@@ -12,6 +12,14 @@ use image::{Rgba, Rgba32FImage};
 /// Words in a layer's name that say it is the picture, and no pass of it.
 const BEAUTY: [&str; 4] = ["combined", "beauty", "rgba", "composite"];
 
+/// The primaries of tristimulus values.
+const XYZ: Chromaticities = Chromaticities {
+    red: Vec2(1.0, 0.0),
+    green: Vec2(0.0, 1.0),
+    blue: Vec2(0.0, 0.0),
+    white: Vec2(1.0 / 3.0, 1.0 / 3.0),
+};
+
 /// An optional channel that no file has.
 const NO_CHANNEL: &str = "no such channel";
 
@@ -20,6 +28,8 @@ const NO_CHANNEL: &str = "no such channel";
 enum Channels {
     /// Red, then green, blue and alpha, of which a file may lack some.
     Color([Option<Text>; 4]),
+    /// Tristimulus values, and alpha.
+    Xyz([Option<Text>; 4]),
     /// Luminance, or a channel alone, and alpha.
     Grey(Text, Option<Text>),
 }
@@ -55,10 +65,15 @@ pub(super) fn read_exr(bytes: &[u8], fault: &dyn Fn([u32; 2]) -> Option<String>)
         Some(&window) => window,
         None => return Err(fault(windows[0].size).unwrap_or_default()),
     };
+    let to_rec709 = match channels {
+        Channels::Color(_) => header.shared_attributes.chromaticities.and_then(to_rec709),
+        Channels::Xyz(_) => to_rec709(XYZ),
+        Channels::Grey(..) => None,
+    };
     let texels = pixels(bytes, channels, (data, window))?;
     let mut image = Rgba32FImage::from_raw(window.size[0], window.size[1], texels.into_flattened())
         .ok_or("its windows do not agree")?;
-    if let Some(to_rec709) = header.shared_attributes.chromaticities.and_then(to_rec709) {
+    if let Some(to_rec709) = to_rec709 {
         for Rgba([red, green, blue, _]) in image.pixels_mut() {
             let own = DVec3::new((*red).into(), (*green).into(), (*blue).into());
             [*red, *green, *blue] = (to_rec709 * own).as_vec3().to_array();
@@ -84,7 +99,7 @@ fn pixels(bytes: &[u8], channels: Channels, (data, window): (Window, Window)) ->
     let reader = read().no_deep_data().largest_resolution_level().specific_channels();
     let empty = move || vec![[0.0; 4]; width * height];
     let read = match channels {
-        Channels::Color([red, green, blue, alpha]) => reader
+        Channels::Color([red, green, blue, alpha]) | Channels::Xyz([red, green, blue, alpha]) => reader
             .required(or_none(red, 0))
             .optional(or_none(green, 1), 0.0_f32)
             .optional(or_none(blue, 2), 0.0_f32)
@@ -145,7 +160,7 @@ fn choose(headers: &[Header]) -> Result<(&Header, Channels), String> {
 /// The layers of a part that have colour or luminance, with their names, which stand before the last point of a channel's. A part of one channel
 /// is grey.
 fn layers(list: &ChannelList) -> Vec<(String, Channels)> {
-    let mut found: Vec<(String, [Option<Text>; 5])> = Vec::new();
+    let mut found: Vec<(String, [Option<Text>; 7])> = Vec::new();
     for channel in &list.list {
         let name = channel.name.to_string();
         let (layer, own) = name.rsplit_once('.').unwrap_or(("", &name));
@@ -155,6 +170,9 @@ fn layers(list: &ChannelList) -> Vec<(String, Channels)> {
             "b" | "blue" => 2,
             "a" | "alpha" => 3,
             "y" | "l" | "luminance" => 4,
+            // Within a layer they are rather a direction, and Z alone is a depth.
+            "x" if layer.is_empty() => 5,
+            "z" if layer.is_empty() => 6,
             _ => continue,
         };
         let at = found.iter().position(|(other, _)| other == layer).unwrap_or_else(|| {
@@ -166,8 +184,9 @@ fn layers(list: &ChannelList) -> Vec<(String, Channels)> {
     if let [only] = list.list.as_slice() {
         return vec![(String::new(), Channels::Grey(only.name.clone(), None))];
     }
-    let channels = |[red, green, blue, alpha, grey]: [Option<Text>; 5]| match (red, grey) {
+    let channels = |[red, green, blue, alpha, grey, x, z]: [Option<Text>; 7]| match (red, grey) {
         (Some(red), _) if green.is_some() || blue.is_some() => Some(Channels::Color([Some(red), green, blue, alpha])),
+        (None, Some(y)) if x.is_some() && z.is_some() => Some(Channels::Xyz([x, Some(y), z, alpha])),
         (_, Some(grey)) | (Some(grey), None) => Some(Channels::Grey(grey, alpha)),
         (None, None) => None,
     };
@@ -246,6 +265,7 @@ mod tests {
             (&[&[("blue", 3.0), ("green", 2.0), ("red", 1.0)]], [1.0, 2.0, 3.0, 1.0]),
             (&[&[("Y", 7.0)]], [7.0, 7.0, 7.0, 1.0]),
             (&[&[("A", 0.5), ("Y", 7.0)]], [7.0, 7.0, 7.0, 0.5]),
+            (&[&[("A", 0.5), ("Y", 7.0), ("Z", 9.0)]], [7.0, 7.0, 7.0, 0.5]),
             (&[&[("density", 7.0)]], [7.0, 7.0, 7.0, 1.0]),
             (&[&[("G", 2.0), ("R", 1.0)]], [1.0, 2.0, 0.0, 1.0]),
             (&[&[("beauty.B", 3.0), ("beauty.G", 2.0), ("beauty.R", 1.0), ("Z", 9.0)]], [1.0, 2.0, 3.0, 1.0]),
@@ -300,6 +320,11 @@ mod tests {
         near(change(rec2020, [1.0, 0.0, 0.0]), [1.6605, -0.1246, -0.0182]);
         // Tristimulus values: D65 is white.
         near(change([[1.0, 0.0], [0.0, 1.0], [0.0, 0.0], [1.0 / 3.0; 2]], [0.9505, 1.0, 1.0888]), [1.0; 3]);
+        let [red, green, blue, _] =
+            texel(&file(&[&[("X", 0.9505), ("Y", 1.0), ("Z", 1.0888)]], Compression::Uncompressed, |image| {
+                image.chromaticities = Some(XYZ)
+            }));
+        near([red, green, blue, 1.0], [1.0; 3]);
         near(change([[0.64, 0.33], [0.3, 0.6], [0.15, 0.06], [0.3127, 0.329]], [0.1, 0.2, 0.3]), [0.1, 0.2, 0.3]);
         near(change([[0.5, 0.5]; 4], [0.1, 0.2, 0.3]), [0.1, 0.2, 0.3]);
     }
