@@ -58,6 +58,9 @@ pub struct Args {
     #[cfg(feature = "hot-reload")]
     #[arg(long, value_name = "FOLDER")]
     shaders: Option<PathBuf>,
+    /// Show messages over the picture as well, for some seconds, and a sign while something is computed: on or off
+    #[arg(long, value_name = "on|off", value_parser = on_off, default_value = "on", action = clap::ArgAction::Set)]
+    messages: bool,
     /// Print nothing but errors
     #[arg(short, long)]
     quiet: bool,
@@ -81,6 +84,14 @@ fn vsync(text: &str) -> Result<Vsync, String> {
         "off" => Ok(Vsync::Off),
         "adaptive" => Ok(Vsync::Adaptive),
         _ => Err("expected on, off or adaptive".into()),
+    }
+}
+
+fn on_off(text: &str) -> Result<bool, String> {
+    match text {
+        "on" => Ok(true),
+        "off" => Ok(false),
+        _ => Err("expected on or off".into()),
     }
 }
 
@@ -109,6 +120,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                     let _ = output::print(&format!("{line}\n"), true);
                 }
             },
+            messages: args.messages,
             keep: &|picture| keep(&args.screenshots, picture),
             keep_path: &|path| keep_path(&args.screenshots, path),
             keep_scene: &|scene, camera, settings| keep_scene(args, scene, camera, settings),

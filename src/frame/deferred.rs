@@ -74,7 +74,7 @@ const INLINE: vk::SubpassContents = vk::SubpassContents::INLINE;
 
 /// The passes of a plan and their targets.
 pub struct Deferred {
-    passes: RenderPasses,
+    pub(super) passes: RenderPasses,
     /// The render pass that begins with surfaces, or with light where there are none.
     first: RenderPassIndex,
     /// The one that goes on with LIGHTING, where the first ends with GEOMETRY.

@@ -97,6 +97,15 @@ impl Frame {
         }
     }
 
+    /// Records PRESENT once more, for a picture that lies where the last frame left it.
+    #[cfg(feature = "present")]
+    pub(super) fn present_again(&self, device: &Device, cmd: vk::CommandBuffer, image: (vk::Image, vk::Extent2D)) {
+        match self {
+            Self::Deferred(frame) => frame.passes.present_into(device, cmd, image),
+            Self::Tiled(frame) => frame.passes.present_into(device, cmd, image),
+        }
+    }
+
     /// The picture, in TRANSFER_SRC_OPTIMAL after the frame, unless it is in an image of the swapchain.
     pub(super) fn output(&self, plan: &FramePlan) -> Option<&Image> {
         match self {

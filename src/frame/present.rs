@@ -1,5 +1,6 @@
 //! Frames that a window shows: each into an image of the swapchain, as docs/WINDOW.md tells under "How a frame reaches the screen".
 
+mod again;
 mod fit;
 mod over;
 
@@ -28,6 +29,7 @@ use crate::passes::overlay::{self, Overlay, Panels};
 use crate::passes::split;
 use crate::plan::{self, Canvas, Encoding, FramePlan, Part, Transfer};
 use crate::scene::{Camera, Light, Pose, Scene, Settings, View};
+use again::{Again, Kept};
 use over::{Over, overlay, own_canvas, record_copy, record_encode};
 
 /// The outcome of a frame.
@@ -62,6 +64,10 @@ pub struct Presenter {
     screenshot: Option<Copy>,
     /// It holds, or will hold, a picture that nobody has read.
     is_copied: bool,
+    /// The picture of the last frame, where the frame's own image still has it.
+    kept: Option<Kept>,
+    /// Made when a picture is first shown again.
+    again: Option<Again>,
     /// Only while something is shown over the picture.
     overlay: Option<Overlay>,
     /// Only where no hardware encodes the swapchain's images.
@@ -109,6 +115,8 @@ impl Presenter {
             changed: None,
             screenshot: None,
             is_copied: false,
+            kept: None,
+            again: None,
             overlay: None,
             encode: None,
             pose: Pose::default(),
@@ -143,8 +151,9 @@ impl Presenter {
         Self { desc: SwapchainDesc { images, ..self.desc }, ..self }
     }
 
-    /// The same with pictures that may be smaller than the window and are enlarged into it: see [`Presenter::set_resolution`]. Pictures as large as the
-    /// window are the same to the bit. Where the window's images cannot be copied into, or are of more than 8 bits, nothing changes.
+    /// Draws pictures beside the window's images, so that they may be smaller than the window ([`Presenter::set_resolution`]) and can be
+    /// [shown again](Presenter::show_again). Pictures as large as the window are the same to the bit. Where the window's images cannot be copied into,
+    /// or are of more than 8 bits, nothing changes.
     pub fn with_dynamic_resolution(self) -> Self {
         Self { resolution: Some(1.0), ..self }
     }
@@ -166,7 +175,7 @@ impl Presenter {
         let size = self.size_in(swapchain.extent, canvas);
         if size != renderer.plan.size {
             let plan = renderer.plan.clone().of_size(size);
-            self.screenshot = None;
+            (self.screenshot, self.kept) = (None, None);
             self.renderer = self.renderer.take().map(|own| own.resized(plan, &[])).transpose()?;
         }
         Ok(self.split.is_none())
@@ -233,6 +242,7 @@ impl Presenter {
     /// # Errors
     /// When there is no such light, or a number is not finite.
     pub fn set_light(&mut self, index: usize, light: &Light) -> Result<bool, Error> {
+        self.outdate();
         let own = self.renderer.as_mut().map_or(Ok(true), |renderer| renderer.world.set_light(index, light))?;
         let beside = self.split.as_mut().map_or(Ok(true), |split| split.set_light(index, light))?;
         // Frames that are being made may have the light's pipelines and maps.
@@ -247,6 +257,7 @@ impl Presenter {
     /// # Errors
     /// As there.
     pub fn pose(&mut self, scene: &Scene, pose: &Pose) -> Result<(), Error> {
+        self.outdate();
         self.pose.clone_from(pose);
         self.renderer.as_mut().map_or(Ok(()), |renderer| renderer.pose(scene, pose))?;
         self.split.as_mut().map_or(Ok(()), |split| split.pose(scene, pose))
@@ -257,12 +268,16 @@ impl Presenter {
     /// # Errors
     /// As there.
     pub fn set_exposure(&mut self, ev100: f32) -> Result<(), Error> {
+        self.outdate();
         self.renderer.as_mut().map_or(Ok(()), |renderer| renderer.set_exposure(ev100))?;
         self.split.as_mut().map_or(Ok(()), |split| split.set_exposure(ev100))
     }
 
     /// Halts frames after so many lights, or, after [`Presenter::change`], only those that are to come: see [`Renderer::halt_after`].
     pub fn halt_after(&mut self, lights: Option<usize>) {
+        if self.halted != lights {
+            self.outdate();
+        }
         self.halted = lights;
         if let Some(renderer) = self.renderer.as_mut().filter(|_| self.changed.is_none()) {
             renderer.halt_after(lights);
@@ -311,26 +326,22 @@ impl Presenter {
     /// # Errors
     /// When the device is lost or out of memory, or cannot draw from this camera; the image cannot be copied from.
     pub fn draw(&mut self, camera: &Camera, copied: bool, panels: Option<&Panels>) -> Result<Outcome, Error> {
-        let can_copy = self.can_copy();
+        if let (Some(renderer), Some(_)) = (&self.renderer, &self.swapchain) {
+            // Everything that can fail comes before the image is acquired: an acquired image must be presented.
+            renderer.plan.check_camera(camera)?;
+            if renderer.plan.encoding.is_some() != self.encode.is_some() {
+                // It could not be made.
+                return Ok(Outcome::Nothing(Fit::OutOfDate));
+            }
+        }
+        self.prepare_copy(copied)?;
+        if self.split.is_some() {
+            // The picture beside is drawn in any case, the window's own only into an image that is there.
+            self.outdate();
+        }
         let (Some(renderer), Some(swapchain)) = (&mut self.renderer, &self.swapchain) else {
             return Ok(Outcome::Nothing(Fit::OutOfDate));
         };
-        // Everything that can fail comes before the image is acquired: an acquired image must be presented.
-        renderer.plan.check_camera(camera)?;
-        if renderer.plan.encoding.is_some() != self.encode.is_some() {
-            // It could not be made.
-            return Ok(Outcome::Nothing(Fit::OutOfDate));
-        }
-        if copied && self.screenshot.is_none() {
-            if !can_copy {
-                return Err(gpu::Error::Unsupported("this window's images cannot be copied from".into()).into());
-            }
-            self.screenshot = Some(Copy::new(&self.device, &renderer.plan)?);
-        }
-        if copied && self.is_copied {
-            // Two pictures would be written in one place.
-            renderer.wait()?;
-        }
         if let Some(split) = &mut self.split {
             split.draw(camera)?;
         }
@@ -346,14 +357,53 @@ impl Presenter {
             Acquired::Image(index, fit) => (index, fit),
             Acquired::Nothing(fit) => return Ok(Outcome::Nothing(fit)),
         };
+        self.kept = None;
         let shown = self.draw_into(index, camera, copied, panels);
         if shown.is_err() {
             // The image stays acquired, which only the end of its swapchain changes; the next fit makes another.
             self.swapchain = None;
         }
-        match (shown?, fit) {
+        let shown = shown?;
+        self.kept = self.plan().is_some_and(FramePlan::is_copied_into_swapchain).then(|| Kept::of(camera));
+        match (shown, fit) {
             (Fit::Exact, fit) | (fit, _) => Ok(Outcome::Shown(fit)),
         }
+    }
+
+    /// Sees to it that the next frame's picture can be copied, if it is to be.
+    fn prepare_copy(&mut self, copied: bool) -> Result<(), Error> {
+        let can_copy = self.can_copy();
+        let Some(renderer) = self.renderer.as_ref().filter(|_| copied && self.swapchain.is_some()) else {
+            return Ok(());
+        };
+        if self.screenshot.is_none() {
+            if !can_copy {
+                return Err(gpu::Error::Unsupported("this window's images cannot be copied from".into()).into());
+            }
+            self.screenshot = Some(Copy::new(&self.device, &renderer.plan)?);
+        }
+        if self.is_copied {
+            // Two pictures would be written in one place.
+            self.wait()?;
+        }
+        Ok(())
+    }
+
+    /// Waits for all frames.
+    fn wait(&mut self) -> Result<(), Error> {
+        if let Some(renderer) = &mut self.renderer {
+            renderer.wait()?;
+        }
+        match self.again.as_ref().and_then(|again| again.ticket) {
+            Some(ticket) => Ok(self.device.wait(ticket)?),
+            None => Ok(()),
+        }
+    }
+
+    /// The stage at which a frame waits for its image: the row "acquire".
+    fn acquire_stage(&self) -> vk::PipelineStageFlags {
+        let row = self.renderer.as_ref().and_then(|renderer| renderer.edges.find(RowName::ACQUIRE));
+        row.map_or(vk::PipelineStageFlags::ALL_COMMANDS, |row| row.after.stage)
     }
 
     /// Draws into an image that is acquired, and presents it.
@@ -373,12 +423,39 @@ impl Presenter {
         // Nothing else would wait for the semaphore, and it could not be used again.
         let recorded = recorded.inspect_err(|_| _ = self.device.consume(acquired))?;
         let cmd = renderer.frames[place].cmd.raw;
+        self.record_over(cmd, (index, place), copied, panels);
+        let stage = self.acquire_stage();
+        let (Some(renderer), Some(swapchain)) = (&mut self.renderer, &self.swapchain) else {
+            return Ok(Fit::OutOfDate);
+        };
+        let image = &swapchain.images[index];
+        if let Some(encode) = &self.encode {
+            let is_covered = self.split.is_some() || copied || panels.is_some();
+            record_encode(renderer, encode, (index, image.raw), is_covered);
+        }
+        // The rows "acquire" and "present".
+        let (waits, signals) = (&[(acquired, stage)], &[image.drawn.raw]);
+        let submitted = renderer.submit(recorded, &Around { waits, signals, ends_frame: None });
+        submitted.inspect_err(|_| _ = self.device.consume(acquired))?;
+        self.present(index, copied, panels)
+    }
+
+    /// Records SPLIT, COPY and OVERLAY after the picture. `place` is where [`Overlay::write`] has put the panels.
+    fn record_over(
+        &self,
+        cmd: vk::CommandBuffer,
+        (index, place): (usize, usize),
+        copied: bool,
+        panels: Option<&Panels>,
+    ) {
+        let (Some(renderer), Some(swapchain)) = (&self.renderer, &self.swapchain) else { return };
+        let image = &swapchain.images[index];
         let picture = own_canvas(renderer).map_or(image.raw, |own| own.raw);
         if let Some(split) = &self.split {
             split.record(&self.device, &renderer.edges, (cmd, picture));
         }
         if let Some(copy) = self.screenshot.as_ref().filter(|_| copied) {
-            record_copy(renderer, copy, copies_whole(swapchain, &renderer.plan).then_some(image.raw));
+            record_copy(renderer, cmd, copy, copies_whole(swapchain, &renderer.plan).then_some(image.raw));
         }
         if let (Some(overlay), Some(panels)) = (&self.overlay, panels) {
             let whole = ImageRange::whole(picture, vk::ImageAspectFlags::COLOR);
@@ -386,16 +463,11 @@ impl Presenter {
             overlay.record(cmd, index, place, panels);
             image_barrier(&self.device, cmd, whole, renderer.edges.find(RowName::OVERLAY_TO_PICTURE));
         }
-        if let Some(encode) = &self.encode {
-            let is_covered = self.split.is_some() || copied || panels.is_some();
-            record_encode(renderer, encode, (index, image.raw), is_covered);
-        }
-        // The rows "acquire" and "present".
-        let stage =
-            renderer.edges.find(RowName::ACQUIRE).map_or(vk::PipelineStageFlags::ALL_COMMANDS, |row| row.after.stage);
-        let (waits, signals) = (&[(acquired, stage)], &[image.drawn.raw]);
-        let submitted = renderer.submit(recorded, &Around { waits, signals, ends_frame: None });
-        submitted.inspect_err(|_| _ = self.device.consume(acquired))?;
+    }
+
+    /// Presents an image whose frame is submitted.
+    fn present(&mut self, index: usize, copied: bool, panels: Option<&Panels>) -> Result<Fit, Error> {
+        let Some(swapchain) = &self.swapchain else { return Ok(Fit::OutOfDate) };
         self.is_copied |= copied;
         // A texture that is given up before a frame is submitted could be destroyed before the frame is done.
         if let (Some(overlay), Some(panels)) = (&mut self.overlay, panels) {
@@ -409,12 +481,11 @@ impl Presenter {
     /// # Errors
     /// When it was not, or the device is lost.
     pub fn picture(&mut self) -> Result<Picture, Error> {
-        let (Some(renderer), Some(swapchain), Some(copy)) = (&mut self.renderer, &self.swapchain, &self.screenshot)
-        else {
+        // The row "copy-to-host".
+        self.wait()?;
+        let (Some(renderer), Some(swapchain), Some(copy)) = (&self.renderer, &self.swapchain, &self.screenshot) else {
             return Err(gpu::Error::Misuse("a picture of a window is read that was not copied".into()).into());
         };
-        // The row "copy-to-host".
-        renderer.wait()?;
         self.is_copied = false;
         if renderer.plan.encoding.is_some() {
             return picture_up_to_white(copy, renderer.plan.size);

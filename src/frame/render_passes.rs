@@ -302,16 +302,24 @@ impl RenderPasses {
 }
 
 impl RenderPasses {
-    /// Records the copy of the picture into the swapchain's image, outside a render pass, where the plan has it.
+    /// Records PRESENT where the plan has it.
     pub fn record_present(&self, frame: &Recording, times: &mut Option<Timestamps>) {
-        let (Some(stage), Some((image, extent))) = (&self.present, frame.swapchain_image) else { return };
-        frame.begin(&present::PASS);
+        if let (Some(_), Some(image)) = (&self.present, frame.swapchain_image) {
+            self.present_into(frame.device, frame.cmd, image);
+            Timestamps::stamp(times, frame.cmd, present::PASS.time);
+        }
+    }
+
+    /// Records the copy of the picture into the swapchain's image, outside a render pass, where the plan has it.
+    pub fn present_into(&self, device: &Device, cmd: vk::CommandBuffer, (image, extent): (vk::Image, vk::Extent2D)) {
+        let Some(stage) = &self.present else { return };
+        device.begin_label(cmd, present::PASS.place.name());
         let whole = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
         // Presentation may still have read the image: all of it is written.
-        image_barrier(frame.device, frame.cmd, whole, Some(&stage.before));
-        present::record(frame.device, frame.cmd, self.targets.image(stage.picture), (image, extent));
-        image_barrier(frame.device, frame.cmd, whole, Some(&stage.after));
-        frame.end(times, &present::PASS);
+        image_barrier(device, cmd, whole, Some(&stage.before));
+        present::record(device, cmd, self.targets.image(stage.picture), (image, extent));
+        image_barrier(device, cmd, whole, Some(&stage.after));
+        device.end_label(cmd);
     }
 }
 

@@ -28,7 +28,7 @@ use crate::visible::World;
 
 /// The passes of a plan and their targets.
 pub struct TiledFrame {
-    passes: RenderPasses,
+    pub(super) passes: RenderPasses,
     main: RenderPassIndex,
     depth: Option<Depth>,
     geometry: Geometry,

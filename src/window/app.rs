@@ -6,6 +6,7 @@ mod input;
 mod pace;
 mod reload;
 mod split;
+mod work;
 
 pub use input::help;
 
@@ -22,6 +23,7 @@ use winit::window::Window;
 use super::camera::{CameraControl, Held};
 use super::clock::{Clock, Summary};
 use super::icon::icon;
+use super::messages::{Busy, Teller};
 use super::player::Player;
 use super::recorder::Recorder;
 use super::resolution::Resolution;
@@ -30,7 +32,7 @@ use super::user_interface::UserInterface;
 use super::watch::Watch;
 use super::{Error, Options, surface_of};
 use crate::frame::{self, Fitted, Outcome, Presenter};
-use crate::gpu::{self, Device, Fit, vk};
+use crate::gpu::{self, Device, Fit, Vsync, vk};
 use crate::passes::overlay::Panels;
 use crate::scene::{Scene, Settings};
 
@@ -63,6 +65,13 @@ pub struct App<'a> {
     device: Arc<Device>,
     subject: Subject,
     options: Options<'a>,
+    teller: Teller<'a>,
+    /// The work in the background that has a sign.
+    busy: Busy,
+    /// The last frame was a sign of work: the next one does that.
+    is_announced: bool,
+    /// This frame shows another moment of the scene, or other lights, than the one before, as while the user drags a slider.
+    has_changed: bool,
     control: CameraControl,
     /// Before the scene was read again with another camera, until frames are made of it.
     control_before: Option<CameraControl>,
@@ -80,6 +89,8 @@ pub struct App<'a> {
     resolution: Resolution,
     /// The times in the title.
     told_times: Option<String>,
+    /// The title says that there is no picture yet.
+    is_opening: bool,
     /// The size of the picture in the title.
     told_coarse: Option<[u32; 2]>,
     screenshot: bool,
@@ -132,6 +143,11 @@ impl<'a> App<'a> {
             device: device.clone(),
             subject,
             resolution: Resolution::new(options.dynamic_resolution),
+            // Frames that are measured have nothing over the picture.
+            teller: Teller::new(options.tell, options.messages && options.frames.is_none()),
+            busy: Busy::default(),
+            is_announced: false,
+            has_changed: false,
             options,
             control,
             control_before: None,
@@ -144,6 +160,7 @@ impl<'a> App<'a> {
             mouse: DVec2::ZERO,
             clock: Clock::default(),
             told_times: None,
+            is_opening: true,
             told_coarse: None,
             screenshot: false,
             light: false,
@@ -177,7 +194,7 @@ impl<'a> App<'a> {
     fn open(&mut self, events: &ActiveEventLoop) -> Result<(), Error> {
         let [width, height] = self.subject.settings.size;
         let attributes = Window::default_attributes()
-            .with_title(pace::title(&self.subject.scene, None))
+            .with_title(pace::title(&self.subject.scene, Some("the first picture is made...")))
             .with_window_icon(icon())
             .with_inner_size(PhysicalSize::new(width, height));
         // The name of `assets/afterlight.desktop`, from which Wayland takes the icon: the app id there, the class on X11.
@@ -196,6 +213,10 @@ impl<'a> App<'a> {
         }
         let interface = UserInterface::new(&self.device, &window, Arc::clone(&self.wake));
         self.watch_files();
+        for warning in self.subject.scene.warnings.iter().take(reload::WARNINGS) {
+            // They were printed when the scene was read.
+            self.teller.show(&format!("warning: {warning}"));
+        }
         self.opened = Some(Opened { presenter, window, interface });
         self.ask_for_frame();
         Ok(())
@@ -211,13 +232,18 @@ impl<'a> App<'a> {
     fn draw(&mut self) -> Result<(), Error> {
         let now = Instant::now();
         self.move_camera(now);
-        let panels = self.show_panels(now);
+        if self.announce(now)? {
+            return Ok(());
+        }
+        let panels = self.show_panels(now, None);
         if self.unfit && !self.fit_frames()? {
             return Ok(());
         }
         self.play(now);
+        self.has_changed |= self.subject.player.take_moved();
         let copies = self.wanted_copies(now);
         self.choose_resolution(now, copies)?;
+        self.has_changed = false;
         self.present(now, panels, copies)
     }
 
@@ -234,17 +260,22 @@ impl<'a> App<'a> {
         }
     }
 
-    /// Builds the panels, and makes the changes that are made there.
-    fn show_panels(&mut self, now: Instant) -> Option<Panels> {
+    /// Builds the panels, with a sign of work, and makes the changes that are made there.
+    fn show_panels(&mut self, now: Instant, sign: Option<&str>) -> Option<Panels> {
+        let (background, due) = self.background_work(now);
+        let notes = self.teller.notes(now, sign.or(background));
         let Opened { window, presenter, interface } = self.opened.as_mut()?;
         let camera = *self.control.camera();
         interface.listen(&camera);
         let known = (&mut *presenter, &self.clock);
-        let panels = interface.show(window, known, (&mut self.subject, &camera)).map(|(panels, delay, unfit)| {
+        let shown = interface.show(window, known, (&mut self.subject, &camera), &notes);
+        let panels = shown.map(|(panels, delay, unfit)| {
             self.unfit |= unfit;
             self.again = now.checked_add(delay).filter(|_| delay < Duration::from_secs(60));
             panels
         });
+        self.again = [self.again, due].into_iter().flatten().min();
+        self.has_changed |= interface.take_moved();
         if std::mem::take(&mut interface.controls.asks_truth) {
             self.compare = !interface.is_comparing();
             interface.end_comparison();
@@ -265,18 +296,18 @@ impl<'a> App<'a> {
         let camera = *self.control.camera();
         if std::mem::take(&mut self.light) {
             match interface.stepper().is_open() {
-                true => (self.options.tell)("warning: no screenshot: a step of the frame has no light of its own"),
-                false => split::keep_light(presenter, &self.subject, &camera, &self.options),
+                true => self.teller.tell("warning: no screenshot: a step of the frame has no light of its own"),
+                false => split::keep_light(presenter, &self.subject, &camera, (&self.options, &self.teller)),
             }
         }
         let kept = std::mem::take(&mut self.screenshot);
         let mut compared = std::mem::take(&mut self.compare);
         if compared && presenter.shows_hdr() == Some(true) {
-            split::compare_up_to_white(presenter, interface, (&self.subject, &camera), &self.options);
+            split::compare_up_to_white(presenter, interface, (&self.subject, &camera), &self.teller);
             (compared, self.again) = (false, Some(now));
         }
         if (kept || compared) && !presenter.can_copy() {
-            (self.options.tell)("warning: no picture: this window's images cannot be copied from");
+            self.teller.tell("warning: no picture: this window's images cannot be copied from");
             return none;
         }
         Copies { kept, compared }
@@ -290,8 +321,14 @@ impl<'a> App<'a> {
             interface.send_textures(panels, presenter);
         }
         window.pre_present_notify();
-        let drawn = presenter.draw(&camera, copied, panels.as_ref()).and_then(|outcome| match outcome {
-            Outcome::Shown(fit) if copied => Ok((Outcome::Shown(fit), Some(presenter.picture()?))),
+        // Frames that are measured are all drawn.
+        let is_again = self.options.frames.is_none() && presenter.keeps(&camera);
+        let drawn = match is_again {
+            true => presenter.show_again(copied, panels.as_ref()),
+            false => presenter.draw(&camera, copied, panels.as_ref()),
+        };
+        let drawn = drawn.and_then(|outcome| match outcome {
+            Outcome::Shown(_) if copied => Ok((outcome, Some(presenter.picture()?))),
             outcome => Ok((outcome, None)),
         });
         if !matches!(drawn, Ok((Outcome::Shown(_), _))) {
@@ -300,13 +337,20 @@ impl<'a> App<'a> {
         }
         let fit = match drawn? {
             (Outcome::Shown(fit), picture) => {
-                // From the moment of the last measurement, so that no time is lost.
-                self.clock.frame(now, &presenter.times());
+                match is_again {
+                    // A picture that is shown again says nothing about the time of frames.
+                    true => self.clock.pause(),
+                    // From the moment of the last measurement, so that no time is lost.
+                    false => self.clock.frame(now, &presenter.times()),
+                }
                 interface.drawn();
+                self.teller.shown();
                 if let Some(picture) = picture {
                     if copies.kept {
                         let told = (self.options.keep)(&picture);
-                        (self.options.tell)(&told.unwrap_or_else(|error| format!("warning: no screenshot: {error}")));
+                        // The next frame shows the message.
+                        window.request_redraw();
+                        self.teller.tell(&told.unwrap_or_else(|error| format!("warning: no screenshot: {error}")));
                     }
                     if copies.compared {
                         interface.compare(&self.subject, camera, &picture);
@@ -375,7 +419,7 @@ impl<'a> App<'a> {
         };
         match fitted {
             Err(error) if interface.take_back(presenter, subject, &error) => {
-                (self.options.tell)(&format!("warning: {error}"));
+                self.teller.tell(&format!("warning: {error}"));
                 // The reason is shown with the next one.
                 window.request_redraw();
                 if let Some(before) = self.control_before.take() {
@@ -393,13 +437,14 @@ impl<'a> App<'a> {
         let Some(Opened { window, presenter, interface }) = &mut self.opened else { return };
         let told = presenter.shows_hdr();
         if self.options.hdr.is_some() && std::mem::replace(&mut self.told_hdr, told) != told && told == Some(false) {
-            (self.options.tell)("warning: this window has no --hdr: nothing in it is brighter than white");
+            self.teller.tell("warning: this window has no --hdr: nothing in it is brighter than white");
         }
         if is_first {
-            tell_mode(presenter, &self.options);
+            tell_mode(presenter, self.options.vsync, &self.teller);
+            window.request_redraw();
         }
         if let Some(why) = interface.fitted(presenter, &self.subject) {
-            (self.options.tell)(&format!("warning: {why}"));
+            self.teller.tell(&format!("warning: {why}"));
             window.request_redraw();
         }
     }
@@ -424,7 +469,7 @@ impl<'a> App<'a> {
             presenter.lose_surface();
             presenter.replace_surface(surface_of(&self.device, window)?)?;
             (self.unfit, self.misfit) = (true, true);
-            (self.options.tell)("warning: the window's surface was lost; frames go on with a new one");
+            self.teller.tell("warning: the window's surface was lost; frames go on with a new one");
         }
         Ok(())
     }
@@ -455,7 +500,7 @@ impl<'a> App<'a> {
             return false;
         }
         if self.lacked_memory == 0 {
-            (self.options.tell)(&format!("warning: {error}; the window keeps its last picture and tries again"));
+            self.teller.tell(&format!("warning: {error}; the window keeps its last picture and tries again"));
         }
         self.lacked_memory += 1;
         (self.misfit, self.again) = (true, Some(Instant::now() + AGAIN_FOR_MEMORY));
@@ -493,9 +538,9 @@ fn at_once(fits: bool) -> Fitted {
 }
 
 /// Tells when frames are not shown as they were asked to be.
-fn tell_mode(presenter: &Presenter, options: &Options) {
-    if let Some(mode) = presenter.present_mode().filter(|&mode| !options.vsync.is(mode)) {
-        let vsync = format!("{:?}", options.vsync).to_lowercase();
-        (options.tell)(&format!("warning: this window has no --vsync {vsync}: frames follow each other by {mode:?}"));
+fn tell_mode(presenter: &Presenter, wanted: Vsync, teller: &Teller) {
+    if let Some(mode) = presenter.present_mode().filter(|&mode| !wanted.is(mode)) {
+        let vsync = format!("{wanted:?}").to_lowercase();
+        teller.tell(&format!("warning: this window has no --vsync {vsync}: frames follow each other by {mode:?}"));
     }
 }

@@ -159,6 +159,12 @@ impl CameraControl {
         self.mode
     }
 
+    /// The speed that keys move at, in metres a second, where the wheel changes that.
+    pub fn flying_speed(&self) -> Option<f64> {
+        let is_flying = matches!(self.camera.projection, Projection::Perspective { .. }) && self.mode == Mode::Fly;
+        is_flying.then_some(self.speed)
+    }
+
     /// Returns true if the next frame would be another one.
     pub fn is_moving(&self, held: Held) -> bool {
         held.direction() != DVec3::ZERO || self.velocity != DVec3::ZERO || self.turn != [0.0; 2] || self.zoom != 0.0

@@ -10,6 +10,7 @@ mod controls;
 mod faults;
 mod icon;
 mod marks;
+mod messages;
 mod oracle;
 mod overlay;
 mod player;
@@ -78,8 +79,10 @@ pub struct Options<'a> {
     pub playing: Playing,
     /// Rest at that moment, in place of playing on from it.
     pub rests: bool,
-    /// Tells the user something, in one line.
+    /// Prints a message to the user, most of them in one line.
     pub tell: &'a dyn Fn(&str),
+    /// Shows messages over the picture as well, for some seconds, and a sign while something is computed.
+    pub messages: bool,
     /// Keeps a screenshot, of the shown picture or of its light. Returns a message about it.
     pub keep: &'a dyn Fn(&frame::Picture) -> Result<String, String>,
     /// Keeps a path that was recorded. Returns a message about it.

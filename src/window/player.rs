@@ -23,6 +23,8 @@ pub struct Player {
     advanced: Option<Instant>,
     /// The frames do not show this moment yet.
     is_new: bool,
+    /// It is another moment, or of other clips, than before.
+    has_moved: bool,
     pose: Pose,
 }
 
@@ -60,6 +62,11 @@ impl Player {
         self.is_new = true;
     }
 
+    /// Returns true once if the moment or the clips have changed.
+    pub fn take_moved(&mut self) -> bool {
+        std::mem::take(&mut self.has_moved)
+    }
+
     /// No frame follows for now.
     pub fn rest(&mut self) {
         self.advanced = None;
@@ -89,7 +96,8 @@ impl Player {
 
     /// Goes to a moment.
     pub fn scrub(&mut self, time: f64) {
-        self.is_new |= time != self.playing.time;
+        self.has_moved |= time != self.playing.time;
+        self.is_new |= self.has_moved;
         self.playing.time = time;
     }
 
@@ -102,7 +110,8 @@ impl Player {
     }
 
     fn choose(&mut self, clips: ClipChoice) {
-        self.is_new |= clips != self.playing.clips;
+        self.has_moved |= clips != self.playing.clips;
+        self.is_new |= self.has_moved;
         self.playing.clips = clips;
     }
 

@@ -78,6 +78,13 @@ impl Resolution {
         (f64::from(self.step) / f64::from(STEPS), rests.filter(|_| self.step < STEPS))
     }
 
+    /// Returns true if the frame that begins now is whole.
+    pub fn is_whole(&self, now: Instant, camera: &Camera, motion: Motion) -> bool {
+        let moves = motion == Motion::Moves || self.camera != Some(*camera);
+        let rests = self.moved.is_none_or(|moved| moved + REST <= now);
+        !self.follows || motion == Motion::Kept || !moves && rests
+    }
+
     /// The next times are of frames that had another size.
     pub fn forget_times(&mut self) {
         self.since = 0;
@@ -141,7 +148,12 @@ mod tests {
     fn a_picture_that_rests_is_whole() {
         let (begin, camera, took) = (Instant::now(), Camera::default(), AIM);
         let mut resolution = Resolution::new(true);
-        let mut choose = |at: Instant, motion| resolution.choose(at, &camera, motion, took);
+        let mut choose = |at: Instant, motion| {
+            let is_whole = resolution.is_whole(at, &camera, motion);
+            let chosen = resolution.choose(at, &camera, motion, took);
+            assert_eq!(is_whole, chosen.0 == 1.0, "said before");
+            chosen
+        };
         assert_eq!(choose(begin, Motion::Rests), (0.25, Some(begin + REST)));
         // A frame for another reason meanwhile is not finer, and does not put the rest off.
         assert_eq!(choose(begin + REST / 2, Motion::Rests), (0.25, Some(begin + REST)));

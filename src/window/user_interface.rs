@@ -11,6 +11,7 @@ use super::clock::Clock;
 use super::controls::{Controls, Facts, Selected, Values, has_keys_alone};
 use super::faults::Faults;
 use super::marks::{HeatMap, draw_box};
+use super::messages::Notes;
 use super::oracle::{Answer, Drawn, ErrorMap, Oracle, Question};
 use super::overlay::{Overlay, Taken};
 use super::split::{Divider, views_after};
@@ -56,6 +57,10 @@ pub struct UserInterface {
     /// The errors in changed files.
     pub faults: Faults,
     stepper: Stepper,
+    /// An object was asked for, and no answer has come.
+    is_picking: bool,
+    /// Lights or the exposure have changed from one frame to the next, as under a slider.
+    has_moved: bool,
 }
 
 /// The state to go back to.
@@ -86,6 +91,8 @@ impl UserInterface {
             before: Before::default(),
             faults: Faults::default(),
             stepper: Stepper::default(),
+            is_picking: false,
+            has_moved: false,
         }
     }
 
@@ -95,17 +102,25 @@ impl UserInterface {
         self.overlay.event(window, event, shown)
     }
 
-    /// Builds the panels and makes the changes that are made there. Returns the panels to draw, and the time after which to draw them anew; none
-    /// while no panel is open. The third value is true if the presenter must be fitted again, as it was told of a change.
+    /// Builds the panels, under these notes, and makes the changes that are made there. Returns the panels to draw, and the time after which to draw
+    /// them anew; none while nothing lies over the picture. The third value is true if the presenter must be fitted again, as it was told of a change.
     pub fn show(
         &mut self,
         window: &Window,
         (presenter, clock): (&mut Presenter, &Clock),
         (subject, camera): (&mut Subject, &Camera),
+        notes: &Notes,
     ) -> Option<(Panels, Duration, bool)> {
-        if !self.is_shown() {
-            self.overlay.rest(window);
-            return None;
+        match (self.is_shown(), notes.is_any()) {
+            (false, false) => {
+                self.overlay.rest(window);
+                return None;
+            }
+            (false, true) => {
+                let (panels, delay) = self.overlay.run(window, |context| notes.draw(context));
+                return Some((panels, delay, false));
+            }
+            (true, _) => {}
         }
         let before = subject.values();
         let mut after = before.clone();
@@ -147,6 +162,7 @@ impl UserInterface {
             if !(controls.keys && has_keys_alone(context)) {
                 stepper.panel(context, scene, &drawn);
             }
+            notes.draw(context);
         });
         drop(facts);
         if self.stepper.take_new() {
@@ -156,7 +172,9 @@ impl UserInterface {
             // Moving lights that were changed go on from there.
             subject.player.show_again();
         }
-        let mut unfit = after != before && self.change(presenter, subject, &before, after);
+        let has_changed = after != before;
+        let mut unfit = has_changed && self.change(presenter, subject, &before, after);
+        self.has_moved = has_changed && !unfit;
         unfit |= self.stepper.obey(presenter, &subject.settings);
         if self.controls.beside != beside {
             self.show_beside(presenter, self.controls.beside);
@@ -267,7 +285,7 @@ impl UserInterface {
             self.end_comparison();
         }
         match self.oracle.as_ref().and_then(Oracle::answer) {
-            Some(Answer::Picked(picked)) => self.selected = picked,
+            Some(Answer::Picked(picked)) => (self.selected, self.is_picking) = (picked, false),
             Some(Answer::Error(map)) => {
                 self.heat.set(self.overlay.context(), &map);
                 self.error = Some(map);
@@ -280,6 +298,17 @@ impl UserInterface {
     pub fn pick(&mut self, subject: &Subject, view: reference::View, place: DVec2) {
         self.end_comparison();
         self.oracle(subject).ask(Question::Pick(view, place));
+        self.is_picking = true;
+    }
+
+    /// Returns true if the answer to [`UserInterface::pick`] has not come.
+    pub fn is_picking(&self) -> bool {
+        self.is_picking && self.oracle.is_some()
+    }
+
+    /// Returns true once if lights or the exposure are others than in the frame before.
+    pub fn take_moved(&mut self) -> bool {
+        std::mem::take(&mut self.has_moved)
     }
 
     /// Returns true if the picture that is shown is being compared.
@@ -315,7 +344,7 @@ impl UserInterface {
 
     /// No picture is compared any more.
     pub fn end_comparison(&mut self) {
-        (self.compared, self.error) = (None, None);
+        (self.compared, self.error, self.is_picking) = (None, None, false);
         self.heat.clear();
         if let Some(oracle) = &self.oracle {
             oracle.forget();

@@ -4,6 +4,8 @@
 use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
@@ -42,6 +44,7 @@ enum Order {
 pub struct Watch {
     orders: Sender<Order>,
     reloads: Receiver<Reload>,
+    is_reading: Arc<AtomicBool>,
 }
 
 /// Shaders to be watched.
@@ -74,7 +77,9 @@ impl Watch {
                 let _ = changed.send(Order::Changed(paths));
             }
         });
+        let is_reading = Arc::new(AtomicBool::new(false));
         let mut reader = Reader {
+            is_reading: Arc::clone(&is_reading),
             watcher: watcher.map_err(|error| error.to_string())?,
             watched: BTreeSet::new(),
             files: BTreeSet::new(),
@@ -93,7 +98,12 @@ impl Watch {
             reader.tell_of_shaders(format!("they are not watched: {why}"));
         }
         std::thread::spawn(move || reader.run(&received));
-        Ok(Self { orders, reloads })
+        Ok(Self { orders, reloads, is_reading })
+    }
+
+    /// Returns true while changed files are read or compiled.
+    pub fn is_reading(&self) -> bool {
+        self.is_reading.load(Ordering::Relaxed)
     }
 
     /// The next result of reading files again, if one has come.
@@ -146,6 +156,7 @@ struct Reader {
     shaders: Option<Shaders>,
     told: Sender<Reload>,
     wake: Box<dyn Fn() + Send>,
+    is_reading: Arc<AtomicBool>,
 }
 
 #[cfg(feature = "hot-reload")]
@@ -177,12 +188,25 @@ impl Reader {
             if noted.ends {
                 return;
             }
+            let is_reading = noted.scene || noted.shaders;
+            if is_reading {
+                self.read(true);
+            }
             if noted.scene {
                 self.read_scene();
             }
             #[cfg(feature = "hot-reload")]
             self.compile_shaders(noted.shaders);
+            if is_reading {
+                self.read(false);
+            }
         }
+    }
+
+    /// Tells the window that reading has begun or ended.
+    fn read(&self, is_reading: bool) {
+        self.is_reading.store(is_reading, Ordering::Relaxed);
+        (self.wake)();
     }
 
     /// Takes note of an order. True if more of its kind may follow at once.

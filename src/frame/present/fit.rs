@@ -123,7 +123,7 @@ impl Presenter {
         let Some((settings, plan)) = self.fit_swapchain(scene, settings)? else { return Ok(Fitted::Nothing) };
         let Some(swapchain) = &self.swapchain else { return Ok(Fitted::Nothing) };
         let views = swapchain.views();
-        self.screenshot = None;
+        (self.screenshot, self.kept) = (None, None);
         let own = own.filter(|own| own.plan.differs_in_size_only(&plan));
         let own = own.and_then(|own| made.as_ref()?.caught_up(own, scene, &settings));
         let mut taken = own.is_some();

@@ -60,7 +60,8 @@ pub(super) fn overlay(
         Some(own) => own,
         None => {
             let Over { format, encodes, views, extent, uploads } = over();
-            let mut new = Overlay::new(device, format, encodes, uploads, IN_FLIGHT)?;
+            // One place more is for pictures that are shown again.
+            let mut new = Overlay::new(device, format, encodes, uploads, IN_FLIGHT + 1)?;
             new.resize(&views, extent)?;
             overlay.insert(new)
         }
@@ -70,8 +71,13 @@ pub(super) fn overlay(
 
 /// Copies the picture of the frame that is being recorded, before it is presented: out of the frame's own image where it is not the swapchain's,
 /// or where that cannot be copied from.
-pub(super) fn record_copy(renderer: &Renderer, copy: &Copy, swapchain_image: Option<vk::Image>) {
-    let (device, edges, cmd) = (&renderer.device, &renderer.edges, renderer.frames[renderer.next].cmd.raw);
+pub(super) fn record_copy(
+    renderer: &Renderer,
+    cmd: vk::CommandBuffer,
+    copy: &Copy,
+    swapchain_image: Option<vk::Image>,
+) {
+    let (device, edges) = (&renderer.device, &renderer.edges);
     match (swapchain_image, renderer.frame.output(&renderer.plan)) {
         (Some(image), _) => copy_presented(device, edges, (cmd, image), copy),
         (None, Some(own)) => copy.record(device, cmd, own.raw),

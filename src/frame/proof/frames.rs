@@ -13,7 +13,7 @@ use crate::frame::render_pass::PassDescription;
 use crate::gpu::sync::{DEVICE_ACCESS, HOST_WRITE, Use};
 use crate::gpu::upload::{BLIT_READ, COPY_WRITE};
 use crate::gpu_scene::shadow_clear;
-use crate::passes::{FRAME_READ, Resource, Touch, copy, prefilter};
+use crate::passes::{FRAME_READ, Resource, Touch, copy, prefilter, present};
 use crate::plan::FramePlan;
 
 const BUFFER: L = L::UNDEFINED;
@@ -34,6 +34,8 @@ struct Turn {
     covered: bool,
     /// With a texture that is new.
     has_new_panel: bool,
+    /// Nothing is drawn: PRESENT copies the picture of the frame before once more.
+    again: bool,
 }
 
 impl Turn {
@@ -56,9 +58,15 @@ pub(super) fn program(plan: &FramePlan, edges: &Edges) -> Program {
     let uploaded = frames.upload();
     frames.prefilter();
     frames.clear_maps();
-    let turns = turns(plan);
-    for (index, turn) in turns.iter().enumerate() {
-        frames.frame(index, *turn, &list, &passes);
+    let mut drawn = 0;
+    for (index, turn) in turns(plan).into_iter().enumerate() {
+        frames.program.frame = index + 1;
+        if turn.again {
+            frames.show_again(turn, &list);
+        } else {
+            frames.frame(drawn, turn, &list, &passes);
+            drawn += 1;
+        }
     }
     frames.look();
     frames.wait(RowName::LAST_USE_TO_DESTROY, uploaded);
@@ -76,16 +84,22 @@ fn turns(plan: &FramePlan) -> Vec<Turn> {
         None => (0..4)
             .map(|index| Turn { maps: maps(index), posed: posed(index), copied: index == 1, ..Turn::default() })
             .collect(),
-        Some(_) => (0..9)
-            .map(|index| Turn {
+        Some(_) => {
+            let drawn = (0..9).map(|index| Turn {
                 maps: maps(index),
                 posed: posed(index),
                 copied: index & 1 != 0,
                 split: index & 2 != 0,
                 covered: index & 4 != 0,
                 has_new_panel: index == 4,
-            })
-            .collect(),
+                again: false,
+            });
+            // A picture that lies ready is shown again twice, and drawn over.
+            let again = Turn { copied: true, split: true, covered: true, again: true, ..Turn::default() };
+            let over = Turn { posed: true, ..Turn::default() };
+            let kept = plan.is_copied_into_swapchain().then_some([again, Turn { copied: false, ..again }, over]);
+            drawn.chain(kept.into_iter().flatten()).collect()
+        }
     }
 }
 
@@ -223,8 +237,28 @@ impl Frames<'_> {
         }
     }
 
+    /// Adds PRESENT and the steps after it, in a submission of their own (`Presenter::show_again`).
+    fn show_again(&mut self, turn: Turn, list: &List) {
+        if turn.copied {
+            self.look();
+        }
+        self.submit();
+        self.acquire();
+        let is_before = |step: &&Step| !matches!(step, Step::Commands(own) if own.pass.place == present::PASS.place);
+        for step in list.0.iter().skip_while(is_before) {
+            match step {
+                // These passes read nothing that the CPU writes for a frame.
+                Step::Commands(own) if turn.has(own.when) => self.commands(own, Memory::Written(0)),
+                Step::Commands(_) | Step::RenderPass(..) => {}
+                Step::Presentation => self.show(),
+            }
+        }
+        if turn.copied {
+            self.copied = Some(self.program.step());
+        }
+    }
+
     fn frame(&mut self, index: usize, turn: Turn, list: &List, passes: &[PassDescription]) {
-        self.program.frame = index + 1;
         let place = Memory::Written(index % IN_FLIGHT);
         if turn.copied {
             self.look();

@@ -18,7 +18,7 @@ impl App<'_> {
         if let Err(error) = player.show(presenter, scene) {
             // The frame goes on as it is; told once, and not with every frame.
             if !std::mem::replace(&mut self.told_motion, true) {
-                (self.options.tell)(&format!("warning: not all of it moves: {error}"));
+                self.teller.tell(&format!("warning: not all of it moves: {error}"));
             }
         }
     }
@@ -31,6 +31,6 @@ impl App<'_> {
             Action::Clip { back } => player.turn(&scene.motion, back),
             _ => player.toggle(&scene.motion),
         }
-        (self.options.tell)(&player.line(&scene.motion));
+        self.teller.tell(&player.line(&scene.motion));
     }
 }

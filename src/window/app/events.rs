@@ -83,6 +83,9 @@ impl ApplicationHandler for App<'_> {
                     MouseScrollDelta::LineDelta(_, lines) => f64::from(lines),
                     MouseScrollDelta::PixelDelta(pixels) => pixels.y / PIXELS_A_NOTCH,
                 });
+                if let Some(speed) = self.control.flying_speed() {
+                    self.teller.show(&format!("speed: {speed:.3} m a second"));
+                }
                 self.ask_for_frame();
             }
             _ => {}

@@ -28,20 +28,26 @@ impl App<'_> {
                 }
             }
             Some(Action::Help) => {
-                (self.options.tell)(&help());
+                // The picture has them as a panel.
+                self.teller.print(&help());
                 self.open_panels(|controls| controls.keys = !controls.keys);
             }
             Some(Action::Panels) => self.open_panels(|controls| controls.shown = !controls.shown),
             Some(Action::View { back }) => {
                 if let Some(Opened { interface, presenter, .. }) = &mut self.opened {
                     self.unfit |= interface.turn_view(presenter, &mut self.subject, back);
-                    (self.options.tell)(&format!("view: {}", self.subject.settings.view));
+                    self.teller.tell(&format!("view: {}", self.subject.settings.view));
                 }
             }
             Some(Action::Step { back }) => {
                 if let Some(Opened { interface, presenter, .. }) = &mut self.opened {
                     self.unfit |= interface.step(presenter, &self.subject, back);
-                    (self.options.tell)(&interface.stepper().line(&self.subject.scene));
+                    let line = interface.stepper().line(&self.subject.scene);
+                    // A panel shows the steps while there are any.
+                    match interface.stepper().is_open() {
+                        true => self.teller.print(&line),
+                        false => self.teller.tell(&line),
+                    }
                 }
             }
             Some(action @ (Action::Play | Action::Nudge { .. } | Action::Clip { .. })) => self.change_clips(action),
@@ -56,18 +62,18 @@ impl App<'_> {
                     Mode::Fly => "fly",
                     Mode::Orbit => "orbit",
                 };
-                (self.options.tell)(&format!("camera: {mode}"));
+                self.teller.tell(&format!("camera: {mode}"));
             }
             Some(Action::Screenshot) => self.screenshot = true,
             Some(Action::Light) => self.light = true,
             Some(Action::Split { next }) => self.split(next),
             Some(Action::Bookmark(number)) => {
                 self.control.bookmark(number);
-                (self.options.tell)(&format!("camera {} is kept: --camera \"{}\"", number + 1, self.control.camera()));
+                self.teller.tell(&format!("camera {} is kept: --camera \"{}\"", number + 1, self.control.camera()));
             }
             Some(Action::Recall(number)) => {
                 if !self.control.recall(number) {
-                    (self.options.tell)(&format!("no camera is kept as {0}: Ctrl+{0} keeps one", number + 1));
+                    self.teller.tell(&format!("no camera is kept as {0}: Ctrl+{0} keeps one", number + 1));
                 }
             }
             None => return,
@@ -96,11 +102,11 @@ impl App<'_> {
     fn record(&mut self) {
         let Some(recorder) = self.recording.take() else {
             self.recording = Some(Recorder::new(Instant::now(), *self.control.camera()));
-            return (self.options.tell)("path: recording, until K is pressed again");
+            return self.teller.tell("path: recording, until K is pressed again");
         };
         let path = recorder.end(Instant::now(), *self.control.camera());
         let told = path.map_err(|error| error.to_string()).and_then(|path| (self.options.keep_path)(&path));
-        (self.options.tell)(&told.unwrap_or_else(|error| format!("warning: no path: {error}")));
+        self.teller.tell(&told.unwrap_or_else(|error| format!("warning: no path: {error}")));
     }
 
     /// Writes the present view as a scene file, of the window's size.
@@ -109,9 +115,9 @@ impl App<'_> {
         let PhysicalSize { width, height } = window.inner_size();
         let settings = SettingsPatch { size: Some([width, height]), ..self.subject.settings.patch() };
         let told = (self.options.keep_scene)(&self.subject.scene, self.control.camera(), &settings);
-        (self.options.tell)(&told.unwrap_or_else(|error| format!("warning: no scene file: {error}")));
+        self.teller.tell(&told.unwrap_or_else(|error| format!("warning: no scene file: {error}")));
         if self.subject.has_other_roughness() {
-            (self.options.tell)("warning: a scene file cannot say that all materials are as rough");
+            self.teller.tell("warning: a scene file cannot say that all materials are as rough");
         }
     }
 

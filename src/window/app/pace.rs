@@ -7,7 +7,6 @@ use winit::dpi::PhysicalSize;
 use super::{App, Copies, Opened};
 use crate::scene::Scene;
 use crate::window::Error;
-use crate::window::resolution::Motion;
 
 impl Opened {
     /// The size of the picture, where it is smaller than the window.
@@ -20,13 +19,8 @@ impl Opened {
 impl App<'_> {
     /// Pictures that are kept or compared are whole, and so are those of a frame in steps.
     pub(super) fn choose_resolution(&mut self, now: Instant, copies: Copies) -> Result<(), Error> {
-        let Some(Opened { presenter, interface, .. }) = &mut self.opened else { return Ok(()) };
-        let whole = copies.kept || copies.compared || interface.is_comparing() || interface.stepper().is_open();
-        let motion = match self.subject.player.runs() || self.control.is_moving(self.held) {
-            _ if whole => Motion::Kept,
-            true => Motion::Moves,
-            false => Motion::Rests,
-        };
+        let motion = self.motion(copies);
+        let Some(Opened { presenter, .. }) = &mut self.opened else { return Ok(()) };
         let times = presenter.times();
         let took = Duration::from_secs_f64((times.record_ms + times.gpu_ms.unwrap_or(0.0)) * 1e-3);
         let (share, rests) = self.resolution.choose(now, self.control.camera(), motion, took);
@@ -46,7 +40,7 @@ impl App<'_> {
         if self.options.dynamic_resolution {
             self.resolution.switch();
         }
-        (self.options.tell)(told);
+        self.teller.tell(told);
     }
 
     /// Tells the times now and then, and at once when the picture is coarser or finer than before.
@@ -58,8 +52,9 @@ impl App<'_> {
             let gpu = times.gpu_ms.map(|ms| format!(", GPU {ms:.2}")).unwrap_or_default();
             self.told_times = Some(format!("{interval:.2} ms a frame, CPU {:.2}{gpu}", times.record_ms));
         }
-        if interval.is_some() || coarse != self.told_coarse {
-            self.told_coarse = coarse;
+        let is_first = self.is_opening && self.clock.frames() > 0;
+        if interval.is_some() || coarse != self.told_coarse || is_first {
+            (self.told_coarse, self.is_opening) = (coarse, false);
             let coarse = coarse.map(|[width, height]| format!("{width}x{height} pixels"));
             let told: Vec<&str> = [&self.told_times, &coarse].into_iter().filter_map(Option::as_deref).collect();
             opened

@@ -7,7 +7,7 @@ use super::{App, Opened};
 use crate::window::watch::{Reload, Watch};
 
 /// Warnings of a scene that are told.
-const WARNINGS: usize = 5;
+pub(super) const WARNINGS: usize = 5;
 
 impl App<'_> {
     /// Watches the files that the window's frames come from.
@@ -17,7 +17,7 @@ impl App<'_> {
         let watch = Watch::new(&self.subject.scene.files, read, self.options.shaders.take(), move || wake());
         match watch {
             Ok(watch) => self.watch = Some(watch),
-            Err(error) => (self.options.tell)(&format!("warning: files are not watched: {error}")),
+            Err(error) => self.teller.tell(&format!("warning: files are not watched: {error}")),
         }
     }
 
@@ -29,9 +29,9 @@ impl App<'_> {
                 Reload::Scene(Ok(read)) => {
                     let (scene, settings) = *read;
                     for warning in scene.warnings.iter().take(WARNINGS) {
-                        (self.options.tell)(&format!("warning: {warning}"));
+                        self.teller.tell(&format!("warning: {warning}"));
                     }
-                    (self.options.tell)(&format!("scene: read again, {} objects", scene.objects.len()));
+                    self.teller.tell(&format!("scene: read again, {} objects", scene.objects.len()));
                     if interface.renew(presenter, &mut self.subject, (scene, settings)) {
                         // Records the camera's place until now: it jumps from there.
                         if let Some(recording) = &mut self.recording {
@@ -43,7 +43,8 @@ impl App<'_> {
                     self.unfit = true;
                 }
                 Reload::Scene(Err(fault)) => {
-                    (self.options.tell)(&format!("warning: {fault}"));
+                    // A panel has the fault, too.
+                    self.teller.print(&format!("warning: {fault}"));
                     interface.faults.scene = Some(fault);
                 }
                 #[cfg(feature = "hot-reload")]
@@ -55,11 +56,11 @@ impl App<'_> {
                         self.unfit = true;
                     }
                     let changes = if changes.is_empty() { "none differs".to_owned() } else { changes.join(", ") };
-                    (self.options.tell)(&format!("shaders: compiled, {changes}"));
+                    self.teller.tell(&format!("shaders: compiled, {changes}"));
                 }
                 #[cfg(feature = "hot-reload")]
                 Reload::Shaders(Err(fault)) => {
-                    (self.options.tell)(&format!("warning: shaders: {fault}"));
+                    self.teller.print(&format!("warning: shaders: {fault}"));
                     interface.faults.shaders = Some(fault);
                 }
             }

@@ -8,6 +8,7 @@ use super::{App, Opened};
 use crate::frame::Presenter;
 use crate::scene::{Camera, Settings};
 use crate::window::Options;
+use crate::window::messages::Teller;
 use crate::window::split::Grip;
 use crate::window::subject::Subject;
 use crate::window::user_interface::UserInterface;
@@ -18,7 +19,7 @@ impl App<'_> {
         if let Some(Opened { interface, presenter, .. }) = &mut self.opened {
             self.unfit |= interface.split(presenter, &self.subject, next);
             let own = self.subject.settings.view;
-            (self.options.tell)(&match interface.controls.beside {
+            self.teller.tell(&match interface.controls.beside {
                 Some(beside) => format!("split: {own} | {beside}"),
                 None => "split: none".to_owned(),
             });
@@ -40,7 +41,7 @@ impl App<'_> {
             Grip::Held => {}
             Grip::Ended => {
                 self.unfit |= interface.unsplit(presenter);
-                (self.options.tell)("split: none");
+                self.teller.tell("split: none");
             }
         }
         self.ask_for_frame();
@@ -74,7 +75,7 @@ pub(super) fn compare_up_to_white(
     presenter: &Presenter,
     interface: &mut UserInterface,
     (subject, camera): (&Subject, &Camera),
-    options: &Options,
+    teller: &Teller,
 ) {
     if interface.refuses_comparison(subject) {
         return;
@@ -83,14 +84,19 @@ pub(super) fn compare_up_to_white(
     let settings = Settings { size, ..subject.settings.clone() };
     match presenter.picture_apart(&subject.scene, &settings, camera) {
         Ok(picture) => interface.compare(subject, *camera, &picture),
-        Err(error) => (options.tell)(&format!("warning: no picture: {error}")),
+        Err(error) => teller.tell(&format!("warning: no picture: {error}")),
     }
 }
 
 /// Keeps the light that the window's picture from this camera is made of.
-pub(super) fn keep_light(presenter: &Presenter, subject: &Subject, camera: &Camera, options: &Options) {
+pub(super) fn keep_light(
+    presenter: &Presenter,
+    subject: &Subject,
+    camera: &Camera,
+    (options, teller): (&Options, &Teller),
+) {
     let size = presenter.window_size().unwrap_or(subject.settings.size);
     let picture = presenter.picture_apart(&subject.scene, &subject.in_nits(size), camera);
     let told = picture.map_err(|error| error.to_string()).and_then(|picture| (options.keep)(&picture));
-    (options.tell)(&told.unwrap_or_else(|error| format!("warning: no screenshot: {error}")));
+    teller.tell(&told.unwrap_or_else(|error| format!("warning: no screenshot: {error}")));
 }

@@ -197,6 +197,10 @@ impl<'a> View<'a> {
     pub fn start(server: &'a Server, arguments: &[&str]) -> Self {
         let mut command = program();
         command.arg("view").args(arguments);
+        if !arguments.contains(&"--messages") {
+            // Messages go after some seconds; most tests wait for the picture without them.
+            command.args(["--messages", "off"]);
+        }
         if !arguments.contains(&"--dynamic-resolution") {
             // A picture that depends on how fast the machine is has tests of its own.
             command.args(["--dynamic-resolution", "off"]);

@@ -10,6 +10,7 @@ mod harness;
 mod hdr;
 mod hdr_display;
 mod light;
+mod messages;
 mod openings;
 mod panels;
 mod resolution;

@@ -10,7 +10,8 @@ use afterlight::gpu::{
     Device, DeviceChoice, Fit, Instance, InstanceOptions, MessageKind, Surface, Validation, Vsync, surface_extensions,
 };
 use afterlight::reference::tonemap::{decode_srgb, encode_srgb};
-use afterlight::scene::{Light, LightPath, OpenOptions, Scene, Settings, open};
+use afterlight::scene::{Camera, Light, LightPath, OpenOptions, Scene, Settings, open};
+use glam::DVec3;
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::event::WindowEvent;
@@ -104,6 +105,7 @@ impl App {
                     (most <= Some(allowed)).then_some(())
                 });
             }
+            show_again(&mut presenter, scene, settings);
             // A light that shines no more needs no other frames, and they still change their size.
             let dark = Light { intensity: 0.0, ..scene.lights[0].clone() };
             assert!(presenter.set_light(0, &dark).expect("a light"));
@@ -141,6 +143,47 @@ impl ApplicationHandler for App {
             events.exit();
         }
     }
+}
+
+/// Shows a picture again, which nothing draws anew until something in it changes.
+fn show_again(presenter: &mut Presenter, scene: &Scene, settings: &Settings) {
+    let camera = &scene.camera;
+    let picture = |presenter: &mut Presenter, again: bool| {
+        let show = |presenter: &mut Presenter| match again {
+            true => presenter.show_again(true, None).expect("it is kept"),
+            false => presenter.draw(camera, true, None).expect("a frame"),
+        };
+        while show(presenter) == Outcome::Nothing(Fit::Exact) {}
+        presenter.picture().expect("it was copied")
+    };
+    let before = picture(presenter, false);
+    assert!(presenter.keeps(camera) && presenter.has_picture());
+    let figures = presenter.drawn();
+    // Into each of its images.
+    for _ in 0..4 {
+        assert_eq!(picture(presenter, true).pixels, before.pixels);
+    }
+    assert_eq!(presenter.drawn(), figures, "no frame of the scene");
+    let aside = Camera { position: camera.position + DVec3::X, ..*camera };
+    assert!(!presenter.keeps(&aside), "another camera sees something else");
+    let ev100 = settings.exposure.unwrap_or(0.0) + 1.5;
+    let light = Light { intensity: scene.lights[0].intensity * 0.5, ..scene.lights[0].clone() };
+    let changes: [fn(&mut Presenter, &Light, f32); 2] = [
+        |presenter, _, ev100| presenter.set_exposure(ev100).expect("light is exposed"),
+        |presenter, light, _| assert!(presenter.set_light(0, light).expect("a light")),
+    ];
+    for change in changes {
+        change(presenter, &light, ev100);
+        assert!(!presenter.keeps(camera) && presenter.has_picture(), "it is another picture now");
+        assert_eq!(picture(presenter, true).pixels, before.pixels, "the old one is still shown");
+    }
+    assert_ne!(picture(presenter, false).pixels, before.pixels, "until the next frame");
+    assert!(presenter.keeps(camera));
+    // Frames of another size have no picture yet.
+    assert!(presenter.set_resolution(0.5).is_ok_and(|is_smaller| is_smaller) && !presenter.has_picture());
+    assert!(matches!(presenter.show_again(false, None), Ok(Outcome::Nothing(Fit::OutOfDate))));
+    presenter.set_light(0, &scene.lights[0]).expect("a light");
+    assert!(presenter.fit(scene, settings, WINDOW).expect("it fits"));
 }
 
 /// Returns a window's pixels, RGB, as its X server tells them.

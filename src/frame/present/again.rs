@@ -1,0 +1,133 @@
+//! The last picture once more: panels and messages over it change more often than the picture does, which may take a CPU device seconds.
+//!
+//! A picture that PRESENT copies into the window stays in an image of the frame's own. [`Presenter::show_again`] repeats that copy and the steps after
+//! it, in a submission of its own. The rows of a whole frame order it: the row before PRESENT made the picture visible to copies of all later
+//! commands, and the row that lets the next frame draw over the picture waits for all earlier copies. [`crate::frame::proof`] has such frames.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::{Outcome, Presenter, overlay};
+use crate::frame::{Error, IN_FLIGHT};
+use crate::gpu::{self, Acquired, Around, CommandBuffer, Device, Fit, Owned, Ticket, semaphore, vk};
+use crate::passes::overlay::Panels;
+use crate::scene::Camera;
+
+/// The objects that such a frame has in the place of a frame in flight's.
+pub(super) struct Again {
+    cmd: CommandBuffer,
+    acquired: Owned<vk::Semaphore>,
+    pub(super) ticket: Option<Ticket>,
+}
+
+impl Again {
+    fn new(device: &Arc<Device>) -> gpu::Result<Self> {
+        let name = "the last picture again";
+        let acquired = semaphore(device, &format!("swapchain image for {name} acquired"))?;
+        Ok(Self { cmd: CommandBuffer::new(device, name)?, acquired, ticket: None })
+    }
+}
+
+/// The picture that the frame's own image holds.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Kept {
+    camera: Camera,
+    /// Something that it shows has changed since.
+    is_stale: bool,
+}
+
+impl Kept {
+    pub(super) fn of(camera: &Camera) -> Self {
+        Self { camera: *camera, is_stale: false }
+    }
+}
+
+impl Presenter {
+    /// Notes that the next frame shows something else than the last one.
+    pub(super) fn outdate(&mut self) {
+        if let Some(kept) = &mut self.kept {
+            kept.is_stale = true;
+        }
+    }
+
+    /// Returns true if [`Presenter::show_again`] can show the last picture, whether or not another would be drawn now.
+    pub fn has_picture(&self) -> bool {
+        self.kept.is_some()
+    }
+
+    /// Returns true if a frame from this camera would be the last picture again, and [`Presenter::show_again`] can show that. Never so where passes draw
+    /// into the window's images, and while frames [converge](Presenter::converges).
+    pub fn keeps(&self, camera: &Camera) -> bool {
+        self.kept.is_some_and(|kept| kept.camera == *camera && !kept.is_stale) && !self.converges()
+    }
+
+    /// The time that the last frame took to be recorded and drawn; none if it is not done yet, or the device measures no times.
+    pub fn last_took(&self) -> Option<Duration> {
+        let renderer = self.renderer.as_ref()?;
+        let last = &renderer.frames[(renderer.next + IN_FLIGHT - 1) % IN_FLIGHT];
+        let is_done = self.device.is_done(last.ticket?).unwrap_or(false);
+        // Times are read when they are there only.
+        let times = is_done.then(|| last.times(&self.device, None)).and_then(Result::ok)?;
+        Some(Duration::from_secs_f64((times.record_ms + times.gpu_ms?) * 1e-3))
+    }
+
+    /// Shows the last picture again, with these panels over it and the divider where it is now, and draws nothing of the scene. `copied` as of
+    /// [`Presenter::draw`]. Waits for the last frame that was shown so, and a moment for an image.
+    ///
+    /// # Errors
+    /// As [`Presenter::draw`].
+    pub fn show_again(&mut self, copied: bool, panels: Option<&Panels>) -> Result<Outcome, Error> {
+        if self.kept.is_none() || self.renderer.is_none() || self.swapchain.is_none() {
+            return Ok(Outcome::Nothing(Fit::OutOfDate));
+        }
+        self.prepare_copy(copied)?;
+        let mut again = self.again.take().map_or_else(|| Again::new(&self.device), Ok)?;
+        // The row "frame-to-host".
+        let waited = again.ticket.take().map_or(Ok(()), |ticket| self.device.wait(ticket));
+        let shown = waited.map_err(Error::from).and_then(|()| self.show_with(&mut again, copied, panels));
+        self.again = Some(again);
+        shown
+    }
+
+    fn show_with(&mut self, again: &mut Again, copied: bool, panels: Option<&Panels>) -> Result<Outcome, Error> {
+        let (Some(renderer), Some(swapchain)) = (&self.renderer, &self.swapchain) else {
+            return Ok(Outcome::Nothing(Fit::OutOfDate));
+        };
+        let over = || super::Over::of(renderer, swapchain, self.desc.images);
+        overlay(&self.device, &mut self.overlay, over, panels, IN_FLIGHT)?;
+        let (index, fit) = match swapchain.acquire(&again.acquired)? {
+            Acquired::Image(index, fit) => (index, fit),
+            Acquired::Nothing(fit) => return Ok(Outcome::Nothing(fit)),
+        };
+        let submitted = self.submit_again(again, index, copied, panels);
+        if submitted.is_err() {
+            // As of a frame that could not be drawn: the image stays acquired, and nothing else would wait for the semaphore.
+            let _ = self.device.consume(again.acquired.raw);
+            self.swapchain = None;
+        }
+        submitted?;
+        match (self.present(index, copied, panels)?, fit) {
+            (Fit::Exact, fit) | (fit, _) => Ok(Outcome::Shown(fit)),
+        }
+    }
+
+    /// Records PRESENT and the steps after it, and submits them.
+    fn submit_again(
+        &self,
+        again: &mut Again,
+        index: usize,
+        copied: bool,
+        panels: Option<&Panels>,
+    ) -> Result<(), Error> {
+        let (Some(renderer), Some(swapchain)) = (&self.renderer, &self.swapchain) else { return Ok(()) };
+        let image = &swapchain.images[index];
+        again.cmd.begin()?;
+        renderer.frame.present_again(&self.device, again.cmd.raw, (image.raw, swapchain.extent));
+        self.record_over(again.cmd.raw, (index, IN_FLIGHT), copied, panels);
+        again.cmd.end()?;
+        let (waits, signals) = (&[(again.acquired.raw, self.acquire_stage())], &[image.drawn.raw]);
+        again.ticket = Some(self.device.submit_with(&again.cmd, &Around { waits, signals, ends_frame: None })?);
+        self.device.collect();
+        Ok(())
+    }
+}
