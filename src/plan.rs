@@ -54,7 +54,6 @@ pub use gbuffer::{Gbuffer, NormalEncoding, format_bytes};
 pub use lights::{PlannedLights, UNIFORM_LIGHTS};
 pub use output::{Canvas, Encoding, HDR, OUTPUT_PLAIN, OUTPUT_SRGB, ToneMapping, Transfer};
 pub use particles::{ParticlePlan, SORT_BLOCK};
-pub(crate) use parts::counted;
 pub use parts::{Part, PartGroup};
 pub use reasons::Reasons;
 pub use reflections::{Hiz, ReflectionPlan};

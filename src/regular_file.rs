@@ -1,8 +1,16 @@
-//! Reads a file whole, within a bound. A FIFO would block the reader and a device has no end: neither is read, and nothing beyond the bound.
+//! Reads a file whole, within a bound. A FIFO would block the reader and a device has no end: neither is read, and nothing beyond the bound. A file
+//! that a command line names may be a pipe that something writes.
 
 use std::fs::{self, File, Metadata};
 use std::io::{self, ErrorKind, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc;
+use std::thread;
+use std::time::Duration;
+
+/// Time in which a FIFO must be opened for writing. A shell starts the writer of `<(command)` before the reader, so the longest wait is for a process
+/// to start on a busy machine.
+const FOR_A_WRITER: Duration = Duration::from_secs(2);
 
 /// Reads all of a regular file, through symbolic links.
 ///
@@ -19,6 +27,45 @@ pub fn read_regular(path: &Path, most_bytes: u64) -> io::Result<Vec<u8>> {
     // The file may grow while it is read, and those of /proc say that they have no bytes.
     file.take(most_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most_bytes { Err(too_large(most_bytes)) } else { Ok(bytes) }
+}
+
+/// Reads all of a file that a command line names: a regular file, a pipe that something writes, as a shell makes one of `<(command)`, or the null device.
+///
+/// # Errors
+/// As [`read_regular`], and when nothing opens a FIFO for writing within two seconds.
+pub fn read_given(path: &Path, most_bytes: u64) -> io::Result<Vec<u8>> {
+    if is_null(path) {
+        return Ok(Vec::new());
+    }
+    if !is_pipe(&fs::metadata(path)?) {
+        return read_regular(path, most_bytes);
+    }
+    let (opened, waiting) = mpsc::channel();
+    let own: PathBuf = path.to_owned();
+    // Opening blocks until a process opens the pipe for writing, so a thread opens it. Without a writer the thread stays blocked until the program ends.
+    thread::Builder::new().spawn(move || _ = opened.send(File::open(own)))?;
+    let without_writer = |_| io::Error::new(ErrorKind::TimedOut, "it is a pipe (FIFO) that nothing writes");
+    let file = waiting.recv_timeout(FOR_A_WRITER).map_err(without_writer)??;
+    let mut bytes = Vec::new();
+    file.take(most_bytes.saturating_add(1)).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most_bytes { Err(too_large(most_bytes)) } else { Ok(bytes) }
+}
+
+/// Returns true for the null device, which scripts name in place of an empty file.
+fn is_null(path: &Path) -> bool {
+    cfg!(unix) && fs::canonicalize(path).is_ok_and(|real| real == Path::new("/dev/null"))
+}
+
+#[cfg(unix)]
+fn is_pipe(about: &Metadata) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    about.file_type().is_fifo()
+}
+
+/// Returns false: shells of Windows hand no pipes to programs by name.
+#[cfg(not(unix))]
+fn is_pipe(_: &Metadata) -> bool {
+    false
 }
 
 /// Returns the length of a file that may be read.
@@ -57,6 +104,32 @@ mod tests {
         assert_eq!(missing.kind(), ErrorKind::NotFound);
         let directory = read_regular(folder.path(), 1 << 20).expect_err("a directory");
         assert_eq!((directory.kind(), directory.to_string().as_str()), (ErrorKind::IsADirectory, "it is a directory"));
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_pipe_is_read_where_something_writes_it_and_refused_where_nothing_does() {
+        use std::io::Write;
+        let folder = tempfile::tempdir().expect("a folder");
+        let [silent, written] = ["silent", "written"].map(|name| folder.path().join(name));
+        let made = std::process::Command::new("mkfifo").args([&silent, &written]).status();
+        assert!(made.is_ok_and(|status| status.success()), "mkfifo");
+        let error = read_given(&silent, 5).expect_err("nothing writes it");
+        assert_eq!(error.to_string(), "it is a pipe (FIFO) that nothing writes");
+        let other = written.clone();
+        // Opened and written in two steps, as by a process that computes meanwhile.
+        let writer = thread::spawn(move || {
+            let mut file = File::options().write(true).open(other)?;
+            thread::sleep(Duration::from_millis(20));
+            file.write_all(b"12345")
+        });
+        assert_eq!(read_given(&written, 5).expect("read"), b"12345");
+        assert!(writer.join().is_ok_and(|written| written.is_ok()));
+        assert_eq!(read_given(Path::new("/dev/null"), 5).expect("empty"), b"");
+        let error = read_given(Path::new("/dev/zero"), 5).expect_err("it has no end");
+        assert_eq!(error.to_string(), "it is not a regular file");
+        fs::write(folder.path().join("file"), b"12345").expect("written");
+        assert_eq!(read_given(&folder.path().join("file"), 5).expect("read"), b"12345");
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Options that several commands share, and how their values are read.
 
+use std::ffi::OsString;
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
@@ -8,6 +9,7 @@ use std::str::FromStr;
 use afterlight::gpu::{DeviceChoice, Validation};
 use afterlight::measure::Shard;
 use afterlight::scene::{Camera, SETTINGS, Setting, SettingsPatch, SkyChoice, Up, ValueKind, View, unknown};
+use clap::parser::ValueSource;
 use clap::{Arg, ArgAction, ArgGroup, ArgMatches, Args, Command, FromArgMatches, value_parser};
 
 /// The device that draws, and the checks of its use.
@@ -49,8 +51,6 @@ pub struct SettingsArgs {
     /// A settings file, over which the other options win.
     pub file: Option<PathBuf>,
     pub camera: Option<CameraChoice>,
-    /// As it was written.
-    pub camera_text: Option<String>,
     /// Metres that a unit of a bare model is; `up` is its axis that points up.
     pub scale: Option<f64>,
     pub up: Option<Up>,
@@ -68,6 +68,8 @@ pub struct SettingsArgs {
     /// True if glTF files may read what lies outside their folders.
     pub allow_outside: bool,
     pub said: SettingsPatch,
+    /// All options that were given, by their names and in the order of the help, with their values as they were written.
+    pub written: Vec<(String, Option<OsString>)>,
 }
 
 const FILE_HELP: &str = "Take settings from a TOML file with a table [settings] as in a scene file, as `afterlight tune` writes it; \
@@ -195,33 +197,7 @@ impl Args for SettingsArgs {
     }
 
     fn augment_args(command: Command) -> Command {
-        let file = Arg::new("settings").value_name("FILE").value_parser(value_parser!(PathBuf)).help(FILE_HELP);
-        let camera = Arg::new("camera").value_name("CAMERA").value_parser(camera).help(CAMERA_HELP);
-        let scale = Arg::new("scale").value_name("NUMBER").value_parser(scale).help(SCALE_HELP);
-        let up = Arg::new("up").value_name("y|z").value_parser(up).help(UP_HELP);
-        let time = Arg::new("time").value_name("SECONDS").value_parser(seconds).help(TIME_HELP);
-        let clip = Arg::new("clip").value_name("NAME").action(ArgAction::Append).help(CLIP_HELP);
-        let scene = Arg::new("of-scene").value_name("N|NAME").help(SCENE_HELP);
-        let variant = Arg::new("variant").value_name("NAME").help(VARIANT_HELP);
-        let sky = Arg::new("sky").value_name("SKY").value_parser(value::<SkyChoice>).help(SKY_HELP);
-        let turned = Arg::new("sky-rotation").value_name("DEGREES").value_parser(degrees).help(ROTATION_HELP);
-        let strength = Arg::new("sky-strength").value_name("NITS").value_parser(nits).help(STRENGTH_HELP);
-        let outside = Arg::new("allow-outside").action(ArgAction::SetTrue).help(OUTSIDE_HELP);
-        let own = [
-            file.long("settings"),
-            camera.long("camera").allow_hyphen_values(true),
-            scale.long("scale").allow_hyphen_values(true),
-            up.long("up"),
-            time.long("time").allow_hyphen_values(true),
-            clip.long("clip"),
-            scene.long("scene"),
-            variant.long("variant"),
-            sky.long("sky"),
-            turned.long("sky-rotation").allow_hyphen_values(true),
-            strength.long("sky-strength").allow_hyphen_values(true),
-            outside.long("allow-outside"),
-        ];
-        let args: Vec<_> = own.into_iter().chain(options().map(option)).collect();
+        let args: Vec<_> = own_options().into_iter().chain(options().map(option)).collect();
         let group = ArgGroup::new("SettingsArgs").multiple(true).args(args.iter().map(|arg| arg.get_id().clone()));
         command.next_help_heading("Drawing (each overrides the scene file)").args(args).group(group)
     }
@@ -229,6 +205,36 @@ impl Args for SettingsArgs {
     fn augment_args_for_update(command: Command) -> Command {
         Self::augment_args(command)
     }
+}
+
+/// The options of drawing that are no settings.
+fn own_options() -> [Arg; 12] {
+    let file = Arg::new("settings").value_name("FILE").value_parser(value_parser!(PathBuf)).help(FILE_HELP);
+    let camera = Arg::new("camera").value_name("CAMERA").value_parser(camera).help(CAMERA_HELP);
+    let scale = Arg::new("scale").value_name("NUMBER").value_parser(scale).help(SCALE_HELP);
+    let up = Arg::new("up").value_name("y|z").value_parser(up).help(UP_HELP);
+    let time = Arg::new("time").value_name("SECONDS").value_parser(seconds).help(TIME_HELP);
+    let clip = Arg::new("clip").value_name("NAME").action(ArgAction::Append).help(CLIP_HELP);
+    let scene = Arg::new("of-scene").value_name("N|NAME").help(SCENE_HELP);
+    let variant = Arg::new("variant").value_name("NAME").help(VARIANT_HELP);
+    let sky = Arg::new("sky").value_name("SKY").value_parser(value::<SkyChoice>).help(SKY_HELP);
+    let turned = Arg::new("sky-rotation").value_name("DEGREES").value_parser(degrees).help(ROTATION_HELP);
+    let strength = Arg::new("sky-strength").value_name("NITS").value_parser(nits).help(STRENGTH_HELP);
+    let outside = Arg::new("allow-outside").action(ArgAction::SetTrue).help(OUTSIDE_HELP);
+    [
+        file.long("settings"),
+        camera.long("camera").allow_hyphen_values(true),
+        scale.long("scale").allow_hyphen_values(true),
+        up.long("up"),
+        time.long("time").allow_hyphen_values(true),
+        clip.long("clip"),
+        scene.long("scene"),
+        variant.long("variant"),
+        sky.long("sky"),
+        turned.long("sky-rotation").allow_hyphen_values(true),
+        strength.long("sky-strength").allow_hyphen_values(true),
+        outside.long("allow-outside"),
+    ]
 }
 
 /// A setting as an option.
@@ -261,8 +267,6 @@ impl FromArgMatches for SettingsArgs {
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
         self.file = matches.get_one("settings").cloned();
         self.camera = matches.get_one("camera").cloned();
-        let written = matches.get_raw("camera").and_then(|mut texts| texts.next());
-        self.camera_text = written.map(|text| text.to_string_lossy().into_owned());
         (self.scale, self.up) = (matches.get_one("scale").copied(), matches.get_one("up").copied());
         self.time = matches.get_one("time").copied();
         self.clips = matches.get_many("clip").into_iter().flatten().cloned().collect();
@@ -273,7 +277,37 @@ impl FromArgMatches for SettingsArgs {
         self.allow_outside = matches.get_flag("allow-outside");
         let said = options().filter_map(|setting| matches.get_one::<SettingsPatch>(setting.key));
         self.said = said.fold(SettingsPatch::default(), |all, one| all.or(one));
+        let all = own_options().into_iter().chain(options().map(option));
+        self.written = all.flat_map(|option| written(matches, &option)).collect();
         Ok(())
+    }
+}
+
+impl SettingsArgs {
+    /// `--camera` as it was written.
+    pub fn camera_text(&self) -> Option<String> {
+        let (_, text) = self.written.iter().find(|(name, _)| name == "camera")?;
+        text.as_ref().map(|text| text.to_string_lossy().into_owned())
+    }
+
+    /// The options that no settings file can hold, by name.
+    pub fn beside_settings() -> Vec<String> {
+        own_options().iter().map(typed).filter(|name| name != "settings").collect()
+    }
+}
+
+/// The name by which an option is typed.
+fn typed(option: &Arg) -> String {
+    option.get_long().unwrap_or_default().to_owned()
+}
+
+/// An option as often as it was given, with its values as they were written.
+fn written(matches: &ArgMatches, option: &Arg) -> Vec<(String, Option<OsString>)> {
+    let (id, name) = (option.get_id().as_str(), typed(option));
+    match matches.get_raw(id) {
+        _ if matches.value_source(id) != Some(ValueSource::CommandLine) => Vec::new(),
+        _ if !option.get_action().takes_values() => vec![(name, None)],
+        values => values.into_iter().flatten().map(|value| (name.clone(), Some(value.to_owned()))).collect(),
     }
 }
 
@@ -285,7 +319,14 @@ pub enum ViewChoice {
 }
 
 pub fn view(text: &str) -> Result<ViewChoice, String> {
-    if text.eq_ignore_ascii_case("all") { Ok(ViewChoice::All) } else { value(text).map(ViewChoice::One) }
+    match text.parse() {
+        _ if text.eq_ignore_ascii_case("all") => Ok(ViewChoice::All),
+        Ok(view) => Ok(ViewChoice::One(view)),
+        Err(_) => {
+            let names: Vec<&str> = View::NAMES.iter().map(|(name, _)| *name).chain(["all"]).collect();
+            Err(unknown("view", text, &names))
+        }
+    }
 }
 
 /// Reads any value whose own parser explains a wrong text.

@@ -11,7 +11,7 @@ use afterlight::frame::proof::{self, Frames, Hazard};
 use afterlight::frame::{Picture, Pixels, experiment, plan_for};
 use afterlight::gpu::{Device, Error, Instance, InstanceOptions, Message, Validation, vk};
 use afterlight::plan::FramePlan;
-use afterlight::scene::{Settings, SettingsPatch};
+use afterlight::scene::{Settings, SettingsPatch, counted};
 
 use super::args::{DeviceArgs, SettingsArgs};
 use super::failure::{Exit, Failure};
@@ -27,7 +27,7 @@ const HEURISTIC: u32 = vk::make_api_version(0, 1, 4, 304);
 /// # Errors
 /// When this plan has no such row, with the reason for that, or the row cannot be dropped.
 pub fn without(plan: &FramePlan, table: &Edges, name: &str) -> Result<Edges, Failure> {
-    let row = row(plan, table, name)?;
+    let row = row_of(plan, table, name, |edge| table.without(edge.name).is_ok())?;
     table.without(row.name).map_err(|error| Failure::usage(error.to_string()))
 }
 
@@ -45,11 +45,21 @@ fn told(hazards: &[Hazard]) -> Vec<String> {
 /// # Errors
 /// When this plan has no such row, with the reason for that.
 pub fn row<'a>(plan: &FramePlan, table: &'a Edges, name: &str) -> Result<&'a Edge, Failure> {
+    row_of(plan, table, name, |_| true)
+}
+
+/// The row of this name. An error lists the rows for which `is_possible` returns true.
+fn row_of<'a>(
+    plan: &FramePlan,
+    table: &'a Edges,
+    name: &str,
+    is_possible: impl Fn(&Edge) -> bool,
+) -> Result<&'a Edge, Failure> {
     let absent = edges::absent(plan, table).into_iter().find(|absent| absent.name.name() == name);
     if let Some(Absent { name, why }) = absent {
         return Err(Failure::usage(format!("these frames have no dependency {name}: {why}")));
     }
-    table.named(name).map_err(|error| Failure::usage(error.to_string()))
+    table.named(name, is_possible).map_err(|error| Failure::usage(error.to_string()))
 }
 
 /// Draws the scene without the dependency of this name, in each mode that the layer has, or without each dependency in turn if it is `all`, and
@@ -304,12 +314,13 @@ fn listing(found: &Found, is_verbose: bool) -> String {
     let mut text = match found.messages.is_empty() {
         true => "  nothing\n".to_owned(),
         false if is_verbose => texts(&found.messages),
-        false => {
-            found.rules().iter().fold(String::new(), |text, (rule, count)| format!("{text}  {rule}, {count} times\n"))
-        }
+        false => found
+            .rules()
+            .iter()
+            .fold(String::new(), |text, (rule, count)| format!("{text}  {rule}, {}\n", counted(*count, "time"))),
     };
     if found.more > 0 {
-        let _ = writeln!(text, "  and {} more messages that were not kept", found.more);
+        let _ = writeln!(text, "  and {}, not kept", counted(found.more, "more message"));
     }
     text
 }
@@ -392,7 +403,7 @@ fn texts(messages: &[Message]) -> String {
     }
     let mut list = String::new();
     for (rule, text, key) in first {
-        let _ = writeln!(list, "  {rule}, {} times, as:\n    {}", counts[&key], text.trim_end());
+        let _ = writeln!(list, "  {rule}, {}, as:\n    {}", counted(counts[&key], "time"), text.trim_end());
     }
     list
 }

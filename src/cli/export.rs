@@ -9,8 +9,9 @@ use afterlight::scene::{Settings, SettingsPatch, metered_ev100};
 
 use super::args::SettingsArgs;
 use super::failure::Failure;
-use super::output::{self, Sink, quoted};
+use super::output::{self, Sink};
 use super::table::bytes;
+use super::typed::Typed;
 use super::workload::{Workload, counts};
 
 /// The licence and the author of the built-in scenes.
@@ -69,8 +70,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let _ = writeln!(text, "extensions: {}", exported.extensions.join(", "));
     }
     let [width, height] = shot.size;
-    let file = if args.output.is_stdout() { "FILE.glb".to_owned() } else { quoted(&args.output.to_string()) };
-    let _ = writeln!(text, "draw it: afterlight render {file} --size {width}x{height} --exposure {exposure}");
+    let file = if args.output.is_stdout() { "FILE.glb".to_owned() } else { args.output.to_string() };
+    let drawing = Typed::new("render").about(file).option("size", format!("{width}x{height}"));
+    let _ = writeln!(text, "draw it: {}", drawing.option("exposure", exposure.to_string()));
     output::print(&text, args.output.is_stdout())
 }
 

@@ -8,10 +8,10 @@ use afterlight::frame::{capabilities, plan_for};
 use afterlight::mutants::{self, Way};
 use afterlight::plan::FramePlan;
 use afterlight::report::graph;
-use afterlight::scene::{SettingsPatch, View};
+use afterlight::scene::{Output, SettingsPatch, View};
 use serde::Serialize;
 
-use super::args::{DeviceArgs, SettingsArgs, value};
+use super::args::{DeviceArgs, SettingsArgs, samples, value};
 use super::failure::Failure;
 use super::motion_report::MotionReport;
 use super::output::Sink;
@@ -66,6 +66,15 @@ pub struct Args {
     /// Plan the frame of this view, as for `render`
     #[arg(long, value_name = "NAME", value_parser = value::<View>)]
     view: Option<View>,
+    /// Plan the frames of a picture of this many samples, 1 to 4096, as `render` averages them [default: 1]
+    #[arg(long, value_name = "N", value_parser = samples, allow_hyphen_values = true)]
+    samples: Option<u32>,
+    /// Plan the frames of a picture that holds linear light, as an .exr of `render`
+    #[arg(long, conflicts_with_all = ["drop", "window"])]
+    linear: bool,
+    /// Plan frames in which clips play, as in the sequences of `render` and in a window
+    #[arg(long, conflicts_with = "drop")]
+    playing: bool,
     #[command(flatten)]
     settings: SettingsArgs,
     #[command(flatten)]
@@ -168,10 +177,22 @@ impl EdgeReport {
 }
 
 impl Args {
+    /// The settings of this command alone. Without `--samples` a picture is a single frame.
+    fn variation(&self) -> SettingsPatch {
+        let samples = Some(self.samples.unwrap_or(1));
+        SettingsPatch { view: self.view, samples, ..SettingsPatch::default() }
+    }
+
     /// The drawings that are asked for, by their options.
     fn drawings(&self) -> impl Iterator<Item = (&'static str, &Sink)> {
         let all = [("--graph", &self.graph), ("--hazards", &self.hazards)];
         all.into_iter().filter_map(|(option, sink)| Some((option, sink.as_ref()?)))
+    }
+
+    /// Names the files that were written, a line each.
+    fn written(&self) -> String {
+        let files = self.drawings().filter(|(_, sink)| !sink.is_stdout());
+        files.map(|(option, sink)| format!("{option}: {sink} is written\n")).collect()
     }
 
     /// Finds out before the work whether the drawings can be written. Returns true if one of them takes standard output.
@@ -202,7 +223,7 @@ fn rows<'a>(names: &[String], plan: &FramePlan, table: &'a Edges) -> Result<Vec<
 /// Prints the plan.
 pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
     if let Some(name) = &args.drop {
-        let variation = SettingsPatch { view: args.view, samples: Some(1), ..SettingsPatch::default() };
+        let variation = args.variation();
         return drop::run(name, &args.scene, &args.settings, &variation, &args.device, is_verbose);
     }
     if !args.rows.is_empty() && args.hazards.is_none() {
@@ -210,11 +231,15 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
     }
     let drawn_to_stdout = args.check_drawings()?;
     session::with_device(&args.device, |device| {
-        let workload = Workload::open_for_frames(&args.scene, &args.settings, args.view, false)?;
+        let workload = match args.playing {
+            true => Workload::open_moving(&args.scene, &args.settings, false)?,
+            false => Workload::open_for_frames(&args.scene, &args.settings, args.view, false)?,
+        };
         workload.spare(args.drawings().map(|(_, sink)| sink))?;
-        // The plan is that of a frame, however many of them a picture is made of.
-        let variation = SettingsPatch { view: args.view, samples: Some(1), ..SettingsPatch::default() };
-        let settings = workload.settings(&variation, &device.physical)?;
+        let mut settings = workload.settings(&args.variation(), &device.physical)?;
+        if args.linear {
+            settings.output = Output::Nits;
+        }
         let plan = plan_for(&device, &workload.scene, &settings);
         let plan = plan.map_err(|error| workload.blame(error, &device.physical, &settings))?;
         let plan = match args.window {
@@ -251,6 +276,7 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
                     .map(|Absent { name, why }| AbsentReport { name: name.name(), why })
                     .collect(),
             };
+            output::print(&args.written(), true)?;
             return output::print(&output::json(&report)?, false);
         }
         let [width, height] = settings.size;
@@ -267,7 +293,9 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
             table.row([name.name(), why]);
         }
         let _ = write!(text, "\nDependencies that these frames do without\n{}", table.render());
-        output::print(&text, drawn_to_stdout)
+        let files = args.written();
+        let between = if files.is_empty() { "" } else { "\n" };
+        output::print(&(text + between + &files), drawn_to_stdout)
     })
 }
 

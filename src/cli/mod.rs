@@ -31,15 +31,21 @@ mod stress;
 mod table;
 #[cfg(feature = "report")]
 mod tune;
+mod typed;
 mod version;
 #[cfg(feature = "window")]
 mod view;
 mod workload;
 
-use clap::error::ErrorKind;
+use std::ffi::OsString;
+use std::path::Path;
+
+use afterlight::scene::builtin;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{ArgAction, CommandFactory, Parser, Subcommand};
 
 use failure::{EXIT_CODES, Failure};
+use typed::Typed;
 
 /// A deferred renderer on raw Vulkan that knows its own error.
 #[derive(Debug, Parser)]
@@ -97,9 +103,20 @@ fn commands() -> String {
     Cli::command().get_subcommands().map(clap::Command::get_name).collect::<Vec<_>>().join(", ")
 }
 
+/// Returns true if these words behind the program's name are a command line.
+fn parses(words: &[OsString]) -> bool {
+    Cli::try_parse_from(std::iter::once("afterlight".into()).chain(words.iter().cloned())).is_ok()
+}
+
 /// Turns clap's error into a failure. `ci` has another use for the exit code of usage.
 fn of_command_line(error: &clap::Error) -> Failure {
-    let failure = Failure::from_clap(error);
+    let failure = match error.get(ContextKind::InvalidSubcommand) {
+        Some(ContextValue::String(word)) => match meant(word) {
+            Some(hint) => Failure::from_clap(error).with_hint(hint),
+            None => Failure::from_clap(error),
+        },
+        _ => Failure::from_clap(error),
+    };
     #[cfg(feature = "ci")]
     if std::env::args_os()
         .skip(1)
@@ -109,6 +126,22 @@ fn of_command_line(error: &clap::Error) -> Failure {
         return failure.with_exit(failure::Exit::BadInput);
     }
     failure
+}
+
+/// Returns the commands that show and draw a scene, where one stands in a command's place.
+fn meant(word: &str) -> Option<String> {
+    const SCENES: [&str; 4] = ["toml", "gltf", "glb", "obj"];
+    let extension = Path::new(word).extension().map(|extension| extension.to_string_lossy().to_lowercase());
+    let is_builtin = builtin::CATALOGUE.iter().any(|own| own.name == word);
+    let is_file = extension.is_some_and(|extension| SCENES.contains(&extension.as_str()));
+    let scene = match () {
+        () if is_builtin => format!("{}{word}", builtin::PREFIX),
+        () if word.starts_with(builtin::PREFIX) || is_file => word.to_owned(),
+        () => return None,
+    };
+    let typed = |subcommand| format!("`{}`", Typed::new(subcommand).about(&scene));
+    let window = if cfg!(feature = "window") { typed("view") + " for a window, or " } else { String::new() };
+    Some(format!("did you mean {window}{} for a picture?", typed("render")))
 }
 
 /// Does what the command line says.

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use afterlight::scene::{Clip, ClipChoice, Interpolation, Motion, Node, Skin, Target, decimal};
+use afterlight::scene::{Clip, ClipChoice, Interpolation, Motion, Node, Skin, Target, counted, decimal};
 use serde::Serialize;
 
 use super::table::Table;
@@ -101,23 +101,24 @@ impl MotionReport {
         list("Clips (--clip takes the number or the name)", self.clips.len(), &|index| {
             let ClipReport { name, duration_s, channels, keys, moves, interpolations } = &self.clips[index];
             let seconds = format!("{} s", decimal(*duration_s, 3));
-            let counts = format!("{channels} channels, {keys} keys, {}", interpolations.join(", "));
+            let counts = [counted(*channels, "channel"), counted(*keys, "key"), interpolations.join(", ")].join(", ");
             vec![index.to_string(), name.clone(), seconds, counts, moves.join(", ")]
         });
         list("Skins", self.skins.len(), &|index| {
             let SkinReport { name, joints } = &self.skins[index];
-            vec![index.to_string(), name.clone(), format!("{joints} joints")]
+            vec![index.to_string(), name.clone(), counted(*joints, "joint")]
         });
         if is_verbose {
             list("Nodes", self.nodes.len(), &|index| {
                 let NodeReport { name, parent, moves, shapes } = &self.nodes[index];
                 let parent = parent.map_or_else(|| "in the world".to_owned(), |parent| format!("in {parent}"));
                 let moves = if *moves { "moves" } else { "rests" }.to_owned();
-                vec![index.to_string(), name.clone(), parent, moves, format!("{shapes} shapes")]
+                vec![index.to_string(), name.clone(), parent, moves, counted(*shapes, "shape")]
             });
         } else {
             let moving = self.nodes.iter().filter(|node| node.moves).count();
-            let _ = writeln!(text, "{} nodes, {moving} of which clips move: -v lists them.\n", self.nodes.len());
+            let _ =
+                writeln!(text, "{}, {moving} of which clips move: -v lists them.\n", counted(self.nodes.len(), "node"));
         }
         text
     }

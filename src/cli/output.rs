@@ -98,12 +98,6 @@ pub fn json(value: &impl Serialize) -> Result<String, Failure> {
     text.map(|text| text + "\n").map_err(failed)
 }
 
-/// A word of a command line as a shell takes it.
-pub fn quoted(name: &str) -> String {
-    let is_plain = |c: char| c.is_alphanumeric() || ":/._-".contains(c);
-    if name.chars().all(is_plain) { name.to_owned() } else { format!("\"{name}\"") }
-}
-
 /// Keeps a command from writing over its own inputs.
 pub fn spare<'a>(
     sinks: impl IntoIterator<Item = &'a Sink>,

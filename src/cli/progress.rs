@@ -1,12 +1,13 @@
 //! Progress of long work on standard error: a bar on a terminal, from half a second on. Elsewhere nothing, or lines for work of minutes and more.
 
+use std::cell::Cell;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use afterlight::scene;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// Between two lines of one [`shares`], at least.
+/// Least time between two lines of one [`shares`] or [`Spaced`].
 const LINE_EVERY: Duration = Duration::from_secs(10);
 
 /// Work that is over sooner shows no bar: it would flicker.
@@ -41,6 +42,27 @@ pub fn shares(what: String, steps: u64, quiet: bool) -> Progress {
 pub fn line(text: &str, quiet: bool) {
     if is_told_in_lines(quiet) {
         eprintln!("{text}");
+    }
+}
+
+/// Lines off a terminal about many short steps. Some are always printed, the others at most every [`LINE_EVERY`].
+pub struct Spaced {
+    quiet: bool,
+    /// The moment at which the last line was printed.
+    told: Cell<Option<Instant>>,
+}
+
+impl Spaced {
+    pub fn new(quiet: bool) -> Self {
+        Self { quiet, told: Cell::new(None) }
+    }
+
+    /// Prints a line if it is wanted in any case, or if none was printed for some time.
+    pub fn line(&self, is_wanted: bool, text: impl FnOnce() -> String) {
+        if is_wanted || self.told.get().is_none_or(|told| told.elapsed() >= LINE_EVERY) {
+            self.told.set(Some(Instant::now()));
+            line(&text(), self.quiet);
+        }
     }
 }
 

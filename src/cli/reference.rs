@@ -10,7 +10,7 @@ use afterlight::frame::{Picture, Pixels};
 use afterlight::reference::shown::{Pixel, shown};
 use afterlight::reference::shutter::{self, Exposure, Shot};
 use afterlight::reference::{Cache, Cached, Mode, Options, Reference, Smith, Source, Truth, View};
-use afterlight::scene::{SETTINGS, Setting, Settings, SettingsPatch, exposure_scale, metered_ev100};
+use afterlight::scene::{SETTINGS, Setting, Settings, SettingsPatch, counted, exposure_scale, metered_ev100};
 use clap::ValueEnum;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -237,7 +237,8 @@ fn export(args: &Args, folder: &Path) -> Result<(), Failure> {
     {
         Sink::File(folder.join(name)).write(text.as_bytes())?;
     }
-    let told = format!("{} -> {}: {} meshes\n", scene.name, folder.join("scene.xml").display(), export.meshes.len());
+    let told =
+        format!("{} -> {}: {}\n", scene.name, folder.join("scene.xml").display(), counted(export.meshes.len(), "mesh"));
     if args.quiet { Ok(()) } else { output::print(&told, false) }
 }
 
@@ -256,7 +257,7 @@ fn report(args: &Args, workload: &Workload, cached: &Cached, mode: Mode, times: 
         "from the cache".to_owned(),
         match cached.source {
             Source::Computed => "nothing".to_owned(),
-            Source::Continued(samples) => format!("the first {samples} samples"),
+            Source::Continued(samples) => format!("the first {}", counted(samples, "sample")),
             Source::Read => "all".to_owned(),
         },
     ]);
@@ -276,14 +277,13 @@ fn report(args: &Args, workload: &Workload, cached: &Cached, mode: Mode, times: 
         table.row([(*name).to_owned(), milliseconds(*time)]);
     }
     let mut text = format!(
-        "{} -> {}: {width}x{height} on {} threads\n",
+        "{} -> {}: {width}x{height} on {}\n",
         scene.name,
         args.output.sink,
-        rayon::current_num_threads()
+        counted(rayon::current_num_threads(), "thread")
     );
-    let (triangles, lights) = (scene.triangle_count(), scene.lights.len());
-    let _ =
-        write!(text, "{} objects, {triangles} triangles, {lights} lights\n\n{}", scene.objects.len(), table.render());
+    let (objects, triangles) = (counted(scene.objects.len(), "object"), counted(scene.triangle_count(), "triangle"));
+    let _ = write!(text, "{objects}, {triangles}, {}\n\n{}", counted(scene.lights.len(), "light"), table.render());
     text
 }
 

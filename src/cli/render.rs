@@ -13,14 +13,15 @@ use afterlight::frame::{self, Complexity, Picture, Pixels, Renderer, edges, list
 use afterlight::gpu::Device;
 use afterlight::measure::{Shard, peak_memory_bytes};
 use afterlight::plan::{self, FramePlan};
-use afterlight::scene::{Output, Pose, Settings, SettingsPatch, View, metered_ev100};
+use afterlight::scene::{Output, Pose, Settings, SettingsPatch, View, counted, metered_ev100};
 
 use super::args::{DeviceArgs, SettingsArgs, ViewChoice, fps, samples, seconds, shard, view, whole};
 use super::contact_sheet::{self, Tile};
 use super::failure::Failure;
 use super::image_output::{Format, Target};
-use super::output::{Sink, quoted};
+use super::output::Sink;
 use super::table::{Table, bytes, milliseconds};
+use super::typed::Typed;
 use super::workload::{Workload, memory_table, milliseconds_since, plan_table};
 use super::{drop, memory, progress};
 use path::go_to;
@@ -106,6 +107,19 @@ impl Args {
     fn is_sequence(&self) -> bool {
         self.path.is_some() || self.fps.is_some() || self.duration.is_some()
     }
+
+    /// The command that prints the plan of the scene's frames.
+    fn inspecting(&self, scene: &str, samples: u32) -> Typed {
+        let view = match self.view {
+            Some(ViewChoice::One(view)) => Some(view.to_string()),
+            _ => None,
+        };
+        let samples = (samples > 1).then(|| samples.to_string());
+        let is_linear = self.output.format == Format::Exr && self.drop.is_none();
+        let typed = Typed::new("inspect").about(scene).drawing(&self.settings).option_if("view", view);
+        let typed = typed.option_if("samples", samples).flag("linear", is_linear);
+        typed.flag("playing", self.is_sequence() && self.drop.is_none()).on(&self.device)
+    }
 }
 
 fn view_help() -> String {
@@ -154,10 +168,10 @@ fn draw_scene(args: &Args, scene: &str, device: &Arc<Device>, is_verbose: bool) 
     workload.spare([&args.output.sink])?;
     let files = workload.scene.files.clone();
     let drawn = match args.view {
-        _ if args.is_sequence() => path::draw(args, workload, device, is_verbose),
+        _ if args.is_sequence() => path::draw((args, scene), workload, device, is_verbose),
         Some(ViewChoice::All) => draw_sheet(args, &workload, device),
-        Some(ViewChoice::One(view)) => draw(args, workload, device, Some(view), is_verbose),
-        None => draw(args, workload, device, None, is_verbose),
+        Some(ViewChoice::One(view)) => draw((args, scene), workload, device, Some(view), is_verbose),
+        None => draw((args, scene), workload, device, None, is_verbose),
     };
     Ok(Drawn { files, ..drawn? })
 }
@@ -191,7 +205,7 @@ fn renderer(
 
 /// Draws the picture as often as asked for, writes the last one and returns the facts to print.
 fn draw(
-    args: &Args,
+    (args, scene): (&Args, &str),
     mut workload: Workload,
     device: &Arc<Device>,
     view: Option<View>,
@@ -233,7 +247,7 @@ fn draw(
         times.row(["first frame, with set-up".to_owned(), milliseconds(milliseconds_since(start))]);
         times.row(["first frame alone".to_owned(), milliseconds(first.wall_ms)]);
         if let Some(mean) = draw_more(args, &workload, &mut renderer, &|| bar.step())? {
-            times.row([format!("mean of {} more frames, {moving}", args.frames - 1), milliseconds(mean)]);
+            times.row([format!("mean of {}, {moving}", counted(args.frames - 1, "more frame")), milliseconds(mean)]);
         }
         picture = renderer.read_back()?;
     } else {
@@ -246,7 +260,10 @@ fn draw(
         }
         if args.frames > 1 {
             let mean = milliseconds_since(start) / f64::from(args.frames - 1);
-            times.row([format!("mean of {} more pictures of {what}, {moving}", args.frames - 1), milliseconds(mean)]);
+            times.row([
+                format!("mean of {} of {what}, {moving}", counted(args.frames - 1, "more picture")),
+                milliseconds(mean),
+            ]);
         }
     }
     args.output.write(&picture)?;
@@ -259,7 +276,7 @@ fn draw(
         let share = 100.0 * Complexity { covered, complex }.share();
         let _ = writeln!(text, "{complex} of {covered} pixels with a surface, {share:.1}%, are shaded once a sample");
     }
-    text.push_str(&costs(&workload, renderer.plan(), &times, device, is_verbose));
+    text.push_str(&costs((args, scene), renderer.plan(), &times, device, is_verbose));
     Ok(Drawn { text, hazards, files: Vec::new() })
 }
 
@@ -278,13 +295,13 @@ fn frames_of(plan: &FramePlan) -> u32 {
 
 fn frames_in_words(plan: &FramePlan) -> String {
     match plan.taa {
-        Some(taa) => format!("{} frames", taa.frames),
-        None => format!("{} samples", plan.samples),
+        Some(taa) => counted(taa.frames, "frame"),
+        None => counted(plan.samples, "sample"),
     }
 }
 
-/// Tells the cost of the frames in three lines: plan, times and memory; or in a table each.
-fn costs(workload: &Workload, plan: &FramePlan, times: &Table, device: &Device, is_verbose: bool) -> String {
+/// Tells the cost of the frames of a scene in three lines: plan, times and memory; or in a table each.
+fn costs((args, scene): (&Args, &str), plan: &FramePlan, times: &Table, device: &Device, is_verbose: bool) -> String {
     let report = device.memory_report();
     if is_verbose {
         let mut memory = memory_table(&report);
@@ -296,11 +313,11 @@ fn costs(workload: &Workload, plan: &FramePlan, times: &Table, device: &Device, 
     let included = parts.iter().filter(|part| part.included).count();
     let process = peak_memory_bytes().map_or_else(String::new, |peak| format!("; {} of the process", bytes(peak)));
     format!(
-        "times: {}\nmemory, at its peak: {} on the device{process}\nplan: {included} parts of the frame are in, {} are left out: `afterlight inspect {}` says why\n",
+        "times: {}\nmemory, at its peak: {} on the device{process}\nplan: {included} parts of the frame are in, {} are left out: `{}` says why\n",
         times.line(),
         bytes(report.peak_bytes),
         parts.len() - included,
-        quoted(&workload.scene.name),
+        args.inspecting(scene, plan.samples),
     )
 }
 
@@ -395,7 +412,7 @@ fn tile_size(size: [u32; 2]) -> [u32; 2] {
 fn heading(workload: &Workload, settings: &Settings, device: &Device, output: &str) -> String {
     let [width, height] = settings.size;
     let samples = match settings.samples {
-        _ if settings.taa => format!(", {} frames averaged over time", settings.taa_frames),
+        _ if settings.taa => format!(", {} averaged over time", counted(settings.taa_frames, "frame")),
         1 => String::new(),
         samples => format!(", {samples} samples a pixel"),
     };

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use afterlight::gpu::{Device, Instance, InstanceOptions, Message, MessageKind, Severity, Validation};
+use afterlight::scene::counted as words;
 use serde::Serialize;
 
 use super::args::DeviceArgs;
@@ -127,8 +128,7 @@ impl Heard {
         let (checks, layer) = self.checks()?;
         let messages = match self.mistakes() {
             0 => "no messages".to_owned(),
-            1 => "1 message".to_owned(),
-            count => format!("{count} messages"),
+            count => words(count, "message"),
         };
         let advice = match self.messages.iter().filter(|message| self.is_wanted(message)).count() {
             0 => String::new(),
@@ -160,8 +160,10 @@ impl Heard {
     /// Lets messages fail a validated command that went well otherwise. Advice that was asked for fails none.
     pub fn judge<T>(&self, outcome: Result<T, Failure>) -> Result<T, Failure> {
         let count = self.mistakes();
-        let failed =
-            Failure::new(Exit::FailedCheck, format!("validation failed with {count} message(s), listed above"));
+        let failed = Failure::new(
+            Exit::FailedCheck,
+            format!("validation failed with {}, listed above", words(count, "message")),
+        );
         match outcome {
             Err(failure) if !failure.is_quiet() => Err(failure),
             _ if self.validation != Validation::Off && count > 0 => Err(failed),

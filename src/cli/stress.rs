@@ -1,5 +1,6 @@
 //! `afterlight stress`: the catalogue of extreme cases on this device, and the claims that hold or fail.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::time::Instant;
 
@@ -64,8 +65,8 @@ fn name(text: &str) -> Result<String, String> {
     let all = catalogue::all();
     let known = all.iter().flat_map(|case| [case.group(), case.name]);
     let guess = nearest(text, known).map_or_else(String::new, |guess| format!(": did you mean \"{guess}\"?"));
-    let mut groups: Vec<&str> = all.iter().map(|case| case.group()).collect();
-    groups.dedup();
+    let groups: BTreeSet<&str> = all.iter().map(|case| case.group()).collect();
+    let groups: Vec<&str> = groups.into_iter().collect();
     Err(format!("unknown case {text:?}{guess} (groups: {}; --list has all cases)", groups.join(", ")))
 }
 
@@ -90,10 +91,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     session::with_device(&args.device, |device| {
         let begun = Instant::now();
         let bar = progress::bar("cases".into(), cases.len() as u64, args.quiet);
-        let mut verdicts = Vec::new();
+        let lines = progress::Spaced::new(args.quiet);
+        let mut verdicts: Vec<Verdict> = Vec::new();
         for (done, case) in cases.iter().enumerate() {
             bar.at(done as u64);
-            verdicts.push(stress::run(&device, case, args.quick)?);
+            // A line as each group begins, and within one now and then.
+            let begins_group = done == 0 || cases[done - 1].group() != case.group();
+            let told = |value, values| {
+                lines.line(begins_group && value == 0, || so_far((done, &cases), (value, values), &verdicts));
+            };
+            let verdict = stress::run_told(&device, case, args.quick, &told)?;
+            verdicts.push(verdict);
         }
         drop(bar);
         let run = RunInfo {
@@ -122,6 +130,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             _ => Err(Failure::new(Exit::FailedCheck, format!("not as claimed: {}", broken.join(", ")))),
         }
     })
+}
+
+/// A line off a terminal: how far the cases have come, and how many of them are not as claimed.
+fn so_far((done, cases): (usize, &[Case]), (value, values): (usize, usize), verdicts: &[Verdict]) -> String {
+    let broken = verdicts.iter().filter(|verdict| !verdict.passes()).count();
+    let broken = if broken == 0 { String::new() } else { format!("; {broken} not as claimed so far") };
+    format!("case {}/{}: {}, value {}/{values}{broken}", done + 1, cases.len(), cases[done].name, value + 1)
 }
 
 /// The files that are written.

@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::fmt::Write as _;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -19,14 +19,15 @@ use afterlight::report::tune::cameras::{Elsewhere, held_out, moments};
 use afterlight::report::tune::choice::{Attempt, Bound, Goal, Measurement};
 use afterlight::report::tune::evidence::{self, Evidence, Search, Walk, error_text};
 use afterlight::report::tune::{Tuned, Tuning, Within};
-use afterlight::scene::SettingsPatch;
+use afterlight::scene::{SettingsPatch, counted};
 use tempfile::TempDir;
 
 use super::args::{DeviceArgs, MotionArgs, SettingsArgs, samples, whole};
 use super::failure::{Exit, Failure};
 use super::measuring::{Bars, MeasuringArgs, base_of, fix_driver_threads, metric, sweep_of, truths};
-use super::output::{Sink, quoted};
+use super::output::Sink;
 use super::table::{Table, milliseconds};
+use super::typed::Typed;
 use super::workload::Workload;
 use super::{output, session};
 
@@ -162,6 +163,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 impl Args {
+    /// The command that draws the scene with the chosen settings, which are in this file.
+    fn drawing(&self, settings: &Path) -> Typed {
+        let typed = Typed::new("render").about(&self.scene).loading(&self.settings);
+        typed.option("settings", settings).on(&self.device)
+    }
+
     fn goal(&self) -> Goal {
         let bound = match (self.max_error, self.max_loss, self.max_ms) {
             (Some(error), ..) => Bound::Error(error),
@@ -244,7 +251,7 @@ fn walk_of(args: &Args, workload: &mut Workload) -> Result<Option<(Walk, Vec<Els
 
 /// Returns a sentence about the points that the time was not enough for.
 fn not_measured(args: &Args, measured: &Measured) -> Option<String> {
-    const MOST: usize = 8;
+    const MOST: usize = 3;
     let left = &measured.tuned.not_measured;
     let named = left.iter().take(MOST).map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
     let more = left.len().saturating_sub(MOST);
@@ -252,7 +259,8 @@ fn not_measured(args: &Args, measured: &Measured) -> Option<String> {
     let (count, points, within) = (left.len(), measured.points, args.within);
     (count > 0).then(|| {
         format!(
-            "{count} of {points} points were not measured within {within} s: {named}{more}; the same command goes on with them, and --within has more time"
+            "not measured within {within} s: {count} of {}, {named}{more}; the same command goes on with them, and --within has more time",
+            counted(points, "point")
         )
     })
 }
@@ -272,8 +280,10 @@ fn journal_of(args: &Args, header: &Header, info: &SceneInfo) -> Result<(Journal
         Some(Ok(journal)) => {
             if !journal.is_new && !args.quiet {
                 let measured = journal.scenes.first().map_or(0, |scene| scene.drawn.len());
-                let text =
-                    format!("goes on from an earlier run that drew {measured} points; --restart measures anew\n");
+                let text = format!(
+                    "goes on from an earlier run that drew {}; --restart measures anew\n",
+                    counted(measured, "point")
+                );
                 output::print(&text, true)?;
             }
             return Ok((journal, None));
@@ -309,9 +319,10 @@ fn cameras_of(args: &Args, workload: &Workload, base: &SettingsPatch) -> Result<
 /// Errors near the noise of the truth are not told from it.
 fn warn_of_noise(args: &Args, goal: &Goal, truth: &TruthInfo) -> Result<(), Failure> {
     let Some(noise) = goal.near_noise(truth).filter(|_| !args.quiet) else { return Ok(()) };
-    let (metric, samples) = (evidence::metric_key(goal.metric), truth.samples);
+    let metric = evidence::metric_key(goal.metric);
     let text = format!(
-        "warning: the bound is near the truth's own noise ({noise:.2e} {metric} with {samples} samples): more --truth-samples would tell better\n"
+        "warning: the bound is near the truth's own noise ({noise:.2e} {metric} with {}): more --truth-samples would tell better\n",
+        counted(truth.samples, "sample")
     );
     output::print(&text, true)
 }
@@ -332,12 +343,12 @@ fn report(args: &Args, measured: &Measured, search: &Search, chosen: &Attempt) -
     let mut text = format!("{} ({}), {}\n", header.machine.device, header.machine.driver, header.machine.cpu);
     let _ = writeln!(
         text,
-        "{}: {width}x{height}, {} of {} points drawn and timed in {:.0} s, truth of {} samples\ntimes: {}",
+        "{}: {width}x{height}, {} of {} drawn and timed in {:.0} s, truth of {}\ntimes: {}",
         scene.name,
         scene.points.len(),
-        measured.points,
+        counted(measured.points, "point"),
         measured.took.as_secs_f64(),
-        scene.truth.samples,
+        counted(scene.truth.samples, "sample"),
         what_moves(scene.moving)
     );
     for passed_over in outcome.passed_over.iter().filter_map(|attempt| search.passed_over(attempt)) {
@@ -389,19 +400,29 @@ fn report(args: &Args, measured: &Measured, search: &Search, chosen: &Attempt) -
     text.extend(not_measured(args, measured).map(|words| words + "\n"));
     text.extend(Sweep::quick_words(&scene.left_out).map(|words| words + "\n"));
     if let Sink::File(path) = &args.output {
-        let _ = writeln!(
-            text,
-            "\nWritten to {0}: afterlight render {1} --settings {0}",
-            path.display(),
-            quoted(&args.scene)
-        );
+        let _ = writeln!(text, "\nWritten to {}: {}", path.display(), args.drawing(path));
     }
     text
 }
 
 #[cfg(test)]
 mod tests {
+    use clap::Parser;
+
     use super::*;
+    use crate::cli::{Cli, Command};
+
+    #[test]
+    fn the_printed_command_reads_the_scene_as_this_one_did() {
+        let words = "afterlight tune m.obj --max-loss 2% --scale 0.01 --camera fitted --shadows off --settings old.toml --device 0";
+        let words = words.split(' ').chain(["--sky", "my sky.hdr"]);
+        let Ok(Cli { command: Command::Tune(args), .. }) = Cli::try_parse_from(words) else {
+            panic!("it is a command")
+        };
+        // The given settings are in the file.
+        let expected = "afterlight render m.obj --camera fitted --scale 0.01 --sky \"my sky.hdr\" --settings \"my tuned.toml\" --device 0";
+        assert_eq!(args.drawing(Path::new("my tuned.toml")).to_string(), expected);
+    }
 
     #[test]
     fn bounds_are_above_zero_and_metrics_are_known_by_name() {

@@ -12,7 +12,7 @@ use afterlight::frame::calibration::Calibration;
 use afterlight::frame::{Picture, Pixels};
 use afterlight::gpu::{Instance, PhysicalDevice, Vsync, vk};
 use afterlight::scene::file::{Model, Origin, to_toml};
-use afterlight::scene::{Camera, CameraPath, Scene, SettingsPatch};
+use afterlight::scene::{Camera, CameraPath, Scene, SettingsPatch, counted};
 use afterlight::window::{Error, Options, ReadAgain, ShaderFolder, Summary, WindowSystem, help};
 
 use super::args::{DeviceArgs, SettingsArgs, whole};
@@ -21,6 +21,7 @@ use super::image_output::{Format, Target};
 use super::output::{self, Sink};
 use super::session::{self, own_command};
 use super::table::{Table, milliseconds};
+use super::typed::Typed;
 use super::workload::{LargestPicture, Workload};
 
 /// Open a window onto a scene
@@ -257,7 +258,12 @@ fn keep_scene(args: &Args, scene: &Scene, camera: &Camera, settings: &SettingsPa
     };
     let text = to_toml(origin, scene, camera, settings);
     sink.write(text.as_bytes()).map_err(|failure| failure.message().to_owned())?;
-    Ok(format!("scene: {sink}; afterlight render {sink}"))
+    let Sink::File(file) = &sink else { return Ok(format!("scene: {sink}")) };
+    // The file holds neither the moment of clips nor the leave to read other folders.
+    let SettingsArgs { time, clips, allow_outside, .. } = &args.settings;
+    let drawing = Typed::new("render").about(file).option_if("time", time.map(|time| time.to_string()));
+    let drawing = clips.iter().fold(drawing, |drawing, clip| drawing.option("clip", clip));
+    Ok(format!("scene: {sink}; {}", drawing.flag("allow-outside", *allow_outside).on(&args.device)))
 }
 
 fn free(folder: &Path, extension: &str) -> Result<PathBuf, String> {
@@ -271,9 +277,9 @@ fn table(summary: &Summary) -> String {
         times.row(["from frame to frame, median".to_owned(), milliseconds(ms)]);
     }
     if let Some(ms) = summary.resize_ms {
-        times.row([format!("{} changes of size, median", summary.resizes), milliseconds(ms)]);
+        times.row([format!("{}, median", counted(summary.resizes, "resize")), milliseconds(ms)]);
     }
-    let mut text = format!("{} frames shown\n", summary.frames);
+    let mut text = format!("{} shown\n", counted(summary.frames, "frame"));
     let _ = write!(text, "{}", times.render());
     text
 }

@@ -11,7 +11,8 @@ use afterlight::gpu::{MemoryReport, PhysicalDevice};
 use afterlight::plan::FramePlan;
 use afterlight::scene::file::{load_path, load_settings, said_where};
 use afterlight::scene::{
-    self, Camera, CameraPath, Motion, OpenOptions, Playing, SETTINGS, Scene, Settings, SettingsPatch, View, decimal,
+    self, Camera, CameraPath, Motion, OpenOptions, Playing, SETTINGS, Scene, Settings, SettingsPatch, View, counted,
+    decimal,
 };
 
 use glam::DVec3;
@@ -147,7 +148,7 @@ impl Workload {
         let motion = scene.motion.clone();
         let clips = motion.choose(&args.clips).map_err(|error| Failure::usage(error.to_string()))?;
         let playing = Playing { time: args.time.unwrap_or_default(), clips, looped: true };
-        let (settings_path, camera) = (args.file.clone(), args.camera_text.clone());
+        let (settings_path, camera) = (args.file.clone(), args.camera_text());
         let told = RefCell::default();
         Ok(Self { scene, motion, playing, load_ms, command_line, settings_file, settings_path, camera, quiet, told })
     }
@@ -208,7 +209,7 @@ impl Workload {
         }
         if let count @ 1.. = self.motion.clips.len() {
             let playing = self.motion.playing(&self.playing.clips).count();
-            let _ = write!(text, "; {playing} of {count} clips at {} s", decimal(self.playing.time, 3));
+            let _ = write!(text, "; {playing} of {} at {} s", counted(count, "clip"), decimal(self.playing.time, 3));
         }
         text
     }
@@ -318,7 +319,7 @@ fn look(scene: &mut Scene, choice: &CameraChoice, aspect: f64) -> Result<(), Fai
                     true => format!(
                         "--camera {name:?}: the scene has no cameras with names, and a place is written as in \"0,1.7,8/0,1,0\""
                     ),
-                    false => format!("--camera: {}", scene::unknown("camera", name, &names)),
+                    false => format!("--camera: {}", scene::unknown("camera", name, &[&names[..], &[FITTED]].concat())),
                 };
                 return Err(Failure::new(Exit::Usage, why));
             };
@@ -379,7 +380,7 @@ pub fn counts(scene: &Scene) -> String {
         (scene.textures.len(), "texture"),
         (scene.lights.len(), "light"),
     ];
-    counts.map(|(count, what)| format!("{count} {what}{}", if count == 1 { "" } else { "s" })).join(", ")
+    counts.map(|(count, what)| counted(count, what)).join(", ")
 }
 
 #[cfg(test)]

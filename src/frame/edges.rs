@@ -219,10 +219,10 @@ impl Edges {
     /// The row that is spelled so.
     ///
     /// # Errors
-    /// When the plan has none.
-    pub fn named(&self, name: &str) -> Result<&Edge, Refused> {
+    /// When the plan has none. The message lists the rows for which `is_listed` returns true.
+    pub fn named(&self, name: &str, is_listed: impl Fn(&Edge) -> bool) -> Result<&Edge, Refused> {
         self.iter().find(|edge| edge.name.name() == name).ok_or_else(|| {
-            let names: Vec<_> = self.iter().map(|edge| edge.name.name()).collect();
+            let names: Vec<_> = self.iter().filter(|edge| is_listed(edge)).map(|edge| edge.name.name()).collect();
             Refused(scene::unknown("dependency of this plan", name, &names))
         })
     }

@@ -13,7 +13,7 @@ pub enum Error {
     NoLoader {
         /// The system's message.
         reason: String,
-        /// The way to install it on this system.
+        /// The variable that hides it, or the way to install it on this system.
         hint: String,
     },
     /// The loader works, but it found no driver, or none with a usable device.
@@ -21,7 +21,7 @@ pub enum Error {
     NoDriver {
         /// The loader's message.
         reason: String,
-        /// The way to install it on this system.
+        /// The variable that hides it, or the way to install it on this system.
         hint: String,
     },
     /// No device has the number or the name asked for.
@@ -37,7 +37,7 @@ pub enum Error {
     MissingLayer {
         /// The layer's name.
         layer: String,
-        /// The way to install it on this system.
+        /// The variable that hides it, or the way to install it on this system.
         hint: String,
     },
     /// The device is lost, and with it every object made on it: they can only be dropped.

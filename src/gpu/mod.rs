@@ -30,6 +30,7 @@ mod image_formats;
 mod instance;
 mod instrumentation;
 mod known_false;
+pub mod manifests;
 mod memory;
 mod message;
 mod owned;

@@ -1,6 +1,8 @@
-//! Hints for installing a missing part of Vulkan on this system.
+//! Hints for a missing part of Vulkan on this system: the variable that hides it, or the packages to install.
 
 use std::fs;
+
+use super::manifests;
 
 /// A part of Vulkan that can be missing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,9 +28,9 @@ enum System {
     Other,
 }
 
-/// Returns one line without a line end: the step that installs the missing part on this system.
-pub fn install_hint(what: Missing) -> String {
-    hint_for(this_system(), what)
+/// Returns one line without a line end: the variable that keeps the loader from the missing part, or else the step that installs it on this system.
+pub fn hint(what: Missing) -> String {
+    manifests::overriding_hint(what).unwrap_or_else(|| hint_for(this_system(), what))
 }
 
 fn this_system() -> System {

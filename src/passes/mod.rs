@@ -105,7 +105,8 @@ use ash::vk;
 
 use crate::gpu::{self, Device, Timestamps, sync::Use};
 use crate::gpu_scene::{CulledState, Culling, GpuScene, INDEX_READ, Instances, SKY_READ, TEXTURE_READ, VERTEX_READ};
-use crate::plan::{FramePlan, IndexWidth, Shading, Target, TexturePlan, counted};
+use crate::plan::{FramePlan, IndexWidth, Shading, Target, TexturePlan};
+use crate::scene::counted;
 use crate::shaders::Variant;
 use crate::visible::{MapDraw, Since, Visible, World, WorldObject};
 

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::{Error, FramePlan};
-use crate::scene::{AmbientOcclusion, AoResolution, LightPath, Scene, Settings, View};
+use crate::scene::{AmbientOcclusion, AoResolution, LightPath, Scene, Settings, View, counted};
 
 /// The parameters of AO. Its pipelines know all of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,10 +24,9 @@ const SAMPLES_OF_A_SLICE: u32 = 32;
 /// In `inspect`: `bitmask within 0.5 m, 16 samples in 1 slice, at each pixel`.
 impl fmt::Display for AoPlan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} within {} m, {} samples", self.method, self.radius, self.samples)?;
+        write!(f, "{} within {} m, {}", self.method, self.radius, counted(self.samples, "sample"))?;
         match (self.method, self.slices()) {
-            (AmbientOcclusion::Bitmask, [1, _]) => f.write_str(" in 1 slice")?,
-            (AmbientOcclusion::Bitmask, [count, _]) => write!(f, " in {count} slices")?,
+            (AmbientOcclusion::Bitmask, [count, _]) => write!(f, " in {}", counted(count, "slice"))?,
             _ => {}
         }
         f.write_str(if self.scale == 1 { ", at each pixel" } else { ", at one of four pixels" })

@@ -2,9 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use super::parts::counted;
 use super::{Basis, Capabilities, Shading, SurfaceRules};
-use crate::scene::{Culling, OptionalPart, Scene, Settings};
+use crate::scene::{Culling, OptionalPart, Scene, Settings, counted};
 
 /// Objects that share a mesh and a material, on average, from which on a device culls by itself: each such pair is a command in every step of depth,
 /// drawn or not.

@@ -3,9 +3,8 @@
 
 use std::collections::BTreeSet;
 
-use super::parts::counted;
 use super::{FramePlan, GeometryKey, Shading, SurfaceRules};
-use crate::scene::{Culling, OptionalPart, Scene, Settings};
+use crate::scene::{Culling, OptionalPart, Scene, Settings, counted};
 
 /// Objects from which on hiding them is tried. The picture takes 1 to 2 ms of a CPU core, in which hundreds of objects are recorded: Sponza (394
 /// objects) and `builtin:hall` (427) hide one object at most, `builtin:field?objects=2000&screens=6` six in seven.

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::{Capabilities, Error, FramePlan, PlannedTexture, Shading, is_tiled, parts};
-use crate::scene::{AmbientOcclusion, Fog, LightPath, Reflections, Scene, Settings, Transparency, View};
+use crate::scene::{AmbientOcclusion, Fog, LightPath, Reflections, Scene, Settings, Transparency, View, counted};
 
 /// Keys that a work group of SORT has in shared memory; `shaders/sort.wgsl` has the same number.
 pub const SORT_BLOCK: u32 = 2048;
@@ -135,7 +135,7 @@ pub(super) fn part(scene: &Scene, settings: &Settings, plan: &FramePlan) -> supe
                 (_, true) => "sorted from back to front, after transparent surfaces",
                 (_, false) => "summed up with weights in any order",
             };
-            format!("up to {} of {} emitters, {order}", own.capacity, own.emitters)
+            format!("up to {} of {}, {order}", own.capacity, counted(own.emitters, "emitter"))
         }
         None => absence(scene.emitters.is_empty(), settings.particles).into(),
     };

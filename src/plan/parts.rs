@@ -7,7 +7,7 @@ mod targets;
 mod textures;
 
 use super::{FramePlan, lens, taa};
-use crate::scene::{OptionalPart, Scene, Settings, Transparency};
+use crate::scene::{OptionalPart, Scene, Settings, Transparency, counted};
 
 /// Something that a frame can have.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -166,11 +166,6 @@ fn transparency(scene: &Scene, plan: &FramePlan) -> Part {
     let sorted = plan.transparency == Some(Transparency::Sorted);
     part("transparent surfaces", plan.transparency.is_some(), reason, if sorted { indices } else { 0 })
         .is(OptionalPart::Transparent)
-}
-
-/// `count` things, of which one is a `thing`.
-pub(crate) fn counted(count: usize, thing: &str) -> String {
-    format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
 }
 
 fn why(present: bool, yes: &str, no: &str) -> String {

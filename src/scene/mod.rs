@@ -8,6 +8,7 @@ mod bounds;
 pub mod builtin;
 mod camera;
 pub(crate) mod check;
+mod counted;
 pub(crate) mod emitter;
 mod error;
 mod exposure;
@@ -38,6 +39,7 @@ mod uvs;
 
 pub use bounds::Aabb;
 pub use camera::{Camera, HEIGHT as ORTHOGRAPHIC_HEIGHT, Projection, decimal};
+pub use counted::{counted, plural};
 pub use emitter::{Emitter, Particle};
 pub use error::Error;
 pub(crate) use error::without_controls;

@@ -1,9 +1,11 @@
 //! "Did you mean": the nearest known name to a mistyped one.
 
-/// More candidates would hide the message.
-const MOST_LISTED: usize = 20;
-/// Candidates that are listed of more.
-const ALIKE: usize = 5;
+/// Most candidates that keep their declared order, as `2x2, 3x3, 5x5`; more are sorted by the alphabet.
+const MOST_AS_DECLARED: usize = 12;
+/// More candidates, as a scene may have materials, would fill the terminal.
+const MOST_LISTED: usize = 120;
+/// Candidates that are listed of more: the most alike.
+const ALIKE: usize = 20;
 
 /// From 0 to 1 (Jaro-Winkler).
 fn likeness(name: &str, candidate: &str) -> f64 {
@@ -34,15 +36,19 @@ pub fn unknown(what: &str, name: &str, candidates: &[&str]) -> String {
     format!("unknown {what} {name:?}{question} (possible: {})", listed(name, candidates))
 }
 
-/// All candidates, or the most alike of many.
+/// All candidates, or the most alike of very many.
 fn listed(name: &str, candidates: &[&str]) -> String {
-    if candidates.len() <= MOST_LISTED {
-        return candidates.join(", ");
+    let mut listed = candidates.to_vec();
+    let mut more = String::new();
+    if candidates.len() > MOST_LISTED {
+        listed.sort_by(|a, b| likeness(name, b).total_cmp(&likeness(name, a)));
+        listed.truncate(ALIKE);
+        more = format!(" and {} more", candidates.len() - ALIKE);
     }
-    let mut alike = candidates.to_vec();
-    alike.sort_by(|a, b| likeness(name, b).total_cmp(&likeness(name, a)));
-    alike.truncate(ALIKE);
-    format!("{} and {} more", alike.join(", "), candidates.len() - ALIKE)
+    if candidates.len() > MOST_AS_DECLARED {
+        listed.sort_by_key(|candidate| candidate.to_lowercase());
+    }
+    listed.join(", ") + &more
 }
 
 #[cfg(test)]
@@ -59,9 +65,19 @@ mod tests {
             unknown("tonemap", "nuetral", &["neutral", "agx"]),
             "unknown tonemap \"nuetral\": did you mean \"neutral\"? (possible: neutral, agx)"
         );
-        let many: Vec<String> = (0..20).map(|number| format!("other{number}")).chain(["neutral".into()]).collect();
+    }
+
+    #[test]
+    fn few_names_are_listed_as_declared_more_by_the_alphabet_and_of_very_many_the_most_alike() {
+        assert_eq!(listed("x", &["none", "2x2", "3x3", "pcss"]), "none, 2x2, 3x3, pcss");
+        let names = |count: usize| (0..count).rev().map(|number| format!("other{number:03}")).chain(["neutral".into()]);
+        let some: Vec<String> = names(20).collect();
+        let some: Vec<&str> = some.iter().map(String::as_str).collect();
+        let text = listed("nuetral", &some);
+        assert!(text.starts_with("neutral, other000, other001, ") && text.ends_with(", other019"), "{text}");
+        let many: Vec<String> = names(200).collect();
         let many: Vec<&str> = many.iter().map(String::as_str).collect();
-        let text = unknown("tonemap", "nuetral", &many);
-        assert!(text.contains("(possible: neutral, ") && text.ends_with(" and 16 more)"), "{text}");
+        let text = listed("nuetral", &many);
+        assert!(text.starts_with("neutral, ") && text.ends_with(" and 181 more"), "{text}");
     }
 }

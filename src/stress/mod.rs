@@ -19,7 +19,7 @@ mod run;
 
 pub use case::{Bound, Case, Check, MOST_ELSEWHERE, Values, case, range};
 pub use pixel_errors::{Errors, Evidence, FLOOR, Subject, WorstPixel, compare};
-pub use run::{Finding, Outcome, RunInfo, Verdict, run, run_spoiled, sane};
+pub use run::{Finding, Outcome, RunInfo, Verdict, run, run_spoiled, run_told, sane};
 
 use crate::frame;
 

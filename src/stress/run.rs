@@ -51,7 +51,15 @@ pub struct Verdict {
 /// # Errors
 /// When the device is lost.
 pub fn run(device: &Arc<Device>, case: &Case, quick: bool) -> Result<Verdict, Error> {
-    run_spoiled(device, case, quick, &|_| {})
+    run_told(device, case, quick, &|_, _| {})
+}
+
+/// Tries a case, and calls `told` before each value with its index and the number of values.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_told(device: &Arc<Device>, case: &Case, quick: bool, told: &dyn Fn(usize, usize)) -> Result<Verdict, Error> {
+    run_with(device, case, quick, (&|_| {}, told))
 }
 
 /// Holds a subject against the truth of a scene.
@@ -67,7 +75,19 @@ pub fn run_spoiled(
     quick: bool,
     spoil: &dyn Fn(&mut Scene),
 ) -> Result<Verdict, Error> {
-    let attempt = |value: f64| {
+    run_with(device, case, quick, (spoil, &|_, _| {}))
+}
+
+fn run_with(
+    device: &Arc<Device>,
+    case: &Case,
+    quick: bool,
+    (spoil, told): (&dyn Fn(&mut Scene), &dyn Fn(usize, usize)),
+) -> Result<Verdict, Error> {
+    let values = case.tried(quick);
+    let count = values.len();
+    let attempt = |(index, value): (usize, f64)| {
+        told(index, count);
         let drawn = |subject: fn(f64) -> Subject| {
             let mut subject = subject(value);
             let truth = subject.truth.take().unwrap_or_else(|| subject.still());
@@ -99,7 +119,7 @@ pub fn run_spoiled(
         }
         Ok(finding)
     };
-    let findings = case.tried(quick).into_iter().map(attempt).collect::<Result<_, Error>>()?;
+    let findings = values.into_iter().enumerate().map(attempt).collect::<Result<_, Error>>()?;
     Ok(Verdict { case: *case, findings })
 }
 

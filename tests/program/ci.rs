@@ -63,7 +63,23 @@ fn errors(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
+/// Has a shell run a line that the program printed, with the variables that are in it, on the tests' Vulkan stack.
+#[cfg(unix)]
+fn typed(folder: &Path, line: &str) -> Output {
+    let own = program();
+    let own: Vec<_> =
+        [own.get_program()].into_iter().chain(own.get_args()).map(|word| word.to_string_lossy()).collect();
+    // The function below starts the program by the runner of the tests already.
+    let runner = runner().map_or_else(String::new, |runner| format!("{} ", runner.display()));
+    let line = line.replace(&format!("{runner}afterlight"), "afterlight");
+    let script = format!("afterlight() {{ \"{}\" \"$@\"; }}\n{line}", own.join("\" \""));
+    let mut shell = Command::new("bash");
+    shell.current_dir(folder).env("AFTERLIGHT_CALIBRATION", "").args(["-c", &script]);
+    shell.output().expect("a shell")
+}
+
 #[test]
+#[cfg(unix)]
 fn each_case_has_its_verdict_and_what_is_known_is_expected() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = |name: &str| folder.path().join(name);
@@ -100,6 +116,11 @@ fn each_case_has_its_verdict_and_what_is_known_is_expected() {
     let again = again.expect("the program starts");
     assert_eq!(code(&again), Some(1), "{}", errors(&again));
     assert!(errors(&again).contains("bad.truth: Fail: truth"), "{}", errors(&again));
+    // Neither does a case that takes too long go on for ever when it is tried again.
+    let again = program().current_dir(folder.path()).args(["ci", "--repro", "first/bundles/bad.slow"]).output();
+    let again = again.expect("the program starts");
+    assert_eq!(code(&again), Some(1), "{}", errors(&again));
+    assert!(errors(&again).contains("bad.slow: Timeout: stopped after 0.5 s"), "{}", errors(&again));
 
     // The run that blesses is as expected itself, and so is the next.
     for arguments in [&["--bless"][..], &["--since", "first"]] {
@@ -131,9 +152,16 @@ fn each_case_has_its_verdict_and_what_is_known_is_expected() {
     assert_eq!(code(&run), Some(1), "{}", errors(&run));
     let bundle = at("next/bundles/good.loop");
     assert!(bundle.join("baseline.png").exists() && bundle.join("difference.png").exists());
-    // The line of a bundle names the baseline that the case was compared with.
-    let line = fs::read_to_string(bundle.join("reproduce.txt")).expect("a line");
-    assert!(line.contains(" --baseline ") && line.contains("next/bundles/good.loop"), "{line}");
+    // A bundle that was moved, and whose baseline is gone, has the same verdict by the line that is in it.
+    fs::create_dir(at("sent")).expect("made");
+    fs::rename(&bundle, at("sent/a bundle")).expect("moved");
+    fs::rename(at("known"), at("gone")).expect("moved");
+    let line = fs::read_to_string(at("sent/a bundle/reproduce.txt")).expect("a line");
+    let again = typed(&at("sent/a bundle"), line.lines().last().expect("it is the last"));
+    assert_eq!(code(&again), Some(1), "{line}: {}", errors(&again));
+    assert!(errors(&again).contains("good.loop: Fail: picture: FLIP "), "{}", errors(&again));
+    assert!(!errors(&again).contains("the bundle's verdict"), "{}", errors(&again));
+    fs::rename(at("gone"), at("known")).expect("moved back");
     // Blessing compares with no picture that it replaces.
     for (arguments, expected) in [(&["--bless"][..], 0), (&[], 0)] {
         let run = ci(folder.path(), &[&only[..], arguments].concat());

@@ -141,7 +141,115 @@ fn wrong_usage_has_exit_code_2() {
 }
 
 #[test]
-fn without_a_driver_it_says_what_to_install_with_exit_code_4() {
+fn a_scene_in_a_commands_place_is_answered_with_the_commands_for_it() {
+    let folder = folder();
+    for (words, scene) in [
+        (&["Fox.glb"][..], "Fox.glb"),
+        (&["-v", "a scene.TOML", "--size", "8x8"], "\"a scene.TOML\""),
+        (&["builtin:hall?detail=8"], "\"builtin:hall?detail=8\""),
+        (&["cornell"], "builtin:cornell"),
+    ] {
+        let output = run(folder.path(), words);
+        let errors = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{errors}");
+        let hint = format!(
+            "hint: did you mean `afterlight view {scene}` for a window, or `afterlight render {scene}` for a picture?\n"
+        );
+        assert!(errors.ends_with(&hint), "{errors}");
+    }
+    let near = text(&run(folder.path(), &["rendr"]).stderr);
+    assert!(near.contains("'render'") && !near.contains("picture"), "{near}");
+}
+
+/// A FIFO that nothing writes is refused within seconds, wherever a file is named; one that is written is read where a shell may have made it.
+#[test]
+#[cfg(unix)]
+fn a_pipe_that_nothing_writes_stops_no_command() {
+    let folder = folder();
+    for name in ["fifo", "fifo.toml", "fifo.obj", "fifo.glb", "fifo.hdr", "fifo.png"] {
+        let made = std::process::Command::new("mkfifo").arg(folder.path().join(name)).status();
+        assert!(made.is_ok_and(|status| status.success()), "mkfifo");
+    }
+    write(&folder, "texture.obj", format!("mtllib own.mtl\n{TRIANGLE}usemtl own\nf 1/1 2/1 3/1\n"));
+    write(&folder, "own.mtl", "newmtl own\nmap_Kd fifo.png\n");
+    write(&folder, "library.obj", format!("mtllib fifo\n{TRIANGLE}f 1/1 2/1 3/1\n"));
+    write(&folder, "model.toml", "[[models]]\npath = \"fifo.obj\"\n");
+    write(&folder, "base.toml", "base = \"fifo.toml\"\n");
+    write(&folder, "from.toml", "base = \"builtin:quad\"\nsettings.from = \"fifo\"\n");
+    write(&folder, "including.toml", "include = [\"fifo\"]\n");
+    // Each is refused, or drawn without the file, but none waits.
+    let quick: &[&[&str]] = &[
+        &["inspect", "fifo.toml"],
+        &["inspect", "fifo.obj"],
+        &["inspect", "fifo.glb"],
+        &["inspect", "model.toml"],
+        &["inspect", "base.toml"],
+        &["inspect", "from.toml"],
+        &["inspect", "texture.obj"],
+        &["inspect", "library.obj"],
+        &["inspect", "builtin:quad", "--sky", "fifo.hdr"],
+        &["compare", "fifo.png", "fifo.png"],
+        &["ci", "fifo", "--list"],
+        &["ci", "including.toml", "--list"],
+        &["ci", "--repro", "fifo"],
+    ];
+    let pipes: &[&[&str]] = &[
+        &["inspect", "builtin:quad", "--settings", "fifo"],
+        &["render", "builtin:quad", "--path", "fifo", "-o", "walk.png"],
+        &["ci", "smoke", "-o", "out", "--skips", "fifo"],
+        &["ci", "smoke", "-o", "out", "--flakes", "fifo"],
+        &["ci", "smoke", "-o", "out", "--baseline", "fifo"],
+        &["ci", "smoke", "-o", "out", "--since", "fifo"],
+    ];
+    let children: Vec<_> = quick
+        .iter()
+        .chain(pipes)
+        .map(|words| {
+            let mut command = program();
+            command.current_dir(folder.path()).args(*words).stdin(std::process::Stdio::null());
+            command.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::piped());
+            (words, command.spawn().expect("the program starts"))
+        })
+        .collect();
+    let deadline = std::time::Instant::now() + std::time::Duration::from_secs(60);
+    for (words, mut child) in children {
+        while child.try_wait().expect("it can be waited for").is_none() {
+            if std::time::Instant::now() > deadline {
+                child.kill().expect("it is there");
+                panic!("{words:?} waits for the pipe");
+            }
+            std::thread::sleep(std::time::Duration::from_millis(10));
+        }
+        let output = child.wait_with_output().expect("it has ended");
+        let errors = text(&output.stderr);
+        assert!(output.status.code().is_some_and(|code| code != 101), "{words:?}: {errors}");
+        if pipes.contains(words) {
+            assert_eq!(output.status.code(), Some(3), "{words:?}: {errors}");
+            assert!(errors.contains("fifo: it is a pipe (FIFO) that nothing writes"), "{words:?}: {errors}");
+        }
+    }
+}
+
+/// What a shell makes of `<(command)` is read.
+#[test]
+#[cfg(unix)]
+fn a_pipe_of_a_shell_is_a_file_like_any_other() {
+    let folder = folder();
+    let program = program();
+    let words: Vec<_> = std::iter::once(program.get_program()).chain(program.get_args()).collect();
+    let words: Vec<_> = words.iter().map(|word| format!("'{}'", word.to_string_lossy())).collect();
+    let script = format!(
+        "{} inspect builtin:quad --json --settings <(echo '[settings]'; echo 'size = [24, 10]')",
+        words.join(" ")
+    );
+    let output = std::process::Command::new("bash").current_dir(folder.path()).args(["-c", &script]).output();
+    let output = output.expect("a shell");
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{}", text(&output.stderr)));
+    assert_eq!(report["size"], serde_json::json!([24, 10]));
+}
+
+#[test]
+fn without_a_driver_it_says_what_is_missing_with_exit_code_4() {
     let folder = folder();
     // Debian 13's runner names the driver itself.
     if std::env::var_os("AFTERLIGHT_RUNNER").is_some() {
@@ -155,7 +263,10 @@ fn without_a_driver_it_says_what_to_install_with_exit_code_4() {
     };
     let render = without(&["render", "builtin:quad", "-o", "-"]);
     assert_eq!(render.status.code(), Some(4), "{}", text(&render.stderr));
-    assert!(text(&render.stderr).contains("install"), "{}", text(&render.stderr));
+    // The file that is missing, and not a driver that may be there.
+    let named = format!("VK_DRIVER_FILES names {}, which cannot be read", folder.path().join("none.json").display());
+    assert!(text(&render.stderr).contains(&named), "{}", text(&render.stderr));
+    assert!(!text(&render.stderr).contains("install"), "{}", text(&render.stderr));
     assert!(render.stdout.is_empty());
     assert_eq!(without(&["doctor"]).status.code(), Some(4));
     assert!(text(&run(folder.path(), &["doctor"]).stdout).contains("Drawing works"));
@@ -247,6 +358,45 @@ fn shards_of_a_sequence_are_the_whole_of_it() {
         2,
         &["it needs --path, --fps or --duration"],
     );
+}
+
+/// The command that `render` prints says why as many parts are in and out as `render` counts.
+#[test]
+#[cfg(unix)]
+fn the_printed_inspect_has_the_plan_of_the_picture() {
+    let folder = folder();
+    write(&folder, "own settings.toml", "[settings]\nsize = [40, 30]\nmsaa = 4\n");
+    let counted = |parts: &Value| {
+        let parts = parts.as_array().expect("a list");
+        let included = parts.iter().filter(|part| part["included"] == true).count();
+        format!("plan: {included} parts of the frame are in, {} are left out", parts.len() - included)
+    };
+    let mut plans = std::collections::BTreeSet::new();
+    for words in [
+        &["builtin:spheres?rows=2&columns=2"][..],
+        &["builtin:spheres?rows=2&columns=2", "--sky", "atmosphere:40,30", "--samples", "1"],
+        &["builtin:quad", "--settings", "own settings.toml"],
+        &["builtin:quad", "-o", "light.exr"],
+        &["builtin:quad", "--view", "normal", "--gbuffer", "lean,normal=rgb8"],
+        &["builtin:seaweed", "--duration", "0.01", "--samples", "2"],
+    ] {
+        let small: &[&str] = if words.contains(&"--settings") { &[] } else { &SMALL };
+        let told = succeed(folder.path(), &[&["render"], words, small].concat());
+        let line = told.lines().find(|line| line.starts_with("plan: ")).expect("a line about the plan");
+        let typed = line.split('`').nth(1).expect("a command");
+        let own = program();
+        let start: Vec<_> =
+            std::iter::once(own.get_program()).chain(own.get_args()).map(|word| word.to_string_lossy()).collect();
+        let script = format!("afterlight() {{ '{}' \"$@\"; }}\n{typed} --json", start.join("' '"));
+        let mut shell = std::process::Command::new("bash");
+        shell.current_dir(folder.path()).env("AFTERLIGHT_CALIBRATION", "").args(["-c", &script]);
+        let output = shell.output().expect("a shell");
+        let report: Value =
+            serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{}", text(&output.stderr)));
+        assert!(line.starts_with(&counted(&report["parts"])), "{typed}: {line} and {}", counted(&report["parts"]));
+        plans.insert(counted(&report["parts"]));
+    }
+    assert!(plans.len() > 3, "their plans differ: {plans:?}");
 }
 
 #[test]
@@ -444,7 +594,8 @@ fn advice_that_was_asked_for_is_told_and_fails_nothing() {
 fn a_drawn_frame_is_an_svg_file_or_a_stream() {
     let folder = folder();
     let inspect = |more: &[&str]| succeed(folder.path(), &[&["inspect", "builtin:quad"], more].concat());
-    assert!(inspect(&["--graph", "frame.svg"]).contains("Targets"));
+    let told = inspect(&["--graph", "frame.svg"]);
+    assert!(told.contains("Targets") && told.ends_with("\n\n--graph: frame.svg is written\n"), "{told}");
     let file = fs::read_to_string(folder.path().join("frame.svg")).expect("it was written");
     assert!(file.starts_with("<svg ") && file.ends_with("</svg>\n"), "{file}");
     assert_eq!(inspect(&["--graph", "-"]), file, "a stream is the file");
@@ -458,7 +609,9 @@ fn a_drawn_frame_is_an_svg_file_or_a_stream() {
 fn drawn_hazards_are_an_svg_file_or_a_stream() {
     let folder = folder();
     let inspect = |more: &[&str]| succeed(folder.path(), &[&["inspect", "builtin:quad"], more].concat());
-    assert!(inspect(&["--hazards", "hazards.svg", "--graph", "frame.svg"]).contains("Targets"));
+    let told = inspect(&["--hazards", "hazards.svg", "--graph", "frame.svg"]);
+    let written = "\n--graph: frame.svg is written\n--hazards: hazards.svg is written\n";
+    assert!(told.contains("Targets") && told.ends_with(written), "{told}");
     let file = fs::read_to_string(folder.path().join("hazards.svg")).expect("it was written");
     assert!(file.starts_with("<svg ") && file.ends_with("</svg>\n") && folder.path().join("frame.svg").exists());
     assert_eq!(inspect(&["--hazards", "-"]), file, "a stream is the file");
@@ -523,6 +676,17 @@ fn each_part_left_out_has_its_cost_or_a_reason_why_not() {
     let told = list("parts").len() + list("same").len() + list("refused").len();
     assert_eq!(needed + told, afterlight::scene::OptionalPart::NAMES.len(), "{costs}");
     fail(folder.path(), &["bench", "builtin:quad", "--plan-cost", "--vary", "fxaa=on"], 2, &["--plan-cost"]);
+}
+
+/// Off a terminal there is no bar: lines say how far the cases have come, on standard error.
+#[test]
+fn stress_tells_in_lines_how_far_it_has_come() {
+    let folder = folder();
+    let cases = ["stress", "formulas/fresnel", "formulas/srgb", "--quick"];
+    let told = text(&run(folder.path(), &cases).stderr);
+    assert!(told.starts_with("case 1/2: formulas/fresnel, value 1/"), "{told}");
+    let quiet = run(folder.path(), &[&cases[..], &["-q"]].concat());
+    assert!(quiet.status.success() && quiet.stderr.is_empty(), "{}", text(&quiet.stderr));
 }
 
 #[test]

@@ -232,8 +232,8 @@ fn time_that_is_over_leaves_points_that_are_named_and_the_next_run_goes_on_with_
         assert!(output.status.success(), "{}", text(&output.stderr));
         let told = text(&output.stdout);
         let count = |line: &str, before: &str| line.split(before).nth(1)?.split(' ').next()?.parse::<usize>().ok();
-        let left = told.lines().find(|line| line.contains("points were not measured within"));
-        let left = left.map_or(0, |line| line.split(' ').next().and_then(|count| count.parse().ok()).unwrap_or(0));
+        let left = told.lines().find(|line| line.starts_with("not measured within"));
+        let left = left.map_or(0, |line| count(line, ": ").unwrap_or_else(|| panic!("no count in {line}")));
         let measured = told.lines().find_map(|line| count(line, "320x180, "));
         (left, measured.unwrap_or_else(|| panic!("no count in {told}")), told)
     };

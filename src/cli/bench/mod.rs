@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use afterlight::gpu::Device;
-use afterlight::scene::{Pose, SETTINGS, Settings, SettingsPatch};
+use afterlight::scene::{Pose, SETTINGS, Settings, SettingsPatch, unknown};
 
 use super::args::{DeviceArgs, MotionArgs, SettingsArgs, value, whole};
 use super::failure::Failure;
@@ -82,12 +82,20 @@ pub struct Args {
 }
 
 fn vary_help() -> String {
-    let keys: Vec<_> = SETTINGS.iter().map(|setting| setting.key).collect();
+    let mut keys = varied();
+    keys.sort_unstable();
     format!(
         "Compare with other settings: key=value, several in one go separated by blanks; may be given several times. Keys: {}",
         keys.join(", ")
     )
 }
+
+/// The keys that `--vary` takes. `samples` is none of them, because single frames are measured.
+fn varied() -> Vec<&'static str> {
+    SETTINGS.iter().map(|setting| setting.key).filter(|key| *key != SAMPLES).collect()
+}
+
+const SAMPLES: &str = "samples";
 
 /// Settings that differ from those given, and how they were written.
 #[derive(Debug, Clone, Default)]
@@ -99,14 +107,19 @@ struct Variant {
 impl Variant {
     fn parse(text: &str) -> Result<Self, String> {
         let name = text.split_whitespace().collect::<Vec<_>>().join(" ");
-        let patch: SettingsPatch = value(text)?;
-        if name.is_empty() {
-            return Err("nothing is varied".into());
+        let keys = varied();
+        for (key, _) in text.split_whitespace().filter_map(|pair| pair.split_once('=')) {
+            if key == SAMPLES {
+                return Err("single frames are measured, however many of them a picture is made of".into());
+            }
+            if !keys.contains(&key) {
+                return Err(unknown("setting", key, &keys));
+            }
         }
-        if patch.samples.is_some() {
-            return Err("single frames are measured, however many of them a picture is made of".into());
+        match name.is_empty() {
+            true => Err("nothing is varied".into()),
+            false => Ok(Self { name, patch: value(text)? }),
         }
-        Ok(Self { name, patch })
     }
 
     /// The settings as they were given.

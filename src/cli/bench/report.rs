@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 use afterlight::frame::FrameTimes;
 use afterlight::gpu::PhysicalDevice;
 use afterlight::measure::{Distribution, WarmUp, what_moves};
+use afterlight::scene::counted;
 use serde::Serialize;
 
 use super::Args;
@@ -146,7 +147,7 @@ impl BenchReport {
             Some(frames) => format!("{frames} to warm up"),
             None => "a warm-up until their times settle".into(),
         };
-        let frames = format!("{} frames each, after {after}", self.measured_frames);
+        let frames = format!("{} each, after {after}", counted(self.measured_frames, "frame"));
         match self.peak_memory_bytes {
             Some(peak) => format!("{frames}; peak memory of the process {}\n", bytes(peak)),
             None => format!("{frames}\n"),
@@ -182,11 +183,11 @@ impl SceneReport {
     /// The tables of one scene.
     pub fn text(&self, device: &str) -> String {
         let mut text = format!(
-            "{} on {device}: {} triangles in {} objects, {} lights; loaded in {}\ntimes: {}\n",
+            "{} on {device}: {} in {}, {}; loaded in {}\ntimes: {}\n",
             self.scene,
-            self.triangles,
-            self.objects,
-            self.lights,
+            counted(self.triangles, "triangle"),
+            counted(self.objects, "object"),
+            counted(self.lights, "light"),
             milliseconds(self.load_ms),
             if self.path.is_some() && !self.moving { "only the camera moves" } else { what_moves(self.moving) }
         );
@@ -275,7 +276,7 @@ impl RunReport {
         ];
         let slowest = self.moments.iter().flatten().max_by(|a, b| a.wall_ms.total_cmp(&b.wall_ms));
         if let Some(Moment { at_s, wall_ms, triangles, .. }) = slowest {
-            let text = format!("{} at {at_s:.2} s, with {triangles} triangles", milliseconds(*wall_ms));
+            let text = format!("{} at {at_s:.2} s, with {}", milliseconds(*wall_ms), counted(*triangles, "triangle"));
             facts.push(fact("slowest along the path", text));
         }
         facts.extend(self.passes.iter().map(|pass| {

@@ -7,18 +7,21 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use afterlight::measure::Srgb8Image;
+use afterlight::regular_file::read_regular;
 use serde::{Deserialize, Serialize};
 
 use super::results;
 use super::verdict::{CaseReport, Status, Verdict};
 use crate::cli::compare::ImageFile;
-use crate::cli::failure::Failure;
+use crate::cli::failure::{Exit, Failure};
 use crate::cli::output::{self, Sink};
 
 /// The cases that are known to fail, as `failures.csv` has them.
 pub const FAILURES: &str = "failures.csv";
 /// The device's time for a frame, in milliseconds.
 const TIMES: &str = "times.csv";
+/// The folder of a bundle with the picture and the time that its case was compared with.
+const BUNDLED: &str = "baseline";
 
 /// A device as baselines know it: its driver's name and its own.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -54,6 +57,36 @@ impl Baseline {
     pub fn open(all: &Path, own: &DeviceKey) -> Result<Self, Failure> {
         let folder = all.join(key(&own.driver)).join(own.folder());
         let missing = (!folder.exists()).then(|| missing(&folder, own));
+        Self::read(folder, missing)
+    }
+
+    /// Returns the baseline that a bundle holds for its case, whichever device tries it again; `None` where it was compared with none.
+    ///
+    /// # Errors
+    /// As [`Baseline::open`].
+    pub fn of_bundle(bundle: &Path) -> Result<Option<Self>, Failure> {
+        let folder = bundle.join(BUNDLED);
+        folder.is_dir().then(|| Self::read(folder, None)).transpose()
+    }
+
+    /// Copies the case's picture and time into its bundle.
+    ///
+    /// # Errors
+    /// When a file cannot be read or written.
+    pub fn keep(&self, case: &str, bundle: &Path) -> Result<(), Failure> {
+        let folder = bundle.join(BUNDLED);
+        output::make_folder(&folder)?;
+        let picture = self.folder.join(format!("{case}.png"));
+        if picture.exists() {
+            let bytes = read_regular(&picture, results::MOST_BYTES);
+            let cannot = |error| Failure::new(Exit::BadInput, format!("cannot read {}: {error}", picture.display()));
+            Sink::File(folder.join(format!("{case}.png"))).write(&bytes.map_err(cannot)?)?;
+        }
+        let time = self.gpu_ms(case).map_or_else(String::new, |ms| format!("{case},{ms}\n"));
+        Sink::File(folder.join(TIMES)).write(time.as_bytes())
+    }
+
+    fn read(folder: PathBuf, missing: Option<String>) -> Result<Self, Failure> {
         let path = folder.join(TIMES);
         let mut times = BTreeMap::new();
         if path.exists() {
@@ -205,6 +238,26 @@ mod tests {
         let told = missing(&amd);
         assert!(told.contains("on other CPUs (llvmpipe-llvm-15-0-6-256-bits-intel-512-bit-vectors)"), "{told}");
         assert!(told.contains("this one is AMD, 256-bit vectors"), "{told}");
+    }
+
+    #[test]
+    fn a_bundle_holds_what_its_case_was_compared_with() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = |name: &str| folder.path().join(name);
+        fs::create_dir_all(at("all/lavapipe/cpu")).expect("made");
+        fs::write(at("all/lavapipe/cpu/times.csv"), "a.b,1.25\na.c,3\n").expect("written");
+        let picture = image::RgbImage::from_pixel(2, 1, image::Rgb([9, 8, 7]));
+        picture.save(at("all/lavapipe/cpu/a.b.png")).expect("written");
+        let own = DeviceKey { driver: "lavapipe".into(), device: "cpu".into(), cpu: None };
+        let known = Baseline::open(&at("all"), &own).expect("read");
+        for (case, has_picture, ms) in [("a.b", true, Some(1.25)), ("a.c", false, Some(3.0)), ("a.d", false, None)] {
+            let bundle = at(case);
+            fs::create_dir(&bundle).expect("made");
+            assert_eq!(Baseline::of_bundle(&bundle).expect("none"), None);
+            known.keep(case, &bundle).expect("written");
+            let kept = Baseline::of_bundle(&bundle).expect("read").expect("there");
+            assert_eq!((kept.picture(case).expect("read").is_some(), kept.gpu_ms(case)), (has_picture, ms), "{case}");
+        }
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Bundles: the folders of cases that ended badly, with all that another machine needs to try them again.
 
 use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::fs;
 use std::io;
 use std::path::{Component, Path, PathBuf};
@@ -10,8 +11,9 @@ use super::suite::{Case, SceneSource};
 use super::verdict::{CaseReport, Verdict};
 use super::{Args, evidence, make_own, remove_own, runner, suite};
 use crate::cli::failure::Failure;
-use crate::cli::output::{self, Sink, quoted};
+use crate::cli::output::{self, Sink};
 use crate::cli::own;
+use crate::cli::typed::{Typed, quoted};
 
 /// The folder of a bundle that the scene's files are copied into.
 const SCENE: &str = "scene";
@@ -39,7 +41,7 @@ pub fn keep(
         {
             tracing::warn!("the files of the scene of {} are not in its bundle: {error}", case.name);
         }
-        let line = reproducing(&to, args);
+        let line = reproducing(args);
         Sink::File(to.join("reproduce.txt")).write(line.as_bytes())?;
         Sink::File(to.join(runner::VERDICT)).write(output::json(report)?.as_bytes())?;
         kept.insert(report.case.clone(), to);
@@ -86,11 +88,7 @@ fn keep_scene(case: &Case, bundle: &Path, copies: &mut BTreeMap<PathBuf, PathBuf
     if let (SceneSource::Text { .. }, Some(folder)) = (&case.scene, place(&own)) {
         fs::create_dir_all(bundle.join(folder))?;
     }
-    match place(&own) {
-        Some(kept) => fs::write(bundle.join(SUITE), suite::alone(case, Some(&kept))),
-        // A built-in scene, whose settings name files.
-        None => Ok(()),
-    }
+    place(&own).map_or(Ok(()), |kept| fs::write(bundle.join(SUITE), suite::alone(case, Some(&kept))))
 }
 
 /// The whole path, without `.` and `..`.
@@ -112,23 +110,23 @@ fn common(one: &Path, other: &Path) -> PathBuf {
     one.components().zip(other.components()).take_while(|(one, other)| one == other).map(|(one, _)| one).collect()
 }
 
-/// The line that tries a bundle's case again: with the same device, baseline and variables, from any folder.
-fn reproducing(bundle: &Path, args: &Args) -> String {
-    let whole = |path: &Path| fs::canonicalize(path).unwrap_or_else(|_| path.to_owned()).display().to_string();
-    let is_of_loader = |name: &str| name.starts_with("VK_") || name == "AFTERLIGHT_FAILURES";
-    let variables = evidence::variables().into_iter().filter(|(name, _)| is_of_loader(name));
+/// Variables of this program's own that change a verdict: calls that fail, devices that lack much, and the figures that `auto` chooses by.
+const OWN_VARIABLES: [&str; 3] = ["AFTERLIGHT_FAILURES", "AFTERLIGHT_PLAYS", "AFTERLIGHT_CALIBRATION"];
+
+/// The line that tries a bundle's case again, from the bundle's folder wherever it is: with the same device, variables and command that starts it.
+fn reproducing(args: &Args) -> String {
+    let matters = |name: &str| !name.starts_with("AFTERLIGHT_") || OWN_VARIABLES.contains(&name);
+    let variables = evidence::variables().into_iter().filter(|(name, _)| matters(name));
     let mut line: String = variables.map(|(name, value)| format!("{name}={} ", quoted(&value))).collect();
-    for word in own::command(Path::new("afterlight")) {
-        line.push_str(&format!("{} ", quoted(&word.display().to_string())));
-    }
-    line.push_str(&format!("ci --repro {}", quoted(&whole(bundle))));
-    if let Some(device) = &args.device {
-        line.push_str(&format!(" --device {}", quoted(&device.to_string())));
-    }
-    if let Some(folder) = args.baseline.as_ref().filter(|path| path.is_dir() && !args.bless) {
-        line.push_str(&format!(" --baseline {}", quoted(&whole(folder))));
-    }
-    line + "\n"
+    let started: Vec<OsString> = match &args.runner {
+        Some(runner) => runner.split_whitespace().map(OsString::from).collect(),
+        // The program itself is the last word, and the first one of what is typed.
+        None => own::command(Path::new("afterlight")).into_iter().filter(|word| word != "afterlight").collect(),
+    };
+    line.extend(started.iter().map(|word| quoted(word) + " "));
+    let typed = Typed::new("ci").option("repro", ".");
+    let typed = typed.option_if("device", args.device.as_ref().map(ToString::to_string));
+    format!("# In this folder, wherever it is:\n{line}{typed}\n")
 }
 
 #[cfg(test)]

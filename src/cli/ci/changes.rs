@@ -1,11 +1,12 @@
 //! Differences from an earlier run.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::Path;
 
+use afterlight::regular_file::read_regular;
+
 use super::reports::Judged;
-use super::results;
+use super::results::{self, MOST_BYTES};
 use super::verdict::{CaseReport, Status};
 use crate::cli::failure::{Exit, Failure};
 
@@ -25,14 +26,14 @@ impl Earlier {
     /// # Errors
     /// When it cannot be read.
     pub fn open(path: &Path) -> Result<Self, Failure> {
-        if path.is_file() {
+        if !path.is_dir() {
             return Ok(Self { statuses: results::read(path)?, reports: BTreeMap::new() });
         }
         let statuses = results::read(&path.join("results.csv"))?;
         let file = path.join("results.jsonl");
         let mut reports = BTreeMap::new();
-        if let Ok(text) = fs::read_to_string(&file) {
-            for (index, line) in text.lines().enumerate() {
+        if let Ok(text) = read_regular(&file, MOST_BYTES) {
+            for (index, line) in String::from_utf8_lossy(&text).lines().enumerate() {
                 let report: CaseReport = serde_json::from_str(line).map_err(|error| {
                     Failure::new(Exit::BadInput, format!("{}:{}: {error}", file.display(), index + 1))
                 })?;

@@ -14,6 +14,7 @@ use afterlight::plan::FramePlan;
 use afterlight::reference::tonemap::encode_srgb;
 use afterlight::stress;
 
+use super::baseline::Baseline;
 use super::examine::{self, Drawing};
 use crate::cli::doctor::DeviceReport;
 use crate::cli::image_output::{Format, Target};
@@ -136,6 +137,14 @@ impl Evidence {
             format!("{hash}  {}\n", path.display())
         };
         self.write(SCENE_FILES, files.iter().map(line).collect::<String>().as_bytes());
+    }
+
+    /// Writes the baseline's picture and time of the case.
+    pub fn baseline(&self, baseline: &Baseline, case: &str) {
+        let Some(folder) = &self.folder else { return };
+        if let Err(failure) = baseline.keep(case, folder) {
+            tracing::warn!("{}", failure.one_line());
+        }
     }
 
     pub fn of_plan(&self, plan: &FramePlan, drawing: &Drawing, device: &Arc<Device>) {

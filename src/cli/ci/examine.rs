@@ -10,7 +10,7 @@ use afterlight::gpu::{self, Device, DeviceChoice, MemoryReport};
 use afterlight::measure::{Distribution, flip, resident_memory_bytes};
 use afterlight::plan::{self, Capabilities, FramePlan};
 use afterlight::scene::{
-    self, OpenOptions, Output, Playing, Pose, Scene, Settings, SettingsPatch, file, metered_ev100,
+    self, OpenOptions, Output, Playing, Pose, Scene, Settings, SettingsPatch, counted, file, metered_ev100,
 };
 use afterlight::stress::{self, Subject};
 
@@ -154,7 +154,10 @@ pub fn examine(case: &Case, place: &Place, evidence: &Evidence) -> CaseReport {
 fn try_all(case: &Case, place: &Place, evidence: &Evidence, report: &mut CaseReport) -> Result<(), Stop> {
     evidence.write(super::evidence::SUITE, super::suite::alone(case, None).as_bytes());
     evidence.write("environment.txt", super::evidence::environment().as_bytes());
-    let drawing = Drawing::open(case)?;
+    if let Some(baseline) = place.baseline {
+        evidence.baseline(baseline, &case.name);
+    }
+    let drawing = Drawing::open(case).inspect_err(|_| evidence.scene_files(&case.scene.named_file()))?;
     evidence.scene_files(&drawing.scene.files);
     let first = unobserved(case, place, &drawing, evidence, report)?;
     for &mode in &case.holds.validate {
@@ -228,7 +231,8 @@ fn observed(
         let differ = differing(first, &picture);
         if differ > 0 {
             evidence.picture(&format!("picture-{}.png", mode.name()), &picture);
-            let detail = format!("{differ} pixels are others while the layer checks ({})", mode.name());
+            let detail =
+                format!("the picture differs in {} while the layer checks ({})", counted(differ, "pixel"), mode.name());
             report.hold(Check::Determinism, false, detail);
         }
     }
@@ -249,7 +253,8 @@ fn identical(
         let differ = differing(first, &picture);
         if differ > 0 {
             evidence.picture("picture-again.png", &picture);
-            let detail = format!("picture {} of {count} differs from the first in {differ} pixels", index + 1);
+            let detail =
+                format!("picture {} of {count} differs from the first in {}", index + 1, counted(differ, "pixel"));
             report.hold(Check::Determinism, false, detail);
             return Ok(());
         }
@@ -329,7 +334,8 @@ impl Held {
         let grown = self.resident.zip(later.resident).map_or(0, |(before, now)| now.saturating_sub(before));
         let is_same = self.bytes == later.bytes && self.objects == later.objects;
         let detail = format!(
-            "over {frames} frames the device's memory went from {} to {}, its objects from {} to {}, the process's grew by {}",
+            "over {} the device's memory went from {} to {}, its objects from {} to {}, the process's grew by {}",
+            counted(frames, "frame"),
             bytes(self.bytes),
             bytes(later.bytes),
             self.objects.values().sum::<usize>(),

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use afterlight::gpu::DeviceChoice;
+use afterlight::scene::counted;
 use regex::Regex;
 
 use super::evidence::Evidence;
@@ -88,7 +89,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let device: DeviceChoice = variable(DEVICE).unwrap_or_default().parse().unwrap_or_default();
     let place = Place { device: &device, baseline: None, is_shared: true };
     let evidence = variable(EVIDENCE).map(PathBuf::from);
-    say(&format!("[==========] Running {} tests.\n", cases.len()))?;
+    say(&format!("[==========] Running {}.\n", counted(cases.len(), "test")))?;
     let mut failed = Vec::new();
     for case in &cases {
         say(&format!("[ RUN      ] {}\n", case.name))?;
@@ -104,10 +105,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
     }
     let passed = cases.len() - failed.len();
-    say(&format!("[==========] {} tests ran.\n[  PASSED  ] {passed} tests.\n", cases.len()))?;
+    say(&format!("[==========] {} ran.\n[  PASSED  ] {}.\n", counted(cases.len(), "test"), counted(passed, "test")))?;
     match failed.as_slice() {
         [] => Ok(()),
-        _ => Err(Failure::new(Exit::FailedCheck, format!("{} tests failed: {}", failed.len(), failed.join(", ")))),
+        _ => Err(Failure::new(
+            Exit::FailedCheck,
+            format!("{} failed: {}", counted(failed.len(), "test"), failed.join(", ")),
+        )),
     }
 }
 

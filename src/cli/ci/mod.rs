@@ -9,6 +9,7 @@ mod examine;
 pub mod gtest;
 mod mutants;
 mod reports;
+mod repro;
 mod resizes;
 mod results;
 mod runner;
@@ -59,7 +60,7 @@ const RESULTS: [&str; 6] =
 const CURVES: &str = "curves";
 
 /// Run a suite of cases on a driver, each in a process of its own, and give each a verdict
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 #[command(after_help = "\
 Exit codes are those of deqp-runner: 1 where something is worse than expected,
 2 where something is only better than the baseline says. A suite or an option
@@ -125,7 +126,7 @@ pub struct Args {
     /// Print the names of the driver and the device as JSON
     #[arg(long, hide = true, conflicts_with_all = ["case", "repro", "list", "coverage"])]
     probe: bool,
-    /// Try the case of a bundle again, in this process
+    /// Try the case of a bundle again, in this process, with all that the bundle holds; the bundle may have been moved
     #[arg(long, value_name = "BUNDLE", conflicts_with_all = ["list", "coverage", "since", "only", "shard", "skips", "flakes", "jobs"])]
     repro: Option<PathBuf>,
     /// Test the validation layer instead: draw frames with one dependency, or one bit of one, missing, and tell which it notices. With -o, a
@@ -170,12 +171,14 @@ fn run_suite(args: &Args) -> Result<(), Failure> {
     if let Some(bundle) = &args.repro {
         let file = bundle.join(evidence::SUITE);
         let suite = Suite::open(&file.display().to_string())?;
-        return one(args, &suite.cases[0]);
+        return repro::again(args, &suite.cases[0], bundle);
     }
     let name = args.suite.as_deref().unwrap_or("quick");
     let suite = Suite::open(name)?;
     if let Some(case) = &args.case {
-        return one(args, suite.case(case)?);
+        let report = one(args, suite.case(case)?, None)?;
+        publish(args, &report)?;
+        return verdict_of(&report);
     }
     let cases = chosen(args, &suite)?;
     if args.list {
@@ -206,8 +209,8 @@ fn chosen<'a>(args: &Args, suite: &'a Suite) -> Result<Vec<&'a Case>, Failure> {
     Ok(named.into_iter().enumerate().filter(|(index, _)| is_own(*index)).map(|(_, case)| case).collect())
 }
 
-/// Tries a case in this process.
-fn one(args: &Args, case: &Case) -> Result<(), Failure> {
+/// Tries a case in this process. A case of a bundle is compared with the bundle's own picture and time, unless `--baseline` names others.
+fn one(args: &Args, case: &Case, bundle: Option<&Path>) -> Result<CaseReport, Failure> {
     let choice = args.device.clone().unwrap_or_default();
     let baseline = match &args.baseline {
         Some(folder) if folder.is_dir() => Some(Baseline::open(folder, &key(&choice)?)?),
@@ -215,25 +218,31 @@ fn one(args: &Args, case: &Case) -> Result<(), Failure> {
             let why = format!("one case is compared with a folder of pictures, and {} is none", other.display());
             return Err(Failure::new(Exit::BadInput, why));
         }
-        None => None,
+        None => bundle.map(Baseline::of_bundle).transpose()?.flatten(),
     };
     if let Some(folder) = &args.output {
         output::make_folder(folder)?;
     }
     let place = Place { device: &choice, baseline: baseline.as_ref(), is_shared: args.shared };
-    let report = examine::examine(case, &place, &Evidence::new(args.output.clone()));
-    let json = output::json(&report)?;
+    Ok(examine::examine(case, &place, &Evidence::new(args.output.clone())))
+}
+
+/// Writes and prints the verdict on a case.
+fn publish(args: &Args, report: &CaseReport) -> Result<(), Failure> {
+    let json = output::json(report)?;
     if let Some(folder) = &args.output {
         Sink::File(folder.join(runner::VERDICT)).write(json.as_bytes())?;
     }
-    if !args.quiet {
-        output::print(&json, false)?;
+    if args.quiet { Ok(()) } else { output::print(&json, false) }
+}
+
+/// A bad verdict as a failure.
+fn verdict_of(report: &CaseReport) -> Result<(), Failure> {
+    if !report.verdict.is_bad() {
+        return Ok(());
     }
-    if report.verdict.is_bad() {
-        let why = report.reason.unwrap_or_default();
-        return Err(Failure::new(Exit::FailedCheck, format!("{}: {:?}: {why}", case.name, report.verdict)));
-    }
-    Ok(())
+    let why = report.reason.as_deref().unwrap_or_default();
+    Err(Failure::new(Exit::FailedCheck, format!("{}: {:?}: {why}", report.case, report.verdict)))
 }
 
 /// The device that the choice means.
@@ -290,23 +299,24 @@ struct Known {
 
 impl Known {
     fn of(args: &Args, device: &DeviceKey) -> Result<Self, Failure> {
-        let is_file = |path: &&PathBuf| path.is_file();
-        if let Some(file) = args.baseline.as_ref().filter(is_file)
-            && args.bless
-        {
+        let given = args.baseline.as_ref();
+        if let Some(missing) = given.filter(|path| !path.exists() && !args.bless) {
+            let why = format!("there is no baseline {}: --bless makes one", missing.display());
+            return Err(Failure::new(Exit::BadInput, why));
+        }
+        // Anything but a folder has known failures: a file, or a pipe.
+        let is_csv = |path: &&PathBuf| path.exists() && !path.is_dir();
+        let csv = given.filter(is_csv);
+        if let Some(file) = csv.filter(|_| args.bless) {
             let why = format!(
                 "--bless writes pictures and times, too: --baseline needs a folder, and {} is a file",
                 file.display()
             );
             return Err(Failure::new(Exit::BadInput, why));
         }
-        let folder = args.baseline.as_ref().filter(|path| !path.is_file());
-        if let Some(folder) = folder.filter(|folder| !folder.exists() && !args.bless) {
-            let why = format!("there is no baseline {}: --bless makes one", folder.display());
-            return Err(Failure::new(Exit::BadInput, why));
-        }
+        let folder = given.filter(|path| !is_csv(path));
         let baseline = folder.map(|folder| Baseline::open(folder, device)).transpose()?;
-        let failures = match (&baseline, args.baseline.as_ref().filter(is_file)) {
+        let failures = match (&baseline, csv) {
             (Some(baseline), _) => baseline.failures()?,
             (None, Some(file)) => results::read(file)?,
             (None, None) => BTreeMap::new(),

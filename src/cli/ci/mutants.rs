@@ -12,6 +12,7 @@ use afterlight::frame::edges::unreported_mutants::Part;
 use afterlight::gpu::{DeviceChoice, PhysicalDevice};
 use afterlight::mutants::{Case, Heard, Laboratory, Miss, Mutant, PartName, Verdict, cases, mutants, verdict};
 use afterlight::plan::FramePlan;
+use afterlight::scene::counted;
 use rayon::prelude::*;
 use regex::Regex;
 use serde::Serialize;
@@ -250,13 +251,13 @@ impl<'a> Report<'a> {
     fn line(&self) -> String {
         let with = |status| self.count(|own| own.status() == status);
         format!(
-            "layer {}: {} mutants, {} noticed, {} expected misses, {} unexpected misses, {} unexpected notices, {} not drawn, in {:.0} s",
+            "layer {}: {}, {} noticed, {}, {}, {}, {} not drawn, in {:.0} s",
             version(self.laboratory.layer()),
-            self.judged.len(),
+            counted(self.judged.len(), "mutant"),
             with(Status::Pass),
-            with(Status::ExpectedFail),
-            with(Status::Fail),
-            with(Status::UnexpectedImprovement("Pass")),
+            counted(with(Status::ExpectedFail), "expected miss"),
+            counted(with(Status::Fail), "unexpected miss"),
+            counted(with(Status::UnexpectedImprovement("Pass")), "unexpected notice"),
             with(Status::Skip),
             self.seconds
         )
@@ -288,11 +289,11 @@ impl<'a> Report<'a> {
         let plans: BTreeSet<&str> = self.judged.iter().map(|own| own.mutant.case.name.as_str()).collect();
         let _ = writeln!(
             text,
-            "`afterlight ci --mutants` on {}, {}: {} mutants of {} plans, in {:.0} s.\n",
+            "`afterlight ci --mutants` on {}, {}: {} of {}, in {:.0} s.\n",
             physical.name,
             physical.driver_info,
-            self.judged.len(),
-            plans.len(),
+            counted(self.judged.len(), "mutant"),
+            counted(plans.len(), "plan"),
             self.seconds
         );
         text += &self.summary();

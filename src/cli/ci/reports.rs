@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::time::Duration;
 
+use afterlight::scene::counted;
 use quick_junit::{NonSuccessKind, Property, Report, TestCase, TestCaseStatus, TestRerun, TestSuite};
 use serde::Serialize;
 
@@ -125,9 +126,8 @@ pub fn skipped_checks(judged: &[Judged]) -> Vec<String> {
     for finding in findings.filter(|finding| finding.outcome == Outcome::Skipped) {
         *reasons.entry(&finding.detail).or_default() += 1;
     }
-    let line = |(reason, count): (&str, usize)| match count {
-        1 => format!("1 check was skipped: {reason}"),
-        count => format!("{count} checks were skipped: {reason}"),
+    let line = |(reason, count): (&str, usize)| {
+        format!("{} {} skipped: {reason}", counted(count, "check"), if count == 1 { "was" } else { "were" })
     };
     reasons.into_iter().map(line).collect()
 }

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use afterlight::frame::{self, Outcome, Presenter};
 use afterlight::gpu::{Device, Surface, Vsync};
-use afterlight::scene::Settings;
+use afterlight::scene::{Settings, counted};
 
 use super::evidence::Evidence;
 use super::examine::{Drawing, Place, Stop};
@@ -40,7 +40,7 @@ pub fn storm(
         let surface = Surface::headless(device)?;
         match draw(count, device, surface, drawing, evidence)? {
             Ok(samples) => {
-                report.hold(Check::Resizes, true, format!("{count} sizes were drawn into"));
+                report.hold(Check::Resizes, true, format!("drawn into {}", counted(count, "size")));
                 if !samples.is_empty() {
                     curve::report_on(&samples, place.is_shared, report);
                 }

@@ -1,9 +1,9 @@
 //! deqp-runner's files: results and baselines as `CASE,STATUS[,SECONDS]`, skips and flakes as regular expressions, one a line.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
+use afterlight::regular_file::read_given;
 use regex::RegexSet;
 
 use super::verdict::{CaseReport, Status};
@@ -31,10 +31,15 @@ impl Expectations {
     }
 }
 
-/// The lines of a file that say something, with their numbers.
+/// The most bytes of a file that this command is given.
+pub const MOST_BYTES: u64 = 64 << 20;
+
+/// The lines of a file that say something, with their numbers. It may be a pipe.
 pub fn lines(path: &Path) -> Result<Vec<(usize, String)>, Failure> {
-    let text = fs::read_to_string(path)
-        .map_err(|error| Failure::new(Exit::BadInput, format!("cannot read {}: {error}", path.display())))?;
+    let cannot = |why: String| Failure::new(Exit::BadInput, format!("cannot read {}: {why}", path.display()));
+    let bytes = read_given(path, MOST_BYTES).map_err(|error| cannot(error.to_string()))?;
+    let text =
+        String::from_utf8(bytes).map_err(|error| cannot(format!("it is not UTF-8 text ({})", error.utf8_error())))?;
     let lines = text.lines().map(str::trim).enumerate().filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
     Ok(lines.map(|(index, line)| (index + 1, line.to_owned())).collect())
 }

@@ -153,7 +153,7 @@ fn judge(case: &Case, folder: &Path, status: ExitStatus) -> CaseReport {
 }
 
 /// As the end of a sentence.
-fn last_label(folder: &Path) -> String {
+pub fn last_label(folder: &Path) -> String {
     let text = |name: &str| fs::read_to_string(folder.join(name)).unwrap_or_default().trim().to_owned();
     match (text(STAGE).as_str(), text(LAST_LABEL).as_str()) {
         ("", _) => ", before there was a device".to_owned(),

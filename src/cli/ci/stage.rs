@@ -6,6 +6,7 @@ use afterlight::gpu::{
     self, Device, DeviceChoice, HEADLESS, Instance, InstanceOptions, KNOWN_FALSE, Message, MessageKind, MessageLog,
     Validation,
 };
+use afterlight::scene::counted;
 
 use super::evidence::Evidence;
 use super::examine::{Place, Stop};
@@ -47,7 +48,11 @@ impl Observed {
         let mistakes: Vec<_> = said.iter().filter(|own| own.is_about_this_program() && !is_advice(own)).collect();
         match mistakes.first() {
             None if self.dropped > 0 => {
-                report.hold(Check::LayerMessage, false, format!("{name}: {} messages were not kept", self.dropped));
+                report.hold(
+                    Check::LayerMessage,
+                    false,
+                    format!("{name}: {} not kept", counted(self.dropped, "message")),
+                );
             }
             None => report.hold(Check::LayerMessage, true, format!("{name}: silent")),
             Some(first) => {

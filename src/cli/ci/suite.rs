@@ -6,9 +6,11 @@ use std::path::{Path, PathBuf};
 
 use afterlight::frame::experiment::Way;
 use afterlight::gpu::Validation;
+use afterlight::regular_file::read_regular;
 use afterlight::scene::{SettingsPatch, builtin, nearest, unknown};
 use serde::{Deserialize, Serialize};
 
+use super::results::MOST_BYTES;
 use crate::cli::failure::{Exit, Failure};
 
 /// The suites that the program has with it.
@@ -52,6 +54,16 @@ pub enum SceneSource {
     Named(String),
     /// The text of a scene file, and the folder that its paths are relative to.
     Text { text: String, folder: PathBuf },
+}
+
+impl SceneSource {
+    /// The file that it names, if there is one: all that is known of a scene that cannot be read.
+    pub fn named_file(&self) -> Vec<PathBuf> {
+        match self {
+            Self::Named(name) => Some(PathBuf::from(name)).filter(|path| path.is_file()).into_iter().collect(),
+            Self::Text { .. } => Vec::new(),
+        }
+    }
 }
 
 /// The checks of a case. Every case also checks that pictures are drawn at all, and that nothing of them is left on the device.
@@ -360,7 +372,10 @@ fn collect(
         Some((_, text)) => ((*text).to_owned(), PathBuf::from(name)),
         None => {
             let path = folder.join(name);
-            let text = fs::read_to_string(&path).map_err(|error| {
+            // Each case's process reads it again, so it cannot be a pipe.
+            let read = read_regular(&path, MOST_BYTES).map_err(|error| error.to_string());
+            let text = read.and_then(|bytes| String::from_utf8(bytes).map_err(|error| error.utf8_error().to_string()));
+            let text = text.map_err(|error| {
                 let failure =
                     Failure::new(Exit::BadInput, format!("cannot read the suite {}: {error}", path.display()));
                 failure.with_hint(format!("shipped suites: {}", SHIPPED.map(|(name, _)| name).join(", ")))

@@ -12,6 +12,7 @@ use serde::Serialize;
 use crate::cli::args::DeviceArgs;
 use crate::cli::failure::{Exit, Failure};
 use crate::cli::table::Table;
+use crate::cli::typed::Typed;
 use crate::cli::{output, progress, session};
 
 /// The figures that `auto` chooses by.
@@ -63,10 +64,13 @@ impl CalibrationReport {
         }
     }
 
-    pub fn text(&self) -> String {
+    /// The figures, and the command that measures them: of the device of this number, or of the one that is used by default.
+    pub fn text(&self, number: Option<usize>) -> String {
         let whose = match (self.of, self.measured) {
             (Some(of), _) => {
-                format!("figures of {of}; `afterlight doctor --calibrate` measures this device")
+                let measuring = Typed::new("doctor").flag("calibrate", true);
+                let measuring = measuring.option_if("device", number.map(|number| number.to_string()));
+                format!("figures of {of}; `{measuring}` measures this device")
             }
             (None, Some("unasked")) => "what was measured on this device beside a window".into(),
             (None, _) => "what was measured on this device".into(),
@@ -118,7 +122,7 @@ pub fn run(device: Option<DeviceChoice>, asked: bool, json: bool) -> Result<(), 
             moving.map_or_else(String::new, |words| format!("  {words}: calibrate again while nothing else runs\n"));
         let text = match json {
             true => output::json(&report)?,
-            false => format!("{}\n{}{moving}  kept in {}\n", physical.name, report.text(), place.display()),
+            false => format!("{}\n{}{moving}  kept in {}\n", physical.name, report.text(None), place.display()),
         };
         output::print(&text, false)
     })

@@ -141,7 +141,7 @@ impl DeviceReport {
             table.row([own.format.clone(), own.used_for.to_owned(), state]);
         }
         text.push_str(&table.render());
-        text.push_str(&self.calibration.text());
+        text.push_str(&self.calibration.text((!is_default).then_some(self.number)));
         if let Some(reason) = &self.unusable {
             let _ = writeln!(text, "  NOT USABLE: {reason}");
         }

@@ -3,13 +3,12 @@
 
 mod calibration;
 mod device;
-mod manifests;
 
 use std::env::consts::{ARCH, OS};
 use std::fmt::Write as _;
 
-use afterlight::gpu::system::{Missing, install_hint};
-use afterlight::gpu::{self, DeviceChoice, Instance, InstanceOptions, LoaderInfo, PhysicalDevice};
+use afterlight::gpu::system::{Missing, hint};
+use afterlight::gpu::{self, DeviceChoice, Instance, InstanceOptions, LoaderInfo, PhysicalDevice, manifests};
 use serde::Serialize;
 
 use super::args;
@@ -191,7 +190,7 @@ impl Findings {
         let works = match self.validation_layer {
             Some(_) => "--validate works".to_owned(),
             None => {
-                let hint = install_hint(Missing::ValidationLayer);
+                let hint = hint(Missing::ValidationLayer);
                 format!("--validate does not work, VK_LAYER_KHRONOS_validation is missing: {hint}")
             }
         };

@@ -6,7 +6,7 @@ use std::time::Instant;
 use afterlight::frame::Renderer;
 use afterlight::gpu::Device;
 use afterlight::measure::Distribution;
-use afterlight::scene::{Camera, CameraPath, Output, Pose, metered_ev100};
+use afterlight::scene::{Camera, CameraPath, Output, Pose, counted, metered_ev100};
 
 use super::{Args, Drawn, costs, heading, renderer, settings};
 use crate::cli::args::ViewChoice;
@@ -75,7 +75,12 @@ pub(super) fn go_to(
 }
 
 /// Draws and writes the pictures from the first moment to the last, and returns the facts to print.
-pub fn draw(args: &Args, mut workload: Workload, device: &Arc<Device>, is_verbose: bool) -> Result<Drawn, Failure> {
+pub fn draw(
+    (args, scene): (&Args, &str),
+    mut workload: Workload,
+    device: &Arc<Device>,
+    is_verbose: bool,
+) -> Result<Drawn, Failure> {
     let moments = Moments::of(args, &mut workload)?;
     let count = moments.count;
     let view = args.view.as_ref().and_then(|view| match view {
@@ -93,7 +98,7 @@ pub fn draw(args: &Args, mut workload: Workload, device: &Arc<Device>, is_verbos
     }
     let own: Vec<u32> = (0..count).filter(|&index| args.shard.is_none_or(|shard| shard.owns(index as usize))).collect();
     let (Some(&first), Some(&last)) = (own.first(), own.last()) else {
-        let why = format!("there are {count} pictures, and none is left for this shard");
+        let why = format!("the sequence has {}, and none is left for this shard", counted(count, "picture"));
         return Err(Failure::usage(why).with_hint("deal them to fewer shards"));
     };
     let target = |index| args.output.numbered(index, count);
@@ -132,11 +137,12 @@ pub fn draw(args: &Args, mut workload: Workload, device: &Arc<Device>, is_verbos
     times.row(["load".to_owned(), milliseconds(workload.load_ms)]);
     times.row(["set-up".to_owned(), milliseconds(set_up_ms)]);
     if let Some(all) = Distribution::of(drawing.iter().copied()) {
-        let what = format!("median of {} pictures of {}", own.len(), super::frames_in_words(renderer.plan()));
+        let what =
+            format!("median of {} of {}", counted(own.len(), "picture"), super::frames_in_words(renderer.plan()));
         times.row([what, milliseconds(all.median)]);
         let slowest = moments.seconds(own[drawing.iter().position(|&ms| ms == all.max).unwrap_or_default()]);
         times.row([format!("slowest, at {slowest:.2} s"), milliseconds(all.max)]);
     }
-    text.push_str(&costs(workload, renderer.plan(), &times, device, is_verbose));
+    text.push_str(&costs((args, scene), renderer.plan(), &times, device, is_verbose));
     Ok(Drawn { text, hazards, files: Vec::new() })
 }

@@ -73,9 +73,10 @@ fn one(args: &Args, scene: &str, is_verbose: bool) -> Result<One, Failure> {
         [] => Ok(()),
         [first, others @ ..] => {
             let dropped = args.drop.as_deref().unwrap_or_default();
+            let samples = args.samples.unwrap_or(1);
             let others = if others.is_empty() { String::new() } else { format!(" (and {} more)", others.len()) };
             Err(Failure::new(Exit::FailedCheck, format!("without {dropped} {first}{others}"))
-                .with_hint(format!("`afterlight inspect {scene} --drop {dropped}` says more")))
+                .with_hint(format!("`{}` says more", args.inspecting(scene, samples).option("drop", dropped))))
         }
     }));
     let seconds = start.elapsed().as_secs_f64();

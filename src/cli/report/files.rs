@@ -5,6 +5,7 @@ use std::io::{self, Cursor};
 use std::path::{Path, PathBuf};
 
 use afterlight::measure::{Srgb8Image, flip};
+use afterlight::regular_file::read_regular;
 use afterlight::report::page;
 use afterlight::report::sweep::choice::{self, KINDS, LONGEST_EDGE};
 use afterlight::report::sweep::families::{Sweep, name_of};
@@ -20,6 +21,9 @@ use crate::cli::output::{self, Sink};
 
 /// A report as JSON, CSV and a page.
 const FILES: [&str; 3] = ["report.json", "report.csv", "report.html"];
+
+/// The most bytes of a picture that a page shows: it is small, but a part of a report may come from elsewhere.
+const MOST_BYTES: u64 = 64 << 20;
 
 /// A report's folder.
 pub struct Folder(PathBuf);
@@ -62,7 +66,7 @@ impl Folder {
         let [json, csv, page] = FILES;
         self.put(json, output::json(report)?.as_bytes())?;
         self.put(csv, &table::csv(report).map_err(failed)?)?;
-        let pictures = |name: &str| fs::read(self.0.join(name)).ok();
+        let pictures = |name: &str| read_regular(&self.0.join(name), MOST_BYTES).ok();
         self.put(page, page::html(report, &pictures).as_bytes())
     }
 
@@ -102,7 +106,8 @@ impl Folder {
         for index in choice::shown(scene) {
             for kind in KINDS {
                 let file = choice::file(scene, &scene.points[index].name, kind);
-                let Some(bytes) = parts.iter().find_map(|part| fs::read(part.join(&file)).ok()) else { continue };
+                let read = |part: &PathBuf| read_regular(&part.join(&file), MOST_BYTES).ok();
+                let Some(bytes) = parts.iter().find_map(read) else { continue };
                 self.put(&file, &bytes)?;
                 scene.points[index].pictures.insert(kind.into(), file);
             }

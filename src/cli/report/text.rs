@@ -8,6 +8,7 @@ use afterlight::report::advice::{self, Advice, Reason};
 use afterlight::report::sweep::assemble::default_on_front;
 use afterlight::report::sweep::families::Sweep;
 use afterlight::report::sweep::model::{Against, Front, Metric, Report, SceneReport};
+use afterlight::scene::counted;
 
 use crate::cli::table::{Table, bytes, milliseconds};
 
@@ -27,12 +28,12 @@ fn scene_text(scene: &SceneReport, metric: Metric, all: bool) -> String {
     let [width, height] = scene.size;
     let truth = &scene.truth;
     let mut text = format!(
-        "{}: {width}x{height}, {} triangles, {} lights; {} points, truth of {} samples\ntimes: {}\n",
+        "{}: {width}x{height}, {}, {}; {}, truth of {}\ntimes: {}\n",
         scene.name,
-        scene.triangles,
-        scene.lights,
-        scene.points.len(),
-        truth.samples,
+        counted(scene.triangles, "triangle"),
+        counted(scene.lights, "light"),
+        counted(scene.points.len(), "point"),
+        counted(truth.samples, "sample"),
         what_moves(scene.moving)
     );
     text.extend(scene.clocks().map(|words| words + "\n"));
@@ -68,7 +69,7 @@ fn scene_text(scene: &SceneReport, metric: Metric, all: bool) -> String {
     }
     text += &table.render();
     if let Some(more) = scene.points.len().checked_sub(listed.len()).filter(|&more| more > 0) {
-        let _ = writeln!(text, "{more} more points are off the front: --all lists them.");
+        let _ = writeln!(text, "{} off the front, too: --all lists them.", counted(more, "point"));
     }
     text.extend(Sweep::quick_words(&scene.left_out).map(|words| words + "\n"));
     let _ = writeln!(text, "{}", default_on_front(scene, metric, Against::Converged));

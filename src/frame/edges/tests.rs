@@ -158,7 +158,7 @@ fn a_bit_goes_with_what_only_it_supports() {
 fn a_row_that_is_not_there_is_refused_with_a_suggestion_and_one_that_stays_with_its_reason() {
     let (_, plan) = samples::plans().remove(0);
     let table = table(&plan);
-    let refused = table.named("picture-to-hosts").expect_err("no such row").to_string();
+    let refused = table.named("picture-to-hosts", |_| true).expect_err("no such row").to_string();
     assert!(refused.contains("did you mean \"picture-to-host\"?"), "{refused}");
     for name in [RowName::HOST_TO_FRAME, RowName::FRAME_TO_HOST, RowName::COPY_TO_HOST, RowName::LAST_USE_TO_DESTROY] {
         let refused = table.without_bits(name, Side::After, Use::END).expect_err("it stays").to_string();

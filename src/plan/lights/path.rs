@@ -4,12 +4,11 @@ use std::fmt::Write as _;
 
 use super::{PlannedLights, bounded};
 use crate::plan::checks::TILE_SHARED_BYTES;
-use crate::plan::counted;
 use crate::plan::fog::is_asked_for;
 use crate::plan::shadows::shadow_reason;
 use crate::plan::{Basis, COMPARED, Capabilities, CostModel, Error, Load};
 use crate::plan::{ao, lacks_gbuffer, reflections, visibility};
-use crate::scene::{GbufferChoice, HdrFormat, LightPath, Object, Output, Scene, Settings, View};
+use crate::scene::{GbufferChoice, HdrFormat, LightPath, Object, Output, Scene, Settings, View, counted};
 
 /// Invocations of a work group of TILED (`shaders/tiled.wgsl`).
 const TILE_INVOCATIONS: u32 = 256;

@@ -1,10 +1,10 @@
 //! Lights, the ways to find them, and their shadow maps.
 
-use super::{Part, counted, part};
+use super::{Part, part};
 use crate::plan::lights::{MIXED_FALLOFF, is_misplaced, shows_all};
 use crate::plan::shadows::shadow_reason;
 use crate::plan::{FramePlan, Grid, MapProjection, PlannedBrdf, SLICES, Shading, ShadowLight, ShadowPlan, reasons};
-use crate::scene::{Fog, Light, OptionalPart, Scene, Settings, TRAITS, View};
+use crate::scene::{Fog, Light, OptionalPart, Scene, Settings, TRAITS, View, counted};
 
 pub(super) fn shading(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
     let brdf = match plan.brdf {

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::{Part, part};
 use crate::plan::{FramePlan, Shading};
-use crate::scene::{OptionalPart, Scene, Settings};
+use crate::scene::{OptionalPart, Scene, Settings, counted};
 
 /// Vertices and indices on the device, by stream.
 pub(super) fn geometry(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
@@ -16,7 +16,7 @@ pub(super) fn geometry(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
     let keeps_unused = plan.keep.has(OptionalPart::UnusedMeshes) && unused > 0;
     let unused = match unused {
         0 => "no mesh of the scene is unused".into(),
-        count => format!("no pass draws {count} of {} meshes", scene.meshes.len()),
+        count => format!("no pass draws {count} of {}", counted(scene.meshes.len(), "mesh")),
     };
     let stream = |name: &str, optional: OptionalPart, vertices: u64, stride: u64, (yes, no): (&str, &str)| {
         let reason = match (vertices, plan.keep.has(optional)) {
@@ -90,10 +90,10 @@ pub(super) fn levels(settings: &Settings, plan: &FramePlan) -> Part {
     let leveled: Vec<_> = plan.meshes.meshes.iter().map(|mesh| mesh.levels.len()).filter(|&count| count > 0).collect();
     let reason = match plan.shading {
         _ if plan.lod > 0.0 => format!(
-            "objects are off by at most {} pixels: {} levels of {} meshes, {} KiB of indices",
+            "objects are off by at most {} pixels: {} of {}, {} KiB of indices",
             plan.lod,
-            leveled.iter().sum::<usize>(),
-            leveled.len(),
+            counted(leveled.iter().sum::<usize>(), "level"),
+            counted(leveled.len(), "mesh"),
             plan.meshes.level_bytes().div_ceil(1024)
         ),
         _ if settings.lod <= 0.0 => "not asked for: meshes are drawn in full".into(),

@@ -2,9 +2,9 @@
 
 use ash::vk;
 
-use super::{Part, counted, part, why};
+use super::{Part, part, why};
 use crate::plan::{FramePlan, Gbuffer, NormalEncoding, PlannedBrdf, Shading, Sums, Target, ToneMapping, format_bytes};
-use crate::scene::{Brdf, HdrFormat, OptionalPart, Settings, TextureSlot, View};
+use crate::scene::{Brdf, HdrFormat, OptionalPart, Settings, TextureSlot, View, counted};
 
 fn with_format(name: &str, format: Option<vk::Format>) -> String {
     format.map_or_else(|| name.to_owned(), |format| format!("{name} ({format:?})"))

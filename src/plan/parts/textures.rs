@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use super::{Part, counted, part};
+use super::{Part, part};
 use crate::plan::{FramePlan, PlannedTexture, TextureSource, anisotropy};
-use crate::scene::{BlockFormat, OptionalPart, Scene, Settings, SlotForm, TextureSlot};
+use crate::scene::{BlockFormat, OptionalPart, Scene, Settings, SlotForm, TextureSlot, counted};
 
 pub(super) fn textures(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
     let planned = &plan.textures;

@@ -167,7 +167,7 @@ fn a_strip_shows_the_earlier_use_of_another_frame() {
     let settings = Settings { light_path: LightPath::Loop, ..Settings::default() };
     let plan = FramePlan::of(&scene, &settings, &samples::device()).expect("a plan");
     let edges = edges::table(&plan);
-    let drawn = |name| draw_hazards("x", &plan, &edges, &[edges.named(name).expect("a row")]);
+    let drawn = |name| draw_hazards("x", &plan, &edges, &[edges.named(name, |_| true).expect("a row")]);
     let reuse = drawn("gbuffer-reuse");
     assert!(reuse.contains("LIGHTING of the last frame") && reuse.contains("(store operation)"), "{reuse}");
     let lighting = drawn("gbuffer-to-lighting");

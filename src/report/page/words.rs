@@ -1,6 +1,7 @@
 //! Figures as people read them, and the names of the measured quantities.
 
 use crate::report::sweep::model::{Against, Interval, Metric, Point, SceneReport};
+use crate::scene::{self, plural};
 
 /// Three significant digits; very small and large figures with a power of ten. A NaN or an infinity is told in words.
 pub fn number(value: f64) -> String {
@@ -95,9 +96,9 @@ pub fn less(what: &str, value: f64, than: f64) -> String {
     }
 }
 
-/// `count` things, of which one is a `thing`.
-pub fn counted(count: usize, thing: &str) -> String {
-    if count == 1 { format!("1 {thing}") } else { format!("{} {thing}s", grouped(count)) }
+/// A count with its noun, with digits in threes.
+pub fn counted(count: usize, noun: &str) -> String {
+    if count == 1 { scene::counted(count, noun) } else { format!("{} {}", grouped(count), plural(noun)) }
 }
 
 /// Digits in threes.

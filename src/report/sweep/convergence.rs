@@ -2,6 +2,7 @@
 
 use super::model::{Against, Convergence, Member, Metric, Point, TruthInfo};
 use crate::measure::fit_power_law;
+use crate::scene::counted;
 
 /// The convergence that theory expects of a family.
 struct Expected {
@@ -69,7 +70,10 @@ fn floor_text(key: &str, floor: f64, expected: &Expected, truth: &TruthInfo) -> 
     let family = key.split('/').next().unwrap_or(key);
     let own = noise(expected.metric, truth);
     let why = if expected.truth == Against::Converged && own > MOST * floor {
-        format!("the truth is no surer than that: its own standard error is {own:.2e} with {} samples", truth.samples)
+        format!(
+            "the truth is no surer than that: its own standard error is {own:.2e} with {}",
+            counted(truth.samples, "sample")
+        )
     } else if family == "samples" {
         "more samples remove aliasing and what textures are blurred by, and nothing else: what is left is that of shadow maps and the G-buffer"
             .into()
@@ -91,7 +95,11 @@ fn flat(members: &[Member], points: &[Point], truth: &TruthInfo) -> Option<Strin
     let numeric: Vec<f64> = members.iter().map(|member| points[member.point].errors.point.rel_mse).collect();
     let numeric = numeric.iter().fold(f64::INFINITY, |a, &b| a.min(b));
     let why = if truth.noise_rel_mse > MOST * least {
-        format!("it is mostly the truth's own noise, {:.2e} with {} samples", truth.noise_rel_mse, truth.samples)
+        format!(
+            "it is mostly the truth's own noise, {:.2e} with {}",
+            truth.noise_rel_mse,
+            counted(truth.samples, "sample")
+        )
     } else if numeric < MOST * least {
         format!("most of it is aliasing: against the truth through the pixels' centres the least is {numeric:.2e}")
     } else {

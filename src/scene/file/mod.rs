@@ -22,7 +22,6 @@ pub use path::{load_path, parse_path};
 pub use write::{Model, Origin, to_toml};
 
 use std::cell::Cell;
-use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use toml::Spanned;
@@ -33,7 +32,7 @@ use self::models::Models;
 use self::node::{Node, Source, Table};
 use super::load::OpenOptions;
 use super::{Error, Scene, SettingsPatch, builtin, fit, load};
-use crate::regular_file::read_regular;
+use crate::regular_file::{read_given, read_regular};
 
 /// The longest text that is read.
 const MOST_BYTES: u64 = 64 << 20;
@@ -56,16 +55,10 @@ fn read_file(path: &Path) -> Result<String, Error> {
     text_of(bytes.map_err(|error| Error::Read { path: path.to_owned(), cause: error.to_string() })?, path)
 }
 
-/// The text of a file that a command line names, which may be a pipe, as a shell makes one of `<(command)`.
+/// The text of a file that a command line names, which may be a pipe.
 fn read_text(path: &Path) -> Result<String, Error> {
-    let read = |cause: String| Error::Read { path: path.to_owned(), cause };
-    let mut bytes = Vec::new();
-    let open = std::fs::File::open(path).and_then(|file| file.take(MOST_BYTES + 1).read_to_end(&mut bytes));
-    open.map_err(|error| read(error.to_string()))?;
-    if bytes.len() as u64 > MOST_BYTES {
-        return Err(read(format!("it has more than {MOST_BYTES} bytes")));
-    }
-    text_of(bytes, path)
+    let bytes = read_given(path, MOST_BYTES);
+    text_of(bytes.map_err(|error| Error::Read { path: path.to_owned(), cause: error.to_string() })?, path)
 }
 
 fn text_of(bytes: Vec<u8>, path: &Path) -> Result<String, Error> {

@@ -6,6 +6,7 @@ mod show;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::{Errors, Evidence, FLOOR, Finding, Outcome, RunInfo, Verdict, range};
+use crate::scene::counted;
 
 const STYLE: &str = include_str!("style.css");
 
@@ -25,7 +26,7 @@ pub fn html(run: &RunInfo, verdicts: &[Verdict]) -> String {
                 p.eyebrow { "Afterlight " (run.version) }
                 h1 { "Extreme cases" }
                 p {
-                    (verdicts.len()) " cases on " (run.device) ", " (run.driver) ", in " (format!("{:.0} s", run.seconds)) ". "
+                    (counted(verdicts.len(), "case")) " on " (run.device) ", " (run.driver) ", in " (format!("{:.0} s", run.seconds)) ". "
                     @match broken {
                         0 => { "All are as claimed." },
                         1 => { "One is not as claimed." },

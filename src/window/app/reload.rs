@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::{App, Opened};
+use crate::scene::counted;
 use crate::window::watch::{Reload, Watch};
 
 /// Warnings of a scene that are told.
@@ -31,7 +32,7 @@ impl App<'_> {
                     for warning in scene.warnings.iter().take(WARNINGS) {
                         self.teller.tell(&format!("warning: {warning}"));
                     }
-                    self.teller.tell(&format!("scene: read again, {} objects", scene.objects.len()));
+                    self.teller.tell(&format!("scene: read again, {}", counted(scene.objects.len(), "object")));
                     if interface.renew(presenter, &mut self.subject, (scene, settings)) {
                         // Records the camera's place until now: it jumps from there.
                         if let Some(recording) = &mut self.recording {

@@ -8,7 +8,7 @@ use crate::frame::list::List;
 use crate::gpu::vk;
 use crate::passes::Place;
 use crate::plan::{DEPTH, FramePlan, Gbuffer, ToneMapping};
-use crate::scene::{Light, LightForm, LightPath, Resolve, Scene, View};
+use crate::scene::{Light, LightForm, LightPath, Resolve, Scene, View, counted};
 
 /// So many lights of a group are named.
 const MOST_NAMES: usize = 6;
@@ -56,18 +56,18 @@ impl Step {
         match self {
             Self::ShadowMaps => format!(
                 "{} of {} drawn anew in this frame, with {}.",
-                count(drawn.shadow_maps_drawn, "map"),
+                counted(drawn.shadow_maps_drawn, "map"),
                 drawn.shadow_maps,
-                count(drawn.casters, "draw")
+                counted(drawn.casters, "draw")
             ),
             Self::Buffer(View::Ao) => "One invocation a pixel.".into(),
             Self::Buffer(_) => match drawn.on_device {
-                0 => format!("{}, {} out of view.", count(drawn.objects, "opaque object"), drawn.culled),
-                all => format!("What the device sees of {}.", count(all, "opaque object")),
+                0 => format!("{}, {} out of view.", counted(drawn.objects, "opaque object"), drawn.culled),
+                all => format!("What the device sees of {}.", counted(all, "opaque object")),
             },
-            Self::Lights { .. } => format!("{} in this frame.", count(drawn.lights, "light")),
+            Self::Lights { .. } => format!("{} in this frame.", counted(drawn.lights, "light")),
             Self::TransparentSums | Self::Transparent | Self::Composite => {
-                format!("{} of all surfaces in view.", count(drawn.triangles, "triangle"))
+                format!("{} of all surfaces in view.", counted(drawn.triangles, "triangle"))
             }
             Self::Light | Self::Tonemap | Self::Effect(_) => "One triangle over the whole picture.".into(),
         }
@@ -81,15 +81,10 @@ fn effect(plan: &FramePlan, place: Place) -> String {
     letters.next().map_or_else(String::new, |first| format!("{}{}.", first.to_uppercase(), letters.as_str()))
 }
 
-/// A number of things of which the word is regular.
-fn count(number: usize, what: &str) -> String {
-    format!("{number} {what}{}", if number == 1 { "" } else { "s" })
-}
-
 fn shadow_maps(plan: &FramePlan) -> String {
     let Some(shadow) = &plan.shadow else { return String::new() };
-    let (maps, lights) = (count(shadow.tiles.len(), "depth map"), count(shadow.lights.len(), "light"));
-    let (layers, edge) = (count(shadow.layers as usize, "layer"), shadow.size);
+    let (maps, lights) = (counted(shadow.tiles.len(), "depth map"), counted(shadow.lights.len(), "light"));
+    let (layers, edge) = (counted(shadow.layers as usize, "layer"), shadow.size);
     format!("Draws casters into {maps} of {lights}, in {layers} of {edge} x {edge} texels.")
 }
 
@@ -181,7 +176,7 @@ fn one_light(plan: &FramePlan, scene: &Scene, place: usize) -> String {
     let maps = match maps_of(plan, place) {
         0 if light.casts_shadow => "without the shadow map that it asks for".into(),
         0 => "without a shadow".into(),
-        maps => format!("with {}", count(maps, "shadow map")),
+        maps => format!("with {}", counted(maps, "shadow map")),
     };
     let intensity = short(f64::from(light.intensity));
     format!(
@@ -200,7 +195,7 @@ fn lights(plan: &FramePlan, scene: &Scene, places: std::ops::Range<usize>) -> St
     let kinds: Vec<String> = kinds.into_iter().map(|((_, kind), number)| format!("{number} {kind}")).collect();
     let maps = match places.clone().map(|place| maps_of(plan, place)).sum() {
         0 => "without shadow maps".into(),
-        maps => format!("with {}", count(maps, "shadow map")),
+        maps => format!("with {}", counted(maps, "shadow map")),
     };
     let names: Vec<String> = places.clone().take(MOST_NAMES).map(|place| light_name(plan, scene, place)).collect();
     let more = places.len().saturating_sub(MOST_NAMES);

@@ -3,7 +3,7 @@
 use afterlight::frame::{self, Changed, Renderer};
 use afterlight::gpu;
 use afterlight::scene::{
-    Camera, GbufferPreset, OptionalPart, Pose, SETTINGS, Scene, Setting, Settings, TARGETS, ValueKind,
+    Camera, GbufferPreset, OptionalPart, Pose, SETTINGS, Scene, Setting, Settings, TARGETS, ValueKind, counted,
 };
 use fastrand::Rng;
 use glam::{DAffine3, DQuat, DVec3, Vec3};
@@ -37,7 +37,10 @@ impl<'a> Changes<'a> {
     /// Returns the number of changes of each kind, in words.
     pub fn told(&self) -> String {
         let Self { made, of_settings, refused, slow, .. } = self;
-        format!("{made} changes, {of_settings} of settings; {refused} refused by the plan, and {slow} left as too slow")
+        format!(
+            "{}, {of_settings} of settings; {refused} refused by the plan, and {slow} left as too slow",
+            counted(*made, "change")
+        )
     }
 
     /// Brings everything back to where it began.

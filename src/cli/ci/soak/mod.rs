@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 
 use afterlight::frame::{Picture, Renderer};
 use afterlight::gpu::Device;
+use afterlight::scene::counted;
 
 use super::evidence::Evidence;
 use super::examine::{Drawing, Place, Stop, differing};
@@ -76,7 +77,12 @@ pub fn soak(
             }
         }
     }
-    let told = format!("{drawn} frames, {}: at home all {} pictures are equal", changes.told(), samples.len());
+    let told = format!(
+        "{}, {}: at home all {} are equal",
+        counted(drawn, "frame"),
+        changes.told(),
+        counted(samples.len(), "picture")
+    );
     report.hold(Check::Determinism, true, told);
     curve::report_on(&samples, place.is_shared, report);
     Ok(())
@@ -100,7 +106,11 @@ fn is_first(picture: &Picture, first: &Picture, drawn: u32, evidence: &Evidence,
     if differ > 0 {
         evidence.picture("picture-first.png", first);
         evidence.picture("picture-again.png", picture);
-        let detail = format!("back at the first scene and settings, {differ} pixels are others after {drawn} frames");
+        let detail = format!(
+            "back at the first scene and settings, the picture differs in {} after {}",
+            counted(differ, "pixel"),
+            counted(drawn, "frame")
+        );
         report.hold(Check::Determinism, false, detail);
     }
     differ == 0

@@ -10,7 +10,7 @@ use super::parts::{Measured, SWITCHES, Seen, Shades, Visibility};
 use super::{Subject, Truths, illumination, place};
 use crate::reference::tonemap::input_referred;
 use crate::reference::{Smith, Surface, TriangleId, Truth};
-use crate::scene::Settings;
+use crate::scene::{Settings, counted};
 
 pub const CUT_OFF: &str = "light cut-off";
 pub const SKY: &str = "light of the sky";
@@ -60,7 +60,8 @@ pub(super) fn notes(captured: &Captured, lights_left_out: usize) -> [(&'static s
     let shadow_note = match lights_left_out {
         0 => "shares of light by shadow maps in place of rays".into(),
         count => format!(
-            "shares of light by shadow maps in place of rays; {count} more lights with shadows were not measured and are not explained"
+            "shares of light by shadow maps in place of rays; {} with a shadow not measured and not explained",
+            counted(count, "more light")
         ),
     };
     let triangle_note = match captured.triangles {
@@ -91,7 +92,7 @@ pub(super) fn whole_note(not_finite: usize) -> String {
     match not_finite {
         0 => "the device's picture against the converged truth".into(),
         count => {
-            format!("the device's picture against the converged truth; without {count} pixels that are not finite")
+            format!("the device's picture against the converged truth; without {}, not finite", counted(count, "pixel"))
         }
     }
 }

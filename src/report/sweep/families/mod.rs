@@ -8,13 +8,13 @@ mod joint;
 #[cfg(test)]
 mod tests;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
 use super::model::{LeftOut, Member, Shard};
 use crate::plan::{Capabilities, FramePlan};
-use crate::scene::{SETTINGS, Scene, Settings, SettingsPatch, exposure_scale, metered_ev100};
+use crate::scene::{SETTINGS, Scene, Settings, SettingsPatch, counted, exposure_scale, metered_ev100};
 use crate::visible::World;
 use axes::Axis;
 
@@ -188,10 +188,20 @@ impl Sweep {
         Ok(Self { points: builder.points, families: builder.families, left_out: builder.left_out })
     }
 
-    /// Returns a line about the settings that `--quick` did not try.
+    /// Returns a line about the settings of which `--quick` did not try all values.
     pub fn quick_words(left_out: &[LeftOut]) -> Option<String> {
+        /// More names would hide the line's message.
+        const MOST: usize = 8;
         let names: Vec<_> = left_out.iter().filter(|own| own.reason == QUICK).map(|own| own.name.as_str()).collect();
-        (!names.is_empty()).then(|| format!("--quick left out {} values: {}", names.len(), names.join(", ")))
+        let keys = names.iter().flat_map(|name| name.split_whitespace()).filter_map(|pair| pair.split('=').next());
+        let keys: BTreeSet<&str> = keys.collect();
+        let named: Vec<_> = keys.iter().copied().take(MOST).collect();
+        let more = keys.len().saturating_sub(MOST);
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        let (values, settings) = (counted(names.len(), "value"), counted(keys.len(), "setting"));
+        (!names.is_empty()).then(|| {
+            format!("--quick left out {values} of {settings} ({}{more}): without it all are tried", named.join(", "))
+        })
     }
 
     /// The points that are measured: those of the shard, or all. Always the first, beside which all others are timed.

@@ -56,6 +56,25 @@ fn points_are_shared_and_the_first_is_the_settings_as_given() {
 }
 
 #[test]
+fn the_values_that_quick_left_out_are_told_in_one_short_line() {
+    let left_out = |count: usize| {
+        let left = |index: usize| LeftOut { name: format!("setting{}={index}", index % 11), reason: QUICK.to_owned() };
+        let other = LeftOut { name: "fog".into(), reason: "no fog".into() };
+        (0..count).map(left).chain([other]).collect::<Vec<_>>()
+    };
+    assert_eq!(Sweep::quick_words(&left_out(0)), None);
+    let one = Sweep::quick_words(&left_out(1)).expect("a line");
+    assert_eq!(one, "--quick left out 1 value of 1 setting (setting0): without it all are tried");
+    let many = Sweep::quick_words(&left_out(400)).expect("a line");
+    let named = "--quick left out 400 values of 11 settings (setting0, setting1, setting10, setting2, ";
+    assert!(many.starts_with(named) && many.ends_with(" and 3 more): without it all are tried"), "{many}");
+    // A sweep of the program's own fits on two lines of a terminal.
+    let quick = sweep(&scene(HALL), &Selection { quick: true, ..selection() });
+    let hall = Sweep::quick_words(&quick.left_out).expect("it tries fewer values");
+    assert!(hall.len() <= 240, "{hall}");
+}
+
+#[test]
 fn names_of_points_are_settings_again() {
     for point in hall().points.iter().skip(1) {
         assert_eq!(name_of(point).parse::<SettingsPatch>().expect("settings"), *point);

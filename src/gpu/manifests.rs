@@ -5,9 +5,16 @@ use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::system::Missing;
+use crate::regular_file::read_regular;
+
+/// The most bytes of a manifest. A driver's has a few hundred.
+const MOST_BYTES: u64 = 1 << 20;
+
 /// A driver's manifest.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Manifest {
+    /// The manifest's file.
     pub path: PathBuf,
     /// The library that it names, or why it names none.
     pub library: Result<PathBuf, String>,
@@ -35,8 +42,8 @@ impl Manifest {
 }
 
 fn library_of(manifest: &Path) -> Result<PathBuf, String> {
-    let text = fs::read_to_string(manifest).map_err(|error| format!("cannot be read: {error}"))?;
-    let json: serde_json::Value = serde_json::from_str(&text).map_err(|error| format!("is no JSON: {error}"))?;
+    let text = read_regular(manifest, MOST_BYTES).map_err(|error| format!("cannot be read: {error}"))?;
+    let json: serde_json::Value = serde_json::from_slice(&text).map_err(|error| format!("is no JSON: {error}"))?;
     let library = json.pointer("/ICD/library_path").and_then(serde_json::Value::as_str);
     library.map(PathBuf::from).ok_or_else(|| "has no ICD.library_path".to_owned())
 }
@@ -67,6 +74,35 @@ fn find_with(variable: impl Fn(&str) -> Option<OsString>) -> (Vec<Manifest>, Opt
     }
     let note = overriding.map(|name| format!("{name} is set: only what it names counts"));
     (found, note)
+}
+
+/// Returns the environment variable that keeps the loader from a missing part of Vulkan, with the fault of its value. Returns `None` if no such variable
+/// is set.
+pub fn overriding_hint(what: Missing) -> Option<String> {
+    overriding_hint_with(what, |name| env::var_os(name))
+}
+
+fn overriding_hint_with(what: Missing, variable: impl Fn(&str) -> Option<OsString>) -> Option<String> {
+    let names: &[&str] = match what {
+        Missing::Loader => &[],
+        // The newer name wins.
+        Missing::Driver => &["VK_DRIVER_FILES", "VK_ICD_FILENAMES"],
+        Missing::ValidationLayer => &["VK_LAYER_PATH"],
+    };
+    let (name, value) =
+        names.iter().find_map(|&name| Some((name, variable(name).filter(|value| !value.is_empty())?)))?;
+    let places: Vec<PathBuf> = env::split_paths(&value).collect();
+    let faulty = places.iter().find_map(|place| match fs::metadata(place) {
+        Err(error) => Some(format!("{name} names {}, which cannot be read: {error}", place.display())),
+        Ok(_) if what != Missing::Driver => None,
+        Ok(_) => manifests_at(place.clone()).into_iter().find_map(|path| {
+            let fault = Manifest::read(path.clone()).fault()?;
+            Some(format!("{name} names {}: {fault}", path.display()))
+        }),
+    });
+    let wanted = if what == Missing::Driver { "drivers" } else { "layers" };
+    let said = faulty.unwrap_or_else(|| format!("{name} is set to {}", value.display()));
+    Some(format!("{said}; while {name} is set, no other {wanted} are looked for: correct it or unset it"))
 }
 
 /// The folders of the loader on Linux and other Unix systems, by the XDG base directory specification. Windows keeps its
@@ -133,6 +169,30 @@ mod tests {
         assert_eq!(ours[0].fault(), None);
         assert!(ours[1].fault().is_some_and(|fault| fault.contains("/nowhere")));
         assert!(ours[2].fault().is_some_and(|fault| fault.contains("no JSON")));
+    }
+
+    #[test]
+    fn a_hint_names_the_file_that_a_variable_asks_for_in_vain() {
+        let folder = folder_with(&[
+            ("good.json", r#"{"ICD": {"library_path": "libx.so"}}"#),
+            ("odd.json", r#"{"ICD": {"library_path": "./libgone.so"}}"#),
+        ]);
+        let at = |name: &str| folder.path().join(name);
+        let hint = |what, set: &str, names: &[&str]| {
+            let value = env::join_paths(names.iter().map(|name| at(name))).expect("joins");
+            overriding_hint_with(what, |name| (name == set).then(|| value.clone()))
+        };
+        let missing = hint(Missing::Driver, "VK_DRIVER_FILES", &["good.json", "gone.json"]).expect("a hint");
+        let named = format!("VK_DRIVER_FILES names {}, which cannot be read: ", at("gone.json").display());
+        assert!(missing.starts_with(&named) && missing.ends_with("correct it or unset it"), "{missing}");
+        let odd = hint(Missing::Driver, "VK_ICD_FILENAMES", &["odd.json"]).expect("a hint");
+        assert!(odd.contains("odd.json: its library ./libgone.so does not exist"), "{odd}");
+        let good = hint(Missing::Driver, "VK_DRIVER_FILES", &["good.json"]).expect("a hint");
+        assert!(good.starts_with("VK_DRIVER_FILES is set to ") && good.contains("no other drivers"), "{good}");
+        let layers = hint(Missing::ValidationLayer, "VK_LAYER_PATH", &["gone"]).expect("a hint");
+        assert!(layers.contains("VK_LAYER_PATH names ") && layers.contains("no other layers"), "{layers}");
+        assert_eq!(hint(Missing::Driver, "VK_LAYER_PATH", &["gone"]), None);
+        assert_eq!(hint(Missing::Loader, "VK_DRIVER_FILES", &["gone"]), None);
     }
 
     #[test]
