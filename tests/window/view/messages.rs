@@ -85,7 +85,6 @@ fn a_frame_that_takes_long_is_announced_over_the_picture_before() {
     let server = Server::start();
     // Many samples a pixel make a frame of a second out of few pixels.
     let scene = ["builtin:hall?lights=64", "--light-path", "loop", "--msaa", "4"];
-    let expected = rendered(LARGE, &scene);
     let size = size_text(LARGE);
     let mut view = View::start(
         &server,
