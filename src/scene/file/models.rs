@@ -166,6 +166,7 @@ fn from_builtin(node: &Node, scene: &mut Scene) -> Result<Imported, Error> {
         cameras: Vec::new(),
         surroundings: None,
         motion,
+        surroundings: None,
         warnings: built.warnings,
         files: built.files,
     };

@@ -119,7 +119,8 @@ impl Cut {
     fn told(&self) -> Option<String> {
         let Self { vertices, most: (lost, vertex) } = *self;
         (vertices > 0).then(|| {
-            let words = format!("{vertices} vertices hang on more than {MOST} joints, of which the heaviest move them");
+            let who = if vertices == 1 { "1 vertex hangs".to_owned() } else { format!("{vertices} vertices hang") };
+            let words = format!("{who} on more than {MOST} joints, of which the heaviest move them");
             format!("{words}; vertex {vertex} loses the most, {:.1}% of its weight", lost * 100.0)
         })
     }

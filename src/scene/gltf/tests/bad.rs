@@ -255,12 +255,17 @@ fn survives(bytes: &[u8]) -> bool {
 #[test]
 fn a_file_with_everything_is_read_and_one_cut_anywhere_is_refused_or_drawn_as_far_as_it_goes() {
     let bytes = whole();
+    let drawn = |bytes: &[u8]| (0..bytes.len()).filter(|&length| survives(&bytes[..length])).collect::<Vec<usize>>();
     assert!(survives(&bytes));
+    // The indices are its last bytes: without them there is no triangle.
+    assert_eq!(drawn(&bytes), Vec::<usize>::new());
+    let mut file = Builder::triangle();
+    let color = file.floats("VEC4", &[0.5; 12]);
+    file.attribute("COLOR_0", color);
+    let bytes = file.glb();
     let json = 20 + u32::from_le_bytes(bytes[12..16].try_into().expect("four bytes")) as usize;
-    let drawn: Vec<usize> = (0..bytes.len()).filter(|&length| survives(&bytes[..length])).collect();
-    // The triangle's three corners are its first 36 bytes.
-    assert_eq!(drawn.first(), Some(&(json + 8 + 36)));
-    assert_eq!(drawn.len(), bytes.len() - drawn[0]);
+    // The corners are the first 36 bytes of the buffer: cut behind them, colours are missing.
+    assert_eq!(drawn(&bytes), (json + 8 + 36..bytes.len()).collect::<Vec<usize>>());
 }
 
 proptest! {
