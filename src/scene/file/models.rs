@@ -166,7 +166,6 @@ fn from_builtin(node: &Node, scene: &mut Scene) -> Result<Imported, Error> {
         cameras: Vec::new(),
         surroundings: None,
         motion,
-        surroundings: None,
         warnings: built.warnings,
         files: built.files,
     };
