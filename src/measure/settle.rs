@@ -140,7 +140,7 @@ impl Settling {
         let most = self.medians.iter().copied().fold(0.0, f64::max);
         let last_ms = if self.medians.is_empty() { [f64::NAN; 2] } else { [least, most] };
         let Self { rounds, first, .. } = *self;
-        (settled || is_late).then(|| WarmUp { seconds: now.as_secs_f64(), rounds, settled, first_ms: first, last_ms })
+        (settled || is_late).then_some(WarmUp { seconds: now.as_secs_f64(), rounds, settled, first_ms: first, last_ms })
     }
 
     fn agree(&self) -> bool {
@@ -189,7 +189,7 @@ mod tests {
 
     #[test]
     fn clocks_that_never_settle_are_told() {
-        let swings = |seconds: f64| if (seconds * 4.0) as u64 % 2 == 0 { 1.0 } else { 1.5 };
+        let swings = |seconds: f64| if ((seconds * 4.0) as u64).is_multiple_of(2) { 1.0 } else { 1.5 };
         let outcome = warmed(GPU, swings);
         assert!(!outcome.settled && outcome.seconds >= 6.0, "{outcome:?}");
         let words = outcome.words().expect("a sentence");

@@ -98,16 +98,36 @@ static NEWER_LAYERS: &[NewerLayers] = &[
     },
 ];
 
-static HIDDEN: &[Hidden] = &[Hidden {
-    from: NEWEST,
-    is_about: |mutant| {
-        let Part::Bits(Side::After, bits) = mutant.part else { return false };
-        // Where LIGHTING is the last to write the light, the layer reports a write after a write, too.
-        let is_seen_otherwise =
-            bits.stage == PipelineStageFlags::COMPUTE_SHADER && mutant.edge.from == lighting::PASS.place;
-        let follows_depth = mutant.edge.carrier.is_render_pass() && mutant.plan.has_velocity();
-        mutant.edge.name == RowName::LIGHT_TO_TAA && follows_depth && !is_seen_otherwise
+static HIDDEN: &[Hidden] = &[
+    Hidden {
+        from: NEWEST,
+        is_about: |mutant| {
+            matches!(mutant.part, Part::Bits(Side::After, bits) if bits.access == AccessFlags::VERTEX_ATTRIBUTE_READ)
+                && [RowName::UPLOAD_TO_VERTICES, RowName::SKIN_TO_DRAWS].contains(&mutant.edge.name)
+        },
+        why: "the layer no longer looks at the vertices that an indexed draw fetches (`ValidateDrawVertexIndex` of its source says so), only at the indices",
     },
-    why: "the layer says the same of the whole frame, and is wrong there (`gpu::KNOWN_FALSE`): of the two rows that leave the subpass it sees that of depth \
-          alone",
-}];
+    Hidden {
+        from: NEWEST,
+        is_about: |mutant| {
+            matches!(mutant.part, Part::Bits(Side::After, bits) if bits.stage == PipelineStageFlags::FRAGMENT_SHADER)
+                && mutant.edge.name == RowName::UPLOAD_TO_TEXTURES
+                && mutant.plan.is_lit_by_sky()
+        },
+        why: "the layer does not hold a read against the write before it if it happens after another read (`IsRAWHazard` of its source): PREFILTER has read the sky, \
+              and SKY waits for PREFILTER, to which alone the copy is visible",
+    },
+    Hidden {
+        from: NEWEST,
+        is_about: |mutant| {
+            let Part::Bits(Side::After, bits) = mutant.part else { return false };
+            // Where LIGHTING is the last to write the light, the layer reports a write after a write, too.
+            let is_seen_otherwise =
+                bits.stage == PipelineStageFlags::COMPUTE_SHADER && mutant.edge.from == lighting::PASS.place;
+            let follows_depth = mutant.edge.carrier.is_render_pass() && mutant.plan.has_velocity();
+            mutant.edge.name == RowName::LIGHT_TO_TAA && follows_depth && !is_seen_otherwise
+        },
+        why: "the layer says the same of the whole frame, and is wrong there (`gpu::KNOWN_FALSE`): of the two rows that leave the subpass it sees that of depth \
+              alone",
+    },
+];

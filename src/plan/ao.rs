@@ -25,9 +25,8 @@ const SAMPLES_OF_A_SLICE: u32 = 32;
 impl fmt::Display for AoPlan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} within {} m, {}", self.method, self.radius, counted(self.samples, "sample"))?;
-        match (self.method, self.slices()) {
-            (AmbientOcclusion::Bitmask, [count, _]) => write!(f, " in {}", counted(count, "slice"))?,
-            _ => {}
+        if let (AmbientOcclusion::Bitmask, [count, _]) = (self.method, self.slices()) {
+            write!(f, " in {}", counted(count, "slice"))?;
         }
         f.write_str(if self.scale == 1 { ", at each pixel" } else { ", at one of four pixels" })
     }

@@ -23,6 +23,7 @@ pub struct RunInfo {
 
 /// The outcome of one value.
 #[derive(Debug, Clone, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "a case has a few dozen, of which hardly one is refused")]
 pub enum Outcome {
     Measured(Errors),
     /// The device or the plan refuses it, in words.
@@ -78,11 +79,14 @@ pub fn run_spoiled(
     run_with(device, case, quick, (spoil, &|_, _| {}))
 }
 
+/// Called with the index of each value before it is tried, and the number of values.
+type Told<'a> = &'a dyn Fn(usize, usize);
+
 fn run_with(
     device: &Arc<Device>,
     case: &Case,
     quick: bool,
-    (spoil, told): (&dyn Fn(&mut Scene), &dyn Fn(usize, usize)),
+    (spoil, told): (&dyn Fn(&mut Scene), Told<'_>),
 ) -> Result<Verdict, Error> {
     let values = case.tried(quick);
     let count = values.len();

@@ -93,6 +93,10 @@ struct Reached {
     available: Bits,
 }
 
+/// What the result of two touches depends on: the first, whether the second is in the same instance of a render pass, and whether one of the two is of all
+/// samples of its pixel.
+type Pair = (*const Touch, bool, bool);
+
 /// The rules, applied to one program.
 pub(super) struct Order<'a> {
     program: &'a Program,
@@ -102,9 +106,8 @@ pub(super) struct Order<'a> {
     seconds: Vec<S>,
     /// For each synchronization those that it may follow in a chain.
     before: Vec<Bits>,
-    /// Results so far, by the first touch, by whether the second is in the same instance of a render pass, and by whether one of the two is of all samples
-    /// of its pixel.
-    reached: RefCell<HashMap<(*const Touch, bool, bool), Rc<Reached>>>,
+    /// Results so far.
+    reached: RefCell<HashMap<Pair, Rc<Reached>>>,
 }
 
 impl<'a> Order<'a> {
