@@ -285,7 +285,9 @@ fn every_built_in_scene_is_read_with_its_light_background_and_exposure() {
     let folder = tempfile::tempdir().expect("a folder");
     for builtin in crate::scene::builtin::CATALOGUE {
         let spec = match builtin.name {
-            "hall" => "builtin:hall?bays=3&detail=12".to_owned(),
+            // The hall's textures take seconds: tests/scenes/export.rs draws it.
+            "hall" => continue,
+            "spheres" => "builtin:spheres?rows=2&columns=3".to_owned(),
             "field" => "builtin:field?objects=100&lights=8".into(),
             name => format!("builtin:{name}"),
         };
