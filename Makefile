@@ -32,7 +32,7 @@ test: ## Set up, lint, and run the tests: on the machine's own Vulkan stack, and
 	@cargo fmt --all --check
 	@scripts/test
 
-test-all: ## The same with every case of every test, on both stacks and on SwiftShader (an hour and more)
+test-all: ## The same with every case of every test, on all stacks: also Debian unstable's, and SwiftShader (hours)
 	@scripts/setup test
 	@cargo fmt --all --check
 	@scripts/test all

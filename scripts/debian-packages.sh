@@ -1,11 +1,9 @@
-# Packages of Debian 13, fetched without root and without touching the machine's own apt: for fetch-debian13 and fetch-swiftshader, which
-# define `fail`, and `is_there` for what they make, and then call `begin`.
+# Packages of a release of Debian, fetched without root and without touching the machine's own apt: for the scripts fetch-NAME, which set
+# RELEASE, define `fail`, and `is_there` for what they make, and then call `begin`.
 #
 # Packages come from the mirror that this machine's apt uses, and are checked against Debian's own keys.
 #
 # shellcheck shell=bash
-
-readonly RELEASE=trixie
 
 # Ends the script if its tree is there, else makes $work, a folder of its own beside it that goes when the script ends. One at a time:
 # whoever waited finds the tree done.
@@ -15,7 +13,7 @@ begin() { # the tree's name in the cache
     ! is_there || exit 0
     local tool
     for tool in apt-get apt-config dpkg dpkg-deb; do
-        command -v "$tool" >/dev/null || fail "$tool is missing: Debian 13's packages can be unpacked on Debian, Ubuntu and their kin only"
+        command -v "$tool" >/dev/null || fail "$tool is missing: Debian's packages can be unpacked on Debian, Ubuntu and their kin only"
     done
     architecture=$(dpkg --print-architecture)
     keyring=$(find_keyring)
@@ -99,8 +97,8 @@ own_apt_get() {
     APT_CONFIG=$work/apt.conf apt-get -qq -y "$@"
 }
 
-# Fetches the lists from the first mirror that has the release and proves to be Debian's.
-fetch_lists() {
+# Fetches the lists from the first mirror that has the release and proves to be Debian's; false where none has, with apt's words in update.log.
+try_lists() {
     local mirror
     while read -r mirror; do
         printf 'deb [signed-by=%s] %s %s main\n' "$keyring" "$mirror" "$RELEASE" >"$work/sources.list"
@@ -108,6 +106,11 @@ fetch_lists() {
             return 0
         fi
     done < <(mirrors)
+    return 1
+}
+
+fetch_lists() {
+    try_lists && return 0
     sed 's/^/    /' "$work/update.log" >&2
     fail "no mirror gave Debian $RELEASE's package lists (what apt said is above)"
 }
