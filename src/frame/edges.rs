@@ -364,14 +364,12 @@ impl Row {
         Self(Edge { to, after: Use::all(uses), ..self.0 })
     }
 
-    // ANCHOR: across-samples
     /// Where `reads_all`, invocations for one sample read the others of their pixel, so the row is not by region: "If N equals M", with N samples a pixel on
     /// one side and M on the other, "then a framebuffer region containing a single (x, y, layer, sample) coordinate in the first synchronization scope
     /// corresponds to a region containing the same sample at the same coordinate in the second" (specification, "Framebuffer Region Dependencies").
     fn across_samples(self, reads_all: bool) -> Self {
         Self(Edge { across_samples: reads_all, by_region: self.0.by_region && !reads_all, ..self.0 })
     }
-    // ANCHOR_END: across-samples
 
     fn because(self, why: &'static str) -> Edge {
         let between_subpasses = [self.0.from, self.0.to]

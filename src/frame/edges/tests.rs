@@ -8,7 +8,7 @@ use ash::vk::{AccessFlags as A, PipelineStageFlags as S};
 use super::masks::SUPPORTED;
 use super::*;
 use crate::frame::list::{BLEND_PASS, FXAA_PASS, MAIN_PASS, SHARPEN_PASS, TONEMAP_PASS};
-use crate::passes::{ao_denoise, bloom, fxaa, hiz, lighting, reflect_resolve, taa, tiled, tone, velocity};
+use crate::passes::{ao_denoise, bloom, fxaa, hiz, reflect_resolve, taa, tiled, tone, velocity};
 use crate::plan::samples;
 
 fn each_plan(check: impl Fn(&str, &FramePlan, &Edges)) {
@@ -95,7 +95,7 @@ fn rows_are_across_samples_where_lighting_reads_them_all_of_what_a_neighbouring_
     each_plan(|name, plan, table| {
         for edge in table.iter() {
             let between = edge.carrier == Carrier::Subpass(MAIN_PASS) && names.contains(&edge.name);
-            let expected = between && lighting::reads_all_samples(plan);
+            let expected = between && crate::passes::lighting::reads_all_samples(plan);
             assert_eq!(edge.across_samples, expected, "{name}: {}", edge.name);
             assert!(!edge.across_samples || !edge.by_region, "{name}: {}", edge.name);
             tried.set(tried.get() + u32::from(expected));

@@ -99,27 +99,30 @@ impl Instance<'_> {
     }
 
     fn add_dependencies(&mut self, program: &mut Program) {
-        let mut all: Vec<([u32; 2], Use, Use, bool)> = self
+        // Each dependency: its ends, masks, whether it orders within the instance alone, and whether by region. A row across samples orders all pixels, and frames
+        // too; counting on that would make rows between frames depend on the number of samples, so no frame rests on it.
+        let mut all: Vec<([u32; 2], Use, Use, [bool; 2])> = self
             .pass
             .dependencies
             .iter()
-            .map(|(edge, ends)| (*ends, edge.before, edge.after, edge.by_region))
+            .map(|(edge, ends)| (*ends, edge.before, edge.after, [edge.is_between_subpasses(), edge.by_region]))
             .collect();
         // An attachment that changes its layout without a dependency of the pass has implicit ones, which wait for nothing from outside.
         for (index, (_, attachment)) in (0..).zip(&self.pass.attachments) {
             let users = self.users(index);
             let (Some(&first), Some(&last)) = (users.first(), users.last()) else { continue };
-            let is =
-                |wanted: [u32; 2], all: &[([u32; 2], Use, Use, bool)]| all.iter().any(|(ends, ..)| *ends == wanted);
+            let is = |wanted: [u32; 2], all: &[([u32; 2], Use, Use, [bool; 2])]| {
+                all.iter().any(|(ends, ..)| *ends == wanted)
+            };
             if self.layout(first, index) != Some(attachment.initial_layout) && !is([EXTERNAL, first], &all) {
-                all.push(([EXTERNAL, first], Use::START, Use::new(S::ALL_COMMANDS, IMPLICIT), false));
+                all.push(([EXTERNAL, first], Use::START, Use::new(S::ALL_COMMANDS, IMPLICIT), [false; 2]));
             }
             if self.layout(last, index) != Some(attachment.final_layout) && !is([last, EXTERNAL], &all) {
-                all.push(([last, EXTERNAL], Use::new(S::ALL_COMMANDS, IMPLICIT).writes(), Use::END, false));
+                all.push(([last, EXTERNAL], Use::new(S::ALL_COMMANDS, IMPLICIT).writes(), Use::END, [false; 2]));
             }
         }
         all.sort_by_key(|([_, to], ..)| *to);
-        for (ends, before, after, by_region) in all {
+        for (ends, before, after, [is_local, by_region]) in all {
             let span = |subpass: u32, outside: Span| match self.times.get(subpass as usize) {
                 Some(&time) => Span { from: time, until: time + 1 },
                 None => outside,
@@ -127,7 +130,7 @@ impl Instance<'_> {
             let sync = Sync {
                 first: Scope { span: span(ends[0], Span::before(self.begin)), mask: before },
                 second: Scope { span: span(ends[1], Span::since(self.end)), mask: after },
-                region: by_region.then_some(self.id),
+                region: is_local.then_some(self.id),
                 // "Framebuffer Region Dependencies": where both sides have as many samples, a region has one of them.
                 by_sample: by_region
                     && self.samples(ends[0]) == self.samples(ends[1])

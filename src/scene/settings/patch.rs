@@ -189,7 +189,9 @@ mod tests {
         let says = |text: &str| text.parse::<SettingsPatch>().unwrap_err().to_string();
         assert!(says("shadows").contains("key=value"));
         assert!(says("shadwos=off").contains("did you mean \"shadows\""));
-        assert!(says("colour=red").starts_with("unknown setting \"colour\"") && says("colour=red").ends_with(" more)"));
+        assert!(
+            says("colour=red").starts_with("unknown setting \"colour\"") && says("colour=red").contains("vignette")
+        );
         assert!(says("fxaa=maybe").contains("fxaa=maybe: must be on or off"));
         assert!(says("tonemap=agxx").contains("did you mean \"agx\""));
         assert!(says("size=0x0").contains("at least 1"));
