@@ -19,7 +19,7 @@ pub const LAYER: u32 = vk::make_api_version(0, 1, 4, 309);
 pub enum Part {
     /// All of it.
     Row,
-    /// Its reach across the samples of a pixel: it becomes one by region.
+    /// The reach across the samples of a pixel: the row becomes one by region.
     AcrossSamples,
     /// Some bits of one side.
     Bits(Side, Use),

@@ -173,7 +173,8 @@ impl<'a> Order<'a> {
         })
     }
 
-    /// The synchronizations that happen after a touch of any sample of its pixel: those of a chain with at least one that orders more than each sample by itself.
+    /// Keeps the synchronizations that follow a touch of any sample of its pixel: at least one in the chain before them must order more than each sample
+    /// by itself.
     fn across_samples(&self, reached: &Reached) -> Reached {
         let across = |own: &Bits| {
             let mut across = Bits::new(self.program.syncs.len());

@@ -51,7 +51,7 @@ pub(super) struct Sync {
     pub(super) second: Scope,
     /// The instance of a render pass within whose regions alone it orders.
     pub(super) region: Option<u32>,
-    /// Its regions are single samples, not pixels: as many samples a pixel on both sides, and more than one.
+    /// True where a region is a single sample, not a pixel: both sides have as many samples a pixel, and more than one.
     pub(super) by_sample: bool,
     /// The memory that it is about; none for all of it. The specification lets dependencies of a render pass, and the execution dependency of any
     /// barrier, order all touches. Here they order the touches of their pass or their barrier: no pass may rest on another one's rows.
@@ -224,7 +224,7 @@ pub(super) struct Touch {
     pub(super) kind: Kind,
     /// The instance of a render pass in which it touches its own pixel alone.
     pub(super) local: Option<u32>,
-    /// Of that pixel it touches all samples, and belongs to the region of one.
+    /// True where it touches all samples of that pixel, although it belongs to the region of one.
     pub(super) all_samples: bool,
     /// Touches of one group need no order among each other: rasterization order has it, or one command.
     pub(super) group: u32,

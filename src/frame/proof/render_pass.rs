@@ -87,7 +87,7 @@ impl Instance<'_> {
         references.find(|reference| reference.attachment == attachment).map(|reference| reference.layout)
     }
 
-    /// Samples a pixel that a subpass rasterizes, those of its attachments of colour and depth; none outside of the pass.
+    /// Sample count of a subpass, which its colour and depth attachments share; `None` outside of the pass.
     fn samples(&self, subpass: u32) -> Option<vk::SampleCountFlags> {
         let own = self.pass.subpasses.get(subpass as usize)?;
         let drawn = own.color.iter().chain(&own.depth).find(|reference| reference.attachment != vk::ATTACHMENT_UNUSED);
