@@ -12,7 +12,7 @@ use rspirv::spirv::{Decoration, Op, StorageClass, Word};
 
 use super::{PatchError, fresh, global, id};
 
-/// By type with a layout, its copy without one.
+/// Copies without a layout, by the type that has one.
 type Copies = HashMap<Word, Word>;
 
 pub(super) fn strip_layout(module: &mut Module) -> Result<(), PatchError> {
@@ -124,7 +124,7 @@ fn retype_initial_values(module: &mut Module, pointers: &HashMap<Word, Word>, co
 
 /// Puts the change of type behind each load of a whole value from a work group's memory, and before each store. naga reads and writes memory in no other way.
 fn convert_values(module: &mut Module, pointers: &HashMap<Word, Word>, copies: &Copies) -> Result<(), PatchError> {
-    // The type that naga gave to what a pointer points at, by pointer.
+    // Types that pointers point at as naga gave them, by pointer.
     let pointees: HashMap<Word, Word> = module
         .all_inst_iter()
         .filter_map(|own| Some((own.result_id?, *pointers.get(&own.result_type?)?)))
