@@ -354,6 +354,11 @@ pub fn samples(text: &str) -> Result<u32, String> {
     own("samples", text, |patch| patch.samples)
 }
 
+/// Reads a size of pictures.
+pub fn size(text: &str) -> Result<[u32; 2], String> {
+    own("size", text, |patch| patch.size)
+}
+
 /// Reads a whole number of a range.
 pub fn whole<T>(range: RangeInclusive<T>) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static
 where

@@ -5,7 +5,7 @@ use std::time::Duration;
 use afterlight::frame;
 use afterlight::gpu::Device;
 use afterlight::measure::LEAST_FOR_95;
-use afterlight::reference;
+use afterlight::reference::View;
 use afterlight::report::sweep::accuracy::Truths;
 use afterlight::report::sweep::families::{Selection, Sweep};
 use afterlight::report::sweep::journal::{Asked, Header};
@@ -13,7 +13,7 @@ use afterlight::report::sweep::machine;
 use afterlight::report::sweep::model::{LAYOUT, Metric, Shard};
 use afterlight::report::sweep::run::Step;
 use afterlight::report::sweep::timing::Effort;
-use afterlight::scene::{Camera, SettingsPatch, View, unknown};
+use afterlight::scene::{self, SettingsPatch, unknown};
 
 use super::args::{MotionArgs, SettingsArgs, samples, whole};
 use super::failure::Failure;
@@ -107,7 +107,7 @@ pub fn fix_driver_threads() {
 
 /// The settings as given.
 pub fn base_of(workload: &Workload) -> SettingsPatch {
-    SettingsPatch { view: Some(View::Final), ..workload.patch() }
+    SettingsPatch { view: Some(scene::View::Final), ..workload.patch() }
 }
 
 /// The sweep of a scene.
@@ -124,21 +124,20 @@ pub fn sweep_of(
     Ok(Sweep::of(&workload.scene, base, &frame::capabilities(&device.physical), selection)?)
 }
 
-/// Both truths of the scene from a camera, with bars that are named after `what`. Prints the faults of their cache.
+/// Both truths of the scene in a view, with bars that are named after `what`. Prints the faults of their cache.
 pub fn truths(
     workload: &Workload,
-    camera: Camera,
+    view: &View,
     base: &SettingsPatch,
     samples: u32,
     bars: &Bars,
 ) -> Result<Truths, Failure> {
     let settings = base.decide();
-    let view = reference::View { camera, size: settings.size };
-    let pixels = u64::from(settings.size[0]) * u64::from(settings.size[1]);
+    let pixels = u64::from(view.size[0]) * u64::from(view.size[1]);
     let bar = |what: &str, count| progress::shares(format!("{}: {what}", bars.what), count, bars.quiet);
     let shown = [bar("truth", pixels), bar("converged truth", pixels * u64::from(samples))];
     let tell = |what: &str, done, _| shown[usize::from(what == Truths::CONVERGED)].at(done);
-    let truths = Truths::of(&workload.scene, &view, &settings, samples, &tell)?;
+    let truths = Truths::of(&workload.scene, view, &settings, samples, &tell)?;
     drop(shown);
     if !bars.quiet {
         let warnings = truths.warnings.iter().fold(String::new(), |text, warning| text + "warning: " + warning + "\n");
@@ -164,11 +163,6 @@ pub struct Bars {
 impl Bars {
     pub fn of(what: impl Into<String>, quiet: bool) -> Self {
         Self { what: what.into(), quiet, shown: None }
-    }
-
-    /// Takes the last one away.
-    pub fn clear(&mut self) {
-        self.shown = None;
     }
 
     /// Shows the progress of a run. Off a terminal it prints a line for each step, which names its points.

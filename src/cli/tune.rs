@@ -1,28 +1,30 @@
 //! `afterlight tune`: settings that keep a bound on error or time, found on the device at hand and verified from other cameras.
 
-use std::cell::RefCell;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, mpsc};
+use std::thread;
 use std::time::{Duration, Instant};
 
-use afterlight::gpu::Device;
+use afterlight::gpu::{Device, vk};
 use afterlight::measure::{LEAST_FOR_95, what_moves};
-use afterlight::reference::{Cache, Reference, View};
+use afterlight::reference::{Cache, Mode, Options, Reference, Smith, View};
 use afterlight::report::advice;
 use afterlight::report::sweep::Error as SweepError;
+use afterlight::report::sweep::accuracy::{Truths, affordable_size};
 use afterlight::report::sweep::families::Sweep;
 use afterlight::report::sweep::journal::{self, Header, Journal, SceneInfo};
 use afterlight::report::sweep::model::{Against, Metric, SceneReport, TruthInfo};
 use afterlight::report::tune::cameras::{Elsewhere, held_out, moments};
 use afterlight::report::tune::choice::{Attempt, Bound, Goal, Measurement};
 use afterlight::report::tune::evidence::{self, Evidence, Search, Walk, error_text};
+use afterlight::report::tune::probe::{Awaited, BEST_SAMPLES};
 use afterlight::report::tune::{Tuned, Tuning, Within};
-use afterlight::scene::{SettingsPatch, counted};
+use afterlight::scene::{Camera, Scene, SettingsPatch, counted};
 use tempfile::TempDir;
 
-use super::args::{DeviceArgs, MotionArgs, SettingsArgs, samples, whole};
+use super::args::{DeviceArgs, MotionArgs, SettingsArgs, samples, size, whole};
 use super::failure::{Exit, Failure};
 use super::measuring::{Bars, MeasuringArgs, base_of, fix_driver_threads, metric, sweep_of, truths};
 use super::output::Sink;
@@ -84,6 +86,9 @@ pub struct Args {
     /// Stop measuring after about this long, 1 to 1000000: the best so far is verified, and what was not measured is named
     #[arg(long, value_name = "SECONDS", default_value_t = 60, value_parser = whole::<u32>(1..=1_000_000), allow_negative_numbers = true)]
     within: u32,
+    /// Measure errors at this size, as 640x360 [default: the size of the pictures, halved until the truth takes about 10 s]
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    truth_size: Option<[u32; 2]>,
     /// Measure anew what an earlier run of this command has measured
     #[arg(long)]
     restart: bool,
@@ -112,6 +117,9 @@ fn percent(text: &str) -> Result<f64, String> {
     let number = text.strip_suffix('%').and_then(|number| positive(number).ok());
     number.map(|percent| percent / 100.0).ok_or_else(|| "expected a percentage above 0, as 2%".into())
 }
+
+/// The time, about, that the truth of the scene's own camera may take: errors are measured of smaller pictures where it would take longer.
+const TRUTH_TIME: Duration = Duration::from_secs(10);
 
 /// The measurements on the device.
 struct Measured {
@@ -209,31 +217,83 @@ fn measure(
         Some((walk, cameras)) => (Some(walk), cameras),
         None => (None, cameras_of(args, workload, &base)?),
     };
-    let truths = |camera, what: String| {
-        truths(workload, camera, &base, args.measuring.truth_samples(), &Bars::of(what, args.quiet))
-    };
     let header = args.measuring.header(device, std::slice::from_ref(&args.scene), None, None);
-    let before = Instant::now();
-    let own = truths(workload.scene.camera, workload.scene.name.clone())?;
-    let truth = before.elapsed();
-    warn_of_noise(args, goal, &own.info)?;
+    let truth = PlannedTruth::of(args, workload, &base)?;
+    let software = device.physical.kind == vk::PhysicalDeviceType::CPU;
+    let (places, cameras) = places(workload, cameras, (truth.view.size, base.decide().size), software);
     let (scene, goal, effort) = (&workload.scene, *goal, args.measuring.effort());
     let time = Duration::from_secs(args.within.into());
-    let within = Some(Within { begun, time, cameras: cameras.len() as u32, truth });
-    let tuning = Tuning { device, scene, base: &base, sweep: &sweep, goal, effort, seed, within };
-    let bars = RefCell::new(Bars::of(workload.scene.name.clone(), args.quiet));
-    let elsewhere = || {
-        bars.borrow_mut().clear();
-        let numbered = cameras.iter().enumerate();
-        let truths = |(index, other): (usize, &Elsewhere)| {
-            let truths = truths(other.camera, format!("camera {} of {}", index + 1, cameras.len()))?;
-            Ok((other.camera, truths))
+    let within = Some(Within { begun, time, cameras: cameras.len() as u32 });
+    let error_size = truth.view.size;
+    let tuning = Tuning { device, scene, base: &base, sweep: &sweep, goal, effort, seed, within, error_size };
+    let info = tuning.info(&truth.hash, truth.samples);
+    let (mut journal, _folder) = journal_of(args, &header, &info)?;
+    let mut bars = Bars::of(workload.scene.name.clone(), args.quiet);
+    // Frames that a CPU draws, and a bound on the wall's clock, are timed while nothing else runs.
+    let is_beside = !software && !matches!(goal.bound, Bound::Milliseconds(_));
+    let tuned = thread::scope(|threads| {
+        let own = if is_beside {
+            let (send, receive) = mpsc::channel();
+            let (truth, base) = (&truth, &base);
+            // Nobody waits any more where the search has failed.
+            threads.spawn(move || _ = send.send(truth.beside(scene, base, args.quiet)));
+            Awaited::Coming(receive)
+        } else {
+            let bars = Bars::of(workload.scene.name.clone(), args.quiet);
+            truths(workload, &truth.view, &base, truth.samples, &bars)?.into()
         };
-        numbered.map(truths).collect::<Result<Vec<_>, Failure>>()
-    };
-    let (mut journal, _folder) = journal_of(args, &header, &tuning.info(&own))?;
-    let tuned = tuning.run(&mut journal, own, &mut |step| bars.borrow_mut().step(step), elsewhere)?;
+        Ok::<_, Failure>(tuning.run(&mut journal, (info, own), &mut |step| bars.step(step), &places)?)
+    })?;
+    warn_of_noise(args, &goal, &tuned.scene.truth)?;
     Ok(Measured { header, tuned, cameras, walk, points: sweep.points.len(), took: begun.elapsed() })
+}
+
+/// Cameras that verify a choice, with the sizes of their pictures: a GPU draws them at the size of the scene's, and then the scene's own camera is the
+/// last of them where errors were measured at another size. A CPU draws pictures as large as the truth.
+fn places(
+    workload: &Workload,
+    mut cameras: Vec<Elsewhere>,
+    (truth, own): ([u32; 2], [u32; 2]),
+    software: bool,
+) -> (Vec<(Camera, [u32; 2])>, Vec<Elsewhere>) {
+    let camera = workload.scene.camera;
+    if !software && truth != own {
+        cameras.push(Elsewhere { camera, text: camera.to_string() });
+    }
+    let size = if software { truth } else { own };
+    (cameras.iter().map(|other| (other.camera, size)).collect(), cameras)
+}
+
+/// The truth that errors are measured against, before it is rendered.
+struct PlannedTruth {
+    view: View,
+    samples: u32,
+    /// The hash of everything that the truth depends on.
+    hash: String,
+}
+
+impl PlannedTruth {
+    /// A truth of the size that was asked for, or of one that takes about [`TRUTH_TIME`].
+    fn of(args: &Args, workload: &Workload, base: &SettingsPatch) -> Result<Self, Failure> {
+        let (settings, camera) = (base.decide(), workload.scene.camera);
+        let samples = args.measuring.truth_samples();
+        let reference = Reference::new(&workload.scene)?.with_settings(&settings, &camera);
+        let view = View { camera, size: settings.size };
+        let size = args.truth_size.unwrap_or_else(|| affordable_size(&reference, &view, samples, TRUTH_TIME));
+        let view = View { camera, size };
+        let options = Options { mode: Mode::Converged { samples }, smith: Smith::default() };
+        Ok(Self { view, samples, hash: reference.fingerprint(&view, &options) })
+    }
+
+    /// Renders the truth in another thread, without a progress bar.
+    fn beside(&self, scene: &Scene, base: &SettingsPatch, quiet: bool) -> Result<Truths, SweepError> {
+        let truths = Truths::of(scene, &self.view, &base.decide(), self.samples, &|_, _, _| {})?;
+        for warning in truths.warnings.iter().filter(|_| !quiet) {
+            // A terminal that is gone is no fault of the truth.
+            let _ = output::print(&format!("warning: {warning}\n"), true);
+        }
+        Ok(truths)
+    }
 }
 
 /// The moments of `--path`, and the cameras there but for that in the middle, which is the scene's from here on.
@@ -343,12 +403,13 @@ fn report(args: &Args, measured: &Measured, search: &Search, chosen: &Attempt) -
     let mut text = format!("{} ({}), {}\n", header.machine.device, header.machine.driver, header.machine.cpu);
     let _ = writeln!(
         text,
-        "{}: {width}x{height}, {} of {} drawn and timed in {:.0} s, truth of {}\ntimes: {}",
+        "{}: {width}x{height}, {} of {} drawn and timed in {:.0} s, truth of {}{}\ntimes: {}",
         scene.name,
         scene.points.len(),
         counted(measured.points, "point"),
         measured.took.as_secs_f64(),
         counted(scene.truth.samples, "sample"),
+        scene.truth.size.map_or_else(String::new, |[width, height]| format!(" at {width}x{height}")),
         what_moves(scene.moving)
     );
     for passed_over in outcome.passed_over.iter().filter_map(|attempt| search.passed_over(attempt)) {
@@ -396,6 +457,12 @@ fn report(args: &Args, measured: &Measured, search: &Search, chosen: &Attempt) -
         row(&moment.map_or_else(|| camera.clone(), at), &pair.own, &pair.default);
     }
     text += &table.render();
+    if let Some(best) = measured.tuned.best.as_ref().filter(|_| !chosen.held_out.is_empty()) {
+        let _ = writeln!(
+            text,
+            "The other cameras have no truth: a picture of `{best}` with {BEST_SAMPLES} samples stands in for it, and its own error, measured from the scene's camera, is added."
+        );
+    }
     text.extend(scene.clocks().map(|words| words + "\n"));
     text.extend(not_measured(args, measured).map(|words| words + "\n"));
     text.extend(Sweep::quick_words(&scene.left_out).map(|words| words + "\n"));

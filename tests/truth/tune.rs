@@ -36,16 +36,26 @@ fn number(table: &toml::Value, key: &str) -> f64 {
 #[test]
 fn a_choice_keeps_its_bound_from_every_camera_and_render_takes_it() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let output = tune(folder.path(), ["--max-error", "0.3"], &["-o", "tuned.toml"]);
+    // Errors are measured at a smaller size than times.
+    let output = tune(folder.path(), ["--max-error", "0.3"], &["-o", "tuned.toml", "--truth-size", "32x18"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let told = text(&output.stdout);
     assert!(told.contains("Chosen: ") && told.contains("the scene's own"), "{told}");
+    assert!(told.contains(": 64x36, ") && told.contains("truth of 4 samples at 32x18\n"), "{told}");
+    assert!(
+        told.contains("The other cameras have no truth: a picture of `") && told.contains("` with 64 samples"),
+        "{told}"
+    );
 
     let file = folder.path().join("tuned.toml");
     let table: toml::Table = std::fs::read_to_string(&file).expect("written").parse().expect("TOML");
     let evidence = &table["evidence"];
     assert_eq!(evidence["bound"].as_str(), Some("--max-error 0.3 --metric flip"));
     assert!(number(&evidence["choice"], "error") <= 0.3);
+    let size = |key: &str| {
+        evidence[key].as_array().map(|size| size.iter().filter_map(toml::Value::as_integer).collect::<Vec<_>>())
+    };
+    assert_eq!((size("size"), size("truth_size")), (Some(vec![64, 36]), Some(vec![32, 18])));
     let held_out = evidence["held_out"].as_array().expect("cameras");
     assert_eq!(held_out.len(), 2);
     for camera in held_out {

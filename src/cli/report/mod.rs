@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use afterlight::gpu::Device;
+use afterlight::reference::View;
 use afterlight::report::sweep::Error;
 use afterlight::report::sweep::accuracy::other_triangle;
 use afterlight::report::sweep::assemble::{self, fronts_of};
@@ -157,11 +158,12 @@ fn measure_scene(
     let Subject { workload, base, sweep } = subject;
     let MeasuringArgs { seed, .. } = args.measuring;
     let mut bars = Bars::of(workload.scene.name.clone(), args.quiet);
-    let mut truths = truths(&workload, workload.scene.camera, &base, args.measuring.truth_samples(), &bars)?;
+    let view = View { camera: workload.scene.camera, size: base.decide().size };
+    let mut truths = truths(&workload, &view, &base, args.measuring.truth_samples(), &bars)?;
     let raw = &truths.raw.point;
     truths.info.other_triangle = other_triangle(device, &workload.scene, &workload.scene.camera, &base.decide(), raw)?;
     let fronts = fronts_of(args.measuring.quick, args.metric);
-    let info = SceneInfo::of(&workload.scene, &base, &sweep, &truths, fronts);
+    let info = SceneInfo::of(&workload.scene, &base, &sweep, (&truths.hash, &truths.info), fronts);
     match &journal.scenes[index].info {
         None => journal.add(index, Record::Scene { scene: index, info })?,
         Some(there) => {

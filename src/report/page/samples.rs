@@ -128,6 +128,7 @@ pub fn scene(name: &str, seed: u64) -> SceneReport {
             noise_rel_mse: 0.000_021,
             sky: 0.12,
             other_triangle: Some(0.0013),
+            size: None,
         },
         fronts: kinds.map(|(metric, truth)| front(&points, metric, truth)).into(),
         points,

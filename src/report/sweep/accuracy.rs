@@ -5,6 +5,7 @@
 //! `resolve`. FXAA smooths the shown picture: the light of such a point is that before it.
 
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use glam::DVec3;
 
@@ -132,6 +133,23 @@ impl Truths {
         })
     }
 
+    /// Puts pictures of a device in a truth's place: an error against them lacks the part that both pictures share. A metric's own picture is enough.
+    pub(in crate::report) fn of_pictures(light: Option<LinearImage>, shown: Option<Srgb8Image>) -> Self {
+        let size = [0; 2];
+        let light = light.unwrap_or(LinearImage { size, pixels: Vec::new() });
+        let shown = shown.unwrap_or(Srgb8Image { size, pixels: Vec::new() });
+        let expected = Expected { light, shown };
+        let truth = Truth { size, radiance: Vec::new(), standard_error: None, triangles: None };
+        Self {
+            point: expected.clone(),
+            converged: expected,
+            info: TruthInfo::unknown(1, None),
+            hash: String::new(),
+            raw: Raw { point: truth.clone(), converged: truth },
+            warnings: Vec::new(),
+        }
+    }
+
     /// The error of the shown picture alone against the converged truth: FLIP and PSNR. Other figures are NaN, and pixels that are not finite are
     /// seen in light only.
     ///
@@ -183,7 +201,31 @@ fn info(point: &Truth, converged: &Truth, exposure: f64, samples: u32) -> TruthI
         noise_rel_mse: relative / count,
         sky,
         other_triangle: None,
+        size: None,
     }
+}
+
+/// Samples of a picture that tells how long a truth takes, and its size.
+const PILOT: ([u32; 2], u32) = ([96, 54], 2);
+/// No picture tells anything of fewer pixels.
+const LEAST_EDGE: u32 = 64;
+
+/// Chooses the size at which errors are measured: the view's size, halved until a truth of `samples` samples takes at most `most`, as estimated
+/// from a small picture.
+pub fn affordable_size(reference: &Reference, view: &View, samples: u32, most: Duration) -> [u32; 2] {
+    let rays = |size: [u32; 2], samples: u32| f64::from(size[0]) * f64::from(size[1]) * f64::from(samples + 1);
+    let mut size = view.size;
+    if rays(size, samples) <= rays(PILOT.0, 4 * PILOT.1) {
+        return size;
+    }
+    let options = Options { mode: Mode::Converged { samples: PILOT.1 }, smith: Smith::default() };
+    let begun = Instant::now();
+    reference.render(&View { size: PILOT.0, ..*view }, &options, &|_, _| {});
+    let seconds_a_ray = begun.elapsed().as_secs_f64() / rays(PILOT.0, PILOT.1 - 1);
+    while rays(size, samples) * seconds_a_ray > most.as_secs_f64() && size.iter().all(|&edge| edge >= 2 * LEAST_EDGE) {
+        size = size.map(|edge| edge.div_ceil(2));
+    }
+    size
 }
 
 fn errors_against(drawing: &Drawing, expected: &Expected) -> Result<Errors, Error> {

@@ -122,7 +122,7 @@ mod tests {
     }
 
     fn truth(noise: f64) -> TruthInfo {
-        TruthInfo { samples: 64, noise_rmse: noise, noise_rel_mse: noise, sky: 0.0, other_triangle: None }
+        TruthInfo { samples: 64, noise_rmse: noise, noise_rel_mse: noise, sky: 0.0, other_triangle: None, size: None }
     }
 
     #[test]

@@ -10,7 +10,6 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::accuracy::Truths;
 use super::error::Error;
 use super::families::{PlannedFamily, Sweep, name_of};
 use super::line;
@@ -79,24 +78,24 @@ pub struct SceneInfo {
 }
 
 impl SceneInfo {
-    /// A scene, with the points of its sweep.
+    /// A scene, with the points of its sweep, and its truth by the hash of all that it depends on.
     pub fn of(
         scene: &Scene,
         base: &SettingsPatch,
         sweep: &Sweep,
-        truths: &Truths,
+        (hash, truth): (&str, &TruthInfo),
         fronts: Vec<(Metric, Against)>,
     ) -> Self {
         let Settings { size, shadows, .. } = base.decide();
         Self {
             name: scene.name.clone(),
-            hash: truths.hash.clone(),
+            hash: hash.to_owned(),
             settings: base.to_string(),
             size,
             moving: !shadows.cache,
             triangles: scene.triangle_count(),
             lights: scene.lights.len(),
-            truth: truths.info.clone(),
+            truth: truth.clone(),
             points: sweep.points.iter().map(name_of).collect(),
             families: sweep.families.clone(),
             left_out: sweep.left_out.clone(),

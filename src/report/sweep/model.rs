@@ -83,9 +83,17 @@ pub struct TruthInfo {
     pub sky: f64,
     /// The share of pixels on which the raster with the default settings and the truth see different triangles; `None` where the device cannot tell.
     pub other_triangle: Option<f64>,
+    /// The size at which errors are measured, where it differs from the scene's size.
+    #[serde(default)]
+    pub size: Option<[u32; 2]>,
 }
 
 impl TruthInfo {
+    /// What is known of a truth that is still being rendered.
+    pub fn unknown(samples: u32, size: Option<[u32; 2]>) -> Self {
+        Self { samples, noise_rmse: 0.0, noise_rel_mse: 0.0, sky: 0.0, other_triangle: None, size }
+    }
+
     /// The noise of `converged` in the measure of this metric; `None` where it is not known.
     pub fn noise(&self, metric: Metric) -> Option<f64> {
         match metric {

@@ -43,6 +43,11 @@ pub trait Witness {
     /// Returns the number of cameras; `measure` takes them from 0 on.
     fn cameras(&self) -> usize;
 
+    /// Returns true if the time is over: with a bound on loss, only the settings as given are then still tried.
+    fn is_late(&self) -> bool {
+        false
+    }
+
     /// A point of the scene from one of these cameras, and the settings as given beside it.
     ///
     /// # Errors
@@ -228,7 +233,13 @@ impl Goal {
         let (mut passed_over, mut margin) = (Vec::<Attempt>::new(), None);
         // Settings as given that lose nothing have no margin to ask for: they are tried once.
         let was_tried = |passed_over: &[Attempt], point: usize| passed_over.iter().any(|other| other.point == point);
-        while let Some(point) = self.candidates(&scene, margin).into_iter().find(|&one| !was_tried(&passed_over, one)) {
+        loop {
+            let is_late = matches!(self.bound, Bound::Loss(_)) && witness.is_late();
+            let mut open = self.candidates(&scene, margin);
+            open.retain(|&one| {
+                !was_tried(&passed_over, one) && (!is_late || passed_over.is_empty() || one == scene.default)
+            });
+            let Some(&point) = open.first() else { break };
             let mut attempt = Attempt { point, held_out: Vec::new() };
             self.go_on(&mut attempt, (&scene, &mut witness), |pair| self.holds(pair))?;
             if attempt.held_out.iter().all(|pair| self.holds(pair)) {

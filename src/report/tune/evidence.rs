@@ -32,6 +32,8 @@ pub struct Evidence {
     pub metric: Metric,
     /// Samples a pixel of the truth.
     pub truth_samples: u32,
+    /// The size of the truth and of the pictures that it is compared with.
+    pub truth_size: [u32; 2],
     /// The truth's own standard error, by RMSE and relMSE: errors near it are not told apart from noise.
     pub noise_rmse: f64,
     /// The truth's own noise.
@@ -50,7 +52,8 @@ pub struct Evidence {
     pub choice: Found,
     /// The settings as given.
     pub default: Found,
-    /// From cameras that they were not chosen with.
+    /// Figures from other cameras than the one the settings were chosen with. Errors there are estimated from a picture of the settings that err
+    /// least.
     pub held_out: Vec<HeldOut>,
     /// The settings for which the bound did not hold from one of these cameras.
     pub passed_over: Vec<PassedOver>,
@@ -174,6 +177,7 @@ impl Evidence {
             bound: bound_text(goal),
             metric: goal.metric,
             truth_samples: scene.truth.samples,
+            truth_size: scene.truth.size.unwrap_or(scene.size),
             noise_rmse: scene.truth.noise_rmse,
             noise_rel_mse: scene.truth.noise_rel_mse,
             clock: goal.clock(&scene.points[chosen.point].time).0,

@@ -17,31 +17,34 @@ pub use choice::{Bound, Goal};
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
+use std::num::NonZero;
 use std::sync::Arc;
+use std::thread;
 use std::time::{Duration, Instant};
 
 use self::cameras::held_out;
 use self::choice::Outcome;
-use self::probe::{Bench, Look, Probe};
+use self::probe::{Awaited, BEST_SAMPLES, Bench, Look, Probe};
 use self::search::{Search, Step as Next};
 use self::verify::{Elsewhere, OnDevice};
 use super::sweep::accuracy::Truths;
 use super::sweep::families::{Sweep, name_of};
 use super::sweep::journal::{Asked, Batch, Header, Journal, Record, SceneInfo};
-use super::sweep::model::{Against, LAYOUT, SceneReport};
+use super::sweep::model::{Against, LAYOUT, Point, SceneReport, TruthInfo};
 use super::sweep::run::{BATCH_BYTES, Step, Watch};
 use super::sweep::timing::Effort;
 use super::sweep::{assemble, machine};
 use crate::frame::{self, capabilities};
-use crate::gpu::Device;
+use crate::gpu::{Device, vk};
 use crate::reference::{Reference, View};
 use crate::scene::{Camera, Scene, SettingsPatch};
 
-/// Steps of a search that a candidate takes from one other camera, and that finalists take: pictures and times of two.
-const STEPS_ELSEWHERE: u32 = 2;
-const STEPS_AT_LAST: u32 = 2;
-/// However long truths take, a search has this share of the time, counted from its own begin.
+/// Points that get a glance together, on a CPU and on a GPU with so many cores beside it that its driver compiles for all of them at once.
+const GLANCES: [usize; 2] = [4, 8];
+/// However long the truth takes, a search has this share of the time, counted from its own begin.
 const LEAST_SHARE: f64 = 1.0 / 3.0;
+/// The share of the time that is kept for what nobody can foresee.
+const SPARE_SHARE: f64 = 0.1;
 /// The share of the time after which no batch has more rounds than an interval needs.
 const BATCH_SHARE: f64 = 0.1;
 
@@ -64,6 +67,8 @@ pub struct Tuning<'a> {
     pub seed: u64,
     /// The time, about, for all of it; without end for `None`.
     pub within: Option<Within>,
+    /// The size of the truth and of the pictures compared with it. Frames are timed at the settings' own size.
+    pub error_size: [u32; 2],
 }
 
 /// A time that a search should end in.
@@ -75,8 +80,6 @@ pub struct Within {
     pub time: Duration,
     /// Other cameras that verify the choice, and need their part of the time.
     pub cameras: u32,
-    /// The time that the truth of the scene's own camera took: others take about as long.
-    pub truth: Duration,
 }
 
 /// The result of a search.
@@ -89,6 +92,8 @@ pub struct Tuned {
     pub outcome: Outcome,
     /// Names of the points that might have been the choice, and that the time was not enough for.
     pub not_measured: Vec<String>,
+    /// The name of the settings whose pictures stood in a truth's place elsewhere; `None` where no camera was looked from.
+    pub best: Option<String>,
 }
 
 impl Tuned {
@@ -99,55 +104,79 @@ impl Tuned {
 }
 
 impl<'a> Tuning<'a> {
-    /// Searches from the scene's own camera against `own` truth, going on from the journal, and verifies candidates from the cameras that
-    /// `elsewhere` brings with their truths. `elsewhere` is asked only if some settings keep the bound so far, or nearly do.
+    /// Searches from the scene's own camera against `own` truth, going on from the journal, and verifies candidates from the cameras `elsewhere`,
+    /// against pictures of the settings that err least. `info` describes the scene, as far as it is known before the truth is there.
     ///
     /// # Errors
-    /// When the device cannot draw the settings as given, is lost or lacks the memory; when the journal cannot be written; and those of `elsewhere`.
-    pub fn run<E: From<Error>>(
+    /// When the device cannot draw the settings as given, is lost or lacks the memory; when the journal cannot be written; when the truth cannot be
+    /// rendered.
+    pub fn run(
         &self,
         journal: &mut Journal,
-        own: Truths,
+        (info, own): (SceneInfo, Awaited),
         watch: Watch,
-        elsewhere: impl FnOnce() -> Result<Vec<(Camera, Truths)>, E>,
-    ) -> Result<Tuned, E> {
+        elsewhere: &[(Camera, [u32; 2])],
+    ) -> Result<Tuned, Error> {
         if journal.scenes[0].info.is_none() {
-            journal.add(0, Record::Scene { scene: 0, info: self.info(&own) })?;
+            journal.add(0, Record::Scene { scene: 0, info })?;
         }
         let patches: BTreeMap<String, SettingsPatch> =
             self.sweep.points.iter().map(|patch| (name_of(patch), patch.clone())).collect();
         let watch = RefCell::new(watch);
         let bench = RefCell::new(self.bench(own));
-        let mut run = SearchRun { tuning: self, journal, begun: Instant::now(), steps: 0, not_measured: Vec::new() };
+        let mut run = SearchRun::of(self, journal);
         let mut search =
             |margin| run.until_done(&mut *bench.borrow_mut(), margin, &mut |step| (watch.borrow_mut())(step));
-        let mut told = |step: Step| (watch.borrow_mut())(step);
-        let witness = |_: &SceneReport| {
-            let mut cameras = Vec::new();
-            for (camera, truths) in elsewhere()? {
-                let bench = bench.borrow_mut().elsewhere(camera, truths)?;
-                cameras.push(Elsewhere { bench, default_error: None });
-            }
+        let told: Watch = &mut |step| (watch.borrow_mut())(step);
+        let mut best = None;
+        let witness = |scene: &SceneReport| {
+            let name = best.insert(self.best(scene));
+            let patch = patches.get(name).cloned().unwrap_or_default();
+            let mut bench = bench.borrow_mut();
+            let mut at =
+                |camera, size| Ok::<_, Error>(Elsewhere::of(bench.elsewhere(camera, size, &patch)?, self.goal.metric));
+            let home = at(self.scene.camera, self.error_size)?;
+            let cameras = elsewhere.iter().map(|&(camera, size)| at(camera, size)).collect::<Result<Vec<_>, _>>()?;
             let random = fastrand::Rng::with_seed(self.seed);
-            Ok::<_, E>(OnDevice { goal: self.goal, patches: &patches, cameras, random, watch: &mut told })
+            // Moved in, or the witness could not outlive this closure.
+            let watch = told;
+            let end = self.within.map(|within| within.begun + within.time);
+            Ok::<_, Error>(OnDevice { goal: self.goal, patches: &patches, home, cameras, random, watch, end })
         };
         let (scene, outcome) = self.goal.choose(&mut search, witness)?;
         let known = |name: &str| patches.get(name).cloned();
         let patches = scene.points.iter().map(|point| known(&point.name).unwrap_or_default()).collect();
-        Ok(Tuned { scene, patches, outcome, not_measured: run.not_measured })
+        Ok(Tuned { scene, patches, outcome, not_measured: run.not_measured, best })
     }
 
-    fn bench(&self, truths: Truths) -> Bench<'a> {
+    /// The name of the point that errs least.
+    fn best(&self, scene: &SceneReport) -> String {
+        let error = |point: &Point| self.goal.of(point).error;
+        let sure = scene.points.iter().filter(|point| error(point).is_finite());
+        let best = sure.min_by(|a, b| error(a).total_cmp(&error(b)));
+        best.map_or_else(|| name_of(&SettingsPatch::default()), |point| point.name.clone())
+    }
+
+    fn bench(&self, truths: Awaited) -> Bench<'a> {
         let Self { device, scene, base, effort, goal, .. } = *self;
         let longest = self.within.map_or(effort.longest, |within| effort.longest.min(within.time.mul_f64(BATCH_SHARE)));
         let effort = Effort { longest, ..effort };
-        Bench { device, scene, camera: scene.camera, base, truths, goal, effort, anchor: None }
+        let size = self.error_size;
+        Bench { device, scene, camera: scene.camera, base, truths, size, goal, effort, anchor: None }
     }
 
-    /// Returns the description that the journal must have.
-    pub fn info(&self, own: &Truths) -> SceneInfo {
+    /// Points that get a glance together.
+    fn glances(&self) -> usize {
+        let cores = thread::available_parallelism().map_or(1, NonZero::get);
+        let is_gpu = self.device.physical.kind != vk::PhysicalDeviceType::CPU;
+        GLANCES[usize::from(is_gpu && cores >= GLANCES[1])]
+    }
+
+    /// Returns the scene's description for the journal, with the truth's hash and samples. The truth's noise is added once it is rendered.
+    pub fn info(&self, hash: &str, samples: u32) -> SceneInfo {
         let fronts = vec![(self.goal.metric, Against::Converged)];
-        SceneInfo::of(self.scene, self.base, self.sweep, own, fronts)
+        let size = (self.error_size != self.base.decide().size).then_some(self.error_size);
+        SceneInfo::of(self.scene, self.base, self.sweep, (hash, &TruthInfo::unknown(samples, size)), fronts)
     }
 }
 
@@ -157,16 +186,39 @@ struct SearchRun<'a, 'b> {
     journal: &'a mut Journal,
     /// The moment at which the first search began.
     begun: Instant,
-    /// Taken so far.
-    steps: u32,
+    pictures: Spent,
+    /// Of several points each.
+    glances: Spent,
+    /// True once the journal has the rendered truth's noise.
+    has_truth: bool,
     not_measured: Vec<String>,
 }
 
-impl SearchRun<'_, '_> {
+/// The shortest time that a measurement of a kind took.
+#[derive(Clone, Copy, Default)]
+struct Spent(Option<Duration>);
+
+impl Spent {
+    fn since(&mut self, begun: Instant) {
+        let now = begun.elapsed();
+        self.0 = Some(self.0.map_or(now, |shortest| shortest.min(now)));
+    }
+
+    fn shortest(&self) -> Duration {
+        self.0.unwrap_or_default()
+    }
+}
+
+impl<'a, 'b> SearchRun<'a, 'b> {
+    fn of(tuning: &'a Tuning<'b>, journal: &'a mut Journal) -> Self {
+        let (begun, pictures, glances) = (Instant::now(), Spent::default(), Spent::default());
+        Self { tuning, journal, begun, pictures, glances, has_truth: false, not_measured: Vec::new() }
+    }
+
     /// Takes step after step until there is none, or the time is over; then only those that a choice needs.
     fn until_done(&mut self, probe: &mut dyn Probe, margin: Option<f64>, watch: Watch) -> Result<SceneReport, Error> {
         loop {
-            let search = self.search(margin)?;
+            let search = self.search(margin, probe.can_draw()?)?;
             let (left, step) = (search.left().into_iter().map(str::to_owned).collect(), search.next());
             self.not_measured = left;
             match step {
@@ -187,20 +239,35 @@ impl SearchRun<'_, '_> {
         }
     }
 
-    fn search(&self, margin: Option<f64>) -> Result<Search<'_>, Error> {
+    fn search(&self, margin: Option<f64>, can_draw: bool) -> Result<Search<'_>, Error> {
         let measured = &self.journal.scenes[0];
         let info = measured.info.as_ref().ok_or_else(|| Error::Refused("the journal has no scene".into()))?;
-        Ok(Search { goal: &self.tuning.goal, info, measured, margin, is_late: self.is_late(margin.is_none()) })
+        let is_late = self.is_late(margin.is_none());
+        let (goal, glances) = (&self.tuning.goal, self.tuning.glances());
+        Ok(Search { goal, info, measured, margin, is_late, can_draw, glances })
     }
 
     /// A search that goes on since a candidate failed elsewhere has all time but that for verifying the next.
     fn is_late(&self, is_first: bool) -> bool {
-        let Some(Within { begun, time, cameras, truth }) = self.tuning.within else { return false };
-        let searched = self.begun.elapsed();
-        let step = searched / self.steps.max(1);
-        let elsewhere = step * STEPS_ELSEWHERE + if is_first { truth } else { Duration::ZERO };
-        let rest = elsewhere * cameras + step * STEPS_AT_LAST;
-        begun.elapsed() + rest > time && searched > time.mul_f64(LEAST_SHARE)
+        let Some(Within { begun, time, cameras }) = self.tuning.within else { return false };
+        let rest = self.rest(cameras, is_first) + time.mul_f64(SPARE_SHARE);
+        begun.elapsed() + rest > time && self.begun.elapsed() > time.mul_f64(LEAST_SHARE)
+    }
+
+    /// The time, about, that a choice takes after the search: a batch of all rounds, and from each other camera two pictures and a glance of one point.
+    /// Little is compiled for them any more: so they take as long as the shortest so far, and a glance of one point less than one of several.
+    fn rest(&self, cameras: u32, is_first: bool) -> Duration {
+        let (picture, glance) = (self.pictures.shortest(), self.glances.shortest());
+        let best = if is_first { self.best_picture() * (cameras + 1) } else { Duration::ZERO };
+        glance + (picture * 2 + glance * 3 / 4) * cameras + best
+    }
+
+    /// The time, about, that a picture takes which stands in a truth's place: it has more samples than others.
+    fn best_picture(&self) -> Duration {
+        let samples = self.tuning.base.decide().samples.max(1);
+        let anchor = self.journal.scenes[0].batches.last().and_then(|batch| batch.rounds.anchor.last());
+        let frame = anchor.map_or(0.0, |sample| sample.wall.max(0.0) / 1e3 / f64::from(samples));
+        self.pictures.shortest() + Duration::try_from_secs_f64(frame * f64::from(BEST_SAMPLES)).unwrap_or_default()
     }
 
     fn scene(&self) -> Result<SceneReport, Error> {
@@ -209,7 +276,6 @@ impl SearchRun<'_, '_> {
     }
 
     fn take(&mut self, probe: &mut dyn Probe, step: &Next, watch: Watch) -> Result<(), Error> {
-        self.steps += 1;
         match step {
             Next::Draw(index) => self.draw(probe, *index, Look::Glance, watch),
             Next::Glance(points) => self.time(probe, points, Look::Glance, watch),
@@ -223,8 +289,12 @@ impl SearchRun<'_, '_> {
 
     fn draw(&mut self, probe: &mut dyn Probe, index: usize, look: Look, watch: Watch) -> Result<(), Error> {
         let (point, total) = (self.name(index), self.tuning.sweep.points.len());
+        self.await_truth(probe, watch)?;
         watch(Step { what: "pictures", now: &point, done: self.journal.scenes[0].drawn.len().min(total - 1), total });
-        let record = match probe.draw(&self.tuning.sweep.points[index], look) {
+        let begun = Instant::now();
+        let drawn = probe.draw(&self.tuning.sweep.points[index], look);
+        self.pictures.since(begun);
+        let record = match drawn {
             Ok(drawn) => Record::Drawn { scene: 0, point, drawn },
             Err(error) if index != 0 && error.is_of_point() => {
                 Record::Failed { scene: 0, point, reason: error.to_string() }
@@ -232,6 +302,25 @@ impl SearchRun<'_, '_> {
             Err(error) => return Err(error),
         };
         self.journal.add(0, record)
+    }
+
+    /// Waits for the truth, and writes its noise into the journal.
+    fn await_truth(&mut self, probe: &mut dyn Probe, watch: Watch) -> Result<(), Error> {
+        if self.has_truth {
+            return Ok(());
+        }
+        self.has_truth = true;
+        if !probe.can_draw()? {
+            watch(Step { what: "truth", now: "not yet there", done: 0, total: 1 });
+        }
+        let truth = probe.truth()?;
+        if let (Some(truth), Some(info)) = (truth, &self.journal.scenes[0].info)
+            && info.truth != truth
+        {
+            let info = SceneInfo { truth, ..info.clone() };
+            self.journal.add(0, Record::Scene { scene: 0, info })?;
+        }
+        Ok(())
     }
 
     /// Times points together, as far as the device has room; a point that is too much alone as well is left out.
@@ -250,7 +339,12 @@ impl SearchRun<'_, '_> {
         }
         let before = self.journal.scenes[0].batches.len() as u64;
         let mut random = fastrand::Rng::with_seed(self.tuning.seed ^ (before << 32));
-        let record = match probe.time(&patches, look, &mut random) {
+        let begun = Instant::now();
+        let timed = probe.time(&patches, look, &mut random);
+        if look == Look::Glance {
+            self.glances.since(begun);
+        }
+        let record = match timed {
             Ok(rounds) => {
                 let batch = Batch { points: names, confirms: look == Look::Whole, rounds };
                 Record::Batch { scene: 0, batch }
@@ -285,10 +379,6 @@ pub fn tune(
     let settings = base.decide();
     let sweep = Sweep::of(scene, base, &capabilities(&device.physical), selection).map_err(frame::Error::from)?;
     let effort = Effort::QUICK;
-    let truths = |camera| {
-        Truths::of(scene, &View { camera, size: settings.size }, &settings, TRUTH_SAMPLES, &|_, _, _| {})
-            .map(|truths| (camera, truths))
-    };
     let Selection { families, joint, quick, seed } = selection.clone();
     let header = Header {
         layout: LAYOUT,
@@ -301,9 +391,13 @@ pub fn tune(
     };
     let reference = Reference::new(scene).map_err(frame::Error::from)?;
     let others = held_out(&reference, &View { camera: scene.camera, size: settings.size }, cameras);
-    let tuning = Tuning { device, scene, base, sweep: &sweep, goal, effort, seed, within: None };
-    let (_, own) = truths(scene.camera)?;
+    let error_size = settings.size;
+    let tuning = Tuning { device, scene, base, sweep: &sweep, goal, effort, seed, within: None, error_size };
+    let view = View { camera: scene.camera, size: error_size };
+    let own = Truths::of(scene, &view, &settings, TRUTH_SAMPLES, &|_, _, _| {})?;
+    let cameras: Vec<_> = others.iter().map(|other| (other.camera, error_size)).collect();
     let folder = tempfile::tempdir().map_err(|error| Error::file("make a temporary folder", error))?;
     let mut journal = Journal::open(folder.path(), &header, true)?;
-    tuning.run(&mut journal, own, &mut |_| {}, || others.iter().map(|other| truths(other.camera)).collect())
+    let info = tuning.info(&own.hash, TRUTH_SAMPLES);
+    tuning.run(&mut journal, (info, own.into()), &mut |_| {}, &cameras)
 }

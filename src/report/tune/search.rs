@@ -16,15 +16,14 @@ use super::choice::{Bound, Goal};
 use crate::measure::{LEAST_FOR_95, median_interval, percentile};
 use crate::report::sweep::families::JOINT;
 use crate::report::sweep::journal::{Measured, SceneInfo};
+use crate::report::sweep::model::Member;
 use crate::report::sweep::timing::Sample;
 
-/// Points that get a glance together: of more, the choice of the last could not use the results of the first.
-const GLANCES: usize = 4;
 /// Points that are timed again together.
 const FINALISTS: usize = 4;
 /// The relative error of a glance, on top of the scatter of its rounds.
 const GLANCE_ERROR: f64 = 0.05;
-/// A family's other values are worth a glance if one of them changed the time by more.
+/// The least share of the time that another value of a family is hoped to save, where values are words and tell nothing about each other.
 const MATTERS: f64 = 0.03;
 /// The time of a family that nothing is known of, over that of the settings as given: each is tried once, early.
 const HOPE: f64 = 0.5;
@@ -55,6 +54,10 @@ pub struct Search<'a> {
     pub margin: Option<f64>,
     /// True if the time is over: only measurements that a choice needs are still made.
     pub is_late: bool,
+    /// False while the truth is on its way: where error is bounded, points are timed meanwhile.
+    pub can_draw: bool,
+    /// Points that get a glance together. If there were more, the choice of the last could not use the results of the first.
+    pub glances: usize,
 }
 
 /// A time: where error is bounded over that of the settings as given, else in milliseconds.
@@ -79,6 +82,13 @@ impl Search<'_> {
     /// The next step; none when nothing is left that could change the choice.
     pub fn next(&self) -> Option<Step> {
         let known = self.known();
+        let is_bounded_in_time = matches!(self.goal.bound, Bound::Milliseconds(_));
+        if !self.can_draw && !self.is_late && !is_bounded_in_time {
+            let open = self.open(&known);
+            if !open.is_empty() {
+                return Some(Step::Glance(self.promising(&known, open)));
+            }
+        }
         if known[0].error.is_none() {
             return Some(Step::Draw(0));
         }
@@ -104,18 +114,31 @@ impl Search<'_> {
         let best = highs.fold(f64::INFINITY, f64::min);
         let may_win = |index: &usize| !known[*index].is_out && time(*index).is_some_and(|time| time.low <= best);
         let by_time = |a: &usize, b: &usize| median(time(*a)).total_cmp(&median(time(*b))).then(a.cmp(b));
-        let undrawn = points().filter(|index| known[*index].error.is_none()).filter(may_win);
-        if let Some(next) = undrawn.min_by(by_time).filter(|_| !self.is_late) {
-            return Some(Step::Draw(next));
+        if let Some(next) = self.pictures_or_glances(known, may_win).filter(|_| !self.is_late) {
+            return Some(next);
         }
-        let open = self.open(known);
-        if !open.is_empty() && !self.is_late {
-            return Some(Step::Glance(self.promising(known, open)));
-        }
+        let sure: Vec<usize> = points().filter(|index| known[*index].is_confirmed && keeps(index)).collect();
+        // A point whose glance was slower than a confirmed time might still win, but by less than a glance errs.
+        let to_beat = sure.iter().map(|&index| median(time(index))).fold(f64::INFINITY, f64::min);
+        let is_enough = self.is_late && sure.iter().any(|&index| index != 0);
         let mut finalists: Vec<usize> = points().filter(|&index| index != 0 && !known[index].is_confirmed).collect();
-        finalists.retain(|index| keeps(index) && may_win(index));
+        finalists.retain(|index| !is_enough && keeps(index) && may_win(index) && median(time(*index)) < to_beat);
         finalists.sort_by(by_time);
         self.confirm(finalists)
+    }
+
+    /// Pictures of points that may win, then glances, and at last pictures of combinations that are expected to break the bound.
+    fn pictures_or_glances(&self, known: &[Known], may_win: impl Fn(&usize) -> bool) -> Option<Step> {
+        let model = Model::of(self.info, known);
+        let is_hopeless = |index: &usize| model.error(*index) > HOPELESS * self.most(known);
+        let undrawn = (0..known.len()).filter(|&index| known[index].error.is_none() && may_win(&index));
+        let (hopeless, hopeful): (Vec<usize>, Vec<usize>) = undrawn.partition(is_hopeless);
+        let picture = |points: Vec<usize>| next_picture(&model, known, points).map(Step::Draw);
+        let glance = || {
+            let open = self.open(known);
+            (!open.is_empty()).then(|| Step::Glance(self.promising(known, open)))
+        };
+        picture(hopeful).or_else(glance).or_else(|| picture(hopeless))
     }
 
     /// Time is bounded: the least error wins.
@@ -181,30 +204,31 @@ impl Search<'_> {
         (1..known.len()).filter(is_open).collect()
     }
 
-    /// The most promising ones of `open`.
+    /// The most promising ones of `open`. Families of which as much is hoped take turns.
     fn promising(&self, known: &[Known], mut open: Vec<usize>) -> Vec<usize> {
-        let predicted: BTreeMap<usize, [f64; 3]> = {
-            let model = Model::of(self.info, known);
-            open.iter().map(|&index| (index, self.rank(known, &model, index))).collect()
-        };
+        let model = Model::of(self.info, known);
+        let predicted: BTreeMap<usize, [f64; 4]> =
+            open.iter().map(|&index| (index, self.rank(known, &model, index))).collect();
         let rank = |index: &usize| predicted[index];
         open.sort_by(|a, b| {
             let pairs = rank(a).into_iter().zip(rank(b));
             pairs.map(|(a, b)| a.total_cmp(&b)).fold(Ordering::Equal, Ordering::then).then(a.cmp(b))
         });
-        open.truncate(GLANCES);
+        open.truncate(self.glances);
         open
     }
 
     /// Less is more promising: by the effects of its settings on their own.
-    fn rank(&self, known: &[Known], model: &Model, index: usize) -> [f64; 3] {
-        let (time, error) = (model.time(index), model.error(index));
+    fn rank(&self, known: &[Known], model: &Model, index: usize) -> [f64; 4] {
+        let (time, error, turn) = (model.time(index), model.error(index), model.turn(index));
+        // Combinations cannot be judged before anything was drawn.
+        let is_hopeless = error > HOPELESS * self.most(known) || (!self.can_draw && model.families[index].is_none());
         match self.goal.bound {
             Bound::Milliseconds(most) => {
                 let anchor = known[0].time.map_or(0.0, |time| time.median);
-                [f64::from(u8::from(time * anchor > HOPELESS * most)), error, time]
+                [f64::from(u8::from(time * anchor > HOPELESS * most)), error, time, turn]
             }
-            _ => [f64::from(u8::from(error > HOPELESS * self.most(known))), time, error],
+            _ => [f64::from(u8::from(is_hopeless)), time, turn, error],
         }
     }
 
@@ -247,6 +271,23 @@ impl Search<'_> {
         };
         info.points.iter().enumerate().map(known).collect()
     }
+}
+
+/// The value at a place, on the line through the two points of a curve beside it, or nearest to it.
+fn on_line(curve: &[(f64, f64)], place: f64) -> f64 {
+    let after = curve.partition_point(|&(x, _)| x < place).clamp(1, curve.len() - 1);
+    let ((a, from), (b, to)) = (curve[after - 1], curve[after]);
+    let share = if a == b { 0.0 } else { (place - a) / (b - a) };
+    (from + share * (to - from)).max(0.0)
+}
+
+/// Returns the fastest point. Single settings of a combination are drawn before it, because one that breaks the bound rules out all combinations with
+/// it.
+fn next_picture(model: &Model, known: &[Known], points: Vec<usize>) -> Option<usize> {
+    let by_time = |a: &usize, b: &usize| median(known[*a].time).total_cmp(&median(known[*b].time)).then(a.cmp(b));
+    let next = points.into_iter().min_by(by_time)?;
+    let is_open = |part: &usize| known[*part].error.is_none() && !known[*part].is_out;
+    Some(model.parts(next).flatten().find(is_open).unwrap_or(next))
 }
 
 fn median(time: Option<Span>) -> f64 {
@@ -301,21 +342,39 @@ impl<'a> Model<'a> {
     /// Estimates a point's time, hopeful where little is measured, over that of the settings as given.
     fn time(&self, index: usize) -> f64 {
         if let Some(family) = self.families[index] {
-            return self.of_family(family);
+            return self.of_family(family, index);
         }
         self.parts(index).map(|part| part.and_then(|part| self.ratio(part)).unwrap_or(1.0)).product()
     }
 
-    /// The least time of a family so far; none is worth a glance where nothing has come of two of its values.
-    fn of_family(&self, family: usize) -> f64 {
-        let members = self.info.families[family].members.iter().filter(|member| member.point != 0);
-        let ratios: Vec<f64> = members.filter_map(|member| self.ratio(member.point)).collect();
-        let least = ratios.iter().copied().fold(f64::INFINITY, f64::min);
-        match ratios.len() {
-            0 => HOPE,
-            1 => least.min(1.0 - MATTERS),
-            _ if least > 1.0 - MATTERS => 1.0,
-            _ => least,
+    /// Values of a family with their times, those as given among them.
+    fn timed(&self, family: usize) -> Vec<(Option<f64>, f64)> {
+        let members = self.info.families[family].members.iter();
+        let of = |member: &Member| if member.point == 0 { Some(1.0) } else { self.ratio(member.point) };
+        members.filter_map(|member| Some((member.value, of(member)?))).collect()
+    }
+
+    /// The values of a point's family before it that were not timed; 0 for a combination. Families take turns by it.
+    fn turn(&self, index: usize) -> f64 {
+        let members = self.families[index].map_or(&[][..], |family| &self.info.families[family].members);
+        let before = members.iter().take_while(|member| member.point != index).map(|member| member.point);
+        before.filter(|&point| point != 0 && self.known[point].time.is_none()).count() as f64
+    }
+
+    /// Estimates the time of a family's point from its other values: by a line through the nearest where they are numbers; where they are words, it may
+    /// save as much as the best.
+    fn of_family(&self, family: usize, index: usize) -> f64 {
+        let members = &self.info.families[family].members;
+        if !members.iter().any(|member| member.point != 0 && self.ratio(member.point).is_some()) {
+            return HOPE;
+        }
+        let timed = self.timed(family);
+        let own = members.iter().find(|member| member.point == index).and_then(|member| member.value);
+        let mut curve: Vec<(f64, f64)> = timed.iter().filter_map(|&(value, ratio)| Some((value?, ratio))).collect();
+        curve.sort_by(|a, b| a.0.total_cmp(&b.0));
+        match own {
+            Some(value) if curve.len() >= 2 => on_line(&curve, value),
+            _ => timed.iter().map(|&(_, ratio)| ratio).fold(1.0 - MATTERS, f64::min),
         }
     }
 

@@ -279,7 +279,8 @@ fn what_was_measured_once_or_has_pixels_that_are_not_finite_is_never_chosen() {
 
 #[test]
 fn a_bound_near_the_noise_of_the_truth_is_known() {
-    let truth = TruthInfo { samples: 8, noise_rmse: 1e-3, noise_rel_mse: 1e-5, sky: 0.0, other_triangle: None };
+    let truth =
+        TruthInfo { samples: 8, noise_rmse: 1e-3, noise_rel_mse: 1e-5, sky: 0.0, other_triangle: None, size: None };
     let near = |bound, metric| Goal { bound, metric }.near_noise(&truth);
     assert_eq!(near(Bound::Error(1.5e-3), Metric::Rmse), Some(1e-3));
     assert_eq!(near(Bound::Error(3e-3), Metric::Rmse), None);

@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::report::sweep::families::PlannedFamily;
 use crate::report::sweep::journal::{Batch, Record};
-use crate::report::sweep::model::{Member, Metric};
+use crate::report::sweep::model::Metric;
 use crate::report::sweep::run::samples::{drawn, info, sweep};
 use crate::report::sweep::timing::Rounds;
 
@@ -98,7 +98,8 @@ impl Land {
         let mut steps: Vec<Step> = Vec::new();
         loop {
             let is_late = steps.len() >= most;
-            let search = Search { goal, info: &self.info, measured: &measured, margin, is_late };
+            let search =
+                Search { goal, info: &self.info, measured: &measured, margin, is_late, can_draw: true, glances: 4 };
             let Some(step) = search.next() else { return (steps, measured) };
             assert!(steps.len() < 10 * self.truth.len(), "no end: {:?}", &steps[steps.len() - 4..]);
             assert!(!steps.contains(&step), "{step:?} twice");
@@ -113,7 +114,8 @@ impl Land {
     fn choice(&self, goal: &Goal, measured: &Measured) -> Option<usize> {
         let confirmed: BTreeSet<&str> =
             measured.batches.iter().filter(|batch| batch.confirms).flat_map(names).collect();
-        let search = Search { goal, info: &self.info, measured, margin: None, is_late: false };
+        let search =
+            Search { goal, info: &self.info, measured, margin: None, is_late: false, can_draw: true, glances: 4 };
         let known = search.known();
         let points = (0..self.truth.len())
             .filter(|&index| index == 0 || confirmed.contains(self.info.points[index].as_str()))
@@ -182,7 +184,7 @@ proptest! {
         let (steps, _) = land.search(&goal, None, usize::MAX);
         let mut measured = Measured { info: Some(land.info.clone()), ..Measured::default() };
         for (index, step) in steps.iter().enumerate() {
-            let search = Search { goal: &goal, info: &land.info, measured: &measured, margin: None, is_late: false };
+            let search = Search { goal: &goal, info: &land.info, measured: &measured, margin: None, is_late: false, can_draw: true, glances: 4 };
             let next = search.next();
             prop_assert_eq!(next.as_ref(), Some(step));
             if index == stop {
@@ -202,7 +204,7 @@ proptest! {
         let after = steps.iter().skip(most.max(1));
         prop_assert!(after.clone().all(|step| matches!(step, Step::Confirm(points) if points.len() <= 2)), "{steps:?}");
         prop_assert!(land.choice(&goal, &measured).is_some());
-        let search = Search { goal: &goal, info: &land.info, measured: &measured, margin: None, is_late: true };
+        let search = Search { goal: &goal, info: &land.info, measured: &measured, margin: None, is_late: true, can_draw: true, glances: 4 };
         let left = search.left();
         let (open, known) = (left.len(), measured.timed().len());
         prop_assert!(open + known >= land.truth.len() - 1 || measured.drawn.len() > 1, "{open} {known}");
@@ -277,7 +279,15 @@ fn textbooks_and_what_failed_are_not_measured() {
     let mut measured = Measured { info: Some(land.info.clone()), ..Measured::default() };
     measured.add(Record::Failed { scene: 0, point: land.info.points[3].clone(), reason: "too large".into() });
     measured.add(land.record(&Step::Draw(0), &mut fastrand::Rng::with_seed(1)));
-    let search = Search { goal: &goal, info: &land.info, measured: &measured, margin: None, is_late: false };
+    let search = Search {
+        goal: &goal,
+        info: &land.info,
+        measured: &measured,
+        margin: None,
+        is_late: false,
+        can_draw: true,
+        glances: 4,
+    };
     assert_eq!(search.next(), Some(Step::Glance(vec![1])));
     assert_eq!(search.left(), ["s0=0"]);
 }
@@ -288,4 +298,92 @@ fn where_no_time_is_short_enough_the_fastest_is_told() {
     let (steps, measured) = land.search(&goal(Bound::Milliseconds(1e-6)), None, usize::MAX);
     assert!(measured.drawn.contains_key("s0=0"), "{steps:?}");
     assert_eq!(steps.last(), Some(&Step::Confirm(vec![1])));
+}
+
+/// Steps of a search that has no truth for the first of them, and the point that it would choose.
+fn steps_without_truth(land: &Land, goal: &Goal, without: usize) -> (Vec<Step>, Option<usize>) {
+    let mut random = fastrand::Rng::with_seed(3);
+    let mut measured = Measured { info: Some(land.info.clone()), ..Measured::default() };
+    let mut steps = Vec::new();
+    loop {
+        let can_draw = steps.len() >= without;
+        let search =
+            Search { goal, info: &land.info, measured: &measured, margin: None, is_late: false, can_draw, glances: 4 };
+        let Some(step) = search.next() else { break };
+        measured.add(land.record(&step, &mut random));
+        steps.push(step);
+    }
+    let fastest = (0..land.truth.len())
+        .filter(|&index| land.keeps(goal, index) && measured.drawn.contains_key(&land.info.points[index]));
+    let best = fastest.min_by(|&a, &b| land.truth[a].0.total_cmp(&land.truth[b].0));
+    (steps, best)
+}
+
+#[test]
+fn points_are_timed_while_the_truth_is_on_its_way_and_the_choice_is_the_same() {
+    let settings = [vec![(0.7, 0.001), (0.5, 0.02)], vec![(0.9, 0.0), (1.2, -0.01)], vec![(0.6, 0.0005)]];
+    let joint = [(vec![1, 1, 1], 1.0), (vec![2, 1, 1], 0.9), (vec![2, 2, 1], 1.0), (vec![1, 0, 1], 1.0)];
+    let land = Land::of(&settings, &joint, 0.0);
+    let goal = Goal { bound: Bound::Loss(0.05), metric: Metric::Flip };
+    let (at_once, expected) = steps_without_truth(&land, &goal, 0);
+    assert_eq!(at_once.first(), Some(&Step::Draw(0)));
+    for without in [1, 2, 100] {
+        let (steps, best) = steps_without_truth(&land, &goal, without);
+        let first_picture = steps.iter().position(|step| matches!(step, Step::Draw(_))).expect("pictures at last");
+        assert!(first_picture >= 1 && first_picture <= without.max(1) + 3, "{steps:?}");
+        assert_eq!((steps[first_picture].clone(), best), (Step::Draw(0), expected), "{steps:?}");
+    }
+    // A bound on time needs whole pictures first.
+    let timed = Goal { bound: Bound::Milliseconds(8.0), metric: Metric::Flip };
+    assert_eq!(steps_without_truth(&land, &timed, 100).0.first(), Some(&Step::Draw(0)));
+}
+
+#[test]
+fn a_part_that_breaks_the_bound_is_drawn_before_the_combinations_that_have_it() {
+    // The second value of the first setting breaks the bound, and many fast combinations have it.
+    let settings = [vec![(0.8, 0.0), (0.4, 0.02)], vec![(0.9, 0.0); 3], vec![(0.95, 0.0); 3]];
+    let joint: Vec<(Vec<usize>, f64)> =
+        (1..=3).flat_map(|one| (1..=3).map(move |other| (vec![2, one, other], 1.0))).collect();
+    let land = Land::of(&settings, &joint, 0.0);
+    let goal = Goal { bound: Bound::Loss(0.05), metric: Metric::Flip };
+    let (steps, _) = steps_without_truth(&land, &goal, 100);
+    let drawn: Vec<&String> = steps
+        .iter()
+        .filter_map(|step| if let Step::Draw(index) = step { Some(&land.info.points[*index]) } else { None })
+        .collect();
+    let place = |name: &str| drawn.iter().position(|own| *own == name);
+    let part = place("s0=1").expect("the part is drawn");
+    let first_whole = drawn.iter().position(|name| name.starts_with("s0=1 ")).unwrap_or(usize::MAX);
+    assert!(part < first_whole && place("s0=0").is_some_and(|keeps| keeps < first_whole), "{drawn:?}");
+}
+
+/// The order in which points get a glance.
+fn glances(land: &Land, goal: &Goal) -> Vec<usize> {
+    let (steps, _) = land.search(goal, None, usize::MAX);
+    let of = |step: Step| if let Step::Glance(points) = step { points } else { Vec::new() };
+    steps.into_iter().flat_map(of).collect()
+}
+
+#[test]
+fn a_number_on_the_slow_side_of_the_given_one_is_tried_late_and_a_word_is_not() {
+    // The first family's values are 1, 2, 16 and 32 where 8 is given, and time follows them; the second family's values are words.
+    let numbers = vec![(0.2, 0.1), (0.3, 0.1), (2.0, 0.0), (4.0, 0.0)];
+    let words = vec![(1.0, 0.0), (1.01, 0.0), (0.8, 0.0)];
+    let mut land = Land::of(&[numbers, words], &[], 0.0);
+    for (member, value) in land.info.families[0].members.iter_mut().zip([8.0, 1.0, 2.0, 16.0, 32.0]) {
+        member.value = Some(value);
+    }
+    let order = glances(&land, &goal(Bound::Loss(0.02)));
+    let place = |name: &str| order.iter().position(|&point| land.info.points[point] == name).expect("a glance");
+    assert!(place("s1=2") < place("s0=2") && place("s1=2") < place("s0=3"), "{order:?}");
+    assert_eq!(order.len(), 7, "each has its glance: {order:?}");
+}
+
+#[test]
+fn each_family_is_tried_once_before_another_value_of_one_that_saves_nothing() {
+    let settings: Vec<Vec<(f64, f64)>> = (0..6).map(|_| vec![(1.0, 0.0); 4]).collect();
+    let land = Land::of(&settings, &[], 0.0);
+    let order = glances(&land, &goal(Bound::Loss(0.02)));
+    let families: BTreeSet<&str> = order[..6].iter().map(|&point| &land.info.points[point][..2]).collect();
+    assert_eq!(families.len(), 6, "{order:?}");
 }
