@@ -298,7 +298,7 @@ fn fragment(in: Varying, @builtin(front_facing) front: bool) -> Gbuffer {
     out.material = vec4(stored_roughness, point.metallic, 0.0, 0.0);
     if GEOMETRIC_STEPS > 0.0 {
         var plane = to_unorm(octahedral(geometric * facing), GEOMETRIC_STEPS);
-        // Only shadows need the geometric normal. Its codes never reach 1. In the first channel 1 says that the surface receives no shadow; in
+        // Only shadows need the geometric normal. Its encoded values stay below 1, so 1 is free: in the first channel 1 says that the surface receives no shadow; in
         // the second one, that the geometric normal is the shading one, whose target holds it in more bits.
         plane.x = select(1.0, plane.x, RECEIVES);
         plane.y = select(plane.y, 1.0, !NORMALS_DIFFER || !RECEIVES || all(normal == geometric));

@@ -42,7 +42,7 @@ pub fn read_given(path: &Path, most_bytes: u64) -> io::Result<Vec<u8>> {
     }
     let (opened, waiting) = mpsc::channel();
     let own: PathBuf = path.to_owned();
-    // Opening blocks until a process opens the pipe for writing, so a thread opens it. Without a writer the thread stays blocked until the program ends.
+    // Opening blocks until a process opens the pipe for writing, so a thread opens it. If no process ever writes, this thread stays blocked until the program ends.
     thread::Builder::new().spawn(move || _ = opened.send(File::open(own)))?;
     let without_writer = |_| io::Error::new(ErrorKind::TimedOut, "it is a pipe (FIFO) that nothing writes");
     let file = waiting.recv_timeout(FOR_A_WRITER).map_err(without_writer)??;

@@ -174,7 +174,7 @@ fn hit_of(number: u32, pixel: vec2<f32>) -> Hit {
     // Rasterizers snap corners to parts of a pixel, so that its middle may lie beside the triangle.
     hit.shares = max(hit.shares, vec2(0.0));
     hit.shares /= max(hit.shares.x + hit.shares.y, 1.0);
-    // Of the pixel's middle, as the normal and the textures are. The depth buffer has that of a place up to half a step of the rasterizer's grid aside.
+    // The distance at the pixel's middle, where normal and textures are sampled too. Depth in the depth buffer belongs to a place that may lie half a step of the rasterizer's grid beside it.
     hit.distance = dot(place + second * hit.shares.x + third * hit.shares.y, frame.forward) / unit;
     return hit;
 }

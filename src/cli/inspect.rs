@@ -177,7 +177,7 @@ impl EdgeReport {
 }
 
 impl Args {
-    /// The settings of this command alone. Without `--samples` a picture is a single frame.
+    /// The settings of this command alone. If `--samples` is not given, a picture is a single frame.
     fn variation(&self) -> SettingsPatch {
         let samples = Some(self.samples.unwrap_or(1));
         SettingsPatch { view: self.view, samples, ..SettingsPatch::default() }

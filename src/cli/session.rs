@@ -146,7 +146,7 @@ impl Heard {
         self.validation == Validation::BestPractices && message.is_advice()
     }
 
-    /// Counts all messages but those that are known to be false, and advice that was asked for. Those that were not kept count, as their kind is unknown.
+    /// Counts the messages about this program's mistakes. Known false messages, and advice that was asked for, do not count. Messages that were dropped do, because nobody knows their kind.
     fn mistakes(&self) -> u64 {
         let is_counted = |message: &&Message| message.is_about_this_program() && !self.is_wanted(message);
         self.messages.iter().filter(is_counted).count() as u64 + self.dropped

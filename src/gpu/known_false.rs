@@ -20,7 +20,7 @@ pub struct FalseMessage {
     pub object: &'static str,
     /// Parts of the text that tell it apart from a true message of that rule about that object.
     pub text: &'static [&'static str],
-    /// Cases of the suites that come with `afterlight ci`, each with the checks (`sync-shaders`) in which such a layer has the message.
+    /// Cases of the built-in suites of `afterlight ci` in which such a layer reports it, each with the checks (as `sync-shaders`) that must be on.
     pub cases: &'static [(&'static str, &'static str)],
     /// What the layer overlooks, in a sentence.
     pub reason: &'static str,
@@ -36,7 +36,7 @@ pub static KNOWN_FALSE: &[FalseMessage] = &[FalseMessage {
     object: "target Hdr",
     text: &[
         "during an image layout transition initiated by vkCmdEndRenderPass",
-        // By TAA alone, and what the layer sees is a dependency of depth, whatever its stages and accesses are.
+        // Only TAA's reads are meant. The layer names the dependency of depth, whose stages are those of fragment tests.
         "[taa]",
         "_FRAGMENT_TESTS_BIT",
     ],

@@ -16,7 +16,7 @@ pub fn normals(mesh: &Mesh) -> Cow<'_, [[f32; 3]]> {
     mesh.normals.iter().map(|normal| normal.map(|axis| scaled(axis, scale))).collect()
 }
 
-/// The tangents of a mesh, each by a factor of its own: shaders make a vertex's tangent a unit vector before it is interpolated.
+/// The tangents of a mesh, each scaled by a factor of its own. This changes no picture, because shaders normalize a vertex's tangent before it is interpolated.
 pub fn tangents(mesh: &Mesh) -> Cow<'_, [[f32; 4]]> {
     if mesh.tangents.iter().all(|tangent| tangent_scale(tangent) == 1.0) {
         return mesh.tangents.as_slice().into();
@@ -88,7 +88,7 @@ mod tests {
             let odd = mesh(&[[length, 0.0, 0.0], [0.0, length / 4.0, -length / 8.0]], &[]);
             let near = normals(&odd);
             assert!((1.0..=2.0).contains(&near[0][0]), "{length}: {near:?}");
-            // Powers of two: what was a multiple is one.
+            // Scales are powers of two, so ratios stay exact.
             let share = f64::from(length / 4.0) / f64::from(length);
             assert_eq!(f64::from(near[1][1]), f64::from(near[0][0]) * share, "{length}");
         }

@@ -46,7 +46,7 @@ const CPU: Rule = Rule {
 /// The outcome of a warm-up.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct WarmUp {
-    /// Its length.
+    /// How long it took.
     pub seconds: f64,
     /// Rounds that were drawn, one frame of each renderer in each.
     pub rounds: u32,
@@ -69,7 +69,7 @@ impl WarmUp {
     }
 }
 
-/// Returns a sentence about batches that began before clocks had settled; `None` where none did.
+/// Returns a sentence about batches that began before clocks had settled, if there are any.
 pub fn still_moving(batches: usize, of: usize) -> Option<String> {
     (batches > 0).then(|| {
         format!(
@@ -132,7 +132,7 @@ impl Settling {
         }
     }
 
-    /// The outcome, once there is one. Rounds that are too slow for as many windows are judged by those that there are.
+    /// The outcome, once there is one. If rounds are so slow that the time ends before all windows are full, the full ones decide.
     fn outcome(&self, now: Duration) -> Option<WarmUp> {
         let is_late = now >= self.rule.longest;
         let settled = self.agree() && (is_late || self.medians.len() == self.rule.windows);

@@ -159,7 +159,7 @@ impl Laboratory {
         Ok(together.collect())
     }
 
-    /// The layer's modes, each of which draws on a thread and a device of its own.
+    /// The number of the layer's modes. Each draws in its own thread, on its own device.
     pub fn modes(&self) -> usize {
         self.modes.len()
     }

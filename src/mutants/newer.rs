@@ -1,5 +1,5 @@
-//! Layers after [`LAYER`](crate::frame::edges::unreported_mutants::LAYER): what they notice of that which it misses, and what a false message of
-//! theirs hides. They were found with 1.4.363; layers between the two may have fewer.
+//! Layers after [`LAYER`](crate::frame::edges::unreported_mutants::LAYER): mutants that they notice and it misses, and mutants that one of their
+//! false messages hides. They were found with 1.4.363; layers between the two may have fewer.
 
 use super::Mutant;
 use crate::frame::edges::unreported_mutants::Part;
@@ -39,8 +39,8 @@ pub fn reason(layer: u32, mutant: &Mutant) -> Option<&'static Hidden> {
 }
 
 static NEWER_LAYERS: &[NewerLayers] = &[
-    // A dispatch that reads what the one before wrote, of a buffer that both read and write. The layer sees stages and writes of it. Which reads a write is
-    // visible to it does not look at, as long as it is visible to the write that follows.
+    // Two dispatches that read and write the same buffer, one after the other. If a barrier makes the first one's writes visible to the second one's
+    // writes, the layer does not check whether they are visible to its reads.
     NewerLayers {
         from: NEWEST,
         is_about: |mutant| {

@@ -208,7 +208,7 @@ pub enum First {
 }
 
 impl Touch {
-    /// Of several samples an invocation touches its own alone.
+    /// With several samples a pixel, an invocation touches only its own sample.
     pub const fn new(resource: Resource, how: How, uses: Use) -> Self {
         Self { resource, how, uses, all_samples: false }
     }

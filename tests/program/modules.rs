@@ -1,5 +1,5 @@
-//! The program's SPIR-V modules under spirv-val: the system's, and the newest where `scripts/fetch-newest` has unpacked it, whose rules are those of the
-//! newest layer.
+//! The program's SPIR-V modules are valid: by the system's spirv-val, and by the newest one if `scripts/fetch-newest` has fetched it. The newest layer has
+//! its rules.
 
 use std::collections::BTreeSet;
 use std::io::Write as _;
@@ -26,7 +26,7 @@ fn validators() -> Vec<Command> {
     validators
 }
 
-/// Returns what the validator says against a module.
+/// Returns the validator's complaint about a module, if it has one.
 fn objection(mut validator: Command, words: &[u32]) -> Option<String> {
     validator
         .args(["--target-env", "vulkan1.1", "-"])
@@ -60,7 +60,7 @@ fn every_module_is_valid() {
         })
         .collect();
     assert!(modules.len() > 1000, "{}", modules.len());
-    // `make test` takes three of each hundred: other tests give all of those that they draw with to the layer, which has these checks as well.
+    // `make test` takes three of each hundred. The layer makes the same checks on all modules that other tests draw with.
     for (shader, variant, entry) in some_of(modules, 33) {
         for validator in validators() {
             let name = validator.get_program().display().to_string();

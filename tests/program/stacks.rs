@@ -11,7 +11,7 @@ pub(crate) fn runner_of(stack: &str) -> Option<PathBuf> {
     cache.join(stack).join("packages.txt").exists().then(|| project.join("scripts").join(format!("on-{stack}")))
 }
 
-/// Two cases: each has a process of its own, one of them with the layer of the stack.
+/// Two cases. Each runs in its own process, and one of them with the stack's layer.
 const SUITE: &str = r#"
 [defaults]
 settings = "size=32x18"

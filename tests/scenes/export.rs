@@ -91,8 +91,8 @@ fn a_file_opens_as_the_scene_that_was_written_with_the_same_plan_and_picture() {
             };
             let changes = differences(&plan(&read), &plan(own));
             assert!(changes.is_empty(), "{spec}: {changes:#?}");
-            // Of the surroundings of a built-in scene nothing is left out. Its painted textures have levels that the device makes; in a file, as here, the reader has made
-            // them, so the picture of what was written is expected.
+            // A built-in scene is written with all of its surroundings. The device makes the mip levels of its painted textures, and the
+            // reader makes those of a file, so the expected picture is that of the scene that was written.
             let original = Some(stage::open(&spec)).filter(|_| spec.starts_with("builtin:"));
             if let Some(original) = &original {
                 assert_eq!((read.environment, exposure(&read)), (original.environment, exposure(original)), "{spec}");

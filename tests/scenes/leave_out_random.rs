@@ -58,7 +58,7 @@ fn smooth(seed: u64) -> (Scene, Settings) {
     (scene, settings)
 }
 
-/// In `make test` a few seeds: each draws two plans of its own, which a driver compiles.
+/// `make test` takes a few seeds, because the driver compiles two new plans for each.
 fn seeds(few: u64, all: u64) -> std::ops::Range<u64> {
     0..if tries_all() { all } else { few }
 }

@@ -1,6 +1,6 @@
 //! The smallest frame for each false message of a layer, so that its developers can try it, and so that a layer that no longer says it is noticed.
 //!
-//! The specification decides what is false; `afterlight::gpu::known_false` has the list by which frames are told apart from it.
+//! The specification decides that a message is false. `afterlight::gpu::known_false` lists them, and the program leaves them out of its verdicts.
 
 use std::error::Error as StdError;
 use std::sync::Arc;
@@ -33,7 +33,7 @@ fn attachment(format: vk::Format, end: vk::ImageLayout) -> vk::AttachmentDescrip
         .final_layout(end)
 }
 
-/// From the subpass to what comes after the pass.
+/// A dependency of the subpass to the commands after the render pass.
 fn leaving(before: Use, after: Use) -> vk::SubpassDependency {
     vk::SubpassDependency::default()
         .src_subpass(0)
@@ -44,8 +44,8 @@ fn leaving(before: Use, after: Use) -> vk::SubpassDependency {
         .dst_access_mask(after.access)
 }
 
-/// Clears colour and depth in a render pass with two dependencies to what comes after it: one for each attachment. Then copies the colour, which the
-/// second of them, or the first, makes visible to the copy.
+/// Clears colour and depth in a render pass with two dependencies to EXTERNAL, one for each attachment. Then copies the colour, which the second
+/// dependency makes visible to the copy (the first one, unless `depth_first`).
 fn draw_and_copy(device: &Arc<Device>, depth_first: bool) -> Result<(), Box<dyn StdError>> {
     let image = |name, format, usage| {
         let desc =

@@ -54,8 +54,8 @@ fn passes_are_recorded_in_the_order_of_the_list() {
 
 /// Rows of sample plans that no mutant of these plans is made of.
 fn untried(tried: &[FramePlan]) -> BTreeSet<String> {
-    // Reasons are not compared: several plans give the same row one of their own. Nor is how far a row between subpasses reaches among samples, of which no
-    // layer takes notice; `proof` tries that in every plan.
+    // Reasons are not compared, because plans word the reason of the same row differently. Nor are the samples that a row between subpasses orders: no
+    // layer looks at them, and `proof` tries them in every plan.
     let rows = |plan: &FramePlan| -> Vec<Edge> {
         let compared = |edge: &Edge| {
             let by_region = edge.is_between_subpasses();

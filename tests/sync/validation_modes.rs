@@ -53,7 +53,7 @@ struct Declined {
     why: &'static str,
 }
 
-/// Layers of Vulkan 1.3, and of Vulkan 1.4. 1.4.309 gives advice that 1.4.363 has taken back: of those between, the first was not looked for.
+/// Layers of Vulkan 1.3 and 1.4. 1.4.309 gives some advice that 1.4.363 no longer gives; the version that dropped it is not known.
 const OLD: Range<(u32, u32)> = (0, 0)..(4, 0);
 const NEW: Range<(u32, u32)> = (4, 0)..(u32::MAX, 0);
 const TAKEN_BACK: Range<(u32, u32)> = (4, 0)..(4, 363);

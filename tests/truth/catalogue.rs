@@ -18,7 +18,7 @@ const COSTS: &str = include_str!("catalogue.txt");
 /// A case is cheap if its quick values took at most so long. 95 of 191 are, and a quarter of them takes 6 s of one core.
 const CHEAP_MS: u32 = 400;
 
-/// `make test` tries one part of so many at each commit.
+/// The number of parts of the catalogue. `make test` tries one part at each commit.
 const PARTS: usize = 4;
 
 fn costs() -> BTreeMap<&'static str, u32> {
@@ -43,7 +43,7 @@ fn part_of_cheap(part: usize) -> Vec<Case> {
     dealt.map(|(_, case)| case).collect()
 }
 
-/// The commit that chooses: `AFTERLIGHT_COMMIT`, else that of the checkout. A folder that is no checkout has none, whatever repository it lies in.
+/// The commit whose hash chooses the part: `AFTERLIGHT_COMMIT`, or else the checkout's. A folder that is no checkout has none, whatever repository it lies in.
 fn commit() -> Option<String> {
     if let Ok(commit) = std::env::var("AFTERLIGHT_COMMIT") {
         return Some(commit);
@@ -120,7 +120,7 @@ fn every_case_has_a_measured_cost() {
     );
 }
 
-/// Tries each case by itself, value by value until it is no longer cheap, and writes what it took.
+/// Measures what each case costs, and writes it into the list. A case that is no longer cheap after some of its values is broken off.
 fn measure() {
     on_gpu(|gpu| {
         let spent = || cpu_seconds().expect("the system tells what this process has used");

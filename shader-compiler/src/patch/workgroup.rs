@@ -1,8 +1,8 @@
 //! Types of a work group's memory lose their explicit layout: strides of arrays and matrices, offsets of members.
 //!
 //! naga lays out every array and struct, whatever memory it is of. Vulkan allows a layout in memory that a host can share, and forbids it in a work group's
-//! unless `VK_KHR_workgroup_memory_explicit_layout` is on (VUID-StandaloneSpirv-None-10684). A type may be used in both memories, so that what pointers to
-//! a work group's memory point at are copies without a layout. A whole value that is loaded or stored changes from one type to the other part by part:
+//! unless `VK_KHR_workgroup_memory_explicit_layout` is on (VUID-StandaloneSpirv-None-10684). Both kinds of memory may use the same type, so variables of a
+//! work group get a copy of it without a layout. A whole value that is loaded or stored changes from one type to the other part by part:
 //! OpCopyLogical needs SPIR-V 1.4, and modules are 1.3.
 
 use std::collections::HashMap;
@@ -83,7 +83,7 @@ fn copy_without_layout(module: &mut Module, ty: Word, copies: &mut Copies) -> Wo
     copy
 }
 
-/// Returns true for the decorations of a layout. `Block` marks what a descriptor has, and lays its members out.
+/// Returns true for the decorations of a layout. `Block` is one: it marks the type of a buffer or uniform, whose members have offsets.
 fn is_layout(annotation: &Instruction) -> bool {
     let decoration = match annotation.class.opcode {
         Op::Decorate => annotation.operands.get(1),

@@ -60,7 +60,7 @@ pub fn validate(entry: &EntryPoint) {
     }
 }
 
-/// The newest spirv-val, where it is there.
+/// The newest spirv-val, if `scripts/fetch-newest` has fetched it.
 fn newest() -> Option<Command> {
     let project = Path::new(env!("CARGO_MANIFEST_DIR")).parent()?;
     let cache = std::env::var_os("AFTERLIGHT_CACHE").map_or_else(|| project.join(".cache"), PathBuf::from);

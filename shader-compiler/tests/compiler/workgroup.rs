@@ -1,4 +1,4 @@
-//! Memory of a work group has no explicit layout, and that of buffers keeps theirs.
+//! Types in a work group's memory have no explicit layout; types in buffers keep it.
 
 use crate::common::{all, compile, module, only, validate};
 use rspirv::dr::{Instruction, Module, Operand};
@@ -31,7 +31,7 @@ fn ids(instruction: &Instruction) -> impl Iterator<Item = Word> {
     })
 }
 
-/// The decorations of a layout on a type and on those that it consists of.
+/// The layout decorations of a type and of its member types.
 fn layout(module: &Module, ty: Word) -> Vec<Decoration> {
     let is_of = |own: &&Instruction| own.operands[0] == Operand::IdRef(ty);
     let of_own =
@@ -102,7 +102,7 @@ fn a_whole_value_goes_from_one_memory_to_the_other_part_by_part() {
     assert_eq!(count_layouts(&module, StorageClass::Workgroup), 0);
     // No instruction of SPIR-V 1.4.
     assert!(all(&module, Op::CopyLogical).is_empty());
-    // Of a whole: two parts, its two arrays and itself; of a part one. Both ways, and one part more.
+    // A whole value takes five: its two parts, their two arrays, and itself. It is loaded and stored once, and one part alone is copied.
     assert_eq!(all(&module, Op::CompositeConstruct).len(), 2 * 5 + 1);
 }
 

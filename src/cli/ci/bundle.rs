@@ -120,7 +120,7 @@ fn reproducing(args: &Args) -> String {
     let mut line: String = variables.map(|(name, value)| format!("{name}={} ", quoted(&value))).collect();
     let started: Vec<OsString> = match &args.runner {
         Some(runner) => runner.split_whitespace().map(OsString::from).collect(),
-        // The program itself is the last word, and the first one of what is typed.
+        // `own::command` ends with the program's name. The typed command begins with it, so it is left out here.
         None => own::command(Path::new("afterlight")).into_iter().filter(|word| word != "afterlight").collect(),
     };
     line.extend(started.iter().map(|word| quoted(word) + " "));

@@ -237,7 +237,7 @@ impl Frames<'_> {
         }
     }
 
-    /// Adds PRESENT and the steps after it, in a submission of their own (`Presenter::show_again`).
+    /// Adds the submission of `Presenter::show_again`: PRESENT and the steps after it.
     fn show_again(&mut self, turn: Turn, list: &List) {
         if turn.copied {
             self.look();
