@@ -48,6 +48,9 @@ pub struct Mesh {
     pub levels: Levels,
 }
 
+/// The most steps of [`Mesh::ordering_steps`], about a second. A face of a hundred thousand corners has vertices that would take minutes.
+const MOST_ORDERING_STEPS: u64 = 1 << 26;
+
 impl Mesh {
     /// A mesh at `points`, in mesh space: they are recentred in f64 before they become f32, so that a model far from zero
     /// keeps its shape. Sets `origin`, `positions` and `bounds`.
@@ -148,9 +151,19 @@ impl Mesh {
         self.indices.chunks_exact(3).filter(against).count()
     }
 
+    /// The steps that [`Mesh::order_triangles`] takes for vertices of many triangles: it looks at all of them whenever one is taken.
+    fn ordering_steps(&self) -> u64 {
+        let mut triangles = vec![0_u64; self.positions.len()];
+        self.indices.iter().for_each(|&index| triangles[index as usize] += 1);
+        triangles.iter().filter(|&&own| own > 64).map(|own| own * own).sum()
+    }
+
     /// Puts the triangles into an order in which those that share vertices follow each other, so that a device transforms most vertices once (Forsyth,
     /// "Linear-Speed Vertex Cache Optimisation", 2006). Of equally far triangles another may be seen.
     pub fn order_triangles(&mut self) {
+        if self.ordering_steps() > MOST_ORDERING_STEPS {
+            return;
+        }
         let mut workspace = meshoptimizer_rs::Workspace::default();
         // Beyond the limits of that library the order stays, which is as good a picture.
         if let Ok(indices) =

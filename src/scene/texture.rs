@@ -1,6 +1,9 @@
 //! Decoded images.
 
+mod dds;
+mod dds_formats;
 mod exr_file;
+mod exr_rates;
 mod radiance;
 
 use std::io::Cursor;
@@ -10,9 +13,9 @@ use std::path::Path;
 use exr::math::Vec2;
 use exr::meta::attribute::ChannelList;
 use exr::meta::{BlockDescription, MetaData};
-use image::codecs::dds::DdsDecoder;
-use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits, Rgba32FImage, RgbaImage};
+use image::{DynamicImage, ImageError, ImageFormat, ImageReader, Limits, Rgba32FImage, RgbaImage};
 
+use self::dds::Surface;
 use super::{Error, Texels};
 use crate::regular_file::read_regular;
 
@@ -158,18 +161,28 @@ pub fn decode(bytes: &[u8], format: ImageFormat, limits: Limits) -> Result<Dynam
         return decoded.map_err(|why| ImageError::IoError(std::io::Error::other(why)));
     }
     let decoded = catch_unwind(AssertUnwindSafe(|| {
+        let other = |why: String| ImageError::IoError(std::io::Error::other(why));
         if format == ImageFormat::Dds {
-            // It is no format of the reader's own.
-            let mut decoder = DdsDecoder::new(Cursor::new(bytes))?;
-            decoder.set_limits(limits)?;
-            return DynamicImage::from_decoder(decoder);
+            let surface = Surface::open(bytes).map_err(other)?;
+            limits.check_dimensions(surface.size[0], surface.size[1])?;
+            return surface.decode().map_err(other);
         }
-        let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
-        reader.limits(limits);
-        reader.decode()
+        let read = |bytes: &[u8]| {
+            let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+            reader.limits(limits.clone());
+            reader.decode()
+        };
+        match read(bytes) {
+            // All texels may be there, and the end alone be missing.
+            Err(error) if format == ImageFormat::Png => read(&[bytes, END_OF_PNG].concat()).map_err(|_| error),
+            read => read,
+        }
     }));
     decoded.unwrap_or_else(|_| Err(ImageError::IoError(std::io::Error::other(FAILS))))
 }
+
+/// The last chunk of a PNG (PNG, third edition, section 11.2.5).
+const END_OF_PNG: &[u8] = b"\0\0\0\0IEND\xae\x42\x60\x82";
 
 /// The error of a file whose decoder panics.
 const FAILS: &str = "it makes its decoder fail";
@@ -211,7 +224,7 @@ fn too_much_claimed(bytes: &[u8]) -> Option<String> {
             || format!("a {what} of {}x{} texels has {needed} bytes, and the file {}", size.0, size.1, bytes.len());
         (needed > most).then(told)
     };
-    let headers = MetaData::read_from_buffered(bytes, false).ok()?.headers;
+    let headers = MetaData::read_from_buffered(&*exr_rates::whole(bytes).0, false).ok()?.headers;
     headers.iter().find_map(|header| {
         let tile = match header.blocks {
             BlockDescription::Tiles(tiles) => tiles.tile_size,
@@ -269,8 +282,10 @@ pub(crate) fn decode_image(bytes: &[u8], path: &Path) -> Result<Picture, Error> 
         return Err(wrong("has no texels".into()));
     }
     let mended = mend(&mut image);
-    let warning = (mended > 0)
-        .then(|| format!("{}: {mended} values are infinite or no number: they are taken for 1 or 0", path.display()));
+    let mended = (mended > 0).then(|| format!("{mended} values are infinite or no number: they are taken for 1 or 0"));
+    let more = (format == ImageFormat::Dds).then(|| Surface::open(bytes).ok()?.more).flatten().map(str::to_owned);
+    let told: Vec<String> = more.into_iter().chain(mended).collect();
+    let warning = (!told.is_empty()).then(|| format!("{}: {}", path.display(), told.join("; ")));
     Ok(Picture { image, warning })
 }
 
@@ -410,7 +425,7 @@ mod tests {
     }
 
     #[test]
-    fn a_dds_of_dxt1_is_read_and_others_are_refused_in_words() {
+    fn a_dds_is_read_and_unknown_formats_are_refused_in_words() {
         let mut bytes = vec![0; 136];
         bytes[..8].copy_from_slice(b"DDS \x7c\0\0\0");
         // Flags, height, width; the pixel format's size, flag of a code, and code.
@@ -422,12 +437,15 @@ mod tests {
         bytes[128..132].copy_from_slice(&[0x00, 0xf8, 0x00, 0xf8]);
         let texels = decode_image(&bytes, Path::new("wall.png")).expect("decoded").rgba8(ColorSpace::Srgb);
         assert_eq!((texels.dimensions(), texels.get_pixel(3, 3).0), ((4, 4), [255, 0, 0, 255]));
-        bytes[84..88].copy_from_slice(b"ATI2");
-        assert!(
-            error_of(&bytes, "wall.dds").contains("wall.dds: cannot be decoded"),
-            "{}",
-            error_of(&bytes, "wall.dds")
-        );
+        bytes[84..88].copy_from_slice(b"UYVY");
+        let error = error_of(&bytes, "wall.dds");
+        assert!(error.contains("wall.dds: cannot be decoded: its format `UYVY` is not read"), "{error}");
+        bytes[84..88].copy_from_slice(b"DXT1");
+        bytes[113] = 0x02;
+        let cube = decode_image(&bytes, Path::new("wall.dds")).expect("decoded");
+        assert_eq!(cube.warning.as_deref(), Some("wall.dds: is a cube map, of which the first face is drawn"));
+        bytes[17] = 0xff;
+        assert!(error_of(&bytes, "wall.dds").contains("larger than 16384x16384"));
     }
 
     #[test]
@@ -445,6 +463,33 @@ mod tests {
         let mut bytes = Vec::new();
         RgbaImage::new(1, 1).write_to(&mut Cursor::new(&mut bytes), ImageFormat::Png).unwrap();
         assert!(decode_image(&bytes, Path::new("a.png")).expect("decoded").beyond_8_bits().is_none());
+    }
+
+    #[test]
+    fn a_png_without_its_end_is_read_and_one_without_texels_is_not() {
+        let mut png = Vec::new();
+        RgbaImage::from_pixel(9, 9, image::Rgba([7; 4]))
+            .write_to(&mut Cursor::new(&mut png), ImageFormat::Png)
+            .unwrap();
+        let whole = png.len() - END_OF_PNG.len();
+        let picture = decode_image(&png[..whole], Path::new("a.png")).expect("decoded");
+        assert_eq!(picture.rgba8(ColorSpace::Linear).get_pixel(8, 8).0, [7; 4]);
+        assert!(error_of(&png[..whole - 10], "a.png").contains("cannot be decoded"));
+    }
+
+    #[test]
+    fn a_jpeg_for_printers_has_the_colours_of_its_inks() {
+        // Of cyan, magenta, yellow and black, inverted as Adobe writes them: a picture that is red, green, blue and yellow.
+        let jpeg = include_bytes!("../../fuzz/corpus/image/cmyk-quarters.jpg");
+        let texels = decode_image(jpeg, Path::new("wall.jpg")).expect("decoded").rgba8(ColorSpace::Srgb);
+        for (x, y, expected) in
+            [(3, 3, [255, 0, 0]), (12, 3, [0, 255, 0]), (3, 12, [0, 0, 255]), (12, 12, [255, 255, 0])]
+        {
+            let [red, green, blue, alpha] = texels.get_pixel(x, y).0;
+            let error =
+                [red, green, blue].iter().zip(expected).map(|(own, other): (&u8, u8)| own.abs_diff(other)).max();
+            assert!(error <= Some(6) && alpha == 255, "{x} {y}: {red} {green} {blue}");
+        }
     }
 
     #[test]

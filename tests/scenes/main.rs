@@ -14,6 +14,7 @@ mod leave_out_assets;
 mod leave_out_random;
 mod obj;
 mod obj_left_out;
+mod obj_sheets;
 mod odd_obj;
 mod scene_files;
 mod third_party;

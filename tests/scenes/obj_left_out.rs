@@ -57,6 +57,20 @@ fn a_backslash_continues_numbers_and_neither_comments_nor_names() {
 }
 
 #[test]
+fn a_normal_without_a_length_and_values_beyond_their_range_are_told() {
+    let text = format!("{CORNERS}vn 0 0 1\nvn 0 -0.0 0e5\nf 1//2 2//2 3//2 4//2\n");
+    let found = assert_reads(&text, 2, "line 6: a normal without a length; the normal is made from the faces");
+    assert!(found.meshes[0].normals.iter().all(|normal| *normal == [0.0, 0.0, 1.0]));
+    let folder = folder("", &[]);
+    for (statement, keyword) in [("d 7", "d"), ("Tr -3", "Tr"), ("Pr -3", "Pr"), ("Pm 4", "Pm"), ("Kd 2 0 0", "Kd")] {
+        let found = with_material(&folder, statement);
+        let words = format!("m.mtl:2: material `m`: {keyword} is not from 0 to 1, taken for the nearest");
+        assert!(found.warnings.len() == 1 && found.warnings[0].ends_with(&words), "{:?}", found.warnings);
+        assert_eq!(found.materials[0].alpha_mode, AlphaMode::Opaque, "{statement}");
+    }
+}
+
+#[test]
 fn line_ends_encodings_and_letter_forms_change_nothing() {
     let text = format!("{CORNERS}vt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1 4/1/1\n");
     let folder = folder("", &[]);
@@ -124,7 +138,7 @@ fn attributes_that_are_none_leave_the_face_where_it_is() {
         for face in ["f 1//1 2//1 3//2 4//1", "f 1//2 2//2 3//2 4//2", "f 1//1 2//1 3//1 4//1"] {
             let imported = load_text(&format!("{CORNERS}vn 0 0 1\nvn {odd}\n{face}\n"));
             assert_eq!((triangles(&imported), &imported.meshes[0].normals[..]), (2, &up[..]), "{odd}: {face}");
-            assert_eq!(imported.warnings.len(), usize::from(odd != "0 0 0"), "{odd}: {:?}", imported.warnings);
+            assert_eq!(imported.warnings.len(), 1, "{odd}: {:?}", imported.warnings);
         }
     }
     // Without a normal that is one, edges are found as in a file without normals: the roof's ridge is hard.

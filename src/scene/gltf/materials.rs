@@ -69,7 +69,7 @@ struct Used {
     set: usize,
     map: UvMap,
     sampler: Sampler,
-    is_normal_map: bool,
+    slot: TextureSlot,
     /// True if clips turn or scale it.
     moves: bool,
 }
@@ -141,7 +141,8 @@ impl Reader<'_> {
         let json = self.json;
         let alpha = self.share("alpha", factor);
         let glass = json.extensions.transmission.as_ref().filter(|own| own.transmission_factor > 0.0);
-        let mode = match json.alpha_mode.as_deref().unwrap_or("OPAQUE") {
+        let named = json.alpha_mode.as_deref().unwrap_or("OPAQUE");
+        let mode = match named.trim().to_ascii_uppercase().as_str() {
             "MASK" => {
                 let cutoff = json.alpha_cutoff.unwrap_or(0.5);
                 if cutoff > 1.0 {
@@ -153,8 +154,8 @@ impl Reader<'_> {
             }
             "BLEND" => AlphaMode::Blend,
             "OPAQUE" => AlphaMode::Opaque,
-            other => {
-                self.warnings.push(format!("its alpha mode `{}` is unknown, drawn opaque", other.escape_debug()));
+            _ => {
+                self.warnings.push(format!("its alpha mode `{}` is unknown, drawn opaque", named.escape_debug()));
                 AlphaMode::Opaque
             }
         };
@@ -236,7 +237,7 @@ impl Reader<'_> {
         let number = slot as u8;
         let turns = [MaterialValue::UvRotation(number), MaterialValue::UvScale(number)];
         let moves = turns.iter().any(|value| self.moving.contains(value));
-        self.used.push(Used { set, map, sampler, is_normal_map: slot == TextureSlot::Normal, moves });
+        self.used.push(Used { set, map, sampler, slot, moves });
     }
 
     fn textures(&mut self, pending: &mut Pending) {
@@ -352,25 +353,40 @@ impl Reader<'_> {
         pending
     }
 
-    /// Decides which sets of the file become a mesh's two: that of the normal map first, along which tangents run.
+    /// Decides which sets of the file become a mesh's two. The normal map's comes first, since tangents run along it. If there are more than two,
+    /// the sets of colour and emission come next.
     fn map_sets(&mut self, dress: &mut Dress) {
         let mut sets: Vec<usize> =
-            self.used.iter().filter(|used| used.is_normal_map).map(|used| used.set).take(1).collect();
-        let others: BTreeSet<usize> = self.used.iter().map(|used| used.set).collect();
-        let first = sets.first().copied();
-        sets.extend(others.into_iter().filter(|set| first != Some(*set)));
-        if sets.len() > 2 {
-            let named: Vec<String> = sets.iter().map(ToString::to_string).collect();
-            let (all, a, b) = (named.join(", "), sets[0], sets[1]);
-            self.warnings
-                .push(format!("its textures use the sets {all} of texture coordinates, of which {a} and {b} are read"));
+            self.used.iter().filter(|used| used.slot == TextureSlot::Normal).map(|used| used.set).take(1).collect();
+        let all: BTreeSet<usize> = self.used.iter().map(|used| used.set).collect();
+        if all.len() > 2 {
+            let most_seen = [TextureSlot::BaseColor, TextureSlot::Emissive];
+            sets.extend(
+                most_seen
+                    .iter()
+                    .flat_map(|slot| self.used.iter().filter(|used| used.slot == *slot))
+                    .map(|used| used.set),
+            );
+        }
+        sets.extend(&all);
+        let mut seen = BTreeSet::new();
+        sets.retain(|set| seen.insert(*set));
+        if let [a, b, _, ..] = sets[..] {
+            let named: Vec<String> = all.iter().map(ToString::to_string).collect();
+            let others = self.used.iter().filter(|used| used.set != a && used.set != b);
+            let others: Vec<String> = others.map(|used| format!("{:?}", used.slot)).collect();
+            let what = if others.len() == 1 { "texture lies" } else { "textures lie" };
+            let (all, others) = (named.join(", "), others.join(", "));
+            self.warnings.push(format!(
+                "its textures use the sets {all} of texture coordinates, of which {a} and {b} are read: its {others} {what} on set {a} instead"
+            ));
         }
         dress.uv_sets = [sets.first().copied(), sets.get(1).copied()];
         for (slot, repeats) in dress.repeats.iter_mut().enumerate() {
             let own = self.used.iter().filter(|used| Some(used.set) == dress.uv_sets[slot]);
             *repeats = own.into_iter().all(Used::repeats);
         }
-        dress.tangents = self.used.iter().any(|used| used.is_normal_map);
+        dress.tangents = self.used.iter().any(|used| used.slot == TextureSlot::Normal);
         for Pending { material, requests } in [Some(&mut dress.base), dress.coat.as_mut()].into_iter().flatten() {
             for (slot, _) in requests {
                 let map = &mut material.uv_maps[*slot as usize];

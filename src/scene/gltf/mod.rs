@@ -42,6 +42,7 @@ mod odd_json;
 mod pointer;
 mod primitive;
 mod shapes;
+mod sheets;
 mod source;
 mod surroundings;
 mod textures;
@@ -150,6 +151,7 @@ impl Reader<'_> {
         assembly.objects(&sources, &drawables, meshes, &mut warnings);
         assembly.lights_and_cameras(&sources, &mut warnings);
         assembly.clips(takes);
+        sheets::part(&mut assembly.imported);
         assembly.imported.surroundings =
             nodes.scene.and_then(|scene| surroundings::read(document, scene, &mut warnings));
         warnings.extend(accessors.warnings());

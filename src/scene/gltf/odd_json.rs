@@ -226,7 +226,7 @@ fn mend(
             *list = kept;
             fits(value).is_ok()
         }
-        _ => match reread(value).into_iter().find(|other| fits(other).is_ok()) {
+        _ => match reread(value, place.key).into_iter().find(|other| fits(other).is_ok()) {
             Some(other) => {
                 warnings.push(format!("{} is {}, read as {}", place.path, shown(value), shown(&other)));
                 *value = other;
@@ -253,8 +253,8 @@ fn without_rivals(
     true
 }
 
-/// The other forms in which a value may be meant.
-fn reread(value: &Value) -> Vec<Value> {
+/// The other forms in which a value may be meant. A colour with an alpha too many loses it, and one that lacks it gets 1.
+fn reread(value: &Value, key: &str) -> Vec<Value> {
     let number = |text: &str| serde_json::from_str::<serde_json::Number>(text.trim()).ok().map(Value::Number);
     match value {
         Value::String(text) => {
@@ -276,7 +276,13 @@ fn reread(value: &Value) -> Vec<Value> {
                 .iter()
                 .map(|own| if let Value::String(text) = own { number(text) } else { Some(own.clone()) })
                 .collect();
-            numbers.map(Value::Array).into_iter().collect()
+            let as_color = |numbers: &Vec<Value>| match (numbers.len(), key.ends_with("Factor")) {
+                (3, true) => Some([&numbers[..], &[Value::from(1.0)]].concat()),
+                (4, true) => Some(numbers[..3].to_vec()),
+                _ => None,
+            };
+            let color = numbers.as_ref().and_then(as_color);
+            numbers.into_iter().chain(color).map(Value::Array).collect()
         }
         _ => Vec::new(),
     }

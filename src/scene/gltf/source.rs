@@ -60,9 +60,28 @@ impl<'a> Source<'a> {
         let Some(&accessor) = self.primitive.attributes.get(semantic) else { return Ok(None) };
         let read = match self.packed(semantic) {
             Some((mesh, id)) => self.unpacked(mesh, (semantic, id), accessor, missing),
-            None => self.accessors.floats(accessor, kinds, missing),
+            None => self.accessors.floats(accessor, kinds, missing).map(|found| self.shares(semantic, accessor, found)),
         };
         read.map(Some).map_err(|what| format!("{semantic}: {what}"))
+    }
+
+    /// Colours of whole numbers above 1 are shares of the largest, also where their accessor forgets to say it.
+    fn shares<const N: usize>(&self, semantic: &str, accessor: Whole, mut found: Vec<[f32; N]>) -> Vec<[f32; N]> {
+        let Some(accessor) = self.document.accessors.get(accessor.0) else { return found };
+        let most = match (accessor.normalized, accessor.component_type.0) {
+            (false, 5121) => 255.0,
+            (false, 5123) => 65535.0,
+            _ => return found,
+        };
+        let is_share = |element: &[f32; N]| element.iter().all(|number| *number <= 1.0);
+        if !semantic.starts_with("COLOR_") || found.iter().all(is_share) {
+            return found;
+        }
+        self.odd.borrow_mut().push(format!("{semantic}: {NOT_NORMALIZED}"));
+        // The fourth number of three is 1 already.
+        let width = if accessor.kind == "VEC3" { N.min(3) } else { N };
+        found.iter_mut().flat_map(|element| &mut element[..width]).for_each(|number| *number /= most);
+        found
     }
 
     /// Returns true if the primitive has an attribute.
@@ -148,11 +167,16 @@ impl<'a> Source<'a> {
                 format!("{semantic}: its Draco data has {} numbers an element, but its accessor {width}", own.width);
             self.odd.borrow_mut().push(format!("{words}: the ones in both are read"));
         }
-        // Colours that the accessor takes for floats would all be white.
-        if let (5126, Some(largest)) =
-            (accessor.component_type.0, own.largest.filter(|_| semantic.starts_with("COLOR_")))
-        {
-            let words = "its Draco data is of whole numbers, but its accessor of floats: read as shares of the largest";
+        // Numbers of another type than the accessor's would all be nearly white or nearly black.
+        let is_color = semantic.starts_with("COLOR_");
+        if let Some(largest) = own.largest.filter(|&largest| largest != most && (accessor.normalized || is_color)) {
+            let words = match accessor.component_type.0 {
+                5126 => "its Draco data is of whole numbers, but its accessor of floats: read as shares of the largest",
+                _ if accessor.normalized => {
+                    "its Draco data is of another type than its accessor: read as shares of the data's largest"
+                }
+                _ => NOT_NORMALIZED,
+            };
             self.odd.borrow_mut().push(format!("{semantic}: {words}"));
             most = largest;
         }
@@ -163,6 +187,9 @@ impl<'a> Source<'a> {
         Ok(own.numbers.chunks_exact(own.width.max(1)).map(element).collect())
     }
 }
+
+/// The warning about colours of whole numbers.
+const NOT_NORMALIZED: &str = "its whole numbers are not marked as normalized: read as shares of the largest";
 
 /// The least of numbers that are divided by `most`: normalized ones end at -1.
 fn least(most: f32) -> f32 {

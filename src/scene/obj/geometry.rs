@@ -1,6 +1,6 @@
-//! tobj's objects into meshes: polygons cut, normals made where there are none, alike parts joined.
+//! tobj's objects into meshes: polygons cut, normals made where there are none, alike parts joined, sheets split off.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use super::normals::{Faces, corner_normals};
 use super::polygon::{newell_normal, triangulate};
 use super::scan::{Part, Scan};
+use super::sheets;
 use crate::scene::mesh::triangle_normal;
 use crate::scene::texture::srgb_decode;
 use crate::scene::uvs::wrapped;
@@ -22,6 +23,18 @@ pub(super) struct Group {
     pub mesh: Mesh,
     /// True if its normals are the file's.
     pub has_own_normals: bool,
+    /// True if its faces lie back to back with others.
+    pub is_sheet: bool,
+}
+
+/// All meshes, and the parts of them that are not drawn as the file has them.
+#[derive(Default)]
+pub(super) struct Built {
+    pub groups: Vec<Group>,
+    /// Triangles without area, which are left out.
+    pub degenerate: usize,
+    /// Polygons that are a fan for want of time: the index of each one's part, and its number of corners.
+    pub fans: Vec<(usize, usize)>,
 }
 
 /// The attributes that a material wants of its meshes.
@@ -56,38 +69,55 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<tobj::Mesh>, Error> {
     Ok(models.into_iter().map(|model| model.mesh).collect())
 }
 
-/// Meshes, one for each group and material, and how many triangles without area were left out. `needs` is by material.
-pub(super) fn build(
-    scan: &Scan,
-    parsed: Vec<tobj::Mesh>,
-    needs: &[MaterialNeeds],
-    options: &LoadOptions,
-) -> (Vec<Group>, usize) {
+/// Makes meshes, one for each group and material, and one more where such faces lie back to back. `needs` is by material.
+pub(super) fn build(scan: &Scan, mut parsed: Vec<tobj::Mesh>, needs: &[MaterialNeeds], options: &LoadOptions) -> Built {
+    // Where the file gives all normals, nearly all materials have one side.
+    let backed = match scan.parts.iter().all(|part| part.has_normals) {
+        true => HashSet::new(),
+        false => sheets::backed(&parsed),
+    };
+    let taken: Vec<Option<tobj::Mesh>> = match backed.is_empty() {
+        true => Vec::new(),
+        false => parsed.iter_mut().map(|mesh| sheets::take(mesh, &backed)).collect(),
+    };
+    let whole = parsed.into_iter().enumerate().map(|(index, mesh)| (index, false, mesh));
+    let taken = taken.into_iter().enumerate().filter_map(|(index, mesh)| Some((index, true, mesh?)));
     let mut places = HashMap::new();
-    let mut joined: Vec<Vec<(Part, tobj::Mesh)>> = Vec::new();
-    for (&part, mesh) in scan.parts.iter().zip(parsed) {
-        let place = *places.entry((part.group, part.material)).or_insert_with(|| {
+    let mut joined: Vec<Vec<(usize, bool, tobj::Mesh)>> = Vec::new();
+    for (index, is_sheet, mesh) in whole.chain(taken) {
+        let Some(&Part { group, material, .. }) = scan.parts.get(index) else { continue };
+        let place = *places.entry((group, material, is_sheet)).or_insert_with(|| {
             joined.push(Vec::new());
             joined.len() - 1
         });
-        joined[place].push((part, mesh));
+        joined[place].push((index, is_sheet, mesh));
     }
     let (done, total) = (AtomicUsize::new(0), joined.len());
-    let finished: Vec<(Group, usize)> = joined
+    let finished: Vec<Built> = joined
         .into_par_iter()
         .map(|parts| {
-            let Part { group, material, .. } = parts[0].0;
-            let mut vertices = Vertices::default();
-            parts.into_iter().for_each(|(part, mesh)| vertices.append(&part, mesh, &scan.colors));
+            let (first, is_sheet, _) = parts[0];
+            let Part { group, material, .. } = scan.parts[first];
+            let mut vertices = Vertices { is_sheet, ..Vertices::default() };
+            let mut fans = Vec::new();
+            for (index, _, mesh) in parts {
+                let own = vertices.append(&scan.parts[index], mesh, &scan.colors);
+                fans.extend(own.into_iter().map(|corners| (index, corners)));
+            }
             let has_own_normals = !vertices.has_made_normals;
             let (mesh, degenerate) = vertices.into_mesh(&scan.groups[group], &needs[material]);
             options.report("meshes", done.fetch_add(1, Ordering::Relaxed) + 1, total);
-            (Group { group, material, mesh, has_own_normals }, degenerate)
+            let own = Group { group, material, mesh, has_own_normals, is_sheet };
+            Built { groups: vec![own], degenerate, fans }
         })
         .collect();
-    let degenerate = finished.iter().map(|(_, count)| count).sum();
-    let groups = finished.into_iter().map(|(group, _)| group).filter(|group| !group.mesh.indices.is_empty());
-    (groups.collect(), degenerate)
+    let mut all = Built::default();
+    for Built { groups, degenerate, fans } in finished {
+        all.groups.extend(groups.into_iter().filter(|group| !group.mesh.indices.is_empty()));
+        all.degenerate += degenerate;
+        all.fans.extend(fans);
+    }
+    all
 }
 
 /// A mesh in the making, before it is recentred.
@@ -99,21 +129,24 @@ struct Vertices {
     uvs: Vec<DVec2>,
     has_uvs: bool,
     has_made_normals: bool,
+    /// True if its faces lie back to back.
+    is_sheet: bool,
     /// Linear; empty where the file has none.
     colors: Vec<[f32; 4]>,
     indices: Vec<u32>,
 }
 
 impl Vertices {
-    /// Adds a part. `colors` holds the colours of the file's vertices, if it has any.
-    fn append(&mut self, part: &Part, mesh: tobj::Mesh, colors: &[[f32; 3]]) {
+    /// Adds a part. `colors` holds the colours of the file's vertices, if it has any. Returns the numbers of corners of polygons that are fans for
+    /// want of time.
+    fn append(&mut self, part: &Part, mesh: tobj::Mesh, colors: &[[f32; 3]]) -> Vec<usize> {
         let points: Vec<DVec3> = mesh.positions.as_chunks().0.iter().map(|&p| DVec3::from_array(p)).collect();
         let uvs: Vec<DVec2> = match part.has_uvs {
             true => mesh.texcoords.as_chunks().0.iter().map(|&uv| DVec2::from_array(uv)).collect(),
             false => vec![DVec2::ZERO; points.len()],
         };
         self.has_uvs |= part.has_uvs;
-        let (triangles, face_normals) = cut(&points, &mesh);
+        let Cut { triangles, normals: face_normals, fans } = cut(&points, &mesh);
         // tobj hands through the vertices' numbers as red.
         let numbers = mesh.vertex_color.as_chunks::<3>().0.iter().map(|&[number, ..]| number as usize);
         let own_colors: Vec<[f32; 4]> =
@@ -128,10 +161,11 @@ impl Vertices {
             self.points.extend(points);
             self.uvs.extend(uvs);
             self.indices.extend(triangles.as_flattened().iter().map(|index| base + index));
-            return;
+            return fans;
         }
         self.has_made_normals = true;
-        let faces = Faces { points: &points, triangles: &triangles, normals: &face_normals };
+        let (triangles, is_sheet) = (&triangles, self.is_sheet);
+        let faces = Faces { points: &points, triangles, normals: &face_normals, is_sheet };
         let normals = corner_normals(&faces, part.smoothing);
         let mut made = HashMap::with_capacity(points.len());
         for (&vertex, &normal) in triangles.as_flattened().iter().zip(normals.as_flattened()) {
@@ -144,6 +178,7 @@ impl Vertices {
             });
             self.indices.push(index);
         }
+        fans
     }
 
     fn into_mesh(self, name: &str, needs: &MaterialNeeds) -> (Mesh, usize) {
@@ -182,27 +217,36 @@ fn linear(color: [f32; 3]) -> [f32; 4] {
     [red, green, blue, 1.0]
 }
 
-/// A parsed mesh's triangles, and for each the unit normal of its polygon (zero when that has no area).
-fn cut(points: &[DVec3], mesh: &tobj::Mesh) -> (Vec<[u32; 3]>, Vec<DVec3>) {
+/// A parsed mesh's triangles.
+#[derive(Default)]
+struct Cut {
+    triangles: Vec<[u32; 3]>,
+    /// By triangle, the unit normal of its polygon; zero when that has no area.
+    normals: Vec<DVec3>,
+    /// Of each polygon that is a fan for want of time, the number of corners.
+    fans: Vec<usize>,
+}
+
+fn cut(points: &[DVec3], mesh: &tobj::Mesh) -> Cut {
+    let mut cut = Cut::default();
     if mesh.face_arities.is_empty() {
-        let triangles = mesh.indices.as_chunks::<3>().0.to_vec();
+        cut.triangles = mesh.indices.as_chunks::<3>().0.to_vec();
         let normal = |t: &[u32; 3]| triangle_normal(&t.map(|i| points[i as usize])).unwrap_or_default();
-        let normals = triangles.iter().map(normal).collect();
-        return (triangles, normals);
+        cut.normals = cut.triangles.iter().map(normal).collect();
+        return cut;
     }
-    let (mut triangles, mut normals) = (Vec::new(), Vec::new());
-    let mut rest = mesh.indices.as_slice();
     let mut outline = Vec::new();
-    for &arity in &mesh.face_arities {
-        let (corners, later) = rest.split_at((arity as usize).min(rest.len()));
-        rest = later;
+    for corners in sheets::polygons(mesh) {
         outline.clear();
         outline.extend(corners.iter().map(|&i| points[i as usize]));
         let normal = newell_normal(&outline).normalize_or_zero();
-        triangulate(&outline, |triangle| {
-            triangles.push(triangle.map(|corner| corners[corner]));
-            normals.push(normal);
+        let is_whole = triangulate(&outline, |triangle| {
+            cut.triangles.push(triangle.map(|corner| corners[corner]));
+            cut.normals.push(normal);
         });
+        if !is_whole {
+            cut.fans.push(corners.len());
+        }
     }
-    (triangles, normals)
+    cut
 }

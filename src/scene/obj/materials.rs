@@ -129,15 +129,23 @@ impl MaterialReader<'_> {
                 self.warn(keyword, &format!("{keyword} is not from 0 to 1, taken for the nearest"));
             }
         }
+        for keyword in ["Pr", "Pm"] {
+            if self.number(keyword).is_some_and(|value| !(0.0..=1.0).contains(&value)) {
+                self.warn(keyword, &format!("{keyword} is not from 0 to 1, taken for the nearest"));
+            }
+        }
         let color = |channels: [f64; 3]| Vec3::from(channels.map(|c| c as f32)).max(Vec3::ZERO);
         let diffuse = source.diffuse.map(|kd| color(kd).min(Vec3::ONE));
         let shininess = source.shininess.unwrap_or(0.0).max(0.0) as f32;
         let unit = |value: f32| value.clamp(0.0, 1.0);
         let opacity = source.dissolve.or(self.number("Tr").map(|tr| 1.0 - f64::from(tr)));
+        let keyword = if source.dissolve.is_some() { "d" } else { "Tr" };
+        if opacity.is_some_and(|opacity| opacity > 1.0) {
+            self.warn(keyword, &format!("{keyword} is not from 0 to 1, taken for the nearest"));
+        }
         let opacity = opacity.filter(|&opacity| opacity < 1.0);
         if let Some(opacity) = opacity.filter(|&opacity| opacity <= 0.0) {
             // Some exporters write `d` for `Tr` and the other way round, and nobody models what cannot be seen.
-            let keyword = if source.dissolve.is_some() { "d" } else { "Tr" };
             self.warn(keyword, &format!("opacity {opacity} would leave nothing to see, drawn opaque"));
         }
         let alpha = opacity.filter(|&opacity| opacity > 0.0).map(|opacity| opacity as f32);

@@ -10,7 +10,8 @@
 //! **Geometry.** Positions are read as f64 and recentred by mesh, one mesh for each group and material. Polygons are cut, also
 //! concave ones. A face is left out if one of its vertices is missing or has no place. Texture coordinates that are no numbers are 0. Missing
 //! normals follow smoothing groups; a file without any gets edges above 60 degrees hard and all others
-//! smooth. Tangents are made where a material has a normal map. V is turned over, so that (0, 0) is the image's upper left.
+//! smooth. Two faces back to back are each seen from their own side. Tangents are made where a material has a normal map. V is turned over, so that
+//! (0, 0) is the image's upper left.
 //! Points, lines and free-form surfaces are not drawn.
 //!
 //! **Colours of vertices**, `v x y z r g b`, are no part of the format. They are taken as sRGB, as photogrammetry and Blender write them, in codes of
@@ -37,6 +38,7 @@
 //! cannot be read is left out with a warning, and the surface has the factors that it would have without the map.
 
 mod colors;
+mod ears;
 mod geometry;
 mod keywords;
 mod maps;
@@ -47,6 +49,7 @@ mod normals;
 mod numbers;
 mod polygon;
 mod scan;
+mod sheets;
 mod text;
 mod tobj_text;
 
@@ -55,11 +58,11 @@ use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, Vec3};
 
-use self::geometry::Group;
+use self::geometry::{Built, Group};
 use self::materials::PendingMaterial;
 use self::mtl::Definition;
 use self::scan::Scan;
-use super::{Error, Object, TextureSlot};
+use super::{Error, Material, Object, TextureSlot};
 pub use super::{Imported, LoadOptions, Progress};
 
 /// Loads an OBJ file, the MTL files that it names and their textures.
@@ -84,11 +87,12 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Imported, Error> {
             Ok(geometry::build(&scan, parsed, &needs, options))
         },
     );
-    let (groups, degenerate) = built?;
+    let Built { groups, degenerate, fans } = built?;
     let (materials, textures) = finished;
     if degenerate > 0 {
         warnings.push(format!("{}: triangles without area ({degenerate}) are left out", path.display()));
     }
+    warnings.extend(cut_as_fans(&scan, &fans).map(|what| format!("{}:{what}", path.display())));
     if groups.is_empty() {
         let what = format!("has no triangle with an area ({degenerate} without)");
         return Err(Error::Content { path: path.to_owned(), line: None, what });
@@ -96,12 +100,40 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Imported, Error> {
     let mut imported = Imported { materials, textures, warnings, ..Imported::default() };
     imported.files = files.into_iter().collect();
     let normals_given = groups.iter().all(|group| group.has_own_normals);
+    let sheets: Vec<bool> = groups.iter().map(|group| group.is_sheet).collect();
     groups.into_iter().for_each(|group| place(&mut imported, &scan, group));
     if !scan.colors.is_empty() {
         decide_colors(&mut imported, path, &have_colors);
     }
     decide_sides(&mut imported, normals_given);
+    part_sheets(&mut imported, &sheets);
     Ok(imported)
+}
+
+/// Names the polygons that crossed themselves so often that they were cut as fans.
+fn cut_as_fans(scan: &Scan, fans: &[(usize, usize)]) -> Option<String> {
+    let line = |&(part, corners): &(usize, usize)| {
+        let found = scan.large.iter().find(|large| (large.0, large.1) == (part, corners));
+        found.map(|&(.., line)| line)
+    };
+    let first = fans.iter().filter_map(line).min()?;
+    let more = if fans.len() > 1 { format!(", and {} more such faces", fans.len() - 1) } else { String::new() };
+    Some(format!("{first}: a face of many corners crosses itself, so that it may cover what lies beside it{more}"))
+}
+
+/// Gives faces that lie back to back materials with one side. `sheets` says by object whether its faces do.
+fn part_sheets(imported: &mut Imported, sheets: &[bool]) {
+    let mut copies = HashMap::new();
+    for (object, _) in imported.objects.iter_mut().zip(sheets).filter(|(_, is_sheet)| **is_sheet) {
+        let material = &imported.materials[object.material];
+        if material.two_sided {
+            let copy = Material { two_sided: false, ..material.clone() };
+            object.material = *copies.entry(object.material).or_insert_with(|| {
+                imported.materials.push(copy);
+                imported.materials.len() - 1
+            });
+        }
+    }
 }
 
 /// Drops the colours of vertices on textured materials, and makes a material without a `Kd` white, so that vertex colours show unchanged. `have_colors` says by

@@ -10,6 +10,9 @@ use crate::scene::mesh::corner_angle;
 /// In a file that never speaks of smoothing, edges up to 60 degrees are smooth: round things look round, boxes stay boxes.
 const CREASE_COSINE: f64 = 0.5;
 
+/// In a smoothing group, triangles back to back lie on different sides of a sheet.
+const OTHER_SIDE: f64 = -0.9;
+
 /// Around a vertex of more triangles than this the crease test, which compares all pairs, is not made.
 const MOST_PAIRS: usize = 1024;
 
@@ -18,12 +21,15 @@ pub(super) struct Faces<'a> {
     pub points: &'a [DVec3],
     pub triangles: &'a [[u32; 3]],
     pub normals: &'a [DVec3],
+    /// True if triangles lie back to back.
+    pub is_sheet: bool,
 }
 
 /// A unit normal for each corner of each triangle. Smooth ones are weighted by the corner's angle, across texture seams too.
 pub(super) fn corner_normals(faces: &Faces, smoothing: Smoothing) -> Vec<[DVec3; 3]> {
     let least_cosine = match smoothing {
         Smoothing::Off => return faces.normals.iter().map(|normal| [normal.normalize_or(DVec3::Y); 3]).collect(),
+        Smoothing::Group(_) if faces.is_sheet => OTHER_SIDE,
         Smoothing::Group(_) => f64::NEG_INFINITY,
         Smoothing::Unstated => CREASE_COSINE,
     };

@@ -2,8 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-/// More corners than this are cut as a fan: clipping ears takes time with their square.
-const MOST_EARS: usize = 4096;
+use super::ears;
 
 /// Newell's normal: the area-weighted normal of a closed polygon, planar or not; its length is twice the area.
 pub(super) fn newell_normal(points: &[DVec3]) -> DVec3 {
@@ -14,28 +13,25 @@ pub(super) fn newell_normal(points: &[DVec3]) -> DVec3 {
 }
 
 /// Cuts a polygon into triangles of its corners, keeping its winding. Convex ones become a fan (a quad is cut along its
-/// shorter diagonal, as MikkTSpace advises), concave ones lose their ears. Always yields corners - 2 triangles.
-pub(super) fn triangulate(points: &[DVec3], mut emit: impl FnMut([usize; 3])) {
+/// shorter diagonal, as MikkTSpace advises), concave ones lose their ears. Always yields corners - 2 triangles. Returns false if the ears
+/// took too long to find, so that a fan stands in for the rest.
+pub(super) fn triangulate(points: &[DVec3], mut emit: impl FnMut([usize; 3])) -> bool {
     let count = points.len();
     if count <= 3 {
         if count == 3 {
             emit([0, 1, 2]);
         }
-        return;
+        return true;
     }
     let flat = project(points);
     let is_convex = (0..count).all(|i| turn(flat[(i + count - 1) % count], flat[i], flat[(i + 1) % count]) >= 0.0);
-    let first =
-        if count == 4 && is_convex && points[1].distance_squared(points[3]) < points[0].distance_squared(points[2]) {
-            1
-        } else {
-            0
-        };
-    if is_convex || count > MOST_EARS {
-        (1..count - 1).for_each(|i| emit([first, (first + i) % count, (first + i + 1) % count]));
-    } else {
-        clip_ears(&flat, emit);
+    if !is_convex {
+        return ears::clip(&flat, emit);
     }
+    let first =
+        if count == 4 && points[1].distance_squared(points[3]) < points[0].distance_squared(points[2]) { 1 } else { 0 };
+    (1..count - 1).for_each(|i| emit([first, (first + i) % count, (first + i + 1) % count]));
+    true
 }
 
 /// The polygon in the plane that it covers most of, counter-clockwise.
@@ -47,34 +43,8 @@ fn project(points: &[DVec3]) -> Vec<DVec2> {
 }
 
 /// Twice the signed area of a triangle: positive when it turns left.
-fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
+pub(super) fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     (b - a).perp_dot(c - b)
-}
-
-fn clip_ears(points: &[DVec2], mut emit: impl FnMut([usize; 3])) {
-    let mut left: Vec<usize> = (0..points.len()).collect();
-    let mut start = 0;
-    while left.len() > 3 {
-        let count = left.len();
-        let corner = |i: usize| [left[(i + count - 1) % count], left[i % count], left[(i + 1) % count]];
-        // Without an ear, as in a polygon that crosses itself, any corner will do: the outline is not a shape anyway.
-        let ear = (start..start + count).find(|&i| is_ear(points, &left, corner(i))).unwrap_or(start);
-        emit(corner(ear));
-        left.remove(ear % count);
-        // Going on behind the ear spreads the triangles, instead of a fan of slivers from one corner.
-        start = (ear + 1) % left.len();
-    }
-    emit([left[0], left[1], left[2]]);
-}
-
-/// Returns true if the corner sticks out and nothing else of the outline lies in it.
-fn is_ear(points: &[DVec2], left: &[usize], [a, b, c]: [usize; 3]) -> bool {
-    let [pa, pb, pc] = [a, b, c].map(|i| points[i]);
-    turn(pa, pb, pc) > 0.0
-        && left.iter().map(|&i| points[i]).filter(|&p| p != pa && p != pb && p != pc).all(|p| {
-            // On the edge counts as inside: a triangle that touches another corner would leave a sliver behind.
-            turn(pa, pb, p) < 0.0 || turn(pb, pc, p) < 0.0 || turn(pc, pa, p) < 0.0
-        })
 }
 
 #[cfg(test)]
@@ -86,7 +56,8 @@ mod tests {
         triangulate(points, |[a, b, c]| {
             count += 1;
             let doubled = (points[b] - points[a]).cross(points[c] - points[a]);
-            assert!(doubled.dot(newell_normal(points)) >= 0.0, "a triangle is turned over");
+            // Of corners on a line rounding decides.
+            assert!(doubled.dot(newell_normal(points).normalize()) > -1e-6, "a triangle is turned over");
             sum += doubled.length() / 2.0;
         });
         (count, sum)
@@ -139,5 +110,49 @@ mod tests {
             triangulate(&outline(&points), |_| count += 1);
             assert_eq!(count, points.len() - 2);
         }
+    }
+
+    #[test]
+    fn a_concave_polygon_of_many_corners_is_covered_once() {
+        // A comb of teeth that are a half wide, and a gear.
+        const TEETH: usize = 3_000;
+        let tooth = |i: usize| {
+            let x = i as f64;
+            [[x, 1.0], [x, 2.0], [x + 0.5, 2.0], [x + 0.5, 1.0]]
+        };
+        let mut comb: Vec<[f64; 2]> = (0..TEETH).flat_map(tooth).collect();
+        comb.extend([[TEETH as f64, 0.0], [0.0, 0.0]]);
+        comb.reverse();
+        let gear: Vec<[f64; 2]> = (0..2 * TEETH)
+            .map(|i| {
+                let (angle, radius) = (i as f64 / TEETH as f64 * std::f64::consts::PI, 1.0 + (i % 2) as f64);
+                [radius * angle.cos(), radius * angle.sin()]
+            })
+            .collect();
+        let spoke = 2.0 * (std::f64::consts::PI / TEETH as f64).sin() / 2.0;
+        // Below the teeth the comb ends in a triangle half a tooth narrower than the last gap.
+        let below = TEETH as f64 - 0.25;
+        for (points, expected) in [(comb, TEETH as f64 * 0.5 + below), (gear, 2.0 * TEETH as f64 * spoke)] {
+            assert!(triangulate(&outline(&points), |_| ()));
+            let (count, sum) = area(&outline(&points));
+            assert_eq!(count, points.len() - 2);
+            assert!((sum / expected - 1.0).abs() < 1e-6, "{sum} instead of {expected}");
+        }
+    }
+
+    #[test]
+    fn a_fan_stands_in_where_ears_take_too_long_and_that_is_told() {
+        // An eight: its smaller circle is inside out, so that it has no ear at all.
+        let circle = |radius: f64| {
+            let corner = move |i: u32| {
+                let angle = f64::from(i) / 20_000.0 * std::f64::consts::TAU;
+                [radius * (angle.cos() - 1.0), radius * angle.sin()]
+            };
+            (0..20_000).map(corner)
+        };
+        let eight: Vec<[f64; 2]> = circle(2.0).chain(circle(-1.0).map(|[x, y]| [x, -y])).collect();
+        let mut count = 0;
+        let is_whole = triangulate(&outline(&eight), |_| count += 1);
+        assert_eq!((is_whole, count), (false, eight.len() - 2));
     }
 }

@@ -16,6 +16,9 @@ use super::text;
 use super::tobj_text::{push_number, write_face};
 use crate::scene::Error;
 
+/// The corners above which a face's line is kept: it may take too long to cut, which takes steps with their cube at most.
+const LARGE: usize = 256;
+
 /// The rule for making normals that a file does not give.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Smoothing {
@@ -51,6 +54,8 @@ pub(super) struct Scan {
     pub libraries: Vec<(String, usize)>,
     /// sRGB colours of vertices; empty where the file has none. In its text a vertex's number then stands where tobj looks for red.
     pub colors: Vec<[f32; 3]>,
+    /// Faces of many corners: the index of its part, how many corners, and its line.
+    pub large: Vec<(usize, usize, usize)>,
     /// Warnings of what is not drawn, a line each.
     pub warnings: Vec<String>,
 }
@@ -116,6 +121,7 @@ struct Scanner {
     no_places: HashSet<usize>,
     /// Faces that name what only comes later, or never.
     early: Vec<Early>,
+    large: Vec<(usize, usize, usize)>,
     colors: Colors,
     /// True once its text has the vertices' numbers.
     is_numbered: bool,
@@ -225,6 +231,9 @@ impl Scanner {
             }
         });
         self.counts[kind] += 1;
+        if kind == 2 && fault.is_none() && self.text[before + keyword.len()..].split_whitespace().all(is_zero) {
+            self.odd.numbers[kind].add(line, || "a normal without a length".into());
+        }
         if let Some(fault) = fault {
             self.text.truncate(before);
             self.text.push_str(keyword);
@@ -352,6 +361,9 @@ impl Scanner {
             self.faces.push(String::new());
             self.parts.len() - 1
         });
+        if corners.len() > LARGE {
+            self.large.push((id, corners.len(), line));
+        }
         write_face(&mut self.faces[id], corners, &part);
     }
 
@@ -411,6 +423,7 @@ impl Scanner {
             materials: self.materials.names,
             libraries: self.libraries,
             colors,
+            large: self.large,
             warnings,
         })
     }
@@ -435,6 +448,11 @@ impl Scanner {
         ];
         all.into_iter().flatten().collect()
     }
+}
+
+/// Returns true if a number that has been read is 0.
+fn is_zero(number: &str) -> bool {
+    number.parse() == Ok(0.0_f64)
 }
 
 fn smoothing(rest: &str) -> Smoothing {

@@ -9,6 +9,8 @@ use exr::prelude::{ReadChannels, ReadLayers, ReadSpecificChannel, Vec2, read};
 use glam::{DMat3, DVec2, DVec3};
 use image::{Rgba, Rgba32FImage};
 
+use super::exr_rates;
+
 /// Words in a layer's name that say it is the picture, and no pass of it.
 const BEAUTY: [&str; 4] = ["combined", "beauty", "rgba", "composite"];
 
@@ -20,6 +22,10 @@ const XYZ: Chromaticities = Chromaticities {
     white: Vec2(1.0 / 3.0, 1.0 / 3.0),
 };
 
+/// The primaries of a file that does not say which.
+const REC709: Chromaticities =
+    Chromaticities { red: Vec2(0.64, 0.33), green: Vec2(0.3, 0.6), blue: Vec2(0.15, 0.06), white: Vec2(0.3127, 0.329) };
+
 /// An optional channel that no file has.
 const NO_CHANNEL: &str = "no such channel";
 
@@ -30,6 +36,8 @@ enum Channels {
     Color([Option<Text>; 4]),
     /// Tristimulus values, and alpha.
     Xyz([Option<Text>; 4]),
+    /// Luminance Y, chroma (R - Y) / Y and (B - Y) / Y, and alpha.
+    Chroma([Option<Text>; 4]),
     /// Luminance, or a channel alone, and alpha.
     Grey(Text, Option<Text>),
 }
@@ -55,7 +63,11 @@ impl Window {
 /// # Errors
 /// The fault of its size, or why it cannot be read.
 pub(super) fn read_exr(bytes: &[u8], fault: &dyn Fn([u32; 2]) -> Option<String>) -> Result<Rgba32FImage, String> {
-    let meta = MetaData::read_from_buffered(bytes, false).map_err(|error| error.to_string())?;
+    let (bytes, rates) = exr_rates::whole(bytes);
+    let meta = MetaData::read_from_buffered(&*bytes, false).map_err(|error| error.to_string())?;
+    if !rates.is_empty() && meta.headers.len() > 1 {
+        return Err("it has several parts, and channels of fewer samples than pixels, which is not read".into());
+    }
     let (header, channels) = choose(&meta.headers)?;
     let display = header.shared_attributes.display_window;
     let data = Window::new(header.own_attributes.layer_position, header.layer_size);
@@ -65,14 +77,27 @@ pub(super) fn read_exr(bytes: &[u8], fault: &dyn Fn([u32; 2]) -> Option<String>)
         Some(&window) => window,
         None => return Err(fault(windows[0].size).unwrap_or_default()),
     };
+    let own = header.shared_attributes.chromaticities;
     let to_rec709 = match channels {
-        Channels::Color(_) => header.shared_attributes.chromaticities.and_then(to_rec709),
+        Channels::Color(_) | Channels::Chroma(_) => own.and_then(to_rec709),
         Channels::Xyz(_) => to_rec709(XYZ),
         Channels::Grey(..) => None,
     };
-    let texels = pixels(bytes, channels, (data, window))?;
+    let weights = matches!(channels, Channels::Chroma(_)).then(|| luminance_of(own.unwrap_or(REC709)));
+    let texels = match rates.is_empty() {
+        true => pixels(&bytes, channels, (data, window))?,
+        false => sampled_pixels(&bytes, (header, &channels), &rates, (data, window))?,
+    };
     let mut image = Rgba32FImage::from_raw(window.size[0], window.size[1], texels.into_flattened())
         .ok_or("its windows do not agree")?;
+    if let Some(weights) = weights {
+        for Rgba([red, green, blue, _]) in image.pixels_mut() {
+            let [y, along, up] = [*red, *green, *blue].map(f64::from);
+            let (own_red, own_blue) = ((along + 1.0) * y, (up + 1.0) * y);
+            let own_green = (y - weights.x * own_red - weights.z * own_blue) / weights.y;
+            [*red, *green, *blue] = [own_red, own_green, own_blue].map(|value| value as f32);
+        }
+    }
     if let Some(to_rec709) = to_rec709 {
         for Rgba([red, green, blue, _]) in image.pixels_mut() {
             let own = DVec3::new((*red).into(), (*green).into(), (*blue).into());
@@ -82,15 +107,48 @@ pub(super) fn read_exr(bytes: &[u8], fault: &dyn Fn([u32; 2]) -> Option<String>)
     Ok(image)
 }
 
+/// Returns where a texel of the data window is in the other one, if it is.
+fn place((data, window): (Window, Window), Vec2(x, y): Vec2<usize>) -> Option<usize> {
+    let [width, height] = window.size.map(|edge| edge as usize);
+    let at = |at: usize, offset: i64, end: usize| usize::try_from(at as i64 + offset).ok().filter(|&place| place < end);
+    Some(at(y, data.top - window.top, height)? * width + at(x, data.left - window.left, width)?)
+}
+
+/// Decodes channels of which some have fewer samples than texels.
+fn sampled_pixels(
+    bytes: &[u8],
+    (header, channels): (&Header, &Channels),
+    rates: &exr_rates::Rates,
+    windows: (Window, Window),
+) -> Result<Vec<[f32; 4]>, String> {
+    let planes = exr_rates::planes(bytes, header, rates)?;
+    let plane = |name: Option<&Text>| {
+        let at = header.channels.list.iter().position(|channel| Some(&channel.name) == name)?;
+        planes.get(at)
+    };
+    let names = match channels {
+        Channels::Color(names) | Channels::Xyz(names) | Channels::Chroma(names) => names.each_ref().map(Option::as_ref),
+        Channels::Grey(grey, alpha) => [Some(grey), Some(grey), Some(grey), alpha.as_ref()],
+    };
+    let planes = names.map(plane);
+    let Vec2(width, height) = header.layer_size;
+    let [columns, rows] = windows.1.size.map(|edge| edge as usize);
+    let mut texels = vec![[0.0; 4]; columns * rows];
+    for at in (0..height).flat_map(|y| (0..width).map(move |x| Vec2(x, y))) {
+        if let Some(place) = place(windows, at) {
+            let value = |slot: usize, missing: f32| planes[slot].map_or(missing, |plane| plane.at(at.0, at.1));
+            texels[place] = [value(0, 0.0), value(1, 0.0), value(2, 0.0), value(3, 1.0)];
+        }
+    }
+    Ok(texels)
+}
+
 /// Decodes the channels of the data window into the other one.
 fn pixels(bytes: &[u8], channels: Channels, (data, window): (Window, Window)) -> Result<Vec<[f32; 4]>, String> {
     let [width, height] = window.size.map(|edge| edge as usize);
-    let (right, down) = (data.left - window.left, data.top - window.top);
-    let put = move |texels: &mut Vec<[f32; 4]>, Vec2(x, y): Vec2<usize>, texel: [f32; 4]| {
-        let place =
-            |at: usize, offset: i64, end: usize| usize::try_from(at as i64 + offset).ok().filter(|&place| place < end);
-        if let (Some(x), Some(y)) = (place(x, right, width), place(y, down, height)) {
-            texels[y * width + x] = texel;
+    let put = move |texels: &mut Vec<[f32; 4]>, at: Vec2<usize>, texel: [f32; 4]| {
+        if let Some(place) = place((data, window), at) {
+            texels[place] = texel;
         }
     };
     let or_none = |name: Option<Text>, index: usize| {
@@ -99,7 +157,9 @@ fn pixels(bytes: &[u8], channels: Channels, (data, window): (Window, Window)) ->
     let reader = read().no_deep_data().largest_resolution_level().specific_channels();
     let empty = move || vec![[0.0; 4]; width * height];
     let read = match channels {
-        Channels::Color([red, green, blue, alpha]) | Channels::Xyz([red, green, blue, alpha]) => reader
+        Channels::Color([red, green, blue, alpha])
+        | Channels::Xyz([red, green, blue, alpha])
+        | Channels::Chroma([red, green, blue, alpha]) => reader
             .required(or_none(red, 0))
             .optional(or_none(green, 1), 0.0_f32)
             .optional(or_none(blue, 2), 0.0_f32)
@@ -160,7 +220,7 @@ fn choose(headers: &[Header]) -> Result<(&Header, Channels), String> {
 /// The layers of a part that have colour or luminance, with their names, which stand before the last point of a channel's. A part of one channel
 /// is grey.
 fn layers(list: &ChannelList) -> Vec<(String, Channels)> {
-    let mut found: Vec<(String, [Option<Text>; 7])> = Vec::new();
+    let mut found: Vec<(String, [Option<Text>; 9])> = Vec::new();
     for channel in &list.list {
         let name = channel.name.to_string();
         let (layer, own) = name.rsplit_once('.').unwrap_or(("", &name));
@@ -173,6 +233,8 @@ fn layers(list: &ChannelList) -> Vec<(String, Channels)> {
             // Within a layer they are rather a direction, and Z alone is a depth.
             "x" if layer.is_empty() => 5,
             "z" if layer.is_empty() => 6,
+            "ry" => 7,
+            "by" => 8,
             _ => continue,
         };
         let at = found.iter().position(|(other, _)| other == layer).unwrap_or_else(|| {
@@ -184,9 +246,12 @@ fn layers(list: &ChannelList) -> Vec<(String, Channels)> {
     if let [only] = list.list.as_slice() {
         return vec![(String::new(), Channels::Grey(only.name.clone(), None))];
     }
-    let channels = |[red, green, blue, alpha, grey, x, z]: [Option<Text>; 7]| match (red, grey) {
+    let channels = |[red, green, blue, alpha, grey, x, z, to_red, to_blue]: [Option<Text>; 9]| match (red, grey) {
         (Some(red), _) if green.is_some() || blue.is_some() => Some(Channels::Color([Some(red), green, blue, alpha])),
         (None, Some(y)) if x.is_some() && z.is_some() => Some(Channels::Xyz([x, Some(y), z, alpha])),
+        (None, Some(y)) if to_red.is_some() && to_blue.is_some() => {
+            Some(Channels::Chroma([Some(y), to_red, to_blue, alpha]))
+        }
         (_, Some(grey)) | (Some(grey), None) => Some(Channels::Grey(grey, alpha)),
         (None, None) => None,
     };
@@ -202,12 +267,7 @@ fn to_rec709(own: Chromaticities) -> Option<DMat3> {
     if own.iter().zip(rec709).all(|(own, other)| own.distance(other) < 1e-3) {
         return None;
     }
-    let lift = |place: DVec2| DVec3::new(place.x, place.y, 1.0 - place.x - place.y);
     let white = |place: DVec2| lift(place) / place.y;
-    let to_xyz = |[red, green, blue, own]: [DVec2; 4]| {
-        let primaries = DMat3::from_cols(lift(red), lift(green), lift(blue));
-        primaries * DMat3::from_diagonal(primaries.inverse() * white(own))
-    };
     let is_xyz = own[0].distance(DVec2::X) + own[1].distance(DVec2::Y) + own[2].length() < 1e-3;
     let cones = DMat3::from_cols_array(&[0.8951, -0.7502, 0.0389, 0.2664, 1.7135, -0.0685, -0.1614, 0.0367, 1.0296]);
     let adapted = match is_xyz {
@@ -220,6 +280,23 @@ fn to_rec709(own: Chromaticities) -> Option<DMat3> {
     let all = to_xyz(rec709).inverse() * adapted * to_xyz(own);
     // Primaries on a line, or a white without luminance.
     all.is_finite().then_some(all)
+}
+
+fn lift(place: DVec2) -> DVec3 {
+    DVec3::new(place.x, place.y, 1.0 - place.x - place.y)
+}
+
+/// The matrix from primaries and a white to tristimulus values.
+fn to_xyz([red, green, blue, white]: [DVec2; 4]) -> DMat3 {
+    let primaries = DMat3::from_cols(lift(red), lift(green), lift(blue));
+    primaries * DMat3::from_diagonal(primaries.inverse() * (lift(white) / white.y))
+}
+
+/// The share of each primary in the luminance of white.
+fn luminance_of(own: Chromaticities) -> DVec3 {
+    let place = |Vec2(x, y): Vec2<f32>| DVec2::new(x.into(), y.into());
+    let weights = to_xyz([own.red, own.green, own.blue, own.white].map(place)).row(1);
+    if weights.is_finite() && weights.y > 0.0 { weights } else { luminance_of(REC709) }
 }
 
 #[cfg(test)]
@@ -266,6 +343,8 @@ mod tests {
             (&[&[("Y", 7.0)]], [7.0, 7.0, 7.0, 1.0]),
             (&[&[("A", 0.5), ("Y", 7.0)]], [7.0, 7.0, 7.0, 0.5]),
             (&[&[("A", 0.5), ("Y", 7.0), ("Z", 9.0)]], [7.0, 7.0, 7.0, 0.5]),
+            // (R - Y) / Y = 1 and (B - Y) / Y = -1, so that green is (Y - 0.2126 2 Y) / 0.7152.
+            (&[&[("BY", -1.0), ("RY", 1.0), ("Y", 0.7152)]], [1.4304, 0.57475, 0.0, 1.0]),
             (&[&[("density", 7.0)]], [7.0, 7.0, 7.0, 1.0]),
             (&[&[("G", 2.0), ("R", 1.0)]], [1.0, 2.0, 0.0, 1.0]),
             (&[&[("beauty.B", 3.0), ("beauty.G", 2.0), ("beauty.R", 1.0), ("Z", 9.0)]], [1.0, 2.0, 3.0, 1.0]),
@@ -282,11 +361,43 @@ mod tests {
             ),
             (&[&[("Z", 9.0)], &[("B", 3.0), ("G", 2.0), ("R", 1.0)]], [1.0, 2.0, 3.0, 1.0]),
         ] {
-            assert_eq!(texel(&file(parts, Compression::Uncompressed, |_| {})), expected, "{parts:?}");
+            let found = texel(&file(parts, Compression::Uncompressed, |_| {}));
+            let error = found.iter().zip(expected).map(|(own, other)| (own - other).abs()).fold(0.0, f32::max);
+            assert!(error < 1e-4, "{parts:?}: {found:?} instead of {expected:?}");
         }
         let bytes = file(&[&[("U", 1.0), ("V", 1.0)]], Compression::Uncompressed, |_| {});
         let error = read_exr(&bytes, &|_| None).expect_err("no colour");
         assert!(error.contains("(it has U, V)"), "{error}");
+    }
+
+    #[test]
+    fn chroma_of_fewer_samples_is_spread_over_the_picture() {
+        let size = [8, 36];
+        let luminance = |x: usize, y: usize| 0.25 + x as f32 / 16.0 + y as f32 / 64.0;
+        let to_red = |x: usize, _: usize| x as f32 / 8.0;
+        let to_blue = |_: usize, y: usize| y as f32 / -64.0;
+        for compression in [
+            (0, Compression::Uncompressed),
+            (1, Compression::RLE),
+            (2, Compression::ZIP1),
+            (3, Compression::ZIP16),
+            (4, Compression::PIZ),
+        ] {
+            let channels: [exr_rates::tests::Channel; 3] =
+                [("BY", 2, &to_blue), ("RY", 2, &to_red), ("Y", 1, &luminance)];
+            let bytes = exr_rates::tests::sampled(size, &channels, compression);
+            let image = read_exr(&bytes, &|_| None).unwrap_or_else(|why| panic!("{compression:?}: {why}"));
+            assert_eq!(image.dimensions(), (8, 36));
+            // Between samples both are linear; behind the last they stay.
+            for (x, y) in [(0, 0), (4, 2), (3, 3), (6, 34), (5, 20)] {
+                let Rgba([red, _, blue, alpha]) = *image.get_pixel(x as u32, y as u32);
+                let own = luminance(x, y);
+                let error = (red - (to_red(x, y) + 1.0) * own).abs().max((blue - (to_blue(x, y) + 1.0) * own).abs());
+                assert!(error < 2e-3 && alpha == 1.0, "{compression:?} {x} {y}: {red} {blue}");
+            }
+            let Rgba([red, green, blue, _]) = *image.get_pixel(4, 2);
+            assert!((0.2126 * red + 0.7152 * green + 0.0722 * blue - luminance(4, 2)).abs() < 2e-3);
+        }
     }
 
     #[test]

@@ -117,6 +117,26 @@ fn colours_of_three_shorts_have_alpha_one() {
 }
 
 #[test]
+fn colours_of_whole_numbers_that_are_not_marked_are_shares_of_the_largest() {
+    let mut file = Builder::triangle();
+    let wide = file.shorts("VEC3", 3, &[65535, 0, 0, 0, 65535, 0, 0, 0, 65535]);
+    let narrow = file.accessor("VEC4", 5121, 3, &[255, 0, 0, 255, 0, 51, 0, 255, 0, 0, 255, 102]);
+    let flags = file.accessor("VEC4", 5121, 3, &[1, 0, 0, 1, 0, 1, 0, 1, 0, 0, 1, 1]);
+    for (accessor, second, third, odd) in [
+        (wide, [0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0], 1),
+        (narrow, [0.0, 0.2, 0.0, 1.0], [0.0, 0.0, 1.0, 0.4], 1),
+        (flags, [0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0], 0),
+    ] {
+        file.attribute("COLOR_0", accessor);
+        let found = file.read();
+        assert_eq!(found.meshes[0].colors[1..], [second, third]);
+        let told =
+            found.warnings.iter().filter(|own| own.contains("COLOR_0: its whole numbers are not marked as normalized"));
+        assert_eq!((told.count(), found.warnings.len()), (odd, odd), "{:?}", found.warnings);
+    }
+}
+
+#[test]
 fn instances_are_objects() {
     let mut file = Builder::triangle();
     let translation = file.floats("VEC3", &[1.0, 0.0, 0.0, 2.0, 0.0, 0.0]);

@@ -226,6 +226,28 @@ fn specular_glossiness_is_a_dielectric_of_its_reflectance() {
 }
 
 #[test]
+fn values_whose_meaning_is_clear_are_read_by_it() {
+    for (given, expected) in [
+        ("mask", AlphaMode::Mask { cutoff: 0.5 }),
+        (" Blend", AlphaMode::Blend),
+        ("opaque", AlphaMode::Opaque),
+        ("MASK", AlphaMode::Mask { cutoff: 0.5 }),
+    ] {
+        let found = dressed(json!({"alphaMode": given})).read();
+        assert_eq!((found.materials[0].alpha_mode, found.warnings.len()), (expected, 0), "{given}");
+    }
+    let odd = dressed(json!({"alphaMode": "glass"})).read();
+    assert!(odd.warnings.iter().any(|own| own.contains("its alpha mode `glass` is unknown")), "{:?}", odd.warnings);
+    let color = dressed(json!({"pbrMetallicRoughness": {"baseColorFactor": [1, 0.5, 0.25]}})).read();
+    let words = "materials[0].pbrMetallicRoughness.baseColorFactor is [1,0.5,0.25], read as [1,0.5,0.25,1.0]";
+    assert!(color.warnings.iter().any(|own| own.contains(words)), "{:?}", color.warnings);
+    assert_eq!((color.materials[0].base_color, color.materials[0].alpha), (Vec3::new(1.0, 0.5, 0.25), 1.0));
+    let glow = dressed(json!({"emissiveFactor": [1, 0.5, 0.25, 1]})).read();
+    assert_eq!(glow.materials[0].emissive, Vec3::new(1.0, 0.5, 0.25));
+    assert_eq!(glow.warnings.len(), 1, "{:?}", glow.warnings);
+}
+
+#[test]
 fn textures_images_and_samplers_that_do_not_exist_cost_themselves_alone() {
     let base =
         |texture: Value| json!({"pbrMetallicRoughness": {"baseColorTexture": texture}, "normalTexture": {"index": 1}});
@@ -273,4 +295,22 @@ fn a_transform_that_no_device_holds_is_none_and_sixteen_bits_are_told() {
     let found = file.read();
     assert_eq!(*found.textures[0].rgba8(0), [255, 128, 0, 255]);
     assert!(found.warnings.iter().any(|own| own.contains("image 0: has 16 bits a channel")), "{:?}", found.warnings);
+}
+
+#[test]
+fn of_three_sets_those_of_colour_and_emission_are_read_and_the_others_are_named() {
+    let mut file = dressed(json!({
+        "pbrMetallicRoughness": {"baseColorTexture": {"index": 0, "texCoord": 2}, "metallicRoughnessTexture": {"index": 1, "texCoord": 1}},
+        "occlusionTexture": {"index": 1, "texCoord": 0}, "emissiveTexture": {"index": 1, "texCoord": 3}, "emissiveFactor": [1, 1, 1],
+    }));
+    for (set, start) in [(2, 4.0), (3, 6.0)] {
+        let uv = file.floats("VEC2", &[start, 0.0, start + 1.0, 0.0, start, 1.0]);
+        file.attribute(&format!("TEXCOORD_{set}"), uv);
+    }
+    let found = file.read();
+    assert_eq!((found.meshes[0].uvs[0], found.meshes[0].uvs_1[0]), ([4.0, 0.0], [6.0, 0.0]));
+    let sets = |slot: TextureSlot| found.materials[0].uv_maps[slot as usize].set;
+    assert_eq!([sets(TextureSlot::BaseColor), sets(TextureSlot::Emissive), sets(TextureSlot::Occlusion)], [0, 1, 0]);
+    let words = "its textures use the sets 0, 1, 2, 3 of texture coordinates, of which 2 and 3 are read: its MetallicRoughness, Occlusion textures lie on set 2 instead";
+    assert!(found.warnings.iter().any(|own| own.contains(words)), "{:?}", found.warnings);
 }

@@ -7,6 +7,7 @@ mod geometry;
 mod ktx;
 mod materials;
 mod motion;
+mod sheets;
 
 use std::path::PathBuf;
 
