@@ -19,8 +19,8 @@ use super::split::Split;
 use super::{Drawn, Error, FrameParts, FrameTimes, IN_FLIGHT, Picture, Renderer, list, plan_for};
 use crate::gpu::barrier::ImageRange;
 use crate::gpu::{
-    self, Acquired, Around, Device, Fit, ImageFormats, ImageWish, Owned, Surface, Swapchain, SwapchainDesc, Vsync,
-    semaphore,
+    self, Acquired, Around, Device, Fit, Image, ImageFormats, ImageWish, Owned, Surface, Swapchain, SwapchainDesc,
+    Timestamps, Vsync, semaphore,
 };
 use crate::gpu_scene::GpuScene;
 use crate::passes::copy::Copy;
@@ -30,7 +30,7 @@ use crate::passes::split;
 use crate::plan::{self, Canvas, Encoding, FramePlan, Part, Transfer};
 use crate::scene::{Camera, Light, Pose, Scene, Settings, View};
 use again::{Again, Kept};
-use over::{Over, overlay, own_canvas, record_copy, record_encode};
+use over::{Over, encoded_image, overlay, record_copy, record_encode};
 
 /// The outcome of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,7 +51,9 @@ pub struct Presenter {
     desc: SwapchainDesc,
     /// The brightest that the display shows, where it may show more than white, in units of white.
     headroom: f32,
-    /// The share of the window's width and height that pictures have. None: passes draw into the swapchain's images.
+    /// PRESENT copies pictures where that can be. Otherwise passes draw into the swapchain's images, and panels over the picture.
+    keeps_pictures: bool,
+    /// The share of the window's width and height that pictures have. None: they are whole.
     resolution: Option<f64>,
     /// One for each frame in flight: free again when the frame that waits for it is done.
     acquired: Vec<Owned<vk::Semaphore>>,
@@ -66,6 +68,8 @@ pub struct Presenter {
     is_copied: bool,
     /// The picture of the last frame, where the frame's own image still has it.
     kept: Option<Kept>,
+    /// The copy of it that panels are drawn over, where ENCODE reads that.
+    beside_kept: Option<Image>,
     /// Made when a picture is first shown again.
     again: Option<Again>,
     /// Only while something is shown over the picture.
@@ -108,6 +112,7 @@ impl Presenter {
             surface: Some(surface),
             desc: SwapchainDesc { vsync, ..desc_for(&plan) },
             headroom: 1.0,
+            keeps_pictures: false,
             resolution: None,
             acquired,
             renderer: None,
@@ -116,6 +121,7 @@ impl Presenter {
             screenshot: None,
             is_copied: false,
             kept: None,
+            beside_kept: None,
             again: None,
             overlay: None,
             encode: None,
@@ -151,16 +157,21 @@ impl Presenter {
         Self { desc: SwapchainDesc { images, ..self.desc }, ..self }
     }
 
-    /// Draws pictures beside the window's images, so that they may be smaller than the window ([`Presenter::set_resolution`]) and can be
-    /// [shown again](Presenter::show_again). Pictures as large as the window are the same to the bit. Where the window's images cannot be copied into,
-    /// or are of more than 8 bits, nothing changes.
+    /// Draws pictures beside the window's images, so that they can be [shown again](Presenter::show_again). They are the same to the bit, and cost a
+    /// copy of the picture in each frame. Where the window's images cannot be copied into, nothing changes.
+    pub fn with_kept_pictures(self) -> Self {
+        Self { keeps_pictures: true, ..self }
+    }
+
+    /// The same with pictures that may be smaller than the window ([`Presenter::set_resolution`]). Those in images of more than 8 bits are whole, and so
+    /// are those in images that are viewed as sRGB through another format.
     pub fn with_dynamic_resolution(self) -> Self {
-        Self { resolution: Some(1.0), ..self }
+        Self { resolution: Some(1.0), ..self.with_kept_pictures() }
     }
 
     /// From the next frame on pictures have this share, above 0 and up to 1, of the window's width and height. Returns false where they are whole
-    /// instead: without [`Presenter::with_dynamic_resolution`], while the window is split, and where the next frames are not made yet, which then
-    /// have the share. Only objects of the picture's size are made anew; the parts that the plan reports stay those of the size before. Waits for
+    /// instead: without [`Presenter::with_dynamic_resolution`] or where that says so, while the window is split, and where the next frames are not
+    /// made yet, which then have the share. Only objects of the picture's size are made anew; the parts that the plan reports stay those of the size before. Waits for
     /// nothing.
     ///
     /// # Errors
@@ -171,8 +182,10 @@ impl Presenter {
         }
         self.resolution = Some(share);
         let (Some(renderer), Some(swapchain)) = (&self.renderer, &self.swapchain) else { return Ok(false) };
-        let Some(canvas @ Canvas::Enlarge(_)) = renderer.plan.presented else { return Ok(false) };
-        let size = self.size_in(swapchain.extent, canvas);
+        let Some(canvas) = renderer.plan.presented.filter(|canvas| can_enlarge(swapchain, *canvas)) else {
+            return Ok(false);
+        };
+        let size = self.size_in(swapchain, canvas);
         if size != renderer.plan.size {
             let plan = renderer.plan.clone().of_size(size);
             (self.screenshot, self.kept) = (None, None);
@@ -181,25 +194,25 @@ impl Presenter {
         Ok(self.split.is_none())
     }
 
-    /// The size of pictures in a window of this extent.
-    fn size_in(&self, extent: vk::Extent2D, canvas: Canvas) -> [u32; 2] {
-        let share = match canvas {
-            Canvas::Enlarge(_) if self.split.is_none() => self.resolution.unwrap_or(1.0).clamp(0.0, 1.0),
-            _ => 1.0,
-        };
+    /// The size of pictures in a window with these images.
+    fn size_in(&self, swapchain: &Swapchain, canvas: Canvas) -> [u32; 2] {
+        let is_shared = can_enlarge(swapchain, canvas) && self.split.is_none();
+        let share = self.resolution.filter(|_| is_shared).unwrap_or(1.0).clamp(0.0, 1.0);
+        let extent = swapchain.extent;
         [extent.width, extent.height].map(|edge| ((f64::from(edge) * share).round() as u32).max(1))
     }
 
     /// The canvas of frames that are shown in images of these formats and uses.
     fn canvas(&self, formats: ImageFormats, usage: vk::ImageUsageFlags) -> Canvas {
-        match (formats.by_shader, transfer_of(formats.color_space)) {
-            // Images that are viewed in another format take what is copied as it is, and not encoded.
-            (false, _) if self.resolution.is_some() && usage.contains(COPIED_INTO) && formats.own == formats.drawn => {
-                Canvas::Enlarge(formats.drawn)
-            }
+        let encoding = match transfer_of(formats.color_space) {
+            Transfer::Srgb => Encoding { transfer: Transfer::Srgb, headroom: 1.0 },
+            transfer => Encoding { transfer, headroom: self.headroom },
+        };
+        match (formats.by_shader, self.keeps_pictures) {
+            (false, true) if usage.contains(COPIED_INTO) => Canvas::Enlarge(formats.drawn),
             (false, _) => Canvas::Straight(formats.drawn),
-            (true, Transfer::Srgb) => Canvas::Encode(Encoding { transfer: Transfer::Srgb, headroom: 1.0 }),
-            (true, transfer) => Canvas::Encode(Encoding { transfer, headroom: self.headroom }),
+            (true, true) => Canvas::EncodeKept(encoding),
+            (true, false) => Canvas::Encode(encoding),
         }
     }
 
@@ -315,7 +328,7 @@ impl Presenter {
 
     /// Returns true if the window's images can be copied from, for [`Presenter::picture`].
     pub fn can_copy(&self) -> bool {
-        let has_own = self.plan().is_some_and(FramePlan::is_copied_into_swapchain);
+        let has_own = self.plan().is_some_and(FramePlan::is_copied_to_be_shown);
         self.encode.is_some() || self.split.is_none() && has_own || self.swapchain.as_ref().is_some_and(copies)
     }
 
@@ -350,7 +363,8 @@ impl Presenter {
             self.times = times;
         }
         let place = renderer.next;
-        let over = || Over::of(renderer, swapchain, self.desc.images);
+        let encoded = encoded_image(renderer, self.beside_kept.as_ref());
+        let over = || Over::of(renderer, encoded, swapchain, self.desc.images);
         overlay(&self.device, &mut self.overlay, over, panels, place)?;
         let acquired = &self.acquired[place];
         let (index, fit) = match swapchain.acquire(acquired)? {
@@ -364,7 +378,7 @@ impl Presenter {
             self.swapchain = None;
         }
         let shown = shown?;
-        self.kept = self.plan().is_some_and(FramePlan::is_copied_into_swapchain).then(|| Kept::of(camera));
+        self.kept = self.plan().is_some_and(FramePlan::is_copied_to_be_shown).then(|| Kept::of(camera));
         match (shown, fit) {
             (Fit::Exact, fit) | (fit, _) => Ok(Outcome::Shown(fit)),
         }
@@ -419,7 +433,8 @@ impl Presenter {
         };
         let (place, image) = (renderer.next, &swapchain.images[index]);
         let acquired = self.acquired[place].raw;
-        let recorded = renderer.record(camera, [0.0; 2], Some((index, (image.raw, swapchain.extent))));
+        let shown = encoded_image(renderer, self.beside_kept.as_ref()).map_or(image.raw, |own| own.raw);
+        let recorded = renderer.record(camera, [0.0; 2], Some((index, (shown, swapchain.extent))));
         // Nothing else would wait for the semaphore, and it could not be used again.
         let recorded = recorded.inspect_err(|_| _ = self.device.consume(acquired))?;
         let cmd = renderer.frames[place].cmd.raw;
@@ -430,8 +445,14 @@ impl Presenter {
         };
         let image = &swapchain.images[index];
         if let Some(encode) = &self.encode {
-            let is_covered = self.split.is_some() || copied || panels.is_some();
-            record_encode(renderer, encode, (index, image.raw), is_covered);
+            if self.split.is_some() || copied || panels.is_some() {
+                // The overlay's time is not ENCODE's.
+                Timestamps::stamp(&mut renderer.frames[place].times, cmd, "over the picture");
+            }
+            if let Some(picture) = encoded_image(renderer, self.beside_kept.as_ref()) {
+                record_encode((&self.device, &renderer.edges), cmd, (encode, picture), (index, image.raw));
+            }
+            Timestamps::stamp(&mut renderer.frames[place].times, cmd, "encode");
         }
         // The rows "acquire" and "present".
         let (waits, signals) = (&[(acquired, stage)], &[image.drawn.raw]);
@@ -450,12 +471,14 @@ impl Presenter {
     ) {
         let (Some(renderer), Some(swapchain)) = (&self.renderer, &self.swapchain) else { return };
         let image = &swapchain.images[index];
-        let picture = own_canvas(renderer).map_or(image.raw, |own| own.raw);
+        let encoded = encoded_image(renderer, self.beside_kept.as_ref());
+        let picture = encoded.map_or(image.raw, |own| own.raw);
         if let Some(split) = &self.split {
             split.record(&self.device, &renderer.edges, (cmd, picture));
         }
         if let Some(copy) = self.screenshot.as_ref().filter(|_| copied) {
-            record_copy(renderer, cmd, copy, copies_whole(swapchain, &renderer.plan).then_some(image.raw));
+            let swapchain_image = copies_whole(swapchain, &renderer.plan).then_some(image.raw);
+            record_copy(renderer, cmd, copy, (swapchain_image, encoded));
         }
         if let (Some(overlay), Some(panels)) = (&self.overlay, panels) {
             let whole = ImageRange::whole(picture, vk::ImageAspectFlags::COLOR);
@@ -620,6 +643,11 @@ fn check_surface(device: &Device, surface: &Surface) -> gpu::Result<()> {
 
 /// The usage of the swapchain's images by SPLIT and PRESENT.
 const COPIED_INTO: vk::ImageUsageFlags = vk::ImageUsageFlags::TRANSFER_DST;
+
+/// Returns true if pictures in these images may be smaller than the window: a blit into images that are viewed in another format would not encode.
+fn can_enlarge(swapchain: &Swapchain, canvas: Canvas) -> bool {
+    matches!(canvas, Canvas::Enlarge(_)) && swapchain.formats.own == swapchain.formats.drawn
+}
 
 /// Further uses of a swapchain's images, where the surface allows them: screenshots copy from them, SPLIT and PRESENT into them.
 fn wishes(are_copied_into: bool) -> vk::ImageUsageFlags {

@@ -208,9 +208,13 @@ impl<'a> App<'a> {
         if let Some(nits) = self.options.hdr {
             presenter = presenter.with_hdr(nits);
         }
-        if self.options.dynamic_resolution {
-            presenter = presenter.with_dynamic_resolution();
-        }
+        presenter = match (self.options.dynamic_resolution, self.options.frames) {
+            (true, _) => presenter.with_dynamic_resolution(),
+            // Panels, messages and the divider change over a picture that is kept.
+            (false, None) => presenter.with_kept_pictures(),
+            // Frames that are measured are all drawn, and cost no copy.
+            (false, Some(_)) => presenter,
+        };
         let interface = UserInterface::new(&self.device, &window, Arc::clone(&self.wake));
         self.watch_files();
         for warning in self.subject.scene.warnings.iter().take(reload::WARNINGS) {
