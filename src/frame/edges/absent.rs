@@ -251,7 +251,7 @@ mod tests {
                     Canvas::Encode(encoding),
                     Canvas::EncodeKept(encoding),
                 ]
-                    .map(|canvas| (format!("{name}, {canvas:?}"), plan.clone().presented_as(canvas)))
+                .map(|canvas| (format!("{name}, {canvas:?}"), plan.clone().presented_as(canvas)))
             })
             .collect();
         all.extend(presented);

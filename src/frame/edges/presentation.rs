@@ -225,9 +225,7 @@ fn encoded(plan: &FramePlan) -> Vec<Edge> {
             barrier(RowName::PRESENT_TO_SWAPCHAIN, WRITTEN, COPIED)
                 .from(present::PASS.place, &[WRITE])
                 .to(Place::OUTSIDE, &[copy::READ])
-                .because(
-                    "COPY reads what PRESENT has written; SPLIT, OVERLAY and ENCODE wait for TRANSFER",
-                ),
+                .because("COPY reads what PRESENT has written; SPLIT, OVERLAY and ENCODE wait for TRANSFER"),
         ]);
     }
     rows

@@ -8,9 +8,9 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::over::{encoded_image, record_encode};
-use super::{Outcome, Presenter, overlay};
-use crate::frame::{Error, IN_FLIGHT};
+use super::over::{Over, encoded_image, overlay, record_encode};
+use super::{Outcome, Presenter};
+use crate::frame::{Error, FrameTimes, IN_FLIGHT};
 use crate::gpu::{self, Acquired, Around, CommandBuffer, Device, Fit, Owned, Ticket, semaphore, vk};
 use crate::passes::overlay::Panels;
 use crate::scene::Camera;
@@ -65,12 +65,20 @@ impl Presenter {
 
     /// The time that the last frame took to be recorded and drawn; none if it is not done yet, or the device measures no times.
     pub fn last_took(&self) -> Option<Duration> {
-        let renderer = self.renderer.as_ref()?;
-        let last = &renderer.frames[(renderer.next + IN_FLIGHT - 1) % IN_FLIGHT];
-        let is_done = self.device.is_done(last.ticket?).unwrap_or(false);
-        // Times are read when they are there only.
-        let times = is_done.then(|| last.times(&self.device, None)).and_then(Result::ok)?;
+        let times = self.last_times()?;
         Some(Duration::from_secs_f64((times.record_ms + times.gpu_ms?) * 1e-3))
+    }
+
+    /// The times of the last frame, if it is done.
+    pub(super) fn last_times(&self) -> Option<FrameTimes> {
+        let renderer = self.renderer.as_ref()?;
+        let place = (renderer.next + IN_FLIGHT - 1) % IN_FLIGHT;
+        let last = &renderer.frames[place];
+        let is_done = self.device.is_done(last.ticket?).unwrap_or(false);
+        // Times and counts are read when they are there only.
+        is_done.then_some(())?;
+        let found = renderer.culling.as_ref().map(|culling| culling.found(place)).transpose().ok()?;
+        last.times(&self.device, found).ok()
     }
 
     /// Shows the last picture again, with these panels over it and the divider where it is now, and draws nothing of the scene. `copied` as of
@@ -96,7 +104,7 @@ impl Presenter {
             return Ok(Outcome::Nothing(Fit::OutOfDate));
         };
         let encoded = encoded_image(renderer, self.beside_kept.as_ref());
-        let over = || super::Over::of(renderer, encoded, swapchain, self.desc.images);
+        let over = || Over::of(renderer, encoded, swapchain, self.desc.images);
         overlay(&self.device, &mut self.overlay, over, panels, IN_FLIGHT)?;
         let (index, fit) = match swapchain.acquire(&again.acquired)? {
             Acquired::Image(index, fit) => (index, fit),

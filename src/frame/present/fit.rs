@@ -118,8 +118,7 @@ impl Presenter {
             }
             own => own?,
         };
-        self.desc =
-            SwapchainDesc { size, wishes: wishes(self.split.is_some() || self.keeps_pictures), ..self.desc };
+        self.desc = SwapchainDesc { size, wishes: wishes(self.split.is_some() || self.keeps_pictures), ..self.desc };
         let Some((settings, plan)) = self.fit_swapchain(scene, settings)? else { return Ok(Fitted::Nothing) };
         let Some(swapchain) = &self.swapchain else { return Ok(Fitted::Nothing) };
         let views = swapchain.views();
@@ -235,7 +234,8 @@ impl Presenter {
         let (Some(split), Some(renderer), Some(swapchain)) = (&mut self.split, &self.renderer, &self.swapchain) else {
             return false;
         };
-        let can_split = swapchain.usage.contains(COPIED_INTO) || encoded_image(renderer, self.beside_kept.as_ref()).is_some();
+        let can_split =
+            swapchain.usage.contains(COPIED_INTO) || encoded_image(renderer, self.beside_kept.as_ref()).is_some();
         let fitted = match renderer.plan.presented.filter(|_| can_split) {
             Some(canvas) => split.fit((scene, settings), (renderer, canvas), self.changed, made),
             None => Err(gpu::Error::Unsupported("this window's images cannot be copied into".into()).into()),
