@@ -93,9 +93,10 @@ fn without_hdr() -> Keep {
     hdr.iter().fold(Keep::ALL, |keep, &part| keep.without(part))
 }
 
-/// The lean plan rounds each sample's shown value to 8 bits, and the hardware averages them as light. Such an error is at most half a code of a sample,
-/// and less of the mean: sRGB's slope falls with brightness, so where some of the samples are bright, their share of the mean is smaller than the slope
-/// of the mean is steeper. Half a code, before the mean is rounded itself, is one code.
+/// The lean plan rounds each sample's shown value to 8 bits, and the hardware averages them as light. Rounding errs by half a code of a sample at most, which is
+/// half the slope of light by code there. Above sRGB's linear toe that slope is concave in the light, so its mean over the samples is at most the slope at
+/// their mean (Jensen): the mean errs by half a code at most. With samples on both sides of the toe's end it is two thirds. Half floats add a sixteenth.
+/// Values that differ by less than a code are rounded to codes that differ by one at most.
 #[test]
 fn edges_of_several_samples_differ_by_one_code_at_most_in_the_full_plan() {
     on_gpu(|gpu| {

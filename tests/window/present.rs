@@ -182,7 +182,11 @@ fn a_picture_that_is_kept_is_shown_again_under_other_panels_bit_by_bit() {
                     let again = presenter.show_again(true, (frame != 3).then_some(&over));
                     let again = again.unwrap_or_else(|error| panic!("{name}: {error}"));
                     assert!(matches!(again, Outcome::Shown(_)), "{name}: {again:?}");
-                    assert_identical(&presenter.picture().expect("copied"), &expected, &format!("{name}, again {frame}"));
+                    assert_identical(
+                        &presenter.picture().expect("copied"),
+                        &expected,
+                        &format!("{name}, again {frame}"),
+                    );
                 }
                 assert_eq!(presenter.drawn(), figures, "{name}: no frame of the scene");
             }
