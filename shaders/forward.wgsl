@@ -20,7 +20,7 @@
 #endif
 #endif
 #ifdef EXTRAS
-#import afterlight::instance::{highlighted, is_selected, tint_of}
+#import afterlight::instance::{highlighted, is_selected, packed_look, tint_of, unpacked_look}
 #endif
 #import afterlight::shading::{light_everywhere, surface_of, Everywhere, Model}
 #ifdef LIGHTS
@@ -146,10 +146,10 @@ struct Varying {
 #endif
     @location(4) @interpolate(perspective, centroid) world: vec3<f32>,
 #ifdef EXTRAS
-    // The colour of the vertex times the tint of the instance.
+    // The colour of the vertex.
     @location(5) @interpolate(perspective, centroid) color: vec4<f32>,
-    // The last number of the look.
-    @location(10) @interpolate(flat) look: u32,
+    // The look of the instance (`packed_look`).
+    @location(10) @interpolate(flat) look: vec2<u32>,
 #endif
 }
 
@@ -176,8 +176,8 @@ fn vertex(in: Vertex) -> Varying {
 #endif
     out.world = world;
 #ifdef EXTRAS
-    out.color = select(vec4(1.0), in.color, COLORED) * vec4(select(vec3(1.0), tint_of(in.look), LOOKS), 1.0);
-    out.look = in.look.w;
+    out.color = select(vec4(1.0), in.color, COLORED);
+    out.look = packed_look(in.look);
 #endif
     return out;
 }
@@ -185,7 +185,7 @@ fn vertex(in: Vertex) -> Varying {
 #ifdef TEXTURED
 fn uvs_of(in: Varying) -> Uvs {
 #ifdef EXTRAS
-    return Uvs(in.base_and_normal, in.metal_and_occlusion, in.emissive_and_specular, in.of_shininess, layer_of(in.look));
+    return Uvs(in.base_and_normal, in.metal_and_occlusion, in.emissive_and_specular, in.of_shininess, layer_of(unpacked_look(in.look).w));
 #else
     return Uvs(in.uv);
 #endif
@@ -230,8 +230,10 @@ fn shade(in: Varying, front: bool) -> vec4<f32> {
     var point = plain_point();
 #endif
 #ifdef EXTRAS
-    point.base *= select(vec4(1.0), in.color, COLORED || LOOKS);
-    let selected = LOOKS && is_selected(in.look);
+    let look = unpacked_look(in.look);
+    let color = select(vec4(1.0), in.color, COLORED) * vec4(select(vec3(1.0), tint_of(look), LOOKS), 1.0);
+    point.base *= color;
+    let selected = LOOKS && is_selected(look.w);
     if selected && !COLORED_LIGHT {
         point.base = vec4(highlighted(point.base.rgb, 1.0), point.base.a);
     }
@@ -250,7 +252,7 @@ fn shade(in: Varying, front: bool) -> vec4<f32> {
         emissive = push.emissive;
 #endif
 #ifdef EXTRAS
-        emissive *= select(vec3(1.0), in.color.rgb, COLORED_LIGHT);
+        emissive *= select(vec3(1.0), color.rgb, COLORED_LIGHT);
         if selected && COLORED_LIGHT {
             emissive = highlighted(emissive, frame.exposure);
         }

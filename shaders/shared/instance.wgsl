@@ -37,6 +37,16 @@ fn tint_of(look: vec4<u32>) -> vec3<f32> {
     return vec3<f32>(look.xyz) / 65535.0;
 }
 
+// The look on its way from the vertices to the fragments: two numbers in each. A tint that travels as it is, flat, reaches each fragment to the bit;
+// one that is interpolated as a colour is rounded, and Mesa before 26 moves the centroids of all values of a shader that reads one more of them.
+fn packed_look(look: vec4<u32>) -> vec2<u32> {
+    return look.xz | (look.yw << vec2(16u));
+}
+
+fn unpacked_look(packed: vec2<u32>) -> vec4<u32> {
+    return vec4(packed.x & 0xffffu, packed.x >> 16u, packed.y & 0xffffu, packed.y >> 16u);
+}
+
 fn layer_of(last: u32) -> u32 {
     return last & 0x7fffu;
 }

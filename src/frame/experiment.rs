@@ -58,6 +58,8 @@ pub enum Way {
     Enlarged,
     /// ENCODE writes them.
     Encoded,
+    /// The same of a copy, under which the picture is kept.
+    EncodedKept,
 }
 
 /// The same of frames that are presented, on a surface without a display, with and without whatever may lie over the picture: another one beside it,
@@ -101,6 +103,7 @@ fn presenter(device: &Arc<Device>, scene: &Scene, settings: &Settings, way: Way)
         Way::Straight => presenter,
         Way::Enlarged => presenter.with_dynamic_resolution(),
         Way::Encoded => presenter.with_encoding(),
+        Way::EncodedKept => presenter.with_encoding().with_kept_pictures(),
     })
 }
 

@@ -130,6 +130,13 @@ fn after_the_picture(plan: &FramePlan) -> Vec<Option<Step>> {
     let shown = shown(plan);
     let swapchain = Resource::SwapchainImage;
     let to_host = (RowName::PICTURE_TO_HOST, Resource::ReadBack);
+    let copied = commands(
+        plan,
+        Always,
+        &present::PASS,
+        &[(RowName::SWAPCHAIN_TO_PRESENT, shown)],
+        &[(RowName::PRESENT_TO_SWAPCHAIN, shown)],
+    );
     let split = commands(
         plan,
         Split,
@@ -147,13 +154,7 @@ fn after_the_picture(plan: &FramePlan) -> Vec<Option<Step>> {
     match plan.presented {
         None => vec![commands(plan, Copied, &copy::PASS, &[], &[to_host])],
         Some(Canvas::Straight(_) | Canvas::Enlarge(_)) => vec![
-            commands(
-                plan,
-                Always,
-                &present::PASS,
-                &[(RowName::SWAPCHAIN_TO_PRESENT, swapchain)],
-                &[(RowName::PRESENT_TO_SWAPCHAIN, swapchain)],
-            ),
+            copied,
             split,
             commands(
                 plan,
@@ -165,7 +166,8 @@ fn after_the_picture(plan: &FramePlan) -> Vec<Option<Step>> {
             covered,
             Some(Step::Presentation),
         ],
-        Some(Canvas::Encode(_)) => vec![
+        Some(Canvas::Encode(_) | Canvas::EncodeKept(_)) => vec![
+            copied,
             split,
             commands(plan, Copied, &copy::PASS, &[], &[to_host]),
             covered,

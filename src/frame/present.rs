@@ -1,6 +1,7 @@
 //! Frames that a window shows: each into an image of the swapchain, as docs/WINDOW.md tells under "How a frame reaches the screen".
 
 mod again;
+mod draw;
 mod fit;
 mod over;
 
@@ -11,26 +12,21 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::builder::RendererBuilder;
-use super::edges::{self, Edges, RowName};
-use super::read_back::{picture_of, picture_up_to_white};
+use super::edges::{self, Edges};
 use super::rebuild::Rebuild;
-use super::render_passes::image_barrier;
 use super::split::Split;
 use super::{Drawn, Error, FrameParts, FrameTimes, IN_FLIGHT, Picture, Renderer, list, plan_for};
-use crate::gpu::barrier::ImageRange;
 use crate::gpu::{
-    self, Acquired, Around, Device, Fit, ImageFormats, ImageWish, Owned, Surface, Swapchain, SwapchainDesc, Vsync,
-    semaphore,
+    self, Device, Fit, Image, ImageFormats, ImageWish, Owned, Surface, Swapchain, SwapchainDesc, Vsync, semaphore,
 };
 use crate::gpu_scene::GpuScene;
 use crate::passes::copy::Copy;
 use crate::passes::encode::{Encode, WHITE_NITS};
-use crate::passes::overlay::{self, Overlay, Panels};
+use crate::passes::overlay::{self, Overlay};
 use crate::passes::split;
 use crate::plan::{self, Canvas, Encoding, FramePlan, Part, Transfer};
 use crate::scene::{Camera, Light, Pose, Scene, Settings, View};
 use again::{Again, Kept};
-use over::{Over, overlay, own_canvas, record_copy, record_encode};
 
 /// The outcome of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,7 +47,9 @@ pub struct Presenter {
     desc: SwapchainDesc,
     /// The brightest that the display shows, where it may show more than white, in units of white.
     headroom: f32,
-    /// The share of the window's width and height that pictures have. None: passes draw into the swapchain's images.
+    /// PRESENT copies pictures where that can be. Otherwise passes draw into the swapchain's images, and panels over the picture.
+    keeps_pictures: bool,
+    /// The share of the window's width and height that pictures have. None: they are whole.
     resolution: Option<f64>,
     /// One for each frame in flight: free again when the frame that waits for it is done.
     acquired: Vec<Owned<vk::Semaphore>>,
@@ -66,6 +64,8 @@ pub struct Presenter {
     is_copied: bool,
     /// The picture of the last frame, where the frame's own image still has it.
     kept: Option<Kept>,
+    /// The copy of it that panels are drawn over, where ENCODE reads that.
+    beside_kept: Option<Image>,
     /// Made when a picture is first shown again.
     again: Option<Again>,
     /// Only while something is shown over the picture.
@@ -108,6 +108,7 @@ impl Presenter {
             surface: Some(surface),
             desc: SwapchainDesc { vsync, ..desc_for(&plan) },
             headroom: 1.0,
+            keeps_pictures: false,
             resolution: None,
             acquired,
             renderer: None,
@@ -116,6 +117,7 @@ impl Presenter {
             screenshot: None,
             is_copied: false,
             kept: None,
+            beside_kept: None,
             again: None,
             overlay: None,
             encode: None,
@@ -151,16 +153,21 @@ impl Presenter {
         Self { desc: SwapchainDesc { images, ..self.desc }, ..self }
     }
 
-    /// Draws pictures beside the window's images, so that they may be smaller than the window ([`Presenter::set_resolution`]) and can be
-    /// [shown again](Presenter::show_again). Pictures as large as the window are the same to the bit. Where the window's images cannot be copied into,
-    /// or are of more than 8 bits, nothing changes.
+    /// Draws pictures beside the window's images, so that they can be [shown again](Presenter::show_again). They are the same to the bit, and cost a
+    /// copy of the picture in each frame. Where the window's images cannot be copied into, nothing changes.
+    pub fn with_kept_pictures(self) -> Self {
+        Self { keeps_pictures: true, ..self }
+    }
+
+    /// The same with pictures that may be smaller than the window ([`Presenter::set_resolution`]). Those in images of more than 8 bits are whole, and so
+    /// are those in images that are viewed as sRGB through another format.
     pub fn with_dynamic_resolution(self) -> Self {
-        Self { resolution: Some(1.0), ..self }
+        Self { resolution: Some(1.0), ..self.with_kept_pictures() }
     }
 
     /// From the next frame on pictures have this share, above 0 and up to 1, of the window's width and height. Returns false where they are whole
-    /// instead: without [`Presenter::with_dynamic_resolution`], while the window is split, and where the next frames are not made yet, which then
-    /// have the share. Only objects of the picture's size are made anew; the parts that the plan reports stay those of the size before. Waits for
+    /// instead: without [`Presenter::with_dynamic_resolution`] or where that says so, while the window is split, and where the next frames are not
+    /// made yet, which then have the share. Only objects of the picture's size are made anew; the parts that the plan reports stay those of the size before. Waits for
     /// nothing.
     ///
     /// # Errors
@@ -171,8 +178,10 @@ impl Presenter {
         }
         self.resolution = Some(share);
         let (Some(renderer), Some(swapchain)) = (&self.renderer, &self.swapchain) else { return Ok(false) };
-        let Some(canvas @ Canvas::Enlarge(_)) = renderer.plan.presented else { return Ok(false) };
-        let size = self.size_in(swapchain.extent, canvas);
+        let Some(canvas) = renderer.plan.presented.filter(|canvas| can_enlarge(swapchain, *canvas)) else {
+            return Ok(false);
+        };
+        let size = self.size_in(swapchain, canvas);
         if size != renderer.plan.size {
             let plan = renderer.plan.clone().of_size(size);
             (self.screenshot, self.kept) = (None, None);
@@ -181,25 +190,25 @@ impl Presenter {
         Ok(self.split.is_none())
     }
 
-    /// The size of pictures in a window of this extent.
-    fn size_in(&self, extent: vk::Extent2D, canvas: Canvas) -> [u32; 2] {
-        let share = match canvas {
-            Canvas::Enlarge(_) if self.split.is_none() => self.resolution.unwrap_or(1.0).clamp(0.0, 1.0),
-            _ => 1.0,
-        };
+    /// The size of pictures in a window with these images.
+    fn size_in(&self, swapchain: &Swapchain, canvas: Canvas) -> [u32; 2] {
+        let is_shared = can_enlarge(swapchain, canvas) && self.split.is_none();
+        let share = self.resolution.filter(|_| is_shared).unwrap_or(1.0).clamp(0.0, 1.0);
+        let extent = swapchain.extent;
         [extent.width, extent.height].map(|edge| ((f64::from(edge) * share).round() as u32).max(1))
     }
 
     /// The canvas of frames that are shown in images of these formats and uses.
     fn canvas(&self, formats: ImageFormats, usage: vk::ImageUsageFlags) -> Canvas {
-        match (formats.by_shader, transfer_of(formats.color_space)) {
-            // Images that are viewed in another format take what is copied as it is, and not encoded.
-            (false, _) if self.resolution.is_some() && usage.contains(COPIED_INTO) && formats.own == formats.drawn => {
-                Canvas::Enlarge(formats.drawn)
-            }
+        let encoding = match transfer_of(formats.color_space) {
+            Transfer::Srgb => Encoding { transfer: Transfer::Srgb, headroom: 1.0 },
+            transfer => Encoding { transfer, headroom: self.headroom },
+        };
+        match (formats.by_shader, self.keeps_pictures) {
+            (false, true) if usage.contains(COPIED_INTO) => Canvas::Enlarge(formats.drawn),
             (false, _) => Canvas::Straight(formats.drawn),
-            (true, Transfer::Srgb) => Canvas::Encode(Encoding { transfer: Transfer::Srgb, headroom: 1.0 }),
-            (true, transfer) => Canvas::Encode(Encoding { transfer, headroom: self.headroom }),
+            (true, true) => Canvas::EncodeKept(encoding),
+            (true, false) => Canvas::Encode(encoding),
         }
     }
 
@@ -315,184 +324,8 @@ impl Presenter {
 
     /// Returns true if the window's images can be copied from, for [`Presenter::picture`].
     pub fn can_copy(&self) -> bool {
-        let has_own = self.plan().is_some_and(FramePlan::is_copied_into_swapchain);
+        let has_own = self.plan().is_some_and(FramePlan::is_copied_to_be_shown);
         self.encode.is_some() || self.split.is_none() && has_own || self.swapchain.as_ref().is_some_and(copies)
-    }
-
-    /// Draws a frame and has it shown. Waits for the frame before the last, and a moment for an image. With `copied`, its picture can be had
-    /// from [`Presenter::picture`], with the view beside it, without the panels that lie over it; then it waits for the last frame as well, if
-    /// that has a picture which nobody has read.
-    ///
-    /// # Errors
-    /// When the device is lost or out of memory, or cannot draw from this camera; the image cannot be copied from.
-    pub fn draw(&mut self, camera: &Camera, copied: bool, panels: Option<&Panels>) -> Result<Outcome, Error> {
-        if let (Some(renderer), Some(_)) = (&self.renderer, &self.swapchain) {
-            // Everything that can fail comes before the image is acquired: an acquired image must be presented.
-            renderer.plan.check_camera(camera)?;
-            if renderer.plan.encoding.is_some() != self.encode.is_some() {
-                // It could not be made.
-                return Ok(Outcome::Nothing(Fit::OutOfDate));
-            }
-        }
-        self.prepare_copy(copied)?;
-        if self.split.is_some() {
-            // The picture beside is drawn in any case, the window's own only into an image that is there.
-            self.outdate();
-        }
-        let (Some(renderer), Some(swapchain)) = (&mut self.renderer, &self.swapchain) else {
-            return Ok(Outcome::Nothing(Fit::OutOfDate));
-        };
-        if let Some(split) = &mut self.split {
-            split.draw(camera)?;
-        }
-        // The semaphore's last wait is over then.
-        if let Some(times) = renderer.free_place()? {
-            self.times = times;
-        }
-        let place = renderer.next;
-        let over = || Over::of(renderer, swapchain, self.desc.images);
-        overlay(&self.device, &mut self.overlay, over, panels, place)?;
-        let acquired = &self.acquired[place];
-        let (index, fit) = match swapchain.acquire(acquired)? {
-            Acquired::Image(index, fit) => (index, fit),
-            Acquired::Nothing(fit) => return Ok(Outcome::Nothing(fit)),
-        };
-        self.kept = None;
-        let shown = self.draw_into(index, camera, copied, panels);
-        if shown.is_err() {
-            // The image stays acquired, which only the end of its swapchain changes; the next fit makes another.
-            self.swapchain = None;
-        }
-        let shown = shown?;
-        self.kept = self.plan().is_some_and(FramePlan::is_copied_into_swapchain).then(|| Kept::of(camera));
-        match (shown, fit) {
-            (Fit::Exact, fit) | (fit, _) => Ok(Outcome::Shown(fit)),
-        }
-    }
-
-    /// Sees to it that the next frame's picture can be copied, if it is to be.
-    fn prepare_copy(&mut self, copied: bool) -> Result<(), Error> {
-        let can_copy = self.can_copy();
-        let Some(renderer) = self.renderer.as_ref().filter(|_| copied && self.swapchain.is_some()) else {
-            return Ok(());
-        };
-        if self.screenshot.is_none() {
-            if !can_copy {
-                return Err(gpu::Error::Unsupported("this window's images cannot be copied from".into()).into());
-            }
-            self.screenshot = Some(Copy::new(&self.device, &renderer.plan)?);
-        }
-        if self.is_copied {
-            // Two pictures would be written in one place.
-            self.wait()?;
-        }
-        Ok(())
-    }
-
-    /// Waits for all frames.
-    fn wait(&mut self) -> Result<(), Error> {
-        if let Some(renderer) = &mut self.renderer {
-            renderer.wait()?;
-        }
-        match self.again.as_ref().and_then(|again| again.ticket) {
-            Some(ticket) => Ok(self.device.wait(ticket)?),
-            None => Ok(()),
-        }
-    }
-
-    /// The stage at which a frame waits for its image: the row "acquire".
-    fn acquire_stage(&self) -> vk::PipelineStageFlags {
-        let row = self.renderer.as_ref().and_then(|renderer| renderer.edges.find(RowName::ACQUIRE));
-        row.map_or(vk::PipelineStageFlags::ALL_COMMANDS, |row| row.after.stage)
-    }
-
-    /// Draws into an image that is acquired, and presents it.
-    fn draw_into(
-        &mut self,
-        index: usize,
-        camera: &Camera,
-        copied: bool,
-        panels: Option<&Panels>,
-    ) -> Result<Fit, Error> {
-        let (Some(renderer), Some(swapchain)) = (&mut self.renderer, &self.swapchain) else {
-            return Ok(Fit::OutOfDate);
-        };
-        let (place, image) = (renderer.next, &swapchain.images[index]);
-        let acquired = self.acquired[place].raw;
-        let recorded = renderer.record(camera, [0.0; 2], Some((index, (image.raw, swapchain.extent))));
-        // Nothing else would wait for the semaphore, and it could not be used again.
-        let recorded = recorded.inspect_err(|_| _ = self.device.consume(acquired))?;
-        let cmd = renderer.frames[place].cmd.raw;
-        self.record_over(cmd, (index, place), copied, panels);
-        let stage = self.acquire_stage();
-        let (Some(renderer), Some(swapchain)) = (&mut self.renderer, &self.swapchain) else {
-            return Ok(Fit::OutOfDate);
-        };
-        let image = &swapchain.images[index];
-        if let Some(encode) = &self.encode {
-            let is_covered = self.split.is_some() || copied || panels.is_some();
-            record_encode(renderer, encode, (index, image.raw), is_covered);
-        }
-        // The rows "acquire" and "present".
-        let (waits, signals) = (&[(acquired, stage)], &[image.drawn.raw]);
-        let submitted = renderer.submit(recorded, &Around { waits, signals, ends_frame: None });
-        submitted.inspect_err(|_| _ = self.device.consume(acquired))?;
-        self.present(index, copied, panels)
-    }
-
-    /// Records SPLIT, COPY and OVERLAY after the picture. `place` is where [`Overlay::write`] has put the panels.
-    fn record_over(
-        &self,
-        cmd: vk::CommandBuffer,
-        (index, place): (usize, usize),
-        copied: bool,
-        panels: Option<&Panels>,
-    ) {
-        let (Some(renderer), Some(swapchain)) = (&self.renderer, &self.swapchain) else { return };
-        let image = &swapchain.images[index];
-        let picture = own_canvas(renderer).map_or(image.raw, |own| own.raw);
-        if let Some(split) = &self.split {
-            split.record(&self.device, &renderer.edges, (cmd, picture));
-        }
-        if let Some(copy) = self.screenshot.as_ref().filter(|_| copied) {
-            record_copy(renderer, cmd, copy, copies_whole(swapchain, &renderer.plan).then_some(image.raw));
-        }
-        if let (Some(overlay), Some(panels)) = (&self.overlay, panels) {
-            let whole = ImageRange::whole(picture, vk::ImageAspectFlags::COLOR);
-            image_barrier(&self.device, cmd, whole, renderer.edges.find(RowName::PICTURE_TO_OVERLAY));
-            overlay.record(cmd, index, place, panels);
-            image_barrier(&self.device, cmd, whole, renderer.edges.find(RowName::OVERLAY_TO_PICTURE));
-        }
-    }
-
-    /// Presents an image whose frame is submitted.
-    fn present(&mut self, index: usize, copied: bool, panels: Option<&Panels>) -> Result<Fit, Error> {
-        let Some(swapchain) = &self.swapchain else { return Ok(Fit::OutOfDate) };
-        self.is_copied |= copied;
-        // A texture that is given up before a frame is submitted could be destroyed before the frame is done.
-        if let (Some(overlay), Some(panels)) = (&mut self.overlay, panels) {
-            overlay.forget(&panels.spent);
-        }
-        Ok(swapchain.present(index)?)
-    }
-
-    /// The picture of the last frame, which was drawn to be copied. Waits for it.
-    ///
-    /// # Errors
-    /// When it was not, or the device is lost.
-    pub fn picture(&mut self) -> Result<Picture, Error> {
-        // The row "copy-to-host".
-        self.wait()?;
-        let (Some(renderer), Some(swapchain), Some(copy)) = (&self.renderer, &self.swapchain, &self.screenshot) else {
-            return Err(gpu::Error::Misuse("a picture of a window is read that was not copied".into()).into());
-        };
-        self.is_copied = false;
-        if renderer.plan.encoding.is_some() {
-            return picture_up_to_white(copy, renderer.plan.size);
-        }
-        let format =
-            if copies_whole(swapchain, &renderer.plan) { swapchain.formats.drawn } else { renderer.plan.output };
-        picture_of(copy, renderer.plan.size, format)
     }
 
     /// A picture of the same scene that no window shows, of the size and all else that `settings` say. Shares the scene on the device with the
@@ -512,7 +345,8 @@ impl Presenter {
 
     /// The times of the last frame that is known to be done; without `wall_ms`, as nobody waited for it.
     pub fn times(&self) -> FrameTimes {
-        self.times.clone()
+        // After a picture that is shown again and again, no frame follows that would bring the times of the last one.
+        self.last_times().unwrap_or_else(|| self.times.clone())
     }
 
     /// Returns the last frame's figures.
@@ -620,6 +454,11 @@ fn check_surface(device: &Device, surface: &Surface) -> gpu::Result<()> {
 
 /// The usage of the swapchain's images by SPLIT and PRESENT.
 const COPIED_INTO: vk::ImageUsageFlags = vk::ImageUsageFlags::TRANSFER_DST;
+
+/// Returns true if pictures in these images may be smaller than the window: a blit into images that are viewed in another format would not encode.
+fn can_enlarge(swapchain: &Swapchain, canvas: Canvas) -> bool {
+    matches!(canvas, Canvas::Enlarge(_)) && swapchain.formats.own == swapchain.formats.drawn
+}
 
 /// Further uses of a swapchain's images, where the surface allows them: screenshots copy from them, SPLIT and PRESENT into them.
 fn wishes(are_copied_into: bool) -> vk::ImageUsageFlags {

@@ -82,6 +82,8 @@ struct CullingStage {
 /// PRESENT, with the picture that it copies and the rows of the barriers around it.
 struct PresentStage {
     picture: Target,
+    /// The image that is shown has the same texels. A compute pass writes its own order of channels.
+    is_alike: bool,
     before: Edge,
     after: Edge,
 }
@@ -145,7 +147,12 @@ impl RenderPasses {
             None => None,
         };
         let rows = row(RowName::SWAPCHAIN_TO_PRESENT).zip(row(RowName::PRESENT_TO_SWAPCHAIN));
-        let present = rows.map(|(before, after)| PresentStage { picture: plan.picture(), before, after });
+        let present = rows.map(|(before, after)| PresentStage {
+            picture: plan.picture(),
+            is_alike: !plan.is_tiled(),
+            before,
+            after,
+        });
         let mut made = Self { targets, list, passes, shadow, skin, hiding: None, culling, present };
         made.hiding = HidingStage::new(parts, &made)?;
         made.expose(plan, world);
@@ -310,14 +317,15 @@ impl RenderPasses {
         }
     }
 
-    /// Records the copy of the picture into the swapchain's image, outside a render pass, where the plan has it.
+    /// Records the copy of the picture into the image that is shown, outside a render pass, where the plan has it.
     pub fn present_into(&self, device: &Device, cmd: vk::CommandBuffer, (image, extent): (vk::Image, vk::Extent2D)) {
         let Some(stage) = &self.present else { return };
         device.begin_label(cmd, present::PASS.place.name());
         let whole = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
-        // Presentation may still have read the image: all of it is written.
+        // Presentation, or ENCODE, may still have read the image: all of it is written.
         image_barrier(device, cmd, whole, Some(&stage.before));
-        present::record(device, cmd, self.targets.image(stage.picture), (image, extent));
+        let picture = self.targets.image(stage.picture);
+        present::record(device, cmd, (picture, stage.is_alike), (image, extent));
         image_barrier(device, cmd, whole, Some(&stage.after));
         device.end_label(cmd);
     }

@@ -59,6 +59,7 @@ pub fn presented(plan: FramePlan, way: Way) -> FramePlan {
         Way::Straight => Canvas::Straight(vk::Format::B8G8R8A8_SRGB),
         Way::Enlarged => Canvas::Enlarge(vk::Format::B8G8R8A8_SRGB),
         Way::Encoded => Canvas::Encode(Encoding { transfer: Transfer::Srgb, headroom: 1.0 }),
+        Way::EncodedKept => Canvas::EncodeKept(Encoding { transfer: Transfer::Srgb, headroom: 1.0 }),
     })
 }
 

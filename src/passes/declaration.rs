@@ -88,6 +88,8 @@ pub enum Resource {
     Target(Target),
     /// An image of the swapchain, where the picture itself is not drawn into one.
     SwapchainImage,
+    /// The image that ENCODE reads, where the picture itself is kept.
+    ShownImage,
     /// The image of all shadow maps.
     ShadowMaps,
     /// Textures of the scene, and its sky.
@@ -131,6 +133,7 @@ impl fmt::Display for Resource {
             Self::Target(Target::Smoothed) => "picture",
             Self::Target(target) => return f.write_str(&format!("{target:?}").to_lowercase()),
             Self::SwapchainImage => "swapchain image",
+            Self::ShownImage => "shown image",
             Self::ShadowMaps => "shadow maps",
             Self::Textures => "textures",
             Self::SkyLight => "light of the sky",

@@ -21,7 +21,7 @@ pub const PASS: Pass = Pass {
     time: "encode",
     what: "brings the picture into an image of the swapchain that no hardware encodes",
     presence: |plan| {
-        let is_in = matches!(plan.presented, Some(Canvas::Encode(_)));
+        let is_in = matches!(plan.presented, Some(Canvas::Encode(_) | Canvas::EncodeKept(_)));
         let why_not = match plan.presented {
             None => NO_WINDOW,
             Some(_) if plan.is_tiled() => "TILED encodes the picture, and PRESENT copies it",

@@ -105,7 +105,7 @@ use ash::vk;
 
 use crate::gpu::{self, Device, Timestamps, sync::Use};
 use crate::gpu_scene::{CulledState, Culling, GpuScene, INDEX_READ, Instances, SKY_READ, TEXTURE_READ, VERTEX_READ};
-use crate::plan::{FramePlan, IndexWidth, Shading, Target, TexturePlan};
+use crate::plan::{Canvas, FramePlan, IndexWidth, Shading, Target, TexturePlan};
 use crate::scene::counted;
 use crate::shaders::Variant;
 use crate::visible::{MapDraw, Since, Visible, World, WorldObject};
@@ -266,9 +266,13 @@ fn sky_light(plan: &FramePlan) -> Option<Touch> {
     plan.is_lit_by_sky().then(|| Touch::resource(Resource::SkyLight, SKY_READ))
 }
 
-/// The place of the finished picture: an image of the swapchain where PRESENT has copied it into one, else its target.
+/// The place of the finished picture: the image that PRESENT has copied it into, else its target.
 pub fn shown(plan: &FramePlan) -> Resource {
-    if plan.is_copied_into_swapchain() { Resource::SwapchainImage } else { Resource::Target(plan.picture()) }
+    match plan.presented {
+        Some(Canvas::EncodeKept(_)) => Resource::ShownImage,
+        _ if plan.is_copied_to_be_shown() => Resource::SwapchainImage,
+        _ => Resource::Target(plan.picture()),
+    }
 }
 
 /// Returns the input attachments of the pass after GEOMETRY, in the order of the bindings of `shaders/shared/gbuffer.wgsl`, depth first.

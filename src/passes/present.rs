@@ -1,9 +1,9 @@
-//! PRESENT: copies a picture that a compute pass wrote, or one that is to be enlarged, into an image of the swapchain. A picture that a render pass
-//! draws otherwise is drawn there directly.
+//! PRESENT: copies a picture that a compute pass wrote, or one that is to be enlarged or kept, into an image of the swapchain, or into the one that
+//! ENCODE reads. A picture that a render pass draws otherwise is drawn there directly.
 
 use ash::vk;
 
-use super::{How, NO_WINDOW, Pass, Place, Presence, Resource, Touch};
+use super::{How, NO_WINDOW, Pass, Place, Presence, Resource, Touch, shown};
 use crate::gpu::{Device, Image, sync::Use};
 use crate::plan::Canvas;
 
@@ -12,7 +12,7 @@ use crate::plan::Canvas;
 pub const ATTACH: Use = Use::new(vk::PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT, vk::AccessFlags::empty());
 /// The same where PRESENT is the first.
 pub const BEGIN: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::empty());
-/// Writes every pixel of the swapchain's image.
+/// Writes every pixel of the image that the window shows.
 pub const WRITE: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE);
 
 /// Reads the picture.
@@ -21,10 +21,10 @@ const READ: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TR
 pub const PASS: Pass = Pass {
     place: Place::pass("PRESENT"),
     time: "present",
-    what: "copies the picture into an image of the swapchain, enlarged where that is larger",
+    what: "copies the picture into the image that the window shows, enlarged where that is larger",
     presence: |plan| {
         let why = match plan.presented {
-            Some(Canvas::Enlarge(_)) => "its resolution follows the time that frames take",
+            Some(Canvas::Enlarge(_) | Canvas::EncodeKept(_)) => "the picture is kept: panels change over a copy of it",
             _ => "compute cannot store to an image that the hardware encodes",
         };
         let why_not = match plan.presented {
@@ -32,25 +32,26 @@ pub const PASS: Pass = Pass {
             Some(Canvas::Encode(_)) => "ENCODE draws into the swapchain's image",
             Some(_) => "the last pass draws straight into the swapchain's image",
         };
-        Presence::when(plan.is_copied_into_swapchain(), why, why_not)
+        Presence::when(plan.is_copied_to_be_shown(), why, why_not)
     },
     touches: |plan| {
         vec![
             Touch::new(Resource::Target(plan.picture()), How::CopiedFrom, READ),
-            Touch::new(Resource::SwapchainImage, How::CopiedTo, WRITE),
+            Touch::new(shown(plan), How::CopiedTo, WRITE),
         ]
     },
     leave_out: None,
 };
 
-/// Copies the picture, which is in TRANSFER_SRC_OPTIMAL, into an image of this extent that is in TRANSFER_DST_OPTIMAL. A blit, because the two may
-/// have their channels in different orders, and the image may be larger: texels between those of the picture are linear then, of light where the
-/// hardware encodes both.
+/// Copies the picture, which is in TRANSFER_SRC_OPTIMAL, into an image of this extent that is in TRANSFER_DST_OPTIMAL. Where the two have the same
+/// texels (`is_alike`) and the same size, their bytes are copied: an image that is viewed as sRGB through another format would have a blit decode
+/// them. Otherwise it is a blit, as the two may have their channels in different orders, and the image may be larger: texels between those of the
+/// picture are linear then, of light where the hardware encodes both.
 pub fn record(
     device: &Device,
     cmd: vk::CommandBuffer,
-    picture: &Image,
-    (swapchain_image, extent): (vk::Image, vk::Extent2D),
+    (picture, is_alike): (&Image, bool),
+    (shown, extent): (vk::Image, vk::Extent2D),
 ) {
     let layers = vk::ImageSubresourceLayers {
         aspect_mask: vk::ImageAspectFlags::COLOR,
@@ -58,6 +59,19 @@ pub fn record(
         base_array_layer: 0,
         layer_count: 1,
     };
+    let (from, to) = (vk::ImageLayout::TRANSFER_SRC_OPTIMAL, vk::ImageLayout::TRANSFER_DST_OPTIMAL);
+    let is_whole = (picture.extent.width, picture.extent.height) == (extent.width, extent.height);
+    if is_whole && is_alike {
+        let region = vk::ImageCopy {
+            src_subresource: layers,
+            dst_subresource: layers,
+            extent: vk::Extent3D { width: extent.width, height: extent.height, depth: 1 },
+            ..vk::ImageCopy::default()
+        };
+        // SAFETY: `cmd` is being recorded outside a render pass; both images have this size and texels of one size, and lie in these layouts.
+        unsafe { device.raw.cmd_copy_image(cmd, picture.raw, from, shown, to, &[region]) };
+        return;
+    }
     let corners =
         |width: u32, height: u32| [vk::Offset3D::default(), vk::Offset3D { x: width as i32, y: height as i32, z: 1 }];
     let region = vk::ImageBlit {
@@ -66,10 +80,8 @@ pub fn record(
         dst_subresource: layers,
         dst_offsets: corners(extent.width, extent.height),
     };
-    let is_whole = (picture.extent.width, picture.extent.height) == (extent.width, extent.height);
     let filter = if is_whole { vk::Filter::NEAREST } else { vk::Filter::LINEAR };
-    let (from, to) = (vk::ImageLayout::TRANSFER_SRC_OPTIMAL, vk::ImageLayout::TRANSFER_DST_OPTIMAL);
     // SAFETY: `cmd` is being recorded outside a render pass; both images have these sizes and lie in these layouts. The 8-bit formats of swapchains
     // can be sampled with a linear filter everywhere (Vulkan 1.1, 45.3 "Required Format Support").
-    unsafe { device.raw.cmd_blit_image(cmd, picture.raw, from, swapchain_image, to, &[region], filter) };
+    unsafe { device.raw.cmd_blit_image(cmd, picture.raw, from, shown, to, &[region], filter) };
 }

@@ -54,10 +54,13 @@ pub struct Encoding {
 pub enum Canvas {
     /// Images of a swapchain that have this format. The output of a compute pass is copied there.
     Straight(vk::Format),
-    /// An image of the frame's own with the format of the swapchain's, of any size, which PRESENT enlarges into the swapchain's.
+    /// An image of the frame's own with the format of the swapchain's, of any size, which PRESENT copies into the swapchain's, enlarged where that is
+    /// larger.
     Enlarge(vk::Format),
     /// An image of the frame's own, from which ENCODE draws into the swapchain's.
     Encode(Encoding),
+    /// An image of the frame's own, which PRESENT copies into another: panels are drawn over that one, and ENCODE draws from it into the swapchain's.
+    EncodeKept(Encoding),
 }
 
 /// The format asked for, which must blend.
@@ -79,7 +82,9 @@ impl FramePlan {
         match canvas {
             Canvas::Straight(_) | Canvas::Enlarge(_) if self.is_tiled() => Self { presented, ..self },
             Canvas::Straight(format) | Canvas::Enlarge(format) => Self { presented, output: format, ..self },
-            Canvas::Encode(encoding) => Self { presented, ..self.with_encoding(encoding) },
+            Canvas::Encode(encoding) | Canvas::EncodeKept(encoding) => {
+                Self { presented, ..self.with_encoding(encoding) }
+            }
         }
     }
 
@@ -96,7 +101,7 @@ impl FramePlan {
     pub fn copied_to(self, canvas: Canvas) -> Self {
         let format = match canvas {
             Canvas::Straight(format) | Canvas::Enlarge(format) => format,
-            Canvas::Encode(encoding) => return self.with_encoding(encoding),
+            Canvas::Encode(encoding) | Canvas::EncodeKept(encoding) => return self.with_encoding(encoding),
         };
         let blue_first = [vk::Format::B8G8R8A8_SRGB, vk::Format::B8G8R8A8_UNORM].contains(&format);
         match self.is_tiled() {
@@ -130,11 +135,11 @@ impl FramePlan {
         matches!(self.presented, Some(Canvas::Straight(_))) && !self.is_tiled()
     }
 
-    /// Returns true if PRESENT copies the picture into an image of the swapchain.
-    pub fn is_copied_into_swapchain(&self) -> bool {
+    /// Returns true if PRESENT copies the picture into the image that the window shows, so that the picture itself stays as it is.
+    pub fn is_copied_to_be_shown(&self) -> bool {
         match self.presented {
             Some(Canvas::Straight(_)) => self.is_tiled(),
-            Some(Canvas::Enlarge(_)) => true,
+            Some(Canvas::Enlarge(_) | Canvas::EncodeKept(_)) => true,
             Some(Canvas::Encode(_)) | None => false,
         }
     }
@@ -324,6 +329,8 @@ mod tests {
             let pixels = u64::from(shown.size[0]) * u64::from(shown.size[1]);
             let samples = if shown.resolves_output() { 1 + shown.msaa } else { 1 };
             assert_eq!(told, 8 * u64::from(samples) * pixels, "{name}: {:?}", shown.parts());
+            let kept = plan.clone().presented_as(Canvas::EncodeKept(encoded));
+            assert_eq!((kept.output, kept.is_copied_to_be_shown(), shown.is_copied_to_be_shown()), (HDR, true, false));
             let beside = plan.clone().copied_to(Canvas::Encode(encoded));
             assert_eq!((beside.output, beside.headroom(), beside.presented), (HDR, 4.0, None), "{name}");
             assert!(shown.uploads_as(&plan) && beside.uploads_as(&plan), "{name}");

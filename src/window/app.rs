@@ -70,6 +70,8 @@ pub struct App<'a> {
     busy: Busy,
     /// The last frame was a sign of work: the next one does that.
     is_announced: bool,
+    /// The time of the last frame that had all pixels of the window, and their number.
+    whole_took: Option<(Duration, f64)>,
     /// This frame shows another moment of the scene, or other lights, than the one before, as while the user drags a slider.
     has_changed: bool,
     control: CameraControl,
@@ -147,6 +149,7 @@ impl<'a> App<'a> {
             teller: Teller::new(options.tell, options.messages && options.frames.is_none()),
             busy: Busy::default(),
             is_announced: false,
+            whole_took: None,
             has_changed: false,
             options,
             control,
@@ -208,9 +211,13 @@ impl<'a> App<'a> {
         if let Some(nits) = self.options.hdr {
             presenter = presenter.with_hdr(nits);
         }
-        if self.options.dynamic_resolution {
-            presenter = presenter.with_dynamic_resolution();
-        }
+        presenter = match (self.options.dynamic_resolution, self.options.frames) {
+            (true, _) => presenter.with_dynamic_resolution(),
+            // Panels, messages and the divider change over a picture that is kept.
+            (false, None) => presenter.with_kept_pictures(),
+            // Frames that are measured are all drawn, and cost no copy.
+            (false, Some(_)) => presenter,
+        };
         let interface = UserInterface::new(&self.device, &window, Arc::clone(&self.wake));
         self.watch_files();
         for warning in self.subject.scene.warnings.iter().take(reload::WARNINGS) {

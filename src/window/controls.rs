@@ -1,12 +1,14 @@
 //! The panels: the frame's parts and costs, and the settings that can be changed.
 
+mod figures;
+
 use egui::{
-    CollapsingHeader, ComboBox, Context, Grid, Id, Response, RichText, ScrollArea, Sense, Slider, SliderClamping,
-    Stroke, Ui, Vec2, pos2,
+    CollapsingHeader, ComboBox, Context, Grid, Id, Response, ScrollArea, Slider, SliderClamping, Ui, Vec2, pos2,
 };
 
 use glam::DVec3;
 
+use self::figures::{frame, graph, memory, plan_parts};
 use super::clock::Interval;
 use super::keys::HELP;
 use super::oracle::ErrorMap;
@@ -90,8 +92,6 @@ pub struct Controls {
 const FACTOR: f32 = 1e3;
 /// Lux or candela up to which a light can be set that was dark at first, where no other tells how strong lights are.
 const DARK_MOST: f32 = 1e3;
-/// Milliseconds that the graph of times shows at least.
-const LEAST_MS: f32 = 4.0;
 
 /// Points that the main panel takes from the left, and the selection from the right.
 const BESIDE: [f32; 2] = [420.0, 300.0];
@@ -239,7 +239,7 @@ fn panels(ui: &mut Ui, facts: &Facts, (values, player): (&mut Values, &mut Playe
             ui.weak("new frames are being made");
         }
     });
-    graph(ui, facts.intervals);
+    graph(ui, facts.intervals, &facts.times);
     if let Some(refused) = facts.refused {
         ui.colored_label(ui.visuals().error_fg_color, refused);
     }
@@ -265,34 +265,6 @@ fn panels(ui: &mut Ui, facts: &Facts, (values, player): (&mut Values, &mut Playe
         CollapsingHeader::new(format!("Plan: {} parts in, {out} left out", parts.len() - out)).show(ui, |ui| {
             plan_parts(ui, parts);
         });
-    }
-}
-
-/// A part of an interval in milliseconds.
-type Share = fn(&Interval) -> Option<f64>;
-
-/// Times of the last frames: from one to the next, and the part of it in which the CPU and the device were busy.
-fn graph(ui: &mut Ui, intervals: &[Interval]) {
-    let colors = [ui.visuals().strong_text_color(), egui::Color32::LIGHT_BLUE, egui::Color32::GOLD];
-    let lines: [(&str, Share); 3] =
-        [("frame", |own| Some(own.interval_ms)), ("CPU", |own| Some(own.record_ms)), ("GPU", |own| own.gpu_ms)];
-    ui.horizontal(|ui| {
-        for ((name, of), color) in lines.iter().zip(colors) {
-            let last = intervals.last().and_then(of).map_or("-".into(), |ms| format!("{ms:.2} ms"));
-            ui.label(RichText::new(format!("{name} {last}")).color(color));
-        }
-    });
-    let (rect, _) = ui.allocate_exact_size(Vec2::new(ui.available_width(), 60.0), Sense::hover());
-    let painter = ui.painter_at(rect);
-    painter.rect_filled(rect, 2.0, ui.visuals().extreme_bg_color);
-    let most = intervals.iter().map(|own| own.interval_ms as f32).fold(LEAST_MS, f32::max);
-    let step = rect.width() / (intervals.len().max(2) - 1) as f32;
-    for ((_, of), color) in lines.iter().zip(colors) {
-        let point = |(index, own): (usize, &Interval)| {
-            let height = of(own)? as f32 / most * rect.height();
-            Some(pos2(rect.left() + index as f32 * step, rect.bottom() - height))
-        };
-        painter.line(intervals.iter().enumerate().filter_map(point).collect(), Stroke::new(1.0_f32, color));
     }
 }
 
@@ -409,61 +381,6 @@ fn most_of_dark(lights: &[Light], index: usize) -> f32 {
         lights.iter().enumerate().filter(|&(other, light)| other != index && unit(light) == unit(&lights[index]));
     let most = others.map(|(_, light)| light.intensity).fold(0.0, f32::max);
     if most > 0.0 { most } else { DARK_MOST }
-}
-
-fn frame(ui: &mut Ui, times: &FrameTimes) {
-    let drawn = &times.drawn;
-    let all = drawn.objects + drawn.culled + drawn.occluded;
-    Grid::new("frame").num_columns(2).show(ui, |ui| {
-        let mut row = |what: &str, value: String| {
-            ui.label(what);
-            ui.label(value);
-            ui.end_row();
-        };
-        row(
-            "objects",
-            match drawn.found {
-                None => format!("{} of {all}, {} out of view, {} hidden", drawn.objects, drawn.culled, drawn.occluded),
-                Some(found) => format!("{} of {}", drawn.objects + found, all + drawn.on_device),
-            },
-        );
-        row("commands", drawn.commands.to_string());
-        row("triangles", drawn.triangles.to_string());
-        row("lights", format!("{} of {}", drawn.lights, drawn.lights + drawn.idle_lights));
-        row("shadow maps", format!("{} of {} drawn anew", drawn.shadow_maps_drawn, drawn.shadow_maps));
-        row("CPU", format!("{:.2} ms", times.record_ms));
-        for (pass, ms) in &times.passes {
-            row(pass, format!("{ms:.3} ms"));
-        }
-        if let Some(ms) = times.gpu_ms {
-            row("GPU", format!("{ms:.2} ms"));
-        }
-    });
-}
-
-fn memory(ui: &mut Ui, memory: &MemoryReport) {
-    Grid::new("memory").num_columns(2).show(ui, |ui| {
-        let mut row = |what: &str, bytes: u64| {
-            ui.label(what);
-            ui.label(format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20)));
-            ui.end_row();
-        };
-        for (kind, report) in &memory.kinds {
-            row(kind.text(), report.bytes);
-        }
-        row("all", memory.bytes);
-        row("peak", memory.peak_bytes);
-    });
-}
-
-fn plan_parts(ui: &mut Ui, parts: &[Part]) {
-    for included in [true, false] {
-        ui.strong(if included { "in" } else { "left out" });
-        for part in parts.iter().filter(|part| part.included == included) {
-            ui.label(&part.name).on_hover_text(&part.reason);
-            ui.label(RichText::new(&part.reason).small().weak());
-        }
-    }
 }
 
 /// Offers the views to show right of the divider.

@@ -38,6 +38,7 @@ impl Different {
             let ways = [
                 ("straight in a window", presented(plan.clone(), Way::Straight)),
                 ("encoded in a window", presented(plan.clone(), Way::Encoded)),
+                ("encoded and kept in a window", presented(plan.clone(), Way::EncodedKept)),
                 ("enlarged in a window", presented(plan.clone(), Way::Enlarged)),
                 ("beside another in a window", plan.clone().copied_to(Canvas::Straight(vk::Format::B8G8R8A8_SRGB))),
             ];

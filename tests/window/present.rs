@@ -11,6 +11,7 @@ use crate::common::gpu::{Gpu, on_prepared_presenting_gpu, on_presenting_gpu};
 use crate::common::{one_of, tries_all};
 use afterlight::frame::{Fitted, Outcome, Picture, Pixels, Presenter, Renderer, Wake};
 use afterlight::gpu::{Device, Surface, Vsync, vk};
+use afterlight::passes::overlay::{Draw, Panels, Texture, Vertex};
 use afterlight::scene::{Light, LightPath, OpenOptions, Scene, Settings, Tonemap, View, open};
 
 const SIZES: [[u32; 2]; 4] = [[160, 90], [1, 1], [33, 71], [160, 90]];
@@ -47,6 +48,9 @@ enum Way {
     Straight,
     /// By ENCODE, as where no hardware encodes the image.
     Encoded,
+    /// As [`Way::Straight`] and [`Way::Encoded`], of a picture that is kept.
+    Kept,
+    EncodedKept,
 }
 
 /// The picture of the last of three frames that are shown: the first may wait for nobody, and the second's picture lies where the last one's does.
@@ -67,12 +71,17 @@ fn presenter(gpu: &Gpu, scene: &Scene, settings: &Settings, way: Way) -> Present
     let surface = Surface::headless(&gpu.device).unwrap_or_else(|error| panic!("{error}"));
     let presenter = Presenter::new(&gpu.device, surface, scene, settings, Vsync::On);
     let presenter = presenter.unwrap_or_else(|error| panic!("{error}"));
-    if way == Way::Encoded { presenter.with_encoding() } else { presenter }
+    match way {
+        Way::Straight => presenter,
+        Way::Encoded => presenter.with_encoding(),
+        Way::Kept => presenter.with_kept_pictures(),
+        Way::EncodedKept => presenter.with_encoding().with_kept_pictures(),
+    }
 }
 
 /// The same picture as [`rendered`], where no other came before it: ENCODE reads light that was never rounded to 8 bits.
 fn first(gpu: &Gpu, scene: &Scene, settings: &Settings, way: Way) -> Picture {
-    if way == Way::Straight {
+    if matches!(way, Way::Straight | Way::Kept) {
         return rendered(gpu, scene, settings);
     }
     let mut presenter = presenter(gpu, scene, settings, way);
@@ -122,6 +131,64 @@ fn an_encoded_frame_is_that_of_a_renderer_at_every_size_but_for_what_8_bits_roun
                 // FXAA finds edges by differences that 8 bits round away.
                 let allowed = if settings.fxaa { own.len() / 50 } else { 0 };
                 assert!(beyond <= allowed, "{what}: {beyond} of {} bytes", own.len());
+            }
+        }
+    });
+}
+
+/// A triangle over the upper left half of the picture, of this colour, with its texture where that is not on the device yet.
+fn panels([width, height]: [u32; 2], shade: u8, with_texture: bool) -> Panels {
+    let corner = |x: u32, y: u32| Vertex { position: [x as f32, y as f32], uv: [0.5; 2], color: [shade, 60, 30, 128] };
+    let white = Texture { id: 0, size: [1; 2], rgba: vec![255; 4] };
+    let scissor = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
+    Panels {
+        pixels_per_point: 1.0,
+        vertices: vec![corner(0, 0), corner(width, 0), corner(0, height)],
+        indices: vec![0, 1, 2],
+        draws: vec![Draw { texture: 0, scissor, indices: 0..3 }],
+        textures: if with_texture { vec![white] } else { Vec::new() },
+        ..Panels::default()
+    }
+}
+
+/// Panels change over the last picture, which is shown again without a frame of the scene, into each of the window's images. A copy has the picture
+/// without the panels of this frame and of those before, and with the part of another picture beside it.
+#[test]
+fn a_picture_that_is_kept_is_shown_again_under_other_panels_bit_by_bit() {
+    on_presenting_gpu(|gpu| {
+        let both = ways().into_iter().flat_map(|own| [Way::Kept, Way::EncodedKept].map(|way| (own.clone(), way)));
+        for (turn, ((name, scene, settings), way)) in both.enumerate() {
+            let (size, name) = (SIZES[2], &format!("{name}, {way:?}"));
+            let drawn_over = if way == Way::Kept { Way::Straight } else { Way::Encoded };
+            let expected = first(gpu, &scene, &Settings { size, ..settings.clone() }, drawn_over);
+            let mut presenter = presenter(gpu, &scene, &settings, way);
+            fit(&mut presenter, &scene, &settings, SIZES[0]);
+            fit(&mut presenter, &scene, &settings, size);
+            assert_identical(&shown(&mut presenter, &scene, name), &expected, name);
+            // `make test-all` splits the window, and leaves it whole, on each way.
+            for &split in one_of(&[None, Some(settings.view)], turn + turn / 2) {
+                presenter.show_beside(split);
+                fit(&mut presenter, &scene, &settings, size);
+                assert!(!presenter.has_picture(), "{name}: it is of frames that are gone");
+                let over = panels(size, 90, !presenter.has_overlay());
+                let drawn = presenter.draw(&scene.camera, true, Some(&over)).unwrap_or_else(|error| panic!("{error}"));
+                assert!(matches!(drawn, Outcome::Shown(_)), "{name}: {drawn:?}");
+                assert_identical(&presenter.picture().expect("copied"), &expected, &format!("{name}, under panels"));
+                assert!(presenter.keeps(&scene.camera), "{name}");
+                let figures = presenter.drawn();
+                for frame in 0..6u8 {
+                    presenter.divide_at(f64::from(frame) / 6.0);
+                    let over = panels(size, 20 * frame, !presenter.has_overlay());
+                    let again = presenter.show_again(true, (frame != 3).then_some(&over));
+                    let again = again.unwrap_or_else(|error| panic!("{name}: {error}"));
+                    assert!(matches!(again, Outcome::Shown(_)), "{name}: {again:?}");
+                    assert_identical(
+                        &presenter.picture().expect("copied"),
+                        &expected,
+                        &format!("{name}, again {frame}"),
+                    );
+                }
+                assert_eq!(presenter.drawn(), figures, "{name}: no frame of the scene");
             }
         }
     });

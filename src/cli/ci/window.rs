@@ -49,21 +49,26 @@ fn name(way: Way) -> &'static str {
         Way::Straight => "straight",
         Way::Enlarged => "enlarged",
         Way::Encoded => "encoded",
+        Way::EncodedKept => "encoded-kept",
     }
+}
+
+fn is_encoded(way: Way) -> bool {
+    matches!(way, Way::Encoded | Way::EncodedKept)
 }
 
 /// Returns true if the picture must be the one without a window. A window shows frames as they come, and not the average of many; GPU-assisted validation
 /// adds code to shaders; FXAA and TAA find differences that 8 bits round away and ENCODE does not.
 fn is_comparable(drawing: &Drawing, mode: Option<Mode>, way: Way) -> bool {
     let settings = &drawing.settings;
-    let is_rounded = way == Way::Encoded && settings.fxaa;
+    let is_rounded = is_encoded(way) && settings.fxaa;
     mode != Some(Mode::GpuAssisted) && !settings.taa && settings.samples == 1 && !is_rounded && !drawing.scene.moves()
 }
 
 /// ENCODE reads light that was never rounded to 8 bits: there values may differ by one.
 fn differ(one: &Picture, other: &Picture, way: Way) -> bool {
     match (&one.pixels, &other.pixels) {
-        (Pixels::Srgb8(one), Pixels::Srgb8(other)) if way == Way::Encoded && one.len() == other.len() => {
+        (Pixels::Srgb8(one), Pixels::Srgb8(other)) if is_encoded(way) && one.len() == other.len() => {
             one.iter().zip(other).any(|(one, other)| one.abs_diff(*other) > 1)
         }
         _ => differing(one, other) > 0,

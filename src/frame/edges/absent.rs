@@ -197,7 +197,7 @@ static ROWS: &[Needs] = &[
 const COPIED_FROM_SWAPCHAIN: fn(&FramePlan) -> Option<&'static str> = |plan| match plan.presented {
     None => Some(NO_WINDOW),
     Some(Canvas::Straight(_) | Canvas::Enlarge(_)) => None,
-    Some(Canvas::Encode(_)) => Some("COPY takes the picture in the layout that it lies in"),
+    Some(Canvas::Encode(_) | Canvas::EncodeKept(_)) => Some("COPY takes the picture in the layout that it lies in"),
 };
 
 /// The rows that a plan's table lacks, each with why.
@@ -240,13 +240,18 @@ mod tests {
         let mut all = samples::of_every_kind();
         let pictures: Vec<_> =
             all.iter().filter(|(_, plan)| [OUTPUT_SRGB, OUTPUT_PLAIN].contains(&plan.output)).collect();
-        let encoded = Canvas::Encode(Encoding { transfer: Transfer::Srgb, headroom: 1.0 });
+        let encoding = Encoding { transfer: Transfer::Srgb, headroom: 1.0 };
         let presented: Vec<_> = pictures
             .into_iter()
             .flat_map(|(name, plan)| {
                 let format = if plan.is_tiled() { vk::Format::B8G8R8A8_UNORM } else { vk::Format::B8G8R8A8_SRGB };
-                [Canvas::Straight(format), Canvas::Enlarge(format), encoded]
-                    .map(|canvas| (format!("{name}, {canvas:?}"), plan.clone().presented_as(canvas)))
+                [
+                    Canvas::Straight(format),
+                    Canvas::Enlarge(format),
+                    Canvas::Encode(encoding),
+                    Canvas::EncodeKept(encoding),
+                ]
+                .map(|canvas| (format!("{name}, {canvas:?}"), plan.clone().presented_as(canvas)))
             })
             .collect();
         all.extend(presented);

@@ -51,7 +51,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     let mut rows = match plan.presented {
         None => return Vec::new(),
         Some(Canvas::Straight(_) | Canvas::Enlarge(_)) => straight(plan),
-        Some(Canvas::Encode(_)) => encoded(),
+        Some(Canvas::Encode(_) | Canvas::EncodeKept(_)) => encoded(plan),
     };
     rows.extend([
         barrier(RowName::PANEL_TO_COPY, vk::ImageLayout::UNDEFINED, WRITTEN)
@@ -87,14 +87,14 @@ fn acquire((first, first_use): (Place, Use), why: &'static str) -> Edge {
 
 /// The picture is the swapchain's image, or is copied into it.
 fn straight(plan: &FramePlan) -> Vec<Edge> {
-    let first = match plan.is_copied_into_swapchain() {
+    let first = match plan.is_copied_to_be_shown() {
         true => (present::PASS.place, BEGIN),
         false => (first_of_picture(plan), ATTACH),
     };
     let why =
         "presentation may still read the image when the frame is recorded; the frame goes on until it needs the image";
     let mut rows = vec![acquire(first, why)];
-    if plan.is_copied_into_swapchain() {
+    if plan.is_copied_to_be_shown() {
         rows.extend([
             // ANCHOR: swapchain-image
             barrier(RowName::SWAPCHAIN_TO_PRESENT, vk::ImageLayout::UNDEFINED, WRITTEN)
@@ -155,9 +155,9 @@ fn straight(plan: &FramePlan) -> Vec<Edge> {
     rows
 }
 
-/// The picture is the frame's own, and is encoded into the swapchain's image.
-fn encoded() -> Vec<Edge> {
-    vec![
+/// The picture is the frame's own, or is copied into an image that panels are drawn over, and is encoded into the swapchain's image.
+fn encoded(plan: &FramePlan) -> Vec<Edge> {
+    let mut rows = vec![
         acquire(
             (encode::PASS.place, ATTACH),
             "presentation may still read the image when the frame is recorded; all that writes colours waits, though ENCODE alone needs the image",
@@ -212,7 +212,23 @@ fn encoded() -> Vec<Edge> {
             .from(encode::PASS.place, &[encode::WRITE])
             .to(Place::PRESENTATION, &[Use::END])
             .because("presentation reads the image in its own layout, and sees it by the semaphore"),
-    ]
+    ];
+    if plan.is_copied_to_be_shown() {
+        rows.extend([
+            barrier(RowName::SWAPCHAIN_TO_PRESENT, vk::ImageLayout::UNDEFINED, WRITTEN)
+                .from(Place::OUTSIDE, &[BEGIN])
+                .to(present::PASS.place, &[WRITE])
+                .because(
+                    "the layout of the image that ENCODE reads changes when the last ENCODE has read it, which waits \
+                     for TRANSFER, and before PRESENT writes all of it",
+                ),
+            barrier(RowName::PRESENT_TO_SWAPCHAIN, WRITTEN, COPIED)
+                .from(present::PASS.place, &[WRITE])
+                .to(Place::OUTSIDE, &[copy::READ])
+                .because("COPY reads what PRESENT has written; SPLIT, OVERLAY and ENCODE wait for TRANSFER"),
+        ]);
+    }
+    rows
 }
 
 impl Edges {
@@ -253,12 +269,14 @@ mod tests {
         }
     }
 
-    /// The same where no hardware encodes them.
+    /// The same where no hardware encodes them, drawn over or kept.
     fn each_encoded_plan(check: impl Fn(&str, &FramePlan, &Edges)) {
         let encoded = Encoding { transfer: Transfer::Srgb, headroom: 1.0 };
         for (name, plan) in pictures() {
-            let plan = plan.presented_as(Canvas::Encode(encoded));
-            check(&name, &plan, &table(&plan));
+            for canvas in [Canvas::Encode(encoded), Canvas::EncodeKept(encoded)] {
+                let plan = plan.clone().presented_as(canvas);
+                check(&name, &plan, &table(&plan));
+            }
         }
     }
 

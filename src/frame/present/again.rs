@@ -1,14 +1,16 @@
 //! The last picture once more: panels and messages over it change more often than the picture does, which may take a CPU device seconds.
 //!
-//! A picture that PRESENT copies into the window stays in an image of the frame's own. [`Presenter::show_again`] repeats that copy and the steps after
-//! it, in a submission of its own. The rows of a whole frame order it: the row before PRESENT made the picture visible to copies of all later
-//! commands, and the row that lets the next frame draw over the picture waits for all earlier copies. [`crate::frame::proof`] has such frames.
+//! A picture that PRESENT copies stays in an image of the frame's own ([`Presenter::with_kept_pictures`]). [`Presenter::show_again`] repeats that copy
+//! and the steps after it, in a submission of its own. The rows of a whole frame order it: the row before PRESENT made the picture visible to copies
+//! of all later commands, and the row that lets the next frame draw over the picture waits for all earlier copies. [`crate::frame::proof`] has such
+//! frames.
 
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::{Outcome, Presenter, overlay};
-use crate::frame::{Error, IN_FLIGHT};
+use super::over::{Over, encoded_image, overlay, record_encode};
+use super::{Outcome, Presenter};
+use crate::frame::{Error, FrameTimes, IN_FLIGHT};
 use crate::gpu::{self, Acquired, Around, CommandBuffer, Device, Fit, Owned, Ticket, semaphore, vk};
 use crate::passes::overlay::Panels;
 use crate::scene::Camera;
@@ -55,20 +57,28 @@ impl Presenter {
         self.kept.is_some()
     }
 
-    /// Returns true if a frame from this camera would be the last picture again, and [`Presenter::show_again`] can show that. Never so where passes draw
-    /// into the window's images, and while frames [converge](Presenter::converges).
+    /// Returns true if a frame from this camera would be the last picture again, and [`Presenter::show_again`] can show that. Never so without
+    /// [`Presenter::with_kept_pictures`], but on paths of compute, and while frames [converge](Presenter::converges).
     pub fn keeps(&self, camera: &Camera) -> bool {
         self.kept.is_some_and(|kept| kept.camera == *camera && !kept.is_stale) && !self.converges()
     }
 
     /// The time that the last frame took to be recorded and drawn; none if it is not done yet, or the device measures no times.
     pub fn last_took(&self) -> Option<Duration> {
-        let renderer = self.renderer.as_ref()?;
-        let last = &renderer.frames[(renderer.next + IN_FLIGHT - 1) % IN_FLIGHT];
-        let is_done = self.device.is_done(last.ticket?).unwrap_or(false);
-        // Times are read when they are there only.
-        let times = is_done.then(|| last.times(&self.device, None)).and_then(Result::ok)?;
+        let times = self.last_times()?;
         Some(Duration::from_secs_f64((times.record_ms + times.gpu_ms?) * 1e-3))
+    }
+
+    /// The times of the last frame, if it is done.
+    pub(super) fn last_times(&self) -> Option<FrameTimes> {
+        let renderer = self.renderer.as_ref()?;
+        let place = (renderer.next + IN_FLIGHT - 1) % IN_FLIGHT;
+        let last = &renderer.frames[place];
+        let is_done = self.device.is_done(last.ticket?).unwrap_or(false);
+        // Times and counts are read when they are there only.
+        is_done.then_some(())?;
+        let found = renderer.culling.as_ref().map(|culling| culling.found(place)).transpose().ok()?;
+        last.times(&self.device, found).ok()
     }
 
     /// Shows the last picture again, with these panels over it and the divider where it is now, and draws nothing of the scene. `copied` as of
@@ -93,7 +103,8 @@ impl Presenter {
         let (Some(renderer), Some(swapchain)) = (&self.renderer, &self.swapchain) else {
             return Ok(Outcome::Nothing(Fit::OutOfDate));
         };
-        let over = || super::Over::of(renderer, swapchain, self.desc.images);
+        let encoded = encoded_image(renderer, self.beside_kept.as_ref());
+        let over = || Over::of(renderer, encoded, swapchain, self.desc.images);
         overlay(&self.device, &mut self.overlay, over, panels, IN_FLIGHT)?;
         let (index, fit) = match swapchain.acquire(&again.acquired)? {
             Acquired::Image(index, fit) => (index, fit),
@@ -122,8 +133,13 @@ impl Presenter {
         let (Some(renderer), Some(swapchain)) = (&self.renderer, &self.swapchain) else { return Ok(()) };
         let image = &swapchain.images[index];
         again.cmd.begin()?;
-        renderer.frame.present_again(&self.device, again.cmd.raw, (image.raw, swapchain.extent));
+        let encoded = encoded_image(renderer, self.beside_kept.as_ref());
+        let shown = encoded.map_or(image.raw, |own| own.raw);
+        renderer.frame.present_again(&self.device, again.cmd.raw, (shown, swapchain.extent));
         self.record_over(again.cmd.raw, (index, IN_FLIGHT), copied, panels);
+        if let (Some(encode), Some(picture)) = (&self.encode, encoded) {
+            record_encode((&self.device, &renderer.edges), again.cmd.raw, (encode, picture), (index, image.raw));
+        }
         again.cmd.end()?;
         let (waits, signals) = (&[(again.acquired.raw, self.acquire_stage())], &[image.drawn.raw]);
         again.ticket = Some(self.device.submit_with(&again.cmd, &Around { waits, signals, ends_frame: None })?);

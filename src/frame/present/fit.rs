@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::over::{Over, own_canvas};
+use super::over::{Over, encoded_image, image_beside};
 use super::{COPIED_INTO, Presenter, desc_for, wishes};
 use crate::frame::builder::RendererBuilder;
 use crate::frame::rebuild::{Begun, Made, Rebuild, Wake};
@@ -118,8 +118,7 @@ impl Presenter {
             }
             own => own?,
         };
-        self.desc =
-            SwapchainDesc { size, wishes: wishes(self.split.is_some() || self.resolution.is_some()), ..self.desc };
+        self.desc = SwapchainDesc { size, wishes: wishes(self.split.is_some() || self.keeps_pictures), ..self.desc };
         let Some((settings, plan)) = self.fit_swapchain(scene, settings)? else { return Ok(Fitted::Nothing) };
         let Some(swapchain) = &self.swapchain else { return Ok(Fitted::Nothing) };
         let views = swapchain.views();
@@ -156,6 +155,7 @@ impl Presenter {
                 *renderer = Some(new);
             }
         }
+        self.fit_image_beside()?;
         taken |= self.fit_split(scene, &settings, made);
         if self.pose.is_of(&scene.motion) {
             let pose = std::mem::take(&mut self.pose);
@@ -175,7 +175,7 @@ impl Presenter {
             self.swapchain = Swapchain::new(&self.device, surface, &self.desc, old)?;
             let Some(swapchain) = &self.swapchain else { return Ok(None) };
             let canvas = self.canvas(swapchain.formats, swapchain.usage);
-            let settings = Settings { size: self.size_in(swapchain.extent, canvas), ..settings.clone() };
+            let settings = Settings { size: self.size_in(swapchain, canvas), ..settings.clone() };
             let plan = plan_for(&self.device, scene, &settings)?;
             let before = (self.desc.images, self.desc.usage);
             let (images, usage) = (self.wish_for(&plan), desc_for(&plan).usage);
@@ -192,10 +192,25 @@ impl Presenter {
         ImageWish { encodes: desc_for(plan).images.encodes, ..self.desc.images }
     }
 
+    /// Makes the image that ENCODE reads where the picture is kept, or gives it up.
+    fn fit_image_beside(&mut self) -> Result<(), Error> {
+        let before = self.beside_kept.take();
+        if let Some(renderer) = &self.renderer {
+            let made = image_beside(&self.device, &renderer.plan, before);
+            if made.is_err() {
+                // ENCODE would read the one before. Without ENCODE no frame is drawn.
+                self.encode = None;
+            }
+            self.beside_kept = made?;
+        }
+        Ok(())
+    }
+
     /// Fits the overlay and ENCODE to the images as they are, and drops those that do not fit.
     fn fit_over(&mut self) -> Result<(), Error> {
         let (Some(swapchain), Some(renderer)) = (&self.swapchain, &self.renderer) else { return Ok(()) };
-        let over = Over::of(renderer, swapchain, self.desc.images);
+        let encoded = encoded_image(renderer, self.beside_kept.as_ref());
+        let over = Over::of(renderer, encoded, swapchain, self.desc.images);
         // Taken out first: an overlay that could not be fitted is gone, and not drawn with.
         let overlay = self.overlay.take().filter(|own| own.format() == over.format && self.changed.is_none());
         if let Some(mut overlay) = overlay {
@@ -203,7 +218,7 @@ impl Presenter {
             self.overlay = Some(overlay);
         }
         let before = self.encode.take().filter(|_| self.changed.is_none());
-        let (Some(picture), Some(encoding)) = (own_canvas(renderer), renderer.plan.encoding) else { return Ok(()) };
+        let (Some(picture), Some(encoding)) = (encoded, renderer.plan.encoding) else { return Ok(()) };
         let (format, transfer) = (swapchain.formats.drawn, encoding.transfer);
         let mut encode = match before.filter(|before| before.is_for(format, transfer)) {
             Some(before) => before,
@@ -219,7 +234,8 @@ impl Presenter {
         let (Some(split), Some(renderer), Some(swapchain)) = (&mut self.split, &self.renderer, &self.swapchain) else {
             return false;
         };
-        let can_split = swapchain.usage.contains(COPIED_INTO) || own_canvas(renderer).is_some();
+        let can_split =
+            swapchain.usage.contains(COPIED_INTO) || encoded_image(renderer, self.beside_kept.as_ref()).is_some();
         let fitted = match renderer.plan.presented.filter(|_| can_split) {
             Some(canvas) => split.fit((scene, settings), (renderer, canvas), self.changed, made),
             None => Err(gpu::Error::Unsupported("this window's images cannot be copied into".into()).into()),

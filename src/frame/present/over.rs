@@ -9,14 +9,42 @@ use crate::frame::read_back::host_barrier;
 use crate::frame::render_passes::image_barrier;
 use crate::frame::{IN_FLIGHT, Renderer};
 use crate::gpu::barrier::ImageRange;
-use crate::gpu::{self, Device, Image, ImageWish, Swapchain, Timestamps, UploadOrder};
+use crate::gpu::{self, Device, Image, ImageDesc, ImageWish, Swapchain, UploadOrder};
 use crate::passes::copy::Copy;
 use crate::passes::encode::Encode;
 use crate::passes::overlay::{Overlay, Panels};
+use crate::plan::{Canvas, FramePlan};
 
-/// The picture, where it is not an image of the swapchain and nothing is copied into one.
-pub(super) fn own_canvas(renderer: &Renderer) -> Option<&Image> {
-    renderer.plan.encoding.and_then(|_| renderer.frame.output(&renderer.plan))
+/// The image that ENCODE reads, and that panels are drawn over: `kept` is the one that the picture is copied into where it is kept. None where these
+/// are images of the swapchain.
+pub(super) fn encoded_image<'a>(renderer: &'a Renderer, kept: Option<&'a Image>) -> Option<&'a Image> {
+    match renderer.plan.presented? {
+        Canvas::Encode(_) => renderer.frame.output(&renderer.plan),
+        Canvas::EncodeKept(_) => kept,
+        Canvas::Straight(_) | Canvas::Enlarge(_) => None,
+    }
+}
+
+/// The image that ENCODE reads in the place of a picture that is kept, where the plan has it. `before` is the last one.
+pub(super) fn image_beside(
+    device: &Arc<Device>,
+    plan: &FramePlan,
+    before: Option<Image>,
+) -> gpu::Result<Option<Image>> {
+    let Some(Canvas::EncodeKept(_)) = plan.presented else { return Ok(None) };
+    let [width, height] = plan.size;
+    let extent = vk::Extent2D { width, height };
+    let fits = |own: &Image| (own.format, own.extent.width, own.extent.height) == (plan.output, width, height);
+    if let Some(own) = before.filter(fits) {
+        return Ok(Some(own));
+    }
+    // PRESENT and SPLIT copy into it, COPY out of it, OVERLAY draws over it, and ENCODE samples it.
+    let usage = vk::ImageUsageFlags::TRANSFER_DST
+        | vk::ImageUsageFlags::TRANSFER_SRC
+        | vk::ImageUsageFlags::COLOR_ATTACHMENT
+        | vk::ImageUsageFlags::SAMPLED;
+    let desc = ImageDesc { name: "picture under panels", format: plan.output, extent, usage, ..ImageDesc::default() };
+    Image::new(device, &desc).map(Some)
 }
 
 /// The images that panels are drawn over.
@@ -32,9 +60,9 @@ pub(super) struct Over {
 }
 
 impl Over {
-    pub(super) fn of(renderer: &Renderer, swapchain: &Swapchain, images: ImageWish) -> Self {
+    pub(super) fn of(renderer: &Renderer, encoded: Option<&Image>, swapchain: &Swapchain, images: ImageWish) -> Self {
         let (extent, uploads) = (swapchain.extent, renderer.edges.panel_order());
-        match own_canvas(renderer) {
+        match encoded {
             Some(own) => Self { format: own.format, encodes: true, views: vec![own.view], extent, uploads },
             None => {
                 let (format, encodes) = (swapchain.formats.drawn, images.encodes);
@@ -69,16 +97,16 @@ pub(super) fn overlay(
     own.write(frame, panels)
 }
 
-/// Copies the picture of the frame that is being recorded, before it is presented: out of the frame's own image where it is not the swapchain's,
-/// or where that cannot be copied from.
+/// Copies the picture of the frame that is being recorded, before it is presented: out of the image that ENCODE reads, or the frame's own, where
+/// it is not the swapchain's, or where that cannot be copied from.
 pub(super) fn record_copy(
     renderer: &Renderer,
     cmd: vk::CommandBuffer,
     copy: &Copy,
-    swapchain_image: Option<vk::Image>,
+    (swapchain_image, encoded): (Option<vk::Image>, Option<&Image>),
 ) {
     let (device, edges) = (&renderer.device, &renderer.edges);
-    match (swapchain_image, renderer.frame.output(&renderer.plan)) {
+    match (swapchain_image, encoded.or_else(|| renderer.frame.output(&renderer.plan))) {
         (Some(image), _) => copy_presented(device, edges, (cmd, image), copy),
         (None, Some(own)) => copy.record(device, cmd, own.raw),
         (None, None) => return,
@@ -86,21 +114,13 @@ pub(super) fn record_copy(
     host_barrier(device, cmd, copy, edges);
 }
 
-/// Brings the picture of the frame that is being recorded into an image of the swapchain, which is ready to be presented then.
+/// Brings the picture into an image of the swapchain, which is ready to be presented then.
 pub(super) fn record_encode(
-    renderer: &mut Renderer,
-    encode: &Encode,
+    (device, edges): (&Device, &Edges),
+    cmd: vk::CommandBuffer,
+    (encode, picture): (&Encode, &Image),
     (index, image): (usize, vk::Image),
-    is_covered: bool,
 ) {
-    let in_flight = &mut renderer.frames[renderer.next];
-    let cmd = in_flight.cmd.raw;
-    if is_covered {
-        // The overlay's time is not ENCODE's.
-        Timestamps::stamp(&mut in_flight.times, cmd, "over the picture");
-    }
-    let Some(picture) = own_canvas(renderer) else { return };
-    let (device, edges) = (&renderer.device, &renderer.edges);
     let shown = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
     device.begin_label(cmd, "ENCODE");
     image_barrier(device, cmd, picture, edges.find(RowName::PICTURE_TO_ENCODE));
@@ -109,7 +129,6 @@ pub(super) fn record_encode(
     image_barrier(device, cmd, picture, edges.find(RowName::ENCODE_TO_PICTURE));
     image_barrier(device, cmd, shown, edges.find(RowName::ENCODE_TO_SWAPCHAIN));
     device.end_label(cmd);
-    Timestamps::stamp(&mut renderer.frames[renderer.next].times, cmd, "encode");
 }
 
 /// Copies an image that is ready to be presented, as it is again after that.

@@ -97,7 +97,7 @@ fn turns(plan: &FramePlan) -> Vec<Turn> {
             // A picture that lies ready is shown again twice, and drawn over.
             let again = Turn { copied: true, split: true, covered: true, again: true, ..Turn::default() };
             let over = Turn { posed: true, ..Turn::default() };
-            let kept = plan.is_copied_into_swapchain().then_some([again, Turn { copied: false, ..again }, over]);
+            let kept = plan.is_copied_to_be_shown().then_some([again, Turn { copied: false, ..again }, over]);
             drawn.chain(kept.into_iter().flatten()).collect()
         }
     }
@@ -389,6 +389,7 @@ fn memory_of(plan: &FramePlan, resource: Resource, place: Memory) -> Vec<Memory>
         Resource::Target(_) if plan.draws_into_swapchain() => vec![Memory::SwapchainImage],
         Resource::Target(_) => vec![Memory::Picture],
         Resource::SwapchainImage => vec![Memory::SwapchainImage],
+        Resource::ShownImage => vec![Memory::ShownImage],
         Resource::ShadowMaps => MAPS.to_vec(),
         Resource::Textures => {
             let levels = LEVELS.into_iter().filter(|_| plan.uploads.mip_levels);

@@ -88,6 +88,8 @@ pub(super) enum Memory {
     /// The picture where it is the frame's own.
     Picture,
     SwapchainImage,
+    /// A copy of the picture, which panels are drawn over.
+    ShownImage,
     /// Two layers of the image of all shadow maps: one drawn in most frames, one looked up before it is first drawn.
     ShadowMap(usize),
     /// Levels of a texture.
@@ -131,6 +133,7 @@ impl MemorySet {
         1 << match memory {
             Memory::Picture => 0,
             Memory::SwapchainImage => 1,
+            Memory::ShownImage => 10,
             Memory::Texture => 2,
             Memory::Vertices => 3,
             Memory::Indices => 4,
@@ -167,6 +170,7 @@ impl fmt::Display for Memory {
             Self::Target(target) => write!(f, "the target {target:?}"),
             Self::Picture => f.write_str("the picture"),
             Self::SwapchainImage => f.write_str("the swapchain's image"),
+            Self::ShownImage => f.write_str("the image that ENCODE reads"),
             Self::ShadowMap(index) => write!(f, "shadow map {index}"),
             Self::Level(level) => write!(f, "level {level} of a texture"),
             Self::Texture => f.write_str("a texture without levels"),

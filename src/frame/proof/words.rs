@@ -134,6 +134,7 @@ pub(super) fn noun(memory: Memory) -> &'static str {
         },
         Memory::Picture => "the picture",
         Memory::SwapchainImage => "the window's image",
+        Memory::ShownImage => "the image that is encoded",
         Memory::ShadowMap(_) => "a shadow map",
         Memory::Level(_) | Memory::Texture => "a texture",
         Memory::SkyLight => "light of the sky",

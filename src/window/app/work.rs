@@ -45,7 +45,7 @@ impl App<'_> {
     }
 
     /// A sign for the frame to come, if that takes long.
-    fn long_work(&self, now: Instant) -> Option<String> {
+    fn long_work(&mut self, now: Instant) -> Option<String> {
         let Some(Opened { window, presenter, .. }) = &self.opened else { return None };
         let is_measured = self.options.frames.is_some();
         if is_measured || !self.teller.shows || self.unfit || self.misfit || self.hidden {
@@ -58,6 +58,11 @@ impl App<'_> {
         let (camera, copies) = (self.control.camera(), Copies { kept: self.screenshot, compared: self.compare });
         let PhysicalSize { width, height } = window.inner_size();
         let size = presenter.plan()?.size;
+        let pixels = |[width, height]: [u32; 2]| f64::from(width) * f64::from(height);
+        let (took, whole) = (presenter.last_took(), pixels([width, height]));
+        if let Some(took) = took.filter(|_| size == [width, height]) {
+            self.whole_took = Some((took, whole));
+        }
         let is_drawn = size == [width, height] && presenter.keeps(camera);
         // Pictures that move are coarse, or follow each other.
         let is_whole = self.resolution.is_whole(now, camera, self.motion(copies)) && !self.control.is_moving(self.held);
@@ -66,13 +71,15 @@ impl App<'_> {
             (false, true) => "the picture is drawn",
             (false, false) => return None,
         };
-        let pixels = |[width, height]: [u32; 2]| f64::from(width) * f64::from(height);
         // A frame that is not done yet has taken long already.
-        let Some(took) = presenter.last_took() else { return Some(format!("{what}...")) };
-        let expected = took.mul_f64(pixels([width, height]) / pixels(size));
-        (expected >= LONG).then(|| match expected.as_secs_f64().round() {
-            seconds if seconds < 1.0 => format!("{what}..."),
-            seconds => format!("{what}, about {seconds} s..."),
+        let Some(took) = took else { return Some(format!("{what}...")) };
+        let (took, before) = self.whole_took.unwrap_or((took, pixels(size)));
+        let expected = took.mul_f64(whole / before);
+        // A coarse picture says little about a whole one: each of its pixels costs more, and the first frame of all waits for the driver's compiler.
+        let seconds = expected.as_secs_f64().round();
+        (expected >= LONG).then(|| match self.whole_took {
+            Some(_) if seconds >= 1.0 => format!("{what}, about {seconds} s..."),
+            _ => format!("{what}..."),
         })
     }
 

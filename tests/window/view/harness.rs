@@ -307,6 +307,22 @@ impl<'a> View<'a> {
         self.pixels()
     }
 
+    /// Moves the camera forward so long, and returns the picture there.
+    pub fn goes_nearer(&mut self, before: &[u8], time: Duration) -> Vec<u8> {
+        self.server.press(key::W);
+        sleep(time);
+        self.server.release(key::W);
+        self.settles_elsewhere(before)
+    }
+
+    /// Has the program keep its camera under 1.
+    pub fn keeps_camera_1(&mut self) {
+        self.server.press(key::CONTROL);
+        self.server.tap(key::DIGIT_1);
+        self.server.release(key::CONTROL);
+        self.waits_to_tell("camera 1 is kept");
+    }
+
     /// Waits until the program has done all that it was asked for, and draws no more.
     pub fn rests(&mut self) {
         until("the program's rest", || {

@@ -65,14 +65,8 @@ fn keys_and_the_mouse_move_the_camera_and_bring_it_back() {
     let mut view = View::open(&server, &[scene[0], "--size", &size]);
     view.shows(&first, "before anything is pressed");
 
-    server.press(key::W);
-    sleep(Duration::from_millis(300));
-    server.release(key::W);
-    let nearer = view.settles_elsewhere(&first);
-    server.press(key::CONTROL);
-    server.tap(key::DIGIT_1);
-    server.release(key::CONTROL);
-    view.waits_to_tell("camera 1 is kept");
+    let nearer = view.goes_nearer(&first, Duration::from_millis(300));
+    view.keeps_camera_1();
 
     server.fake(MOTION, 0, [40, 40]);
     server.fake(BUTTON_PRESS, 1, [0; 2]);

@@ -97,7 +97,10 @@ fn panels_stay_through_changes_of_size_and_take_the_mouse() {
     // While a button is held over a panel frames go on; the panel reads its events once a frame.
     sleep(Duration::from_millis(250));
     server.fake(MOTION, 0, [140, 24]);
+    // A frame of panels alone is too fast for all of these to come in the course of several.
+    sleep(Duration::from_millis(100));
     server.fake(MOTION, 0, [180, 24]);
+    sleep(Duration::from_millis(100));
     server.fake(BUTTON_RELEASE, 1, [0; 2]);
     view.settles_elsewhere(&shown);
     server.tap(key::G);

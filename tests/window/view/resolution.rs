@@ -149,10 +149,15 @@ impl ApplicationHandler for App {
 fn show_again(presenter: &mut Presenter, scene: &Scene, settings: &Settings) {
     let camera = &scene.camera;
     let picture = |presenter: &mut Presenter, again: bool| {
+        let draw = |presenter: &mut Presenter, copied| presenter.draw(camera, copied, None).expect("a frame");
         let show = |presenter: &mut Presenter| match again {
             true => presenter.show_again(true, None).expect("it is kept"),
-            false => presenter.draw(camera, true, None).expect("a frame"),
+            false => draw(presenter, true),
         };
+        if !again {
+            // A picture that is averaged over time is kept when it has come to rest.
+            while draw(presenter, false) == Outcome::Nothing(Fit::Exact) || presenter.converges() {}
+        }
         while show(presenter) == Outcome::Nothing(Fit::Exact) {}
         presenter.picture().expect("it was copied")
     };
