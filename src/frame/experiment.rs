@@ -58,7 +58,7 @@ pub enum Way {
     Enlarged,
     /// ENCODE writes them.
     Encoded,
-    /// The same of a copy, under which the picture is kept.
+    /// ENCODE writes them from a copy of the picture, which is kept.
     EncodedKept,
 }
 

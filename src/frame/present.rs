@@ -49,7 +49,7 @@ pub struct Presenter {
     headroom: f32,
     /// PRESENT copies pictures where that can be. Otherwise passes draw into the swapchain's images, and panels over the picture.
     keeps_pictures: bool,
-    /// The share of the window's width and height that pictures have. None: they are whole.
+    /// The share of the window's width and height that pictures have; `None` if they always have all of it.
     resolution: Option<f64>,
     /// One for each frame in flight: free again when the frame that waits for it is done.
     acquired: Vec<Owned<vk::Semaphore>>,
@@ -159,8 +159,8 @@ impl Presenter {
         Self { keeps_pictures: true, ..self }
     }
 
-    /// The same with pictures that may be smaller than the window ([`Presenter::set_resolution`]). Those in images of more than 8 bits are whole, and so
-    /// are those in images that are viewed as sRGB through another format.
+    /// Keeps pictures, and lets them be smaller than the window ([`Presenter::set_resolution`]). Pictures in images of more than 8 bits, and in images
+    /// that are viewed as sRGB through another format, always have the window's size.
     pub fn with_dynamic_resolution(self) -> Self {
         Self { resolution: Some(1.0), ..self.with_kept_pictures() }
     }

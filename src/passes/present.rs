@@ -45,8 +45,8 @@ pub const PASS: Pass = Pass {
 
 /// Copies the picture, which is in TRANSFER_SRC_OPTIMAL, into an image of this extent that is in TRANSFER_DST_OPTIMAL. Where the two have the same
 /// texels (`is_alike`) and the same size, their bytes are copied: an image that is viewed as sRGB through another format would have a blit decode
-/// them. Otherwise it is a blit, as the two may have their channels in different orders, and the image may be larger: texels between those of the
-/// picture are linear then, of light where the hardware encodes both.
+/// them. Otherwise it is a blit, because the image may be larger, or have its channels in another order. A blit interpolates between texels, linearly
+/// in light if the hardware encodes both images.
 pub fn record(
     device: &Device,
     cmd: vk::CommandBuffer,

@@ -347,7 +347,7 @@ impl<'a> App<'a> {
                 match is_again {
                     // A picture that is shown again says nothing about the time of frames.
                     true => self.clock.pause(),
-                    // From the moment of the last measurement, so that no time is lost.
+                    // Counts from the last measurement, so that no time is lost.
                     false => self.clock.frame(now, &presenter.times()),
                 }
                 interface.drawn();

@@ -272,7 +272,7 @@ impl CameraControl {
                 self.camera.position += aside + forward * (moved.z + nearer);
                 self.reach -= nearer;
                 if self.mode == Mode::Orbit {
-                    // The centre stays where it is while keys go nearer, until the camera has reached it.
+                    // Keys that go nearer leave the orbit's centre where it is, until the camera has reached it.
                     let least = self.least_reach().min(self.reach);
                     self.reach = (self.reach - moved.z).max(least);
                 }

@@ -8,7 +8,7 @@ use egui::{Align2, Color32, Context, FontId, Galley, Id, LayerId, Order, Painter
 
 /// The time for which a message is shown.
 const SHOWN: Duration = Duration::from_secs(4);
-/// The same of a warning, which is longer and was not asked for.
+/// The time for which a warning is shown. It is longer, and nobody waited for it.
 const SHOWN_WARNING: Duration = Duration::from_secs(8);
 /// Messages that are shown at once: the oldest gives way.
 const MOST: usize = 5;
@@ -69,10 +69,10 @@ impl Messages {
     }
 }
 
-/// Tells the user what happens.
+/// Prints messages to the user, and shows them on the picture.
 pub struct Teller<'a> {
     print: &'a dyn Fn(&str),
-    /// On the picture, too.
+    /// True if messages are shown on the picture as well as printed.
     pub shows: bool,
     messages: RefCell<Messages>,
 }

@@ -87,7 +87,7 @@ fn smooth_models_have_the_same_bits_in_the_full_plan() {
     });
 }
 
-/// Every part but those that bring an HDR target.
+/// Keeps every part, except those that need an HDR target.
 fn without_hdr() -> Keep {
     let hdr = [OptionalPart::HdrTarget, OptionalPart::Transparent, OptionalPart::Emissive];
     hdr.iter().fold(Keep::ALL, |keep, &part| keep.without(part))
@@ -95,7 +95,7 @@ fn without_hdr() -> Keep {
 
 /// The lean plan rounds each sample's shown value to 8 bits, and the hardware averages them as light. Rounding errs by half a code of a sample at most, which is
 /// half the slope of light by code there. Above sRGB's linear toe that slope is concave in the light, so its mean over the samples is at most the slope at
-/// their mean (Jensen): the mean errs by half a code at most. With samples on both sides of the toe's end it is two thirds. Half floats add a sixteenth.
+/// their mean (Jensen): the mean errs by half a code at most. If samples lie on both sides of the toe's end, it errs by two thirds of a code at most. Half floats add a sixteenth.
 /// Values that differ by less than a code are rounded to codes that differ by one at most.
 #[test]
 fn edges_of_several_samples_differ_by_one_code_at_most_in_the_full_plan() {

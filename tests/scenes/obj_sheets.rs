@@ -24,14 +24,14 @@ fn faces_back_to_back_have_one_side_each_and_others_keep_both() {
     let found = load(&folder).unwrap();
     assert_eq!(drawn(&found), [("red", true, 1), ("red", false, 2), ("green", false, 2)]);
     assert_eq!(found.warnings, Vec::<String>::new());
-    // Each side has normals of its own, also in one smoothing group.
+    // Each side has its own normals, even if both are in one smoothing group.
     for text in [format!("{SQUARE}f 1 2 3 4\nf 4 3 2 1\n"), format!("{SQUARE}s 1\nf 1 2 3 4\nf 4 3 2 1\n")] {
         let found = load_text(&text);
         assert_eq!(found.meshes[0].indices.len(), 12);
         assert_eq!(found.meshes[0].faces_and_normals(), (2, 2), "{text}");
         assert!(!found.materials[found.objects[0].material].two_sided);
     }
-    // The same face twice lies in front of nothing.
+    // The same face twice, facing the same way, is not back to back.
     assert_eq!(drawn(&load_text(&format!("{SQUARE}f 1 2 3 4\nf 2 3 4 1\n"))).len(), 1);
 }
 

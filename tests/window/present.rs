@@ -151,7 +151,7 @@ fn panels([width, height]: [u32; 2], shade: u8, with_texture: bool) -> Panels {
     }
 }
 
-/// Panels change over the last picture, which is shown again without a frame of the scene, into each of the window's images. A copy has the picture
+/// Panels change over the last picture, which is shown again without a frame of the scene, into each of the window's images. A copy holds the picture
 /// without the panels of this frame and of those before, and with the part of another picture beside it.
 #[test]
 fn a_picture_that_is_kept_is_shown_again_under_other_panels_bit_by_bit() {

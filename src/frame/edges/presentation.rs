@@ -269,7 +269,7 @@ mod tests {
         }
     }
 
-    /// The same where no hardware encodes them, drawn over or kept.
+    /// The plans of windows whose images ENCODE writes, with pictures that are kept and that are not.
     fn each_encoded_plan(check: impl Fn(&str, &FramePlan, &Edges)) {
         let encoded = Encoding { transfer: Transfer::Srgb, headroom: 1.0 };
         for (name, plan) in pictures() {

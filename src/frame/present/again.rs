@@ -15,7 +15,7 @@ use crate::gpu::{self, Acquired, Around, CommandBuffer, Device, Fit, Owned, Tick
 use crate::passes::overlay::Panels;
 use crate::scene::Camera;
 
-/// The objects that such a frame has in the place of a frame in flight's.
+/// The objects for showing a picture again. Frames in flight have their own.
 pub(super) struct Again {
     cmd: CommandBuffer,
     acquired: Owned<vk::Semaphore>,
@@ -81,7 +81,7 @@ impl Presenter {
         last.times(&self.device, found).ok()
     }
 
-    /// Shows the last picture again, with these panels over it and the divider where it is now, and draws nothing of the scene. `copied` as of
+    /// Shows the last picture again, with these panels and the divider at its new place. The scene is not drawn. `copied` as of
     /// [`Presenter::draw`]. Waits for the last frame that was shown so, and a moment for an image.
     ///
     /// # Errors

@@ -198,7 +198,7 @@ impl Presenter {
         if let Some(renderer) = &self.renderer {
             let made = image_beside(&self.device, &renderer.plan, before);
             if made.is_err() {
-                // ENCODE would read the one before. Without ENCODE no frame is drawn.
+                // ENCODE still has the image before in its descriptors. No frame is drawn until ENCODE is made again.
                 self.encode = None;
             }
             self.beside_kept = made?;

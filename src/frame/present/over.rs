@@ -15,8 +15,8 @@ use crate::passes::encode::Encode;
 use crate::passes::overlay::{Overlay, Panels};
 use crate::plan::{Canvas, FramePlan};
 
-/// The image that ENCODE reads, and that panels are drawn over: `kept` is the one that the picture is copied into where it is kept. None where these
-/// are images of the swapchain.
+/// The image that panels are drawn into and that ENCODE reads; `None` if panels are drawn into the swapchain's image. If the picture is kept, this is
+/// `kept`, into which PRESENT copies it.
 pub(super) fn encoded_image<'a>(renderer: &'a Renderer, kept: Option<&'a Image>) -> Option<&'a Image> {
     match renderer.plan.presented? {
         Canvas::Encode(_) => renderer.frame.output(&renderer.plan),
@@ -97,8 +97,8 @@ pub(super) fn overlay(
     own.write(frame, panels)
 }
 
-/// Copies the picture of the frame that is being recorded, before it is presented: out of the image that ENCODE reads, or the frame's own, where
-/// it is not the swapchain's, or where that cannot be copied from.
+/// Copies the picture of the frame that is being recorded, before it is presented. The copy is made from the image that ENCODE reads, if there is one. It is
+/// made from the frame's own image if the picture is drawn there, or if the swapchain's images cannot be copied from.
 pub(super) fn record_copy(
     renderer: &Renderer,
     cmd: vk::CommandBuffer,

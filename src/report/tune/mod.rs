@@ -39,7 +39,8 @@ use crate::gpu::{Device, vk};
 use crate::reference::{Reference, View};
 use crate::scene::{Camera, Scene, SettingsPatch};
 
-/// Points that get a glance together, on a CPU and on a GPU with so many cores beside it that its driver compiles for all of them at once.
+/// The number of points that get a glance together: on a CPU, and on a GPU if the machine has as many cores, because the driver compiles for each point
+/// on a core of its own.
 const GLANCES: [usize; 2] = [4, 8];
 /// However long the truth takes, a search has this share of the time, counted from its own begin.
 const LEAST_SHARE: f64 = 1.0 / 3.0;
@@ -187,7 +188,7 @@ struct SearchRun<'a, 'b> {
     /// The moment at which the first search began.
     begun: Instant,
     pictures: Spent,
-    /// Of several points each.
+    /// Each is of several points.
     glances: Spent,
     /// True once the journal has the rendered truth's noise.
     has_truth: bool,

@@ -47,7 +47,7 @@ impl Component {
 pub(super) struct Accessors<'a> {
     document: &'a Document,
     buffers: &'a Buffers<'a>,
-    /// Oddities of those that were read, a line each.
+    /// What was odd about the accessors that were read, a line each.
     odd: Mutex<BTreeSet<String>>,
 }
 
@@ -73,7 +73,7 @@ struct Elements<'a> {
 }
 
 impl<'a> Elements<'a> {
-    /// As many as the view has, and the oddity where it has fewer.
+    /// Takes `count` elements of a view. If the view has fewer, takes those, and returns a sentence about it.
     fn of(view: View<'a>, offset: usize, count: usize, size: usize) -> Result<(Self, Option<String>), String> {
         let stride = view.stride.unwrap_or(size);
         if stride < size && count > 1 {

@@ -196,7 +196,7 @@ impl Keys {
 
 /// The longest list of keys, in order, whose times never go back.
 fn rising(times: &[f64]) -> Vec<usize> {
-    // By length of a list the key that ends it earliest (C. Schensted, "Longest Increasing and Decreasing Subsequences", 1961).
+    // At place n, the key with the earliest time that ends a list of n + 1 keys (C. Schensted, "Longest Increasing and Decreasing Subsequences", 1961).
     let mut ends: Vec<usize> = Vec::new();
     let mut before: Vec<Option<usize>> = vec![None; times.len()];
     for key in 0..times.len() {

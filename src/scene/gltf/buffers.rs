@@ -100,7 +100,7 @@ impl<'a> Buffers<'a> {
         meshopt::decode(packed, source)
     }
 
-    /// Bytes of a buffer, without those that it should have and has not.
+    /// Bytes of a buffer; fewer than `length` if the buffer ends before.
     fn range(&self, buffer: Option<super::json::Whole>, offset: usize, length: usize) -> Result<&[u8], String> {
         let buffer = buffer.ok_or("names no buffer")?;
         let bytes = self.buffer(buffer)?;

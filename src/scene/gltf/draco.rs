@@ -33,7 +33,7 @@ pub(super) fn indices(mesh: &Mesh) -> Vec<u32> {
 /// Numbers of an attribute by its id, for each point, as they are stored.
 pub(super) struct Stored {
     pub numbers: Vec<f32>,
-    /// Of an element.
+    /// Numbers of an element.
     pub width: usize,
     /// The largest number of its type, if that is of whole numbers.
     pub largest: Option<f32>,

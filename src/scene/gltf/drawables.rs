@@ -72,7 +72,7 @@ pub(super) struct Drawables {
     /// Faults of primitives, each with its place.
     faults: Vec<(String, String)>,
     objects: usize,
-    /// By order: true if there is no room for its mesh.
+    /// For each primitive in order, whether its mesh is too large to be read.
     too_large: Vec<bool>,
     /// Primitives that are no triangles, of points and of lines.
     pub left_out: [usize; 2],

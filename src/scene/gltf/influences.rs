@@ -7,7 +7,7 @@ use crate::scene::Influences;
 /// The most joints of a vertex.
 const MOST: usize = 8;
 
-/// Reads what joints move the vertices of a primitive: of more than eight the heaviest. Where it cannot be read, vertices hang on the first joint alone.
+/// Reads which joints move the vertices of a primitive. If more than eight move a vertex, the eight heaviest count. Where it cannot be read, vertices hang on the first joint alone.
 pub(super) fn read(source: &Source, vertices: usize, joints_of_skin: usize, warnings: &mut Vec<String>) -> Influences {
     let sets = sets(source, vertices, warnings);
     if sets.is_empty() {

@@ -271,7 +271,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The texture of KHR_materials_pbrSpecularGlossiness: its colour is that of a reflectance, and its alpha becomes a roughness.
+    /// The texture of KHR_materials_pbrSpecularGlossiness: its colour is the reflectance, and its alpha, the glossiness, becomes the roughness.
     fn glossiness(&mut self, pending: &mut Pending, own: &SpecularGlossiness) {
         let Some(info) = &own.specular_glossiness_texture else { return };
         let factor = f64::from(self.gloss(own)).to_bits();

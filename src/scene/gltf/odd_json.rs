@@ -10,10 +10,10 @@ use serde_json::{Map, Value};
 
 use super::json::Document;
 
-/// The lists of numbers and names that lose nothing else when one entry goes. In all others a number's place counts.
+/// The lists of numbers and names of which one entry can be left out by itself. In all other lists an entry's place has a meaning.
 const LISTS: &[&str] = &["children", "nodes", "variants", "extensionsUsed", "extensionsRequired"];
 
-/// A document, and what was odd about it, a line each.
+/// A document, and lines about what was odd in it.
 pub(super) type Mended = (Document, Vec<String>);
 
 /// Reads the text of a file.
@@ -57,8 +57,8 @@ fn value(text: &[u8], warnings: &mut Vec<String>) -> Option<Value> {
     Some(value)
 }
 
-/// Makes JSON of what writers put in its place: `NaN` and infinities, which Python writes, as null; commas before a closing bracket; line breaks and
-/// other control characters within names; bytes that are no UTF-8, as names of old systems have them; halves of surrogate pairs.
+/// Turns what some writers write into JSON. `NaN` and infinities (Python) become null. Commas before a closing bracket are dropped. Line breaks and
+/// other control characters in names, bytes that are no UTF-8 (names of old systems) and halves of surrogate pairs are replaced.
 fn respelled(bytes: &[u8]) -> (String, Vec<&'static str>) {
     let mut changes = Vec::new();
     let text = String::from_utf8_lossy(bytes);

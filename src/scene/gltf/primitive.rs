@@ -226,7 +226,7 @@ fn mend<const N: usize>(values: &mut [[f32; N]], instead: [f32; N], warning: &st
     }
 }
 
-/// Values for each of so many vertices, of an attribute that was read: more than those are cut, and fewer are left out, with a warning.
+/// The values of an attribute, one for each vertex. If there are more, the rest is cut off; if there are fewer, the attribute is left out. A warning says so.
 pub(super) fn of_each<T>(
     semantic: &str,
     read: Result<Option<Vec<T>>, String>,

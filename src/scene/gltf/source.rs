@@ -32,7 +32,7 @@ impl<'a> Source<'a> {
                 let mesh = view.and_then(|view| draco::decode(buffers.view(view)?.bytes));
                 match mesh {
                     Ok(mesh) => Some((mesh, &packed.attributes)),
-                    // The same data for readers that cannot decompress.
+                    // The accessors hold the same data, for readers that cannot decompress.
                     Err(why) if is_plain => {
                         odd.push(format!("{why}, its accessors are read in its place"));
                         None

@@ -44,7 +44,7 @@ impl Topology {
                 let whole = order.as_chunks::<3>().0.iter().filter(|corners| !corners.iter().any(is_wild));
                 whole.flatten().copied().collect()
             }
-            // Behind such an index a strip begins anew, as it would on a device that restarts at the largest index.
+            // A strip begins again after such an index, as with a device's primitive restart.
             Self::Strip => order.split(is_wild).flat_map(|run| self.of_run(run.to_vec())).collect(),
             // All of a fan's triangles have its first vertex.
             Self::Fan if order.first().is_some_and(is_wild) => Vec::new(),

@@ -72,7 +72,7 @@ impl Resources {
         if has_scheme(uri) {
             return Err(format!("`{shown}` has a scheme: only files beside the glTF file are read"));
         }
-        // Some exporters do not encode a percent sign that is part of a name, and those of Windows separate folders by backslashes.
+        // Some exporters do not encode a percent sign in a name, and some on Windows write backslashes between folders.
         let bare = uri.split(['?', '#']).next().unwrap_or_default();
         let bare = percent_decode_str(bare).decode_utf8_lossy();
         let names = [Cow::Borrowed(decoded.as_ref()), Cow::Borrowed(uri), bare];

@@ -184,7 +184,7 @@ impl Grid {
             sum += *start;
             *start = sum;
         }
-        // From the ends of the cells to their starts.
+        // Fills each cell from its end, so that `starts` ends up at the cells' starts.
         for corner in corners() {
             let cell = index(&grid, corner);
             grid.starts[cell] -= 1;

@@ -1,4 +1,4 @@
-//! tobj's objects into meshes: polygons cut, normals made where there are none, alike parts joined, sheets split off.
+//! Makes meshes of tobj's objects: cuts polygons, makes missing normals, joins parts that are alike, and splits faces that lie back to back.
 
 use std::collections::{HashMap, HashSet};
 use std::path::Path;

@@ -56,7 +56,7 @@ mod tests {
         triangulate(points, |[a, b, c]| {
             count += 1;
             let doubled = (points[b] - points[a]).cross(points[c] - points[a]);
-            // Of corners on a line rounding decides.
+            // If the corners lie on a line, rounding decides the sign.
             assert!(doubled.dot(newell_normal(points).normalize()) > -1e-6, "a triangle is turned over");
             sum += doubled.length() / 2.0;
         });

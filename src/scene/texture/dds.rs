@@ -241,7 +241,7 @@ mod tests {
         }
         assert_eq!(new(81, &flat(127)), [255, 255, 255, 255]);
         assert_eq!(new(81, &flat(0x81)), [0, 0, 0, 255]);
-        // Between the ends of 255 and 0 the third value is 6/7.
+        // With end values of 255 and 0, code 2 is 6/7 of 255.
         assert_eq!(new(80, &[255, 0, 2, 0, 0, 0, 0, 0])[0], 219);
         // Of normals' X and Y blue is Z: 0.6 and 0.8 leave none, and straight up is whole.
         for (x, y, z) in [(204, 128, 229), (128, 128, 255), (204, 230, 128)] {

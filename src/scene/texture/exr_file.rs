@@ -388,7 +388,7 @@ mod tests {
             let bytes = exr_rates::tests::sampled(size, &channels, compression);
             let image = read_exr(&bytes, &|_| None).unwrap_or_else(|why| panic!("{compression:?}: {why}"));
             assert_eq!(image.dimensions(), (8, 36));
-            // Between samples both are linear; behind the last they stay.
+            // Chroma is linear between samples, and constant behind the last one.
             for (x, y) in [(0, 0), (4, 2), (3, 3), (6, 34), (5, 20)] {
                 let Rgba([red, _, blue, alpha]) = *image.get_pixel(x as u32, y as u32);
                 let own = luminance(x, y);

@@ -65,7 +65,7 @@ fn mix(a: f32, b: f32, share: f32) -> f32 {
     if share == 0.0 { a } else { a + (b - a) * share }
 }
 
-/// Decodes the channels of a file of one part in scan lines. `bytes` and `header` are those of the [`whole`] file.
+/// Decodes the channels of a file of one part in scan lines. `bytes` is the file as [`whole`] completes it, and `header` is its header.
 ///
 /// # Errors
 /// Why it cannot be decoded.

@@ -41,10 +41,10 @@ fn a_message_lies_over_the_picture_for_some_seconds_and_is_not_in_a_screenshot()
     view.closes_well();
 }
 
-/// The mouse over open panels makes a redraw for each of its moves, and more while a widget lights up. None of them draws the scene.
+/// Each move of the mouse over open panels makes a redraw, and so does each step of a widget's animation. None of these draws the scene.
 #[test]
 fn the_picture_under_panels_is_not_drawn_again() {
-    // Pictures whose resolution may follow, and those that are always whole.
+    // With dynamic resolution, and without.
     for resolution in ["on", "off"] {
         under_panels(resolution);
     }

@@ -84,7 +84,7 @@ impl App {
                 let small = Settings { size, ..settings.clone() };
                 let mut renderer = Renderer::new(&device, scene, &small).expect("a renderer");
                 let own = renderer.picture(&scene.camera, || {}).expect("a picture");
-                // Into each of its images.
+                // Four frames reach each image of the swapchain.
                 for _ in 0..4 {
                     // An image may be late on a busy machine.
                     while presenter.draw(&scene.camera, true, None).expect("a frame") == Outcome::Nothing(Fit::Exact) {}

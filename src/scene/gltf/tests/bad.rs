@@ -8,7 +8,7 @@ use super::{Builder, push};
 use crate::scene::Imported;
 use crate::scene::gltf::{GltfOptions, load};
 
-/// The triangle whose parts are made bad, and another with a mesh and a node of its own.
+/// Two triangles, each with a mesh and a node of its own. The tests make parts of the first one bad.
 fn beside() -> Builder {
     let mut file = Builder::triangle();
     let position = file.floats("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
@@ -18,7 +18,7 @@ fn beside() -> Builder {
     file
 }
 
-/// Reads a file, of which so many objects must be drawn and one warning must have these words.
+/// Reads a file. Asserts how many objects are drawn, and that a warning has these words.
 fn drawn(file: &Builder, objects: usize, words: &str) -> Imported {
     let found = file.read();
     assert!(found.warnings.iter().any(|warning| warning.contains(words)), "{words}: {:?}", found.warnings);
@@ -120,7 +120,7 @@ fn an_attribute_of_another_length_is_cut_or_left_out() {
         file.attribute(semantic, odd);
         let found = file.read();
         assert_eq!(found.objects.len(), 2, "{semantic}");
-        // Without a normal map nobody asks for tangents.
+        // Tangents are only read for a normal map, which the file does not have.
         assert_eq!(found.warnings.len(), usize::from(semantic != "TANGENT"), "{semantic}: {:?}", found.warnings);
     }
 }

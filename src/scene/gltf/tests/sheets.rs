@@ -35,7 +35,7 @@ fn triangles_back_to_back_have_one_side_each_and_others_keep_both() {
     let front: &[u16] = &[0, 1, 2, 0, 2, 3];
     let back: &[u16] = &[2, 1, 0, 3, 2, 0];
     assert_eq!(drawn(&square(&[(front, 0), (back, 1)]).read()), [("page", false, 2), ("back", false, 2)]);
-    // Half of the square has a back of its own.
+    // Only one triangle of the square has a back face with another material.
     let half = square(&[(front, 0), (&back[..3], 1)]).read();
     assert_eq!(drawn(&half), [("page", true, 1), ("back", false, 1), ("page", false, 1)]);
     // Another diagonal, the same side twice, and another place.

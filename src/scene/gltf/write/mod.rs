@@ -147,8 +147,8 @@ fn exposure(shot: &Shot) -> Value {
     json!({ "exposure_ev100": number(shot.exposure), "exposure_scale": number(exposure_scale(shot.exposure)) })
 }
 
-/// The same of all that glTF has no words for, as [`surroundings`](super::surroundings) reads it. A scene that is dark by itself says so: without the
-/// word a reader lights what has no light.
+/// The exposure, and everything else that glTF has no property for, as [`surroundings`](super::surroundings) reads it. A scene without light says that
+/// it is meant to be dark, or a reader would light it.
 fn extras(shot: &Shot, environment: &Environment, is_dark: bool) -> Value {
     let color = |color: glam::Vec3| color.to_array().map(number);
     let mut extras = exposure(shot);
