@@ -50,10 +50,10 @@ pub struct Args {
     #[arg(long, value_name = "DEPENDENCY,...", value_delimiter = ',')]
     rows: Vec<String>,
     /// Take the frames as a window shows them, with what brings pictures into the swapchain's images: drawing or copying (direct), enlarging (enlarged),
-    /// or encoding by a shader, as for images of 10 bits (encoded)
+    /// or encoding by a shader, as for images of 10 bits, from the picture (encoded) or from a copy of it (encoded-kept)
     #[arg(
         long,
-        value_name = "direct|enlarged|encoded",
+        value_name = "direct|enlarged|encoded|encoded-kept",
         value_enum,
         hide_possible_values = true,
         conflicts_with = "drop"
@@ -88,6 +88,7 @@ enum InWindow {
     Direct,
     Enlarged,
     Encoded,
+    EncodedKept,
 }
 
 impl InWindow {
@@ -96,6 +97,7 @@ impl InWindow {
             Self::Direct => Way::Straight,
             Self::Enlarged => Way::Enlarged,
             Self::Encoded => Way::Encoded,
+            Self::EncodedKept => Way::EncodedKept,
         };
         mutants::presented(plan, way)
     }

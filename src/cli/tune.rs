@@ -12,7 +12,7 @@ use afterlight::measure::{LEAST_FOR_95, what_moves};
 use afterlight::reference::{Cache, Mode, Options, Reference, Smith, View};
 use afterlight::report::advice;
 use afterlight::report::sweep::Error as SweepError;
-use afterlight::report::sweep::accuracy::{Truths, affordable_size};
+use afterlight::report::sweep::accuracy::{Truths, affordable_size, sizes};
 use afterlight::report::sweep::families::Sweep;
 use afterlight::report::sweep::journal::{self, Header, Journal, SceneInfo};
 use afterlight::report::sweep::model::{Against, Metric, SceneReport, TruthInfo};
@@ -273,13 +273,18 @@ struct PlannedTruth {
 }
 
 impl PlannedTruth {
-    /// A truth of the size that was asked for, or of one that takes about [`TRUTH_TIME`].
+    /// A truth of the size that was asked for, or of one that an earlier run has rendered, or of one that takes about [`TRUTH_TIME`].
     fn of(args: &Args, workload: &Workload, base: &SettingsPatch) -> Result<Self, Failure> {
         let (settings, camera) = (base.decide(), workload.scene.camera);
         let samples = args.measuring.truth_samples();
         let reference = Reference::new(&workload.scene)?.with_settings(&settings, &camera);
         let view = View { camera, size: settings.size };
-        let size = args.truth_size.unwrap_or_else(|| affordable_size(&reference, &view, samples, TRUTH_TIME));
+        let cache = Cache::of_user();
+        let is_there = |size: &[u32; 2]| {
+            cache.as_ref().is_some_and(|cache| cache.has(&reference, &View { size: *size, ..view }, samples))
+        };
+        let known = args.truth_size.or_else(|| sizes(view.size).find(is_there));
+        let size = known.unwrap_or_else(|| affordable_size(&reference, &view, samples, TRUTH_TIME));
         let view = View { camera, size };
         let options = Options { mode: Mode::Converged { samples }, smith: Smith::default() };
         Ok(Self { view, samples, hash: reference.fingerprint(&view, &options) })
@@ -460,7 +465,7 @@ fn report(args: &Args, measured: &Measured, search: &Search, chosen: &Attempt) -
     if let Some(best) = measured.tuned.best.as_ref().filter(|_| !chosen.held_out.is_empty()) {
         let _ = writeln!(
             text,
-            "The other cameras have no truth: a picture of `{best}` with {BEST_SAMPLES} samples stands in for it, and its own error, measured from the scene's camera, is added."
+            "Errors below the first are estimates: against a picture of `{best}` with {BEST_SAMPLES} samples, plus what that lacks of the error at the scene's own camera."
         );
     }
     text.extend(scene.clocks().map(|words| words + "\n"));

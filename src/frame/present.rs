@@ -47,7 +47,7 @@ pub struct Presenter {
     desc: SwapchainDesc,
     /// The brightest that the display shows, where it may show more than white, in units of white.
     headroom: f32,
-    /// PRESENT copies pictures where that can be. Otherwise passes draw into the swapchain's images, and panels over the picture.
+    /// PRESENT copies pictures, if the window's images can be copied into. Otherwise passes draw into the swapchain's images, and panels over the picture.
     keeps_pictures: bool,
     /// The share of the window's width and height that pictures have; `None` if they always have all of it.
     resolution: Option<f64>,

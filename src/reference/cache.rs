@@ -16,7 +16,7 @@ use crate::user_cache::user_cache;
 use crate::whole_file::WholeFile;
 
 use super::render::{Accumulation, PASS, Progress, Reference};
-use super::{Mode, Options, TriangleId, Truth, View, fingerprint};
+use super::{Mode, Options, Smith, TriangleId, Truth, View, fingerprint};
 
 const MAGIC: [u8; 8] = *b"AFTLTR01";
 /// Magic, the hash of what the truth depends on, and the hash of the rest.
@@ -79,6 +79,13 @@ impl Cache {
     /// Returns the folder of the files.
     pub fn folder(&self) -> &Path {
         &self.folder
+    }
+
+    /// Returns true if a converged truth of this many samples is there.
+    pub fn has(&self, reference: &Reference, view: &View, samples: u32) -> bool {
+        let options = Options { mode: Mode::Converged { samples }, smith: Smith::default() };
+        let work = Work { cache: self, key: fingerprint::of(reference, view, &options), warnings: Vec::new() };
+        work.file(samples, FINISHED).is_file()
     }
 
     /// The same as [`Reference::render`], to the last bit, from what is there already.

@@ -31,7 +31,7 @@ macro_rules! optional_parts {
 
 optional_parts! {
     /// The HDR target, and the TONEMAP subpass that reads it. Light is rounded to its format; with several samples a pixel, their shown values are
-    /// averaged before they are rounded to 8 bits, and not after. Either is one code of 8 bits at most.
+    /// averaged before they are rounded to 8 bits, and not after. With floats of 16 or 32 bits either is one code of 8 bits at most; `b10g11r11` has wider steps.
     HdrTarget = "hdr-target",
     /// A render pass of GEOMETRY's own, which stores the G-buffer for the next one to load: it shows the cost of a frame without subpasses.
     StoredGbuffer = "stored-gbuffer",

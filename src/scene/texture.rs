@@ -165,6 +165,7 @@ pub fn decode(bytes: &[u8], format: ImageFormat, limits: Limits) -> Result<Dynam
         if format == ImageFormat::Dds {
             let surface = Surface::open(bytes).map_err(other)?;
             limits.check_dimensions(surface.size[0], surface.size[1])?;
+            limits.clone().reserve(surface.decoded_bytes())?;
             return surface.decode().map_err(other);
         }
         let read = |bytes: &[u8]| {

@@ -410,6 +410,8 @@ impl<'a> App<'a> {
             watch.fitted();
         }
         self.control_before = None;
+        // Frames of other settings take another time.
+        self.whole_took = None;
         self.resolution.forget_times();
         (self.unfit, self.misfit, self.hidden) = (false, false, false);
         Ok(true)

@@ -28,7 +28,7 @@ fn faces_back_to_back_have_one_side_each_and_others_keep_both() {
     for text in [format!("{SQUARE}f 1 2 3 4\nf 4 3 2 1\n"), format!("{SQUARE}s 1\nf 1 2 3 4\nf 4 3 2 1\n")] {
         let found = load_text(&text);
         assert_eq!(found.meshes[0].indices.len(), 12);
-        assert_eq!(found.meshes[0].faces_and_normals(), (2, 2), "{text}");
+        assert_eq!(found.meshes[0].triangles_up_and_down(), (2, 2), "{text}");
         assert!(!found.materials[found.objects[0].material].two_sided);
     }
     // The same face twice, facing the same way, is not back to back.
@@ -37,11 +37,11 @@ fn faces_back_to_back_have_one_side_each_and_others_keep_both() {
 
 trait Sides {
     /// Triangles whose normals point to +Z, and to -Z.
-    fn faces_and_normals(&self) -> (usize, usize);
+    fn triangles_up_and_down(&self) -> (usize, usize);
 }
 
 impl Sides for afterlight::scene::Mesh {
-    fn faces_and_normals(&self) -> (usize, usize) {
+    fn triangles_up_and_down(&self) -> (usize, usize) {
         let normals = |corners: &[u32; 3]| corners.map(|corner| self.normals[corner as usize]);
         let towards = |z: f32| {
             let all = self.indices.as_chunks::<3>().0.iter().map(normals);
@@ -73,7 +73,8 @@ fn a_concave_face_of_many_corners_covers_its_outline_alone() {
     let areas: Vec<f64> = mesh.indices.as_chunks::<3>().0.iter().map(area).collect();
     // Of each of the triangles between the middle and two corners: half the product of the radii and the sine.
     let expected = 10_000.0 * (std::f64::consts::PI / 5_000.0).sin();
-    assert!((areas.iter().map(|area| area.abs()).sum::<f64>() / expected - 1.0).abs() < 1e-3);
+    assert!((areas.iter().sum::<f64>() / expected - 1.0).abs() < 1e-3);
+    assert!(areas.iter().all(|&area| area > -1e-6), "a triangle is turned over");
 }
 
 #[test]

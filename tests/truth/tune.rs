@@ -43,7 +43,8 @@ fn a_choice_keeps_its_bound_from_every_camera_and_render_takes_it() {
     assert!(told.contains("Chosen: ") && told.contains("the scene's own"), "{told}");
     assert!(told.contains(": 64x36, ") && told.contains("truth of 4 samples at 32x18\n"), "{told}");
     assert!(
-        told.contains("The other cameras have no truth: a picture of `") && told.contains("` with 64 samples"),
+        told.contains("Errors below the first are estimates: against a picture of `")
+            && told.contains("` with 64 samples"),
         "{told}"
     );
 

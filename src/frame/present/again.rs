@@ -57,8 +57,8 @@ impl Presenter {
         self.kept.is_some()
     }
 
-    /// Returns true if a frame from this camera would be the last picture again, and [`Presenter::show_again`] can show that. Never so without
-    /// [`Presenter::with_kept_pictures`], but on paths of compute, and while frames [converge](Presenter::converges).
+    /// Returns true if a frame from this camera would be the last picture again, and [`Presenter::show_again`] can show that. False
+    /// while frames [converge](Presenter::converges), and without [`Presenter::with_kept_pictures`] unless a compute pass draws the picture.
     pub fn keeps(&self, camera: &Camera) -> bool {
         self.kept.is_some_and(|kept| kept.camera == *camera && !kept.is_stale) && !self.converges()
     }

@@ -32,6 +32,7 @@ impl Presenter {
                 return Ok(Outcome::Nothing(Fit::OutOfDate));
             }
         }
+        let last_times = self.last_times();
         self.prepare_copy(copied)?;
         if self.split.is_some() {
             // The picture beside is drawn in any case, the window's own only into an image that is there.
@@ -44,7 +45,9 @@ impl Presenter {
             split.draw(camera)?;
         }
         // The semaphore's last wait is over then.
-        if let Some(times) = renderer.free_place()? {
+        let older_times = renderer.free_place()?;
+        // Once another frame follows, `times` cannot ask for the last one's.
+        if let Some(times) = last_times.or(older_times) {
             self.times = times;
         }
         let place = renderer.next;

@@ -205,27 +205,39 @@ fn info(point: &Truth, converged: &Truth, exposure: f64, samples: u32) -> TruthI
     }
 }
 
-/// Samples of a picture that tells how long a truth takes, and its size.
+/// The size of a picture that tells how long a truth takes, and the samples of the first try.
 const PILOT: ([u32; 2], u32) = ([96, 54], 2);
-/// No picture tells anything of fewer pixels.
+/// Pictures that take less time tell nothing: threads begin, and memory is read for the first time.
+const LEAST_PILOT: Duration = Duration::from_millis(200);
+/// The shortest edge at which errors are measured.
 const LEAST_EDGE: u32 = 64;
 
-/// Chooses the size at which errors are measured: the view's size, halved until a truth of `samples` samples takes at most `most`, as estimated
-/// from a small picture.
+/// The sizes at which errors may be measured: the size of the pictures, and that halved again and again.
+pub fn sizes(of_pictures: [u32; 2]) -> impl Iterator<Item = [u32; 2]> {
+    let is_large = |size: &[u32; 2]| size.iter().all(|&edge| edge >= 2 * LEAST_EDGE);
+    let half = move |size: &[u32; 2]| is_large(size).then(|| size.map(|edge| edge.div_ceil(2)));
+    std::iter::successors(Some(of_pictures), half)
+}
+
+/// Chooses the size at which errors are measured: the first of [`sizes`] at which a truth of `samples` samples takes at most `most`, as estimated from a
+/// small picture.
 pub fn affordable_size(reference: &Reference, view: &View, samples: u32, most: Duration) -> [u32; 2] {
     let rays = |size: [u32; 2], samples: u32| f64::from(size[0]) * f64::from(size[1]) * f64::from(samples + 1);
-    let mut size = view.size;
-    if rays(size, samples) <= rays(PILOT.0, 4 * PILOT.1) {
-        return size;
+    if rays(view.size, samples) <= rays(PILOT.0, 4 * PILOT.1) {
+        return view.size;
     }
-    let options = Options { mode: Mode::Converged { samples: PILOT.1 }, smith: Smith::default() };
-    let begun = Instant::now();
-    reference.render(&View { size: PILOT.0, ..*view }, &options, &|_, _| {});
-    let seconds_a_ray = begun.elapsed().as_secs_f64() / rays(PILOT.0, PILOT.1 - 1);
-    while rays(size, samples) * seconds_a_ray > most.as_secs_f64() && size.iter().all(|&edge| edge >= 2 * LEAST_EDGE) {
-        size = size.map(|edge| edge.div_ceil(2));
-    }
-    size
+    let mut tried = PILOT.1;
+    let seconds_a_ray = loop {
+        let options = Options { mode: Mode::Converged { samples: tried }, smith: Smith::default() };
+        let begun = Instant::now();
+        reference.render(&View { size: PILOT.0, ..*view }, &options, &|_, _| {});
+        if begun.elapsed() >= LEAST_PILOT || tried >= samples {
+            break begun.elapsed().as_secs_f64() / rays(PILOT.0, tried - 1);
+        }
+        tried *= 4;
+    };
+    let is_affordable = |size: &[u32; 2]| rays(*size, samples) * seconds_a_ray <= most.as_secs_f64();
+    sizes(view.size).find(is_affordable).or_else(|| sizes(view.size).last()).unwrap_or(view.size)
 }
 
 fn errors_against(drawing: &Drawing, expected: &Expected) -> Result<Errors, Error> {

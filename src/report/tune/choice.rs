@@ -248,6 +248,9 @@ impl Goal {
             let own = self.margin(&scene, point);
             margin = Some(margin.map_or(own, |margin: f64| margin.min(own)));
             passed_over.push(attempt);
+            if matches!(self.bound, Bound::Loss(_)) && witness.is_late() {
+                continue;
+            }
             let before = std::mem::replace(&mut scene, search(margin)?);
             passed_over.retain_mut(|attempt| attempt.goes_over(&before, &scene));
         }

@@ -4,7 +4,8 @@
 //! as soon as the lower end of its time lies above that of a better one that keeps the bound, or its error breaks the bound. The effects of single
 //! settings predict those of combinations. The prediction decides the order, not the choice: when time is short, the promising come first.
 //!
-//! A step follows from the journal alone: the same measurements lead to the same steps, and a run that was broken off goes on.
+//! A step follows from the journal, the number of cores, and whether the truth is there and the time is over. A run that was broken off goes on from its
+//! journal.
 
 #[cfg(test)]
 mod tests;
@@ -120,7 +121,7 @@ impl Search<'_> {
         let sure: Vec<usize> = points().filter(|index| known[*index].is_confirmed && keeps(index)).collect();
         // A point whose glance was slower than a confirmed time might still win, but by less than a glance errs.
         let to_beat = sure.iter().map(|&index| median(time(index))).fold(f64::INFINITY, f64::min);
-        let is_enough = self.is_late && sure.iter().any(|&index| index != 0);
+        let is_enough = self.is_late && sure.iter().any(|&index| index != 0 && self.is_of_use(known, index));
         let mut finalists: Vec<usize> = points().filter(|&index| index != 0 && !known[index].is_confirmed).collect();
         finalists.retain(|index| !is_enough && keeps(index) && may_win(index) && median(time(*index)) < to_beat);
         finalists.sort_by(by_time);
@@ -172,6 +173,11 @@ impl Search<'_> {
             finalists.extend(Some(fastest).filter(|&fastest| fastest != 0 && !known[fastest].is_confirmed));
         }
         self.confirm(finalists)
+    }
+
+    /// Returns false for a point that was found slower than settings as given that keep the bound themselves.
+    fn is_of_use(&self, known: &[Known], index: usize) -> bool {
+        !matches!(self.goal.bound, Bound::Loss(_)) || median(known[index].time) < median(known[0].time)
     }
 
     /// The settings as given are timed with any others.

@@ -13,8 +13,8 @@ const MOST_STEPS: u64 = 1 << 27;
 pub(super) fn clip(points: &[DVec2], mut emit: impl FnMut([usize; 3])) -> bool {
     let mut outline = Outline::of(points);
     let mut left = points.len();
-    // Corners to look at, each with its shape's number: one whose neighbours have changed since is again further behind. That spreads the
-    // triangles, instead of a fan of slivers from one corner.
+    // Corners to look at, each with its shape's number. A corner whose neighbours have changed is queued again, and its old entry is passed over: that
+    // spreads the triangles, instead of a fan of slivers from one corner.
     let mut queue: VecDeque<(usize, u32)> = (0..left).map(|corner| (corner, 0)).collect();
     let (mut first, mut is_stuck) = (0, false);
     while left > 3 {

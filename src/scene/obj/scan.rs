@@ -16,7 +16,7 @@ use super::text;
 use super::tobj_text::{push_number, write_face};
 use crate::scene::Error;
 
-/// The corners above which a face's line is kept: it may take too long to cut, which takes steps with their cube at most.
+/// Faces of more corners keep their line, because cutting them may take too long: up to the cube of their corners in steps.
 const LARGE: usize = 256;
 
 /// The rule for making normals that a file does not give.

@@ -48,6 +48,9 @@ impl<'a> Surface<'a> {
             () if caps & 0x200 != 0 || flags & 0x4 != 0 => Some("is a cube map, of which the first face is drawn"),
             () if caps & 0x20_0000 != 0 || dimension == 4 => Some("is a volume, of which the first slice is drawn"),
             () if elements > 1 => Some("is an array of textures, of which the first is drawn"),
+            () if matches!(&form, Form::Blocks(block) if block.is_light()) => {
+                Some("is of BC6H, whose light is read up to 1 and in 8 bits")
+            }
             () => None,
         };
         let is_premultiplied =
@@ -55,11 +58,29 @@ impl<'a> Surface<'a> {
         Ok(Self { size, form, texels, is_premultiplied, more })
     }
 
+    /// The bytes of the decoded texels, and of those that they are made of.
+    pub fn decoded_bytes(&self) -> u64 {
+        let per_texel = match &self.form {
+            Form::Blocks(block) if block.is_light() => 4 + 16,
+            Form::Blocks(_) => 4,
+            Form::Bits { .. } => 8,
+            Form::Floats { .. } => 16,
+        };
+        let [width, height] = self.size.map(u64::from);
+        width.saturating_mul(height).saturating_mul(per_texel)
+    }
+
     /// Decodes the texels. The bytes are counted before any is allocated for.
     ///
     /// # Errors
     /// Fewer bytes than the size needs.
     pub fn decode(&self) -> Result<DynamicImage, String> {
+        let decoded = self.stored()?;
+        Ok(if self.is_premultiplied { divided_by_alpha(decoded) } else { decoded })
+    }
+
+    /// The texels as they are stored.
+    fn stored(&self) -> Result<DynamicImage, String> {
         let [width, height] = self.size.map(|edge| edge as usize);
         let per = self.form.bytes();
         let units = match self.form {
@@ -145,19 +166,42 @@ impl<'a> Surface<'a> {
         })
     }
 
-    fn eight_bits(&self, mut texels: Vec<[u8; 4]>) -> Option<DynamicImage> {
-        if self.is_premultiplied {
-            for [red, green, blue, alpha] in texels.iter_mut().filter(|texel| texel[3] > 0) {
+    fn eight_bits(&self, texels: Vec<[u8; 4]>) -> Option<DynamicImage> {
+        let [width, height] = self.size;
+        let image: ImageBuffer<Rgba<u8>, Vec<u8>> = ImageBuffer::from_raw(width, height, texels.into_flattened())?;
+        Some(DynamicImage::ImageRgba8(image))
+    }
+}
+
+/// Divides colours by their alpha, where that is not 0.
+fn divided_by_alpha(mut image: DynamicImage) -> DynamicImage {
+    match &mut image {
+        DynamicImage::ImageRgba8(texels) => {
+            for Rgba([red, green, blue, alpha]) in texels.pixels_mut().filter(|texel| texel.0[3] > 0) {
                 let alpha = u16::from(*alpha);
                 for own in [red, green, blue] {
                     *own = ((u16::from(*own) * 255 + alpha / 2) / alpha).min(255) as u8;
                 }
             }
         }
-        let [width, height] = self.size;
-        let image: ImageBuffer<Rgba<u8>, Vec<u8>> = ImageBuffer::from_raw(width, height, texels.into_flattened())?;
-        Some(DynamicImage::ImageRgba8(image))
+        DynamicImage::ImageRgba16(texels) => {
+            for Rgba([red, green, blue, alpha]) in texels.pixels_mut().filter(|texel| texel.0[3] > 0) {
+                let alpha = u32::from(*alpha);
+                for own in [red, green, blue] {
+                    *own = ((u32::from(*own) * 65535 + alpha / 2) / alpha).min(65535) as u16;
+                }
+            }
+        }
+        DynamicImage::ImageRgba32F(texels) => {
+            for Rgba([red, green, blue, alpha]) in texels.pixels_mut().filter(|texel| texel.0[3] > 0.0) {
+                for own in [red, green, blue] {
+                    *own /= *alpha;
+                }
+            }
+        }
+        _ => {}
     }
+    image
 }
 
 #[cfg(test)]

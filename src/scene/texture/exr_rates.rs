@@ -10,7 +10,7 @@ use exr::meta::attribute::{IntegerBounds, SampleType};
 use exr::meta::header::Header;
 use half::f16;
 
-/// Samples along and down to one of these, by a channel's place in the list.
+/// The subsampling of each channel, in the list's order: pixels for a sample, along x and along y.
 pub(super) type Rates = Vec<[usize; 2]>;
 
 /// The file with its first list of channels made whole, and their rates; none where they all are whole already.

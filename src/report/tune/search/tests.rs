@@ -313,10 +313,7 @@ fn steps_without_truth(land: &Land, goal: &Goal, without: usize) -> (Vec<Step>, 
         measured.add(land.record(&step, &mut random));
         steps.push(step);
     }
-    let fastest = (0..land.truth.len())
-        .filter(|&index| land.keeps(goal, index) && measured.drawn.contains_key(&land.info.points[index]));
-    let best = fastest.min_by(|&a, &b| land.truth[a].0.total_cmp(&land.truth[b].0));
-    (steps, best)
+    (steps, land.choice(goal, &measured))
 }
 
 #[test]
@@ -386,4 +383,26 @@ fn each_family_is_tried_once_before_another_value_of_one_that_saves_nothing() {
     let order = glances(&land, &goal(Bound::Loss(0.02)));
     let families: BTreeSet<&str> = order[..6].iter().map(|&point| &land.info.points[point][..2]).collect();
     assert_eq!(families.len(), 6, "{order:?}");
+}
+
+#[test]
+fn a_late_search_goes_on_where_what_it_confirmed_is_slower_than_the_settings_as_given() {
+    // Confirmed, the first two are slower than their glance promised, and the third is not.
+    let land = Land::of(&[vec![(0.90, 0.0), (0.91, 0.0), (0.92, 0.0)]], &[], 0.0);
+    let slow = Land { truth: vec![(1.0, GIVEN), (1.05, GIVEN), (1.05, GIVEN), (0.92, GIVEN)], ..land.clone() };
+    let goal = goal(Bound::Loss(0.02));
+    let mut random = fastrand::Rng::with_seed(5);
+    let mut measured = Measured { info: Some(land.info.clone()), ..Measured::default() };
+    for step in [Step::Draw(0), Step::Glance(vec![1, 2, 3]), Step::Draw(1), Step::Draw(2), Step::Draw(3)] {
+        measured.add(land.record(&step, &mut random));
+    }
+    let next = |measured: &Measured| {
+        let (info, is_late) = (&land.info, true);
+        Search { goal: &goal, info, measured, margin: None, is_late, can_draw: true, glances: 4 }.next()
+    };
+    assert_eq!(next(&measured), Some(Step::Confirm(vec![1, 2])));
+    measured.add(slow.record(&Step::Confirm(vec![1, 2]), &mut random));
+    assert_eq!(next(&measured), Some(Step::Confirm(vec![3])));
+    measured.add(slow.record(&Step::Confirm(vec![3]), &mut random));
+    assert_eq!(next(&measured), None);
 }
