@@ -49,6 +49,8 @@ pub struct EnabledFeatures {
     pub mutable_swapchains: bool,
     /// A submission can say that it ends a frame, for tools that capture frames of a program without a window (VK_EXT_frame_boundary).
     pub frame_boundary: bool,
+    /// Layouts may be destroyed while pipelines that were made with them live on (VK_KHR_maintenance4): only then pipelines are kept for reuse.
+    pub maintenance4: bool,
 }
 
 impl EnabledFeatures {
@@ -72,6 +74,8 @@ impl EnabledFeatures {
             // A device with the extension has its one feature (specification, "Feature Requirements"). The feature is not queried, because
             // gfxreconstruct's layer offers the extension for drivers that lack it, and leaves the answer to them.
             frame_boundary: has(ash::ext::frame_boundary::NAME),
+            // Its feature is one that such devices must have, too.
+            maintenance4: has(ash::khr::maintenance4::NAME),
         }
     }
 
@@ -95,7 +99,8 @@ impl EnabledFeatures {
         let indexing = self.non_uniform_textures.then_some(ash::ext::descriptor_indexing::NAME);
         let budget = self.memory_budget.then_some(ash::ext::memory_budget::NAME);
         let boundary = self.frame_boundary.then_some(ash::ext::frame_boundary::NAME);
-        [subset, indexing, budget, boundary].into_iter().flatten().chain(mutable)
+        let maintenance = self.maintenance4.then_some(ash::khr::maintenance4::NAME);
+        [subset, indexing, budget, boundary, maintenance].into_iter().flatten().chain(mutable)
     }
 }
 
@@ -326,6 +331,10 @@ fn create(
     let mut frame_boundary = vk::PhysicalDeviceFrameBoundaryFeaturesEXT::default().frame_boundary(true);
     if features.frame_boundary {
         info = info.push_next(&mut frame_boundary);
+    }
+    let mut maintenance4 = vk::PhysicalDeviceMaintenance4Features::default().maintenance4(true);
+    if features.maintenance4 {
+        info = info.push_next(&mut maintenance4);
     }
     // SAFETY: the device was listed by this instance; it has these extensions and features; all that the structures
     // point to lives until the call returns.

@@ -71,7 +71,9 @@ impl Owned<vk::Pipeline> {
             }
         };
         device.name_object(raw, name);
-        Owned { raw, name: name.into(), id, content: content.map(Box::new), device: Arc::clone(device) }
+        // Its layouts go with its owner.
+        let content = content.filter(|_| device.features.maintenance4).map(Box::new);
+        Owned { raw, name: name.into(), id, content, device: Arc::clone(device) }
     }
 }
 

@@ -2,7 +2,8 @@
 //!
 //! A driver compiles a pipeline for milliseconds to seconds. A dropped pipeline is therefore kept for a while, and the next request for the same
 //! content gets it: the same shaders, constants and states, and a layout and a render pass that are compatible because they were made of the same
-//! parts. It is never shared: at any time it has one owner, or none.
+//! parts. It is never shared: at any time it has one owner, or none. The layouts that it was made with may be gone by then, which needs
+//! VK_KHR_maintenance4: without that nothing is kept.
 
 use std::collections::{HashMap, VecDeque};
 use std::fmt::Debug;
