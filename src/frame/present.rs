@@ -167,7 +167,7 @@ impl Presenter {
 
     /// From the next frame on pictures have this share, above 0 and up to 1, of the window's width and height. Returns false where they are whole
     /// instead: without [`Presenter::with_dynamic_resolution`] or where that says so, while the window is split, and where the next frames are not
-    /// made yet, which then have the share. Only objects of the picture's size are made anew; the parts that the plan reports stay those of the size before. Waits for
+    /// made yet, which then have the share. Only objects of the picture's size are made anew. The plan's report still names the sizes from before. Waits for
     /// nothing.
     ///
     /// # Errors

@@ -20,7 +20,7 @@ pub struct FalseMessage {
     pub object: &'static str,
     /// Parts of the text that tell it apart from a true message of that rule about that object.
     pub text: &'static [&'static str],
-    /// Cases of the built-in suites of `afterlight ci` in which such a layer reports it, each with the checks (as `sync-shaders`) that must be on.
+    /// The built-in cases of `afterlight ci` in which such a layer reports it, each with the validation that shows it (as `sync-shaders`).
     pub cases: &'static [(&'static str, &'static str)],
     /// What the layer overlooks, in a sentence.
     pub reason: &'static str,
@@ -36,7 +36,7 @@ pub static KNOWN_FALSE: &[FalseMessage] = &[FalseMessage {
     object: "target Hdr",
     text: &[
         "during an image layout transition initiated by vkCmdEndRenderPass",
-        // Only TAA's reads are meant. The layer names the dependency of depth, whose stages are those of fragment tests.
+        // Only TAA's reads are meant. The layer applies the dependency for depth, so its text names the stages of fragment tests.
         "[taa]",
         "_FRAGMENT_TESTS_BIT",
     ],

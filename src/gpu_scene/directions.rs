@@ -16,7 +16,7 @@ pub fn normals(mesh: &Mesh) -> Cow<'_, [[f32; 3]]> {
     mesh.normals.iter().map(|normal| normal.map(|axis| scaled(axis, scale))).collect()
 }
 
-/// The tangents of a mesh, each scaled by a factor of its own. This changes no picture, because shaders normalize a vertex's tangent before it is interpolated.
+/// The tangents of a mesh, each scaled so that products of its numbers neither overflow nor vanish. Shaders normalize them, so no picture changes.
 pub fn tangents(mesh: &Mesh) -> Cow<'_, [[f32; 4]]> {
     if mesh.tangents.iter().all(|tangent| tangent_scale(tangent) == 1.0) {
         return mesh.tangents.as_slice().into();

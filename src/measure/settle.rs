@@ -132,7 +132,7 @@ impl Settling {
         }
     }
 
-    /// The outcome, once there is one. If rounds are so slow that the time ends before all windows are full, the full ones decide.
+    /// The outcome, once there is one. Slow rounds may not fill all windows in time; then the windows that are full decide.
     fn outcome(&self, now: Duration) -> Option<WarmUp> {
         let is_late = now >= self.rule.longest;
         let settled = self.agree() && (is_late || self.medians.len() == self.rule.windows);

@@ -39,8 +39,8 @@ use crate::gpu::{Device, vk};
 use crate::reference::{Reference, View};
 use crate::scene::{Camera, Scene, SettingsPatch};
 
-/// The number of points that get a glance together: on a CPU, and on a GPU if the machine has as many cores, because the driver compiles for each point
-/// on a core of its own.
+/// The number of points that get a glance together. The second is for GPUs on machines with at least as many cores: the driver then compiles for all
+/// points at once.
 const GLANCES: [usize; 2] = [4, 8];
 /// However long the truth takes, a search has this share of the time, counted from its own begin.
 const LEAST_SHARE: f64 = 1.0 / 3.0;

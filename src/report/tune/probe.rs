@@ -142,8 +142,8 @@ impl<'a> Bench<'a> {
         Ok(other)
     }
 
-    /// Draws pictures of many samples with the best settings. If those settings refuse many samples, the settings as given draw them, and
-    /// if these refuse as well, their own number of samples is used.
+    /// Draws pictures of many samples with the best settings. If the best settings cannot draw many samples, the settings
+    /// as given do; if these cannot either, they draw with their own number.
     fn best_pictures(&mut self, best: &SettingsPatch) -> Result<Pictures, Error> {
         let tries = [best, &SettingsPatch::default()].map(|patch| {
             let settings = self.still(patch);

@@ -353,7 +353,7 @@ impl<'a> Model<'a> {
         self.parts(index).map(|part| part.and_then(|part| self.ratio(part)).unwrap_or(1.0)).product()
     }
 
-    /// The values of a family that were timed, with their times over that of the settings as given, whose own is 1.
+    /// The values of a family that were timed, with their relative times. The value of the settings as given has 1.
     fn timed(&self, family: usize) -> Vec<(Option<f64>, f64)> {
         let members = self.info.families[family].members.iter();
         let of = |member: &Member| if member.point == 0 { Some(1.0) } else { self.ratio(member.point) };
