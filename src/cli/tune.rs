@@ -395,7 +395,7 @@ fn warn_of_noise(args: &Args, goal: &Goal, truth: &TruthInfo) -> Result<(), Fail
 /// The choice in a sentence.
 fn recommendation(scene: &SceneReport, metric: Metric, point: usize) -> String {
     if point == scene.default {
-        return "Chosen: the settings as given: nothing better keeps the bound.".into();
+        return "Chosen: the settings as given: nothing that saves 1% or more keeps the bound from all cameras.".into();
     }
     let gain = advice::gain(scene, metric, Against::Converged, point);
     format!("Chosen: `{}`: {gain}.", scene.points[point].name)
@@ -421,11 +421,13 @@ fn report(args: &Args, measured: &Measured, search: &Search, chosen: &Attempt) -
         let figures = &passed_over.figures;
         let _ = writeln!(
             text,
-            "{} is passed over: {:.5} and {} from {}",
+            "{} is passed over: {} and {} from {}, as given {} and {}",
             passed_over.settings,
-            figures.error,
+            error_text(figures.error),
             milliseconds(figures.ms),
-            passed_over.camera
+            passed_over.camera,
+            error_text(passed_over.default_error),
+            milliseconds(passed_over.default_ms)
         );
     }
     let _ = writeln!(text, "\n{}", recommendation(scene, args.metric, chosen.point));

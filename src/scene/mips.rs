@@ -1,6 +1,6 @@
-//! The smaller levels of textures that loaders decode, made while other textures are still being decoded: each texel is the mean of those that it
-//! covers in the level above, in linear light. Textures without levels get theirs on the device, by blits, which some drivers round up: lavapipe's
-//! fifth level of a linear texture is 2.6 codes too bright, which turns normals; the one made here is off by less than a tenth on average.
+//! The smaller levels of textures that loaders decode or built-in scenes paint. Each texel is the mean of those that it covers in the level above, in
+//! linear light. Textures without levels get theirs on the device, by blits, which some drivers round up: before Mesa 26, lavapipe's fifth level of a
+//! linear texture is 2.6 codes too bright, which turns normals; the one made here is off by less than a tenth on average.
 
 use std::sync::LazyLock;
 

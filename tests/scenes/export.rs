@@ -91,8 +91,7 @@ fn a_file_opens_as_the_scene_that_was_written_with_the_same_plan_and_picture() {
             };
             let changes = differences(&plan(&read), &plan(own));
             assert!(changes.is_empty(), "{spec}: {changes:#?}");
-            // A built-in scene is written with all of its surroundings. The device makes the mip levels of its painted textures, and the
-            // reader makes those of a file, so the expected picture is that of the scene that was written.
+            // A built-in scene is written with all of its surroundings.
             let original = Some(stage::open(&spec)).filter(|_| spec.starts_with("builtin:"));
             if let Some(original) = &original {
                 assert_eq!((read.environment, exposure(&read)), (original.environment, exposure(original)), "{spec}");
@@ -101,6 +100,10 @@ fn a_file_opens_as_the_scene_that_was_written_with_the_same_plan_and_picture() {
             // Places and directions are read in 64 bits, and the device gets the same 32.
             let changed = found.iter().zip(&expected).filter(|(found, own)| found != own).count();
             assert!(changed == 0 && expected.iter().any(|light| *light > 0.0), "{spec}: {changed} values differ");
+            // Of the built-in scenes the hall alone has painted textures, and every one of its materials is one that glTF has.
+            if spec.starts_with("builtin:hall") {
+                assert!(original.is_some_and(|original| light(gpu, &original) == found), "{spec}");
+            }
         }
     });
 }

@@ -6,6 +6,8 @@ use crate::report::sweep::model::{Against, Interval, Metric, Point, SceneReport,
 
 /// An error below this multiple of the truth's noise cannot be told well.
 const NEAR_NOISE: f64 = 2.0;
+/// With a bound on loss, settings that save a smaller share of the time than this are not worth a change.
+pub(super) const LEAST_SAVING: f64 = 0.01;
 /// A point that misses the bound by no more than this factor is worth measuring from all cameras, to name a bound that would fit.
 const NEAR_MISS: f64 = 2.0;
 
@@ -111,9 +113,14 @@ impl Goal {
         truth.noise(self.metric).filter(|noise| most < NEAR_NOISE * noise)
     }
 
-    /// A time holds where its whole 95% interval does.
+    /// A time holds where its whole 95% interval does. A bound on loss does not hold from a camera where the settings are slower than those as given, by
+    /// both intervals.
     pub fn holds(&self, pair: &Pair) -> bool {
-        self.bounded(pair) <= self.limit()
+        self.bounded(pair) <= self.limit() && !self.is_slower(pair)
+    }
+
+    fn is_slower(&self, Pair { own, default }: &Pair) -> bool {
+        matches!(self.bound, Bound::Loss(_)) && own.time.low > default.time.high
     }
 
     /// Returns the figure that the bound is about.
@@ -152,8 +159,8 @@ impl Goal {
         let mut points: Vec<usize> = (0..scene.points.len()).filter(|&index| is_below(index)).collect();
         points.retain(|&index| scene.points[index].time.confirmed && !is_textbook(&scene.points[index]));
         if matches!(self.bound, Bound::Loss(_)) {
-            let default = of(scene.default).time.median;
-            points.retain(|&index| index != scene.default && of(index).time.median < default);
+            let most = (1.0 - LEAST_SAVING) * of(scene.default).time.median;
+            points.retain(|&index| index != scene.default && of(index).time.median <= most);
         }
         let rank = |index: usize| {
             let Measurement { error, time } = of(index);

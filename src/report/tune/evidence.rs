@@ -109,6 +109,10 @@ pub struct PassedOver {
     /// The measurements.
     #[serde(flatten)]
     pub figures: Figures,
+    /// The error of the settings as given.
+    pub default_error: f64,
+    /// The time of the settings as given, in milliseconds.
+    pub default_ms: f64,
 }
 
 impl Figures {
@@ -200,6 +204,8 @@ impl Search<'_> {
             settings: self.scene.points[attempt.point].name.clone(),
             camera: self.cameras.get(attempt.held_out.len() - 1)?.clone(),
             figures: Figures::of(&pair.own),
+            default_error: pair.default.error,
+            default_ms: pair.default.time.median,
         })
     }
 
@@ -215,7 +221,7 @@ impl Search<'_> {
         };
         let best = outcome.passed_over.iter().min_by(|a, b| worst(a).total_cmp(&worst(b)));
         if let Some(passed_over) = best.and_then(|best| self.passed_over(best)) {
-            let PassedOver { settings, camera, figures } = passed_over;
+            let PassedOver { settings, camera, figures, .. } = passed_over;
             return format!(
                 "{limit} holds from the scene's camera and not from others: the nearest, {settings}, {} from {camera}",
                 told(&figures)

@@ -142,7 +142,8 @@ impl<'a> Tuning<'a> {
             // Moved in, or the witness could not outlive this closure.
             let watch = told;
             let end = self.within.map(|within| within.begun + within.time);
-            Ok::<_, Error>(OnDevice { goal: self.goal, patches: &patches, home, cameras, random, watch, end })
+            let (goal, longest) = (self.goal, Duration::ZERO);
+            Ok::<_, Error>(OnDevice { goal, patches: &patches, home, cameras, random, watch, end, longest })
         };
         let (scene, outcome) = self.goal.choose(&mut search, witness)?;
         let known = |name: &str| patches.get(name).cloned();
@@ -195,18 +196,18 @@ struct SearchRun<'a, 'b> {
     not_measured: Vec<String>,
 }
 
-/// The shortest time that a measurement of a kind took.
-#[derive(Clone, Copy, Default)]
-struct Spent(Option<Duration>);
+/// The times that measurements of a kind took, in order of their length.
+#[derive(Default)]
+struct Spent(Vec<Duration>);
 
 impl Spent {
     fn since(&mut self, begun: Instant) {
         let now = begun.elapsed();
-        self.0 = Some(self.0.map_or(now, |shortest| shortest.min(now)));
+        self.0.insert(self.0.partition_point(|other| *other < now), now);
     }
 
-    fn shortest(&self) -> Duration {
-        self.0.unwrap_or_default()
+    fn median(&self) -> Duration {
+        self.0.get(self.0.len() / 2).copied().unwrap_or_default()
     }
 }
 
@@ -256,9 +257,9 @@ impl<'a, 'b> SearchRun<'a, 'b> {
     }
 
     /// The time, about, that a choice takes after the search: a batch of all rounds, and from each other camera two pictures and a glance of one point.
-    /// Little is compiled for them any more: so they take as long as the shortest so far, and a glance of one point less than one of several.
+    /// A glance of one point takes less than one of several.
     fn rest(&self, cameras: u32, is_first: bool) -> Duration {
-        let (picture, glance) = (self.pictures.shortest(), self.glances.shortest());
+        let (picture, glance) = (self.pictures.median(), self.glances.median());
         let best = if is_first { self.best_picture() * (cameras + 1) } else { Duration::ZERO };
         glance + (picture * 2 + glance * 3 / 4) * cameras + best
     }
@@ -268,7 +269,7 @@ impl<'a, 'b> SearchRun<'a, 'b> {
         let samples = self.tuning.base.decide().samples.max(1);
         let anchor = self.journal.scenes[0].batches.last().and_then(|batch| batch.rounds.anchor.last());
         let frame = anchor.map_or(0.0, |sample| sample.wall.max(0.0) / 1e3 / f64::from(samples));
-        self.pictures.shortest() + Duration::try_from_secs_f64(frame * f64::from(BEST_SAMPLES)).unwrap_or_default()
+        self.pictures.median() + Duration::try_from_secs_f64(frame * f64::from(BEST_SAMPLES)).unwrap_or_default()
     }
 
     fn scene(&self) -> Result<SceneReport, Error> {
@@ -279,9 +280,22 @@ impl<'a, 'b> SearchRun<'a, 'b> {
     fn take(&mut self, probe: &mut dyn Probe, step: &Next, watch: Watch) -> Result<(), Error> {
         match step {
             Next::Draw(index) => self.draw(probe, *index, Look::Glance, watch),
-            Next::Glance(points) => self.time(probe, points, Look::Glance, watch),
+            // The search offers the others again, if the time is not over by then.
+            Next::Glance(points) => {
+                let fit = self.that_fit(probe, points);
+                self.time(probe, fit, Look::Glance, watch)
+            }
             Next::Confirm(points) => self.time(probe, points, Look::Whole, watch),
         }
+    }
+
+    /// The first of these points, as many as the device has room for at once, and at least one.
+    fn that_fit<'p>(&self, probe: &dyn Probe, points: &'p [usize]) -> &'p [usize] {
+        let bytes = points.iter().scan(0, |sum, &index| {
+            *sum += probe.bytes(&self.tuning.sweep.points[index]);
+            Some(*sum)
+        });
+        &points[..bytes.take_while(|&bytes| bytes <= BATCH_BYTES).count().clamp(1, points.len())]
     }
 
     fn name(&self, index: usize) -> String {

@@ -13,7 +13,7 @@ mod tests;
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
-use super::choice::{Bound, Goal};
+use super::choice::{Bound, Goal, LEAST_SAVING};
 use crate::measure::{LEAST_FOR_95, median_interval, percentile};
 use crate::report::sweep::families::JOINT;
 use crate::report::sweep::journal::{Measured, SceneInfo};
@@ -111,7 +111,7 @@ impl Search<'_> {
         let keeps = |index: &usize| known[*index].error.is_some_and(|error| self.keeps(known, *index, error));
         let time = |index: usize| known[index].time;
         let points = || 0..known.len();
-        let highs = points().filter(keeps).filter_map(|index| Some(time(index)?.high));
+        let highs = points().filter(keeps).filter_map(|index| Some(self.share_to_beat(index) * time(index)?.high));
         let best = highs.fold(f64::INFINITY, f64::min);
         let may_win = |index: &usize| !known[*index].is_out && time(*index).is_some_and(|time| time.low <= best);
         let by_time = |a: &usize, b: &usize| median(time(*a)).total_cmp(&median(time(*b))).then(a.cmp(b));
@@ -120,7 +120,7 @@ impl Search<'_> {
         }
         let sure: Vec<usize> = points().filter(|index| known[*index].is_confirmed && keeps(index)).collect();
         // A point whose glance was slower than a confirmed time might still win, but by less than a glance errs.
-        let to_beat = sure.iter().map(|&index| median(time(index))).fold(f64::INFINITY, f64::min);
+        let to_beat = sure.iter().map(|&index| self.time_to_beat(known, index)).fold(f64::INFINITY, f64::min);
         let is_enough = self.is_late && sure.iter().any(|&index| index != 0 && self.is_of_use(known, index));
         let mut finalists: Vec<usize> = points().filter(|&index| index != 0 && !known[index].is_confirmed).collect();
         finalists.retain(|index| !is_enough && keeps(index) && may_win(index) && median(time(*index)) < to_beat);
@@ -177,7 +177,17 @@ impl Search<'_> {
 
     /// Returns false for a point that was found slower than settings as given that keep the bound themselves.
     fn is_of_use(&self, known: &[Known], index: usize) -> bool {
-        !matches!(self.goal.bound, Bound::Loss(_)) || median(known[index].time) < median(known[0].time)
+        !matches!(self.goal.bound, Bound::Loss(_)) || median(known[index].time) <= self.time_to_beat(known, 0)
+    }
+
+    /// The time that another point must be below to be chosen rather than this one.
+    fn time_to_beat(&self, known: &[Known], index: usize) -> f64 {
+        self.share_to_beat(index) * median(known[index].time)
+    }
+
+    /// The share of this point's time that another must be below.
+    fn share_to_beat(&self, index: usize) -> f64 {
+        if index == 0 && matches!(self.goal.bound, Bound::Loss(_)) { 1.0 - LEAST_SAVING } else { 1.0 }
     }
 
     /// The settings as given are timed with any others.

@@ -4,7 +4,7 @@
 //! the error of the best settings themselves. The scene's own camera supplies that part, because both errors are known there.
 
 use std::collections::BTreeMap;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::choice::{Bound, Goal, Measurement, Pair, Witness};
 use super::probe::{Bench, Look, Probe};
@@ -26,6 +26,8 @@ pub struct OnDevice<'a> {
     pub(super) watch: Watch<'a>,
     /// The moment at which the time is over.
     pub(super) end: Option<Instant>,
+    /// The longest time that a camera took so far.
+    pub(super) longest: Duration,
 }
 
 /// A camera, with the picture that stands in a truth's place.
@@ -77,11 +79,21 @@ impl Witness for OnDevice<'_> {
         self.cameras.len()
     }
 
+    /// Too late is when a candidate can no longer be measured from every camera.
     fn is_late(&self) -> bool {
-        self.end.is_some_and(|end| Instant::now() >= end)
+        self.end.is_some_and(|end| Instant::now() + self.longest * self.cameras.len() as u32 >= end)
     }
 
     fn measure(&mut self, camera: usize, scene: &SceneReport, point: usize) -> Result<Pair, Error> {
+        let begun = Instant::now();
+        let pair = self.compare(camera, scene, point);
+        self.longest = self.longest.max(begun.elapsed());
+        pair
+    }
+}
+
+impl OnDevice<'_> {
+    fn compare(&mut self, camera: usize, scene: &SceneReport, point: usize) -> Result<Pair, Error> {
         let name = &scene.points[point].name;
         (self.watch)(Step { what: "other cameras", now: name, done: camera, total: self.cameras.len() });
         let own_error = self.error(camera, scene, point)?;
@@ -91,7 +103,7 @@ impl Witness for OnDevice<'_> {
         // The settings as given need no turns with themselves.
         let is_given = patch == SettingsPatch::default();
         let others = if is_given { &[][..] } else { std::slice::from_ref(&patch) };
-        // If error is bounded, a time from another camera is reported and decides nothing.
+        // If time is not bounded, one from another camera decides only with a bound on loss, and there only where both intervals lie apart.
         let look = if matches!(goal.bound, Bound::Milliseconds(_)) { Look::Whole } else { Look::Glance };
         let rounds = cameras[camera].bench.time(others, look, random)?;
         let times = Anchor::of(&[&rounds.anchor]).and_then(|anchor| {

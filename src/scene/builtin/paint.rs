@@ -30,7 +30,7 @@ pub(super) struct Painted {
     pub surface: Texture,
 }
 
-/// Paints a square image of `edge` texels; (0, 0) is its upper left corner.
+/// Paints a square image of `edge` texels, with its smaller levels; (0, 0) is its upper left corner.
 pub(super) fn paint(name: &str, edge: usize, at: impl Fn(f32, f32) -> Texel + Sync) -> Painted {
     let sample = |index: usize| {
         let place = |i: usize| (i as f32 + 0.5) / edge as f32;
@@ -50,12 +50,12 @@ pub(super) fn paint(name: &str, edge: usize, at: impl Fn(f32, f32) -> Texel + Sy
         let encode = |n: f32| (128.0 + 127.0 * n / length).round() as u8;
         [encode(-slope_x), encode(slope_y), encode(1.0), 255]
     });
-    let texture = |suffix: &str, color_space, texels| Texture {
-        name: format!("{name} {suffix}"),
-        size: [edge as u32; 2],
-        color_space,
-        sampler: Default::default(),
-        texels,
+    let texture = |suffix: &str, color_space, texels| {
+        let (name, size, sampler) = (format!("{name} {suffix}"), [edge as u32; 2], Default::default());
+        let mut texture = Texture { name, size, color_space, sampler, texels };
+        // As loaders do: drivers' blits round in different ways, and a level of normals that is a code off is seen in what they mirror.
+        texture.make_levels();
+        texture
     };
     Painted {
         color: texture("colour", ColorSpace::Srgb, color),
@@ -138,9 +138,20 @@ mod tests {
     }
 
     #[test]
+    fn painted_textures_have_their_levels_so_that_no_driver_rounds_them() {
+        let painted = paint("sides", 8, |u, _| Texel::new([if u < 0.5 { 0.0 } else { 1.0 }; 3], 0.0, u));
+        for texture in [&painted.color, &painted.normal, &painted.surface] {
+            assert_eq!(texture.own_levels(), 4, "{}", texture.name);
+        }
+        // Half of black and white light, and half of all roughness.
+        assert_eq!(painted.color.rgba8(3)[..3], [188; 3]);
+        assert!((127..=128).contains(&painted.surface.rgba8(3)[1]), "{:?}", painted.surface.rgba8(3));
+    }
+
+    #[test]
     fn a_flat_surface_has_the_neutral_normal_and_a_slope_leans_away() {
         let flat = paint("flat", 4, |_, _| Texel::new([0.5; 3], 0.1, 0.5));
-        assert!(flat.normal.rgba8(0).chunks(4).all(|texel| texel == [128, 128, 255, 255]));
+        assert!((0..3).all(|level| flat.normal.rgba8(level).chunks(4).all(|texel| texel == [128, 128, 255, 255])));
         // Higher to the right and to the bottom: the normal leans left and up.
         let slope = paint("slope", 8, |u, v| Texel::new([0.5; 3], u + v, 0.5));
         let middle = &slope.normal.rgba8(0)[(3 * 8 + 3) * 4..][..3];

@@ -212,6 +212,65 @@ fn the_settings_as_given_lose_nothing_and_nothing_slower_is_tried() {
 }
 
 #[test]
+fn what_saves_less_than_a_hundredth_is_no_reason_to_leave_the_settings_as_given() {
+    let whole = scene();
+    let goal = loss_below(0.1);
+    let other = (0..whole.points.len()).find(|&point| point != whole.default).expect("two points");
+    for (share, expected) in [(0.985, other), (0.995, whole.default)] {
+        let mut scene = whole.clone();
+        let given = scene.points[scene.default].clone();
+        scene.points[other] = Point { name: "lod=0.25".into(), ..given };
+        let Timing { wall, gpu, .. } = &mut scene.points[other].time;
+        for Interval { median, low, high, .. } in std::iter::once(wall).chain(gpu) {
+            (*median, *low, *high) = (share * *median, share * *low, share * *high);
+        }
+        scene.points = vec![scene.points[scene.default].clone(), scene.points[other].clone()];
+        (scene.default, scene.fronts) = (0, Vec::new());
+        let outcome = choose(&goal, &scene, &mut factors(&scene, goal, &[1.0], &[1.0]));
+        assert_eq!(outcome.chosen.map(|chosen| chosen.point), Some(usize::from(expected == other)), "{share}");
+    }
+}
+
+#[test]
+fn what_is_slower_than_the_settings_as_given_from_another_camera_is_passed_over() {
+    let scene = scene();
+    let first = |goal: Goal| {
+        let fastest = goal.candidates(&scene, None)[0];
+        assert_ne!(fastest, scene.default);
+        let name = scene.points[fastest].name.clone();
+        let mut witness = Slower { goal, point: fastest };
+        let found = goal.choose(&mut |_| Ok(scene.clone()), |_| Ok::<_, Error>(&mut witness)).expect("measured").1;
+        (name, found)
+    };
+    let (name, found) = first(loss_below(0.5));
+    assert_eq!(scene.points[found.passed_over[0].point].name, name);
+    assert_ne!(found.chosen.expect("others").point, found.passed_over[0].point);
+    // A bound on error itself does not ask how the settings as given do.
+    assert_eq!(first(error_below(1.0)).1.passed_over, []);
+}
+
+/// One camera, from which one point takes twice the time of the settings as given.
+struct Slower {
+    goal: Goal,
+    point: usize,
+}
+
+impl Witness for Slower {
+    fn cameras(&self) -> usize {
+        1
+    }
+
+    fn measure(&mut self, _: usize, scene: &SceneReport, point: usize) -> Result<Pair, Error> {
+        let mut pair = self.goal.pair(scene, point);
+        if point == self.point {
+            let Interval { median, low, high, count } = pair.default.time;
+            pair.own.time = Interval { median: 2.0 * median, low: 2.0 * low, high: 2.0 * high, count };
+        }
+        Ok(pair)
+    }
+}
+
+#[test]
 fn a_near_miss_names_a_bound_that_fits_from_all_cameras() {
     let scene = scene();
     let least = goal_error(&scene, error_below(1.0).nearest(&scene).expect("a front"));
