@@ -53,7 +53,7 @@ pub use froxels::FroxelPlan;
 pub use gbuffer::{Gbuffer, NormalEncoding, format_bytes};
 pub use lights::{PlannedLights, UNIFORM_LIGHTS};
 pub use output::{Canvas, Encoding, HDR, OUTPUT_PLAIN, OUTPUT_SRGB, ToneMapping, Transfer};
-pub use particles::{ParticlePlan, SORT_BLOCK};
+pub use particles::{ParticlePlan, SORT_BLOCK, sort_places};
 pub use parts::{Part, PartGroup};
 pub use reasons::Reasons;
 pub use reflections::{Hiz, ReflectionPlan};

@@ -1,5 +1,5 @@
-//! One frame that is rasterized, from top to bottom, as explicit Vulkan. This is the file to read first: [`Deferred::record`] is its
-//! outline, and [`list`] says which passes share a render pass.
+//! One frame, from top to bottom: the order of its passes, the render passes that they share, and the barriers between the others. This is the file to
+//! read first.
 //!
 //! ```text
 //! compute        SKIN       vertices of meshes that skins and shapes deform, when their pose is another
@@ -28,109 +28,42 @@
 //!                TONEMAP    only where something is blended before it
 //!                TONE       vignette and grain, where asked for; after FXAA where there is that
 //! FXAA pass      FXAA       smooths edges of the finished picture, where asked for
+//!
+//! compute        TILED      on the light paths `compute` and `visibility`: every light on every pixel, tile by tile, in place of all that comes after the
+//!                G-buffer but AO
 //! ```
 //!
-//! A pass that the plan leaves out has no object, no resources and no commands. On the light paths `compute` and `visibility` the frame is
-//! [`super::tiled`]'s instead. Both share [`super::render_passes`].
+//! A pass that the plan leaves out has no object, no resources and no commands. [`super::walk`] makes the objects of the others and records them in this
+//! order; [`super::list`] finds loads, stores and layouts in it, and [`super::proof`] that every use waits for the one before it.
 
-use std::cell::Cell;
-
-use ash::vk;
-
-use super::FrameParts;
-use super::ao::{self, AoStage};
-use super::edges::{Edge, RowName};
-use super::froxels::{self as froxel_steps, FroxelStage};
+use super::edges::RowName as Row;
 use super::list::{
-    self, BLEND_PASS, FXAA_PASS, GBUFFER_PASS, MAIN_PASS, Occasion, SHADOW_PASS, SHARPEN_PASS, Step, Subpass,
-    TONEMAP_PASS,
+    self, BLEND_PASS, FXAA_PASS, GBUFFER_PASS, MAIN_PASS, OCCLUDER_PASS, Occasion, SHADOW_PASS, SHARPEN_PASS, Step,
+    Subpass, TONEMAP_PASS, VELOCITY_PASS,
 };
-use super::particles::{self as particle_steps, ParticleStage};
-use super::reflections::{self, ReflectStage};
-use super::render_passes::{RenderPassIndex, RenderPasses, prepass};
-use super::taa::{self, TaaStage};
-use crate::gpu::{self, Image, Timestamps, barrier};
-use crate::passes::ambient::{self, Ambient};
-use crate::passes::bloom::{self, Bloom};
-use crate::passes::composite::{self, Composite};
-use crate::passes::depth::{self, Depth};
-use crate::passes::fog::{self, FogPass};
-use crate::passes::forward::{self, Forward};
-use crate::passes::fxaa::{self, Fxaa};
-use crate::passes::geometry::{self, Geometry};
-use crate::passes::lighting::{self, Lighting};
-use crate::passes::particles;
-use crate::passes::per_light::{self, PerLight};
-use crate::passes::sky::{self, SkyPass};
-use crate::passes::tone::{self, Tone};
-use crate::passes::tonemap::{self, TonemapPass};
-use crate::passes::transparent::{self, Transparent};
-use crate::passes::view::{self, ViewPass};
-use crate::passes::{Pass, Recording, Resource, shadow, sharpen};
-use crate::plan::{FramePlan, Shading, Target};
-use crate::visible::{Visible, World};
+use crate::passes::{
+    Pass, Resource, ambient, ao, ao_denoise, arrange, bloom, composite, cull, depth, fill, fog, forward, fxaa,
+    geometry, hiz, integrate, lighting, occluders, particles, per_light, pyramid, reflect, reflect_resolve, scatter,
+    shadow, sharpen, simulate, skin, sky, sort, taa, tiled, tone, tonemap, transparent, velocity, view,
+};
+use crate::plan::{FramePlan, Target};
 
-const INLINE: vk::SubpassContents = vk::SubpassContents::INLINE;
-
-/// The passes of a plan and their targets.
-pub struct Deferred {
-    pub(super) passes: RenderPasses,
-    /// The render pass that begins with surfaces, or with light where there are none.
-    first: RenderPassIndex,
-    /// The one that goes on with LIGHTING, where the first ends with GEOMETRY.
-    second: Option<RenderPassIndex>,
-    /// In the first subpass, before what it hides.
-    depth: Option<Depth>,
-    /// Before the first render pass.
-    froxels: Option<Box<FroxelStage>>,
-    opaque: Opaque,
-    /// Between the two render passes.
-    ao: Option<AoStage>,
-    sky: Option<SkyPass>,
-    /// Between the main pass and the blend pass, where that has something to draw.
-    reflect: Option<(ReflectStage, Option<RenderPassIndex>)>,
-    fog: Option<FogPass>,
-    transparent: Option<Transparent>,
-    particles: Option<Box<ParticleStage>>,
-    composite: Option<Composite>,
-    /// After the main pass.
-    taa: Option<TaaStage>,
-    bloom: Option<BloomStage>,
-    tonemap: Option<TonemapPass>,
-    fxaa: Option<(RenderPassIndex, Fxaa)>,
-    /// In the last render pass.
-    tone: Option<Tone>,
-}
-
-/// BLOOM and SPREAD with the rows of its barriers, and the render pass that goes on after it.
-struct BloomStage {
-    bloom: Bloom,
-    reuse: Option<Edge>,
-    to_spread: Option<Edge>,
-    step: Option<Edge>,
-    next: RenderPassIndex,
-}
-
-/// The ways in which opaque surfaces become light.
-enum Opaque {
-    /// By the G-buffer: GEOMETRY, where there are surfaces, and LIGHTING.
-    Deferred(Option<Geometry>, Box<Shade>),
-    Forward(Forward),
-}
-
-/// LIGHTING's place in the frame.
-enum Shade {
-    /// One draw lights every pixel, and then lights are added one by one, and that of the sky.
-    Light(Lighting, Option<PerLight>, Option<Box<Ambient>>),
-    View(ViewPass),
-}
-
-/// The passes of the frame in their order, grouped by render pass. Passes that the plan lacks are left out.
+/// The passes of the frame in their order, grouped by render pass; those outside of render passes with their barriers, by rows of
+/// [`super::edges::table`]. Passes that the plan lacks are left out.
 pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
     let subpass = |place: &Pass, passes: &[&'static Pass]| list::subpass(plan, place.place, passes);
     let alone = |pass: &'static Pass| subpass(pass, &[pass]);
+    let surfaces = || subpass(&geometry::PASS, &[&depth::PASS, &geometry::PASS]);
 
-    let surfaces = subpass(&geometry::PASS, &[&depth::PASS, &geometry::PASS]);
+    let mut steps = before_the_picture(plan);
+    if plan.is_tiled() {
+        // Compute lights the stored G-buffer, or what it looks up of each pixel's triangle.
+        steps.push(list::render_pass(MAIN_PASS, [surfaces()]));
+        steps.extend(occlusion(plan));
+        let output = Resource::Target(Target::Output);
+        steps.push(compute(plan, &tiled::PASS, &[(Row::OUTPUT_REUSE, output)], &[(Row::READ_BACK, output)]));
+        return steps;
+    }
     // Over the picture, wherever that is finished.
     let [tone, smoothed_tone] = if plan.fxaa { [None, alone(&tone::PASS)] } else { [alone(&tone::PASS), None] };
     // BLOOM and TAA read each pixel's neighbours, so that the main pass ends before them.
@@ -155,443 +88,116 @@ pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
         true => (lit.into(), blended.into()),
         false => (lit.into_iter().chain(blended).collect(), Vec::new()),
     };
-    let mut steps = vec![super::render_passes::skin_step(plan)];
-    steps.extend(super::render_passes::culling_steps(plan));
-    steps.push(list::render_pass(SHADOW_PASS, [alone(&shadow::PASS)]));
-    steps.extend(froxel_steps::steps(plan));
-    steps.extend(particle_steps::steps(plan));
     // ANCHOR: list-main-pass
     // Each of these reads only its own pixel, so that a tiler never leaves the tile. AO reads neighbours, and parts them.
     match plan.stores_gbuffer {
-        false => steps.push(list::render_pass(MAIN_PASS, [surfaces].into_iter().chain(light))),
+        false => steps.push(list::render_pass(MAIN_PASS, [surfaces()].into_iter().chain(light))),
         true => {
-            steps.push(list::render_pass(GBUFFER_PASS, [surfaces]));
-            steps.extend(ao::steps(plan));
+            steps.push(list::render_pass(GBUFFER_PASS, [surfaces()]));
+            steps.extend(occlusion(plan));
             steps.push(list::render_pass(MAIN_PASS, light));
         }
     }
     // ANCHOR_END: list-main-pass
-    steps.extend(reflections::steps(plan));
+    steps.extend(reflections(plan));
     steps.push(list::render_pass(BLEND_PASS, blended));
-    steps.extend(taa::steps(plan));
+    steps.push(list::render_pass(VELOCITY_PASS, [alone(&velocity::PASS)]));
+    // The last frame left its history, and SHARPEN may still read that.
+    let histories = [Resource::LastHistory, Resource::History].map(|history| (Row::HISTORY_REUSE, history));
+    steps.push(compute(plan, &taa::PASS, &histories, &[]));
     steps.push(list::render_pass(SHARPEN_PASS, [alone(&sharpen::PASS)].into_iter().chain(smoothed)));
-    // A step of SPREAD after another: all but the first wait alike.
-    let step = |pass, row| list::commands(plan, Occasion::Always, pass, &[(row, Resource::BloomLevels)], &[]);
+    // TONEMAP of the last frame may still read the levels. A step of SPREAD after another: all but the first wait alike.
+    let levels = Resource::BloomLevels;
     steps.extend([
-        step(&bloom::PASS, RowName::BLOOM_REUSE),
-        step(&bloom::SPREAD, RowName::BLOOM_TO_SPREAD),
-        step(&bloom::SPREAD, RowName::SPREAD_TO_SPREAD),
+        compute(plan, &bloom::PASS, &[(Row::BLOOM_REUSE, levels)], &[]),
+        compute(plan, &bloom::SPREAD, &[(Row::BLOOM_TO_SPREAD, levels)], &[]),
+        compute(plan, &bloom::SPREAD, &[(Row::SPREAD_TO_SPREAD, levels)], &[]),
     ]);
     steps.push(list::render_pass(TONEMAP_PASS, bloomed));
     steps.push(list::render_pass(FXAA_PASS, [alone(&fxaa::PASS), smoothed_tone]));
     steps
 }
 
-impl Deferred {
-    /// Records one frame. The rows that are named here are those of [`super::edges::table`]. The render passes carry each of them as a
-    /// subpass dependency, so that `cmd_next_subpass` waits as they say.
-    pub fn record(&self, frame: &Recording, times: &mut Option<Timestamps>) {
-        let (gpu, cmd, passes) = (&frame.device.raw, frame.cmd, &self.passes);
-
-        // SKIN writes deformed vertices for all that draws below: rows `deformed-reuse` and `skin-to-draws`.
-        passes.record_skin(frame, times);
-
-        // OCCLUDERS and PYRAMID make the pyramid of occluding depths: rows `occluders-reuse`, `occluders-to-pyramid`, `pyramid-reuse` and
-        // `pyramid-to-cull`. CULL, ARRANGE and FILL find the visible objects: rows `culled-reuse`, `cull-to-arrange`, `arrange-to-fill` and
-        // `fill-to-draws`.
-        passes.record_hiding(frame, times);
-        passes.record_culling(frame, times);
-
-        // A render pass for each stale map. Row `shadow-map-to-lighting`: the passes below look up what it wrote.
-        passes.record_shadow(frame, times);
-
-        // SCATTER and INTEGRATE find the light in the air: rows `froxels-reuse`, `scatter-to-integrate` and `froxels-to-fog`.
-        if let Some(froxels) = &self.froxels {
-            froxels.record(frame, times);
-        }
-
-        // SIMULATE and SORT write the particles that PARTICLES draws: rows `particles-reuse`, `simulate-to-sort`, `sort-to-sort` and
-        // `particles-to-draw`.
-        if let Some(particles) = &self.particles {
-            particles.record(frame, times);
-        }
-
-        // The first users of the targets wait until the last frame has let go of them: rows `gbuffer-reuse` or `targets-reuse`, `hdr-reuse`,
-        // `samples-reuse`, `sums-reuse`, `output-reuse`.
-        // SAFETY: `cmd` is being recorded outside a render pass; the subpasses that follow were made from the same list.
-        unsafe { gpu.cmd_begin_render_pass(cmd, &passes.begin(frame, self.first), INLINE) };
-        match &self.opaque {
-            Opaque::Deferred(geometry, shade) => {
-                if let Some(geometry) = geometry {
-                    frame.begin(&geometry::PASS);
-                    if let Some(depth) = &self.depth {
-                        // In the same subpass: rasterization order alone puts it before what it hides.
-                        depth.record(frame);
-                    }
-                    geometry.record(frame);
-                    frame.end(times, &geometry::PASS);
-                    // Row `gbuffer-to-lighting`: each pixel reads what GEOMETRY wrote in its own place.
-                    match self.second {
-                        // SAFETY: the pass has LIGHTING or VIEW next.
-                        None => unsafe { gpu.cmd_next_subpass(cmd, INLINE) },
-                        Some(second) => {
-                            // SAFETY: the first pass has no other subpass.
-                            unsafe { gpu.cmd_end_render_pass(cmd) };
-                            if let Some(ao) = &self.ao {
-                                // Rows `gbuffer-to-ao` and `occlusion-to-lighting`: AO reads GEOMETRY's output, and LIGHTING the resulting occlusion
-                                // in it.
-                                ao.record(frame, passes, times);
-                            }
-                            // SAFETY: outside a render pass; the second one begins with LIGHTING or VIEW.
-                            unsafe { gpu.cmd_begin_render_pass(cmd, &passes.begin(frame, second), INLINE) };
-                        }
-                    }
-                }
-                match shade.as_ref() {
-                    Shade::Light(lighting, added, ambient) => {
-                        frame.begin(&lighting::PASS);
-                        lighting.record(frame);
-                        if let Some(added) = added {
-                            added.record(frame);
-                        }
-                        frame.end(times, &lighting::PASS);
-                        if let Some(ambient) = ambient {
-                            // In the same subpass: rasterization order alone puts it after what it adds to. Row `prefilter-to-lighting`.
-                            frame.begin(&ambient::PASS);
-                            ambient.record(frame);
-                            frame.end(times, &ambient::PASS);
-                        }
-                    }
-                    Shade::View(view) => {
-                        frame.begin(&view::PASS);
-                        view.record(frame);
-                        frame.end(times, &view::PASS);
-                    }
-                }
-            }
-            Opaque::Forward(forward) => {
-                frame.begin(&forward::PASS);
-                if let Some(depth) = &self.depth {
-                    depth.record(frame);
-                }
-                forward.record(frame);
-                frame.end(times, &forward::PASS);
-            }
-        }
-        if let Some(sky) = &self.sky {
-            // In the same subpass, where depth still has the value of its clear.
-            frame.begin(&sky::PASS);
-            sky.record(frame);
-            frame.end(times, &sky::PASS);
-        }
-        if let Some((reflect, next)) = &self.reflect {
-            // Row `lighting-to-hiz`: they read the light and the G-buffer of all pixels.
-            // SAFETY: the main pass has no other subpass.
-            unsafe { gpu.cmd_end_render_pass(cmd) };
-            reflect.record(frame, passes, times);
-            if let Some(next) = next {
-                // SAFETY: outside a render pass; the blend pass begins with the next step.
-                unsafe { gpu.cmd_begin_render_pass(cmd, &passes.begin(frame, *next), INLINE) };
-            }
-        }
-        // The first subpass of the blend pass has begun with it.
-        let has_begun = Cell::new(self.reflect.is_some());
-        let next_subpass = || {
-            if !has_begun.take() {
-                // SAFETY: the pass has the subpass of the next step.
-                unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
-            }
-        };
-        // ANCHOR: record-fog
-        if let Some(fog) = &self.fog {
-            // Row `lighting-to-fog`, `resolve-to-fog` or `forward-to-fog`: it reads the depth of its pixel, and is blended over its light.
-            next_subpass();
-            frame.begin(&fog::PASS);
-            fog.record(frame);
-            frame.end(times, &fog::PASS);
-        }
-        // ANCHOR_END: record-fog
-        if self.transparent.is_some() || self.particles.is_some() {
-            // Rows `lighting-to-transparent`, `resolve-to-transparent`, `forward-to-transparent` or `fog-to-transparent`: it tests against the depth of
-            // opaque surfaces, and sorted surfaces are blended over their light.
-            next_subpass();
-        }
-        if let Some(transparent) = &self.transparent {
-            frame.begin(&transparent::PASS);
-            transparent.record(frame);
-            frame.end(times, &transparent::PASS);
-        }
-        if let Some(particles) = &self.particles {
-            // In the same subpass: rasterization order alone puts them over transparent surfaces.
-            particles.draw(frame, times);
-        }
-        if let Some(composite) = &self.composite {
-            // Rows `sums-to-composite`, and `lighting-to-composite`, `resolve-to-composite` or `forward-to-composite`: it blends the sums of its
-            // pixel over the light.
-            next_subpass();
-            frame.begin(&composite::PASS);
-            composite.record(frame);
-            frame.end(times, &composite::PASS);
-        }
-        // Where nothing is blended after reflections, there is no blend pass.
-        let is_open = Cell::new(self.reflect.as_ref().is_none_or(|(_, next)| next.is_some()));
-        let end_render_pass = || {
-            if is_open.take() {
-                // SAFETY: the render pass so far has no other subpass.
-                unsafe { gpu.cmd_end_render_pass(cmd) };
-            }
-        };
-        if let Some(taa) = &self.taa {
-            // The render pass that wrote light and depth stores them, and another one goes on after TAA.
-            end_render_pass();
-            taa.record(frame, passes, times);
-            is_open.set(true);
-            has_begun.set(false);
-        }
-        if let Some(tonemap) = &self.tonemap {
-            match &self.bloom {
-                // Row `hdr-to-tonemap`: it reads the light of its pixel when the last surface is blended.
-                None => next_subpass(),
-                // Rows `hdr-to-bloom` and `spread-to-tonemap`: the light is stored, and BLOOM spreads it in between.
-                Some(stage) => {
-                    end_render_pass();
-                    self.record_bloom(frame, stage, times);
-                }
-            }
-            frame.begin(&tonemap::PASS);
-            tonemap.record(frame);
-            frame.end(times, &tonemap::PASS);
-        }
-        if self.fxaa.is_none() {
-            self.record_tone(frame, times);
-        }
-        // Row `read-back`: COPY, or what a window draws over the picture, waits for its last write.
-        // SAFETY: begun above, and every subpass recorded.
-        unsafe { gpu.cmd_end_render_pass(cmd) };
-
-        // ANCHOR: record-fxaa
-        if let Some((pass, fxaa)) = &self.fxaa {
-            // A render pass of its own, because it reads each pixel's neighbours: row `output-to-fxaa`. Its picture waits by `picture-reuse`.
-            frame.begin(&fxaa::PASS);
-            // SAFETY: outside a render pass again; FXAA is the first subpass.
-            unsafe { gpu.cmd_begin_render_pass(cmd, &passes.begin(frame, *pass), INLINE) };
-            fxaa.record(frame);
-            frame.end(times, &fxaa::PASS);
-            self.record_tone(frame, times);
-            // SAFETY: begun above, and every subpass recorded.
-            unsafe { gpu.cmd_end_render_pass(cmd) };
-        }
-        // ANCHOR_END: record-fxaa
-
-        // A window's picture that is enlarged: rows `swapchain-to-present` and `present-to-swapchain`.
-        passes.record_present(frame, times);
-    }
-
-    /// BLOOM and SPREAD, outside a render pass, and the begin of the one that goes on with TONEMAP.
-    fn record_bloom(&self, frame: &Recording, stage: &BloomStage, times: &mut Option<Timestamps>) {
-        let (gpu, cmd) = (&frame.device.raw, frame.cmd);
-        let barrier = |row: &Option<Edge>| {
-            if let Some(row) = row {
-                barrier::buffer_barrier(frame.device, cmd, &stage.bloom.levels, row.order());
-            }
-        };
-        frame.begin(&bloom::PASS);
-        // TONEMAP of the last frame may still read the levels.
-        barrier(&stage.reuse);
-        stage.bloom.record(frame);
-        frame.end(times, &bloom::PASS);
-        frame.begin(&bloom::SPREAD);
-        // Each step reads what the one before it wrote.
-        barrier(&stage.to_spread);
-        stage.bloom.record_spread(frame, || barrier(&stage.step));
-        frame.end(times, &bloom::SPREAD);
-        // SAFETY: outside a render pass again; TONEMAP is the first subpass of the next.
-        unsafe { gpu.cmd_begin_render_pass(cmd, &self.passes.begin(frame, stage.next), INLINE) };
-    }
-
-    /// TONE, in the render pass that finishes the picture.
-    fn record_tone(&self, frame: &Recording, times: &mut Option<Timestamps>) {
-        let Some(tone) = &self.tone else { return };
-        // Row `picture-to-tone`: it multiplies the finished value of its pixel.
-        // SAFETY: the render pass has TONE next.
-        unsafe { frame.device.raw.cmd_next_subpass(frame.cmd, INLINE) };
-        frame.begin(&tone::PASS);
-        tone.record(frame);
-        frame.end(times, &tone::PASS);
-    }
-
-    /// Makes everything that the plan has, once.
-    pub fn new(parts: &FrameParts) -> gpu::Result<Self> {
-        let &FrameParts { device, plan, frame_layout, scene, .. } = parts;
-        let passes = RenderPasses::new(parts)?;
-        let main = passes.find(MAIN_PASS).ok_or_else(|| gpu::Error::Misuse("the frame has no main pass".into()))?;
-        let (first, second) = passes.find(GBUFFER_PASS).map_or((main, None), |first| (first, Some(main)));
-        let slot = |pass| passes.slot(pass);
-        let (layouts, depth) = (parts.layouts(), prepass(parts, &passes)?);
-
-        let opaque = match slot(&forward::PASS) {
-            Some(slot) => Opaque::Forward(Forward::new(device, plan, slot, layouts, scene)?),
-            None => {
-                let geometry = slot(&geometry::PASS)
-                    .map(|slot| Geometry::new(device, plan, slot, frame_layout, scene))
-                    .transpose()?;
-                Opaque::Deferred(geometry, Box::new(Shade::new(parts, &passes)?))
-            }
-        };
-        let sky = slot(&sky::PASS).map(|slot| SkyPass::new(device, plan, slot, layouts)).transpose()?;
-        let fog = slot(&fog::PASS)
-            .map(|slot| FogPass::new(device, plan, slot, layouts, &passes.inputs(&fog::PASS, plan)))
-            .transpose()?;
-        let transparent =
-            slot(&transparent::PASS).map(|slot| Transparent::new(device, plan, slot, layouts, scene)).transpose()?;
-        let particles = ParticleStage::new(parts, &passes)?.map(Box::new);
-        let composite = slot(&composite::PASS)
-            .map(|slot| Composite::new(device, plan, slot, &passes.inputs(&composite::PASS, plan)))
-            .transpose()?;
-        let taa = TaaStage::new(parts, &passes)?;
-        let bloom = BloomStage::new(parts, &passes)?;
-        let levels = bloom.as_ref().map(|stage| &stage.bloom.levels);
-        let tonemap = slot(&tonemap::PASS)
-            .map(|slot| TonemapPass::new(device, plan, slot, &passes.inputs(&tonemap::PASS, plan), levels))
-            .transpose()?;
-        let fxaa = match (passes.find(FXAA_PASS), slot(&fxaa::PASS)) {
-            (Some(pass), Some(slot)) => {
-                Some((pass, Fxaa::new(device, slot, passes.targets.image(Target::Output).view)?))
-            }
-            _ => None,
-        };
-        let ao = AoStage::new(parts, &passes)?;
-        let reflect = ReflectStage::new(parts, &passes)?.map(|stage| (stage, passes.find(BLEND_PASS)));
-        let tone = slot(&tone::PASS).map(|slot| Tone::new(device, plan, slot, layouts)).transpose()?;
-        Ok(Self {
-            passes,
-            first,
-            second,
-            depth,
-            froxels: FroxelStage::new(parts)?.map(Box::new),
-            opaque,
-            ao,
-            sky,
-            reflect,
-            fog,
-            transparent,
-            particles,
-            composite,
-            taa,
-            bloom,
-            tonemap,
-            fxaa,
-            tone,
-        })
-    }
-
-    /// The buffer of the fog's froxels, where there are some.
-    pub fn froxels(&self) -> Option<&gpu::Buffer> {
-        self.froxels.as_ref().map(|own| &own.froxels)
-    }
-
-    /// Writes what passes of one frame in flight read of their own.
-    pub fn write(&self, place: usize, visible: &Visible) -> gpu::Result<()> {
-        self.particles.as_ref().map_or(Ok(()), |particles| particles.write(place, &visible.particles))
-    }
-
-    /// Makes the objects of the picture's size anew: attachments, framebuffers, and the sets that name them.
-    pub fn resize(&mut self, parts: &FrameParts) -> gpu::Result<()> {
-        let &FrameParts { device, plan, .. } = parts;
-        self.passes.resize(parts)?;
-        let passes = &self.passes;
-        if let Opaque::Deferred(_, shade) = &mut self.opaque {
-            shade.read_from(parts, passes)?;
-        }
-        if let Some(ao) = &mut self.ao {
-            ao.rebind(parts, passes)?;
-        }
-        if let Some(fog) = &mut self.fog {
-            fog.inputs.read_from(device, &passes.inputs(&fog::PASS, plan))?;
-        }
-        if let Some(particles) = &mut self.particles {
-            particles.rebind(parts, passes)?;
-        }
-        if let Some((reflect, _)) = &mut self.reflect {
-            reflect.rebind(parts, passes)?;
-        }
-        if let Some(composite) = &mut self.composite {
-            composite.inputs.read_from(device, &passes.inputs(&composite::PASS, plan))?;
-        }
-        if let Some(taa) = &mut self.taa {
-            taa.resize(parts, passes)?;
-        }
-        if let Some(stage) = &mut self.bloom {
-            stage.bloom.resize(device, plan, &passes.inputs(&bloom::PASS, plan))?;
-        }
-        if let Some(tonemap) = &mut self.tonemap {
-            let levels = self.bloom.as_ref().map(|stage| &stage.bloom.levels);
-            tonemap.read_from(device, &passes.inputs(&tonemap::PASS, plan), levels)?;
-        }
-        match &mut self.fxaa {
-            Some((_, fxaa)) => fxaa.read_from(device, passes.targets.image(Target::Output).view),
-            None => Ok(()),
-        }
-    }
-
-    /// Re-exposes the background's clear colours.
-    pub fn expose(&mut self, plan: &FramePlan, world: &World) {
-        self.passes.expose(plan, world);
-    }
-
-    /// The picture, in TRANSFER_SRC_OPTIMAL after the frame, unless it is in an image of the swapchain.
-    pub fn output(&self, plan: &FramePlan) -> Option<&Image> {
-        self.passes.targets.find(plan.picture())
-    }
+/// A pass outside of render passes in every frame, with the barriers before and after it.
+fn compute(
+    plan: &FramePlan,
+    pass: &'static Pass,
+    before: &[(Row, Resource)],
+    after: &[(Row, Resource)],
+) -> Option<Step> {
+    list::commands(plan, Occasion::Always, pass, before, after)
 }
 
-impl BloomStage {
-    /// None where the plan does not have it.
-    fn new(parts: &FrameParts, passes: &RenderPasses) -> gpu::Result<Option<Self>> {
-        let &FrameParts { device, plan, edges, .. } = parts;
-        let (Some(planned), Some(next)) = (plan.bloom, passes.find(TONEMAP_PASS)) else { return Ok(None) };
-        Ok(Some(Self {
-            bloom: Bloom::new(device, plan, planned, &passes.inputs(&bloom::PASS, plan))?,
-            reuse: edges.find(RowName::BLOOM_REUSE).cloned(),
-            to_spread: edges.find(RowName::BLOOM_TO_SPREAD).cloned(),
-            step: edges.find(RowName::SPREAD_TO_SPREAD).cloned(),
-            next,
-        }))
-    }
+/// All that passes which draw surfaces need: deformed vertices, visible objects, shadow maps, the light in the air, and particles.
+fn before_the_picture(plan: &FramePlan) -> Vec<Option<Step>> {
+    let alone = |pass: &'static Pass| [list::subpass(plan, pass.place, &[pass])];
+    let step = |pass, before: &[(Row, Resource)], after: &[(Row, Resource)]| compute(plan, pass, before, after);
+    let (vertices, pyramid, culled) = (Resource::DeformedVertices, Resource::DepthPyramid, Resource::CulledInstances);
+    let (froxels, particles) = (Resource::Froxels, Resource::Particles);
+    // PARTICLES fetches them in their order.
+    let drawn = [(Row::PARTICLES_TO_DRAW, particles)];
+    let unsorted: &[_] = if plan.sorts_particles() { &[] } else { &drawn };
+    vec![
+        // The last frame's draws may still fetch what it overwrites, and every pass that draws deformed objects fetches what it wrote.
+        list::commands(
+            plan,
+            Occasion::Posed,
+            &skin::PASS,
+            &[(Row::DEFORMED_REUSE, vertices)],
+            &[(Row::SKIN_TO_DRAWS, vertices)],
+        ),
+        list::render_pass(OCCLUDER_PASS, alone(&occluders::PASS)),
+        // CULL of the last frame may still look into the pyramid, and that of this frame does.
+        step(&pyramid::PASS, &[(Row::PYRAMID_REUSE, pyramid)], &[(Row::PYRAMID_TO_CULL, pyramid)]),
+        // The last frame's draws may still read the overwritten values.
+        step(&cull::PASS, &[(Row::CULLED_REUSE, culled)], &[]),
+        // It adds up what CULL counted; the CPU reads how many there are, when the frame is done.
+        step(&arrange::PASS, &[(Row::CULL_TO_ARRANGE, culled)], &[(Row::FOUND_TO_HOST, Resource::FoundCounts)]),
+        // It puts rows where ARRANGE says; draws read commands and rows.
+        step(&fill::PASS, &[(Row::ARRANGE_TO_FILL, culled)], &[(Row::FILL_TO_DRAWS, culled)]),
+        // A render pass for each stale map.
+        list::render_pass(SHADOW_PASS, alone(&shadow::PASS)),
+        // The last frame may still look up the overwritten values.
+        step(&scatter::PASS, &[(Row::FROXELS_REUSE, froxels)], &[]),
+        // It adds up what SCATTER wrote; FOG, TRANSPARENT and PARTICLES look both up.
+        step(&integrate::PASS, &[(Row::SCATTER_TO_INTEGRATE, froxels)], &[(Row::FROXELS_TO_FOG, froxels)]),
+        // PARTICLES of the last frame may still fetch the overwritten values.
+        step(&simulate::PASS, &[(Row::PARTICLES_REUSE, particles)], unsorted),
+        // It orders the keys that SIMULATE wrote. A step of SORT after another: all but the first wait alike.
+        step(&sort::PASS, &[(Row::SIMULATE_TO_SORT, particles)], &[]),
+        step(&sort::PASS, &[(Row::SORT_TO_SORT, particles)], &drawn),
+    ]
 }
 
-impl Shade {
-    fn new(parts: &FrameParts, passes: &RenderPasses) -> gpu::Result<Self> {
-        let (&FrameParts { device, plan, .. }, layouts) = (parts, parts.layouts());
-        let pass = if let Shading::Light { .. } = plan.shading { &lighting::PASS } else { &view::PASS };
-        let (slot, inputs) = (passes.needed_slot(pass)?, passes.inputs(pass, plan));
-        if pass.place == view::PASS.place {
-            return Ok(Self::View(ViewPass::new(device, plan, slot, layouts, &inputs)?));
-        }
-        let added = match plan.adds_lights() {
-            true => Some(PerLight::new(device, plan, slot, layouts, &inputs)?),
-            false => None,
-        };
-        let ambient = match plan.adds_ambient() {
-            true => Some(Box::new(Ambient::new(device, plan, slot, layouts, &inputs)?)),
-            false => None,
-        };
-        Ok(Self::Light(Lighting::new(device, plan, slot, layouts, &inputs)?, added, ambient))
-    }
+/// AO and AO_DENOISE, between the G-buffer and the light.
+fn occlusion(plan: &FramePlan) -> [Option<Step>; 2] {
+    let [visibility, albedo] = [Target::Visibility, Target::Albedo].map(Resource::Target);
+    // In the rasterized frame the main pass changes the albedo's layout as it loads it.
+    let after: &[_] = if plan.is_tiled() { &[(Row::OCCLUSION_TO_TILED, albedo)] } else { &[] };
+    [
+        // AO_DENOISE of the last frame may still read AO's output.
+        compute(plan, &ao::PASS, &[(Row::VISIBILITY_REUSE, visibility)], &[]),
+        // It reads what AO found around each pixel.
+        compute(plan, &ao_denoise::PASS, &[(Row::VISIBILITY_TO_DENOISE, visibility)], after),
+    ]
+}
 
-    fn read_from(&mut self, parts: &FrameParts, passes: &RenderPasses) -> gpu::Result<()> {
-        let &FrameParts { device, plan, .. } = parts;
-        match self {
-            Self::Light(lighting, added, ambient) => {
-                let inputs = passes.inputs(&lighting::PASS, plan);
-                let others = [added.as_mut().map(|own| &mut own.inputs), ambient.as_mut().map(|own| &mut own.inputs)];
-                let all = [Some(&mut lighting.inputs)].into_iter().chain(others).flatten();
-                all.into_iter().try_for_each(|own| own.read_from(device, &inputs))
-            }
-            Self::View(view) => {
-                let inputs = passes.inputs(&view::PASS, plan);
-                view.inputs.as_mut().map_or(Ok(()), |own| own.read_from(device, &inputs))
-            }
-        }
-    }
+/// HIZ, REFLECT and REFLECT_RESOLVE, between the lit picture and the layers that are blended over it.
+fn reflections(plan: &FramePlan) -> [Option<Step>; 3] {
+    let [hiz, rays, light] = [Target::Hiz, Target::Rays, Target::Hdr].map(Resource::Target);
+    // The next to read the light, where that is a compute pass: a render pass changes its layout as it loads it.
+    let reader = match (plan.averages_reflected(), plan.blooms_reflected()) {
+        (true, _) => Some(Row::LIGHT_TO_TAA),
+        (false, true) => Some(Row::HDR_TO_BLOOM),
+        (false, false) => None,
+    };
+    let after: Vec<_> = reader.map(|row| (row, light)).into_iter().collect();
+    [
+        // REFLECT of the last frame may still read the pyramid.
+        compute(plan, &hiz::PASS, &[(Row::HIZ_REUSE, hiz)], &[]),
+        // It reads the pyramid, and REFLECT_RESOLVE of the last frame may still read what it writes.
+        compute(plan, &reflect::PASS, &[(Row::HIZ_TO_REFLECT, hiz), (Row::RAYS_REUSE, rays)], &[]),
+        // It reads what rays found, and adds to the light that they were compared with.
+        compute(plan, &reflect_resolve::PASS, &[(Row::RAYS_TO_RESOLVE, rays), (Row::LIGHT_TO_RESOLVE, light)], &after),
+    ]
 }

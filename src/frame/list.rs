@@ -1,12 +1,12 @@
 //! The frame as a list: the passes of a plan's frames, in their order, and the ones that share a render pass.
 //!
-//! The order and the shared render passes are written by hand: [`super::deferred::list`] and [`super::tiled::list`]. Their consequences are computed
+//! The order and the shared render passes are written by hand: [`super::deferred::list`]. Their consequences are computed
 //! here: the images and their usage, the loads and stores of each render pass, and the layouts.
 
 use ash::vk;
 
+use super::deferred;
 use super::edges::{Carrier, Edges, RowName};
-use super::{deferred, tiled};
 use crate::gpu;
 use crate::gpu::sync::Use;
 use crate::passes::{First, How, Pass, Place, Resource, Touch, copy, encode, overlay, present, shown, split};
@@ -226,8 +226,7 @@ impl Step {
 impl List {
     /// The steps in the order in which a frame records them; `proof` and the renderer both follow this list.
     pub fn of(plan: &FramePlan) -> Self {
-        let frame = if plan.is_tiled() { tiled::list(plan) } else { deferred::list(plan) };
-        let mut list = Self(frame.into_iter().chain(after_the_picture(plan)).flatten().collect());
+        let mut list = Self(deferred::list(plan).into_iter().chain(after_the_picture(plan)).flatten().collect());
         // The hardware resolves samples after the last subpass that draws them.
         let draws =
             |own: &Touch| matches!(own.how, How::Color { .. }) && own.resource == Resource::Target(Target::Samples);
@@ -264,6 +263,13 @@ impl List {
             Some(own) => own.passes.clone(),
             None => self.passes().filter(|pass| pass.place == place).collect(),
         }
+    }
+
+    /// The touches of the subpass that a pass draws in, or its own outside of render passes.
+    pub fn touches_with(&self, plan: &FramePlan, pass: &Pass) -> Vec<Touch> {
+        let mut subpasses = self.render_passes().flat_map(|(_, subpasses)| subpasses);
+        let own = subpasses.find(|own| own.passes.iter().any(|one| one.place == pass.place));
+        own.map_or_else(|| (pass.touches)(plan), |own| own.touches.clone())
     }
 
     /// The render pass, and the index in it, of a subpass.

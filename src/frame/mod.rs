@@ -1,7 +1,6 @@
 //! Frames: the commands recorded for each and their order, and the renderer that keeps two of them in flight.
 
 mod accumulate;
-mod ao;
 mod builder;
 pub mod calibration;
 mod capabilities;
@@ -11,11 +10,8 @@ mod deferred;
 pub mod edges;
 pub mod experiment;
 mod figures;
-mod froxels;
 mod jitter;
-mod kind;
 pub mod list;
-mod particles;
 mod picture;
 #[cfg(feature = "present")]
 mod present;
@@ -23,15 +19,13 @@ pub mod proof;
 mod read_back;
 #[cfg(feature = "present")]
 mod rebuild;
-mod reflections;
 pub(crate) mod render_pass;
 mod render_passes;
 #[cfg(feature = "present")]
 mod split;
-mod taa;
-mod tiled;
 mod timeline;
 mod triangles;
+mod walk;
 
 #[cfg(feature = "present")]
 pub use crate::passes::encode::WHITE_NITS;
@@ -41,7 +35,7 @@ pub use changes::Changed;
 pub use complexity::Complexity;
 pub use figures::{Drawn, FrameTimes};
 pub use jitter::{Order, lens_point, moment, sample_offset};
-pub(crate) use kind::FrameParts;
+
 pub use picture::{Picture, Pixels};
 #[cfg(feature = "present")]
 pub use present::{Fitted, Outcome, Presenter};
@@ -50,11 +44,12 @@ pub use rebuild::Wake;
 pub use render_pass::{LayoutChange, layout_changes};
 pub use timeline::FRAMES_A_SECOND;
 pub use triangles::triangles;
+pub(crate) use walk::FrameParts;
 
 use builder::RendererBuilder;
 use edges::Edges;
-use kind::Frame;
 use timeline::Timeline;
+use walk::Frame;
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -337,6 +332,7 @@ impl Renderer {
                 seen_set: self.seen.as_ref().map(|seen| seen.set(self.next)),
                 since: since.as_ref(),
                 stale_maps: &stale_maps,
+                between: &|| (),
                 sorted: frame.sorted.as_ref().map(SortedIndices::raw),
             },
             &mut frame.times,

@@ -76,20 +76,31 @@ pub fn memory_barrier(device: &Device, cmd: vk::CommandBuffer, Dependency { befo
 }
 
 /// Orders two uses of a buffer.
-pub fn buffer_barrier(
+pub fn buffer_barrier(device: &Device, cmd: vk::CommandBuffer, buffer: &Buffer, order: Dependency) {
+    buffer_barriers(device, cmd, &[buffer], order);
+}
+
+/// The same of several buffers, at once; of none, nothing.
+pub fn buffer_barriers(
     device: &Device,
     cmd: vk::CommandBuffer,
-    buffer: &Buffer,
+    buffers: &[&Buffer],
     Dependency { before, after }: Dependency,
 ) {
-    let barrier = vk::BufferMemoryBarrier::default()
-        .src_access_mask(before.access)
-        .dst_access_mask(after.access)
-        .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-        .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-        .buffer(buffer.raw)
-        .size(vk::WHOLE_SIZE);
+    let barrier = |buffer: &&Buffer| {
+        vk::BufferMemoryBarrier::default()
+            .src_access_mask(before.access)
+            .dst_access_mask(after.access)
+            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .buffer(buffer.raw)
+            .size(vk::WHOLE_SIZE)
+    };
+    let barriers: Vec<_> = buffers.iter().map(barrier).collect();
+    if barriers.is_empty() {
+        return;
+    }
     let none = vk::DependencyFlags::empty();
-    // SAFETY: the command buffer is recording (the module's contract), and the buffer is alive.
-    unsafe { device.raw.cmd_pipeline_barrier(cmd, before.stage, after.stage, none, &[], &[barrier], &[]) };
+    // SAFETY: the command buffer is recording (the module's contract), and the buffers are alive.
+    unsafe { device.raw.cmd_pipeline_barrier(cmd, before.stage, after.stage, none, &[], &barriers, &[]) };
 }

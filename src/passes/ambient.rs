@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::screen::{Input, Inputs, Screen, ScreenDesc, add};
-use super::{Pass, Place, Presence, Recording, Resource, SetLayouts, Slot, Touch, frame_data, needed};
+use super::{Making, Object, Pass, Place, Presence, Recording, Resource, SetLayouts, Slot, Touch, frame_data, needed};
 use crate::gpu::{self, Device};
 use crate::gpu_scene::SKY_READ;
 use crate::plan::{FramePlan, Shading};
@@ -24,6 +24,7 @@ pub const PASS: Pass = Pass {
     // It draws into the attachments of the pass before it.
     touches: |_| vec![frame_data(), Touch::resource(Resource::SkyLight, SKY_READ)],
     leave_out: Some(|settings| settings.sky_light = false),
+    make: Some(|own| Ok(Box::new(Ambient::new(own.device, own.plan, own.slot()?, own.layouts, &own.inputs())?))),
 };
 
 /// The pass: its constants set by the plan.
@@ -57,11 +58,17 @@ impl Ambient {
         }
         Ok(Self { screens, inputs })
     }
+}
 
+impl Object for Ambient {
     /// Adds the light. Runs inside LIGHTING's subpass, after all other light.
-    pub fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &Recording) {
         let sets = [(0, recording.frame_set), (1, self.inputs.set)];
         self.screens.iter().for_each(|screen| screen.record(recording, &sets));
+    }
+
+    fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
+        self.inputs.read_from(own.device, &own.inputs())
     }
 }
 

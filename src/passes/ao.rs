@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::per_pixel::{Bound, PerPixel, PerPixelDesc};
-use super::{Pass, Place, Presence, Recording, Touch, frame_data, needed};
+use super::{Making, Object, Pass, Place, Presence, Recording, Touch, frame_data, needed};
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Target};
 use crate::scene::AmbientOcclusion;
@@ -34,6 +34,7 @@ pub const PASS: Pass = Pass {
         ]
     },
     leave_out: None,
+    make: Some(|own| Ok(Box::new(Ao::new(own.device, own.plan, own.layouts.frame, &own.images())?))),
 };
 
 /// The pass.
@@ -58,16 +59,17 @@ impl Ao {
         };
         Ok(Self { pass: PerPixel::new(device, &desc, images)?, size: plan.extent_of(Target::Visibility) })
     }
+}
 
-    /// Reads and writes other images, as of another size.
-    pub fn rebind(&mut self, device: &Arc<Device>, plan: &FramePlan, images: &[Bound]) -> gpu::Result<()> {
-        self.size = plan.extent_of(Target::Visibility);
-        self.pass.rebind(device, images)
+impl Object for Ao {
+    /// Runs outside any render pass.
+    fn record(&self, recording: &Recording) {
+        self.pass.dispatch(recording, self.size);
     }
 
-    /// Runs outside any render pass.
-    pub fn record(&self, recording: &Recording) {
-        self.pass.record(recording, self.size);
+    fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
+        self.size = own.plan.extent_of(Target::Visibility);
+        self.pass.rebind(own)
     }
 }
 

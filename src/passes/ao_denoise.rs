@@ -40,6 +40,7 @@ pub const PASS: Pass = Pass {
         ]
     },
     leave_out: Some(|settings| settings.ao = AmbientOcclusion::Off),
+    make: Some(|own| Ok(Box::new(new(own.device, own.plan, own.layouts.frame, &own.images())?))),
 };
 
 /// `images` are depth, normals, AO's output, and the albedo as it is stored to.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::culling::CullingPipeline;
-use super::{Pass, Place, Recording, Resource, Touch, culling};
+use super::{Object, Pass, Place, Recording, Resource, Touch, culling};
 use crate::gpu::{self, Device, sync::Use};
 use crate::gpu_scene::Culling;
 use crate::shaders::arrange::{self as shader, Flags};
@@ -29,6 +29,7 @@ pub const PASS: Pass = Pass {
         vec![Touch::resource(Resource::CulledInstances, COUNT), Touch::resource(Resource::FoundCounts, FOUND_WRITE)]
     },
     leave_out: None,
+    make: Some(|own| Ok(Box::new(Arrange::new(own.device, own.needed(own.culling)?)?))),
 };
 
 /// The pass.
@@ -41,9 +42,12 @@ impl Arrange {
         let entry = shader::variant(Flags::NONE).and_then(|variant| variant.compute());
         Ok(Self(CullingPipeline::new(device, "arrange", entry, culling)?))
     }
+}
 
+impl Object for Arrange {
     /// Runs outside any render pass.
-    pub fn record(&self, recording: &Recording, culling: &Culling) {
+    fn record(&self, recording: &Recording) {
+        let Some(culling) = recording.culling else { return };
         self.0.dispatch(recording, culling, [STEPS as u32, 1]);
     }
 }

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
-use super::{Input, Pass, Place, Presence, Recording, Resource, Touch};
+use super::{Input, Making, Object, Pass, Place, Presence, Recording, Resource, Touch, needed};
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, ShaderStage, binding,
     compute_pipeline, pipeline_layout, sync::Use,
@@ -36,6 +36,12 @@ pub const PASS: Pass = Pass {
         vec![Touch::sampled(PICTURE, Target::Hdr, HDR_READ), levels]
     },
     leave_out: None,
+    make: Some(|own| {
+        let planned = own.needed(own.plan.bloom)?;
+        let levels = buffer(own.device, own.plan, &planned)?;
+        let steps = Steps::new(own, (planned, &[Kind::First]), (&levels, &own.inputs()))?;
+        Ok(Box::new(Bloom { levels, steps }))
+    }),
 };
 
 /// The other steps.
@@ -46,6 +52,10 @@ pub const SPREAD: Pass = Pass {
     presence,
     touches: |_| vec![Touch::resource(Resource::BloomLevels, LEVEL_READ.or(LEVEL_WRITE))],
     leave_out: Some(|settings| settings.bloom = 0.0),
+    make: Some(|own| {
+        let (planned, levels) = (own.needed(own.plan.bloom)?, own.buffer(Resource::BloomLevels)?);
+        Ok(Box::new(Spread(Steps::new(own, (planned, &[Kind::Down, Kind::Up]), (levels, &[]))?)))
+    }),
 };
 
 fn presence(plan: &FramePlan) -> Presence {
@@ -78,14 +88,22 @@ const _: () = {
     assert!(offset_of!(Push, share) == shader::push::SHARE);
 };
 
-/// The pass, and the levels that it writes.
-pub struct Bloom {
+/// BLOOM's step, and the levels that it writes.
+struct Bloom {
+    levels: Buffer,
+    steps: Steps,
+}
+
+/// The steps of SPREAD.
+struct Spread(Steps);
+
+/// Steps with what they read.
+struct Steps {
     planned: Planned,
-    /// For TONEMAP.
-    pub levels: Buffer,
-    steps: Vec<Step>,
+    all: Vec<Step>,
     layout: Owned<vk::PipelineLayout>,
-    pipelines: [Owned<vk::Pipeline>; 3],
+    /// Of each kind of step.
+    pipelines: Vec<(Kind, Owned<vk::Pipeline>)>,
     set_layout: SetLayout,
     pool: DescriptorPool,
     set: vk::DescriptorSet,
@@ -94,7 +112,7 @@ pub struct Bloom {
 /// A dispatch: its kind, its push constants, and the texels that it writes across and down.
 type Step = (Kind, Push, [u32; 2]);
 
-/// The kind of a step, which is the index of its pipeline.
+/// The kind of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
     First,
@@ -102,71 +120,84 @@ enum Kind {
     Up,
 }
 
-impl Bloom {
-    /// `inputs` are the picture's light.
-    ///
-    /// # Errors
-    /// When the device lacks the memory or cannot compile a pipeline.
-    pub fn new(device: &Arc<Device>, plan: &FramePlan, planned: Planned, inputs: &[Input]) -> gpu::Result<Self> {
-        let bindings = [
-            binding(LEVELS, vk::DescriptorType::STORAGE_BUFFER, COMPUTE),
-            binding(PICTURE, vk::DescriptorType::SAMPLED_IMAGE, COMPUTE),
-        ];
+impl Object for Bloom {
+    fn record(&self, recording: &Recording) {
+        self.steps.record(recording);
+    }
+
+    fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
+        self.levels = buffer(own.device, own.plan, &self.steps.planned)?;
+        self.steps.rebind(own, &self.levels, &own.inputs())
+    }
+
+    fn buffers(&self) -> Vec<(Resource, &Buffer)> {
+        vec![(Resource::BloomLevels, &self.levels)]
+    }
+}
+
+impl Object for Spread {
+    fn record(&self, recording: &Recording) {
+        self.0.record(recording);
+    }
+
+    fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
+        self.0.rebind(own, own.buffer(Resource::BloomLevels)?, &[])
+    }
+}
+
+impl Steps {
+    /// Those of these kinds; `inputs` are the picture's light, where they read it.
+    fn new(
+        own: &Making,
+        (planned, kinds): (Planned, &[Kind]),
+        (levels, inputs): (&Buffer, &[Input]),
+    ) -> gpu::Result<Self> {
+        let (device, plan) = (own.device, own.plan);
+        let picture = inputs.iter().map(|input| binding(input.0, vk::DescriptorType::SAMPLED_IMAGE, COMPUTE));
+        let bindings: Vec<_> =
+            [binding(LEVELS, vk::DescriptorType::STORAGE_BUFFER, COMPUTE)].into_iter().chain(picture).collect();
         let set_layout = SetLayout::new(device, "bloom", &bindings)?;
         let range = vk::PushConstantRange { stage_flags: COMPUTE, offset: 0, size: shader::push::SIZE as u32 };
         let layout = pipeline_layout(device, "bloom", &[set_layout.raw], &[range])?;
         let constants = [(constants::TAPS, planned.taps), (constants::LARGEST, plan.largest_shown().to_bits())];
-        let pipeline = |kind| {
-            let flags = flags(plan, kind);
-            let entry = shader::variant(flags).and_then(|variant| variant.compute());
-            let Some(entry) = entry else {
-                return Err(gpu::Error::Unsupported(format!("bloom.wgsl has no variant {flags:?}")));
+        let pipeline = |&kind: &Kind| {
+            let Some(entry) = needed("bloom", shader::variant, flags(plan, kind))?.compute() else {
+                return Err(gpu::Error::Unsupported("bloom.wgsl has no compute entry".into()));
             };
             let stage =
                 ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage: COMPUTE, constants: &constants };
-            compute_pipeline(device, "bloom", &stage, layout.raw)
+            Ok((kind, compute_pipeline(device, "bloom", &stage, layout.raw)?))
         };
-        let pipelines = [pipeline(Kind::First)?, pipeline(Kind::Down)?, pipeline(Kind::Up)?];
-        let levels = buffer(device, plan, &planned)?;
-        let (pool, set) = bound(device, &set_layout, &levels, inputs)?;
-        let steps = steps(plan.size, &planned);
-        Ok(Self { planned, levels, steps, layout, pipelines, set_layout, pool, set })
+        let pipelines = kinds.iter().map(pipeline).collect::<gpu::Result<Vec<_>>>()?;
+        let (pool, set) = bound(device, &set_layout, levels, inputs)?;
+        let mut all = steps(plan.size, &planned);
+        all.retain(|(kind, ..)| kinds.contains(kind));
+        Ok(Self { planned, all, layout, pipelines, set_layout, pool, set })
     }
 
-    /// Spreads the light of another picture, as of another size.
-    ///
-    /// # Errors
-    /// When the device lacks the memory.
-    pub fn resize(&mut self, device: &Arc<Device>, plan: &FramePlan, inputs: &[Input]) -> gpu::Result<()> {
-        self.levels = buffer(device, plan, &self.planned)?;
-        (self.pool, self.set) = bound(device, &self.set_layout, &self.levels, inputs)?;
-        self.steps = steps(plan.size, &self.planned);
+    fn rebind(&mut self, own: &Making, levels: &Buffer, inputs: &[Input]) -> gpu::Result<()> {
+        (self.pool, self.set) = bound(own.device, &self.set_layout, levels, inputs)?;
+        self.all = steps(own.plan.size, &self.planned);
+        let Self { all, pipelines, .. } = self;
+        all.retain(|(kind, ..)| pipelines.iter().any(|(own, _)| own == kind));
         Ok(())
     }
 
-    /// BLOOM's own step. Runs outside any render pass.
-    pub fn record(&self, recording: &Recording) {
+    /// Runs outside any render pass.
+    fn record(&self, recording: &Recording) {
         let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
         // SAFETY: `cmd` is being recorded outside a render pass; the set is of the layout.
         unsafe { raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[self.set], &[]) };
-        self.record_steps(recording, &self.steps[..1], || {});
-    }
-
-    /// SPREAD, after it. `between` records the barrier before each step but the first.
-    pub fn record_spread(&self, recording: &Recording, between: impl Fn()) {
-        self.record_steps(recording, &self.steps[1..], between);
-    }
-
-    fn record_steps(&self, recording: &Recording, steps: &[Step], between: impl Fn()) {
-        let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
-        for (index, (kind, push, extent)) in steps.iter().enumerate() {
+        for (index, (kind, push, extent)) in self.all.iter().enumerate() {
+            let Some((_, pipeline)) = self.pipelines.iter().find(|(own, _)| own == kind) else { continue };
             if index > 0 {
-                between();
+                // Each step reads what the one before it wrote.
+                (recording.between)();
             }
-            // SAFETY: `cmd` is being recorded outside a render pass, with the set bound; the push constants are those of the layout. The pass owns all of
-            // it and outlives the submission, and the buffer has room for all levels.
+            // SAFETY: as above, with the set bound; the push constants are those of the layout. The pass owns all of it and outlives the submission,
+            // and the buffer has room for all levels.
             unsafe {
-                raw.cmd_bind_pipeline(cmd, point, self.pipelines[*kind as usize].raw);
+                raw.cmd_bind_pipeline(cmd, point, pipeline.raw);
                 raw.cmd_push_constants(cmd, self.layout.raw, COMPUTE, 0, bytemuck::bytes_of(push));
                 raw.cmd_dispatch(cmd, extent[0].div_ceil(GROUP), extent[1].div_ceil(GROUP), 1);
             }

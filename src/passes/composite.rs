@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use super::screen::{Input, Inputs, Screen, ScreenDesc, over};
-use super::{COLOR_BLEND, COLOR_WRITE, First, INPUT_READ, Pass, Place, Presence, Recording, Slot, Touch, needed};
+use super::{
+    COLOR_BLEND, COLOR_WRITE, First, INPUT_READ, Making, Object, Pass, Place, Presence, Recording, Slot, Touch, needed,
+};
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Sums, Target};
 use crate::shaders::composite::{self as shader, Flags, constants};
@@ -30,6 +32,7 @@ pub const PASS: Pass = Pass {
         ]
     },
     leave_out: None,
+    make: Some(|own| Ok(Box::new(Composite::new(own.device, own.plan, own.slot()?, &own.inputs())?))),
 };
 
 /// The pass.
@@ -62,10 +65,16 @@ impl Composite {
         )?;
         Ok(Self { screen, inputs })
     }
+}
 
+impl Object for Composite {
     /// Lays the layer over the picture. Runs inside its subpass.
-    pub fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &Recording) {
         self.screen.record(recording, &[(0, self.inputs.set)]);
+    }
+
+    fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
+        self.inputs.read_from(own.device, &own.inputs())
     }
 }
 

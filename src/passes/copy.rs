@@ -24,6 +24,7 @@ pub const PASS: Pass = Pass {
         vec![Touch::new(shown(plan), How::CopiedFrom, READ), Touch::new(Resource::ReadBack, How::Buffer, WRITE)]
     },
     leave_out: None,
+    make: None,
 };
 
 /// A buffer for one picture.

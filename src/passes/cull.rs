@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::culling::CullingPipeline;
-use super::{Pass, Place, Recording, Resource, Touch, culling};
+use super::{Object, Pass, Place, Recording, Resource, Touch, culling};
 use crate::gpu::{self, Device, sync::Use};
 use crate::gpu_scene::Culling;
 use crate::shaders::cull::{self as shader, Flags};
@@ -30,6 +30,7 @@ pub const PASS: Pass = Pass {
         lists.into_iter().chain(pyramid).collect()
     },
     leave_out: None,
+    make: Some(|own| Ok(Box::new(Cull::new(own.device, own.needed(own.culling)?)?))),
 };
 
 /// The pass.
@@ -43,9 +44,12 @@ impl Cull {
             .and_then(|variant| variant.compute());
         Ok(Self(CullingPipeline::new(device, "cull", entry, culling)?))
     }
+}
 
+impl Object for Cull {
     /// Runs outside any render pass.
-    pub fn record(&self, recording: &Recording, culling: &Culling) {
+    fn record(&self, recording: &Recording) {
+        let Some(culling) = recording.culling else { return };
         self.0.dispatch(recording, culling, culling.groups());
     }
 }

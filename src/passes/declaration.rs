@@ -5,6 +5,7 @@ use std::fmt;
 
 use ash::vk;
 
+use super::object::Make;
 use crate::gpu::sync::Use;
 use crate::plan::{FramePlan, Target};
 use crate::scene::Settings;
@@ -23,6 +24,8 @@ pub struct Pass {
     pub touches: fn(&FramePlan) -> Vec<Touch>,
     /// Changes settings so that they leave it out; `None` for a pass that no setting alone decides.
     pub leave_out: Option<fn(&mut Settings)>,
+    /// Makes its object; `None` for a pass that is recorded outside of the renderer's own part of a frame.
+    pub make: Option<Make>,
 }
 
 /// The presence of a pass in a plan's frames, or its absence, with the reason, as `inspect` prints it.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::depth_only::DepthOnly;
-use super::{Pass, Place, Presence, Recording, Slot, frame_data, meshes};
+use super::{Object, Pass, Place, Presence, Recording, Slot, frame_data, meshes};
 use crate::gpu::{self, Device};
 use crate::plan::FramePlan;
 
@@ -21,6 +21,11 @@ pub const PASS: Pass = Pass {
     // Of attachments as the pass in whose subpass it draws.
     touches: |plan| [frame_data()].into_iter().chain(meshes(plan)).collect(),
     leave_out: None,
+    make: Some(|own| {
+        // FORWARD writes light alone.
+        let locations = if own.plan.is_forward() { 1 } else { own.plan.geometry_locations() };
+        Ok(Box::new(Depth::new(own.device, own.plan, own.slot()?, own.layouts.frame, locations)?))
+    }),
 };
 
 /// The pass. It draws inside the subpass that shades afterwards.
@@ -37,9 +42,11 @@ impl Depth {
     ) -> gpu::Result<Self> {
         Ok(Self(DepthOnly::new(device, plan, ("depth", slot), frame_layout, colors)?))
     }
+}
 
+impl Object for Depth {
     /// Draws visible opaque objects. Runs inside the subpass, before the draws that shade.
-    pub fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &Recording) {
         self.0.record(recording, &recording.visible.draws);
     }
 }

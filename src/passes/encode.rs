@@ -37,6 +37,7 @@ pub const PASS: Pass = Pass {
         ]
     },
     leave_out: None,
+    make: None,
 };
 
 /// The brightness of white in nits, where a display is told how bright it is: that of reference white (ITU-R BT.2408, "Guidance for operational

@@ -7,8 +7,8 @@ use ash::vk;
 
 use super::screen::{Input, Inputs, Screen, ScreenDesc, add, replace};
 use super::{
-    COLOR_BLEND, EARLY_DEPTH_READ, First, INPUT_READ, LATE_DEPTH_WRITE, Pass, Place, Presence, Recording, SetLayouts,
-    Slot, Touch, frame_data, froxels, needed,
+    COLOR_BLEND, EARLY_DEPTH_READ, First, INPUT_READ, LATE_DEPTH_WRITE, Making, Object, Pass, Place, Presence,
+    Recording, SetLayouts, Slot, Touch, frame_data, froxels, needed,
 };
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Target};
@@ -46,6 +46,7 @@ pub const PASS: Pass = Pass {
         own.into_iter().chain(froxels(plan)).collect()
     },
     leave_out: Some(|settings| settings.fog = Fog::Off),
+    make: Some(|own| Ok(Box::new(FogPass::new(own.device, own.plan, own.slot()?, own.layouts, &own.inputs())?))),
 };
 
 /// The pass: its constants set by the plan.
@@ -84,11 +85,17 @@ impl FogPass {
         };
         Ok(Self { screen: Screen::multisampled(device, &desc, plan.sample_count())?, inputs })
     }
+}
 
+impl Object for FogPass {
     /// Lays the fog over the picture. Runs inside its subpass.
-    pub fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &Recording) {
         recording.set_area();
         self.screen.record(recording, &[(0, recording.frame_set), (1, self.inputs.set)]);
+    }
+
+    fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
+        self.inputs.read_from(own.device, &own.inputs())
     }
 }
 

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::screen::replace;
 use super::surface::{Limits, LitDesc, Surfaces, lit_pipeline, opaque_depth};
 use super::{
-    COLOR_WRITE, EARLY_DEPTH_READ, EARLY_DEPTH_WRITE, First, LATE_DEPTH_WRITE, Pass, Place, Presence, Recording,
-    SAMPLED, SetLayouts, Slot, Touch, culled, frame_data, maps, meshes, sky_light,
+    COLOR_WRITE, EARLY_DEPTH_READ, EARLY_DEPTH_WRITE, First, LATE_DEPTH_WRITE, Object, Pass, Place, Presence,
+    Recording, SAMPLED, SetLayouts, Slot, Touch, culled, frame_data, maps, meshes, sky_light,
 };
 use crate::gpu::{self, Device, sync::Use};
 use crate::gpu_scene::GpuScene;
@@ -53,6 +53,7 @@ pub const PASS: Pass = Pass {
             .collect()
     },
     leave_out: None,
+    make: Some(|own| Ok(Box::new(Forward::new(own.device, own.plan, own.slot()?, own.layouts, own.scene)?))),
 };
 
 /// The pass: a pipeline for each [`GeometryKey`] of the plan.
@@ -84,9 +85,11 @@ impl Forward {
         }
         Ok(Self { surfaces })
     }
+}
 
+impl Object for Forward {
     /// Draws visible objects. Runs inside its subpass.
-    pub fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &Recording) {
         self.surfaces.record_opaque(recording);
     }
 }

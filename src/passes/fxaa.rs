@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::screen::{Screen, ScreenDesc, replace, sampled_bindings, sampled_set};
-use super::{COLOR_WRITE, First, Pass, Place, Presence, Recording, SAMPLED, Slot, Touch, needed};
+use super::{COLOR_WRITE, First, Making, Object, Pass, Place, Presence, Recording, SAMPLED, Slot, Touch, needed};
 use crate::gpu::{self, DescriptorPool, Device, Sampler, SetLayout, sync::Use};
 use crate::plan::Target;
 use crate::shaders::fxaa::{self as shader, Flags};
@@ -36,6 +36,7 @@ pub const PASS: Pass = Pass {
         ]
     },
     leave_out: Some(|settings| settings.fxaa = false),
+    make: Some(|own| Ok(Box::new(Fxaa::new(own.device, own.slot()?, own.targets.image(Target::Output).view)?))),
 };
 
 impl Fxaa {
@@ -65,10 +66,16 @@ impl Fxaa {
         (self.pool, self.set) = sampled_set(device, "FXAA", &self.set_layout, output, &self.sampler)?;
         Ok(())
     }
+}
 
+impl Object for Fxaa {
     /// Smooths the picture. Runs inside its render pass.
-    pub fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &Recording) {
         recording.set_area();
         self.screen.record(recording, &[(0, self.set)]);
+    }
+
+    fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
+        self.read_from(own.device, own.targets.image(Target::Output).view)
     }
 }

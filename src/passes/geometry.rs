@@ -7,8 +7,8 @@ use ash::vk;
 use super::screen::{add, replace};
 use super::surface::{SurfaceDesc, Surfaces, opaque_depth, surface_pipeline};
 use super::{
-    COLOR_BLEND, EARLY_DEPTH_READ, EARLY_DEPTH_WRITE, First, LATE_DEPTH_WRITE, Pass, Place, Presence, Recording,
-    SetLayouts, Slot, Touch, culled, frame_data, meshes, needed,
+    COLOR_BLEND, EARLY_DEPTH_READ, EARLY_DEPTH_WRITE, First, LATE_DEPTH_WRITE, Object, Pass, Place, Presence,
+    Recording, SetLayouts, Slot, Touch, culled, frame_data, meshes, needed,
 };
 use crate::gpu::{self, Device, Owned, sync::Use};
 use crate::gpu_scene::GpuScene;
@@ -41,6 +41,7 @@ pub const PASS: Pass = Pass {
     },
     touches,
     leave_out: None,
+    make: Some(|own| Ok(Box::new(Geometry::new(own.device, own.plan, own.slot()?, own.layouts.frame, own.scene)?))),
 };
 
 fn touches(plan: &FramePlan) -> Vec<Touch> {
@@ -95,9 +96,11 @@ impl Geometry {
         }
         Ok(Self { surfaces })
     }
+}
 
+impl Object for Geometry {
     /// Draws visible objects. Runs inside its subpass.
-    pub fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &Recording) {
         self.surfaces.record_opaque(recording);
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::per_pixel::{Bound, GROUP, PerPixel, PerPixelDesc};
-use super::{Pass, Place, Presence, Recording, Touch, needed};
+use super::{Making, Object, Pass, Place, Presence, Recording, Touch, needed};
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Hiz as Levels, Target};
 use crate::shaders::hiz::{self as shader, Flags};
@@ -24,6 +24,7 @@ pub const PASS: Pass = Pass {
     },
     touches: |_| vec![Touch::sampled(0, Target::Depth, GBUFFER_READ), Touch::storage(1, Target::Hiz, HIZ_WRITE)],
     leave_out: None,
+    make: Some(|own| Ok(Box::new(Hiz::new(own.device, own.plan, own.layouts.frame, &own.images())?))),
 };
 
 /// The pass.
@@ -48,16 +49,17 @@ impl Hiz {
         };
         Ok(Self { pass: PerPixel::new(device, &desc, images)?, tiles: Levels::of(plan.size).tiles })
     }
+}
 
-    /// Reads and writes other images, as of another size.
-    pub fn rebind(&mut self, device: &Arc<Device>, plan: &FramePlan, images: &[Bound]) -> gpu::Result<()> {
-        self.tiles = Levels::of(plan.size).tiles;
-        self.pass.rebind(device, images)
+impl Object for Hiz {
+    /// Runs outside any render pass.
+    fn record(&self, recording: &Recording) {
+        // A work group for each tile.
+        self.pass.dispatch(recording, self.tiles.map(|count| count * GROUP));
     }
 
-    /// Runs outside any render pass.
-    pub fn record(&self, recording: &Recording) {
-        // A work group for each tile.
-        self.pass.record(recording, self.tiles.map(|count| count * GROUP));
+    fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
+        self.tiles = Levels::of(own.plan.size).tiles;
+        self.pass.rebind(own)
     }
 }

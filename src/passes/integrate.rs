@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{Pass, Place, Recording, Resource, Touch, frame_data, froxel_presence, needed};
+use super::{Object, Pass, Place, Recording, Resource, Touch, frame_data, froxel_presence, needed};
 use crate::gpu::{self, Device, Owned, ShaderStage, compute_pipeline, pipeline_layout, sync::Use};
 use crate::plan::{FramePlan, FroxelPlan};
 use crate::shaders::integrate::{self as shader, Flags, constants};
@@ -21,6 +21,10 @@ pub const PASS: Pass = Pass {
     presence: froxel_presence,
     touches: |_| vec![frame_data(), Touch::resource(Resource::Froxels, LIGHT_READ.or(SUM_WRITE))],
     leave_out: None,
+    make: Some(|own| {
+        let planned = own.needed(own.plan.froxels())?;
+        Ok(Box::new(Integrate::new(own.device, (own.plan, planned), own.layouts.frame)?))
+    }),
 };
 
 /// Edge of a work group in columns.
@@ -57,9 +61,11 @@ impl Integrate {
         let pipeline = compute_pipeline(device, "integrate", &stage, layout.raw)?;
         Ok(Self { layout, pipeline, groups: [columns, rows].map(|edge| edge.div_ceil(GROUP)) })
     }
+}
 
+impl Object for Integrate {
     /// Runs outside any render pass, after SCATTER.
-    pub fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &Recording) {
         let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
         // SAFETY: `cmd` is being recorded outside a render pass; the set is of the layout, and the pass outlives the submission. The shader
         // looks at no froxel beyond those of the plan and the slice after them.

@@ -6,8 +6,9 @@ use ash::vk;
 
 use super::screen::{Input, Inputs, Screen, ScreenDesc, add, replace};
 use super::{
-    COLOR_BLEND, COLOR_READ, COLOR_WRITE, DEPTH_COMPARE, EARLY_DEPTH_READ, First, INPUT_READ, LATE_DEPTH_WRITE, Pass,
-    Place, Presence, Recording, SAMPLED, SetLayouts, Slot, Touch, frame_data, gbuffer_inputs, maps, needed,
+    COLOR_BLEND, COLOR_READ, COLOR_WRITE, DEPTH_COMPARE, EARLY_DEPTH_READ, First, INPUT_READ, LATE_DEPTH_WRITE, Making,
+    Object, Pass, Place, Presence, Recording, SAMPLED, SetLayouts, Slot, Touch, frame_data, gbuffer_inputs, maps,
+    needed,
 };
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Shading, ToneMapping};
@@ -44,6 +45,7 @@ pub const PASS: Pass = Pass {
     },
     touches,
     leave_out: None,
+    make: Some(|own| Ok(Box::new(Lighting::new(own.device, own.plan, own.slot()?, own.layouts, &own.inputs())?))),
 };
 
 /// Returns true if an invocation reads all samples of its pixel, also where it lights one of them: whether all show one surface decides who lights them.
@@ -109,9 +111,11 @@ impl Lighting {
         }
         Ok(Self { screens, inputs, pushes: plan.lights.by_fours })
     }
+}
 
+impl Object for Lighting {
     /// Lights the picture. Runs inside its subpass.
-    pub fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &Recording) {
         let mut sets = vec![(0, recording.frame_set), (1, self.inputs.set)];
         sets.extend(recording.shadow_set.map(|set| (2, set)));
         for screen in &self.screens {
@@ -121,6 +125,10 @@ impl Lighting {
             }
             screen.record(recording, &sets);
         }
+    }
+
+    fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
+        self.inputs.read_from(own.device, &own.inputs())
     }
 }
 

@@ -88,14 +88,17 @@ pub mod transparent;
 pub mod velocity;
 pub mod view;
 
+pub mod background;
 mod blending;
 mod declaration;
+pub mod object;
 mod per_pixel;
 mod screen;
 mod spirv;
 mod surface;
 
 pub use declaration::{First, How, Pass, Place, Presence, Resource, Touch};
+pub use object::{Made, Making, Object};
 pub use per_pixel::{Bound, PerPixel};
 pub use screen::Input;
 
@@ -353,6 +356,8 @@ pub struct Recording<'a> {
     pub since: Option<&'a Since>,
     /// Shadow maps that this frame draws anew.
     pub stale_maps: &'a [MapDraw],
+    /// Records the barrier between two steps of a pass that has several.
+    pub between: &'a dyn Fn(),
     /// The frame's own index buffer with [`Visible::sorted_indices`], where the plan sorts triangles.
     pub sorted: Option<(vk::Buffer, vk::IndexType)>,
 }

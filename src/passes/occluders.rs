@@ -7,7 +7,7 @@ use ash::vk;
 
 use super::depth_only::DepthOnly;
 use super::{
-    EARLY_DEPTH_READ, EARLY_DEPTH_WRITE, First, LATE_DEPTH_WRITE, Pass, Place, Recording, Slot, Touch, culling,
+    EARLY_DEPTH_READ, EARLY_DEPTH_WRITE, First, LATE_DEPTH_WRITE, Object, Pass, Place, Recording, Slot, Touch, culling,
     frame_data, meshes,
 };
 use crate::gpu::{self, Device, sync::Use};
@@ -30,6 +30,7 @@ pub const PASS: Pass = Pass {
         [depth, frame_data()].into_iter().chain(meshes(plan)).collect()
     },
     leave_out: None,
+    make: Some(|own| Ok(Box::new(Occluders::new(own.device, own.plan, own.slot()?, own.layouts.frame)?))),
 };
 
 /// The pass, in a render pass of its own.
@@ -46,9 +47,11 @@ impl Occluders {
     ) -> gpu::Result<Self> {
         Ok(Self(DepthOnly::new(device, plan, ("occluders", slot), frame_layout, 0)?))
     }
+}
 
+impl Object for Occluders {
     /// Draws them. Runs inside its render pass.
-    pub fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &Recording) {
         self.0.record(recording, &recording.visible.occluders);
     }
 }

@@ -32,6 +32,7 @@ pub const PASS: Pass = Pass {
         vec![Touch::new(shown(plan), drawn, BLEND), Touch::resource(Resource::PanelTextures, TEXTURE_READ)]
     },
     leave_out: None,
+    make: None,
 };
 
 /// A corner of a triangle.

@@ -7,13 +7,14 @@ use ash::vk;
 use super::blending::{blend, limits, targets};
 use super::screen::{Input, Inputs, stages};
 use super::{
-    INPUT_READ, Pass, Place, Recording, Resource, Slot, Touch, frame_data, froxels, needed, particles_presence,
+    INPUT_READ, Making, Object, Pass, Place, Recording, Resource, Slot, Touch, frame_data, froxels, needed,
+    particles_presence,
 };
 use crate::gpu::{
-    self, DepthState, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, SetLayout, SetWriter,
-    binding, pipeline_layout, sync::Use,
+    self, Buffer, DepthState, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, SetLayout,
+    SetWriter, binding, pipeline_layout, sync::Use,
 };
-use crate::gpu_scene::{ParticleBuffers, ParticleTextures, TEXTURE_READ};
+use crate::gpu_scene::{ParticleTextures, TEXTURE_READ};
 use crate::plan::{FramePlan, ParticlePlan, Target, ToneMapping};
 use crate::shaders::particles::{self as shader, Flags, constants};
 
@@ -40,6 +41,12 @@ pub const PASS: Pass = Pass {
         touches
     },
     leave_out: Some(|settings| settings.particles = false),
+    make: Some(|own| {
+        let planned = own.needed(own.plan.particles.as_ref())?;
+        let (buffers, textures) = (own.buffers(Resource::Particles), own.scene.particles.as_ref());
+        let place = (own.slot()?, own.layouts.frame);
+        Ok(Box::new(ParticlePass::new(own.device, (own.plan, planned), place, (buffers, textures), &own.inputs())?))
+    }),
 };
 
 /// The pass.
@@ -57,11 +64,11 @@ pub struct ParticlePass {
 
 impl ParticlePass {
     /// `inputs` are depth alone.
-    pub fn new(
+    fn new<'a>(
         device: &Arc<Device>,
         (plan, planned): (&FramePlan, &ParticlePlan),
         (slot, frame_layout): (Slot, vk::DescriptorSetLayout),
-        (buffers, textures): (&ParticleBuffers, Option<&ParticleTextures>),
+        (buffers, textures): (impl Iterator<Item = &'a Buffer>, Option<&ParticleTextures>),
         inputs: &[Input],
     ) -> gpu::Result<Self> {
         let inputs = Inputs::new(device, "depth behind particles", inputs)?;
@@ -108,9 +115,11 @@ impl ParticlePass {
         let counts = planned.counts;
         Ok(Self { inputs, layout, pipeline, set, counts, corners, _set_layout: set_layout, _pool: pool })
     }
+}
 
+impl Object for ParticlePass {
     /// Draws those that are alive. Runs inside its subpass.
-    pub fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &Recording) {
         let count = recording.visible.particles.count + u32::from(self.counts);
         if count == 0 {
             return;
@@ -122,6 +131,10 @@ impl ParticlePass {
         }
         // SAFETY: pipeline and sets are bound; the vertex stage makes the corners of each particle from their index, and SIMULATE has written so many.
         unsafe { recording.device.raw.cmd_draw(recording.cmd, self.corners * count, 1, 0, 0) };
+    }
+
+    fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
+        self.inputs.read_from(own.device, &own.inputs())
     }
 }
 
@@ -137,18 +150,16 @@ fn layer(plan: &FramePlan) -> f32 {
 }
 
 /// The set with particles, their order and their textures.
-fn described(
+fn described<'a>(
     device: &Arc<Device>,
-    buffers: &ParticleBuffers,
+    buffers: impl Iterator<Item = &'a Buffer>,
     textures: Option<&ParticleTextures>,
 ) -> gpu::Result<(SetLayout, DescriptorPool, vk::DescriptorSet)> {
     const IMAGE: vk::DescriptorType = vk::DescriptorType::SAMPLED_IMAGE;
     const STORAGE: vk::DescriptorType = vk::DescriptorType::STORAGE_BUFFER;
     let (vertex, fragment) = (vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT);
-    let storage: Vec<_> = (STATES..)
-        .zip([Some(&buffers.states), buffers.keys.as_ref()])
-        .filter_map(|(index, own)| Some((index, own?)))
-        .collect();
+    // The particles, and their keys where they are sorted.
+    let storage: Vec<_> = (STATES..).zip(buffers).collect();
     let images: Vec<_> = textures.into_iter().flat_map(|own| (2..).zip(own.views())).collect();
     let sampler = 2 + images.len() as u32;
     let bindings: Vec<_> = storage

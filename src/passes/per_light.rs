@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::screen::{Input, Inputs, add, stages};
-use super::{Pass, Place, Presence, Recording, Resource, SetLayouts, Slot, Touch, needed};
+use super::{Making, Object, Pass, Place, Presence, Recording, Resource, SetLayouts, Slot, Touch, needed};
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout};
 use crate::gpu_scene::{POSITION, VERTEX_READ, vertex_input};
 use crate::plan::{Extras, FramePlan, Shading};
@@ -34,6 +34,7 @@ pub const PASS: Pass = Pass {
         plan.uploads.volumes.then_some(Touch::resource(Resource::Vertices, VERTEX_READ)).into_iter().collect()
     },
     leave_out: None,
+    make: Some(|own| Ok(Box::new(PerLight::new(own.device, own.plan, own.slot()?, own.layouts, &own.inputs())?))),
 };
 
 /// The pass. It draws inside LIGHTING's subpass.
@@ -89,8 +90,22 @@ impl PerLight {
         Ok(Self { layout, pipeline, inputs })
     }
 
+    fn draw_rect(&self, recording: &Recording, rect: &LightRect) {
+        let [x, y] = rect.offset.map(|edge| edge as i32);
+        let [width, height] = rect.extent;
+        let scissor = vk::Rect2D { offset: vk::Offset2D { x, y }, extent: vk::Extent2D { width, height } };
+        recording.push(self.layout.raw, vk::ShaderStageFlags::FRAGMENT, &rect.light);
+        // SAFETY: the pipeline is bound and its scissor dynamic; the vertex stage makes its three vertices from their index.
+        unsafe {
+            recording.device.raw.cmd_set_scissor(recording.cmd, 0, &[scissor]);
+            recording.device.raw.cmd_draw(recording.cmd, 3, 1, 0, 0);
+        }
+    }
+}
+
+impl Object for PerLight {
     /// Adds the lights. Runs inside LIGHTING's subpass, after its triangle.
-    pub fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &Recording) {
         // Where no opaque surface is seen, every depth is that of the sky, which no light passes.
         if recording.visible.draws.is_empty() && recording.culling.is_none() {
             return;
@@ -125,16 +140,8 @@ impl PerLight {
         recording.set_area();
     }
 
-    fn draw_rect(&self, recording: &Recording, rect: &LightRect) {
-        let [x, y] = rect.offset.map(|edge| edge as i32);
-        let [width, height] = rect.extent;
-        let scissor = vk::Rect2D { offset: vk::Offset2D { x, y }, extent: vk::Extent2D { width, height } };
-        recording.push(self.layout.raw, vk::ShaderStageFlags::FRAGMENT, &rect.light);
-        // SAFETY: the pipeline is bound and its scissor dynamic; the vertex stage makes its three vertices from their index.
-        unsafe {
-            recording.device.raw.cmd_set_scissor(recording.cmd, 0, &[scissor]);
-            recording.device.raw.cmd_draw(recording.cmd, 3, 1, 0, 0);
-        }
+    fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
+        self.inputs.read_from(own.device, &own.inputs())
     }
 }
 

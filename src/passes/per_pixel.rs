@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{Recording, Touch, gbuffer_inputs};
+use super::{Making, Object, Recording, Touch, gbuffer_inputs};
 use crate::gpu::sync::Use;
 use crate::gpu::{
     self, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, binding, compute_pipeline, pipeline_layout,
@@ -62,14 +62,8 @@ impl PerPixel {
         Ok(Self { name: name.to_owned(), layout, pipeline, set_layout, pool, set })
     }
 
-    /// Reads and writes other images, as of another size.
-    pub fn rebind(&mut self, device: &Arc<Device>, images: &[Bound]) -> gpu::Result<()> {
-        (self.pool, self.set) = bound(device, &self.name, &self.set_layout, images)?;
-        Ok(())
-    }
-
     /// For so many texels across and down. Runs outside any render pass.
-    pub fn record(&self, recording: &Recording, size: [u32; 2]) {
+    pub fn dispatch(&self, recording: &Recording, size: [u32; 2]) {
         let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
         let [across, down] = size.map(|edge| edge.div_ceil(GROUP));
         // SAFETY: `cmd` is being recorded outside a render pass; the sets are those of the layout, and the pass owns its own and outlives the
@@ -79,6 +73,18 @@ impl PerPixel {
             raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[recording.frame_set, self.set], &[]);
             raw.cmd_dispatch(cmd, across, down, 1);
         }
+    }
+}
+
+impl Object for PerPixel {
+    /// For every pixel.
+    fn record(&self, recording: &Recording) {
+        self.dispatch(recording, recording.size);
+    }
+
+    fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
+        (self.pool, self.set) = bound(own.device, &self.name, &self.set_layout, &own.images())?;
+        Ok(())
     }
 }
 

@@ -41,6 +41,7 @@ pub const PASS: Pass = Pass {
         ]
     },
     leave_out: None,
+    make: None,
 };
 
 /// Copies the picture, which is in TRANSFER_SRC_OPTIMAL, into an image of this extent that is in TRANSFER_DST_OPTIMAL. Where the two have the same

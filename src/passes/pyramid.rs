@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{Input, Pass, Place, Recording, Resource, Touch, culling};
+use super::{Input, Making, Object, Pass, Place, Recording, Resource, Touch, culling};
 use crate::gpu::{
     self, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, binding, compute_pipeline, pipeline_layout,
     sync::Use,
@@ -28,6 +28,10 @@ pub const PASS: Pass = Pass {
         vec![Touch::sampled(0, Target::Occluders, DEPTH_READ), Touch::resource(Resource::DepthPyramid, PYRAMID_WRITE)]
     },
     leave_out: None,
+    make: Some(|own| {
+        let culling = own.needed(own.culling)?;
+        Ok(Box::new(Pyramid::new(own.device, own.plan, culling, &own.inputs())?))
+    }),
 };
 
 const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
@@ -60,18 +64,12 @@ impl Pyramid {
         let (pool, set) = bound(device, &set_layout, culling, inputs)?;
         Ok(Self { layout, pipeline, set_layout, pool, set })
     }
+}
 
-    /// Reads and writes others, as of another size.
-    ///
-    /// # Errors
-    /// When there is no memory for a set.
-    pub fn rebind(&mut self, device: &Arc<Device>, culling: &Culling, inputs: &[Input]) -> gpu::Result<()> {
-        (self.pool, self.set) = bound(device, &self.set_layout, culling, inputs)?;
-        Ok(())
-    }
-
+impl Object for Pyramid {
     /// Runs outside any render pass.
-    pub fn record(&self, recording: &Recording, culling: &Culling) {
+    fn record(&self, recording: &Recording) {
+        let Some(culling) = recording.culling else { return };
         let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
         let [across, down] = culling.tiles();
         // SAFETY: `cmd` is being recorded outside a render pass; the set is of the layout. The pyramid has room for so many tiles.
@@ -80,6 +78,11 @@ impl Pyramid {
             raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[self.set], &[]);
             raw.cmd_dispatch(cmd, across, down, 1);
         }
+    }
+
+    fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
+        (self.pool, self.set) = bound(own.device, &self.set_layout, own.needed(own.culling)?, &own.inputs())?;
+        Ok(())
     }
 }
 

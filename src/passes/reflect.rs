@@ -39,6 +39,7 @@ pub const PASS: Pass = Pass {
         touches
     },
     leave_out: Some(|settings| settings.reflections = Reflections::Off),
+    make: Some(|own| Ok(Box::new(new(own.device, own.plan, own.layouts.frame, &own.images())?))),
 };
 
 /// `images` are the G-buffer, the lit picture, the pyramid, and the written image.

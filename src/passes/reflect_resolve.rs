@@ -47,6 +47,7 @@ pub const PASS: Pass = Pass {
         touches
     },
     leave_out: None,
+    make: Some(|own| Ok(Box::new(new(own.device, own.plan, own.layouts.frame, &own.images())?))),
 };
 
 /// `images` are the G-buffer, REFLECT's hits, and the light as it is stored to.

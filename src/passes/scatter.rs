@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{Pass, Place, Recording, Resource, SetLayouts, Touch, frame_data, froxel_presence, maps, needed};
-use crate::gpu::{self, Device, Owned, SetLayout, ShaderStage, compute_pipeline, pipeline_layout, sync::Use};
+use super::{Object, Pass, Place, Recording, Resource, SetLayouts, Touch, frame_data, froxel_presence, maps, needed};
+use crate::gpu::{self, Buffer, Device, Owned, SetLayout, ShaderStage, compute_pipeline, pipeline_layout, sync::Use};
+use crate::gpu_scene::froxel_buffer;
 use crate::plan::{FramePlan, FroxelPlan};
 use crate::scene::{Fog, ShadowFilter};
 use crate::shaders::scatter::{self as shader, Flags, constants};
@@ -25,6 +26,10 @@ pub const PASS: Pass = Pass {
         [frame_data(), light].into_iter().chain(maps(plan, MAP_READ)).collect()
     },
     leave_out: Some(|settings| settings.fog = Fog::Height),
+    make: Some(|own| {
+        let planned = own.needed(own.plan.froxels())?;
+        Ok(Box::new(Scatter::new(own.device, (own.plan, planned), own.layouts)?))
+    }),
 };
 
 /// Edge of a work group in froxels.
@@ -32,6 +37,8 @@ const GROUP: u32 = 4;
 
 /// The pass.
 pub struct Scatter {
+    /// Set 0 names it.
+    froxels: Buffer,
     layout: Owned<vk::PipelineLayout>,
     pipeline: Owned<vk::Pipeline>,
     groups: [u32; 3],
@@ -62,11 +69,15 @@ impl Scatter {
             constants: &constants,
         };
         let pipeline = compute_pipeline(device, "scatter", &stage, layout.raw)?;
-        Ok(Self { layout, pipeline, groups: planned.grid.map(|edge| edge.div_ceil(GROUP)), _empty: empty })
+        let froxels = froxel_buffer(device, plan)?;
+        let froxels = froxels.ok_or_else(|| gpu::Error::Misuse("a plan without froxels".into()))?;
+        Ok(Self { froxels, layout, pipeline, groups: planned.grid.map(|edge| edge.div_ceil(GROUP)), _empty: empty })
     }
+}
 
+impl Object for Scatter {
     /// Runs outside any render pass.
-    pub fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &Recording) {
         let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
         let [across, down, deep] = self.groups;
         // SAFETY: `cmd` is being recorded outside a render pass; the sets are those of the layout, and the pass outlives the submission. The
@@ -79,6 +90,10 @@ impl Scatter {
             }
             raw.cmd_dispatch(cmd, across, down, deep);
         }
+    }
+
+    fn buffers(&self) -> Vec<(Resource, &Buffer)> {
+        vec![(Resource::Froxels, &self.froxels)]
     }
 }
 

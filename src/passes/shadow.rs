@@ -10,8 +10,8 @@ use glam::Vec4;
 use super::spirv::with_cells;
 use super::surface::textured_stages;
 use super::{
-    EARLY_DEPTH_WRITE, First, How, LATE_DEPTH_WRITE, MeshDraws, Pass, Place, Presence, Recording, Resource, Slot,
-    Touch, frame_data, meshes, needed,
+    EARLY_DEPTH_WRITE, First, How, LATE_DEPTH_WRITE, MeshDraws, Object, Pass, Place, Presence, Recording, Resource,
+    Slot, Touch, frame_data, meshes, needed,
 };
 use crate::gpu::{
     self, DepthState, Device, Framebuffer, GraphicsPipeline, GraphicsPipelineDesc, Owned, framebuffer, pipeline_layout,
@@ -45,6 +45,10 @@ pub const PASS: Pass = Pass {
         [map, frame_data()].into_iter().chain(meshes(plan)).collect()
     },
     leave_out: None,
+    make: Some(|own| {
+        let (planned, atlas) = (own.needed(own.plan.shadow.as_ref())?, own.needed(own.atlas)?);
+        Ok(Box::new(Shadow::new(own.device, planned, atlas, own.slot()?, own.scene, own.world)?))
+    }),
 };
 
 const PUSH_STAGES: vk::ShaderStageFlags =
@@ -184,17 +188,6 @@ impl Shadow {
         }
     }
 
-    /// Draws the maps that the frame has to draw anew.
-    pub fn record(&self, recording: &Recording) {
-        let mut first = 0;
-        for draw in recording.stale_maps {
-            if let Some(view) = &recording.visible.shadows[draw.map] {
-                self.record_map(recording, view, (&draw.casters, first));
-                first += draw.casters.len() as u32;
-            }
-        }
-    }
-
     /// Begins the render pass over a map's square, draws the casters, ends it.
     fn record_map(&self, recording: &Recording, view: &ShadowView, casters: (&[Caster], u32)) {
         let tile = view.tile;
@@ -258,6 +251,19 @@ impl Shadow {
             }
             meshes.draw(object, casters[0].level, None, first..first + count);
             first += count;
+        }
+    }
+}
+
+impl Object for Shadow {
+    /// Draws the maps that the frame has to draw anew.
+    fn record(&self, recording: &Recording) {
+        let mut first = 0;
+        for draw in recording.stale_maps {
+            if let Some(view) = &recording.visible.shadows[draw.map] {
+                self.record_map(recording, view, (&draw.casters, first));
+                first += draw.casters.len() as u32;
+            }
         }
     }
 }

@@ -7,7 +7,8 @@ use ash::vk;
 
 use super::screen::{Screen, ScreenDesc, replace};
 use super::{
-    COLOR_READ, COLOR_WRITE, First, Pass, Place, Recording, Resource, SAMPLED, Slot, Touch, needed, over_time,
+    COLOR_READ, COLOR_WRITE, First, Making, Object, Pass, Place, Recording, Resource, SAMPLED, Slot, Touch, needed,
+    over_time,
 };
 use crate::gpu::{self, Buffer, DescriptorPool, Device, SetLayout, SetWriter, binding, sync::Use};
 use crate::plan::{FramePlan, TaaPlan, Target};
@@ -30,6 +31,10 @@ pub const PASS: Pass = Pass {
         ]
     },
     leave_out: None,
+    make: Some(|own| {
+        let planned = own.needed(own.plan.taa.as_ref())?;
+        Ok(Box::new(Sharpen::new(own.device, own.plan, planned, own.slot()?, histories(own)?)?))
+    }),
 };
 
 /// The pass.
@@ -49,7 +54,7 @@ impl Sharpen {
         plan: &FramePlan,
         planned: &TaaPlan,
         slot: Slot,
-        histories: &[Buffer; 2],
+        histories: [&Buffer; 2],
     ) -> gpu::Result<Self> {
         let kind = vk::DescriptorType::STORAGE_BUFFER;
         let layout = SetLayout::new(device, "sharpen", &[binding(0, kind, vk::ShaderStageFlags::FRAGMENT)])?;
@@ -78,23 +83,29 @@ impl Sharpen {
     ///
     /// # Errors
     /// When there is no memory for a set.
-    pub fn read_from(&mut self, device: &Arc<Device>, histories: &[Buffer; 2]) -> gpu::Result<()> {
+    pub fn read_from(&mut self, device: &Arc<Device>, histories: [&Buffer; 2]) -> gpu::Result<()> {
         (self.pool, self.sets) = bound(device, &self.layout, histories)?;
         Ok(())
     }
+}
 
+impl Object for Sharpen {
     /// Runs inside its subpass.
-    pub fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &Recording) {
         // TAA has left no viewport.
         recording.set_area();
         self.screen.record(recording, &[(0, self.sets[recording.place])]);
+    }
+
+    fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
+        self.read_from(own.device, histories(own)?)
     }
 }
 
 fn bound(
     device: &Arc<Device>,
     layout: &SetLayout,
-    histories: &[Buffer; 2],
+    histories: [&Buffer; 2],
 ) -> gpu::Result<(DescriptorPool, [vk::DescriptorSet; 2])> {
     let pool = DescriptorPool::new(device, "sharpen", 2, &[(vk::DescriptorType::STORAGE_BUFFER, 2)])?;
     let set = |history: &Buffer| {
@@ -102,6 +113,11 @@ fn bound(
         SetWriter::new().storage_buffer(0, history, history.size).update(device, set);
         Ok(set)
     };
-    let sets = [set(&histories[0])?, set(&histories[1])?];
+    let sets = [set(histories[0])?, set(histories[1])?];
     Ok((pool, sets))
+}
+
+/// The histories of TAA.
+fn histories<'a>(own: &Making<'a>) -> gpu::Result<[&'a Buffer; 2]> {
+    Ok([own.buffer(Resource::History)?, own.buffer(Resource::LastHistory)?])
 }

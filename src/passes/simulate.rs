@@ -5,15 +5,17 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
-use super::{Pass, Place, Recording, Resource, SetLayouts, Touch, frame_data, maps, needed, particles_presence};
+use super::{
+    Object, Pass, Place, Recording, Resource, SetLayouts, Touch, frame_data, maps, needed, particles_presence,
+};
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, ShaderStage, binding,
     compute_pipeline, pipeline_layout, sync::Use,
 };
 use crate::gpu_scene::ParticleBuffers;
-use crate::plan::{FramePlan, ParticlePlan};
+use crate::plan::{FramePlan, ParticlePlan, sort_places};
 use crate::shaders::simulate::{self as shader, Flags, constants};
-use crate::visible::{EmitterRecord, Particles};
+use crate::visible::{EmitterRecord, Visible};
 
 /// Writes what each particle looks like, and its key where they are sorted.
 pub const STATE_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
@@ -30,6 +32,10 @@ pub const PASS: Pass = Pass {
         [frame_data(), states].into_iter().chain(maps(plan, MAP_READ)).collect()
     },
     leave_out: None,
+    make: Some(|own| {
+        let planned = own.needed(own.plan.particles.as_ref())?;
+        Ok(Box::new(Simulate::new(own.device, (own.plan, planned), own.layouts, own.in_flight)?))
+    }),
 };
 
 const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
@@ -124,14 +130,16 @@ impl Simulate {
         let pipeline = compute_pipeline(device, "simulate", &stage, layout.raw)?;
         Ok(Self { buffers, emitters, sets, layout, pipeline, _set_layout: set_layout, _pool: pool })
     }
+}
 
-    /// Writes the emitters of a frame in flight. The frame that used the buffer before must be done.
-    pub fn write(&self, place: usize, particles: &Particles) -> gpu::Result<()> {
-        if particles.records.is_empty() { Ok(()) } else { self.emitters[place].write(0, &particles.records) }
-    }
-
-    /// For so many keys. Runs outside any render pass.
-    pub fn record(&self, recording: &Recording, places: u32) {
+impl Object for Simulate {
+    /// Runs outside any render pass.
+    fn record(&self, recording: &Recording) {
+        let count = recording.visible.particles.count;
+        if count == 0 {
+            return;
+        }
+        let places = if self.buffers.keys.is_some() { sort_places(count) } else { 0 };
         let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
         let particles = &recording.visible.particles;
         let push = Push { count: particles.count, places, emitters: particles.records.len() as u32 };
@@ -146,6 +154,17 @@ impl Simulate {
             raw.cmd_push_constants(cmd, self.layout.raw, COMPUTE, 0, bytemuck::bytes_of(&push));
             raw.cmd_dispatch(cmd, groups, 1, 1);
         }
+    }
+
+    /// Writes the emitters of a frame in flight. The frame that used the buffer before must be done.
+    fn write(&self, place: usize, visible: &Visible) -> gpu::Result<()> {
+        let particles = &visible.particles;
+        if particles.records.is_empty() { Ok(()) } else { self.emitters[place].write(0, &particles.records) }
+    }
+
+    fn buffers(&self) -> Vec<(Resource, &Buffer)> {
+        let all = [Some(&self.buffers.states), self.buffers.keys.as_ref()];
+        all.into_iter().flatten().map(|buffer| (Resource::Particles, buffer)).collect()
     }
 }
 

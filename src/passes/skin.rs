@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{Pass, Place, Presence, Recording, Resource, Touch};
+use super::{Object, Pass, Place, Presence, Recording, Resource, Touch};
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, binding, compute_pipeline,
     pipeline_layout, sync::Use,
@@ -39,6 +39,7 @@ pub const PASS: Pass = Pass {
         ]
     },
     leave_out: None,
+    make: Some(|own| Ok(Box::new(Skin::new(own.device, own.needed(own.scene.deformed.as_ref())?, own.poses.iter())?))),
 };
 
 /// Returns its use of the vertices.
@@ -85,9 +86,11 @@ impl Skin {
         let pipeline = compute_pipeline(device, "skin", &stage, layout.raw)?;
         Ok(Self { layout, pipeline, sets, push: deformed.push, _set_layout: set_layout, _pool: pool })
     }
+}
 
+impl Object for Skin {
     /// Writes the vertices of the frame's pose. Runs outside any render pass.
-    pub fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &Recording) {
         let (raw, cmd) = (&recording.device.raw, recording.cmd);
         let point = vk::PipelineBindPoint::COMPUTE;
         let [columns, rows] = self.push.groups();

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::screen::{Screen, ScreenDesc, replace};
-use super::{Pass, Place, Presence, Recording, Resource, SetLayouts, Slot, Touch, frame_data, needed};
+use super::{Object, Pass, Place, Presence, Recording, Resource, SetLayouts, Slot, Touch, frame_data, needed};
 use crate::gpu::{self, Device};
 use crate::gpu_scene::TEXTURE_READ;
 use crate::plan::{FramePlan, Shading, ToneMapping};
@@ -24,6 +24,7 @@ pub const PASS: Pass = Pass {
     // It draws into the attachments of the pass before it.
     touches: |_| vec![frame_data(), Touch::resource(Resource::Textures, TEXTURE_READ)],
     leave_out: None,
+    make: Some(|own| Ok(Box::new(SkyPass::new(own.device, own.plan, own.slot()?, own.layouts)?))),
 };
 
 /// The pass.
@@ -57,9 +58,11 @@ impl SkyPass {
         };
         Ok(Self { screen: Screen::behind(device, &desc, plan.sample_count())? })
     }
+}
 
+impl Object for SkyPass {
     /// Draws the sky. Runs inside its subpass.
-    pub fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &Recording) {
         recording.set_area();
         self.screen.record(recording, &[(0, recording.frame_set)]);
     }

@@ -5,12 +5,12 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
-use super::{Pass, Place, Presence, Recording, Resource, Touch, needed};
+use super::{Object, Pass, Place, Presence, Recording, Resource, Touch, needed};
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, binding, compute_pipeline,
     pipeline_layout, sync::Use,
 };
-use crate::plan::SORT_BLOCK;
+use crate::plan::{SORT_BLOCK, sort_places};
 use crate::shaders::sort::{self as shader, Flags};
 
 /// Reads keys of a step before.
@@ -29,6 +29,11 @@ pub const PASS: Pass = Pass {
     },
     touches: |_| vec![Touch::resource(Resource::Particles, KEY_READ), Touch::resource(Resource::Particles, KEY_WRITE)],
     leave_out: None,
+    make: Some(|own| {
+        // After the particles themselves.
+        let keys = own.needed(own.buffers(Resource::Particles).nth(1))?;
+        Ok(Box::new(Sort::new(own.device, keys)?))
+    }),
 };
 
 const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
@@ -81,15 +86,22 @@ impl Sort {
         let pipelines = [pipeline(Flags::NONE)?, pipeline(Flags::LOCAL)?];
         Ok(Self { layout, pipelines, set, _set_layout: set_layout, _pool: pool })
     }
+}
 
+impl Object for Sort {
     /// Sorts the first so many keys, a power of two. `between` records the barrier before each step but the first. Runs outside any render pass.
-    pub fn record(&self, recording: &Recording, places: u32, between: impl Fn()) {
+    fn record(&self, recording: &Recording) {
+        let count = recording.visible.particles.count;
+        if count == 0 {
+            return;
+        }
+        let places = sort_places(count);
         let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
         // SAFETY: `cmd` is being recorded outside a render pass; the set is of the layout.
         unsafe { raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[self.set], &[]) };
         for (index, (is_local, push)) in steps(places).into_iter().enumerate() {
             if index > 0 {
-                between();
+                (recording.between)();
             }
             let groups = if is_local { places / SORT_BLOCK } else { places / 2 / GROUP };
             // SAFETY: as above, with the set bound; the push constants are those of the layout. The pass owns all of it and outlives the submission, and
@@ -101,11 +113,6 @@ impl Sort {
             }
         }
     }
-}
-
-/// Places of so many particles: those that SORT takes.
-pub fn places(count: u32) -> u32 {
-    count.next_power_of_two().max(SORT_BLOCK)
 }
 
 /// All runs of a block at once; then for each longer run a step for each distance that reaches out of a block, and the rest at once.
@@ -164,6 +171,6 @@ mod tests {
         }
         // 1 + 2 + 3 + ... steps over all, one more within blocks for each.
         assert_eq!((steps(SORT_BLOCK).len(), steps(8 * SORT_BLOCK).len(), steps(1 << 20).len()), (1, 10, 55));
-        assert_eq!([places(0), places(2048), places(2049)], [2048, 2048, 4096]);
+        assert_eq!([sort_places(0), sort_places(2048), sort_places(2049)], [2048, 2048, 4096]);
     }
 }

@@ -15,6 +15,7 @@ pub const PASS: Pass = Pass {
     presence: |plan| Presence::when(plan.presented.is_some(), "only while the window is split", NO_WINDOW),
     touches: |plan| vec![Touch::new(shown(plan), How::CopiedTo, WRITE)],
     leave_out: None,
+    make: None,
 };
 
 /// Copies the columns of `picture` from `first` on, which is in TRANSFER_SRC_OPTIMAL, into an image of its size that is in

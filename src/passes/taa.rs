@@ -9,7 +9,7 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use glam::Mat4;
 
-use super::{Input, Pass, Place, Recording, Resource, Touch, needed, over_time};
+use super::{Input, Making, Object, Pass, Place, Recording, Resource, Touch, needed, over_time};
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, ShaderStage, binding,
     compute_pipeline, pipeline_layout, sync::Use,
@@ -41,6 +41,10 @@ pub const PASS: Pass = Pass {
         touches
     },
     leave_out: Some(|settings| settings.taa = false),
+    make: Some(|own| {
+        let planned = own.needed(own.plan.taa.as_ref())?;
+        Ok(Box::new(Taa::new(own.device, own.plan, planned, &own.inputs())?))
+    }),
 };
 
 const BEFORE: u32 = 0;
@@ -131,9 +135,11 @@ impl Taa {
         (self.pool, self.sets) = bound(device, &self.set_layout, &self.histories, inputs)?;
         Ok(())
     }
+}
 
+impl Object for Taa {
     /// Runs outside any render pass.
-    pub fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &Recording) {
         let Some(since) = recording.since else { return };
         let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
         let [across, down] = recording.size.map(|edge| edge.div_ceil(GROUP));
@@ -145,6 +151,15 @@ impl Taa {
             raw.cmd_push_constants(cmd, self.layout.raw, COMPUTE, 0, bytemuck::bytes_of(&push(since)));
             raw.cmd_dispatch(cmd, across, down, 1);
         }
+    }
+
+    fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
+        self.resize(own.device, own.plan, &own.inputs())
+    }
+
+    fn buffers(&self) -> Vec<(Resource, &Buffer)> {
+        let [first, second] = &self.histories;
+        vec![(Resource::History, first), (Resource::LastHistory, second)]
     }
 }
 

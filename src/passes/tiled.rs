@@ -6,16 +6,21 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
+use super::background::{background, exposed_background};
 use super::spirv::with_lengths;
-use super::{Pass, Place, Presence, Recording, Resource, SetLayouts, Touch, frame_data, gbuffer_inputs, maps};
+use super::tonemap::encode_srgb;
+use super::{
+    Making, Object, Pass, Place, Presence, Recording, Resource, SetLayouts, Touch, frame_data, gbuffer_inputs, maps,
+};
 use crate::gpu::{
     self, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, binding, compute_pipeline, pipeline_layout,
     sync::Use,
 };
 use crate::gpu_scene::Seen;
-use crate::plan::{FramePlan, HDR, Shading, Target, ToneMapping};
+use crate::plan::{FramePlan, HDR, OUTPUT_PLAIN, Shading, Target, ToneMapping};
 use crate::scene::TextureSlot;
 use crate::shaders::tiled::{self as shader, Flags, constants};
+use crate::visible::World;
 
 /// Reads the stored G-buffer.
 pub const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
@@ -48,6 +53,11 @@ pub const PASS: Pass = Pass {
         stored.chain(others).chain(maps(plan, MAP_READ)).chain(looked_up(plan)).collect()
     },
     leave_out: None,
+    make: Some(|own| {
+        let (stored, output) = (own.inputs(), own.targets.image(Target::Output).view);
+        let background = Background::of(own.plan, own.world);
+        Ok(Box::new(Tiled::new(own.device, own.plan, own.layouts, own.seen, (&stored, output), background)?))
+    }),
 };
 
 /// The meshes and textures of the surfaces in pixels, where there is no G-buffer.
@@ -101,6 +111,18 @@ pub struct Background {
     pub of_sample: Vec3,
 }
 
+impl Background {
+    /// As a shader writes it: an attachment's clear value would be encoded by the hardware.
+    fn of(plan: &FramePlan, world: &World) -> Self {
+        let light = background(plan, world, Target::Output);
+        let encoded = plan.output == OUTPUT_PLAIN;
+        Self {
+            of_pixel: if encoded { light.map(|v| encode_srgb(f64::from(v)) as f32) } else { light },
+            of_sample: if plan.averages_light() { exposed_background(plan, world) } else { light },
+        }
+    }
+}
+
 /// The pass.
 pub struct Tiled {
     layout: Owned<vk::PipelineLayout>,
@@ -110,7 +132,7 @@ pub struct Tiled {
     _empty: Option<SetLayout>,
     pool: DescriptorPool,
     set: vk::DescriptorSet,
-    pub background: Background,
+    background: Background,
 }
 
 /// A stored target as a descriptor: its binding, view and layout.
@@ -154,15 +176,11 @@ impl Tiled {
         let pipeline = compute_pipeline(device, "tiled", &stage, layout.raw)?;
         Ok(Self { layout, pipeline, set_layout, _empty: empty, pool, set, background })
     }
+}
 
-    /// Reads and writes other images, as of another size.
-    pub fn rebind(&mut self, device: &Arc<Device>, stored: &[Stored], output: vk::ImageView) -> gpu::Result<()> {
-        (self.pool, self.set) = bound(device, &self.set_layout, stored, output)?;
-        Ok(())
-    }
-
+impl Object for Tiled {
     /// Lights the picture. Runs outside any render pass.
-    pub fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &Recording) {
         let (raw, cmd) = (&recording.device.raw, recording.cmd);
         let point = vk::PipelineBindPoint::COMPUTE;
         let mut sets = vec![recording.frame_set, self.set];
@@ -183,6 +201,16 @@ impl Tiled {
             raw.cmd_push_constants(cmd, self.layout.raw, COMPUTE, 0, &push);
             raw.cmd_dispatch(cmd, groups[0], groups[1], 1);
         }
+    }
+
+    fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
+        let output = own.targets.image(Target::Output).view;
+        (self.pool, self.set) = bound(own.device, &self.set_layout, &own.inputs(), output)?;
+        Ok(())
+    }
+
+    fn expose(&mut self, plan: &FramePlan, world: &World) {
+        self.background = Background::of(plan, world);
     }
 }
 

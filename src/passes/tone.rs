@@ -5,7 +5,9 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::screen::{Screen, ScreenDesc, replace};
-use super::{COLOR_BLEND, First, Pass, Place, Presence, Recording, SetLayouts, Slot, Touch, frame_data, needed};
+use super::{
+    COLOR_BLEND, First, Object, Pass, Place, Presence, Recording, SetLayouts, Slot, Touch, frame_data, needed,
+};
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::FramePlan;
 use crate::shaders::tone::{self as shader, Flags, constants};
@@ -22,6 +24,7 @@ pub const PASS: Pass = Pass {
     },
     touches: |plan| vec![Touch::color(0, plan.picture(), First::Undefined, PICTURE_BLEND), frame_data()],
     leave_out: Some(|settings| (settings.vignette, settings.grain) = (0.0, 0.0)),
+    make: Some(|own| Ok(Box::new(Tone::new(own.device, own.plan, own.slot()?, own.layouts)?))),
 };
 
 fn is_in(plan: &FramePlan) -> bool {
@@ -54,9 +57,11 @@ impl Tone {
         )?;
         Ok(Self { screen })
     }
+}
 
+impl Object for Tone {
     /// Darkens the picture. Runs inside its subpass.
-    pub fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &Recording) {
         recording.set_area();
         self.screen.record(recording, &[(0, recording.frame_set)]);
     }

@@ -8,8 +8,8 @@ use ash::vk;
 
 use super::screen::{Input, Inputs, Screen, ScreenDesc, replace};
 use super::{
-    COLOR_READ, COLOR_WRITE, First, INPUT_READ, Pass, Place, Presence, Recording, Resource, SAMPLED, Slot, Touch,
-    needed,
+    COLOR_READ, COLOR_WRITE, First, INPUT_READ, Making, Object, Pass, Place, Presence, Recording, Resource, SAMPLED,
+    Slot, Touch, needed,
 };
 use crate::gpu::{self, Buffer, DescriptorPool, Device, SetLayout, SetWriter, binding, sync::Use};
 use crate::plan::{FramePlan, Target, ToneMapping};
@@ -48,6 +48,10 @@ pub const PASS: Pass = Pass {
         [light, output].into_iter().chain(levels).collect()
     },
     leave_out: None,
+    make: Some(|own| {
+        let levels = own.buffers(Resource::BloomLevels).next();
+        Ok(Box::new(TonemapPass::new(own.device, own.plan, own.slot()?, &own.inputs(), levels)?))
+    }),
 };
 // ANCHOR_END: pass
 
@@ -118,15 +122,21 @@ impl TonemapPass {
             _ => Ok(()),
         }
     }
+}
 
+impl Object for TonemapPass {
     /// Tone-maps the picture. Runs inside its subpass.
-    pub fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &Recording) {
         // BLOOM has left no viewport.
         if self.levels.is_some() {
             recording.set_area();
         }
         let levels = self.levels.as_ref().map(|own| (1, own.set));
         self.screen.record(recording, &[(0, self.inputs.set)].into_iter().chain(levels).collect::<Vec<_>>());
+    }
+
+    fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
+        self.read_from(own.device, &own.inputs(), own.buffers(Resource::BloomLevels).next())
     }
 }
 

@@ -8,8 +8,8 @@ use ash::vk;
 use super::blending::{blend, limits, targets};
 use super::surface::{LitDesc, Surfaces, lit_pipeline};
 use super::{
-    COLOR_BLEND, COLOR_WRITE, DEPTH_COMPARE, LATE_DEPTH_WRITE, Pass, Place, Presence, Recording, SAMPLED, SetLayouts,
-    Slot, Touch, frame_data, froxels, maps, meshes, sky_light,
+    COLOR_BLEND, COLOR_WRITE, DEPTH_COMPARE, LATE_DEPTH_WRITE, Object, Pass, Place, Presence, Recording, SAMPLED,
+    SetLayouts, Slot, Touch, frame_data, froxels, maps, meshes, sky_light,
 };
 use crate::gpu::{self, DepthState, Device, sync::Use};
 use crate::gpu_scene::GpuScene;
@@ -45,6 +45,7 @@ pub const PASS: Pass = Pass {
     },
     touches,
     leave_out: None,
+    make: Some(|own| Ok(Box::new(Transparent::new(own.device, own.plan, own.slot()?, own.layouts, own.scene)?))),
 };
 
 /// False where particles alone are blended.
@@ -91,9 +92,11 @@ impl Transparent {
         }
         Ok(Self { surfaces })
     }
+}
 
+impl Object for Transparent {
     /// Draws visible objects, the farthest first. Runs inside its subpass.
-    pub fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &Recording) {
         let draws = recording.visible.transparent.iter().map(|own| (&own.draw, own.first_index));
         self.surfaces.record(recording, draws);
     }

@@ -12,8 +12,8 @@ use glam::Vec4;
 
 use super::screen::{replace, stages};
 use super::{
-    COLOR_WRITE, DEPTH_COMPARE, EARLY_DEPTH_READ, First, LATE_DEPTH_WRITE, MeshDraws, Pass, Place, Presence, Recording,
-    Resource, Slot, Touch, frame_data, meshes, needed,
+    COLOR_WRITE, DEPTH_COMPARE, EARLY_DEPTH_READ, First, LATE_DEPTH_WRITE, MeshDraws, Object, Pass, Place, Presence,
+    Recording, Resource, Slot, Touch, frame_data, meshes, needed,
 };
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout, sync::Use};
 use crate::gpu_scene::{POSITION, POSITION_BEFORE, ROWS, vertex_input};
@@ -49,6 +49,7 @@ pub const PASS: Pass = Pass {
         own.into_iter().chain(meshes(plan).filter(|touch| !textured(touch))).collect()
     },
     leave_out: None,
+    make: Some(|own| Ok(Box::new(Velocity::new(own.device, own.plan, own.slot()?, own.layouts.frame)?))),
 };
 
 const STAGES: vk::ShaderStageFlags = vk::ShaderStageFlags::VERTEX;
@@ -115,9 +116,11 @@ impl Velocity {
         let deformed = plan.meshes.deforms.keeps_positions.then(|| pipeline(Flags::DEFORMED)).transpose()?;
         Ok(Self { plain: pipeline(Flags::NONE)?, deformed, layout })
     }
+}
 
+impl Object for Velocity {
     /// Draws the objects that have moved since the frame before. Runs inside its subpass.
-    pub fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &Recording) {
         let Some(since) = recording.since else { return };
         let Some(before) = &since.before else { return };
         recording.set_area();

@@ -6,8 +6,8 @@ use ash::vk;
 
 use super::screen::{Input, Inputs, Screen, ScreenDesc, replace};
 use super::{
-    COLOR_WRITE, DEPTH_COMPARE, First, INPUT_READ, Pass, Place, Presence, Recording, SAMPLED, SetLayouts, Slot, Touch,
-    frame_data, gbuffer_inputs, maps, needed,
+    COLOR_WRITE, DEPTH_COMPARE, First, INPUT_READ, Making, Object, Pass, Place, Presence, Recording, SAMPLED,
+    SetLayouts, Slot, Touch, frame_data, gbuffer_inputs, maps, needed,
 };
 use crate::gpu::{self, Device, SetLayout, sync::Use};
 use crate::plan::{FramePlan, Gbuffer, Shading, Target};
@@ -31,6 +31,7 @@ pub const PASS: Pass = Pass {
     },
     touches,
     leave_out: None,
+    make: Some(|own| Ok(Box::new(ViewPass::new(own.device, own.plan, own.slot()?, own.layouts, &own.inputs())?))),
 };
 
 fn touches(plan: &FramePlan) -> Vec<Touch> {
@@ -88,14 +89,23 @@ impl ViewPass {
         )?;
         Ok(Self { screen, inputs, _empty: empty })
     }
+}
 
+impl Object for ViewPass {
     /// Draws the view. Runs inside its subpass.
-    pub fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &Recording) {
         recording.set_area();
         let mut sets = vec![(0, recording.frame_set)];
         sets.extend(self.inputs.as_ref().map(|inputs| (1, inputs.set)));
         sets.extend(recording.shadow_set.map(|set| (2, set)));
         self.screen.record(recording, &sets);
+    }
+
+    fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
+        match &mut self.inputs {
+            Some(inputs) => inputs.read_from(own.device, &own.inputs()),
+            None => Ok(()),
+        }
     }
 }
 

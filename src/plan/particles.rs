@@ -11,6 +11,11 @@ pub const SORT_BLOCK: u32 = 2048;
 /// Bytes that a work group of SORT shares: the keys of a block, of two words each.
 pub const SORT_SHARED_BYTES: u32 = 8 * SORT_BLOCK;
 
+/// The places that SORT has for so many particles.
+pub fn sort_places(count: u32) -> u32 {
+    count.next_power_of_two().max(SORT_BLOCK)
+}
+
 /// The particles of a plan's frames.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ParticlePlan {
@@ -93,7 +98,7 @@ pub(super) fn choose(
 impl ParticlePlan {
     /// Places in the buffer of keys: a power of two, which SORT needs, and a block of it at least.
     pub fn places(&self) -> u32 {
-        self.capacity.next_power_of_two().max(SORT_BLOCK)
+        sort_places(self.capacity)
     }
 
     /// Of their states and keys, and of their textures.

@@ -1,0 +1,254 @@
+//! The objects of a plan's passes, and the walk that makes and records them in the order of the list ([`super::deferred`]): here alone a frame's render
+//! passes begin and end, and its barriers are recorded.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::IN_FLIGHT;
+use super::edges::{Carrier, Edges, RowName};
+use super::list::{Commands, Occasion, RenderPassName, SHADOW_PASS, Step, Subpass};
+use super::render_passes::RenderPasses;
+use crate::gpu::barrier::{self, ImageRange};
+use crate::gpu::{self, Buffer, Device, Image, Timestamps};
+use crate::gpu_scene::{Culling, GpuScene, PoseBuffer, Seen, ShadowAtlas};
+use crate::passes::object::buffers;
+use crate::passes::{Made, Making, Object, Pass, Recording, Resource, SetLayouts};
+use crate::plan::FramePlan;
+use crate::visible::{Visible, World};
+
+const INLINE: vk::SubpassContents = vk::SubpassContents::INLINE;
+
+/// The inputs from which frames are made.
+#[derive(Clone, Copy)]
+pub(crate) struct FrameParts<'a> {
+    pub device: &'a Arc<Device>,
+    pub plan: &'a FramePlan,
+    /// Every stage, access and layout of its dependencies.
+    pub edges: &'a Edges,
+    /// The layout of set 0.
+    pub frame_layout: vk::DescriptorSetLayout,
+    /// The shadow maps, if the plan has any.
+    pub atlas: Option<&'a ShadowAtlas>,
+    pub scene: &'a GpuScene,
+    pub world: &'a World,
+    /// The poses of the frames in flight, in their order, if the plan deforms objects.
+    pub poses: &'a [PoseBuffer],
+    /// Present if the plan culls on the device.
+    pub culling: Option<&'a Culling>,
+    /// Present if TILED looks up the surfaces that pixels show.
+    pub seen: Option<&'a Seen>,
+    /// Views of the swapchain's images; none where pictures are not presented.
+    pub swapchain: &'a [vk::ImageView],
+}
+
+impl<'a> FrameParts<'a> {
+    /// What the object of a pass is made from, with those of the passes before it.
+    fn making<'b>(&self, pass: &'static Pass, passes: &'b RenderPasses, before: &'b [Made]) -> Making<'b>
+    where
+        'a: 'b,
+    {
+        let &Self { device, plan, frame_layout, atlas, scene, world, poses, culling, seen, .. } = self;
+        let layouts = SetLayouts { frame: frame_layout, shadows: atlas.map(|atlas| atlas.set_layout.raw) };
+        Making {
+            device,
+            plan,
+            layouts,
+            targets: &passes.targets,
+            scene,
+            world,
+            atlas,
+            poses,
+            culling,
+            seen,
+            in_flight: IN_FLIGHT,
+            pass,
+            touches: passes.list.touches_with(plan, pass),
+            in_render_pass: passes.slot(pass),
+            before,
+        }
+    }
+}
+
+/// The frames of a plan: its render passes, and the objects of its passes in their order.
+pub(super) struct Frame {
+    passes: RenderPasses,
+    objects: Vec<Made>,
+    edges: Edges,
+}
+
+impl Frame {
+    /// Makes everything that the plan has, once.
+    ///
+    /// # Errors
+    /// When the device lacks the memory or cannot compile a pipeline, or the list of passes and the rows contradict each other.
+    pub(super) fn new(parts: &FrameParts) -> gpu::Result<Self> {
+        let passes = RenderPasses::new(parts)?;
+        let mut objects: Vec<Made> = Vec::new();
+        for pass in passes.list.passes() {
+            let is_made = objects.iter().any(|made| made.pass.place == pass.place);
+            if let Some(make) = pass.make.filter(|_| !is_made) {
+                let object = make(&parts.making(pass, &passes, &objects))?;
+                objects.push(Made { pass, object });
+            }
+        }
+        Ok(Self { passes, objects, edges: parts.edges.clone() })
+    }
+
+    /// Makes the objects of the picture's size anew: attachments, framebuffers, and the sets that name them.
+    #[cfg(feature = "present")]
+    pub(super) fn resize(&mut self, parts: &FrameParts) -> gpu::Result<()> {
+        self.passes.resize(parts)?;
+        for index in 0..self.objects.len() {
+            let (before, rest) = self.objects.split_at_mut(index);
+            let Some(own) = rest.first_mut() else { break };
+            own.object.rebind(&parts.making(own.pass, &self.passes, before))?;
+        }
+        Ok(())
+    }
+
+    /// Re-exposes the background.
+    pub(super) fn expose(&mut self, plan: &FramePlan, world: &World) {
+        self.passes.expose(plan, world);
+        self.objects.iter_mut().for_each(|made| made.object.expose(plan, world));
+    }
+
+    /// Writes what the passes of one frame in flight read of their own. The frame that used it before must be done.
+    pub(super) fn write(&self, place: usize, visible: &Visible) -> gpu::Result<()> {
+        self.objects.iter().try_for_each(|made| made.object.write(place, visible))
+    }
+
+    /// The fog's froxels, which set 0 names, where the plan has some.
+    pub(super) fn froxels(&self) -> Option<&Buffer> {
+        buffers(&self.objects, Resource::Froxels).next()
+    }
+
+    /// The picture, in TRANSFER_SRC_OPTIMAL after the frame, unless it is in an image of the swapchain.
+    pub(super) fn output(&self, plan: &FramePlan) -> Option<&Image> {
+        self.passes.targets.find(plan.picture())
+    }
+
+    /// Records one frame: each step of the list in its turn, and PRESENT, where the plan has it.
+    pub(super) fn record(&self, frame: &Recording, times: &mut Option<Timestamps>) {
+        let mut last: Option<&'static Pass> = None;
+        let steps = &self.passes.list.0;
+        for (index, step) in steps.iter().enumerate() {
+            match step {
+                // Each map that is drawn anew has an instance of its own, which SHADOW begins and ends.
+                Step::RenderPass(SHADOW_PASS, subpasses) => {
+                    subpasses.iter().flat_map(|own| &own.passes).for_each(|pass| self.pass(pass, frame, times));
+                }
+                Step::RenderPass(name, subpasses) => self.render_pass(frame, (*name, subpasses), times),
+                Step::Commands(own) if own.pass.make.is_some() => {
+                    // A pass of several steps stands twice, and the second time is about all steps but the first.
+                    if last.is_none_or(|last| last.place != own.pass.place) {
+                        let again = steps.get(index + 1).and_then(|next| next.again(own.pass));
+                        self.commands(frame, (own, again), times);
+                    }
+                    last = Some(own.pass);
+                }
+                // What stands after the picture is recorded where it is shown or copied.
+                Step::Commands(_) | Step::Presentation => {}
+            }
+        }
+        self.passes.record_present(frame, times);
+    }
+
+    /// A render pass from begin to end. Its dependencies, which [`super::render_pass`] makes of the rows, wait as each subpass begins and as all end.
+    fn render_pass(
+        &self,
+        frame: &Recording,
+        (name, subpasses): (RenderPassName, &[Subpass]),
+        times: &mut Option<Timestamps>,
+    ) {
+        let (gpu, cmd) = (&frame.device.raw, frame.cmd);
+        let Some(begin) = self.passes.begin(frame, name) else { return };
+        // SAFETY: `cmd` is being recorded outside a render pass; the pass was made of the same list, so that it has these subpasses.
+        unsafe { gpu.cmd_begin_render_pass(cmd, &begin, INLINE) };
+        for (index, subpass) in subpasses.iter().enumerate() {
+            if index > 0 {
+                // SAFETY: the pass has this subpass next.
+                unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
+            }
+            // In one subpass rasterization order alone puts a pass after the one before it.
+            for pass in &subpass.passes {
+                self.pass(pass, frame, times);
+            }
+        }
+        // SAFETY: begun above, and every subpass is recorded.
+        unsafe { gpu.cmd_end_render_pass(cmd) };
+    }
+
+    /// A pass outside of render passes, between its barriers. `again` has the barriers between its steps, and after the last.
+    fn commands(
+        &self,
+        frame: &Recording,
+        (own, again): (&Commands, Option<&Commands>),
+        times: &mut Option<Timestamps>,
+    ) {
+        if own.when == Occasion::Posed && !frame.posed {
+            return;
+        }
+        frame.begin(own.pass);
+        self.barriers(frame, &own.before);
+        let between = || again.into_iter().for_each(|again| self.barriers(frame, &again.before));
+        if let Some(object) = self.object(own.pass) {
+            object.record(&Recording { between: &between, ..*frame });
+        }
+        self.barriers(frame, again.map_or(&own.after, |again| &again.after));
+        frame.end(times, own.pass);
+    }
+
+    fn pass(&self, pass: &'static Pass, frame: &Recording, times: &mut Option<Timestamps>) {
+        frame.begin(pass);
+        if let Some(object) = self.object(pass) {
+            object.record(frame);
+        }
+        frame.end(times, pass);
+    }
+
+    fn object(&self, pass: &Pass) -> Option<&dyn Object> {
+        self.objects.iter().find(|made| made.pass.place == pass.place).map(|made| &*made.object)
+    }
+
+    /// Carries out rows that are pipeline barriers, each on its image or on its buffers.
+    fn barriers(&self, frame: &Recording, rows: &[(RowName, Resource)]) {
+        for &(row, resource) in rows {
+            let Some(edge) = self.edges.find(row) else { continue };
+            match (resource, edge.carrier) {
+                (Resource::Target(target), Carrier::ImageBarrier(old, new)) => {
+                    let image = self.passes.targets.image(target);
+                    barrier::image_barrier(frame.device, frame.cmd, ImageRange::from(image), edge.order(), [old, new]);
+                }
+                _ => barrier::buffer_barriers(frame.device, frame.cmd, &self.buffers(frame, resource), edge.order()),
+            }
+        }
+    }
+
+    /// The buffers of a resource, in this frame.
+    fn buffers<'a>(&'a self, frame: &'a Recording, resource: Resource) -> Vec<&'a Buffer> {
+        match (resource, frame.culling) {
+            (Resource::DeformedVertices, _) => frame.scene.deformed.iter().map(|own| &own.vertices).collect(),
+            (Resource::CulledInstances, Some(culling)) => vec![&culling.culled],
+            (Resource::FoundCounts, Some(culling)) => vec![culling.found_buffer(frame.place)],
+            (Resource::DepthPyramid, Some(culling)) => culling.pyramid.iter().collect(),
+            _ => buffers(&self.objects, resource).collect(),
+        }
+    }
+
+    /// Records PRESENT once more, for a picture that lies where the last frame left it.
+    #[cfg(feature = "present")]
+    pub(super) fn present_again(&self, device: &Device, cmd: vk::CommandBuffer, image: (vk::Image, vk::Extent2D)) {
+        self.passes.present_into(device, cmd, image);
+    }
+}
+
+impl Step {
+    /// The same pass once more.
+    fn again(&self, pass: &Pass) -> Option<&Commands> {
+        match self {
+            Self::Commands(own) if own.pass.place == pass.place => Some(own),
+            _ => None,
+        }
+    }
+}
