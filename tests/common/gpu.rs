@@ -164,7 +164,7 @@ fn ours(log: &MessageLog) -> Vec<Message> {
 
 const OVERRUN_NAME: &str = "overrun";
 
-/// The rule that a shader accesses no storage buffer beyond the range of its descriptor; with robust buffer access a breach is a warning.
+/// The rule that a shader accesses no storage buffer beyond the range of its descriptor; before 1.4.310 a breach is a warning, by robust buffer access.
 const OVERRUN_RULE: &str = "VUID-vkCmdDispatch-storageBuffers-06936";
 
 /// Has a shader write past the range of its descriptor, at an index that only the content of memory tells. The buffer goes on there and nobody looks
