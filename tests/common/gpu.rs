@@ -128,8 +128,9 @@ pub fn on_gpu_assisted(test: impl FnOnce(&Gpu)) {
     test(&gpu);
     gpu.device.wait_idle().unwrap_or_else(|error| panic!("{error}"));
     drop(gpu);
-    // Messages of any kind fail: a shader that the layer could not instrument is one that it did not check.
-    let messages = log.take();
+    // Messages of any kind fail: a shader that the layer could not instrument is one that it did not check. Where checks are many, it does and complains.
+    let mut messages = log.take();
+    messages.retain(|message| message.id_name != "GPUAV-Compile-time-general-buffer");
     assert!(messages.is_empty(), "messages of GPU-assisted validation: {messages:#?}");
 }
 
