@@ -7,6 +7,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::error::{Doing, Error, Result};
+use super::instrumentation::ROBUST_IS_RIGHT;
 use super::message::{Message, MessageLog, messenger_info};
 use super::physical::{PhysicalDevice, version_text};
 use super::system::{self, Missing};
@@ -27,7 +28,7 @@ pub enum Validation {
     /// The core checks and synchronization, with no limit on how often a message repeats.
     Synchronization,
     /// Checks of memory's content at each use: the layer adds code to shaders, and passes of its own. They replace the core checks, which do not go
-    /// with them. A device is opened with the features that the added code needs, robust buffer access included.
+    /// with them. A device is opened with the features that the added code needs; with layers before 1.4.310 with robust buffer access, too.
     GpuAssisted,
     /// The core checks, and advice on uses that are allowed and yet unwise, on some device at least.
     BestPractices,
@@ -325,6 +326,8 @@ struct ValidationPlan {
     extensions: BTreeSet<String>,
     checks: Validation,
     shader_heuristic: bool,
+    /// Checks on the GPU leave out which descriptors of arrays were used: without robust buffer access the code that 1.4.363 adds for that crashes lavapipe.
+    no_used_descriptors: bool,
 }
 
 /// Layers from this one on, at the latest, have the settings `gpuav_enable` and `syncval_shader_accesses_heuristic`. A layer warns of a
@@ -339,6 +342,7 @@ impl ValidationPlan {
             extensions: BTreeSet::new(),
             checks: options.validation,
             shader_heuristic: false,
+            no_used_descriptors: false,
         };
         if options.validation == Validation::Off {
             return Ok(plan);
@@ -377,6 +381,7 @@ impl ValidationPlan {
             && options.sync_shader_heuristic
             && by_name
             && layer.spec_version >= NEW_SETTINGS;
+        plan.no_used_descriptors = layer.spec_version >= ROBUST_IS_RIGHT;
         Ok(plan)
     }
 
@@ -387,7 +392,10 @@ impl ValidationPlan {
             Validation::Off | Validation::Core => Vec::new(),
             Validation::Synchronization => vec![bool_setting(c"validate_sync", &vk::TRUE)],
             Validation::GpuAssisted => {
-                vec![bool_setting(c"gpuav_enable", &vk::TRUE), bool_setting(c"validate_core", &vk::FALSE)]
+                let used = c"gpuav_post_process_descriptor_indexing";
+                let less = self.no_used_descriptors.then(|| bool_setting(used, &vk::FALSE));
+                let own = [bool_setting(c"gpuav_enable", &vk::TRUE), bool_setting(c"validate_core", &vk::FALSE)];
+                own.into_iter().chain(less).collect()
             }
             Validation::BestPractices => vec![bool_setting(c"validate_best_practices", &vk::TRUE)],
         });

@@ -7,6 +7,9 @@ use super::error::{Error, Result};
 use super::instance::Instance;
 use super::physical::PhysicalDevice;
 
+/// The version of the layer from which on it reports no access that robust buffer access defines: somewhere after 1.4.309, which does, up to 1.4.363.
+pub(super) const ROBUST_IS_RIGHT: u32 = vk::make_api_version(0, 1, 4, 310);
+
 /// The features that are enabled for the layer's sake. Layers force those that are needed and left out, and warn of that.
 #[derive(Default)]
 pub(super) struct Instrumentation {
@@ -27,13 +30,15 @@ impl Instrumentation {
             let name = &physical.name;
             return Err(Error::Unsupported(format!("GPU-assisted validation needs {missing}, which '{name}' lacks")));
         }
+        // An access that is reported is then one with a defined result, which reaches nobody else's memory. Newer layers do not report it, since it is no
+        // mistake there.
+        let is_checked_anyway = instance.validation_layer().is_none_or(|layer| layer < ROBUST_IS_RIGHT);
         let core = vk::PhysicalDeviceFeatures {
             fragment_stores_and_atomics: vk::TRUE,
             vertex_pipeline_stores_and_atomics: vk::TRUE,
             shader_int64: has.shader_int64,
             shader_int16: has.shader_int16,
-            // An access that is reported is then one with a defined result, which reaches nobody else's memory.
-            robust_buffer_access: has.robust_buffer_access,
+            robust_buffer_access: if is_checked_anyway { has.robust_buffer_access } else { vk::FALSE },
             ..Default::default()
         };
         // Structures of Vulkan 1.2 are for instances and devices that both know it.

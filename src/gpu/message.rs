@@ -71,9 +71,12 @@ impl fmt::Display for Message {
     }
 }
 
-/// The ids of messages that a layer has about itself: checks on the GPU that the device does not allow (the second id since 1.4.310 at the earliest), and the
-/// file in which the layer keeps the shaders that it has checked.
-const OF_THE_LAYER_ITSELF: [&str; 6] = [
+/// The ids of messages that a layer has about itself: shaders whose many checks take long, settings of the environment in a form that newer ones replace,
+/// checks on the GPU that the device does not allow (the second id since 1.4.310 at the earliest), and the file in which it keeps the shaders that it has
+/// checked.
+const OF_THE_LAYER_ITSELF: [&str; 8] = [
+    "GPUAV-Compile-time-general-buffer",
+    "VALIDATION-SETTINGS",
     "WARNING-GPU-Assisted-Validation",
     "WARNING-Setting-Limit-Adjusted",
     "WARNING-cache-file-error",

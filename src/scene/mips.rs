@@ -1,5 +1,5 @@
-//! The smaller levels of textures that loaders decode or built-in scenes paint. Each texel is the mean of those that it covers in the level above, in
-//! linear light. Textures without levels get theirs on the device, by blits, which some drivers round up: before Mesa 26, lavapipe's fifth level of a
+//! The smaller levels of textures that loaders decode or built-in scenes paint. Each texel is the mean, in linear light, of the texels that it covers one
+//! level above. Textures without levels get theirs on the device, by blits, which some drivers round up: before Mesa 26, lavapipe's fifth level of a
 //! linear texture is 2.6 codes too bright, which turns normals; the one made here is off by less than a tenth on average.
 
 use std::sync::LazyLock;

@@ -262,6 +262,8 @@ fn the_exit_codes_are_those_that_the_program_prints() {
 fn the_documents_list_every_dependency_with_its_reason() {
     let device = capabilities();
     let mut scene = open("builtin:hall?detail=6", &OpenOptions::default()).expect("it is built in");
+    // One of its textures without levels, which the device then makes.
+    scene.textures[0].rgba8_mut();
     let rows = |scene: &Scene, settings: &Settings| -> Vec<String> {
         let plan = FramePlan::of(scene, settings, &device).expect("a plan");
         edges::table(&plan).iter().map(row).collect()

@@ -84,6 +84,18 @@ const DECLINED: &[Declined] = &[
         why: "devices of Vulkan 1.1 have indices that differ from invocation to invocation by the extension alone, and newer ones by the extension as well",
     },
     Declined {
+        rule: "BestPractices-vkCreateDevice-deprecated-extension",
+        about: "VK_KHR_maintenance4",
+        given_by: OLD,
+        why: "the instance is of Vulkan 1.1, where the extension alone lets layouts go before their pipelines",
+    },
+    Declined {
+        rule: "BestPractices-deprecated-extension",
+        about: "VK_KHR_maintenance4",
+        given_by: TAKEN_BACK,
+        why: "as above",
+    },
+    Declined {
         rule: "BestPractices-vkCreateDevice-physical-device-features-not-retrieved",
         about: "",
         given_by: TAKEN_BACK,

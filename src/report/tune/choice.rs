@@ -113,8 +113,8 @@ impl Goal {
         truth.noise(self.metric).filter(|noise| most < NEAR_NOISE * noise)
     }
 
-    /// A time holds where its whole 95% interval does. A bound on loss does not hold from a camera where the settings are slower than those as given, by
-    /// both intervals.
+    /// A time holds where its whole 95% interval does. A bound on loss fails from a camera where both intervals say that the settings are slower than those
+    /// as given.
     pub fn holds(&self, pair: &Pair) -> bool {
         self.bounded(pair) <= self.limit() && !self.is_slower(pair)
     }

@@ -53,7 +53,7 @@ pub(super) fn paint(name: &str, edge: usize, at: impl Fn(f32, f32) -> Texel + Sy
     let texture = |suffix: &str, color_space, texels| {
         let (name, size, sampler) = (format!("{name} {suffix}"), [edge as u32; 2], Default::default());
         let mut texture = Texture { name, size, color_space, sampler, texels };
-        // As loaders do: drivers' blits round in different ways, and a level of normals that is a code off is seen in what they mirror.
+        // As loaders do. Blits round differently from driver to driver, and a mirror shows normals that are a code off.
         texture.make_levels();
         texture
     };
