@@ -74,7 +74,7 @@ impl EnabledFeatures {
             // A device with the extension has its one feature (specification, "Feature Requirements"). The feature is not queried, because
             // gfxreconstruct's layer offers the extension for drivers that lack it, and leaves the answer to them.
             frame_boundary: has(ash::ext::frame_boundary::NAME),
-            // Its feature is one that such devices must have, too.
+            // A device with this extension has its feature, too.
             maintenance4: has(ash::khr::maintenance4::NAME),
         }
     }

@@ -20,7 +20,7 @@ pub struct FalseMessage {
     pub object: &'static str,
     /// Parts of the text that tell it apart from a true message of that rule about that object.
     pub text: &'static [&'static str],
-    /// The built-in cases of `afterlight ci` in which such a layer reports it, each with the validation that shows it (as `sync-shaders`).
+    /// The built-in cases of `afterlight ci` that show the message, each with the mode of validation in which they do (as `sync-shaders`).
     pub cases: &'static [(&'static str, &'static str)],
     /// What the layer overlooks, in a sentence.
     pub reason: &'static str,

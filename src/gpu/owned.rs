@@ -71,7 +71,7 @@ impl Owned<vk::Pipeline> {
             }
         };
         device.name_object(raw, name);
-        // Its layouts go with its owner.
+        // The owner destroys its layouts as well, and only this extension lets a pipeline outlive them.
         let content = content.filter(|_| device.features.maintenance4).map(Box::new);
         Owned { raw, name: name.into(), id, content, device: Arc::clone(device) }
     }

@@ -295,7 +295,7 @@ fn what_a_refusal_advises_draws() {
     }
 }
 
-/// Without VK_KHR_maintenance4 a pipeline must go before its layouts do, so that the second scene needs pipelines of its own.
+/// Without VK_KHR_maintenance4 no pipeline may be used after its layouts are destroyed, so the second scene must make its own pipelines.
 /// Layer 1.4.363 has a message where one does.
 #[test]
 fn one_scene_after_another_is_silent_where_pipelines_are_not_kept() {

@@ -17,7 +17,7 @@ const DIFFERS: &[(&str, &str)] = &[
     (r"\b[0-9]+(\.[0-9]+)? ?(ms|s|min)\b", "[time]"),
     (r"\b[0-9]+(\.[0-9]+)? (B|KiB|MiB|GiB)\b", "[memory]"),
     (r"\b1\.[34]\.[0-9]+\b", "[version]"),
-    // A stack of its own leaves layers out, and its loader says so.
+    // On an unpacked stack the loader names the layers that it was told to leave out.
     (r"(?m)^ INFO Loader Message: .*\n", ""),
     // Columns are as wide as their content.
     (r"(\S) {2,}", "$1  "),

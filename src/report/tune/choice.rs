@@ -113,8 +113,8 @@ impl Goal {
         truth.noise(self.metric).filter(|noise| most < NEAR_NOISE * noise)
     }
 
-    /// A time holds where its whole 95% interval does. A bound on loss fails from a camera where both intervals say that the settings are slower than those
-    /// as given.
+    /// A time holds where its whole 95% interval does. With a bound on loss, settings that are slower than those as given do not hold either, unless
+    /// the two intervals overlap.
     pub fn holds(&self, pair: &Pair) -> bool {
         self.bounded(pair) <= self.limit() && !self.is_slower(pair)
     }

@@ -73,7 +73,7 @@ struct Elements<'a> {
 }
 
 impl<'a> Elements<'a> {
-    /// Takes `count` elements of a view. A view that has fewer gives what it has, and a warning.
+    /// Takes `count` elements of a view. If the view has fewer, returns those with a warning.
     fn of(view: View<'a>, offset: usize, count: usize, size: usize) -> Result<(Self, Option<String>), String> {
         let stride = view.stride.unwrap_or(size);
         if stride < size && count > 1 {

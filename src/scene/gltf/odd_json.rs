@@ -10,7 +10,7 @@ use serde_json::{Map, Value};
 
 use super::json::Document;
 
-/// The lists of numbers and names of which one entry can be left out by itself. In all other lists the position of an entry matters.
+/// The lists of numbers and names of which one entry can be left out by itself. Entries of all other lists are named by their index.
 const LISTS: &[&str] = &["children", "nodes", "variants", "extensionsUsed", "extensionsRequired"];
 
 /// A document, and lines about what was odd in it.
