@@ -171,8 +171,10 @@ impl Frame {
                 unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
             }
             // In one subpass rasterization order alone puts a pass after the one before it.
-            for pass in &subpass.passes {
-                self.pass(pass, frame, times);
+            for (place, pass) in subpass.passes.iter().enumerate() {
+                // Neighbours that share a time get one stamp, after the last of them.
+                let shares = subpass.passes.get(place + 1).is_some_and(|next| next.time == pass.time);
+                self.pass(pass, frame, if shares { &mut None } else { &mut *times });
             }
         }
         // SAFETY: begun above, and every subpass is recorded.

@@ -19,7 +19,6 @@ use afterlight::frame::list::List;
 use afterlight::frame::proof::Frames;
 use afterlight::gpu::{self, DeviceChoice, vk};
 use afterlight::mutants::{Case, Heard, Laboratory, Miss, Mutant, Verdict, Way, cases, mutants, presented, verdict};
-use afterlight::passes::{depth, per_light};
 // `samples` looks for these in the parent module.
 use crate::common::gpu::{not_run, on_gpu};
 use crate::common::{some_of, tries_all};
@@ -30,17 +29,14 @@ use afterlight::plan::{Capabilities, CostModel, Error, FramePlan, OUTPUT_PLAIN, 
 fn passes_are_recorded_in_the_order_of_the_list() {
     on_gpu(|gpu| {
         let mut orders = BTreeSet::new();
-        let beside = [depth::PASS.place, per_light::PASS.place];
         for case in some_of(cases().iter().filter(|case| case.presented.is_none()), 6) {
             let mut renderer = gpu.renderer(&case.scene, &case.settings);
             renderer.render(&case.scene.camera).unwrap_or_else(|error| panic!("{}: {error}", case.name));
-            // Passes beside another one in its subpass have no time of their own.
             let list = List::of(renderer.plan());
             let places = Frames::of(renderer.plan(), &edges::table(renderer.plan())).passes();
             let times = |place| {
-                let own = list.passes_at(place).into_iter().filter(|pass| !beside.contains(&pass.place));
-                let mut own: Vec<_> = own.map(|pass| pass.time).collect();
-                // SPREAD and SORT stand in the list twice.
+                let mut own: Vec<_> = list.passes_at(place).into_iter().map(|pass| pass.time).collect();
+                // SPREAD and SORT stand in the list twice, and PER_LIGHT shares the time of LIGHTING.
                 own.dedup();
                 own
             };
