@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 
 use afterlight::frame::edges::unreported_mutants::{LAYER, Part, reason};
-use afterlight::frame::edges::{self, Absent, Edge, Edges};
+use afterlight::frame::edges::{self, Edge, Edges};
 use afterlight::frame::proof::{self, Frames, Hazard};
 use afterlight::frame::{Picture, Pixels, experiment, plan_for};
 use afterlight::gpu::{Device, Error, Instance, InstanceOptions, Message, Validation, vk};
@@ -55,11 +55,10 @@ fn row_of<'a>(
     name: &str,
     is_possible: impl Fn(&Edge) -> bool,
 ) -> Result<&'a Edge, Failure> {
-    let absent = edges::absent(plan, table).into_iter().find(|absent| absent.name.name() == name);
-    if let Some(Absent { name, why }) = absent {
-        return Err(Failure::usage(format!("these frames have no dependency {name}: {why}")));
-    }
-    table.named(name, is_possible).map_err(|error| Failure::usage(error.to_string()))
+    table.named(name, is_possible).map_err(|error| match edges::lack(plan, name) {
+        Some(why) => Failure::usage(format!("these frames have no dependency {name}: {why}")),
+        None => Failure::usage(error.to_string()),
+    })
 }
 
 /// Draws the scene without the dependency of this name, in each mode that the layer has, or without each dependency in turn if it is `all`, and
@@ -229,7 +228,7 @@ fn all(workload: &Workload, variation: &SettingsPatch, args: &DeviceArgs) -> Res
     for edge in own.table.iter() {
         bar.step();
         if let Some(why) = edge.carrier.stays() {
-            table.row([edge.name.name().to_owned(), format!("cannot be dropped: {why}")]);
+            table.row([edge.name.name(), format!("cannot be dropped: {why}")]);
             continue;
         }
         let without = own.table.without(edge.name).map_err(|error| Failure::usage(error.to_string()))?;
@@ -247,7 +246,7 @@ fn all(workload: &Workload, variation: &SettingsPatch, args: &DeviceArgs) -> Res
         let rules: Vec<_> =
             found.rules().into_iter().map(|(rule, _)| short(rule).unwrap_or_else(|| rule.to_owned())).collect();
         table.row([
-            edge.name.name().to_owned(),
+            edge.name.name(),
             if words.is_empty() { "nothing" } else { "hazard" }.to_owned(),
             match &own.layer {
                 Ok(_) if rules.is_empty() => "nothing".to_owned(),

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use afterlight::frame::edges::{self, Absent, Edge, Edges};
+use afterlight::frame::edges::{self, Edge, Edges};
 use afterlight::frame::{LayoutChange, layout_changes};
 use afterlight::frame::{capabilities, plan_for};
 use afterlight::mutants::{self, Way};
@@ -121,19 +121,11 @@ struct Report {
     #[serde(flatten)]
     plan: PlanReport,
     dependencies: Vec<EdgeReport>,
-    absent_dependencies: Vec<AbsentReport>,
-}
-
-/// A dependency that these frames do not have.
-#[derive(Serialize)]
-struct AbsentReport {
-    name: &'static str,
-    why: String,
 }
 
 #[derive(Serialize)]
 struct EdgeReport {
-    name: &'static str,
+    name: String,
     carrier: String,
     from: String,
     to: String,
@@ -144,7 +136,7 @@ struct EdgeReport {
     by_region: bool,
     across_samples: bool,
     layouts: Vec<LayoutReport>,
-    why: &'static str,
+    why: String,
 }
 
 #[derive(Serialize)]
@@ -173,7 +165,7 @@ impl EdgeReport {
             by_region: edge.by_region,
             across_samples: edge.across_samples,
             layouts: changes.iter().map(layout).collect(),
-            why: edge.why,
+            why: edge.why.clone(),
         }
     }
 }
@@ -250,7 +242,6 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
         };
         let parts = PlanReport::of(&plan, &workload.scene, &settings, &capabilities(&device.physical));
         let dependencies = edges::table(&plan);
-        let absent = edges::absent(&plan, &dependencies);
         let layouts = |edge: &Edge| layout_changes(&plan, &dependencies, edge);
         if let Some(sink) = &args.graph {
             sink.write(graph::draw(&workload.scene.name, &plan, &dependencies).as_bytes())?;
@@ -273,10 +264,6 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
                 gbuffer_bytes_per_pixel: plan.gbuffer_bytes_per_pixel(),
                 plan: parts,
                 dependencies: dependencies.iter().map(|edge| EdgeReport::of(edge, &layouts(edge))).collect(),
-                absent_dependencies: absent
-                    .into_iter()
-                    .map(|Absent { name, why }| AbsentReport { name: name.name(), why })
-                    .collect(),
             };
             output::print(&args.written(), true)?;
             return output::print(&output::json(&report)?, false);
@@ -290,11 +277,6 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
         text.push_str(&parts.text());
         let _ = writeln!(text, "The G-buffer takes {} bytes a pixel.", plan.gbuffer_bytes_per_pixel());
         let _ = write!(text, "\nDependencies\n{}", edge_list(&dependencies, layouts));
-        let mut table = Table::new();
-        for Absent { name, why } in &absent {
-            table.row([name.name(), why]);
-        }
-        let _ = write!(text, "\nDependencies that these frames do without\n{}", table.render());
         let files = args.written();
         let between = if files.is_empty() { "" } else { "\n" };
         output::print(&(text + between + &files), drawn_to_stdout)

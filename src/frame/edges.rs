@@ -12,37 +12,28 @@ use std::fmt;
 
 use ash::vk;
 
-use super::list::{MAIN_PASS, RenderPassName};
+use super::deferred;
+use super::list::{RenderPassName, Step};
 use crate::gpu::sync::{Dependency, Use};
 pub use crate::passes::Place;
-use crate::passes::{bloom, fxaa};
-use crate::plan::FramePlan;
+use crate::passes::Resource;
+use crate::plan::{FramePlan, Target};
 use crate::scene;
 
-mod absent;
-mod ao;
-mod culling;
-mod fog;
-mod forward;
-mod froxels;
 mod host;
-mod main_pass;
 mod masks;
-mod particles;
 mod prefilter;
 mod presentation;
-mod reflections;
+mod renamed;
 mod shadow;
-mod skin;
-mod spread;
-mod taa;
-mod tiled;
 pub mod unreported_mutants;
 mod uploads;
+mod waits;
 
-pub use absent::{Absent, absent};
 pub(super) use host::FORMULA_WRITE;
 pub(super) use masks::SUPPORTED;
+pub use renamed::lack;
+pub(super) use waits::Barrier;
 use unreported_mutants::Part;
 
 /// The Vulkan mechanism that carries a row. One queue does everything, so only frames and presentation are ordered by semaphores.
@@ -91,7 +82,7 @@ impl Carrier {
 impl fmt::Display for Carrier {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Subpass(pass) => write!(f, "dependency of the {}", pass.0),
+            Self::Subpass(pass) => write!(f, "dependency of the {pass}"),
             Self::ImageBarrier(old, new) => write!(f, "image barrier {old:?} -> {new:?}"),
             Self::BufferBarrier => f.write_str("buffer barrier"),
             Self::MemoryBarrier => f.write_str("memory barrier"),
@@ -102,20 +93,39 @@ impl fmt::Display for Carrier {
     }
 }
 
-/// A row, by the name that `afterlight inspect` prints. Each is a constant beside the row.
+/// A row, by the name that `afterlight inspect` prints. The names of rows between passes follow from their ends; others are constants beside the row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct RowName(&'static str);
+pub enum RowName {
+    /// A row that is written by hand.
+    Own(&'static str),
+    /// A wait of one pass for another: `lighting-to-fog`.
+    Pair(Place, Place),
+    /// A wait for an image between two passes outside of render passes: `rays-to-reflect-resolve`.
+    Image(Target, Place),
+    /// A wait of a pass for the frame before: `geometry-reuse`.
+    Reuse(Place),
+    /// A wait for an image that the frame before has used: `hiz-reuse`.
+    ImageReuse(Target),
+}
 
 impl RowName {
-    /// As `afterlight inspect` prints it and [`Edges::named`] takes it: `gbuffer-reuse`.
-    pub const fn name(self) -> &'static str {
-        self.0
+    /// As `afterlight inspect` prints it and [`Edges::named`] takes it: `geometry-to-lighting`.
+    pub fn name(self) -> String {
+        self.to_string()
     }
 }
 
 impl fmt::Display for RowName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.0)
+        let of = |place: &Place| renamed::spelled(*place);
+        let image = |target: &Target| Resource::Target(*target).to_string();
+        match self {
+            Self::Own(name) => f.pad(name),
+            Self::Pair(from, to) => f.pad(&format!("{}-to-{}", of(from), of(to))),
+            Self::Image(target, to) => f.pad(&format!("{}-to-{}", image(target), of(to))),
+            Self::Reuse(to) => f.pad(&format!("{}-reuse", of(to))),
+            Self::ImageReuse(target) => f.pad(&format!("{}-reuse", image(target))),
+        }
     }
 }
 
@@ -140,7 +150,7 @@ pub struct Edge {
     /// It would be by region, but one side reads samples of its pixel beside its own.
     pub across_samples: bool,
     /// The reason in a sentence, for `afterlight inspect` and its documentation.
-    pub why: &'static str,
+    pub why: String,
 }
 
 /// A side of a row.
@@ -216,13 +226,15 @@ impl Edges {
         self.iter().find(|edge| edge.name == name)
     }
 
-    /// The row that is spelled so.
+    /// The row that is spelled so, or that has taken the place of one which was.
     ///
     /// # Errors
     /// When the plan has none. The message lists the rows for which `is_listed` returns true.
     pub fn named(&self, name: &str, is_listed: impl Fn(&Edge) -> bool) -> Result<&Edge, Refused> {
-        self.iter().find(|edge| edge.name.name() == name).ok_or_else(|| {
-            let names: Vec<_> = self.iter().filter(|edge| is_listed(edge)).map(|edge| edge.name.name()).collect();
+        let own = self.iter().find(|edge| edge.name.to_string() == name);
+        own.or_else(|| renamed::successor(self, name)).ok_or_else(|| {
+            let names: Vec<_> = self.iter().filter(|edge| is_listed(edge)).map(|edge| edge.name.to_string()).collect();
+            let names: Vec<_> = names.iter().map(String::as_str).collect();
             Refused(scene::unknown("dependency of this plan", name, &names))
         })
     }
@@ -295,38 +307,19 @@ pub fn formulas() -> Edges {
 
 /// The dependencies of a plan's frames.
 pub fn table(plan: &FramePlan) -> Edges {
+    let steps = deferred::steps(plan);
     let mut rows = uploads::rows(plan);
-    if plan.is_lit_by_sky() {
-        rows.extend(prefilter::rows(plan));
-    }
-    if plan.deforms() {
-        rows.extend(skin::rows());
-    }
-    if plan.culls_on_device {
-        rows.extend(culling::rows());
-    }
-    if plan.hides_on_device {
-        rows.extend(culling::hiding_rows());
-    }
-    if plan.shadow.is_some() {
-        rows.extend(shadow::rows(plan));
-    }
-    if plan.particles.is_some() {
-        rows.extend(particles::rows(plan));
-    }
-    if plan.froxels().is_some() {
-        rows.extend(froxels::rows());
-    }
-    match plan.is_tiled() {
-        true => rows.extend(tiled::rows(plan)),
-        false => rows.extend(main_pass::rows(plan)),
-    }
-    if plan.has_ao() {
-        rows.extend(ao::rows(plan));
-    }
-    rows.extend(presentation::rows(plan));
+    rows.extend(prefilter::rows(plan, &steps));
+    rows.extend(shadow::rows(plan, &steps));
+    rows.extend(waits(plan, &steps).into_iter().map(|(edge, _)| edge));
+    rows.extend(presentation::rows(plan, &steps));
     rows.extend(host::rows());
     Edges(rows)
+}
+
+/// The rows between the passes of a frame, with the places of those that are barriers.
+pub(super) fn waits(plan: &FramePlan, steps: &[Step]) -> Vec<(Edge, Option<Barrier>)> {
+    waits::rows(plan, steps).into_iter().map(|wait| (wait.edge, wait.barrier)).collect()
 }
 
 /// A row that is being written: the uses that must be over, the uses that wait, and why.
@@ -334,19 +327,12 @@ struct Row(Edge);
 
 fn row(name: RowName, carrier: Carrier) -> Row {
     let (from, to, before, after) = (Place::OUTSIDE, Place::OUTSIDE, Use::START, Use::END);
-    Row(Edge { name, carrier, from, to, before, after, by_region: false, across_samples: false, why: "" })
+    Row(Edge { name, carrier, from, to, before, after, by_region: false, across_samples: false, why: String::new() })
 }
 
 /// A row that changes an image's layout.
 fn barrier(name: RowName, old: vk::ImageLayout, new: vk::ImageLayout) -> Row {
     row(name, Carrier::ImageBarrier(old, new))
-}
-
-/// A row of the main pass. Between two subpasses each pixel reads only itself, so a tiler never leaves the tile; nor does one that orders all samples
-/// ([`Row::across_samples`]) on a driver that keeps whole pixels in a tile.
-fn subpass(name: RowName) -> Row {
-    let Row(edge) = row(name, Carrier::Subpass(MAIN_PASS));
-    Row(Edge { by_region: true, ..edge })
 }
 
 impl Row {
@@ -364,19 +350,16 @@ impl Row {
         Self(Edge { to, after: Use::all(uses), ..self.0 })
     }
 
-    /// Where `reads_all`, invocations for one sample read the others of their pixel, so the row is not by region: "If N equals M", with N samples a pixel on
-    /// one side and M on the other, "then a framebuffer region containing a single (x, y, layer, sample) coordinate in the first synchronization scope
-    /// corresponds to a region containing the same sample at the same coordinate in the second" (specification, "Framebuffer Region Dependencies").
-    fn across_samples(self, reads_all: bool) -> Self {
-        Self(Edge { across_samples: reads_all, by_region: self.0.by_region && !reads_all, ..self.0 })
+    /// Between two subpasses each pixel waits for itself alone. Where `reads_all`, invocations for one sample read the others of their pixel, so the row is
+    /// not by region: "If N equals M", with N samples a pixel on one side and M on the other, "then a framebuffer region containing a single (x, y, layer,
+    /// sample) coordinate in the first synchronization scope corresponds to a region containing the same sample at the same coordinate in the second"
+    /// (specification, "Framebuffer Region Dependencies").
+    fn between(self, is_between: bool, reads_all: bool) -> Self {
+        Self(Edge { by_region: is_between && !reads_all, across_samples: is_between && reads_all, ..self.0 })
     }
 
-    fn because(self, why: &'static str) -> Edge {
-        let between_subpasses = [self.0.from, self.0.to]
-            .iter()
-            .all(|own| ![Place::OUTSIDE, fxaa::PASS.place, bloom::PASS.place].contains(own));
-        let by_region = self.0.by_region && between_subpasses;
-        Edge { why, by_region, across_samples: self.0.across_samples && between_subpasses, ..self.0 }
+    fn because(self, why: impl Into<String>) -> Edge {
+        Edge { why: why.into(), ..self.0 }
     }
 }
 

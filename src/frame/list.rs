@@ -1,15 +1,17 @@
 //! The frame as a list: the passes of a plan's frames, in their order, and the ones that share a render pass.
 //!
-//! The order and the shared render passes are written by hand: [`super::deferred::list`]. Their consequences are computed
-//! here: the images and their usage, the loads and stores of each render pass, and the layouts.
+//! The order is written by hand: [`super::deferred`]. Its consequences are computed here: which passes share a render pass, the images and their usage, the
+//! loads and stores of each render pass, and the layouts.
+
+use std::fmt;
 
 use ash::vk;
 
 use super::deferred;
-use super::edges::{Carrier, Edges, RowName};
+use super::edges::{self, Barrier, Carrier, Edges, RowName};
 use crate::gpu;
 use crate::gpu::sync::Use;
-use crate::passes::{First, How, Pass, Place, Resource, Touch, copy, encode, overlay, present, shown, split};
+use crate::passes::{First, How, Pass, Place, Resource, Touch, copy, encode, overlay, present, shadow, shown, split};
 use crate::plan::{Canvas, FramePlan, Part, PartGroup, Target};
 
 /// Resolves samples into the output after the subpass that is the last to write them: reads them, and as their last user drops them.
@@ -20,28 +22,37 @@ pub const RESOLVE: Use = Use::new(
     ),
 );
 
-/// A render pass, by its name in captures and reports.
+/// A render pass, by the place of its first subpass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct RenderPassName(pub &'static str);
+pub struct RenderPassName(Place);
 
 /// SHADOW's, of which each map that is drawn anew has an instance.
-pub const SHADOW_PASS: RenderPassName = RenderPassName("shadow pass");
-/// OCCLUDERS', whose depth PYRAMID reads.
-pub const OCCLUDER_PASS: RenderPassName = RenderPassName("occluder pass");
-/// From surfaces to the picture, or as far as the next step reads only its own pixel.
-pub const MAIN_PASS: RenderPassName = RenderPassName("main pass");
-/// GEOMETRY's, where the G-buffer is stored before the main pass reads it.
-pub const GBUFFER_PASS: RenderPassName = RenderPassName("G-buffer pass");
-/// The render pass that blends over the light and tone-maps, where reflections lie between it and LIGHTING.
-pub const BLEND_PASS: RenderPassName = RenderPassName("blend pass");
-/// TONEMAP's, and TONE's behind it, where BLOOM is between them and the main pass.
-pub const TONEMAP_PASS: RenderPassName = RenderPassName("TONEMAP pass");
-/// VELOCITY's, after the picture is lit and its depth is whole.
-pub const VELOCITY_PASS: RenderPassName = RenderPassName("VELOCITY pass");
-/// SHARPEN's, which goes on after TAA, with TONEMAP and TONE behind it where BLOOM is not between them.
-pub const SHARPEN_PASS: RenderPassName = RenderPassName("SHARPEN pass");
-/// FXAA's, and TONE's behind it, which draw the picture from the output of the main pass.
-pub const FXAA_PASS: RenderPassName = RenderPassName("FXAA pass");
+pub const SHADOW_PASS: RenderPassName = RenderPassName(shadow::PASS.place);
+
+impl RenderPassName {
+    /// The render pass that begins with this subpass.
+    pub const fn of(first: Place) -> Self {
+        Self(first)
+    }
+}
+
+impl fmt::Display for RenderPassName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} pass", self.0)
+    }
+}
+
+/// A line of the frame's order.
+pub(super) enum Line {
+    /// Passes that draw in one subpass, of which the first that is named gives the subpass its name.
+    Draw(&'static Pass, &'static [&'static Pass]),
+    /// A pass that draws into images of another size: a render pass of its own.
+    DrawApart(&'static Pass),
+    /// A pass outside of render passes.
+    Run(&'static Pass),
+    /// The same in frames in which deformed objects have another pose.
+    RunPosed(&'static Pass),
+}
 
 /// A part of the frame.
 pub enum Step {
@@ -93,12 +104,70 @@ pub enum Occasion {
 /// The steps of a plan's frames.
 pub struct List(pub Vec<Step>);
 
+/// The steps of a plan's frames up to the picture. A render pass goes on as long as subpasses follow each other: a pass outside of render passes ends it, and so
+/// does a subpass that samples what it draws.
+pub(super) fn steps(plan: &FramePlan, order: &[Line]) -> Vec<Step> {
+    let mut steps: Vec<Step> = Vec::new();
+    let mut is_open = false;
+    for line in order {
+        match *line {
+            Line::Draw(place, passes) => {
+                let Some(subpass) = subpass(plan, place.place, passes) else { continue };
+                match steps.last_mut() {
+                    Some(Step::RenderPass(_, drawn)) if is_open && !samples_any_of(&subpass, drawn) => drawn.push(subpass),
+                    _ => steps.push(Step::RenderPass(RenderPassName(subpass.place), vec![subpass])),
+                }
+                is_open = true;
+            }
+            Line::DrawApart(pass) => {
+                let Some(subpass) = subpass(plan, pass.place, &[pass]) else { continue };
+                steps.push(Step::RenderPass(RenderPassName(pass.place), vec![subpass]));
+                is_open = false;
+            }
+            Line::Run(pass) | Line::RunPosed(pass) => {
+                let when = if matches!(line, Line::RunPosed(_)) { Occasion::Posed } else { Occasion::Always };
+                let Some(step) = commands(plan, when, pass, &[], &[]) else { continue };
+                steps.push(step);
+                is_open = false;
+            }
+        }
+    }
+    // The hardware resolves samples after the last subpass that draws them.
+    let draws = |own: &Touch| matches!(own.how, How::Color { .. }) && own.resource == Resource::Target(Target::Samples);
+    let mut subpasses = steps.iter_mut().flat_map(|step| match step {
+        Step::RenderPass(_, subpasses) => &mut subpasses[..],
+        _ => &mut [],
+    });
+    if let Some(last) = subpasses.rfind(|subpass| subpass.touches.iter().any(draws)) {
+        last.touches.push(Touch::resolve(Target::Output, RESOLVE));
+    }
+    add_barriers(plan, &mut steps);
+    steps
+}
+
+/// Returns true if the subpass samples a target that one of these draws: pixels around its own may not be there yet.
+fn samples_any_of(subpass: &Subpass, drawn: &[Subpass]) -> bool {
+    let is_drawn = |resource| drawn.iter().flat_map(|own| &own.touches).any(|own| own.resource == resource && own.is_attachment());
+    subpass.touches.iter().any(|touch| matches!(touch.how, How::Sampled { .. }) && is_drawn(touch.resource))
+}
+
+/// Puts the barriers by which passes wait where they stand.
+fn add_barriers(plan: &FramePlan, steps: &mut [Step]) {
+    for (edge, barrier) in edges::waits(plan, steps) {
+        let Some(Barrier { step, is_after, resource }) = barrier else { continue };
+        if let Step::Commands(own) = &mut steps[step] {
+            if is_after { &mut own.after } else { &mut own.before }.push((edge.name, resource));
+        }
+    }
+}
+
 /// A subpass of those passes that the plan has; `None` where it has none of them.
-pub(super) fn subpass(plan: &FramePlan, place: Place, passes: &[&'static Pass]) -> Option<Subpass> {
+fn subpass(plan: &FramePlan, place: Place, passes: &[&'static Pass]) -> Option<Subpass> {
     let passes: Vec<_> = passes.iter().copied().filter(|pass| (pass.presence)(plan).is_in()).collect();
     let mut touches: Vec<Touch> = Vec::new();
     for touch in passes.iter().flat_map(|pass| (pass.touches)(plan)) {
-        if !touches.contains(&touch) {
+        // Passes beside each other have one reference to an attachment.
+        if !touches.iter().any(|own| own.because("") == touch.because("")) {
             touches.push(touch);
         }
     }
@@ -106,14 +175,8 @@ pub(super) fn subpass(plan: &FramePlan, place: Place, passes: &[&'static Pass]) 
     touches.iter().any(Touch::is_attachment).then_some(Subpass { place, passes, touches })
 }
 
-/// A render pass of those subpasses that the plan has; `None` where it has none of them.
-pub(super) fn render_pass(name: RenderPassName, subpasses: impl IntoIterator<Item = Option<Subpass>>) -> Option<Step> {
-    let subpasses: Vec<_> = subpasses.into_iter().flatten().collect();
-    (!subpasses.is_empty()).then_some(Step::RenderPass(name, subpasses))
-}
-
 /// A pass outside of render passes, if the plan has it.
-pub(super) fn commands(
+fn commands(
     plan: &FramePlan,
     when: Occasion,
     pass: &'static Pass,
@@ -226,21 +289,7 @@ impl Step {
 impl List {
     /// The steps in the order in which a frame records them; `proof` and the renderer both follow this list.
     pub fn of(plan: &FramePlan) -> Self {
-        let mut list = Self(deferred::list(plan).into_iter().chain(after_the_picture(plan)).flatten().collect());
-        // The hardware resolves samples after the last subpass that draws them.
-        let draws =
-            |own: &Touch| matches!(own.how, How::Color { .. }) && own.resource == Resource::Target(Target::Samples);
-        if let Some(last) = list.subpasses_mut().rfind(|subpass| subpass.touches.iter().any(draws)) {
-            last.touches.push(Touch::resolve(Target::Output, RESOLVE));
-        }
-        list
-    }
-
-    fn subpasses_mut(&mut self) -> impl DoubleEndedIterator<Item = &mut Subpass> {
-        self.0.iter_mut().flat_map(|step| match step {
-            Step::RenderPass(_, subpasses) => &mut subpasses[..],
-            _ => &mut [],
-        })
+        Self(deferred::steps(plan).into_iter().chain(after_the_picture(plan).into_iter().flatten()).collect())
     }
 
     /// The render passes with their subpasses.
@@ -384,8 +433,7 @@ impl List {
                 let is_in = |place| self.find(place).is_some_and(|(own, _)| own == pass);
                 if !is_in(from) && !is_in(to) {
                     return Some(format!(
-                        "the row {name} is a dependency of the {}, of which neither {from} nor {to} is a subpass",
-                        pass.0
+                        "the row {name} is a dependency of the {pass}, of which neither {from} nor {to} is a subpass"
                     ));
                 }
             }
@@ -411,9 +459,8 @@ impl List {
                             .find(|touch| matches!(touch.how, How::Sampled { .. }) && draws(touch.resource));
                         if let Some(Touch { resource, .. }) = neighbour {
                             return Some(format!(
-                                "{place} samples the neighbours of its pixel in the target {resource}, which the {} draws: no subpass can, it \
-                                 needs a render pass of its own",
-                                name.0
+                                "{place} samples the neighbours of its pixel in the target {resource}, which the {name} draws: no subpass can, it \
+                                 needs a render pass of its own"
                             ));
                         }
                         // ANCHOR_END: neighbours

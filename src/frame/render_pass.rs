@@ -223,7 +223,7 @@ impl PassDescription {
                 },
             })
             .collect();
-        RenderPass::new(device, self.name.0, &attachments, &subpasses, &dependencies)
+        RenderPass::new(device, &self.name.to_string(), &attachments, &subpasses, &dependencies)
     }
 }
 

@@ -3,7 +3,7 @@
 
 use super::Mutant;
 use crate::frame::edges::unreported_mutants::Part;
-use crate::frame::edges::{RowName, Side};
+use crate::frame::edges::Side;
 use crate::gpu::vk::{self, AccessFlags, PipelineStageFlags};
 use crate::passes::lighting;
 
@@ -48,33 +48,33 @@ static NEWER_LAYERS: &[NewerLayers] = &[
                 matches!(mutant.part, Part::Bits(Side::After, bits) if bits.access == AccessFlags::SHADER_READ);
             !only_reads
                 && [
-                    RowName::CULL_TO_ARRANGE,
-                    RowName::ARRANGE_TO_FILL,
-                    RowName::BLOOM_TO_SPREAD,
-                    RowName::SPREAD_TO_SPREAD,
-                    RowName::SIMULATE_TO_SORT,
-                    RowName::SORT_TO_SORT,
-                    RowName::SCATTER_TO_INTEGRATE,
+                    "cull-to-arrange",
+                    "arrange-to-fill",
+                    "bloom-to-spread",
+                    "spread-to-spread",
+                    "simulate-to-sort",
+                    "sort-to-sort",
+                    "scatter-to-integrate",
                 ]
-                .contains(&mutant.edge.name)
+                .contains(&mutant.edge.name.to_string().as_str())
         },
     },
     // A layout change after the copy that an earlier submission made.
     NewerLayers {
         from: NEWEST,
         is_about: |mutant| match mutant.part {
-            Part::Row => [RowName::OUTPUT_REUSE, RowName::PICTURE_REUSE].contains(&mutant.edge.name),
+            Part::Row => ["lighting-reuse", "tonemap-reuse", "output-reuse", "fxaa-reuse"].contains(&mutant.edge.name.to_string().as_str()),
             Part::Bits(Side::Before, bits) => {
                 bits.stage == PipelineStageFlags::TRANSFER
                     && [
-                        RowName::OUTPUT_REUSE,
-                        RowName::PICTURE_REUSE,
-                        RowName::TARGETS_REUSE,
-                        RowName::GBUFFER_REUSE,
-                        RowName::SPREAD_TO_TONEMAP,
-                        RowName::HDR_TO_TONEMAP,
+                        "lighting-reuse", "tonemap-reuse", "output-reuse",
+                        "fxaa-reuse",
+                        "lighting-reuse", "forward-reuse",
+                        "geometry-reuse",
+                        "spread-to-tonemap",
+                        "reflect-resolve-to-tonemap",
                     ]
-                    .contains(&mutant.edge.name)
+                    .contains(&mutant.edge.name.to_string().as_str())
             }
             _ => false,
         },
@@ -84,8 +84,8 @@ static NEWER_LAYERS: &[NewerLayers] = &[
         from: NEWEST,
         is_about: |mutant| {
             matches!(mutant.part, Part::Bits(Side::Before, bits) if bits.access == AccessFlags::COLOR_ATTACHMENT_WRITE)
-                && [RowName::HDR_REUSE, RowName::SAMPLES_REUSE, RowName::SUMS_REUSE, RowName::TARGETS_REUSE]
-                    .contains(&mutant.edge.name)
+                && ["lighting-reuse", "lighting-reuse", "transparent-reuse", "lighting-reuse", "forward-reuse"]
+                    .contains(&mutant.edge.name.to_string().as_str())
         },
     },
     // The write of a blend is no longer taken to be ordered by its read, after an image barrier.
@@ -93,7 +93,7 @@ static NEWER_LAYERS: &[NewerLayers] = &[
         from: NEWEST,
         is_about: |mutant| {
             matches!(mutant.part, Part::Bits(Side::After, bits) if bits.access == AccessFlags::COLOR_ATTACHMENT_WRITE)
-                && mutant.edge.name == RowName::PICTURE_TO_OVERLAY
+                && mutant.edge.name.to_string() == "picture-to-overlay"
         },
     },
 ];
@@ -103,7 +103,7 @@ static HIDDEN: &[Hidden] = &[
         from: NEWEST,
         is_about: |mutant| {
             matches!(mutant.part, Part::Bits(Side::After, bits) if bits.access == AccessFlags::VERTEX_ATTRIBUTE_READ)
-                && [RowName::UPLOAD_TO_VERTICES, RowName::SKIN_TO_DRAWS].contains(&mutant.edge.name)
+                && ["upload-to-vertices", "skin-to-draws"].contains(&mutant.edge.name.to_string().as_str())
         },
         why: "the layer no longer looks at the vertices that an indexed draw fetches (`ValidateDrawVertexIndex` of its source says so), only at the indices",
     },
@@ -111,7 +111,7 @@ static HIDDEN: &[Hidden] = &[
         from: NEWEST,
         is_about: |mutant| {
             matches!(mutant.part, Part::Bits(Side::After, bits) if bits.stage == PipelineStageFlags::FRAGMENT_SHADER)
-                && mutant.edge.name == RowName::UPLOAD_TO_TEXTURES
+                && mutant.edge.name.to_string() == "upload-to-textures"
                 && mutant.plan.is_lit_by_sky()
         },
         why: "the layer does not hold a read against the write before it if it happens after another read (`IsRAWHazard` of its source): PREFILTER has read the sky, \
@@ -125,7 +125,7 @@ static HIDDEN: &[Hidden] = &[
             let is_seen_otherwise =
                 bits.stage == PipelineStageFlags::COMPUTE_SHADER && mutant.edge.from == lighting::PASS.place;
             let follows_depth = mutant.edge.carrier.is_render_pass() && mutant.plan.has_velocity();
-            mutant.edge.name == RowName::LIGHT_TO_TAA && follows_depth && !is_seen_otherwise
+            mutant.edge.name.to_string() == "light-to-taa" && follows_depth && !is_seen_otherwise
         },
         why: "the layer says the same of the whole frame, and is wrong there (`gpu::KNOWN_FALSE`): of the two rows that leave the subpass it sees that of depth \
               alone",

@@ -2,7 +2,7 @@
 
 use super::Mutant;
 use crate::frame::edges::unreported_mutants::{LAYER, Part};
-use crate::frame::edges::{Carrier, Place, RowName, Side};
+use crate::frame::edges::{Carrier, Place, Side};
 use crate::gpu::vk::{AccessFlags, PipelineStageFlags};
 use crate::passes::reflect_resolve;
 
@@ -42,9 +42,9 @@ pub static OLDER_LAYERS: &[OlderLayers] = &[
         seen_from: LAYER,
         is_about: |mutant| {
             let Part::Bits(Side::After, bits) = mutant.part else { return false };
-            match mutant.edge.name {
-                RowName::SPREAD_TO_TONEMAP => bits.access == AccessFlags::COLOR_ATTACHMENT_READ,
-                RowName::OCCLUSION_TO_LIGHTING => bits.access == AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ,
+            match mutant.edge.name.to_string().as_str() {
+                "spread-to-tonemap" => bits.access == AccessFlags::COLOR_ATTACHMENT_READ,
+                "ao-denoise-to-lighting" => bits.access == AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ,
                 _ => false,
             }
         },
@@ -58,19 +58,19 @@ fn is_in_another_submission(mutant: &Mutant) -> bool {
     let edge = &mutant.edge;
     let (begins_outside, ends_outside) = (edge.from == Place::OUTSIDE, edge.to == Place::OUTSIDE);
     let is_prepared = [Place::UPLOAD, Place::CLEAR, Place::PREFILTER].contains(&edge.from) && edge.to != Place::UPLOAD;
-    match (mutant.part, edge.name) {
+    match (mutant.part, edge.name.to_string().as_str()) {
         // After AO the layer sees that the sums' layout changes without a dependency.
-        (Part::Row, RowName::SUMS_REUSE) => !mutant.plan.has_ao(),
+        (Part::Row, "transparent-reuse") => !mutant.plan.has_ao(),
         (Part::Row, _) if begins_outside || ends_outside => edge.carrier.is_render_pass(),
         // FOG's row orders the rest for the layer (`unreported_mutants`); the sums of the frame before are left.
-        (Part::Row, RowName::RESOLVE_TO_TRANSPARENT) => mutant.plan.has_fog(),
-        (Part::Bits(Side::Before, bits), RowName::RESOLVE_TO_TRANSPARENT) => {
+        (Part::Row, "reflect-resolve-to-transparent") => mutant.plan.has_fog(),
+        (Part::Bits(Side::Before, bits), "reflect-resolve-to-transparent") => {
             let is_about_sums = bits.stage == PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT
                 || bits.access == AccessFlags::COLOR_ATTACHMENT_WRITE;
             mutant.plan.has_fog() || is_about_sums
         }
         // FXAA of the frame before reads the output.
-        (Part::Bits(Side::Before, bits), RowName::HDR_TO_TONEMAP) if edge.from == reflect_resolve::PASS.place => {
+        (Part::Bits(Side::Before, bits), "reflect-resolve-to-tonemap") if edge.from == reflect_resolve::PASS.place => {
             bits.stage == PipelineStageFlags::FRAGMENT_SHADER
         }
         (Part::Bits(Side::Before, _), _) => begins_outside,

@@ -17,6 +17,8 @@ pub const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, v
 /// Writes every texel.
 pub const VISIBILITY_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
 
+const READS: &str = "reads depth and normals of its pixel and of others";
+
 pub const PASS: Pass = Pass {
     place: Place::pass("AO"),
     time: "ao",
@@ -27,9 +29,9 @@ pub const PASS: Pass = Pass {
     },
     touches: |_| {
         vec![
-            Touch::sampled(0, Target::Depth, GBUFFER_READ),
-            Touch::sampled(1, Target::Normal, GBUFFER_READ),
-            Touch::storage(2, Target::Visibility, VISIBILITY_WRITE),
+            Touch::sampled(0, Target::Depth, GBUFFER_READ).because(READS),
+            Touch::sampled(1, Target::Normal, GBUFFER_READ).because(READS),
+            Touch::storage(2, Target::Visibility, VISIBILITY_WRITE).because("writes every texel"),
             frame_data(),
         ]
     },

@@ -25,6 +25,8 @@ pub const ALBEDO_BLEND: Use = Use::new(
 /// The binding of the albedo.
 pub const ALBEDO: u32 = 3;
 
+const READS: &str = "reads depth and normal of its pixel";
+
 pub const PASS: Pass = Pass {
     place: Place::pass("AO_DENOISE"),
     time: "ao denoise",
@@ -32,10 +34,10 @@ pub const PASS: Pass = Pass {
     presence: |plan| Presence::when(plan.has_ao(), "AO differs from pixel to pixel", &plan.reasons.ao),
     touches: |_| {
         vec![
-            Touch::sampled(0, Target::Depth, GBUFFER_READ),
-            Touch::sampled(1, Target::Normal, GBUFFER_READ),
-            Touch::sampled(2, Target::Visibility, VISIBILITY_READ),
-            Touch::storage(ALBEDO, Target::Albedo, ALBEDO_BLEND),
+            Touch::sampled(0, Target::Depth, GBUFFER_READ).because(READS),
+            Touch::sampled(1, Target::Normal, GBUFFER_READ).because(READS),
+            Touch::sampled(2, Target::Visibility, VISIBILITY_READ).because("reads what AO found around each pixel"),
+            Touch::storage(ALBEDO, Target::Albedo, ALBEDO_BLEND).because("multiplies the occlusion beside the albedo"),
             frame_data(),
         ]
     },

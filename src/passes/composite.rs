@@ -26,9 +26,9 @@ pub const PASS: Pass = Pass {
     },
     touches: |plan| {
         vec![
-            Touch::input(0, Target::Accumulation, SUM_READ),
-            Touch::input(1, Target::Weights, SUM_READ),
-            Touch::color(0, plan.light_target(), First::Clear, LIGHT_BLEND),
+            Touch::input(0, Target::Accumulation, SUM_READ).because("reads the sums of its pixel"),
+            Touch::input(1, Target::Weights, SUM_READ).because("reads the sums of its pixel"),
+            Touch::color(0, plan.light_target(), First::Clear, LIGHT_BLEND).because("blends over the light"),
         ]
     },
     leave_out: None,

@@ -24,9 +24,11 @@ pub const PASS: Pass = Pass {
     what: "which instances are in view, and in which step of depth",
     presence: culling::presence,
     touches: |plan| {
-        let pyramid = plan.hides_on_device.then(|| Touch::resource(Resource::DepthPyramid, PYRAMID_READ));
+        let pyramid = plan.hides_on_device.then(|| {
+            Touch::resource(Resource::DepthPyramid, PYRAMID_READ).because("tests boxes against the least depths")
+        });
         let lists =
-            [Touch::resource(Resource::FrameData, LIST_READ), Touch::resource(Resource::CulledInstances, MARK_WRITE)];
+            [Touch::resource(Resource::FrameData, LIST_READ), Touch::resource(Resource::CulledInstances, MARK_WRITE).because("marks and counts what it finds")];
         lists.into_iter().chain(pyramid).collect()
     },
     leave_out: None,

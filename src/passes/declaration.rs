@@ -168,6 +168,8 @@ pub struct Touch {
     pub uses: Use,
     /// Invocations for one sample read the other samples of their pixel as well.
     pub all_samples: bool,
+    /// What the pass does with the resource, in words that follow its name: the reason of the rows by which it waits.
+    pub why: &'static str,
 }
 
 /// The role in which a pass uses a resource.
@@ -216,7 +218,7 @@ pub enum First {
 impl Touch {
     /// With several samples a pixel, an invocation touches only its own sample.
     pub const fn new(resource: Resource, how: How, uses: Use) -> Self {
-        Self { resource, how, uses, all_samples: false }
+        Self { resource, how, uses, all_samples: false, why: "" }
     }
 
     const fn target(target: Target, how: How, uses: Use) -> Self {
@@ -231,6 +233,11 @@ impl Touch {
     /// Where `all`, an invocation reads all samples of its pixel, whichever of them it draws.
     pub const fn of_all_samples(self, all: bool) -> Self {
         Self { all_samples: all, ..self }
+    }
+
+    /// Says what the pass does with the resource.
+    pub const fn because(self, why: &'static str) -> Self {
+        Self { why, ..self }
     }
 
     /// Draws into an attachment, or blends over it where `uses` reads.
@@ -283,10 +290,14 @@ impl Touch {
         matches!(self.how, How::Input { .. } | How::Color { .. } | How::Depth { .. } | How::Resolve)
     }
 
+    /// Returns true if the resource is an image of depths.
+    pub fn is_depth(&self) -> bool {
+        matches!(self.resource, Resource::Target(Target::Depth | Target::Occluders) | Resource::ShadowMaps)
+    }
+
     /// The layout that it needs; `UNDEFINED` for a buffer.
     pub fn layout(&self) -> vk::ImageLayout {
-        let is_depth =
-            matches!(self.resource, Resource::Target(Target::Depth | Target::Occluders) | Resource::ShadowMaps);
+        let is_depth = self.is_depth();
         match self.how {
             How::Color { .. } | How::Resolve => vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
             How::Depth { .. } if self.writes() => vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL,

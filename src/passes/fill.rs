@@ -25,7 +25,8 @@ pub const PASS: Pass = Pass {
     touches: |_| {
         vec![
             Touch::resource(Resource::FrameData, LIST_READ),
-            Touch::resource(Resource::CulledInstances, COUNT_READ.or(DRAW_WRITE)),
+            Touch::resource(Resource::CulledInstances, COUNT_READ.or(DRAW_WRITE))
+                .because("puts rows where ARRANGE says, and writes the commands"),
         ]
     },
     leave_out: None,

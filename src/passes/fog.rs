@@ -39,8 +39,8 @@ pub const PASS: Pass = Pass {
     },
     touches: |plan| {
         let own = [
-            Touch::input(0, Target::Depth, DEPTH_READ),
-            Touch::color(0, plan.light_target(), First::Clear, LIGHT_BLEND),
+            Touch::input(0, Target::Depth, DEPTH_READ).because("reads the depth of its pixel"),
+            Touch::color(0, plan.light_target(), First::Clear, LIGHT_BLEND).because("blends over the light"),
             frame_data(),
         ];
         own.into_iter().chain(froxels(plan)).collect()

@@ -40,8 +40,8 @@ pub const PASS: Pass = Pass {
     },
     touches: |plan| {
         let drawn = [
-            Touch::depth(First::Clear, DEPTH_TEST),
-            Touch::color(0, plan.light_target(), First::Clear, LIGHT_WRITE),
+            Touch::depth(First::Clear, DEPTH_TEST).because("clears depth, tests against it and writes it"),
+            Touch::color(0, plan.light_target(), First::Clear, LIGHT_WRITE).because("clears the light and draws it"),
             frame_data(),
         ];
         drawn

@@ -31,8 +31,8 @@ pub const PASS: Pass = Pass {
     presence: |plan| Presence::when(plan.fxaa, "asked for", "not asked for"),
     touches: |_| {
         vec![
-            Touch::sampled(0, Target::Output, OUTPUT_READ),
-            Touch::color(0, Target::Smoothed, First::Undefined, PICTURE_WRITE),
+            Touch::sampled(0, Target::Output, OUTPUT_READ).because("samples the picture around its pixel"),
+            Touch::color(0, Target::Smoothed, First::Undefined, PICTURE_WRITE).because("draws the smoothed picture"),
         ]
     },
     leave_out: Some(|settings| settings.fxaa = false),

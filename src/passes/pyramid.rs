@@ -25,7 +25,10 @@ pub const PASS: Pass = Pass {
     what: "the least depth of each square of the picture",
     presence: culling::hiding,
     touches: |_| {
-        vec![Touch::sampled(0, Target::Occluders, DEPTH_READ), Touch::resource(Resource::DepthPyramid, PYRAMID_WRITE)]
+        vec![
+            Touch::sampled(0, Target::Occluders, DEPTH_READ).because("reads the depth of all pixels of a square"),
+            Touch::resource(Resource::DepthPyramid, PYRAMID_WRITE).because("writes the least depth of each square"),
+        ]
     },
     leave_out: None,
     make: Some(|own| {

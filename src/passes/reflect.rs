@@ -31,9 +31,9 @@ pub const PASS: Pass = Pass {
     touches: |plan| {
         let mut touches = sampled_gbuffer(plan, GBUFFER_READ);
         touches.extend([
-            Touch::sampled(6, Target::Hdr, LIGHT_READ),
-            Touch::sampled(7, Target::Hiz, HIZ_READ),
-            Touch::storage(8, Target::Rays, RAYS_WRITE),
+            Touch::sampled(6, Target::Hdr, LIGHT_READ).because("reads the light where rays hit"),
+            Touch::sampled(7, Target::Hiz, HIZ_READ).because("reads squares that other work groups of HIZ wrote"),
+            Touch::storage(8, Target::Rays, RAYS_WRITE).because("writes what its rays found"),
             frame_data(),
         ]);
         touches

@@ -37,8 +37,8 @@ pub const PASS: Pass = Pass {
     touches: |plan| {
         let mut touches = sampled_gbuffer(plan, GBUFFER_READ);
         touches.extend([
-            Touch::sampled(6, Target::Rays, RAYS_READ),
-            Touch::storage(7, Target::Hdr, LIGHT_BLEND),
+            Touch::sampled(6, Target::Rays, RAYS_READ).because("reads what rays found around each pixel"),
+            Touch::storage(7, Target::Hdr, LIGHT_BLEND).because("adds to the light that REFLECT has read"),
             frame_data(),
         ]);
         if plan.is_lit_by_sky() {

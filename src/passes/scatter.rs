@@ -22,7 +22,7 @@ pub const PASS: Pass = Pass {
     what: "the light that each froxel of fog scatters",
     presence: froxel_presence,
     touches: |plan| {
-        let light = Touch::resource(Resource::Froxels, LIGHT_WRITE);
+        let light = Touch::resource(Resource::Froxels, LIGHT_WRITE).because("writes the light of each froxel");
         [frame_data(), light].into_iter().chain(maps(plan, MAP_READ)).collect()
     },
     leave_out: Some(|settings| settings.fog = Fog::Height),

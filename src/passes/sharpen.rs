@@ -26,8 +26,8 @@ pub const PASS: Pass = Pass {
     presence: over_time,
     touches: |_| {
         vec![
-            Touch::resource(Resource::History, HISTORY_READ),
-            Touch::color(0, Target::Hdr, First::Undefined, LIGHT_WRITE),
+            Touch::resource(Resource::History, HISTORY_READ).because("reads what TAA averaged"),
+            Touch::color(0, Target::Hdr, First::Undefined, LIGHT_WRITE).because("overwrites the light that TAA has read"),
         ]
     },
     leave_out: None,

@@ -28,7 +28,7 @@ pub const PASS: Pass = Pass {
     what: "particles of the moment, lit",
     presence: particles_presence,
     touches: |plan| {
-        let states = Touch::resource(Resource::Particles, STATE_WRITE);
+        let states = Touch::resource(Resource::Particles, STATE_WRITE).because("writes states and keys");
         [frame_data(), states].into_iter().chain(maps(plan, MAP_READ)).collect()
     },
     leave_out: None,

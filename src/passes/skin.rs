@@ -35,7 +35,7 @@ pub const PASS: Pass = Pass {
         vec![
             Touch::resource(Resource::RestMeshes, SOURCE_READ),
             Touch::resource(Resource::FrameData, SOURCE_READ),
-            Touch::resource(Resource::DeformedVertices, vertex_use(plan)),
+            Touch::resource(Resource::DeformedVertices, vertex_use(plan)).because("writes the vertices that draws fetch"),
         ]
     },
     leave_out: None,

@@ -25,6 +25,8 @@ pub const HISTORY_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, v
 /// Writes the history for the next frame.
 pub const HISTORY_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
 
+const LOOKS: &str = "looks at a pixel and its neighbours";
+
 pub const PASS: Pass = Pass {
     place: Place::pass("TAA"),
     time: "taa",
@@ -32,12 +34,12 @@ pub const PASS: Pass = Pass {
     presence: over_time,
     touches: |plan| {
         let mut touches = vec![
-            Touch::sampled(LIGHT, Target::Hdr, FRAME_READ),
-            Touch::sampled(DEPTH, Target::Depth, FRAME_READ),
-            Touch::resource(Resource::LastHistory, HISTORY_READ),
-            Touch::resource(Resource::History, HISTORY_WRITE),
+            Touch::sampled(LIGHT, Target::Hdr, FRAME_READ).because(LOOKS),
+            Touch::sampled(DEPTH, Target::Depth, FRAME_READ).because(LOOKS),
+            Touch::resource(Resource::LastHistory, HISTORY_READ).because("goes on from what the last frame left for it"),
+            Touch::resource(Resource::History, HISTORY_WRITE).because("overwrites what the last frame went on from"),
         ];
-        touches.extend(plan.has_velocity().then(|| Touch::sampled(VELOCITY, Target::Velocity, FRAME_READ)));
+        touches.extend(plan.has_velocity().then(|| Touch::sampled(VELOCITY, Target::Velocity, FRAME_READ).because(LOOKS)));
         touches
     },
     leave_out: Some(|settings| settings.taa = false),

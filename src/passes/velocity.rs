@@ -41,8 +41,8 @@ pub const PASS: Pass = Pass {
     },
     touches: |plan| {
         let own = [
-            Touch::depth(First::Undefined, DEPTH_READ),
-            Touch::color(0, Target::Velocity, First::Clear, VECTOR_WRITE),
+            Touch::depth(First::Undefined, DEPTH_READ).because("draws where depth is that of the picture"),
+            Touch::color(0, Target::Velocity, First::Clear, VECTOR_WRITE).because("clears the vectors and writes them"),
             frame_data(),
         ];
         let textured = |touch: &Touch| touch.resource == Resource::Textures;

@@ -41,9 +41,6 @@ impl Counted {
         for edge in table.iter() {
             self.count("dependencies", edge.name.name(), true);
         }
-        for absent in edges::absent(plan, &table) {
-            self.count("dependencies", absent.name.name(), false);
-        }
         let formats: BTreeSet<String> = List::of(plan)
             .render_passes()
             .flat_map(|(name, _)| List::of(plan).attachments(plan, name))

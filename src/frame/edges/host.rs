@@ -7,13 +7,13 @@ use crate::gpu::sync::{DEVICE_ACCESS, HOST_WRITE, Use};
 use crate::passes::copy;
 
 impl RowName {
-    pub(crate) const HOST_TO_FRAME: Self = Self("host-to-frame");
-    pub(crate) const FRAME_TO_HOST: Self = Self("frame-to-host");
-    pub(crate) const LAST_USE_TO_DESTROY: Self = Self("last-use-to-destroy");
+    pub(crate) const HOST_TO_FRAME: Self = Self::Own("host-to-frame");
+    pub(crate) const FRAME_TO_HOST: Self = Self::Own("frame-to-host");
+    pub(crate) const LAST_USE_TO_DESTROY: Self = Self::Own("last-use-to-destroy");
     /// Makes the copy of a picture visible to the CPU.
-    pub const PICTURE_TO_HOST: Self = Self("picture-to-host");
-    pub(crate) const COPY_TO_HOST: Self = Self("copy-to-host");
-    pub(crate) const RESULTS_TO_HOST: Self = Self("results-to-host");
+    pub const PICTURE_TO_HOST: Self = Self::Own("picture-to-host");
+    pub(crate) const COPY_TO_HOST: Self = Self::Own("copy-to-host");
+    pub(crate) const RESULTS_TO_HOST: Self = Self::Own("results-to-host");
 }
 
 /// Writes every result.

@@ -2,30 +2,30 @@
 
 use ash::vk;
 
-use super::{Edge, Edges, Place, RowName, barrier};
+use super::{Edge, Edges, Place, RowName, barrier, waits};
+use crate::frame::list::Step;
 use crate::gpu::sync::Use;
-use crate::gpu_scene::SKY_READ;
+use crate::passes::Resource;
 use crate::passes::prefilter::{self, PrefilterOrder};
-use crate::passes::{forward, lighting};
 use crate::plan::FramePlan;
 
 impl RowName {
-    pub(crate) const SKY_LIGHT_TO_PREFILTER: Self = Self("sky-light-to-prefilter");
-    pub(crate) const PREFILTER_TO_LIGHTING: Self = Self("prefilter-to-lighting");
+    pub(crate) const SKY_LIGHT_TO_PREFILTER: Self = Self::Own("sky-light-to-prefilter");
+    pub(crate) const PREFILTER_TO_LIGHTING: Self = Self::Own("prefilter-to-lighting");
 }
 
-pub(super) fn rows(plan: &FramePlan) -> [Edge; 2] {
-    // AMBIENT draws in LIGHTING's subpass; REFLECT_RESOLVE waits for that.
-    let reader = if plan.is_forward() { forward::PASS.place } else { lighting::PASS.place };
+/// None where no pass reads the light.
+pub(super) fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Edge> {
+    let Some((reader, read)) = waits::readers(plan, steps, Resource::SkyLight) else { return Vec::new() };
     let (written, readable) = (vk::ImageLayout::GENERAL, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
-    [
+    vec![
         barrier(RowName::SKY_LIGHT_TO_PREFILTER, vk::ImageLayout::UNDEFINED, written)
             .from(Place::OUTSIDE, &[Use::START])
             .to(Place::PREFILTER, &[prefilter::LIGHT_WRITE])
             .because("the image is new: there is nothing to wait for, but its layout changes before the write"),
         barrier(RowName::PREFILTER_TO_LIGHTING, written, readable)
             .from(Place::PREFILTER, &[prefilter::LIGHT_WRITE])
-            .to(reader, &[SKY_READ])
+            .to(reader, &[read])
             .because("surfaces sample what PREFILTER wrote, in every frame after it; its layout changes in between"),
     ]
 }

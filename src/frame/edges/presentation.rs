@@ -9,32 +9,32 @@
 
 use ash::vk;
 
-use super::main_pass::first_of_picture;
-use super::{Carrier, Edge, Edges, Place, RowName, barrier, row};
+use super::{Carrier, Edge, Edges, Place, RowName, barrier, row, waits};
+use crate::frame::list::Step;
 use crate::gpu::UploadOrder;
 use crate::gpu::sync::{DEVICE_ACCESS, Use};
 use crate::gpu::upload::COPY_WRITE;
 use crate::passes::present::{ATTACH, BEGIN, WRITE};
-use crate::passes::{copy, encode, overlay, present, split};
+use crate::passes::{Resource, copy, encode, overlay, present, split};
 use crate::plan::{Canvas, FramePlan};
 
 impl RowName {
-    pub(crate) const ACQUIRE: Self = Self("acquire");
-    pub(crate) const PRESENT: Self = Self("present");
-    pub(crate) const SWAPCHAIN_TO_PRESENT: Self = Self("swapchain-to-present");
-    pub(crate) const PRESENT_TO_SWAPCHAIN: Self = Self("present-to-swapchain");
-    pub(crate) const PICTURE_TO_SPLIT: Self = Self("picture-to-split");
-    pub(crate) const SPLIT_TO_PICTURE: Self = Self("split-to-picture");
-    pub(crate) const PICTURE_TO_COPY: Self = Self("picture-to-copy");
-    pub(crate) const COPY_TO_PICTURE: Self = Self("copy-to-picture");
-    pub(crate) const PICTURE_TO_OVERLAY: Self = Self("picture-to-overlay");
-    pub(crate) const OVERLAY_TO_PICTURE: Self = Self("overlay-to-picture");
-    pub(crate) const PICTURE_TO_ENCODE: Self = Self("picture-to-encode");
-    pub(crate) const SWAPCHAIN_TO_ENCODE: Self = Self("swapchain-to-encode");
-    pub(crate) const ENCODE_TO_PICTURE: Self = Self("encode-to-picture");
-    pub(crate) const ENCODE_TO_SWAPCHAIN: Self = Self("encode-to-swapchain");
-    pub(crate) const PANEL_TO_COPY: Self = Self("panel-to-copy");
-    pub(crate) const UPLOAD_TO_PANELS: Self = Self("upload-to-panels");
+    pub(crate) const ACQUIRE: Self = Self::Own("acquire");
+    pub(crate) const PRESENT: Self = Self::Own("present");
+    pub(crate) const SWAPCHAIN_TO_PRESENT: Self = Self::Own("swapchain-to-present");
+    pub(crate) const PRESENT_TO_SWAPCHAIN: Self = Self::Own("present-to-swapchain");
+    pub(crate) const PICTURE_TO_SPLIT: Self = Self::Own("picture-to-split");
+    pub(crate) const SPLIT_TO_PICTURE: Self = Self::Own("split-to-picture");
+    pub(crate) const PICTURE_TO_COPY: Self = Self::Own("picture-to-copy");
+    pub(crate) const COPY_TO_PICTURE: Self = Self::Own("copy-to-picture");
+    pub(crate) const PICTURE_TO_OVERLAY: Self = Self::Own("picture-to-overlay");
+    pub(crate) const OVERLAY_TO_PICTURE: Self = Self::Own("overlay-to-picture");
+    pub(crate) const PICTURE_TO_ENCODE: Self = Self::Own("picture-to-encode");
+    pub(crate) const SWAPCHAIN_TO_ENCODE: Self = Self::Own("swapchain-to-encode");
+    pub(crate) const ENCODE_TO_PICTURE: Self = Self::Own("encode-to-picture");
+    pub(crate) const ENCODE_TO_SWAPCHAIN: Self = Self::Own("encode-to-swapchain");
+    pub(crate) const PANEL_TO_COPY: Self = Self::Own("panel-to-copy");
+    pub(crate) const UPLOAD_TO_PANELS: Self = Self::Own("upload-to-panels");
 }
 
 const READ_BY_PRESENTATION: vk::ImageLayout = vk::ImageLayout::PRESENT_SRC_KHR;
@@ -47,10 +47,10 @@ const SAMPLED: vk::ImageLayout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
 pub(super) const IN_TURN: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::empty());
 
 /// None where nothing is presented.
-pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
+pub(super) fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Edge> {
     let mut rows = match plan.presented {
         None => return Vec::new(),
-        Some(Canvas::Straight(_) | Canvas::Enlarge(_)) => straight(plan),
+        Some(Canvas::Straight(_) | Canvas::Enlarge(_)) => straight(plan, steps),
         Some(Canvas::Encode(_) | Canvas::EncodeKept(_)) => encoded(plan),
     };
     rows.extend([
@@ -86,10 +86,11 @@ fn acquire((first, first_use): (Place, Use), why: &'static str) -> Edge {
 }
 
 /// The picture is the swapchain's image, or is copied into it.
-fn straight(plan: &FramePlan) -> Vec<Edge> {
-    let first = match plan.is_copied_to_be_shown() {
-        true => (present::PASS.place, BEGIN),
-        false => (first_of_picture(plan), ATTACH),
+fn straight(plan: &FramePlan, steps: &[Step]) -> Vec<Edge> {
+    let drawn = waits::first_user(plan, steps, Resource::Target(plan.picture()));
+    let first = match drawn.filter(|_| !plan.is_copied_to_be_shown()) {
+        None => (present::PASS.place, BEGIN),
+        Some(first) => (first, ATTACH),
     };
     let why =
         "presentation may still read the image when the frame is recorded; the frame goes on until it needs the image";
@@ -263,7 +264,7 @@ mod tests {
     fn each_plan(check: impl Fn(&str, &FramePlan, &Edges)) {
         for (name, plan) in pictures() {
             let format = if plan.is_tiled() { vk::Format::B8G8R8A8_UNORM } else { vk::Format::B8G8R8A8_SRGB };
-            assert!(rows(&plan).is_empty(), "{name}: nothing is presented without a window");
+            assert!(rows(&plan, &[]).is_empty(), "{name}: nothing is presented without a window");
             let plan = plan.presented_as(Canvas::Straight(format));
             check(&name, &plan, &table(&plan));
         }

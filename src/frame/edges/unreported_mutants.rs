@@ -6,8 +6,7 @@
 
 use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
 
-use super::{Carrier, Edge, RowName, Side};
-use crate::frame::list::GBUFFER_PASS;
+use super::{Carrier, Edge, Side};
 use crate::gpu::sync::Use;
 use crate::passes::{forward, lighting, reflect_resolve};
 
@@ -29,7 +28,7 @@ pub enum Part {
 #[derive(Debug)]
 pub struct UnreportedMutants {
     /// The rows' names.
-    rows: &'static [RowName],
+    rows: &'static [&'static str],
     parts: Parts,
     /// True for the rows of the plans in which the layer is silent.
     only: fn(&Edge) -> bool,
@@ -61,7 +60,7 @@ impl UnreportedMutants {
             }
             _ => false,
         };
-        same && self.rows.contains(&edge.name) && (self.only)(edge)
+        same && self.rows.contains(&edge.name.to_string().as_str()) && (self.only)(edge)
     }
 }
 
@@ -106,7 +105,7 @@ const TRANSITION: &str = "Applications must ensure that layout transitions happe
 /// The list.
 pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
-        rows: &[RowName::GBUFFER_TO_LIGHTING, RowName::LIGHTING_TO_TRANSPARENT, RowName::LIGHTING_TO_FOG],
+        rows: &["geometry-to-lighting", "lighting-to-transparent", "lighting-to-fog"],
         parts: Parts::AcrossSamples,
         only: ALWAYS,
         section: "Framebuffer Region Dependencies",
@@ -117,7 +116,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               written them, and a later subpass may drop them before it has",
     },
     UnreportedMutants {
-        rows: &[RowName::CULL_TO_ARRANGE, RowName::ARRANGE_TO_FILL],
+        rows: &["cull-to-arrange", "arrange-to-fill"],
         parts: Parts::All,
         only: ALWAYS,
         section: "Synchronization and Cache Control",
@@ -126,7 +125,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               may add up what the numbers were before, and FILL put rows where others lie",
     },
     UnreportedMutants {
-        rows: &[RowName::BLOOM_TO_SPREAD, RowName::SPREAD_TO_SPREAD],
+        rows: &["bloom-to-spread", "spread-to-spread"],
         parts: Parts::All,
         only: ALWAYS,
         section: "Synchronization and Cache Control",
@@ -135,7 +134,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               the last frame",
     },
     UnreportedMutants {
-        rows: &[RowName::SIMULATE_TO_SORT, RowName::SORT_TO_SORT],
+        rows: &["simulate-to-sort", "sort-to-sort"],
         parts: Parts::All,
         only: ALWAYS,
         section: "Synchronization and Cache Control",
@@ -143,7 +142,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the same of the keys that SORT reads and writes. Without the rows a step may compare keys as they were before the last one",
     },
     UnreportedMutants {
-        rows: &[RowName::SCATTER_TO_INTEGRATE],
+        rows: &["scatter-to-integrate"],
         parts: Parts::All,
         only: ALWAYS,
         section: "Synchronization and Cache Control",
@@ -152,7 +151,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               light of the frame before",
     },
     UnreportedMutants {
-        rows: &[RowName::CLEAR_TO_SHADOW_MAPS],
+        rows: &["clear-to-shadow-maps"],
         parts: Parts::Any(Side::After, stages(S::FRAGMENT_SHADER, S::COMPUTE_SHADER), A::SHADER_READ),
         only: LOOKED_UP_TWICE,
         section: "Execution and Memory Dependencies",
@@ -161,7 +160,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               that draws a map later looks up what was cleared, in both stages",
     },
     UnreportedMutants {
-        rows: &[RowName::SHADOW_MAP_TO_LIGHTING],
+        rows: &["shadow-to-lighting", "shadow-to-forward"],
         parts: Parts::Any(Side::After, S::FRAGMENT_SHADER, A::empty()),
         only: LOOKED_UP_TWICE,
         section: "Pipeline Stages",
@@ -171,7 +170,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               makes nothing of the maps visible",
     },
     UnreportedMutants {
-        rows: &[RowName::SHADOW_MAP_REUSE],
+        rows: &["shadow-reuse"],
         parts: Parts::Any(Side::Before, S::COMPUTE_SHADER, A::empty()),
         only: |edge| edge.before.stage.contains(stages(S::FRAGMENT_SHADER, S::COMPUTE_SHADER)),
         section: "Synchronization and Cache Control",
@@ -180,7 +179,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               those after SCATTER SCATTER's. None of them is about the maps",
     },
     UnreportedMutants {
-        rows: &[RowName::LIGHTING_TO_TRANSPARENT, RowName::LIGHTING_TO_FOG, RowName::FOG_TO_TRANSPARENT],
+        rows: &["lighting-to-transparent", "lighting-to-fog", "fog-to-transparent"],
         parts: Parts::Any(Side::After, S::FRAGMENT_SHADER, A::INPUT_ATTACHMENT_READ),
         only: ALWAYS,
         section: "Rasterization Order",
@@ -189,7 +188,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               that which wrote it",
     },
     UnreportedMutants {
-        rows: &[RowName::HDR_TO_TONEMAP],
+        rows: &["reflect-resolve-to-tonemap"],
         parts: Parts::Any(Side::Before, S::TRANSFER, A::empty()),
         only: AFTER_REFLECTIONS,
         section: "Image Layout Transitions",
@@ -197,7 +196,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "as that of spread-to-tonemap: the output's layout changes after what the dependency's first scope has, and that must have the copy's read",
     },
     UnreportedMutants {
-        rows: &[RowName::HDR_TO_TONEMAP],
+        rows: &["reflect-resolve-to-tonemap"],
         parts: Parts::Any(Side::After, S::FRAGMENT_SHADER, A::INPUT_ATTACHMENT_READ),
         only: AFTER_REFLECTIONS,
         section: "Execution and Memory Dependencies",
@@ -206,7 +205,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               another stage, and what REFLECT_RESOLVE wrote must be visible to that, too",
     },
     UnreportedMutants {
-        rows: &[RowName::RESOLVE_TO_TRANSPARENT, RowName::RESOLVE_TO_COMPOSITE, RowName::RESOLVE_TO_FOG],
+        rows: &["reflect-resolve-to-transparent", "reflect-resolve-to-composite", "reflect-resolve-to-fog"],
         parts: Parts::Any(Side::After, S::empty(), A::COLOR_ATTACHMENT_WRITE),
         only: |edge| edge.after.access.contains(A::COLOR_ATTACHMENT_READ),
         section: "Execution and Memory Dependencies",
@@ -215,7 +214,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               both accesses",
     },
     UnreportedMutants {
-        rows: &[RowName::RESOLVE_TO_TRANSPARENT, RowName::RESOLVE_TO_FOG, RowName::DEPTH_TO_VELOCITY],
+        rows: &["reflect-resolve-to-transparent", "reflect-resolve-to-fog", "lighting-to-velocity", "transparent-to-velocity", "fog-to-velocity", "forward-to-velocity", "reflect-resolve-to-velocity"],
         parts: Parts::Any(
             Side::After,
             stages(S::FRAGMENT_SHADER, stages(S::EARLY_FRAGMENT_TESTS, S::LATE_FRAGMENT_TESTS)),
@@ -231,7 +230,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               within a subpass, and HIZ has read the depth in between, which is stored again or dropped",
     },
     UnreportedMutants {
-        rows: &[RowName::RESOLVE_TO_TRANSPARENT],
+        rows: &["reflect-resolve-to-transparent"],
         parts: Parts::All,
         // Only where FOG lies between the two, and no sums wait with it.
         only: |edge| !edge.after.stage.contains(S::COLOR_ATTACHMENT_OUTPUT),
@@ -242,7 +241,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               TRANSPARENT would read depth that is not visible to it, and drop what REFLECT_RESOLVE may still read",
     },
     UnreportedMutants {
-        rows: &[RowName::LIGHT_TO_RESOLVE],
+        rows: &["hdr-to-reflect-resolve"],
         parts: Parts::Any(Side::After, S::empty(), A::SHADER_READ),
         only: ALWAYS,
         section: "VkImageMemoryBarrier",
@@ -251,7 +250,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the layer takes what REFLECT_RESOLVE loads of the light to be ordered by the store to it. The light must be visible to both accesses",
     },
     UnreportedMutants {
-        rows: &[RowName::BLOOM_REUSE, RowName::PARTICLES_REUSE, RowName::FROXELS_REUSE],
+        rows: &["bloom-reuse", "simulate-reuse", "scatter-reuse"],
         parts: Parts::Any(Side::After, S::empty(), A::SHADER_WRITE),
         only: ALWAYS,
         section: "Execution and Memory Dependencies",
@@ -260,7 +259,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               must be visible to it",
     },
     UnreportedMutants {
-        rows: &[RowName::SPREAD_TO_TONEMAP],
+        rows: &["spread-to-tonemap"],
         parts: Parts::Any(Side::Before, stages(S::TRANSFER, S::FRAGMENT_SHADER), A::empty()),
         only: ALWAYS,
         section: "Image Layout Transitions",
@@ -269,7 +268,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               what the dependency's first scope has, and that must have the read",
     },
     UnreportedMutants {
-        rows: &[RowName::SPREAD_TO_TONEMAP],
+        rows: &["spread-to-tonemap"],
         parts: Parts::Any(Side::After, S::empty(), A::INPUT_ATTACHMENT_READ),
         only: ALWAYS,
         section: "Execution and Memory Dependencies",
@@ -278,7 +277,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               operation's, and what LIGHTING stored must be visible to that, too",
     },
     UnreportedMutants {
-        rows: &[RowName::HISTORY_REUSE],
+        rows: &["taa-reuse"],
         parts: Parts::Any(Side::After, S::empty(), A::SHADER_READ),
         only: ALWAYS,
         section: "Execution and Memory Dependencies",
@@ -287,7 +286,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               which must be visible to it",
     },
     UnreportedMutants {
-        rows: &[RowName::TAA_TO_SHARPEN],
+        rows: &["taa-to-sharpen"],
         parts: Parts::Any(Side::After, S::empty(), A::COLOR_ATTACHMENT_WRITE),
         only: ALWAYS,
         section: "Execution and Memory Dependencies",
@@ -296,7 +295,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               what the main pass stored must be visible, too",
     },
     UnreportedMutants {
-        rows: &[RowName::DEPTH_TO_VELOCITY],
+        rows: &["lighting-to-velocity", "transparent-to-velocity", "fog-to-velocity", "forward-to-velocity", "reflect-resolve-to-velocity"],
         parts: Parts::All,
         only: LEAVES_THE_LAYOUT,
         section: "Rasterization Order",
@@ -305,7 +304,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               order holds within a subpass",
     },
     UnreportedMutants {
-        rows: &[RowName::DEPTH_TO_VELOCITY],
+        rows: &["lighting-to-velocity", "transparent-to-velocity", "fog-to-velocity", "forward-to-velocity", "reflect-resolve-to-velocity"],
         parts: Parts::Any(Side::After, S::LATE_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_WRITE),
         only: CHANGES_THE_LAYOUT,
         section: "Rasterization Order",
@@ -313,7 +312,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the same of what is stored again, after late tests: the layer looks at the load operation alone",
     },
     UnreportedMutants {
-        rows: &[RowName::FILL_TO_DRAWS],
+        rows: &["fill-to-geometry", "fill-to-forward"],
         parts: Parts::Any(Side::After, S::VERTEX_INPUT, A::VERTEX_ATTRIBUTE_READ),
         only: ALWAYS,
         section: "Synchronization and Cache Control",
@@ -322,7 +321,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               that the buffer had before",
     },
     UnreportedMutants {
-        rows: &[RowName::PYRAMID_REUSE],
+        rows: &["pyramid-reuse"],
         parts: Parts::All,
         only: ALWAYS,
         section: "Synchronization and Cache Control",
@@ -331,7 +330,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               OCCLUDERS. Those rows are about another image, and none of them may be relied on for the buffer",
     },
     UnreportedMutants {
-        rows: &[RowName::PICTURE_TO_HOST, RowName::FOUND_TO_HOST],
+        rows: &["picture-to-host", "found-to-host"],
         parts: Parts::All,
         only: ALWAYS,
         section: "Fences",
@@ -341,7 +340,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               only a dependency on HOST, HOST_READ makes them visible to the CPU",
     },
     UnreportedMutants {
-        rows: &[RowName::OUTPUT_REUSE, RowName::PICTURE_REUSE],
+        rows: &["lighting-reuse", "tonemap-reuse", "output-reuse", "fxaa-reuse"],
         parts: Parts::Row,
         only: |edge| edge.carrier.is_render_pass() && edge.before.stage == S::TRANSFER,
         section: "VkSubpassDependency",
@@ -351,14 +350,14 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               implicit dependency that waits for nothing, and the change may overwrite what is being copied",
     },
     UnreportedMutants {
-        rows: &[RowName::OUTPUT_REUSE, RowName::PICTURE_REUSE, RowName::TARGETS_REUSE, RowName::GBUFFER_REUSE],
+        rows: &["lighting-reuse", "tonemap-reuse", "output-reuse", "fxaa-reuse", "lighting-reuse", "forward-reuse", "geometry-reuse"],
         parts: Parts::Any(Side::Before, S::TRANSFER, A::empty()),
         // Not where the same row makes the store of colours or samples available, which is missed.
         only: |edge| {
             edge.before.stage.contains(S::TRANSFER)
-                && match edge.name {
-                    RowName::GBUFFER_REUSE => edge.before.stage.contains(S::COLOR_ATTACHMENT_OUTPUT),
-                    RowName::TARGETS_REUSE => {
+                && match edge.name.to_string().as_str() {
+                    "geometry-reuse" => edge.before.stage.contains(S::COLOR_ATTACHMENT_OUTPUT),
+                    "lighting-reuse" | "forward-reuse" => {
                         edge.to == forward::PASS.place || edge.before.stage.contains(S::COLOR_ATTACHMENT_OUTPUT)
                     }
                     _ => true,
@@ -370,7 +369,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               dependency's first scope has, and that must have the copy's read",
     },
     UnreportedMutants {
-        rows: &[RowName::LIGHTING_TO_COMPOSITE, RowName::FORWARD_TO_COMPOSITE, RowName::FOG_TO_COMPOSITE],
+        rows: &["lighting-to-composite", "forward-to-composite", "fog-to-composite"],
         parts: Parts::All,
         only: ALWAYS,
         section: "VkSubpassDependency",
@@ -381,12 +380,12 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     },
     UnreportedMutants {
         rows: &[
-            RowName::LIGHTING_TO_TRANSPARENT,
-            RowName::FORWARD_TO_TRANSPARENT,
-            RowName::LIGHTING_TO_FOG,
-            RowName::FORWARD_TO_FOG,
-            RowName::FOG_TO_TRANSPARENT,
-            RowName::PICTURE_TO_TONE,
+            "lighting-to-transparent",
+            "forward-to-transparent",
+            "lighting-to-fog",
+            "forward-to-fog",
+            "fog-to-transparent",
+            "tonemap-to-tone", "fxaa-to-tone", "lighting-to-tone",
         ],
         parts: Parts::Any(
             Side::After,
@@ -400,7 +399,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               subpass; blending in a later one reads and writes what the earlier one wrote",
     },
     UnreportedMutants {
-        rows: &[RowName::PICTURE_TO_TONE],
+        rows: &["tonemap-to-tone", "fxaa-to-tone", "lighting-to-tone"],
         parts: Parts::Any(Side::Before, S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE),
         only: ALWAYS,
         section: "Rasterization Order",
@@ -408,7 +407,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the same, seen from the other side",
     },
     UnreportedMutants {
-        rows: &[RowName::LIGHTING_TO_TRANSPARENT, RowName::FOG_TO_TRANSPARENT],
+        rows: &["lighting-to-transparent", "fog-to-transparent"],
         parts: Parts::Any(Side::Before, stages(S::COLOR_ATTACHMENT_OUTPUT, S::LATE_FRAGMENT_TESTS), A::empty()),
         only: WAITS_TO_DROP,
         section: "Rasterization Order",
@@ -417,7 +416,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               another subpass",
     },
     UnreportedMutants {
-        rows: &[RowName::FOG_TO_TRANSPARENT],
+        rows: &["fog-to-transparent"],
         parts: Parts::Any(Side::Before, S::FRAGMENT_SHADER, A::empty()),
         only: |edge| WAITS_TO_DROP(edge) && edge.before.stage == S::FRAGMENT_SHADER,
         section: "Rasterization Order",
@@ -425,7 +424,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the same where TRANSPARENT draws into sums, and waits for nothing else: FOG reads the depth that it drops as an input",
     },
     UnreportedMutants {
-        rows: &[RowName::LIGHTING_TO_FOG],
+        rows: &["lighting-to-fog"],
         parts: Parts::Any(Side::Before, S::COLOR_ATTACHMENT_OUTPUT, A::empty()),
         // Where FOG drops depth by a write, the layer sees that nothing holds that back from LIGHTING's reads.
         only: |edge| !edge.after.access.contains(A::DEPTH_STENCIL_ATTACHMENT_WRITE),
@@ -435,7 +434,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               over light that LIGHTING writes in another",
     },
     UnreportedMutants {
-        rows: &[RowName::LIGHTING_TO_TRANSPARENT, RowName::LIGHTING_TO_FOG, RowName::FOG_TO_TRANSPARENT],
+        rows: &["lighting-to-transparent", "lighting-to-fog", "fog-to-transparent"],
         parts: Parts::Any(Side::After, S::LATE_FRAGMENT_TESTS, A::empty()),
         only: WAITS_TO_DROP,
         section: "Rasterization Order",
@@ -443,7 +442,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the same, seen from the other side",
     },
     UnreportedMutants {
-        rows: &[RowName::OCCLUSION_TO_LIGHTING],
+        rows: &["ao-denoise-to-lighting"],
         parts: Parts::Any(
             Side::After,
             stages(S::FRAGMENT_SHADER, S::LATE_FRAGMENT_TESTS),
@@ -457,7 +456,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               a load is not visible to input reads for that, and a drop is a write that waits for what AO read by its own stage",
     },
     UnreportedMutants {
-        rows: &[RowName::AO_TO_TRANSPARENT, RowName::AO_TO_FOG],
+        rows: &["ao-denoise-to-transparent", "ao-denoise-to-fog"],
         parts: Parts::All,
         only: ALWAYS,
         section: "VkSubpassDependency",
@@ -467,7 +466,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               LIGHTING, so that TRANSPARENT or FOG would read depth that is not visible to it, and drop what AO may still read",
     },
     UnreportedMutants {
-        rows: &[RowName::TARGETS_REUSE],
+        rows: &["lighting-reuse", "forward-reuse"],
         parts: Parts::Any(Side::Before, S::empty(), A::COLOR_ATTACHMENT_WRITE),
         only: |edge| edge.to == lighting::PASS.place && edge.before.stage.contains(S::TRANSFER),
         section: "VkDependencyFlagBits",
@@ -475,7 +474,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the row to TONE makes the samples' store available, but by region. The next frame's samples wait for all of it",
     },
     UnreportedMutants {
-        rows: &[RowName::GBUFFER_TO_LIGHTING],
+        rows: &["geometry-to-lighting"],
         parts: Parts::Any(Side::After, S::empty(), A::COLOR_ATTACHMENT_READ),
         only: BETWEEN_SUBPASSES,
         section: "Rasterization Order",
@@ -484,11 +483,11 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     },
     UnreportedMutants {
         rows: &[
-            RowName::LIGHTING_TO_TRANSPARENT,
-            RowName::FORWARD_TO_TRANSPARENT,
-            RowName::LIGHTING_TO_FOG,
-            RowName::FORWARD_TO_FOG,
-            RowName::FOG_TO_TRANSPARENT,
+            "lighting-to-transparent",
+            "forward-to-transparent",
+            "lighting-to-fog",
+            "forward-to-fog",
+            "fog-to-transparent",
         ],
         parts: Parts::Any(Side::Before, S::empty(), A::COLOR_ATTACHMENT_WRITE),
         only: ALWAYS,
@@ -497,7 +496,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the same, seen from the other side: the light that was written must be available to what blends over it",
     },
     UnreportedMutants {
-        rows: &[RowName::FORWARD_TO_TRANSPARENT, RowName::FORWARD_TO_FOG],
+        rows: &["forward-to-transparent", "forward-to-fog"],
         parts: Parts::Any(Side::Before, S::COLOR_ATTACHMENT_OUTPUT, A::empty()),
         only: ALWAYS,
         section: "Rasterization Order",
@@ -506,10 +505,10 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     },
     UnreportedMutants {
         rows: &[
-            RowName::GBUFFER_TO_LIGHTING,
-            RowName::LIGHTING_TO_TRANSPARENT,
-            RowName::FORWARD_TO_TRANSPARENT,
-            RowName::FOG_TO_TRANSPARENT,
+            "geometry-to-lighting",
+            "lighting-to-transparent",
+            "forward-to-transparent",
+            "fog-to-transparent",
         ],
         parts: Parts::Any(Side::After, S::EARLY_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_READ),
         only: BETWEEN_SUBPASSES,
@@ -519,7 +518,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               of a later one read what the earlier one wrote, early or late as the implementation likes",
     },
     UnreportedMutants {
-        rows: &[RowName::GBUFFER_TO_LIGHTING],
+        rows: &["geometry-to-lighting"],
         parts: Parts::Any(Side::After, S::LATE_FRAGMENT_TESTS, A::empty()),
         // Where LIGHTING drops depth, the layer misses the store's stage.
         only: |edge| !edge.after.access.contains(A::DEPTH_STENCIL_ATTACHMENT_WRITE),
@@ -528,7 +527,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the same for tests that run late",
     },
     UnreportedMutants {
-        rows: &[RowName::GBUFFER_TO_LIGHTING, RowName::FORWARD_TO_TRANSPARENT, RowName::FORWARD_TO_FOG],
+        rows: &["geometry-to-lighting", "forward-to-transparent", "forward-to-fog"],
         parts: Parts::Any(Side::Before, S::EARLY_FRAGMENT_TESTS, A::empty()),
         only: ALWAYS,
         section: "Pipeline Stages",
@@ -538,10 +537,10 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               what is logically earlier for execution, but an access scope only has the stages that are named",
     },
     UnreportedMutants {
-        rows: &[RowName::PICTURE_TO_SPLIT, RowName::PICTURE_TO_COPY, RowName::PICTURE_TO_OVERLAY],
+        rows: &["picture-to-split", "picture-to-copy", "picture-to-overlay"],
         parts: Parts::Any(Side::Before, S::TRANSFER, A::empty()),
         // Where COPY takes the picture as it lies, no layout change comes between, and the layer sees that OVERLAY waits for the copy.
-        only: |edge| edge.name != RowName::PICTURE_TO_OVERLAY || edge.carrier == OVER_PRESENTED,
+        only: |edge| edge.name.to_string() != "picture-to-overlay" || edge.carrier == OVER_PRESENTED,
         section: "Image Layout Transitions",
         says: TRANSITION,
         why: "the layer takes a layout change to be ordered after that at the end of a render pass, or in a barrier before it. It is so by a chain \
@@ -549,12 +548,12 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     },
     UnreportedMutants {
         rows: &[
-            RowName::READ_BACK,
-            RowName::SPLIT_TO_PICTURE,
-            RowName::COPY_TO_PICTURE,
-            RowName::OVERLAY_TO_PICTURE,
-            RowName::ENCODE_TO_PICTURE,
-            RowName::PRESENT_TO_SWAPCHAIN,
+            "read-back",
+            "split-to-picture",
+            "copy-to-picture",
+            "overlay-to-picture",
+            "encode-to-picture",
+            "present-to-swapchain",
         ],
         parts: Parts::Any(Side::After, S::TRANSFER, A::empty()),
         // With an access it is for a copy that comes right after.
@@ -564,7 +563,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the same, seen from the other side: what comes next begins with TRANSFER, with which this ends",
     },
     UnreportedMutants {
-        rows: &[RowName::READ_BACK],
+        rows: &["read-back"],
         parts: Parts::Row,
         // Only where the pass draws into an image of the swapchain.
         only: |edge| edge.after.access.is_empty(),
@@ -574,7 +573,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the same for all of it: the implicit dependency holds nothing back, so that it makes no chain with what comes over the picture",
     },
     UnreportedMutants {
-        rows: &[RowName::PICTURE_TO_OVERLAY],
+        rows: &["picture-to-overlay"],
         parts: Parts::Any(Side::After, S::empty(), A::COLOR_ATTACHMENT_WRITE),
         only: ALWAYS,
         section: "VkImageMemoryBarrier",
@@ -584,7 +583,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               accesses, and is to those of the mask",
     },
     UnreportedMutants {
-        rows: &[RowName::HDR_REUSE, RowName::SAMPLES_REUSE, RowName::SUMS_REUSE, RowName::TARGETS_REUSE],
+        rows: &["lighting-reuse", "lighting-reuse", "transparent-reuse", "lighting-reuse", "forward-reuse"],
         parts: Parts::Any(Side::Before, S::empty(), A::COLOR_ATTACHMENT_WRITE),
         only: |edge| edge.before.stage == S::COLOR_ATTACHMENT_OUTPUT,
         section: "Render Pass Creation",
@@ -594,7 +593,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               use it, so that its layout may change before. (Of the HDR target's later user, TONEMAP, output-reuse would do by the letter)",
     },
     UnreportedMutants {
-        rows: &[RowName::GBUFFER_TO_LIGHTING],
+        rows: &["geometry-to-lighting"],
         parts: Parts::Any(
             Side::After,
             stages(S::FRAGMENT_SHADER, S::LATE_FRAGMENT_TESTS),
@@ -604,7 +603,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
                     | A::DEPTH_STENCIL_ATTACHMENT_WRITE.as_raw(),
             ),
         ),
-        only: |edge| edge.carrier == Carrier::Subpass(GBUFFER_PASS),
+        only: |edge| !edge.is_between_subpasses(),
         section: "Image Layout Transitions",
         says: TRANSITION,
         why: "the layer takes all uses of an attachment that is loaded to be ordered by its load operation. That reads in other stages than inputs do \

@@ -11,11 +11,11 @@ use crate::passes::{prefilter, skin};
 use crate::plan::FramePlan;
 
 impl RowName {
-    pub(crate) const UPLOAD_TO_VERTICES: Self = Self("upload-to-vertices");
-    pub(crate) const TEXTURE_TO_COPY: Self = Self("texture-to-copy");
-    pub(crate) const LEVEL_TO_BLIT: Self = Self("level-to-blit");
-    pub(crate) const BLIT_TO_TEXTURES: Self = Self("blit-to-textures");
-    pub(crate) const UPLOAD_TO_TEXTURES: Self = Self("upload-to-textures");
+    pub(crate) const UPLOAD_TO_VERTICES: Self = Self::Own("upload-to-vertices");
+    pub(crate) const TEXTURE_TO_COPY: Self = Self::Own("texture-to-copy");
+    pub(crate) const LEVEL_TO_BLIT: Self = Self::Own("level-to-blit");
+    pub(crate) const BLIT_TO_TEXTURES: Self = Self::Own("blit-to-textures");
+    pub(crate) const UPLOAD_TO_TEXTURES: Self = Self::Own("upload-to-textures");
 }
 
 const WRITTEN: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;

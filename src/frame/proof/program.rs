@@ -5,6 +5,7 @@ use std::fmt;
 use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
 
 use crate::frame::edges::{Place, RowName, SUPPORTED};
+use crate::frame::list::RenderPassName;
 use crate::gpu::sync::{Dependency, Use};
 use crate::plan::Target;
 
@@ -200,7 +201,7 @@ pub(super) enum Who {
     At(Place),
     Row(RowName),
     /// The end of a render pass.
-    End(&'static str),
+    End(RenderPassName),
 }
 
 impl fmt::Display for Who {

@@ -203,7 +203,7 @@ impl Instance<'_> {
         let last = self.users(attachment).last().copied();
         let Some(from) = last.and_then(|last| self.layout(last, attachment)) else { return };
         let to = self.pass.attachments[attachment as usize].1.final_layout;
-        let end = (Who::End(self.pass.name.0), self.memory[attachment as usize]);
+        let end = (Who::End(self.pass.name), self.memory[attachment as usize]);
         program.transition(end, [from, to], self.change((last, None)), Some(self.id));
     }
 

@@ -24,7 +24,7 @@ const GAP: f64 = 10.0;
 /// A row of the table, as it is drawn.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Strip {
-    pub name: &'static str,
+    pub name: String,
     /// The row's places and its carrier.
     heading: String,
     pub pairs: Vec<Pair>,
@@ -57,7 +57,7 @@ impl Strip {
     pub fn of(plan: &FramePlan, edges: &Edges, row: &Edge) -> Self {
         let region = row.region();
         let heading = format!("{} -> {}, {}{region}", row.from, row.to, row.carrier);
-        let strip = Self { name: row.name.name(), heading, pairs: Vec::new(), below: vec![row.why.to_owned()] };
+        let strip = Self { name: row.name.name(), heading, pairs: Vec::new(), below: vec![row.why.clone()] };
         match edges.without(row.name) {
             Ok(without) => strip.with_hazards(&Frames::of(plan, &without)),
             Err(_) => strip.with_masks(row),
@@ -193,7 +193,7 @@ fn lines(svg: &mut Svg, (font, class): (Font, &str), text: &str, mut y: f64) -> 
 
 fn draw_strip(svg: &mut Svg, strip: &Strip, y: f64) -> f64 {
     svg.open("dependency", strip.name).tooltip(&strip.below.join(" "));
-    let mut y = lines(svg, (Font::Name, ""), strip.name, y);
+    let mut y = lines(svg, (Font::Name, ""), &strip.name, y);
     y = lines(svg, (Font::Code, "faint"), &strip.heading, y);
     for pair in &strip.pairs {
         y = draw_pair(svg, pair, y + GAP);

@@ -205,7 +205,7 @@ fn note_lines(edge: &Edge) -> Vec<Line> {
             Line { font, class, indent, word, text }
         }));
     };
-    add(Font::Prose, "", INDENT, "", edge.why);
+    add(Font::Prose, "", INDENT, "", &edge.why);
     for (word, side) in [("after", edge.before), ("before", edge.after)] {
         let (stages, access) = (words(&side.stage), words_of(&side.access));
         let both = format!("{stages}: {access}");

@@ -4,7 +4,7 @@
 use ash::vk;
 
 use crate::frame::edges::{Edge, Edges, Place};
-use crate::frame::list::{List, Step};
+use crate::frame::list::{RenderPassName, List, Step};
 use crate::frame::render_pass::{LayoutChange, PassDescription, Subpass, layout_changes};
 use crate::passes::{How, Resource, copy};
 use crate::plan::{FramePlan, format_bytes};
@@ -20,7 +20,7 @@ pub struct Stop {
     pub name: String,
     pub what: &'static str,
     /// The render pass that it is a subpass of.
-    pub pass: Option<&'static str>,
+    pub pass: Option<RenderPassName>,
     pub touches: Vec<Touch>,
 }
 
@@ -100,7 +100,7 @@ impl Graph {
         for pass in &passes {
             for subpass in &pass.subpasses {
                 let touches = graph.touches(pass, subpass);
-                graph.stops.push(Stop { pass: Some(pass.name.0), touches, ..stop(&list, subpass.place, When::During) });
+                graph.stops.push(Stop { pass: Some(pass.name), touches, ..stop(&list, subpass.place, When::During) });
             }
         }
         for edge in edges.iter() {

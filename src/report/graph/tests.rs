@@ -45,7 +45,7 @@ fn a_drawing_is_xml_that_has_what_the_frame_has_and_nothing_else() {
         let document = roxmltree::Document::parse(&text).unwrap_or_else(|error| panic!("{name}: {error}"));
         let passes = PassDescription::all(plan, edges);
         let drawn = groups(&document, "pass");
-        assert_eq!(sorted(drawn), sorted(passes.iter().map(|pass| pass.name.0.to_owned()).collect()), "{name}");
+        assert_eq!(sorted(drawn), sorted(passes.iter().map(|pass| pass.name.to_string()).collect()), "{name}");
         let subpasses: usize = passes.iter().map(|pass| pass.subpasses.len()).sum();
         assert_eq!(groups(&document, "subpass").len(), subpasses, "{name}");
         let images = plan.targets().count() + usize::from(plan.shadow.is_some());
@@ -53,7 +53,7 @@ fn a_drawing_is_xml_that_has_what_the_frame_has_and_nothing_else() {
         let rows: Vec<String> = edges.iter().map(|edge| edge.name.to_string()).collect();
         assert_eq!(sorted(groups(&document, "dependency")), sorted(rows), "{name}");
         for edge in edges.iter() {
-            let group = document.descendants().find(|node| node.attribute("data-dependency") == Some(edge.name.name()));
+            let group = document.descendants().find(|node| node.attribute("data-dependency") == Some(edge.name.name().as_str()));
             let group = group.expect("drawn");
             let words: String =
                 group.descendants().filter(|node| node.is_text()).filter_map(|node| node.text()).collect();

@@ -1,0 +1,420 @@
+//! The rows between the passes of a frame.
+//!
+//! A pass declares in its own file how it uses each resource ([`Touch`]): stages, accesses, layout, and why. The pass that it follows is looked up here,
+//! in the order of the frame, for one resource after the other:
+//!
+//! - a use that only reads waits for the last write;
+//! - a use that writes, or finds the image in another layout, waits for the reads since the last write, or for that write if nothing has read it: readers
+//!   have waited for it already;
+//! - the first use in a frame waits for the frame before, which ends as this one does.
+//!
+//! The carrier follows from where the two ends stand. Within a render pass it is a dependency between two subpasses, and since subpasses use attachments at
+//! their own pixel only, it is by region. A wait for a subpass of an earlier render pass is a dependency of that one, which leaves the image in the layout that
+//! comes next. All else that a subpass waits for is a dependency of its own render pass. Between two passes outside of render passes it is a barrier.
+//!
+//! Load and store operations are uses as well: "The load operation for each sample in an attachment happens-before any recorded command which accesses the
+//! sample in the first subpass where the attachment is used", and the store operation after those of the last one (specification, `VkAttachmentDescription`).
+//! Loads of colour and stores happen in COLOR_ATTACHMENT_OUTPUT; those of depth in EARLY_FRAGMENT_TESTS and in LATE_FRAGMENT_TESTS. CLEAR and DONT_CARE write.
+
+use std::borrow::Cow;
+
+use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
+
+use super::presentation::IN_TURN;
+use super::{Carrier, Edge, Place, RowName, row};
+use crate::frame::list::{RESOLVE, RenderPassName, Step};
+use crate::gpu::sync::Use;
+use crate::passes::{How, Resource, Touch, copy, present};
+use crate::plan::{FramePlan, Target};
+
+impl RowName {
+    /// Makes the picture ready for what comes after the frame's own passes.
+    pub(crate) const READ_BACK: Self = Self::Own("read-back");
+    pub(crate) const FOUND_TO_HOST: Self = Self::Own("found-to-host");
+}
+
+const COLOR_LOAD: Use = Use::new(S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_READ);
+const COLOR_WRITE: Use = Use::new(S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE);
+const DEPTH_LOAD: Use = Use::new(S::EARLY_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_READ);
+const DEPTH_CLEAR: Use = Use::new(S::EARLY_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_WRITE);
+const DEPTH_STORE: Use = Use::new(S::LATE_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_WRITE);
+
+/// A row, and its barrier's place in the list if it is one.
+pub struct Wait {
+    pub edge: Edge,
+    pub barrier: Option<Barrier>,
+}
+
+/// The place of a pipeline barrier: before or after a step of the list.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Barrier {
+    pub step: usize,
+    pub is_after: bool,
+    pub resource: Resource,
+}
+
+/// A subpass, or a pass outside of render passes.
+struct Stop<'a> {
+    place: Place,
+    /// The index of its step in the list.
+    step: usize,
+    run: Option<RenderPassName>,
+    touches: Cow<'a, [Touch]>,
+}
+
+/// All uses of one resource at one stop.
+#[derive(Debug, Clone)]
+struct Visit {
+    /// The index of the stop, or the number of stops for uses after the frame's own passes.
+    stop: usize,
+    place: Place,
+    run: Option<RenderPassName>,
+    /// The uses that wait for earlier ones: those of the passes, and the load and store operations.
+    waits: Use,
+    /// The uses that later ones wait for.
+    done: Use,
+    layout: vk::ImageLayout,
+    writes: bool,
+    all_samples: bool,
+    why: Vec<&'static str>,
+    /// It is of the frame before.
+    is_last_frame: bool,
+}
+
+/// A row that is being put together. Rows with the same key are one row.
+struct Draft {
+    key: Key,
+    from: Visit,
+    before: Vec<Use>,
+    after: Vec<Use>,
+    to: Visit,
+    layouts: [vk::ImageLayout; 2],
+    resources: Vec<Resource>,
+    all_samples: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Key {
+    /// Between two subpasses of one render pass.
+    Between(RenderPassName, usize, usize),
+    /// From a subpass to a later step.
+    OutOf(RenderPassName, usize, usize),
+    /// From earlier steps into a subpass.
+    Into(RenderPassName, usize),
+    /// From the frame before into a subpass.
+    Reuse(RenderPassName, usize),
+    /// A barrier before a stop, or after the last one.
+    Barrier(Resource, usize),
+    /// The same after the frame before.
+    BarrierReuse(Resource, usize),
+}
+
+/// The uses of a resource since it was last written.
+#[derive(Debug, Clone, Default)]
+struct Past {
+    writes: Vec<Visit>,
+    reads: Vec<Visit>,
+    layout: Option<vk::ImageLayout>,
+    /// The stop before which a barrier stands that made the last write visible.
+    barrier: Option<usize>,
+}
+
+/// The rows of a plan's passes, in the order of those that wait.
+pub fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Wait> {
+    let stops = stops(plan, steps);
+    let mut drafts: Vec<Draft> = Vec::new();
+    for resource in resources(&stops) {
+        let mut visits = visits(plan, &stops, resource);
+        visits.extend(after_the_passes(plan, &stops, resource));
+        // What a frame does last is what the next one finds.
+        let mut past = Past::default();
+        visits.iter().for_each(|visit| _ = past.take(visit, |_, _, _| ()));
+        let ended = past.writes.iter_mut().chain(&mut past.reads);
+        ended.for_each(|visit| visit.is_last_frame = true);
+        (past.layout, past.barrier) = (None, None);
+        if !is_shared(resource) {
+            past = Past::default();
+        }
+        for visit in &visits {
+            past.take(visit, |from, to, way| add(&mut drafts, resource, (from, to), way));
+        }
+    }
+    drafts.sort_by_key(|draft| (draft.to.stop, !draft.from.is_last_frame, draft.from.stop));
+    drafts.into_iter().map(|draft| draft.finish(&stops)).collect()
+}
+
+/// All uses of a resource by passes that only read it, and the first of these; `None` if no pass reads it.
+pub fn readers(plan: &FramePlan, steps: &[Step], resource: Resource) -> Option<(Place, Use)> {
+    let stops = stops(plan, steps);
+    let reads = |touch: &&Touch| touch.resource == resource && !touch.writes();
+    let of = |stop: &Stop| stop.touches.iter().filter(reads).map(|touch| (stop.place, touch.uses)).collect::<Vec<_>>();
+    stops.iter().flat_map(of).reduce(|(first, all), (_, uses)| (first, all.or(uses)))
+}
+
+/// The first place that touches a resource.
+pub fn first_user(plan: &FramePlan, steps: &[Step], resource: Resource) -> Option<Place> {
+    let touches = |stop: &Stop| stop.touches.iter().any(|touch| touch.resource == resource);
+    stops(plan, steps).iter().find(|stop| touches(stop)).map(|stop| stop.place)
+}
+
+/// Returns false for buffers of which each frame in flight has its own: a fence orders their reuse.
+fn is_shared(resource: Resource) -> bool {
+    !matches!(resource, Resource::FrameData | Resource::FoundCounts | Resource::ReadBack)
+}
+
+fn stops<'a>(plan: &FramePlan, steps: &'a [Step]) -> Vec<Stop<'a>> {
+    let mut stops = Vec::new();
+    for (step, one) in steps.iter().enumerate() {
+        match one {
+            Step::RenderPass(name, subpasses) => stops.extend(subpasses.iter().map(|own| Stop {
+                place: own.place,
+                step,
+                run: Some(*name),
+                touches: Cow::Borrowed(&own.touches),
+            })),
+            Step::Commands(own) => {
+                let touches = Cow::Owned((own.pass.touches)(plan));
+                stops.push(Stop { place: own.pass.place, step, run: None, touches });
+            }
+            Step::Presentation => {}
+        }
+    }
+    stops
+}
+
+/// The name under which two resources that are one memory in turn are ordered.
+fn memory_of(resource: Resource) -> Resource {
+    match resource {
+        Resource::LastHistory => Resource::History,
+        other => other,
+    }
+}
+
+/// Each resource that some stop writes, in the order of the first use.
+fn resources(stops: &[Stop]) -> Vec<Resource> {
+    let mut all = Vec::new();
+    for touch in stops.iter().flat_map(|stop| stop.touches.iter()) {
+        let resource = memory_of(touch.resource);
+        let written = |touch: &&Touch| memory_of(touch.resource) == resource && (touch.writes() || touch.is_attachment());
+        let is_written = stops.iter().flat_map(|stop| stop.touches.iter()).any(|touch| written(&touch));
+        if is_written && !all.contains(&resource) {
+            all.push(resource);
+        }
+    }
+    all
+}
+
+/// The uses of a resource, stop by stop.
+fn visits(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Vec<Visit> {
+    let own = |stop: &Stop| -> Vec<Touch> {
+        stop.touches.iter().filter(|touch| memory_of(touch.resource) == resource).copied().collect()
+    };
+    let all: Vec<(usize, Vec<Touch>)> =
+        stops.iter().map(own).enumerate().filter(|(_, touches)| !touches.is_empty()).collect();
+    let visit = |place: usize| {
+        let (stop, touches) = &all[place];
+        let at = &stops[*stop];
+        let is_attachment = touches.iter().any(Touch::is_attachment);
+        let beside = |other: Option<&(usize, Vec<Touch>)>| {
+            is_attachment && other.is_some_and(|(index, _)| stops[*index].run == at.run)
+        };
+        let (is_first, is_last) = (!beside(place.checked_sub(1).map(|before| &all[before])), !beside(all.get(place + 1)));
+        let mut uses = Use::all(&touches.iter().map(|touch| touch.uses).collect::<Vec<_>>());
+        // Samples are read when they are resolved.
+        let draws = touches.iter().any(|touch| matches!(touch.how, How::Color { .. }));
+        if resource == Resource::Target(Target::Samples) && draws && at.touches.iter().any(|own| own.how == How::Resolve) {
+            uses = uses.or(RESOLVE);
+        }
+        let is_depth = touches[0].is_depth();
+        let is_loaded = place > 0 && resource != Resource::ShadowMaps;
+        let load = match (is_depth, is_loaded) {
+            (true, true) => DEPTH_LOAD,
+            (true, false) => DEPTH_CLEAR,
+            (false, true) => COLOR_LOAD,
+            (false, false) => COLOR_WRITE,
+        };
+        let store = if is_depth { DEPTH_STORE } else { COLOR_WRITE };
+        let mut waits = uses;
+        if is_attachment && is_first {
+            waits = waits.or(load);
+        }
+        if is_attachment && is_last {
+            waits = waits.or(store);
+        }
+        let mut why: Vec<&'static str> = Vec::new();
+        for touch in touches {
+            if !touch.why.is_empty() && !why.contains(&touch.why) {
+                why.push(touch.why);
+            }
+        }
+        Visit {
+            stop: *stop,
+            place: at.place,
+            run: at.run,
+            waits,
+            done: if is_attachment && is_last { store } else { uses },
+            layout: touches[0].layout(),
+            writes: uses.writes().access != A::empty() || is_attachment && (is_last || is_first && !is_loaded),
+            all_samples: plan.msaa > 1 && touches.iter().any(|touch| touch.all_samples),
+            why,
+            is_last_frame: false,
+        }
+    };
+    (0..all.len()).map(visit).collect()
+}
+
+/// The reader of a resource after the frame's own passes: COPY and presentation of the picture, the CPU of counts.
+fn after_the_passes(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Option<Visit> {
+    let (place, waits, done, why) = match resource {
+        Resource::FoundCounts => {
+            (Place::HOST, copy::HOST_READ, copy::HOST_READ, "reads the counts: a fence alone does not make them visible to it")
+        }
+        Resource::Target(target) if target == plan.picture() => match plan.draws_into_swapchain() {
+            true => (
+                Place::OUTSIDE,
+                IN_TURN,
+                present::ATTACH,
+                "comes over the picture waits for TRANSFER, and so for the layout that the pass leaves it in",
+            ),
+            false => (Place::OUTSIDE, copy::READ, copy::READ, "reads the picture, in the layout that it is left in: COPY, or PRESENT"),
+        },
+        _ => return None,
+    };
+    Some(Visit {
+        stop: stops.len(),
+        place,
+        run: None,
+        waits,
+        done,
+        layout: if place == Place::HOST { vk::ImageLayout::UNDEFINED } else { vk::ImageLayout::TRANSFER_SRC_OPTIMAL },
+        writes: false,
+        all_samples: false,
+        why: vec![why],
+        is_last_frame: false,
+    })
+}
+
+/// The way by which a use follows another: the layouts before and after, and the stop whose barrier has the wait, if another's has.
+struct Way {
+    layouts: [vk::ImageLayout; 2],
+    barrier: Option<usize>,
+}
+
+impl Past {
+    /// Adds a visit, and hands each pair of uses that must come one after the other to `wait`.
+    fn take(&mut self, visit: &Visit, mut wait: impl FnMut(&Visit, &Visit, Way)) {
+        let changes = self.layout.is_some_and(|layout| layout != visit.layout);
+        let old = self.layout.unwrap_or(vk::ImageLayout::UNDEFINED);
+        let replaces = visit.writes || changes;
+        let earlier = if replaces && !self.reads.is_empty() { &self.reads } else { &self.writes };
+        // Readers one after the other share the barrier that stands before the first.
+        let is_barrier = |from: &Visit| from.run.is_none() && visit.run.is_none();
+        let barrier = self.barrier.filter(|_| !replaces);
+        for from in earlier {
+            wait(from, visit, Way { layouts: [old, visit.layout], barrier: barrier.filter(|_| is_barrier(from)) });
+        }
+        // A layout that changes within a render pass is changed by this use, and later readers wait for it. Otherwise the change belongs to the row.
+        let by_this = changes && visit.run.is_some() && earlier.iter().all(|from| from.run.is_none() || from.run == visit.run);
+        let makes_barrier = !visit.writes && earlier.iter().any(is_barrier);
+        if visit.writes || by_this {
+            *self = Self { writes: vec![visit.clone()], ..Self::default() };
+        } else {
+            if makes_barrier && barrier.is_none() {
+                self.barrier = Some(visit.stop);
+            }
+            self.reads.push(visit.clone());
+        }
+        self.layout = Some(visit.layout);
+    }
+}
+
+fn add(drafts: &mut Vec<Draft>, resource: Resource, (from, to): (&Visit, &Visit), way: Way) {
+    let key = match (from.run, to.run) {
+        (_, Some(run)) if from.is_last_frame => Key::Reuse(run, to.stop),
+        (_, None) if from.is_last_frame => Key::BarrierReuse(resource, to.stop),
+        (Some(run), own) if own == Some(run) => Key::Between(run, from.stop, to.stop),
+        (Some(run), _) => Key::OutOf(run, from.stop, to.stop),
+        (None, Some(run)) => Key::Into(run, to.stop),
+        (None, None) => Key::Barrier(resource, way.barrier.unwrap_or(to.stop)),
+    };
+    let all_samples = from.all_samples || to.all_samples;
+    match drafts.iter_mut().find(|draft| draft.key == key) {
+        Some(draft) => {
+            draft.before.push(from.done);
+            draft.after.push(to.waits);
+            draft.all_samples |= all_samples;
+            if from.stop > draft.from.stop {
+                draft.from = from.clone();
+            }
+            if !draft.resources.contains(&resource) {
+                draft.resources.push(resource);
+            }
+            for why in &to.why {
+                if !draft.to.why.contains(why) {
+                    draft.to.why.push(why);
+                }
+            }
+        }
+        None => drafts.push(Draft {
+            key,
+            from: from.clone(),
+            before: vec![from.done],
+            after: vec![to.waits],
+            to: to.clone(),
+            layouts: way.layouts,
+            resources: vec![resource],
+            all_samples,
+        }),
+    }
+}
+
+impl Draft {
+    fn finish(self, stops: &[Stop]) -> Wait {
+        let Self { key, from, before, after, to, layouts, resources, all_samples } = self;
+        let is_after = to.stop == stops.len();
+        let of_image = |resource: Resource| match resource {
+            Resource::Target(_) => Carrier::ImageBarrier(layouts[0], layouts[1]),
+            _ => Carrier::BufferBarrier,
+        };
+        let (carrier, barrier) = match key {
+            Key::Between(run, ..) | Key::OutOf(run, ..) | Key::Into(run, _) | Key::Reuse(run, _) => {
+                (Carrier::Subpass(run), None)
+            }
+            Key::Barrier(resource, _) if is_after => {
+                (of_image(resource), Some(Barrier { step: stops[from.stop].step, is_after, resource }))
+            }
+            Key::Barrier(resource, stop) | Key::BarrierReuse(resource, stop) => {
+                (of_image(resource), Some(Barrier { step: stops[stop].step, is_after, resource }))
+            }
+        };
+        let name = match key {
+            _ if is_after && to.place == Place::HOST => RowName::FOUND_TO_HOST,
+            _ if is_after => RowName::READ_BACK,
+            Key::Barrier(Resource::Target(target), _) => RowName::Image(target, to.place),
+            Key::BarrierReuse(Resource::Target(target), _) => RowName::ImageReuse(target),
+            Key::Reuse(..) | Key::BarrierReuse(..) => RowName::Reuse(to.place),
+            _ => RowName::Pair(from.place, to.place),
+        };
+        let outside = if from.is_last_frame { Place::OUTSIDE } else { from.place };
+        let why = why(&from, &to, &resources);
+        let own = row(name, carrier).from(outside, &before).to(to.place, &after);
+        let is_between = matches!(key, Key::Between(..));
+        Wait { edge: own.between(is_between, all_samples).because(why), barrier }
+    }
+}
+
+/// The reason of a row in a sentence: what waits does, and which memory frames share.
+fn why(from: &Visit, to: &Visit, resources: &[Resource]) -> String {
+    let subject = if to.place == Place::OUTSIDE { "what".to_owned() } else { to.place.to_string() };
+    let does = format!("{subject} {}", to.why.join(", and "));
+    if !from.is_last_frame {
+        return does;
+    }
+    let names: Vec<String> = resources.iter().map(ToString::to_string).collect();
+    let shared = match &names[..] {
+        [one] => one.clone(),
+        [most @ .., last] => format!("{} and {last}", most.join(", ")),
+        [] => String::new(),
+    };
+    format!("{does}; frames in flight share {shared}, so that the last frame must be done with what this one overwrites")
+}
