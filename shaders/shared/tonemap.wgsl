@@ -1,4 +1,4 @@
-// From scene-linear light to a display's light, both linear Rec. 709. src/passes/tonemap.rs has the same curves for the
+// From scene-linear light to a display's light, both linear Rec. 709. src/passes/curves.rs has the same curves for the
 // background's clear colour.
 #define_import_path afterlight::tonemapping
 

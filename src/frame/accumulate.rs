@@ -4,7 +4,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::{Picture, Pixels};
-use crate::passes::tonemap::{encode_srgb, tone_map};
+use crate::passes::curves::{encode_srgb, tone_map};
 use crate::plan::{FramePlan, ToneMapping};
 use crate::scene::{Resolve, Tonemap};
 

@@ -35,7 +35,6 @@ pub use changes::Changed;
 pub use complexity::Complexity;
 pub use figures::{Drawn, FrameTimes};
 pub use jitter::{Order, lens_point, moment, sample_offset};
-
 pub use picture::{Picture, Pixels};
 #[cfg(feature = "present")]
 pub use present::{Fitted, Outcome, Presenter};

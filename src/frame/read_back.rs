@@ -7,7 +7,7 @@ use super::{Error, Picture, Pixels, Renderer};
 use crate::gpu::{self, CommandBuffer, Device, barrier};
 use crate::passes::copy::Copy;
 #[cfg(feature = "present")]
-use crate::passes::tonemap::encode_srgb;
+use crate::passes::curves::encode_srgb;
 
 impl Renderer {
     /// The last frame's picture. Waits for it.

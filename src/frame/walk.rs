@@ -1,5 +1,5 @@
-//! The objects of a plan's passes, and the walk that makes and records them in the order of the list ([`super::deferred`]): here alone a frame's render
-//! passes begin and end, and its barriers are recorded.
+//! The objects of a plan's passes, and the walk that makes and records them in the order of the list ([`super::deferred`]). One function begins and ends
+//! render passes, and one records barriers; SHADOW and the passes after the picture do both themselves.
 
 use std::sync::Arc;
 
@@ -154,6 +154,7 @@ impl Frame {
         self.passes.record_present(frame, times);
     }
 
+    // ANCHOR: render-pass
     /// A render pass from begin to end. Its dependencies, which [`super::render_pass`] makes of the rows, wait as each subpass begins and as all end.
     fn render_pass(
         &self,
@@ -162,6 +163,7 @@ impl Frame {
         times: &mut Option<Timestamps>,
     ) {
         let (gpu, cmd) = (&frame.device.raw, frame.cmd);
+        let mut untimed = None;
         let Some(begin) = self.passes.begin(frame, name) else { return };
         // SAFETY: `cmd` is being recorded outside a render pass; the pass was made of the same list, so that it has these subpasses.
         unsafe { gpu.cmd_begin_render_pass(cmd, &begin, INLINE) };
@@ -174,13 +176,15 @@ impl Frame {
             for (place, pass) in subpass.passes.iter().enumerate() {
                 // Neighbours that share a time get one stamp, after the last of them.
                 let shares = subpass.passes.get(place + 1).is_some_and(|next| next.time == pass.time);
-                self.pass(pass, frame, if shares { &mut None } else { &mut *times });
+                self.pass(pass, frame, if shares { &mut untimed } else { &mut *times });
             }
         }
         // SAFETY: begun above, and every subpass is recorded.
         unsafe { gpu.cmd_end_render_pass(cmd) };
     }
+    // ANCHOR_END: render-pass
 
+    // ANCHOR: commands
     /// A pass outside of render passes, between its barriers. `again` has the barriers between its steps, and after the last.
     fn commands(
         &self,
@@ -200,6 +204,7 @@ impl Frame {
         self.barriers(frame, again.map_or(&own.after, |again| &again.after));
         frame.end(times, own.pass);
     }
+    // ANCHOR_END: commands
 
     fn pass(&self, pass: &'static Pass, frame: &Recording, times: &mut Option<Timestamps>) {
         frame.begin(pass);

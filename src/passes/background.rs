@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::tonemap::tone_map_up_to;
+use super::curves::tone_map_up_to;
 use crate::plan::{FramePlan, Shading, Target, ToneMapping};
 use crate::visible::World;
 

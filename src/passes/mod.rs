@@ -90,6 +90,7 @@ pub mod view;
 
 pub mod background;
 mod blending;
+pub mod curves;
 mod declaration;
 pub mod object;
 mod per_pixel;

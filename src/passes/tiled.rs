@@ -7,8 +7,8 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 use super::background::{background, exposed_background};
+use super::curves::encode_srgb;
 use super::spirv::with_lengths;
-use super::tonemap::encode_srgb;
 use super::{
     Making, Object, Pass, Place, Presence, Recording, Resource, SetLayouts, Touch, frame_data, gbuffer_inputs, maps,
 };

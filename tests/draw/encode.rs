@@ -7,8 +7,8 @@ use afterlight::gpu::{
     self, Buffer, CommandBuffer, Image, ImageDesc, Location, MemoryKind, UploadOrder, Uploader, barrier, vk,
 };
 use afterlight::passes::copy;
+use afterlight::passes::curves::encode_srgb;
 use afterlight::passes::encode::{self, Encode, WHITE_NITS};
-use afterlight::passes::tonemap::encode_srgb;
 use afterlight::plan::Transfer;
 use glam::DVec3;
 use half::f16;

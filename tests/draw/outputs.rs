@@ -4,7 +4,7 @@ use crate::common::gpu::{Gpu, bytes, floats, nits, on_gpu, places};
 use crate::common::scenes::with_transparent;
 use crate::common::some_of;
 use crate::common::stage::{EYE, add, exact, gbuffer, lambert, open, own, rectangle, seen, stage};
-use afterlight::passes::tonemap::{encode_srgb, tone_map};
+use afterlight::passes::curves::{encode_srgb, tone_map};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
     AlphaMode, HdrFormat, LightPath, Material, Output, Resolve, Scene, Settings, Tonemap, Transparency, View,

@@ -270,8 +270,20 @@ fn pass_names(src: &Path) -> Vec<String> {
         .iter()
         .filter_map(stem)
         .filter(|name| {
-            !["mod", "blending", "culling", "depth_only", "per_pixel", "screen", "spirv", "surface"]
-                .contains(&name.as_str())
+            ![
+                "mod",
+                "background",
+                "blending",
+                "culling",
+                "curves",
+                "depth_only",
+                "object",
+                "per_pixel",
+                "screen",
+                "spirv",
+                "surface",
+            ]
+            .contains(&name.as_str())
         })
         .collect()
 }

@@ -99,7 +99,7 @@ fn distance_of(falloff: Falloff, brightest: f64, share: f64) -> f64 {
 }
 
 /// The steepest slope of the encoded output, 0 to 1, over exposed radiance. sRGB is steepest at black, 12.92; tone curves that are
-/// no steeper than 1 there add nothing. Found by sampling colours (a test in `src/passes/tonemap.rs` does so again), rounded up.
+/// no steeper than 1 there add nothing. Found by sampling colours (a test in `src/passes/curves.rs` does so again), rounded up.
 pub fn steepest(tonemap: Tonemap) -> f64 {
     match tonemap {
         Tonemap::None | Tonemap::Neutral => 12.93,

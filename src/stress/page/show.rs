@@ -5,7 +5,7 @@ use base64::engine::general_purpose::STANDARD;
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 
-use crate::passes::tonemap::encode_srgb;
+use crate::passes::curves::encode_srgb;
 use crate::stress::{Evidence, FLOOR};
 
 /// Returns the picture, the truth and their difference, by their names. Light is scaled to the brightest of the truth.

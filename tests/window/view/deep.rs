@@ -1,6 +1,6 @@
 //! Windows of 10 bits a channel, whose images no hardware encodes: on every way to the picture ENCODE shows it, with all that lies over it.
 
-use afterlight::passes::tonemap::{encode_srgb, tone_map};
+use afterlight::passes::curves::{encode_srgb, tone_map};
 use afterlight::scene::{Tonemap, exposure_scale};
 use glam::Vec3;
 
