@@ -412,20 +412,33 @@ mod tests {
     use afterlight::frame::edges::{Carrier, Place, RowName};
     use afterlight::frame::list::SHADOW_PASS;
     use afterlight::gpu::sync::Use;
+    use afterlight::passes::shadow;
 
     use super::*;
 
     fn row(name: RowName) -> Edge {
         let (from, to, why) = (Place::OUTSIDE, Place::OUTSIDE, "");
         let (carrier, by_region) = (Carrier::Subpass(SHADOW_PASS), false);
-        Edge { name, carrier, from, to, before: Use::START, after: Use::END, by_region, across_samples: false, why }
+        Edge {
+            name,
+            carrier,
+            from,
+            to,
+            before: Use::START,
+            after: Use::END,
+            by_region,
+            across_samples: false,
+            why: why.into(),
+        }
     }
 
     #[test]
     fn silence_is_explained_by_what_is_known_of_the_layer() {
-        let (new, old) =
-            (silence(&row(RowName::SHADOW_MAP_REUSE), LAYER), silence(&row(RowName::SHADOW_MAP_REUSE), LAYER - 1));
-        assert!(new.contains("gave shadow-map-reuse nothing to order"), "{new}");
+        let (new, old) = (
+            silence(&row(RowName::Reuse(shadow::PASS.place)), LAYER),
+            silence(&row(RowName::Reuse(shadow::PASS.place)), LAYER - 1),
+        );
+        assert!(new.contains("gave shadow-reuse nothing to order"), "{new}");
         assert!(old.contains("says nothing of these frames") && !old.contains("gave"), "{old}");
         let argued = silence(&row(RowName::PICTURE_TO_HOST), LAYER);
         assert!(argued.contains("No layer is known to notice") && argued.contains("Signaling a fence"), "{argued}");

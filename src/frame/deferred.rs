@@ -38,19 +38,20 @@
 
 use super::list::{
     self,
-    Line::{self, Draw, DrawApart, Run, RunPosed},
+    Line::{self, Draw, DrawApart, PartIf, Run, RunPosed},
     Step,
 };
 use crate::passes::{
-    ambient, ao, ao_denoise, arrange, bloom, composite, cull, depth, fill, fog, forward, fxaa, geometry, hiz, integrate,
-    lighting, occluders, particles, per_light, pyramid, reflect, reflect_resolve, scatter, shadow, sharpen, simulate, skin,
-    sky, sort, taa, tiled, tone, tonemap, transparent, velocity, view,
+    ambient, ao, ao_denoise, arrange, bloom, composite, cull, depth, fill, fog, forward, fxaa, geometry, hiz,
+    integrate, lighting, occluders, particles, per_light, pyramid, reflect, reflect_resolve, scatter, shadow, sharpen,
+    simulate, skin, sky, sort, taa, tiled, tone, tonemap, transparent, velocity, view,
 };
 use crate::plan::FramePlan;
+use crate::scene::OptionalPart;
 
 // ANCHOR: order
 /// The order of the passes. Passes that the plan leaves out are passed over.
-const ORDER: [Line; 33] = [
+const ORDER: [Line; 34] = [
     // All that passes which draw surfaces need: deformed vertices, visible objects, shadow maps, the light in the air, and particles.
     RunPosed(&skin::PASS),
     DrawApart(&occluders::PASS),
@@ -67,6 +68,7 @@ const ORDER: [Line; 33] = [
     Run(&sort::PASS),
     // The surfaces, and the light on them.
     Draw(&geometry::PASS, &[&depth::PASS, &geometry::PASS]),
+    PartIf(|plan| plan.stores_gbuffer && plan.keep.has(OptionalPart::StoredGbuffer)),
     Run(&ao::PASS),
     Run(&ao_denoise::PASS),
     Run(&tiled::PASS),

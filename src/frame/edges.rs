@@ -33,8 +33,8 @@ mod waits;
 pub(super) use host::FORMULA_WRITE;
 pub(super) use masks::SUPPORTED;
 pub use renamed::lack;
-pub(super) use waits::Barrier;
 use unreported_mutants::Part;
+pub(super) use waits::Barrier;
 
 /// The Vulkan mechanism that carries a row. One queue does everything, so only frames and presentation are ordered by semaphores.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -52,6 +52,8 @@ pub(super) enum Line {
     Run(&'static Pass),
     /// The same in frames in which deformed objects have another pose.
     RunPosed(&'static Pass),
+    /// Ends a render pass in plans that keep what it stores.
+    PartIf(fn(&FramePlan) -> bool),
 }
 
 /// A part of the frame.
@@ -104,50 +106,75 @@ pub enum Occasion {
 /// The steps of a plan's frames.
 pub struct List(pub Vec<Step>);
 
+/// A line of the order in a plan's frames.
+enum Planned {
+    Drawn(Subpass),
+    DrawnApart(Subpass),
+    Recorded(Step),
+    Parted,
+}
+
 /// The steps of a plan's frames up to the picture. A render pass goes on as long as subpasses follow each other: a pass outside of render passes ends it, and so
 /// does a subpass that samples what it draws.
 pub(super) fn steps(plan: &FramePlan, order: &[Line]) -> Vec<Step> {
+    let mut planned: Vec<Planned> = order.iter().filter_map(|line| line.planned(plan)).collect();
+    resolve_samples(&mut planned);
     let mut steps: Vec<Step> = Vec::new();
     let mut is_open = false;
-    for line in order {
-        match *line {
-            Line::Draw(place, passes) => {
-                let Some(subpass) = subpass(plan, place.place, passes) else { continue };
+    for own in planned {
+        is_open = match own {
+            Planned::Drawn(subpass) => {
                 match steps.last_mut() {
-                    Some(Step::RenderPass(_, drawn)) if is_open && !samples_any_of(&subpass, drawn) => drawn.push(subpass),
+                    Some(Step::RenderPass(_, drawn)) if is_open && !samples_any_of(&subpass, drawn) => {
+                        drawn.push(subpass);
+                    }
                     _ => steps.push(Step::RenderPass(RenderPassName(subpass.place), vec![subpass])),
                 }
-                is_open = true;
+                true
             }
-            Line::DrawApart(pass) => {
-                let Some(subpass) = subpass(plan, pass.place, &[pass]) else { continue };
-                steps.push(Step::RenderPass(RenderPassName(pass.place), vec![subpass]));
-                is_open = false;
+            Planned::DrawnApart(subpass) => {
+                steps.push(Step::RenderPass(RenderPassName(subpass.place), vec![subpass]));
+                false
             }
-            Line::Run(pass) | Line::RunPosed(pass) => {
-                let when = if matches!(line, Line::RunPosed(_)) { Occasion::Posed } else { Occasion::Always };
-                let Some(step) = commands(plan, when, pass, &[], &[]) else { continue };
+            Planned::Recorded(step) => {
                 steps.push(step);
-                is_open = false;
+                false
             }
-        }
-    }
-    // The hardware resolves samples after the last subpass that draws them.
-    let draws = |own: &Touch| matches!(own.how, How::Color { .. }) && own.resource == Resource::Target(Target::Samples);
-    let mut subpasses = steps.iter_mut().flat_map(|step| match step {
-        Step::RenderPass(_, subpasses) => &mut subpasses[..],
-        _ => &mut [],
-    });
-    if let Some(last) = subpasses.rfind(|subpass| subpass.touches.iter().any(draws)) {
-        last.touches.push(Touch::resolve(Target::Output, RESOLVE));
+            Planned::Parted => false,
+        };
     }
     add_barriers(plan, &mut steps);
     steps
 }
 
+impl Line {
+    fn planned(&self, plan: &FramePlan) -> Option<Planned> {
+        match *self {
+            Self::Draw(place, passes) => subpass(plan, place.place, passes).map(Planned::Drawn),
+            Self::DrawApart(pass) => subpass(plan, pass.place, &[pass]).map(Planned::DrawnApart),
+            Self::Run(pass) => commands(plan, Occasion::Always, pass, &[], &[]).map(Planned::Recorded),
+            Self::RunPosed(pass) => commands(plan, Occasion::Posed, pass, &[], &[]).map(Planned::Recorded),
+            Self::PartIf(parts) => parts(plan).then_some(Planned::Parted),
+        }
+    }
+}
+
+/// The hardware resolves samples after the last subpass that draws them.
+fn resolve_samples(planned: &mut [Planned]) {
+    let draws = |own: &Touch| matches!(own.how, How::Color { .. }) && own.resource == Resource::Target(Target::Samples);
+    let last = planned.iter_mut().rev().find_map(|own| match own {
+        Planned::Drawn(subpass) if subpass.touches.iter().any(draws) => Some(subpass),
+        _ => None,
+    });
+    if let Some(last) = last {
+        last.touches.push(Touch::resolve(Target::Output, RESOLVE).because("resolves samples into the picture"));
+    }
+}
+
 /// Returns true if the subpass samples a target that one of these draws: pixels around its own may not be there yet.
 fn samples_any_of(subpass: &Subpass, drawn: &[Subpass]) -> bool {
-    let is_drawn = |resource| drawn.iter().flat_map(|own| &own.touches).any(|own| own.resource == resource && own.is_attachment());
+    let is_drawn =
+        |resource| drawn.iter().flat_map(|own| &own.touches).any(|own| own.resource == resource && own.is_attachment());
     subpass.touches.iter().any(|touch| matches!(touch.how, How::Sampled { .. }) && is_drawn(touch.resource))
 }
 
@@ -156,7 +183,12 @@ fn add_barriers(plan: &FramePlan, steps: &mut [Step]) {
     for (edge, barrier) in edges::waits(plan, steps) {
         let Some(Barrier { step, is_after, resource }) = barrier else { continue };
         if let Step::Commands(own) = &mut steps[step] {
-            if is_after { &mut own.after } else { &mut own.before }.push((edge.name, resource));
+            let rows = if is_after { &mut own.after } else { &mut own.before };
+            rows.push((edge.name, resource));
+            // Of the two buffers of histories both are waited for.
+            if resource == Resource::History {
+                rows.push((edge.name, Resource::LastHistory));
+            }
         }
     }
 }

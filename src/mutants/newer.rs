@@ -2,8 +2,8 @@
 //! false messages hides. They were found with 1.4.363; layers between the two may have fewer.
 
 use super::Mutant;
-use crate::frame::edges::unreported_mutants::Part;
 use crate::frame::edges::Side;
+use crate::frame::edges::unreported_mutants::Part;
 use crate::gpu::vk::{self, AccessFlags, PipelineStageFlags};
 use crate::passes::lighting;
 
@@ -63,13 +63,17 @@ static NEWER_LAYERS: &[NewerLayers] = &[
     NewerLayers {
         from: NEWEST,
         is_about: |mutant| match mutant.part {
-            Part::Row => ["lighting-reuse", "tonemap-reuse", "output-reuse", "fxaa-reuse"].contains(&mutant.edge.name.to_string().as_str()),
+            Part::Row => ["lighting-reuse", "tonemap-reuse", "output-reuse", "fxaa-reuse"]
+                .contains(&mutant.edge.name.to_string().as_str()),
             Part::Bits(Side::Before, bits) => {
                 bits.stage == PipelineStageFlags::TRANSFER
                     && [
-                        "lighting-reuse", "tonemap-reuse", "output-reuse",
+                        "lighting-reuse",
+                        "tonemap-reuse",
+                        "output-reuse",
                         "fxaa-reuse",
-                        "lighting-reuse", "forward-reuse",
+                        "lighting-reuse",
+                        "forward-reuse",
                         "geometry-reuse",
                         "spread-to-tonemap",
                         "reflect-resolve-to-tonemap",

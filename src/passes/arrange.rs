@@ -26,7 +26,11 @@ pub const PASS: Pass = Pass {
     what: "how many instances come before those of each group",
     presence: culling::presence,
     touches: |_| {
-        vec![Touch::resource(Resource::CulledInstances, COUNT).because("adds up the numbers that CULL counted, and replaces them"), Touch::resource(Resource::FoundCounts, FOUND_WRITE).because("writes the numbers that the CPU reads")]
+        vec![
+            Touch::resource(Resource::CulledInstances, COUNT)
+                .because("adds up the numbers that CULL counted, and replaces them"),
+            Touch::resource(Resource::FoundCounts, FOUND_WRITE).because("writes the numbers that the CPU reads"),
+        ]
     },
     leave_out: None,
     make: Some(|own| Ok(Box::new(Arrange::new(own.device, own.needed(own.culling)?)?))),

@@ -10,12 +10,13 @@ use crate::scene::Transparency;
 /// The attachments of the subpass.
 pub fn targets(plan: &FramePlan) -> Vec<Touch> {
     let color = |location, target, why| Touch::color(location, target, First::Clear, COLOR_BLEND).because(why);
-    let mut touches = vec![Touch::depth(First::Undefined, DEPTH_COMPARE).because("tests against the depth of opaque surfaces")];
+    let mut touches =
+        vec![Touch::depth(First::Undefined, DEPTH_COMPARE).because("tests against the depth of opaque surfaces")];
     touches.extend(match plan.transparency {
         Some(Transparency::Oit) => {
             let why = "clears the sums and adds to them";
             vec![color(0, Target::Accumulation, why), color(1, Target::Weights, why)]
-        },
+        }
         _ => vec![color(0, plan.light_target(), "blends over the light")],
     });
     touches

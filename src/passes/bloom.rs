@@ -33,7 +33,10 @@ pub const PASS: Pass = Pass {
     presence,
     touches: |_| {
         let levels = Touch::resource(Resource::BloomLevels, LEVEL_WRITE).because("writes the first level");
-        vec![Touch::sampled(PICTURE, Target::Hdr, HDR_READ).because("loads the light of a pixel and its neighbours"), levels]
+        vec![
+            Touch::sampled(PICTURE, Target::Hdr, HDR_READ).because("loads the light of a pixel and its neighbours"),
+            levels,
+        ]
     },
     leave_out: None,
     make: Some(|own| {
@@ -50,7 +53,12 @@ pub const SPREAD: Pass = Pass {
     time: "spread",
     what: "spreads light, down to wider levels and up again",
     presence,
-    touches: |_| vec![Touch::resource(Resource::BloomLevels, LEVEL_READ.or(LEVEL_WRITE)).because("reads the level that the step before wrote, and writes another")],
+    touches: |_| {
+        vec![
+            Touch::resource(Resource::BloomLevels, LEVEL_READ.or(LEVEL_WRITE))
+                .because("reads the level that the step before wrote, and writes another"),
+        ]
+    },
     leave_out: Some(|settings| settings.bloom = 0.0),
     make: Some(|own| {
         let (planned, levels) = (own.needed(own.plan.bloom)?, own.buffer(Resource::BloomLevels)?);

@@ -27,8 +27,10 @@ pub const PASS: Pass = Pass {
         let pyramid = plan.hides_on_device.then(|| {
             Touch::resource(Resource::DepthPyramid, PYRAMID_READ).because("tests boxes against the least depths")
         });
-        let lists =
-            [Touch::resource(Resource::FrameData, LIST_READ), Touch::resource(Resource::CulledInstances, MARK_WRITE).because("marks and counts what it finds")];
+        let lists = [
+            Touch::resource(Resource::FrameData, LIST_READ),
+            Touch::resource(Resource::CulledInstances, MARK_WRITE).because("marks and counts what it finds"),
+        ];
         lists.into_iter().chain(pyramid).collect()
     },
     leave_out: None,

@@ -60,7 +60,10 @@ fn touches(plan: &FramePlan) -> Vec<Touch> {
         (0, Target::Triangle, First::Undefined, COLOR_WRITE),
     ];
     let drawn = locations.into_iter().filter(|&(_, target, ..)| plan.format_of(target).is_some());
-    let mut touches = vec![Touch::depth(First::Clear, DEPTH_TEST).because("clears depth, tests against it and writes it"), frame_data()];
+    let mut touches = vec![
+        Touch::depth(First::Clear, DEPTH_TEST).because("clears depth, tests against it and writes it"),
+        frame_data(),
+    ];
     touches.extend(drawn.map(|(location, target, first, uses)| {
         Touch::color(location, target, first, uses).because("writes the G-buffer, or what a view shows in its place")
     }));

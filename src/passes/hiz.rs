@@ -22,7 +22,12 @@ pub const PASS: Pass = Pass {
     presence: |plan| {
         Presence::when(plan.reflects(), "rays take long steps where nothing is", &plan.reasons.reflections)
     },
-    touches: |_| vec![Touch::sampled(0, Target::Depth, GBUFFER_READ).because("reads the depth of each pixel"), Touch::storage(1, Target::Hiz, HIZ_WRITE).because("writes the depths of squares")],
+    touches: |_| {
+        vec![
+            Touch::sampled(0, Target::Depth, GBUFFER_READ).because("reads the depth of each pixel"),
+            Touch::storage(1, Target::Hiz, HIZ_WRITE).because("writes the depths of squares"),
+        ]
+    },
     leave_out: None,
     make: Some(|own| Ok(Box::new(Hiz::new(own.device, own.plan, own.layouts.frame, &own.images())?))),
 };

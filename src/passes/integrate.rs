@@ -19,7 +19,13 @@ pub const PASS: Pass = Pass {
     time: "integrate",
     what: "what the fog before each froxel scatters to the eye",
     presence: froxel_presence,
-    touches: |_| vec![frame_data(), Touch::resource(Resource::Froxels, LIGHT_READ.or(SUM_WRITE)).because("adds up the light of froxels, and writes its sums beside it")],
+    touches: |_| {
+        vec![
+            frame_data(),
+            Touch::resource(Resource::Froxels, LIGHT_READ.or(SUM_WRITE))
+                .because("adds up the light of froxels, and writes its sums beside it"),
+        ]
+    },
     leave_out: None,
     make: Some(|own| {
         let planned = own.needed(own.plan.froxels())?;

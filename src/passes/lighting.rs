@@ -55,9 +55,11 @@ pub fn reads_all_samples(plan: &FramePlan) -> bool {
 
 fn touches(plan: &FramePlan) -> Vec<Touch> {
     let light = if plan.blends_light() { LIGHT_BLEND } else { LIGHT_WRITE };
-    let input = |(binding, target)| Touch::input(binding, target, GBUFFER_READ)
-        .of_all_samples(reads_all_samples(plan))
-        .because("reads its own pixel of the G-buffer");
+    let input = |(binding, target)| {
+        Touch::input(binding, target, GBUFFER_READ)
+            .of_all_samples(reads_all_samples(plan))
+            .because("reads its own pixel of the G-buffer")
+    };
     let mut touches: Vec<_> = gbuffer_inputs(plan).into_iter().map(input).collect();
     touches.push(Touch::color(0, plan.light_target(), First::Clear, light).because("writes the light"));
     if plan.lighting_tests_depth() {

@@ -223,7 +223,11 @@ fn frame_data() -> Touch {
 /// Draws the scene's meshes with its textures.
 fn meshes(plan: &FramePlan) -> impl Iterator<Item = Touch> {
     let (vertices, textures, deforms) = (plan.uploads.vertices, plan.uploads.textures, plan.deforms());
-    let deformed = deforms.then_some(Touch::resource(Resource::DeformedVertices, VERTEX_READ).because("fetches the vertices that SKIN wrote, in this frame or in an earlier one with the same pose"));
+    let deformed =
+        deforms
+            .then_some(Touch::resource(Resource::DeformedVertices, VERTEX_READ).because(
+                "fetches the vertices that SKIN wrote, in this frame or in an earlier one with the same pose",
+            ));
     let of_meshes = [
         Touch::resource(Resource::Vertices, VERTEX_READ),
         Touch::resource(Resource::Indices, INDEX_READ),
@@ -237,7 +241,8 @@ fn meshes(plan: &FramePlan) -> impl Iterator<Item = Touch> {
 /// Draws the objects that the device found visible, where it culls.
 fn culled(plan: &FramePlan) -> Option<Touch> {
     plan.culls_on_device.then(|| {
-        Touch::resource(Resource::CulledInstances, CULLED_READ).because("reads its commands and the rows of its instances")
+        Touch::resource(Resource::CulledInstances, CULLED_READ)
+            .because("reads its commands and the rows of its instances")
     })
 }
 
@@ -248,7 +253,9 @@ fn over_time(plan: &FramePlan) -> Presence {
 
 /// Looks shadow maps up, where there are some.
 fn maps(plan: &FramePlan, uses: Use) -> Option<Touch> {
-    plan.shadow.as_ref().map(|_| Touch::resource(Resource::ShadowMaps, uses).because("loads any texel of the shadow maps"))
+    plan.shadow
+        .as_ref()
+        .map(|_| Touch::resource(Resource::ShadowMaps, uses).because("loads any texel of the shadow maps"))
 }
 
 /// Looks up the fog's froxels while it shades fragments.

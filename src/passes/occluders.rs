@@ -26,7 +26,8 @@ pub const PASS: Pass = Pass {
     what: "depth of the largest objects, which may hide others",
     presence: culling::hiding,
     touches: |plan| {
-        let depth = Touch::depth_of(Target::Occluders, First::Clear, DEPTH_TEST).because("clears the depth of large objects and draws it");
+        let depth = Touch::depth_of(Target::Occluders, First::Clear, DEPTH_TEST)
+            .because("clears the depth of large objects and draws it");
         [depth, frame_data()].into_iter().chain(meshes(plan)).collect()
     },
     leave_out: None,

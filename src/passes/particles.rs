@@ -33,7 +33,11 @@ pub const PASS: Pass = Pass {
     touches: |plan| {
         let mut touches = targets(plan);
         touches.push(Touch::input(0, Target::Depth, DEPTH_READ).because("reads depth, to fade near surfaces"));
-        touches.extend([frame_data(), Touch::resource(Resource::Particles, STATE_READ).because("fetches particles in the order in which SORT left them")]);
+        touches.extend([
+            frame_data(),
+            Touch::resource(Resource::Particles, STATE_READ)
+                .because("fetches particles in the order in which SORT left them"),
+        ]);
         touches.extend(froxels(plan));
         if plan.particles.as_ref().is_some_and(|own| !own.textures.is_empty()) {
             touches.push(Touch::resource(Resource::Textures, TEXTURE_READ));

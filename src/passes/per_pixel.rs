@@ -24,7 +24,8 @@ pub type Bound = (u32, vk::ImageView, vk::ImageLayout);
 pub(super) fn sampled_gbuffer(plan: &FramePlan, read: Use) -> Vec<Touch> {
     let others = gbuffer_inputs(plan).into_iter().filter(|(_, own)| ![Target::Depth, Target::Position].contains(own));
     let all = [(0, Target::Depth)].into_iter().chain(others);
-    all.map(|(binding, target)| Touch::sampled(binding, target, read).because("reads the G-buffer of a pixel")).collect()
+    all.map(|(binding, target)| Touch::sampled(binding, target, read).because("reads the G-buffer of a pixel"))
+        .collect()
 }
 
 /// Before it exists.

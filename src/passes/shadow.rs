@@ -41,7 +41,8 @@ pub const PASS: Pass = Pass {
     },
     touches: |plan| {
         let how = How::Depth { first: First::Clear };
-        let map = Touch::new(Resource::ShadowMaps, how, MAP_CLEAR.or(MAP_STORE)).because("clears and draws the maps that have changed");
+        let map = Touch::new(Resource::ShadowMaps, how, MAP_CLEAR.or(MAP_STORE))
+            .because("clears and draws the maps that have changed");
         [map, frame_data()].into_iter().chain(meshes(plan)).collect()
     },
     leave_out: None,

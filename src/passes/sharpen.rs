@@ -27,7 +27,8 @@ pub const PASS: Pass = Pass {
     touches: |_| {
         vec![
             Touch::resource(Resource::History, HISTORY_READ).because("reads what TAA averaged"),
-            Touch::color(0, Target::Hdr, First::Undefined, LIGHT_WRITE).because("overwrites the light that TAA has read"),
+            Touch::color(0, Target::Hdr, First::Undefined, LIGHT_WRITE)
+                .because("overwrites the light that TAA has read"),
         ]
     },
     leave_out: None,

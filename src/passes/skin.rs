@@ -35,7 +35,8 @@ pub const PASS: Pass = Pass {
         vec![
             Touch::resource(Resource::RestMeshes, SOURCE_READ),
             Touch::resource(Resource::FrameData, SOURCE_READ),
-            Touch::resource(Resource::DeformedVertices, vertex_use(plan)).because("writes the vertices that draws fetch"),
+            Touch::resource(Resource::DeformedVertices, vertex_use(plan))
+                .because("writes the vertices that draws fetch"),
         ]
     },
     leave_out: None,

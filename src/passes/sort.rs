@@ -27,7 +27,12 @@ pub const PASS: Pass = Pass {
         Some(_) => Presence::Out("particles are summed or counted, in any order".into()),
         None => Presence::Out("no particles are drawn".into()),
     },
-    touches: |_| vec![Touch::resource(Resource::Particles, KEY_READ.or(KEY_WRITE)).because("compares keys and exchanges them, step by step")],
+    touches: |_| {
+        vec![
+            Touch::resource(Resource::Particles, KEY_READ.or(KEY_WRITE))
+                .because("compares keys and exchanges them, step by step"),
+        ]
+    },
     leave_out: None,
     make: Some(|own| {
         // After the particles themselves.

@@ -36,10 +36,12 @@ pub const PASS: Pass = Pass {
         let mut touches = vec![
             Touch::sampled(LIGHT, Target::Hdr, FRAME_READ).because(LOOKS),
             Touch::sampled(DEPTH, Target::Depth, FRAME_READ).because(LOOKS),
-            Touch::resource(Resource::LastHistory, HISTORY_READ).because("goes on from what the last frame left for it"),
+            Touch::resource(Resource::LastHistory, HISTORY_READ)
+                .because("goes on from what the last frame left for it"),
             Touch::resource(Resource::History, HISTORY_WRITE).because("overwrites what the last frame went on from"),
         ];
-        touches.extend(plan.has_velocity().then(|| Touch::sampled(VELOCITY, Target::Velocity, FRAME_READ).because(LOOKS)));
+        touches
+            .extend(plan.has_velocity().then(|| Touch::sampled(VELOCITY, Target::Velocity, FRAME_READ).because(LOOKS)));
         touches
     },
     leave_out: Some(|settings| settings.taa = false),

@@ -47,9 +47,13 @@ pub const PASS: Pass = Pass {
         Presence::when(plan.is_tiled(), why, "the light path has no compute pass")
     },
     touches: |plan| {
-        let stored =
-            stored_inputs(plan).into_iter().map(|(binding, target)| Touch::sampled(binding, target, GBUFFER_READ).because("reads what GEOMETRY stored of its tile"));
-        let others = [Touch::storage(OUTPUT, Target::Output, OUTPUT_WRITE).because("writes every pixel of the picture"), frame_data()];
+        let stored = stored_inputs(plan).into_iter().map(|(binding, target)| {
+            Touch::sampled(binding, target, GBUFFER_READ).because("reads what GEOMETRY stored of its tile")
+        });
+        let others = [
+            Touch::storage(OUTPUT, Target::Output, OUTPUT_WRITE).because("writes every pixel of the picture"),
+            frame_data(),
+        ];
         stored.chain(others).chain(maps(plan, MAP_READ)).chain(looked_up(plan)).collect()
     },
     leave_out: None,

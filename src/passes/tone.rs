@@ -22,7 +22,13 @@ pub const PASS: Pass = Pass {
     presence: |plan| {
         Presence::when(is_in(plan), "vignette or grain are asked for", "neither vignette nor grain is asked for")
     },
-    touches: |plan| vec![Touch::color(0, plan.picture(), First::Undefined, PICTURE_BLEND).because("multiplies what is finished of its pixel"), frame_data()],
+    touches: |plan| {
+        vec![
+            Touch::color(0, plan.picture(), First::Undefined, PICTURE_BLEND)
+                .because("multiplies what is finished of its pixel"),
+            frame_data(),
+        ]
+    },
     leave_out: Some(|settings| (settings.vignette, settings.grain) = (0.0, 0.0)),
     make: Some(|own| Ok(Box::new(Tone::new(own.device, own.plan, own.slot()?, own.layouts)?))),
 };

@@ -40,8 +40,12 @@ pub const PASS: Pass = Pass {
         Presence::when(plan.has_tonemap_subpass(), "light is blended or averaged before it is tone-mapped", why_not)
     },
     touches: |plan| {
-        let levels = plan.bloom.map(|_| Touch::resource(Resource::BloomLevels, LEVEL_READ).because("reads the first level of bloom"));
-        let light = Touch::input(0, Target::Hdr, HDR_READ).of_all_samples(plan.msaa > 1).because("reads the light of its pixel");
+        let levels = plan
+            .bloom
+            .map(|_| Touch::resource(Resource::BloomLevels, LEVEL_READ).because("reads the first level of bloom"));
+        let light = Touch::input(0, Target::Hdr, HDR_READ)
+            .of_all_samples(plan.msaa > 1)
+            .because("reads the light of its pixel");
         let output = Touch::color(0, Target::Output, First::Undefined, OUTPUT_WRITE).because("draws the picture");
         [light, output].into_iter().chain(levels).collect()
     },

@@ -35,7 +35,11 @@ pub const PASS: Pass = Pass {
 };
 
 fn touches(plan: &FramePlan) -> Vec<Touch> {
-    let input = |(binding, target)| Touch::input(binding, target, INPUT_READ).of_all_samples(plan.msaa > 1).because("reads the buffer that it shows");
+    let input = |(binding, target)| {
+        Touch::input(binding, target, INPUT_READ)
+            .of_all_samples(plan.msaa > 1)
+            .because("reads the buffer that it shows")
+    };
     let mut touches: Vec<_> = gbuffer_inputs(plan).into_iter().map(input).collect();
     touches.push(Touch::color(0, Target::Output, First::Clear, OUTPUT_WRITE).because("draws the picture"));
     if plan.lighting_tests_depth() {

@@ -55,7 +55,7 @@ fn untried(tried: &[FramePlan]) -> BTreeSet<String> {
     let rows = |plan: &FramePlan| -> Vec<Edge> {
         let compared = |edge: &Edge| {
             let by_region = edge.is_between_subpasses();
-            Edge { why: "", by_region, across_samples: false, ..edge.clone() }
+            Edge { why: String::new(), by_region, across_samples: false, ..edge.clone() }
         };
         edges::table(plan).iter().map(compared).collect()
     };

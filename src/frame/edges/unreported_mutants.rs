@@ -214,7 +214,15 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               both accesses",
     },
     UnreportedMutants {
-        rows: &["reflect-resolve-to-transparent", "reflect-resolve-to-fog", "lighting-to-velocity", "transparent-to-velocity", "fog-to-velocity", "forward-to-velocity", "reflect-resolve-to-velocity"],
+        rows: &[
+            "reflect-resolve-to-transparent",
+            "reflect-resolve-to-fog",
+            "lighting-to-velocity",
+            "transparent-to-velocity",
+            "fog-to-velocity",
+            "forward-to-velocity",
+            "reflect-resolve-to-velocity",
+        ],
         parts: Parts::Any(
             Side::After,
             stages(S::FRAGMENT_SHADER, stages(S::EARLY_FRAGMENT_TESTS, S::LATE_FRAGMENT_TESTS)),
@@ -295,7 +303,13 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               what the main pass stored must be visible, too",
     },
     UnreportedMutants {
-        rows: &["lighting-to-velocity", "transparent-to-velocity", "fog-to-velocity", "forward-to-velocity", "reflect-resolve-to-velocity"],
+        rows: &[
+            "lighting-to-velocity",
+            "transparent-to-velocity",
+            "fog-to-velocity",
+            "forward-to-velocity",
+            "reflect-resolve-to-velocity",
+        ],
         parts: Parts::All,
         only: LEAVES_THE_LAYOUT,
         section: "Rasterization Order",
@@ -304,7 +318,13 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               order holds within a subpass",
     },
     UnreportedMutants {
-        rows: &["lighting-to-velocity", "transparent-to-velocity", "fog-to-velocity", "forward-to-velocity", "reflect-resolve-to-velocity"],
+        rows: &[
+            "lighting-to-velocity",
+            "transparent-to-velocity",
+            "fog-to-velocity",
+            "forward-to-velocity",
+            "reflect-resolve-to-velocity",
+        ],
         parts: Parts::Any(Side::After, S::LATE_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_WRITE),
         only: CHANGES_THE_LAYOUT,
         section: "Rasterization Order",
@@ -350,7 +370,15 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               implicit dependency that waits for nothing, and the change may overwrite what is being copied",
     },
     UnreportedMutants {
-        rows: &["lighting-reuse", "tonemap-reuse", "output-reuse", "fxaa-reuse", "lighting-reuse", "forward-reuse", "geometry-reuse"],
+        rows: &[
+            "lighting-reuse",
+            "tonemap-reuse",
+            "output-reuse",
+            "fxaa-reuse",
+            "lighting-reuse",
+            "forward-reuse",
+            "geometry-reuse",
+        ],
         parts: Parts::Any(Side::Before, S::TRANSFER, A::empty()),
         // Not where the same row makes the store of colours or samples available, which is missed.
         only: |edge| {
@@ -385,7 +413,9 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
             "lighting-to-fog",
             "forward-to-fog",
             "fog-to-transparent",
-            "tonemap-to-tone", "fxaa-to-tone", "lighting-to-tone",
+            "tonemap-to-tone",
+            "fxaa-to-tone",
+            "lighting-to-tone",
         ],
         parts: Parts::Any(
             Side::After,
@@ -504,12 +534,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the same of the stage, beside those that test depth",
     },
     UnreportedMutants {
-        rows: &[
-            "geometry-to-lighting",
-            "lighting-to-transparent",
-            "forward-to-transparent",
-            "fog-to-transparent",
-        ],
+        rows: &["geometry-to-lighting", "lighting-to-transparent", "forward-to-transparent", "fog-to-transparent"],
         parts: Parts::Any(Side::After, S::EARLY_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_READ),
         only: BETWEEN_SUBPASSES,
         section: "Rasterization Order",

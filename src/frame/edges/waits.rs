@@ -22,7 +22,7 @@ use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
 
 use super::presentation::IN_TURN;
 use super::{Carrier, Edge, Place, RowName, row};
-use crate::frame::list::{RESOLVE, RenderPassName, Step};
+use crate::frame::list::{Occasion, RESOLVE, RenderPassName, SHADOW_PASS, Step};
 use crate::gpu::sync::Use;
 use crate::passes::{How, Resource, Touch, copy, present};
 use crate::plan::{FramePlan, Target};
@@ -60,6 +60,8 @@ struct Stop<'a> {
     step: usize,
     run: Option<RenderPassName>,
     touches: Cow<'a, [Touch]>,
+    /// Some frames go without it: SHADOW draws only maps that have changed, and SKIN follows only new poses.
+    is_occasional: bool,
 }
 
 /// All uses of one resource at one stop.
@@ -79,6 +81,8 @@ struct Visit {
     why: Vec<&'static str>,
     /// It is of the frame before.
     is_last_frame: bool,
+    /// Some frames go without it.
+    is_occasional: bool,
 }
 
 /// A row that is being put together. Rows with the same key are one row.
@@ -124,20 +128,16 @@ pub fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Wait> {
     let stops = stops(plan, steps);
     let mut drafts: Vec<Draft> = Vec::new();
     for resource in resources(&stops) {
-        let mut visits = visits(plan, &stops, resource);
-        visits.extend(after_the_passes(plan, &stops, resource));
-        // What a frame does last is what the next one finds.
+        // A buffer that TAA has written is one frame later what it goes on from.
+        let mut spans = vec![visits(plan, &stops, resource)];
+        spans[0].extend(after_the_passes(plan, &stops, resource));
+        spans.extend((resource == Resource::History).then(|| visits(plan, &stops, Resource::LastHistory)));
         let mut past = Past::default();
-        visits.iter().for_each(|visit| _ = past.take(visit, |_, _, _| ()));
-        let ended = past.writes.iter_mut().chain(&mut past.reads);
-        ended.for_each(|visit| visit.is_last_frame = true);
-        (past.layout, past.barrier) = (None, None);
-        if !is_shared(resource) {
-            past = Past::default();
+        // What a frame does last is what the next one finds.
+        if is_shared(resource) {
+            past.live_through(&spans, |_, _, _| ());
         }
-        for visit in &visits {
-            past.take(visit, |from, to, way| add(&mut drafts, resource, (from, to), way));
-        }
+        past.live_through(&spans, |from, to, way| add(&mut drafts, resource, (from, to), way));
     }
     drafts.sort_by_key(|draft| (draft.to.stop, !draft.from.is_last_frame, draft.from.stop));
     drafts.into_iter().map(|draft| draft.finish(&stops)).collect()
@@ -171,10 +171,12 @@ fn stops<'a>(plan: &FramePlan, steps: &'a [Step]) -> Vec<Stop<'a>> {
                 step,
                 run: Some(*name),
                 touches: Cow::Borrowed(&own.touches),
+                is_occasional: *name == SHADOW_PASS,
             })),
             Step::Commands(own) => {
                 let touches = Cow::Owned((own.pass.touches)(plan));
-                stops.push(Stop { place: own.pass.place, step, run: None, touches });
+                let is_occasional = own.when != Occasion::Always;
+                stops.push(Stop { place: own.pass.place, step, run: None, touches, is_occasional });
             }
             Step::Presentation => {}
         }
@@ -182,20 +184,12 @@ fn stops<'a>(plan: &FramePlan, steps: &'a [Step]) -> Vec<Stop<'a>> {
     stops
 }
 
-/// The name under which two resources that are one memory in turn are ordered.
-fn memory_of(resource: Resource) -> Resource {
-    match resource {
-        Resource::LastHistory => Resource::History,
-        other => other,
-    }
-}
-
 /// Each resource that some stop writes, in the order of the first use.
 fn resources(stops: &[Stop]) -> Vec<Resource> {
     let mut all = Vec::new();
     for touch in stops.iter().flat_map(|stop| stop.touches.iter()) {
-        let resource = memory_of(touch.resource);
-        let written = |touch: &&Touch| memory_of(touch.resource) == resource && (touch.writes() || touch.is_attachment());
+        let resource = touch.resource;
+        let written = |touch: &&Touch| touch.resource == resource && (touch.writes() || touch.is_attachment());
         let is_written = stops.iter().flat_map(|stop| stop.touches.iter()).any(|touch| written(&touch));
         if is_written && !all.contains(&resource) {
             all.push(resource);
@@ -207,7 +201,7 @@ fn resources(stops: &[Stop]) -> Vec<Resource> {
 /// The uses of a resource, stop by stop.
 fn visits(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Vec<Visit> {
     let own = |stop: &Stop| -> Vec<Touch> {
-        stop.touches.iter().filter(|touch| memory_of(touch.resource) == resource).copied().collect()
+        stop.touches.iter().filter(|touch| touch.resource == resource).copied().collect()
     };
     let all: Vec<(usize, Vec<Touch>)> =
         stops.iter().map(own).enumerate().filter(|(_, touches)| !touches.is_empty()).collect();
@@ -218,11 +212,15 @@ fn visits(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Vec<Visit> {
         let beside = |other: Option<&(usize, Vec<Touch>)>| {
             is_attachment && other.is_some_and(|(index, _)| stops[*index].run == at.run)
         };
-        let (is_first, is_last) = (!beside(place.checked_sub(1).map(|before| &all[before])), !beside(all.get(place + 1)));
+        let (is_first, is_last) =
+            (!beside(place.checked_sub(1).map(|before| &all[before])), !beside(all.get(place + 1)));
         let mut uses = Use::all(&touches.iter().map(|touch| touch.uses).collect::<Vec<_>>());
         // Samples are read when they are resolved.
         let draws = touches.iter().any(|touch| matches!(touch.how, How::Color { .. }));
-        if resource == Resource::Target(Target::Samples) && draws && at.touches.iter().any(|own| own.how == How::Resolve) {
+        if resource == Resource::Target(Target::Samples)
+            && draws
+            && at.touches.iter().any(|own| own.how == How::Resolve)
+        {
             uses = uses.or(RESOLVE);
         }
         let is_depth = touches[0].is_depth();
@@ -258,6 +256,7 @@ fn visits(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Vec<Visit> {
             all_samples: plan.msaa > 1 && touches.iter().any(|touch| touch.all_samples),
             why,
             is_last_frame: false,
+            is_occasional: at.is_occasional,
         }
     };
     (0..all.len()).map(visit).collect()
@@ -266,9 +265,12 @@ fn visits(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Vec<Visit> {
 /// The reader of a resource after the frame's own passes: COPY and presentation of the picture, the CPU of counts.
 fn after_the_passes(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Option<Visit> {
     let (place, waits, done, why) = match resource {
-        Resource::FoundCounts => {
-            (Place::HOST, copy::HOST_READ, copy::HOST_READ, "reads the counts: a fence alone does not make them visible to it")
-        }
+        Resource::FoundCounts => (
+            Place::HOST,
+            copy::HOST_READ,
+            copy::HOST_READ,
+            "reads the counts: a fence alone does not make them visible to it",
+        ),
         Resource::Target(target) if target == plan.picture() => match plan.draws_into_swapchain() {
             true => (
                 Place::OUTSIDE,
@@ -276,7 +278,12 @@ fn after_the_passes(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Opt
                 present::ATTACH,
                 "comes over the picture waits for TRANSFER, and so for the layout that the pass leaves it in",
             ),
-            false => (Place::OUTSIDE, copy::READ, copy::READ, "reads the picture, in the layout that it is left in: COPY, or PRESENT"),
+            false => (
+                Place::OUTSIDE,
+                copy::READ,
+                copy::READ,
+                "reads the picture, in the layout that it is left in: COPY, or PRESENT",
+            ),
         },
         _ => return None,
     };
@@ -291,6 +298,7 @@ fn after_the_passes(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Opt
         all_samples: false,
         why: vec![why],
         is_last_frame: false,
+        is_occasional: false,
     })
 }
 
@@ -301,21 +309,37 @@ struct Way {
 }
 
 impl Past {
+    /// Adds the visits of one frame after the other.
+    fn live_through(&mut self, spans: &[Vec<Visit>], mut wait: impl FnMut(&Visit, &Visit, Way)) {
+        for visits in spans {
+            visits.iter().for_each(|visit| self.take(visit, &mut wait));
+            self.writes.iter_mut().chain(&mut self.reads).for_each(|visit| visit.is_last_frame = true);
+            (self.layout, self.barrier) = (None, None);
+        }
+    }
+
     /// Adds a visit, and hands each pair of uses that must come one after the other to `wait`.
     fn take(&mut self, visit: &Visit, mut wait: impl FnMut(&Visit, &Visit, Way)) {
         let changes = self.layout.is_some_and(|layout| layout != visit.layout);
         let old = self.layout.unwrap_or(vk::ImageLayout::UNDEFINED);
         let replaces = visit.writes || changes;
-        let earlier = if replaces && !self.reads.is_empty() { &self.reads } else { &self.writes };
+        // Readers have waited for the write, those that every frame has. By region they have done so for their own render pass alone.
+        let mut earlier: Vec<&Visit> = if replaces { self.reads.iter().collect() } else { Vec::new() };
+        let is_of_run = |own: &&Visit| own.run.is_some() && own.run == visit.run && !own.is_last_frame;
+        let begins_outside = !self.writes.iter().all(|write| is_of_run(&write));
+        if earlier.iter().all(|read| read.is_occasional || begins_outside && is_of_run(read)) {
+            earlier.extend(&self.writes);
+        }
         // Readers one after the other share the barrier that stands before the first.
         let is_barrier = |from: &Visit| from.run.is_none() && visit.run.is_none();
         let barrier = self.barrier.filter(|_| !replaces);
-        for from in earlier {
+        for &from in &earlier {
             wait(from, visit, Way { layouts: [old, visit.layout], barrier: barrier.filter(|_| is_barrier(from)) });
         }
         // A layout that changes within a render pass is changed by this use, and later readers wait for it. Otherwise the change belongs to the row.
-        let by_this = changes && visit.run.is_some() && earlier.iter().all(|from| from.run.is_none() || from.run == visit.run);
-        let makes_barrier = !visit.writes && earlier.iter().any(is_barrier);
+        let by_this =
+            changes && visit.run.is_some() && earlier.iter().all(|from| from.run.is_none() || from.run == visit.run);
+        let makes_barrier = !visit.writes && earlier.iter().any(|from| is_barrier(from));
         if visit.writes || by_this {
             *self = Self { writes: vec![visit.clone()], ..Self::default() };
         } else {
@@ -416,5 +440,7 @@ fn why(from: &Visit, to: &Visit, resources: &[Resource]) -> String {
         [most @ .., last] => format!("{} and {last}", most.join(", ")),
         [] => String::new(),
     };
-    format!("{does}; frames in flight share {shared}, so that the last frame must be done with what this one overwrites")
+    format!(
+        "{does}; frames in flight share {shared}, so that the last frame must be done with what this one overwrites"
+    )
 }

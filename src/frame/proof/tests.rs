@@ -6,8 +6,8 @@ use super::program::{MemorySet, Scope, Span, Sync, Who};
 use super::*;
 use crate::frame::edges::{self, Place, RowName, Side, table};
 use crate::gpu::sync::{DEVICE_ACCESS, Dependency, Use};
-use crate::passes::{copy, fxaa, geometry};
-use crate::plan::samples;
+use crate::passes::{copy, fxaa, geometry, lighting};
+use crate::plan::{Target, samples};
 
 const COPY_WRITE: Use = Use::new(S::TRANSFER, A::TRANSFER_WRITE);
 const COPY_READ: Use = Use::new(S::TRANSFER, A::TRANSFER_READ);
@@ -201,7 +201,12 @@ fn a_layout_change_waits_and_is_waited_for_and_leaves_an_image_as_it_must_be() {
         let mut program = Program::default();
         let [first, second] = [L::GENERAL, L::SHADER_READ_ONLY_OPTIMAL];
         program.barrier(Dependency { before: Use::START, after: COPY_WRITE }, None);
-        program.transition((Who::Row(RowName::OUTPUT_REUSE), Memory::Picture), [L::UNDEFINED, first], vec![0], None);
+        program.transition(
+            (Who::Row(RowName::ImageReuse(Target::Output)), Memory::Picture),
+            [L::UNDEFINED, first],
+            vec![0],
+            None,
+        );
         program.command(copy::PASS.place, &[(Memory::Picture, first, COPY_WRITE)]);
         let sync = program.barrier(order, Some(Memory::Picture));
         program.transition((Who::Row(RowName::READ_BACK), Memory::Picture), layouts, vec![sync], None);
@@ -222,7 +227,9 @@ fn a_layout_change_waits_and_is_waited_for_and_leaves_an_image_as_it_must_be() {
 fn a_hazard_is_told_with_both_touches_and_the_memory() {
     let (_, plan) = samples::plans().into_iter().find(|(_, plan)| plan.has_geometry()).expect("a G-buffer");
     let input_read = Use::new(S::empty(), A::INPUT_ATTACHMENT_READ);
-    let blind = table(&plan).without_bits(RowName::GBUFFER_TO_LIGHTING, Side::After, input_read).expect("a row");
+    let blind = table(&plan)
+        .without_bits(RowName::Pair(geometry::PASS.place, lighting::PASS.place), Side::After, input_read)
+        .expect("a row");
     let hazards = Frames::of(&plan, &blind).hazards();
     let told: Vec<String> = hazards.iter().map(ToString::to_string).collect();
     let begin = "use after layout change of the target Albedo: nothing orders the change from";

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::*;
 use crate::frame::edges;
-use crate::frame::list::{GBUFFER_PASS, MAIN_PASS, SHADOW_PASS, Step, TONEMAP_PASS};
+use crate::frame::list::{SHADOW_PASS, Step};
 use crate::passes::{
     First, composite, forward, fxaa, gbuffer_inputs, geometry, lighting, tiled, tonemap, transparent, view,
 };
@@ -41,13 +41,20 @@ struct References {
     absent: Subpass,
 }
 
+/// The render pass that lights opaque surfaces, or stores them for TILED.
+fn main_name(plan: &FramePlan) -> RenderPassName {
+    let list = List::of(plan);
+    let places = [lighting::PASS.place, forward::PASS.place, geometry::PASS.place];
+    places.into_iter().find_map(|place| list.find(place)).expect("a main pass").0
+}
+
 fn main_pass(plan: &FramePlan) -> PassDescription {
-    let found = PassDescription::named(plan, &edges::table(plan), MAIN_PASS);
+    let found = PassDescription::named(plan, &edges::table(plan), main_name(plan));
     found.expect("a main pass")
 }
 
 fn attachments(plan: &FramePlan) -> Vec<(Target, vk::AttachmentDescription)> {
-    List::of(plan).attachments(plan, MAIN_PASS)
+    List::of(plan).attachments(plan, main_name(plan))
 }
 
 fn has_subpass(plan: &FramePlan, place: Place) -> bool {
@@ -233,7 +240,7 @@ fn a_forward_frame_has_nothing_of_a_gbuffer() {
         let refs = References::of(&plan);
         let indices =
             [geometry::PASS.place, lighting::PASS.place, forward::PASS.place].map(|place| List::of(&plan).find(place));
-        assert_eq!(indices, [None, None, Some((MAIN_PASS, 0))], "{name}");
+        assert_eq!(indices, [None, None, Some((main_name(&plan), 0))], "{name}");
         assert!(refs.lit().input.is_empty(), "{name}");
         assert!(!plan.geometry.iter().any(|key| key.forward.is_none()), "{name}");
         let allowed =
@@ -365,8 +372,8 @@ fn a_gbuffer_that_is_stored_lies_between_two_render_passes_and_nothing_else_chan
             let (Ok(whole), Ok(parted)) = (of(Keep::NONE), of(keep)) else { continue };
             assert!(!whole.stores_gbuffer && parted.stores_gbuffer, "{name}");
             let (list, edges) = (List::of(&parted), edges::table(&parted));
-            let first = list.attachments(&parted, GBUFFER_PASS);
-            let second = list.attachments(&parted, MAIN_PASS);
+            let first = list.attachments(&parted, RenderPassName::of(geometry::PASS.place));
+            let second = list.attachments(&parted, RenderPassName::of(lighting::PASS.place));
             for (target, description) in &first {
                 assert_eq!(description.store_op, vk::AttachmentStoreOp::STORE, "{name} {target:?}");
                 let usage = list.usage(&parted, *target);
@@ -436,7 +443,7 @@ fn a_tiled_frame_stores_what_its_compute_shader_binds_and_no_more() {
             // Transient images may not be sampled (VUID-VkImageCreateInfo-usage-00963).
             assert!(!usage.contains(vk::ImageUsageFlags::TRANSIENT_ATTACHMENT), "{name}");
         }
-        assert_eq!(dependencies(&plan, MAIN_PASS).len(), 2, "{name}");
+        assert_eq!(dependencies(&plan, main_name(&plan)).len(), 2, "{name}");
     }
 }
 
@@ -488,7 +495,7 @@ fn the_main_pass_stores_light_that_is_spread_and_the_next_one_loads_it_for_tonem
             let all = list.attachments(&plan, pass);
             all.into_iter().find(|(target, _)| *target == Target::Hdr).expect("the light").1
         };
-        let (main, next) = (hdr(MAIN_PASS), hdr(TONEMAP_PASS));
+        let (main, next) = (hdr(main_name(&plan)), hdr(RenderPassName::of(tonemap::PASS.place)));
         let read = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
         assert_eq!((main.store_op, main.final_layout), (vk::AttachmentStoreOp::STORE, read), "{name}");
         assert_eq!((next.load_op, next.initial_layout), (vk::AttachmentLoadOp::LOAD, read), "{name}");
@@ -498,6 +505,9 @@ fn the_main_pass_stores_light_that_is_spread_and_the_next_one_loads_it_for_tonem
     let none = samples::plans().into_iter().chain(samples::forward_plans()).chain(samples::tiled_plans());
     for (name, plan) in none {
         assert!(!passes(&plan).iter().any(|own| ["BLOOM", "SPREAD"].contains(own)), "{name}");
-        assert!(List::of(&plan).render_passes().all(|(own, _)| own != TONEMAP_PASS), "{name}");
+        assert!(
+            List::of(&plan).render_passes().all(|(own, _)| own != RenderPassName::of(tonemap::PASS.place)),
+            "{name}"
+        );
     }
 }

@@ -192,7 +192,7 @@ fn lines(svg: &mut Svg, (font, class): (Font, &str), text: &str, mut y: f64) -> 
 }
 
 fn draw_strip(svg: &mut Svg, strip: &Strip, y: f64) -> f64 {
-    svg.open("dependency", strip.name).tooltip(&strip.below.join(" "));
+    svg.open("dependency", &strip.name).tooltip(&strip.below.join(" "));
     let mut y = lines(svg, (Font::Name, ""), &strip.name, y);
     y = lines(svg, (Font::Code, "faint"), &strip.heading, y);
     for pair in &strip.pairs {

@@ -4,7 +4,7 @@
 use ash::vk;
 
 use crate::frame::edges::{Edge, Edges, Place};
-use crate::frame::list::{RenderPassName, List, Step};
+use crate::frame::list::{List, RenderPassName, Step};
 use crate::frame::render_pass::{LayoutChange, PassDescription, Subpass, layout_changes};
 use crate::passes::{How, Resource, copy};
 use crate::plan::{FramePlan, format_bytes};
