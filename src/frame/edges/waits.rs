@@ -232,13 +232,14 @@ fn visits(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Vec<Visit> {
             (false, false) => COLOR_WRITE,
         };
         let store = if is_depth { DEPTH_STORE } else { COLOR_WRITE };
-        let mut waits = uses;
-        if is_attachment && is_first {
-            waits = waits.or(load);
-        }
-        if is_attachment && is_last {
-            waits = waits.or(store);
-        }
+        // A load operation that clears comes before all else, which is in order with it.
+        let waits = match (is_attachment && is_first, is_attachment && is_last) {
+            (true, _) if !is_loaded => load,
+            (true, true) => uses.or(load).or(store),
+            (true, false) => uses.or(load),
+            (false, true) => uses.or(store),
+            (false, false) => uses,
+        };
         let mut why: Vec<&'static str> = Vec::new();
         for touch in touches {
             if !touch.why.is_empty() && !why.contains(&touch.why) {
