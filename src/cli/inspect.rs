@@ -2,10 +2,12 @@
 
 use std::fmt::Write as _;
 
+use afterlight::frame::edges::unreported_mutants::Part;
 use afterlight::frame::edges::{self, Edge, Edges};
+use afterlight::frame::proof::covered;
 use afterlight::frame::{LayoutChange, layout_changes};
 use afterlight::frame::{capabilities, plan_for};
-use afterlight::mutants::{self, Way};
+use afterlight::mutants::{self, PartName, Way};
 use afterlight::plan::FramePlan;
 use afterlight::report::graph;
 use afterlight::scene::{Output, SettingsPatch, View};
@@ -136,6 +138,8 @@ struct EdgeReport {
     by_region: bool,
     across_samples: bool,
     layouts: Vec<LayoutReport>,
+    /// Parts that order only what other rows order as well.
+    covered: Vec<String>,
     why: String,
 }
 
@@ -147,7 +151,7 @@ struct LayoutReport {
 }
 
 impl EdgeReport {
-    fn of(edge: &Edge, changes: &[LayoutChange]) -> Self {
+    fn of(edge: &Edge, changes: &[LayoutChange], covered: &[Part]) -> Self {
         let layout = |change: &LayoutChange| LayoutReport {
             image: change.image.map(|image| image.to_string()),
             old: format!("{:?}", change.old),
@@ -165,6 +169,7 @@ impl EdgeReport {
             by_region: edge.by_region,
             across_samples: edge.across_samples,
             layouts: changes.iter().map(layout).collect(),
+            covered: covered.iter().map(|part| PartName(*part).to_string()).collect(),
             why: edge.why.clone(),
         }
     }
@@ -263,7 +268,10 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
                 motion,
                 gbuffer_bytes_per_pixel: plan.gbuffer_bytes_per_pixel(),
                 plan: parts,
-                dependencies: dependencies.iter().map(|edge| EdgeReport::of(edge, &layouts(edge))).collect(),
+                dependencies: dependencies
+                    .iter()
+                    .map(|edge| EdgeReport::of(edge, &layouts(edge), &covered(&plan, &dependencies, edge)))
+                    .collect(),
             };
             output::print(&args.written(), true)?;
             return output::print(&output::json(&report)?, false);
@@ -276,7 +284,7 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
         text.push_str(&motion.map_or_else(String::new, |motion| motion.text(is_verbose)));
         text.push_str(&parts.text());
         let _ = writeln!(text, "The G-buffer takes {} bytes a pixel.", plan.gbuffer_bytes_per_pixel());
-        let _ = write!(text, "\nDependencies\n{}", edge_list(&dependencies, layouts));
+        let _ = write!(text, "\nDependencies\n{}", edge_list(&plan, &dependencies, layouts));
         let files = args.written();
         let between = if files.is_empty() { "" } else { "\n" };
         output::print(&(text + between + &files), drawn_to_stdout)
@@ -294,7 +302,7 @@ fn drawing(text: &str) -> Result<Sink, String> {
 }
 
 /// A paragraph for each dependency: a row of a table would be 200 columns wide.
-fn edge_list(edges: &Edges, layouts: impl Fn(&Edge) -> Vec<LayoutChange>) -> String {
+fn edge_list(plan: &FramePlan, edges: &Edges, layouts: impl Fn(&Edge) -> Vec<LayoutChange>) -> String {
     let mut text = String::new();
     for edge in edges.iter() {
         let region = edge.region();
@@ -307,6 +315,11 @@ fn edge_list(edges: &Edges, layouts: impl Fn(&Edge) -> Vec<LayoutChange>) -> Str
         // A barrier's is told above, with its kind.
         for change in layouts(edge).iter().filter(|change| change.image.is_some()) {
             let _ = writeln!(text, "    layout: {change}");
+        }
+        let covered: Vec<String> =
+            covered(plan, edges, edge).into_iter().map(|part| PartName(part).to_string()).collect();
+        if !covered.is_empty() {
+            let _ = writeln!(text, "    other rows order as well: {}", covered.join(", "));
         }
         let _ = writeln!(text, "    why: {}", edge.why);
     }

@@ -100,6 +100,8 @@ pub enum RowName {
     Own(&'static str),
     /// A wait of one pass for another: `lighting-to-fog`.
     Pair(Place, Place),
+    /// A wait of all passes that read a buffer for the one that wrote it: `skin-to-readers`.
+    Readers(Place),
     /// A wait for an image between two passes outside of render passes: `rays-to-reflect-resolve`.
     Image(Target, Place),
     /// A wait of a pass for the frame before: `geometry-reuse`.
@@ -122,6 +124,7 @@ impl fmt::Display for RowName {
         match self {
             Self::Own(name) => f.pad(name),
             Self::Pair(from, to) => f.pad(&format!("{}-to-{}", of(from), of(to))),
+            Self::Readers(from) => f.pad(&format!("{}-to-readers", of(from))),
             Self::Image(target, to) => f.pad(&format!("{}-to-{}", image(target), of(to))),
             Self::Reuse(to) => f.pad(&format!("{}-reuse", of(to))),
             Self::ImageReuse(target) => f.pad(&format!("{}-reuse", image(target))),

@@ -186,7 +186,7 @@ fn add_barriers(plan: &FramePlan, steps: &mut [Step]) {
             let rows = if is_after { &mut own.after } else { &mut own.before };
             rows.push((edge.name, resource));
             // Of the two buffers of histories both are waited for.
-            if resource == Resource::History {
+            if resource == Resource::History && edge.from == Place::OUTSIDE {
                 rows.push((edge.name, Resource::LastHistory));
             }
         }

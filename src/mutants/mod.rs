@@ -12,6 +12,8 @@ mod verdict;
 
 use std::fmt;
 
+use rayon::prelude::*;
+
 use crate::frame::edges::unreported_mutants::Part;
 use crate::frame::edges::{self, Edge, Edges, Side};
 use crate::frame::proof::{Frames, Hazard};
@@ -86,7 +88,7 @@ impl Mutant<'_> {
         format!("mutants.{}.{}.{slug}", self.edge.name, PartName(self.part))
     }
 
-    /// Returns the hazards that the specification's rules find in its frames. There is always one: a superfluous bit would be a fault of the table.
+    /// Returns the hazards that the specification's rules find in its frames. There is always one.
     pub fn hazards(&self) -> Vec<Hazard> {
         Frames::of(self.plan, &self.edges).hazards()
     }
@@ -114,7 +116,7 @@ impl fmt::Display for PartName {
     }
 }
 
-/// Every row of every plan, and each bit of each different row. Of presented frames those rows alone that no others have: in them a render pass
+/// Every row of every plan, and each bit of each different row, without which the proof finds a hazard. Of presented frames those rows alone that no others have: in them a render pass
 /// ends with a layout change and no reader, which the layer takes to be ordered with anything that follows.
 ///
 /// # Panics
@@ -137,5 +139,7 @@ pub fn mutants<'a>(cases: &'a [Case], plans: &'a [FramePlan]) -> Vec<Mutant<'a>>
             }
         }
     }
-    mutants
+    // A part that orders only what other parts order as well is no fault when it is missing.
+    let is_fault = |mutant: &Mutant| !Frames::of(mutant.plan, &mutant.edges).are_safe();
+    mutants.into_par_iter().filter(is_fault).collect()
 }

@@ -75,7 +75,7 @@ static NEWER_LAYERS: &[NewerLayers] = &[
                         "lighting-reuse",
                         "forward-reuse",
                         "geometry-reuse",
-                        "spread-to-tonemap",
+                        "tonemap-reuse",
                         "reflect-resolve-to-tonemap",
                     ]
                     .contains(&mutant.edge.name.to_string().as_str())
@@ -107,7 +107,7 @@ static HIDDEN: &[Hidden] = &[
         from: NEWEST,
         is_about: |mutant| {
             matches!(mutant.part, Part::Bits(Side::After, bits) if bits.access == AccessFlags::VERTEX_ATTRIBUTE_READ)
-                && ["upload-to-vertices", "skin-to-draws"].contains(&mutant.edge.name.to_string().as_str())
+                && ["upload-to-vertices", "skin-to-readers"].contains(&mutant.edge.name.to_string().as_str())
         },
         why: "the layer no longer looks at the vertices that an indexed draw fetches (`ValidateDrawVertexIndex` of its source says so), only at the indices",
     },

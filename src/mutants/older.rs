@@ -43,7 +43,7 @@ pub static OLDER_LAYERS: &[OlderLayers] = &[
         is_about: |mutant| {
             let Part::Bits(Side::After, bits) = mutant.part else { return false };
             match mutant.edge.name.to_string().as_str() {
-                "spread-to-tonemap" => bits.access == AccessFlags::COLOR_ATTACHMENT_READ,
+                "tonemap-reuse" => bits.access == AccessFlags::COLOR_ATTACHMENT_READ,
                 "ao-denoise-to-lighting" => bits.access == AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ,
                 _ => false,
             }

@@ -1,4 +1,4 @@
-//! Every dependency of every plan is needed and enough, by the specification's rules alone: no device, driver or layer is asked
+//! The dependencies of every plan are enough, and nearly all of their parts are needed, by the specification's rules alone: no device, driver or layer is asked
 //! (`afterlight::frame::proof`).
 
 use std::collections::{BTreeMap, HashSet};
@@ -57,7 +57,7 @@ impl Different {
         }
     }
 
-    /// Asserts that there is no hazard, and that each part of a row is needed for that. `make test` asks the latter of each row once, `make test-all`
+    /// Asserts that there is no hazard, and that nearly each part of a row is needed for that. `make test` asks the latter of each row once, `make test-all`
     /// in all frames that have it.
     fn are_proved(&self) {
         let told = |(name, plan, rows): &(String, FramePlan, Edges)| -> Vec<String> {
@@ -82,20 +82,14 @@ impl Different {
         for (part, name) in parts.par_iter().filter_map(orders_nothing).collect::<Vec<_>>() {
             idle.entry(part).or_default().push(name);
         }
-        println!("{} plans, {} different frames, {} parts of rows", self.tried, self.plans.len(), parts.len());
+        let idle_parts: usize = idle.values().map(Vec::len).sum();
+        let (plans, frames, all) = (self.tried, self.plans.len(), parts.len());
+        println!("{plans} plans, {frames} different frames, {all} parts of rows, of which {idle_parts} order nothing");
         let idle: Vec<_> =
             idle.iter().map(|(part, names)| format!("{part}: {}, as {}", names.len(), names[0])).collect();
-        let mut kinds: BTreeMap<String, (usize, &str)> = BTreeMap::new();
-        for hazard in &hazards {
-            let told =
-                hazard.split(": ").skip(1).collect::<Vec<_>>().join(": ").replace(|c: char| c.is_ascii_digit(), "#");
-            kinds.entry(told).or_insert((0, hazard)).0 += 1;
-        }
-        for (kind, (count, first)) in kinds {
-            println!("HAZ {count} {kind} || {first}");
-        }
         assert!(hazards.is_empty(), "{} hazards:\n{}", hazards.len(), hazards[..hazards.len().min(30)].join("\n"));
-        println!("{} parts of rows order nothing that nothing else orders:\n{}", idle.len(), idle.join("\n"));
+        // A pass waits for what it uses, whether another row happens to order it or not. If that were much, the look-up of predecessors would be too coarse.
+        assert!(idle_parts * 8 < all, "{idle_parts} of {all} parts of rows order nothing:\n{}", idle.join("\n"));
     }
 }
 
@@ -118,7 +112,7 @@ fn masks(row: &Edge) -> String {
 }
 
 #[test]
-fn sample_plans_have_no_hazard_and_no_superfluous_row_stage_or_access() {
+fn sample_plans_have_no_hazard_and_hardly_a_superfluous_row_stage_or_access() {
     let mut plans = Different::default();
     for (name, plan) in samples::of_every_kind() {
         plans.add(&name, plan);

@@ -267,7 +267,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               must be visible to it",
     },
     UnreportedMutants {
-        rows: &["spread-to-tonemap"],
+        rows: &["tonemap-reuse", "bloom-to-tonemap"],
         parts: Parts::Any(Side::Before, stages(S::TRANSFER, S::FRAGMENT_SHADER), A::empty()),
         only: ALWAYS,
         section: "Image Layout Transitions",
@@ -276,7 +276,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               what the dependency's first scope has, and that must have the read",
     },
     UnreportedMutants {
-        rows: &["spread-to-tonemap"],
+        rows: &["tonemap-reuse", "bloom-to-tonemap"],
         parts: Parts::Any(Side::After, S::empty(), A::INPUT_ATTACHMENT_READ),
         only: ALWAYS,
         section: "Execution and Memory Dependencies",
@@ -332,7 +332,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the same of what is stored again, after late tests: the layer looks at the load operation alone",
     },
     UnreportedMutants {
-        rows: &["fill-to-geometry", "fill-to-forward"],
+        rows: &["fill-to-readers"],
         parts: Parts::Any(Side::After, S::VERTEX_INPUT, A::VERTEX_ATTRIBUTE_READ),
         only: ALWAYS,
         section: "Synchronization and Cache Control",

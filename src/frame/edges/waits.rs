@@ -10,13 +10,15 @@
 //!
 //! The carrier follows from where the two ends stand. Within a render pass it is a dependency between two subpasses, and since subpasses use attachments at
 //! their own pixel only, it is by region. A wait for a subpass of an earlier render pass is a dependency of that one, which leaves the image in the layout that
-//! comes next. All else that a subpass waits for is a dependency of its own render pass. Between two passes outside of render passes it is a barrier.
+//! comes next. What a subpass waits for besides is a dependency of its own render pass, but for buffers that a compute pass wrote: these are made visible to all
+//! their readers by one barrier after it. Between two passes outside of render passes it is a barrier.
 //!
 //! Load and store operations are uses as well: "The load operation for each sample in an attachment happens-before any recorded command which accesses the
 //! sample in the first subpass where the attachment is used", and the store operation after those of the last one (specification, `VkAttachmentDescription`).
 //! Loads of colour and stores happen in COLOR_ATTACHMENT_OUTPUT; those of depth in EARLY_FRAGMENT_TESTS and in LATE_FRAGMENT_TESTS. CLEAR and DONT_CARE write.
 
 use std::borrow::Cow;
+use std::cmp::Reverse;
 
 use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
 
@@ -109,7 +111,9 @@ enum Key {
     Reuse(RenderPassName, usize),
     /// A barrier before a stop, or after the last one.
     Barrier(Resource, usize),
-    /// The same after the frame before.
+    /// A barrier after the stop that wrote a buffer, for all that read it.
+    AfterWriter(Resource, usize),
+    /// A barrier before a stop, after the frame before.
     BarrierReuse(Resource, usize),
 }
 
@@ -139,7 +143,8 @@ pub fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Wait> {
         }
         past.live_through(&spans, |from, to, way| add(&mut drafts, resource, (from, to), way));
     }
-    drafts.sort_by_key(|draft| (draft.to.stop, !draft.from.is_last_frame, draft.from.stop));
+    // Of two subpasses that a pass waits for the later comes first: layers before 1.4.363 take the last dependency that leaves a render pass for all of them.
+    drafts.sort_by_key(|draft| (draft.to.stop, !draft.from.is_last_frame, Reverse(draft.from.stop)));
     drafts.into_iter().map(|draft| draft.finish(&stops)).collect()
 }
 
@@ -305,8 +310,16 @@ fn after_the_passes(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Opt
 
 /// The way by which a use follows another: the layouts before and after, and the stop whose barrier has the wait, if another's has.
 struct Way {
+    /// The later use replaces what the earlier one left.
+    replaces: bool,
     layouts: [vk::ImageLayout; 2],
     barrier: Option<usize>,
+}
+
+impl Way {
+    fn is_about_buffer(&self) -> bool {
+        self.layouts == [vk::ImageLayout::UNDEFINED; 2]
+    }
 }
 
 impl Past {
@@ -335,7 +348,11 @@ impl Past {
         let is_barrier = |from: &Visit| from.run.is_none() && visit.run.is_none();
         let barrier = self.barrier.filter(|_| !replaces);
         for &from in &earlier {
-            wait(from, visit, Way { layouts: [old, visit.layout], barrier: barrier.filter(|_| is_barrier(from)) });
+            wait(
+                from,
+                visit,
+                Way { replaces, layouts: [old, visit.layout], barrier: barrier.filter(|_| is_barrier(from)) },
+            );
         }
         // A layout that changes within a render pass is changed by this use, and later readers wait for it. Otherwise the change belongs to the row.
         let by_this =
@@ -359,6 +376,7 @@ fn add(drafts: &mut Vec<Draft>, resource: Resource, (from, to): (&Visit, &Visit)
         (_, None) if from.is_last_frame => Key::BarrierReuse(resource, to.stop),
         (Some(run), own) if own == Some(run) => Key::Between(run, from.stop, to.stop),
         (Some(run), _) => Key::OutOf(run, from.stop, to.stop),
+        (None, _) if !way.replaces && way.is_about_buffer() => Key::AfterWriter(resource, from.stop),
         (None, Some(run)) => Key::Into(run, to.stop),
         (None, None) => Key::Barrier(resource, way.barrier.unwrap_or(to.stop)),
     };
@@ -405,6 +423,9 @@ impl Draft {
             Key::Between(run, ..) | Key::OutOf(run, ..) | Key::Into(run, _) | Key::Reuse(run, _) => {
                 (Carrier::Subpass(run), None)
             }
+            Key::AfterWriter(resource, stop) => {
+                (Carrier::BufferBarrier, Some(Barrier { step: stops[stop].step, is_after: true, resource }))
+            }
             Key::Barrier(resource, _) if is_after => {
                 (of_image(resource), Some(Barrier { step: stops[from.stop].step, is_after, resource }))
             }
@@ -415,6 +436,7 @@ impl Draft {
         let name = match key {
             _ if is_after && to.place == Place::HOST => RowName::FOUND_TO_HOST,
             _ if is_after => RowName::READ_BACK,
+            Key::AfterWriter(..) => RowName::Readers(from.place),
             Key::Barrier(Resource::Target(target), _) => RowName::Image(target, to.place),
             Key::BarrierReuse(Resource::Target(target), _) => RowName::ImageReuse(target),
             Key::Reuse(..) | Key::BarrierReuse(..) => RowName::Reuse(to.place),

@@ -10,7 +10,7 @@ use std::fmt;
 use ash::vk;
 
 use super::edges::unreported_mutants::Part;
-use super::edges::{Edges, Place, Refused, RowName};
+use super::edges::{Edge, Edges, Place, Refused, RowName};
 use crate::passes::copy;
 use crate::plan::FramePlan;
 use order::Order;
@@ -132,6 +132,12 @@ impl Frames {
 /// As [`Edges::without_part`].
 pub fn is_superfluous(plan: &FramePlan, edges: &Edges, name: RowName, part: Part) -> Result<bool, Refused> {
     Ok(Frames::of(plan, &edges.without_part(name, part)?).are_safe())
+}
+
+/// The parts of a row that order only what other parts order as well; none of a row that stays.
+pub fn covered(plan: &FramePlan, edges: &Edges, row: &Edge) -> Vec<Part> {
+    let is_covered = |part: &Part| is_superfluous(plan, edges, row.name, *part).unwrap_or(false);
+    if row.carrier.stays().is_some() { Vec::new() } else { row.parts().into_iter().filter(is_covered).collect() }
 }
 
 /// The touches of memory so far.
