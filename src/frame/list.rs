@@ -185,8 +185,8 @@ fn add_barriers(plan: &FramePlan, steps: &mut [Step]) {
         if let Step::Commands(own) = &mut steps[step] {
             let rows = if is_after { &mut own.after } else { &mut own.before };
             rows.push((edge.name, resource));
-            // Of the two buffers of histories both are waited for.
-            if resource == Resource::History && edge.from == Place::OUTSIDE {
+            // Which of the two histories is this frame's own changes from frame to frame.
+            if resource == Resource::History {
                 rows.push((edge.name, Resource::LastHistory));
             }
         }
