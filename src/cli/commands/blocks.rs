@@ -238,7 +238,9 @@ fn without_false(name: &str) -> String {
                 kept.truncate(kept.len().saturating_sub(if has_field { 3 } else { 2 }));
             }
             "}" | "}," => {
-                kept.extend(kept.pop().map(|last| last.trim_end_matches(',')));
+                if let Some(last) = kept.last_mut() {
+                    *last = last.trim_end_matches(',');
+                }
                 kept.push(word);
             }
             _ => kept.push(word),
