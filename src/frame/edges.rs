@@ -155,7 +155,7 @@ pub enum Side {
 impl Edge {
     /// Both sides' masks, as a barrier takes them.
     pub fn order(&self) -> Dependency {
-        Dependency { before: self.before, after: self.after }
+        Dependency { row: self.name.name(), before: self.before, after: self.after }
     }
 
     /// Each part of the row that can be taken away: all of it, its reach across samples, and each stage and access of both sides.
