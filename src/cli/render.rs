@@ -12,7 +12,7 @@ use std::time::Instant;
 use afterlight::frame::{self, Complexity, Picture, Pixels, Renderer, edges, list, plan_for};
 use afterlight::gpu::Device;
 use afterlight::measure::{Shard, peak_memory_bytes};
-use afterlight::plan::{self, FramePlan};
+use afterlight::plan::FramePlan;
 use afterlight::scene::{Output, Pose, Settings, SettingsPatch, View, counted, metered_ev100};
 
 use super::args::{DeviceArgs, SettingsArgs, ViewChoice, fps, samples, seconds, shard, view, whole};
@@ -385,9 +385,7 @@ fn draw_tile(
         return Ok(none());
     }
     let mut renderer = match Renderer::new(device, &workload.scene, settings) {
-        Err(frame::Error::Plan(plan::Error::NoShadowMap(_) | plan::Error::NoTriangles)) => return Ok(none()),
-        // The scene has none.
-        Err(frame::Error::Plan(plan::Error::Particles(_))) if settings.view == View::Particles => return Ok(none()),
+        Err(frame::Error::Plan(refused)) if refused.shows_nothing() => return Ok(none()),
         made => made?,
     };
     for _ in 0..args.frames {

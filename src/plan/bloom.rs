@@ -3,7 +3,32 @@
 use std::borrow::Cow;
 
 use super::Shading;
-use crate::scene::{Settings, View};
+use super::effect::Effect;
+use crate::scene::{Output, Resolve, Settings, View};
+
+/// Light is spread before it is shown.
+pub(crate) const EFFECT: Effect = Effect {
+    name: "bloom",
+    is_asked_for: |_, settings| settings.bloom > 0.0,
+    off: Some(("--bloom 0", |settings| settings.bloom = 0.0)),
+    view: Some(View::Bloom),
+    not_by_compute: Some("they leave no light for bloom to spread"),
+    check: |request| {
+        let settings = request.settings;
+        if settings.bloom <= 0.0 {
+            return Ok(());
+        }
+        EFFECT.check_path(request.path)?;
+        let averages_shown = settings.resolve == Resolve::ToneMapped && settings.output == Output::Srgb8;
+        if settings.msaa > 1 && settings.view != View::Complexity && averages_shown {
+            return EFFECT.refuse(
+                "it spreads light, and samples that are averaged as shown are light no more: ask for --resolve linear",
+            );
+        }
+        Ok(())
+    },
+    ..Effect::PLAIN
+};
 
 /// The parameters of BLOOM.
 #[derive(Debug, Clone, Copy, PartialEq)]

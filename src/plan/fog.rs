@@ -3,9 +3,28 @@
 use std::borrow::Cow;
 
 use super::checks::out_of_range;
+use super::effect::Effect;
 use super::parts::{Part, part};
-use super::{Error, FramePlan, FroxelPlan};
+use super::{FramePlan, FroxelPlan};
 use crate::scene::{Fog, Settings, View};
+
+/// Fog lies between the eye and the surfaces.
+pub(crate) const EFFECT: Effect = Effect {
+    name: "fog",
+    is_asked_for: |_, settings| is_asked_for(settings),
+    off: Some(("--fog off", |settings| settings.fog = Fog::Off)),
+    view: Some(View::Fog),
+    not_by_compute: Some("they cannot draw fog"),
+    check: |request| {
+        if !is_asked_for(request.settings) {
+            return Ok(());
+        }
+        EFFECT.check_path(request.path)?;
+        let wrong = if is_shown(request.settings) { out_of_range(request.settings, "fog-") } else { None };
+        wrong.map_or(Ok(()), |wrong| EFFECT.refuse(wrong))
+    },
+    ..Effect::PLAIN
+};
 
 /// The fog of a plan's frames: so much light is lost along a metre as `density` times e to the power of (`base` - height) / `height`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,16 +57,10 @@ pub(super) fn planned(settings: &Settings) -> Cow<'_, Settings> {
 
 impl FogPlan {
     /// None where the air is clear, and where a view shows something else.
-    ///
-    /// # Errors
-    /// For numbers out of the ranges of the settings, as only a library's caller can have them.
-    pub(super) fn of(settings: &Settings, any_light: bool) -> Result<Option<Self>, Error> {
+    pub(super) fn of(settings: &Settings, any_light: bool) -> Option<Self> {
         let alone = settings.view == View::Fog;
-        if !is_asked_for(settings) || !(alone || settings.view == View::Final) {
-            return Ok(None);
-        }
-        if let Some(wrong) = out_of_range(settings, "fog-") {
-            return Err(Error::Fog(wrong));
+        if !is_asked_for(settings) || !is_shown(settings) {
+            return None;
         }
         let &Settings { fog_density: density, fog_height: height, fog_base: base, .. } = settings;
         // The view shows some where none is asked for, too.
@@ -55,13 +68,18 @@ impl FogPlan {
         let (albedo, anisotropy) = (settings.fog_albedo, settings.fog_anisotropy);
         let froxels = FroxelPlan::of(settings, kind, any_light);
         let own = Self { kind, density, height, base, albedo, anisotropy, alone, froxels };
-        Ok((alone || density > 0.0).then_some(own))
+        (alone || density > 0.0).then_some(own)
     }
 }
 
 /// Returns true if there is fog, or it is to be shown.
-pub(super) fn is_asked_for(settings: &Settings) -> bool {
+fn is_asked_for(settings: &Settings) -> bool {
     settings.fog != Fog::Off || settings.view == View::Fog
+}
+
+/// Views of other values leave it out.
+fn is_shown(settings: &Settings) -> bool {
+    matches!(settings.view, View::Final | View::Fog)
 }
 
 impl FramePlan {

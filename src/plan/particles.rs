@@ -2,8 +2,21 @@
 
 use std::borrow::Cow;
 
-use super::{Capabilities, Error, FramePlan, PlannedTexture, Shading, is_tiled, parts};
-use crate::scene::{AmbientOcclusion, Fog, LightPath, Reflections, Scene, Settings, Transparency, View, counted};
+use super::effect::{Effect, Request};
+use super::{Capabilities, Error, FramePlan, PlannedTexture, Refusal, Shading, Why, parts};
+use crate::scene::{AmbientOcclusion, Fog, Reflections, Scene, Settings, Transparency, View, counted};
+
+/// The scene's emitters send out particles.
+pub(crate) const EFFECT: Effect = Effect {
+    name: "particles",
+    is_asked_for: are_shown,
+    off: Some(("--particles off", |settings| settings.particles = false)),
+    view: Some(View::Particles),
+    not_by_compute: Some("they cannot draw particles"),
+    names_many_buffers: true,
+    check,
+    ..Effect::PLAIN
+};
 
 /// Keys that a work group of SORT has in shared memory; `shaders/sort.wgsl` has the same number.
 pub const SORT_BLOCK: u32 = 2048;
@@ -48,40 +61,42 @@ pub(super) fn are_shown(scene: &Scene, settings: &Settings) -> bool {
     settings.particles && settings.view == View::Final && !scene.emitters.is_empty()
 }
 
-/// None where frames have none. `counts`: the view of particles is asked for.
-pub(super) fn choose(
-    scene: &Scene,
-    settings: &Settings,
-    (path, shading): (LightPath, Shading),
-    device: &Capabilities,
-    counts: bool,
-) -> Result<Option<ParticlePlan>, Error> {
+fn check(request: &Request) -> Result<(), Error> {
+    let Request { scene, settings, device, .. } = *request;
+    let counts = request.view == View::Particles;
     if counts && scene.emitters.is_empty() {
-        return Err(Error::Particles(
-            "the scene has no emitters, so that the view particles has nothing to count".into(),
-        ));
+        let why = "the scene has no emitters, so that the view particles has nothing to count";
+        return Err(Error::Refused(Refusal { what: EFFECT.name, why: Why::NothingToShow(why.into()) }));
     }
-    if !are_shown(scene, settings) || shading != (Shading::Light { light_only: false }) {
-        return Ok(None);
+    if !are_shown(scene, settings) || request.shading != LIT {
+        return Ok(());
     }
-    if is_tiled(path) {
-        return Err(Error::Particles(format!(
-            "--light-path {path} cannot draw them: it writes the tone-mapped picture itself. Use --light-path clustered"
-        )));
-    }
+    EFFECT.check_path(request.path)?;
     if settings.msaa > 1 {
-        let why = "they are soft where they meet the one surface of a pixel, and several samples have several: ask for --msaa 1, or --samples";
-        return Err(Error::Particles(why.into()));
+        return EFFECT.refuse(
+            "they are soft where they meet the one surface of a pixel, and several samples have several: ask for --msaa 1, or --samples",
+        );
     }
     if settings.transparency == Transparency::Sorted && !counts && device.shared_memory < SORT_SHARED_BYTES {
-        return Err(Error::Particles(format!(
+        return EFFECT.refuse(format!(
             "to sort them, work groups share {SORT_SHARED_BYTES} bytes, and those of this device at most {}: choose --transparency oit, which needs no order",
             device.shared_memory
-        )));
+        ));
+    }
+    Ok(())
+}
+
+const LIT: Shading = Shading::Light { light_only: false };
+
+/// None where frames have none.
+pub(super) fn choose(request: &Request) -> Option<ParticlePlan> {
+    let Request { scene, settings, device, .. } = *request;
+    if !are_shown(scene, settings) || request.shading != LIT {
+        return None;
     }
     let all = scene.particle_textures();
     let place = |own: (usize, [u32; 2])| all.iter().position(|other| *other == own).map(|place| place as u32);
-    Ok(Some(ParticlePlan {
+    Some(ParticlePlan {
         // `Scene::check` has bounded it.
         capacity: scene.most_particles().min(u64::from(u32::MAX)) as u32,
         emitters: scene.emitters.len() as u32,
@@ -91,8 +106,8 @@ pub(super) fn choose(
             .iter()
             .map(|own| own.texture.and_then(|texture| place((texture, own.frames))))
             .collect(),
-        counts,
-    }))
+        counts: request.view == View::Particles,
+    })
 }
 
 impl ParticlePlan {
@@ -121,7 +136,7 @@ pub(super) fn check_buffers(plan: &FramePlan, device: &Capabilities) -> Result<(
         false => "--particles off",
     };
     let why = format!("a shader names {needed} buffers for them, and on this device at most {most}: choose {advice}");
-    Err(Error::Particles(why))
+    EFFECT.refuse(why)
 }
 
 impl FramePlan {

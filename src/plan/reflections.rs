@@ -6,8 +6,21 @@ use std::fmt;
 use ash::vk;
 
 use super::checks::out_of_range;
+use super::effect::{Effect, Request};
 use super::{Error, FramePlan};
-use crate::scene::{Brdf, HdrFormat, LightPath, Object, Reflections, Scene, Settings, TextureSlot, View};
+use crate::scene::{Brdf, HdrFormat, Object, Reflections, Scene, Settings, TextureSlot, View};
+
+/// Surfaces mirror others.
+pub(crate) const EFFECT: Effect = Effect {
+    name: "reflections",
+    is_asked_for: is_used,
+    off: Some(("--reflections off", |settings| settings.reflections = Reflections::Off)),
+    view: Some(View::Reflections),
+    not_by_compute: Some("they cannot draw reflections"),
+    reads_gbuffer: Some("reflections read a G-buffer"),
+    check,
+    ..Effect::PLAIN
+};
 
 /// The parameters of REFLECT. Its pipelines know all of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,61 +83,56 @@ pub(super) fn planned(settings: &Settings) -> Cow<'_, Settings> {
     }
 }
 
-/// The plan of reflections, or the reason why frames have none.
-///
-/// # Errors
-/// For settings that do not go with it, and for numbers out of their ranges, as only a library's caller can have them.
-pub(super) fn choose(
-    scene: &Scene,
-    settings: &Settings,
-    path: LightPath,
-) -> Result<Result<ReflectionPlan, String>, Error> {
-    let refuse = |why: String| Err(Error::Reflections(why));
+fn check(request: &Request) -> Result<(), Error> {
+    let settings = request.settings;
     if settings.reflections == Reflections::Off {
-        return Ok(Err("not asked for".into()));
+        return Ok(());
     }
     if let Some(wrong) = out_of_range(settings, "reflection-") {
-        return refuse(wrong);
+        return EFFECT.refuse(wrong);
+    }
+    if !is_used(request.scene, settings) {
+        return Ok(());
+    }
+    EFFECT.check_path(request.path)?;
+    if settings.msaa > 1 {
+        return EFFECT.refuse(format!(
+            "they are found by one depth a pixel, and with --msaa {} there are several: choose --samples",
+            settings.msaa
+        ));
+    }
+    if settings.hdr_format == HdrFormat::B10g11r11 {
+        return EFFECT.refuse(format!("no shader stores to an HDR target of {}: choose rgba16f", settings.hdr_format));
+    }
+    Ok(())
+}
+
+/// The plan of reflections, or the reason why frames have none.
+pub(super) fn choose(scene: &Scene, settings: &Settings) -> Result<ReflectionPlan, String> {
+    if settings.reflections == Reflections::Off {
+        return Err("not asked for".into());
     }
     if !is_used(scene, settings) {
         let why = match shows(settings.view) {
             true => "no opaque surface has a lobe of Cook-Torrance that is smooth enough",
             false => "this view does not show them",
         };
-        return Ok(Err(why.into()));
+        return Err(why.into());
     }
-    match path {
-        LightPath::Forward | LightPath::ForwardNaive => {
-            return Err(Error::NoGbufferFor("reflections", path));
-        }
-        LightPath::Compute | LightPath::Visibility => {
-            return refuse(format!("the light path {path} writes the picture by itself: choose another, as clustered"));
-        }
-        _ => {}
-    }
-    if settings.msaa > 1 {
-        return refuse(format!(
-            "they are found by one depth a pixel, and with --msaa {} there are several: choose --samples",
-            settings.msaa
-        ));
-    }
-    if settings.hdr_format == HdrFormat::B10g11r11 {
-        return refuse(format!("no shader stores to an HDR target of {}: choose rgba16f", settings.hdr_format));
-    }
-    Ok(Ok(ReflectionPlan {
+    Ok(ReflectionPlan {
         roughness: settings.reflection_roughness,
         steps: settings.reflection_steps,
         thickness: settings.reflection_thickness,
         shown: settings.view == View::Reflections,
-    }))
+    })
 }
 
 fn shows(view: View) -> bool {
-    matches!(view, View::Final | View::Ambient | View::Bloom | View::Reflections)
+    matches!(view, View::Final | View::Ambient | View::Reflections)
 }
 
 /// Returns true if some surface mirrors others.
-pub(super) fn is_used(scene: &Scene, settings: &Settings) -> bool {
+fn is_used(scene: &Scene, settings: &Settings) -> bool {
     let mirrors = |object: &Object| {
         let material = &scene.materials[object.material];
         let may_be_smooth = material.texture(TextureSlot::MetallicRoughness).is_some()

@@ -9,7 +9,7 @@ pub use plans::{bloomed_plans, forward_plans, of_every_kind, plans, tiled_plans}
 use glam::{DAffine3, DVec3, Vec3};
 use proptest::prelude::*;
 
-use super::{Capabilities, CostModel, Error, FramePlan};
+use super::{Capabilities, CostModel, Error, FramePlan, Refusal, Why};
 use crate::scene::{
     AlphaMode, AmbientOcclusion, Brdf, Channel, Clip, Culling, Emitter, Falloff, Fog, GbufferChoice, GbufferPreset,
     Influences, Interpolation, Light, LightKind, LightPath, Local, Material, Mesh, Morph, Motion, Node, Object,

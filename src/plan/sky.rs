@@ -2,8 +2,23 @@
 
 use glam::Vec3;
 
-use super::{Capabilities, Error, Shading, is_tiled};
-use crate::scene::{LightPath, Scene, Settings, Sky, SkyCube};
+use super::effect::Effect;
+use super::{Error, Shading};
+use crate::scene::{Scene, Settings, Sky, SkyCube};
+
+/// The scene's sky is seen, or lights surfaces.
+pub(crate) const EFFECT: Effect = Effect {
+    name: "a sky",
+    is_asked_for: |scene, _| scene.sky.is_some(),
+    not_by_compute: Some("they cannot draw a sky"),
+    check: |request| {
+        let Some(sky) = SkyPlan::of(request.scene, request.settings, request.shading) else { return Ok(()) };
+        EFFECT.check_path(request.path)?;
+        let most = request.device.max_extent;
+        if sky.edge > most { Err(Error::Sky(sky.edge, most)) } else { Ok(()) }
+    },
+    ..Effect::PLAIN
+};
 
 /// The sky of a plan's frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,14 +65,4 @@ impl SkyPlan {
 /// Returns true if a sky lights surfaces.
 pub(super) fn lights(sky: &Sky, settings: &Settings) -> bool {
     sky.lights && settings.sky_light && sky.nits > 0.0
-}
-
-/// A path that writes the picture by itself cannot have a sky come after it.
-pub(super) fn check(scene: &Scene, path: LightPath, device: &Capabilities) -> Result<(), Error> {
-    let Some(sky) = &scene.sky else { return Ok(()) };
-    if is_tiled(path) {
-        return Err(Error::ComputeWithSky(path));
-    }
-    let edge = SkyCube::edge_of(&sky.image);
-    if edge > device.max_extent { Err(Error::Sky(edge, device.max_extent)) } else { Ok(()) }
 }

@@ -21,7 +21,7 @@ pub(crate) use rules::{Cuts, SurfaceRules};
 pub use textures::{PlannedTexture, SetSamplers, TexturePlan, TextureSource, texture_format};
 pub use uploads::Uploads;
 
-use super::{Capabilities, Error, FramePlan, is_tiled, lacks_gbuffer};
+use super::{Capabilities, Error, FramePlan, Refusal, Why, is_tiled, lacks_gbuffer};
 use crate::scene::{Brdf, LightPath, Material, Object, OptionalPart, Scene, Settings, Transparency, View};
 
 /// The reflection models that LIGHTING evaluates.
@@ -66,7 +66,8 @@ impl Surfaces {
         let (transparent, opaque): (Vec<_>, Vec<_>) =
             scene.objects.iter().partition(|object| material(object).is_transparent());
         if tiled && is_final && !transparent.is_empty() {
-            return Err(Error::ComputeWithTransparency(path));
+            let (what, why) = ("transparent surfaces", Why::WritesPicture(path));
+            return Err(Error::Refused(Refusal { what, why }));
         }
         let brdf = |material: &Material| material.model(settings.brdf);
         let metal = |object: &&Object| brdf(material(object)) == Brdf::CookTorrance && material(object).metallic > 0.0;

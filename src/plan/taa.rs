@@ -2,9 +2,40 @@
 
 use std::borrow::Cow;
 
+use super::checks::ANTI_ALIASING;
+use super::effect::{Effect, Request};
 use super::surfaces::SurfaceRules;
-use super::{Error, FramePlan, Part, Shading, parts::part};
-use crate::scene::{Fog, LightPath, Output, Reflections, Resolve, Scene, Settings, Tonemap, View};
+use super::{Error, FramePlan, Part, Refusal, Shading, parts::part};
+use crate::scene::{Fog, Output, Reflections, Resolve, Scene, Settings, Tonemap, View};
+
+/// Frames are averaged over time.
+pub(crate) const EFFECT: Effect = Effect {
+    name: "TAA",
+    is_asked_for: |_, settings| settings.taa,
+    off: Some(("--taa off", |settings| settings.taa = false)),
+    view: Some(View::Velocity),
+    not_by_compute: Some("they leave no light for TAA to average"),
+    check,
+    ..Effect::PLAIN
+};
+
+fn check(request: &Request) -> Result<(), Error> {
+    let Settings { taa, samples, msaa, .. } = *request.settings;
+    if !taa || !request.shading.is_lit() {
+        return Ok(());
+    }
+    EFFECT.check_path(request.path)?;
+    let refuse = |why: String| Err(Refusal::of(ANTI_ALIASING, why));
+    if samples > 1 {
+        return refuse(format!(
+            "taa averages frames over time, and --samples {samples} frames of one time: choose one"
+        ));
+    }
+    if msaa > 1 {
+        return refuse(format!("taa looks at one depth a pixel, and with --msaa {msaa} there are several: choose one"));
+    }
+    Ok(())
+}
 
 /// The parameters of TAA.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,25 +115,6 @@ impl TaaPlan {
     pub(super) fn showing(self, view: View, output: Output) -> Self {
         let vectors = if output.is_linear() { Vectors::Values } else { Vectors::Colors };
         Self { shown: (view == View::Velocity).then_some(vectors), ..self }
-    }
-}
-
-/// Refuses the settings that it does not go with.
-pub(super) fn check(settings: &Settings, path: LightPath, lit: bool) -> Result<(), Error> {
-    if !settings.taa || !lit {
-        return Ok(());
-    }
-    let refuse = |why: String| Err(Error::AntiAliasing(why));
-    let Settings { samples, msaa, .. } = *settings;
-    match path {
-        LightPath::Compute | LightPath::Visibility => Err(Error::ComputeWithEffect(path, "TAA")),
-        _ if samples > 1 => {
-            refuse(format!("taa averages frames over time, and --samples {samples} frames of one time: choose one"))
-        }
-        _ if msaa > 1 => {
-            refuse(format!("taa looks at one depth a pixel, and with --msaa {msaa} there are several: choose one"))
-        }
-        _ => Ok(()),
     }
 }
 
