@@ -12,7 +12,7 @@ use std::time::Instant;
 use afterlight::frame::{self, Complexity, Picture, Pixels, Renderer, edges, list, plan_for};
 use afterlight::gpu::Device;
 use afterlight::measure::{Shard, peak_memory_bytes};
-use afterlight::plan::FramePlan;
+use afterlight::plan::{FramePlan, averages_samples};
 use afterlight::scene::{Output, Pose, Settings, SettingsPatch, View, counted, metered_ev100};
 
 use super::args::{DeviceArgs, SettingsArgs, ViewChoice, fps, samples, seconds, shard, view, whole};
@@ -364,10 +364,7 @@ fn draw_sheet(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result<
 
 /// The settings with another view. Views of values drop the settings that smooth edges.
 fn of_view(settings: &Settings, view: View) -> Settings {
-    let lit = matches!(
-        view,
-        View::Final | View::Lighting | View::Ambient | View::Bloom | View::Fog | View::Particles | View::Velocity
-    );
+    let lit = averages_samples(view);
     let msaa = if lit || view == View::Complexity { settings.msaa } else { 1 };
     Settings { view, fxaa: settings.fxaa && lit, msaa, ..settings.clone() }
 }

@@ -2,8 +2,9 @@
 
 use std::fmt;
 
-use super::effect::{Effect, Request};
-use super::{Error, FramePlan};
+use super::effect::{Effect, EffectView, NOT_ASKED_FOR, Request, Shows};
+use super::parts::target_of;
+use super::{Error, FramePlan, Target};
 use crate::scene::{AmbientOcclusion, AoResolution, Scene, Settings, View, counted};
 
 /// Surfaces hide light from everywhere from each other.
@@ -11,8 +12,19 @@ pub(crate) const EFFECT: Effect = Effect {
     name: "ambient occlusion",
     is_asked_for: is_used,
     off: Some(("--ao off", |settings| settings.ao = AmbientOcclusion::Off)),
-    view: Some(View::Ao),
+    view: Some(EffectView { view: View::Ao, shows: Shows::Gbuffer, is_alone: false, plan: |_| {} }),
+    changes_light: true,
     reads_gbuffer: Some("ambient occlusion reads a G-buffer"),
+    stores_gbuffer: Some("AO reads the depth and the normals around each pixel"),
+    is_in: FramePlan::has_ao,
+    absence: |own| match own.planned.view {
+        _ if own.planned.ao == AmbientOcclusion::Off => NOT_ASKED_FOR,
+        View::Final | View::Lighting | View::Ambient => "no light comes from everywhere, and it weakens no other",
+        _ => "this view does not show it",
+    },
+    parts: |_, _, plan| {
+        vec![target_of(plan, EFFECT.name, ("visibility", Target::Visibility), "AO hands it to AO_DENOISE")]
+    },
     check,
     ..Effect::PLAIN
 };
@@ -75,21 +87,11 @@ fn check(request: &Request) -> Result<(), Error> {
     Ok(())
 }
 
-/// Chooses the frames' ambient occlusion, or the reason why they have none.
-pub(super) fn choose(scene: &Scene, settings: &Settings) -> Result<AoPlan, String> {
-    let (method, radius, samples) = (settings.ao, settings.ao_radius, settings.ao_samples);
-    if method == AmbientOcclusion::Off {
-        return Err("not asked for".into());
-    }
-    if !is_used(scene, settings) {
-        let why = match settings.view {
-            View::Final | View::Lighting | View::Ambient => "no light comes from everywhere, and it weakens no other",
-            _ => "this view does not show it",
-        };
-        return Err(why.into());
-    }
-    let scale = if settings.ao_resolution == AoResolution::Half { 2 } else { 1 };
-    Ok(AoPlan { method, samples, radius, scale })
+/// Chooses the frames' ambient occlusion.
+pub(super) fn choose(scene: &Scene, settings: &Settings) -> Option<AoPlan> {
+    let &Settings { ao: method, ao_radius: radius, ao_samples: samples, ao_resolution, .. } = settings;
+    let scale = if ao_resolution == AoResolution::Half { 2 } else { 1 };
+    is_used(scene, settings).then_some(AoPlan { method, samples, radius, scale })
 }
 
 /// The least and the greatest radius in metres.
@@ -118,7 +120,7 @@ impl FramePlan {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Target, samples};
+    use super::super::samples;
     use super::*;
     use crate::scene::Brdf;
     use glam::Vec3;

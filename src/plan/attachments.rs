@@ -54,7 +54,8 @@ fn changes(scene: &Scene, settings: &Settings) -> Vec<Change> {
         let (option, apply) = effect.off?;
         Some(change(option, effect.reads_gbuffer.map(|_| effect.name), apply))
     };
-    let readers = asked_for(|own| own.reads_gbuffer.is_some()).filter(|own| own.view != Some(settings.view));
+    let readers = asked_for(|own| own.reads_gbuffer.is_some())
+        .filter(|own| own.view.as_ref().is_none_or(|own| own.view != settings.view));
     let namers = || asked_for(|own| own.names_many_buffers);
     let of_surfaces = [
         (

@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{Capabilities, Error, FramePlan, Gbuffer, Refusal, TooFew};
+use super::{Capabilities, Error, FramePlan, Gbuffer, Refusal, TooFew, effects};
 use crate::scene::{Camera, LightPath, MSAA, SETTINGS, Settings, View};
 
 /// The name of all that smooths edges, in refusals.
@@ -93,7 +93,7 @@ pub(super) fn check_msaa(
         let counts = counts.collect::<Vec<_>>().join(", ");
         return refuse(format!("this device cannot draw {msaa} samples a pixel; it can draw {counts}"));
     }
-    if !matches!(view, View::Final | View::Lighting | View::Ambient | View::Fog | View::Complexity) {
+    if !effects::averages_samples(view) && view != View::Complexity {
         return refuse(format!("the view {view} shows the values of one sample: draw it without multisampling"));
     }
     if settings.samples > 1 {

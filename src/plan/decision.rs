@@ -11,8 +11,8 @@ use super::shadows::shadow_reason;
 use super::surfaces::{FilteredTextures, Surfaces};
 use super::{
     AoPlan, Bloom, Capabilities, Error, FogPlan, FramePlan, Gbuffer, MeshPlan, ParticlePlan, Reasons, ReflectionPlan,
-    Shading, SkyPlan, Sums, SurfaceRules, TaaPlan, Uploads, ao, attachments, bloom, checks, culling, effects, fog,
-    geometry_locations, is_forward, is_tiled, lacks_gbuffer, lens, occlusion, particles, parts, reflections, taa,
+    Shading, SkyPlan, Sums, SurfaceRules, TaaPlan, Uploads, ao, attachments, checks, culling, effects,
+    geometry_locations, is_forward, is_tiled, lacks_gbuffer, lens, occlusion, particles, parts, reflections,
     visibility,
 };
 use crate::scene::{GbufferChoice, Keep, LightPath, OptionalPart, Output, Scene, Settings, Transparency, View};
@@ -25,9 +25,9 @@ struct Choices {
     gbuffer: Option<Gbuffer>,
     stores_gbuffer: bool,
     sky: Option<SkyPlan>,
-    ao: Result<AoPlan, String>,
+    ao: Option<AoPlan>,
     particles: Option<ParticlePlan>,
-    reflections: Result<ReflectionPlan, String>,
+    reflections: Option<ReflectionPlan>,
     fog: Option<FogPlan>,
     way: Way,
 }
@@ -69,7 +69,7 @@ impl Choices {
             adds_ambient: false,
             filters: Bloom::of(settings, shading).is_some()
                 || TaaPlan::of(settings, shading).is_some()
-                || reflections.is_ok(),
+                || reflections.is_some(),
             fogs: false,
         };
         let sky = SkyPlan::of(scene, settings, shading);
@@ -101,7 +101,7 @@ impl Choices {
         let stores_gbuffer = gbuffer.is_some()
             && !is_tiled(lighting.path)
             && settings.view != View::Complexity
-            && (settings.keep.has(OptionalPart::StoredGbuffer) || ao.is_ok() || reflections.is_ok());
+            && (settings.keep.has(OptionalPart::StoredGbuffer) || ao.is_some() || reflections.is_some());
         Ok(Self { shading, lighting, surfaces, gbuffer, stores_gbuffer, sky, ao, particles, reflections, fog, way })
     }
 }
@@ -114,11 +114,7 @@ impl FramePlan {
     pub fn of(scene: &Scene, settings: &Settings, device: &Capabilities) -> Result<Self, Error> {
         scene.check()?;
         let (asked, view) = (settings, settings.view);
-        let settings = bloom::planned(asked);
-        let settings = particles::planned(&settings);
-        let settings = reflections::planned(&settings);
-        let settings = fog::planned(&settings);
-        let settings = taa::planned(&settings);
+        let settings = effects::planned(asked);
         let settings = settings.as_ref();
         let mut plan = Self::decide(scene, settings, device, view)?;
         if let Some(taa) = &mut plan.taa {
@@ -216,8 +212,8 @@ impl FramePlan {
             size: settings.size,
             shading,
             stores_gbuffer,
-            ao: ao.as_ref().ok().copied(),
-            reflections: reflections.as_ref().ok().copied(),
+            ao,
+            reflections,
             gbuffer,
             triangles,
             sky,
@@ -273,8 +269,6 @@ impl FramePlan {
                 light_path: lighting.reason,
                 culling: either(culling),
                 hiding: either(hiding),
-                ao: ao.err().unwrap_or_default(),
-                reflections: reflections.err().unwrap_or_default(),
                 warnings: lighting
                     .shadow_warnings
                     .iter()

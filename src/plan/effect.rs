@@ -1,6 +1,6 @@
 //! The declaration of an effect, written once, in the effect's own file. [`super::effects`] lists them, and plan, refusals and reasons follow from that list.
 
-use super::{Capabilities, Error, Refusal, Shading, Why, is_tiled, lacks_gbuffer};
+use super::{Capabilities, Error, FramePlan, Part, Refusal, Shading, Why, is_tiled, lacks_gbuffer};
 use crate::scene::{LightPath, Scene, Settings, View};
 
 /// Something that frames do beside lighting surfaces, where settings or the scene ask for it.
@@ -12,13 +12,33 @@ pub struct Effect {
     /// Leaves it out.
     pub off: Option<Off>,
     /// The view that shows it alone.
-    pub view: Option<View>,
+    pub view: Option<EffectView>,
+    /// Changes the light of the picture before it is tone-mapped.
+    pub changes_light: bool,
+    /// Would spread what the views of other effects show.
+    pub spreads: bool,
+    /// Is blended as transparent surfaces are.
+    pub is_transparent: bool,
+    /// Why every light is in reach of something, where it is.
+    pub reaches_all_lights: fn(&Settings) -> Option<&'static str>,
+    /// Jittered frames that it averages to one picture, and each of which stands for a part of the pixel.
+    pub frames: fn(&Settings) -> u32,
     /// Why no light path can draw it that writes the tone-mapped picture itself: `they cannot draw fog`.
     pub not_by_compute: Option<&'static str>,
     /// Why no light path without a G-buffer can draw it.
     pub reads_gbuffer: Option<&'static str>,
     /// Its shaders name so many buffers that a device with few may have to do without it.
     pub names_many_buffers: bool,
+    /// Returns true if a plan's frames have it.
+    pub is_in: fn(&FramePlan) -> bool,
+    /// Why GEOMETRY stores the G-buffer for it.
+    pub stores_gbuffer: Option<&'static str>,
+    /// Why it needs an HDR target.
+    pub hdr: Option<Hdr>,
+    /// Why frames have none.
+    pub absence: fn(&Absence) -> &'static str,
+    /// Its lines of `inspect`, beside those of its passes.
+    pub parts: fn(&Scene, &Settings, &FramePlan) -> Vec<Part>,
     /// Refuses the settings, light paths and devices that it does not go with.
     pub check: fn(&Request) -> Result<(), Error>,
 }
@@ -36,6 +56,16 @@ impl Effect {
         not_by_compute: None,
         reads_gbuffer: None,
         names_many_buffers: false,
+        changes_light: false,
+        spreads: false,
+        is_transparent: false,
+        reaches_all_lights: |_| None,
+        frames: |_| 1,
+        is_in: |_| false,
+        stores_gbuffer: None,
+        hdr: None,
+        absence: |_| NOT_ASKED_FOR,
+        parts: |_, _, _| Vec::new(),
         check: |_| Ok(()),
     };
 
@@ -53,6 +83,47 @@ impl Effect {
         };
         Err(Error::Refused(Refusal { what: self.name, why }))
     }
+}
+
+/// The reason against an effect that no setting turns on.
+pub const NOT_ASKED_FOR: &str = "not asked for";
+
+/// A view of an effect.
+pub struct EffectView {
+    pub view: View,
+    pub shows: Shows,
+    /// Nothing of the picture's light is seen in it, so that all that would change that light is left out.
+    pub is_alone: bool,
+    /// Changes the settings to those that are planned for it.
+    pub plan: fn(&mut Settings),
+}
+
+/// The content of an effect's view.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shows {
+    /// Light, of which samples have a mean.
+    Light,
+    /// Values of one sample, found while the picture is lit.
+    Values,
+    /// A value of the G-buffer, which no light changes.
+    Gbuffer,
+}
+
+/// Why an effect needs an HDR target, in a sentence without a full stop.
+pub enum Hdr {
+    /// It blends over the light before that is tone-mapped.
+    Blends(&'static str),
+    /// It reads the light of other pixels.
+    Reads(&'static str),
+}
+
+/// Settings of frames that lack an effect.
+pub struct Absence<'a> {
+    pub scene: &'a Scene,
+    /// The settings as they were given.
+    pub asked: &'a Settings,
+    /// The settings that the plan was made by.
+    pub planned: &'a Settings,
 }
 
 /// The facts by which effects are chosen and refused.

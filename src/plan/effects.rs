@@ -1,13 +1,22 @@
 //! The table of effects. It lies above all of them: each declares itself in its own file, and whoever asks about effects goes through this list.
 
-use super::effect::{Effect, Request};
-use super::{Error, ao, bloom, fog, particles, reflections, sky, taa};
-use crate::scene::{Scene, Settings};
+use std::borrow::Cow;
 
-/// Every effect that has a plan of its own, in the order in which `inspect` lists them. Effects on the finished picture have their rows in the settings' table
-/// (`on_picture`).
-pub(crate) const EFFECTS: &[&Effect] =
-    &[&particles::EFFECT, &sky::EFFECT, &fog::EFFECT, &bloom::EFFECT, &taa::EFFECT, &ao::EFFECT, &reflections::EFFECT];
+use super::effect::{Effect, EffectView, Hdr, Request, Shows};
+use super::{Error, FramePlan, Part, PartGroup, ao, bloom, fog, fxaa, particles, reflections, sky, taa};
+use crate::scene::{Scene, Settings, View};
+
+/// Every effect, in the order in which `inspect` lists them. Settings that work on the finished picture say so in their own table (`on_picture`).
+pub(crate) const EFFECTS: &[&Effect] = &[
+    &particles::EFFECT,
+    &sky::EFFECT,
+    &fog::EFFECT,
+    &bloom::EFFECT,
+    &fxaa::EFFECT,
+    &taa::EFFECT,
+    &ao::EFFECT,
+    &reflections::EFFECT,
+];
 
 /// Refuses effects that do not go with the settings, the light path or the device.
 pub(super) fn check(request: &Request) -> Result<(), Error> {
@@ -17,4 +26,74 @@ pub(super) fn check(request: &Request) -> Result<(), Error> {
 /// The effects that settings or the scene ask for.
 pub(super) fn asked_for(scene: &Scene, settings: &Settings) -> impl Iterator<Item = &'static Effect> {
     EFFECTS.iter().copied().filter(move |effect| (effect.is_asked_for)(scene, settings))
+}
+
+/// The effects of a plan's frames.
+pub(super) fn of(plan: &FramePlan) -> impl Iterator<Item = &'static Effect> {
+    EFFECTS.iter().copied().filter(|effect| (effect.is_in)(plan))
+}
+
+fn shown_by(view: View) -> Option<(&'static Effect, &'static EffectView)> {
+    EFFECTS.iter().find_map(|&effect| Some((effect, effect.view.as_ref().filter(|own| own.view == view)?)))
+}
+
+/// The settings that are planned: those of the view that is asked for, without the effects that would hide what it shows.
+pub(super) fn planned(asked: &Settings) -> Cow<'_, Settings> {
+    let Some((shown, view)) = shown_by(asked.view) else { return Cow::Borrowed(asked) };
+    let mut settings = asked.clone();
+    let others = EFFECTS.iter().filter(|other| other.name != shown.name);
+    let hiding = others.filter(|other| other.spreads || view.is_alone && other.changes_light);
+    hiding.filter_map(|other| other.off).for_each(|(_, off)| off(&mut settings));
+    (view.plan)(&mut settings);
+    Cow::Owned(settings)
+}
+
+/// Returns true if a view shows an effect of the lit picture.
+pub fn shows_effect(view: View) -> bool {
+    shown_by(view).is_some_and(|(_, own)| own.shows != Shows::Gbuffer)
+}
+
+/// Returns true if frames of a view are lit.
+pub(super) fn is_lit(view: View) -> bool {
+    matches!(view, View::Final | View::Lighting | View::Ambient) || shows_effect(view)
+}
+
+/// Returns true if a view shows light, so that the samples of a pixel have a mean.
+pub fn averages_samples(view: View) -> bool {
+    is_lit(view) && shown_by(view).is_none_or(|(_, own)| own.shows == Shows::Light)
+}
+
+/// Why every light is in reach of something, where an effect says so.
+pub(super) fn reach_all_lights(settings: &Settings) -> Option<&'static str> {
+    EFFECTS.iter().find_map(|effect| (effect.reaches_all_lights)(settings))
+}
+
+/// Jittered frames that effects average to one picture.
+pub(super) fn frames(settings: &Settings) -> u32 {
+    EFFECTS.iter().map(|effect| (effect.frames)(settings)).max().unwrap_or(1)
+}
+
+/// Returns the parts that effects have in a group. `read_gbuffer`: only those of effects that read the G-buffer, or of all others.
+pub(super) fn parts(
+    scene: &Scene,
+    settings: &Settings,
+    plan: &FramePlan,
+    (group, read_gbuffer): (PartGroup, bool),
+) -> Vec<Part> {
+    let wanted = EFFECTS.iter().filter(|effect| effect.reads_gbuffer.is_some() == read_gbuffer);
+    let parts = wanted.flat_map(|effect| (effect.parts)(scene, settings, plan));
+    parts.filter(|part| part.group == group).collect()
+}
+
+/// Returns why effects that are blended over the light need an HDR target, and why those do that read it.
+pub(super) fn hdr(plan: &FramePlan) -> [Option<&'static str>; 2] {
+    let blends = of(plan).find_map(|effect| match effect.hdr {
+        Some(Hdr::Blends(why)) => Some(why),
+        _ => None,
+    });
+    let reads = of(plan).find_map(|effect| match effect.hdr {
+        Some(Hdr::Reads(why)) => Some(why),
+        _ => None,
+    });
+    [blends, reads]
 }

@@ -1,11 +1,9 @@
 //! Fog: the decision whether frames have some, and its parameters.
 
-use std::borrow::Cow;
-
 use super::checks::out_of_range;
-use super::effect::Effect;
+use super::effect::{Effect, EffectView, Hdr, NOT_ASKED_FOR, Shows};
 use super::parts::{Part, part};
-use super::{FramePlan, FroxelPlan};
+use super::{FramePlan, FroxelPlan, PartGroup, froxels};
 use crate::scene::{Fog, Settings, View};
 
 /// Fog lies between the eye and the surfaces.
@@ -13,7 +11,19 @@ pub(crate) const EFFECT: Effect = Effect {
     name: "fog",
     is_asked_for: |_, settings| is_asked_for(settings),
     off: Some(("--fog off", |settings| settings.fog = Fog::Off)),
-    view: Some(View::Fog),
+    view: Some(EffectView { view: View::Fog, shows: Shows::Light, is_alone: false, plan: |_| {} }),
+    changes_light: true,
+    reaches_all_lights: |settings| {
+        (settings.fog == Fog::Froxels).then_some("fog is everywhere, and any light may shine into it")
+    },
+    is_in: FramePlan::has_fog,
+    hdr: Some(Hdr::Blends("fog is blended over the light before tone mapping")),
+    absence: |own| match (own.asked.fog, own.asked.fog_density > 0.0) {
+        (Fog::Off, _) => NOT_ASKED_FOR,
+        (_, true) => "this view shows no fog",
+        (_, false) => "its density is 0",
+    },
+    parts: |_, _, plan| [part_of(plan), froxels::part_of(plan)].map(|part| part.of(PartGroup::Lights)).into(),
     not_by_compute: Some("they cannot draw fog"),
     check: |request| {
         if !is_asked_for(request.settings) {
@@ -45,14 +55,6 @@ pub struct FogPlan {
     pub alone: bool,
     /// The grid of its light, where lights are in it.
     pub(super) froxels: Option<FroxelPlan>,
-}
-
-/// The settings that are planned: the view of fog shows scattered light, and bloom would spread that.
-pub(super) fn planned(settings: &Settings) -> Cow<'_, Settings> {
-    match settings.view {
-        View::Fog => Cow::Owned(Settings { bloom: 0.0, ..settings.clone() }),
-        _ => Cow::Borrowed(settings),
-    }
 }
 
 impl FogPlan {
@@ -89,14 +91,13 @@ impl FramePlan {
     }
 }
 
-/// Returns its line of `inspect`.
-pub(super) fn parts(plan: &FramePlan) -> Part {
+fn part_of(plan: &FramePlan) -> Part {
     let reason = match &plan.fog {
         Some(fog) => format!(
             "{} of {} 1/m at a height of {} m, e times thinner {} m above; albedo {}, anisotropy {}",
             fog.kind, fog.density, fog.base, fog.height, fog.albedo, fog.anisotropy
         ),
-        None => plan.reasons.fog.into(),
+        None => plan.reasons.lack_of(EFFECT.name).into(),
     };
     part("fog", plan.fog.is_some(), reason, 0)
 }

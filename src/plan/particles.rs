@@ -1,17 +1,32 @@
 //! Particles: the room that a frame has for a scene's emitters, and the way in which they are drawn.
 
-use std::borrow::Cow;
-
-use super::effect::{Effect, Request};
-use super::{Capabilities, Error, FramePlan, PlannedTexture, Refusal, Shading, Why, parts};
-use crate::scene::{AmbientOcclusion, Fog, Reflections, Scene, Settings, Transparency, View, counted};
+use super::effect::{Effect, EffectView, Request, Shows};
+use super::parts::{Part, part};
+use super::{Capabilities, Error, FramePlan, PlannedTexture, Refusal, Shading, Why};
+use crate::scene::{Scene, Settings, Transparency, View, counted};
 
 /// The scene's emitters send out particles.
 pub(crate) const EFFECT: Effect = Effect {
     name: "particles",
     is_asked_for: are_shown,
     off: Some(("--particles off", |settings| settings.particles = false)),
-    view: Some(View::Particles),
+    view: Some(EffectView {
+        view: View::Particles,
+        shows: Shows::Light,
+        is_alone: true,
+        // The lit picture, with a count of layers over it, which any order gives.
+        plan: |settings| {
+            (settings.view, settings.particles, settings.transparency) = (View::Final, true, Transparency::Sorted);
+        },
+    }),
+    is_transparent: true,
+    is_in: |plan| plan.particles.is_some(),
+    absence: |own| match (own.scene.emitters.is_empty(), own.planned.particles) {
+        (true, _) => "the scene has no emitters",
+        (false, false) => "switched off by --particles off",
+        (false, true) => "this view shows none",
+    },
+    parts: |_, _, plan| vec![part_of(plan)],
     not_by_compute: Some("they cannot draw particles"),
     names_many_buffers: true,
     check,
@@ -44,20 +59,8 @@ pub struct ParticlePlan {
     pub counts: bool,
 }
 
-/// The settings that are planned: the view of particles is the lit picture, with a count of layers over it, which any order gives.
-pub(super) fn planned(settings: &Settings) -> Cow<'_, Settings> {
-    match settings.view {
-        View::Particles => {
-            let usual = Settings { view: View::Final, transparency: Transparency::Sorted, ..settings.clone() };
-            let (ao, reflections, fog) = (AmbientOcclusion::Off, Reflections::Off, Fog::Off);
-            Cow::Owned(Settings { particles: true, ao, reflections, fog, bloom: 0.0, ..usual })
-        }
-        _ => Cow::Borrowed(settings),
-    }
-}
-
 /// Returns true if a picture shows the scene's particles.
-pub(super) fn are_shown(scene: &Scene, settings: &Settings) -> bool {
+fn are_shown(scene: &Scene, settings: &Settings) -> bool {
     settings.particles && settings.view == View::Final && !scene.emitters.is_empty()
 }
 
@@ -147,26 +150,13 @@ impl FramePlan {
     }
 }
 
-pub(super) fn part(scene: &Scene, settings: &Settings, plan: &FramePlan) -> super::Part {
-    let reason = match &plan.particles {
-        Some(own) => {
-            let order = match (own.counts, plan.sorts_particles()) {
-                (true, _) => "counted",
-                (_, true) => "sorted from back to front, after transparent surfaces",
-                (_, false) => "summed up with weights in any order",
-            };
-            format!("up to {} of {}, {order}", own.capacity, counted(own.emitters, "emitter"))
-        }
-        None => absence(scene.emitters.is_empty(), settings.particles).into(),
+fn part_of(plan: &FramePlan) -> Part {
+    let Some(own) = &plan.particles else { return part("particles", false, plan.reasons.lack_of(EFFECT.name), 0) };
+    let order = match (own.counts, plan.sorts_particles()) {
+        (true, _) => "counted",
+        (_, true) => "sorted from back to front, after transparent surfaces",
+        (_, false) => "summed up with weights in any order",
     };
-    parts::part("particles", plan.particles.is_some(), reason, plan.particles.as_ref().map_or(0, ParticlePlan::bytes))
-}
-
-/// Why there are none.
-pub(super) fn absence(no_emitters: bool, asked_for: bool) -> &'static str {
-    match (no_emitters, asked_for) {
-        (true, _) => "the scene has no emitters",
-        (false, false) => "switched off by --particles off",
-        (false, true) => "this view shows none",
-    }
+    let reason = format!("up to {} of {}, {order}", own.capacity, counted(own.emitters, "emitter"));
+    part("particles", true, reason, own.bytes())
 }

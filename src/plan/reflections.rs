@@ -1,13 +1,13 @@
 //! Reflections: the decision whether surfaces mirror others as the picture shows them, and the parameters of the search.
 
-use std::borrow::Cow;
 use std::fmt;
 
 use ash::vk;
 
 use super::checks::out_of_range;
-use super::effect::{Effect, Request};
-use super::{Error, FramePlan};
+use super::effect::{Effect, EffectView, Hdr, NOT_ASKED_FOR, Request, Shows};
+use super::parts::target_of;
+use super::{Error, FramePlan, Target};
 use crate::scene::{Brdf, HdrFormat, Object, Reflections, Scene, Settings, TextureSlot, View};
 
 /// Surfaces mirror others.
@@ -15,9 +15,30 @@ pub(crate) const EFFECT: Effect = Effect {
     name: "reflections",
     is_asked_for: is_used,
     off: Some(("--reflections off", |settings| settings.reflections = Reflections::Off)),
-    view: Some(View::Reflections),
+    view: Some(EffectView {
+        view: View::Reflections,
+        shows: Shows::Values,
+        is_alone: false,
+        plan: |settings| settings.reflections = Reflections::Screen,
+    }),
+    changes_light: true,
     not_by_compute: Some("they cannot draw reflections"),
     reads_gbuffer: Some("reflections read a G-buffer"),
+    stores_gbuffer: Some("REFLECT reads the depth and the normals of all pixels"),
+    hdr: Some(Hdr::Reads("REFLECT reads the light of all pixels before it is tone-mapped")),
+    is_in: FramePlan::reflects,
+    absence: |own| match shows(own.planned.view) {
+        _ if own.planned.reflections == Reflections::Off => NOT_ASKED_FOR,
+        true => "no opaque surface has a lobe of Cook-Torrance that is smooth enough",
+        false => "this view does not show them",
+    },
+    parts: |_, _, plan| {
+        let pyramid = ("pyramid of depths of the picture", Target::Hiz);
+        vec![
+            target_of(plan, EFFECT.name, pyramid, "REFLECT takes long steps through it"),
+            target_of(plan, EFFECT.name, ("rays", Target::Rays), "REFLECT hands them to REFLECT_RESOLVE"),
+        ]
+    },
     check,
     ..Effect::PLAIN
 };
@@ -75,14 +96,6 @@ impl Hiz {
     }
 }
 
-/// The settings that are planned: the view of reflections asks for it.
-pub(super) fn planned(settings: &Settings) -> Cow<'_, Settings> {
-    match settings.view {
-        View::Reflections => Cow::Owned(Settings { reflections: Reflections::Screen, bloom: 0.0, ..settings.clone() }),
-        _ => Cow::Borrowed(settings),
-    }
-}
-
 fn check(request: &Request) -> Result<(), Error> {
     let settings = request.settings;
     if settings.reflections == Reflections::Off {
@@ -107,19 +120,9 @@ fn check(request: &Request) -> Result<(), Error> {
     Ok(())
 }
 
-/// The plan of reflections, or the reason why frames have none.
-pub(super) fn choose(scene: &Scene, settings: &Settings) -> Result<ReflectionPlan, String> {
-    if settings.reflections == Reflections::Off {
-        return Err("not asked for".into());
-    }
-    if !is_used(scene, settings) {
-        let why = match shows(settings.view) {
-            true => "no opaque surface has a lobe of Cook-Torrance that is smooth enough",
-            false => "this view does not show them",
-        };
-        return Err(why.into());
-    }
-    Ok(ReflectionPlan {
+/// None where nothing mirrors others.
+pub(super) fn choose(scene: &Scene, settings: &Settings) -> Option<ReflectionPlan> {
+    is_used(scene, settings).then_some(ReflectionPlan {
         roughness: settings.reflection_roughness,
         steps: settings.reflection_steps,
         thickness: settings.reflection_thickness,
@@ -140,8 +143,7 @@ fn is_used(scene: &Scene, settings: &Settings) -> bool {
         let has_lobe = material.model(settings.brdf) == Brdf::CookTorrance && !material.unlit;
         has_lobe && may_be_smooth && !material.is_transparent()
     };
-    let asked = settings.reflections != Reflections::Off || settings.view == View::Reflections;
-    asked && shows(settings.view) && scene.objects.iter().any(mirrors)
+    settings.reflections != Reflections::Off && shows(settings.view) && scene.objects.iter().any(mirrors)
 }
 
 impl FramePlan {

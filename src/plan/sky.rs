@@ -2,8 +2,9 @@
 
 use glam::Vec3;
 
-use super::effect::Effect;
-use super::{Error, Shading};
+use super::effect::{Effect, Hdr};
+use super::parts::{Part, part};
+use super::{Error, FramePlan, PartGroup, Shading};
 use crate::scene::{Scene, Settings, Sky, SkyCube};
 
 /// The scene's sky is seen, or lights surfaces.
@@ -11,6 +12,10 @@ pub(crate) const EFFECT: Effect = Effect {
     name: "a sky",
     is_asked_for: |scene, _| scene.sky.is_some(),
     not_by_compute: Some("they cannot draw a sky"),
+    is_in: FramePlan::adds_ambient,
+    hdr: Some(Hdr::Blends("light of the sky is added before tone mapping")),
+    absence: |own| if own.scene.sky.is_none() { "the scene has none" } else { "this view needs none" },
+    parts: |_, _, plan| parts(plan).map(|part| part.of(PartGroup::Lights)).into(),
     check: |request| {
         let Some(sky) = SkyPlan::of(request.scene, request.settings, request.shading) else { return Ok(()) };
         EFFECT.check_path(request.path)?;
@@ -65,4 +70,19 @@ impl SkyPlan {
 /// Returns true if a sky lights surfaces.
 pub(super) fn lights(sky: &Sky, settings: &Settings) -> bool {
     sky.lights && settings.sky_light && sky.nits > 0.0
+}
+
+/// The cube of the sky, and the light of it that surfaces collect.
+fn parts(plan: &FramePlan) -> [Part; 2] {
+    let Some(sky) = &plan.sky else {
+        let why = plan.reasons.lack_of(EFFECT.name);
+        return [part("sky", false, why, 0), part("light of the sky", false, why, 0)];
+    };
+    let [cube, light] = sky.bytes();
+    let faces = format!("6 faces of {0}x{0} half floats, in all levels", sky.edge);
+    let collected = match sky.lights {
+        true => format!("computed once, from {} directions a texel", sky.samples),
+        false => "the sky lights nothing".into(),
+    };
+    [part("sky", true, faces, cube), part("light of the sky", sky.lights, collected, light)]
 }

@@ -72,11 +72,10 @@ impl Surfaces {
         let brdf = |material: &Material| material.model(settings.brdf);
         let metal = |object: &&Object| brdf(material(object)) == Brdf::CookTorrance && material(object).metallic > 0.0;
         let any = |what: &dyn Fn(&Material) -> bool| opaque.iter().any(|object| what(material(object)));
-        // Particles are blended as transparent surfaces are.
         let blends = is_final
             && !tiled
             && (!transparent.is_empty()
-                || super::particles::are_shown(scene, settings)
+                || super::effects::asked_for(scene, settings).any(|effect| effect.is_transparent)
                 || keep.has(OptionalPart::Transparent));
         let opaque_metal = opaque.iter().any(metal);
         let per_pixel = keep.has(OptionalPart::BrdfByPixel);

@@ -273,7 +273,7 @@ fn off_there_is_no_pass_and_no_difference_and_what_they_cannot_go_with_is_refuse
         let plan = |scene: &Scene, settings: &Settings| FramePlan::of(scene, settings, &device);
         // Nor where nothing mirrors.
         let matt = plan(&plane(lambert(0.5), Vec::new()), &on(&plain)).expect("a plan");
-        assert!(!matt.reflects() && matt.reasons.reflections.contains("no opaque surface"));
+        assert!(!matt.reflects() && matt.reasons.lack_of("reflections").contains("no opaque surface"));
         let asked = on(&plain);
         // Nor where the picture shows vectors.
         let vectors = plan(&scene, &Settings { view: View::Velocity, ..asked.clone() }).expect("a plan");

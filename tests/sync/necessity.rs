@@ -23,7 +23,9 @@ use afterlight::passes::{depth, per_light};
 // `samples` looks for these in the parent module.
 use crate::common::gpu::{not_run, on_gpu};
 use crate::common::{some_of, tries_all};
-use afterlight::plan::{Capabilities, CostModel, Error, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB, Refusal, Why};
+use afterlight::plan::{
+    Capabilities, CostModel, Error, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB, Refusal, Why, shows_effect,
+};
 
 /// A frame records the passes that the proof assumes, in the same order.
 #[test]

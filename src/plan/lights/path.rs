@@ -21,7 +21,7 @@ pub(in crate::plan) fn choose(
     device: &Capabilities,
 ) -> Result<(LightPath, String), Error> {
     check(settings, device)?;
-    if !is_lit(settings.view) {
+    if !effects::is_lit(settings.view) {
         return Ok((LightPath::Loop, "this view is not lit".into()));
     }
     match settings.light_path {
@@ -141,7 +141,7 @@ fn check(settings: &Settings, device: &Capabilities) -> Result<(), Error> {
     if settings.light_cutoff && settings.output == Output::Nits {
         return Err(Error::CutoffWithoutSteps);
     }
-    if !is_lit(settings.view) {
+    if !effects::is_lit(settings.view) {
         return if lacks_gbuffer(path) && needs_gbuffer(settings.view) { Err(Error::NoGbuffer(path)) } else { Ok(()) };
     }
     match path {
@@ -158,10 +158,6 @@ fn check(settings: &Settings, device: &Capabilities) -> Result<(), Error> {
         },
         _ => Ok(()),
     }
-}
-
-fn is_lit(view: View) -> bool {
-    matches!(view, View::Final | View::Lighting | View::Ambient | View::Fog | View::Reflections)
 }
 
 /// Returns true if surfaces are so plain that each is best lit as it is drawn. Measured in docs/LIGHT_PATHS.md: with one light this beats the loop for any number
