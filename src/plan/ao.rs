@@ -14,6 +14,10 @@ pub(crate) const EFFECT: Effect = Effect {
     off: Some(("--ao off", |settings| settings.ao = AmbientOcclusion::Off)),
     view: Some(EffectView { view: View::Ao, shows: Shows::Gbuffer, is_alone: false, plan: |_| {} }),
     changes_light: true,
+    unswept: |key, _, plan| {
+        (key.starts_with("ao") && !plan.has_ao())
+            .then_some("no ambient occlusion was asked for, or nothing would show it")
+    },
     reads_gbuffer: Some("ambient occlusion reads a G-buffer"),
     stores_gbuffer: Some("AO reads the depth and the normals around each pixel"),
     is_in: FramePlan::has_ao,

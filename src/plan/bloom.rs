@@ -18,6 +18,8 @@ pub(crate) const EFFECT: Effect = Effect {
         plan: |settings| (settings.view, settings.bloom) = (View::Final, 1.0),
     }),
     changes_light: true,
+    is_set_aside: true,
+    unswept: |key, _, plan| (key == "bloom-taps" && plan.bloom.is_none()).then_some("no bloom is asked for"),
     spreads: true,
     is_in: |plan| plan.bloom.is_some(),
     hdr: Some(Hdr::Reads("light is spread before it is tone-mapped")),

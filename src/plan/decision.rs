@@ -207,6 +207,7 @@ impl FramePlan {
         };
         let hiding = occlusion::choose(scene, settings, &culling, (&rules, &pipelines.geometry), shading);
         let refused_culling = culling::warning(settings, &culling);
+        let more_textures = particles.as_ref().map_or(&[][..], |own| &own.textures);
         let volumes = lighting.path == LightPath::Volumes && adds_lights(lighting.path, &lighting.lights);
         let plan = Self {
             size: settings.size,
@@ -254,7 +255,7 @@ impl FramePlan {
             geometry: pipelines.geometry,
             transparent: pipelines.transparent,
             streams: meshes.streams(),
-            uploads: Uploads::of(&meshes, &textures, volumes, (sky, particles.as_ref())),
+            uploads: Uploads::of(&meshes, &textures, volumes, (sky.is_some(), more_textures)),
             particles,
             meshes,
             textures,

@@ -17,10 +17,12 @@ pub struct Effect {
     pub changes_light: bool,
     /// Would spread what the views of other effects show.
     pub spreads: bool,
-    /// Is blended as transparent surfaces are.
-    pub is_transparent: bool,
+    /// Why it needs an HDR target, if it is blended as transparent surfaces are.
+    pub blended: Option<&'static str>,
     /// Why every light is in reach of something, where it is.
     pub reaches_all_lights: fn(&Settings) -> Option<&'static str>,
+    /// The lights that frames which have it need where no surface is seen.
+    pub lit_air: fn(&FramePlan) -> LitAir,
     /// Jittered frames that it averages to one picture, and each of which stands for a part of the pixel.
     pub frames: fn(&Settings) -> u32,
     /// Why no light path can draw it that writes the tone-mapped picture itself: `they cannot draw fog`.
@@ -39,6 +41,10 @@ pub struct Effect {
     pub absence: fn(&Absence) -> &'static str,
     /// Its lines of `inspect`, beside those of its passes.
     pub parts: fn(&Scene, &Settings, &FramePlan) -> Vec<Part>,
+    /// Why a report does not sweep a setting of its, by the setting's key.
+    pub unswept: fn(&str, &Scene, &FramePlan) -> Option<&'static str>,
+    /// A report that takes a frame's error apart does so without it, because none of its parts would be this effect's.
+    pub is_set_aside: bool,
     /// Refuses the settings, light paths and devices that it does not go with.
     pub check: fn(&Request) -> Result<(), Error>,
 }
@@ -58,14 +64,17 @@ impl Effect {
         names_many_buffers: false,
         changes_light: false,
         spreads: false,
-        is_transparent: false,
+        blended: None,
         reaches_all_lights: |_| None,
+        lit_air: |_| LitAir::None,
         frames: |_| 1,
         is_in: |_| false,
         stores_gbuffer: None,
         hdr: None,
         absence: |_| NOT_ASKED_FOR,
         parts: |_, _, _| Vec::new(),
+        unswept: |_, _, _| None,
+        is_set_aside: false,
         check: |_| Ok(()),
     };
 
@@ -107,6 +116,14 @@ pub enum Shows {
     Values,
     /// A value of the G-buffer, which no light changes.
     Gbuffer,
+}
+
+/// The lights that shine into the air.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum LitAir {
+    None,
+    Directional,
+    All,
 }
 
 /// Why an effect needs an HDR target, in a sentence without a full stop.

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::effect::{Effect, EffectView, Hdr, Request, Shows};
+use super::effect::{Effect, EffectView, Hdr, LitAir, Request, Shows};
 use super::{Error, FramePlan, Part, PartGroup, ao, bloom, fog, fxaa, particles, reflections, sky, taa};
 use crate::scene::{Scene, Settings, View};
 
@@ -29,7 +29,7 @@ pub(super) fn asked_for(scene: &Scene, settings: &Settings) -> impl Iterator<Ite
 }
 
 /// The effects of a plan's frames.
-pub(super) fn of(plan: &FramePlan) -> impl Iterator<Item = &'static Effect> {
+pub(crate) fn of(plan: &FramePlan) -> impl Iterator<Item = &'static Effect> {
     EFFECTS.iter().copied().filter(|effect| (effect.is_in)(plan))
 }
 
@@ -63,9 +63,30 @@ pub fn averages_samples(view: View) -> bool {
     is_lit(view) && shown_by(view).is_none_or(|(_, own)| own.shows == Shows::Light)
 }
 
+/// Returns the settings without the effects that a frame's error is not taken apart with.
+pub(crate) fn set_aside(settings: &Settings) -> Settings {
+    let mut plain = settings.without_effects();
+    EFFECTS
+        .iter()
+        .filter(|effect| effect.is_set_aside)
+        .filter_map(|effect| effect.off)
+        .for_each(|(_, off)| off(&mut plain));
+    plain
+}
+
+/// Why a report does not sweep a setting of an effect.
+pub(crate) fn unswept(key: &str, scene: &Scene, plan: &FramePlan) -> Option<&'static str> {
+    EFFECTS.iter().find_map(|effect| (effect.unswept)(key, scene, plan))
+}
+
 /// Why every light is in reach of something, where an effect says so.
 pub(super) fn reach_all_lights(settings: &Settings) -> Option<&'static str> {
     EFFECTS.iter().find_map(|effect| (effect.reaches_all_lights)(settings))
+}
+
+/// The lights that a plan's frames need where no surface is seen.
+pub(crate) fn lit_air(plan: &FramePlan) -> LitAir {
+    of(plan).map(|effect| (effect.lit_air)(plan)).max().unwrap_or(LitAir::None)
 }
 
 /// Jittered frames that effects average to one picture.

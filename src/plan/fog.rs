@@ -1,7 +1,7 @@
 //! Fog: the decision whether frames have some, and its parameters.
 
 use super::checks::out_of_range;
-use super::effect::{Effect, EffectView, Hdr, NOT_ASKED_FOR, Shows};
+use super::effect::{Effect, EffectView, Hdr, LitAir, NOT_ASKED_FOR, Shows};
 use super::parts::{Part, part};
 use super::{FramePlan, FroxelPlan, PartGroup, froxels};
 use crate::scene::{Fog, Settings, View};
@@ -13,9 +13,18 @@ pub(crate) const EFFECT: Effect = Effect {
     off: Some(("--fog off", |settings| settings.fog = Fog::Off)),
     view: Some(EffectView { view: View::Fog, shows: Shows::Light, is_alone: false, plan: |_| {} }),
     changes_light: true,
+    is_set_aside: true,
+    unswept: |key, _, plan| match key {
+        "fog" if !plan.has_fog() => Some("no fog is asked for"),
+        "fog-froxels" | "fog-samples" if plan.froxels().is_none() => {
+            Some("no lit fog is asked for, or no light shines into it")
+        }
+        _ => None,
+    },
     reaches_all_lights: |settings| {
         (settings.fog == Fog::Froxels).then_some("fog is everywhere, and any light may shine into it")
     },
+    lit_air: |plan| if plan.froxels().is_some() { LitAir::All } else { LitAir::Directional },
     is_in: FramePlan::has_fog,
     hdr: Some(Hdr::Blends("fog is blended over the light before tone mapping")),
     absence: |own| match (own.asked.fog, own.asked.fog_density > 0.0) {

@@ -1,6 +1,6 @@
 //! Particles: the room that a frame has for a scene's emitters, and the way in which they are drawn.
 
-use super::effect::{Effect, EffectView, Request, Shows};
+use super::effect::{Effect, EffectView, LitAir, Request, Shows};
 use super::parts::{Part, part};
 use super::{Capabilities, Error, FramePlan, PlannedTexture, Refusal, Shading, Why};
 use crate::scene::{Scene, Settings, Transparency, View, counted};
@@ -19,7 +19,10 @@ pub(crate) const EFFECT: Effect = Effect {
             (settings.view, settings.particles, settings.transparency) = (View::Final, true, Transparency::Sorted);
         },
     }),
-    is_transparent: true,
+    blended: Some("particles are blended before tone mapping"),
+    unswept: |key, scene, _| (key == "particles" && scene.emitters.is_empty()).then_some("the scene has no emitters"),
+    // They float where no object is.
+    lit_air: |_| LitAir::All,
     is_in: |plan| plan.particles.is_some(),
     absence: |own| match (own.scene.emitters.is_empty(), own.planned.particles) {
         (true, _) => "the scene has no emitters",
@@ -103,7 +106,7 @@ pub(super) fn choose(request: &Request) -> Option<ParticlePlan> {
         // `Scene::check` has bounded it.
         capacity: scene.most_particles().min(u64::from(u32::MAX)) as u32,
         emitters: scene.emitters.len() as u32,
-        textures: all.iter().map(|&own| PlannedTexture::of_particles(scene, own, device)).collect(),
+        textures: all.iter().map(|&own| PlannedTexture::of_sheet(scene, own, device)).collect(),
         texture_of: scene
             .emitters
             .iter()

@@ -153,7 +153,7 @@ fn antialiasing(plan: &FramePlan) -> [Part; 2] {
 
 fn transparency(scene: &Scene, plan: &FramePlan) -> Part {
     let objects = scene.objects.iter().filter(|object| scene.materials[object.material].is_transparent()).count();
-    let blended = effects::of(plan).find(|effect| effect.is_transparent && objects == 0);
+    let blended = effects::of(plan).find(|effect| effect.blended.is_some() && objects == 0);
     let reason = match plan.transparency {
         Some(_) if blended.is_some() => {
             format!("no object is transparent, but {} are", blended.map_or("others", |effect| effect.name))

@@ -22,6 +22,11 @@ pub(crate) const EFFECT: Effect = Effect {
         plan: |settings| settings.reflections = Reflections::Screen,
     }),
     changes_light: true,
+    is_set_aside: true,
+    unswept: |key, _, plan| {
+        (key.starts_with("reflection") && !plan.reflects())
+            .then_some("no reflections were asked for, or nothing mirrors any")
+    },
     not_by_compute: Some("they cannot draw reflections"),
     reads_gbuffer: Some("reflections read a G-buffer"),
     stores_gbuffer: Some("REFLECT reads the depth and the normals of all pixels"),

@@ -75,7 +75,7 @@ impl Surfaces {
         let blends = is_final
             && !tiled
             && (!transparent.is_empty()
-                || super::effects::asked_for(scene, settings).any(|effect| effect.is_transparent)
+                || super::effects::asked_for(scene, settings).any(|effect| effect.blended.is_some())
                 || keep.has(OptionalPart::Transparent));
         let opaque_metal = opaque.iter().any(metal);
         let per_pixel = keep.has(OptionalPart::BrdfByPixel);

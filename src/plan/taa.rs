@@ -14,6 +14,11 @@ pub(crate) const EFFECT: Effect = Effect {
     off: Some(("--taa off", |settings| settings.taa = false)),
     view: Some(EffectView { view: View::Velocity, shows: Shows::Values, is_alone: true, plan: plan_vectors }),
     frames,
+    is_set_aside: true,
+    unswept: |key, _, plan| {
+        let is_own = ["taa-frames", "taa-history", "sharpness"].contains(&key);
+        (is_own && plan.taa.is_none()).then_some("frames are not averaged over time")
+    },
     is_in: |plan| plan.taa.is_some(),
     hdr: Some(Hdr::Reads("light is averaged over time before it is tone-mapped")),
     absence: |own| if own.asked.taa { "the values that this view shows have no mean" } else { NOT_ASKED_FOR },
@@ -119,6 +124,11 @@ impl TaaPlan {
 }
 
 impl FramePlan {
+    /// Frames that are drawn for a picture.
+    pub fn frames_a_picture(&self) -> u32 {
+        self.taa.map_or(self.samples, |taa| taa.frames)
+    }
+
     /// Returns true if VELOCITY draws vectors of surfaces that move by themselves.
     pub fn has_velocity(&self) -> bool {
         self.taa.is_some_and(|taa| taa.moves)

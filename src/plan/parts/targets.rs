@@ -145,10 +145,8 @@ pub(super) fn hdr(settings: &Settings, plan: &FramePlan) -> Part {
         ToneMapping::Subpass(_) if plan.emissive => "emissive light is blended before tone mapping",
         ToneMapping::Subpass(_) if blended.is_some() => blended.unwrap_or_default(),
         ToneMapping::Subpass(_) if plan.transparency.is_some() => {
-            match plan.transparent.is_empty() && plan.particles.is_some() {
-                true => "particles are blended before tone mapping",
-                false => "transparent surfaces are blended before tone mapping",
-            }
+            let alone = effects::of(plan).find_map(|effect| effect.blended).filter(|_| plan.transparent.is_empty());
+            alone.unwrap_or("transparent surfaces are blended before tone mapping")
         }
         _ if read.is_some() => read.unwrap_or_default(),
         ToneMapping::Subpass(_) => "samples of a pixel are averaged as light before tone mapping",
