@@ -360,7 +360,7 @@ fn draw_sheet(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result<
     Ok(Drawn { text, hazards: Vec::new(), files: Vec::new() })
 }
 
-/// The settings with another view. Views of values drop multisampling and what works on the finished picture.
+/// The settings with another view. Views of values drop multisampling and the effects on the finished picture.
 fn of_view(settings: &Settings, view: View) -> Settings {
     let lit = averages_samples(view);
     let msaa = if lit || view == View::Complexity { settings.msaa } else { 1 };

@@ -5,9 +5,9 @@ use crate::scene::{LightPath, Scene, Settings, View};
 
 /// Something that frames do beside lighting surfaces, where settings or the scene ask for it.
 pub struct Effect {
-    /// Its name in sentences.
+    /// The name by which sentences call it.
     pub name: &'static str,
-    /// Returns true if it would be drawn on every light path that allows it.
+    /// Returns true if frames would have it on a light path that can draw it.
     pub is_asked_for: fn(&Scene, &Settings) -> bool,
     /// Leaves it out.
     pub off: Option<Off>,
@@ -15,11 +15,11 @@ pub struct Effect {
     pub view: Option<EffectView>,
     /// Changes the light of the picture before it is tone-mapped.
     pub changes_light: bool,
-    /// Would spread what the views of other effects show.
+    /// Would blur the views of other effects, so that they leave it out.
     pub spreads: bool,
     /// Why it needs an HDR target, if it is blended as transparent surfaces are.
     pub blended: Option<&'static str>,
-    /// Why every light is in reach of something, where it is.
+    /// The reason that no light is out of reach, with settings by which that is so.
     pub reaches_all_lights: fn(&Settings) -> Option<&'static str>,
     /// The lights that frames which have it need where no surface is seen.
     pub lit_air: fn(&FramePlan) -> LitAir,
@@ -29,7 +29,7 @@ pub struct Effect {
     pub not_by_compute: Option<&'static str>,
     /// Why no light path without a G-buffer can draw it.
     pub reads_gbuffer: Option<&'static str>,
-    /// Its shaders name so many buffers that a device with few may have to do without it.
+    /// True if its shaders name many buffers: the advice for devices that allow few offers to leave it out.
     pub names_many_buffers: bool,
     /// Returns true if a plan's frames have it.
     pub is_in: fn(&FramePlan) -> bool,
@@ -39,11 +39,11 @@ pub struct Effect {
     pub hdr: Option<Hdr>,
     /// Why frames have none.
     pub absence: fn(&Absence) -> &'static str,
-    /// Its lines of `inspect`, beside those of its passes.
+    /// The lines of `inspect` about it; its passes have lines of their own.
     pub parts: fn(&Scene, &Settings, &FramePlan) -> Vec<Part>,
-    /// Why a report does not sweep a setting of its, by the setting's key.
+    /// Why a report does not sweep the setting with this key, which is one of the effect's.
     pub unswept: fn(&str, &Scene, &FramePlan) -> Option<&'static str>,
-    /// A report that takes a frame's error apart does so without it, because none of its parts would be this effect's.
+    /// True if the report sets it aside before it takes a frame's error apart, because no part of the error stands for it.
     pub is_set_aside: bool,
     /// Refuses the settings, light paths and devices that it does not go with.
     pub check: fn(&Request) -> Result<(), Error>,
@@ -83,7 +83,7 @@ impl Effect {
         Err(Refusal::of(self.name, why))
     }
 
-    /// Refuses light paths that lack what it needs.
+    /// Refuses light paths that cannot draw it.
     pub fn check_path(&self, path: LightPath) -> Result<(), Error> {
         let why = match path {
             _ if self.not_by_compute.is_some() && is_tiled(path) => Why::WritesPicture(path),
@@ -103,7 +103,7 @@ pub struct EffectView {
     pub shows: Shows,
     /// Nothing of the picture's light is seen in it, so that all that would change that light is left out.
     pub is_alone: bool,
-    /// Changes the settings to those that are planned for it.
+    /// Turns the settings that are asked for into the ones that are planned.
     pub plan: fn(&mut Settings),
 }
 

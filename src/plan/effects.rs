@@ -37,7 +37,7 @@ fn shown_by(view: View) -> Option<(&'static Effect, &'static EffectView)> {
     EFFECTS.iter().find_map(|&effect| Some((effect, effect.view.as_ref().filter(|own| own.view == view)?)))
 }
 
-/// The settings that are planned: those of the view that is asked for, without the effects that would hide what it shows.
+/// Returns the settings to plan by: the view of an effect turns it on, and leaves out effects that would hide it.
 pub(super) fn planned(asked: &Settings) -> Cow<'_, Settings> {
     let Some((shown, view)) = shown_by(asked.view) else { return Cow::Borrowed(asked) };
     let mut settings = asked.clone();
@@ -79,7 +79,7 @@ pub(crate) fn unswept(key: &str, scene: &Scene, plan: &FramePlan) -> Option<&'st
     EFFECTS.iter().find_map(|effect| (effect.unswept)(key, scene, plan))
 }
 
-/// Why every light is in reach of something, where an effect says so.
+/// The reason that no light is out of reach, if an effect has one.
 pub(super) fn reach_all_lights(settings: &Settings) -> Option<&'static str> {
     EFFECTS.iter().find_map(|effect| (effect.reaches_all_lights)(settings))
 }
@@ -94,7 +94,7 @@ pub(super) fn frames(settings: &Settings) -> u32 {
     EFFECTS.iter().map(|effect| (effect.frames)(settings)).max().unwrap_or(1)
 }
 
-/// Returns the parts that effects have in a group. `read_gbuffer`: only those of effects that read the G-buffer, or of all others.
+/// Returns the parts that effects have in a group. `read_gbuffer` selects effects that read the G-buffer, else all others.
 pub(super) fn parts(
     scene: &Scene,
     settings: &Settings,
@@ -106,7 +106,7 @@ pub(super) fn parts(
     parts.filter(|part| part.group == group).collect()
 }
 
-/// Returns why effects that are blended over the light need an HDR target, and why those do that read it.
+/// Returns why an HDR target is needed: by the first effect that blends over the light, and by the first that reads it.
 pub(super) fn hdr(plan: &FramePlan) -> [Option<&'static str>; 2] {
     let blends = of(plan).find_map(|effect| match effect.hdr {
         Some(Hdr::Blends(why)) => Some(why),

@@ -127,7 +127,7 @@ impl Error {
         matches!(self, Self::NoShadowMap(_) | Self::NoTriangles) || matches!(self, Self::Refused(own) if nothing(own))
     }
 
-    /// Returns true if a light path without a G-buffer cannot draw what was asked for.
+    /// Returns true if the light path lacks the G-buffer that a view or an effect reads.
     pub(super) fn lacks_gbuffer(&self) -> bool {
         matches!(self, Self::NoGbuffer(_) | Self::Refused(Refusal { why: Why::NoGbuffer(_), .. }))
     }

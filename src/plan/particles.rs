@@ -94,7 +94,7 @@ fn check(request: &Request) -> Result<(), Error> {
 
 const LIT: Shading = Shading::Light { light_only: false };
 
-/// None where frames have none.
+/// Returns `None` if frames draw no particles.
 pub(super) fn choose(request: &Request) -> Option<ParticlePlan> {
     let Request { scene, settings, device, .. } = *request;
     if !are_shown(scene, settings) || request.shading != LIT {

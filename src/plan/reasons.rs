@@ -28,8 +28,7 @@ pub struct Reasons {
 }
 
 impl Reasons {
-    /// Adds why frames lack what a setting would give them.
-    /// `asked`: the settings as they were given, where `planned` are those that the plan was made by.
+    /// Adds the reasons against effects and shadow maps that frames lack. `asked` are the settings as given, `planned` the ones that the plan was made by.
     pub(super) fn with_absences(self, scene: &Scene, asked: &Settings, planned: &Settings, plan: &FramePlan) -> Self {
         let own = Absence { scene, asked, planned };
         Self {

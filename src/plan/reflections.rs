@@ -125,7 +125,7 @@ fn check(request: &Request) -> Result<(), Error> {
     Ok(())
 }
 
-/// None where nothing mirrors others.
+/// Returns `None` if no surface mirrors others.
 pub(super) fn choose(scene: &Scene, settings: &Settings) -> Option<ReflectionPlan> {
     is_used(scene, settings).then_some(ReflectionPlan {
         roughness: settings.reflection_roughness,

@@ -17,7 +17,7 @@ use crate::scene::{
     TargetChoice, Texture, TextureSlot, Transparency, UvMap, View, Wrap,
 };
 
-/// All views but the complexity, which is about differing samples, and those of effects, which are planned as the lit picture.
+/// All views but the complexity, which needs several samples a pixel, and the views of effects, which are planned as the lit picture.
 pub fn views() -> impl Iterator<Item = View> {
     View::NAMES.iter().map(|&(_, view)| view).filter(|&view| view != View::Complexity && !shows_effect(view))
 }

@@ -12,6 +12,7 @@ pub(crate) const EFFECT: Effect = Effect {
     name: "a sky",
     is_asked_for: |scene, _| scene.sky.is_some(),
     not_by_compute: Some("they cannot draw a sky"),
+    // Forward paths add the sky's light as they draw surfaces, without blending.
     is_in: FramePlan::adds_ambient,
     hdr: Some(Hdr::Blends("light of the sky is added before tone mapping")),
     absence: |own| if own.scene.sky.is_none() { "the scene has none" } else { "this view needs none" },

@@ -104,12 +104,12 @@ impl<'a> Reference<'a> {
         })
     }
 
-    /// With all that settings say of the truth, and the lens of a camera.
+    /// Takes over all settings that the truth has, and the lens of a camera.
     pub fn with_settings(self, settings: &Settings, camera: &Camera) -> Self {
         self.with_pinhole_settings(settings).with_lens(ThinLens::of(settings, camera))
     }
 
-    /// The same but for the lens: reflection model, shadows, light of the sky, ambient occlusion, fog, particles and reflections.
+    /// Takes over all settings that the truth has but the lens: reflection model, shadows, light of the sky, ambient occlusion, fog, particles and reflections.
     pub fn with_pinhole_settings(self, settings: &Settings) -> Self {
         self.with_brdf(settings.brdf)
             .with_shadows(settings.shadows.enabled)

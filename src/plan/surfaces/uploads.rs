@@ -16,7 +16,7 @@ pub struct Uploads {
 }
 
 impl Uploads {
-    /// `has_cube`: a cube is uploaded, too; `more`: textures beside those of materials.
+    /// `has_cube` is true if a sky's cube is uploaded, `more` are textures that no material has.
     pub(in crate::plan) fn of(
         meshes: &MeshPlan,
         textures: &TexturePlan,
