@@ -59,7 +59,7 @@ pub const SPREAD: Pass = Pass {
 };
 
 fn presence(plan: &FramePlan) -> Presence {
-    Presence::when(plan.bloom.is_some(), "asked for", plan.reasons.bloom)
+    Presence::when(plan.bloom.is_some(), "asked for", plan.reasons.lack_of("bloom"))
 }
 
 const LEVELS: u32 = 0;
