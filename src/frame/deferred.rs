@@ -57,7 +57,7 @@ pub(super) fn list(plan: &FramePlan) -> Vec<Option<Step>> {
 
     let mut steps = before_the_picture(plan);
     if plan.is_tiled() {
-        // Compute lights the stored G-buffer, or what it looks up of each pixel's triangle.
+        // TILED lights the stored G-buffer, or looks up the surface of each pixel's triangle.
         steps.push(list::render_pass(MAIN_PASS, [surfaces()]));
         steps.extend(occlusion(plan));
         let output = Resource::Target(Target::Output);
@@ -147,7 +147,7 @@ fn before_the_picture(plan: &FramePlan) -> Vec<Option<Step>> {
             &[(Row::SKIN_TO_DRAWS, vertices)],
         ),
         list::render_pass(OCCLUDER_PASS, alone(&occluders::PASS)),
-        // CULL of the last frame may still look into the pyramid, and that of this frame does.
+        // CULL of the last frame may still look into the pyramid, and CULL of this frame will.
         step(&pyramid::PASS, &[(Row::PYRAMID_REUSE, pyramid)], &[(Row::PYRAMID_TO_CULL, pyramid)]),
         // The last frame's draws may still read the overwritten values.
         step(&cull::PASS, &[(Row::CULLED_REUSE, culled)], &[]),
@@ -195,9 +195,9 @@ fn reflections(plan: &FramePlan) -> [Option<Step>; 3] {
     [
         // REFLECT of the last frame may still read the pyramid.
         compute(plan, &hiz::PASS, &[(Row::HIZ_REUSE, hiz)], &[]),
-        // It reads the pyramid, and REFLECT_RESOLVE of the last frame may still read what it writes.
+        // REFLECT reads the pyramid, and REFLECT_RESOLVE of the last frame may still read the rays.
         compute(plan, &reflect::PASS, &[(Row::HIZ_TO_REFLECT, hiz), (Row::RAYS_REUSE, rays)], &[]),
-        // It reads what rays found, and adds to the light that they were compared with.
+        // REFLECT_RESOLVE reads the rays, and adds to the light that REFLECT has read.
         compute(plan, &reflect_resolve::PASS, &[(Row::RAYS_TO_RESOLVE, rays), (Row::LIGHT_TO_RESOLVE, light)], &after),
     ]
 }

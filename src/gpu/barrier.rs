@@ -77,7 +77,7 @@ pub fn buffer_barrier(device: &Device, cmd: vk::CommandBuffer, buffer: &Buffer, 
     buffer_barriers(device, cmd, &[buffer], order);
 }
 
-/// The same of several buffers, at once; of none, nothing.
+/// Records one barrier on several buffers, and nothing if there are none.
 pub fn buffer_barriers(device: &Device, cmd: vk::CommandBuffer, buffers: &[&Buffer], order: Dependency) {
     let barrier = |buffer: &&Buffer| {
         vk::BufferMemoryBarrier::default()

@@ -30,7 +30,7 @@ pub const PASS: Pass = Pass {
     touches: |_| vec![Touch::resource(Resource::Particles, KEY_READ), Touch::resource(Resource::Particles, KEY_WRITE)],
     leave_out: None,
     make: Some(|own| {
-        // After the particles themselves.
+        // The keys are the second buffer, after the particles.
         let keys = own.needed(own.buffers(Resource::Particles).nth(1))?;
         Ok(Box::new(Sort::new(own.device, keys)?))
     }),

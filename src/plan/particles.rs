@@ -42,7 +42,7 @@ pub const SORT_BLOCK: u32 = 2048;
 /// Bytes that a work group of SORT shares: the keys of a block, of two words each.
 pub const SORT_SHARED_BYTES: u32 = 8 * SORT_BLOCK;
 
-/// The places that SORT has for so many particles.
+/// Number of keys that SORT puts into order for this many particles.
 pub fn sort_places(count: u32) -> u32 {
     count.next_power_of_two().max(SORT_BLOCK)
 }
