@@ -24,7 +24,9 @@ impl<H, G> Below<H, G> {
         H: Level,
     {
         let own = [(c"vkDestroyInstance", false), (c"vkDestroyDevice", true), (c"vkQueuePresentKHR", true)];
-        let names = [table::FALLIBLE_NAMES, table::FREEING_NAMES, incoherent::NAMES, commands::NAMES, &own].into_iter().flatten();
+        let names = [table::FALLIBLE_NAMES, table::FREEING_NAMES, incoherent::NAMES, commands::NAMES, &own]
+            .into_iter()
+            .flatten();
         let names = names.filter(|(_, of_a_device)| *of_a_device == H::OF_A_DEVICE);
         let functions = names.filter_map(|&(name, _)| Some((name, ask(name)?))).collect();
         Self { handle, get_proc_addr, functions }
