@@ -5,7 +5,7 @@ use std::path::Path;
 
 use afterlight::scene::builtin;
 use afterlight::scene::gltf::{self, Shot};
-use afterlight::scene::{Settings, SettingsPatch, metered_ev100};
+use afterlight::scene::{SETTINGS, Setting, Settings, SettingsPatch, metered_ev100};
 
 use super::args::SettingsArgs;
 use super::failure::Failure;
@@ -76,18 +76,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     output::print(&text, args.output.is_stdout())
 }
 
-/// Settings of a frame's effects beside lighting.
-const EFFECTS: [&str; 9] =
-    ["fog", "bloom", "ao", "reflections", "aperture", "shutter", "vignette", "grain", "light-cutoff"];
-
 /// Names the settings in use that glTF has no words for, because they work on this renderer's frames.
 fn effects(settings: &Settings) -> Option<String> {
-    let plain = Settings::default().patch();
-    let is_on = |key: &&str| {
-        let setting = afterlight::scene::SETTINGS.iter().find(|setting| setting.key == *key);
-        setting.is_some_and(|own| own.text(&settings.patch()) != own.text(&plain))
-    };
-    let on: Vec<&str> = EFFECTS.iter().copied().filter(is_on).collect();
+    let (own, plain) = (settings.patch(), Settings::default().patch());
+    let is_on = |row: &&Setting| row.beyond_gltf && row.text(&own) != row.text(&plain);
+    let on: Vec<&str> = SETTINGS.iter().filter(is_on).map(|row| row.key).collect();
     (!on.is_empty()).then(|| format!("effects of the picture ({}): the scene's extras name them", on.join(", ")))
 }
 

@@ -20,7 +20,7 @@ use super::output::Sink;
 use super::plan_report::PlanReport;
 use super::table::Table;
 use super::workload::Workload;
-use super::{drop, output, session};
+use super::{commands, drop, output, session};
 
 /// Print what a scene's frames consist of, what is left out, and every dependency with its reason
 #[derive(Debug, clap::Args)]
@@ -31,6 +31,7 @@ Examples:
   afterlight inspect builtin:hall --hazards hazards.svg
   afterlight inspect builtin:hall --hazards row.svg --rows read-back
   afterlight inspect builtin:hall --window direct --hazards window.svg
+  afterlight inspect builtin:hall --commands
   afterlight inspect sponza.obj --shadows off --gbuffer fat
   afterlight inspect scene.toml --settings tuned.toml
   afterlight inspect scene.toml --json | jq '.parts[] | select(.included)'
@@ -51,6 +52,9 @@ pub struct Args {
     /// The dependencies that --hazards draws, in this order, instead of all
     #[arg(long, value_name = "DEPENDENCY,...", value_delimiter = ',')]
     rows: Vec<String>,
+    /// Print the Vulkan commands of one frame instead, in their order, each with its reason: draws a real frame on the device, so it needs one
+    #[arg(long, conflicts_with_all = ["graph", "hazards", "window", "drop"])]
+    commands: bool,
     /// Take the frames as a window shows them, with what brings pictures into the swapchain's images: drawing or copying (direct), enlarging (enlarged),
     /// or encoding by a shader, as for images of 10 bits, from the picture (encoded) or from a copy of it (encoded-kept)
     #[arg(
@@ -126,8 +130,8 @@ struct Report {
 }
 
 #[derive(Serialize)]
-struct EdgeReport {
-    name: String,
+pub(super) struct EdgeReport {
+    name: &'static str,
     carrier: String,
     from: String,
     to: String,
@@ -151,7 +155,7 @@ struct LayoutReport {
 }
 
 impl EdgeReport {
-    fn of(edge: &Edge, changes: &[LayoutChange], covered: &[Part]) -> Self {
+    pub(super) fn of(edge: &Edge, changes: &[LayoutChange], covered: &[Part]) -> Self {
         let layout = |change: &LayoutChange| LayoutReport {
             image: change.image.map(|image| image.to_string()),
             old: format!("{:?}", change.old),
@@ -238,6 +242,9 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
         let mut settings = workload.settings(&args.variation(), &device.physical)?;
         if args.linear {
             settings.output = Output::Nits;
+        }
+        if args.commands {
+            return commands::print(&device, &workload, &settings, args.json);
         }
         let plan = plan_for(&device, &workload.scene, &settings);
         let plan = plan.map_err(|error| workload.blame(error, &device.physical, &settings))?;
@@ -327,7 +334,7 @@ fn edge_list(plan: &FramePlan, edges: &Edges, layouts: impl Fn(&Edge) -> Vec<Lay
 }
 
 /// The bits' names; a dash when there are none.
-fn flags(flags: &impl std::fmt::Debug) -> String {
+pub(super) fn flags(flags: &impl std::fmt::Debug) -> String {
     let text = format!("{flags:?}");
     if text.is_empty() { "-".to_owned() } else { text }
 }

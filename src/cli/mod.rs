@@ -5,6 +5,7 @@ mod args;
 mod bench;
 #[cfg(feature = "ci")]
 mod ci;
+mod commands;
 mod compare;
 mod contact_sheet;
 mod doctor;

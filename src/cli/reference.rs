@@ -135,7 +135,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         None => compute(args, &reference, &view, &Options { mode, smith }),
     };
-    let cached = Cached { truth: truth.bloomed(&settings), source, warnings };
+    let cached = Cached { truth: truth.with_spread_light(&settings), source, warnings };
     let computed_ms = milliseconds_since(start);
     if !args.quiet {
         let warnings = cached.warnings.iter().fold(String::new(), |text, warning| text + "warning: " + warning + "\n");
@@ -155,7 +155,9 @@ fn refuse_approximations(args: &SettingsArgs) -> Result<(), Failure> {
     let given = SETTINGS.iter().find(|setting| !setting.of_truth && setting.text(&args.said).is_some());
     let Some(Setting { key, .. }) = given else { return Ok(()) };
     let why = format!("--{key} says how a frame is drawn: the truth is computed without it");
-    let what = "--size, --camera, --brdf, --shadows on|off, --ao, --reflections, --bloom, --fog, --aperture, --focus and --shutter apply, and --exposure and --tonemap to a .png";
+    let is_of_light = |row: &&Setting| row.of_truth && !["exposure", "tonemap"].contains(&row.key);
+    let keys: String = SETTINGS.iter().filter(is_of_light).map(|row| format!("--{}, ", row.key)).collect();
+    let what = format!("{keys}and --camera apply, and --exposure and --tonemap to a .png");
     Err(Failure::usage(why).with_hint(what))
 }
 

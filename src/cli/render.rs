@@ -12,7 +12,7 @@ use std::time::Instant;
 use afterlight::frame::{self, Complexity, Picture, Pixels, Renderer, edges, list, plan_for};
 use afterlight::gpu::Device;
 use afterlight::measure::{Shard, peak_memory_bytes};
-use afterlight::plan::{self, FramePlan};
+use afterlight::plan::{FramePlan, averages_samples};
 use afterlight::scene::{Output, Pose, Settings, SettingsPatch, View, counted, metered_ev100};
 
 use super::args::{DeviceArgs, SettingsArgs, ViewChoice, fps, samples, seconds, shard, view, whole};
@@ -220,8 +220,11 @@ fn draw(
     let start = Instant::now();
     let (mut renderer, hazards) = renderer(args, device, &mut workload, &settings)?;
     workload.warn(renderer.plan())?;
-    let bar =
-        progress::bar("drawing".into(), u64::from(args.frames) * u64::from(frames_of(renderer.plan())), args.quiet);
+    let bar = progress::bar(
+        "drawing".into(),
+        u64::from(args.frames) * u64::from(renderer.plan().frames_a_picture()),
+        args.quiet,
+    );
     let mut times = Table::with_figures_from(1);
     times.row(["load".to_owned(), milliseconds(workload.load_ms)]);
     // The camera rests; without the cache maps are drawn as if all did not.
@@ -240,7 +243,7 @@ fn draw(
         renderer.picture_while(show, &mut drawn)
     };
     let mut picture;
-    if frames_of(renderer.plan()) == 1 && !moves {
+    if renderer.plan().frames_a_picture() == 1 && !moves {
         renderer.render(&workload.scene.camera)?;
         let first = renderer.wait()?;
         bar.step();
@@ -288,15 +291,10 @@ fn settings(args: &Args, workload: &Workload, device: &Device, view: Option<View
     Ok(Settings { output, ..workload.settings(&variation, &device.physical)? })
 }
 
-/// Frames that a picture is made of.
-fn frames_of(plan: &FramePlan) -> u32 {
-    plan.taa.map_or(plan.samples, |taa| taa.frames)
-}
-
 fn frames_in_words(plan: &FramePlan) -> String {
-    match plan.taa {
-        Some(taa) => counted(taa.frames, "frame"),
-        None => counted(plan.samples, "sample"),
+    match plan.frames_a_picture() {
+        frames if frames == plan.samples => counted(frames, "sample"),
+        frames => counted(frames, "frame"),
     }
 }
 
@@ -362,14 +360,12 @@ fn draw_sheet(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result<
     Ok(Drawn { text, hazards: Vec::new(), files: Vec::new() })
 }
 
-/// The settings with another view. Views of values drop the settings that smooth edges.
+/// The settings with another view. Views of values drop multisampling and the effects on the finished picture.
 fn of_view(settings: &Settings, view: View) -> Settings {
-    let lit = matches!(
-        view,
-        View::Final | View::Lighting | View::Ambient | View::Bloom | View::Fog | View::Particles | View::Velocity
-    );
+    let lit = averages_samples(view);
     let msaa = if lit || view == View::Complexity { settings.msaa } else { 1 };
-    Settings { view, fxaa: settings.fxaa && lit, msaa, ..settings.clone() }
+    let base = if lit { settings.clone() } else { settings.without_effects() };
+    Settings { view, msaa, ..base }
 }
 
 fn draw_tile(
@@ -385,9 +381,7 @@ fn draw_tile(
         return Ok(none());
     }
     let mut renderer = match Renderer::new(device, &workload.scene, settings) {
-        Err(frame::Error::Plan(plan::Error::NoShadowMap(_) | plan::Error::NoTriangles)) => return Ok(none()),
-        // The scene has none.
-        Err(frame::Error::Plan(plan::Error::Particles(_))) if settings.view == View::Particles => return Ok(none()),
+        Err(frame::Error::Plan(refused)) if refused.shows_nothing() => return Ok(none()),
         made => made?,
     };
     for _ in 0..args.frames {
@@ -411,10 +405,10 @@ fn tile_size(size: [u32; 2]) -> [u32; 2] {
 
 fn heading(workload: &Workload, settings: &Settings, device: &Device, output: &str) -> String {
     let [width, height] = settings.size;
-    let samples = match settings.samples {
-        _ if settings.taa => format!(", {} averaged over time", counted(settings.taa_frames, "frame")),
-        1 => String::new(),
-        samples => format!(", {samples} samples a pixel"),
+    let samples = match (settings.frames_over_time(), settings.samples) {
+        (Some(frames), _) => format!(", {} averaged over time", counted(frames, "frame")),
+        (None, 1) => String::new(),
+        (None, samples) => format!(", {samples} samples a pixel"),
     };
     let (name, gpu) = (&workload.scene.name, &device.physical.name);
     let (content, place) = (workload.content(), workload.place(settings));

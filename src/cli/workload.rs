@@ -93,8 +93,8 @@ impl Workload {
         if workload.scene.moves() {
             workload.scene.check()?;
             let settings = workload.patch().decide();
-            let follows = settings.taa || view.unwrap_or(settings.view) == View::Velocity;
-            if settings.shutter == 0.0 && !follows {
+            let shown = view.unwrap_or(settings.view);
+            if settings.shutter == 0.0 && !settings.follows_time(shown) {
                 workload.scene = workload.scene.into_still(&workload.playing);
             }
         }
@@ -259,7 +259,7 @@ impl Workload {
             let settings = patch.decide();
             let other = is_view
                 || patch.msaa.is_some_and(|msaa| msaa > 1)
-                || settings.taa
+                || settings.frames_over_time().is_some()
                 || settings.without_effects() != settings;
             patch.samples.or(other.then_some(1))
         };

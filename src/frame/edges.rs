@@ -8,7 +8,9 @@
 //! renderer: with a row dropped, or one bit. `tests/sync/necessity.rs` compares the proof with a layer's reports in this way, and `afterlight inspect
 //! --drop` shows both.
 
+use std::collections::BTreeSet;
 use std::fmt;
+use std::sync::{Mutex, PoisonError};
 
 use ash::vk;
 
@@ -111,9 +113,17 @@ pub enum RowName {
 }
 
 impl RowName {
-    /// As `afterlight inspect` prints it and [`Edges::named`] takes it: `geometry-to-lighting`.
-    pub fn name(self) -> String {
-        self.to_string()
+    /// As `afterlight inspect` prints it and [`Edges::named`] takes it: `geometry-to-lighting`. Each name is kept for the rest of the program: there are only
+    /// as many as pairs of passes.
+    pub fn name(self) -> &'static str {
+        static NAMES: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
+        let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
+        let name = self.to_string();
+        names.get(name.as_str()).copied().unwrap_or_else(|| {
+            let kept: &'static str = name.leak();
+            names.insert(kept);
+            kept
+        })
     }
 }
 
@@ -137,6 +147,8 @@ impl fmt::Display for RowName {
 pub struct Edge {
     /// Unique within a table.
     pub name: RowName,
+    /// The name as it is spelled.
+    pub label: &'static str,
     /// The Vulkan construct that the row becomes.
     pub carrier: Carrier,
     /// The subpass or step that must be over.
@@ -168,7 +180,7 @@ pub enum Side {
 impl Edge {
     /// Both sides' masks, as a barrier takes them.
     pub fn order(&self) -> Dependency {
-        Dependency { before: self.before, after: self.after }
+        Dependency { row: self.label, before: self.before, after: self.after }
     }
 
     /// Each part of the row that can be taken away: all of it, its reach across samples, and each stage and access of both sides.
@@ -234,10 +246,9 @@ impl Edges {
     /// # Errors
     /// When the plan has none. The message lists the rows for which `is_listed` returns true.
     pub fn named(&self, name: &str, is_listed: impl Fn(&Edge) -> bool) -> Result<&Edge, Refused> {
-        let own = self.iter().find(|edge| edge.name.to_string() == name);
+        let own = self.iter().find(|edge| edge.label == name);
         own.or_else(|| renamed::successor(self, name)).ok_or_else(|| {
-            let names: Vec<_> = self.iter().filter(|edge| is_listed(edge)).map(|edge| edge.name.to_string()).collect();
-            let names: Vec<_> = names.iter().map(String::as_str).collect();
+            let names: Vec<_> = self.iter().filter(|edge| is_listed(edge)).map(|edge| edge.label).collect();
             Refused(scene::unknown("dependency of this plan", name, &names))
         })
     }
@@ -330,7 +341,18 @@ struct Row(Edge);
 
 fn row(name: RowName, carrier: Carrier) -> Row {
     let (from, to, before, after) = (Place::OUTSIDE, Place::OUTSIDE, Use::START, Use::END);
-    Row(Edge { name, carrier, from, to, before, after, by_region: false, across_samples: false, why: String::new() })
+    Row(Edge {
+        name,
+        label: name.name(),
+        carrier,
+        from,
+        to,
+        before,
+        after,
+        by_region: false,
+        across_samples: false,
+        why: String::new(),
+    })
 }
 
 /// A row that changes an image's layout.

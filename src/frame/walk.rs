@@ -43,7 +43,7 @@ pub(crate) struct FrameParts<'a> {
 }
 
 impl<'a> FrameParts<'a> {
-    /// What the object of a pass is made from, with those of the passes before it.
+    /// Collects the inputs of a pass's object, with the objects of the passes before it.
     fn making<'b>(&self, pass: &'static Pass, passes: &'b RenderPasses, before: &'b [Made]) -> Making<'b>
     where
         'a: 'b,
@@ -113,7 +113,7 @@ impl Frame {
         self.objects.iter_mut().for_each(|made| made.object.expose(plan, world));
     }
 
-    /// Writes what the passes of one frame in flight read of their own. The frame that used it before must be done.
+    /// Lets each pass write its own data for one frame in flight. The frame that used it before must be done.
     pub(super) fn write(&self, place: usize, visible: &Visible) -> gpu::Result<()> {
         self.objects.iter().try_for_each(|made| made.object.write(place, visible))
     }
@@ -134,7 +134,7 @@ impl Frame {
         let steps = &self.passes.list.0;
         for (index, step) in steps.iter().enumerate() {
             match step {
-                // Each map that is drawn anew has an instance of its own, which SHADOW begins and ends.
+                // SHADOW begins and ends a render pass for each map that it draws anew.
                 Step::RenderPass(SHADOW_PASS, subpasses) => {
                     subpasses.iter().flat_map(|own| &own.passes).for_each(|pass| self.pass(pass, frame, times));
                 }
@@ -147,7 +147,7 @@ impl Frame {
                     }
                     last = Some(own.pass);
                 }
-                // What stands after the picture is recorded where it is shown or copied.
+                // Steps after the picture are recorded where the picture is shown or copied.
                 Step::Commands(_) | Step::Presentation => {}
             }
         }
@@ -155,7 +155,7 @@ impl Frame {
     }
 
     // ANCHOR: render-pass
-    /// A render pass from begin to end. Its dependencies, which [`super::render_pass`] makes of the rows, wait as each subpass begins and as all end.
+    /// A render pass from begin to end. Rows are its dependencies ([`super::render_pass`]): a subpass waits as it begins, and later commands wait for the end.
     fn render_pass(
         &self,
         frame: &Recording,
@@ -251,7 +251,7 @@ impl Frame {
 }
 
 impl Step {
-    /// The same pass once more.
+    /// Returns the commands if they are of the same pass.
     fn again(&self, pass: &Pass) -> Option<&Commands> {
         match self {
             Self::Commands(own) if own.pass.place == pass.place => Some(own),

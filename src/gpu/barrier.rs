@@ -5,6 +5,7 @@ use ash::vk;
 use super::buffer::Buffer;
 use super::device::Device;
 use super::image::Image;
+use super::journal::Barriers;
 use super::sync::Dependency;
 
 /// A part of an image.
@@ -49,30 +50,26 @@ pub fn image_barrier(
     device: &Device,
     cmd: vk::CommandBuffer,
     target: impl Into<ImageRange>,
-    Dependency { before, after }: Dependency,
+    order: Dependency,
     [old, new]: [vk::ImageLayout; 2],
 ) {
     let target = target.into();
     let barrier = vk::ImageMemoryBarrier::default()
-        .src_access_mask(before.access)
-        .dst_access_mask(after.access)
+        .src_access_mask(order.before.access)
+        .dst_access_mask(order.after.access)
         .old_layout(old)
         .new_layout(new)
         .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
         .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
         .image(target.image)
         .subresource_range(target.range);
-    let none = vk::DependencyFlags::empty();
-    // SAFETY: the command buffer is recording and the image alive (the module's contract).
-    unsafe { device.raw.cmd_pipeline_barrier(cmd, before.stage, after.stage, none, &[], &[], &[barrier]) };
+    record(device, cmd, order, &Barriers { memory: &[], buffers: &[], images: &[barrier] });
 }
 
 /// Orders two uses of all memory.
-pub fn memory_barrier(device: &Device, cmd: vk::CommandBuffer, Dependency { before, after }: Dependency) {
-    let barrier = vk::MemoryBarrier::default().src_access_mask(before.access).dst_access_mask(after.access);
-    let none = vk::DependencyFlags::empty();
-    // SAFETY: the command buffer is recording (the module's contract).
-    unsafe { device.raw.cmd_pipeline_barrier(cmd, before.stage, after.stage, none, &[barrier], &[], &[]) };
+pub fn memory_barrier(device: &Device, cmd: vk::CommandBuffer, order: Dependency) {
+    let barrier = vk::MemoryBarrier::default().src_access_mask(order.before.access).dst_access_mask(order.after.access);
+    record(device, cmd, order, &Barriers { memory: &[barrier], buffers: &[], images: &[] });
 }
 
 /// Orders two uses of a buffer.
@@ -80,27 +77,28 @@ pub fn buffer_barrier(device: &Device, cmd: vk::CommandBuffer, buffer: &Buffer, 
     buffer_barriers(device, cmd, &[buffer], order);
 }
 
-/// The same of several buffers, at once; of none, nothing.
-pub fn buffer_barriers(
-    device: &Device,
-    cmd: vk::CommandBuffer,
-    buffers: &[&Buffer],
-    Dependency { before, after }: Dependency,
-) {
+/// Records one barrier on several buffers, and nothing if there are none.
+pub fn buffer_barriers(device: &Device, cmd: vk::CommandBuffer, buffers: &[&Buffer], order: Dependency) {
     let barrier = |buffer: &&Buffer| {
         vk::BufferMemoryBarrier::default()
-            .src_access_mask(before.access)
-            .dst_access_mask(after.access)
+            .src_access_mask(order.before.access)
+            .dst_access_mask(order.after.access)
             .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
             .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
             .buffer(buffer.raw)
             .size(vk::WHOLE_SIZE)
     };
     let barriers: Vec<_> = buffers.iter().map(barrier).collect();
-    if barriers.is_empty() {
-        return;
+    if !barriers.is_empty() {
+        record(device, cmd, order, &Barriers { memory: &[], buffers: &barriers, images: &[] });
     }
-    let none = vk::DependencyFlags::empty();
-    // SAFETY: the command buffer is recording (the module's contract), and the buffers are alive.
-    unsafe { device.raw.cmd_pipeline_barrier(cmd, before.stage, after.stage, none, &[], &barriers, &[]) };
+}
+
+/// The one place where barriers are recorded.
+fn record(device: &Device, cmd: vk::CommandBuffer, order: Dependency, barriers: &Barriers<'_>) {
+    device.raw.journal.note(cmd, "vkCmdPipelineBarrier", |names| barriers.arguments(order, names));
+    let (from, to, none) = (order.before.stage, order.after.stage, vk::DependencyFlags::empty());
+    let &Barriers { memory, buffers, images } = barriers;
+    // SAFETY: the command buffer is recording, and the buffers and images are alive (the module's contract).
+    unsafe { device.raw.cmd_pipeline_barrier(cmd, from, to, none, memory, buffers, images) };
 }

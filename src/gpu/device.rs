@@ -11,8 +11,10 @@ use ash::vk;
 use ash::vk::Handle;
 
 use super::error::{Doing, Error, Result};
+use super::functions::Functions;
 use super::instance::{Instance, Validation};
 use super::instrumentation::Instrumentation;
+use super::journal::{Arguments, Command};
 use super::memory::{Memory, leak};
 use super::owned::{Registry, RetireQueue};
 use super::physical::{DeviceChoice, PhysicalDevice, choose};
@@ -107,13 +109,16 @@ impl EnabledFeatures {
 /// The second is a part of Vulkan 1.2, and drivers of that still name it.
 const MUTABLE_SWAPCHAINS: [&CStr; 2] = [ash::khr::swapchain_mutable_format::NAME, ash::khr::image_format_list::NAME];
 
+const BEGIN_LABEL: &str = "vkCmdBeginDebugUtilsLabelEXT";
+const END_LABEL: &str = "vkCmdEndDebugUtilsLabelEXT";
+
 /// Longer than any label of the program, so that each covers the one before it in a file.
 const LABEL_BYTES: usize = 80;
 
 /// A logical device with its queue, memory, pipeline cache and retire queue. Shared by everything made on it.
 pub struct Device {
     /// The device's functions.
-    pub raw: ash::Device,
+    pub raw: Functions,
     /// The physical device: its properties and features.
     pub physical: PhysicalDevice,
     /// The instance, which outlives the device.
@@ -172,7 +177,7 @@ impl Device {
         let debug_utils = instance.has_debug_utils().then(|| ash::ext::debug_utils::Device::new(instance.raw(), &raw));
         let pipeline_cache = PipelineCache::open(&raw, &physical);
         let device = Device {
-            raw,
+            raw: raw.into(),
             physical,
             instance: Arc::clone(instance),
             queue_family,
@@ -193,7 +198,8 @@ impl Device {
     }
 
     /// Names an object for layers and debuggers, where VK_EXT_debug_utils is there.
-    pub(crate) fn name_object<H: Handle>(&self, object: H, name: &str) {
+    pub(crate) fn name_object<H: Handle + Copy>(&self, object: H, name: &str) {
+        self.raw.journal.name(object, name);
         let Some(debug_utils) = &self.debug_utils else { return };
         let name = c_text(name);
         let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(object).object_name(&name);
@@ -205,6 +211,7 @@ impl Device {
     /// Opens a labelled region in a command buffer, for layers and debuggers.
     pub(crate) fn begin_label(&self, cmd: vk::CommandBuffer, name: &str) {
         self.tell_label(name);
+        self.raw.journal.note(cmd, BEGIN_LABEL, |_| Arguments::objects([name.to_owned()]));
         let Some(debug_utils) = &self.debug_utils else { return };
         let text = c_text(name);
         let label = vk::DebugUtilsLabelEXT::default().label_name(&text);
@@ -250,8 +257,21 @@ impl Device {
         }
     }
 
+    /// Begins a journal of all commands that are recorded on the device, with the names of objects that are made from now on, for
+    /// [`Device::take_commands`]. Where one is kept already, it goes on with the names that it has, and without its commands.
+    pub fn keep_commands(&self) {
+        self.raw.journal.start();
+    }
+
+    /// The commands of the journal, in the order of recording, and stops the journal. Labels are among them even where VK_EXT_debug_utils is not
+    /// there to record them.
+    pub fn take_commands(&self) -> Vec<Command> {
+        self.raw.journal.stop()
+    }
+
     /// Closes the region that the last [`Device::begin_label`] opened.
     pub(crate) fn end_label(&self, cmd: vk::CommandBuffer) {
+        self.raw.journal.note(cmd, END_LABEL, |_| Arguments::default());
         let Some(debug_utils) = &self.debug_utils else { return };
         // SAFETY: the command buffer is recording, with a label open (the module's contract).
         unsafe { debug_utils.cmd_end_debug_utils_label(cmd) };

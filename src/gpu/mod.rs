@@ -24,11 +24,13 @@ mod descriptor;
 mod device;
 mod device_file;
 mod error;
+mod functions;
 mod image;
 #[cfg(feature = "present")]
 mod image_formats;
 mod instance;
 mod instrumentation;
+mod journal;
 mod known_false;
 pub mod manifests;
 mod memory;
@@ -58,7 +60,9 @@ pub use ash::vk;
 
 pub use device::{Device, EnabledFeatures};
 pub use error::{Error, Result};
+pub use functions::Functions;
 pub use instance::{Instance, InstanceOptions, LayerInfo, LoaderInfo, Validation};
+pub use journal::{Arguments, Barrier, BarrierPart, Command};
 pub use known_false::{FalseMessage, KNOWN_FALSE, known_false};
 pub use memory::{HeapReport, KindReport, MemoryKind, MemoryReport};
 pub use message::{Message, MessageKind, MessageLog, Severity};

@@ -61,8 +61,17 @@ impl Use {
 /// The two sides of a barrier.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Dependency {
+    /// The name of the row that it carries out, for listings of commands; empty where no table has it.
+    pub row: &'static str,
     /// The first scope: uses that must be complete.
     pub before: Use,
     /// The second scope: uses that wait.
     pub after: Use,
+}
+
+impl Dependency {
+    /// An order that is no row of a table.
+    pub const fn between(before: Use, after: Use) -> Self {
+        Self { row: "", before, after }
+    }
 }

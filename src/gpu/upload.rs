@@ -40,7 +40,7 @@ impl UploadOrder {
     /// The order of uploads which are read as `buffers` and `textures` say, and by nothing else.
     #[cfg(feature = "internals")]
     pub fn before(buffers: Use, textures: Use) -> UploadOrder {
-        let order = |before: Use, after| Some(Dependency { before: before.writes(), after });
+        let order = |before: Use, after| Some(Dependency::between(before.writes(), after));
         UploadOrder {
             buffers: order(COPY_WRITE, buffers),
             first: order(Use::START, COPY_WRITE),

@@ -56,15 +56,14 @@ static NEWER_LAYERS: &[NewerLayers] = &[
                     "sort-to-sort",
                     "scatter-to-integrate",
                 ]
-                .contains(&mutant.edge.name.to_string().as_str())
+                .contains(&mutant.edge.label)
         },
     },
     // A layout change after the copy that an earlier submission made.
     NewerLayers {
         from: NEWEST,
         is_about: |mutant| match mutant.part {
-            Part::Row => ["lighting-reuse", "tonemap-reuse", "output-reuse", "fxaa-reuse"]
-                .contains(&mutant.edge.name.to_string().as_str()),
+            Part::Row => ["lighting-reuse", "tonemap-reuse", "output-reuse", "fxaa-reuse"].contains(&mutant.edge.label),
             Part::Bits(Side::Before, bits) => {
                 bits.stage == PipelineStageFlags::TRANSFER
                     && [
@@ -78,7 +77,7 @@ static NEWER_LAYERS: &[NewerLayers] = &[
                         "tonemap-reuse",
                         "reflect-resolve-to-tonemap",
                     ]
-                    .contains(&mutant.edge.name.to_string().as_str())
+                    .contains(&mutant.edge.label)
             }
             _ => false,
         },
@@ -89,7 +88,7 @@ static NEWER_LAYERS: &[NewerLayers] = &[
         is_about: |mutant| {
             matches!(mutant.part, Part::Bits(Side::Before, bits) if bits.access == AccessFlags::COLOR_ATTACHMENT_WRITE)
                 && ["lighting-reuse", "lighting-reuse", "transparent-reuse", "lighting-reuse", "forward-reuse"]
-                    .contains(&mutant.edge.name.to_string().as_str())
+                    .contains(&mutant.edge.label)
         },
     },
     // The write of a blend is no longer taken to be ordered by its read, after an image barrier.
@@ -97,7 +96,7 @@ static NEWER_LAYERS: &[NewerLayers] = &[
         from: NEWEST,
         is_about: |mutant| {
             matches!(mutant.part, Part::Bits(Side::After, bits) if bits.access == AccessFlags::COLOR_ATTACHMENT_WRITE)
-                && mutant.edge.name.to_string() == "picture-to-overlay"
+                && mutant.edge.label == "picture-to-overlay"
         },
     },
 ];
@@ -107,7 +106,7 @@ static HIDDEN: &[Hidden] = &[
         from: NEWEST,
         is_about: |mutant| {
             matches!(mutant.part, Part::Bits(Side::After, bits) if bits.access == AccessFlags::VERTEX_ATTRIBUTE_READ)
-                && ["upload-to-vertices", "skin-to-readers"].contains(&mutant.edge.name.to_string().as_str())
+                && ["upload-to-vertices", "skin-to-readers"].contains(&mutant.edge.label)
         },
         why: "the layer no longer looks at the vertices that an indexed draw fetches (`ValidateDrawVertexIndex` of its source says so), only at the indices",
     },
@@ -115,7 +114,7 @@ static HIDDEN: &[Hidden] = &[
         from: NEWEST,
         is_about: |mutant| {
             matches!(mutant.part, Part::Bits(Side::After, bits) if bits.stage == PipelineStageFlags::FRAGMENT_SHADER)
-                && mutant.edge.name.to_string() == "upload-to-textures"
+                && mutant.edge.label == "upload-to-textures"
                 && mutant.plan.is_lit_by_sky()
         },
         why: "the layer does not hold a read against the write before it if it happens after another read (`IsRAWHazard` of its source): PREFILTER has read the sky, \
@@ -129,7 +128,7 @@ static HIDDEN: &[Hidden] = &[
             let is_seen_otherwise =
                 bits.stage == PipelineStageFlags::COMPUTE_SHADER && mutant.edge.from == lighting::PASS.place;
             let follows_depth = mutant.edge.carrier.is_render_pass() && mutant.plan.has_velocity();
-            mutant.edge.name.to_string() == "light-to-taa" && follows_depth && !is_seen_otherwise
+            mutant.edge.label == "light-to-taa" && follows_depth && !is_seen_otherwise
         },
         why: "the layer says the same of the whole frame, and is wrong there (`gpu::KNOWN_FALSE`): of the two rows that leave the subpass it sees that of depth \
               alone",

@@ -42,7 +42,7 @@ pub static OLDER_LAYERS: &[OlderLayers] = &[
         seen_from: LAYER,
         is_about: |mutant| {
             let Part::Bits(Side::After, bits) = mutant.part else { return false };
-            match mutant.edge.name.to_string().as_str() {
+            match mutant.edge.label {
                 "tonemap-reuse" => bits.access == AccessFlags::COLOR_ATTACHMENT_READ,
                 "ao-denoise-to-lighting" => bits.access == AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ,
                 _ => false,
@@ -58,7 +58,7 @@ fn is_in_another_submission(mutant: &Mutant) -> bool {
     let edge = &mutant.edge;
     let (begins_outside, ends_outside) = (edge.from == Place::OUTSIDE, edge.to == Place::OUTSIDE);
     let is_prepared = [Place::UPLOAD, Place::CLEAR, Place::PREFILTER].contains(&edge.from) && edge.to != Place::UPLOAD;
-    match (mutant.part, edge.name.to_string().as_str()) {
+    match (mutant.part, edge.label) {
         // After AO the layer sees that the sums' layout changes without a dependency.
         (Part::Row, "transparent-reuse") => !mutant.plan.has_ao(),
         (Part::Row, _) if begins_outside || ends_outside => edge.carrier.is_render_pass(),

@@ -25,7 +25,7 @@ pub const PASS: Pass = Pass {
     what: "what surfaces nearby leave of the light from everywhere, found in the depth buffer",
     presence: |plan| match &plan.ao {
         Some(ao) => Presence::In(ao.to_string()),
-        None => Presence::Out(plan.reasons.ao.clone()),
+        None => Presence::Out(plan.reasons.lack_of("ambient occlusion").into()),
     },
     touches: |_| {
         vec![

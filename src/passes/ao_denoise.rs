@@ -31,7 +31,9 @@ pub const PASS: Pass = Pass {
     place: Place::pass("AO_DENOISE"),
     time: "ao denoise",
     what: "what AO found around each pixel in the mean, into the G-buffer's occlusion",
-    presence: |plan| Presence::when(plan.has_ao(), "AO differs from pixel to pixel", &plan.reasons.ao),
+    presence: |plan| {
+        Presence::when(plan.has_ao(), "AO differs from pixel to pixel", plan.reasons.lack_of("ambient occlusion"))
+    },
     touches: |_| {
         vec![
             Touch::sampled(0, Target::Depth, GBUFFER_READ).because(READS),

@@ -67,7 +67,7 @@ pub const SPREAD: Pass = Pass {
 };
 
 fn presence(plan: &FramePlan) -> Presence {
-    Presence::when(plan.bloom.is_some(), "asked for", plan.reasons.bloom)
+    Presence::when(plan.bloom.is_some(), "asked for", plan.reasons.lack_of("bloom"))
 }
 
 const LEVELS: u32 = 0;
@@ -105,12 +105,12 @@ struct Bloom {
 /// The steps of SPREAD.
 struct Spread(Steps);
 
-/// Steps with what they read.
+/// Dispatches over levels, with the buffer and the picture that they read.
 struct Steps {
     planned: Planned,
     all: Vec<Step>,
     layout: Owned<vk::PipelineLayout>,
-    /// Of each kind of step.
+    /// A pipeline for each kind of step.
     pipelines: Vec<(Kind, Owned<vk::Pipeline>)>,
     set_layout: SetLayout,
     pool: DescriptorPool,
@@ -154,7 +154,7 @@ impl Object for Spread {
 }
 
 impl Steps {
-    /// Those of these kinds; `inputs` are the picture's light, where they read it.
+    /// Makes the steps of these kinds. `inputs` is the picture's light for steps that read it.
     fn new(
         own: &Making,
         (planned, kinds): (Planned, &[Kind]),
@@ -199,7 +199,7 @@ impl Steps {
         for (index, (kind, push, extent)) in self.all.iter().enumerate() {
             let Some((_, pipeline)) = self.pipelines.iter().find(|(own, _)| own == kind) else { continue };
             if index > 0 {
-                // Each step reads what the one before it wrote.
+                // A step reads the level that the step before it wrote.
                 (recording.between)();
             }
             // SAFETY: as above, with the set bound; the push constants are those of the layout. The pass owns all of it and outlives the submission,

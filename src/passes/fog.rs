@@ -35,7 +35,7 @@ pub const PASS: Pass = Pass {
     presence: |plan| match &plan.fog {
         Some(fog) if fog.alone => Presence::In("the view shows what the fog scatters".into()),
         Some(_) => Presence::In("fog lies between the eye and what it sees".into()),
-        None => Presence::Out(plan.reasons.fog.into()),
+        None => Presence::Out(plan.reasons.lack_of("fog").into()),
     },
     touches: |plan| {
         let own = [

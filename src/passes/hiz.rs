@@ -20,7 +20,7 @@ pub const PASS: Pass = Pass {
     time: "depth pyramid",
     what: "the nearest and the farthest depth of squares of the picture",
     presence: |plan| {
-        Presence::when(plan.reflects(), "rays take long steps where nothing is", &plan.reasons.reflections)
+        Presence::when(plan.reflects(), "rays take long steps where nothing is", plan.reasons.lack_of("reflections"))
     },
     touches: |_| {
         vec![

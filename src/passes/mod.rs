@@ -248,7 +248,7 @@ fn culled(plan: &FramePlan) -> Option<Touch> {
 
 /// Tells if frames are averaged over time.
 fn over_time(plan: &FramePlan) -> Presence {
-    Presence::when(plan.taa.is_some(), "asked for", plan.reasons.taa)
+    Presence::when(plan.taa.is_some(), "asked for", plan.reasons.lack_of("TAA"))
 }
 
 /// Looks shadow maps up, where there are some.

@@ -26,7 +26,7 @@ pub trait Object: Send + Sync {
         Ok(())
     }
 
-    /// Writes what the pass reads of one frame in flight. The frame that used it before must be done.
+    /// Writes the pass's own data for one frame in flight. The frame that used it before must be done.
     ///
     /// # Errors
     /// When mapped memory cannot be flushed.
@@ -70,7 +70,7 @@ pub struct Making<'a> {
     pub pass: &'static Pass,
     /// The touches of its subpass, or its own outside of render passes.
     pub touches: Vec<Touch>,
-    /// Its place in a render pass, where it has one.
+    /// Render pass and subpass of a pass that draws.
     pub in_render_pass: Option<Slot>,
     /// The objects of the passes before it.
     pub before: &'a [Made],

@@ -78,7 +78,7 @@ impl PerPixel {
 }
 
 impl Object for PerPixel {
-    /// For every pixel.
+    /// Dispatches an invocation for every pixel.
     fn record(&self, recording: &Recording) {
         self.dispatch(recording, recording.size);
     }

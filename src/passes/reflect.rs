@@ -26,7 +26,7 @@ pub const PASS: Pass = Pass {
     what: "a ray of each smooth pixel through the depth buffer, and the light that it meets",
     presence: |plan| match &plan.reflections {
         Some(own) => Presence::In(own.to_string()),
-        None => Presence::Out(plan.reasons.reflections.clone()),
+        None => Presence::Out(plan.reasons.lack_of("reflections").into()),
     },
     touches: |plan| {
         let mut touches = sampled_gbuffer(plan, GBUFFER_READ);

@@ -31,7 +31,7 @@ pub const PASS: Pass = Pass {
         Presence::when(
             plan.reflects(),
             "averages neighbours' rays: one ray is one direction of the lobe",
-            &plan.reasons.reflections,
+            plan.reasons.lack_of("reflections"),
         )
     },
     touches: |plan| {

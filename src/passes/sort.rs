@@ -35,7 +35,7 @@ pub const PASS: Pass = Pass {
     },
     leave_out: None,
     make: Some(|own| {
-        // After the particles themselves.
+        // The keys are the second buffer, after the particles.
         let keys = own.needed(own.buffers(Resource::Particles).nth(1))?;
         Ok(Box::new(Sort::new(own.device, keys)?))
     }),

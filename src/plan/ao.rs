@@ -2,8 +2,36 @@
 
 use std::fmt;
 
-use super::{Error, FramePlan};
-use crate::scene::{AmbientOcclusion, AoResolution, LightPath, Scene, Settings, View, counted};
+use super::effect::{Effect, EffectView, NOT_ASKED_FOR, Request, Shows};
+use super::parts::target_of;
+use super::{Error, FramePlan, Target};
+use crate::scene::{AmbientOcclusion, AoResolution, Scene, Settings, View, counted};
+
+/// Surfaces hide light from everywhere from each other.
+pub(crate) const EFFECT: Effect = Effect {
+    name: "ambient occlusion",
+    is_asked_for: is_used,
+    off: Some(("--ao off", |settings| settings.ao = AmbientOcclusion::Off)),
+    view: Some(EffectView { view: View::Ao, shows: Shows::Gbuffer, is_alone: false, plan: |_| {} }),
+    changes_light: true,
+    unswept: |key, _, plan| {
+        (key.starts_with("ao") && !plan.has_ao())
+            .then_some("no ambient occlusion was asked for, or nothing would show it")
+    },
+    reads_gbuffer: Some("ambient occlusion reads a G-buffer"),
+    stores_gbuffer: Some("AO reads the depth and the normals around each pixel"),
+    is_in: FramePlan::has_ao,
+    absence: |own| match own.planned.view {
+        _ if own.planned.ao == AmbientOcclusion::Off => NOT_ASKED_FOR,
+        View::Final | View::Lighting | View::Ambient => "no light comes from everywhere, and it weakens no other",
+        _ => "this view does not show it",
+    },
+    parts: |_, _, plan| {
+        vec![target_of(plan, EFFECT.name, ("visibility", Target::Visibility), "AO hands it to AO_DENOISE")]
+    },
+    check,
+    ..Effect::PLAIN
+};
 
 /// The parameters of AO. Its pipelines know all of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,42 +68,34 @@ impl AoPlan {
     }
 }
 
-/// Chooses the frames' ambient occlusion, or the reason why they have none.
-///
-/// # Errors
-/// The setting that does not go with it, in a sentence.
-pub(super) fn choose(scene: &Scene, settings: &Settings, path: LightPath) -> Result<Result<AoPlan, String>, Error> {
-    let refuse = |why: String| Err(Error::AmbientOcclusion(why));
-    let (method, radius, samples) = (settings.ao, settings.ao_radius, settings.ao_samples);
+fn check(request: &Request) -> Result<(), Error> {
+    let &Settings { ao: method, ao_radius: radius, ao_samples: samples, msaa, .. } = request.settings;
     if method == AmbientOcclusion::Off {
-        return Ok(Err("not asked for".into()));
+        return Ok(());
     }
     if !(RADII.0..=RADII.1).contains(&radius) {
-        return refuse(format!("a radius of {radius} m: it must be {} to {} m", RADII.0, RADII.1));
+        return EFFECT.refuse(format!("a radius of {radius} m: it must be {} to {} m", RADII.0, RADII.1));
     }
     if samples == 0 || samples > MOST_SAMPLES {
-        return refuse(format!("{samples} samples of the depth buffer: choose 1 to {MOST_SAMPLES}"));
+        return EFFECT.refuse(format!("{samples} samples of the depth buffer: choose 1 to {MOST_SAMPLES}"));
     }
-    if !is_used(scene, settings) {
-        let why = match settings.view {
-            View::Final | View::Lighting | View::Ambient | View::Bloom | View::Velocity => {
-                "no light comes from everywhere, and it weakens no other"
-            }
-            _ => "this view does not show it",
-        };
-        return Ok(Err(why.into()));
+    if !is_used(request.scene, request.settings) {
+        return Ok(());
     }
-    if super::lacks_gbuffer(path) {
-        return Err(Error::NoGbufferFor("ambient occlusion", path));
-    }
-    if settings.msaa > 1 {
-        return refuse(format!(
-            "{method} looks at one depth a pixel, and with --msaa {} there are several: choose --samples",
-            settings.msaa
+    EFFECT.check_path(request.path)?;
+    if msaa > 1 {
+        return EFFECT.refuse(format!(
+            "{method} looks at one depth a pixel, and with --msaa {msaa} there are several: choose --samples"
         ));
     }
-    let scale = if settings.ao_resolution == AoResolution::Half { 2 } else { 1 };
-    Ok(Ok(AoPlan { method, samples, radius, scale }))
+    Ok(())
+}
+
+/// Chooses the frames' ambient occlusion.
+pub(super) fn choose(scene: &Scene, settings: &Settings) -> Option<AoPlan> {
+    let &Settings { ao: method, ao_radius: radius, ao_samples: samples, ao_resolution, .. } = settings;
+    let scale = if ao_resolution == AoResolution::Half { 2 } else { 1 };
+    is_used(scene, settings).then_some(AoPlan { method, samples, radius, scale })
 }
 
 /// The least and the greatest radius in metres.
@@ -84,10 +104,10 @@ const RADII: (f32, f32) = (0.001, 1000.0);
 const MOST_SAMPLES: u32 = 256;
 
 /// Returns true if something would show it.
-pub(super) fn is_used(scene: &Scene, settings: &Settings) -> bool {
+fn is_used(scene: &Scene, settings: &Settings) -> bool {
     settings.ao != AmbientOcclusion::Off
         && match settings.view {
-            View::Final | View::Lighting | View::Ambient | View::Bloom | View::Velocity => {
+            View::Final | View::Lighting | View::Ambient => {
                 let sky = scene.sky.as_ref().is_some_and(|sky| super::sky::lights(sky, settings));
                 scene.environment.is_lit() || sky
             }
@@ -104,7 +124,7 @@ impl FramePlan {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Target, samples};
+    use super::super::samples;
     use super::*;
     use crate::scene::Brdf;
     use glam::Vec3;

@@ -1,8 +1,9 @@
 //! Advice where a device has too few attachments for a G-buffer: the fewest settings to change with which it draws the scene. Each is tried, so that none
 //! leads to the next refusal.
 
-use super::{Error, ao, particles, reflections};
-use crate::scene::{AmbientOcclusion, GbufferChoice, LightPath, Reflections, Scene, Settings, Transparency, View};
+use super::effect::Effect;
+use super::{Error, effects};
+use crate::scene::{GbufferChoice, LightPath, Scene, Settings, Transparency, View};
 
 /// A G-buffer of more attachments than a subpass of the device can have.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -41,44 +42,46 @@ struct Change {
     option: &'static str,
     /// The part of the frame that is left out, if it reads a G-buffer.
     leaves_out: Option<&'static str>,
-    apply: fn(Settings) -> Settings,
+    apply: fn(&mut Settings),
 }
 
 /// The changes that alter anything, those first that change the picture least.
 fn changes(scene: &Scene, settings: &Settings) -> Vec<Change> {
     let change = |option, leaves_out, apply| Change { option, leaves_out, apply };
-    let emits = particles::are_shown(scene, settings);
-    let all = [
+    let asked_for =
+        |is_meant: fn(&Effect) -> bool| effects::asked_for(scene, settings).filter(move |own| is_meant(own));
+    let without = |effect: &Effect| {
+        let (option, apply) = effect.off?;
+        Some(change(option, effect.reads_gbuffer.map(|_| effect.name), apply))
+    };
+    let readers = asked_for(|own| own.reads_gbuffer.is_some())
+        .filter(|own| own.view.as_ref().is_none_or(|own| own.view != settings.view));
+    let namers = || asked_for(|own| own.names_many_buffers);
+    let of_surfaces = [
         (
             settings.gbuffer != GbufferChoice::default(),
-            change("--gbuffer lean", None, |own| Settings { gbuffer: GbufferChoice::default(), ..own }),
+            change("--gbuffer lean", None, |own| own.gbuffer = GbufferChoice::default()),
         ),
         (
             !super::lacks_gbuffer(settings.light_path),
-            change("--light-path forward", None, |own| Settings { light_path: LightPath::Forward, ..own }),
+            change("--light-path forward", None, |own| own.light_path = LightPath::Forward),
         ),
-        (
-            settings.view != View::Ao && ao::is_used(scene, settings),
-            change("--ao off", Some("ambient occlusion"), |own| Settings { ao: AmbientOcclusion::Off, ..own }),
-        ),
-        (
-            settings.view != View::Reflections && reflections::is_used(scene, settings),
-            change("--reflections off", Some("reflections"), |own| Settings { reflections: Reflections::Off, ..own }),
-        ),
-        (
-            emits && settings.transparency != Transparency::Oit,
-            change("--transparency oit", None, |own| Settings { transparency: Transparency::Oit, ..own }),
-        ),
-        (emits, change("--particles off", None, |own| Settings { particles: false, ..own })),
     ];
-    all.into_iter().filter_map(|(alters, change)| alters.then_some(change)).collect()
+    let unsorted = (settings.transparency != Transparency::Oit && namers().next().is_some())
+        .then(|| change("--transparency oit", None, |own| own.transparency = Transparency::Oit));
+    let of_surfaces = of_surfaces.into_iter().filter_map(|(alters, change)| alters.then_some(change));
+    of_surfaces.chain(readers.filter_map(without)).chain(unsorted).chain(namers().filter_map(without)).collect()
 }
 
 /// Adds to an error of [`TooFew`] who needs the G-buffer, and the options that do without it. `draws` tries settings.
 pub(super) fn advise(error: Error, scene: &Scene, settings: &Settings, draws: impl Fn(&Settings) -> bool) -> Error {
     let changes = changes(scene, settings);
     let chosen = |set: u32| changes.iter().enumerate().filter(move |(bit, _)| set >> bit & 1 == 1).map(|(_, own)| own);
-    let with = |set: u32| chosen(set).fold(settings.clone(), |settings, change| (change.apply)(settings));
+    let with = |set: u32| {
+        let mut changed = settings.clone();
+        chosen(set).for_each(|change| (change.apply)(&mut changed));
+        changed
+    };
     let of_size = |size| (0..1u32 << changes.len()).filter(move |set| set.count_ones() == size);
     let ways: Vec<u32> = (1..=changes.len() as u32)
         .map(|size| of_size(size).filter(|&set| draws(&with(set))).collect::<Vec<_>>())
@@ -111,7 +114,7 @@ mod tests {
     use super::super::samples::{self, material, point, textured};
     use super::super::{Capabilities, FramePlan};
     use super::*;
-    use crate::scene::{Brdf, Emitter, Falloff, GbufferPreset};
+    use crate::scene::{AmbientOcclusion, Brdf, Emitter, Falloff, GbufferPreset, Reflections};
 
     /// A G-buffer of five targets: albedo, normals, materials, specular and light of their own.
     fn scene() -> Scene {

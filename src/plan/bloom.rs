@@ -1,9 +1,58 @@
 //! Bloom: the share of light that is spread, the distance, and the number of levels.
 
-use std::borrow::Cow;
+use super::effect::{Effect, EffectView, Hdr, NOT_ASKED_FOR, Shows};
+use super::parts::part;
+use super::{PartGroup, Shading};
+use crate::scene::{Output, Resolve, Settings, View};
 
-use super::Shading;
-use crate::scene::{Settings, View};
+/// Light is spread before it is shown.
+pub(crate) const EFFECT: Effect = Effect {
+    name: "bloom",
+    is_asked_for: |_, settings| settings.bloom > 0.0,
+    off: Some(("--bloom 0", |settings| settings.bloom = 0.0)),
+    view: Some(EffectView {
+        view: View::Bloom,
+        shows: Shows::Light,
+        is_alone: false,
+        // The lit picture, all of whose light is spread.
+        plan: |settings| (settings.view, settings.bloom) = (View::Final, 1.0),
+    }),
+    changes_light: true,
+    is_set_aside: true,
+    unswept: |key, _, plan| (key == "bloom-taps" && plan.bloom.is_none()).then_some("no bloom is asked for"),
+    spreads: true,
+    is_in: |plan| plan.bloom.is_some(),
+    hdr: Some(Hdr::Reads("light is spread before it is tone-mapped")),
+    absence: |own| if own.asked.bloom > 0.0 { "this view shows no bloom" } else { NOT_ASKED_FOR },
+    parts: |_, _, plan| {
+        let levels = match &plan.bloom {
+            Some(own) => {
+                let levels = own.levels(plan.size).len();
+                let reason =
+                    format!("{levels} levels, each half as large as the one before it, four single floats a texel");
+                part("levels of bloom", true, reason, own.bytes(plan.size))
+            }
+            None => part("levels of bloom", false, plan.reasons.lack_of(EFFECT.name), 0),
+        };
+        vec![levels.of(PartGroup::Targets)]
+    },
+    not_by_compute: Some("they leave no light for bloom to spread"),
+    check: |request| {
+        let settings = request.settings;
+        if settings.bloom <= 0.0 {
+            return Ok(());
+        }
+        EFFECT.check_path(request.path)?;
+        let averages_shown = settings.resolve == Resolve::ToneMapped && settings.output == Output::Srgb8;
+        if settings.msaa > 1 && settings.view != View::Complexity && averages_shown {
+            return EFFECT.refuse(
+                "it spreads light, and samples that are averaged as shown are light no more: ask for --resolve linear",
+            );
+        }
+        Ok(())
+    },
+    ..Effect::PLAIN
+};
 
 /// The parameters of BLOOM.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,14 +78,6 @@ pub struct BloomLevel {
 const LEAST_LEVELS: u32 = 3;
 /// With so many a texel covers every picture that a device can draw.
 const MOST_LEVELS: u32 = 15;
-
-/// The settings that are planned: the view of bloom is the lit picture, all of whose light is spread.
-pub(super) fn planned(settings: &Settings) -> Cow<'_, Settings> {
-    match settings.view {
-        View::Bloom => Cow::Owned(Settings { view: View::Final, bloom: 1.0, ..settings.clone() }),
-        _ => Cow::Borrowed(settings),
-    }
-}
 
 impl Bloom {
     /// Views of values have no light to spread. A value out of the ranges of the settings, as only a library's caller can have it, counts as the

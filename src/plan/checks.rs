@@ -2,8 +2,11 @@
 
 use ash::vk;
 
-use super::{Capabilities, Error, FramePlan, Gbuffer, TooFew};
-use crate::scene::{Camera, LightPath, MSAA, Output, Resolve, SETTINGS, Settings, View};
+use super::{Capabilities, Error, FramePlan, Gbuffer, Refusal, TooFew, effects};
+use crate::scene::{Camera, LightPath, MSAA, SETTINGS, Settings, View};
+
+/// The name of all that smooths edges, in refusals.
+pub(super) const ANTI_ALIASING: &str = "anti-aliasing";
 
 /// Bytes that a work group of TILED shares with several samples a pixel (`shaders/tiled.wgsl`): lists of lights, and the light of 256 samples.
 pub(super) const TILE_SHARED_BYTES: u32 = 8192;
@@ -45,7 +48,7 @@ pub(super) fn check_attachments(
 
 /// Anti-aliasing and effects work on pictures, and views show values.
 pub(super) fn check_antialiasing(settings: &Settings, lit: bool) -> Result<(), Error> {
-    let refuse = |why: String| Err(Error::AntiAliasing(why));
+    let refuse = |why: String| Err(Refusal::of(ANTI_ALIASING, why));
     let view = settings.view;
     if settings.samples == 0 {
         return refuse("a picture of 0 samples has no light: samples must be at least 1".into());
@@ -68,21 +71,6 @@ pub(super) fn check_antialiasing(settings: &Settings, lit: bool) -> Result<(), E
     Ok(())
 }
 
-/// Light is spread before it is shown.
-pub(super) fn check_bloom(settings: &Settings) -> Result<(), Error> {
-    if settings.bloom > 0.0
-        && settings.msaa > 1
-        && settings.view != View::Complexity
-        && settings.resolve == Resolve::ToneMapped
-        && settings.output == Output::Srgb8
-    {
-        let why =
-            "it spreads light, and samples that are averaged as shown are light no more: ask for --resolve linear";
-        return Err(Error::Bloom(why.into()));
-    }
-    Ok(())
-}
-
 /// Multisampling goes with every layout of floats, and with the paths that rasterize what they light or light a G-buffer in one step.
 pub(super) fn check_msaa(
     settings: &Settings,
@@ -90,7 +78,7 @@ pub(super) fn check_msaa(
     light_path: LightPath,
     device: &Capabilities,
 ) -> Result<(), Error> {
-    let refuse = |why: String| Err(Error::AntiAliasing(why));
+    let refuse = |why: String| Err(Refusal::of(ANTI_ALIASING, why));
     let (msaa, view) = (settings.msaa, settings.view);
     if msaa == 1 {
         return match view {
@@ -105,7 +93,7 @@ pub(super) fn check_msaa(
         let counts = counts.collect::<Vec<_>>().join(", ");
         return refuse(format!("this device cannot draw {msaa} samples a pixel; it can draw {counts}"));
     }
-    if !matches!(view, View::Final | View::Lighting | View::Ambient | View::Fog | View::Complexity) {
+    if !effects::averages_samples(view) && view != View::Complexity {
         return refuse(format!("the view {view} shows the values of one sample: draw it without multisampling"));
     }
     if settings.samples > 1 {

@@ -2,6 +2,7 @@
 
 use ash::vk;
 
+use super::effect::Request;
 use super::gbuffer::Stored;
 use super::lights::{Lighting, adds_lights};
 use super::output::{Blending, Way};
@@ -10,8 +11,8 @@ use super::shadows::shadow_reason;
 use super::surfaces::{FilteredTextures, Surfaces};
 use super::{
     AoPlan, Bloom, Capabilities, Error, FogPlan, FramePlan, Gbuffer, MeshPlan, ParticlePlan, Reasons, ReflectionPlan,
-    Shading, SkyPlan, Sums, SurfaceRules, TaaPlan, Uploads, ao, attachments, bloom, checks, culling, fog,
-    geometry_locations, is_forward, is_tiled, lacks_gbuffer, lens, occlusion, particles, parts, reflections, sky, taa,
+    Shading, SkyPlan, Sums, SurfaceRules, TaaPlan, Uploads, ao, attachments, checks, culling, effects,
+    geometry_locations, is_forward, is_tiled, lacks_gbuffer, lens, occlusion, particles, parts, reflections,
     visibility,
 };
 use crate::scene::{GbufferChoice, Keep, LightPath, OptionalPart, Output, Scene, Settings, Transparency, View};
@@ -24,20 +25,23 @@ struct Choices {
     gbuffer: Option<Gbuffer>,
     stores_gbuffer: bool,
     sky: Option<SkyPlan>,
-    ao: Result<AoPlan, String>,
+    ao: Option<AoPlan>,
     particles: Option<ParticlePlan>,
-    reflections: Result<ReflectionPlan, String>,
+    reflections: Option<ReflectionPlan>,
     fog: Option<FogPlan>,
     way: Way,
 }
 
 impl Choices {
-    fn of(scene: &Scene, settings: &Settings, device: &Capabilities, counts: bool) -> Result<Self, Error> {
+    /// `view`: the view that was asked for.
+    fn of(scene: &Scene, settings: &Settings, device: &Capabilities, view: View) -> Result<Self, Error> {
         checks::check_size(settings.size, device)?;
         let shading = Shading::of(settings.view, device)?;
         let mut lighting = Lighting::of(scene, settings, device, shading)?;
+        let request = Request { scene, settings, view, shading, path: lighting.path, device };
+        effects::check(&request)?;
         let surfaces = Surfaces::of(scene, settings, lighting.path)?;
-        let particles = particles::choose(scene, settings, (lighting.path, shading), device, counts)?;
+        let particles = particles::choose(&request);
         // The view of the complexity compares the values that LIGHTING would read, so they must be stored as for LIGHTING.
         let shadowed = lighting.shadow.is_some()
             || (settings.view == View::Complexity && shadow_reason(scene, settings, &lighting.order.order).is_ok());
@@ -53,11 +57,9 @@ impl Choices {
             Gbuffer::choose(&settings.gbuffer, stored, device)
         });
         checks::check_antialiasing(settings, shading.is_lit())?;
-        checks::check_bloom(settings)?;
-        taa::check(settings, lighting.path, shading.is_lit())?;
         lens::check(scene, settings)?;
         checks::check_msaa(settings, gbuffer.as_ref(), lighting.path, device)?;
-        let reflections = reflections::choose(scene, settings, lighting.path)?;
+        let reflections = reflections::choose(scene, settings);
         let blending = Blending {
             lit: shading.is_lit(),
             tiled: is_tiled(lighting.path),
@@ -67,15 +69,12 @@ impl Choices {
             adds_ambient: false,
             filters: Bloom::of(settings, shading).is_some()
                 || TaaPlan::of(settings, shading).is_some()
-                || reflections.is_ok(),
+                || reflections.is_some(),
             fogs: false,
         };
         let sky = SkyPlan::of(scene, settings, shading);
-        if sky.is_some() {
-            sky::check(scene, lighting.path, device)?;
-        }
         let lit_by_sky = sky.is_some_and(|sky| sky.lights);
-        let fog = FogPlan::of(settings, lighting.lights.any())?;
+        let fog = FogPlan::of(settings, lighting.lights.any());
         let integers = gbuffer.as_ref().is_some_and(|gbuffer| gbuffer.normal == vk::Format::R16G16_UINT);
         // Multisampling and integer normals are rare: LIGHTING has no variant with lights by fours for them.
         lighting.lights.by_fours &= settings.msaa == 1 && !integers;
@@ -97,12 +96,12 @@ impl Choices {
         let triangles = lighting.path == LightPath::Visibility;
         let locations = geometry_locations(gbuffer.as_ref(), shading, (surfaces.emissive, triangles));
         checks::check_attachments(locations, gbuffer.as_ref(), settings.msaa, device)?;
-        let ao = ao::choose(scene, settings, lighting.path)?;
+        let ao = ao::choose(scene, settings);
         // With a G-buffer that the next pass reads at its own pixel, depth with it. AO reads its neighbours, and so do reflections.
         let stores_gbuffer = gbuffer.is_some()
             && !is_tiled(lighting.path)
             && settings.view != View::Complexity
-            && (settings.keep.has(OptionalPart::StoredGbuffer) || ao.is_ok() || reflections.is_ok());
+            && (settings.keep.has(OptionalPart::StoredGbuffer) || ao.is_some() || reflections.is_some());
         Ok(Self { shading, lighting, surfaces, gbuffer, stores_gbuffer, sky, ao, particles, reflections, fog, way })
     }
 }
@@ -114,15 +113,10 @@ impl FramePlan {
     /// When the device cannot do what the settings ask for, a view shows what the scene does not have, or [`Scene::check`] finds a fault.
     pub fn of(scene: &Scene, settings: &Settings, device: &Capabilities) -> Result<Self, Error> {
         scene.check()?;
-        let (view, counts) = (settings.view, settings.view == View::Particles);
-        let asked = settings;
-        let settings = bloom::planned(asked);
-        let settings = particles::planned(&settings);
-        let settings = reflections::planned(&settings);
-        let settings = fog::planned(&settings);
-        let settings = taa::planned(&settings);
+        let (asked, view) = (settings, settings.view);
+        let settings = effects::planned(asked);
         let settings = settings.as_ref();
-        let mut plan = Self::decide(scene, settings, device, counts)?;
+        let mut plan = Self::decide(scene, settings, device, view)?;
         if let Some(taa) = &mut plan.taa {
             *taa = taa.showing(view, settings.output);
         }
@@ -130,7 +124,7 @@ impl FramePlan {
         let mut parts = parts::list(scene, settings, &plan);
         if plan.keep != Keep::NONE {
             let lean = Settings { keep: Keep::NONE, ..settings.clone() };
-            let needed = parts::list(scene, &lean, &Self::decide(scene, &lean, device, counts)?);
+            let needed = parts::list(scene, &lean, &Self::decide(scene, &lean, device, view)?);
             parts::say_what_is_kept(&mut parts, &needed);
         }
         plan.reasons.parts = parts;
@@ -138,15 +132,15 @@ impl FramePlan {
     }
 
     /// Decides all but the words about it, for a scene that has been checked.
-    /// `counts`: layers of particles are counted.
+    /// `view`: the view that was asked for, in whose place another may be planned.
     ///
     /// Where fragment shaders of the path that `Auto` takes name too much for the device, it is `loop`, which names least.
     ///
     /// Where a device has too few attachments for the G-buffer and nobody asked for a light path, surfaces are lit as they are drawn. Where that path fails
     /// as well, the error tells what needs the G-buffer and which options do without.
-    fn decide(scene: &Scene, settings: &Settings, device: &Capabilities, counts: bool) -> Result<Self, Error> {
+    fn decide(scene: &Scene, settings: &Settings, device: &Capabilities, view: View) -> Result<Self, Error> {
         let of = |settings: &Settings| {
-            let of = |settings: &Settings| Self::decide_as_asked(scene, settings, device, counts);
+            let of = |settings: &Settings| Self::decide_as_asked(scene, settings, device, view);
             match of(settings) {
                 Err(Error::FragmentResources(path, needed, most)) if settings.light_path == LightPath::Auto => {
                     let light_path = format!(
@@ -162,7 +156,7 @@ impl FramePlan {
         let error = match of(settings) {
             Err(error @ (Error::ColorAttachments(_) | Error::InputAttachments(_))) => error,
             // Other paths are no way out where the device cannot have their G-buffer.
-            Err(error @ (Error::NoGbuffer(_) | Error::NoGbufferFor(..))) => match of(&along(LightPath::Loop)) {
+            Err(error) if error.lacks_gbuffer() => match of(&along(LightPath::Loop)) {
                 Err(few @ (Error::ColorAttachments(_) | Error::InputAttachments(_))) => few,
                 _ => return Err(error),
             },
@@ -177,8 +171,8 @@ impl FramePlan {
                     let light_path = attachments::reason(&error);
                     return Ok(Self { reasons: Reasons { light_path, ..plan.reasons }, ..plan });
                 }
-                Err(Error::NoGbuffer(_) | Error::NoGbufferFor(..)) => {}
-                Err(other) => return Err(other),
+                Err(error) if error.lacks_gbuffer() => {}
+                Err(error) => return Err(error),
             }
         }
         Err(attachments::advise(error, scene, settings, |changed| {
@@ -187,9 +181,9 @@ impl FramePlan {
         }))
     }
 
-    fn decide_as_asked(scene: &Scene, settings: &Settings, device: &Capabilities, counts: bool) -> Result<Self, Error> {
+    fn decide_as_asked(scene: &Scene, settings: &Settings, device: &Capabilities, view: View) -> Result<Self, Error> {
         let Choices { shading, lighting, surfaces, gbuffer, stores_gbuffer, sky, ao, particles, reflections, fog, way } =
-            Choices::of(scene, settings, device, counts)?;
+            Choices::of(scene, settings, device, view)?;
         let rules = SurfaceRules::of(settings, shading, &lighting, &surfaces);
         let pipelines = rules.pipelines(scene);
         let taa = TaaPlan::of(settings, shading).map(|taa| taa.in_scene(scene, &rules));
@@ -213,13 +207,14 @@ impl FramePlan {
         };
         let hiding = occlusion::choose(scene, settings, &culling, (&rules, &pipelines.geometry), shading);
         let refused_culling = culling::warning(settings, &culling);
+        let more_textures = particles.as_ref().map_or(&[][..], |own| &own.textures);
         let volumes = lighting.path == LightPath::Volumes && adds_lights(lighting.path, &lighting.lights);
         let plan = Self {
             size: settings.size,
             shading,
             stores_gbuffer,
-            ao: ao.as_ref().ok().copied(),
-            reflections: reflections.as_ref().ok().copied(),
+            ao,
+            reflections,
             gbuffer,
             triangles,
             sky,
@@ -260,7 +255,7 @@ impl FramePlan {
             geometry: pipelines.geometry,
             transparent: pipelines.transparent,
             streams: meshes.streams(),
-            uploads: Uploads::of(&meshes, &textures, volumes, (sky, particles.as_ref())),
+            uploads: Uploads::of(&meshes, &textures, volumes, (sky.is_some(), more_textures)),
             particles,
             meshes,
             textures,
@@ -275,8 +270,6 @@ impl FramePlan {
                 light_path: lighting.reason,
                 culling: either(culling),
                 hiding: either(hiding),
-                ao: ao.err().unwrap_or_default(),
-                reflections: reflections.err().unwrap_or_default(),
                 warnings: lighting
                     .shadow_warnings
                     .iter()

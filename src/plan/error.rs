@@ -1,5 +1,7 @@
 //! Errors of planning.
 
+use std::fmt;
+
 use super::TooFew;
 use crate::scene::{self, HdrFormat, LightPath};
 
@@ -29,15 +31,12 @@ pub enum Error {
     /// A view of the G-buffer on a light path without one.
     #[error("the light path {0} has no G-buffer to show: leave --light-path out to see this view")]
     NoGbuffer(LightPath),
-    /// A part of the frame that reads a G-buffer, on a light path without one.
-    #[error("{0}: a G-buffer is needed, and the light path {1} has none: choose another, as loop")]
-    NoGbufferFor(&'static str, LightPath),
+    /// A part of the frame that does not go with other settings, with the scene or with the device.
+    #[error("{0}")]
+    Refused(Refusal),
     /// A light path that needs blending into 32-bit floats.
     #[error("the light path {0} adds lights by blending into 32-bit floats, which this device cannot: try clustered")]
     NoFloatBlending(LightPath),
-    #[error("--light-path {0} cannot draw {1}: it writes the tone-mapped picture itself. Use --light-path clustered")]
-    /// An effect on the finished picture, by its name, on a light path that ends with a compute pass.
-    ComputeWithEffect(LightPath, &'static str),
     #[error("the light path {0} needs work groups of {1} invocations, and this device has at most {2}: try clustered")]
     /// Invocations of a work group, and the device's limit.
     WorkGroup(LightPath, u32, u32),
@@ -55,9 +54,6 @@ pub enum Error {
     /// The view of shadow maps where there are none, and why.
     #[error("there is no shadow map to show: {0}")]
     NoShadowMap(String),
-    /// Anti-aliasing that does not go with other settings.
-    #[error("anti-aliasing: {0}")]
-    AntiAliasing(String),
     /// The light path `visibility` where the device or the scene does not allow it.
     #[error("the light path visibility: {0}: choose another, as compute or clustered")]
     Visibility(String),
@@ -66,41 +62,75 @@ pub enum Error {
         "the light path {0} names {1} storage buffers and colour attachments in a fragment shader, and this device has room for {2}: choose loop"
     )]
     FragmentResources(LightPath, u32, u32),
-    /// Bloom that does not go with other settings.
-    #[error("bloom: {0}")]
-    Bloom(String),
-    /// Fog of which a number is out of range.
-    #[error("fog: {0}")]
-    Fog(String),
-    /// Particles that do not go with other settings.
-    #[error("particles: {0}")]
-    Particles(String),
-    /// Ambient occlusion that does not go with other settings, or of which a number is out of range.
-    #[error("ambient occlusion: {0}")]
-    AmbientOcclusion(String),
     /// A lens or a shutter that does not go with the camera or other settings.
     #[error("{0}")]
     Lens(String),
-    /// Reflections that do not go with other settings, or of which a number is out of range.
-    #[error("reflections: {0}")]
-    Reflections(String),
     /// A change of a living scene that its plan does not allow.
     #[error("{0}")]
     Change(String),
     /// A depth pre-pass on the light path `forward-naive`.
     #[error("forward-naive has no depth pre-pass, which is what it is there to show: choose `--light-path forward`")]
     NaivePrepass,
-    #[error(
-        "--light-path {0} cannot draw transparent surfaces: it writes the tone-mapped picture itself. Use --light-path clustered"
-    )]
-    /// Transparent surfaces on a light path that ends with a compute pass.
-    ComputeWithTransparency(LightPath),
-    #[error("--light-path {0} cannot draw a sky: it writes the tone-mapped picture itself. Use --light-path clustered")]
-    /// A sky on such a path.
-    ComputeWithSky(LightPath),
     /// The edge of a face of the sky's cube, and the device's limit.
     #[error("a sky whose faces are {0} texels wide is not possible on this device: the limit is {1}")]
     Sky(u32, u32),
+}
+
+/// A part of the frame that is refused, and why.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Refusal {
+    /// The part, as sentences name it: `fog`.
+    pub what: &'static str,
+    /// The reason.
+    pub why: Why,
+}
+
+/// Why a part of the frame is refused.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Why {
+    /// It reads a G-buffer, and the light path has none.
+    NoGbuffer(LightPath),
+    /// It comes after lighting, and the light path ends with a compute pass that writes the tone-mapped picture.
+    WritesPicture(LightPath),
+    /// A view shows it alone, and the scene has none.
+    NothingToShow(String),
+    /// Another reason, in a sentence that follows a colon.
+    Other(String),
+}
+
+impl Refusal {
+    pub(super) fn of(what: &'static str, why: impl Into<String>) -> Error {
+        Error::Refused(Self { what, why: Why::Other(why.into()) })
+    }
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let what = self.what;
+        match &self.why {
+            Why::NoGbuffer(path) => {
+                write!(f, "{what}: a G-buffer is needed, and the light path {path} has none: choose another, as loop")
+            }
+            Why::WritesPicture(path) => write!(
+                f,
+                "--light-path {path} cannot draw {what}: it writes the tone-mapped picture itself. Use --light-path clustered"
+            ),
+            Why::NothingToShow(why) | Why::Other(why) => write!(f, "{what}: {why}"),
+        }
+    }
+}
+
+impl Error {
+    /// Returns true if only the view is refused, because the scene or the device has nothing that it could show.
+    pub fn shows_nothing(&self) -> bool {
+        let nothing = |own: &Refusal| matches!(own.why, Why::NothingToShow(_));
+        matches!(self, Self::NoShadowMap(_) | Self::NoTriangles) || matches!(self, Self::Refused(own) if nothing(own))
+    }
+
+    /// Returns true if the light path lacks the G-buffer that a view or an effect reads.
+    pub(super) fn lacks_gbuffer(&self) -> bool {
+        matches!(self, Self::NoGbuffer(_) | Self::Refused(Refusal { why: Why::NoGbuffer(_), .. }))
+    }
 }
 
 impl From<scene::Error> for Error {

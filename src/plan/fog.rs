@@ -1,11 +1,49 @@
 //! Fog: the decision whether frames have some, and its parameters.
 
-use std::borrow::Cow;
-
 use super::checks::out_of_range;
+use super::effect::{Effect, EffectView, Hdr, LitAir, NOT_ASKED_FOR, Shows};
 use super::parts::{Part, part};
-use super::{Error, FramePlan, FroxelPlan};
+use super::{FramePlan, FroxelPlan, PartGroup, froxels};
 use crate::scene::{Fog, Settings, View};
+
+/// Fog lies between the eye and the surfaces.
+pub(crate) const EFFECT: Effect = Effect {
+    name: "fog",
+    is_asked_for: |_, settings| is_asked_for(settings),
+    off: Some(("--fog off", |settings| settings.fog = Fog::Off)),
+    view: Some(EffectView { view: View::Fog, shows: Shows::Light, is_alone: false, plan: |_| {} }),
+    changes_light: true,
+    is_set_aside: true,
+    unswept: |key, _, plan| match key {
+        "fog" if !plan.has_fog() => Some("no fog is asked for"),
+        "fog-froxels" | "fog-samples" if plan.froxels().is_none() => {
+            Some("no lit fog is asked for, or no light shines into it")
+        }
+        _ => None,
+    },
+    reaches_all_lights: |settings| {
+        (settings.fog == Fog::Froxels).then_some("fog is everywhere, and any light may shine into it")
+    },
+    lit_air: |plan| if plan.froxels().is_some() { LitAir::All } else { LitAir::Directional },
+    is_in: FramePlan::has_fog,
+    hdr: Some(Hdr::Blends("fog is blended over the light before tone mapping")),
+    absence: |own| match (own.asked.fog, own.asked.fog_density > 0.0) {
+        (Fog::Off, _) => NOT_ASKED_FOR,
+        (_, true) => "this view shows no fog",
+        (_, false) => "its density is 0",
+    },
+    parts: |_, _, plan| [part_of(plan), froxels::part_of(plan)].map(|part| part.of(PartGroup::Lights)).into(),
+    not_by_compute: Some("they cannot draw fog"),
+    check: |request| {
+        if !is_asked_for(request.settings) {
+            return Ok(());
+        }
+        EFFECT.check_path(request.path)?;
+        let wrong = if is_shown(request.settings) { out_of_range(request.settings, "fog-") } else { None };
+        wrong.map_or(Ok(()), |wrong| EFFECT.refuse(wrong))
+    },
+    ..Effect::PLAIN
+};
 
 /// The fog of a plan's frames: so much light is lost along a metre as `density` times e to the power of (`base` - height) / `height`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,26 +66,12 @@ pub struct FogPlan {
     pub(super) froxels: Option<FroxelPlan>,
 }
 
-/// The settings that are planned: the view of fog shows scattered light, and bloom would spread that.
-pub(super) fn planned(settings: &Settings) -> Cow<'_, Settings> {
-    match settings.view {
-        View::Fog => Cow::Owned(Settings { bloom: 0.0, ..settings.clone() }),
-        _ => Cow::Borrowed(settings),
-    }
-}
-
 impl FogPlan {
     /// None where the air is clear, and where a view shows something else.
-    ///
-    /// # Errors
-    /// For numbers out of the ranges of the settings, as only a library's caller can have them.
-    pub(super) fn of(settings: &Settings, any_light: bool) -> Result<Option<Self>, Error> {
+    pub(super) fn of(settings: &Settings, any_light: bool) -> Option<Self> {
         let alone = settings.view == View::Fog;
-        if !is_asked_for(settings) || !(alone || settings.view == View::Final) {
-            return Ok(None);
-        }
-        if let Some(wrong) = out_of_range(settings, "fog-") {
-            return Err(Error::Fog(wrong));
+        if !is_asked_for(settings) || !is_shown(settings) {
+            return None;
         }
         let &Settings { fog_density: density, fog_height: height, fog_base: base, .. } = settings;
         // The view shows some where none is asked for, too.
@@ -55,13 +79,18 @@ impl FogPlan {
         let (albedo, anisotropy) = (settings.fog_albedo, settings.fog_anisotropy);
         let froxels = FroxelPlan::of(settings, kind, any_light);
         let own = Self { kind, density, height, base, albedo, anisotropy, alone, froxels };
-        Ok((alone || density > 0.0).then_some(own))
+        (alone || density > 0.0).then_some(own)
     }
 }
 
 /// Returns true if there is fog, or it is to be shown.
-pub(super) fn is_asked_for(settings: &Settings) -> bool {
+fn is_asked_for(settings: &Settings) -> bool {
     settings.fog != Fog::Off || settings.view == View::Fog
+}
+
+/// Views of other values leave it out.
+fn is_shown(settings: &Settings) -> bool {
+    matches!(settings.view, View::Final | View::Fog)
 }
 
 impl FramePlan {
@@ -71,14 +100,13 @@ impl FramePlan {
     }
 }
 
-/// Returns its line of `inspect`.
-pub(super) fn parts(plan: &FramePlan) -> Part {
+fn part_of(plan: &FramePlan) -> Part {
     let reason = match &plan.fog {
         Some(fog) => format!(
             "{} of {} 1/m at a height of {} m, e times thinner {} m above; albedo {}, anisotropy {}",
             fog.kind, fog.density, fog.base, fog.height, fog.albedo, fog.anisotropy
         ),
-        None => plan.reasons.fog.into(),
+        None => plan.reasons.lack_of(EFFECT.name).into(),
     };
     part("fog", plan.fog.is_some(), reason, 0)
 }

@@ -72,7 +72,7 @@ impl FramePlan {
 }
 
 /// Returns their line of `inspect`.
-pub(super) fn parts(plan: &FramePlan) -> Part {
+pub(super) fn part_of(plan: &FramePlan) -> Part {
     match plan.froxels() {
         Some(own) => part("froxels of fog", true, own.to_string(), own.bytes()),
         None => part("froxels of fog", false, plan.lack_of_froxels(), 0),

@@ -1,7 +1,7 @@
 //! The lights of a plan: their kinds, for which shaders have code, their order, how far they reach, and the path by which pixels meet them.
 
 pub(crate) mod box_tree;
-mod froxels;
+mod grid;
 mod order;
 mod path;
 mod reach;
@@ -9,7 +9,7 @@ mod reach;
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 
-pub use froxels::{Grid, SLICES, TILE};
+pub use grid::{Grid, SLICES, TILE};
 pub(super) use order::is_misplaced;
 pub(crate) use order::{IdleLights, LightOrder, shows_all};
 pub use reach::Reach;

@@ -1,9 +1,40 @@
 //! Particles: the room that a frame has for a scene's emitters, and the way in which they are drawn.
 
-use std::borrow::Cow;
+use super::effect::{Effect, EffectView, LitAir, Request, Shows};
+use super::parts::{Part, part};
+use super::{Capabilities, Error, FramePlan, PlannedTexture, Refusal, Shading, Why};
+use crate::scene::{Scene, Settings, Transparency, View, counted};
 
-use super::{Capabilities, Error, FramePlan, PlannedTexture, Shading, is_tiled, parts};
-use crate::scene::{AmbientOcclusion, Fog, LightPath, Reflections, Scene, Settings, Transparency, View, counted};
+/// The scene's emitters send out particles.
+pub(crate) const EFFECT: Effect = Effect {
+    name: "particles",
+    is_asked_for: are_shown,
+    off: Some(("--particles off", |settings| settings.particles = false)),
+    view: Some(EffectView {
+        view: View::Particles,
+        shows: Shows::Light,
+        is_alone: true,
+        // The lit picture, with a count of layers over it, which any order gives.
+        plan: |settings| {
+            (settings.view, settings.particles, settings.transparency) = (View::Final, true, Transparency::Sorted);
+        },
+    }),
+    blended: Some("particles are blended before tone mapping"),
+    unswept: |key, scene, _| (key == "particles" && scene.emitters.is_empty()).then_some("the scene has no emitters"),
+    // They float where no object is.
+    lit_air: |_| LitAir::All,
+    is_in: |plan| plan.particles.is_some(),
+    absence: |own| match (own.scene.emitters.is_empty(), own.planned.particles) {
+        (true, _) => "the scene has no emitters",
+        (false, false) => "switched off by --particles off",
+        (false, true) => "this view shows none",
+    },
+    parts: |_, _, plan| vec![part_of(plan)],
+    not_by_compute: Some("they cannot draw particles"),
+    names_many_buffers: true,
+    check,
+    ..Effect::PLAIN
+};
 
 /// Keys that a work group of SORT has in shared memory; `shaders/sort.wgsl` has the same number.
 pub const SORT_BLOCK: u32 = 2048;
@@ -11,7 +42,7 @@ pub const SORT_BLOCK: u32 = 2048;
 /// Bytes that a work group of SORT shares: the keys of a block, of two words each.
 pub const SORT_SHARED_BYTES: u32 = 8 * SORT_BLOCK;
 
-/// The places that SORT has for so many particles.
+/// Number of keys that SORT puts into order for this many particles.
 pub fn sort_places(count: u32) -> u32 {
     count.next_power_of_two().max(SORT_BLOCK)
 }
@@ -31,68 +62,58 @@ pub struct ParticlePlan {
     pub counts: bool,
 }
 
-/// The settings that are planned: the view of particles is the lit picture, with a count of layers over it, which any order gives.
-pub(super) fn planned(settings: &Settings) -> Cow<'_, Settings> {
-    match settings.view {
-        View::Particles => {
-            let usual = Settings { view: View::Final, transparency: Transparency::Sorted, ..settings.clone() };
-            let (ao, reflections, fog) = (AmbientOcclusion::Off, Reflections::Off, Fog::Off);
-            Cow::Owned(Settings { particles: true, ao, reflections, fog, bloom: 0.0, ..usual })
-        }
-        _ => Cow::Borrowed(settings),
-    }
-}
-
 /// Returns true if a picture shows the scene's particles.
-pub(super) fn are_shown(scene: &Scene, settings: &Settings) -> bool {
+fn are_shown(scene: &Scene, settings: &Settings) -> bool {
     settings.particles && settings.view == View::Final && !scene.emitters.is_empty()
 }
 
-/// None where frames have none. `counts`: the view of particles is asked for.
-pub(super) fn choose(
-    scene: &Scene,
-    settings: &Settings,
-    (path, shading): (LightPath, Shading),
-    device: &Capabilities,
-    counts: bool,
-) -> Result<Option<ParticlePlan>, Error> {
+fn check(request: &Request) -> Result<(), Error> {
+    let Request { scene, settings, device, .. } = *request;
+    let counts = request.view == View::Particles;
     if counts && scene.emitters.is_empty() {
-        return Err(Error::Particles(
-            "the scene has no emitters, so that the view particles has nothing to count".into(),
-        ));
+        let why = "the scene has no emitters, so that the view particles has nothing to count";
+        return Err(Error::Refused(Refusal { what: EFFECT.name, why: Why::NothingToShow(why.into()) }));
     }
-    if !are_shown(scene, settings) || shading != (Shading::Light { light_only: false }) {
-        return Ok(None);
+    if !are_shown(scene, settings) || request.shading != LIT {
+        return Ok(());
     }
-    if is_tiled(path) {
-        return Err(Error::Particles(format!(
-            "--light-path {path} cannot draw them: it writes the tone-mapped picture itself. Use --light-path clustered"
-        )));
-    }
+    EFFECT.check_path(request.path)?;
     if settings.msaa > 1 {
-        let why = "they are soft where they meet the one surface of a pixel, and several samples have several: ask for --msaa 1, or --samples";
-        return Err(Error::Particles(why.into()));
+        return EFFECT.refuse(
+            "they are soft where they meet the one surface of a pixel, and several samples have several: ask for --msaa 1, or --samples",
+        );
     }
     if settings.transparency == Transparency::Sorted && !counts && device.shared_memory < SORT_SHARED_BYTES {
-        return Err(Error::Particles(format!(
+        return EFFECT.refuse(format!(
             "to sort them, work groups share {SORT_SHARED_BYTES} bytes, and those of this device at most {}: choose --transparency oit, which needs no order",
             device.shared_memory
-        )));
+        ));
+    }
+    Ok(())
+}
+
+const LIT: Shading = Shading::Light { light_only: false };
+
+/// Returns `None` if frames draw no particles.
+pub(super) fn choose(request: &Request) -> Option<ParticlePlan> {
+    let Request { scene, settings, device, .. } = *request;
+    if !are_shown(scene, settings) || request.shading != LIT {
+        return None;
     }
     let all = scene.particle_textures();
     let place = |own: (usize, [u32; 2])| all.iter().position(|other| *other == own).map(|place| place as u32);
-    Ok(Some(ParticlePlan {
+    Some(ParticlePlan {
         // `Scene::check` has bounded it.
         capacity: scene.most_particles().min(u64::from(u32::MAX)) as u32,
         emitters: scene.emitters.len() as u32,
-        textures: all.iter().map(|&own| PlannedTexture::of_particles(scene, own, device)).collect(),
+        textures: all.iter().map(|&own| PlannedTexture::of_sheet(scene, own, device)).collect(),
         texture_of: scene
             .emitters
             .iter()
             .map(|own| own.texture.and_then(|texture| place((texture, own.frames))))
             .collect(),
-        counts,
-    }))
+        counts: request.view == View::Particles,
+    })
 }
 
 impl ParticlePlan {
@@ -121,7 +142,7 @@ pub(super) fn check_buffers(plan: &FramePlan, device: &Capabilities) -> Result<(
         false => "--particles off",
     };
     let why = format!("a shader names {needed} buffers for them, and on this device at most {most}: choose {advice}");
-    Err(Error::Particles(why))
+    EFFECT.refuse(why)
 }
 
 impl FramePlan {
@@ -132,26 +153,13 @@ impl FramePlan {
     }
 }
 
-pub(super) fn part(scene: &Scene, settings: &Settings, plan: &FramePlan) -> super::Part {
-    let reason = match &plan.particles {
-        Some(own) => {
-            let order = match (own.counts, plan.sorts_particles()) {
-                (true, _) => "counted",
-                (_, true) => "sorted from back to front, after transparent surfaces",
-                (_, false) => "summed up with weights in any order",
-            };
-            format!("up to {} of {}, {order}", own.capacity, counted(own.emitters, "emitter"))
-        }
-        None => absence(scene.emitters.is_empty(), settings.particles).into(),
+fn part_of(plan: &FramePlan) -> Part {
+    let Some(own) = &plan.particles else { return part("particles", false, plan.reasons.lack_of(EFFECT.name), 0) };
+    let order = match (own.counts, plan.sorts_particles()) {
+        (true, _) => "counted",
+        (_, true) => "sorted from back to front, after transparent surfaces",
+        (_, false) => "summed up with weights in any order",
     };
-    parts::part("particles", plan.particles.is_some(), reason, plan.particles.as_ref().map_or(0, ParticlePlan::bytes))
-}
-
-/// Why there are none.
-pub(super) fn absence(no_emitters: bool, asked_for: bool) -> &'static str {
-    match (no_emitters, asked_for) {
-        (true, _) => "the scene has no emitters",
-        (false, false) => "switched off by --particles off",
-        (false, true) => "this view shows none",
-    }
+    let reason = format!("up to {} of {}, {order}", own.capacity, counted(own.emitters, "emitter"));
+    part("particles", true, reason, own.bytes())
 }

@@ -6,7 +6,9 @@ mod meshes;
 mod targets;
 mod textures;
 
-use super::{FramePlan, lens, taa};
+pub(super) use targets::{of_target, target_of};
+
+use super::{FramePlan, Target, effects, lens};
 use crate::scene::{OptionalPart, Scene, Settings, Transparency, counted};
 
 /// Something that a frame can have.
@@ -62,11 +64,16 @@ impl PartGroup {
 
 pub(super) fn part(name: &str, included: bool, reason: impl Into<String>, bytes: u64) -> Part {
     let bytes = if included { bytes } else { 0 };
-    // The group is set where parts are put together.
+    // Others say theirs, or it is set where parts are put together.
     Part { name: name.into(), group: PartGroup::Passes, optional: None, included, reason: reason.into(), bytes }
 }
 
 impl Part {
+    /// Puts it into another group.
+    pub(super) fn of(self, group: PartGroup) -> Self {
+        Self { group, ..self }
+    }
+
     /// It stays where the settings keep `optional`.
     fn is(self, optional: OptionalPart) -> Self {
         Self { optional: Some(optional), ..self }
@@ -75,8 +82,10 @@ impl Part {
 
 pub(super) fn list(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
     let mut parts = Vec::new();
-    let mut add = |group, some: Vec<Part>| parts.extend(some.into_iter().map(|part| Part { group, ..part }));
-    add(PartGroup::Targets, targets::gbuffer(plan));
+    let mut add = |group, some: Vec<Part>| parts.extend(some.into_iter().map(|part| part.of(group)));
+    let of_effects = |group| effects::parts(scene, settings, plan, (group, false));
+    let read_depth = effects::parts(scene, settings, plan, (PartGroup::Targets, true));
+    add(PartGroup::Targets, targets::gbuffer(plan, read_depth));
     add(
         PartGroup::Targets,
         vec![
@@ -84,17 +93,17 @@ pub(super) fn list(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<
             targets::hdr(settings, plan),
             targets::sums(plan),
             targets::samples_of_output(plan),
-            targets::bloom(plan),
-            targets::smoothed(plan),
-            taa::part_of(plan),
         ],
     );
-    add(PartGroup::Passes, passes(scene, settings, plan));
+    add(PartGroup::Targets, of_effects(PartGroup::Targets));
+    add(PartGroup::Passes, vec![transparency(scene, plan)]);
+    add(PartGroup::Passes, of_effects(PartGroup::Passes));
+    add(PartGroup::Passes, antialiasing(plan).into());
     add(PartGroup::Geometry, meshes::geometry(scene, plan));
     add(PartGroup::Geometry, vec![meshes::levels(settings, plan)]);
     add(PartGroup::Textures, textures::textures(scene, settings, plan));
     add(PartGroup::Lights, lights::shading(scene, settings, plan));
-    add(PartGroup::Lights, vec![super::fog::parts(plan), super::froxels::parts(plan)]);
+    add(PartGroup::Lights, of_effects(PartGroup::Lights));
     add(PartGroup::Shadows, vec![lights::shadow(scene, settings, plan)]);
     add(PartGroup::Camera, camera::parts(scene, plan));
     add(PartGroup::Camera, lens::parts(scene, settings).into());
@@ -107,9 +116,9 @@ pub(super) fn with_output(mut parts: Vec<Part>, plan: &FramePlan) -> Vec<Part> {
         let Part { name, bytes, .. } = targets::output(plan);
         (own.name, own.bytes) = (name, bytes);
     }
-    for new in [targets::samples_of_output(plan), targets::smoothed(plan)] {
-        if let Some(own) = parts.iter_mut().find(|part| part.name == new.name) {
-            own.bytes = new.bytes;
+    for (name, target) in [("samples of the output", Target::Samples), ("smoothed picture", Target::Smoothed)] {
+        if let Some(own) = parts.iter_mut().find(|part| part.name == name) {
+            own.bytes = of_target(plan, target);
         }
     }
     parts
@@ -124,14 +133,6 @@ pub(super) fn say_what_is_kept(parts: &mut [Part], lean: &[Part]) {
             part.reason = format!("kept on request: {}", needless.reason);
         }
     }
-}
-
-/// The numbers of times that passes run. The passes themselves are declared elsewhere.
-fn passes(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
-    [transparency(scene, plan), super::particles::part(scene, settings, plan)]
-        .into_iter()
-        .chain(antialiasing(plan))
-        .collect()
 }
 
 fn antialiasing(plan: &FramePlan) -> [Part; 2] {
@@ -152,8 +153,11 @@ fn antialiasing(plan: &FramePlan) -> [Part; 2] {
 
 fn transparency(scene: &Scene, plan: &FramePlan) -> Part {
     let objects = scene.objects.iter().filter(|object| scene.materials[object.material].is_transparent()).count();
+    let blended = effects::of(plan).find(|effect| effect.blended.is_some() && objects == 0);
     let reason = match plan.transparency {
-        Some(_) if objects == 0 && plan.particles.is_some() => "no object is transparent, but particles are".into(),
+        Some(_) if blended.is_some() => {
+            format!("no object is transparent, but {} are", blended.map_or("others", |effect| effect.name))
+        }
         Some(Transparency::Sorted) => format!("{}, sorted from back to front", counted(objects, "transparent object")),
         Some(Transparency::Oit) => {
             format!("{}, summed up with weights in any order", counted(objects, "transparent object"))

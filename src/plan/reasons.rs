@@ -1,8 +1,12 @@
 //! The reasons for a plan's decisions, beside them: two plans of one structure may give different ones. Passes and parts print them.
 
+use std::collections::BTreeMap;
+
+use super::effect::Absence;
+use super::effects::EFFECTS;
 use super::shadows::shadow_reason;
 use super::{FramePlan, Part};
-use crate::scene::{Fog, Scene, Settings, View};
+use crate::scene::{Scene, Settings, View};
 
 /// Why a plan is as it is, in clauses without a capital or a full stop. A reason against something means nothing in a plan that has it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -13,42 +17,30 @@ pub struct Reasons {
     pub culling: String,
     /// Why the device finds out which objects are hidden, or why it does not.
     pub hiding: String,
-    /// Why there is no ambient occlusion.
-    pub ao: String,
-    /// Why surfaces mirror no others.
-    pub reflections: String,
     /// Why there is no shadow map.
     pub shadow: String,
-    /// Why there is no fog.
-    pub fog: &'static str,
-    /// Why there is no bloom.
-    pub bloom: &'static str,
-    /// Why frames are not averaged over time.
-    pub taa: &'static str,
+    /// Why effects are absent, by their names.
+    pub(super) absences: BTreeMap<&'static str, &'static str>,
     pub(super) parts: Vec<Part>,
     pub(super) warnings: Vec<String>,
     /// The warnings about lights that go without their maps.
     pub(super) shadow_warnings: Vec<String>,
 }
 
-const NOT_ASKED_FOR: &str = "not asked for";
-
 impl Reasons {
-    /// With those why frames lack what a setting would give them.
-    /// `asked`: the settings as they were given, where `settings` are those that the plan was made by.
-    pub(super) fn with_absences(self, scene: &Scene, asked: &Settings, settings: &Settings, plan: &FramePlan) -> Self {
-        let unless = |asked_for: bool, why: &'static str| if asked_for { why } else { NOT_ASKED_FOR };
-        let fog = match asked.fog_density > 0.0 {
-            true => "this view shows no fog",
-            false => "its density is 0",
-        };
+    /// Adds the reasons against effects and shadow maps that frames lack. `asked` are the settings as given, `planned` the ones that the plan was made by.
+    pub(super) fn with_absences(self, scene: &Scene, asked: &Settings, planned: &Settings, plan: &FramePlan) -> Self {
+        let own = Absence { scene, asked, planned };
         Self {
-            fog: unless(asked.fog != Fog::Off, fog),
-            bloom: unless(asked.bloom > 0.0, "this view shows no bloom"),
-            taa: unless(asked.taa, "the values that this view shows have no mean"),
-            shadow: without_shadow_maps(scene, settings, plan),
+            absences: EFFECTS.iter().map(|effect| (effect.name, (effect.absence)(&own))).collect(),
+            shadow: without_shadow_maps(scene, planned, plan),
             ..self
         }
+    }
+
+    /// Why frames lack an effect, by its name in refusals.
+    pub fn lack_of(&self, effect: &str) -> &'static str {
+        self.absences.get(effect).copied().unwrap_or_default()
     }
 }
 

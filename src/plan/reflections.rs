@@ -1,13 +1,52 @@
 //! Reflections: the decision whether surfaces mirror others as the picture shows them, and the parameters of the search.
 
-use std::borrow::Cow;
 use std::fmt;
 
 use ash::vk;
 
 use super::checks::out_of_range;
-use super::{Error, FramePlan};
-use crate::scene::{Brdf, HdrFormat, LightPath, Object, Reflections, Scene, Settings, TextureSlot, View};
+use super::effect::{Effect, EffectView, Hdr, NOT_ASKED_FOR, Request, Shows};
+use super::parts::target_of;
+use super::{Error, FramePlan, Target};
+use crate::scene::{Brdf, HdrFormat, Object, Reflections, Scene, Settings, TextureSlot, View};
+
+/// Surfaces mirror others.
+pub(crate) const EFFECT: Effect = Effect {
+    name: "reflections",
+    is_asked_for: is_used,
+    off: Some(("--reflections off", |settings| settings.reflections = Reflections::Off)),
+    view: Some(EffectView {
+        view: View::Reflections,
+        shows: Shows::Values,
+        is_alone: false,
+        plan: |settings| settings.reflections = Reflections::Screen,
+    }),
+    changes_light: true,
+    is_set_aside: true,
+    unswept: |key, _, plan| {
+        (key.starts_with("reflection") && !plan.reflects())
+            .then_some("no reflections were asked for, or nothing mirrors any")
+    },
+    not_by_compute: Some("they cannot draw reflections"),
+    reads_gbuffer: Some("reflections read a G-buffer"),
+    stores_gbuffer: Some("REFLECT reads the depth and the normals of all pixels"),
+    hdr: Some(Hdr::Reads("REFLECT reads the light of all pixels before it is tone-mapped")),
+    is_in: FramePlan::reflects,
+    absence: |own| match shows(own.planned.view) {
+        _ if own.planned.reflections == Reflections::Off => NOT_ASKED_FOR,
+        true => "no opaque surface has a lobe of Cook-Torrance that is smooth enough",
+        false => "this view does not show them",
+    },
+    parts: |_, _, plan| {
+        let pyramid = ("pyramid of depths of the picture", Target::Hiz);
+        vec![
+            target_of(plan, EFFECT.name, pyramid, "REFLECT takes long steps through it"),
+            target_of(plan, EFFECT.name, ("rays", Target::Rays), "REFLECT hands them to REFLECT_RESOLVE"),
+        ]
+    },
+    check,
+    ..Effect::PLAIN
+};
 
 /// The parameters of REFLECT. Its pipelines know all of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,69 +101,46 @@ impl Hiz {
     }
 }
 
-/// The settings that are planned: the view of reflections asks for it.
-pub(super) fn planned(settings: &Settings) -> Cow<'_, Settings> {
-    match settings.view {
-        View::Reflections => Cow::Owned(Settings { reflections: Reflections::Screen, bloom: 0.0, ..settings.clone() }),
-        _ => Cow::Borrowed(settings),
-    }
-}
-
-/// The plan of reflections, or the reason why frames have none.
-///
-/// # Errors
-/// For settings that do not go with it, and for numbers out of their ranges, as only a library's caller can have them.
-pub(super) fn choose(
-    scene: &Scene,
-    settings: &Settings,
-    path: LightPath,
-) -> Result<Result<ReflectionPlan, String>, Error> {
-    let refuse = |why: String| Err(Error::Reflections(why));
+fn check(request: &Request) -> Result<(), Error> {
+    let settings = request.settings;
     if settings.reflections == Reflections::Off {
-        return Ok(Err("not asked for".into()));
+        return Ok(());
     }
     if let Some(wrong) = out_of_range(settings, "reflection-") {
-        return refuse(wrong);
+        return EFFECT.refuse(wrong);
     }
-    if !is_used(scene, settings) {
-        let why = match shows(settings.view) {
-            true => "no opaque surface has a lobe of Cook-Torrance that is smooth enough",
-            false => "this view does not show them",
-        };
-        return Ok(Err(why.into()));
+    if !is_used(request.scene, settings) {
+        return Ok(());
     }
-    match path {
-        LightPath::Forward | LightPath::ForwardNaive => {
-            return Err(Error::NoGbufferFor("reflections", path));
-        }
-        LightPath::Compute | LightPath::Visibility => {
-            return refuse(format!("the light path {path} writes the picture by itself: choose another, as clustered"));
-        }
-        _ => {}
-    }
+    EFFECT.check_path(request.path)?;
     if settings.msaa > 1 {
-        return refuse(format!(
+        return EFFECT.refuse(format!(
             "they are found by one depth a pixel, and with --msaa {} there are several: choose --samples",
             settings.msaa
         ));
     }
     if settings.hdr_format == HdrFormat::B10g11r11 {
-        return refuse(format!("no shader stores to an HDR target of {}: choose rgba16f", settings.hdr_format));
+        return EFFECT.refuse(format!("no shader stores to an HDR target of {}: choose rgba16f", settings.hdr_format));
     }
-    Ok(Ok(ReflectionPlan {
+    Ok(())
+}
+
+/// Returns `None` if no surface mirrors others.
+pub(super) fn choose(scene: &Scene, settings: &Settings) -> Option<ReflectionPlan> {
+    is_used(scene, settings).then_some(ReflectionPlan {
         roughness: settings.reflection_roughness,
         steps: settings.reflection_steps,
         thickness: settings.reflection_thickness,
         shown: settings.view == View::Reflections,
-    }))
+    })
 }
 
 fn shows(view: View) -> bool {
-    matches!(view, View::Final | View::Ambient | View::Bloom | View::Reflections)
+    matches!(view, View::Final | View::Ambient | View::Reflections)
 }
 
 /// Returns true if some surface mirrors others.
-pub(super) fn is_used(scene: &Scene, settings: &Settings) -> bool {
+fn is_used(scene: &Scene, settings: &Settings) -> bool {
     let mirrors = |object: &Object| {
         let material = &scene.materials[object.material];
         let may_be_smooth = material.texture(TextureSlot::MetallicRoughness).is_some()
@@ -132,8 +148,7 @@ pub(super) fn is_used(scene: &Scene, settings: &Settings) -> bool {
         let has_lobe = material.model(settings.brdf) == Brdf::CookTorrance && !material.unlit;
         has_lobe && may_be_smooth && !material.is_transparent()
     };
-    let asked = settings.reflections != Reflections::Off || settings.view == View::Reflections;
-    asked && shows(settings.view) && scene.objects.iter().any(mirrors)
+    settings.reflections != Reflections::Off && shows(settings.view) && scene.objects.iter().any(mirrors)
 }
 
 impl FramePlan {

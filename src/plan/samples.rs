@@ -9,7 +9,7 @@ pub use plans::{bloomed_plans, forward_plans, of_every_kind, plans, tiled_plans}
 use glam::{DAffine3, DVec3, Vec3};
 use proptest::prelude::*;
 
-use super::{Capabilities, CostModel, Error, FramePlan};
+use super::{Capabilities, CostModel, Error, FramePlan, Refusal, Why, shows_effect};
 use crate::scene::{
     AlphaMode, AmbientOcclusion, Brdf, Channel, Clip, Culling, Emitter, Falloff, Fog, GbufferChoice, GbufferPreset,
     Influences, Interpolation, Light, LightKind, LightPath, Local, Material, Mesh, Morph, Motion, Node, Object,
@@ -17,12 +17,9 @@ use crate::scene::{
     TargetChoice, Texture, TextureSlot, Transparency, UvMap, View, Wrap,
 };
 
-/// All views but the complexity, which is about differing samples, and those that are planned as the lit picture: spread light, fog, particles,
-/// vectors and reflections.
+/// All views but the complexity, which needs several samples a pixel, and the views of effects, which are planned as the lit picture.
 pub fn views() -> impl Iterator<Item = View> {
-    View::NAMES.iter().map(|&(_, view)| view).filter(|view| {
-        ![View::Complexity, View::Bloom, View::Fog, View::Particles, View::Velocity, View::Reflections].contains(view)
-    })
+    View::NAMES.iter().map(|&(_, view)| view).filter(|&view| view != View::Complexity && !shows_effect(view))
 }
 
 /// The default settings, but with a G-buffer for plain scenes as well, which `auto` would light as they are drawn.

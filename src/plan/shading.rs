@@ -1,6 +1,6 @@
 //! The work of the subpass after GEOMETRY: light, or a value to show.
 
-use super::{Capabilities, Error};
+use super::{Capabilities, Error, effects};
 use crate::scene::View;
 
 /// The work of the subpass after GEOMETRY.
@@ -24,15 +24,8 @@ pub enum Shading {
 impl Shading {
     pub(super) fn of(view: View, device: &Capabilities) -> Result<Self, Error> {
         Ok(match view {
-            // Planned as the lit picture, from settings of their own.
-            View::Final
-            | View::Ambient
-            | View::Bloom
-            | View::Fog
-            | View::Particles
-            | View::Velocity
-            | View::Reflections => Self::Light { light_only: false },
             View::Lighting => Self::Light { light_only: true },
+            lit if effects::is_lit(lit) => Self::Light { light_only: false },
             View::Overdraw => Self::ShowOverdraw,
             View::Triangle if !device.primitive_index => return Err(Error::NoTriangles),
             View::Triangle => Self::ShowTriangle,

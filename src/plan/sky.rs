@@ -2,8 +2,29 @@
 
 use glam::Vec3;
 
-use super::{Capabilities, Error, Shading, is_tiled};
-use crate::scene::{LightPath, Scene, Settings, Sky, SkyCube};
+use super::effect::{Effect, Hdr};
+use super::parts::{Part, part};
+use super::{Error, FramePlan, PartGroup, Shading};
+use crate::scene::{Scene, Settings, Sky, SkyCube};
+
+/// The scene's sky is seen, or lights surfaces.
+pub(crate) const EFFECT: Effect = Effect {
+    name: "a sky",
+    is_asked_for: |scene, _| scene.sky.is_some(),
+    not_by_compute: Some("they cannot draw a sky"),
+    // Forward paths add the sky's light as they draw surfaces, without blending.
+    is_in: FramePlan::adds_ambient,
+    hdr: Some(Hdr::Blends("light of the sky is added before tone mapping")),
+    absence: |own| if own.scene.sky.is_none() { "the scene has none" } else { "this view needs none" },
+    parts: |_, _, plan| parts(plan).map(|part| part.of(PartGroup::Lights)).into(),
+    check: |request| {
+        let Some(sky) = SkyPlan::of(request.scene, request.settings, request.shading) else { return Ok(()) };
+        EFFECT.check_path(request.path)?;
+        let most = request.device.max_extent;
+        if sky.edge > most { Err(Error::Sky(sky.edge, most)) } else { Ok(()) }
+    },
+    ..Effect::PLAIN
+};
 
 /// The sky of a plan's frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,12 +73,17 @@ pub(super) fn lights(sky: &Sky, settings: &Settings) -> bool {
     sky.lights && settings.sky_light && sky.nits > 0.0
 }
 
-/// A path that writes the picture by itself cannot have a sky come after it.
-pub(super) fn check(scene: &Scene, path: LightPath, device: &Capabilities) -> Result<(), Error> {
-    let Some(sky) = &scene.sky else { return Ok(()) };
-    if is_tiled(path) {
-        return Err(Error::ComputeWithSky(path));
-    }
-    let edge = SkyCube::edge_of(&sky.image);
-    if edge > device.max_extent { Err(Error::Sky(edge, device.max_extent)) } else { Ok(()) }
+/// The cube of the sky, and the light of it that surfaces collect.
+fn parts(plan: &FramePlan) -> [Part; 2] {
+    let Some(sky) = &plan.sky else {
+        let why = plan.reasons.lack_of(EFFECT.name);
+        return [part("sky", false, why, 0), part("light of the sky", false, why, 0)];
+    };
+    let [cube, light] = sky.bytes();
+    let faces = format!("6 faces of {0}x{0} half floats, in all levels", sky.edge);
+    let collected = match sky.lights {
+        true => format!("computed once, from {} directions a texel", sky.samples),
+        false => "the sky lights nothing".into(),
+    };
+    [part("sky", true, faces, cube), part("light of the sky", sky.lights, collected, light)]
 }

@@ -21,7 +21,7 @@ pub(crate) use rules::{Cuts, SurfaceRules};
 pub use textures::{PlannedTexture, SetSamplers, TexturePlan, TextureSource, texture_format};
 pub use uploads::Uploads;
 
-use super::{Capabilities, Error, FramePlan, is_tiled, lacks_gbuffer};
+use super::{Capabilities, Error, FramePlan, Refusal, Why, is_tiled, lacks_gbuffer};
 use crate::scene::{Brdf, LightPath, Material, Object, OptionalPart, Scene, Settings, Transparency, View};
 
 /// The reflection models that LIGHTING evaluates.
@@ -66,16 +66,16 @@ impl Surfaces {
         let (transparent, opaque): (Vec<_>, Vec<_>) =
             scene.objects.iter().partition(|object| material(object).is_transparent());
         if tiled && is_final && !transparent.is_empty() {
-            return Err(Error::ComputeWithTransparency(path));
+            let (what, why) = ("transparent surfaces", Why::WritesPicture(path));
+            return Err(Error::Refused(Refusal { what, why }));
         }
         let brdf = |material: &Material| material.model(settings.brdf);
         let metal = |object: &&Object| brdf(material(object)) == Brdf::CookTorrance && material(object).metallic > 0.0;
         let any = |what: &dyn Fn(&Material) -> bool| opaque.iter().any(|object| what(material(object)));
-        // Particles are blended as transparent surfaces are.
         let blends = is_final
             && !tiled
             && (!transparent.is_empty()
-                || super::particles::are_shown(scene, settings)
+                || super::effects::asked_for(scene, settings).any(|effect| effect.blended.is_some())
                 || keep.has(OptionalPart::Transparent));
         let opaque_metal = opaque.iter().any(metal);
         let per_pixel = keep.has(OptionalPart::BrdfByPixel);

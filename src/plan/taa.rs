@@ -1,10 +1,63 @@
 //! Anti-aliasing over time: the number of frames that are averaged, and the decision whether surfaces move by themselves.
 
-use std::borrow::Cow;
-
+use super::checks::ANTI_ALIASING;
+use super::effect::{Effect, EffectView, Hdr, NOT_ASKED_FOR, Request, Shows};
+use super::parts::part;
 use super::surfaces::SurfaceRules;
-use super::{Error, FramePlan, Part, Shading, parts::part};
-use crate::scene::{Fog, LightPath, Output, Reflections, Resolve, Scene, Settings, Tonemap, View};
+use super::{Error, FramePlan, Part, PartGroup, Refusal, Shading};
+use crate::scene::{Output, Resolve, Scene, Settings, Tonemap, View};
+
+/// Frames are averaged over time.
+pub(crate) const EFFECT: Effect = Effect {
+    name: "TAA",
+    is_asked_for: |_, settings| settings.taa,
+    off: Some(("--taa off", |settings| settings.taa = false)),
+    view: Some(EffectView { view: View::Velocity, shows: Shows::Values, is_alone: true, plan: plan_vectors }),
+    frames,
+    is_set_aside: true,
+    unswept: |key, _, plan| {
+        let is_own = ["taa-frames", "taa-history", "sharpness"].contains(&key);
+        (is_own && plan.taa.is_none()).then_some("frames are not averaged over time")
+    },
+    is_in: |plan| plan.taa.is_some(),
+    hdr: Some(Hdr::Reads("light is averaged over time before it is tone-mapped")),
+    absence: |own| if own.asked.taa { "the values that this view shows have no mean" } else { NOT_ASKED_FOR },
+    parts: |_, _, plan| vec![part_of(plan).of(PartGroup::Targets)],
+    not_by_compute: Some("they leave no light for TAA to average"),
+    check,
+    ..Effect::PLAIN
+};
+
+/// The view of vectors is the lit picture of frames that know where surfaces were, and shows the vectors in its place.
+fn plan_vectors(settings: &mut Settings) {
+    *settings = Settings {
+        view: View::Final,
+        taa: true,
+        // The frame before, and this one.
+        taa_frames: 2,
+        sharpness: 0.0,
+        tonemap: Tonemap::None,
+        ..settings.without_effects()
+    };
+}
+
+fn check(request: &Request) -> Result<(), Error> {
+    let Settings { taa, samples, msaa, .. } = *request.settings;
+    if !taa || !request.shading.is_lit() {
+        return Ok(());
+    }
+    EFFECT.check_path(request.path)?;
+    let refuse = |why: String| Err(Refusal::of(ANTI_ALIASING, why));
+    if samples > 1 {
+        return refuse(format!(
+            "taa averages frames over time, and --samples {samples} frames of one time: choose one"
+        ));
+    }
+    if msaa > 1 {
+        return refuse(format!("taa looks at one depth a pixel, and with --msaa {msaa} there are several: choose one"));
+    }
+    Ok(())
+}
 
 /// The parameters of TAA.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,25 +90,8 @@ const MOST: u32 = 1024;
 /// Frames that `picture` draws at most.
 const MOST_FRAMES: u32 = 4096;
 
-/// The settings that are planned: the view of vectors is the lit picture of frames that know where surfaces were, and shows the vectors in its place.
-pub(super) fn planned(settings: &Settings) -> Cow<'_, Settings> {
-    let View::Velocity = settings.view else { return Cow::Borrowed(settings) };
-    Cow::Owned(Settings {
-        view: View::Final,
-        taa: true,
-        // The frame before, and this one.
-        taa_frames: 2,
-        sharpness: 0.0,
-        tonemap: Tonemap::None,
-        bloom: 0.0,
-        fog: Fog::Off,
-        reflections: Reflections::Off,
-        ..settings.without_effects()
-    })
-}
-
 /// Frames that a picture with TAA has, and each of which stands for a part of the pixel; 1 without.
-pub(super) fn frames(settings: &Settings) -> u32 {
+fn frames(settings: &Settings) -> u32 {
     if settings.taa { settings.taa_frames.min(settings.taa_history).clamp(1, MOST) } else { 1 }
 }
 
@@ -87,26 +123,12 @@ impl TaaPlan {
     }
 }
 
-/// Refuses the settings that it does not go with.
-pub(super) fn check(settings: &Settings, path: LightPath, lit: bool) -> Result<(), Error> {
-    if !settings.taa || !lit {
-        return Ok(());
-    }
-    let refuse = |why: String| Err(Error::AntiAliasing(why));
-    let Settings { samples, msaa, .. } = *settings;
-    match path {
-        LightPath::Compute | LightPath::Visibility => Err(Error::ComputeWithEffect(path, "TAA")),
-        _ if samples > 1 => {
-            refuse(format!("taa averages frames over time, and --samples {samples} frames of one time: choose one"))
-        }
-        _ if msaa > 1 => {
-            refuse(format!("taa looks at one depth a pixel, and with --msaa {msaa} there are several: choose one"))
-        }
-        _ => Ok(()),
-    }
-}
-
 impl FramePlan {
+    /// Frames that are drawn for a picture.
+    pub fn frames_a_picture(&self) -> u32 {
+        self.taa.map_or(self.samples, |taa| taa.frames)
+    }
+
     /// Returns true if VELOCITY draws vectors of surfaces that move by themselves.
     pub fn has_velocity(&self) -> bool {
         self.taa.is_some_and(|taa| taa.moves)
@@ -119,8 +141,7 @@ impl FramePlan {
     }
 }
 
-/// Returns the part of `inspect` about the history that is kept from frame to frame.
-pub(super) fn part_of(plan: &FramePlan) -> Part {
+fn part_of(plan: &FramePlan) -> Part {
     let Some(taa) = plan.taa else { return part("history of frames", false, "frames are not averaged over time", 0) };
     let reason = format!("two frames, of four words a pixel, of what up to {} frames were averaged to", taa.history);
     part("history of frames", true, reason, plan.history_bytes())

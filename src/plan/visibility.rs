@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Capabilities, Error, MeshPlan, SurfaceRules, TexturePlan, ao};
+use super::{Capabilities, Error, MeshPlan, SurfaceRules, TexturePlan, effects};
 use crate::scene::{Culling, GbufferChoice, Mesh, Sampler, Scene, Settings};
 
 /// The code of 32 bits for the triangle that a pixel shows: in the low bits its number in its mesh or level of detail, above them the place of its instance in
@@ -38,7 +38,7 @@ pub(super) fn is_out(scene: &Scene, settings: &Settings, device: &Capabilities) 
     let times = if settings.lod > 0.0 { 5 } else { 1 };
     let vertices: u64 = scene.meshes.iter().map(|mesh| mesh.positions.len() as u64 + times * triangles(mesh)).sum();
     let indices: u64 = scene.meshes.iter().map(|mesh| times * mesh.indices.len() as u64).sum();
-    [
+    let limits = [
         (
             !scene.textures.is_empty() && device.non_uniform_textures == 0,
             "the device's shaders cannot index textures (non-uniform indexing)",
@@ -62,11 +62,10 @@ pub(super) fn is_out(scene: &Scene, settings: &Settings, device: &Capabilities) 
             scene.objects.len() >= device.costs.of_pictures(device.software).culling.many_objects(),
             "the device may cull this many objects, which visibility rules out",
         ),
-        (ao::is_used(scene, settings), "ambient occlusion reads a G-buffer"),
-        (settings.gbuffer != GbufferChoice::default(), "a G-buffer layout is asked for"),
-    ]
-    .into_iter()
-    .find_map(|(out, why)| out.then_some(why))
+    ];
+    let reads_gbuffer = || effects::asked_for(scene, settings).find_map(|effect| effect.reads_gbuffer);
+    let laid_out = || (settings.gbuffer != GbufferChoice::default()).then_some("a G-buffer layout is asked for");
+    limits.into_iter().find_map(|(out, why)| out.then_some(why)).or_else(reads_gbuffer).or_else(laid_out)
 }
 
 fn bits_of(largest: u64) -> u32 {

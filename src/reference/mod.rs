@@ -83,7 +83,7 @@ pub struct Options {
 
 impl Truth {
     /// The same with its share of spread light, as the settings have it. The standard error, which spreading makes less, stays that of the light before.
-    pub fn bloomed(mut self, settings: &Settings) -> Self {
+    pub fn with_spread_light(mut self, settings: &Settings) -> Self {
         self.radiance = bloom::bloomed(&self.radiance, self.size, settings);
         self
     }

@@ -104,8 +104,13 @@ impl<'a> Reference<'a> {
         })
     }
 
-    /// With all that settings say of the truth, too: reflection model, shadows, light of the sky, ambient occlusion, reflections, fog, and the lens of a camera.
+    /// Takes over all settings that the truth has, and the lens of a camera.
     pub fn with_settings(self, settings: &Settings, camera: &Camera) -> Self {
+        self.with_pinhole_settings(settings).with_lens(ThinLens::of(settings, camera))
+    }
+
+    /// Takes over all settings that the truth has but the lens: reflection model, shadows, light of the sky, ambient occlusion, fog, particles and reflections.
+    pub fn with_pinhole_settings(self, settings: &Settings) -> Self {
         self.with_brdf(settings.brdf)
             .with_shadows(settings.shadows.enabled)
             .with_sky_light(settings.sky_light)
@@ -113,7 +118,6 @@ impl<'a> Reference<'a> {
             .with_fog(Medium::of(settings))
             .with_particles(settings.particles)
             .with_reflections(settings.mirrored_roughness())
-            .with_lens(ThinLens::of(settings, camera))
     }
 
     /// With one reflection model for all materials, as `Settings::brdf` has it.

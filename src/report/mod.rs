@@ -7,6 +7,8 @@
 pub mod advice;
 pub mod calibrate;
 #[doc(hidden)]
+pub mod commands;
+#[doc(hidden)]
 pub mod graph;
 #[cfg(feature = "report")]
 #[doc(hidden)]

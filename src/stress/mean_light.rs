@@ -19,8 +19,9 @@ const SAMPLES: u32 = 64;
 pub fn compare(device: &Arc<Device>, subject: &Subject, truth: &Scene) -> Result<(Errors, Evidence), Error> {
     let Comparison { drawn: light, reference, eye, exposure, .. } = Comparison::of(device, subject, truth, None)?;
     let mode = Mode::Converged { samples: SAMPLES };
-    let rays =
-        reference.render(&eye, &Options { mode, smith: Smith::default() }, &|_, _| {}).bloomed(&subject.decided());
+    let rays = reference
+        .render(&eye, &Options { mode, smith: Smith::default() }, &|_, _| {})
+        .with_spread_light(&subject.decided());
     let pixels = light.as_chunks::<4>().0;
     let count = pixels.len() as f64;
     let drawn = [0, 1, 2].map(|channel| pixels.iter().map(|pixel| f64::from(pixel[channel])).sum::<f64>() / count);

@@ -4,7 +4,8 @@ use ash::vk;
 
 use super::frustum::Frustum;
 use super::{Depth, World};
-use crate::plan::{FramePlan, Reach, Shading, range_of, shows_all, sphere_of};
+use crate::plan::effect::LitAir;
+use crate::plan::{FramePlan, Reach, Shading, effects, range_of, shows_all, sphere_of};
 use crate::scene::{Camera, LightPath, OptionalPart};
 
 /// Share of its distance from the camera by which a surface is lit beside where it is: f32, and depth that is interpolated over large triangles.
@@ -67,13 +68,11 @@ impl ActiveLights {
             Shading::ShowGbuffer(view) => shows_all(view),
             shading => shading == Shading::ShowShadowMap,
         };
-        // Particles float where no object is, and so does fog.
-        let in_air = plan.particles.is_some() || plan.froxels().is_some();
-        let keeps = plan.keep.has(OptionalPart::IdleLights) || shows_all || in_air;
+        let lit_air = effects::lit_air(plan);
+        let keeps = plan.keep.has(OptionalPart::IdleLights) || shows_all || lit_air == LitAir::All;
         let lights: Vec<usize> = if !keeps && !(0..world.objects.len()).any(seen) {
-            // Fog is lit where no surface is seen, too.
-            let in_fog = if plan.has_fog() { world.directional_count() } else { 0 };
-            (0..world.lit_count().min(in_fog)).collect()
+            let in_air = if lit_air == LitAir::Directional { world.directional_count() } else { 0 };
+            (0..world.lit_count().min(in_air)).collect()
         } else if keeps || !plan.seeks(OptionalPart::IdleLights) {
             (0..world.lit_count()).collect()
         } else {

@@ -9,7 +9,6 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use crate::reference::fog::Medium;
 use crate::reference::shown::{Pixel, shown};
 use crate::reference::{Reference, Smith, View};
 use crate::scene::{Scene, Settings, exposure_scale};
@@ -97,15 +96,7 @@ impl Oracle {
                         tell(Answer::Picked(hit.map(|(_, id, distance)| (id.object as usize, distance))));
                     }
                     Question::Error(drawn) => {
-                        let settings = &drawn.settings;
-                        reference = reference
-                            .with_brdf(settings.brdf)
-                            .with_shadows(settings.shadows.enabled)
-                            .with_sky_light(settings.sky_light)
-                            .with_occlusion(settings.occlusion_radius())
-                            .with_fog(Medium::of(settings))
-                            .with_particles(settings.particles)
-                            .with_reflections(settings.mirrored_roughness());
+                        reference = reference.with_pinhole_settings(&drawn.settings);
                         for step in STEPS {
                             let map = compare(&reference, &drawn, step, &is_new);
                             if !map.is_some_and(|map| tell(Answer::Error(map))) {

@@ -210,7 +210,7 @@ fn off_there_is_no_pass_and_no_difference_and_what_it_cannot_go_with_is_refused(
         let device = afterlight::frame::capabilities(&gpu.device.physical);
         let plan = |scene: &Scene, settings: &Settings| FramePlan::of(scene, settings, &device);
         let dark_plan = plan(&dark, &with(AmbientOcclusion::Bitmask, &plain)).expect("a plan");
-        assert!(!dark_plan.has_ao() && dark_plan.reasons.ao.contains("no light comes"));
+        assert!(!dark_plan.has_ao() && dark_plan.reasons.lack_of("ambient occlusion").contains("no light comes"));
         let bitmask = with(AmbientOcclusion::Bitmask, &plain);
         for (settings, why) in [
             (Settings { light_path: LightPath::Forward, ..bitmask.clone() }, "the light path forward has none"),

@@ -71,7 +71,7 @@ fn drawn(gpu: &Gpu, transfer: Transfer, format: vk::Format, bytes: u64) -> gpu::
     let buffer = Buffer::new(device, "copy", size, usage, Location::ReadBack, MemoryKind::ReadBack)?;
     let mut cmd = CommandBuffer::new(device, "encode")?;
     cmd.begin()?;
-    let order = |before, after| Dependency { before, after };
+    let order = Dependency::between;
     let (new, drawn_into) = (vk::ImageLayout::UNDEFINED, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL);
     barrier::image_barrier(device, cmd.raw, &shown, order(Use::START, encode::WRITE), [new, drawn_into]);
     encode.record(cmd.raw, 0);

@@ -102,7 +102,7 @@ fn draw_and_copy(device: &Arc<Device>, depth_first: bool) -> Result<(), Box<dyn 
     let region = vk::BufferImageCopy::default().image_subresource(layers).image_extent(extent);
     // SAFETY: recording; image and buffer outlive the wait below, and the region fits both.
     unsafe { device.raw.cmd_copy_image_to_buffer(cmd.raw, color.raw, copied, back.raw, &[region]) };
-    barrier::memory_barrier(device, cmd.raw, Dependency { before: COPY_WRITE, after: HOST_READ });
+    barrier::memory_barrier(device, cmd.raw, Dependency::between(COPY_WRITE, HOST_READ));
     cmd.end()?;
     device.wait(device.submit(&cmd)?)?;
     assert!(back.read(0, bytes)?.chunks(4).all(|texel| texel == [0, 255, 0, 255]), "the colour that was cleared to");

@@ -50,7 +50,7 @@ fn read_back_buffer(device: &Arc<Device>, bytes: u64) -> gpu::Result<Buffer> {
 
 /// Makes the writes of transfers readable for the CPU.
 fn transfer_to_host(device: &Device, cmd: vk::CommandBuffer) {
-    barrier::memory_barrier(device, cmd, Dependency { before: COPY_WRITE, after: HOST_READ });
+    barrier::memory_barrier(device, cmd, Dependency::between(COPY_WRITE, HOST_READ));
 }
 
 /// The texels of one level of all layers, of an image that was used last as `from`.
@@ -68,7 +68,7 @@ pub(super) fn read_level(
     let as_source = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
     let after = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_READ);
     let range = barrier::ImageRange::from(image).levels(level, 1);
-    barrier::image_barrier(device, cmd.raw, range, Dependency { before, after }, [layout, as_source]);
+    barrier::image_barrier(device, cmd.raw, range, Dependency::between(before, after), [layout, as_source]);
     let subresource = vk::ImageSubresourceLayers {
         aspect_mask: image.aspect(),
         mip_level: level,
@@ -196,7 +196,7 @@ fn clear_then_fail(device: &Arc<Device>) -> Result<(), Box<dyn StdError>> {
     let mut cmd = CommandBuffer::new(device, "clear")?;
     cmd.begin()?;
     let target = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
-    let order = Dependency { before: Use::START, after: COPY_WRITE };
+    let order = Dependency::between(Use::START, COPY_WRITE);
     barrier::image_barrier(device, cmd.raw, &image, order, [vk::ImageLayout::UNDEFINED, target]);
     let range = barrier::ImageRange::from(&image).range;
     // SAFETY: recording; the image outlives the submission, as its owner sees to.

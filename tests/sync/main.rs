@@ -7,6 +7,7 @@ mod common;
 use afterlight::scene;
 
 mod combinations;
+mod commands;
 mod failures;
 mod false_messages;
 mod gpu;

@@ -22,7 +22,9 @@ use afterlight::mutants::{Case, Heard, Laboratory, Miss, Mutant, Verdict, Way, c
 // `samples` looks for these in the parent module.
 use crate::common::gpu::{not_run, on_gpu};
 use crate::common::{some_of, tries_all};
-use afterlight::plan::{Capabilities, CostModel, Error, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB};
+use afterlight::plan::{
+    Capabilities, CostModel, Error, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB, Refusal, Why, shows_effect,
+};
 
 /// A frame records the passes that the proof assumes, in the same order.
 #[test]

@@ -90,7 +90,7 @@ fn a_compute_pipeline_sees_its_buffer_and_its_specialization_constants() -> Test
             device.raw.cmd_dispatch(cmd.raw, 1, 1, 1);
         }
         let before = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
-        barrier::buffer_barrier(device, cmd.raw, &buffer, Dependency { before, after: HOST_READ });
+        barrier::buffer_barrier(device, cmd.raw, &buffer, Dependency::between(before, HOST_READ));
         cmd.end()?;
         device.wait(device.submit(&cmd)?)?;
         assert_eq!(buffer.read(0, 4)?, 0xabcd_ef01_u32.to_ne_bytes());

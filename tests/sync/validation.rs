@@ -87,7 +87,8 @@ fn every_view_is_silent_or_says_why_there_is_none() {
                     }
                     Err(Error::Plan(plan::Error::NoTriangles)) if !gpu.shows(view) => {}
                     Err(Error::Plan(plan::Error::NoShadowMap(_))) if view == View::ShadowMap && !shadowed => {}
-                    Err(Error::Plan(plan::Error::Particles(_))) if scene.emitters.is_empty() => {}
+                    Err(Error::Plan(refused @ plan::Error::Refused(_)))
+                        if refused.shows_nothing() && scene.emitters.is_empty() => {}
                     Err(error) => panic!("{} {name}: {error}", scene.name),
                 }
             }

@@ -227,7 +227,7 @@ fn observed(
     })?;
     let Some(picture) = picture else { return Ok(()) };
     // GPU-assisted validation adds code to shaders, which may change their rounding.
-    if mode != Mode::GpuAssisted && !drawing.settings.taa {
+    if mode != Mode::GpuAssisted && drawing.settings.frames_over_time().is_none() {
         let differ = differing(first, &picture);
         if differ > 0 {
             evidence.picture(&format!("picture-{}.png", mode.name()), &picture);

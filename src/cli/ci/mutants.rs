@@ -185,7 +185,7 @@ struct Report<'a> {
 #[derive(Serialize)]
 struct Line<'a> {
     name: &'a str,
-    dependency: String,
+    dependency: &'a str,
     missing: String,
     plan: &'a str,
     /// By the specification's rules.
@@ -199,7 +199,7 @@ struct Line<'a> {
 
 /// The mutants of one part of one dependency.
 struct Group<'a> {
-    dependency: String,
+    dependency: &'a str,
     part: Part,
     mutants: Vec<&'a Judged<'a>>,
 }
@@ -391,10 +391,10 @@ impl<'a> Report<'a> {
                 None => groups.push(Group { dependency, part, mutants: vec![own] }),
             }
         }
-        let mut order: Vec<String> = Vec::new();
+        let mut order: Vec<&str> = Vec::new();
         for group in &groups {
             if !order.contains(&group.dependency) {
-                order.push(group.dependency.clone());
+                order.push(group.dependency);
             }
         }
         groups.sort_by_key(|group| order.iter().position(|name| *name == group.dependency));

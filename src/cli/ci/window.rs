@@ -62,7 +62,11 @@ fn is_encoded(way: Way) -> bool {
 fn is_comparable(drawing: &Drawing, mode: Option<Mode>, way: Way) -> bool {
     let settings = &drawing.settings;
     let is_rounded = is_encoded(way) && settings.fxaa;
-    mode != Some(Mode::GpuAssisted) && !settings.taa && settings.samples == 1 && !is_rounded && !drawing.scene.moves()
+    mode != Some(Mode::GpuAssisted)
+        && settings.frames_over_time().is_none()
+        && settings.samples == 1
+        && !is_rounded
+        && !drawing.scene.moves()
 }
 
 /// ENCODE reads light that was never rounded to 8 bits: there values may differ by one.

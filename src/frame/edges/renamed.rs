@@ -52,7 +52,7 @@ const RENAMED: &[(&str, &[&str])] = &[
 /// The row that has taken the place of one which had this name.
 pub(super) fn successor<'a>(table: &'a Edges, name: &str) -> Option<&'a Edge> {
     let (_, patterns) = RENAMED.iter().find(|(former, _)| *former == name)?;
-    patterns.iter().find_map(|pattern| table.iter().find(|edge| fits(pattern, &edge.name.name())))
+    patterns.iter().find_map(|pattern| table.iter().find(|edge| fits(pattern, edge.label)))
 }
 
 fn fits(pattern: &str, name: &str) -> bool {

@@ -60,7 +60,7 @@ impl UnreportedMutants {
             }
             _ => false,
         };
-        same && self.rows.contains(&edge.name.to_string().as_str()) && (self.only)(edge)
+        same && self.rows.contains(&edge.label) && (self.only)(edge)
     }
 }
 
@@ -383,7 +383,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         // Not where the same row makes the store of colours or samples available, which is missed.
         only: |edge| {
             edge.before.stage.contains(S::TRANSFER)
-                && match edge.name.to_string().as_str() {
+                && match edge.label {
                     "geometry-reuse" => edge.before.stage.contains(S::COLOR_ATTACHMENT_OUTPUT),
                     "lighting-reuse" | "forward-reuse" => {
                         edge.to == forward::PASS.place || edge.before.stage.contains(S::COLOR_ATTACHMENT_OUTPUT)
@@ -565,7 +565,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         rows: &["picture-to-split", "picture-to-copy", "picture-to-overlay"],
         parts: Parts::Any(Side::Before, S::TRANSFER, A::empty()),
         // Where COPY takes the picture as it lies, no layout change comes between, and the layer sees that OVERLAY waits for the copy.
-        only: |edge| edge.name.to_string() != "picture-to-overlay" || edge.carrier == OVER_PRESENTED,
+        only: |edge| edge.label != "picture-to-overlay" || edge.carrier == OVER_PRESENTED,
         section: "Image Layout Transitions",
         says: TRANSITION,
         why: "the layer takes a layout change to be ordered after that at the end of a render pass, or in a barrier before it. It is so by a chain \

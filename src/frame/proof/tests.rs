@@ -30,7 +30,7 @@ fn between(first: Use, barriers: &[(Use, Use)], second: Use) -> Vec<HazardKind> 
     let mut program = Program::default();
     program.command(Place::UPLOAD, &[(Memory::Vertices, BUFFER, first)]);
     for &(before, after) in barriers {
-        program.barrier(Dependency { before, after }, None);
+        program.barrier(Dependency::between(before, after), None);
     }
     program.command(Place::DRAWS, &[(Memory::Vertices, BUFFER, second)]);
     kinds(&program)
@@ -91,7 +91,7 @@ fn barriers_make_a_chain_where_their_scopes_meet() {
 fn a_barrier_on_other_memory_orders_nothing_here() {
     let mut program = Program::default();
     program.command(Place::UPLOAD, &[(Memory::Vertices, BUFFER, COPY_WRITE)]);
-    program.barrier(Dependency { before: COPY_WRITE, after: FETCH }, Some(Memory::Indices));
+    program.barrier(Dependency::between(COPY_WRITE, FETCH), Some(Memory::Indices));
     program.command(Place::DRAWS, &[(Memory::Vertices, BUFFER, FETCH)]);
     assert_eq!(kinds(&program), [HazardKind::ReadAfterWrite]);
 }
@@ -167,7 +167,7 @@ fn to_host(barrier: Option<(Use, Use)>, waits: bool, host: Use) -> Vec<HazardKin
     let copy = if host == HOST_WRITE { COPY_READ } else { COPY_WRITE };
     program.command(copy::PASS.place, &[(Memory::ReadBack, BUFFER, copy)]);
     if let Some((before, after)) = barrier {
-        program.barrier(Dependency { before, after }, Some(Memory::ReadBack));
+        program.barrier(Dependency::between(before, after), Some(Memory::ReadBack));
     }
     if waits {
         let now = program.step();
@@ -200,7 +200,7 @@ fn a_layout_change_waits_and_is_waited_for_and_leaves_an_image_as_it_must_be() {
     let run = |order: Dependency, layouts: [L; 2]| {
         let mut program = Program::default();
         let [first, second] = [L::GENERAL, L::SHADER_READ_ONLY_OPTIMAL];
-        program.barrier(Dependency { before: Use::START, after: COPY_WRITE }, None);
+        program.barrier(Dependency::between(Use::START, COPY_WRITE), None);
         program.transition(
             (Who::Row(RowName::ImageReuse(Target::Output)), Memory::Picture),
             [L::UNDEFINED, first],
@@ -214,7 +214,7 @@ fn a_layout_change_waits_and_is_waited_for_and_leaves_an_image_as_it_must_be() {
         kinds(&program)
     };
     let layouts = [L::GENERAL, L::SHADER_READ_ONLY_OPTIMAL];
-    let order = |before, after| Dependency { before, after };
+    let order = Dependency::between;
     assert_eq!(run(order(COPY_WRITE, SAMPLE), layouts), NONE);
     assert_eq!(run(order(bare(COPY_WRITE), SAMPLE), layouts), [HazardKind::ChangeAfterUse]);
     assert_eq!(run(order(COPY_WRITE, bare(SAMPLE)), layouts), [HazardKind::UseAfterChange]);

@@ -8,7 +8,8 @@ use glam::DVec3;
 
 use super::box_tree::BoxTree;
 use super::reach::{Reach, bounded, range_of, sphere_of};
-use crate::scene::{Aabb, Emitter, Fog, GbufferPreset, Light, OptionalPart, Scene, Settings, TargetChoice, View};
+use crate::plan::effects;
+use crate::scene::{Aabb, Emitter, GbufferPreset, Light, OptionalPart, Scene, Settings, TargetChoice, View};
 
 /// The distance between a surface and the place at which it may be lit, as a share of the scene's radius, for a plan, which knows no camera: right
 /// for cameras within 100 radii.
@@ -95,9 +96,8 @@ impl IdleLights {
     pub(crate) fn of(scene: &Scene, settings: &Settings) -> Self {
         // A moving object may come into reach of any light, and a moving light may reach any object.
         let moves = !scene.motion.is_empty() || scene.objects.iter().any(|object| object.movable);
-        // Air that lights shine through is everywhere, in reach of each.
-        let in_air = settings.fog == Fog::Froxels;
-        if moves || in_air || shows_all(settings.view) || is_misplaced(settings) {
+        if moves || effects::reach_all_lights(settings).is_some() || shows_all(settings.view) || is_misplaced(settings)
+        {
             return Self { moves, ..Self::default() };
         }
         let metres = PLANNED_ROUNDING * scene.bounds().radius();
@@ -105,9 +105,9 @@ impl IdleLights {
         let ranged = scene.lights.iter().enumerate().filter(|(_, light)| light.shines());
         idle.reaches = ranged.filter_map(|(index, light)| Some((index, idle.reach_of(light)?))).collect();
         if !idle.reaches.is_empty() {
-            let particles = scene.emitters.iter().map(Emitter::bounds);
+            let emitters = scene.emitters.iter().map(Emitter::bounds);
             let objects = scene.objects.iter().map(|object| object.bounds(&scene.meshes));
-            let objects = BoxTree::of(objects.chain(particles));
+            let objects = BoxTree::of(objects.chain(emitters));
             idle.reaches.retain(|_, reach| !objects.touches(reach));
         }
         idle

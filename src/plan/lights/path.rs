@@ -4,10 +4,9 @@ use std::fmt::Write as _;
 
 use super::{PlannedLights, bounded};
 use crate::plan::checks::TILE_SHARED_BYTES;
-use crate::plan::fog::is_asked_for;
 use crate::plan::shadows::shadow_reason;
-use crate::plan::{Basis, COMPARED, Capabilities, CostModel, Error, Load};
-use crate::plan::{ao, lacks_gbuffer, reflections, visibility};
+use crate::plan::{Basis, COMPARED, Capabilities, CostModel, Error, Load, Refusal, Why};
+use crate::plan::{effects, lacks_gbuffer, visibility};
 use crate::scene::{GbufferChoice, HdrFormat, LightPath, Object, Output, Scene, Settings, View, counted};
 
 /// Invocations of a work group of TILED (`shaders/tiled.wgsl`).
@@ -22,7 +21,7 @@ pub(in crate::plan) fn choose(
     device: &Capabilities,
 ) -> Result<(LightPath, String), Error> {
     check(settings, device)?;
-    if !is_lit(settings.view) {
+    if !effects::is_lit(settings.view) {
         return Ok((LightPath::Loop, "this view is not lit".into()));
     }
     match settings.light_path {
@@ -142,7 +141,7 @@ fn check(settings: &Settings, device: &Capabilities) -> Result<(), Error> {
     if settings.light_cutoff && settings.output == Output::Nits {
         return Err(Error::CutoffWithoutSteps);
     }
-    if !is_lit(settings.view) {
+    if !effects::is_lit(settings.view) {
         return if lacks_gbuffer(path) && needs_gbuffer(settings.view) { Err(Error::NoGbuffer(path)) } else { Ok(()) };
     }
     match path {
@@ -150,14 +149,8 @@ fn check(settings: &Settings, device: &Capabilities) -> Result<(), Error> {
         LightPath::PerLight | LightPath::Volumes if settings.hdr_format == HdrFormat::B10g11r11 => {
             Err(Error::BlendedFormat(path, settings.hdr_format))
         }
-        LightPath::Compute | LightPath::Visibility if is_asked_for(settings) => {
-            Err(Error::ComputeWithEffect(path, "fog"))
-        }
-        LightPath::Compute | LightPath::Visibility if settings.bloom > 0.0 => {
-            Err(Error::ComputeWithEffect(path, "bloom"))
-        }
         LightPath::Compute | LightPath::Visibility => match settings.first_effect() {
-            Some(effect) => Err(Error::ComputeWithEffect(path, effect)),
+            Some(what) => Err(Error::Refused(Refusal { what, why: Why::WritesPicture(path) })),
             None if device.compute_invocations < TILE_INVOCATIONS => {
                 Err(Error::WorkGroup(path, TILE_INVOCATIONS, device.compute_invocations))
             }
@@ -167,15 +160,11 @@ fn check(settings: &Settings, device: &Capabilities) -> Result<(), Error> {
     }
 }
 
-fn is_lit(view: View) -> bool {
-    matches!(view, View::Final | View::Lighting | View::Ambient | View::Fog | View::Reflections)
-}
-
 /// Returns true if surfaces are so plain that each is best lit as it is drawn. Measured in docs/LIGHT_PATHS.md: with one light this beats the loop for any number
 /// of layers on a GPU, and up to two on a CPU even where they lie back to front; draws go from near to far.
 ///
 /// Shadowed, textured or transparent surfaces are not plain: overdraw then costs more. Nor are several samples a pixel, which the two ways shade
-/// differently, ambient occlusion and reflections, which need one, or a layout of the G-buffer that was asked for. Parts that are kept without need
+/// differently, effects that read a G-buffer, or a layout of the G-buffer that was asked for. Parts that are kept without need
 /// do not count.
 fn is_plain(scene: &Scene, settings: &Settings, planned: &[usize]) -> bool {
     let lit = match planned {
@@ -188,8 +177,7 @@ fn is_plain(scene: &Scene, settings: &Settings, planned: &[usize]) -> bool {
         material.textures().next().is_none() && !material.is_transparent()
     };
     lit && settings.msaa == 1
-        && !ao::is_used(scene, settings)
-        && !reflections::is_used(scene, settings)
+        && effects::asked_for(scene, settings).all(|effect| effect.reads_gbuffer.is_none())
         && settings.gbuffer == GbufferChoice::default()
         && shadow_reason(scene, settings, planned).is_err()
         && scene.objects.iter().all(plain)
@@ -198,28 +186,25 @@ fn is_plain(scene: &Scene, settings: &Settings, planned: &[usize]) -> bool {
 /// The reason why `auto` does not choose compute, whatever it costs: limits of the path, and tile memory, of which only a device's own figures tell.
 fn compute_is_out(scene: &Scene, settings: &Settings, device: &Capabilities) -> Option<&'static str> {
     let transparent = scene.objects.iter().any(|object| scene.materials[object.material].is_transparent());
-    [
+    let limits = [
         (
             device.lazily_allocated && device.costs.basis != Basis::Asked,
             "the G-buffer would leave the tile (`doctor --calibrate` measures whether that pays)",
         ),
         (device.compute_invocations < TILE_INVOCATIONS, "they need larger work groups than the device has"),
         (transparent, "they cannot draw transparent surfaces"),
-        (super::super::particles::are_shown(scene, settings), "they cannot draw particles"),
-        (scene.sky.is_some(), "they cannot draw a sky"),
-        (is_asked_for(settings), "they cannot draw fog"),
-        (settings.bloom > 0.0, "they leave no light for bloom to spread"),
-        (settings.taa, "they leave no light for TAA to average"),
+    ];
+    let more_limits = [
         (settings.first_effect().is_some(), "they draw no effects on the finished picture"),
-        (reflections::is_used(scene, settings), "they cannot draw reflections"),
         (device.sampled_msaa & settings.msaa == 0, "the device reads no textures of so many samples"),
         (
             settings.msaa > 1 && device.shared_memory < TILE_SHARED_BYTES,
             "several samples share more memory than the device's work groups have",
         ),
-    ]
-    .into_iter()
-    .find_map(|(out, why)| out.then_some(why))
+    ];
+    let met = |(out, why): (bool, &'static str)| out.then_some(why);
+    let effect = || effects::asked_for(scene, settings).find_map(|effect| effect.not_by_compute);
+    limits.into_iter().find_map(met).or_else(effect).or_else(|| more_limits.into_iter().find_map(met))
 }
 
 fn needs_gbuffer(view: View) -> bool {

@@ -3,8 +3,10 @@
 use super::{Part, part};
 use crate::plan::lights::{MIXED_FALLOFF, is_misplaced, shows_all};
 use crate::plan::shadows::shadow_reason;
-use crate::plan::{FramePlan, Grid, MapProjection, PlannedBrdf, SLICES, Shading, ShadowLight, ShadowPlan, reasons};
-use crate::scene::{Fog, Light, OptionalPart, Scene, Settings, TRAITS, View, counted};
+use crate::plan::{
+    FramePlan, Grid, MapProjection, PlannedBrdf, SLICES, Shading, ShadowLight, ShadowPlan, effects, reasons,
+};
+use crate::scene::{Light, OptionalPart, Scene, Settings, TRAITS, View, counted};
 
 pub(super) fn shading(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Vec<Part> {
     let brdf = match plan.brdf {
@@ -18,11 +20,11 @@ pub(super) fn shading(scene: &Scene, settings: &Settings, plan: &FramePlan) -> V
         let absent = || lack(settings, plan, scene.lights.iter().any(is));
         part(name, present, if present { "the scene has some" } else { absent() }, 0).is(optional)
     };
-    let froxels = Grid::of(plan.size);
+    let grid = Grid::of(plan.size);
     let lists = match plan.has_clusters() {
         true => format!(
             "{}x{} tiles by {SLICES} slices, and as many entries as lights reach into them",
-            froxels.columns, froxels.rows
+            grid.columns, grid.rows
         ),
         false if !plan.lists_as_drawn => {
             "fragment shaders of the device name too few buffers: surfaces that are lit as they are drawn go over all lights".into()
@@ -38,7 +40,7 @@ pub(super) fn shading(scene: &Scene, settings: &Settings, plan: &FramePlan) -> V
         part(&path, matches!(plan.shading, Shading::Light { .. }), plan.reasons.light_path.clone(), 0),
         part("BRDF by pixel", plan.brdf == PlannedBrdf::PerPixel && !plan.is_forward(), brdf, 0)
             .is(OptionalPart::BrdfByPixel),
-        part("lists of lights by froxel", plan.has_clusters(), lists, 2 * 8 * froxels.clusters() as u64)
+        part("lists of lights by froxel", plan.has_clusters(), lists, 2 * 8 * grid.clusters() as u64)
             .is(OptionalPart::LightLists),
         buffers(settings, plan),
         idle_lights(scene, settings, plan),
@@ -49,7 +51,6 @@ pub(super) fn shading(scene: &Scene, settings: &Settings, plan: &FramePlan) -> V
     parts.push(falloffs(settings, plan));
     parts.push(ambient(plan));
     parts.push(emissive(scene, settings, plan));
-    parts.extend(sky(scene, plan));
     parts
 }
 
@@ -102,21 +103,6 @@ fn emissive(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Part {
     part("emissive surfaces", emits, reason, 0).is(OptionalPart::Emissive)
 }
 
-/// The cube of the sky, and the light of it that surfaces collect.
-fn sky(scene: &Scene, plan: &FramePlan) -> [Part; 2] {
-    let Some(sky) = &plan.sky else {
-        let why = if scene.sky.is_none() { "the scene has none" } else { "this view needs none" };
-        return [part("sky", false, why, 0), part("light of the sky", false, why, 0)];
-    };
-    let [cube, light] = sky.bytes();
-    let faces = format!("6 faces of {0}x{0} half floats, in all levels", sky.edge);
-    let collected = match sky.lights {
-        true => format!("computed once, from {} directions a texel", sky.samples),
-        false => "the sky lights nothing".into(),
-    };
-    [part("sky", true, faces, cube), part("light of the sky", sky.lights, collected, light)]
-}
-
 /// The fall-off: chosen for each light, or a constant.
 fn falloffs(settings: &Settings, plan: &FramePlan) -> Part {
     let lights = &plan.lights;
@@ -134,11 +120,12 @@ fn falloffs(settings: &Settings, plan: &FramePlan) -> Part {
 /// Lights that reach no object. On a CPU each frame leaves out those, too, that its camera does not see.
 fn idle_lights(scene: &Scene, settings: &Settings, plan: &FramePlan) -> Part {
     let kept = plan.light_order.needless() > 0;
+    let everywhere = effects::reach_all_lights(settings);
     let reason = match plan.light_order.idle.count() {
         _ if kept => "kept on request".into(),
         _ if scene.lights.is_empty() => "the scene has no lights".into(),
         0 if plan.light_order.idle.moves => "something moves, and may come into reach of any light".into(),
-        0 if settings.fog == Fog::Froxels => "fog is everywhere, and any light may shine into it".into(),
+        0 if everywhere.is_some() => everywhere.unwrap_or_default().into(),
         0 if shows_all(settings.view) => "this view is about all lights".into(),
         0 if settings.view == View::Ambient => "this view shows ambient light alone".into(),
         0 if is_misplaced(settings) => "surfaces are lit too far beside where they are to rule any light out".into(),

@@ -2,8 +2,10 @@
 
 use ash::vk;
 
-use super::{Part, part, why};
-use crate::plan::{FramePlan, Gbuffer, NormalEncoding, PlannedBrdf, Shading, Sums, Target, ToneMapping, format_bytes};
+use super::{Part, PartGroup, part, why};
+use crate::plan::{
+    FramePlan, Gbuffer, NormalEncoding, PlannedBrdf, Shading, Sums, Target, ToneMapping, effects, format_bytes,
+};
 use crate::scene::{Brdf, HdrFormat, OptionalPart, Settings, TextureSlot, View, counted};
 
 fn with_format(name: &str, format: Option<vk::Format>) -> String {
@@ -11,34 +13,35 @@ fn with_format(name: &str, format: Option<vk::Format>) -> String {
 }
 
 pub(super) fn output(plan: &FramePlan) -> Part {
-    part(&format!("output ({:?})", plan.output), true, "the picture", bytes(plan, Target::Output))
+    part(&format!("output ({:?})", plan.output), true, "the picture", of_target(plan, Target::Output))
 }
 
-pub(super) fn gbuffer(plan: &FramePlan) -> Vec<Part> {
-    let attachment = |name: &str, target: Target, reason: String| {
-        let format = plan.format_of(target);
-        part(&with_format(name, format), format.is_some(), reason, bytes(plan, target))
-    };
+fn attachment(plan: &FramePlan, name: &str, target: Target, reason: String) -> Part {
+    let format = plan.format_of(target);
+    part(&with_format(name, format), format.is_some(), reason, of_target(plan, target))
+}
+
+/// A target of an effect.
+pub(in crate::plan) fn target_of(plan: &FramePlan, effect: &str, (name, target): (&str, Target), why: &str) -> Part {
+    let reason = if plan.format_of(target).is_some() { why } else { plan.reasons.lack_of(effect) };
+    attachment(plan, name, target, reason.into()).of(PartGroup::Targets)
+}
+
+/// `read_depth`: the targets of effects that read depth and the G-buffer.
+pub(super) fn gbuffer(plan: &FramePlan, read_depth: Vec<Part>) -> Vec<Part> {
+    let attachment = |name, target, reason| attachment(plan, name, target, reason);
     let rebuilt = plan.gbuffer.is_some_and(|gbuffer| gbuffer.position.is_none());
     let hides = match (plan.has_geometry(), rebuilt) {
         (false, _) => "nothing is drawn that could hide anything",
         (true, true) => "hides what lies behind; position is rebuilt from it",
         (true, false) => "hides what lies behind",
     };
-    let unless = |is_in: bool, reason: &str, why_not: &str| if is_in { reason } else { why_not }.to_owned();
-    let (no_ao, no_rays) = (&plan.reasons.ao, &plan.reasons.reflections);
     let mut parts = vec![
         output(plan),
         attachment("depth", Target::Depth, hides.into()),
         attachment("depth of the largest objects", Target::Occluders, plan.reasons.hiding.clone()),
-        attachment("visibility", Target::Visibility, unless(plan.has_ao(), "AO hands it to AO_DENOISE", no_ao)),
-        attachment(
-            "pyramid of depths of the picture",
-            Target::Hiz,
-            unless(plan.reflects(), "REFLECT takes long steps through it", no_rays),
-        ),
-        attachment("rays", Target::Rays, unless(plan.reflects(), "REFLECT hands them to REFLECT_RESOLVE", no_rays)),
     ];
+    parts.extend(read_depth);
     let Some(gbuffer) = &plan.gbuffer else {
         if plan.shading == Shading::ShowOverdraw {
             parts.push(attachment("fragment count", Target::Count, "the view shows it".into()));
@@ -121,36 +124,31 @@ fn channels(plan: &FramePlan, gbuffer: &Gbuffer) -> [Part; 2] {
 }
 
 pub(super) fn stored(plan: &FramePlan) -> Part {
-    let reason = match plan.has_ao() {
-        true => "AO reads the depth and the normals around each pixel",
-        false if plan.reflects() => "REFLECT reads the depth and the normals of all pixels",
-        false if plan.gbuffer.is_none() => "there is no G-buffer",
-        false if plan.is_tiled() => "the main pass ends with it, and TILED reads it: no other pass comes between",
-        false if !plan.shading.is_lit() => {
+    let reason = match effects::of(plan).find_map(|effect| effect.stores_gbuffer) {
+        Some(why) => why,
+        None if plan.gbuffer.is_none() => "there is no G-buffer",
+        None if plan.is_tiled() => "the main pass ends with it, and TILED reads it: no other pass comes between",
+        None if !plan.shading.is_lit() => {
             "no pass reads neighbours between GEOMETRY and VIEW, so the G-buffer can stay in the tile"
         }
-        false => "no pass reads neighbours between GEOMETRY and LIGHTING, so the G-buffer can stay in the tile",
+        None => "no pass reads neighbours between GEOMETRY and LIGHTING, so the G-buffer can stay in the tile",
     };
     part("stored G-buffer", plan.stores_gbuffer, reason, 0).is(OptionalPart::StoredGbuffer)
 }
 
 pub(super) fn hdr(settings: &Settings, plan: &FramePlan) -> Part {
+    let [blended, read] = effects::hdr(plan);
     let reason = match plan.tone_mapping {
         ToneMapping::Subpass(_) if plan.adds_lights() => {
             "lights are added one by one before tone mapping, in 32-bit floats, as half floats would lose light"
         }
         ToneMapping::Subpass(_) if plan.emissive => "emissive light is blended before tone mapping",
-        ToneMapping::Subpass(_) if plan.adds_ambient() => "light of the sky is added before tone mapping",
-        ToneMapping::Subpass(_) if plan.has_fog() => "fog is blended over the light before tone mapping",
+        ToneMapping::Subpass(_) if blended.is_some() => blended.unwrap_or_default(),
         ToneMapping::Subpass(_) if plan.transparency.is_some() => {
-            match plan.transparent.is_empty() && plan.particles.is_some() {
-                true => "particles are blended before tone mapping",
-                false => "transparent surfaces are blended before tone mapping",
-            }
+            let alone = effects::of(plan).find_map(|effect| effect.blended).filter(|_| plan.transparent.is_empty());
+            alone.unwrap_or("transparent surfaces are blended before tone mapping")
         }
-        _ if plan.taa.is_some() => "light is averaged over time before it is tone-mapped",
-        _ if plan.reflects() => "REFLECT reads the light of all pixels before it is tone-mapped",
-        _ if plan.bloom.is_some() => "light is spread before it is tone-mapped",
+        _ if read.is_some() => read.unwrap_or_default(),
         ToneMapping::Subpass(_) => "samples of a pixel are averaged as light before tone mapping",
         ToneMapping::InLighting(_) if plan.is_forward() => "nothing blends over it: FORWARD tone-maps into the output",
         ToneMapping::InLighting(_) if plan.is_tiled() => "compute tone-maps what it lit straight into the output",
@@ -166,7 +164,8 @@ pub(super) fn hdr(settings: &Settings, plan: &FramePlan) -> Part {
         _ => reason.to_owned(),
     };
     let name = if plan.is_tiled() { "target of emitted light" } else { "HDR target" };
-    part(&with_format(name, plan.hdr), plan.hdr.is_some(), reason, bytes(plan, Target::Hdr)).is(OptionalPart::HdrTarget)
+    part(&with_format(name, plan.hdr), plan.hdr.is_some(), reason, of_target(plan, Target::Hdr))
+        .is(OptionalPart::HdrTarget)
 }
 
 pub(super) fn sums(plan: &FramePlan) -> Part {
@@ -180,7 +179,7 @@ pub(super) fn sums(plan: &FramePlan) -> Part {
         "sums of transparent surfaces",
         plan.sums.is_some(),
         reason,
-        bytes(plan, Target::Accumulation) + bytes(plan, Target::Weights),
+        of_target(plan, Target::Accumulation) + of_target(plan, Target::Weights),
     )
 }
 
@@ -192,28 +191,11 @@ pub(super) fn samples_of_output(plan: &FramePlan) -> Part {
         (false, _) if plan.hdr.is_some() => "TONEMAP resolves",
         (false, _) => "the view shows all samples at once",
     };
-    part("samples of the output", plan.resolves_output(), resolved, bytes(plan, Target::Samples))
-}
-
-pub(super) fn bloom(plan: &FramePlan) -> Part {
-    match &plan.bloom {
-        Some(own) => {
-            let levels = own.levels(plan.size).len();
-            let reason =
-                format!("{levels} levels, each half as large as the one before it, four single floats a texel");
-            part("levels of bloom", true, reason, own.bytes(plan.size))
-        }
-        None => part("levels of bloom", false, plan.reasons.bloom, 0),
-    }
-}
-
-pub(super) fn smoothed(plan: &FramePlan) -> Part {
-    let reason = if plan.fxaa { "FXAA draws it" } else { "FXAA is off" };
-    part("smoothed picture", plan.fxaa, reason, bytes(plan, Target::Smoothed))
+    part("samples of the output", plan.resolves_output(), resolved, of_target(plan, Target::Samples))
 }
 
 /// Returns the bytes of a target for the whole picture; 0 where there is none.
-fn bytes(plan: &FramePlan, target: Target) -> u64 {
+pub(in crate::plan) fn of_target(plan: &FramePlan, target: Target) -> u64 {
     let [width, height] = plan.extent_of(target).map(u64::from);
     let texel = plan.format_of(target).map_or(0, format_bytes) * plan.samples_of(target);
     u64::from(texel) * width * height

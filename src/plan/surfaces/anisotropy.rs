@@ -1,6 +1,6 @@
 //! The filtering of textures: the part of a pixel that it covers, and surfaces at a low angle.
 
-use crate::plan::{Capabilities, FramePlan, Part, parts, taa};
+use crate::plan::{Capabilities, FramePlan, Part, effects, parts};
 use crate::scene::{Scene, Settings};
 
 /// Places of a texture that a pixel is filtered from at most, in one frame.
@@ -54,9 +54,9 @@ pub(in crate::plan) fn by_shaders(scene: &Scene, device: &Capabilities, looked_u
     badly && scene.textures.iter().all(|texture| texture.sampler.softens())
 }
 
-/// Jittered frames of which a picture is the mean: those of `samples`, or those that TAA averages.
+/// Jittered frames of which a picture is the mean: those of `samples`, or those that an effect averages.
 fn frames(settings: &Settings) -> u32 {
-    settings.samples.max(taa::frames(settings))
+    settings.samples.max(effects::frames(settings))
 }
 
 /// Lavapipe takes 14 times as long over a multisampled frame of the hall with it as without.

@@ -106,8 +106,8 @@ impl PlannedTexture {
         Self { source, size, color_space, sampler, cells, levels, makes_levels, blocks, compressed }
     }
 
-    /// Of particles, whose cells are always an array's layers.
-    pub(in crate::plan) fn of_particles(
+    /// Plans a sheet of pictures, whose cells become the layers of an array.
+    pub(in crate::plan) fn of_sheet(
         scene: &Scene,
         (index, [columns, rows]): (usize, [u32; 2]),
         device: &Capabilities,

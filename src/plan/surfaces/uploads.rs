@@ -1,7 +1,6 @@
 //! The uploads of a scene before its first frame.
 
-use super::{MeshPlan, TexturePlan};
-use crate::plan::{ParticlePlan, SkyPlan};
+use super::{MeshPlan, PlannedTexture, TexturePlan};
 
 /// Kinds of data that are uploaded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -17,17 +16,18 @@ pub struct Uploads {
 }
 
 impl Uploads {
+    /// `has_cube` is true if a sky's cube is uploaded, `more` are textures that no material has.
     pub(in crate::plan) fn of(
         meshes: &MeshPlan,
         textures: &TexturePlan,
         volumes: bool,
-        (sky, particles): (Option<SkyPlan>, Option<&ParticlePlan>),
+        (has_cube, more): (bool, &[PlannedTexture]),
     ) -> Self {
-        let images = || textures.images.iter().chain(particles.map_or(&[][..], |own| &own.textures));
+        let images = || textures.images.iter().chain(more);
         Self {
             vertices: meshes.vertices > 0 || meshes.deforms.vertices > 0,
             volumes,
-            textures: images().next().is_some() || sky.is_some(),
+            textures: images().next().is_some() || has_cube,
             mip_levels: images().any(|image| image.makes_levels),
         }
     }

@@ -24,7 +24,7 @@ const GAP: f64 = 10.0;
 /// A row of the table, as it is drawn.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Strip {
-    pub name: String,
+    pub name: &'static str,
     /// The row's places and its carrier.
     heading: String,
     pub pairs: Vec<Pair>,
@@ -192,8 +192,8 @@ fn lines(svg: &mut Svg, (font, class): (Font, &str), text: &str, mut y: f64) -> 
 }
 
 fn draw_strip(svg: &mut Svg, strip: &Strip, y: f64) -> f64 {
-    svg.open("dependency", &strip.name).tooltip(&strip.below.join(" "));
-    let mut y = lines(svg, (Font::Name, ""), &strip.name, y);
+    svg.open("dependency", strip.name).tooltip(&strip.below.join(" "));
+    let mut y = lines(svg, (Font::Name, ""), strip.name, y);
     y = lines(svg, (Font::Code, "faint"), &strip.heading, y);
     for pair in &strip.pairs {
         y = draw_pair(svg, pair, y + GAP);

@@ -53,9 +53,7 @@ fn a_drawing_is_xml_that_has_what_the_frame_has_and_nothing_else() {
         let rows: Vec<String> = edges.iter().map(|edge| edge.name.to_string()).collect();
         assert_eq!(sorted(groups(&document, "dependency")), sorted(rows), "{name}");
         for edge in edges.iter() {
-            let group = document
-                .descendants()
-                .find(|node| node.attribute("data-dependency") == Some(edge.name.name().as_str()));
+            let group = document.descendants().find(|node| node.attribute("data-dependency") == Some(edge.label));
             let group = group.expect("drawn");
             let words: String =
                 group.descendants().filter(|node| node.is_text()).filter_map(|node| node.text()).collect();

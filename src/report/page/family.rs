@@ -9,6 +9,7 @@ use super::plot::{Line, Mark, Plot, Stroke};
 use super::words::{self, number};
 use super::{marks, summary};
 use crate::report::sweep::model::{Against, Convergence, Family, Metric, Point, SceneReport};
+use crate::scene::SETTINGS;
 
 /// All but the joint sweep.
 pub fn figures(scene: &SceneReport) -> Markup {
@@ -28,8 +29,10 @@ pub fn figures(scene: &SceneReport) -> Markup {
     }
 }
 
-/// Families of which the point truth tells nothing: it looks through the middle of each pixel, and their pictures do not.
-const SMOOTHING: [&str; 4] = ["samples", "msaa", "fxaa", "taa-frames"];
+/// Returns true for families of which the point truth tells nothing: it looks through the middle of each pixel, and their pictures do not.
+fn smooths(family: &Family) -> bool {
+    SETTINGS.iter().any(|setting| setting.smooths && setting.key == family.key)
+}
 
 /// A member with the point that it is.
 type Measured<'a> = (&'a str, usize, &'a Point);
@@ -84,7 +87,7 @@ fn plot(scene: &SceneReport, family: &Family, members: &[Measured], (metric, ind
             .map(|(_, _, point)| (point.time.decisive().median, point.errors.against(truth).by(metric)))
             .collect(),
     };
-    let truths: &[Against] = match SMOOTHING.contains(&family.key.as_str()) {
+    let truths: &[Against] = match smooths(family) {
         true => &[Against::Converged],
         false => &[Against::Point, Against::Converged],
     };

@@ -124,8 +124,8 @@ impl Truths {
         let options = Options { mode: Mode::Converged { samples }, smith: Smith::default() };
         let exposure = exposure_of(scene, settings);
         Ok(Self {
-            point: Expected::of(&point.clone().bloomed(settings), exposure, settings),
-            converged: Expected::of(&converged.clone().bloomed(settings), exposure, settings),
+            point: Expected::of(&point.clone().with_spread_light(settings), exposure, settings),
+            converged: Expected::of(&converged.clone().with_spread_light(settings), exposure, settings),
             info: info(&point, &converged, exposure, samples),
             hash: reference.fingerprint(view, &options),
             raw: Raw { point, converged },

@@ -134,14 +134,13 @@ impl Contender {
     /// Draws the first frames of a picture, at most so many, and extrapolates to the time of all: its frames differ by less than times scatter.
     pub fn draw_frames(&mut self, most: u32) -> Result<Sample, Error> {
         let cpu_before = cpu_seconds();
-        let over_time = self.renderer.plan().taa.map(|taa| taa.frames);
-        let whole = over_time.unwrap_or(self.renderer.plan().samples);
+        let whole = self.renderer.plan().frames_a_picture();
         let count = whole.min(most.max(1));
         let all = f64::from(whole) / f64::from(count);
         self.renderer.cut();
         let begun = Instant::now();
         let (mut gpu, mut wall) = (Some(0.0), 0.0);
-        let mut sum = (whole > 1 && over_time.is_none()).then(|| Accumulator::new(self.renderer.plan()));
+        let mut sum = (self.renderer.plan().samples > 1).then(|| Accumulator::new(self.renderer.plan()));
         for index in 0..count {
             let camera = self.renderer.behind_lens(&self.camera, index);
             self.renderer.render_jittered(&camera, sample_offset(index, whole))?;

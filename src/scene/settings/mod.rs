@@ -29,6 +29,16 @@ impl Settings {
         (self.ao != AmbientOcclusion::Off).then_some(f64::from(self.ao_radius))
     }
 
+    /// Frames that a picture has, where they are averaged over time.
+    pub fn frames_over_time(&self) -> Option<u32> {
+        self.taa.then_some(self.taa_frames)
+    }
+
+    /// Returns true if frames that show this view need the ones before them.
+    pub fn follows_time(&self, shown: View) -> bool {
+        self.taa || shown == View::Velocity
+    }
+
     /// The greatest perceptual roughness of surfaces that mirror others, where some do.
     pub fn mirrored_roughness(&self) -> Option<f64> {
         (self.reflections != Reflections::Off).then_some(f64::from(self.reflection_roughness))

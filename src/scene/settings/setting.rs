@@ -28,6 +28,10 @@ pub struct Setting {
     pub of_truth: bool,
     /// True if it works on the finished picture as a display shows it: not on light, and not on the values that views show.
     pub on_picture: bool,
+    /// True if it decides how edges are smoothed, by looking at more of a pixel than its middle.
+    pub smooths: bool,
+    /// True if glTF has no words for its part of the picture.
+    pub beyond_gltf: bool,
     /// The only commands that have it as an option, each in a way of its own; empty where all that draw have it.
     pub only: &'static str,
     /// A phrase for the default of that option, where it differs from the library's.

@@ -176,6 +176,8 @@ const fn plain<T: Value>() -> Setting {
         changes_plan: true,
         of_truth: false,
         on_picture: false,
+        smooths: false,
+        beyond_gltf: false,
         only: "",
         option_default: "",
         in_panel: true,
@@ -232,7 +234,7 @@ settings! {
         /// Mirror in glossy surfaces what the picture shows of others (screen): each pixel's rays are marched through the depth buffer. Where they find
         /// nothing, light of the sky stays
         "reflections", "reflections" => reflections: Reflections = Reflections::Off, {
-            title: "reflections", of_truth: true, sweep: Sweep::Alone,
+            title: "reflections", beyond_gltf: true, of_truth: true, sweep: Sweep::Alone,
         }
         /// The greatest roughness of surfaces that mirror others: they fade out over the last fifth of it
         "reflection-roughness", "reflection_roughness" => reflection_roughness: f32 = 0.6, {
@@ -251,7 +253,7 @@ settings! {
         /// Give lights without a range one, beyond which all that is dropped stays below half a step of the output; the path `loop`
         /// drops nothing
         "light-cutoff", "light_cutoff" => light_cutoff: bool = false, {
-            title: "light cut-off", sweep: Sweep::Alone, cheaper: &["on"],
+            title: "light cut-off", beyond_gltf: true, sweep: Sweep::Alone, cheaper: &["on"],
         }
         /// Draw the depth of opaque surfaces first, so that each pixel is shaded once
         "depth-prepass", "depth_prepass" => depth_prepass: bool, where unset "on for forward, else off", {
@@ -275,7 +277,7 @@ settings! {
         }
         /// Jittered frames that are averaged into one picture
         "samples", "samples" => samples: u32 = 1, {
-            title: "frames a picture", values: ValueKind::Whole(1, 4096), only: "render", in_panel: false,
+            title: "frames a picture", smooths: true, values: ValueKind::Whole(1, 4096), only: "render", in_panel: false,
             option_default: "8, or 1 with --view, --msaa, --taa and what works on the finished picture: --fxaa, --vignette, --grain",
             sweep: Sweep::Joint, tried: &["1", "2", "4", "8", "16", "32", "64"], quick: &["1", "4"],
         }
@@ -286,7 +288,7 @@ settings! {
         /// Open the lens to this diameter: with several samples, what is out of focus blurs. 0 is a pinhole; an f-number is of the focal length that
         /// sees as much on full frame (36 x 24 mm)
         "aperture", "aperture" => aperture: Aperture = Aperture::PINHOLE, {
-            title: "aperture", changes_plan: false, of_truth: true, in_panel: false,
+            title: "aperture", beyond_gltf: true, changes_plan: false, of_truth: true, in_panel: false,
         }
         /// Distance along the view at which a lens is sharp
         "focus", "focus" => focus: f32, where unset "none; an aperture needs it", {
@@ -295,24 +297,24 @@ settings! {
         }
         /// Keep the shutter open for this long, from --time on: each of several samples has its own moment
         "shutter", "shutter" => shutter: f32 = 0.0, {
-            title: "shutter", values: ValueKind::Number(0.0, 1e6), unit: "seconds",
+            title: "shutter", beyond_gltf: true, values: ValueKind::Number(0.0, 1e6), unit: "seconds",
             changes_plan: false, of_truth: true, in_panel: false,
         }
         /// Smooth edges of the tone-mapped picture (FXAA)
         "fxaa", "fxaa" => fxaa: bool = false, {
-            title: "FXAA", on_picture: true, sweep: Sweep::Joint,
+            title: "FXAA", smooths: true, on_picture: true, sweep: Sweep::Joint,
         }
         /// Darken the picture towards its corners as a lens does: by the fourth power of the cosine, to a quarter in the corners at 1
         "vignette", "vignette" => vignette: f32 = 0.0, {
-            title: "vignette", values: ValueKind::Number(0.0, 1.0), on_picture: true,
+            title: "vignette", beyond_gltf: true, values: ValueKind::Number(0.0, 1.0), on_picture: true,
         }
         /// Grain of film: the most that a pixel loses of its light at random
         "grain", "grain" => grain: f32 = 0.0, {
-            title: "film grain", values: ValueKind::Number(0.0, 1.0), on_picture: true,
+            title: "film grain", beyond_gltf: true, values: ValueKind::Number(0.0, 1.0), on_picture: true,
         }
         /// Samples of the hardware in each pixel, as far as the device has them; edges are shaded once a sample
         "msaa", "msaa" => msaa: u32 = 1, {
-            title: "MSAA", values: ValueKind::Among(&MSAA), sweep: Sweep::Joint,
+            title: "MSAA", smooths: true, values: ValueKind::Among(&MSAA), sweep: Sweep::Joint,
         }
         /// Filter textures that are seen at a low angle by at most this many taps, as far as the device goes; 1 blurs them
         "anisotropy", "anisotropy" => anisotropy: u32 = 8, {
@@ -331,7 +333,7 @@ settings! {
         /// Weaken ambient and sky light where surfaces nearby hide it (ambient occlusion), found on the screen by samples of the hemisphere (ssao), or by
         /// slices of it, each with a visibility bitmask of the angles that are hidden (bitmask)
         "ao", "ao" => ao: AmbientOcclusion = AmbientOcclusion::Off, {
-            title: "ambient occlusion", sweep: Sweep::Alone,
+            title: "ambient occlusion", beyond_gltf: true, sweep: Sweep::Alone,
         }
         /// Radius within which surfaces hide ambient and sky light: all of it where they touch, none from the radius on
         "ao-radius", "ao_radius" => ao_radius: f32 = 0.5, {
@@ -349,7 +351,7 @@ settings! {
         /// Fill the air with fog that takes light away and scatters some of it to the eye (docs/FOG.md): fog that grows thinner with height, in closed
         /// form (height), or with lamps and shadows in it, found in a grid of froxels (froxels)
         "fog", "fog" => fog: Fog = Fog::Off, {
-            title: "fog", of_truth: true, sweep: Sweep::Alone, cheaper: &["off"],
+            title: "fog", beyond_gltf: true, of_truth: true, sweep: Sweep::Alone, cheaper: &["off"],
         }
         /// Extinction of the fog at its base, per metre
         "fog-density", "fog_density" => fog_density: f32 = 0.02, {
@@ -386,7 +388,7 @@ settings! {
         }
         /// Spread this share of all light around where it comes from, as lenses and eyes do
         "bloom", "bloom" => bloom: f32 = 0.0, {
-            title: "bloom", values: ValueKind::Number(0.0, 1.0), of_truth: true, cheaper: &["0"],
+            title: "bloom", beyond_gltf: true, values: ValueKind::Number(0.0, 1.0), of_truth: true, cheaper: &["0"],
         }
         /// Root mean square distance over which bloom spreads light, as a part of the picture's height
         "bloom-radius", "bloom_radius" => bloom_radius: f32 = 0.05, {
@@ -403,7 +405,7 @@ settings! {
         }
         /// Frames that a picture has with temporal anti-aliasing, the last of which is written; what moves goes on between them, by 60 a second
         "taa-frames", "taa_frames" => taa_frames: u32 = 8, {
-            title: "frames before a picture", values: ValueKind::Whole(1, 4096), in_panel: false,
+            title: "frames before a picture", smooths: true, values: ValueKind::Whole(1, 4096), in_panel: false,
             sweep: Sweep::Joint, tried: &["1", "2", "4", "8", "16", "32", "64"], quick: &["4", "16"],
         }
         /// Frames that temporal anti-aliasing averages at most, where nothing moves

@@ -8,7 +8,7 @@ use ash::vk;
 
 use crate::loader::{self, DeviceLink, Dispatched, InstanceLink, Interface, take_link, typed};
 use crate::steering::{self, Answer, decide, within};
-use crate::{callbacks, driver_cache, incoherent, table};
+use crate::{callbacks, commands, driver_cache, incoherent, table};
 
 /// An instance or a device below this layer, and its functions.
 struct Below<H, G> {
@@ -24,7 +24,9 @@ impl<H, G> Below<H, G> {
         H: Level,
     {
         let own = [(c"vkDestroyInstance", false), (c"vkDestroyDevice", true), (c"vkQueuePresentKHR", true)];
-        let names = [table::FALLIBLE_NAMES, table::FREEING_NAMES, incoherent::NAMES, &own].into_iter().flatten();
+        let names = [table::FALLIBLE_NAMES, table::FREEING_NAMES, incoherent::NAMES, commands::NAMES, &own]
+            .into_iter()
+            .flatten();
         let names = names.filter(|(_, of_a_device)| *of_a_device == H::OF_A_DEVICE);
         let functions = names.filter_map(|&(name, _)| Some((name, ask(name)?))).collect();
         Self { handle, get_proc_addr, functions }
@@ -155,7 +157,10 @@ fn own_of_device(name: &CStr) -> vk::PFN_vkVoidFunction {
         b"vkGetDeviceProcAddr" => untyped!(get_device_proc_addr, vk::PFN_vkGetDeviceProcAddr),
         b"vkDestroyDevice" => untyped!(destroy_device, vk::PFN_vkDestroyDevice),
         b"vkQueuePresentKHR" => untyped!(queue_present, vk::PFN_vkQueuePresentKHR),
-        _ => driver_cache::own(name).or_else(|| table::fallible(name)).or_else(|| table::freeing(name)),
+        _ => commands::own(name)
+            .or_else(|| driver_cache::own(name))
+            .or_else(|| table::fallible(name))
+            .or_else(|| table::freeing(name)),
     }
 }
 
@@ -198,7 +203,11 @@ unsafe extern "system" fn get_device_proc_addr(device: vk::Device, name: *const 
         return None;
     }
     // SAFETY: names are strings that end in NUL (specification, vkGetDeviceProcAddr).
-    let own = own_of_device(unsafe { CStr::from_ptr(name) });
+    let text = unsafe { CStr::from_ptr(name) };
+    if commands::hides(text) {
+        return None;
+    }
+    let own = own_of_device(text);
     // SAFETY: as this function was called.
     let other = unsafe { below(device, name) };
     other.and(own.or(other))

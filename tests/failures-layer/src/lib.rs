@@ -12,6 +12,7 @@ mod wrappers;
 
 mod callbacks;
 mod chain;
+mod commands;
 mod driver_cache;
 mod incoherent;
 mod pre_instance;

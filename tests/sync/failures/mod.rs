@@ -110,8 +110,9 @@ fn every_command_that_the_program_calls_and_that_can_fail_is_in_the_table() {
     assert!(unknown.is_empty(), "the program calls what is not in the table of fallible commands: {unknown:?}");
     let called: Vec<&&str> = known.iter().filter(|name| methods.contains(&of_ash(name))).collect();
     assert!(called.len() > 40, "the scan of the sources finds what they call: {called:?}");
-    // The commands that errors name.
-    let said = texts.iter().map(|text| text.trim_matches('"')).filter(|text| is_command(text));
+    // The commands that errors name. Commands that record return no result; listings name them.
+    let named = texts.iter().map(|text| text.trim_matches('"')).filter(|text| is_command(text));
+    let said = named.filter(|name| !name.starts_with("vkCmd"));
     let wrong: Vec<&str> = said.filter(|name| !known.contains(name) && !table::ELSEWHERE.contains(name)).collect();
     assert!(wrong.is_empty(), "errors name commands that do not exist, or that cannot fail: {wrong:?}");
 }

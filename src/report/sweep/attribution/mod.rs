@@ -48,10 +48,11 @@ use rayon::prelude::*;
 
 use crate::frame;
 use crate::gpu::Device;
+use crate::plan::effects;
 use crate::reference::light::{Illumination, radiance};
 use crate::reference::{Reference, Smith, Surface, TriangleId, Truth, View};
 use crate::report::sweep::model::Attribution;
-use crate::scene::{Fog, Reflections, Scene, Settings, exposure_scale, metered_ev100};
+use crate::scene::{Scene, Settings, exposure_scale, metered_ev100};
 use device::Drawing;
 use taken::Taken;
 use tally::Tally;
@@ -133,16 +134,7 @@ pub fn attribute(
 
 /// The frame that is taken apart.
 fn one_sample(subject: &Subject) -> Settings {
-    Settings {
-        samples: 1,
-        msaa: 1,
-        bloom: 0.0,
-        taa: false,
-        fog: Fog::Off,
-        reflections: Reflections::Off,
-        size: subject.view.size,
-        ..subject.settings.without_effects()
-    }
+    Settings { samples: 1, msaa: 1, size: subject.view.size, ..effects::set_aside(subject.settings) }
 }
 
 fn place(view: &View, pixel: usize) -> DVec2 {

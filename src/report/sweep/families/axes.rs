@@ -1,6 +1,7 @@
 //! The settings that are swept, and their values.
 
 use super::Base;
+use crate::plan::effects;
 use crate::scene::{
     GbufferChoice, GbufferPreset, SETTINGS, Setting, SettingsPatch, ShadowFilter, Sweep, TARGETS, ValueKind,
 };
@@ -75,7 +76,7 @@ fn axis(base: &Base, setting: &Setting, quick: bool) -> Axis {
         (None, values) => values.all(),
     };
     let mut candidates: Vec<_> = texts.iter().filter_map(|text| Candidate::of(setting, text)).collect();
-    suit(base, setting.key, quick, &mut candidates);
+    suit(base, setting, quick, &mut candidates);
     let mut title = setting.label();
     if let Some(first) = title.get_mut(..1) {
         first.make_ascii_uppercase();
@@ -84,8 +85,8 @@ fn axis(base: &Base, setting: &Setting, quick: bool) -> Axis {
 }
 
 /// Adapts the values of some settings to the scene, to `--quick` and to the settings as given.
-fn suit(base: &Base, key: &str, quick: bool, candidates: &mut Vec<Candidate>) {
-    match key {
+fn suit(base: &Base, setting: &Setting, quick: bool, candidates: &mut Vec<Candidate>) {
+    match setting.key {
         "gbuffer" if !quick => candidates.extend(single_targets()),
         // The plan's own choice is one of the others.
         "light-path" => candidates.retain(|one| one.label != "auto"),
@@ -105,7 +106,7 @@ fn suit(base: &Base, key: &str, quick: bool, candidates: &mut Vec<Candidate>) {
         _ => {}
     }
     // As `render` has it: another kind of anti-aliasing takes the place of the samples.
-    if matches!(key, "msaa" | "fxaa") && base.settings.samples > 1 {
+    if setting.smooths && setting.key != "samples" && base.settings.samples > 1 {
         let smooth = candidates.iter_mut().filter(|one| !matches!(one.label.as_str(), "1" | "off"));
         smooth.for_each(|one| one.patch.samples = Some(1));
     }
@@ -146,12 +147,6 @@ fn without(base: &Base, key: &str) -> Option<&'static str> {
     let (scene, shadows) = (base.scene, key.starts_with("shadow") || key == "cascades");
     let transparent = || scene.objects.iter().any(|object| scene.materials[object.material].is_transparent());
     match key {
-        _ if key.starts_with("reflection") && !base.plan.reflects() => {
-            Some("no reflections were asked for, or nothing mirrors any")
-        }
-        _ if key.starts_with("ao") && !base.plan.has_ao() => {
-            Some("no ambient occlusion was asked for, or nothing would show it")
-        }
         _ if shadows && base.plan.shadow.is_none() => Some("no shadow map is looked up in this scene"),
         "cascades" | "shadow-lambda" if !base.has_sun_shadow() => Some("no directional light casts a shadow"),
         "shadow-lambda" if !base.has_cascades() => Some("a directional light has one map"),
@@ -162,19 +157,10 @@ fn without(base: &Base, key: &str) -> Option<&'static str> {
         "hdr-format" if base.plan.hdr.is_none() => {
             Some("the frame has no HDR target: light is tone-mapped as it is computed")
         }
-        "fog" if base.plan.fog.is_none() => Some("no fog is asked for"),
-        "fog-froxels" | "fog-samples" if base.plan.froxels().is_none() => {
-            Some("no lit fog is asked for, or no light shines into it")
-        }
-        "taa-frames" | "taa-history" | "sharpness" if base.plan.taa.is_none() => {
-            Some("frames are not averaged over time")
-        }
-        "bloom-taps" if base.plan.bloom.is_none() => Some("no bloom is asked for"),
-        "particles" if scene.emitters.is_empty() => Some("the scene has no emitters"),
-        "transparency" if !transparent() && base.plan.particles.is_none() => {
+        "transparency" if !transparent() && effects::of(&base.plan).all(|effect| effect.blended.is_none()) => {
             Some("nothing in this scene is transparent")
         }
-        _ => None,
+        _ => effects::unswept(key, scene, &base.plan),
     }
 }
 

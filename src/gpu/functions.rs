@@ -1,0 +1,158 @@
+//! The device's functions: `ash::Device`, whose functions that record commands also write the command into the device's journal.
+//!
+//! Each method notes a command and calls the driver, so the journal cannot differ from the recorded frame. Labels and pipeline barriers are recorded
+//! in one place each ([`super::Device::begin_label`], [`super::barrier`]), which notes them with the label's text and the barrier's row.
+
+use std::ops::Deref;
+
+use ash::vk;
+
+use super::journal::{Arguments, Journal};
+
+/// `ash::Device`, with a journal of recorded commands.
+pub struct Functions {
+    ash: ash::Device,
+    pub(super) journal: Journal,
+}
+
+impl From<ash::Device> for Functions {
+    fn from(ash: ash::Device) -> Self {
+        Self { ash, journal: Journal::default() }
+    }
+}
+
+impl Deref for Functions {
+    type Target = ash::Device;
+
+    fn deref(&self) -> &ash::Device {
+        &self.ash
+    }
+}
+
+/// Declares methods that hide the functions of `ash::Device` with the same names. The expression after `=>` makes the note.
+macro_rules! noted {
+    ($($c_name:literal $name:ident($($argument:ident: $type:ty),*), $names:ident => $arguments:expr;)*) => {
+        impl Functions {$(
+            #[doc = concat!("Records `", $c_name, "`.")]
+            ///
+            /// # Safety
+            /// As the function of `ash::Device`.
+            #[allow(clippy::too_many_arguments, reason = "Vulkan's own")]
+            pub unsafe fn $name(&self, cmd: vk::CommandBuffer $(, $argument: $type)*) {
+                self.journal.note(cmd, $c_name, |$names| $arguments);
+                // SAFETY: the caller's promise.
+                unsafe { self.ash.$name(cmd $(, $argument)*) }
+            }
+        )*}
+
+        /// The names of all functions that note their command.
+        #[cfg(test)]
+        const NOTED: &[&str] = &[$(stringify!($name)),*];
+    };
+}
+
+const fn rectangle(area: vk::Rect2D) -> [i64; 4] {
+    let vk::Rect2D { offset, extent } = area;
+    [offset.x as i64, offset.y as i64, extent.width as i64, extent.height as i64]
+}
+
+/// Vulkan's sizes are 64 bits, and no object has half as many bytes.
+const fn bytes(size: vk::DeviceSize) -> i64 {
+    size as i64
+}
+
+noted! {
+    "vkCmdBeginRenderPass" cmd_begin_render_pass(begin: &vk::RenderPassBeginInfo<'_>, contents: vk::SubpassContents), names =>
+        Arguments::objects([names.of(begin.render_pass), names.of(begin.framebuffer)]).numbers(rectangle(begin.render_area));
+    "vkCmdNextSubpass" cmd_next_subpass(contents: vk::SubpassContents), _names => Arguments::default();
+    "vkCmdEndRenderPass" cmd_end_render_pass(), _names => Arguments::default();
+
+    "vkCmdBindPipeline" cmd_bind_pipeline(point: vk::PipelineBindPoint, pipeline: vk::Pipeline), names =>
+        Arguments::objects([names.of(pipeline)]);
+    "vkCmdBindDescriptorSets" cmd_bind_descriptor_sets(
+        point: vk::PipelineBindPoint, layout: vk::PipelineLayout, first: u32, sets: &[vk::DescriptorSet], offsets: &[u32]
+    ), names => Arguments::objects(names.all(sets)).numbers([first]);
+    "vkCmdBindVertexBuffers" cmd_bind_vertex_buffers(
+        first: u32, buffers: &[vk::Buffer], offsets: &[vk::DeviceSize]
+    ), names => Arguments::objects(names.all(buffers)).numbers([first]).numbers(offsets.iter().copied().map(bytes));
+    "vkCmdBindIndexBuffer" cmd_bind_index_buffer(buffer: vk::Buffer, offset: vk::DeviceSize, width: vk::IndexType), names =>
+        Arguments::objects([names.of(buffer)]).numbers([bytes(offset)]);
+    "vkCmdPushConstants" cmd_push_constants(
+        layout: vk::PipelineLayout, stages: vk::ShaderStageFlags, offset: u32, constants: &[u8]
+    ), _names => Arguments::default().numbers([i64::from(offset), constants.len() as i64]);
+    "vkCmdSetViewport" cmd_set_viewport(first: u32, viewports: &[vk::Viewport]), _names =>
+        Arguments::default().numbers(viewports.iter().flat_map(|own| [own.x, own.y, own.width, own.height].map(|edge| edge as i64)));
+    "vkCmdSetScissor" cmd_set_scissor(first: u32, scissors: &[vk::Rect2D]), _names =>
+        Arguments::default().numbers(scissors.iter().flat_map(|&own| rectangle(own)));
+    "vkCmdSetDepthBias" cmd_set_depth_bias(constant: f32, clamp: f32, slope: f32), _names => Arguments::default();
+
+    "vkCmdDraw" cmd_draw(vertices: u32, instances: u32, first_vertex: u32, first_instance: u32), _names =>
+        Arguments::default().numbers([vertices, instances, first_vertex, first_instance]);
+    "vkCmdDrawIndexed" cmd_draw_indexed(
+        indices: u32, instances: u32, first_index: u32, vertex_offset: i32, first_instance: u32
+    ), _names => Arguments::default()
+        .numbers([indices, instances, first_index]).numbers([vertex_offset]).numbers([first_instance]);
+    "vkCmdDrawIndexedIndirect" cmd_draw_indexed_indirect(
+        buffer: vk::Buffer, offset: vk::DeviceSize, draws: u32, stride: u32
+    ), names => Arguments::objects([names.of(buffer)]).numbers([bytes(offset)]).numbers([draws, stride]);
+    "vkCmdDispatch" cmd_dispatch(x: u32, y: u32, z: u32), _names => Arguments::default().numbers([x, y, z]);
+
+    "vkCmdCopyBuffer" cmd_copy_buffer(from: vk::Buffer, to: vk::Buffer, regions: &[vk::BufferCopy]), names =>
+        Arguments::objects([names.of(from), names.of(to)]).numbers([regions.len() as i64]);
+    "vkCmdCopyBufferToImage" cmd_copy_buffer_to_image(
+        from: vk::Buffer, to: vk::Image, layout: vk::ImageLayout, regions: &[vk::BufferImageCopy]
+    ), names => Arguments::objects([names.of(from), names.of(to)]).numbers([regions.len() as i64]);
+    "vkCmdCopyImage" cmd_copy_image(
+        from: vk::Image, old: vk::ImageLayout, to: vk::Image, new: vk::ImageLayout, regions: &[vk::ImageCopy]
+    ), names => Arguments::objects([names.of(from), names.of(to)]).numbers([regions.len() as i64]);
+    "vkCmdCopyImageToBuffer" cmd_copy_image_to_buffer(
+        from: vk::Image, layout: vk::ImageLayout, to: vk::Buffer, regions: &[vk::BufferImageCopy]
+    ), names => Arguments::objects([names.of(from), names.of(to)]).numbers([regions.len() as i64]);
+    "vkCmdBlitImage" cmd_blit_image(
+        from: vk::Image, old: vk::ImageLayout, to: vk::Image, new: vk::ImageLayout, regions: &[vk::ImageBlit], filter: vk::Filter
+    ), names => Arguments::objects([names.of(from), names.of(to)]).numbers([regions.len() as i64]);
+    "vkCmdClearDepthStencilImage" cmd_clear_depth_stencil_image(
+        image: vk::Image, layout: vk::ImageLayout, value: &vk::ClearDepthStencilValue, ranges: &[vk::ImageSubresourceRange]
+    ), names => Arguments::objects([names.of(image)]).numbers([ranges.len() as i64]);
+
+    "vkCmdResetQueryPool" cmd_reset_query_pool(pool: vk::QueryPool, first: u32, count: u32), names =>
+        Arguments::objects([names.of(pool)]).numbers([first, count]);
+    "vkCmdWriteTimestamp" cmd_write_timestamp(stage: vk::PipelineStageFlags, pool: vk::QueryPool, query: u32), names =>
+        Arguments::objects([names.of(pool)]).numbers([query]);
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::path::{Path, PathBuf};
+
+    use super::NOTED;
+
+    /// Functions that are called in one place, where the call is noted.
+    const IN_ONE_PLACE: &[&str] = &["cmd_begin_debug_utils_label", "cmd_end_debug_utils_label", "cmd_pipeline_barrier"];
+
+    fn sources(folder: &Path) -> Vec<PathBuf> {
+        let entries = fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path());
+        let inside = |path: PathBuf| if path.is_dir() { sources(&path) } else { vec![path] };
+        entries.flat_map(inside).collect()
+    }
+
+    #[test]
+    fn every_command_that_the_program_records_is_noted() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+        let mut called = Vec::new();
+        for file in sources(&folder) {
+            let text = fs::read_to_string(&file).unwrap_or_default();
+            // Calls, and not the declarations above. The pattern is not written whole, or it would find itself.
+            for after in text.split(concat!(".", "cmd_")).skip(1) {
+                let name = after.split(|letter: char| !(letter.is_alphanumeric() || letter == '_')).next();
+                called.push(format!("cmd_{}", name.unwrap_or_default()));
+            }
+        }
+        let unnoted: Vec<_> = called.iter().filter(|name| !NOTED.contains(&name.as_str())).collect();
+        assert_eq!(unnoted.len(), IN_ONE_PLACE.len(), "{unnoted:?}");
+        assert!(unnoted.iter().all(|name| IN_ONE_PLACE.contains(&name.as_str())), "{unnoted:?}");
+        let idle: Vec<_> = NOTED.iter().filter(|name| !called.iter().any(|called| called == *name)).collect();
+        assert!(idle.is_empty(), "nobody records {idle:?}");
+    }
+}

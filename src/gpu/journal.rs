@@ -1,0 +1,157 @@
+//! A journal of recorded commands: what `vkCmd*` functions were called with, in the order of the calls, with the names of objects.
+//!
+//! It is off until somebody asks for it ([`super::Device::keep_commands`]). It has a command's objects and its most telling numbers, not all arguments.
+
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use ash::vk::{self, Handle};
+
+use super::sync::Dependency;
+
+/// A command, as it was recorded.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Command {
+    /// The name of the command buffer.
+    pub command_buffer: String,
+    /// The command's own name: `vkCmdDraw`.
+    pub name: &'static str,
+    /// The command's arguments.
+    pub arguments: Arguments,
+}
+
+/// The arguments of a command, as far as the journal keeps them.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Arguments {
+    /// Names of objects in the order of the arguments: pipelines, render passes, buffers, images. A label has its text.
+    pub objects: Vec<String>,
+    /// Counts, offsets and sizes in the order of the arguments. A rectangle is x, y, width and height.
+    pub numbers: Vec<i64>,
+    /// The arguments of `vkCmdPipelineBarrier`.
+    pub barrier: Option<Barrier>,
+}
+
+impl Arguments {
+    pub(super) fn objects(objects: impl IntoIterator<Item = String>) -> Self {
+        Self { objects: objects.into_iter().collect(), ..Self::default() }
+    }
+
+    pub(super) fn numbers<N: Into<i64>>(self, numbers: impl IntoIterator<Item = N>) -> Self {
+        Self { numbers: self.numbers.into_iter().chain(numbers.into_iter().map(Into::into)).collect(), ..self }
+    }
+}
+
+/// A pipeline barrier.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Barrier {
+    /// The row of the frame's dependencies that it carries out; empty for a barrier outside of that table.
+    pub row: &'static str,
+    /// The stages that must be over.
+    pub src_stages: vk::PipelineStageFlags,
+    /// The stages that wait.
+    pub dst_stages: vk::PipelineStageFlags,
+    /// Barriers on memory, buffers and images, in this order.
+    pub parts: Vec<BarrierPart>,
+}
+
+/// A barrier on memory, a buffer or an image.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BarrierPart {
+    /// The name of the buffer or the image; `None` for a barrier on all memory.
+    pub object: Option<String>,
+    /// Writes that are made available.
+    pub src_access: vk::AccessFlags,
+    /// Accesses that see them.
+    pub dst_access: vk::AccessFlags,
+    /// An image's layouts before and after.
+    pub layouts: Option<[vk::ImageLayout; 2]>,
+}
+
+/// The arrays of `vkCmdPipelineBarrier`.
+pub(super) struct Barriers<'a> {
+    pub memory: &'a [vk::MemoryBarrier<'a>],
+    pub buffers: &'a [vk::BufferMemoryBarrier<'a>],
+    pub images: &'a [vk::ImageMemoryBarrier<'a>],
+}
+
+impl Barriers<'_> {
+    pub(super) fn arguments(&self, order: Dependency, names: &Names) -> Arguments {
+        let part = |object, src_access, dst_access, layouts| BarrierPart { object, src_access, dst_access, layouts };
+        let memory = self.memory.iter().map(|own| part(None, own.src_access_mask, own.dst_access_mask, None));
+        let buffers = self.buffers.iter().map(|own| {
+            let name = names.of(own.buffer);
+            part(Some(name), own.src_access_mask, own.dst_access_mask, None)
+        });
+        let images = self.images.iter().map(|own| {
+            let layouts = Some([own.old_layout, own.new_layout]);
+            part(Some(names.of(own.image)), own.src_access_mask, own.dst_access_mask, layouts)
+        });
+        let barrier = Barrier {
+            row: order.row,
+            src_stages: order.before.stage,
+            dst_stages: order.after.stage,
+            parts: memory.chain(buffers).chain(images).collect(),
+        };
+        Arguments { barrier: Some(barrier), ..Arguments::default() }
+    }
+}
+
+/// The names of objects, by type and handle. A handle that was used before has the name of its last object.
+#[derive(Default)]
+pub(super) struct Names(HashMap<(vk::ObjectType, u64), String>);
+
+impl Names {
+    /// The name of an object; `?` for one that was never named, or was named before the journal was on.
+    pub(super) fn of<H: Handle>(&self, object: H) -> String {
+        self.0.get(&(H::TYPE, object.as_raw())).map_or_else(|| "?".to_owned(), Clone::clone)
+    }
+
+    pub(super) fn all<H: Handle + Copy>(&self, objects: &[H]) -> Vec<String> {
+        objects.iter().map(|&object| self.of(object)).collect()
+    }
+}
+
+#[derive(Default)]
+struct Kept {
+    names: Names,
+    commands: Vec<Command>,
+}
+
+/// The commands that are recorded on one device while the journal is on.
+#[derive(Default)]
+pub(super) struct Journal {
+    /// Read before each command, without the lock: a journal that is off costs nothing.
+    is_on: AtomicBool,
+    kept: Mutex<Kept>,
+}
+
+impl Journal {
+    pub(super) fn start(&self) {
+        self.lock().commands.clear();
+        self.is_on.store(true, Ordering::Relaxed);
+    }
+
+    pub(super) fn stop(&self) -> Vec<Command> {
+        self.is_on.store(false, Ordering::Relaxed);
+        std::mem::take(&mut *self.lock()).commands
+    }
+
+    pub(super) fn name<H: Handle + Copy>(&self, object: H, name: &str) {
+        if self.is_on.load(Ordering::Relaxed) {
+            self.lock().names.0.insert((H::TYPE, object.as_raw()), name.to_owned());
+        }
+    }
+
+    pub(super) fn note(&self, cmd: vk::CommandBuffer, name: &'static str, arguments: impl FnOnce(&Names) -> Arguments) {
+        if self.is_on.load(Ordering::Relaxed) {
+            let mut kept = self.lock();
+            let (command_buffer, arguments) = (kept.names.of(cmd), arguments(&kept.names));
+            kept.commands.push(Command { command_buffer, name, arguments });
+        }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Kept> {
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

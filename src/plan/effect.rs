@@ -1,0 +1,157 @@
+//! The declaration of an effect, written once, in the effect's own file. [`super::effects`] lists them, and plan, refusals and reasons follow from that list.
+
+use super::{Capabilities, Error, FramePlan, Part, Refusal, Shading, Why, is_tiled, lacks_gbuffer};
+use crate::scene::{LightPath, Scene, Settings, View};
+
+/// Something that frames do beside lighting surfaces, where settings or the scene ask for it.
+pub struct Effect {
+    /// The name by which sentences call it.
+    pub name: &'static str,
+    /// Returns true if frames would have it on a light path that can draw it.
+    pub is_asked_for: fn(&Scene, &Settings) -> bool,
+    /// Leaves it out.
+    pub off: Option<Off>,
+    /// The view that shows it alone.
+    pub view: Option<EffectView>,
+    /// Changes the light of the picture before it is tone-mapped.
+    pub changes_light: bool,
+    /// Would blur the views of other effects, so that they leave it out.
+    pub spreads: bool,
+    /// Why it needs an HDR target, if it is blended as transparent surfaces are.
+    pub blended: Option<&'static str>,
+    /// The reason that no light is out of reach, with settings by which that is so.
+    pub reaches_all_lights: fn(&Settings) -> Option<&'static str>,
+    /// The lights that frames which have it need where no surface is seen.
+    pub lit_air: fn(&FramePlan) -> LitAir,
+    /// Jittered frames that it averages to one picture, and each of which stands for a part of the pixel.
+    pub frames: fn(&Settings) -> u32,
+    /// Why no light path can draw it that writes the tone-mapped picture itself: `they cannot draw fog`.
+    pub not_by_compute: Option<&'static str>,
+    /// Why no light path without a G-buffer can draw it.
+    pub reads_gbuffer: Option<&'static str>,
+    /// True if its shaders name many buffers: the advice for devices that allow few offers to leave it out.
+    pub names_many_buffers: bool,
+    /// Returns true if a plan's frames have it.
+    pub is_in: fn(&FramePlan) -> bool,
+    /// Why GEOMETRY stores the G-buffer for it.
+    pub stores_gbuffer: Option<&'static str>,
+    /// Why it needs an HDR target.
+    pub hdr: Option<Hdr>,
+    /// Why frames have none.
+    pub absence: fn(&Absence) -> &'static str,
+    /// The lines of `inspect` about it; its passes have lines of their own.
+    pub parts: fn(&Scene, &Settings, &FramePlan) -> Vec<Part>,
+    /// Why a report does not sweep the setting with this key, which is one of the effect's.
+    pub unswept: fn(&str, &Scene, &FramePlan) -> Option<&'static str>,
+    /// True if the report sets it aside before it takes a frame's error apart, because no part of the error stands for it.
+    pub is_set_aside: bool,
+    /// Refuses the settings, light paths and devices that it does not go with.
+    pub check: fn(&Request) -> Result<(), Error>,
+}
+
+/// An option that leaves an effect out, and the same as a change of settings.
+pub type Off = (&'static str, fn(&mut Settings));
+
+impl Effect {
+    /// An effect of which its declaration says nothing else.
+    pub const PLAIN: Self = Self {
+        name: "",
+        is_asked_for: |_, _| false,
+        off: None,
+        view: None,
+        not_by_compute: None,
+        reads_gbuffer: None,
+        names_many_buffers: false,
+        changes_light: false,
+        spreads: false,
+        blended: None,
+        reaches_all_lights: |_| None,
+        lit_air: |_| LitAir::None,
+        frames: |_| 1,
+        is_in: |_| false,
+        stores_gbuffer: None,
+        hdr: None,
+        absence: |_| NOT_ASKED_FOR,
+        parts: |_, _, _| Vec::new(),
+        unswept: |_, _, _| None,
+        is_set_aside: false,
+        check: |_| Ok(()),
+    };
+
+    /// The error of settings that it does not go with.
+    pub fn refuse<T>(&self, why: impl Into<String>) -> Result<T, Error> {
+        Err(Refusal::of(self.name, why))
+    }
+
+    /// Refuses light paths that cannot draw it.
+    pub fn check_path(&self, path: LightPath) -> Result<(), Error> {
+        let why = match path {
+            _ if self.not_by_compute.is_some() && is_tiled(path) => Why::WritesPicture(path),
+            _ if self.reads_gbuffer.is_some() && lacks_gbuffer(path) => Why::NoGbuffer(path),
+            _ => return Ok(()),
+        };
+        Err(Error::Refused(Refusal { what: self.name, why }))
+    }
+}
+
+/// The reason against an effect that no setting turns on.
+pub const NOT_ASKED_FOR: &str = "not asked for";
+
+/// A view of an effect.
+pub struct EffectView {
+    pub view: View,
+    pub shows: Shows,
+    /// Nothing of the picture's light is seen in it, so that all that would change that light is left out.
+    pub is_alone: bool,
+    /// Turns the settings that are asked for into the ones that are planned.
+    pub plan: fn(&mut Settings),
+}
+
+/// The content of an effect's view.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shows {
+    /// Light, of which samples have a mean.
+    Light,
+    /// Values of one sample, found while the picture is lit.
+    Values,
+    /// A value of the G-buffer, which no light changes.
+    Gbuffer,
+}
+
+/// The lights that shine into the air.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum LitAir {
+    None,
+    Directional,
+    All,
+}
+
+/// Why an effect needs an HDR target, in a sentence without a full stop.
+pub enum Hdr {
+    /// It blends over the light before that is tone-mapped.
+    Blends(&'static str),
+    /// It reads the light of other pixels.
+    Reads(&'static str),
+}
+
+/// Settings of frames that lack an effect.
+pub struct Absence<'a> {
+    pub scene: &'a Scene,
+    /// The settings as they were given.
+    pub asked: &'a Settings,
+    /// The settings that the plan was made by.
+    pub planned: &'a Settings,
+}
+
+/// The facts by which effects are chosen and refused.
+pub struct Request<'a> {
+    pub scene: &'a Scene,
+    /// The settings that are planned.
+    pub settings: &'a Settings,
+    /// The view that was asked for, in whose place another may be planned.
+    pub view: View,
+    pub shading: Shading,
+    /// Never `Auto`.
+    pub path: LightPath,
+    pub device: &'a Capabilities,
+}
