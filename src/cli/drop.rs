@@ -228,7 +228,7 @@ fn all(workload: &Workload, variation: &SettingsPatch, args: &DeviceArgs) -> Res
     for edge in own.table.iter() {
         bar.step();
         if let Some(why) = edge.carrier.stays() {
-            table.row([edge.name.name(), format!("cannot be dropped: {why}")]);
+            table.row([edge.label.to_owned(), format!("cannot be dropped: {why}")]);
             continue;
         }
         let without = own.table.without(edge.name).map_err(|error| Failure::usage(error.to_string()))?;
@@ -246,7 +246,7 @@ fn all(workload: &Workload, variation: &SettingsPatch, args: &DeviceArgs) -> Res
         let rules: Vec<_> =
             found.rules().into_iter().map(|(rule, _)| short(rule).unwrap_or_else(|| rule.to_owned())).collect();
         table.row([
-            edge.name.name(),
+            edge.label.to_owned(),
             if words.is_empty() { "nothing" } else { "hazard" }.to_owned(),
             match &own.layer {
                 Ok(_) if rules.is_empty() => "nothing".to_owned(),
@@ -421,6 +421,7 @@ mod tests {
         let (carrier, by_region) = (Carrier::Subpass(SHADOW_PASS), false);
         Edge {
             name,
+            label: name.name(),
             carrier,
             from,
             to,

@@ -1,40 +1,8 @@
-//! One frame, from top to bottom: the order of its passes, the render passes that they share, and the barriers between the others. This is the file to
-//! read first.
-//!
-//! ```text
-//! compute        SKIN       vertices of meshes that skins and shapes deform, when their pose is another
-//! occluder pass  OCCLUDERS  depth of the largest objects, where the device culls occluded ones
-//! compute        PYRAMID    the least depths of squares of that depth
-//!                CULL, ARRANGE, FILL  objects in view and not occluded, where the device culls
-//! shadow passes  SHADOW     depth maps of lights, those in which something has moved
-//! compute        SCATTER, INTEGRATE  the light in the air, where fog has lamps and shadows in it
-//! compute        SIMULATE, SORT  particles of the moment with their light, from back to front
-//! main pass      GEOMETRY   surfaces into the G-buffer, in tile memory where there is any
-//! compute        AO, AO_DENOISE  where asked for: ambient occlusion by surfaces nearby, into the G-buffer's occlusion; the main pass is parted there
-//!                LIGHTING   every light on every pixel; or VIEW, which shows a buffer instead
-//!                AMBIENT    light of the sky, in LIGHTING's subpass, where a sky lights the scene
-//!                SKY        the sky, in the subpass that lights surfaces, on pixels without one
-//!                FORWARD    replaces GEOMETRY, LIGHTING and AMBIENT on the forward light paths: surfaces, lit as they are rasterized
-//! compute        HIZ, REFLECT, REFLECT_RESOLVE  where asked for: reflections of the lit picture in smooth surfaces, added to it; the main pass ends
-//!                before them, and a blend pass goes on
-//!                FOG        only where fog is asked for: the light that the air absorbs and scatters
-//!                TRANSPARENT  surfaces that let light through, over the lit picture
-//!                PARTICLES  in its subpass, after them
-//!                COMPOSITE  only where TRANSPARENT summed them up without sorting
-//! VELOCITY pass  VELOCITY   only where frames are averaged over time, and something moves by itself: its place in the frame before
-//! compute        TAA        only where frames are averaged over time: the mean with the frames before
-//! SHARPEN pass   SHARPEN    TAA's mean as light again; the passes after it share its render pass up to where that is parted again
-//! compute        BLOOM, SPREAD  only where light is spread: then TONEMAP and TONE have a render pass of their own
-//!                TONEMAP    only where something is blended before it
-//!                TONE       vignette and grain, where asked for; after FXAA where there is that
-//! FXAA pass      FXAA       smooths edges of the finished picture, where asked for
-//!
-//! compute        TILED      on the light paths `compute` and `visibility`: every light on every pixel, tile by tile, in place of all that comes after the
-//!                G-buffer but AO
-//! ```
+//! One frame, from top to bottom: the order of its passes. This is the file to read first.
 //!
 //! A pass that the plan leaves out has no object, no resources and no commands. [`super::walk`] makes the objects of the others and records them in this
-//! order; [`super::list`] finds loads, stores and layouts in it, and [`super::proof`] that every use waits for the one before it.
+//! order. What follows from the order is found elsewhere: which passes share a render pass, with loads, stores and layouts ([`super::list`]); whom each pass
+//! waits for ([`super::edges`]); and that every use waits for the one before it ([`super::proof`]).
 
 use super::list::{
     self,
@@ -50,47 +18,47 @@ use crate::plan::FramePlan;
 use crate::scene::OptionalPart;
 
 // ANCHOR: order
-/// The order of the passes. Passes that the plan leaves out are passed over.
+/// The passes of a frame. `Run` records compute; `Draw` is a subpass, with the passes that share it. Neighbouring subpasses share a render pass up to the
+/// next compute pass, or to a subpass that samples what they draw.
 const ORDER: [Line; 34] = [
-    // All that passes which draw surfaces need: deformed vertices, visible objects, shadow maps, the light in the air, and particles.
-    RunPosed(&skin::PASS),
-    DrawApart(&occluders::PASS),
-    Run(&pyramid::PASS),
-    Run(&cull::PASS),
-    Run(&arrange::PASS),
-    Run(&fill::PASS),
-    DrawApart(&shadow::PASS),
-    Run(&scatter::PASS),
-    Run(&integrate::PASS),
-    Run(&simulate::PASS),
-    // The first step, and each after another.
-    Run(&sort::PASS),
-    Run(&sort::PASS),
-    // The surfaces, and the light on them.
-    Draw(&geometry::PASS, &[&depth::PASS, &geometry::PASS]),
+    // Everything that passes which draw surfaces need.
+    RunPosed(&skin::PASS), // vertices of meshes that skins and shapes deform, when their pose is another
+    DrawApart(&occluders::PASS), // depth of the largest objects, where the device culls occluded ones
+    Run(&pyramid::PASS),   // the least depths of squares of that depth
+    Run(&cull::PASS),      // objects in view and not occluded
+    Run(&arrange::PASS),   // their places, by adding up their numbers
+    Run(&fill::PASS),      // their rows and commands
+    DrawApart(&shadow::PASS), // depth maps of lights, those in which something has moved
+    Run(&scatter::PASS),   // the light of each froxel of air
+    Run(&integrate::PASS), // the light scattered before each froxel
+    Run(&simulate::PASS),  // particles of the moment, with their light
+    Run(&sort::PASS),      // from back to front: the first step
+    Run(&sort::PASS),      // and each step after another
+    // Surfaces, and the light on them.
+    Draw(&geometry::PASS, &[&depth::PASS, &geometry::PASS]), // surfaces into the G-buffer, in tile memory where there is any
     PartIf(|plan| plan.stores_gbuffer && plan.keep.has(OptionalPart::StoredGbuffer)),
-    Run(&ao::PASS),
-    Run(&ao_denoise::PASS),
-    Run(&tiled::PASS),
-    Draw(&lighting::PASS, &[&lighting::PASS, &per_light::PASS, &ambient::PASS, &sky::PASS, &view::PASS]),
-    Draw(&forward::PASS, &[&depth::PASS, &forward::PASS, &sky::PASS]),
-    Run(&hiz::PASS),
-    Run(&reflect::PASS),
-    Run(&reflect_resolve::PASS),
+    Run(&ao::PASS),         // ambient occlusion by surfaces nearby
+    Run(&ao_denoise::PASS), // smoothed, into the G-buffer's occlusion
+    Run(&tiled::PASS),      // on the light paths `compute` and `visibility`: all light, and the picture
+    Draw(&lighting::PASS, &[&lighting::PASS, &per_light::PASS, &ambient::PASS, &sky::PASS, &view::PASS]), // every light on every pixel, or a view of a buffer
+    Draw(&forward::PASS, &[&depth::PASS, &forward::PASS, &sky::PASS]), // on the forward light paths: surfaces, lit as they are rasterized
+    Run(&hiz::PASS),             // depths of squares, in which REFLECT's rays skip empty space
+    Run(&reflect::PASS),         // rays from smooth surfaces into the lit picture
+    Run(&reflect_resolve::PASS), // what they found, added to the light
     // Layers over the lit picture.
-    Draw(&fog::PASS, &[&fog::PASS]),
-    Draw(&transparent::PASS, &[&transparent::PASS, &particles::PASS]),
-    Draw(&composite::PASS, &[&composite::PASS]),
-    Draw(&velocity::PASS, &[&velocity::PASS]),
-    Run(&taa::PASS),
-    Draw(&sharpen::PASS, &[&sharpen::PASS]),
-    // The picture is finished.
-    Run(&bloom::PASS),
-    Run(&bloom::SPREAD),
-    Run(&bloom::SPREAD),
-    Draw(&tonemap::PASS, &[&tonemap::PASS]),
-    Draw(&fxaa::PASS, &[&fxaa::PASS]),
-    Draw(&tone::PASS, &[&tone::PASS]),
+    Draw(&fog::PASS, &[&fog::PASS]), // the light that the air absorbs and scatters
+    Draw(&transparent::PASS, &[&transparent::PASS, &particles::PASS]), // surfaces that let light through, then particles
+    Draw(&composite::PASS, &[&composite::PASS]), // their sums over the light, where they are not sorted
+    Draw(&velocity::PASS, &[&velocity::PASS]),   // motion of surfaces that move by themselves, for TAA
+    Run(&taa::PASS),                             // the mean with the frames before
+    Draw(&sharpen::PASS, &[&sharpen::PASS]),     // that mean as light again
+    // The finished picture.
+    Run(&bloom::PASS),                       // the first level of the light that is spread
+    Run(&bloom::SPREAD),                     // the first step after it
+    Run(&bloom::SPREAD),                     // and each step after another
+    Draw(&tonemap::PASS, &[&tonemap::PASS]), // light to values that a display shows
+    Draw(&fxaa::PASS, &[&fxaa::PASS]),       // smoothed edges
+    Draw(&tone::PASS, &[&tone::PASS]),       // vignette and grain
 ];
 // ANCHOR_END: order
 

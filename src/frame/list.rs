@@ -34,6 +34,11 @@ impl RenderPassName {
     pub const fn of(first: Place) -> Self {
         Self(first)
     }
+
+    /// Returns true if the render pass has this name on the device.
+    pub fn is_called(self, name: &str) -> bool {
+        self.to_string() == name
+    }
 }
 
 impl fmt::Display for RenderPassName {

@@ -19,7 +19,7 @@ use crate::scene::{Playing, Scene, Settings};
 pub struct Line {
     pub command: Command,
     /// The work of a label's pass, or the reason of a barrier's row; empty for other commands.
-    pub reason: &'static str,
+    pub reason: String,
     /// The attachments of a render pass that begins, in its order.
     pub attachments: Vec<Attachment>,
     /// The subpass dependencies that act here. The subpass that begins waits by them; at the end of a render pass, later commands do.
@@ -89,7 +89,7 @@ impl<'a> Reader<'a> {
         match line.command.name {
             "vkCmdBeginRenderPass" => {
                 let name = line.command.arguments.objects.first();
-                let place = self.render_passes.iter().position(|own| name.is_some_and(|name| name == own.name.0));
+                let place = self.render_passes.iter().position(|own| name.is_some_and(|name| own.name.is_called(name)));
                 self.open = place.map(|index| (index, 0));
                 line.attachments = place.map_or_else(Vec::new, |index| attachments(&self.render_passes[index]));
                 line.dependencies = self.acting(0);
@@ -107,15 +107,15 @@ impl<'a> Reader<'a> {
         line
     }
 
-    fn reason(&self, command: &Command) -> &'static str {
+    fn reason(&self, command: &Command) -> String {
         let arguments = &command.arguments;
         if let Some(barrier) = &arguments.barrier {
-            let row = self.edges.iter().find(|edge| edge.name.name() == barrier.row);
-            return row.map_or("", |row| row.why);
+            let row = self.edges.iter().find(|edge| edge.label == barrier.row);
+            return row.map_or_else(String::new, |row| row.why.clone());
         }
         let label = arguments.objects.first().filter(|_| command.name == "vkCmdBeginDebugUtilsLabelEXT");
         let pass = label.and_then(|label| passes::ALL.iter().find(|pass| pass.place.name() == label));
-        pass.map_or("", |pass| pass.what)
+        pass.map_or_else(String::new, |pass| pass.what.to_owned())
     }
 
     /// The dependencies of the open render pass that this subpass waits by.

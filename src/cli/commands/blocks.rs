@@ -83,7 +83,7 @@ impl<'a> Blocks<'a> {
             "vkCmdEndDebugUtilsLabelEXT" => self.depth = self.depth.saturating_sub(1),
             "vkCmdPipelineBarrier" => {
                 if let Some(barrier) = &arguments.barrier {
-                    let below = self.barrier(barrier, line.reason);
+                    let below = self.barrier(barrier, &line.reason);
                     self.block(format!("{name}  {}", barrier.row), &below);
                 }
             }

@@ -20,7 +20,7 @@ pub struct CommandReport {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     dependencies: Vec<EdgeReport>,
     #[serde(skip_serializing_if = "str::is_empty")]
-    why: &'static str,
+    why: String,
 }
 
 #[derive(Serialize)]
@@ -63,7 +63,7 @@ impl CommandReport {
             barrier: arguments.barrier.as_ref().map(BarrierReport::of),
             attachments: line.attachments.iter().map(AttachmentReport::of).collect(),
             dependencies: edges.map(|acting| EdgeReport::of(&acting.edge, &acting.layouts, &[])).collect(),
-            why: line.reason,
+            why: line.reason.clone(),
         }
     }
 }

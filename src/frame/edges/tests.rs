@@ -150,6 +150,6 @@ fn a_row_that_is_not_there_is_refused_with_a_suggestion_and_one_that_stays_with_
     assert!(refused.contains("did you mean \"picture-to-host\"?"), "{refused}");
     for name in [RowName::HOST_TO_FRAME, RowName::FRAME_TO_HOST, RowName::COPY_TO_HOST, RowName::LAST_USE_TO_DESTROY] {
         let refused = table.without_bits(name, Side::After, Use::END).expect_err("it stays").to_string();
-        assert!(refused.contains(&name.name()) && refused.contains("cannot be dropped"), "{refused}");
+        assert!(refused.contains(name.name()) && refused.contains("cannot be dropped"), "{refused}");
     }
 }
