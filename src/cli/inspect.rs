@@ -35,7 +35,7 @@ Examples:
   afterlight inspect sponza.obj --shadows off --gbuffer fat
   afterlight inspect scene.toml --settings tuned.toml
   afterlight inspect scene.toml --json | jq '.parts[] | select(.included)'
-  afterlight inspect builtin:hall --size 320x180 --drop gbuffer-to-lighting
+  afterlight inspect builtin:hall --size 320x180 --drop geometry-to-lighting
   afterlight inspect builtin:hall --size 320x180 --drop all")]
 pub struct Args {
     /// The scene: a model (.gltf, .glb, .obj), a .toml scene file, or `builtin:NAME?key=value&...`

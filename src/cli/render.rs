@@ -36,7 +36,7 @@ Examples:
   afterlight render builtin:hall --samples 64 -o smooth.png
   afterlight render builtin:spheres --gbuffer lean,normal=rgb10a2 --validate
   afterlight render a.obj b.obj -o {name}.png --validate --junit passed.xml
-  afterlight render builtin:hall --validate --drop gbuffer-to-lighting
+  afterlight render builtin:hall --validate --drop geometry-to-lighting
   afterlight render scene.toml --settings tuned.toml -o tuned.png
   afterlight render builtin:hall --view all -o sheet.png
   afterlight render builtin:hall --path walk.toml --fps 10 -o walk.png

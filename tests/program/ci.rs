@@ -581,17 +581,17 @@ each = { spheres = "" }
 fn mutants_test_the_layer_and_shards_of_them_are_all_of_them() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let mutants = |arguments: &[&str]| {
-        let only = ["--mutants", "--only", r"\.gbuffer-to-lighting\..*\.plain$"];
+        let only = ["--mutants", "--only", r"\.geometry-to-lighting\..*\.plain$"];
         ci(folder.path(), &[&only[..], arguments].concat())
     };
     let all = mutants(&["-o", "all"]);
     assert_eq!(code(&all), Some(0), "{}", errors(&all));
     let found = results(&folder.path().join("all/results.csv"));
-    assert_eq!(found["mutants.gbuffer-to-lighting.row.plain"], "Pass");
-    assert_eq!(found["mutants.gbuffer-to-lighting.after.EARLY_FRAGMENT_TESTS.plain"], "ExpectedFail");
+    assert_eq!(found["mutants.geometry-to-lighting.row.plain"], "Pass");
+    assert_eq!(found["mutants.geometry-to-lighting.after.EARLY_FRAGMENT_TESTS.plain"], "ExpectedFail");
     assert!(found.values().all(|status| ["Pass", "ExpectedFail"].contains(&status.as_str())), "{found:?}");
     let page = fs::read_to_string(folder.path().join("all/mutants.md")).expect("a page");
-    let row = "| `gbuffer-to-lighting` | row | 1 |";
+    let row = "| `geometry-to-lighting` | row | 1 |";
     assert!(page.contains(row) && page.contains("## Reasons\n\n1. "), "{page}");
     let lines = fs::read_to_string(folder.path().join("all/mutants.jsonl")).expect("JSON lines");
     for line in lines.lines() {

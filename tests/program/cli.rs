@@ -564,7 +564,7 @@ fn bench_measures_variants_in_turn_and_writes_json() {
 fn inspect_prints_the_plan_and_every_dependency_with_its_reason() {
     let folder = folder();
     let printed = succeed(folder.path(), &["inspect", "builtin:cornell"]);
-    for word in ["gbuffer-to-lighting", "hdr-to-tonemap", "why:", "INPUT_ATTACHMENT_READ"] {
+    for word in ["geometry-to-lighting", "lighting-to-tonemap", "why:", "INPUT_ATTACHMENT_READ"] {
         assert!(printed.contains(word), "{printed}");
     }
 }
@@ -721,7 +721,7 @@ fn a_dropped_dependency_is_complained_of_and_one_that_is_not_there_is_told() {
         [&scene[..], &SMALL, &["--drop", name]].concat()
     };
     let verbose = |name| succeed(folder.path(), &[&inspect(name)[..], &["-v"]].concat());
-    let told = verbose("gbuffer-to-lighting");
+    let told = verbose("geometry-to-lighting");
     assert!(told.contains("GEOMETRY -> LIGHTING") && told.contains("why it is there"), "{told}");
     assert!(told.contains("SYNC-HAZARD-") && told.contains(" times, as:"), "{told}");
     assert!(
@@ -732,11 +732,11 @@ fn a_dropped_dependency_is_complained_of_and_one_that_is_not_there_is_told() {
     assert!(unheard.contains("read after write of the read-back buffer: nothing orders COPY"), "{unheard}");
     assert!(unheard.contains("nothing") && unheard.contains("The specification says (Fences)"), "{unheard}");
     // Its maps are cached by default.
-    let shadows = ["inspect", "builtin:hall", "--light-path", "loop", "--drop", "shadow-map-reuse"];
+    let shadows = ["inspect", "builtin:hall", "--light-path", "loop", "--drop", "shadow-reuse"];
     let told = succeed(folder.path(), &[&shadows[..], &SMALL].concat());
     // Old layers do not compare submissions, and then that is all that is said.
     assert!(told.contains("SYNC-HAZARD-") || told.contains("says nothing of these frames"), "{told}");
-    fail(folder.path(), &inspect("gbuffer-to-lightning"), 2, &["did you mean \"gbuffer-to-lighting\"?", "read-back"]);
+    fail(folder.path(), &inspect("gbuffer-to-lightning"), 2, &["did you mean \"geometry-to-lighting\"?", "read-back"]);
     fail(folder.path(), &inspect("frame-to-host"), 2, &["frame-to-host", "cannot be dropped"]);
     fail(folder.path(), &[&inspect("read-back")[..], &["--json"]].concat(), 2, &["--drop"]);
     // Layers are looked for elsewhere, but Debian 13's runner names their place itself.
@@ -752,7 +752,7 @@ fn a_dropped_dependency_is_complained_of_and_one_that_is_not_there_is_told() {
         // The verdict of the proof and the picture need no layer, and the words are the same.
         let verdict = |told: &str| told.split("\n\n").nth(1).expect("what may go wrong").to_owned();
         for (name, adds) in
-            [("gbuffer-to-lighting", "SYNC-HAZARD-"), ("picture-to-host", "No layer is known to notice")]
+            [("geometry-to-lighting", "SYNC-HAZARD-"), ("picture-to-host", "No layer is known to notice")]
         {
             let told = without_layer(name);
             assert!(told.contains("VK_LAYER_KHRONOS_validation is not installed"), "{told}");
@@ -763,7 +763,7 @@ fn a_dropped_dependency_is_complained_of_and_one_that_is_not_there_is_told() {
         let told = without_layer("all");
         assert!(told.contains("the specification's rules need") && !told.contains("the layer notices"), "{told}");
         assert!(
-            told.lines().any(|line| line.split_whitespace().take(2).eq(["gbuffer-to-lighting", "hazard"])),
+            told.lines().any(|line| line.split_whitespace().take(2).eq(["geometry-to-lighting", "hazard"])),
             "{told}"
         );
     }

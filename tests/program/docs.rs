@@ -363,7 +363,7 @@ fn the_drawn_frame_is_that_of_the_program() {
     let output = program().args(["inspect", "builtin:hall"]).output().expect("the program starts");
     let printed = String::from_utf8(output.stdout).expect("reports are UTF-8");
     let printed: Vec<&str> = printed.lines().map(str::trim).collect();
-    let shown = blocks(&text, "text").into_iter().find(|block| block.starts_with("gbuffer-to-lighting"));
+    let shown = blocks(&text, "text").into_iter().find(|block| block.starts_with("geometry-to-lighting"));
     let shown = shown.expect("ARCHITECTURE.md shows a row");
     let shown: Vec<&str> = shown.lines().map(str::trim).collect();
     assert!(printed.windows(shown.len()).any(|lines| lines == shown), "not printed: {shown:#?}");

@@ -180,7 +180,7 @@ const WRITERS: [Writer; 20] = [
     },
     Writer { arguments: &["export", "builtin:hall", "-o", "hall.glb"], file: "hall.glb", is_whole: is_glb },
     Writer {
-        arguments: &["ci", "--mutants", "--only", r"\.gbuffer-to-lighting\..*\.plain$", "-o", "mutants"],
+        arguments: &["ci", "--mutants", "--only", r"\.geometry-to-lighting\..*\.plain$", "-o", "mutants"],
         file: "mutants/mutants.jsonl",
         is_whole: is_json_lines,
     },

@@ -111,7 +111,7 @@ fn draw_and_copy(device: &Arc<Device>, depth_first: bool) -> Result<(), Box<dyn 
 
 /// "Automatic layout transitions into finalLayout happen-before the visibility operations for all dependencies with a dstSubpass equal to
 /// VK_SUBPASS_EXTERNAL, where srcSubpass uses the attachment that will be transitioned" (specification, `VkSubpassDependency`): so the copy waits for the
-/// change of the colour's layout, whichever of the two dependencies is named first. `depth-to-velocity` and `light-to-taa` are two such rows.
+/// change of the colour's layout, whichever of the two dependencies is named first. `depth-to-velocity` and `composite-to-taa` are two such rows.
 #[test]
 fn of_two_dependencies_out_of_a_subpass_newer_layers_see_the_first_alone() -> Result<(), Box<dyn StdError>> {
     let options = InstanceOptions { validation: Validation::Synchronization, ..InstanceOptions::default() };

@@ -2,7 +2,7 @@
 //! flight under a moving camera. `on_gpu_in_both_modes` proves first that the layer is on, and fails on every message and leak.
 //!
 //! Hazards between two submissions, as those of targets that frames share, are seen by newer layers only: 1.3.239 says
-//! nothing when `gbuffer-reuse` is left out, and that of Debian 13 does so in every test here.
+//! nothing when `geometry-reuse` is left out, and that of Debian 13 does so in every test here.
 
 use crate::common::gpu::{Gpu, on_gpu_in_both_modes};
 use crate::common::scenes::{crowd, draw_frames, exercise, nothing_emits, one_of_each, small, with_transparent};

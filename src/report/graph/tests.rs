@@ -169,8 +169,8 @@ fn a_strip_shows_the_earlier_use_of_another_frame() {
     let plan = FramePlan::of(&scene, &settings, &samples::device()).expect("a plan");
     let edges = edges::table(&plan);
     let drawn = |name| draw_hazards("x", &plan, &edges, &[edges.named(name, |_| true).expect("a row")]);
-    let reuse = drawn("gbuffer-reuse");
+    let reuse = drawn("geometry-reuse");
     assert!(reuse.contains("LIGHTING of the last frame") && reuse.contains("(store operation)"), "{reuse}");
-    let lighting = drawn("gbuffer-to-lighting");
+    let lighting = drawn("geometry-to-lighting");
     assert!(lighting.contains("read after write") && !lighting.contains("use after layout change"), "{lighting}");
 }

@@ -65,11 +65,11 @@ fn a_scene_that_fails_keeps_no_other_from_being_drawn_and_the_gravest_code_stays
 #[test]
 fn a_build_fails_without_a_dependency_and_its_messages_are_data() {
     let folder = folder();
-    let render = [&["render"], &QUAD[..], &["-q", "--validate", "--drop", "gbuffer-to-lighting"]].concat();
+    let render = [&["render"], &QUAD[..], &["-q", "--validate", "--drop", "geometry-to-lighting"]].concat();
     let (code, _, errors) =
         run(folder.path(), &[&render[..], &["--json", "verdict.json", "--junit", "failed.xml"]].concat());
     assert_eq!(code, 1, "{errors}");
-    assert!(errors.contains("error: without gbuffer-to-lighting LIGHTING may read"), "{errors}");
+    assert!(errors.contains("error: without geometry-to-lighting LIGHTING may read"), "{errors}");
     assert!(folder.path().join("afterlight.png").exists(), "it is drawn all the same");
     let report = json(&fs::read_to_string(folder.path().join("verdict.json")).expect("it was written"));
     let messages = report["scenes"][0]["messages"].as_array().expect("a list");
@@ -104,9 +104,9 @@ fn what_does_not_go_together_is_told_in_a_line() {
             &["render", "builtin:quad", "--json", "-", "--junit", "-"],
             &["render", "builtin:quad", "-o", "-", "--json", "-"],
             &["render", "builtin:quad", "--drop", "read-back"],
-            &["render", "builtin:quad", "--validate", "--drop", "shadow-map-reuse"],
+            &["render", "builtin:quad", "--validate", "--drop", "shadow-reuse"],
             &["render", "builtin:quad", "--validate", "--drop", "read-back", "--view", "all"],
-            &["inspect", "builtin:quad", "--light-path", "loop", "--drop", "gbuffer-to-tiled"],
+            &["inspect", "builtin:quad", "--light-path", "loop", "--drop", "geometry-to-tiled"],
             &["inspect", "builtin:quad", "--drop", "acquire"],
             &["inspect", "builtin:quad", "--drop", "read-bck"],
         ],
@@ -117,7 +117,7 @@ fn what_does_not_go_together_is_told_in_a_line() {
 fn a_missing_dependency_is_told_in_plain_words() {
     let folder = folder();
     let (code, told, errors) =
-        run(folder.path(), &[&["inspect"], &QUAD[..], &["--drop", "gbuffer-to-lighting"]].concat());
+        run(folder.path(), &[&["inspect"], &QUAD[..], &["--drop", "geometry-to-lighting"]].concat());
     assert_eq!(code, 0, "{errors}");
     assert!(told.contains("LIGHTING may read depth, albedo and normals"), "{told}");
     assert!(told.contains("that GEOMETRY has not finished writing"), "{told}");
@@ -143,7 +143,7 @@ fn all_dependencies_are_dropped_in_one_table() {
     // A dependency that these frames do without is listed with its reason.
     let absent = listed["absent_dependencies"].as_array().expect("a list");
     let why = |name: &str| absent.iter().find(|own| own["name"] == name).map(|own| own["why"].clone());
-    assert_eq!(why("output-to-fxaa"), Some("no FXAA pass (not asked for)".into()));
+    assert_eq!(why("tonemap-to-fxaa"), Some("no FXAA pass (not asked for)".into()));
     assert_eq!(why("present"), Some("no window".into()));
     assert_eq!(why("read-back"), None);
 }
