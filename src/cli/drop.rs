@@ -186,17 +186,17 @@ fn one(
         }
         let layer = match &own.layer {
             Ok(layer) => *layer,
-            Err(why) => return Ok(text + &unwatched(edge, why)),
+            Err(why) => return Ok(text + &unwatched(&own.plan, edge, why)),
         };
         let mode = if sync_shader_heuristic { "with its shader heuristic" } else { "as it is by default" };
         let _ = write!(text, "Layer {}, {mode}:\n{}", version(layer), listing(&found, is_verbose));
         silent = match found.messages.is_empty() {
-            true if !sync_shader_heuristic || silent.is_some() => Some((edge.clone(), layer)),
+            true if !sync_shader_heuristic || silent.is_some() => Some((own.plan.clone(), edge.clone(), layer)),
             _ => None,
         };
     }
-    if let Some((edge, layer)) = silent {
-        let _ = writeln!(text, "\n{}", silence(&edge, layer));
+    if let Some((plan, edge, layer)) = silent {
+        let _ = writeln!(text, "\n{}", silence(&plan, &edge, layer));
     }
     Ok(text)
 }
@@ -282,9 +282,9 @@ fn without_layer(why: &str) -> String {
 }
 
 /// What the layer would add to the verdict on one.
-fn unwatched(edge: &Edge, why: &str) -> String {
-    let adds = match reason(edge, Part::Row) {
-        Some(_) => silence(edge, LAYER),
+fn unwatched(plan: &FramePlan, edge: &Edge, why: &str) -> String {
+    let adds = match reason(plan, edge, Part::Row) {
+        Some(_) => silence(plan, edge, LAYER),
         None => format!(
             "Layer {} names its rule (SYNC-HAZARD-...), and how often these frames break it, where they give {} something to order.",
             version(LAYER),
@@ -362,9 +362,9 @@ fn proved(hazards: &[Hazard]) -> String {
 }
 
 /// Explains why the layer says nothing.
-fn silence(edge: &Edge, layer: u32) -> String {
+fn silence(plan: &FramePlan, edge: &Edge, layer: u32) -> String {
     let (own, known) = (version(layer), version(LAYER));
-    match reason(edge, Part::Row) {
+    match reason(plan, edge, Part::Row) {
         Some(reason) => format!(
             "No layer is known to notice: {}. The specification says ({}): \"{}.\"",
             reason.why, reason.section, reason.says
@@ -413,6 +413,8 @@ mod tests {
     use afterlight::frame::list::SHADOW_PASS;
     use afterlight::gpu::sync::Use;
     use afterlight::passes::shadow;
+    use afterlight::plan::Capabilities;
+    use afterlight::scene::{Scene, Settings};
 
     use super::*;
 
@@ -435,13 +437,12 @@ mod tests {
 
     #[test]
     fn silence_is_explained_by_what_is_known_of_the_layer() {
-        let (new, old) = (
-            silence(&row(RowName::Reuse(shadow::PASS.place)), LAYER),
-            silence(&row(RowName::Reuse(shadow::PASS.place)), LAYER - 1),
-        );
+        let plan = FramePlan::of(&Scene::default(), &Settings::default(), &Capabilities::ample()).expect("a plan");
+        let reuse = row(RowName::Reuse(shadow::PASS.place));
+        let (new, old) = (silence(&plan, &reuse, LAYER), silence(&plan, &reuse, LAYER - 1));
         assert!(new.contains("gave shadow-reuse nothing to order"), "{new}");
         assert!(old.contains("says nothing of these frames") && !old.contains("gave"), "{old}");
-        let argued = silence(&row(RowName::PICTURE_TO_HOST), LAYER);
+        let argued = silence(&plan, &row(RowName::PICTURE_TO_HOST), LAYER);
         assert!(argued.contains("No layer is known to notice") && argued.contains("Signaling a fence"), "{argued}");
     }
 }

@@ -40,7 +40,8 @@ pub enum Verdict {
 
 /// The verdict on a layer of this version.
 pub fn verdict(layer: u32, mutant: &Mutant, heard: &Heard) -> Verdict {
-    let argued = unreported_mutants::reason(&mutant.edge, mutant.part).filter(|_| !newer::notices(layer, mutant));
+    let argued =
+        unreported_mutants::reason(mutant.plan, &mutant.edge, mutant.part).filter(|_| !newer::notices(layer, mutant));
     let older = || older::reason(layer, mutant).map(Miss::Older);
     let newer = || newer::reason(layer, mutant).map(Miss::Newer);
     match (heard.anything(), argued.map(Miss::Argued).or_else(older).or_else(newer)) {

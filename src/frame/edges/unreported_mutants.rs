@@ -7,8 +7,11 @@
 use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
 
 use super::{Carrier, Edge, Side};
+use crate::frame::list::RenderPassName;
 use crate::gpu::sync::Use;
-use crate::passes::{forward, lighting, reflect_resolve};
+use crate::passes::{Place, forward, geometry, lighting, reflect_resolve, tonemap};
+use crate::plan::FramePlan;
+use crate::scene::Transparency;
 
 /// The first layer that sees wrong masks of subpass dependencies.
 pub const LAYER: u32 = vk::make_api_version(0, 1, 4, 309);
@@ -31,7 +34,7 @@ pub struct UnreportedMutants {
     rows: &'static [&'static str],
     parts: Parts,
     /// True for the rows of the plans in which the layer is silent.
-    only: fn(&Edge) -> bool,
+    only: fn(&FramePlan, &Edge) -> bool,
     /// The section of the specification.
     pub section: &'static str,
     /// A sentence of that section.
@@ -51,7 +54,7 @@ enum Parts {
 }
 
 impl UnreportedMutants {
-    fn is_about(&self, edge: &Edge, part: Part) -> bool {
+    fn is_about(&self, plan: &FramePlan, edge: &Edge, part: Part) -> bool {
         let same = match (&self.parts, part) {
             (Parts::All, Part::Row | Part::Bits(..)) => true,
             (Parts::Row, Part::Row) | (Parts::AcrossSamples, Part::AcrossSamples) => true,
@@ -60,13 +63,13 @@ impl UnreportedMutants {
             }
             _ => false,
         };
-        same && self.rows.contains(&edge.label) && (self.only)(edge)
+        same && self.rows.contains(&edge.label) && (self.only)(plan, edge)
     }
 }
 
 /// Why nobody notices that a part of a row is missing; `None` where a layer does.
-pub fn reason(edge: &Edge, part: Part) -> Option<&'static UnreportedMutants> {
-    UNREPORTED_MUTANTS.iter().find(|entry| entry.is_about(edge, part))
+pub fn reason(plan: &FramePlan, edge: &Edge, part: Part) -> Option<&'static UnreportedMutants> {
+    UNREPORTED_MUTANTS.iter().find(|entry| entry.is_about(plan, edge, part))
 }
 
 const fn accesses(first: A, second: A) -> A {
@@ -77,19 +80,29 @@ const fn stages(first: S, second: S) -> S {
     S::from_raw(first.as_raw() | second.as_raw())
 }
 
-const ALWAYS: fn(&Edge) -> bool = |_| true;
-const BETWEEN_SUBPASSES: fn(&Edge) -> bool = Edge::is_between_subpasses;
+const ALWAYS: fn(&FramePlan, &Edge) -> bool = |_, _| true;
+const BETWEEN_SUBPASSES: fn(&FramePlan, &Edge) -> bool = |_, edge| edge.is_between_subpasses();
 /// TRANSPARENT reads depth that is visible already, and waits only for readers of what it drops.
-const WAITS_TO_DROP: fn(&Edge) -> bool =
-    |edge| !edge.after.access.intersects(accesses(A::DEPTH_STENCIL_ATTACHMENT_READ, A::DEPTH_STENCIL_ATTACHMENT_WRITE));
+const WAITS_TO_DROP: fn(&FramePlan, &Edge) -> bool = |_, edge| {
+    !edge.after.access.intersects(accesses(A::DEPTH_STENCIL_ATTACHMENT_READ, A::DEPTH_STENCIL_ATTACHMENT_WRITE))
+};
 /// FORWARD leaves depth as it writes it; those that only test against it leave it as VELOCITY finds it.
-const CHANGES_THE_LAYOUT: fn(&Edge) -> bool = |edge| edge.from == forward::PASS.place;
-const LEAVES_THE_LAYOUT: fn(&Edge) -> bool =
-    |edge| edge.from != forward::PASS.place && edge.from != reflect_resolve::PASS.place;
+const CHANGES_THE_LAYOUT: fn(&FramePlan, &Edge) -> bool = |_, edge| edge.from == forward::PASS.place;
+const LEAVES_THE_LAYOUT: fn(&FramePlan, &Edge) -> bool =
+    |_, edge| edge.from != forward::PASS.place && edge.from != reflect_resolve::PASS.place;
 /// By SIMULATE, and by passes that shade.
-const LOOKED_UP_TWICE: fn(&Edge) -> bool =
-    |edge| edge.after.stage.contains(stages(S::FRAGMENT_SHADER, S::COMPUTE_SHADER));
-const AFTER_REFLECTIONS: fn(&Edge) -> bool = |edge| edge.from == reflect_resolve::PASS.place;
+const LOOKED_UP_TWICE: fn(&FramePlan, &Edge) -> bool =
+    |_, edge| edge.after.stage.contains(stages(S::FRAGMENT_SHADER, S::COMPUTE_SHADER));
+const AFTER_REFLECTIONS: fn(&FramePlan, &Edge) -> bool = |_, edge| edge.from == reflect_resolve::PASS.place;
+/// The render pass of the row begins with this place.
+fn begins_with(edge: &Edge, place: Place) -> bool {
+    edge.carrier == Carrier::Subpass(RenderPassName::of(place))
+}
+
+/// Depth was stored by an earlier render pass, so that this one loads it.
+const LOADS_DEPTH: fn(&FramePlan, &Edge) -> bool =
+    |_, edge| !begins_with(edge, geometry::PASS.place) && !begins_with(edge, forward::PASS.place);
+
 const OVER_PRESENTED: Carrier =
     Carrier::ImageBarrier(vk::ImageLayout::PRESENT_SRC_KHR, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL);
 
@@ -161,8 +174,8 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     },
     UnreportedMutants {
         rows: &["shadow-to-lighting", "shadow-to-forward"],
-        parts: Parts::Any(Side::After, S::FRAGMENT_SHADER, A::empty()),
-        only: LOOKED_UP_TWICE,
+        parts: Parts::All,
+        only: |plan, _| plan.particles.is_some() || plan.froxels().is_some(),
         section: "Pipeline Stages",
         says: "Its first access scope only includes memory accesses performed by pipeline stages explicitly specified in the source stage \
                mask",
@@ -172,7 +185,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         rows: &["shadow-reuse"],
         parts: Parts::Any(Side::Before, S::COMPUTE_SHADER, A::empty()),
-        only: |edge| edge.before.stage.contains(stages(S::FRAGMENT_SHADER, S::COMPUTE_SHADER)),
+        only: |_, edge| edge.before.stage.contains(stages(S::FRAGMENT_SHADER, S::COMPUTE_SHADER)),
         section: "Synchronization and Cache Control",
         says: FEW_GUARANTEES,
         why: "the layer lets the rows from SIMULATE to PARTICLES and from there to LIGHTING, for whose look-ups the next frame waits, hold back SIMULATE's too, and \
@@ -207,7 +220,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         rows: &["reflect-resolve-to-transparent", "reflect-resolve-to-composite", "reflect-resolve-to-fog"],
         parts: Parts::Any(Side::After, S::empty(), A::COLOR_ATTACHMENT_WRITE),
-        only: |edge| edge.after.access.contains(A::COLOR_ATTACHMENT_READ),
+        only: |_, edge| edge.after.access.contains(A::COLOR_ATTACHMENT_READ),
         section: "Execution and Memory Dependencies",
         says: HAZARDS,
         why: "blending and the load before it read, and the layer takes the write to be ordered by these reads. What REFLECT_RESOLVE wrote must be visible to \
@@ -240,8 +253,8 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         rows: &["reflect-resolve-to-transparent"],
         parts: Parts::All,
-        // Only where FOG lies between the two, and no sums wait with it.
-        only: |edge| !edge.after.stage.contains(S::COLOR_ATTACHMENT_OUTPUT),
+        // Where FOG lies between the two, and draws into the same light.
+        only: |plan, _| plan.has_fog() && plan.transparency == Some(Transparency::Sorted),
         section: "VkSubpassDependency",
         says: "the first set of commands includes all commands submitted as part of the subpass instance identified by srcSubpass and any \
                load, store, or multisample resolve operations on attachments used in srcSubpass",
@@ -267,17 +280,21 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               must be visible to it",
     },
     UnreportedMutants {
-        rows: &["tonemap-reuse", "bloom-to-tonemap"],
-        parts: Parts::Any(Side::Before, stages(S::TRANSFER, S::FRAGMENT_SHADER), A::empty()),
-        only: ALWAYS,
+        rows: &["tonemap-reuse"],
+        parts: Parts::Any(Side::Before, S::FRAGMENT_SHADER, A::empty()),
+        only: |_, edge| begins_with(edge, tonemap::PASS.place),
         section: "Image Layout Transitions",
         says: TRANSITION,
         why: "the layer takes the output's layout change to be ordered after the copy, or FXAA's read, that an earlier submission made. It happens after \
               what the dependency's first scope has, and that must have the read",
     },
     UnreportedMutants {
-        rows: &["tonemap-reuse", "bloom-to-tonemap"],
-        parts: Parts::Any(Side::After, S::empty(), A::INPUT_ATTACHMENT_READ),
+        rows: &["bloom-to-tonemap"],
+        parts: Parts::Any(
+            Side::After,
+            S::FRAGMENT_SHADER,
+            accesses(A::INPUT_ATTACHMENT_READ, A::COLOR_ATTACHMENT_WRITE),
+        ),
         only: ALWAYS,
         section: "Execution and Memory Dependencies",
         says: HAZARDS,
@@ -360,9 +377,12 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               only a dependency on HOST, HOST_READ makes them visible to the CPU",
     },
     UnreportedMutants {
-        rows: &["lighting-reuse", "tonemap-reuse", "output-reuse", "fxaa-reuse"],
+        rows: &["lighting-reuse", "transparent-reuse", "composite-reuse", "fog-reuse", "tonemap-reuse", "fxaa-reuse"],
         parts: Parts::Row,
-        only: |edge| edge.carrier.is_render_pass() && edge.before.stage == S::TRANSFER,
+        only: |_, edge| {
+            let is_smoothed = edge.before.stage == S::FRAGMENT_SHADER && begins_with(edge, tonemap::PASS.place);
+            edge.carrier.is_render_pass() && (edge.before.stage == S::TRANSFER || is_smoothed)
+        },
         section: "VkSubpassDependency",
         says: "If there is no subpass dependency from VK_SUBPASS_EXTERNAL to the first subpass that uses an attachment, then an implicit \
                subpass dependency exists from VK_SUBPASS_EXTERNAL to the first subpass it is used in",
@@ -371,26 +391,18 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     },
     UnreportedMutants {
         rows: &[
-            "lighting-reuse",
-            "tonemap-reuse",
-            "output-reuse",
-            "fxaa-reuse",
+            "geometry-reuse",
             "lighting-reuse",
             "forward-reuse",
-            "geometry-reuse",
+            "transparent-reuse",
+            "composite-reuse",
+            "fog-reuse",
+            "tonemap-reuse",
+            "fxaa-reuse",
         ],
         parts: Parts::Any(Side::Before, S::TRANSFER, A::empty()),
-        // Not where the same row makes the store of colours or samples available, which is missed.
-        only: |edge| {
-            edge.before.stage.contains(S::TRANSFER)
-                && match edge.label {
-                    "geometry-reuse" => edge.before.stage.contains(S::COLOR_ATTACHMENT_OUTPUT),
-                    "lighting-reuse" | "forward-reuse" => {
-                        edge.to == forward::PASS.place || edge.before.stage.contains(S::COLOR_ATTACHMENT_OUTPUT)
-                    }
-                    _ => true,
-                }
-        },
+        // Not where GEOMETRY waits for the copy alone.
+        only: |_, edge| edge.to != geometry::PASS.place || edge.before.stage.contains(S::COLOR_ATTACHMENT_OUTPUT),
         section: "Image Layout Transitions",
         says: TRANSITION,
         why: "the layer takes a layout change to be ordered after the copy that an earlier submission made. It happens after what the \
@@ -414,6 +426,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
             "forward-to-fog",
             "fog-to-transparent",
             "tonemap-to-tone",
+            "forward-to-tone",
             "fxaa-to-tone",
             "lighting-to-tone",
         ],
@@ -429,7 +442,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               subpass; blending in a later one reads and writes what the earlier one wrote",
     },
     UnreportedMutants {
-        rows: &["tonemap-to-tone", "fxaa-to-tone", "lighting-to-tone"],
+        rows: &["tonemap-to-tone", "fxaa-to-tone", "lighting-to-tone", "forward-to-tone"],
         parts: Parts::Any(Side::Before, S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE),
         only: ALWAYS,
         section: "Rasterization Order",
@@ -439,7 +452,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         rows: &["lighting-to-transparent", "fog-to-transparent"],
         parts: Parts::Any(Side::Before, stages(S::COLOR_ATTACHMENT_OUTPUT, S::LATE_FRAGMENT_TESTS), A::empty()),
-        only: WAITS_TO_DROP,
+        only: |plan, edge| WAITS_TO_DROP(plan, edge) || LOADS_DEPTH(plan, edge),
         section: "Rasterization Order",
         says: IN_ORDER,
         why: "the layer takes all that a render pass does to depth to be in rasterization order. TRANSPARENT drops depth that LIGHTING or FOG reads, in \
@@ -448,7 +461,9 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         rows: &["fog-to-transparent"],
         parts: Parts::Any(Side::Before, S::FRAGMENT_SHADER, A::empty()),
-        only: |edge| WAITS_TO_DROP(edge) && edge.before.stage == S::FRAGMENT_SHADER,
+        only: |plan, edge| {
+            edge.before.stage == S::FRAGMENT_SHADER && (WAITS_TO_DROP(plan, edge) || LOADS_DEPTH(plan, edge))
+        },
         section: "Rasterization Order",
         says: IN_ORDER,
         why: "the same where TRANSPARENT draws into sums, and waits for nothing else: FOG reads the depth that it drops as an input",
@@ -457,7 +472,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         rows: &["lighting-to-fog"],
         parts: Parts::Any(Side::Before, S::COLOR_ATTACHMENT_OUTPUT, A::empty()),
         // Where FOG drops depth by a write, the layer sees that nothing holds that back from LIGHTING's reads.
-        only: |edge| !edge.after.access.contains(A::DEPTH_STENCIL_ATTACHMENT_WRITE),
+        only: |plan, edge| !edge.after.access.contains(A::DEPTH_STENCIL_ATTACHMENT_WRITE) || LOADS_DEPTH(plan, edge),
         section: "Rasterization Order",
         says: IN_ORDER,
         why: "the layer takes all that a render pass does to a colour attachment to be in rasterization order. That order holds within a subpass; FOG blends \
@@ -486,7 +501,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               a load is not visible to input reads for that, and a drop is a write that waits for what AO read by its own stage",
     },
     UnreportedMutants {
-        rows: &["ao-denoise-to-transparent", "ao-denoise-to-fog"],
+        rows: &["ao-denoise-to-transparent", "ao-denoise-to-fog", "geometry-to-fog", "geometry-to-transparent"],
         parts: Parts::All,
         only: ALWAYS,
         section: "VkSubpassDependency",
@@ -498,7 +513,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         rows: &["lighting-reuse", "forward-reuse"],
         parts: Parts::Any(Side::Before, S::empty(), A::COLOR_ATTACHMENT_WRITE),
-        only: |edge| edge.to == lighting::PASS.place && edge.before.stage.contains(S::TRANSFER),
+        only: |_, edge| edge.to == lighting::PASS.place && edge.before.stage.contains(S::TRANSFER),
         section: "VkDependencyFlagBits",
         says: "VK_DEPENDENCY_BY_REGION_BIT specifies that dependencies will be framebuffer-local",
         why: "the row to TONE makes the samples' store available, but by region. The next frame's samples wait for all of it",
@@ -546,7 +561,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         rows: &["geometry-to-lighting"],
         parts: Parts::Any(Side::After, S::LATE_FRAGMENT_TESTS, A::empty()),
         // Where LIGHTING drops depth, the layer misses the store's stage.
-        only: |edge| !edge.after.access.contains(A::DEPTH_STENCIL_ATTACHMENT_WRITE),
+        only: |_, edge| !edge.after.access.contains(A::DEPTH_STENCIL_ATTACHMENT_WRITE),
         section: "Rasterization Order",
         says: IN_ORDER,
         why: "the same for tests that run late",
@@ -565,7 +580,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         rows: &["picture-to-split", "picture-to-copy", "picture-to-overlay"],
         parts: Parts::Any(Side::Before, S::TRANSFER, A::empty()),
         // Where COPY takes the picture as it lies, no layout change comes between, and the layer sees that OVERLAY waits for the copy.
-        only: |edge| edge.label != "picture-to-overlay" || edge.carrier == OVER_PRESENTED,
+        only: |_, edge| edge.label != "picture-to-overlay" || edge.carrier == OVER_PRESENTED,
         section: "Image Layout Transitions",
         says: TRANSITION,
         why: "the layer takes a layout change to be ordered after that at the end of a render pass, or in a barrier before it. It is so by a chain \
@@ -582,7 +597,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         ],
         parts: Parts::Any(Side::After, S::TRANSFER, A::empty()),
         // With an access it is for a copy that comes right after.
-        only: |edge| edge.after.access.is_empty(),
+        only: |_, edge| edge.after.access.is_empty(),
         section: "Image Layout Transitions",
         says: TRANSITION,
         why: "the same, seen from the other side: what comes next begins with TRANSFER, with which this ends",
@@ -591,7 +606,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         rows: &["read-back"],
         parts: Parts::Row,
         // Only where the pass draws into an image of the swapchain.
-        only: |edge| edge.after.access.is_empty(),
+        only: |_, edge| edge.after.access.is_empty(),
         section: "VkSubpassDependency",
         says: "If there is no subpass dependency from the last subpass that uses an attachment to VK_SUBPASS_EXTERNAL, then an implicit subpass \
                dependency exists from the last subpass it is used in to VK_SUBPASS_EXTERNAL",
@@ -608,9 +623,16 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               accesses, and is to those of the mask",
     },
     UnreportedMutants {
-        rows: &["lighting-reuse", "lighting-reuse", "transparent-reuse", "lighting-reuse", "forward-reuse"],
+        rows: &["lighting-reuse", "transparent-reuse", "forward-reuse"],
         parts: Parts::Any(Side::Before, S::empty(), A::COLOR_ATTACHMENT_WRITE),
-        only: |edge| edge.before.stage == S::COLOR_ATTACHMENT_OUTPUT,
+        // Where the light or the G-buffer is drawn by an earlier subpass of the render pass.
+        only: |_, edge| {
+            edge.before.stage == S::COLOR_ATTACHMENT_OUTPUT
+                && !begins_with(edge, edge.to)
+                && [geometry::PASS.place, lighting::PASS.place, forward::PASS.place]
+                    .iter()
+                    .any(|place| begins_with(edge, *place))
+        },
         section: "Render Pass Creation",
         says: "Automatic layout transitions away from initialLayout happen-after the availability operations for all dependencies with a \
                srcSubpass equal to VK_SUBPASS_EXTERNAL, where dstSubpass uses the attachment that will be transitioned",
@@ -628,10 +650,29 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
                     | A::DEPTH_STENCIL_ATTACHMENT_WRITE.as_raw(),
             ),
         ),
-        only: |edge| !edge.is_between_subpasses(),
+        only: |_, edge| !edge.is_between_subpasses(),
         section: "Image Layout Transitions",
         says: TRANSITION,
         why: "the layer takes all uses of an attachment that is loaded to be ordered by its load operation. That reads in other stages than inputs do \
               and than the store writes in, and what GEOMETRY stored, and the new layout, must be visible to each of these accesses",
+    },
+    UnreportedMutants {
+        rows: &["lighting-to-transparent"],
+        parts: Parts::Row,
+        only: |plan, _| plan.has_fog(),
+        section: "VkSubpassDependency",
+        says: "the first set of commands includes all commands submitted as part of the subpass instance identified by srcSubpass and any \
+               load, store, or multisample resolve operations on attachments used in srcSubpass",
+        why: "the layer lets the rows from LIGHTING to FOG and from FOG to TRANSPARENT order what LIGHTING did. The first scope of the latter has only what is \
+              submitted in FOG",
+    },
+    UnreportedMutants {
+        rows: &["lighting-to-fog"],
+        parts: Parts::All,
+        only: |_, edge| !edge.is_between_subpasses(),
+        section: "Rasterization Order",
+        says: IN_ORDER,
+        why: "the layer takes depth that one render pass stores and the next one loads, as its layout stays the same, to be in rasterization order. That order holds \
+              within a subpass",
     },
 ];
