@@ -86,10 +86,6 @@ const BETWEEN_SUBPASSES: fn(&FramePlan, &Edge) -> bool = |_, edge| edge.is_betwe
 const WAITS_TO_DROP: fn(&FramePlan, &Edge) -> bool = |_, edge| {
     !edge.after.access.intersects(accesses(A::DEPTH_STENCIL_ATTACHMENT_READ, A::DEPTH_STENCIL_ATTACHMENT_WRITE))
 };
-/// FORWARD leaves depth as it writes it; those that only test against it leave it as VELOCITY finds it.
-const CHANGES_THE_LAYOUT: fn(&FramePlan, &Edge) -> bool = |_, edge| edge.from == forward::PASS.place;
-const LEAVES_THE_LAYOUT: fn(&FramePlan, &Edge) -> bool =
-    |_, edge| edge.from != forward::PASS.place && edge.from != reflect_resolve::PASS.place;
 /// By SIMULATE, and by passes that shade.
 const LOOKED_UP_TWICE: fn(&FramePlan, &Edge) -> bool =
     |_, edge| edge.after.stage.contains(stages(S::FRAGMENT_SHADER, S::COMPUTE_SHADER));
@@ -227,15 +223,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               both accesses",
     },
     UnreportedMutants {
-        rows: &[
-            "reflect-resolve-to-transparent",
-            "reflect-resolve-to-fog",
-            "lighting-to-velocity",
-            "transparent-to-velocity",
-            "fog-to-velocity",
-            "forward-to-velocity",
-            "reflect-resolve-to-velocity",
-        ],
+        rows: &["reflect-resolve-to-transparent", "reflect-resolve-to-fog", "reflect-resolve-to-velocity"],
         parts: Parts::Any(
             Side::After,
             stages(S::FRAGMENT_SHADER, stages(S::EARLY_FRAGMENT_TESTS, S::LATE_FRAGMENT_TESTS)),
@@ -318,35 +306,6 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         says: HAZARDS,
         why: "the layer takes all uses of an attachment that is loaded to be ordered by its load operation. SHARPEN writes it by another access, to which \
               what the main pass stored must be visible, too",
-    },
-    UnreportedMutants {
-        rows: &[
-            "lighting-to-velocity",
-            "transparent-to-velocity",
-            "fog-to-velocity",
-            "forward-to-velocity",
-            "reflect-resolve-to-velocity",
-        ],
-        parts: Parts::All,
-        only: LEAVES_THE_LAYOUT,
-        section: "Rasterization Order",
-        says: IN_ORDER,
-        why: "where its layout stays the same, the layer takes what one render pass stores of depth and the next one loads to be in rasterization order. That \
-              order holds within a subpass",
-    },
-    UnreportedMutants {
-        rows: &[
-            "lighting-to-velocity",
-            "transparent-to-velocity",
-            "fog-to-velocity",
-            "forward-to-velocity",
-            "reflect-resolve-to-velocity",
-        ],
-        parts: Parts::Any(Side::After, S::LATE_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_WRITE),
-        only: CHANGES_THE_LAYOUT,
-        section: "Rasterization Order",
-        says: IN_ORDER,
-        why: "the same of what is stored again, after late tests: the layer looks at the load operation alone",
     },
     UnreportedMutants {
         rows: &["fill-to-readers"],
@@ -501,7 +460,13 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               a load is not visible to input reads for that, and a drop is a write that waits for what AO read by its own stage",
     },
     UnreportedMutants {
-        rows: &["ao-denoise-to-transparent", "ao-denoise-to-fog", "geometry-to-fog", "geometry-to-transparent"],
+        rows: &[
+            "ao-denoise-to-transparent",
+            "ao-denoise-to-fog",
+            "geometry-to-fog",
+            "geometry-to-transparent",
+            "geometry-to-velocity",
+        ],
         parts: Parts::All,
         only: ALWAYS,
         section: "VkSubpassDependency",
@@ -549,7 +514,13 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the same of the stage, beside those that test depth",
     },
     UnreportedMutants {
-        rows: &["geometry-to-lighting", "lighting-to-transparent", "forward-to-transparent", "fog-to-transparent"],
+        rows: &[
+            "geometry-to-lighting",
+            "lighting-to-transparent",
+            "forward-to-transparent",
+            "forward-to-velocity",
+            "fog-to-transparent",
+        ],
         parts: Parts::Any(Side::After, S::EARLY_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_READ),
         only: BETWEEN_SUBPASSES,
         section: "Rasterization Order",
@@ -567,7 +538,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the same for tests that run late",
     },
     UnreportedMutants {
-        rows: &["geometry-to-lighting", "forward-to-transparent", "forward-to-fog"],
+        rows: &["geometry-to-lighting", "forward-to-transparent", "forward-to-velocity", "forward-to-fog"],
         parts: Parts::Any(Side::Before, S::EARLY_FRAGMENT_TESTS, A::empty()),
         only: ALWAYS,
         section: "Pipeline Stages",
