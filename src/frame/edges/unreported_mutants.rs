@@ -411,7 +411,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         rows: &["lighting-to-transparent", "fog-to-transparent"],
         parts: Parts::Any(Side::Before, stages(S::COLOR_ATTACHMENT_OUTPUT, S::LATE_FRAGMENT_TESTS), A::empty()),
-        only: |plan, edge| WAITS_TO_DROP(plan, edge) || LOADS_DEPTH(plan, edge),
+        only: |plan, edge| !edge.after.access.contains(A::DEPTH_STENCIL_ATTACHMENT_WRITE) || LOADS_DEPTH(plan, edge),
         section: "Rasterization Order",
         says: IN_ORDER,
         why: "the layer takes all that a render pass does to depth to be in rasterization order. TRANSPARENT drops depth that LIGHTING or FOG reads, in \
@@ -529,9 +529,9 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               of a later one read what the earlier one wrote, early or late as the implementation likes",
     },
     UnreportedMutants {
-        rows: &["geometry-to-lighting"],
+        rows: &["geometry-to-lighting", "lighting-to-transparent", "forward-to-transparent"],
         parts: Parts::Any(Side::After, S::LATE_FRAGMENT_TESTS, A::empty()),
-        // Where LIGHTING drops depth, the layer misses the store's stage.
+        // Where the pass drops depth, the layer misses the store's stage.
         only: |_, edge| !edge.after.access.contains(A::DEPTH_STENCIL_ATTACHMENT_WRITE),
         section: "Rasterization Order",
         says: IN_ORDER,
