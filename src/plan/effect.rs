@@ -19,7 +19,7 @@ pub struct Effect {
     pub spreads: bool,
     /// Why it needs an HDR target, if it is blended as transparent surfaces are.
     pub blended: Option<&'static str>,
-    /// The reason that no light is out of reach, with settings by which that is so.
+    /// Says why every light reaches all pixels under these settings; `None` if the effect adds no such reason.
     pub reaches_all_lights: fn(&Settings) -> Option<&'static str>,
     /// The lights that frames which have it need where no surface is seen.
     pub lit_air: fn(&FramePlan) -> LitAir,
@@ -39,7 +39,7 @@ pub struct Effect {
     pub hdr: Option<Hdr>,
     /// Why frames have none.
     pub absence: fn(&Absence) -> &'static str,
-    /// The lines of `inspect` about it; its passes have lines of their own.
+    /// Lists the effect's own lines for `inspect`, such as its targets. Passes are listed elsewhere.
     pub parts: fn(&Scene, &Settings, &FramePlan) -> Vec<Part>,
     /// Why a report does not sweep the setting with this key, which is one of the effect's.
     pub unswept: fn(&str, &Scene, &FramePlan) -> Option<&'static str>,

@@ -54,7 +54,7 @@ pub(in crate::plan) fn by_shaders(scene: &Scene, device: &Capabilities, looked_u
     badly && scene.textures.iter().all(|texture| texture.sampler.softens())
 }
 
-/// Jittered frames of which a picture is the mean: those of `samples`, or those that an effect averages.
+/// Number of jittered frames that are averaged to a picture, by `samples` or by an effect.
 fn frames(settings: &Settings) -> u32 {
     settings.samples.max(effects::frames(settings))
 }
