@@ -18,47 +18,48 @@ use crate::plan::FramePlan;
 use crate::scene::OptionalPart;
 
 // ANCHOR: order
-/// The passes of a frame. `Run` records compute; `Draw` is a subpass, with the passes that share it. Neighbouring subpasses share a render pass up to the
-/// next compute pass, or to a subpass that samples what they draw.
+/// The passes of a frame. `Run` records compute; `Draw` is a subpass with the passes that share it. Neighbouring subpasses share a render pass, up to the
+/// next compute pass or to a subpass that samples what they draw; `DrawApart` has a render pass of its own.
+#[rustfmt::skip]
 const ORDER: [Line; 34] = [
-    // Everything that passes which draw surfaces need.
-    RunPosed(&skin::PASS), // vertices of meshes that skins and shapes deform, when their pose is another
-    DrawApart(&occluders::PASS), // depth of the largest objects, where the device culls occluded ones
-    Run(&pyramid::PASS),   // the least depths of squares of that depth
-    Run(&cull::PASS),      // objects in view and not occluded
-    Run(&arrange::PASS),   // their places, by adding up their numbers
-    Run(&fill::PASS),      // their rows and commands
-    DrawApart(&shadow::PASS), // depth maps of lights, those in which something has moved
-    Run(&scatter::PASS),   // the light of each froxel of air
-    Run(&integrate::PASS), // the light scattered before each froxel
-    Run(&simulate::PASS),  // particles of the moment, with their light
-    Run(&sort::PASS),      // from back to front: the first step
-    Run(&sort::PASS),      // and each step after another
+    // What the passes that draw surfaces need.
+    RunPosed(&skin::PASS),                       // vertices of meshes that skins and shapes deform, when their pose has changed
+    DrawApart(&occluders::PASS),                 // depth of the largest objects, to find out what they hide
+    Run(&pyramid::PASS),                         // the least depths of squares of it
+    Run(&cull::PASS),                            // which objects are in view, and not hidden
+    Run(&arrange::PASS),                         // where the commands of each group of them go: sums of their numbers
+    Run(&fill::PASS),                            // those commands, for all that draws surfaces below
+    DrawApart(&shadow::PASS),                    // depth as lights see it, of those maps in which something has moved
+    Run(&scatter::PASS),                         // the light that reaches each froxel of air
+    Run(&integrate::PASS),                       // the light scattered on the way to each froxel
+    Run(&simulate::PASS),                        // the particles of the moment, with the light on them
+    Run(&sort::PASS),                            // their order from back to front: the first step
+    Run(&sort::PASS),                            // and the steps that follow another one
     // Surfaces, and the light on them.
-    Draw(&geometry::PASS, &[&depth::PASS, &geometry::PASS]), // surfaces into the G-buffer, in tile memory where there is any
+    Draw(&geometry::PASS, &[&depth::PASS, &geometry::PASS]), // surfaces into the G-buffer, which tilers need not store
     PartIf(|plan| plan.stores_gbuffer && plan.keep.has(OptionalPart::StoredGbuffer)),
-    Run(&ao::PASS),         // ambient occlusion by surfaces nearby
-    Run(&ao_denoise::PASS), // smoothed, into the G-buffer's occlusion
-    Run(&tiled::PASS),      // on the light paths `compute` and `visibility`: all light, and the picture
-    Draw(&lighting::PASS, &[&lighting::PASS, &per_light::PASS, &ambient::PASS, &sky::PASS, &view::PASS]), // every light on every pixel, or a view of a buffer
-    Draw(&forward::PASS, &[&depth::PASS, &forward::PASS, &sky::PASS]), // on the forward light paths: surfaces, lit as they are rasterized
-    Run(&hiz::PASS),             // depths of squares, in which REFLECT's rays skip empty space
-    Run(&reflect::PASS),         // rays from smooth surfaces into the lit picture
-    Run(&reflect_resolve::PASS), // what they found, added to the light
-    // Layers over the lit picture.
-    Draw(&fog::PASS, &[&fog::PASS]), // the light that the air absorbs and scatters
+    Run(&ao::PASS),                              // how much of the surroundings each pixel sees
+    Run(&ao_denoise::PASS),                      // the same without noise, into the G-buffer's occlusion
+    Run(&tiled::PASS),                           // all light and the picture, on the light paths `compute` and `visibility`
+    Draw(&lighting::PASS, &[&lighting::PASS, &per_light::PASS, &ambient::PASS, &sky::PASS, &view::PASS]), // all light, or a view of one buffer
+    Draw(&forward::PASS, &[&depth::PASS, &forward::PASS, &sky::PASS]), // surfaces lit as they are drawn, on the forward light paths
+    Run(&hiz::PASS),                             // the nearest and the farthest depth of squares, so that rays skip empty space
+    Run(&reflect::PASS),                         // rays from smooth surfaces into the lit picture
+    Run(&reflect_resolve::PASS),                 // what they found, added to the light
+    // What lies over lit surfaces.
+    Draw(&fog::PASS, &[&fog::PASS]),             // air that absorbs and scatters, behind all that is transparent
     Draw(&transparent::PASS, &[&transparent::PASS, &particles::PASS]), // surfaces that let light through, then particles
     Draw(&composite::PASS, &[&composite::PASS]), // their sums over the light, where they are not sorted
     Draw(&velocity::PASS, &[&velocity::PASS]),   // motion of surfaces that move by themselves, for TAA
     Run(&taa::PASS),                             // the mean with the frames before
-    Draw(&sharpen::PASS, &[&sharpen::PASS]),     // that mean as light again
+    Draw(&sharpen::PASS, &[&sharpen::PASS]),     // that mean as light again, sharpened
     // The finished picture.
-    Run(&bloom::PASS),                       // the first level of the light that is spread
-    Run(&bloom::SPREAD),                     // the first step after it
-    Run(&bloom::SPREAD),                     // and each step after another
-    Draw(&tonemap::PASS, &[&tonemap::PASS]), // light to values that a display shows
-    Draw(&fxaa::PASS, &[&fxaa::PASS]),       // smoothed edges
-    Draw(&tone::PASS, &[&tone::PASS]),       // vignette and grain
+    Run(&bloom::PASS),                           // the first level of the light that a lens spreads
+    Run(&bloom::SPREAD),                         // the level after it
+    Run(&bloom::SPREAD),                         // and the levels that follow another one
+    Draw(&tonemap::PASS, &[&tonemap::PASS]),     // light to values that a display shows
+    Draw(&fxaa::PASS, &[&fxaa::PASS]),           // smoother edges
+    Draw(&tone::PASS, &[&tone::PASS]),           // vignette and grain, last, so that nothing smooths them
 ];
 // ANCHOR_END: order
 

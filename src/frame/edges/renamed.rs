@@ -52,7 +52,10 @@ const RENAMED: &[(&str, &[&str])] = &[
 /// The row that has taken the place of one which had this name.
 pub(super) fn successor<'a>(table: &'a Edges, name: &str) -> Option<&'a Edge> {
     let (_, patterns) = RENAMED.iter().find(|(former, _)| *former == name)?;
-    patterns.iter().find_map(|pattern| table.iter().find(|edge| fits(pattern, edge.label)))
+    // Where several wait for a pass, it has one row for all of them.
+    let readers = |pattern: &str| Some(format!("{}-to-readers", pattern.split_once("-to-")?.0));
+    let named = |pattern: &str| table.iter().find(|edge| fits(pattern, edge.label));
+    patterns.iter().find_map(|pattern| named(pattern).or_else(|| named(&readers(pattern)?)))
 }
 
 fn fits(pattern: &str, name: &str) -> bool {

@@ -305,7 +305,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         section: "Execution and Memory Dependencies",
         says: HAZARDS,
         why: "the layer takes all uses of an attachment that is loaded to be ordered by its load operation. SHARPEN writes it by another access, to which \
-              what the main pass stored must be visible, too",
+              what was stored must be visible, too",
     },
     UnreportedMutants {
         rows: &["fill-to-readers"],

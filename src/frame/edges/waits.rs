@@ -9,8 +9,8 @@
 //! - the first use in a frame waits for the frame before, which ends as this one does.
 //!
 //! The carrier follows from where the two ends stand. Within a render pass it is a dependency between two subpasses, and since subpasses use attachments at
-//! their own pixel only, it is by region. A wait for a subpass of an earlier render pass is a dependency of that one, which leaves the image in the layout that
-//! comes next. What a subpass waits for besides is a dependency of its own render pass, but for buffers that a compute pass wrote: these are made visible to all
+//! their own pixel only, it is by region. All waits for a subpass of an earlier render pass are one dependency of that one, which leaves the image in the
+//! layout that comes next. What a subpass waits for besides is a dependency of its own render pass, but for buffers that a compute pass wrote: these are made visible to all
 //! their readers by one barrier after it. Between two passes outside of render passes it is a barrier.
 //!
 //! Load and store operations are uses as well: "The load operation for each sample in an attachment happens-before any recorded command which accesses the
@@ -85,6 +85,8 @@ struct Visit {
     is_last_frame: bool,
     /// Some frames go without it.
     is_occasional: bool,
+    /// It is COPY's, presentation's, or the CPU's.
+    is_after_the_passes: bool,
 }
 
 /// A row that is being put together. Rows with the same key are one row.
@@ -94,6 +96,8 @@ struct Draft {
     before: Vec<Use>,
     after: Vec<Use>,
     to: Visit,
+    /// Who waits, each for its own reasons.
+    reasons: Vec<(Place, Vec<&'static str>)>,
     layouts: [vk::ImageLayout; 2],
     resources: Vec<Resource>,
     all_samples: bool,
@@ -103,8 +107,10 @@ struct Draft {
 enum Key {
     /// Between two subpasses of one render pass.
     Between(RenderPassName, usize, usize),
-    /// From a subpass to a later step.
-    OutOf(RenderPassName, usize, usize),
+    /// From a subpass to all later steps that wait for it.
+    OutOf(RenderPassName, usize),
+    /// From a subpass to what comes after the frame's own passes.
+    OutOfFrame(RenderPassName, usize),
     /// From earlier steps into a subpass.
     Into(RenderPassName, usize),
     /// From the frame before into a subpass.
@@ -263,6 +269,7 @@ fn visits(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Vec<Visit> {
             why,
             is_last_frame: false,
             is_occasional: at.is_occasional,
+            is_after_the_passes: false,
         }
     };
     (0..all.len()).map(visit).collect()
@@ -305,6 +312,7 @@ fn after_the_passes(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Opt
         why: vec![why],
         is_last_frame: false,
         is_occasional: false,
+        is_after_the_passes: true,
     })
 }
 
@@ -375,7 +383,8 @@ fn add(drafts: &mut Vec<Draft>, resource: Resource, (from, to): (&Visit, &Visit)
         (_, Some(run)) if from.is_last_frame => Key::Reuse(run, to.stop),
         (_, None) if from.is_last_frame => Key::BarrierReuse(resource, to.stop),
         (Some(run), own) if own == Some(run) => Key::Between(run, from.stop, to.stop),
-        (Some(run), _) => Key::OutOf(run, from.stop, to.stop),
+        (Some(run), _) if to.is_after_the_passes => Key::OutOfFrame(run, from.stop),
+        (Some(run), _) => Key::OutOf(run, from.stop),
         (None, _) if !way.replaces && way.is_about_buffer() => Key::AfterWriter(resource, from.stop),
         (None, Some(run)) => Key::Into(run, to.stop),
         (None, None) => Key::Barrier(resource, way.barrier.unwrap_or(to.stop)),
@@ -392,11 +401,7 @@ fn add(drafts: &mut Vec<Draft>, resource: Resource, (from, to): (&Visit, &Visit)
             if !draft.resources.contains(&resource) {
                 draft.resources.push(resource);
             }
-            for why in &to.why {
-                if !draft.to.why.contains(why) {
-                    draft.to.why.push(why);
-                }
-            }
+            draft.because(to);
         }
         None => drafts.push(Draft {
             key,
@@ -404,6 +409,7 @@ fn add(drafts: &mut Vec<Draft>, resource: Resource, (from, to): (&Visit, &Visit)
             before: vec![from.done],
             after: vec![to.waits],
             to: to.clone(),
+            reasons: vec![(to.place, to.why.clone())],
             layouts: way.layouts,
             resources: vec![resource],
             all_samples,
@@ -412,17 +418,35 @@ fn add(drafts: &mut Vec<Draft>, resource: Resource, (from, to): (&Visit, &Visit)
 }
 
 impl Draft {
+    /// Adds the reasons of another one that waits.
+    fn because(&mut self, to: &Visit) {
+        let own = match self.reasons.iter().position(|(place, _)| *place == to.place) {
+            Some(index) => &mut self.reasons[index].1,
+            None => {
+                self.reasons.push((to.place, Vec::new()));
+                &mut self.reasons.last_mut().expect("one was added").1
+            }
+        };
+        for why in &to.why {
+            if !own.contains(why) {
+                own.push(why);
+            }
+        }
+    }
+
     fn finish(self, stops: &[Stop]) -> Wait {
-        let Self { key, from, before, after, to, layouts, resources, all_samples } = self;
-        let is_after = to.stop == stops.len();
+        let Self { key, from, before, after, to, reasons, layouts, resources, all_samples } = self;
+        let is_after = to.is_after_the_passes;
         let of_image = |resource: Resource| match resource {
             Resource::Target(_) => Carrier::ImageBarrier(layouts[0], layouts[1]),
             _ => Carrier::BufferBarrier,
         };
         let (carrier, barrier) = match key {
-            Key::Between(run, ..) | Key::OutOf(run, ..) | Key::Into(run, _) | Key::Reuse(run, _) => {
-                (Carrier::Subpass(run), None)
-            }
+            Key::Between(run, ..)
+            | Key::OutOf(run, _)
+            | Key::OutOfFrame(run, _)
+            | Key::Into(run, _)
+            | Key::Reuse(run, _) => (Carrier::Subpass(run), None),
             Key::AfterWriter(resource, stop) => {
                 (Carrier::BufferBarrier, Some(Barrier { step: stops[stop].step, is_after: true, resource }))
             }
@@ -437,23 +461,27 @@ impl Draft {
             _ if is_after && to.place == Place::HOST => RowName::FOUND_TO_HOST,
             _ if is_after => RowName::READ_BACK,
             Key::AfterWriter(..) => RowName::Readers(from.place),
+            Key::OutOf(..) if reasons.len() > 1 => RowName::Readers(from.place),
             Key::Barrier(Resource::Target(target), _) => RowName::Image(target, to.place),
             Key::BarrierReuse(Resource::Target(target), _) => RowName::ImageReuse(target),
             Key::Reuse(..) | Key::BarrierReuse(..) => RowName::Reuse(to.place),
             _ => RowName::Pair(from.place, to.place),
         };
         let outside = if from.is_last_frame { Place::OUTSIDE } else { from.place };
-        let why = why(&from, &to, &resources);
+        let why = why(&from, &reasons, &resources);
         let own = row(name, carrier).from(outside, &before).to(to.place, &after);
         let is_between = matches!(key, Key::Between(..));
         Wait { edge: own.between(is_between, all_samples).because(why), barrier }
     }
 }
 
-/// The reason of a row in a sentence: what waits does, and which memory frames share.
-fn why(from: &Visit, to: &Visit, resources: &[Resource]) -> String {
-    let subject = if to.place == Place::OUTSIDE { "what".to_owned() } else { to.place.to_string() };
-    let does = format!("{subject} {}", to.why.join(", and "));
+/// The reason of a row in a sentence: what each of those who wait does, and which memory frames share.
+fn why(from: &Visit, reasons: &[(Place, Vec<&'static str>)], resources: &[Resource]) -> String {
+    let of_one = |(place, why): &(Place, Vec<&str>)| {
+        let subject = if *place == Place::OUTSIDE { "what".to_owned() } else { place.to_string() };
+        format!("{subject} {}", why.join(", and "))
+    };
+    let does = reasons.iter().map(of_one).collect::<Vec<_>>().join("; ");
     if !from.is_last_frame {
         return does;
     }
