@@ -244,7 +244,7 @@ impl FramePlan {
         !self.meshes.deforms.objects.is_empty()
     }
 
-    /// Returns true if a compute pass lights the surfaces that GEOMETRY stores, so that the main pass ends with it.
+    /// Returns true if a compute pass lights the surfaces that GEOMETRY stores, so that its render pass ends with it.
     pub fn is_tiled(&self) -> bool {
         is_tiled(self.light_path)
     }
@@ -380,7 +380,7 @@ impl FramePlan {
         self.shading != Shading::ShowShadowMap
     }
 
-    /// Returns true if there is TONEMAP, which reads the HDR target: it ends the main pass, or comes after BLOOM, SHARPEN or reflections in another.
+    /// Returns true if there is TONEMAP, which reads the HDR target: it ends the render pass of the light, or comes after BLOOM, SHARPEN or reflections in another.
     pub fn has_tonemap_subpass(&self) -> bool {
         matches!(self.tone_mapping, ToneMapping::Subpass(_) | ToneMapping::Kept)
             || self.bloom.is_some()

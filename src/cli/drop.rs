@@ -180,7 +180,10 @@ fn one(
         let hazards = Frames::of(&own.plan, &without).hazards();
         let found = own.draw(without)?;
         if !sync_shader_heuristic {
-            text.push_str(&own.heading(name));
+            // A former name stands for the row that has taken its place.
+            let without =
+                if edge.label == name { name.to_owned() } else { format!("{} (formerly {name})", edge.label) };
+            text.push_str(&own.heading(&without));
             text.push_str(&described(edge, &hazards, is_verbose));
             let _ = writeln!(text, "The picture on this device: {}\n", difference(&own.picture, &found.picture));
         }

@@ -323,10 +323,12 @@ fn edge_list(plan: &FramePlan, edges: &Edges, layouts: impl Fn(&Edge) -> Vec<Lay
         for change in layouts(edge).iter().filter(|change| change.image.is_some()) {
             let _ = writeln!(text, "    layout: {change}");
         }
-        let covered: Vec<String> =
-            covered(plan, edges, edge).into_iter().map(|part| PartName(part).to_string()).collect();
-        if !covered.is_empty() {
-            let _ = writeln!(text, "    other rows order as well: {}", covered.join(", "));
+        let covered = covered(plan, edges, edge);
+        if covered.contains(&Part::Row) {
+            text.push_str("    other rows order all of this as well\n");
+        } else if !covered.is_empty() {
+            let parts: Vec<String> = covered.into_iter().map(|part| PartName(part).to_string()).collect();
+            let _ = writeln!(text, "    other rows order as well: {}", parts.join(", "));
         }
         let _ = writeln!(text, "    why: {}", edge.why);
     }

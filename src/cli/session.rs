@@ -134,11 +134,7 @@ impl Heard {
             0 => String::new(),
             count => format!(" but advice ({count})"),
         };
-        let known_false = match self.messages.iter().filter(|message| message.kind == MessageKind::KnownFalse).count() {
-            0 => String::new(),
-            count => format!(" but known to be false ({count})"),
-        };
-        Some(format!("validation: {checks}, layer {layer}: {messages}{advice}{known_false}"))
+        Some(format!("validation: {checks}, layer {layer}: {messages}{advice}"))
     }
 
     /// Advice that was asked for.
@@ -146,7 +142,7 @@ impl Heard {
         self.validation == Validation::BestPractices && message.is_advice()
     }
 
-    /// Counts the messages about this program's mistakes. Known false messages, and advice that was asked for, do not count. Messages that were dropped do, because nobody knows their kind.
+    /// Counts the messages about this program's mistakes. Advice that was asked for does not count. Messages that were dropped do, because nobody knows their kind.
     fn mistakes(&self) -> u64 {
         let is_counted = |message: &&Message| message.is_about_this_program() && !self.is_wanted(message);
         self.messages.iter().filter(is_counted).count() as u64 + self.dropped
@@ -184,7 +180,6 @@ impl Heard {
                 MessageKind::Validation => "validation",
                 MessageKind::Performance => "performance",
                 MessageKind::Leak => "leak",
-                MessageKind::KnownFalse => "known-false",
             },
             count,
             objects: message.objects.clone(),

@@ -22,7 +22,7 @@ use crate::scene::OptionalPart;
 /// next compute pass or to a subpass that samples what they draw; `DrawApart` has a render pass of its own.
 #[rustfmt::skip]
 const ORDER: [Line; 34] = [
-    // What the passes that draw surfaces need.
+    // All that must be ready before surfaces are drawn.
     RunPosed(&skin::PASS),                       // vertices of meshes that skins and shapes deform, when their pose has changed
     DrawApart(&occluders::PASS),                 // depth of the largest objects, to find out what they hide
     Run(&pyramid::PASS),                         // the least depths of squares of it
@@ -33,11 +33,11 @@ const ORDER: [Line; 34] = [
     Run(&scatter::PASS),                         // the light that reaches each froxel of air
     Run(&integrate::PASS),                       // the light scattered on the way to each froxel
     Run(&simulate::PASS),                        // the particles of the moment, with the light on them
-    Run(&sort::PASS),                            // their order from back to front: the first step
-    Run(&sort::PASS),                            // and the steps that follow another one
+    Run(&sort::PASS),                            // their order from back to front: the first step, after SIMULATE
+    Run(&sort::PASS),                            // and all others, each after another one
     // Surfaces, and the light on them.
     Draw(&geometry::PASS, &[&depth::PASS, &geometry::PASS]), // surfaces into the G-buffer, which tilers need not store
-    PartIf(|plan| plan.stores_gbuffer && plan.keep.has(OptionalPart::StoredGbuffer)),
+    PartIf(|plan| plan.stores_gbuffer && plan.keep.has(OptionalPart::StoredGbuffer)), // on request: to see what a stored G-buffer costs
     Run(&ao::PASS),                              // how much of the surroundings each pixel sees
     Run(&ao_denoise::PASS),                      // the same without noise, into the G-buffer's occlusion
     Run(&tiled::PASS),                           // all light and the picture, on the light paths `compute` and `visibility`
@@ -46,7 +46,7 @@ const ORDER: [Line; 34] = [
     Run(&hiz::PASS),                             // the nearest and the farthest depth of squares, so that rays skip empty space
     Run(&reflect::PASS),                         // rays from smooth surfaces into the lit picture
     Run(&reflect_resolve::PASS),                 // what they found, added to the light
-    // What lies over lit surfaces.
+    // Layers over lit surfaces.
     Draw(&fog::PASS, &[&fog::PASS]),             // air that absorbs and scatters, behind all that is transparent
     Draw(&transparent::PASS, &[&transparent::PASS, &particles::PASS]), // surfaces that let light through, then particles
     Draw(&composite::PASS, &[&composite::PASS]), // their sums over the light, where they are not sorted
@@ -54,12 +54,12 @@ const ORDER: [Line; 34] = [
     Run(&taa::PASS),                             // the mean with the frames before
     Draw(&sharpen::PASS, &[&sharpen::PASS]),     // that mean as light again, sharpened
     // The finished picture.
-    Run(&bloom::PASS),                           // the first level of the light that a lens spreads
-    Run(&bloom::SPREAD),                         // the level after it
-    Run(&bloom::SPREAD),                         // and the levels that follow another one
+    Run(&bloom::PASS),                           // the light that a lens spreads: its first level
+    Run(&bloom::SPREAD),                         // the level after that
+    Run(&bloom::SPREAD),                         // and all others, each after another one
     Draw(&tonemap::PASS, &[&tonemap::PASS]),     // light to values that a display shows
     Draw(&fxaa::PASS, &[&fxaa::PASS]),           // smoother edges
-    Draw(&tone::PASS, &[&tone::PASS]),           // vignette and grain, last, so that nothing smooths them
+    Draw(&tone::PASS, &[&tone::PASS]),           // vignette and grain, which FXAA would smooth
 ];
 // ANCHOR_END: order
 

@@ -22,7 +22,7 @@ pub const RESOLVE: Use = Use::new(
     ),
 );
 
-/// A render pass, by the place of its first subpass.
+/// The name of a render pass: that of its first subpass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct RenderPassName(Place);
 
@@ -55,7 +55,7 @@ pub(super) enum Line {
     DrawApart(&'static Pass),
     /// A pass outside of render passes.
     Run(&'static Pass),
-    /// The same in frames in which deformed objects have another pose.
+    /// A pass outside of render passes, left out of frames in which deformed objects have the pose that they had in the frame before.
     RunPosed(&'static Pass),
     /// Ends a render pass in plans that keep what it stores.
     PartIf(fn(&FramePlan) -> bool),
@@ -63,7 +63,7 @@ pub(super) enum Line {
 
 /// A part of the frame.
 pub enum Step {
-    /// One after the other between the begin and the end of a render pass.
+    /// A render pass with its subpasses, in their order.
     RenderPass(RenderPassName, Vec<Subpass>),
     /// Outside of the frame's render passes: compute, copies, and passes that begin one of their own.
     Commands(Commands),
@@ -183,7 +183,7 @@ fn samples_any_of(subpass: &Subpass, drawn: &[Subpass]) -> bool {
     subpass.touches.iter().any(|touch| matches!(touch.how, How::Sampled { .. }) && is_drawn(touch.resource))
 }
 
-/// Puts the barriers by which passes wait where they stand.
+/// Adds to each step the barriers that stand before and after it.
 fn add_barriers(plan: &FramePlan, steps: &mut [Step]) {
     for (edge, barrier) in edges::waits(plan, steps) {
         let Some(Barrier { step, is_after, resource }) = barrier else { continue };
@@ -203,12 +203,12 @@ fn subpass(plan: &FramePlan, place: Place, passes: &[&'static Pass]) -> Option<S
     let passes: Vec<_> = passes.iter().copied().filter(|pass| (pass.presence)(plan).is_in()).collect();
     let mut touches: Vec<Touch> = Vec::new();
     for touch in passes.iter().flat_map(|pass| (pass.touches)(plan)) {
-        // Passes beside each other have one reference to an attachment.
-        if !touches.iter().any(|own| own.because("") == touch.because("")) {
+        // Passes beside each other have one reference to an attachment: one that uses it as another one does adds nothing but its reason.
+        if !touches.iter().any(|own| own.is_use_of(&touch)) {
             touches.push(touch);
         }
     }
-    // DEPTH and PER_LIGHT draw into the attachments of the pass beside them.
+    // DEPTH and PER_LIGHT draw into the attachments of the pass beside them, so that alone they make no subpass.
     touches.iter().any(Touch::is_attachment).then_some(Subpass { place, passes, touches })
 }
 
@@ -496,8 +496,8 @@ impl List {
                             .find(|touch| matches!(touch.how, How::Sampled { .. }) && draws(touch.resource));
                         if let Some(Touch { resource, .. }) = neighbour {
                             return Some(format!(
-                                "{place} samples the neighbours of its pixel in the target {resource}, which the {name} draws: no subpass can, it \
-                                 needs a render pass of its own"
+                                "{place} samples the neighbours of its pixel in the target {resource}, which the {name} draws as well: no subpass can, so \
+                                 that one of the two needs another place in the order, or another way to read"
                             ));
                         }
                         // ANCHOR_END: neighbours

@@ -138,7 +138,7 @@ impl Instance {
         let layers = enumerate_layers(&entry)?;
         let plan = ValidationPlan::new(&entry, options, &layers)?;
         let extensions = Extensions::choose(&entry, &plan, required)?;
-        let log = Arc::new(MessageLog::of_layer(plan.enabled.then(|| validation_layer(&layers)).flatten()));
+        let log = Arc::new(MessageLog::default());
         let api_version = loader_version.min(vk::API_VERSION_1_3);
         let raw = create(&entry, api_version, &plan, &extensions, &log)?;
         let mut handles = InstanceHandles { raw, has_debug_utils: extensions.debug_utils, messenger: None, entry, log };

@@ -9,8 +9,6 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use ash::vk;
 
-use super::known_false::known_false;
-
 /// The severity of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
@@ -31,8 +29,6 @@ pub enum MessageKind {
     Performance,
     /// This module: an object or an allocation that outlived its device.
     Leak,
-    /// A validation layer, about a use that the specification allows ([`super::KNOWN_FALSE`]).
-    KnownFalse,
 }
 
 /// One message of a layer, the loader, a driver or this module.
@@ -51,9 +47,9 @@ pub struct Message {
 }
 
 impl Message {
-    /// Returns true if this program has made a mistake, or might have: it is neither about the system nor known to be false.
+    /// Returns true if this program has made a mistake, or might have: it is not about the system.
     pub fn is_about_this_program(&self) -> bool {
-        !matches!(self.kind, MessageKind::General | MessageKind::KnownFalse)
+        self.kind != MessageKind::General
     }
 
     /// Returns true if it is advice, on best practices or on functions that newer ones replace, about uses that are allowed. Layers give advice the kinds of mistakes, and tell it apart by
@@ -95,8 +91,6 @@ const KEPT_MESSAGES: usize = 4096;
 #[derive(Debug, Default)]
 pub struct MessageLog {
     state: Mutex<State>,
-    /// The version of the validation layer in use, packed as Vulkan packs it; 0 without one.
-    layer: u32,
 }
 
 #[derive(Debug, Default)]
@@ -107,11 +101,6 @@ struct State {
 }
 
 impl MessageLog {
-    /// Makes a log for a validation layer of this version, some of whose messages may be known to be false.
-    pub(super) fn of_layer(layer: Option<u32>) -> Self {
-        Self { state: Mutex::default(), layer: layer.unwrap_or_default() }
-    }
-
     /// The messages so far, oldest first, which are then forgotten.
     pub fn take(&self) -> Vec<Message> {
         let mut state = self.lock();
@@ -192,17 +181,13 @@ unsafe extern "system" fn collect(
             MessageKind::General
         };
         let is_error = severity.contains(vk::DebugUtilsMessageSeverityFlagsEXT::ERROR);
-        let mut message = Message {
+        log.push(Message {
             severity: if is_error { Severity::Error } else { Severity::Warning },
             kind,
             id_name: id_name.into_owned(),
             objects: names_of(data),
             text: text_of(data.p_message).into_owned(),
-        };
-        if known_false(log.layer, &message).is_some() {
-            message.kind = MessageKind::KnownFalse;
-        }
-        log.push(message);
+        });
     }
     // TRUE would make the offending call fail, and the program behave differently under validation.
     vk::FALSE

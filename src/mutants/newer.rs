@@ -5,7 +5,6 @@ use super::Mutant;
 use crate::frame::edges::Side;
 use crate::frame::edges::unreported_mutants::Part;
 use crate::gpu::vk::{self, AccessFlags, PipelineStageFlags};
-use crate::passes::lighting;
 
 /// Mutants that newer layers notice, for one reason.
 #[derive(Debug)]
@@ -38,6 +37,17 @@ pub fn reason(layer: u32, mutant: &Mutant) -> Option<&'static Hidden> {
     HIDDEN.iter().find(|entry| layer >= entry.from && (entry.is_about)(mutant))
 }
 
+/// The rows by which the passes that draw the picture wait for the copy of the last one.
+const OVER_THE_PICTURE: [&str; 7] = [
+    "lighting-reuse",
+    "transparent-reuse",
+    "composite-reuse",
+    "fog-reuse",
+    "tonemap-reuse",
+    "output-reuse",
+    "fxaa-reuse",
+];
+
 static NEWER_LAYERS: &[NewerLayers] = &[
     // Two dispatches that read and write the same buffer, one after the other. If a barrier makes the first one's writes visible to the second one's
     // writes, the layer does not check whether they are visible to its reads.
@@ -63,21 +73,16 @@ static NEWER_LAYERS: &[NewerLayers] = &[
     NewerLayers {
         from: NEWEST,
         is_about: |mutant| match mutant.part {
-            Part::Row => ["lighting-reuse", "tonemap-reuse", "output-reuse", "fxaa-reuse"].contains(&mutant.edge.label),
+            // Where FXAA has read the output, and not a copy, it is still taken to be ordered.
+            Part::Row => {
+                let waits_for_fxaa = mutant.edge.before.stage == PipelineStageFlags::FRAGMENT_SHADER;
+                OVER_THE_PICTURE.contains(&mutant.edge.label) && !waits_for_fxaa
+            }
             Part::Bits(Side::Before, bits) => {
+                let label = mutant.edge.label;
+                let others = ["forward-reuse", "geometry-reuse", "reflect-resolve-to-tonemap"];
                 bits.stage == PipelineStageFlags::TRANSFER
-                    && [
-                        "lighting-reuse",
-                        "tonemap-reuse",
-                        "output-reuse",
-                        "fxaa-reuse",
-                        "lighting-reuse",
-                        "forward-reuse",
-                        "geometry-reuse",
-                        "tonemap-reuse",
-                        "reflect-resolve-to-tonemap",
-                    ]
-                    .contains(&mutant.edge.label)
+                    && (OVER_THE_PICTURE.contains(&label) || others.contains(&label))
             }
             _ => false,
         },
@@ -87,8 +92,7 @@ static NEWER_LAYERS: &[NewerLayers] = &[
         from: NEWEST,
         is_about: |mutant| {
             matches!(mutant.part, Part::Bits(Side::Before, bits) if bits.access == AccessFlags::COLOR_ATTACHMENT_WRITE)
-                && ["lighting-reuse", "lighting-reuse", "transparent-reuse", "lighting-reuse", "forward-reuse"]
-                    .contains(&mutant.edge.label)
+                && ["lighting-reuse", "transparent-reuse", "forward-reuse"].contains(&mutant.edge.label)
         },
     },
     // The write of a blend is no longer taken to be ordered by its read, after an image barrier.
@@ -119,18 +123,5 @@ static HIDDEN: &[Hidden] = &[
         },
         why: "the layer does not hold a read against the write before it if it happens after another read (`IsRAWHazard` of its source): PREFILTER has read the sky, \
               and SKY waits for PREFILTER, to which alone the copy is visible",
-    },
-    Hidden {
-        from: NEWEST,
-        is_about: |mutant| {
-            let Part::Bits(Side::After, bits) = mutant.part else { return false };
-            // Where LIGHTING is the last to write the light, the layer reports a write after a write, too.
-            let is_seen_otherwise =
-                bits.stage == PipelineStageFlags::COMPUTE_SHADER && mutant.edge.from == lighting::PASS.place;
-            let follows_depth = mutant.edge.carrier.is_render_pass() && mutant.plan.has_velocity();
-            mutant.edge.label == "light-to-taa" && follows_depth && !is_seen_otherwise
-        },
-        why: "the layer says the same of the whole frame, and is wrong there (`gpu::KNOWN_FALSE`): of the two rows that leave the subpass it sees that of depth \
-              alone",
     },
 ];

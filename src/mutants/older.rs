@@ -5,6 +5,7 @@ use crate::frame::edges::unreported_mutants::{LAYER, Part};
 use crate::frame::edges::{Carrier, Place, Side};
 use crate::gpu::vk::{AccessFlags, PipelineStageFlags};
 use crate::passes::reflect_resolve;
+use crate::scene::Transparency;
 
 /// Mutants that an older layer does not notice, for one reason.
 #[derive(Debug)]
@@ -25,13 +26,21 @@ pub fn reason(layer: u32, mutant: &Mutant) -> Option<&'static OlderLayers> {
 pub static OLDER_LAYERS: &[OlderLayers] = &[
     OlderLayers {
         seen_from: LAYER,
-        is_about: |mutant| matches!(mutant.edge.carrier, Carrier::BufferBarrier | Carrier::MemoryBarrier),
-        why: "the layer notices no hazard on a buffer: neither on storage buffers of shaders, nor on what draws fetch, nor after a copy in another submission",
+        is_about: |mutant| {
+            let is_read_by_tonemap = ["spread-to-readers", "taa-to-readers"].contains(&mutant.edge.label);
+            matches!(mutant.edge.carrier, Carrier::BufferBarrier | Carrier::MemoryBarrier) && !is_read_by_tonemap
+        },
+        why: "the layer notices hardly a hazard on a buffer: neither between compute shaders, nor on what draws fetch, nor after a copy in another submission",
     },
     OlderLayers {
         seen_from: LAYER,
         is_about: |mutant| matches!(mutant.part, Part::Bits(..)) && mutant.edge.is_between_subpasses(),
         why: "the layer does not look at the masks of a dependency between two subpasses: it takes each for one of all stages and accesses",
+    },
+    OlderLayers {
+        seen_from: LAYER,
+        is_about: |mutant| mutant.edge.label == "bloom-to-tonemap",
+        why: "the layer lets the barrier from SPREAD to TONEMAP order the light that BLOOM has read as well. By then nothing says that the light is visible to TONEMAP",
     },
     OlderLayers {
         seen_from: LAYER,
@@ -59,11 +68,14 @@ fn is_in_another_submission(mutant: &Mutant) -> bool {
     let (begins_outside, ends_outside) = (edge.from == Place::OUTSIDE, edge.to == Place::OUTSIDE);
     let is_prepared = [Place::UPLOAD, Place::CLEAR, Place::PREFILTER].contains(&edge.from) && edge.to != Place::UPLOAD;
     match (mutant.part, edge.label) {
-        // After AO the layer sees that the sums' layout changes without a dependency.
-        (Part::Row, "transparent-reuse") => !mutant.plan.has_ao(),
+        // After AO or REFLECT_RESOLVE the layer sees that layouts change without a dependency.
+        (Part::Row, "transparent-reuse") => !mutant.plan.has_ao() && !mutant.plan.reflects(),
+        (Part::Row, "velocity-reuse") => !mutant.plan.reflects(),
         (Part::Row, _) if begins_outside || ends_outside => edge.carrier.is_render_pass(),
         // FOG's row orders the rest for the layer (`unreported_mutants`); the sums of the frame before are left.
-        (Part::Row, "reflect-resolve-to-transparent") => mutant.plan.has_fog(),
+        (Part::Row, "reflect-resolve-to-transparent") => {
+            mutant.plan.has_fog() && mutant.plan.transparency == Some(Transparency::Sorted)
+        }
         (Part::Bits(Side::Before, bits), "reflect-resolve-to-transparent") => {
             let is_about_sums = bits.stage == PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT
                 || bits.access == AccessFlags::COLOR_ATTACHMENT_WRITE;

@@ -151,7 +151,7 @@ fn textures() -> Vec<Texture> {
 }
 
 /// The first of two squares hangs on a joint and blends to a shape, the second has holes. With plain surfaces in their place layer 1.4.309 misses two
-/// mutants of `deformed-reuse`.
+/// mutants of `skin-reuse`.
 pub(super) fn deformed() -> Scene {
     let mut mesh =
         Mesh::from_points("square", &[[0., 0.], [1., 0.], [1., 1.], [0., 1.]].map(|[x, y]| DVec3::new(x, y, 0.0)));

@@ -3,17 +3,13 @@
 use std::sync::Arc;
 
 use super::screen::{Input, Inputs, Screen, ScreenDesc, over};
-use super::{
-    COLOR_BLEND, COLOR_WRITE, First, INPUT_READ, Making, Object, Pass, Place, Presence, Recording, Slot, Touch, needed,
-};
+use super::{COLOR_BLEND, First, INPUT_READ, Making, Object, Pass, Place, Presence, Recording, Slot, Touch, needed};
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Sums, Target};
 use crate::shaders::composite::{self as shader, Flags, constants};
 
 /// Reads its own pixel of the sums.
 pub const SUM_READ: Use = INPUT_READ;
-/// As the last user of the sums it performs their store, and DONT_CARE counts as a write.
-pub const SUM_DROP: Use = COLOR_WRITE;
 /// Blends over the light.
 pub const LIGHT_BLEND: Use = COLOR_BLEND;
 

@@ -235,6 +235,11 @@ impl Touch {
         Self { all_samples: all, ..self }
     }
 
+    /// Returns true if both use the same resource in the same way, whatever their reasons.
+    pub fn is_use_of(&self, other: &Self) -> bool {
+        self.because("") == other.because("")
+    }
+
     /// Says what the pass does with the resource.
     pub const fn because(self, why: &'static str) -> Self {
         Self { why, ..self }

@@ -7,8 +7,8 @@ use ash::vk;
 
 use super::screen::{Input, Inputs, Screen, ScreenDesc, add, replace};
 use super::{
-    COLOR_BLEND, EARLY_DEPTH_READ, First, INPUT_READ, LATE_DEPTH_WRITE, Making, Object, Pass, Place, Presence,
-    Recording, SetLayouts, Slot, Touch, frame_data, froxels, needed,
+    COLOR_BLEND, First, INPUT_READ, Making, Object, Pass, Place, Presence, Recording, SetLayouts, Slot, Touch,
+    frame_data, froxels, needed,
 };
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Target};
@@ -17,14 +17,6 @@ use crate::shaders::fog::{self as shader, Flags, constants};
 
 /// Reads the depth of its pixel.
 pub const DEPTH_READ: Use = INPUT_READ;
-/// Depth is loaded where FOG begins a render pass.
-pub const DEPTH_LOAD: Use = EARLY_DEPTH_READ;
-/// As the last user of depth it performs the store, and DONT_CARE counts as a write.
-pub const DEPTH_DROP: Use = LATE_DEPTH_WRITE;
-/// Drops depth when nobody reads it any more: a write after reads, for which an access would do nothing.
-pub const DEPTH_WAIT: Use = Use::new(vk::PipelineStageFlags::LATE_FRAGMENT_TESTS, vk::AccessFlags::empty());
-/// Reads depth that is visible already after those who have read it before.
-pub const DEPTH_TURN: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::AccessFlags::empty());
 /// Blends over the light.
 pub const LIGHT_BLEND: Use = COLOR_BLEND;
 

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::screen::replace;
 use super::surface::{Limits, LitDesc, Surfaces, lit_pipeline, opaque_depth};
 use super::{
-    COLOR_WRITE, EARLY_DEPTH_READ, EARLY_DEPTH_WRITE, First, LATE_DEPTH_WRITE, Object, Pass, Place, Presence,
-    Recording, SAMPLED, SetLayouts, Slot, Touch, culled, frame_data, maps, meshes, sky_light,
+    COLOR_WRITE, EARLY_DEPTH_READ, First, LATE_DEPTH_WRITE, Object, Pass, Place, Presence, Recording, SAMPLED,
+    SetLayouts, Slot, Touch, culled, frame_data, maps, meshes, sky_light,
 };
 use crate::gpu::{self, Device, sync::Use};
 use crate::gpu_scene::GpuScene;
@@ -16,10 +16,6 @@ use crate::shaders::forward::Flags;
 /// Clears, tests and writes depth, DEPTH before it in the same subpass too: early, and late where a mask may discard. Its store is a late
 /// write.
 pub const DEPTH_TEST: Use = EARLY_DEPTH_READ.or(LATE_DEPTH_WRITE);
-/// Clears depth, before it is used.
-pub const DEPTH_CLEAR: Use = EARLY_DEPTH_WRITE;
-/// Drops depth as its last user; DONT_CARE counts as a write.
-pub const DEPTH_DROP: Use = LATE_DEPTH_WRITE;
 /// Writes the light target; its clear is a write too.
 pub const LIGHT_WRITE: Use = COLOR_WRITE;
 

@@ -10,7 +10,7 @@ use crate::gpu::{self, DescriptorPool, Device, Sampler, SetLayout, sync::Use};
 use crate::plan::Target;
 use crate::shaders::fxaa::{self as shader, Flags};
 
-/// Samples what the main pass left in the output.
+/// Samples the output as the render pass before left it.
 pub const OUTPUT_READ: Use = SAMPLED;
 /// Writes every pixel of the picture; its undefined load is a write too.
 pub const PICTURE_WRITE: Use = COLOR_WRITE;

@@ -7,8 +7,8 @@ use ash::vk;
 use super::screen::{add, replace};
 use super::surface::{SurfaceDesc, Surfaces, opaque_depth, surface_pipeline};
 use super::{
-    COLOR_BLEND, EARLY_DEPTH_READ, EARLY_DEPTH_WRITE, First, LATE_DEPTH_WRITE, Object, Pass, Place, Presence,
-    Recording, SetLayouts, Slot, Touch, culled, frame_data, meshes, needed,
+    COLOR_BLEND, EARLY_DEPTH_READ, First, LATE_DEPTH_WRITE, Object, Pass, Place, Presence, Recording, SetLayouts, Slot,
+    Touch, culled, frame_data, meshes, needed,
 };
 use crate::gpu::{self, Device, Owned, sync::Use};
 use crate::gpu_scene::GpuScene;
@@ -20,10 +20,6 @@ use crate::shaders::geometry::{self as shader, Flags, constants};
 pub const COLOR_WRITE: Use = super::COLOR_WRITE;
 /// Adds to the fragment count.
 pub const COUNT_BLEND: Use = COLOR_BLEND;
-/// Clears depth, before it is used.
-pub const DEPTH_CLEAR: Use = EARLY_DEPTH_WRITE;
-/// Stores depth for a later pass, when it was used.
-pub const DEPTH_STORE: Use = LATE_DEPTH_WRITE;
 /// Clears, tests and writes depth: early, and late where a mask may discard.
 pub const DEPTH_TEST: Use = EARLY_DEPTH_READ.or(LATE_DEPTH_WRITE);
 

@@ -6,9 +6,8 @@ use ash::vk;
 
 use super::screen::{Input, Inputs, Screen, ScreenDesc, add, replace};
 use super::{
-    COLOR_BLEND, COLOR_READ, COLOR_WRITE, DEPTH_COMPARE, EARLY_DEPTH_READ, First, INPUT_READ, LATE_DEPTH_WRITE, Making,
-    Object, Pass, Place, Presence, Recording, SAMPLED, SetLayouts, Slot, Touch, frame_data, gbuffer_inputs, maps,
-    needed,
+    COLOR_BLEND, COLOR_WRITE, DEPTH_COMPARE, First, INPUT_READ, Making, Object, Pass, Place, Presence, Recording,
+    SAMPLED, SetLayouts, Slot, Touch, frame_data, gbuffer_inputs, maps, needed,
 };
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Shading, ToneMapping};
@@ -18,14 +17,6 @@ use crate::shaders::lighting::{self as shader, Flags, constants};
 pub const GBUFFER_READ: Use = INPUT_READ;
 /// Compares with the depth of the sky. Both stages read: which one does it is the implementation's choice.
 pub const DEPTH_READ: Use = DEPTH_COMPARE;
-/// Loads depth that another render pass stored, before it is used.
-pub const DEPTH_LOAD: Use = EARLY_DEPTH_READ;
-/// The same for the G-buffer's colours.
-pub const COLOR_LOAD: Use = COLOR_READ;
-/// As the last user of the G-buffer it performs the store, and DONT_CARE counts as a write.
-pub const COLOR_DROP: Use = COLOR_WRITE;
-/// The same for depth.
-pub const DEPTH_DROP: Use = LATE_DEPTH_WRITE;
 /// Looks shadow maps up.
 pub const MAP_READ: Use = SAMPLED;
 /// Writes the light target; its clear is a write too.

@@ -7,16 +7,11 @@ use ash::vk;
 
 use super::depth_only::DepthOnly;
 use super::{
-    EARLY_DEPTH_READ, EARLY_DEPTH_WRITE, First, LATE_DEPTH_WRITE, Object, Pass, Place, Recording, Slot, Touch, culling,
-    frame_data, meshes,
+    EARLY_DEPTH_READ, First, LATE_DEPTH_WRITE, Object, Pass, Place, Recording, Slot, Touch, culling, frame_data, meshes,
 };
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Target};
 
-/// Clears depth, before it is used.
-pub const DEPTH_CLEAR: Use = EARLY_DEPTH_WRITE;
-/// Stores depth for PYRAMID.
-pub const DEPTH_STORE: Use = LATE_DEPTH_WRITE;
 /// Clears, tests and writes depth.
 const DEPTH_TEST: Use = EARLY_DEPTH_READ.or(LATE_DEPTH_WRITE);
 

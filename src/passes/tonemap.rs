@@ -6,8 +6,8 @@ use ash::vk;
 
 use super::screen::{Input, Inputs, Screen, ScreenDesc, replace};
 use super::{
-    COLOR_READ, COLOR_WRITE, First, INPUT_READ, Making, Object, Pass, Place, Presence, Recording, Resource, SAMPLED,
-    Slot, Touch, needed,
+    COLOR_WRITE, First, INPUT_READ, Making, Object, Pass, Place, Presence, Recording, Resource, SAMPLED, Slot, Touch,
+    needed,
 };
 use crate::gpu::{self, Buffer, DescriptorPool, Device, SetLayout, SetWriter, binding, sync::Use};
 use crate::plan::{FramePlan, Target, ToneMapping};
@@ -16,10 +16,6 @@ use crate::shaders::tonemap::{self as shader, Flags, constants};
 
 /// Reads its own pixel of the HDR target.
 pub const HDR_READ: Use = INPUT_READ;
-/// As the last user of the HDR target it performs the store, and DONT_CARE counts as a write.
-pub const HDR_DROP: Use = COLOR_WRITE;
-/// Loads the HDR target after BLOOM, in a render pass of its own.
-pub const HDR_LOAD: Use = COLOR_READ;
 /// Reads the light that BLOOM has spread, from a buffer.
 pub const LEVEL_READ: Use = SAMPLED;
 /// Writes the output; its undefined load is a write too.

@@ -8,25 +8,14 @@ use ash::vk;
 use super::blending::{blend, limits, targets};
 use super::surface::{LitDesc, Surfaces, lit_pipeline};
 use super::{
-    COLOR_BLEND, COLOR_WRITE, DEPTH_COMPARE, LATE_DEPTH_WRITE, Object, Pass, Place, Presence, Recording, SAMPLED,
-    SetLayouts, Slot, Touch, frame_data, froxels, maps, meshes, sky_light,
+    Object, Pass, Place, Presence, Recording, SAMPLED, SetLayouts, Slot, Touch, frame_data, froxels, maps, meshes,
+    sky_light,
 };
 use crate::gpu::{self, DepthState, Device, sync::Use};
 use crate::gpu_scene::GpuScene;
 use crate::plan::{FramePlan, GeometryKey, Opacity};
 use crate::scene::{OptionalPart, Transparency};
 use crate::shaders::forward::Flags;
-
-/// Compares with the depth of opaque surfaces; nothing is written. Both stages read: which one does it is the implementation's choice.
-pub const DEPTH_READ: Use = DEPTH_COMPARE;
-/// As the last user of depth it performs the store, and DONT_CARE counts as a write.
-pub const DEPTH_DROP: Use = LATE_DEPTH_WRITE;
-/// Drops depth when nobody reads it any more: a write after reads, for which an access would do nothing.
-pub const DEPTH_WAIT: Use = Use::new(vk::PipelineStageFlags::LATE_FRAGMENT_TESTS, vk::AccessFlags::empty());
-/// Clears the sums, before anything is added to them.
-pub const SUM_CLEAR: Use = COLOR_WRITE;
-/// Blends over the light, or adds to the sums.
-pub const BLEND: Use = COLOR_BLEND;
 
 /// Looks shadow maps up.
 pub const MAP_READ: Use = SAMPLED;

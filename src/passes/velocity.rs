@@ -12,8 +12,8 @@ use glam::Vec4;
 
 use super::screen::{replace, stages};
 use super::{
-    COLOR_WRITE, DEPTH_COMPARE, EARLY_DEPTH_READ, First, LATE_DEPTH_WRITE, MeshDraws, Object, Pass, Place, Presence,
-    Recording, Resource, Slot, Touch, frame_data, meshes, needed,
+    COLOR_WRITE, DEPTH_COMPARE, EARLY_DEPTH_READ, First, MeshDraws, Object, Pass, Place, Presence, Recording, Resource,
+    Slot, Touch, frame_data, meshes, needed,
 };
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout, sync::Use};
 use crate::gpu_scene::{POSITION, POSITION_BEFORE, ROWS, vertex_input};
@@ -24,8 +24,6 @@ use crate::shaders::velocity::{self as shader, Flags};
 pub const VECTOR_WRITE: Use = COLOR_WRITE;
 /// Loads depth, and tests against it.
 pub const DEPTH_READ: Use = EARLY_DEPTH_READ.or(DEPTH_COMPARE);
-/// Stores depth again for TAA, which counts as a write.
-pub const DEPTH_STORE: Use = LATE_DEPTH_WRITE;
 
 pub const PASS: Pass = Pass {
     place: Place::pass("VELOCITY"),

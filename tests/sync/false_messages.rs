@@ -1,6 +1,5 @@
-//! The smallest frame for each false message of a layer, so that its developers can try it, and so that a layer that no longer says it is noticed.
-//!
-//! The specification decides that a message is false. `afterlight::gpu::known_false` lists them, and the program leaves them out of its verdicts.
+//! The smallest frame for a false message of layers, so that their developers can try it, and so that a layer that no longer says it is noticed. The specification decides that
+//! it is false. No frame of the program has it, since all that waits for a subpass waits by one dependency.
 
 use std::error::Error as StdError;
 use std::sync::Arc;
@@ -111,7 +110,7 @@ fn draw_and_copy(device: &Arc<Device>, depth_first: bool) -> Result<(), Box<dyn 
 
 /// "Automatic layout transitions into finalLayout happen-before the visibility operations for all dependencies with a dstSubpass equal to
 /// VK_SUBPASS_EXTERNAL, where srcSubpass uses the attachment that will be transitioned" (specification, `VkSubpassDependency`): so the copy waits for the
-/// change of the colour's layout, whichever of the two dependencies is named first. `depth-to-velocity` and `composite-to-taa` are two such rows.
+/// change of the colour's layout, whichever of the two dependencies is named first.
 #[test]
 fn of_two_dependencies_out_of_a_subpass_newer_layers_see_the_first_alone() -> Result<(), Box<dyn StdError>> {
     let options = InstanceOptions { validation: Validation::Synchronization, ..InstanceOptions::default() };
@@ -134,7 +133,7 @@ fn of_two_dependencies_out_of_a_subpass_newer_layers_see_the_first_alone() -> Re
     assert_eq!(
         !false_messages.is_empty(),
         is_expected,
-        "end the row of the list of known false messages: {false_messages:#?}"
+        "docs/LAYERS.md says which layers have it: {false_messages:#?}"
     );
     assert!(false_messages.iter().all(|text| text.contains("vkCmdEndRenderPass")), "{false_messages:#?}");
     Ok(())

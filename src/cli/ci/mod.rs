@@ -540,7 +540,6 @@ fn uncompared(tried: &[&Case]) -> Option<String> {
 fn told(suite: &Suite, folder: &Path, begun: Instant, judged: &[Judged], more: &[String]) -> String {
     let mut text = reports::table(judged);
     text.extend(reports::skipped_checks(judged).iter().map(|line| format!("{line}\n")));
-    text.extend(reports::known_false(judged).iter().map(|line| format!("{line}\n")));
     text.extend(more.iter().map(|line| format!("{line}\n")));
     let (counts, seconds) = (reports::counts(judged), begun.elapsed().as_secs_f64());
     text + &format!("{}: {counts}, in {seconds:.1} s -> {}\n", suite.name, folder.display())

@@ -132,19 +132,6 @@ pub fn skipped_checks(judged: &[Judged]) -> Vec<String> {
     reasons.into_iter().map(line).collect()
 }
 
-/// A line for each message that is known to be false, with the number of cases that had it.
-pub fn known_false(judged: &[Judged]) -> Vec<String> {
-    let mut lines: BTreeMap<&str, usize> = BTreeMap::new();
-    for line in judged.iter().flat_map(|own| &own.report.known_false) {
-        *lines.entry(line).or_default() += 1;
-    }
-    let told = |(line, count): (&str, usize)| match count {
-        1 => format!("1 case has a message of the layer that is known to be false: {line}"),
-        count => format!("{count} cases have a message of the layer that is known to be false: {line}"),
-    };
-    lines.into_iter().map(told).collect()
-}
-
 /// Everything but passes, for a terminal.
 pub fn table(judged: &[Judged]) -> String {
     let mut table = Table::new();
@@ -168,7 +155,7 @@ pub fn markdown(suite: &str, seconds: f64, judged: &[Judged], changes: &[String]
             let _ = writeln!(text, "| {} | {} | {reason} |", own.status.name(), own.report.case);
         }
     }
-    let skipped: Vec<String> = skipped_checks(judged).into_iter().chain(known_false(judged)).collect();
+    let skipped: Vec<String> = skipped_checks(judged);
     if !skipped.is_empty() {
         text.push('\n');
         text.extend(skipped.iter().map(|line| format!("- {line}\n")));
@@ -234,19 +221,6 @@ mod tests {
         assert_eq!((&lines[1]["status"], &lines[1]["verdict"]), (&"Fail".into(), &"Fail".into()));
         assert_eq!(lines[1]["findings"][0]["outcome"], "failed");
         assert_eq!(lines[1]["bundle"], "out/bundles/paths.loop");
-    }
-
-    #[test]
-    fn messages_that_are_known_to_be_false_are_told_once_with_their_cases() {
-        let mut reports = reports();
-        reports[0].known_false.push("SYNC-X about \"Hdr\": why".into());
-        assert_eq!(
-            known_false(&judged(&reports)),
-            ["1 case has a message of the layer that is known to be false: SYNC-X about \"Hdr\": why"]
-        );
-        reports[2].known_false.push("SYNC-X about \"Hdr\": why".into());
-        let text = markdown("smoke", 12.0, &judged(&reports), &[]);
-        assert!(text.contains("- 2 cases have a message of the layer that is known to be false: SYNC-X"), "{text}");
     }
 
     #[test]

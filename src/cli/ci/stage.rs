@@ -3,8 +3,7 @@
 use std::sync::Arc;
 
 use afterlight::gpu::{
-    self, Device, DeviceChoice, HEADLESS, Instance, InstanceOptions, KNOWN_FALSE, Message, MessageKind, MessageLog,
-    Validation,
+    self, Device, DeviceChoice, HEADLESS, Instance, InstanceOptions, Message, MessageKind, MessageLog, Validation,
 };
 use afterlight::scene::counted;
 
@@ -33,7 +32,7 @@ impl Observed {
     }
 
     /// The first of those that are mistakes, and their number.
-    fn note(&self, (stage, layer): (Stage, u32), evidence: &Evidence, report: &mut CaseReport) {
+    fn note(&self, stage: Stage, evidence: &Evidence, report: &mut CaseReport) {
         let (left, said): (Vec<_>, Vec<_>) = self.messages.iter().partition(|own| own.kind == MessageKind::Leak);
         let holds = left.is_empty();
         let detail =
@@ -43,7 +42,6 @@ impl Observed {
         }
         let (Some(mode), name) = (stage.mode, stage.name()) else { return };
         self.keep(&name, evidence);
-        self.note_false_ones(mode, layer, report);
         let is_advice = |own: &&&Message| mode == Mode::BestPractices && own.is_advice();
         let mistakes: Vec<_> = said.iter().filter(|own| own.is_about_this_program() && !is_advice(own)).collect();
         match mistakes.first() {
@@ -59,27 +57,6 @@ impl Observed {
                 let count = mistakes.len() as u64 - 1 + self.dropped;
                 let text = first.text.lines().next().unwrap_or_default();
                 report.hold(Check::LayerMessage, false, format!("{name}: {} {}", first.id_name, more(text, count)));
-            }
-        }
-    }
-}
-
-impl Observed {
-    /// Notes the messages that are known to be false. A layer that no longer has one, although the list says so, fails the case: the list is wrong then.
-    fn note_false_ones(&self, mode: Mode, layer: u32, report: &mut CaseReport) {
-        for row in KNOWN_FALSE.iter().filter(|row| row.is_of(layer)) {
-            if self.messages.iter().any(|message| row.is(message)) {
-                let line = row.line();
-                if !report.known_false.contains(&line) {
-                    report.known_false.push(line);
-                }
-            } else if self.dropped == 0 && row.cases.contains(&(&report.case, mode.name())) {
-                let (rule, object, now) = (row.rule, row.object, version(layer));
-                let why = format!(
-                    "{}: layer {now} no longer says {rule} about \"{object}\", which is known to be false: end that row of src/gpu/known_false.rs before {now}",
-                    mode.name()
-                );
-                report.hold(Check::LayerMessage, false, why);
             }
         }
     }
@@ -152,7 +129,6 @@ pub fn with_device<T>(
         report.skip(Check::LayerMessage, format!("{name}: the layer has no heuristic for what shaders access"));
         return Ok(None);
     }
-    let layer = instance.validation_layer().unwrap_or_default();
     let log = instance.message_log();
     log.tell_to(stage.mode.and_then(|_| evidence.layer_log(&stage.name())));
     let device = match stage.device(&instance, place.device) {
@@ -169,7 +145,7 @@ pub fn with_device<T>(
     evidence.labels(&stage.name(), &device);
     let done = work(&device, report);
     drop((device, instance));
-    Observed::end(&log).note((stage, layer), evidence, report);
+    Observed::end(&log).note(stage, evidence, report);
     done.map(Some)
 }
 
@@ -224,47 +200,5 @@ mod tests {
             assert!(failed.reason.is_some_and(|reason| reason.starts_with("resources left: a queue")));
         }
         assert!(noted(None, &[]).findings.iter().any(|finding| finding.check == Check::ResourcesLeft));
-    }
-
-    #[test]
-    fn a_message_that_is_known_to_be_false_passes_and_fails_the_case_when_it_is_gone() {
-        let row = &KNOWN_FALSE[0];
-        let (case, mode) = row.cases[0];
-        let of_layer = |layer: u32, case: &str, messages: &[Message]| {
-            let mut report = CaseReport::new(case);
-            let heard = Observed { messages: messages.to_vec(), dropped: 0 };
-            assert_eq!(mode, Mode::SyncShaders.name());
-            heard.note(
-                (Stage { mode: Some(Mode::SyncShaders), shows: None }, layer),
-                &Evidence::new(None),
-                &mut report,
-            );
-            report
-        };
-        let said = Message {
-            objects: vec![row.object.to_owned()],
-            text: row.text.join(" "),
-            ..message(MessageKind::KnownFalse, Severity::Error, row.rule)
-        };
-        let passed = of_layer(row.from, case, std::slice::from_ref(&said));
-        assert_eq!((passed.verdict, passed.known_false.as_slice()), (Verdict::Pass, &[row.line()][..]));
-        let gone = of_layer(row.from, case, &[]);
-        assert_eq!(gone.verdict, Verdict::Fail);
-        assert!(gone.reason.is_some_and(|reason| reason.contains("no longer says") && reason.contains(row.rule)));
-        // Other cases, and older layers, need not say it.
-        assert_eq!(of_layer(row.from, "a.b", &[]).verdict, Verdict::Pass);
-        assert_eq!(of_layer(row.from - 1, case, &[]).verdict, Verdict::Pass);
-    }
-
-    #[test]
-    fn false_messages_are_expected_of_cases_that_there_are() {
-        let cases: Vec<_> =
-            ["quick", "full"].into_iter().flat_map(|name| Suite::open(name).expect("a suite").cases).collect();
-        for (name, mode) in KNOWN_FALSE.iter().flat_map(|row| row.cases) {
-            let is_tried = cases
-                .iter()
-                .any(|case| case.name == *name && case.holds.validate.iter().any(|own| own.name() == *mode));
-            assert!(is_tried, "no suite has {name} with {mode}");
-        }
     }
 }

@@ -169,9 +169,6 @@ pub struct CaseReport {
     pub gpu_ms: Option<f64>,
     /// BLAKE3 of the picture's pixels.
     pub picture: Option<String>,
-    /// Messages of the layer that are known to be false, a line each.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub known_false: Vec<String>,
 }
 
 impl CaseReport {
@@ -186,7 +183,6 @@ impl CaseReport {
             seconds: 0.0,
             gpu_ms: None,
             picture: None,
-            known_false: Vec::new(),
         }
     }
 

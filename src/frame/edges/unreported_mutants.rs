@@ -169,8 +169,8 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               that draws a map later looks up what was cleared, in both stages",
     },
     UnreportedMutants {
-        rows: &["shadow-to-lighting", "shadow-to-forward"],
-        parts: Parts::All,
+        rows: &["shadow-to-readers"],
+        parts: Parts::Any(Side::After, S::FRAGMENT_SHADER, A::empty()),
         only: |plan, _| plan.particles.is_some() || plan.froxels().is_some(),
         section: "Pipeline Stages",
         says: "Its first access scope only includes memory accesses performed by pipeline stages explicitly specified in the source stage \
@@ -202,7 +202,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         only: AFTER_REFLECTIONS,
         section: "Image Layout Transitions",
         says: TRANSITION,
-        why: "as that of spread-to-tonemap: the output's layout changes after what the dependency's first scope has, and that must have the copy's read",
+        why: "the output's layout changes after what the dependency's first scope has, and that must have the copy's read",
     },
     UnreportedMutants {
         rows: &["reflect-resolve-to-tonemap"],
@@ -237,6 +237,21 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         says: IN_ORDER,
         why: "the layer takes depth that one render pass stores and the next one loads, as its layout stays the same, to be in rasterization order. That order holds \
               within a subpass, and HIZ has read the depth in between, which is stored again or dropped",
+    },
+    UnreportedMutants {
+        rows: &["lighting-to-readers"],
+        parts: Parts::Any(
+            Side::After,
+            stages(S::FRAGMENT_SHADER, stages(S::EARLY_FRAGMENT_TESTS, S::LATE_FRAGMENT_TESTS)),
+            accesses(
+                A::INPUT_ATTACHMENT_READ,
+                accesses(A::DEPTH_STENCIL_ATTACHMENT_READ, A::DEPTH_STENCIL_ATTACHMENT_WRITE),
+            ),
+        ),
+        only: |plan, _| plan.reflects(),
+        section: "Rasterization Order",
+        says: IN_ORDER,
+        why: "the same of the depth that LIGHTING's render pass stores: HIZ reads it, and a later one loads it",
     },
     UnreportedMutants {
         rows: &["reflect-resolve-to-transparent"],
@@ -275,6 +290,25 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         says: TRANSITION,
         why: "the layer takes the output's layout change to be ordered after the copy, or FXAA's read, that an earlier submission made. It happens after \
               what the dependency's first scope has, and that must have the read",
+    },
+    UnreportedMutants {
+        rows: &["geometry-reuse", "forward-reuse"],
+        parts: Parts::Any(Side::Before, S::COMPUTE_SHADER, A::empty()),
+        only: |plan, edge| plan.taa.is_some() && !edge.before.stage.contains(S::LATE_FRAGMENT_TESTS),
+        section: "VkSubpassDependency",
+        says: "the first set of commands includes all commands submitted as part of the subpass instance identified by srcSubpass and any \
+               load, store, or multisample resolve operations on attachments used in srcSubpass",
+        why: "the layer lets the rows that lead from TAA's mean to the picture hold back what draws depth anew. Their scopes have only what is submitted in their \
+              subpasses, and TAA has read the last frame's depth outside of them",
+    },
+    UnreportedMutants {
+        rows: &["forward-reuse"],
+        parts: Parts::Any(Side::Before, S::LATE_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_WRITE),
+        only: |plan, _| plan.presented.is_some(),
+        section: "Synchronization and Cache Control",
+        says: FEW_GUARANTEES,
+        why: "the layer lets the semaphore by which presentation gives an image back order the depth of the frame before as well. It is about the image, and frames \
+              take turns with several of these while they share the depth",
     },
     UnreportedMutants {
         rows: &["bloom-to-tonemap"],
@@ -338,8 +372,10 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         rows: &["lighting-reuse", "transparent-reuse", "composite-reuse", "fog-reuse", "tonemap-reuse", "fxaa-reuse"],
         parts: Parts::Row,
-        only: |_, edge| {
-            let is_smoothed = edge.before.stage == S::FRAGMENT_SHADER && begins_with(edge, tonemap::PASS.place);
+        only: |plan, edge| {
+            // After REFLECT_RESOLVE the layer sees that nothing orders the change of the output that FXAA has read.
+            let is_smoothed =
+                edge.before.stage == S::FRAGMENT_SHADER && begins_with(edge, tonemap::PASS.place) && !plan.reflects();
             edge.carrier.is_render_pass() && (edge.before.stage == S::TRANSFER || is_smoothed)
         },
         section: "VkSubpassDependency",
@@ -358,6 +394,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
             "fog-reuse",
             "tonemap-reuse",
             "fxaa-reuse",
+            "output-reuse",
         ],
         parts: Parts::Any(Side::Before, S::TRANSFER, A::empty()),
         // Not where GEOMETRY waits for the copy alone.
@@ -409,7 +446,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the same, seen from the other side",
     },
     UnreportedMutants {
-        rows: &["lighting-to-transparent", "fog-to-transparent"],
+        rows: &["lighting-to-transparent", "fog-to-transparent", "lighting-to-velocity", "transparent-to-velocity"],
         parts: Parts::Any(Side::Before, stages(S::COLOR_ATTACHMENT_OUTPUT, S::LATE_FRAGMENT_TESTS), A::empty()),
         only: |plan, edge| !edge.after.access.contains(A::DEPTH_STENCIL_ATTACHMENT_WRITE) || LOADS_DEPTH(plan, edge),
         section: "Rasterization Order",
@@ -418,14 +455,16 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               another subpass",
     },
     UnreportedMutants {
-        rows: &["fog-to-transparent"],
+        rows: &["fog-to-transparent", "fog-to-velocity"],
         parts: Parts::Any(Side::Before, S::FRAGMENT_SHADER, A::empty()),
         only: |plan, edge| {
-            edge.before.stage == S::FRAGMENT_SHADER && (WAITS_TO_DROP(plan, edge) || LOADS_DEPTH(plan, edge))
+            let is_of_inputs = plan.is_forward() && !edge.after.access.contains(A::DEPTH_STENCIL_ATTACHMENT_WRITE);
+            let follows_input = WAITS_TO_DROP(plan, edge) || LOADS_DEPTH(plan, edge) || is_of_inputs;
+            edge.before.stage == S::FRAGMENT_SHADER && follows_input
         },
         section: "Rasterization Order",
         says: IN_ORDER,
-        why: "the same where TRANSPARENT draws into sums, and waits for nothing else: FOG reads the depth that it drops as an input",
+        why: "the same where the row is about depth alone: FOG reads it as an input, and the next subpass tests against it or drops it",
     },
     UnreportedMutants {
         rows: &["lighting-to-fog"],
@@ -460,13 +499,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               a load is not visible to input reads for that, and a drop is a write that waits for what AO read by its own stage",
     },
     UnreportedMutants {
-        rows: &[
-            "ao-denoise-to-transparent",
-            "ao-denoise-to-fog",
-            "geometry-to-fog",
-            "geometry-to-transparent",
-            "geometry-to-velocity",
-        ],
+        rows: &["ao-denoise-to-transparent", "ao-denoise-to-fog"],
         parts: Parts::All,
         only: ALWAYS,
         section: "VkSubpassDependency",
@@ -518,8 +551,11 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
             "geometry-to-lighting",
             "lighting-to-transparent",
             "forward-to-transparent",
-            "forward-to-velocity",
             "fog-to-transparent",
+            "lighting-to-velocity",
+            "forward-to-velocity",
+            "fog-to-velocity",
+            "transparent-to-velocity",
         ],
         parts: Parts::Any(Side::After, S::EARLY_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_READ),
         only: BETWEEN_SUBPASSES,
@@ -529,7 +565,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               of a later one read what the earlier one wrote, early or late as the implementation likes",
     },
     UnreportedMutants {
-        rows: &["geometry-to-lighting", "lighting-to-transparent", "forward-to-transparent"],
+        rows: &["geometry-to-lighting", "lighting-to-transparent", "forward-to-transparent", "fog-to-transparent"],
         parts: Parts::Any(Side::After, S::LATE_FRAGMENT_TESTS, A::empty()),
         // Where the pass drops depth, the layer misses the store's stage.
         only: |_, edge| !edge.after.access.contains(A::DEPTH_STENCIL_ATTACHMENT_WRITE),
@@ -611,7 +647,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               use it, so that its layout may change before. (Of the HDR target's later user, TONEMAP, output-reuse would do by the letter)",
     },
     UnreportedMutants {
-        rows: &["geometry-to-lighting"],
+        rows: &["geometry-to-lighting", "geometry-to-readers"],
         parts: Parts::Any(
             Side::After,
             stages(S::FRAGMENT_SHADER, S::LATE_FRAGMENT_TESTS),

@@ -55,7 +55,7 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         rows.push(
             barrier(RowName::BLIT_TO_TEXTURES, BLITTED, READABLE)
                 .from(Place::UPLOAD, &[BLIT_READ])
-                // TILED needs no use here: `gbuffer-to-tiled` orders it after GEOMETRY.
+                // TILED needs no use here: `geometry-to-tiled` orders it after GEOMETRY.
                 .to(Place::DRAWS, &[TEXTURE_READ])
                 .because("shaders sample a level when the blit that reads it is over; its layout changes in between"),
         );

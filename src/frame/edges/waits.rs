@@ -81,11 +81,11 @@ struct Visit {
     writes: bool,
     all_samples: bool,
     why: Vec<&'static str>,
-    /// It is of the frame before.
+    /// The uses are those of the frame before.
     is_last_frame: bool,
-    /// Some frames go without it.
+    /// Some frames go without these uses.
     is_occasional: bool,
-    /// It is COPY's, presentation's, or the CPU's.
+    /// The uses are COPY's, presentation's, or the CPU's.
     is_after_the_passes: bool,
 }
 
@@ -138,7 +138,7 @@ pub fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Wait> {
     let stops = stops(plan, steps);
     let mut drafts: Vec<Draft> = Vec::new();
     for resource in resources(&stops) {
-        // A buffer that TAA has written is one frame later what it goes on from.
+        // TAA writes one of two buffers, and the next frame reads that one: so a buffer lives through two frames before it is written again.
         let mut spans = vec![visits(plan, &stops, resource)];
         spans[0].extend(after_the_passes(plan, &stops, resource));
         spans.extend((resource == Resource::History).then(|| visits(plan, &stops, Resource::LastHistory)));
@@ -149,7 +149,8 @@ pub fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Wait> {
         }
         past.live_through(&spans, |from, to, way| add(&mut drafts, resource, (from, to), way));
     }
-    // Of two subpasses that a pass waits for the later comes first: layers before 1.4.363 take the last dependency that leaves a render pass for all of them.
+    // Where a step waits for two subpasses of a render pass, the row of the later subpass comes first: layers before 1.4.322 take the last dependency that leaves the
+    // render pass for both.
     drafts.sort_by_key(|draft| (draft.to.stop, !draft.from.is_last_frame, Reverse(draft.from.stop)));
     drafts.into_iter().map(|draft| draft.finish(&stops)).collect()
 }
@@ -216,15 +217,15 @@ fn visits(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Vec<Visit> {
     };
     let all: Vec<(usize, Vec<Touch>)> =
         stops.iter().map(own).enumerate().filter(|(_, touches)| !touches.is_empty()).collect();
-    let visit = |place: usize| {
-        let (stop, touches) = &all[place];
+    let visit = |index: usize| {
+        let (stop, touches) = &all[index];
         let at = &stops[*stop];
         let is_attachment = touches.iter().any(Touch::is_attachment);
         let beside = |other: Option<&(usize, Vec<Touch>)>| {
             is_attachment && other.is_some_and(|(index, _)| stops[*index].run == at.run)
         };
         let (is_first, is_last) =
-            (!beside(place.checked_sub(1).map(|before| &all[before])), !beside(all.get(place + 1)));
+            (!beside(index.checked_sub(1).map(|before| &all[before])), !beside(all.get(index + 1)));
         let mut uses = Use::all(&touches.iter().map(|touch| touch.uses).collect::<Vec<_>>());
         // Samples are read when they are resolved.
         let draws = touches.iter().any(|touch| matches!(touch.how, How::Color { .. }));
@@ -235,7 +236,8 @@ fn visits(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Vec<Visit> {
             uses = uses.or(RESOLVE);
         }
         let is_depth = touches[0].is_depth();
-        let is_loaded = place > 0 && resource != Resource::ShadowMaps;
+        // SHADOW clears each map that it draws, also the one that another frame has drawn.
+        let is_loaded = index > 0 && resource != Resource::ShadowMaps;
         let load = match (is_depth, is_loaded) {
             (true, true) => DEPTH_LOAD,
             (true, false) => DEPTH_CLEAR,
@@ -243,7 +245,7 @@ fn visits(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Vec<Visit> {
             (false, false) => COLOR_WRITE,
         };
         let store = if is_depth { DEPTH_STORE } else { COLOR_WRITE };
-        // A load operation that clears comes before all else, which is in order with it.
+        // The subpass's own uses come after the load operation by themselves: so where that clears, it alone must wait.
         let waits = match (is_attachment && is_first, is_attachment && is_last) {
             (true, _) if !is_loaded => load,
             (true, true) => uses.or(load).or(store),
@@ -289,13 +291,13 @@ fn after_the_passes(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Opt
                 Place::OUTSIDE,
                 IN_TURN,
                 present::ATTACH,
-                "comes over the picture waits for TRANSFER, and so for the layout that the pass leaves it in",
+                "whatever comes over the picture waits for TRANSFER, and so for the layout that the render pass leaves it in",
             ),
             false => (
                 Place::OUTSIDE,
                 copy::READ,
                 copy::READ,
-                "reads the picture, in the layout that it is left in: COPY, or PRESENT",
+                "COPY or PRESENT reads the picture, in the layout that the render pass leaves it in",
             ),
         },
         _ => return None,
@@ -345,7 +347,8 @@ impl Past {
         let changes = self.layout.is_some_and(|layout| layout != visit.layout);
         let old = self.layout.unwrap_or(vk::ImageLayout::UNDEFINED);
         let replaces = visit.writes || changes;
-        // Readers have waited for the write, those that every frame has. By region they have done so for their own render pass alone.
+        // Readers have waited for the last write, so that who waits for them need not wait for it. This does not hold of readers that some frames go without, nor of readers
+        // in the render pass of the use whose write is outside: their row into the render pass is of their own subpass.
         let mut earlier: Vec<&Visit> = if replaces { self.reads.iter().collect() } else { Vec::new() };
         let is_of_run = |own: &&Visit| own.run.is_some() && own.run == visit.run && !own.is_last_frame;
         let begins_outside = !self.writes.iter().all(|write| is_of_run(&write));
@@ -478,8 +481,11 @@ impl Draft {
 /// The reason of a row in a sentence: what each of those who wait does, and which memory frames share.
 fn why(from: &Visit, reasons: &[(Place, Vec<&'static str>)], resources: &[Resource]) -> String {
     let of_one = |(place, why): &(Place, Vec<&str>)| {
-        let subject = if *place == Place::OUTSIDE { "what".to_owned() } else { place.to_string() };
-        format!("{subject} {}", why.join(", and "))
+        let does = match &why[..] {
+            [most @ .., last] if most.len() > 1 => format!("{}, and {last}", most.join(", ")),
+            _ => why.join(", and "),
+        };
+        if *place == Place::OUTSIDE { does } else { format!("{place} {does}") }
     };
     let does = reasons.iter().map(of_one).collect::<Vec<_>>().join("; ");
     if !from.is_last_frame {

@@ -10,7 +10,7 @@ use super::{Hazard, HazardKind, kind_of};
 /// One side of a clash.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct End {
-    /// The author of the use: `GEOMETRY`, or `the end of the main pass`.
+    /// The author of the use: `GEOMETRY`, or `the end of the GEOMETRY pass`.
     pub who: String,
     /// Empty for layout changes, and for presentation, which is no stage of Vulkan's.
     pub stages: S,

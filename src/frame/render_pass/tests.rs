@@ -34,7 +34,7 @@ fn reflected_inputs(variant: &Variant) -> BTreeMap<u32, (u32, u32)> {
     inputs.collect()
 }
 
-/// The targets of a plan's main pass in its order, and its subpasses.
+/// The targets, in their order, and the subpasses of the render pass that begins with GEOMETRY or FORWARD.
 struct References {
     order: Vec<Target>,
     subpasses: Vec<Subpass>,

@@ -127,7 +127,7 @@ pub(super) fn stored(plan: &FramePlan) -> Part {
     let reason = match effects::of(plan).find_map(|effect| effect.stores_gbuffer) {
         Some(why) => why,
         None if plan.gbuffer.is_none() => "there is no G-buffer",
-        None if plan.is_tiled() => "the main pass ends with it, and TILED reads it: no other pass comes between",
+        None if plan.is_tiled() => "its render pass ends with it, and TILED reads it: no other pass comes between",
         None if !plan.shading.is_lit() => {
             "no pass reads neighbours between GEOMETRY and VIEW, so the G-buffer can stay in the tile"
         }

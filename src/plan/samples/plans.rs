@@ -52,7 +52,7 @@ fn made_plans() -> Named {
     plans
 }
 
-/// Plans whose main pass ends with GEOMETRY, because compute lights the stored surfaces.
+/// Plans whose first render pass of surfaces ends with GEOMETRY, because compute lights the stored surfaces.
 pub fn tiled_plans() -> Named {
     static KEPT: OnceLock<Named> = OnceLock::new();
     once(&KEPT, || [light_paths(FramePlan::is_tiled), multisampled_tiled()].concat())
@@ -159,7 +159,7 @@ fn antialiased() -> Named {
     ])
 }
 
-/// Plans with spread light, whose main pass ends before BLOOM: with various passes before that and after it, and each output.
+/// Plans with spread light, of which a render pass ends before BLOOM: with various passes before that and after it, and each output.
 pub fn bloomed_plans() -> Named {
     let bloom = |settings: Settings| Settings { bloom: 0.1, ..settings };
     let forward = || Settings { light_path: LightPath::Forward, ..Settings::default() };
@@ -262,12 +262,12 @@ pub fn of_every_kind() -> Named {
     once(&KEPT, || of_each().concat())
 }
 
-/// Plans whose main pass ends before something that reads neighbours of the lit picture.
+/// Plans in which a render pass ends before something that reads neighbours of the lit picture.
 fn filtered_plans() -> Named {
     [bloomed_plans(), taa_plans()].concat()
 }
 
-/// Plans with reflections, whose main pass ends with LIGHTING: with various passes before that and after it, and each output. Scenes that mirror
+/// Plans with reflections, in which a render pass ends with LIGHTING: with various passes before that and after it, and each output. Scenes that mirror
 /// nothing have none.
 fn reflected_plans() -> Named {
     let of = |settings: Settings| Settings { reflections: Reflections::Screen, reflection_roughness: 1.0, ..settings };

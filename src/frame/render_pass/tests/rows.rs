@@ -43,7 +43,7 @@ fn the_list_and_the_rows_of_every_plan_agree() {
     }
 }
 
-/// A main pass of two subpasses with these touches, called GEOMETRY and LIGHTING.
+/// A render pass of two subpasses with these touches, called GEOMETRY and LIGHTING.
 fn two(first: Vec<Touch>, second: Vec<Touch>) -> List {
     let subpass = |place, touches| Listed { place, passes: Vec::new(), touches };
     let subpasses = vec![subpass(geometry::PASS.place, first), subpass(lighting::PASS.place, second)];
