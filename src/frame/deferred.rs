@@ -21,7 +21,7 @@ use crate::scene::OptionalPart;
 /// The passes of a frame. `Run` records compute; `Draw` is a subpass with the passes that share it. Neighbouring subpasses share a render pass, up to the
 /// next compute pass or to a subpass that samples what they draw; `DrawApart` has a render pass of its own.
 #[rustfmt::skip]
-const ORDER: [Line; 34] = [
+const ORDER: &[Line] = &[
     // All that must be ready before surfaces are drawn.
     RunPosed(&skin::PASS),                       // vertices of meshes that skins and shapes deform, when their pose has changed
     DrawApart(&occluders::PASS),                 // depth of the largest objects, to find out what they hide
@@ -65,5 +65,5 @@ const ORDER: [Line; 34] = [
 
 /// The steps of a plan's frames up to the picture.
 pub(super) fn steps(plan: &FramePlan) -> Vec<Step> {
-    list::steps(plan, &ORDER)
+    list::steps(plan, ORDER)
 }

@@ -11,7 +11,6 @@ use super::evidence::Evidence;
 use super::examine::{Place, Stop};
 use super::suite::Mode;
 use super::verdict::{CaseReport, Check, Where};
-use crate::cli::table::version;
 
 /// Messages of the layer about some work, and the program's own about objects that it left behind.
 struct Observed {
@@ -159,7 +158,6 @@ fn driver_of(device: &Device) -> String {
 mod tests {
     use afterlight::gpu::Severity;
 
-    use super::super::suite::Suite;
     use super::super::verdict::Verdict;
     use super::*;
 
@@ -170,7 +168,7 @@ mod tests {
     fn noted(mode: Option<Mode>, messages: &[Message]) -> CaseReport {
         let mut report = CaseReport::new("a.b");
         Observed { messages: messages.to_vec(), dropped: 0 }.note(
-            (Stage { mode, shows: None }, 0),
+            Stage { mode, shows: None },
             &Evidence::new(None),
             &mut report,
         );
