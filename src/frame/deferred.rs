@@ -4,24 +4,19 @@
 //! order. What follows from the order is found elsewhere: which passes share a render pass, with loads, stores and layouts ([`super::list`]); whom each pass
 //! waits for ([`super::edges`]); and that every use waits for the one before it ([`super::proof`]).
 
-use super::list::{
-    self,
-    Line::{self, Draw, DrawApart, PartIf, Run, RunPosed},
-    Step,
-};
+use super::list::Line::{self, Draw, DrawApart, PartIf, Run, RunPosed};
 use crate::passes::{
     ambient, ao, ao_denoise, arrange, bloom, composite, cull, depth, fill, fog, forward, fxaa, geometry, hiz,
     integrate, lighting, occluders, particles, per_light, pyramid, reflect, reflect_resolve, scatter, shadow, sharpen,
     simulate, skin, sky, sort, taa, tiled, tone, tonemap, transparent, velocity, view,
 };
-use crate::plan::FramePlan;
 use crate::scene::OptionalPart;
 
 // ANCHOR: order
 /// The passes of a frame. `Run` records compute; `Draw` is a subpass with the passes that share it. Neighbouring subpasses share a render pass, up to the
 /// next compute pass or to a subpass that samples what they draw; `DrawApart` has a render pass of its own.
 #[rustfmt::skip]
-const ORDER: &[Line] = &[
+pub(super) const ORDER: &[Line] = &[
     // All that must be ready before surfaces are drawn.
     RunPosed(&skin::PASS),                       // vertices of meshes that skins and shapes deform, when their pose has changed
     DrawApart(&occluders::PASS),                 // depth of the largest objects, to find out what they hide
@@ -62,8 +57,3 @@ const ORDER: &[Line] = &[
     Draw(&tone::PASS, &[&tone::PASS]),           // vignette and grain, which FXAA would smooth
 ];
 // ANCHOR_END: order
-
-/// The steps of a plan's frames up to the picture.
-pub(super) fn steps(plan: &FramePlan) -> Vec<Step> {
-    list::steps(plan, ORDER)
-}

@@ -14,7 +14,7 @@ use std::sync::{Mutex, PoisonError};
 
 use ash::vk;
 
-use super::deferred;
+use super::list;
 use super::list::{RenderPassName, Step};
 use crate::gpu::sync::{Dependency, Use};
 pub use crate::passes::Place;
@@ -321,7 +321,7 @@ pub fn formulas() -> Edges {
 
 /// The dependencies of a plan's frames.
 pub fn table(plan: &FramePlan) -> Edges {
-    let steps = deferred::steps(plan);
+    let steps = list::steps(plan);
     let mut rows = uploads::rows(plan);
     rows.extend(prefilter::rows(plan, &steps));
     rows.extend(shadow::rows(plan, &steps));

@@ -7,7 +7,7 @@ use std::fmt;
 
 use ash::vk;
 
-use super::deferred;
+use super::deferred::ORDER;
 use super::edges::{self, Barrier, Carrier, Edges, RowName};
 use crate::gpu;
 use crate::gpu::sync::Use;
@@ -121,8 +121,8 @@ enum Planned {
 
 /// The steps of a plan's frames up to the picture. A render pass goes on as long as subpasses follow each other: a pass outside of render passes ends it, and so
 /// does a subpass that samples what it draws.
-pub(super) fn steps(plan: &FramePlan, order: &[Line]) -> Vec<Step> {
-    let mut planned: Vec<Planned> = order.iter().filter_map(|line| line.planned(plan)).collect();
+pub(super) fn steps(plan: &FramePlan) -> Vec<Step> {
+    let mut planned: Vec<Planned> = ORDER.iter().filter_map(|line| line.planned(plan)).collect();
     resolve_samples(&mut planned);
     let mut steps: Vec<Step> = Vec::new();
     let mut is_open = false;
@@ -153,6 +153,14 @@ pub(super) fn steps(plan: &FramePlan, order: &[Line]) -> Vec<Step> {
 }
 
 impl Line {
+    fn passes(&self) -> Vec<&'static Pass> {
+        match *self {
+            Self::Draw(_, passes) => passes.to_vec(),
+            Self::DrawApart(pass) | Self::Run(pass) | Self::RunPosed(pass) => vec![pass],
+            Self::PartIf(_) => Vec::new(),
+        }
+    }
+
     fn planned(&self, plan: &FramePlan) -> Option<Planned> {
         match *self {
             Self::Draw(place, passes) => subpass(plan, place.place, passes).map(Planned::Drawn),
@@ -326,7 +334,7 @@ impl Step {
 impl List {
     /// The steps in the order in which a frame records them; `proof` and the renderer both follow this list.
     pub fn of(plan: &FramePlan) -> Self {
-        Self(deferred::steps(plan).into_iter().chain(after_the_picture(plan).into_iter().flatten()).collect())
+        Self(steps(plan).into_iter().chain(after_the_picture(plan).into_iter().flatten()).collect())
     }
 
     /// The render passes with their subpasses.
@@ -575,9 +583,21 @@ fn needed_access(how: How) -> vk::AccessFlags {
     }
 }
 
-/// Each pass that a frame can have, in or out and why, as `inspect` lists them.
+/// Each pass that a frame can have, in the order of frames: those of the order, and those that come after the picture.
+pub fn passes() -> Vec<&'static Pass> {
+    let mut all: Vec<&'static Pass> = Vec::new();
+    let shown = [&present::PASS, &split::PASS, &copy::PASS, &overlay::PASS, &encode::PASS];
+    for pass in ORDER.iter().flat_map(Line::passes).chain(shown) {
+        if !all.iter().any(|own| own.place == pass.place) {
+            all.push(pass);
+        }
+    }
+    all
+}
+
+/// The passes in or out and why, as `inspect` lists them.
 pub fn parts(plan: &FramePlan) -> Vec<Part> {
-    let all = crate::passes::ALL.iter();
+    let all = passes().into_iter();
     all.map(|pass| {
         let (included, reason) = match (pass.presence)(plan) {
             crate::passes::Presence::In(why) => (true, why),

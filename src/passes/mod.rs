@@ -114,52 +114,6 @@ use crate::scene::counted;
 use crate::shaders::Variant;
 use crate::visible::{MapDraw, Since, Visible, World, WorldObject};
 
-/// All passes, as reports list them.
-pub const ALL: [&Pass; 42] = [
-    &skin::PASS,
-    &occluders::PASS,
-    &pyramid::PASS,
-    &cull::PASS,
-    &arrange::PASS,
-    &fill::PASS,
-    &shadow::PASS,
-    &scatter::PASS,
-    &integrate::PASS,
-    &simulate::PASS,
-    &sort::PASS,
-    &depth::PASS,
-    &geometry::PASS,
-    &ao::PASS,
-    &ao_denoise::PASS,
-    &lighting::PASS,
-    &per_light::PASS,
-    &ambient::PASS,
-    &view::PASS,
-    &forward::PASS,
-    &sky::PASS,
-    &hiz::PASS,
-    &reflect::PASS,
-    &reflect_resolve::PASS,
-    &fog::PASS,
-    &transparent::PASS,
-    &particles::PASS,
-    &composite::PASS,
-    &velocity::PASS,
-    &taa::PASS,
-    &sharpen::PASS,
-    &bloom::PASS,
-    &bloom::SPREAD,
-    &tonemap::PASS,
-    &fxaa::PASS,
-    &tone::PASS,
-    &tiled::PASS,
-    &present::PASS,
-    &split::PASS,
-    &copy::PASS,
-    &overlay::PASS,
-    &encode::PASS,
-];
-
 /// Shaders read what the CPU wrote for their frame.
 pub const FRAME_READ: Use = Use::new(
     vk::PipelineStageFlags::from_raw(

@@ -7,10 +7,10 @@
 use std::sync::Arc;
 
 use crate::frame::edges::{self, Edge, Edges};
+use crate::frame::list;
 use crate::frame::render_pass::PassDescription;
 use crate::frame::{Error, LayoutChange, Renderer, layout_changes};
 use crate::gpu::{Command, Device, vk};
-use crate::passes;
 use crate::plan::FramePlan;
 use crate::scene::{Playing, Scene, Settings};
 
@@ -114,7 +114,7 @@ impl<'a> Reader<'a> {
             return row.map_or_else(String::new, |row| row.why.clone());
         }
         let label = arguments.objects.first().filter(|_| command.name == "vkCmdBeginDebugUtilsLabelEXT");
-        let pass = label.and_then(|label| passes::ALL.iter().find(|pass| pass.place.name() == label));
+        let pass = label.and_then(|label| list::passes().into_iter().find(|pass| pass.place.name() == label));
         pass.map_or_else(String::new, |pass| pass.what.to_owned())
     }
 

@@ -1,7 +1,8 @@
 //! Names that rows had when each was written for a pair of passes, so that commands which name them still work, and the reason why a plan has no row of a name.
 
 use super::{Edge, Edges};
-use crate::passes::{self, Place, Presence};
+use crate::frame::list;
+use crate::passes::{Place, Presence};
 use crate::plan::FramePlan;
 
 /// Former names, each with the names of today of which the first that a plan has takes its place. `*` stands for any place.
@@ -70,7 +71,7 @@ pub fn lack(plan: &FramePlan, name: &str) -> Option<String> {
     let own = RENAMED.iter().find(|(former, _)| *former == name).map_or(name, |(_, patterns)| patterns[0]);
     let (from, to) = own.split_once("-to-").or(own.strip_suffix("-reuse").map(|to| ("", to)))?;
     [from, to].into_iter().find_map(|one| {
-        let pass = passes::ALL.into_iter().find(|pass| spelled(pass.place) == one)?;
+        let pass = list::passes().into_iter().find(|pass| spelled(pass.place) == one)?;
         match (pass.presence)(plan) {
             Presence::Out(why) => Some(format!("no {} pass ({why})", pass.place)),
             Presence::In(_) => None,
