@@ -415,7 +415,6 @@ mod tests {
     use afterlight::frame::edges::{Carrier, Place, RowName};
     use afterlight::frame::list::SHADOW_PASS;
     use afterlight::gpu::sync::Use;
-    use afterlight::passes::shadow;
     use afterlight::plan::Capabilities;
     use afterlight::scene::{Scene, Settings};
 
@@ -441,7 +440,7 @@ mod tests {
     #[test]
     fn silence_is_explained_by_what_is_known_of_the_layer() {
         let plan = FramePlan::of(&Scene::default(), &Settings::default(), &Capabilities::ample()).expect("a plan");
-        let reuse = row(RowName::Reuse(shadow::PASS.place));
+        let reuse = row(RowName::Reuse(Place::pass("SHADOW")));
         let (new, old) = (silence(&plan, &reuse, LAYER), silence(&plan, &reuse, LAYER - 1));
         assert!(new.contains("gave shadow-reuse nothing to order"), "{new}");
         assert!(old.contains("says nothing of these frames") && !old.contains("gave"), "{old}");

@@ -736,7 +736,7 @@ fn a_dropped_dependency_is_complained_of_and_one_that_is_not_there_is_told() {
     let told = succeed(folder.path(), &[&shadows[..], &SMALL].concat());
     // Old layers do not compare submissions, and then that is all that is said.
     assert!(told.contains("SYNC-HAZARD-") || told.contains("says nothing of these frames"), "{told}");
-    fail(folder.path(), &inspect("gbuffer-to-lightning"), 2, &["did you mean \"geometry-to-lighting\"?", "read-back"]);
+    fail(folder.path(), &inspect("geometry-to-lightning"), 2, &["did you mean \"geometry-to-lighting\"?", "read-back"]);
     fail(folder.path(), &inspect("frame-to-host"), 2, &["frame-to-host", "cannot be dropped"]);
     fail(folder.path(), &[&inspect("read-back")[..], &["--json"]].concat(), 2, &["--drop"]);
     // Layers are looked for elsewhere, but Debian 13's runner names their place itself.

@@ -2,8 +2,9 @@
 
 use super::{Edge, Edges};
 use crate::frame::list;
+use crate::gpu::vk;
 use crate::passes::{Place, Presence};
-use crate::plan::FramePlan;
+use crate::plan::{Canvas, Encoding, FramePlan, Transfer};
 
 /// Former names, each with the names of today of which the first that a plan has takes its place. `*` stands for any place.
 const RENAMED: &[(&str, &[&str])] = &[
@@ -66,8 +67,15 @@ fn fits(pattern: &str, name: &str) -> bool {
     }
 }
 
-/// The reason why a plan has no row between two passes, or to one from the frame before: the pass that it lacks.
+/// The reason why a plan has no row of a name: the window or the pass that it lacks.
 pub fn lack(plan: &FramePlan, name: &str) -> Option<String> {
+    let format = vk::Format::B8G8R8A8_SRGB;
+    let encoding = Encoding { transfer: Transfer::Srgb, headroom: 1.0 };
+    let presented = [Canvas::Straight(format), Canvas::Enlarge(format), Canvas::Encode(encoding)];
+    let has = |canvas| super::table(&plan.clone().presented_as(canvas)).iter().any(|edge| edge.label == name);
+    if plan.presented.is_none() && presented.into_iter().any(has) {
+        return Some("no window".into());
+    }
     let own = RENAMED.iter().find(|(former, _)| *former == name).map_or(name, |(_, patterns)| patterns[0]);
     let (from, to) = own.split_once("-to-").or(own.strip_suffix("-reuse").map(|to| ("", to)))?;
     [from, to].into_iter().find_map(|one| {
