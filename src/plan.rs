@@ -46,18 +46,18 @@ mod visibility;
 
 pub use ao::AoPlan;
 pub use attachments::TooFew;
-pub use bloom::{Bloom, BloomLevel};
+pub use bloom::{BLOOM_LEVELS, Bloom, BloomLevel};
 pub use capabilities::Capabilities;
 pub use cost::Cost;
 pub use cost_model::{ABSENT, Basis, COMPARED, CostModel, CullingCost, Load, PathCost};
 pub use effects::{averages_samples, shows_effect};
 pub use error::{Error, Refusal, Why};
 pub use fog::FogPlan;
-pub use froxels::FroxelPlan;
+pub use froxels::{FROXELS, FroxelPlan};
 pub use gbuffer::{Gbuffer, NormalEncoding, format_bytes};
 pub use lights::{PlannedLights, UNIFORM_LIGHTS};
 pub use output::{Canvas, Encoding, HDR, OUTPUT_PLAIN, OUTPUT_SRGB, ToneMapping, Transfer};
-pub use particles::{ParticlePlan, SORT_BLOCK, sort_places};
+pub use particles::{PARTICLES, ParticlePlan, SORT_BLOCK, sort_places};
 pub use parts::{Part, PartGroup};
 pub use reasons::Reasons;
 pub use reflections::{Hiz, ReflectionPlan};
@@ -69,8 +69,8 @@ pub use surfaces::{
     PlannedBrdf, PlannedDeform, PlannedLevel, PlannedMesh, PlannedTexture, SetSamplers, Streams, TextureMask,
     TexturePlan, TextureSource, Uploads, texture_format,
 };
-pub use taa::{TaaPlan, Vectors};
-pub use targets::{Sums, Target};
+pub use taa::{TAA_MEAN, TaaPlan, Vectors};
+pub use targets::{BufferName, Sums, Target};
 pub use visibility::TriangleCode;
 
 pub(crate) use culling::{CULL_BUFFERS, CULL_SHARED_BYTES};

@@ -198,9 +198,9 @@ fn add_barriers(plan: &FramePlan, steps: &mut [Step]) {
         if let Step::Commands(own) = &mut steps[step] {
             let rows = if is_after { &mut own.after } else { &mut own.before };
             rows.push((edge.name, resource));
-            // Which of the two histories is this frame's own changes from frame to frame.
-            if resource == Resource::History {
-                rows.push((edge.name, Resource::LastHistory));
+            // Which of the two buffers is this frame's own changes from frame to frame.
+            if let Resource::Kept(own) = resource {
+                rows.push((edge.name, Resource::KeptBefore(own)));
             }
         }
     }

@@ -16,7 +16,7 @@ use crate::gpu::{
     self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, ShaderStage, binding,
     compute_pipeline, pipeline_layout, sync::Use,
 };
-use crate::plan::{Bloom as Planned, BloomLevel, FramePlan, Target};
+use crate::plan::{BLOOM_LEVELS, Bloom as Planned, BloomLevel, FramePlan, Target};
 use crate::shaders::bloom::{self as shader, Flags, constants};
 
 /// Reads the light of the picture.
@@ -32,7 +32,7 @@ pub const PASS: Pass = Pass {
     what: "the picture's light at half its size",
     presence,
     touches: |_| {
-        let levels = Touch::resource(Resource::BloomLevels, LEVEL_WRITE).because("writes the first level");
+        let levels = Touch::resource(Resource::Buffers(BLOOM_LEVELS), LEVEL_WRITE).because("writes the first level");
         vec![
             Touch::sampled(PICTURE, Target::Hdr, HDR_READ).because("loads the light of a pixel and its neighbours"),
             levels,
@@ -55,13 +55,13 @@ pub const SPREAD: Pass = Pass {
     presence,
     touches: |_| {
         vec![
-            Touch::resource(Resource::BloomLevels, LEVEL_READ.or(LEVEL_WRITE))
+            Touch::resource(Resource::Buffers(BLOOM_LEVELS), LEVEL_READ.or(LEVEL_WRITE))
                 .because("reads the level that the step before wrote, and writes another"),
         ]
     },
     leave_out: Some(|settings| settings.bloom = 0.0),
     make: Some(|own| {
-        let (planned, levels) = (own.needed(own.plan.bloom)?, own.buffer(Resource::BloomLevels)?);
+        let (planned, levels) = (own.needed(own.plan.bloom)?, own.buffer(Resource::Buffers(BLOOM_LEVELS))?);
         Ok(Box::new(Spread(Steps::new(own, (planned, &[Kind::Down, Kind::Up]), (levels, &[]))?)))
     }),
 };
@@ -139,7 +139,7 @@ impl Object for Bloom {
     }
 
     fn buffers(&self) -> Vec<(Resource, &Buffer)> {
-        vec![(Resource::BloomLevels, &self.levels)]
+        vec![(Resource::Buffers(BLOOM_LEVELS), &self.levels)]
     }
 }
 
@@ -149,7 +149,7 @@ impl Object for Spread {
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
-        self.0.rebind(own, own.buffer(Resource::BloomLevels)?, &[])
+        self.0.rebind(own, own.buffer(Resource::Buffers(BLOOM_LEVELS))?, &[])
     }
 }
 

@@ -7,7 +7,7 @@ use ash::vk;
 
 use super::object::Make;
 use crate::gpu::sync::Use;
-use crate::plan::{FramePlan, Target};
+use crate::plan::{BufferName, FramePlan, Target};
 use crate::scene::Settings;
 
 /// A pass of the frame.
@@ -112,22 +112,20 @@ pub enum Resource {
     FoundCounts,
     /// The least depths of squares of the picture, which PYRAMID writes.
     DepthPyramid,
-    /// The outputs of SIMULATE and SORT: particles, and their order.
-    Particles,
-    /// TAA's history that this frame writes for the next one.
-    History,
+    /// Buffers that passes of an effect write and read. Frames share them.
+    Buffers(BufferName),
+    /// A buffer that this frame writes for the next one.
+    Kept(BufferName),
     /// The same of the frame before.
-    LastHistory,
-    /// Light that BLOOM spreads, level by level.
-    BloomLevels,
-    /// Light in the fog's froxels, and the light scattered before them.
-    Froxels,
+    KeptBefore(BufferName),
     /// The CPU's data for each frame: camera, lights, lists, instances, sorted indices.
     FrameData,
     /// The buffer that the picture is copied to for the CPU.
     ReadBack,
     /// Textures of a window's panels.
     PanelTextures,
+    /// Buffers from which uploads are copied.
+    Staging,
 }
 
 impl fmt::Display for Resource {
@@ -147,14 +145,12 @@ impl fmt::Display for Resource {
             Self::CulledInstances => "culled instances",
             Self::FoundCounts => "counts of instances",
             Self::DepthPyramid => "pyramid of depths",
-            Self::Particles => "particles",
-            Self::Froxels => "froxels of fog",
-            Self::History => "history of the frame",
-            Self::LastHistory => "history of the frame before",
-            Self::BloomLevels => "levels of bloom",
+            Self::Buffers(own) | Self::Kept(own) => own.0,
+            Self::KeptBefore(own) => return write!(f, "{} of the frame before", own.0),
             Self::FrameData => "frame data",
             Self::ReadBack => "read-back buffer",
             Self::PanelTextures => "panel textures",
+            Self::Staging => "staging buffers",
         })
     }
 }

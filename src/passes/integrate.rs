@@ -6,7 +6,7 @@ use ash::vk;
 
 use super::{Object, Pass, Place, Recording, Resource, Touch, frame_data, froxel_presence, needed};
 use crate::gpu::{self, Device, Owned, ShaderStage, compute_pipeline, pipeline_layout, sync::Use};
-use crate::plan::{FramePlan, FroxelPlan};
+use crate::plan::{FROXELS, FramePlan, FroxelPlan};
 use crate::shaders::integrate::{self as shader, Flags, constants};
 
 /// Reads the light of each froxel.
@@ -22,7 +22,7 @@ pub const PASS: Pass = Pass {
     touches: |_| {
         vec![
             frame_data(),
-            Touch::resource(Resource::Froxels, LIGHT_READ.or(SUM_WRITE))
+            Touch::resource(Resource::Buffers(FROXELS), LIGHT_READ.or(SUM_WRITE))
                 .because("adds up the light of froxels, and writes its sums beside it"),
         ]
     },

@@ -109,7 +109,7 @@ use ash::vk;
 
 use crate::gpu::{self, Device, Timestamps, sync::Use};
 use crate::gpu_scene::{CulledState, Culling, GpuScene, INDEX_READ, Instances, SKY_READ, TEXTURE_READ, VERTEX_READ};
-use crate::plan::{Canvas, FramePlan, IndexWidth, Shading, Target, TexturePlan};
+use crate::plan::{Canvas, FROXELS, FramePlan, IndexWidth, Shading, Target, TexturePlan};
 use crate::scene::counted;
 use crate::shaders::Variant;
 use crate::visible::{MapDraw, Since, Visible, World, WorldObject};
@@ -217,7 +217,8 @@ pub const FROXEL_READ: Use = SAMPLED;
 
 /// Looks up the fog's froxels, where it has some.
 fn froxels(plan: &FramePlan) -> Option<Touch> {
-    plan.froxels().map(|_| Touch::resource(Resource::Froxels, FROXEL_READ).because("looks up the light in the air"))
+    plan.froxels()
+        .map(|_| Touch::resource(Resource::Buffers(FROXELS), FROXEL_READ).because("looks up the light in the air"))
 }
 
 /// Tells if SCATTER and INTEGRATE are in a plan's frames.

@@ -15,7 +15,7 @@ use crate::gpu::{
     SetWriter, binding, pipeline_layout, sync::Use,
 };
 use crate::gpu_scene::{ParticleTextures, TEXTURE_READ};
-use crate::plan::{FramePlan, ParticlePlan, Target, ToneMapping};
+use crate::plan::{FramePlan, PARTICLES, ParticlePlan, Target, ToneMapping};
 use crate::shaders::particles::{self as shader, Flags, constants};
 
 /// Reads what SIMULATE and SORT wrote: vertices where it lies, and fragments how it looks.
@@ -35,7 +35,7 @@ pub const PASS: Pass = Pass {
         touches.push(Touch::input(0, Target::Depth, DEPTH_READ).because("reads depth, to fade near surfaces"));
         touches.extend([
             frame_data(),
-            Touch::resource(Resource::Particles, STATE_READ)
+            Touch::resource(Resource::Buffers(PARTICLES), STATE_READ)
                 .because("fetches particles in the order in which SORT left them"),
         ]);
         touches.extend(froxels(plan));
@@ -47,7 +47,7 @@ pub const PASS: Pass = Pass {
     leave_out: Some(|settings| settings.particles = false),
     make: Some(|own| {
         let planned = own.needed(own.plan.particles.as_ref())?;
-        let (buffers, textures) = (own.buffers(Resource::Particles), own.scene.particles.as_ref());
+        let (buffers, textures) = (own.buffers(Resource::Buffers(PARTICLES)), own.scene.particles.as_ref());
         let place = (own.slot()?, own.layouts.frame);
         Ok(Box::new(ParticlePass::new(own.device, (own.plan, planned), place, (buffers, textures), &own.inputs())?))
     }),

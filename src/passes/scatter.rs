@@ -7,7 +7,7 @@ use ash::vk;
 use super::{Object, Pass, Place, Recording, Resource, SetLayouts, Touch, frame_data, froxel_presence, maps, needed};
 use crate::gpu::{self, Buffer, Device, Owned, SetLayout, ShaderStage, compute_pipeline, pipeline_layout, sync::Use};
 use crate::gpu_scene::froxel_buffer;
-use crate::plan::{FramePlan, FroxelPlan};
+use crate::plan::{FROXELS, FramePlan, FroxelPlan};
 use crate::scene::{Fog, ShadowFilter};
 use crate::shaders::scatter::{self as shader, Flags, constants};
 
@@ -22,7 +22,7 @@ pub const PASS: Pass = Pass {
     what: "the light that each froxel of fog scatters",
     presence: froxel_presence,
     touches: |plan| {
-        let light = Touch::resource(Resource::Froxels, LIGHT_WRITE).because("writes the light of each froxel");
+        let light = Touch::resource(Resource::Buffers(FROXELS), LIGHT_WRITE).because("writes the light of each froxel");
         [frame_data(), light].into_iter().chain(maps(plan, MAP_READ)).collect()
     },
     leave_out: Some(|settings| settings.fog = Fog::Height),
@@ -93,7 +93,7 @@ impl Object for Scatter {
     }
 
     fn buffers(&self) -> Vec<(Resource, &Buffer)> {
-        vec![(Resource::Froxels, &self.froxels)]
+        vec![(Resource::Buffers(FROXELS), &self.froxels)]
     }
 }
 

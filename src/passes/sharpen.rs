@@ -11,7 +11,7 @@ use super::{
     over_time,
 };
 use crate::gpu::{self, Buffer, DescriptorPool, Device, SetLayout, SetWriter, binding, sync::Use};
-use crate::plan::{FramePlan, TaaPlan, Target};
+use crate::plan::{FramePlan, TAA_MEAN, TaaPlan, Target};
 use crate::shaders::sharpen::{self as shader, Flags, constants};
 
 /// Reads what TAA wrote, of a pixel and its neighbours.
@@ -26,7 +26,7 @@ pub const PASS: Pass = Pass {
     presence: over_time,
     touches: |_| {
         vec![
-            Touch::resource(Resource::History, HISTORY_READ).because("reads what TAA averaged"),
+            Touch::resource(Resource::Kept(TAA_MEAN), HISTORY_READ).because("reads what TAA averaged"),
             Touch::color(0, Target::Hdr, First::Undefined, LIGHT_WRITE)
                 .because("overwrites the light that TAA has read"),
         ]
@@ -120,5 +120,5 @@ fn bound(
 
 /// The histories of TAA.
 fn histories<'a>(own: &Making<'a>) -> gpu::Result<[&'a Buffer; 2]> {
-    Ok([own.buffer(Resource::History)?, own.buffer(Resource::LastHistory)?])
+    Ok([own.buffer(Resource::Kept(TAA_MEAN))?, own.buffer(Resource::KeptBefore(TAA_MEAN))?])
 }

@@ -13,7 +13,7 @@ use crate::gpu::{
     compute_pipeline, pipeline_layout, sync::Use,
 };
 use crate::gpu_scene::ParticleBuffers;
-use crate::plan::{FramePlan, ParticlePlan, sort_places};
+use crate::plan::{FramePlan, PARTICLES, ParticlePlan, sort_places};
 use crate::shaders::simulate::{self as shader, Flags, constants};
 use crate::visible::{EmitterRecord, Visible};
 
@@ -28,7 +28,7 @@ pub const PASS: Pass = Pass {
     what: "particles of the moment, lit",
     presence: particles_presence,
     touches: |plan| {
-        let states = Touch::resource(Resource::Particles, STATE_WRITE).because("writes states and keys");
+        let states = Touch::resource(Resource::Buffers(PARTICLES), STATE_WRITE).because("writes states and keys");
         [frame_data(), states].into_iter().chain(maps(plan, MAP_READ)).collect()
     },
     leave_out: None,
@@ -164,7 +164,7 @@ impl Object for Simulate {
 
     fn buffers(&self) -> Vec<(Resource, &Buffer)> {
         let all = [Some(&self.buffers.states), self.buffers.keys.as_ref()];
-        all.into_iter().flatten().map(|buffer| (Resource::Particles, buffer)).collect()
+        all.into_iter().flatten().map(|buffer| (Resource::Buffers(PARTICLES), buffer)).collect()
     }
 }
 

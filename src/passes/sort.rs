@@ -10,7 +10,7 @@ use crate::gpu::{
     self, Buffer, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, binding, compute_pipeline,
     pipeline_layout, sync::Use,
 };
-use crate::plan::{SORT_BLOCK, sort_places};
+use crate::plan::{PARTICLES, SORT_BLOCK, sort_places};
 use crate::shaders::sort::{self as shader, Flags};
 
 /// Reads keys of a step before.
@@ -29,14 +29,14 @@ pub const PASS: Pass = Pass {
     },
     touches: |_| {
         vec![
-            Touch::resource(Resource::Particles, KEY_READ.or(KEY_WRITE))
+            Touch::resource(Resource::Buffers(PARTICLES), KEY_READ.or(KEY_WRITE))
                 .because("compares keys and exchanges them, step by step"),
         ]
     },
     leave_out: None,
     make: Some(|own| {
         // The keys are the second buffer, after the particles.
-        let keys = own.needed(own.buffers(Resource::Particles).nth(1))?;
+        let keys = own.needed(own.buffers(Resource::Buffers(PARTICLES)).nth(1))?;
         Ok(Box::new(Sort::new(own.device, keys)?))
     }),
 };

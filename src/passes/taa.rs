@@ -14,7 +14,7 @@ use crate::gpu::{
     self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, ShaderStage, binding,
     compute_pipeline, pipeline_layout, sync::Use,
 };
-use crate::plan::{FramePlan, TaaPlan, Target, Vectors};
+use crate::plan::{FramePlan, TAA_MEAN, TaaPlan, Target, Vectors};
 use crate::shaders::taa::{self as shader, Flags, constants};
 use crate::visible::Since;
 
@@ -36,9 +36,10 @@ pub const PASS: Pass = Pass {
         let mut touches = vec![
             Touch::sampled(LIGHT, Target::Hdr, FRAME_READ).because(LOOKS),
             Touch::sampled(DEPTH, Target::Depth, FRAME_READ).because(LOOKS),
-            Touch::resource(Resource::LastHistory, HISTORY_READ)
+            Touch::resource(Resource::KeptBefore(TAA_MEAN), HISTORY_READ)
                 .because("goes on from what the last frame left for it"),
-            Touch::resource(Resource::History, HISTORY_WRITE).because("overwrites what the last frame went on from"),
+            Touch::resource(Resource::Kept(TAA_MEAN), HISTORY_WRITE)
+                .because("overwrites what the last frame went on from"),
         ];
         touches
             .extend(plan.has_velocity().then(|| Touch::sampled(VELOCITY, Target::Velocity, FRAME_READ).because(LOOKS)));
@@ -163,7 +164,7 @@ impl Object for Taa {
 
     fn buffers(&self) -> Vec<(Resource, &Buffer)> {
         let [first, second] = &self.histories;
-        vec![(Resource::History, first), (Resource::LastHistory, second)]
+        vec![(Resource::Kept(TAA_MEAN), first), (Resource::KeptBefore(TAA_MEAN), second)]
     }
 }
 

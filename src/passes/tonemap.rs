@@ -10,7 +10,7 @@ use super::{
     needed,
 };
 use crate::gpu::{self, Buffer, DescriptorPool, Device, SetLayout, SetWriter, binding, sync::Use};
-use crate::plan::{FramePlan, Target, ToneMapping};
+use crate::plan::{BLOOM_LEVELS, FramePlan, Target, ToneMapping};
 use crate::scene::Resolve;
 use crate::shaders::tonemap::{self as shader, Flags, constants};
 
@@ -36,9 +36,9 @@ pub const PASS: Pass = Pass {
         Presence::when(plan.has_tonemap_subpass(), "light is blended or averaged before it is tone-mapped", why_not)
     },
     touches: |plan| {
-        let levels = plan
-            .bloom
-            .map(|_| Touch::resource(Resource::BloomLevels, LEVEL_READ).because("reads the first level of bloom"));
+        let levels = plan.bloom.map(|_| {
+            Touch::resource(Resource::Buffers(BLOOM_LEVELS), LEVEL_READ).because("reads the first level of bloom")
+        });
         let light = Touch::input(0, Target::Hdr, HDR_READ)
             .of_all_samples(plan.msaa > 1)
             .because("reads the light of its pixel");
@@ -47,7 +47,7 @@ pub const PASS: Pass = Pass {
     },
     leave_out: None,
     make: Some(|own| {
-        let levels = own.buffers(Resource::BloomLevels).next();
+        let levels = own.buffers(Resource::Buffers(BLOOM_LEVELS)).next();
         Ok(Box::new(TonemapPass::new(own.device, own.plan, own.slot()?, &own.inputs(), levels)?))
     }),
 };
@@ -134,7 +134,7 @@ impl Object for TonemapPass {
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
-        self.read_from(own.device, &own.inputs(), own.buffers(Resource::BloomLevels).next())
+        self.read_from(own.device, &own.inputs(), own.buffers(Resource::Buffers(BLOOM_LEVELS)).next())
     }
 }
 

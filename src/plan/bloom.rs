@@ -2,8 +2,11 @@
 
 use super::effect::{Effect, EffectView, Hdr, NOT_ASKED_FOR, Shows};
 use super::parts::part;
-use super::{PartGroup, Shading};
+use super::{BufferName, PartGroup, Shading};
 use crate::scene::{Output, Resolve, Settings, View};
+
+/// The light that BLOOM spreads, level by level.
+pub const BLOOM_LEVELS: BufferName = BufferName("levels of bloom");
 
 /// Light is spread before it is shown.
 pub(crate) const EFFECT: Effect = Effect {

@@ -2,10 +2,13 @@
 
 use std::fmt;
 
-use super::FramePlan;
 use super::fog::FogPlan;
 use super::parts::{Part, part};
+use super::{BufferName, FramePlan};
 use crate::scene::{Fog, Settings};
+
+/// Light in the froxels, and the light scattered before them.
+pub const FROXELS: BufferName = BufferName("froxels of fog");
 
 /// The grid that SCATTER and INTEGRATE fill.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,8 +2,11 @@
 
 use super::effect::{Effect, EffectView, LitAir, Request, Shows};
 use super::parts::{Part, part};
-use super::{Capabilities, Error, FramePlan, PlannedTexture, Refusal, Shading, Why};
+use super::{BufferName, Capabilities, Error, FramePlan, PlannedTexture, Refusal, Shading, Why};
 use crate::scene::{Scene, Settings, Transparency, View, counted};
+
+/// The outputs of SIMULATE and SORT: particles, and their order.
+pub const PARTICLES: BufferName = BufferName("particles");
 
 /// The scene's emitters send out particles.
 pub(crate) const EFFECT: Effect = Effect {

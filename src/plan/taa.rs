@@ -4,8 +4,11 @@ use super::checks::ANTI_ALIASING;
 use super::effect::{Effect, EffectView, Hdr, NOT_ASKED_FOR, Request, Shows};
 use super::parts::part;
 use super::surfaces::SurfaceRules;
-use super::{Error, FramePlan, Part, PartGroup, Refusal, Shading};
+use super::{BufferName, Error, FramePlan, Part, PartGroup, Refusal, Shading};
 use crate::scene::{Output, Resolve, Scene, Settings, Tonemap, View};
+
+/// The mean that a frame leaves for the next one.
+pub const TAA_MEAN: BufferName = BufferName("mean of frames");
 
 /// Frames are averaged over time.
 pub(crate) const EFFECT: Effect = Effect {

@@ -35,6 +35,10 @@ impl Sums {
     }
 }
 
+/// Buffers of an effect, by the name that sentences have for their content: `levels of bloom`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct BufferName(pub &'static str);
+
 /// The content of a frame's image. Framebuffers have them in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Target {

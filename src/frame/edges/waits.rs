@@ -138,10 +138,12 @@ pub fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Wait> {
     let stops = stops(plan, steps);
     let mut drafts: Vec<Draft> = Vec::new();
     for resource in resources(&stops) {
-        // TAA writes one of two buffers, and the next frame reads that one: so a buffer lives through two frames before it is written again.
+        // A frame writes one of two buffers, and the next one reads it: so a buffer lives through two frames before it is written again.
         let mut spans = vec![visits(plan, &stops, resource)];
         spans[0].extend(after_the_passes(plan, &stops, resource));
-        spans.extend((resource == Resource::History).then(|| visits(plan, &stops, Resource::LastHistory)));
+        if let Resource::Kept(own) = resource {
+            spans.push(visits(plan, &stops, Resource::KeptBefore(own)));
+        }
         let mut past = Past::default();
         // What a frame does last is what the next one finds.
         if is_shared(resource) {

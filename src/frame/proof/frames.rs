@@ -17,8 +17,13 @@ use crate::passes::{FRAME_READ, Resource, Touch, copy, prefilter, present};
 use crate::plan::FramePlan;
 
 const BUFFER: L = L::UNDEFINED;
-const MAPS: [Memory; 2] = [Memory::ShadowMap(0), Memory::ShadowMap(1)];
-const LEVELS: [Memory; 3] = [Memory::Level(0), Memory::Level(1), Memory::Level(2)];
+/// Two layers of the image of all shadow maps: one drawn in most frames, one looked up before it is first drawn.
+const MAPS: [Memory; 2] = [Memory::part(Resource::ShadowMaps, 0), Memory::part(Resource::ShadowMaps, 1)];
+const TEXTURE: Memory = Memory::of(Resource::Textures);
+const LEVELS: [Memory; 3] =
+    [Memory::part(Resource::Textures, 1), Memory::part(Resource::Textures, 2), Memory::part(Resource::Textures, 3)];
+const STAGING: Memory = Memory::of(Resource::Staging);
+const READ_BACK: Memory = Memory::of(Resource::ReadBack);
 
 const PRESENTED: Use = Use::new(PRESENTATION, A::MEMORY_READ);
 
@@ -70,7 +75,7 @@ pub(super) fn program(plan: &FramePlan, edges: &Edges) -> Program {
     }
     frames.look();
     frames.wait(RowName::LAST_USE_TO_DESTROY, uploaded);
-    frames.program.command(Place::HOST, &[(Memory::Staging, BUFFER, HOST_WRITE)]);
+    frames.program.command(Place::HOST, &[(STAGING, BUFFER, HOST_WRITE)]);
     frames.program
 }
 
@@ -107,7 +112,7 @@ fn turns(plan: &FramePlan) -> Vec<Turn> {
 pub(super) fn formulas(edges: &Edges) -> Program {
     let mut program = Program::default();
     let order = |row| edges.find(row).map(Edge::order);
-    let (inputs, results) = (Memory::Written(0), Memory::ReadBack);
+    let (inputs, results) = (Memory::of(Resource::FrameData), READ_BACK);
     program.command(Place::HOST, &[(inputs, BUFFER, HOST_WRITE)]);
     if let Some(submitted) = order(RowName::HOST_TO_FRAME) {
         program.barrier(submitted, None);
@@ -165,18 +170,18 @@ impl Frames<'_> {
     fn look(&mut self) {
         if let Some(copied) = self.copied.take() {
             self.wait(RowName::COPY_TO_HOST, copied);
-            self.program.command(Place::HOST, &[(Memory::ReadBack, BUFFER, copy::HOST_READ)]);
+            self.program.command(Place::HOST, &[(READ_BACK, BUFFER, copy::HOST_READ)]);
         }
     }
 
     /// Gives the end of the submission.
     fn upload(&mut self) -> Time {
         let uploads = self.plan.uploads;
-        self.program.command(Place::HOST, &[(Memory::Staging, BUFFER, HOST_WRITE)]);
+        self.program.command(Place::HOST, &[(STAGING, BUFFER, HOST_WRITE)]);
         self.submit();
-        let from = (Memory::Staging, BUFFER, copy::READ);
+        let from = (STAGING, BUFFER, copy::READ);
         if uploads.textures {
-            for texture in [&LEVELS[..], &[Memory::Texture]] {
+            for texture in [&LEVELS[..], &[TEXTURE]] {
                 if texture.len() > 1 && !uploads.mip_levels {
                     continue;
                 }
@@ -196,12 +201,12 @@ impl Frames<'_> {
             }
         }
         if uploads.vertices || uploads.volumes {
-            self.program.command(Place::UPLOAD, &[from, (Memory::Vertices, BUFFER, COPY_WRITE)]);
+            self.program.command(Place::UPLOAD, &[from, (Memory::of(Resource::Vertices), BUFFER, COPY_WRITE)]);
             if uploads.vertices {
-                self.program.command(Place::UPLOAD, &[from, (Memory::Indices, BUFFER, COPY_WRITE)]);
+                self.program.command(Place::UPLOAD, &[from, (Memory::of(Resource::Indices), BUFFER, COPY_WRITE)]);
             }
             if self.plan.deforms() {
-                self.program.command(Place::UPLOAD, &[from, (Memory::RestMeshes, BUFFER, COPY_WRITE)]);
+                self.program.command(Place::UPLOAD, &[from, (Memory::of(Resource::RestMeshes), BUFFER, COPY_WRITE)]);
             }
             self.barrier(RowName::UPLOAD_TO_VERTICES, None);
         }
@@ -213,17 +218,19 @@ impl Frames<'_> {
         if !self.plan.is_lit_by_sky() {
             return;
         }
-        self.image_barrier(RowName::SKY_LIGHT_TO_PREFILTER, Memory::SkyLight);
-        let sky = (Memory::Texture, L::SHADER_READ_ONLY_OPTIMAL, prefilter::SKY_READ);
-        self.program.command(Place::PREFILTER, &[sky, (Memory::SkyLight, L::GENERAL, prefilter::LIGHT_WRITE)]);
-        self.image_barrier(RowName::PREFILTER_TO_LIGHTING, Memory::SkyLight);
+        self.image_barrier(RowName::SKY_LIGHT_TO_PREFILTER, Memory::of(Resource::SkyLight));
+        let sky = (TEXTURE, L::SHADER_READ_ONLY_OPTIMAL, prefilter::SKY_READ);
+        self.program
+            .command(Place::PREFILTER, &[sky, (Memory::of(Resource::SkyLight), L::GENERAL, prefilter::LIGHT_WRITE)]);
+        self.image_barrier(RowName::PREFILTER_TO_LIGHTING, Memory::of(Resource::SkyLight));
     }
 
     /// A texture of OVERLAY.
     fn upload_panel(&mut self) {
-        self.image_barrier(RowName::PANEL_TO_COPY, Memory::Panel);
-        self.program.command(Place::UPLOAD, &[(Memory::Panel, L::TRANSFER_DST_OPTIMAL, COPY_WRITE)]);
-        self.image_barrier(RowName::UPLOAD_TO_PANELS, Memory::Panel);
+        self.image_barrier(RowName::PANEL_TO_COPY, Memory::of(Resource::PanelTextures));
+        self.program
+            .command(Place::UPLOAD, &[(Memory::of(Resource::PanelTextures), L::TRANSFER_DST_OPTIMAL, COPY_WRITE)]);
+        self.image_barrier(RowName::UPLOAD_TO_PANELS, Memory::of(Resource::PanelTextures));
     }
 
     fn clear_maps(&mut self) {
@@ -248,7 +255,7 @@ impl Frames<'_> {
         for step in list.0.iter().skip_while(is_before) {
             match step {
                 // These passes read nothing that the CPU writes for a frame.
-                Step::Commands(own) if turn.has(own.when) => self.commands(own, Memory::Written(0)),
+                Step::Commands(own) if turn.has(own.when) => self.commands(own, 0),
                 Step::Commands(_) | Step::RenderPass(..) => {}
                 Step::Presentation => self.show(),
             }
@@ -259,21 +266,21 @@ impl Frames<'_> {
     }
 
     fn frame(&mut self, index: usize, turn: Turn, list: &List, passes: &[PassDescription]) {
-        let place = Memory::Written(index % IN_FLIGHT);
+        let place = index % IN_FLIGHT;
         if turn.copied {
             self.look();
         }
         if let Some(last) = index.checked_sub(IN_FLIGHT) {
             self.wait(RowName::FRAME_TO_HOST, self.ends[last]);
             if self.plan.culls_on_device {
-                let found = Memory::Found(index % IN_FLIGHT);
+                let found = Memory::part(Resource::FoundCounts, place);
                 self.program.command(Place::HOST, &[(found, BUFFER, copy::HOST_READ)]);
             }
         }
         if turn.has_new_panel {
             self.upload_panel();
         }
-        self.program.command(Place::HOST, &[(place, BUFFER, HOST_WRITE)]);
+        self.program.command(Place::HOST, &[(Memory::part(Resource::FrameData, place), BUFFER, HOST_WRITE)]);
         self.submit();
         if self.plan.presented.is_some() {
             self.acquire();
@@ -308,7 +315,7 @@ impl Frames<'_> {
         }
     }
 
-    fn render_pass(&mut self, passes: &[PassDescription], name: RenderPassName, turn: Turn, place: Memory) {
+    fn render_pass(&mut self, passes: &[PassDescription], name: RenderPassName, turn: Turn, place: usize) {
         let plan = self.plan;
         let Some(pass) = passes.iter().find(|pass| pass.name == name) else { return };
         let besides = |touches: &[Touch]| -> Vec<Besides> {
@@ -329,7 +336,7 @@ impl Frames<'_> {
     }
 
     /// A pass outside of the frame's render passes, between its barriers.
-    fn commands(&mut self, own: &Commands, place: Memory) {
+    fn commands(&mut self, own: &Commands, place: usize) {
         let plan = self.plan;
         self.barriers(&own.before, place);
         let touches = (own.pass.touches)(plan);
@@ -338,7 +345,7 @@ impl Frames<'_> {
         self.barriers(&own.after, place);
     }
 
-    fn barriers(&mut self, rows: &[(RowName, Resource)], place: Memory) {
+    fn barriers(&mut self, rows: &[(RowName, Resource)], place: usize) {
         for &(row, resource) in rows {
             for memory in memory_of(self.plan, resource, place) {
                 match self.edges.find(row).map(|edge| edge.carrier) {
@@ -359,7 +366,7 @@ impl Frames<'_> {
             region: None,
             by_sample: false,
             // Presentation of other images goes on meanwhile.
-            memory: Some([Memory::SwapchainImage].into_iter().collect()),
+            memory: Some([Memory::of(Resource::SwapchainImage)].into_iter().collect()),
             is_whole: false,
             is_fence: false,
         });
@@ -378,49 +385,29 @@ impl Frames<'_> {
             is_whole: true,
             is_fence: false,
         });
-        self.program.command(Place::PRESENTATION, &[(Memory::SwapchainImage, L::PRESENT_SRC_KHR, PRESENTED)]);
+        self.program
+            .command(Place::PRESENTATION, &[(Memory::of(Resource::SwapchainImage), L::PRESENT_SRC_KHR, PRESENTED)]);
     }
 }
 
-/// The memory of a resource. `place` is what the CPU writes for this frame.
-fn memory_of(plan: &FramePlan, resource: Resource, place: Memory) -> Vec<Memory> {
+/// The memory of a resource in a frame, which has this place among those in flight.
+fn memory_of(plan: &FramePlan, resource: Resource, place: usize) -> Vec<Memory> {
     match resource {
-        Resource::Target(target) if target != plan.picture() => vec![Memory::Target(target)],
-        Resource::Target(_) if plan.draws_into_swapchain() => vec![Memory::SwapchainImage],
-        Resource::Target(_) => vec![Memory::Picture],
-        Resource::SwapchainImage => vec![Memory::SwapchainImage],
-        Resource::ShownImage => vec![Memory::ShownImage],
+        Resource::Target(target) if target == plan.picture() && plan.draws_into_swapchain() => {
+            vec![Memory::of(Resource::SwapchainImage)]
+        }
         Resource::ShadowMaps => MAPS.to_vec(),
         Resource::Textures => {
             let levels = LEVELS.into_iter().filter(|_| plan.uploads.mip_levels);
-            levels.chain([Memory::Texture]).collect()
+            levels.chain([TEXTURE]).collect()
         }
-        Resource::SkyLight => vec![Memory::SkyLight],
-        Resource::Vertices => vec![Memory::Vertices],
-        Resource::RestMeshes => vec![Memory::RestMeshes],
-        Resource::DeformedVertices => vec![Memory::DeformedVertices],
-        Resource::Indices => vec![Memory::Indices],
-        Resource::CulledInstances => vec![Memory::CulledInstances],
-        Resource::FoundCounts => match place {
-            Memory::Written(place) => vec![Memory::Found(place)],
-            _ => Vec::new(),
-        },
-        Resource::DepthPyramid => vec![Memory::DepthPyramid],
-        Resource::Particles => vec![Memory::Particles],
-        Resource::Froxels => vec![Memory::Froxels],
-        Resource::History | Resource::LastHistory => match place {
-            Memory::Written(own) if resource == Resource::History => vec![Memory::History(own)],
-            Memory::Written(own) => vec![Memory::History((own + IN_FLIGHT - 1) % IN_FLIGHT)],
-            _ => Vec::new(),
-        },
-        Resource::BloomLevels => vec![Memory::BloomLevels],
-        Resource::FrameData => vec![place],
-        Resource::ReadBack => vec![Memory::ReadBack],
-        Resource::PanelTextures => vec![Memory::Panel],
+        Resource::FrameData | Resource::FoundCounts | Resource::Kept(_) => vec![Memory::part(resource, place)],
+        Resource::KeptBefore(own) => vec![Memory::part(Resource::Kept(own), (place + IN_FLIGHT - 1) % IN_FLIGHT)],
+        _ => vec![Memory::of(resource)],
     }
 }
 
-fn besides(plan: &FramePlan, touch: &Touch, place: Memory) -> impl Iterator<Item = Besides> {
+fn besides(plan: &FramePlan, touch: &Touch, place: usize) -> impl Iterator<Item = Besides> {
     let (layout, uses) = (touch.layout(), touch.uses);
     memory_of(plan, touch.resource, place).into_iter().map(move |memory| (memory, layout, uses))
 }

@@ -7,6 +7,7 @@ use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
 use crate::frame::edges::{Place, RowName, SUPPORTED};
 use crate::frame::list::RenderPassName;
 use crate::gpu::sync::{Dependency, Use};
+use crate::passes::Resource;
 use crate::plan::Target;
 
 /// A place in the order of submission.
@@ -65,7 +66,7 @@ pub(super) struct Sync {
 
 impl Sync {
     pub(super) fn is_about(&self, memory: Memory) -> bool {
-        self.memory.is_none_or(|own| own.contains(memory))
+        self.memory.as_ref().is_none_or(|own| own.contains(memory))
     }
 }
 
@@ -82,115 +83,59 @@ pub(super) enum Kind {
     Transition { by: Vec<usize>, to: vk::ImageLayout },
 }
 
-/// Memory that frames share, or one of them has.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) enum Memory {
-    Target(Target),
-    /// The picture where it is the frame's own.
-    Picture,
-    SwapchainImage,
-    /// A copy of the picture, which panels are drawn over.
-    ShownImage,
-    /// Two layers of the image of all shadow maps: one drawn in most frames, one looked up before it is first drawn.
-    ShadowMap(usize),
-    /// Levels of a texture.
-    Level(usize),
-    /// A texture without levels.
-    Texture,
-    /// The sky's prefiltered diffuse and specular light.
-    SkyLight,
-    Vertices,
-    RestMeshes,
-    DeformedVertices,
-    CulledInstances,
-    DepthPyramid,
-    BloomLevels,
-    Particles,
-    Froxels,
-    /// The data that a frame in flight leaves for the next one.
-    History(usize),
-    /// Counts that the CPU reads of a frame in flight.
-    Found(usize),
-    Indices,
-    Staging,
-    /// The CPU's data for a frame in flight.
-    Written(usize),
-    /// The buffer that pictures are copied to, and formulas write.
-    ReadBack,
-    /// A texture of OVERLAY.
-    Panel,
+/// A part of a resource that is written and read by itself: a layer or a level of an image, or what one frame in flight has of a buffer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) struct Memory {
+    pub(super) resource: Resource,
+    pub(super) part: usize,
+}
+
+impl Memory {
+    pub(super) const fn part(resource: Resource, part: usize) -> Self {
+        Self { resource, part }
+    }
+
+    /// A resource that has no parts.
+    pub(super) const fn of(resource: Resource) -> Self {
+        Self::part(resource, 0)
+    }
 }
 
 /// Some of it.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
-pub(super) struct MemorySet(u64);
+#[derive(Debug, Clone, Default, PartialEq, Eq, Hash)]
+pub(super) struct MemorySet(Vec<Memory>);
 
 impl MemorySet {
-    fn contains(self, memory: Memory) -> bool {
-        self.0 & Self::bit(memory) != 0
-    }
-
-    fn bit(memory: Memory) -> u64 {
-        1 << match memory {
-            Memory::Picture => 0,
-            Memory::SwapchainImage => 1,
-            Memory::ShownImage => 10,
-            Memory::Texture => 2,
-            Memory::Vertices => 3,
-            Memory::Indices => 4,
-            Memory::Staging => 5,
-            Memory::ReadBack => 6,
-            Memory::Panel => 7,
-            Memory::ShadowMap(index) => 8 + index,
-            Memory::Level(level) => 16 + level,
-            Memory::Written(place) => 24 + place,
-            Memory::RestMeshes => 26,
-            Memory::DeformedVertices => 27,
-            Memory::CulledInstances => 28,
-            Memory::DepthPyramid => 29,
-            Memory::Found(place) => 30 + place,
-            Memory::SkyLight => 63,
-            Memory::BloomLevels => 62,
-            Memory::Particles => 23,
-            Memory::Froxels => 22,
-            Memory::History(place) => 60 + place,
-            Memory::Target(target) => 32 + target as usize,
-        }
+    fn contains(&self, memory: Memory) -> bool {
+        self.0.contains(&memory)
     }
 }
 
 impl FromIterator<Memory> for MemorySet {
     fn from_iter<T: IntoIterator<Item = Memory>>(all: T) -> Self {
-        Self(all.into_iter().fold(0, |bits, memory| bits | Self::bit(memory)))
+        let mut own: Vec<_> = all.into_iter().collect();
+        own.sort_unstable();
+        own.dedup();
+        Self(own)
     }
 }
 
 impl fmt::Display for Memory {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Target(target) => write!(f, "the target {target:?}"),
-            Self::Picture => f.write_str("the picture"),
-            Self::SwapchainImage => f.write_str("the swapchain's image"),
-            Self::ShownImage => f.write_str("the image that ENCODE reads"),
-            Self::ShadowMap(index) => write!(f, "shadow map {index}"),
-            Self::Level(level) => write!(f, "level {level} of a texture"),
-            Self::Texture => f.write_str("a texture without levels"),
-            Self::SkyLight => f.write_str("the light of the sky"),
-            Self::Vertices => f.write_str("the vertices"),
-            Self::RestMeshes => f.write_str("the meshes at rest"),
-            Self::DeformedVertices => f.write_str("the deformed vertices"),
-            Self::CulledInstances => f.write_str("the culled instances"),
-            Self::Found(place) => write!(f, "the counts of instances at place {place}"),
-            Self::DepthPyramid => f.write_str("the pyramid of depths"),
-            Self::History(place) => write!(f, "the history of frames in flight at place {place}"),
-            Self::BloomLevels => f.write_str("the levels of bloom"),
-            Self::Particles => f.write_str("the particles"),
-            Self::Froxels => f.write_str("the froxels of fog"),
-            Self::Indices => f.write_str("the indices"),
-            Self::Staging => f.write_str("a staging buffer"),
-            Self::Written(place) => write!(f, "what the CPU writes for frames in flight at place {place}"),
-            Self::ReadBack => f.write_str("the read-back buffer"),
-            Self::Panel => f.write_str("a texture of a panel"),
+        let part = self.part;
+        match self.resource {
+            Resource::Target(Target::Output | Target::Smoothed) => f.write_str("the picture"),
+            Resource::Target(target) => write!(f, "the target {target:?}"),
+            Resource::SwapchainImage => f.write_str("the swapchain's image"),
+            Resource::ShownImage => f.write_str("the image that ENCODE reads"),
+            Resource::ShadowMaps => write!(f, "shadow map {part}"),
+            Resource::Textures if part == 0 => f.write_str("a texture without levels"),
+            Resource::Textures => write!(f, "level {} of a texture", part - 1),
+            Resource::FrameData => write!(f, "what the CPU writes for frames in flight at place {part}"),
+            resource @ (Resource::FoundCounts | Resource::Kept(_)) => {
+                write!(f, "the {resource} of frames in flight at place {part}")
+            }
+            resource => write!(f, "the {resource}"),
         }
     }
 }

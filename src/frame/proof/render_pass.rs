@@ -135,7 +135,7 @@ impl Instance<'_> {
                 by_sample: by_region
                     && self.samples(ends[0]) == self.samples(ends[1])
                     && self.samples(ends[0]) != Some(vk::SampleCountFlags::TYPE_1),
-                memory: Some(self.touched),
+                memory: Some(self.touched.clone()),
                 is_whole: false,
                 is_fence: false,
             };

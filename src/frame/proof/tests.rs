@@ -6,7 +6,7 @@ use super::program::{MemorySet, Scope, Span, Sync, Who};
 use super::*;
 use crate::frame::edges::{self, Place, RowName, Side, table};
 use crate::gpu::sync::{DEVICE_ACCESS, Dependency, Use};
-use crate::passes::{copy, fxaa, geometry, lighting};
+use crate::passes::{Resource, copy, fxaa, geometry, lighting};
 use crate::plan::{Target, samples};
 
 const COPY_WRITE: Use = Use::new(S::TRANSFER, A::TRANSFER_WRITE);
@@ -28,11 +28,11 @@ fn bare(uses: Use) -> Use {
 /// Returns the hazards of two touches of one buffer with these barriers between them, one after the other.
 fn between(first: Use, barriers: &[(Use, Use)], second: Use) -> Vec<HazardKind> {
     let mut program = Program::default();
-    program.command(Place::UPLOAD, &[(Memory::Vertices, BUFFER, first)]);
+    program.command(Place::UPLOAD, &[(Memory::of(Resource::Vertices), BUFFER, first)]);
     for &(before, after) in barriers {
         program.barrier(Dependency::between(before, after), None);
     }
-    program.command(Place::DRAWS, &[(Memory::Vertices, BUFFER, second)]);
+    program.command(Place::DRAWS, &[(Memory::of(Resource::Vertices), BUFFER, second)]);
     kinds(&program)
 }
 
@@ -90,9 +90,9 @@ fn barriers_make_a_chain_where_their_scopes_meet() {
 #[test]
 fn a_barrier_on_other_memory_orders_nothing_here() {
     let mut program = Program::default();
-    program.command(Place::UPLOAD, &[(Memory::Vertices, BUFFER, COPY_WRITE)]);
-    program.barrier(Dependency::between(COPY_WRITE, FETCH), Some(Memory::Indices));
-    program.command(Place::DRAWS, &[(Memory::Vertices, BUFFER, FETCH)]);
+    program.command(Place::UPLOAD, &[(Memory::of(Resource::Vertices), BUFFER, COPY_WRITE)]);
+    program.barrier(Dependency::between(COPY_WRITE, FETCH), Some(Memory::of(Resource::Indices)));
+    program.command(Place::DRAWS, &[(Memory::of(Resource::Vertices), BUFFER, FETCH)]);
     assert_eq!(kinds(&program), [HazardKind::ReadAfterWrite]);
 }
 
@@ -104,7 +104,7 @@ fn a_dependency_by_region_orders_what_touches_its_own_pixel_alone() {
         let mut program = Program::default();
         let touch = |program: &mut Program, uses: Use, local| {
             let (time, group) = (program.step(), program.group());
-            let plain = program.plain(Memory::Vertices, Who::At(geometry::PASS.place), BUFFER);
+            let plain = program.plain(Memory::of(Resource::Vertices), Who::At(geometry::PASS.place), BUFFER);
             program.touch(&Touch { time, group, local, ..plain }, uses);
         };
         touch(&mut program, COLOR_WRITE, Some(1));
@@ -128,7 +128,7 @@ fn between_samples(reads_all: bool, rows_by_sample: &[bool]) -> Vec<HazardKind> 
     let mut program = Program::default();
     let touch = |program: &mut Program, time, uses, all_samples| {
         let group = program.group();
-        let plain = program.plain(Memory::Vertices, Who::At(geometry::PASS.place), BUFFER);
+        let plain = program.plain(Memory::of(Resource::Vertices), Who::At(geometry::PASS.place), BUFFER);
         program.touch(&Touch { time, group, local: Some(1), all_samples, ..plain }, uses);
     };
     let last = rows_by_sample.len() as u32;
@@ -165,9 +165,9 @@ fn a_dependency_by_sample_orders_no_reader_of_a_whole_pixel_but_one_by_pixel_in_
 fn to_host(barrier: Option<(Use, Use)>, waits: bool, host: Use) -> Vec<HazardKind> {
     let mut program = Program::default();
     let copy = if host == HOST_WRITE { COPY_READ } else { COPY_WRITE };
-    program.command(copy::PASS.place, &[(Memory::ReadBack, BUFFER, copy)]);
+    program.command(copy::PASS.place, &[(Memory::of(Resource::ReadBack), BUFFER, copy)]);
     if let Some((before, after)) = barrier {
-        program.barrier(Dependency::between(before, after), Some(Memory::ReadBack));
+        program.barrier(Dependency::between(before, after), Some(Memory::of(Resource::ReadBack)));
     }
     if waits {
         let now = program.step();
@@ -176,12 +176,12 @@ fn to_host(barrier: Option<(Use, Use)>, waits: bool, host: Use) -> Vec<HazardKin
             second: Scope { span: Span::since(now), mask: Use::new(S::HOST, A::empty()) },
             region: None,
             by_sample: false,
-            memory: Some(MemorySet::from_iter([Memory::ReadBack])),
+            memory: Some(MemorySet::from_iter([Memory::of(Resource::ReadBack)])),
             is_whole: true,
             is_fence: true,
         });
     }
-    program.command(Place::HOST, &[(Memory::ReadBack, BUFFER, host)]);
+    program.command(Place::HOST, &[(Memory::of(Resource::ReadBack), BUFFER, host)]);
     kinds(&program)
 }
 
@@ -202,15 +202,20 @@ fn a_layout_change_waits_and_is_waited_for_and_leaves_an_image_as_it_must_be() {
         let [first, second] = [L::GENERAL, L::SHADER_READ_ONLY_OPTIMAL];
         program.barrier(Dependency::between(Use::START, COPY_WRITE), None);
         program.transition(
-            (Who::Row(RowName::ImageReuse(Target::Output)), Memory::Picture),
+            (Who::Row(RowName::ImageReuse(Target::Output)), Memory::of(Resource::Target(Target::Output))),
             [L::UNDEFINED, first],
             vec![0],
             None,
         );
-        program.command(copy::PASS.place, &[(Memory::Picture, first, COPY_WRITE)]);
-        let sync = program.barrier(order, Some(Memory::Picture));
-        program.transition((Who::Row(RowName::READ_BACK), Memory::Picture), layouts, vec![sync], None);
-        program.command(fxaa::PASS.place, &[(Memory::Picture, second, SAMPLE)]);
+        program.command(copy::PASS.place, &[(Memory::of(Resource::Target(Target::Output)), first, COPY_WRITE)]);
+        let sync = program.barrier(order, Some(Memory::of(Resource::Target(Target::Output))));
+        program.transition(
+            (Who::Row(RowName::READ_BACK), Memory::of(Resource::Target(Target::Output))),
+            layouts,
+            vec![sync],
+            None,
+        );
+        program.command(fxaa::PASS.place, &[(Memory::of(Resource::Target(Target::Output)), second, SAMPLE)]);
         kinds(&program)
     };
     let layouts = [L::GENERAL, L::SHADER_READ_ONLY_OPTIMAL];

@@ -2,6 +2,7 @@
 
 use super::program::{Memory, Touch, Who};
 use crate::frame::edges::Place;
+use crate::passes::Resource;
 use crate::plan::Target;
 
 /// The action of the later use.
@@ -111,8 +112,8 @@ fn when(first: &Touch, second: &Touch) -> &'static str {
 }
 
 pub(super) fn noun(memory: Memory) -> &'static str {
-    match memory {
-        Memory::Target(target) => match target {
+    match memory.resource {
+        Resource::Target(target) => match target {
             Target::Depth => "depth",
             Target::Albedo => "albedo",
             Target::Normal => "normals",
@@ -132,26 +133,22 @@ pub(super) fn noun(memory: Memory) -> &'static str {
             Target::Samples => "samples of light",
             Target::Output | Target::Smoothed => "the picture",
         },
-        Memory::Picture => "the picture",
-        Memory::SwapchainImage => "the window's image",
-        Memory::ShownImage => "the image that is encoded",
-        Memory::ShadowMap(_) => "a shadow map",
-        Memory::Level(_) | Memory::Texture => "a texture",
-        Memory::SkyLight => "light of the sky",
-        Memory::Vertices => "vertices",
-        Memory::RestMeshes => "meshes at rest",
-        Memory::DeformedVertices => "deformed vertices",
-        Memory::CulledInstances => "culled instances",
-        Memory::Found(_) => "counts of instances",
-        Memory::DepthPyramid => "least depths",
-        Memory::Particles => "particles",
-        Memory::Froxels => "froxels of fog",
-        Memory::History(_) => "frames before",
-        Memory::BloomLevels => "levels of bloom",
-        Memory::Indices => "indices",
-        Memory::Staging => "a staging buffer",
-        Memory::Written(_) => "cameras and lights",
-        Memory::ReadBack => "the copy of the picture",
-        Memory::Panel => "a panel's texture",
+        Resource::SwapchainImage => "the window's image",
+        Resource::ShownImage => "the image that is encoded",
+        Resource::ShadowMaps => "a shadow map",
+        Resource::Textures => "a texture",
+        Resource::SkyLight => "light of the sky",
+        Resource::Vertices => "vertices",
+        Resource::RestMeshes => "meshes at rest",
+        Resource::DeformedVertices => "deformed vertices",
+        Resource::CulledInstances => "culled instances",
+        Resource::FoundCounts => "counts of instances",
+        Resource::DepthPyramid => "least depths",
+        Resource::Buffers(own) | Resource::Kept(own) | Resource::KeptBefore(own) => own.0,
+        Resource::Indices => "indices",
+        Resource::Staging => "a staging buffer",
+        Resource::FrameData => "cameras and lights",
+        Resource::ReadBack => "the copy of the picture",
+        Resource::PanelTextures => "a panel's texture",
     }
 }
