@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use afterlight::frame::edges::unreported_mutants::Part;
-use afterlight::frame::edges::{self, Edge, Edges};
+use afterlight::frame::edges::{self, Edge, Edges, Side};
 use afterlight::frame::proof::covered;
 use afterlight::frame::{LayoutChange, layout_changes};
 use afterlight::frame::{capabilities, plan_for};
@@ -327,8 +327,21 @@ fn edge_list(plan: &FramePlan, edges: &Edges, layouts: impl Fn(&Edge) -> Vec<Lay
         if covered.contains(&Part::Row) {
             text.push_str("    other rows order all of this as well\n");
         } else if !covered.is_empty() {
-            let parts: Vec<String> = covered.into_iter().map(|part| PartName(part).to_string()).collect();
-            let _ = writeln!(text, "    other rows order as well: {}", parts.join(", "));
+            // With the words of the lines above.
+            let of = |side| {
+                let own = covered.iter().filter_map(move |part| match part {
+                    Part::Bits(own, bits) if *own == side && bits.access.is_empty() => Some(flags(&bits.stage)),
+                    Part::Bits(own, bits) if *own == side => Some(flags(&bits.access)),
+                    _ => None,
+                });
+                own.collect::<Vec<_>>().join(" | ")
+            };
+            let told =
+                [("after", of(Side::Before)), ("before", of(Side::After))].map(|(word, bits)| match bits.is_empty() {
+                    true => String::new(),
+                    false => format!(", {word} {bits}"),
+                });
+            let _ = writeln!(text, "    other rows order as well: {}", told.concat().trim_start_matches(", "));
         }
         let _ = writeln!(text, "    why: {}", edge.why);
     }

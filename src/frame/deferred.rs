@@ -4,7 +4,7 @@
 //! order. What follows from the order is found elsewhere: which passes share a render pass, with loads, stores and layouts ([`super::list`]); whom each pass
 //! waits for ([`super::edges`]); and that every use waits for the one before it ([`super::proof`]).
 
-use super::list::Line::{self, Draw, DrawApart, PartIf, Run, RunPosed};
+use super::list::Line::{self, Draw, DrawApart, Run, RunPosed, SplitIf};
 use crate::passes::{
     ambient, ao, ao_denoise, arrange, bloom, composite, cull, depth, fill, fog, forward, fxaa, geometry, hiz,
     integrate, lighting, occluders, particles, per_light, pyramid, reflect, reflect_resolve, scatter, shadow, sharpen,
@@ -14,7 +14,8 @@ use crate::scene::OptionalPart;
 
 // ANCHOR: order
 /// The passes of a frame. `Run` records compute; `Draw` is a subpass with the passes that share it. Neighbouring subpasses share a render pass, up to the
-/// next compute pass or to a subpass that samples what they draw; `DrawApart` has a render pass of its own.
+/// next compute pass or to a subpass that samples what they draw; `DrawApart` has a render pass of its own, and `SplitIf` ends one. The first argument of `Draw` gives the
+/// subpass its name.
 #[rustfmt::skip]
 pub(super) const ORDER: &[Line] = &[
     // All that must be ready before surfaces are drawn.
@@ -32,7 +33,7 @@ pub(super) const ORDER: &[Line] = &[
     Run(&sort::PASS),                            // and all others, each after another one
     // Surfaces, and the light on them.
     Draw(&geometry::PASS, &[&depth::PASS, &geometry::PASS]), // surfaces into the G-buffer, which tilers need not store
-    PartIf(|plan| plan.stores_gbuffer && plan.keep.has(OptionalPart::StoredGbuffer)), // on request: to see what a stored G-buffer costs
+    SplitIf(|plan| plan.stores_gbuffer && plan.keep.has(OptionalPart::StoredGbuffer)), // on request: to see what a stored G-buffer costs
     Run(&ao::PASS),                              // how much of the surroundings each pixel sees
     Run(&ao_denoise::PASS),                      // the same without noise, into the G-buffer's occlusion
     Run(&tiled::PASS),                           // all light and the picture, on the light paths `compute` and `visibility`

@@ -49,7 +49,7 @@ impl fmt::Display for RenderPassName {
 
 /// A line of the frame's order.
 pub(super) enum Line {
-    /// Passes that draw in one subpass, of which the first that is named gives the subpass its name.
+    /// Passes that draw in one subpass, which has the name of the first argument.
     Draw(&'static Pass, &'static [&'static Pass]),
     /// A pass that draws into images of another size: a render pass of its own.
     DrawApart(&'static Pass),
@@ -58,7 +58,7 @@ pub(super) enum Line {
     /// A pass outside of render passes, left out of frames in which deformed objects have the pose that they had in the frame before.
     RunPosed(&'static Pass),
     /// Ends a render pass in plans that keep what it stores.
-    PartIf(fn(&FramePlan) -> bool),
+    SplitIf(fn(&FramePlan) -> bool),
 }
 
 /// A part of the frame.
@@ -116,7 +116,7 @@ enum Planned {
     Drawn(Subpass),
     DrawnApart(Subpass),
     Recorded(Step),
-    Parted,
+    Split,
 }
 
 /// The steps of a plan's frames up to the picture. A render pass goes on as long as subpasses follow each other: a pass outside of render passes ends it, and so
@@ -145,7 +145,7 @@ pub(super) fn steps(plan: &FramePlan) -> Vec<Step> {
                 steps.push(step);
                 false
             }
-            Planned::Parted => false,
+            Planned::Split => false,
         };
     }
     add_barriers(plan, &mut steps);
@@ -157,7 +157,7 @@ impl Line {
         match *self {
             Self::Draw(_, passes) => passes.to_vec(),
             Self::DrawApart(pass) | Self::Run(pass) | Self::RunPosed(pass) => vec![pass],
-            Self::PartIf(_) => Vec::new(),
+            Self::SplitIf(_) => Vec::new(),
         }
     }
 
@@ -167,7 +167,7 @@ impl Line {
             Self::DrawApart(pass) => subpass(plan, pass.place, &[pass]).map(Planned::DrawnApart),
             Self::Run(pass) => commands(plan, Occasion::Always, pass, &[], &[]).map(Planned::Recorded),
             Self::RunPosed(pass) => commands(plan, Occasion::Posed, pass, &[], &[]).map(Planned::Recorded),
-            Self::PartIf(parts) => parts(plan).then_some(Planned::Parted),
+            Self::SplitIf(parts) => parts(plan).then_some(Planned::Split),
         }
     }
 }

@@ -45,6 +45,9 @@ pub fn cases() -> Vec<Case> {
     case("textured", textured(4), &[]);
     case("sunlit", sunlit(), &[]);
     case("deformed", deformed(), &[]);
+    case("deformed, view of positions", deformed(), &[|settings| settings.view = View::Position]);
+    case("deformed, view of shadow maps", deformed(), &[|settings| settings.view = View::ShadowMap]);
+    case("deformed, culled on the device", deformed(), &[|settings| settings.culling = Culling::Gpu]);
     case("culled on the device", sunlit(), &[|settings| settings.culling = Culling::Gpu]);
     case("glowing", glowing(plain()), &[]);
     for (name, transparency) in [("sorted", sorted), ("weighted", weighted)] {
@@ -55,6 +58,8 @@ pub fn cases() -> Vec<Case> {
         case(&format!("{name}, linear samples"), glazed(plain()), &[transparency, samples, hdr]);
         case(&format!("{name}, forward"), glazed(plain()), &[transparency, forward]);
         case(&format!("{name}, forward samples"), glazed(plain()), &[transparency, forward, samples]);
+        case(&format!("{name}, forward, linear"), glazed(plain()), &[transparency, forward, hdr]);
+        case(&format!("{name}, forward, linear samples"), glazed(plain()), &[transparency, forward, samples, hdr]);
     }
     for (name, change) in [("skylit", sorted), ("skylit, forward", forward), ("skylit, samples", samples)] {
         case(name, under_sky(plain()), &[change]);
@@ -86,7 +91,11 @@ pub fn cases() -> Vec<Case> {
     case("forward", plain(), &[forward]);
     case("forward, naive", lamplit(), &[|settings| settings.light_path = LightPath::ForwardNaive]);
     case("forward, sunlit", sunlit(), &[forward]);
+    let culled: Change = |settings| (settings.culling, settings.depth_prepass) = (Culling::Gpu, Some(false));
+    case("forward, culled on the device", plain(), &[forward, culled]);
+    case("forward, glazed and sunlit", glazed(lit(sunlit())), &[forward]);
     case("forward, fxaa", plain(), &[forward, fxaa]);
+    case("forward, fxaa, glazed", glazed(plain()), &[forward, fxaa]);
     case("forward, samples", plain(), &[forward, samples]);
     case("forward, samples averaged as light", plain(), &[forward, samples, linear]);
     case("forward, samples and fxaa", plain(), &[forward, samples, fxaa]);
@@ -109,6 +118,7 @@ pub fn cases() -> Vec<Case> {
     case("bloom, toned and smoothed", plain(), &[bloom, toned, fxaa]);
     case("bloom, stored", plain(), &[bloom, stored]);
     case("bloom, stored and glowing", glowing(plain()), &[bloom, stored]);
+    case("bloom, stored and sorted", glazed(plain()), &[bloom, stored, sorted]);
     case("bloom, light by light", lamplit(), &[bloom, |settings| settings.light_path = LightPath::PerLight]);
     case("bloom, forward", plain(), &[bloom, forward]);
     case("bloom, forward and sorted", glazed(plain()), &[bloom, forward, sorted]);
@@ -124,6 +134,7 @@ pub fn cases() -> Vec<Case> {
     case("over time, spread", plain(), &[taa, bloom]);
     case("over time, spread and smoothed", plain(), &[taa, bloom, fxaa]);
     case("over time, stored", plain(), &[taa, stored]);
+    case("over time, stored and sorted", glazed(plain()), &[taa, stored, sorted]);
     case("over time, forward", plain(), &[taa, forward]);
     case("over time, forward and sorted", glazed(plain()), &[taa, forward, sorted]);
     case("over time, forward and weighted", glazed(plain()), &[taa, forward, weighted]);
@@ -162,9 +173,14 @@ pub fn cases() -> Vec<Case> {
         case(&format!("fog, particles {name}"), smoking(sunlit()), &[fog, transparency]);
     }
     case("fog, particles and stored", smoking(plain()), &[fog, stored]);
+    case("fog, particles summed and stored", smoking(plain()), &[fog, weighted, stored]);
+    case("fog, particles summed, forward", smoking(plain()), &[fog, weighted, forward]);
     case("fog, particles and occluded", smoking(plain()), &[fog, occluded]);
     case("fog over time", plain(), &[fog, taa]);
     case("fog over time, stored", plain(), &[fog, taa, stored]);
+    case("fog over time, forward", plain(), &[fog, taa, forward]);
+    case("fog over time, deformed and stored", deformed(), &[fog, taa, stored]);
+    case("fog over time, deformed, forward", deformed(), &[fog, taa, forward]);
     case("fog over time, moving", moved(plain()), &[fog, taa]);
     case("fog over time, moving, forward and weighted", glazed(moved(plain())), &[fog, taa, forward, weighted]);
     let froxels: Change = |settings| (settings.fog, settings.fog_froxels) = (Fog::Froxels, [5, 4, 3]);
@@ -215,7 +231,9 @@ pub fn cases() -> Vec<Case> {
     case("mirrored in fog, sorted and occluded", polished(glazed(lit(plain()))), &[mirrored, fog, sorted, occluded]);
     case("mirrored in fog, weighted", polished(glazed(plain())), &[mirrored, fog, weighted]);
     case("mirrored in fog, spread", polished(plain()), &[mirrored, fog, bloom]);
+    case("mirrored in fog, sorted and spread", polished(glazed(plain())), &[mirrored, fog, sorted, bloom]);
     case("mirrored in fog, over time", polished(plain()), &[mirrored, fog, taa]);
+    case("mirrored in fog, over time and sorted", polished(glazed(plain())), &[mirrored, fog, taa, sorted]);
     case("mirrored in fog, over time and weighted", polished(glazed(plain())), &[mirrored, fog, taa, weighted]);
     case("mirrored in fog, over time and moving", polished(moved(plain())), &[mirrored, fog, taa]);
     case("mirrored in fog, with particles", polished(smoking(plain())), &[mirrored, fog]);
@@ -247,9 +265,13 @@ pub fn cases() -> Vec<Case> {
 /// Each way for a picture to come to a window.
 #[cfg(feature = "present")]
 fn shown() -> Vec<Case> {
-    let ways: [(&str, Scene, Change); 14] = [
+    let stored: Change = |settings| settings.keep = settings.keep.with(OptionalPart::StoredGbuffer);
+    let ways: [(&str, Scene, Change); 18] = [
         ("lighting", sunlit(), |_| {}),
+        ("a view of shadow maps", sunlit(), |settings| settings.view = View::ShadowMap),
+        ("particles over a stored G-buffer", smoking(plain()), stored),
         ("forward", plain(), |settings| settings.light_path = LightPath::Forward),
+        ("forward and tone mapping", glazed(plain()), |settings| settings.light_path = LightPath::Forward),
         ("tone mapping", glazed(plain()), |_| {}),
         ("emission", glowing(plain()), |_| {}),
         ("samples", plain(), |settings| settings.msaa = 4),
@@ -263,6 +285,9 @@ fn shown() -> Vec<Case> {
         }),
         ("mirrored", polished(plain()), |settings| settings.reflections = Reflections::Screen),
         ("mirrored, sorted", polished(glazed(plain())), |settings| settings.reflections = Reflections::Screen),
+        ("mirrored in fog", polished(plain()), |settings| {
+            (settings.reflections, settings.fog) = (Reflections::Screen, Fog::Height);
+        }),
         ("compute", lamplit(), |settings| settings.light_path = LightPath::Compute),
     ];
     let case = |(name, scene, change): (&str, Scene, Change), way: Way| {

@@ -6,6 +6,7 @@
 //! - a use that only reads waits for the last write;
 //! - a use that writes, or finds the image in another layout, waits for the reads since the last write, or for that write if nothing has read it: readers
 //!   have waited for it already;
+//! - a read in a subpass that finds the image in another layout changes it: for later uses it counts as a write;
 //! - the first use in a frame waits for the frame before, which ends as this one does.
 //!
 //! The carrier follows from where the two ends stand. Within a render pass it is a dependency between two subpasses, and since subpasses use attachments at
@@ -60,8 +61,10 @@ struct Stop<'a> {
     place: Place,
     /// The index of its step in the list.
     step: usize,
-    run: Option<RenderPassName>,
+    render_pass: Option<RenderPassName>,
     touches: Cow<'a, [Touch]>,
+    /// Samples that it draws of each pixel.
+    samples: u32,
     /// Some frames go without it: SHADOW draws only maps that have changed, and SKIN follows only new poses.
     is_occasional: bool,
 }
@@ -72,13 +75,14 @@ struct Visit {
     /// The index of the stop, or the number of stops for uses after the frame's own passes.
     stop: usize,
     place: Place,
-    run: Option<RenderPassName>,
+    render_pass: Option<RenderPassName>,
     /// The uses that wait for earlier ones: those of the passes, and the load and store operations.
     waits: Use,
     /// The uses that later ones wait for.
     done: Use,
     layout: vk::ImageLayout,
     writes: bool,
+    samples: u32,
     all_samples: bool,
     why: Vec<&'static str>,
     /// The uses are those of the frame before.
@@ -183,19 +187,29 @@ fn stops<'a>(plan: &FramePlan, steps: &'a [Step]) -> Vec<Stop<'a>> {
             Step::RenderPass(name, subpasses) => stops.extend(subpasses.iter().map(|own| Stop {
                 place: own.place,
                 step,
-                run: Some(*name),
+                render_pass: Some(*name),
                 touches: Cow::Borrowed(&own.touches),
+                samples: samples(plan, &own.touches),
                 is_occasional: *name == SHADOW_PASS,
             })),
             Step::Commands(own) => {
                 let touches = Cow::Owned((own.pass.touches)(plan));
                 let is_occasional = own.when != Occasion::Always;
-                stops.push(Stop { place: own.pass.place, step, run: None, touches, is_occasional });
+                stops.push(Stop { place: own.pass.place, step, render_pass: None, touches, samples: 1, is_occasional });
             }
             Step::Presentation => {}
         }
     }
     stops
+}
+
+/// The samples that a subpass draws of each pixel: its colour and depth attachments have the same number.
+fn samples(plan: &FramePlan, touches: &[Touch]) -> u32 {
+    let drawn = touches.iter().find_map(|touch| match (touch.how, touch.resource) {
+        (How::Color { .. } | How::Depth { .. }, Resource::Target(target)) => Some(plan.samples_of(target)),
+        _ => None,
+    });
+    drawn.unwrap_or(1)
 }
 
 /// Each resource that some stop writes, in the order of the first use.
@@ -224,7 +238,7 @@ fn visits(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Vec<Visit> {
         let at = &stops[*stop];
         let is_attachment = touches.iter().any(Touch::is_attachment);
         let beside = |other: Option<&(usize, Vec<Touch>)>| {
-            is_attachment && other.is_some_and(|(index, _)| stops[*index].run == at.run)
+            is_attachment && other.is_some_and(|(index, _)| stops[*index].render_pass == at.render_pass)
         };
         let (is_first, is_last) =
             (!beside(index.checked_sub(1).map(|before| &all[before])), !beside(all.get(index + 1)));
@@ -264,11 +278,12 @@ fn visits(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Vec<Visit> {
         Visit {
             stop: *stop,
             place: at.place,
-            run: at.run,
+            render_pass: at.render_pass,
             waits,
             done: if is_attachment && is_last { store } else { uses },
             layout: touches[0].layout(),
             writes: uses.writes().access != A::empty() || is_attachment && (is_last || is_first && !is_loaded),
+            samples: at.samples,
             all_samples: plan.msaa > 1 && touches.iter().any(|touch| touch.all_samples),
             why,
             is_last_frame: false,
@@ -307,11 +322,12 @@ fn after_the_passes(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Opt
     Some(Visit {
         stop: stops.len(),
         place,
-        run: None,
+        render_pass: None,
         waits,
         done,
         layout: if place == Place::HOST { vk::ImageLayout::UNDEFINED } else { vk::ImageLayout::TRANSFER_SRC_OPTIMAL },
         writes: false,
+        samples: 1,
         all_samples: false,
         why: vec![why],
         is_last_frame: false,
@@ -349,16 +365,18 @@ impl Past {
         let changes = self.layout.is_some_and(|layout| layout != visit.layout);
         let old = self.layout.unwrap_or(vk::ImageLayout::UNDEFINED);
         let replaces = visit.writes || changes;
-        // Readers have waited for the last write, so that who waits for them need not wait for it. This does not hold of readers that some frames go without, nor of readers
-        // in the render pass of the use whose write is outside: their row into the render pass is of their own subpass.
+        // Readers have waited for the last write, so that who waits for them need not wait for it. Two kinds do not count: readers that some frames go without; and readers
+        // in the same render pass as this use, where the write is outside of it. (HDR is written by compute, FOG reads it, TRANSPARENT overwrites it: FOG's row into the render
+        // pass is about FOG alone, and TRANSPARENT has one, too.)
         let mut earlier: Vec<&Visit> = if replaces { self.reads.iter().collect() } else { Vec::new() };
-        let is_of_run = |own: &&Visit| own.run.is_some() && own.run == visit.run && !own.is_last_frame;
+        let is_of_run =
+            |own: &&Visit| own.render_pass.is_some() && own.render_pass == visit.render_pass && !own.is_last_frame;
         let begins_outside = !self.writes.iter().all(|write| is_of_run(&write));
         if earlier.iter().all(|read| read.is_occasional || begins_outside && is_of_run(read)) {
             earlier.extend(&self.writes);
         }
         // Readers one after the other share the barrier that stands before the first.
-        let is_barrier = |from: &Visit| from.run.is_none() && visit.run.is_none();
+        let is_barrier = |from: &Visit| from.render_pass.is_none() && visit.render_pass.is_none();
         let barrier = self.barrier.filter(|_| !replaces);
         for &from in &earlier {
             wait(
@@ -368,8 +386,9 @@ impl Past {
             );
         }
         // A layout that changes within a render pass is changed by this use, and later readers wait for it. Otherwise the change belongs to the row.
-        let by_this =
-            changes && visit.run.is_some() && earlier.iter().all(|from| from.run.is_none() || from.run == visit.run);
+        let by_this = changes
+            && visit.render_pass.is_some()
+            && earlier.iter().all(|from| from.render_pass.is_none() || from.render_pass == visit.render_pass);
         let makes_barrier = !visit.writes && earlier.iter().any(|from| is_barrier(from));
         if visit.writes || by_this {
             *self = Self { writes: vec![visit.clone()], ..Self::default() };
@@ -384,7 +403,7 @@ impl Past {
 }
 
 fn add(drafts: &mut Vec<Draft>, resource: Resource, (from, to): (&Visit, &Visit), way: Way) {
-    let key = match (from.run, to.run) {
+    let key = match (from.render_pass, to.render_pass) {
         (_, Some(run)) if from.is_last_frame => Key::Reuse(run, to.stop),
         (_, None) if from.is_last_frame => Key::BarrierReuse(resource, to.stop),
         (Some(run), own) if own == Some(run) => Key::Between(run, from.stop, to.stop),
@@ -394,7 +413,8 @@ fn add(drafts: &mut Vec<Draft>, resource: Resource, (from, to): (&Visit, &Visit)
         (None, Some(run)) => Key::Into(run, to.stop),
         (None, None) => Key::Barrier(resource, way.barrier.unwrap_or(to.stop)),
     };
-    let all_samples = from.all_samples || to.all_samples;
+    // Where the two draw as many samples, a region is one of these; otherwise it is a pixel, with all of them.
+    let all_samples = (from.all_samples || to.all_samples) && from.samples == to.samples;
     match drafts.iter_mut().find(|draft| draft.key == key) {
         Some(draft) => {
             draft.before.push(from.done);
