@@ -429,6 +429,7 @@ mod tests {
             carrier,
             from,
             to,
+            waiting: Vec::new(),
             before: Use::START,
             after: Use::END,
             by_region,

@@ -142,8 +142,9 @@ pub(super) struct EdgeReport {
     by_region: bool,
     across_samples: bool,
     layouts: Vec<LayoutReport>,
-    /// Parts that order only what other rows order as well.
-    covered: Vec<String>,
+    /// Parts that order only what other rows order as well, where somebody has looked for them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    covered: Option<Vec<String>>,
     why: String,
 }
 
@@ -155,7 +156,7 @@ struct LayoutReport {
 }
 
 impl EdgeReport {
-    pub(super) fn of(edge: &Edge, changes: &[LayoutChange], covered: &[Part]) -> Self {
+    pub(super) fn of(edge: &Edge, changes: &[LayoutChange], covered: Option<&[Part]>) -> Self {
         let layout = |change: &LayoutChange| LayoutReport {
             image: change.image.map(|image| image.to_string()),
             old: format!("{:?}", change.old),
@@ -173,7 +174,7 @@ impl EdgeReport {
             by_region: edge.by_region,
             across_samples: edge.across_samples,
             layouts: changes.iter().map(layout).collect(),
-            covered: covered.iter().map(|part| PartName(*part).to_string()).collect(),
+            covered: covered.map(|parts| parts.iter().map(|part| PartName(*part).to_string()).collect()),
             why: edge.why.clone(),
         }
     }
@@ -277,7 +278,7 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
                 plan: parts,
                 dependencies: dependencies
                     .iter()
-                    .map(|edge| EdgeReport::of(edge, &layouts(edge), &covered(&plan, &dependencies, edge)))
+                    .map(|edge| EdgeReport::of(edge, &layouts(edge), Some(&covered(&plan, &dependencies, edge))))
                     .collect(),
             };
             output::print(&args.written(), true)?;
@@ -336,12 +337,14 @@ fn edge_list(plan: &FramePlan, edges: &Edges, layouts: impl Fn(&Edge) -> Vec<Lay
                 });
                 own.collect::<Vec<_>>().join(" | ")
             };
+            let samples = if covered.contains(&Part::AcrossSamples) { ", across samples" } else { "" };
             let told =
                 [("after", of(Side::Before)), ("before", of(Side::After))].map(|(word, bits)| match bits.is_empty() {
                     true => String::new(),
                     false => format!(", {word} {bits}"),
                 });
-            let _ = writeln!(text, "    other rows order as well: {}", told.concat().trim_start_matches(", "));
+            let _ =
+                writeln!(text, "    other rows order as well: {}", (told.concat() + samples).trim_start_matches(", "));
         }
         let _ = writeln!(text, "    why: {}", edge.why);
     }

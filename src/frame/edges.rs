@@ -1,10 +1,10 @@
 //! Every dependency of the program, in one table for a plan.
 //!
-//! A row orders uses of one place before uses of another. Two subpasses have one row between them, because dependencies of the same pair
-//! overlap and would hide each other's missing bits. [`table`] is a pure function of the plan; the render passes and the
-//! barriers are made from its value, an [`Edges`], and nothing else knows a stage or an access. `afterlight inspect` prints it.
+//! A row orders uses of one place before uses of another. Two subpasses of a render pass have one row between them, because dependencies of the same pair
+//! overlap and would hide each other's missing bits. Passes declare stages, accesses and layouts, and [`waits`] makes rows of these; the others are written by hand
+//! here. [`table`] is a pure function of the plan. The render passes and the barriers are made from its value, an [`Edges`]. `afterlight inspect` prints it.
 //!
-//! [`super::proof`] computes that the rows suffice, and that each is needed. All of a renderer is made from the value, so another value makes another
+//! [`super::proof`] computes that the rows suffice, and which of their parts others order as well. All of a renderer is made from the value, so another value makes another
 //! renderer: with a row dropped, or one bit. `tests/sync/necessity.rs` compares the proof with a layer's reports in this way, and `afterlight inspect
 //! --drop` shows both.
 
@@ -153,8 +153,10 @@ pub struct Edge {
     pub carrier: Carrier,
     /// The subpass or step that must be over.
     pub from: Place,
-    /// The subpass or step that must wait.
+    /// The subpass or step that must wait, or the first of them.
     pub to: Place,
+    /// All subpasses and steps that wait; none where the row is written by hand.
+    pub waiting: Vec<Place>,
     /// The first scope, the union of all uses that must be complete: their stages, and their write accesses.
     pub before: Use,
     /// The second scope, the union of all uses that wait.
@@ -246,8 +248,8 @@ impl Edges {
     /// # Errors
     /// When the plan has none. The message lists the rows for which `is_listed` returns true.
     pub fn named(&self, name: &str, is_listed: impl Fn(&Edge) -> bool) -> Result<&Edge, Refused> {
-        let own = self.iter().find(|edge| edge.label == name);
-        own.or_else(|| renamed::successor(self, name)).ok_or_else(|| {
+        let own = renamed::row_of(self, name).or_else(|| renamed::successor(self, name));
+        own.ok_or_else(|| {
             let names: Vec<_> = self.iter().filter(|edge| is_listed(edge)).map(|edge| edge.label).collect();
             Refused(scene::unknown("dependency of this plan", name, &names))
         })
@@ -347,6 +349,7 @@ fn row(name: RowName, carrier: Carrier) -> Row {
         carrier,
         from,
         to,
+        waiting: Vec::new(),
         before,
         after,
         by_region: false,
@@ -373,6 +376,11 @@ impl Row {
     /// Sets the second scope: uses that wait.
     fn to(self, to: Place, uses: &[Use]) -> Self {
         Self(Edge { to, after: Use::all(uses), ..self.0 })
+    }
+
+    /// Names all that wait.
+    fn for_all(self, reasons: &[(Place, Vec<&'static str>)]) -> Self {
+        Self(Edge { waiting: reasons.iter().map(|(place, _)| *place).collect(), ..self.0 })
     }
 
     /// Between two subpasses each pixel waits for itself alone. Where `reads_all`, invocations for one sample read the others of their pixel, so the row is

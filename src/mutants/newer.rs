@@ -5,6 +5,7 @@ use super::Mutant;
 use crate::frame::edges::Side;
 use crate::frame::edges::unreported_mutants::Part;
 use crate::gpu::vk::{self, AccessFlags, PipelineStageFlags};
+use crate::scene::View;
 
 /// Mutants that newer layers notice, for one reason.
 #[derive(Debug)]
@@ -80,7 +81,7 @@ static NEWER_LAYERS: &[NewerLayers] = &[
             }
             Part::Bits(Side::Before, bits) => {
                 let label = mutant.edge.label;
-                let others = ["forward-reuse", "geometry-reuse", "reflect-resolve-to-tonemap"];
+                let others = ["forward-reuse", "geometry-reuse"];
                 bits.stage == PipelineStageFlags::TRANSFER
                     && (OVER_THE_PICTURE.contains(&label) || others.contains(&label))
             }
@@ -93,6 +94,14 @@ static NEWER_LAYERS: &[NewerLayers] = &[
         is_about: |mutant| {
             matches!(mutant.part, Part::Bits(Side::Before, bits) if bits.access == AccessFlags::COLOR_ATTACHMENT_WRITE)
                 && ["lighting-reuse", "transparent-reuse", "forward-reuse"].contains(&mutant.edge.label)
+        },
+    },
+    // A write after a read that nothing has made visible to it.
+    NewerLayers {
+        from: NEWEST,
+        is_about: |mutant| {
+            matches!(mutant.part, Part::Bits(Side::After, bits) if bits.access == AccessFlags::SHADER_WRITE)
+                && mutant.edge.label == "skin-reuse"
         },
     },
     // The write of a blend is no longer taken to be ordered by its read, after an image barrier.
@@ -111,6 +120,8 @@ static HIDDEN: &[Hidden] = &[
         is_about: |mutant| {
             matches!(mutant.part, Part::Bits(Side::After, bits) if bits.access == AccessFlags::VERTEX_ATTRIBUTE_READ)
                 && ["upload-to-vertices", "skin-to-readers"].contains(&mutant.edge.label)
+                // Of a view of shadow maps all draws are such.
+                || mutant.edge.label == "skin-to-readers" && mutant.case.settings.view == View::ShadowMap
         },
         why: "the layer no longer looks at the vertices that an indexed draw fetches (`ValidateDrawVertexIndex` of its source says so), only at the indices",
     },

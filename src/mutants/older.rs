@@ -3,8 +3,7 @@
 use super::Mutant;
 use crate::frame::edges::unreported_mutants::{LAYER, Part};
 use crate::frame::edges::{Carrier, Place, Side};
-use crate::gpu::vk::{AccessFlags, PipelineStageFlags};
-use crate::passes::reflect_resolve;
+use crate::gpu::vk::AccessFlags;
 use crate::scene::Transparency;
 
 /// Mutants that an older layer does not notice, for one reason.
@@ -76,15 +75,7 @@ fn is_in_another_submission(mutant: &Mutant) -> bool {
         (Part::Row, "reflect-resolve-to-transparent") => {
             mutant.plan.has_fog() && mutant.plan.transparency == Some(Transparency::Sorted)
         }
-        (Part::Bits(Side::Before, bits), "reflect-resolve-to-transparent") => {
-            let is_about_sums = bits.stage == PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT
-                || bits.access == AccessFlags::COLOR_ATTACHMENT_WRITE;
-            mutant.plan.has_fog() || is_about_sums
-        }
-        // FXAA of the frame before reads the output.
-        (Part::Bits(Side::Before, bits), "reflect-resolve-to-tonemap") if edge.from == reflect_resolve::PASS.place => {
-            bits.stage == PipelineStageFlags::FRAGMENT_SHADER
-        }
+        (Part::Bits(Side::Before, _), "reflect-resolve-to-transparent") => mutant.plan.has_fog(),
         (Part::Bits(Side::Before, _), _) => begins_outside,
         (Part::Bits(Side::After, _), _) => ends_outside || is_prepared,
         (Part::Row | Part::AcrossSamples, _) => false,

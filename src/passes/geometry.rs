@@ -61,7 +61,11 @@ fn touches(plan: &FramePlan) -> Vec<Touch> {
         frame_data(),
     ];
     touches.extend(drawn.map(|(location, target, first, uses)| {
-        Touch::color(location, target, first, uses).because("writes the G-buffer, or what a view shows in its place")
+        Touch::color(location, target, first, uses).because(if plan.gbuffer.is_some() {
+            "writes the G-buffer"
+        } else {
+            "writes what the view shows"
+        })
     }));
     if plan.emissive {
         touches.push(Touch::color(3, plan.light_target(), First::Clear, COLOR_WRITE).because("writes emitted light"));

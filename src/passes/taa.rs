@@ -37,9 +37,9 @@ pub const PASS: Pass = Pass {
             Touch::sampled(LIGHT, Target::Hdr, FRAME_READ).because(LOOKS),
             Touch::sampled(DEPTH, Target::Depth, FRAME_READ).because(LOOKS),
             Touch::resource(Resource::KeptBefore(TAA_MEAN), HISTORY_READ)
-                .because("goes on from what the last frame left for it"),
+                .because("reads the mean that the last frame wrote"),
             Touch::resource(Resource::Kept(TAA_MEAN), HISTORY_WRITE)
-                .because("overwrites what the last frame went on from"),
+                .because("overwrites the mean that the last frame read"),
         ];
         touches
             .extend(plan.has_velocity().then(|| Touch::sampled(VELOCITY, Target::Velocity, FRAME_READ).because(LOOKS)));

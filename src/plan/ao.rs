@@ -130,7 +130,7 @@ mod tests {
     use glam::Vec3;
 
     #[test]
-    fn off_it_leaves_no_trace_and_on_it_parts_the_main_pass() {
+    fn off_it_leaves_no_trace_and_on_it_parts_the_render_pass() {
         let mut scene = samples::scene(vec![samples::textured(Brdf::Lambert)], vec![samples::sun()]);
         scene.environment.ambient = Vec3::ONE;
         let off = samples::plan(&scene, &samples::deferred());

@@ -20,6 +20,7 @@ mod library;
 mod modules;
 mod package;
 mod prints;
+mod reach;
 mod settings;
 mod setup;
 #[cfg(feature = "hot-reload")]

@@ -496,7 +496,7 @@ const TRACES: &[Trace] = &[
     // ANCHOR: trace-of-shadow-maps
     trace(
         P::ShadowMaps,
-        &["shadow atlas", "shadow pass", "shadow set layout", "shadow maps of frame"],
+        &["shadow atlas", "SHADOW pass", "shadow set layout", "shadow maps of frame"],
         &["SHADOW"],
         &[("shadow set of frame", ": 0 SAMPLED_IMAGE"), ("shadow set of frame", ": 1 UNIFORM_BUFFER")],
     ),

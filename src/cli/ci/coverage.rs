@@ -131,14 +131,8 @@ mod tests {
     use super::super::suite::Suite;
     use super::*;
 
-    /// Names that no case uses: the dependency of formulas, and one of linear pictures.
-    const ELSEWHERE: [&str; 3] = [
-        "results-to-host",
-        // Only linear pictures have it, as `truth` draws them.
-        "samples-reuse",
-        // A line of `inspect` for frames without one.
-        "G-buffer",
-    ];
+    /// A line of `inspect` for frames without one.
+    const ELSEWHERE: [&str; 1] = ["G-buffer"];
 
     #[test]
     fn the_quick_suite_uses_all_that_frames_can_have() {

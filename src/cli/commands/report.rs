@@ -62,7 +62,7 @@ impl CommandReport {
             numbers: arguments.numbers.clone(),
             barrier: arguments.barrier.as_ref().map(BarrierReport::of),
             attachments: line.attachments.iter().map(AttachmentReport::of).collect(),
-            dependencies: edges.map(|acting| EdgeReport::of(&acting.edge, &acting.layouts, &[])).collect(),
+            dependencies: edges.map(|acting| EdgeReport::of(&acting.edge, &acting.layouts, None)).collect(),
             why: line.reason.clone(),
         }
     }

@@ -6,7 +6,10 @@ use crate::gpu::vk;
 use crate::passes::{Place, Presence};
 use crate::plan::{Canvas, Encoding, FramePlan, Transfer};
 
-/// Former names, each with the names of today of which the first that a plan has takes its place. `*` stands for any place.
+/// The passes that draw light, the last first: a former row that followed whichever came last is today's row of the first of these that has one.
+const LAST: [&str; 7] = ["sharpen", "composite", "transparent", "fog", "reflect-resolve", "lighting", "forward"];
+
+/// Former names, each with the names of today of which the first that a plan has takes its place. `*` stands for the passes of [`LAST`].
 const RENAMED: &[(&str, &[&str])] = &[
     ("deformed-reuse", &["skin-reuse"]),
     ("skin-to-draws", &["skin-to-readers"]),
@@ -15,7 +18,7 @@ const RENAMED: &[(&str, &[&str])] = &[
     ("froxels-reuse", &["scatter-reuse"]),
     ("froxels-to-fog", &["integrate-to-readers"]),
     ("shadow-map-reuse", &["shadow-reuse"]),
-    ("shadow-map-to-lighting", &["shadow-to-*"]),
+    ("shadow-map-to-lighting", &["shadow-to-readers", "shadow-to-lighting", "shadow-to-forward", "shadow-to-tiled"]),
     ("particles-reuse", &["simulate-reuse"]),
     ("particles-to-draw", &["sort-to-readers", "simulate-to-readers"]),
     ("pyramid-to-cull", &["pyramid-to-readers"]),
@@ -51,20 +54,22 @@ const RENAMED: &[(&str, &[&str])] = &[
     ("picture-to-tone", &["*-to-tone"]),
 ];
 
+/// The row between two passes, or to one from the frame before. Where several wait for a pass by one row, it is that of each pair of them.
+pub(super) fn row_of<'a>(table: &'a Edges, name: &str) -> Option<&'a Edge> {
+    table.iter().find(|edge| edge.label == name).or_else(|| {
+        let (from, to) = name.split_once("-to-")?;
+        let readers = format!("{from}-to-readers");
+        table.iter().find(|edge| edge.label == readers && edge.waiting.iter().any(|place| spelled(*place) == to))
+    })
+}
+
 /// The row that has taken the place of one which had this name.
 pub(super) fn successor<'a>(table: &'a Edges, name: &str) -> Option<&'a Edge> {
     let (_, patterns) = RENAMED.iter().find(|(former, _)| *former == name)?;
-    // Where several wait for a pass, it has one row for all of them.
-    let readers = |pattern: &str| Some(format!("{}-to-readers", pattern.split_once("-to-")?.0));
-    let named = |pattern: &str| table.iter().find(|edge| fits(pattern, edge.label));
-    patterns.iter().find_map(|pattern| named(pattern).or_else(|| named(&readers(pattern)?)))
-}
-
-fn fits(pattern: &str, name: &str) -> bool {
-    match pattern.split_once('*') {
-        Some((before, after)) => name.starts_with(before) && name.ends_with(after),
-        None => pattern == name,
-    }
+    patterns.iter().find_map(|pattern| match pattern.strip_prefix('*') {
+        Some(rest) => LAST.iter().find_map(|from| row_of(table, &format!("{from}{rest}"))),
+        None => row_of(table, pattern),
+    })
 }
 
 /// The reason why a plan has no row of a name: the window or the pass that it lacks.
@@ -90,4 +95,44 @@ pub fn lack(plan: &FramePlan, name: &str) -> Option<String> {
 /// A place as rows' names have it: `ao-denoise`.
 pub(super) fn spelled(place: Place) -> String {
     place.name().to_lowercase().replace('_', "-")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::edges;
+    use crate::plan::samples;
+
+    /// The pass that a former name spoke of, where it did so: `light-to-taa` of TAA.
+    fn reader(name: &str) -> Option<&str> {
+        let (_, to) = name.split_once("-to-")?;
+        list::passes().iter().any(|pass| spelled(pass.place) == to).then_some(to)
+    }
+
+    #[test]
+    fn a_former_name_stands_for_a_row_of_the_pass_that_it_spoke_of() {
+        let mut found = 0;
+        for (plan_name, plan) in samples::of_every_kind() {
+            let table = edges::table(&plan);
+            for (former, _) in RENAMED {
+                let Some(edge) = successor(&table, former) else { continue };
+                found += 1;
+                let waits = |to: &str| edge.waiting.iter().chain([&edge.to]).any(|place| spelled(*place) == to);
+                let is_right = reader(former).is_none_or(|to| waits(to) || *former == "shadow-map-to-lighting");
+                assert!(is_right, "{plan_name}: {former} is said to be {}", edge.label);
+            }
+        }
+        assert!(found > 1000, "{found}");
+    }
+
+    #[test]
+    fn each_former_name_stands_for_a_row_of_some_plan() {
+        let plans = samples::of_every_kind();
+        let tables: Vec<_> = plans.iter().map(|(_, plan)| edges::table(plan)).collect();
+        let lost: Vec<_> = RENAMED
+            .iter()
+            .filter(|(former, _)| tables.iter().all(|table| successor(table, former).is_none()))
+            .collect();
+        assert!(lost.is_empty(), "{lost:?}");
+    }
 }

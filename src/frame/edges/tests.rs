@@ -31,7 +31,7 @@ fn names_are_unique_and_every_row_says_why() {
 }
 
 #[test]
-fn one_row_a_pair_of_subpasses() {
+fn one_row_a_pair_of_places() {
     each_plan(|name, _, table| {
         for (index, edge) in table.iter().enumerate().filter(|(_, edge)| edge.carrier.is_render_pass()) {
             let same = |other: &&Edge| {

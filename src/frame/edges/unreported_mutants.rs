@@ -198,14 +198,6 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     },
     UnreportedMutants {
         rows: &["reflect-resolve-to-tonemap"],
-        parts: Parts::Any(Side::Before, S::TRANSFER, A::empty()),
-        only: AFTER_REFLECTIONS,
-        section: "Image Layout Transitions",
-        says: TRANSITION,
-        why: "the output's layout changes after what the dependency's first scope has, and that must have the copy's read",
-    },
-    UnreportedMutants {
-        rows: &["reflect-resolve-to-tonemap"],
         parts: Parts::Any(Side::After, S::FRAGMENT_SHADER, A::INPUT_ATTACHMENT_READ),
         only: AFTER_REFLECTIONS,
         section: "Execution and Memory Dependencies",
@@ -274,9 +266,10 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         why: "the layer takes what REFLECT_RESOLVE loads of the light to be ordered by the store to it. The light must be visible to both accesses",
     },
     UnreportedMutants {
-        rows: &["bloom-reuse", "simulate-reuse", "scatter-reuse"],
+        rows: &["bloom-reuse", "simulate-reuse", "scatter-reuse", "skin-reuse"],
         parts: Parts::Any(Side::After, S::empty(), A::SHADER_WRITE),
-        only: ALWAYS,
+        // Where draws have fetched all that SKIN wrote, the layer sees that nothing holds back the next write.
+        only: |_, edge| edge.before.stage.intersects(stages(S::COMPUTE_SHADER, S::FRAGMENT_SHADER)),
         section: "Execution and Memory Dependencies",
         says: HAZARDS,
         why: "the layer sees a write after the read of TONEMAP or PARTICLES, for which waiting is enough. It is a write after those of SPREAD or SORT, too, which \
@@ -644,7 +637,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         says: "Automatic layout transitions away from initialLayout happen-after the availability operations for all dependencies with a \
                srcSubpass equal to VK_SUBPASS_EXTERNAL, where dstSubpass uses the attachment that will be transitioned",
         why: "the layer takes what a row from OUTSIDE to an earlier subpass makes available to be so for this attachment too. That subpass does not \
-              use it, so that its layout may change before. (Of the HDR target's later user, TONEMAP, output-reuse would do by the letter)",
+              use it, so that its layout may change before. (Of the HDR target's later user, TONEMAP, tonemap-reuse would do by the letter)",
     },
     UnreportedMutants {
         rows: &["geometry-to-lighting", "geometry-to-readers"],
@@ -664,13 +657,13 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
               and than the store writes in, and what GEOMETRY stored, and the new layout, must be visible to each of these accesses",
     },
     UnreportedMutants {
-        rows: &["lighting-to-transparent"],
+        rows: &["lighting-to-transparent", "lighting-to-velocity"],
         parts: Parts::Row,
         only: |plan, _| plan.has_fog(),
         section: "VkSubpassDependency",
         says: "the first set of commands includes all commands submitted as part of the subpass instance identified by srcSubpass and any \
                load, store, or multisample resolve operations on attachments used in srcSubpass",
-        why: "the layer lets the rows from LIGHTING to FOG and from FOG to TRANSPARENT order what LIGHTING did. The first scope of the latter has only what is \
+        why: "the layer lets the rows from LIGHTING to FOG and from there to TRANSPARENT or VELOCITY order what LIGHTING did. The first scope of the latter has only what is \
               submitted in FOG",
     },
     UnreportedMutants {

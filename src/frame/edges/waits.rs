@@ -275,6 +275,10 @@ fn visits(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Vec<Visit> {
                 why.push(touch.why);
             }
         }
+        // Who only reads an attachment is told of the write that is not its own.
+        if is_attachment && is_last && uses.writes().access.is_empty() {
+            why.push(if index + 1 < all.len() { "stores it as its last user" } else { "drops it as its last user" });
+        }
         Visit {
             stop: *stop,
             place: at.place,
@@ -308,13 +312,13 @@ fn after_the_passes(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Opt
                 Place::OUTSIDE,
                 IN_TURN,
                 present::ATTACH,
-                "whatever comes over the picture waits for TRANSFER, and so for the layout that the render pass leaves it in",
+                "whatever comes over the picture waits for TRANSFER, and so for the layout that the picture is left in",
             ),
             false => (
                 Place::OUTSIDE,
                 copy::READ,
                 copy::READ,
-                "COPY or PRESENT reads the picture, in the layout that the render pass leaves it in",
+                "whatever copies or shows the picture reads it in the layout that it is left in",
             ),
         },
         _ => return None,
@@ -494,7 +498,7 @@ impl Draft {
         };
         let outside = if from.is_last_frame { Place::OUTSIDE } else { from.place };
         let why = why(&from, &reasons, &resources);
-        let own = row(name, carrier).from(outside, &before).to(to.place, &after);
+        let own = row(name, carrier).from(outside, &before).to(to.place, &after).for_all(&reasons);
         let is_between = matches!(key, Key::Between(..));
         Wait { edge: own.between(is_between, all_samples).because(why), barrier }
     }
@@ -514,12 +518,10 @@ fn why(from: &Visit, reasons: &[(Place, Vec<&'static str>)], resources: &[Resour
         return does;
     }
     let names: Vec<String> = resources.iter().map(ToString::to_string).collect();
-    let shared = match &names[..] {
-        [one] => one.clone(),
-        [most @ .., last] => format!("{} and {last}", most.join(", ")),
-        [] => String::new(),
+    let (shared, them) = match &names[..] {
+        [one] => (one.clone(), "it"),
+        [most @ .., last] => (format!("{} and {last}", most.join(", ")), "them"),
+        [] => (String::new(), "it"),
     };
-    format!(
-        "{does}; frames in flight share {shared}, so that the last frame must be done with what this one overwrites"
-    )
+    format!("{does}; frames in flight share {shared}, so that the last frame must have finished with {them}")
 }

@@ -486,7 +486,7 @@ fn subpasses_write_attachments_of_one_sample_count_and_resolve_into_the_output()
 }
 
 #[test]
-fn the_main_pass_stores_light_that_is_spread_and_the_next_one_loads_it_for_tonemap() {
+fn the_render_pass_stores_light_that_is_spread_and_the_next_one_loads_it_for_tonemap() {
     let passes = |plan: &FramePlan| List::of(plan).passes().map(|pass| pass.place.name()).collect::<Vec<_>>();
     for (name, plan) in samples::bloomed_plans() {
         let (list, all) = (List::of(&plan), passes(&plan));

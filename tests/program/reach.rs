@@ -1,0 +1,172 @@
+//! How far an effect reaches: the files that name it and are not its own.
+//!
+//! An effect is declared in its own files, and tables above them list it: the order, the effects, the settings with their choices and names, the variants of
+//! shaders, and the reference where rays change. That is six files at most. `reach.txt` lists every other file that names an effect today; it only gets shorter.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The most files that may name an effect and are not its own.
+const MOST: usize = 6;
+
+/// An effect by the words of its files and of its code.
+struct Reach {
+    /// Its file in `src/plan`, or that of its setting's pass.
+    name: &'static str,
+    /// A file is its own if one of these is the name of the file or of a folder that it lies in.
+    files: &'static [&'static str],
+    /// Parts of identifiers that name it: `fog` of `has_fog` and `FogPlan`.
+    parts: &'static [&'static str],
+    /// Whole identifiers that do.
+    whole: &'static [&'static str],
+}
+
+const EFFECTS: &[Reach] = &[
+    Reach {
+        name: "fog",
+        files: &["fog", "froxels", "air", "scatter", "integrate", "fogged"],
+        parts: &["fog", "froxel", "froxels"],
+        whole: &[],
+    },
+    Reach { name: "bloom", files: &["bloom", "spread"], parts: &["bloom"], whole: &[] },
+    Reach { name: "ao", files: &["ao", "ao_denoise", "occlusion", "depth_march"], parts: &["ao"], whole: &[] },
+    Reach {
+        name: "taa",
+        files: &["taa", "sharpen", "velocity", "history"],
+        parts: &["taa", "sharpen"],
+        whole: &["VELOCITY", "Velocity", "velocity", "has_velocity"],
+    },
+    Reach {
+        name: "reflections",
+        files: &["reflect", "reflections", "reflection", "reflect_resolve", "hiz", "screen_march"],
+        parts: &["reflections", "hiz"],
+        whole: &["reflects", "REFLECT", "REFLECT_RESOLVE", "reflect_resolve", "ReflectionPlan"],
+    },
+    Reach {
+        name: "particles",
+        files: &["particles", "simulate", "sort", "emitter", "emitters", "weights"],
+        parts: &["particle", "particles"],
+        whole: &[],
+    },
+    Reach {
+        name: "sky",
+        files: &["sky", "ambient", "prefilter", "atmosphere"],
+        parts: &[],
+        whole: &["SKY", "AMBIENT", "PREFILTER", "SkyPlan", "has_sky"],
+    },
+    Reach { name: "fxaa", files: &["fxaa"], parts: &["fxaa"], whole: &[] },
+    Reach { name: "tone", files: &["tone"], parts: &["vignette"], whole: &["TONE"] },
+];
+
+fn project() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The files of code below a folder, without tests.
+fn sources(folder: &Path, into: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("a folder of sources") {
+        let path = entry.expect("an entry").path();
+        let is_code = path.extension().is_some_and(|end| end == "rs" || end == "wgsl" || end == "txt");
+        if path.is_dir() && !path.ends_with("tests") && !path.ends_with("samples") {
+            sources(&path, into);
+        } else if is_code && !path.ends_with("tests.rs") && !path.ends_with("samples.rs") {
+            into.push(path);
+        }
+    }
+}
+
+/// `HasFog2D` and `has_fog` as words: `has`, `fog`.
+fn parts(identifier: &str) -> Vec<String> {
+    let mut parts = vec![String::new()];
+    let mut was_lower = false;
+    for letter in identifier.chars() {
+        if letter == '_' || letter.is_uppercase() && was_lower {
+            parts.push(String::new());
+        }
+        if letter != '_' {
+            parts.last_mut().expect("never empty").extend(letter.to_lowercase());
+        }
+        was_lower = letter.is_lowercase();
+    }
+    parts
+}
+
+impl Reach {
+    fn owns(&self, file: &Path) -> bool {
+        file.components().any(|part| {
+            let name = Path::new(part.as_os_str()).file_stem().unwrap_or_default();
+            self.files.iter().any(|own| name == *own)
+        })
+    }
+
+    /// Returns true if a line of code names the effect; comments and inline tests do not count.
+    fn is_named_in(&self, text: &str) -> bool {
+        let code = text.lines().take_while(|line| !line.trim_start().starts_with("#[cfg(test)]"));
+        let code = code.filter(|line| !line.trim_start().starts_with("//"));
+        let is_word = |letter: char| letter.is_alphanumeric() || letter == '_';
+        code.flat_map(|line| line.split(move |letter| !is_word(letter))).any(|identifier| {
+            self.whole.contains(&identifier) || parts(identifier).iter().any(|part| self.parts.contains(&&**part))
+        })
+    }
+}
+
+/// The foreign files of each effect, relative to the project.
+fn foreign() -> BTreeMap<&'static str, BTreeSet<String>> {
+    let mut files = Vec::new();
+    ["src", "shaders", "shader-compiler"].iter().for_each(|root| sources(&project().join(root), &mut files));
+    let texts: Vec<(PathBuf, String)> = files
+        .into_iter()
+        .map(|path| {
+            let text = fs::read_to_string(&path).expect("sources are text");
+            (path.strip_prefix(project()).expect("it lies in the project").to_owned(), text)
+        })
+        .collect();
+    let of = |effect: &'static Reach| {
+        let named = texts.iter().filter(|(path, text)| !effect.owns(path) && effect.is_named_in(text));
+        (effect.name, named.map(|(path, _)| path.display().to_string()).collect())
+    };
+    EFFECTS.iter().map(of).collect()
+}
+
+#[test]
+fn no_more_files_name_an_effect() {
+    let listed = include_str!("reach.txt").lines().filter_map(|line| line.split_once(' '));
+    let mut known: BTreeMap<&str, BTreeSet<String>> = BTreeMap::new();
+    listed.for_each(|(effect, file)| {
+        known.entry(effect).or_default().insert(file.to_owned());
+    });
+    let mut wrong = Vec::new();
+    for (effect, files) in foreign() {
+        let known = known.remove(effect).unwrap_or_default();
+        if files.len() > MOST {
+            let new = files.difference(&known);
+            wrong.extend(new.map(|file| format!("{file} names {effect}, and is neither its own nor in reach.txt")));
+        }
+        let gone = known.iter().filter(|file| files.len() <= MOST || !files.contains(*file));
+        wrong.extend(gone.map(|file| format!("reach.txt need not say any more: {effect} {file}")));
+    }
+    wrong.extend(known.into_keys().map(|effect| format!("reach.txt names {effect}, which is no effect")));
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Each effect of the table has its words here.
+#[test]
+fn every_effect_of_the_table_is_looked_for() {
+    let table = fs::read_to_string(project().join("src/plan/effects.rs")).expect("the table of effects");
+    let names: Vec<&str> =
+        table.lines().filter_map(|line| line.trim().strip_prefix('&')?.strip_suffix("::EFFECT,")).collect();
+    assert!(names.len() >= 8, "{names:?}");
+    for name in names {
+        assert!(EFFECTS.iter().any(|own| own.name == name), "{name} has no row in tests/program/reach.rs");
+    }
+}
+
+#[test]
+fn a_file_that_names_an_effect_is_found() {
+    let fog = &EFFECTS[0];
+    assert!(fog.is_named_in("let x = plan.has_fog();") && fog.is_named_in("use FogPlan;"));
+    assert!(!fog.is_named_in("// fog\nlet foggy = 1;\n#[cfg(test)]\nmod tests { use fog; }"));
+    assert!(fog.owns(Path::new("src/plan/fog.rs")) && fog.owns(Path::new("shaders/fog/air.wgsl")));
+    assert!(!fog.owns(Path::new("src/plan/sky.rs")));
+}
