@@ -328,7 +328,7 @@ fn edge_list(plan: &FramePlan, edges: &Edges, layouts: impl Fn(&Edge) -> Vec<Lay
         if covered.contains(&Part::Row) {
             text.push_str("    other rows order all of this as well\n");
         } else if !covered.is_empty() {
-            // With the words of the lines above.
+            // The lines above call the first scope "after" and the second "before".
             let of = |side| {
                 let own = covered.iter().filter_map(move |part| match part {
                     Part::Bits(own, bits) if *own == side && bits.access.is_empty() => Some(flags(&bits.stage)),

@@ -333,7 +333,7 @@ pub fn table(plan: &FramePlan) -> Edges {
     Edges(rows)
 }
 
-/// The rows between the passes of a frame, with the places of those that are barriers.
+/// The rows between the passes of a frame; a row that is a barrier comes with its place in the list.
 pub(super) fn waits(plan: &FramePlan, steps: &[Step]) -> Vec<(Edge, Option<Barrier>)> {
     waits::rows(plan, steps).into_iter().map(|wait| (wait.edge, wait.barrier)).collect()
 }

@@ -22,7 +22,7 @@ pub const RESOLVE: Use = Use::new(
     ),
 );
 
-/// The name of a render pass: that of its first subpass.
+/// The name of a render pass. It is the name of its first subpass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct RenderPassName(Place);
 
@@ -57,7 +57,7 @@ pub(super) enum Line {
     Run(&'static Pass),
     /// A pass outside of render passes, left out of frames in which deformed objects have the pose that they had in the frame before.
     RunPosed(&'static Pass),
-    /// Ends a render pass in plans that keep what it stores.
+    /// Ends a render pass where the plan asks for that.
     SplitIf(fn(&FramePlan) -> bool),
 }
 
@@ -583,7 +583,7 @@ fn needed_access(how: How) -> vk::AccessFlags {
     }
 }
 
-/// Each pass that a frame can have, in the order of frames: those of the order, and those that come after the picture.
+/// Each pass that a frame can have: first all of the order, then all that come after the picture.
 pub fn passes() -> Vec<&'static Pass> {
     let mut all: Vec<&'static Pass> = Vec::new();
     let shown = [&present::PASS, &split::PASS, &copy::PASS, &overlay::PASS, &encode::PASS];

@@ -140,7 +140,7 @@ pub fn mutants<'a>(cases: &'a [Case], plans: &'a [FramePlan]) -> Vec<Mutant<'a>>
             }
         }
     }
-    // A part that orders only what other parts order as well is no fault when it is missing.
+    // A part is no mutant if other rows order the same.
     let is_fault = |mutant: &Mutant| !Frames::of(mutant.plan, &mutant.edges).are_safe();
     mutants.into_par_iter().filter(is_fault).collect()
 }

@@ -120,7 +120,7 @@ static HIDDEN: &[Hidden] = &[
         is_about: |mutant| {
             matches!(mutant.part, Part::Bits(Side::After, bits) if bits.access == AccessFlags::VERTEX_ATTRIBUTE_READ)
                 && ["upload-to-vertices", "skin-to-readers"].contains(&mutant.edge.label)
-                // Of a view of shadow maps all draws are such.
+                // A view of shadow maps has no other draws.
                 || mutant.edge.label == "skin-to-readers" && mutant.case.settings.view == View::ShadowMap
         },
         why: "the layer no longer looks at the vertices that an indexed draw fetches (`ValidateDrawVertexIndex` of its source says so), only at the indices",

@@ -52,12 +52,12 @@ fn passes_are_recorded_in_the_order_of_the_list() {
 
 /// Rows of sample plans that no mutant of these plans is made of.
 fn untried(tried: &[FramePlan]) -> BTreeSet<String> {
-    // Reasons are not compared, because plans word the reason of the same row differently. Nor are the samples that a row between subpasses orders: no
+    // Reasons and waiting passes are not compared: plans may have the same masks for others. Nor are the samples that a row between subpasses orders: no
     // layer looks at them, and `proof` tries them in every plan.
     let rows = |plan: &FramePlan| -> Vec<Edge> {
         let compared = |edge: &Edge| {
             let by_region = edge.is_between_subpasses();
-            Edge { why: String::new(), by_region, across_samples: false, ..edge.clone() }
+            Edge { why: String::new(), waiting: Vec::new(), by_region, across_samples: false, ..edge.clone() }
         };
         edges::table(plan).iter().map(compared).collect()
     };

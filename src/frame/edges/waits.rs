@@ -11,12 +11,12 @@
 //!
 //! The carrier follows from where the two ends stand. Within a render pass it is a dependency between two subpasses, and since subpasses use attachments at
 //! their own pixel only, it is by region. All waits for a subpass of an earlier render pass are one dependency of that one, which leaves the image in the
-//! layout that comes next. What a subpass waits for besides is a dependency of its own render pass, but for buffers that a compute pass wrote: these are made visible to all
+//! layout that comes next. All other waits of a subpass are dependencies of its own render pass, except for buffers that a compute pass wrote: they are made visible to all
 //! their readers by one barrier after it. Between two passes outside of render passes it is a barrier.
 //!
 //! Load and store operations are uses as well: "The load operation for each sample in an attachment happens-before any recorded command which accesses the
 //! sample in the first subpass where the attachment is used", and the store operation after those of the last one (specification, `VkAttachmentDescription`).
-//! Loads of colour and stores happen in COLOR_ATTACHMENT_OUTPUT; those of depth in EARLY_FRAGMENT_TESTS and in LATE_FRAGMENT_TESTS. CLEAR and DONT_CARE write.
+//! Colour is loaded and stored in COLOR_ATTACHMENT_OUTPUT. Depth is loaded in EARLY_FRAGMENT_TESTS and stored in LATE_FRAGMENT_TESTS. CLEAR and DONT_CARE write.
 
 use std::borrow::Cow;
 use std::cmp::Reverse;
@@ -31,7 +31,7 @@ use crate::passes::{How, Resource, Touch, copy, present};
 use crate::plan::{FramePlan, Target};
 
 impl RowName {
-    /// Makes the picture ready for what comes after the frame's own passes.
+    /// Makes the picture ready for COPY, presentation, or a pass that draws over it.
     pub(crate) const READ_BACK: Self = Self::Own("read-back");
     pub(crate) const FOUND_TO_HOST: Self = Self::Own("found-to-host");
 }
@@ -76,7 +76,7 @@ struct Visit {
     stop: usize,
     place: Place,
     render_pass: Option<RenderPassName>,
-    /// The uses that wait for earlier ones: those of the passes, and the load and store operations.
+    /// Uses by passes, load operations and store operations, all of which wait for earlier ones.
     waits: Use,
     /// The uses that later ones wait for.
     done: Use,
@@ -113,7 +113,7 @@ enum Key {
     Between(RenderPassName, usize, usize),
     /// From a subpass to all later steps that wait for it.
     OutOf(RenderPassName, usize),
-    /// From a subpass to what comes after the frame's own passes.
+    /// From a subpass to COPY, presentation, or the CPU.
     OutOfFrame(RenderPassName, usize),
     /// From earlier steps into a subpass.
     Into(RenderPassName, usize),
@@ -149,7 +149,7 @@ pub fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Wait> {
             spans.push(visits(plan, &stops, Resource::KeptBefore(own)));
         }
         let mut past = Past::default();
-        // What a frame does last is what the next one finds.
+        // The next frame finds each resource as the last use of this one leaves it.
         if is_shared(resource) {
             past.live_through(&spans, |_, _, _| ());
         }
@@ -504,7 +504,7 @@ impl Draft {
     }
 }
 
-/// The reason of a row in a sentence: what each of those who wait does, and which memory frames share.
+/// The reason of a row in a sentence: why each waiting pass uses the resource, and which memory frames share.
 fn why(from: &Visit, reasons: &[(Place, Vec<&'static str>)], resources: &[Resource]) -> String {
     let of_one = |(place, why): &(Place, Vec<&str>)| {
         let does = match &why[..] {

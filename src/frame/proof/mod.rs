@@ -134,7 +134,7 @@ pub fn is_superfluous(plan: &FramePlan, edges: &Edges, name: RowName, part: Part
     Ok(Frames::of(plan, &edges.without_part(name, part)?).are_safe())
 }
 
-/// The parts of a row that order only what other parts order as well; none of a row that stays.
+/// The parts of a row without which the proof finds no hazard either, because other rows order the same. A row that cannot be dropped has none.
 pub fn covered(plan: &FramePlan, edges: &Edges, row: &Edge) -> Vec<Part> {
     let is_covered = |part: &Part| is_superfluous(plan, edges, row.name, *part).unwrap_or(false);
     if row.carrier.stays().is_some() { Vec::new() } else { row.parts().into_iter().filter(is_covered).collect() }

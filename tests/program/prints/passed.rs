@@ -140,7 +140,7 @@ fn all_dependencies_are_dropped_in_one_table() {
         let line = line.unwrap_or_else(|| panic!("{name} is not in {told}"));
         assert!(line.contains("cannot be dropped") || line.contains("hazard") && line.contains(" may "), "{line}");
     }
-    // Which parts of a row others order as well is listed, and is not what a frame loses without the row.
+    // Parts of a row that other rows order as well are listed.
     let bloom = ["inspect", "builtin:spheres", "--bloom", "0.1", "--json"];
     let (_, listed, _) = run(folder.path(), &bloom);
     let listed = json(&listed);
