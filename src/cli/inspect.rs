@@ -142,7 +142,7 @@ pub(super) struct EdgeReport {
     by_region: bool,
     across_samples: bool,
     layouts: Vec<LayoutReport>,
-    /// Parts that order only what other rows order as well, where somebody has looked for them.
+    /// Parts without which nothing is lost, because other rows order the same. The list of commands does not look for them.
     #[serde(skip_serializing_if = "Option::is_none")]
     covered: Option<Vec<String>>,
     why: String,

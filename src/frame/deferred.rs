@@ -13,9 +13,8 @@ use crate::passes::{
 use crate::scene::OptionalPart;
 
 // ANCHOR: order
-/// The passes of a frame. `Run` records compute; `Draw` is a subpass with the passes that share it. Neighbouring subpasses share a render pass, up to the
-/// next compute pass or to a subpass that samples what they draw; `DrawApart` has a render pass of its own, and `SplitIf` ends one. The first argument of `Draw` gives the
-/// subpass its name.
+/// The passes of a frame. `Run` records a compute pass. `Draw` is a subpass: its first argument gives it a name, and the passes of the list draw in it. One subpass
+/// after the other joins the same render pass, until a compute pass comes, a subpass that samples what was drawn, or `SplitIf`. `DrawApart` is a render pass by itself.
 #[rustfmt::skip]
 pub(super) const ORDER: &[Line] = &[
     // All that must be ready before surfaces are drawn.

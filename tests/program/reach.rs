@@ -12,7 +12,7 @@ const MOST: usize = 6;
 
 /// An effect by the words of its files and of its code.
 struct Reach {
-    /// The name of its file in `src/plan`, or in `src/passes` where it has none there.
+    /// Its file has this name, in `src/plan` or in `src/passes`.
     name: &'static str,
     /// A file is its own if one of these is the name of the file or of a folder that it lies in.
     files: &'static [&'static str],

@@ -102,6 +102,13 @@ const LOADS_DEPTH: fn(&FramePlan, &Edge) -> bool =
 const OVER_PRESENTED: Carrier =
     Carrier::ImageBarrier(vk::ImageLayout::PRESENT_SRC_KHR, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL);
 
+/// Reads and writes of depth in a later render pass.
+const USES_OF_DEPTH: Parts = Parts::Any(
+    Side::After,
+    stages(S::FRAGMENT_SHADER, stages(S::EARLY_FRAGMENT_TESTS, S::LATE_FRAGMENT_TESTS)),
+    accesses(A::INPUT_ATTACHMENT_READ, accesses(A::DEPTH_STENCIL_ATTACHMENT_READ, A::DEPTH_STENCIL_ATTACHMENT_WRITE)),
+);
+
 const IN_ORDER: &str = "Within a subpass of a render pass instance, for a given (x,y,layer,sample) sample location, the following operations \
                         are guaranteed to execute in rasterization order, for each separate primitive that includes that sample location";
 const FEW_GUARANTEES: &str = "The order of execution of commands with respect to the host and other commands on the device has few implicit guarantees, \
@@ -216,14 +223,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     },
     UnreportedMutants {
         rows: &["reflect-resolve-to-transparent", "reflect-resolve-to-fog", "reflect-resolve-to-velocity"],
-        parts: Parts::Any(
-            Side::After,
-            stages(S::FRAGMENT_SHADER, stages(S::EARLY_FRAGMENT_TESTS, S::LATE_FRAGMENT_TESTS)),
-            accesses(
-                A::INPUT_ATTACHMENT_READ,
-                accesses(A::DEPTH_STENCIL_ATTACHMENT_READ, A::DEPTH_STENCIL_ATTACHMENT_WRITE),
-            ),
-        ),
+        parts: USES_OF_DEPTH,
         only: AFTER_REFLECTIONS,
         section: "Rasterization Order",
         says: IN_ORDER,
@@ -232,14 +232,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     },
     UnreportedMutants {
         rows: &["lighting-to-readers"],
-        parts: Parts::Any(
-            Side::After,
-            stages(S::FRAGMENT_SHADER, stages(S::EARLY_FRAGMENT_TESTS, S::LATE_FRAGMENT_TESTS)),
-            accesses(
-                A::INPUT_ATTACHMENT_READ,
-                accesses(A::DEPTH_STENCIL_ATTACHMENT_READ, A::DEPTH_STENCIL_ATTACHMENT_WRITE),
-            ),
-        ),
+        parts: USES_OF_DEPTH,
         only: |plan, _| plan.reflects(),
         section: "Rasterization Order",
         says: IN_ORDER,

@@ -11,8 +11,8 @@
 //!
 //! The carrier follows from where the two ends stand. Within a render pass it is a dependency between two subpasses, and since subpasses use attachments at
 //! their own pixel only, it is by region. All waits for a subpass of an earlier render pass are one dependency of that one, which leaves the image in the
-//! layout that comes next. All other waits of a subpass are dependencies of its own render pass, except for buffers that a compute pass wrote: they are made visible to all
-//! their readers by one barrier after it. Between two passes outside of render passes it is a barrier.
+//! layout that comes next. If a subpass waits for a compute pass, the dependency belongs to the subpass's render pass. Buffers are the exception: one barrier
+//! after the compute pass makes its writes visible to all readers. Between two passes outside of render passes it is a barrier.
 //!
 //! Load and store operations are uses as well: "The load operation for each sample in an attachment happens-before any recorded command which accesses the
 //! sample in the first subpass where the attachment is used", and the store operation after those of the last one (specification, `VkAttachmentDescription`).
@@ -85,7 +85,7 @@ struct Visit {
     samples: u32,
     all_samples: bool,
     why: Vec<&'static str>,
-    /// The uses are those of the frame before.
+    /// The frame before made these uses.
     is_last_frame: bool,
     /// Some frames go without these uses.
     is_occasional: bool,
@@ -111,9 +111,9 @@ struct Draft {
 enum Key {
     /// Between two subpasses of one render pass.
     Between(RenderPassName, usize, usize),
-    /// From a subpass to all later steps that wait for it.
+    /// A subpass comes first, and all later steps that wait for it come second.
     OutOf(RenderPassName, usize),
-    /// From a subpass to COPY, presentation, or the CPU.
+    /// A subpass comes first, and COPY, presentation or the CPU second.
     OutOfFrame(RenderPassName, usize),
     /// From earlier steps into a subpass.
     Into(RenderPassName, usize),

@@ -390,7 +390,7 @@ impl Frames<'_> {
     }
 }
 
-/// The memory of a resource in a frame, which has this place among those in flight.
+/// The memory that a frame uses of a resource. `place` is the index of the frame among the frames in flight.
 fn memory_of(plan: &FramePlan, resource: Resource, place: usize) -> Vec<Memory> {
     match resource {
         Resource::Target(target) if target == plan.picture() && plan.draws_into_swapchain() => {
