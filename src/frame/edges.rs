@@ -185,6 +185,11 @@ impl Edge {
         Dependency { row: self.label, before: self.before, after: self.after }
     }
 
+    /// The row without its reason and the passes that share it, by which rows of different plans are compared.
+    pub fn masks(&self) -> Self {
+        Self { why: String::new(), waiting: Vec::new(), ..self.clone() }
+    }
+
     /// Each part of the row that can be taken away: all of it, its reach across samples, and each stage and access of both sides.
     pub fn parts(&self) -> Vec<Part> {
         let mut parts = vec![Part::Row];

@@ -1,306 +1,144 @@
-//! The plans that mutants are made of: every kind of plan that has dependencies of its own.
+//! The plans that mutants are made of: a plain frame, varied and varied again as long as that gives rows which no plan before it has.
+
+use rayon::prelude::*;
 
 use super::Case;
-#[cfg(feature = "present")]
-use super::Way;
-use super::scenes::{
-    deformed, glazed, glowing, lamplit, lit, moved, plain, polished, smoking, sunlit, textured, under_sky,
-};
+use super::scenes::{deformed, glaze, glow, lamplit, plain, sunlit, textured};
+use crate::frame::edges::{self, Edge};
+use crate::plan::{self, Capabilities, Variation};
 use crate::scene::{
-    AmbientOcclusion, Culling, Fog, GbufferPreset, LightPath, OptionalPart, Output, Reflections, Resolve, Scene,
-    Settings, ShadowSettings, Transparency, View,
+    Culling, GbufferPreset, LightPath, OptionalPart, Output, Resolve, Scene, Settings, ShadowSettings, Transparency,
+    View,
 };
 
-type Change = fn(&mut Settings);
+/// Variations of the whole frame. Each is tried alone, and with each other one.
+const FRAME: &[Variation] = &[
+    Variation { name: "nothing", scene: |scene| *scene = Scene::default(), settings: |_| {} },
+    Variation { name: "deformed", scene: |scene| *scene = deformed(), settings: |_| {} },
+    Variation { name: "textured", scene: |scene| *scene = textured(4), settings: |_| {} },
+    Variation { name: "lamplit", scene: |scene| *scene = lamplit(), settings: |_| {} },
+    by_lamps("light by light", |settings| settings.light_path = LightPath::PerLight),
+    by_lamps("volumes", |settings| settings.light_path = LightPath::Volumes),
+    by_lamps("clustered", |settings| settings.light_path = LightPath::Clustered),
+    by_lamps("compute", |settings| settings.light_path = LightPath::Compute),
+    by_lamps("forward, naive", |settings| settings.light_path = LightPath::ForwardNaive),
+    Variation::of("visibility", |settings| settings.light_path = LightPath::Visibility),
+    Variation::of("in floats", |settings| settings.gbuffer.preset = GbufferPreset::Fat),
+    Variation::of("culled on the device", |settings| settings.culling = Culling::Gpu),
+    Variation::of("no pre-pass", |settings| settings.depth_prepass = Some(false)),
+    Variation::of("view of positions", |settings| settings.view = View::Position),
+    Variation::of("view of normals", |settings| settings.view = View::Normal),
+    Variation::of("view of overdraw", |settings| settings.view = View::Overdraw),
+    Variation::of("view of shadow maps", |settings| settings.view = View::ShadowMap),
+    Variation::of("view of samples", |settings| settings.view = View::Complexity),
+    Variation::of("view of light", |settings| settings.view = View::Lighting),
+];
 
-/// Maps are drawn in each frame, so that their rows have something to order.
-fn settings_of(scene: &Scene) -> Settings {
+/// Variations that, with those of effects, say which passes draw and in which render passes. Up to [`MOST`] of them are tried together.
+const PASSES: &[Variation] = &[
+    Variation { name: "sunlit", scene: |scene| *scene = sunlit(), settings: |_| {} },
+    Variation::of("forward", |settings| settings.light_path = LightPath::Forward),
+    Variation::of("samples", |settings| settings.msaa = 4),
+    Variation::of("averaged as light", |settings| settings.resolve = Resolve::Linear),
+    Variation::of("linear", |settings| settings.output = Output::Nits),
+    Variation::of("stored", |settings| settings.keep = settings.keep.with(OptionalPart::StoredGbuffer)),
+    Variation { name: "glowing", scene: glow, settings: |_| {} },
+    Variation { name: "sorted", scene: glaze, settings: |_| {} },
+    Variation { name: "weighted", scene: glaze, settings: |settings| settings.transparency = Transparency::Oit },
+    Variation::of("summed", |settings| settings.transparency = Transparency::Oit),
+    Variation::of("toned", |settings| (settings.vignette, settings.grain) = (0.5, 0.1)),
+];
+
+/// The most variations of one plan. With one more no row is new that a render pass does not have elsewhere with the same masks.
+const MOST: usize = 4;
+
+/// A light path that lamps need.
+const fn by_lamps(name: &'static str, settings: fn(&mut Settings)) -> Variation {
+    Variation { name, scene: |scene| *scene = lamplit(), settings }
+}
+
+/// A plain frame with these variations, in their order.
+fn varied(variations: &[&Variation]) -> Case {
+    let mut scene = plain();
+    variations.iter().for_each(|variation| (variation.scene)(&mut scene));
+    // Maps are drawn in each frame, so that their rows have something to order.
     let shadows = ShadowSettings { cache: false, size: 64, ..ShadowSettings::default() };
-    Settings { size: [32, 18], shadows, light_path: LightPath::Loop, ..scene.settings.decide() }
+    let mut settings = Settings { size: [32, 18], shadows, light_path: LightPath::Loop, ..Settings::default() };
+    variations.iter().for_each(|variation| (variation.settings)(&mut settings));
+    let names: Vec<&str> = variations.iter().map(|variation| variation.name).collect();
+    let name = if names.is_empty() { "plain".into() } else { names.join(", ") };
+    Case { name, scene, settings, presented: None }
 }
 
-/// Every kind of plan that has dependencies of its own.
+/// All sets of variations that are tried, smaller ones first.
+fn sets() -> Vec<Vec<&'static Variation>> {
+    let combined: Vec<&Variation> = PASSES.iter().chain(plan::variations()).collect();
+    let all: Vec<&Variation> = FRAME.iter().chain(combined.iter().copied()).collect();
+    // A set as places in `all`, of which those from `FRAME` on may be in larger ones.
+    let mut last: Vec<Vec<usize>> = vec![Vec::new()];
+    let mut sets = last.clone();
+    for size in 1..=MOST {
+        let from = if size > 2 { FRAME.len() } else { 0 };
+        let larger = |set: &Vec<usize>| {
+            let set = set.clone();
+            let first = set.last().map_or(from, |last| from.max(last + 1));
+            (first..all.len()).map(move |next| [&set[..], &[next]].concat())
+        };
+        last = last.iter().filter(|set| set.iter().all(|&place| place >= from)).flat_map(larger).collect();
+        sets.extend(last.iter().cloned());
+    }
+    sets.into_iter().map(|set| set.into_iter().map(|place| all[place]).collect()).collect()
+}
+
+/// The rows of a case's frames on a device that can do everything; none where the settings do not go together.
+fn rows(case: &Case) -> Vec<Edge> {
+    let table = case.plan(&Capabilities::ample()).map(|plan| edges::table(&plan));
+    table.map_or(Vec::new(), |table| {
+        table.iter().filter(|edge| edge.carrier.stays().is_none()).map(Edge::masks).collect()
+    })
+}
+
+/// Those of the cases that have a row which none before them has. `seen` are the rows of the ones before.
+fn with_new_rows(cases: Vec<Case>, seen: &mut Vec<Edge>) -> Vec<Case> {
+    let tables: Vec<Vec<Edge>> = cases.par_iter().map(rows).collect();
+    let mut has_new = |rows: Vec<Edge>| {
+        let before = seen.len();
+        rows.into_iter().for_each(|row| {
+            if !seen.contains(&row) {
+                seen.push(row);
+            }
+        });
+        seen.len() > before
+    };
+    cases.into_iter().zip(tables).filter_map(|(case, rows)| has_new(rows).then_some(case)).collect()
+}
+
+/// The cases: frames as they are read back, and as a window shows them.
 pub fn cases() -> Vec<Case> {
-    let sorted: Change = |_| {};
-    let weighted: Change = |settings| settings.transparency = Transparency::Oit;
-    let fxaa: Change = |settings| settings.fxaa = true;
-    let toned: Change = |settings| (settings.vignette, settings.grain) = (0.5, 0.1);
-    let samples: Change = |settings| settings.msaa = 4;
-    let occluded: Change = |settings| settings.ao = AmbientOcclusion::Bitmask;
-    let fat: Change = |settings| settings.gbuffer.preset = GbufferPreset::Fat;
-    let linear: Change = |settings| settings.resolve = Resolve::Linear;
-    let hdr: Change = |settings| settings.output = Output::Nits;
-    let forward: Change = |settings| settings.light_path = LightPath::Forward;
-    let compute: Change = |settings| settings.light_path = LightPath::Compute;
-    let visibility: Change = |settings| settings.light_path = LightPath::Visibility;
-    let stored: Change = |settings| settings.keep = settings.keep.with(OptionalPart::StoredGbuffer);
-    let mut all = Vec::new();
-    let mut case = |name: &str, scene: Scene, changes: &[Change]| {
-        let mut settings = settings_of(&scene);
-        changes.iter().for_each(|change| change(&mut settings));
-        all.push(Case { name: name.into(), scene, settings, presented: None });
-    };
-    case("plain", plain(), &[]);
-    case("nothing", Scene { name: "nothing".into(), ..Scene::default() }, &[]);
-    case("textured", textured(4), &[]);
-    case("sunlit", sunlit(), &[]);
-    case("deformed", deformed(), &[]);
-    case("deformed, view of positions", deformed(), &[|settings| settings.view = View::Position]);
-    case("deformed, view of shadow maps", deformed(), &[|settings| settings.view = View::ShadowMap]);
-    case("deformed, culled on the device", deformed(), &[|settings| settings.culling = Culling::Gpu]);
-    case("culled on the device", sunlit(), &[|settings| settings.culling = Culling::Gpu]);
-    case("glowing", glowing(plain()), &[]);
-    for (name, transparency) in [("sorted", sorted), ("weighted", weighted)] {
-        case(name, glazed(plain()), &[transparency]);
-        case(&format!("{name}, linear"), glazed(plain()), &[transparency, hdr]);
-        case(&format!("{name}, glowing and sunlit"), glazed(glowing(sunlit())), &[transparency]);
-        case(&format!("{name}, samples"), glazed(plain()), &[transparency, samples]);
-        case(&format!("{name}, linear samples"), glazed(plain()), &[transparency, samples, hdr]);
-        case(&format!("{name}, forward"), glazed(plain()), &[transparency, forward]);
-        case(&format!("{name}, forward samples"), glazed(plain()), &[transparency, forward, samples]);
-        case(&format!("{name}, forward, linear"), glazed(plain()), &[transparency, forward, hdr]);
-        case(&format!("{name}, forward, linear samples"), glazed(plain()), &[transparency, forward, samples, hdr]);
-    }
-    for (name, change) in [("skylit", sorted), ("skylit, forward", forward), ("skylit, samples", samples)] {
-        case(name, under_sky(plain()), &[change]);
-    }
-    case("fxaa", plain(), &[fxaa]);
-    case("fxaa, glowing", glowing(plain()), &[fxaa]);
-    case("fxaa, glazed", glazed(plain()), &[fxaa]);
-    case("glowing and glazed, linear", glazed(glowing(plain())), &[hdr]);
-    case("view of samples", plain(), &[samples, |settings| settings.view = View::Complexity]);
-    case("samples", plain(), &[samples]);
-    case("samples averaged as light", plain(), &[samples, linear]);
-    case("samples, glowing", glowing(plain()), &[samples]);
-    case("linear", plain(), &[hdr]);
-    case("linear, glowing", glowing(plain()), &[hdr]);
-    case("linear samples", plain(), &[hdr, samples]);
-    case("linear samples, glowing", glowing(plain()), &[hdr, samples]);
-    case("view of normals", plain(), &[|settings| settings.view = View::Normal]);
-    case("view of overdraw", plain(), &[|settings| settings.view = View::Overdraw]);
-    case("view of shadow maps", sunlit(), &[|settings| settings.view = View::ShadowMap]);
-    case("light by light", lamplit(), &[|settings| settings.light_path = LightPath::PerLight]);
-    case("volumes", lamplit(), &[|settings| settings.light_path = LightPath::Volumes]);
-    case("clustered", lamplit(), &[|settings| settings.light_path = LightPath::Clustered]);
-    case("compute", lamplit(), &[compute]);
-    case("compute, glowing and sunlit", glowing(sunlit()), &[compute]);
-    case("compute, linear", lamplit(), &[compute, hdr]);
-    case("compute, samples", lamplit(), &[compute, samples]);
-    case("compute, samples averaged as light, glowing and sunlit", glowing(sunlit()), &[compute, samples, linear]);
-    case("visibility, glowing and sunlit", glowing(sunlit()), &[visibility]);
-    case("forward", plain(), &[forward]);
-    case("forward, naive", lamplit(), &[|settings| settings.light_path = LightPath::ForwardNaive]);
-    case("forward, sunlit", sunlit(), &[forward]);
-    let culled: Change = |settings| (settings.culling, settings.depth_prepass) = (Culling::Gpu, Some(false));
-    case("forward, culled on the device", plain(), &[forward, culled]);
-    case("forward, glazed and sunlit", glazed(lit(sunlit())), &[forward]);
-    case("forward, fxaa", plain(), &[forward, fxaa]);
-    case("forward, fxaa, glazed", glazed(plain()), &[forward, fxaa]);
-    case("forward, samples", plain(), &[forward, samples]);
-    case("forward, samples averaged as light", plain(), &[forward, samples, linear]);
-    case("forward, samples and fxaa", plain(), &[forward, samples, fxaa]);
-    case("samples and fxaa", plain(), &[samples, fxaa]);
-    case("toned", plain(), &[toned]);
-    case("toned, glowing", glowing(plain()), &[toned]);
-    case("toned, glazed", glazed(plain()), &[toned]);
-    case("toned, samples", plain(), &[toned, samples]);
-    case("toned, forward", plain(), &[toned, forward]);
-    case("toned and smoothed", plain(), &[toned, fxaa]);
-    let bloom: Change = |settings| settings.bloom = 0.1;
-    case("bloom", plain(), &[bloom]);
-    case("bloom, glowing", glowing(plain()), &[bloom]);
-    case("bloom, sorted", glazed(plain()), &[bloom, sorted]);
-    case("bloom, weighted", glazed(plain()), &[bloom, weighted]);
-    case("bloom, linear", plain(), &[bloom, hdr]);
-    case("bloom, samples averaged as light", plain(), &[bloom, samples, linear]);
-    case("bloom and fxaa", plain(), &[bloom, fxaa]);
-    case("bloom, toned", plain(), &[bloom, toned]);
-    case("bloom, toned and smoothed", plain(), &[bloom, toned, fxaa]);
-    case("bloom, stored", plain(), &[bloom, stored]);
-    case("bloom, stored and glowing", glowing(plain()), &[bloom, stored]);
-    case("bloom, stored and sorted", glazed(plain()), &[bloom, stored, sorted]);
-    case("bloom, light by light", lamplit(), &[bloom, |settings| settings.light_path = LightPath::PerLight]);
-    case("bloom, forward", plain(), &[bloom, forward]);
-    case("bloom, forward and sorted", glazed(plain()), &[bloom, forward, sorted]);
-    case("bloom, forward and weighted", glazed(plain()), &[bloom, forward, weighted]);
-    let taa: Change = |settings| settings.taa = true;
-    case("over time", plain(), &[taa]);
-    case("over time, glowing", glowing(plain()), &[taa]);
-    case("over time, sorted", glazed(plain()), &[taa, sorted]);
-    case("over time, weighted", glazed(plain()), &[taa, weighted]);
-    case("over time, linear", plain(), &[taa, hdr]);
-    case("over time, smoothed and toned", plain(), &[taa, fxaa, toned]);
-    case("over time, toned", plain(), &[taa, toned]);
-    case("over time, spread", plain(), &[taa, bloom]);
-    case("over time, spread and smoothed", plain(), &[taa, bloom, fxaa]);
-    case("over time, stored", plain(), &[taa, stored]);
-    case("over time, stored and sorted", glazed(plain()), &[taa, stored, sorted]);
-    case("over time, forward", plain(), &[taa, forward]);
-    case("over time, forward and sorted", glazed(plain()), &[taa, forward, sorted]);
-    case("over time, forward and weighted", glazed(plain()), &[taa, forward, weighted]);
-    case("over time, glowing and smoothed", glowing(plain()), &[taa, fxaa]);
-    case("over time, glowing and stored", glowing(plain()), &[taa, stored]);
-    case("over time, deformed", deformed(), &[taa]);
-    case("over time, moving", moved(plain()), &[taa]);
-    case("over time, moving and glowing", glowing(moved(plain())), &[taa]);
-    case("over time, moving and weighted", glazed(moved(plain())), &[taa, weighted]);
-    case("over time, moving and sorted", glazed(moved(plain())), &[taa, sorted]);
-    case("over time, moving, stored", moved(plain()), &[taa, stored]);
-    case("over time, moving, forward", moved(plain()), &[taa, forward]);
-    case("over time, moving, forward and weighted", glazed(moved(plain())), &[taa, forward, weighted]);
-    case("over time, moving, forward and sorted", glazed(moved(plain())), &[taa, forward, sorted]);
-    let fog: Change = |settings| settings.fog = Fog::Height;
-    case("fog", plain(), &[fog]);
-    case("fog, glowing", glowing(plain()), &[fog]);
-    case("fog, linear", plain(), &[fog, hdr]);
-    case("fog, samples", plain(), &[fog, samples]);
-    case("fog, linear samples", plain(), &[fog, samples, hdr]);
-    case("fog, smoothed and toned", plain(), &[fog, fxaa, toned]);
-    case("fog, light by light", lamplit(), &[fog, |settings| settings.light_path = LightPath::PerLight]);
-    case("fog, in floats", plain(), &[fog, fat]);
-    case("fog, stored", plain(), &[fog, stored]);
-    case("fog, stored and glowing, linear", glowing(plain()), &[fog, stored, hdr]);
-    case("fog and bloom", plain(), &[fog, bloom]);
-    case("fog, occluded", plain(), &[fog, occluded]);
-    case("fog, forward", plain(), &[fog, forward]);
-    case("fog, forward samples", plain(), &[fog, forward, samples]);
-    for (name, transparency) in [("sorted", sorted), ("weighted", weighted)] {
-        case(&format!("fog, {name}"), glazed(plain()), &[fog, transparency]);
-        case(&format!("fog, {name}, linear samples"), glazed(plain()), &[fog, transparency, samples, hdr]);
-        case(&format!("fog, {name} and stored"), glazed(plain()), &[fog, transparency, stored]);
-        case(&format!("fog, {name} and occluded"), glazed(plain()), &[fog, transparency, occluded]);
-        case(&format!("fog, {name}, forward"), glazed(plain()), &[fog, transparency, forward]);
-        case(&format!("fog, particles {name}"), smoking(sunlit()), &[fog, transparency]);
-    }
-    case("fog, particles and stored", smoking(plain()), &[fog, stored]);
-    case("fog, particles summed and stored", smoking(plain()), &[fog, weighted, stored]);
-    case("fog, particles summed, forward", smoking(plain()), &[fog, weighted, forward]);
-    case("fog, particles and occluded", smoking(plain()), &[fog, occluded]);
-    case("fog over time", plain(), &[fog, taa]);
-    case("fog over time, stored", plain(), &[fog, taa, stored]);
-    case("fog over time, forward", plain(), &[fog, taa, forward]);
-    case("fog over time, deformed and stored", deformed(), &[fog, taa, stored]);
-    case("fog over time, deformed, forward", deformed(), &[fog, taa, forward]);
-    case("fog over time, moving", moved(plain()), &[fog, taa]);
-    case("fog over time, moving, forward and weighted", glazed(moved(plain())), &[fog, taa, forward, weighted]);
-    let froxels: Change = |settings| (settings.fog, settings.fog_froxels) = (Fog::Froxels, [5, 4, 3]);
-    case("lit fog", lamplit(), &[froxels]);
-    case("lit fog, sunlit and stored", sunlit(), &[froxels, stored]);
-    case("lit fog, forward", sunlit(), &[froxels, forward]);
-    case("lit fog, weighted", glazed(sunlit()), &[froxels, weighted]);
-    case("lit fog, sorted", glazed(sunlit()), &[froxels, sorted]);
-    case("occluded", plain(), &[occluded]);
-    case("occluded, glowing and sunlit", glowing(lit(sunlit())), &[occluded]);
-    case("occluded, sorted and glowing", glazed(glowing(plain())), &[occluded, sorted]);
-    case("occluded, sorted", glazed(plain()), &[occluded, sorted]);
-    case("occluded, weighted", glazed(plain()), &[occluded, weighted]);
-    case("occluded, linear", plain(), &[occluded, hdr]);
-    case("occluded, in floats", plain(), &[occluded, fat]);
-    case("occluded, linear and glowing", glowing(plain()), &[occluded, hdr]);
-    case("occluded, smoothed and toned", plain(), &[occluded, fxaa, toned]);
-    case("occluded, toned", plain(), &[occluded, toned]);
-    case("occluded, view of it", plain(), &[occluded, |settings| settings.view = View::Ao]);
-    case("occluded, light by light", lit(lamplit()), &[occluded, |settings| settings.light_path = LightPath::PerLight]);
-    case("occluded, compute", lit(lamplit()), &[occluded, compute]);
-    case("occluded, compute, glowing and sunlit", glowing(lit(sunlit())), &[occluded, compute]);
-    case("particles", smoking(plain()), &[]);
-    case("particles, sunlit and glowing", smoking(glowing(sunlit())), &[]);
-    case("particles, glazed", smoking(glazed(plain())), &[sorted]);
-    case("particles, summed", smoking(plain()), &[weighted]);
-    case("particles, linear", smoking(plain()), &[hdr]);
-    case("particles, forward", smoking(plain()), &[forward]);
-    case("particles, forward and summed", smoking(sunlit()), &[forward, weighted]);
-    case("particles, stored", smoking(plain()), &[stored]);
-    case("particles, stored and summed", smoking(plain()), &[stored, weighted]);
-    case("particles, occluded", smoking(plain()), &[occluded]);
-    let mirrored: Change = |settings| settings.reflections = Reflections::Screen;
-    case("mirrored", polished(plain()), &[mirrored]);
-    case("mirrored and sunlit under a sky", under_sky(polished(sunlit())), &[mirrored]);
-    case("mirrored, glowing, occluded and toned", polished(glowing(lit(plain()))), &[mirrored, occluded, toned]);
-    case("mirrored, sorted and occluded", polished(glazed(lit(plain()))), &[mirrored, sorted, occluded]);
-    case("mirrored, sorted and glowing", polished(glazed(glowing(plain()))), &[mirrored, sorted, fxaa]);
-    case("mirrored and glowing", polished(glowing(plain())), &[mirrored]);
-    case("mirrored, glowing and smoothed", polished(glowing(plain())), &[mirrored, fxaa]);
-    case("mirrored and smoothed", polished(plain()), &[mirrored, fxaa]);
-    case("mirrored, sorted, glowing and unsmoothed", polished(glazed(glowing(plain()))), &[mirrored, sorted]);
-    case("mirrored, sorted and spread", polished(glazed(plain())), &[mirrored, sorted, bloom]);
-    case("mirrored, weighted", polished(glazed(plain())), &[mirrored, weighted]);
-    case("mirrored, spread", polished(plain()), &[mirrored, bloom]);
-    case("mirrored in fog", polished(plain()), &[mirrored, fog]);
-    case("mirrored in fog, smoothed", polished(plain()), &[mirrored, fog, fxaa]);
-    case("mirrored in fog, sorted and occluded", polished(glazed(lit(plain()))), &[mirrored, fog, sorted, occluded]);
-    case("mirrored in fog, weighted", polished(glazed(plain())), &[mirrored, fog, weighted]);
-    case("mirrored in fog, spread", polished(plain()), &[mirrored, fog, bloom]);
-    case("mirrored in fog, sorted and spread", polished(glazed(plain())), &[mirrored, fog, sorted, bloom]);
-    case("mirrored in fog, over time", polished(plain()), &[mirrored, fog, taa]);
-    case("mirrored in fog, over time and sorted", polished(glazed(plain())), &[mirrored, fog, taa, sorted]);
-    case("mirrored in fog, over time and weighted", polished(glazed(plain())), &[mirrored, fog, taa, weighted]);
-    case("mirrored in fog, over time and moving", polished(moved(plain())), &[mirrored, fog, taa]);
-    case("mirrored in fog, with particles", polished(smoking(plain())), &[mirrored, fog]);
-    case("mirrored, weighted and spread", polished(glazed(plain())), &[mirrored, weighted, bloom]);
-    case("mirrored, linear", polished(plain()), &[mirrored, hdr]);
-    case("mirrored over time", polished(plain()), &[mirrored, taa]);
-    case("mirrored over time and sorted", polished(glazed(plain())), &[mirrored, taa, sorted]);
-    case("mirrored over time and weighted", polished(glazed(plain())), &[mirrored, taa, weighted]);
-    case("mirrored over time and moving", polished(moved(plain())), &[mirrored, taa]);
-    case("mirrored over time, moving and sorted", polished(glazed(moved(plain()))), &[mirrored, taa, sorted]);
-    case(
-        "mirrored, light by light",
-        polished(lamplit()),
-        &[mirrored, |settings| settings.light_path = LightPath::PerLight],
-    );
-    case("stored", plain(), &[stored]);
-    case("stored, glowing and sunlit", glowing(sunlit()), &[stored]);
-    case("stored, sorted and glowing", glazed(glowing(plain())), &[stored, sorted]);
-    case("stored, weighted", glazed(plain()), &[stored, weighted]);
-    case("stored, linear and glowing", glowing(plain()), &[stored, hdr]);
-    case("stored, samples", plain(), &[stored, samples]);
-    case("stored, samples and glowing", glowing(plain()), &[stored, samples]);
-    case("stored, view of normals", plain(), &[stored, |settings| settings.view = View::Normal]);
-    case("stored, light by light", lamplit(), &[stored, |settings| settings.light_path = LightPath::PerLight]);
-    all.extend(shown());
-    all
+    let mut seen = Vec::new();
+    let mut cases = with_new_rows(sets().iter().map(|set| varied(set)).collect(), &mut seen);
+    let shown = with_new_rows(shown(&cases), &mut seen);
+    cases.extend(shown);
+    cases
 }
 
-/// Each way for a picture to come to a window.
+/// The same frames as a window shows them, in both ways for a picture to come there.
 #[cfg(feature = "present")]
-fn shown() -> Vec<Case> {
-    let stored: Change = |settings| settings.keep = settings.keep.with(OptionalPart::StoredGbuffer);
-    let ways: [(&str, Scene, Change); 18] = [
-        ("lighting", sunlit(), |_| {}),
-        ("a view of shadow maps", sunlit(), |settings| settings.view = View::ShadowMap),
-        ("particles over a stored G-buffer", smoking(plain()), stored),
-        ("forward", plain(), |settings| settings.light_path = LightPath::Forward),
-        ("forward and tone mapping", glazed(plain()), |settings| settings.light_path = LightPath::Forward),
-        ("tone mapping", glazed(plain()), |_| {}),
-        ("emission", glowing(plain()), |_| {}),
-        ("samples", plain(), |settings| settings.msaa = 4),
-        ("fxaa", plain(), |settings| settings.fxaa = true),
-        ("over time", plain(), |settings| settings.taa = true),
-        ("over time, toned", plain(), |settings| (settings.taa, settings.vignette) = (true, 0.5)),
-        ("bloom", plain(), |settings| settings.bloom = 0.1),
-        ("bloom, toned", plain(), |settings| (settings.bloom, settings.vignette) = (0.1, 0.5)),
-        ("bloom, toned and smoothed", plain(), |settings| {
-            (settings.bloom, settings.vignette, settings.fxaa) = (0.1, 0.5, true);
-        }),
-        ("mirrored", polished(plain()), |settings| settings.reflections = Reflections::Screen),
-        ("mirrored, sorted", polished(glazed(plain())), |settings| settings.reflections = Reflections::Screen),
-        ("mirrored in fog", polished(plain()), |settings| {
-            (settings.reflections, settings.fog) = (Reflections::Screen, Fog::Height);
-        }),
-        ("compute", lamplit(), |settings| settings.light_path = LightPath::Compute),
-    ];
-    let case = |(name, scene, change): (&str, Scene, Change), way: Way| {
-        let mut settings = settings_of(&scene);
-        change(&mut settings);
-        let encoded = if way == Way::Encoded { " and ENCODE" } else { "" };
-        Case { name: format!("in a window, by {name}{encoded}"), scene, settings, presented: Some(way) }
+fn shown(cases: &[Case]) -> Vec<Case> {
+    use super::Way;
+
+    let tone_mapped = cases.iter().filter(|case| case.settings.output == Output::Srgb8);
+    let ways = |case: &Case| {
+        [("in a window", Way::Straight), ("in a window by ENCODE", Way::Encoded)].map(|(how, way)| Case {
+            name: format!("{}, {how}", case.name),
+            presented: Some(way),
+            ..case.clone()
+        })
     };
-    let straight = ways.iter().cloned().map(|one| case(one, Way::Straight));
-    straight.chain(ways.iter().cloned().map(|one| case(one, Way::Encoded))).collect()
+    tone_mapped.flat_map(ways).collect()
 }
 
 #[cfg(not(feature = "present"))]
-fn shown() -> Vec<Case> {
+fn shown(_: &[Case]) -> Vec<Case> {
     Vec::new()
 }

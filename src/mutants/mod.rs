@@ -15,7 +15,7 @@ use std::fmt;
 use rayon::prelude::*;
 
 use crate::frame::edges::unreported_mutants::Part;
-use crate::frame::edges::{self, Edge, Edges, Side};
+use crate::frame::edges::{self, Carrier, Edge, Edges, Place, Side};
 use crate::frame::proof::{Frames, Hazard};
 use crate::gpu::vk;
 use crate::plan::{self, Canvas, Capabilities, Encoding, FramePlan, Transfer};
@@ -126,13 +126,14 @@ pub fn mutants<'a>(cases: &'a [Case], plans: &'a [FramePlan]) -> Vec<Mutant<'a>>
     let mut tried = Vec::new();
     for (case, plan) in cases.iter().zip(plans) {
         let table = edges::table(plan);
+        // Of frames that overwrite more than one buffer of the last frame likewise: the layer takes what the barrier of one orders to be ordered for the others, too.
+        let is_of_buffer = |edge: &&Edge| matches!(edge.carrier, Carrier::BufferBarrier | Carrier::MemoryBarrier);
+        let overwrites_buffers = table.iter().filter(|edge| edge.from == Place::OUTSIDE).filter(is_of_buffer).count();
         for edge in table.iter().filter(|edge| edge.carrier.stays().is_none()) {
-            let masks = Edge { why: String::new(), waiting: Vec::new(), ..edge.clone() };
+            let masks = edge.masks();
             let is_new = !tried.contains(&masks);
             tried.push(masks);
-            // Of frames with both TAA and BLOOM likewise: the barriers between frames on the buffers of the one make the layer take those of the other to be
-            // ordered as well.
-            let hides = case.presented.is_some() || plan.taa.is_some() && plan.bloom.is_some();
+            let hides = case.presented.is_some() || overwrites_buffers > 1;
             let is_tried = |part: &Part| is_new || *part == Part::Row && !hides;
             for part in edge.parts().into_iter().filter(is_tried) {
                 let edges = table.without_part(edge.name, part).expect("rows that stay are left out above");

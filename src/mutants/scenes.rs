@@ -4,9 +4,9 @@ use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 use crate::scene::builtin::shapes::{self, MeshBuilder, WHOLE_IMAGE};
 use crate::scene::{
-    AlphaMode, Brdf, Camera, Channel, Clip, ColorSpace, Emitter, Environment, Falloff, Influences, Interpolation,
-    Light, LightKind, Local, Material, Mesh, Morph, Motion, Node, Object, Placement, Projection, Scene, Skin, Sky,
-    SkyImage, SunDisc, Target, Texture, TextureSlot,
+    AlphaMode, Brdf, Camera, Channel, Clip, ColorSpace, Environment, Falloff, Influences, Interpolation, Light,
+    LightKind, Local, Material, Mesh, Morph, Motion, Node, Object, Placement, Projection, Scene, Skin, Target, Texture,
+    TextureSlot,
 };
 
 /// A square that faces +Z, from its centre to its edges so far.
@@ -61,49 +61,17 @@ pub(super) fn plain() -> Scene {
     scene
 }
 
-/// Lit from everywhere, too.
-pub(super) fn lit(mut scene: Scene) -> Scene {
-    scene.environment.ambient = Vec3::splat(0.1);
-    scene
+/// The first material emits light.
+pub(super) fn glow(scene: &mut Scene) {
+    if let Some(material) = scene.materials.first_mut() {
+        material.emissive = Vec3::ONE;
+    }
 }
 
-/// With particles, so many that SORT takes several steps.
-pub(super) fn smoking(mut scene: Scene) -> Scene {
-    let emitter = Emitter {
-        rate: 3000.0,
-        size: vec![0.05],
-        spread: DVec3::splat(0.5),
-        color: vec![[0.5; 4]],
-        ..Emitter::default()
-    };
-    scene.emitters = vec![emitter];
-    scene
-}
-
-/// Smooth enough to mirror others.
-pub(super) fn polished(mut scene: Scene) -> Scene {
-    (scene.materials[0].brdf, scene.materials[0].roughness) = (Brdf::CookTorrance, 0.3);
-    scene
-}
-
-pub(super) fn glowing(mut scene: Scene) -> Scene {
-    scene.materials[0].emissive = Vec3::ONE;
-    scene
-}
-
-/// The same on a node, which may move.
-pub(super) fn moved(mut scene: Scene) -> Scene {
-    let local = Local::Parts(Placement::default());
-    scene.motion.nodes.push(Node { name: "carrier".into(), parent: None, local, weights: Vec::new() });
-    scene.objects[0].node = Some(0);
-    scene
-}
-
-/// The same behind a pane.
-pub(super) fn glazed(mut scene: Scene) -> Scene {
+/// Puts a pane before it.
+pub(super) fn glaze(scene: &mut Scene) {
     let pane = Material { alpha_mode: AlphaMode::Blend, alpha: 0.4, ..lambert(0.5) };
-    add(&mut scene, square(0.5), pane, DAffine3::from_translation(DVec3::Z * 0.5));
-    scene
+    add(scene, square(0.5), pane, DAffine3::from_translation(DVec3::Z * 0.5));
 }
 
 /// A box throws a shadow.
@@ -199,12 +167,4 @@ pub(super) fn deformed() -> Scene {
     let object = &mut scene.objects[0];
     (object.mesh, object.node, object.skin) = (1, Some(1), Some(0));
     scene
-}
-
-/// A sky that is brighter to one side, with a sun, around a scene.
-pub(super) fn under_sky(scene: Scene) -> Scene {
-    let image = SkyImage::of("half bright", 32, |to| DVec3::splat(1.0 + to.x));
-    let sun = SunDisc { direction: DVec3::Y, degrees: 0.5, radiance: Vec3::splat(1e5) };
-    let sky = Sky { image: image.into(), rotation_degrees: 30.0, nits: 10.0, lights: true, sun: Some(sun) };
-    Scene { sky: Some(sky), ..scene }
 }

@@ -2,7 +2,9 @@
 
 use std::fmt;
 
-use super::effect::{Effect, EffectView, NOT_ASKED_FOR, Request, Shows};
+use glam::Vec3;
+
+use super::effect::{Effect, EffectView, NOT_ASKED_FOR, Request, Shows, Variation};
 use super::parts::target_of;
 use super::{Error, FramePlan, Target};
 use crate::scene::{AmbientOcclusion, AoResolution, Scene, Settings, View, counted};
@@ -30,6 +32,11 @@ pub(crate) const EFFECT: Effect = Effect {
         vec![target_of(plan, EFFECT.name, ("visibility", Target::Visibility), "AO hands it to AO_DENOISE")]
     },
     check,
+    variations: &[Variation {
+        name: "occluded",
+        scene: |scene| scene.environment.ambient = Vec3::splat(0.1),
+        settings: |settings| settings.ao = AmbientOcclusion::Bitmask,
+    }],
     ..Effect::PLAIN
 };
 

@@ -1,6 +1,6 @@
 //! Bloom: the share of light that is spread, the distance, and the number of levels.
 
-use super::effect::{Effect, EffectView, Hdr, NOT_ASKED_FOR, Shows};
+use super::effect::{Effect, EffectView, Hdr, NOT_ASKED_FOR, Shows, Variation};
 use super::parts::part;
 use super::{BufferName, PartGroup, Shading};
 use crate::scene::{Output, Resolve, Settings, View};
@@ -54,6 +54,7 @@ pub(crate) const EFFECT: Effect = Effect {
         }
         Ok(())
     },
+    variations: &[Variation::of("bloom", |settings| settings.bloom = 0.1)],
     ..Effect::PLAIN
 };
 

@@ -47,6 +47,26 @@ pub struct Effect {
     pub is_set_aside: bool,
     /// Refuses the settings, light paths and devices that it does not go with.
     pub check: fn(&Request) -> Result<(), Error>,
+    /// The forms of it that have passes or rows of their own: tests and mutants are made of them.
+    pub variations: &'static [Variation],
+}
+
+/// A change that turns a plain frame into one with something more. Sample plans ([`crate::mutants`], tests) have each variation, alone and with others.
+#[derive(Debug, Clone, Copy)]
+pub struct Variation {
+    /// In words: `lit fog`.
+    pub name: &'static str,
+    /// Gives a scene what it lacks.
+    pub scene: fn(&mut Scene),
+    /// Asks for it.
+    pub settings: fn(&mut Settings),
+}
+
+impl Variation {
+    /// One that every scene can have.
+    pub const fn of(name: &'static str, settings: fn(&mut Settings)) -> Self {
+        Self { name, scene: |_| {}, settings }
+    }
 }
 
 /// An option that leaves an effect out, and the same as a change of settings.
@@ -76,6 +96,7 @@ impl Effect {
         unswept: |_, _, _| None,
         is_set_aside: false,
         check: |_| Ok(()),
+        variations: &[],
     };
 
     /// The error of settings that it does not go with.

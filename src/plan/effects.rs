@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::effect::{Effect, EffectView, Hdr, LitAir, Request, Shows};
+use super::effect::{Effect, EffectView, Hdr, LitAir, Request, Shows, Variation};
 use super::{Error, FramePlan, Part, PartGroup, ao, bloom, fog, fxaa, particles, reflections, sky, taa};
 use crate::scene::{Scene, Settings, View};
 
@@ -17,6 +17,11 @@ pub(crate) const EFFECTS: &[&Effect] = &[
     &ao::EFFECT,
     &reflections::EFFECT,
 ];
+
+/// The forms of all effects, to make sample plans of.
+pub fn variations() -> impl Iterator<Item = &'static Variation> {
+    EFFECTS.iter().flat_map(|effect| effect.variations)
+}
 
 /// Refuses effects that do not go with the settings, the light path or the device.
 pub(super) fn check(request: &Request) -> Result<(), Error> {

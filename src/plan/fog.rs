@@ -1,7 +1,7 @@
 //! Fog: the decision whether frames have some, and its parameters.
 
 use super::checks::out_of_range;
-use super::effect::{Effect, EffectView, Hdr, LitAir, NOT_ASKED_FOR, Shows};
+use super::effect::{Effect, EffectView, Hdr, LitAir, NOT_ASKED_FOR, Shows, Variation};
 use super::parts::{Part, part};
 use super::{FramePlan, FroxelPlan, PartGroup, froxels};
 use crate::scene::{Fog, Settings, View};
@@ -42,6 +42,10 @@ pub(crate) const EFFECT: Effect = Effect {
         let wrong = if is_shown(request.settings) { out_of_range(request.settings, "fog-") } else { None };
         wrong.map_or(Ok(()), |wrong| EFFECT.refuse(wrong))
     },
+    variations: &[
+        Variation::of("fog", |settings| settings.fog = Fog::Height),
+        Variation::of("lit fog", |settings| (settings.fog, settings.fog_froxels) = (Fog::Froxels, [5, 4, 3])),
+    ],
     ..Effect::PLAIN
 };
 

@@ -1,6 +1,6 @@
 //! FXAA: the picture that it draws.
 
-use super::effect::Effect;
+use super::effect::{Effect, Variation};
 use super::parts::{of_target, part};
 use super::{PartGroup, Target};
 
@@ -14,5 +14,6 @@ pub(crate) const EFFECT: Effect = Effect {
         let reason = if plan.fxaa { "FXAA draws it" } else { "FXAA is off" };
         vec![part("smoothed picture", plan.fxaa, reason, of_target(plan, Target::Smoothed)).of(PartGroup::Targets)]
     },
+    variations: &[Variation::of("fxaa", |settings| settings.fxaa = true)],
     ..Effect::PLAIN
 };

@@ -1,9 +1,11 @@
 //! Particles: the room that a frame has for a scene's emitters, and the way in which they are drawn.
 
-use super::effect::{Effect, EffectView, LitAir, Request, Shows};
+use glam::DVec3;
+
+use super::effect::{Effect, EffectView, LitAir, Request, Shows, Variation};
 use super::parts::{Part, part};
 use super::{BufferName, Capabilities, Error, FramePlan, PlannedTexture, Refusal, Shading, Why};
-use crate::scene::{Scene, Settings, Transparency, View, counted};
+use crate::scene::{Emitter, Scene, Settings, Transparency, View, counted};
 
 /// The outputs of SIMULATE and SORT: particles, and their order.
 pub const PARTICLES: BufferName = BufferName("particles");
@@ -36,8 +38,16 @@ pub(crate) const EFFECT: Effect = Effect {
     not_by_compute: Some("they cannot draw particles"),
     names_many_buffers: true,
     check,
+    variations: &[Variation { name: "particles", scene: emit, settings: |_| {} }],
     ..Effect::PLAIN
 };
+
+/// So many particles that SORT takes several steps.
+fn emit(scene: &mut Scene) {
+    let spread = DVec3::splat(0.5);
+    let emitter = Emitter { rate: 3000.0, size: vec![0.05], spread, color: vec![[0.5; 4]], ..Emitter::default() };
+    scene.emitters = vec![emitter];
+}
 
 /// Keys that a work group of SORT has in shared memory; `shaders/sort.wgsl` has the same number.
 pub const SORT_BLOCK: u32 = 2048;

@@ -5,7 +5,7 @@ use std::fmt;
 use ash::vk;
 
 use super::checks::out_of_range;
-use super::effect::{Effect, EffectView, Hdr, NOT_ASKED_FOR, Request, Shows};
+use super::effect::{Effect, EffectView, Hdr, NOT_ASKED_FOR, Request, Shows, Variation};
 use super::parts::target_of;
 use super::{Error, FramePlan, Target};
 use crate::scene::{Brdf, HdrFormat, Object, Reflections, Scene, Settings, TextureSlot, View};
@@ -45,8 +45,22 @@ pub(crate) const EFFECT: Effect = Effect {
         ]
     },
     check,
+    variations: &[Variation {
+        name: "mirrored",
+        scene: polish,
+        settings: |settings| {
+            (settings.reflections, settings.reflection_roughness) = (Reflections::Screen, 1.0);
+        },
+    }],
     ..Effect::PLAIN
 };
+
+/// Gives the first material a lobe that is smooth enough.
+fn polish(scene: &mut Scene) {
+    if let Some(material) = scene.materials.first_mut() {
+        (material.brdf, material.roughness) = (Brdf::CookTorrance, 0.3);
+    }
+}
 
 /// The parameters of REFLECT. Its pipelines know all of it.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -4,17 +4,16 @@
 #[path = "samples/plans.rs"]
 mod plans;
 
-pub use plans::{bloomed_plans, forward_plans, of_every_kind, plans, tiled_plans};
+pub use plans::{forward_plans, of_every_kind, plans, plans_of_effects, tiled_plans};
 
 use glam::{DAffine3, DVec3, Vec3};
 use proptest::prelude::*;
 
-use super::{Capabilities, CostModel, Error, FramePlan, Refusal, Why, shows_effect};
+use super::{Capabilities, CostModel, Error, FramePlan, Refusal, Variation, Why, shows_effect, variations};
 use crate::scene::{
-    AlphaMode, AmbientOcclusion, Brdf, Channel, Clip, Culling, Emitter, Falloff, Fog, GbufferChoice, GbufferPreset,
-    Influences, Interpolation, Light, LightKind, LightPath, Local, Material, Mesh, Morph, Motion, Node, Object,
-    OptionalPart, Output, Placement, Reflections, Resolve, Scene, Settings, Skin, Sky, SkyImage, SunDisc, Target,
-    TargetChoice, Texture, TextureSlot, Transparency, UvMap, View, Wrap,
+    AlphaMode, Brdf, Channel, Clip, Culling, Falloff, GbufferChoice, GbufferPreset, Influences, Interpolation, Light,
+    LightKind, LightPath, Local, Material, Mesh, Morph, Motion, Node, Object, OptionalPart, Output, Placement, Resolve,
+    Scene, Settings, Skin, Target, TargetChoice, Texture, TextureSlot, Transparency, UvMap, View, Wrap,
 };
 
 /// All views but the complexity, which needs several samples a pixel, and the views of effects, which are planned as the lit picture.
@@ -225,12 +224,11 @@ pub fn deformed() -> Scene {
     scene
 }
 
-/// A sky that is brighter to one side, with a sun, around any scene.
-pub fn under_sky(scene: Scene) -> Scene {
-    let image = SkyImage::of("half bright", 32, |to| DVec3::splat(1.0 + to.x));
-    let sun = SunDisc { direction: DVec3::Y, degrees: 0.5, radiance: Vec3::splat(1e5) };
-    let sky = Sky { image: image.into(), rotation_degrees: 30.0, nits: 10.0, lights: true, sun: Some(sun) };
-    Scene { sky: Some(sky), ..scene }
+/// A scene with what a variation of an effect needs.
+pub fn with(name: &str, mut scene: Scene) -> Scene {
+    let variation = variations().find(|variation| variation.name == name).expect("a variation of an effect");
+    (variation.scene)(&mut scene);
+    scene
 }
 
 /// Scenes that differ in the needs of a frame.
@@ -260,9 +258,9 @@ pub fn scenes() -> Vec<(&'static str, Scene)> {
         ("lacquered", lacquered()),
         (
             "under a sky",
-            under_sky(scene(vec![textured(Brdf::CookTorrance), material(Brdf::Phong), glass()], vec![sun()])),
+            with("under a sky", scene(vec![textured(Brdf::CookTorrance), material(Brdf::Phong), glass()], vec![sun()])),
         ),
-        ("under a sky alone", under_sky(scene(vec![material(Brdf::CookTorrance)], vec![]))),
+        ("under a sky alone", with("under a sky", scene(vec![material(Brdf::CookTorrance)], vec![]))),
     ]
 }
 

@@ -1,11 +1,11 @@
 //! The parts of a scene's sky that frames have.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
-use super::effect::{Effect, Hdr};
+use super::effect::{Effect, Hdr, Variation};
 use super::parts::{Part, part};
 use super::{Error, FramePlan, PartGroup, Shading};
-use crate::scene::{Scene, Settings, Sky, SkyCube};
+use crate::scene::{Scene, Settings, Sky, SkyCube, SkyImage, SunDisc};
 
 /// The scene's sky is seen, or lights surfaces.
 pub(crate) const EFFECT: Effect = Effect {
@@ -23,8 +23,17 @@ pub(crate) const EFFECT: Effect = Effect {
         let most = request.device.max_extent;
         if sky.edge > most { Err(Error::Sky(sky.edge, most)) } else { Ok(()) }
     },
+    variations: &[Variation { name: "under a sky", scene: put_under_sky, settings: |_| {} }],
     ..Effect::PLAIN
 };
+
+/// A sky that is brighter to one side, with a sun.
+fn put_under_sky(scene: &mut Scene) {
+    let image = SkyImage::of("half bright", 32, |to| DVec3::splat(1.0 + to.x));
+    let sun = SunDisc { direction: DVec3::Y, degrees: 0.5, radiance: Vec3::splat(1e5) };
+    let sky = Sky { image: image.into(), rotation_degrees: 30.0, nits: 10.0, lights: true, sun: Some(sun) };
+    scene.sky = Some(sky);
+}
 
 /// The sky of a plan's frames.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,11 +1,11 @@
 //! Anti-aliasing over time: the number of frames that are averaged, and the decision whether surfaces move by themselves.
 
 use super::checks::ANTI_ALIASING;
-use super::effect::{Effect, EffectView, Hdr, NOT_ASKED_FOR, Request, Shows};
+use super::effect::{Effect, EffectView, Hdr, NOT_ASKED_FOR, Request, Shows, Variation};
 use super::parts::part;
 use super::surfaces::SurfaceRules;
 use super::{BufferName, Error, FramePlan, Part, PartGroup, Refusal, Shading};
-use crate::scene::{Output, Resolve, Scene, Settings, Tonemap, View};
+use crate::scene::{Local, Node, Output, Placement, Resolve, Scene, Settings, Tonemap, View};
 
 /// The mean that a frame leaves for the next one.
 pub const TAA_MEAN: BufferName = BufferName("mean of frames");
@@ -28,8 +28,22 @@ pub(crate) const EFFECT: Effect = Effect {
     parts: |_, _, plan| vec![part_of(plan).of(PartGroup::Targets)],
     not_by_compute: Some("they leave no light for TAA to average"),
     check,
+    variations: &[
+        Variation::of("over time", |settings| settings.taa = true),
+        Variation { name: "over time and moving", scene: carry, settings: |settings| settings.taa = true },
+    ],
     ..Effect::PLAIN
 };
+
+/// Puts the first object on a node, which may move.
+fn carry(scene: &mut Scene) {
+    let local = Local::Parts(Placement::default());
+    let node = Node { name: "carrier".into(), parent: None, local, weights: Vec::new() };
+    if let Some(object) = scene.objects.first_mut().filter(|object| object.node.is_none()) {
+        object.node = Some(scene.motion.nodes.len());
+        scene.motion.nodes.push(node);
+    }
+}
 
 /// The view of vectors is the lit picture of frames that know where surfaces were, and shows the vectors in its place.
 fn plan_vectors(settings: &mut Settings) {

@@ -50,7 +50,7 @@ pub fn scenes() -> [Scene; 6] {
     };
     let smoke = [smoking(&opaque), smoking(&glazed)];
     let [smoke, hazy] = smoke;
-    [opaque.clone(), glazed.clone(), samples::under_sky(opaque), samples::under_sky(glazed), smoke, hazy]
+    [opaque.clone(), glazed.clone(), samples::with("under a sky", opaque), samples::with("under a sky", glazed), smoke, hazy]
 }
 
 /// Every combination, with the index of its scene.

@@ -100,8 +100,6 @@ pub fn forward_plans() -> Named {
         ("without pre-pass", Settings { depth_prepass: Some(false), ..Settings::default() }),
         ("oit", Settings { transparency: Transparency::Oit, ..Settings::default() }),
         ("oit in nits", Settings { transparency: Transparency::Oit, output: Output::Nits, ..Settings::default() }),
-        ("fxaa", Settings { fxaa: true, ..Settings::default() }),
-        ("fxaa without pre-pass", Settings { fxaa: true, depth_prepass: Some(false), ..Settings::default() }),
         ("light", Settings { view: View::Lighting, ..Settings::default() }),
         ("4 samples", Settings { samples: 4, ..Settings::default() }),
         ("msaa", Settings { msaa: 4, ..Settings::default() }),
@@ -109,7 +107,6 @@ pub fn forward_plans() -> Named {
         ("msaa in nits", Settings { msaa: 4, output: Output::Nits, ..Settings::default() }),
         ("msaa exposed", Settings { msaa: 4, output: Output::Exposed, ..Settings::default() }),
         ("exposed", Settings { output: Output::Exposed, ..Settings::default() }),
-        ("msaa and fxaa", Settings { msaa: 4, fxaa: true, ..Settings::default() }),
         ("msaa without pre-pass", Settings { msaa: 4, depth_prepass: Some(false), ..Settings::default() }),
         ("msaa and oit", Settings { msaa: 4, transparency: Transparency::Oit, ..Settings::default() }),
         (
@@ -147,183 +144,79 @@ fn light_paths(wanted: impl Fn(&FramePlan) -> bool) -> Named {
     plans
 }
 
-/// Plans of several frames a picture, and of FXAA.
+/// Plans of several frames a picture.
 fn antialiased() -> Named {
     of_scenes(&[
         ("4 samples", Settings { samples: 4, ..deferred() }),
         ("4 samples of light", Settings { samples: 4, view: View::Lighting, ..deferred() }),
         ("4 linear samples", Settings { samples: 4, output: Output::Nits, ..deferred() }),
         ("4 exposed samples", Settings { samples: 4, output: Output::Exposed, ..deferred() }),
-        ("fxaa", Settings { fxaa: true, ..deferred() }),
-        ("fxaa of light", Settings { fxaa: true, view: View::Lighting, ..deferred() }),
-    ])
-}
-
-/// Plans with spread light, of which a render pass ends before BLOOM: with various passes before that and after it, and each output.
-pub fn bloomed_plans() -> Named {
-    let bloom = |settings: Settings| Settings { bloom: 0.1, ..settings };
-    let forward = || Settings { light_path: LightPath::Forward, ..Settings::default() };
-    of_scenes(&[
-        ("bloom", bloom(deferred())),
-        (
-            "bloom and stored G-buffer",
-            bloom(Settings { light_path: LightPath::Loop, ..keeping(&[OptionalPart::StoredGbuffer]) }),
-        ),
-        ("bloom in nits", bloom(Settings { output: Output::Nits, ..deferred() })),
-        ("bloom exposed", bloom(Settings { output: Output::Exposed, ..deferred() })),
-        ("bloom of 4 samples", bloom(Settings { samples: 4, ..deferred() })),
-        ("bloom of msaa", bloom(Settings { msaa: 4, resolve: Resolve::Linear, ..deferred() })),
-        ("bloom of msaa in nits", bloom(Settings { msaa: 4, output: Output::Nits, ..deferred() })),
-        ("bloom and oit", bloom(Settings { transparency: Transparency::Oit, ..deferred() })),
-        ("bloom and fxaa", bloom(Settings { fxaa: true, ..deferred() })),
-        ("bloom and vignette", bloom(Settings { vignette: 1.0, ..deferred() })),
-        ("bloom, fxaa and vignette", bloom(Settings { fxaa: true, vignette: 1.0, ..deferred() })),
-        ("bloom added up", bloom(Settings { light_path: LightPath::PerLight, ..Settings::default() })),
-        ("bloom, forward", bloom(forward())),
-        ("bloom of msaa, forward", bloom(Settings { msaa: 4, resolve: Resolve::Linear, ..forward() })),
-        ("bloom and oit, forward", bloom(Settings { transparency: Transparency::Oit, ..forward() })),
-        ("bloom and fxaa, forward", bloom(Settings { fxaa: true, ..forward() })),
-        ("spread light", Settings { view: View::Bloom, ..deferred() }),
-    ])
-}
-
-/// Plans with particles: sorted, summed and counted, before and after all that they can be between.
-fn particle_plans() -> Named {
-    let forward = || Settings { light_path: LightPath::Forward, ..Settings::default() };
-    let oit = |settings: Settings| Settings { transparency: Transparency::Oit, ..settings };
-    let stored = || Settings { light_path: LightPath::Loop, ..keeping(&[OptionalPart::StoredGbuffer]) };
-    let fog = |settings: Settings| Settings { fog: Fog::Height, ..settings };
-    let all = [
-        ("particles", deferred()),
-        ("particles in nits", Settings { output: Output::Nits, ..deferred() }),
-        ("particles of 4 samples", Settings { samples: 4, ..deferred() }),
-        ("particles and stored G-buffer", stored()),
-        ("particles summed and stored G-buffer", oit(stored())),
-        ("particles occluded", Settings { ao: AmbientOcclusion::Bitmask, ..deferred() }),
-        ("particles and fxaa", Settings { fxaa: true, ..deferred() }),
-        ("particles and bloom", Settings { bloom: 0.1, ..deferred() }),
-        ("particles summed", oit(deferred())),
-        ("particles, clustered", Settings { light_path: LightPath::Clustered, ..Settings::default() }),
-        ("particles, forward", forward()),
-        ("particles summed, forward", oit(forward())),
-        ("particles in fog", fog(deferred())),
-        ("particles in fog and stored G-buffer", fog(stored())),
-        ("particles summed in fog and stored G-buffer", fog(oit(stored()))),
-        ("particles in fog, occluded", fog(Settings { ao: AmbientOcclusion::Bitmask, ..deferred() })),
-        ("particles summed in fog, forward", fog(oit(forward()))),
-        ("particles in lit fog", Settings { fog: Fog::Froxels, ..deferred() }),
-        ("particles counted", Settings { view: View::Particles, ..deferred() }),
-    ];
-    let mut plans = Vec::new();
-    for (scene_name, mut scene) in scenes() {
-        scene.emitters = vec![Emitter { rate: 5000.0, ..Emitter::default() }];
-        for (name, settings) in &all {
-            let name = format!("{scene_name} {name}");
-            let plan = FramePlan::of(&scene, settings, &device());
-            plans.push((name.clone(), plan.unwrap_or_else(|error| panic!("{name}: {error}"))));
-        }
-    }
-    plans
-}
-
-/// Plans whose frames are averaged over time: with various passes before that and after it, and each output.
-fn taa_plans() -> Named {
-    let taa = |settings: Settings| Settings { taa: true, ..settings };
-    let forward = || Settings { light_path: LightPath::Forward, ..Settings::default() };
-    of_scenes(&[
-        ("taa", taa(deferred())),
-        (
-            "taa and stored G-buffer",
-            taa(Settings { light_path: LightPath::Loop, ..keeping(&[OptionalPart::StoredGbuffer]) }),
-        ),
-        ("taa in nits", taa(Settings { output: Output::Nits, ..deferred() })),
-        ("taa exposed", taa(Settings { output: Output::Exposed, ..deferred() })),
-        ("taa and oit", taa(Settings { transparency: Transparency::Oit, ..deferred() })),
-        ("taa and fxaa", taa(Settings { fxaa: true, ..deferred() })),
-        ("taa and vignette", taa(Settings { vignette: 1.0, ..deferred() })),
-        ("taa, fxaa and vignette", taa(Settings { fxaa: true, vignette: 1.0, ..deferred() })),
-        ("taa and bloom", taa(Settings { bloom: 0.1, ..deferred() })),
-        ("taa, bloom, fxaa and vignette", taa(Settings { bloom: 0.1, fxaa: true, vignette: 1.0, ..deferred() })),
-        ("taa added up", taa(Settings { light_path: LightPath::PerLight, ..Settings::default() })),
-        ("taa, forward", taa(forward())),
-        ("taa and oit, forward", taa(Settings { transparency: Transparency::Oit, ..forward() })),
-        ("taa and bloom, forward", taa(Settings { bloom: 0.1, ..forward() })),
-        ("vectors", Settings { view: View::Velocity, ..deferred() }),
-        ("vectors as values, forward", Settings { view: View::Velocity, output: Output::Nits, ..forward() }),
     ])
 }
 
 /// All sample plans.
 pub fn of_every_kind() -> Named {
     static KEPT: OnceLock<Named> = OnceLock::new();
-    let of_each = || {
-        [plans(), forward_plans(), tiled_plans(), filtered_plans(), particle_plans(), reflected_plans(), fogged_plans()]
-    };
-    once(&KEPT, || of_each().concat())
+    once(&KEPT, || [plans(), forward_plans(), tiled_plans(), plans_of_effects()].concat())
 }
 
-/// Plans in which a render pass ends before something that reads neighbours of the lit picture.
-fn filtered_plans() -> Named {
-    [bloomed_plans(), taa_plans()].concat()
+/// Plans of effects: each of their variations with various passes before it and after it and with each output, and every two of them together. Scenes on
+/// which an effect does nothing are among them, and settings that refuse it are not.
+pub fn plans_of_effects() -> Named {
+    static KEPT: OnceLock<Named> = OnceLock::new();
+    once(&KEPT, made_plans_of_effects)
 }
 
-/// Plans with reflections, in which a render pass ends with LIGHTING: with various passes before that and after it, and each output. Scenes that mirror
-/// nothing have none.
-fn reflected_plans() -> Named {
-    let of = |settings: Settings| Settings { reflections: Reflections::Screen, reflection_roughness: 1.0, ..settings };
-    let plans = of_scenes(&[
-        ("reflections", of(deferred())),
-        ("reflections in nits", of(Settings { output: Output::Nits, ..deferred() })),
-        ("reflections exposed", of(Settings { output: Output::Exposed, ..deferred() })),
-        ("reflections and oit", of(Settings { transparency: Transparency::Oit, ..deferred() })),
-        ("reflections and fxaa", of(Settings { fxaa: true, ..deferred() })),
-        ("reflections and bloom", of(Settings { bloom: 0.1, ..deferred() })),
-        ("reflections, bloom and oit", of(Settings { bloom: 0.1, transparency: Transparency::Oit, ..deferred() })),
-        ("reflections and occlusion", of(Settings { ao: AmbientOcclusion::Bitmask, ..deferred() })),
-        ("reflections added up", of(Settings { light_path: LightPath::PerLight, ..Settings::default() })),
-        ("reflections and taa", Settings { taa: true, ..of(deferred()) }),
-        ("reflections, taa and oit", Settings { taa: true, transparency: Transparency::Oit, ..of(deferred()) }),
-        ("reflections, taa and bloom", Settings { taa: true, bloom: 0.1, ..of(deferred()) }),
-        ("what is mirrored", Settings { view: View::Reflections, ..of(deferred()) }),
-    ]);
-    plans.into_iter().filter(|(_, plan)| plan.reflects()).collect()
-}
-
-/// Plans with fog: with various passes before FOG and after it, and each output.
-fn fogged_plans() -> Named {
-    let fog = |settings: Settings| Settings { fog: Fog::Height, ..settings };
+fn made_plans_of_effects() -> Named {
     let oit = |settings: Settings| Settings { transparency: Transparency::Oit, ..settings };
-    let reflecting =
-        |settings: Settings| Settings { reflections: Reflections::Screen, reflection_roughness: 1.0, ..settings };
-    let lit = |settings: Settings| Settings { fog: Fog::Froxels, ..settings };
+    let nits = |settings: Settings| Settings { output: Output::Nits, ..settings };
+    let msaa = |settings: Settings| Settings { msaa: 4, resolve: Resolve::Linear, ..settings };
     let forward = || Settings { light_path: LightPath::Forward, ..Settings::default() };
     let stored = || Settings { light_path: LightPath::Loop, ..keeping(&[OptionalPart::StoredGbuffer]) };
-    of_scenes(&[
-        ("fog", fog(deferred())),
-        ("fog and stored G-buffer", fog(stored())),
-        ("fog in nits", fog(Settings { output: Output::Nits, ..deferred() })),
-        ("fog of 4 samples", fog(Settings { samples: 4, ..deferred() })),
-        ("fog of msaa", fog(Settings { msaa: 4, ..deferred() })),
-        ("fog of msaa in nits", fog(Settings { msaa: 4, output: Output::Nits, ..deferred() })),
-        ("fog and oit", fog(Settings { transparency: Transparency::Oit, ..deferred() })),
-        ("fog, bloom, fxaa and vignette", fog(Settings { bloom: 0.1, fxaa: true, vignette: 1.0, ..deferred() })),
-        ("fog added up", fog(Settings { light_path: LightPath::PerLight, ..Settings::default() })),
-        ("fog, forward", fog(forward())),
-        ("fog of msaa, forward", fog(Settings { msaa: 4, ..forward() })),
-        ("fog and oit, forward", fog(Settings { transparency: Transparency::Oit, ..forward() })),
-        ("fog and taa", fog(Settings { taa: true, ..deferred() })),
-        ("fog, taa and stored G-buffer", fog(Settings { taa: true, ..stored() })),
-        ("fog, taa and oit, forward", fog(Settings { taa: true, transparency: Transparency::Oit, ..forward() })),
-        ("fog and reflections", fog(reflecting(deferred()))),
-        ("fog, reflections and oit", fog(oit(reflecting(deferred())))),
-        ("fog, reflections and bloom", fog(Settings { bloom: 0.1, ..reflecting(deferred()) })),
-        ("fog, reflections and taa", fog(Settings { taa: true, ..reflecting(deferred()) })),
-        ("fog, reflections, taa and oit", fog(oit(Settings { taa: true, ..reflecting(deferred()) }))),
-        ("fog alone", fog(Settings { view: View::Fog, ..deferred() })),
-        ("lit fog", lit(deferred())),
-        ("lit fog and stored G-buffer", lit(stored())),
-        ("lit fog and oit, forward", lit(Settings { transparency: Transparency::Oit, ..forward() })),
-    ])
+    let frames = [
+        ("", deferred()),
+        (" in nits", nits(deferred())),
+        (" exposed", Settings { output: Output::Exposed, ..deferred() }),
+        (" of 4 samples", Settings { samples: 4, ..deferred() }),
+        (" of msaa", msaa(deferred())),
+        (" of msaa in nits", nits(msaa(deferred()))),
+        (" and oit", oit(deferred())),
+        (" and vignette", Settings { vignette: 1.0, ..deferred() }),
+        (" and stored G-buffer", stored()),
+        (", oit and stored G-buffer", oit(stored())),
+        (" added up", Settings { light_path: LightPath::PerLight, ..Settings::default() }),
+        (", clustered", Settings { light_path: LightPath::Clustered, ..Settings::default() }),
+        (", forward", forward()),
+        (" of msaa, forward", msaa(forward())),
+        (" and oit, forward", oit(forward())),
+    ];
+    let mut plans = Vec::new();
+    let mut add = |variations: &[&Variation], (frame, settings): &(&str, Settings)| {
+        let names: Vec<&str> = variations.iter().map(|variation| variation.name).collect();
+        for (scene_name, mut scene) in scenes() {
+            let mut settings = settings.clone();
+            for variation in variations {
+                (variation.scene)(&mut scene);
+                (variation.settings)(&mut settings);
+            }
+            let name = format!("{scene_name} {}{frame}", names.join(", "));
+            match FramePlan::of(&scene, &settings, &device()) {
+                Ok(plan) => plans.push((name, plan)),
+                Err(error) => assert!(matches!(error, Error::Refused(_)), "{name}: {error}"),
+            }
+        }
+    };
+    let all: Vec<&Variation> = variations().collect();
+    for (index, one) in all.iter().enumerate() {
+        frames.iter().for_each(|frame| add(&[one], frame));
+        for other in &all[index + 1..] {
+            frames
+                .iter()
+                .filter(|(name, _)| ["", " and oit"].contains(name))
+                .for_each(|frame| add(&[one, other], frame));
+        }
+    }
+    plans
 }
 
 /// A plan of each scene with each of these settings.
@@ -356,16 +249,7 @@ fn multisampled() -> Named {
                 (Output::Exposed, Resolve::ToneMapped),
                 (Output::Exposed, Resolve::Linear),
             ] {
-                let settings = Settings {
-                    msaa: 4,
-                    fxaa: !output.is_linear() && view == View::Lighting,
-                    gbuffer,
-                    view,
-                    light_path,
-                    output,
-                    resolve,
-                    ..Settings::default()
-                };
+                let settings = Settings { msaa: 4, gbuffer, view, light_path, output, resolve, ..Settings::default() };
                 let name = format!("{layout} msaa {view:?} {light_path} {resolve} {output}");
                 for transparency in [Transparency::Sorted, Transparency::Oit] {
                     cases.push((format!("{name} {transparency}"), Settings { transparency, ..settings.clone() }));
