@@ -1,11 +1,11 @@
 //! The table of effects. It lies above all of them: each declares itself in its own file, and whoever asks about effects goes through this list.
 
-pub(super) mod ao;
-pub(super) mod bloom;
+mod ao;
+mod bloom;
 mod fog;
 mod froxels;
 mod fxaa;
-pub(super) mod particles;
+mod particles;
 pub(super) mod reflections;
 mod sky;
 mod taa;
@@ -24,9 +24,9 @@ pub mod types {
 
 use std::borrow::Cow;
 
-use super::effect::{Effect, EffectView, Hdr, LitAir, Request, Shows};
-use super::{Error, FramePlan, Part, PartGroup};
-use crate::scene::{Scene, Settings, View};
+use super::effect::{Effect, EffectView, Hdr, LightReaders, LitAir, Request, Shows};
+use super::{Capabilities, Error, FramePlan, Part, PartGroup, SurfaceRules, Uploads, is_forward};
+use crate::scene::{LightPath, Scene, Settings, View};
 use types::{AoPlan, Bloom, FogPlan, ParticlePlan, ReflectionPlan, SkyPlan, TaaPlan};
 
 /// Every effect, in the order in which `inspect` lists them. Settings that work on the finished picture say so in their own table (`on_picture`).
@@ -62,6 +62,75 @@ pub struct EffectPlans {
     pub fxaa: bool,
 }
 
+impl EffectPlans {
+    /// Decides on all of them. `any_light`: the frames have lights.
+    pub(super) fn of(request: &Request, rules: &SurfaceRules, any_light: bool) -> Self {
+        Self {
+            sky: SkyPlan::of(request),
+            ao: AoPlan::of(request),
+            reflections: ReflectionPlan::of(request),
+            particles: ParticlePlan::of(request),
+            fog: FogPlan::of(request, any_light),
+            bloom: Bloom::of(request.settings, request.shading),
+            taa: TaaPlan::of(request, rules),
+            fxaa: request.settings.fxaa,
+        }
+    }
+
+    /// The effects that frames have.
+    pub(super) fn present(&self) -> impl Iterator<Item = &'static Effect> {
+        EFFECTS.iter().copied().filter(|effect| (effect.is_in)(self))
+    }
+
+    /// Returns why an HDR target is needed: by the first effect that blends over the light or adds to it, and by the first that reads it.
+    pub(super) fn hdr(&self, path: LightPath) -> [Option<&'static str>; 2] {
+        let blends = self.present().find_map(|effect| match effect.hdr {
+            Some(Hdr::Adds(why)) if !is_forward(path) => Some(why),
+            Some(Hdr::Blends(why)) => Some(why),
+            _ => None,
+        });
+        let reads = self.present().find_map(|effect| match effect.hdr {
+            Some(Hdr::Reads(why)) => Some(why),
+            _ => None,
+        });
+        [blends, reads]
+    }
+
+    /// Returns true if an effect's light is added to LIGHTING's.
+    pub(super) fn add_light(&self, path: LightPath) -> bool {
+        !is_forward(path) && self.present().any(|effect| matches!(effect.hdr, Some(Hdr::Adds(_))))
+    }
+
+    /// Returns true if the lights must be in a storage buffer. `as_drawn`: some surfaces are lit as they are drawn.
+    pub(super) fn need_light_buffer(&self, as_drawn: bool) -> bool {
+        self.present().any(|effect| match effect.needs_light_buffer {
+            LightReaders::None => false,
+            LightReaders::AsDrawn => as_drawn,
+            LightReaders::Own => true,
+        })
+    }
+
+    /// Returns why the CPU lists the objects that move by themselves.
+    pub(super) fn list_moving(&self) -> Option<&'static str> {
+        EFFECTS.iter().find_map(|effect| (effect.lists_moving)(self))
+    }
+
+    /// The uploads of all effects.
+    pub(super) fn uploads(&self) -> Uploads {
+        EFFECTS.iter().map(|effect| (effect.uploads)(self)).fold(Uploads::default(), Uploads::and)
+    }
+
+    /// Returns true if the data of all effects can stay on the device for the other plans.
+    pub(super) fn upload_as(&self, other: &Self) -> bool {
+        EFFECTS.iter().all(|effect| (effect.uploads_as)(self, other))
+    }
+}
+
+/// Refuses devices that are too small for the effects of a plan.
+pub(super) fn check_plan(plan: &FramePlan, device: &Capabilities) -> Result<(), Error> {
+    EFFECTS.iter().try_for_each(|effect| (effect.check_plan)(plan, device))
+}
+
 /// Refuses effects that do not go with the settings, the light path or the device.
 pub(super) fn check(request: &Request) -> Result<(), Error> {
     EFFECTS.iter().try_for_each(|effect| (effect.check)(request))
@@ -74,7 +143,7 @@ pub(super) fn asked_for(scene: &Scene, settings: &Settings) -> impl Iterator<Ite
 
 /// The effects of a plan's frames.
 pub(crate) fn of(plan: &FramePlan) -> impl Iterator<Item = &'static Effect> {
-    EFFECTS.iter().copied().filter(|effect| (effect.is_in)(plan))
+    plan.effects.present()
 }
 
 fn shown_by(view: View) -> Option<(&'static Effect, &'static EffectView)> {
@@ -133,6 +202,11 @@ pub(crate) fn lit_air(plan: &FramePlan) -> LitAir {
     of(plan).map(|effect| (effect.lit_air)(plan)).max().unwrap_or(LitAir::None)
 }
 
+/// Storage buffers of effects that every shader which lights names in the frame's set.
+pub(super) fn frame_buffers(plan: &FramePlan) -> u32 {
+    EFFECTS.iter().map(|effect| (effect.frame_buffers)(plan)).sum()
+}
+
 /// Jittered frames that effects average to one picture.
 pub(super) fn frames(settings: &Settings) -> u32 {
     EFFECTS.iter().map(|effect| (effect.frames)(settings)).max().unwrap_or(1)
@@ -148,17 +222,4 @@ pub(super) fn parts(
     let wanted = EFFECTS.iter().filter(|effect| effect.reads_gbuffer.is_some() == read_gbuffer);
     let parts = wanted.flat_map(|effect| (effect.parts)(scene, settings, plan));
     parts.filter(|part| part.group == group).collect()
-}
-
-/// Returns why an HDR target is needed: by the first effect that blends over the light, and by the first that reads it.
-pub(super) fn hdr(plan: &FramePlan) -> [Option<&'static str>; 2] {
-    let blends = of(plan).find_map(|effect| match effect.hdr {
-        Some(Hdr::Blends(why)) => Some(why),
-        _ => None,
-    });
-    let reads = of(plan).find_map(|effect| match effect.hdr {
-        Some(Hdr::Reads(why)) => Some(why),
-        _ => None,
-    });
-    [blends, reads]
 }

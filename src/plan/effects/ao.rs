@@ -20,7 +20,7 @@ pub(crate) const EFFECT: Effect = Effect {
     },
     reads_gbuffer: Some("ambient occlusion reads a G-buffer"),
     stores_gbuffer: Some("AO reads the depth and the normals around each pixel"),
-    is_in: FramePlan::has_ao,
+    is_in: |plans| plans.ao.is_some(),
     absence: |own| match own.planned.view {
         _ if own.planned.ao == AmbientOcclusion::Off => NOT_ASKED_FOR,
         View::Final | View::Lighting | View::Ambient => "no light comes from everywhere, and it weakens no other",
@@ -61,6 +61,13 @@ impl fmt::Display for AoPlan {
 }
 
 impl AoPlan {
+    /// `None` where frames find no ambient occlusion.
+    pub(super) fn of(request: &Request) -> Option<Self> {
+        let &Settings { ao: method, ao_radius: radius, ao_samples: samples, ao_resolution, .. } = request.settings;
+        let scale = if ao_resolution == AoResolution::Half { 2 } else { 1 };
+        is_used(request.scene, request.settings).then_some(Self { method, samples, radius, scale })
+    }
+
     /// Slices of the hemisphere, and steps to each of their two sides.
     pub fn slices(&self) -> [u32; 2] {
         let slices = self.samples.div_ceil(SAMPLES_OF_A_SLICE).max(1);
@@ -89,13 +96,6 @@ fn check(request: &Request) -> Result<(), Error> {
         ));
     }
     Ok(())
-}
-
-/// Chooses the frames' ambient occlusion.
-pub(in crate::plan) fn choose(scene: &Scene, settings: &Settings) -> Option<AoPlan> {
-    let &Settings { ao: method, ao_radius: radius, ao_samples: samples, ao_resolution, .. } = settings;
-    let scale = if ao_resolution == AoResolution::Half { 2 } else { 1 };
-    is_used(scene, settings).then_some(AoPlan { method, samples, radius, scale })
 }
 
 /// The least and the greatest radius in metres.

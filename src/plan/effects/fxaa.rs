@@ -9,7 +9,7 @@ pub(crate) const EFFECT: Effect = Effect {
     name: "FXAA",
     is_asked_for: |_, settings| settings.fxaa,
     off: Some(("--fxaa off", |settings| settings.fxaa = false)),
-    is_in: |plan| plan.effects.fxaa,
+    is_in: |plans| plans.fxaa,
     parts: |_, _, plan| {
         let reason = if plan.effects.fxaa { "FXAA draws it" } else { "FXAA is off" };
         vec![

@@ -13,6 +13,7 @@ use crate::scene::{Brdf, HdrFormat, Object, Reflections, Scene, Settings, Textur
 /// Surfaces mirror others.
 pub(crate) const EFFECT: Effect = Effect {
     name: "reflections",
+    is_plural: true,
     is_asked_for: is_used,
     off: Some(("--reflections off", |settings| settings.reflections = Reflections::Off)),
     view: Some(EffectView {
@@ -31,7 +32,7 @@ pub(crate) const EFFECT: Effect = Effect {
     reads_gbuffer: Some("reflections read a G-buffer"),
     stores_gbuffer: Some("REFLECT reads the depth and the normals of all pixels"),
     hdr: Some(Hdr::Reads("REFLECT reads the light of all pixels before it is tone-mapped")),
-    is_in: FramePlan::reflects,
+    is_in: |plans| plans.reflections.is_some(),
     absence: |own| match shows(own.planned.view) {
         _ if own.planned.reflections == Reflections::Off => NOT_ASKED_FOR,
         true => "no opaque surface has a lobe of Cook-Torrance that is smooth enough",
@@ -125,14 +126,17 @@ fn check(request: &Request) -> Result<(), Error> {
     Ok(())
 }
 
-/// Returns `None` if no surface mirrors others.
-pub(in crate::plan) fn choose(scene: &Scene, settings: &Settings) -> Option<ReflectionPlan> {
-    is_used(scene, settings).then_some(ReflectionPlan {
-        roughness: settings.reflection_roughness,
-        steps: settings.reflection_steps,
-        thickness: settings.reflection_thickness,
-        shown: settings.view == View::Reflections,
-    })
+impl ReflectionPlan {
+    /// Returns `None` if no surface mirrors others.
+    pub(super) fn of(request: &Request) -> Option<Self> {
+        let settings = request.settings;
+        is_used(request.scene, settings).then_some(Self {
+            roughness: settings.reflection_roughness,
+            steps: settings.reflection_steps,
+            thickness: settings.reflection_thickness,
+            shown: settings.view == View::Reflections,
+        })
+    }
 }
 
 fn shows(view: View) -> bool {
@@ -155,25 +159,5 @@ impl FramePlan {
     /// Returns true if surfaces mirror others as the picture shows them.
     pub fn reflects(&self) -> bool {
         self.effects.reflections.is_some()
-    }
-
-    /// Returns true if nothing is blended over the light to which they are added.
-    pub fn ends_with_reflections(&self) -> bool {
-        self.reflects() && self.transparency.is_none() && !self.has_fog()
-    }
-
-    /// Returns true if TAA is the next to read the light to which they are added.
-    pub fn averages_reflected(&self) -> bool {
-        self.ends_with_reflections() && self.effects.taa.is_some()
-    }
-
-    /// Returns true if BLOOM is the next to read the light to which they are added.
-    pub fn blooms_reflected(&self) -> bool {
-        self.ends_with_reflections() && self.effects.taa.is_none() && self.effects.bloom.is_some()
-    }
-
-    /// Returns true if TONEMAP is.
-    pub fn tone_maps_reflected(&self) -> bool {
-        self.ends_with_reflections() && self.effects.taa.is_none() && self.effects.bloom.is_none()
     }
 }
