@@ -54,7 +54,7 @@ pub use surfaces::{
     PlannedBrdf, PlannedDeform, PlannedLevel, PlannedMesh, PlannedTexture, SetSamplers, Streams, TextureMask,
     TexturePlan, TextureSource, Uploads, texture_format,
 };
-pub use targets::{BufferName, Sums, Target};
+pub use targets::{BufferName, OwnTarget, Sums, Target, TargetName};
 pub use visibility::TriangleCode;
 
 pub(crate) use culling::{CULL_BUFFERS, CULL_SHARED_BYTES};

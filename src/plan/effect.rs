@@ -1,7 +1,8 @@
 //! The declaration of an effect, written once, in the effect's own file. [`super::effects`] lists them, and plan, refusals and reasons follow from that list.
 
 use super::{
-    Capabilities, EffectPlans, Error, FramePlan, Part, Refusal, Shading, Uploads, Why, is_tiled, lacks_gbuffer,
+    Capabilities, EffectPlans, Error, FramePlan, OwnTarget, Part, Refusal, Shading, Uploads, Why, is_tiled,
+    lacks_gbuffer,
 };
 use crate::scene::{LightPath, Scene, Settings, View};
 
@@ -47,6 +48,8 @@ pub struct Effect {
     pub frame_buffers: fn(&FramePlan) -> u32,
     /// Says why the CPU lists the objects that move by themselves, and keeps their vertices of the frame before; `None` if the effect needs neither.
     pub lists_moving: fn(&EffectPlans) -> Option<&'static str>,
+    /// Its targets. `src/plan/targets.rs` has those that no effect has alone.
+    pub targets: &'static [OwnTarget],
     /// Its uploads before the first frame.
     pub uploads: fn(&EffectPlans) -> Uploads,
     /// Returns true if the data of one plan can stay on the device for the other.
@@ -91,6 +94,7 @@ impl Effect {
         needs_light_buffer: LightReaders::None,
         frame_buffers: |_| 0,
         lists_moving: |_| None,
+        targets: &[],
         uploads: |_| Uploads::default(),
         uploads_as: |_, _| true,
         absence: |_| NOT_ASKED_FOR,

@@ -6,26 +6,27 @@ mod fog;
 mod froxels;
 mod fxaa;
 mod particles;
-pub(super) mod reflections;
+mod reflections;
 mod sky;
 mod taa;
 
 /// The public types and names of effects, which are the plan's.
 pub mod types {
-    pub use super::ao::AoPlan;
+    pub use super::ao::{AoPlan, VISIBILITY};
     pub use super::bloom::{BLOOM_LEVELS, Bloom, BloomLevel};
     pub use super::fog::FogPlan;
     pub use super::froxels::{FROXELS, FroxelPlan};
+    pub use super::fxaa::SMOOTHED;
     pub use super::particles::{PARTICLES, ParticlePlan, SORT_BLOCK, sort_places};
-    pub use super::reflections::{Hiz, ReflectionPlan};
+    pub use super::reflections::{HIZ, Hiz, RAYS, ReflectionPlan};
     pub use super::sky::SkyPlan;
-    pub use super::taa::{TAA_MEAN, TaaPlan, Vectors};
+    pub use super::taa::{TAA_MEAN, TaaPlan, VECTORS, Vectors};
 }
 
 use std::borrow::Cow;
 
 use super::effect::{Effect, EffectView, Hdr, LightReaders, LitAir, Request, Shows};
-use super::{Capabilities, Error, FramePlan, Part, PartGroup, SurfaceRules, Uploads, is_forward};
+use super::{Capabilities, Error, FramePlan, OwnTarget, Part, PartGroup, SurfaceRules, Uploads, is_forward};
 use crate::scene::{LightPath, Scene, Settings, View};
 use types::{AoPlan, Bloom, FogPlan, ParticlePlan, ReflectionPlan, SkyPlan, TaaPlan};
 
@@ -139,6 +140,11 @@ pub(super) fn check(request: &Request) -> Result<(), Error> {
 /// The effects that settings or the scene ask for.
 pub(super) fn asked_for(scene: &Scene, settings: &Settings) -> impl Iterator<Item = &'static Effect> {
     EFFECTS.iter().copied().filter(move |effect| (effect.is_asked_for)(scene, settings))
+}
+
+/// The targets of all effects.
+pub(crate) fn targets() -> impl Iterator<Item = &'static OwnTarget> {
+    EFFECTS.iter().flat_map(|effect| effect.targets)
 }
 
 /// The effects of a plan's frames.

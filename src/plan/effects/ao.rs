@@ -2,10 +2,15 @@
 
 use std::fmt;
 
+use ash::vk;
+
 use crate::plan::effect::{Effect, EffectView, NOT_ASKED_FOR, Request, Shows};
 use crate::plan::parts::target_of;
-use crate::plan::{Error, FramePlan, Target};
+use crate::plan::{Error, FramePlan, OwnTarget, Target, TargetName};
 use crate::scene::{AmbientOcclusion, AoResolution, Scene, Settings, View, counted};
+
+/// AO's output: a share of the light from everywhere in 10 bits, and 22 of the depth of its pixel.
+pub const VISIBILITY: Target = Target::FromDepth(TargetName(0, "Visibility"));
 
 /// Surfaces hide light from everywhere from each other.
 pub(crate) const EFFECT: Effect = Effect {
@@ -26,12 +31,25 @@ pub(crate) const EFFECT: Effect = Effect {
         View::Final | View::Lighting | View::Ambient => "no light comes from everywhere, and it weakens no other",
         _ => "this view does not show it",
     },
-    parts: |_, _, plan| {
-        vec![target_of(plan, EFFECT.name, ("visibility", Target::Visibility), "AO hands it to AO_DENOISE")]
-    },
+    targets: &[OUTPUT],
+    parts: |_, _, plan| vec![target_of(plan, EFFECT.name, &OUTPUT, "AO hands it to AO_DENOISE")],
     check,
     ..Effect::PLAIN
 };
+
+const OUTPUT: OwnTarget = OwnTarget {
+    target: VISIBILITY,
+    noun: "visibility",
+    line: Some("visibility"),
+    // Mandatory to store to.
+    format: |plan| plan.has_ao().then_some(vk::Format::R32_UINT),
+    extent: |plan| plan.size.map(|edge| edge.div_ceil(scale(plan))),
+    bytes_per_pixel: |plan| 4 / scale(plan).pow(2),
+};
+
+fn scale(plan: &FramePlan) -> u32 {
+    plan.effects.ao.map_or(1, |ao| ao.scale)
+}
 
 /// The parameters of AO. Its pipelines know all of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -136,13 +154,13 @@ mod tests {
         let off = samples::plan(&scene, &samples::deferred());
         let numbers = Settings { ao_radius: 3.0, ao_samples: 64, ..samples::deferred() };
         assert!(off.has_structure_of(&samples::plan(&scene, &numbers)));
-        assert!(!off.has_ao() && !off.stores_gbuffer && off.format_of(Target::Visibility).is_none());
+        assert!(!off.has_ao() && !off.stores_gbuffer && off.format_of(VISIBILITY).is_none());
         let half = Settings { ao: AmbientOcclusion::Bitmask, ao_resolution: AoResolution::Half, ..numbers };
         let on = samples::plan(&scene, &Settings { size: [33, 20], ..half });
         assert!(on.has_ao() && on.stores_gbuffer);
-        assert_eq!((on.extent_of(Target::Visibility), on.extent_of(Target::Depth)), ([17, 10], [33, 20]));
+        assert_eq!((on.extent_of(VISIBILITY), on.extent_of(Target::Depth)), ([17, 10], [33, 20]));
         // 4 bytes for one pixel of four.
-        assert_eq!((on.bytes_of(Target::Visibility), off.bytes_of(Target::Visibility)), (1, 0));
+        assert_eq!((on.bytes_of(VISIBILITY), off.bytes_of(VISIBILITY)), (1, 0));
     }
 
     #[test]

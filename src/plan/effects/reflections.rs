@@ -7,8 +7,13 @@ use ash::vk;
 use crate::plan::checks::out_of_range;
 use crate::plan::effect::{Effect, EffectView, Hdr, NOT_ASKED_FOR, Request, Shows};
 use crate::plan::parts::target_of;
-use crate::plan::{Error, FramePlan, Target};
+use crate::plan::{Error, FramePlan, OwnTarget, Target, TargetName, format_bytes};
 use crate::scene::{Brdf, HdrFormat, Object, Reflections, Scene, Settings, TextureSlot, View};
+
+/// The nearest and the farthest depth of squares of pixels, in levels ([`Hiz`]).
+pub const HIZ: Target = Target::FromDepth(TargetName(1, "Hiz"));
+/// The hit of each pixel's reflection ray: light, confidence, and place.
+pub const RAYS: Target = Target::FromDepth(TargetName(2, "Rays"));
 
 /// Surfaces mirror others.
 pub(crate) const EFFECT: Effect = Effect {
@@ -38,11 +43,11 @@ pub(crate) const EFFECT: Effect = Effect {
         true => "no opaque surface has a lobe of Cook-Torrance that is smooth enough",
         false => "this view does not show them",
     },
+    targets: TARGETS,
     parts: |_, _, plan| {
-        let pyramid = ("pyramid of depths of the picture", Target::Hiz);
         vec![
-            target_of(plan, EFFECT.name, pyramid, "REFLECT takes long steps through it"),
-            target_of(plan, EFFECT.name, ("rays", Target::Rays), "REFLECT hands them to REFLECT_RESOLVE"),
+            target_of(plan, EFFECT.name, &TARGETS[0], "REFLECT takes long steps through it"),
+            target_of(plan, EFFECT.name, &TARGETS[1], "REFLECT hands them to REFLECT_RESOLVE"),
         ]
     },
     check,
@@ -62,10 +67,26 @@ pub struct ReflectionPlan {
     pub shown: bool,
 }
 
-/// Mandatory to store to.
-pub(in crate::plan) const HIZ: vk::Format = vk::Format::R32_SFLOAT;
-/// Likewise.
-pub(in crate::plan) const RAYS: vk::Format = vk::Format::R32G32B32A32_UINT;
+/// The formats are mandatory to store to.
+const TARGETS: &[OwnTarget] = &[
+    OwnTarget {
+        target: HIZ,
+        noun: "depths of squares",
+        line: Some("pyramid of depths of the picture"),
+        format: |plan| plan.reflects().then_some(vk::Format::R32_SFLOAT),
+        extent: |plan| Hiz::of(plan.size).extent(),
+        bytes_per_pixel: |_| Hiz::BYTES_PER_PIXEL,
+    },
+    OwnTarget {
+        target: RAYS,
+        noun: "rays",
+        line: Some("rays"),
+        format: |plan| plan.reflects().then_some(HIT),
+        extent: |plan| plan.size,
+        bytes_per_pixel: |_| format_bytes(HIT),
+    },
+];
+const HIT: vk::Format = vk::Format::R32G32B32A32_UINT;
 
 /// In `inspect`: `screen, up to a roughness of 0.6, 64 steps at most, surfaces 0.2 m thick`.
 impl fmt::Display for ReflectionPlan {

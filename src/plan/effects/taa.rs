@@ -1,13 +1,23 @@
 //! Anti-aliasing over time: the number of frames that are averaged, and the decision whether surfaces move by themselves.
 
+use ash::vk;
+
 use crate::plan::checks::ANTI_ALIASING;
 use crate::plan::effect::{Effect, EffectView, Hdr, NOT_ASKED_FOR, Request, Shows};
 use crate::plan::parts::part;
-use crate::plan::{BufferName, Error, FramePlan, Part, PartGroup, Refusal, SurfaceRules};
+use crate::plan::{
+    BufferName, Error, FramePlan, OwnTarget, Part, PartGroup, Refusal, SurfaceRules, Target, TargetName, format_bytes,
+};
 use crate::scene::{Resolve, Settings, Tonemap, View};
 
 /// The mean that a frame leaves for the next one.
 pub const TAA_MEAN: BufferName = BufferName("mean of frames");
+
+/// The movement of surfaces that move by themselves: pixels to the right and down since the frame before, and how much farther away the surface
+/// was then.
+pub const VECTORS: Target = Target::OfSurfaces(TargetName(0, "Velocity"));
+/// Pixels, of which half floats tell apart a 64th up to 32, a share of a distance, and a flag for a vector; mandatory to draw into.
+const VECTOR: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 
 /// Frames are averaged over time.
 pub(crate) const EFFECT: Effect = Effect {
@@ -28,6 +38,14 @@ pub(crate) const EFFECT: Effect = Effect {
     },
     hdr: Some(Hdr::Reads("light is averaged over time before it is tone-mapped")),
     absence: |own| if own.asked.taa { "the values that this view shows have no mean" } else { NOT_ASKED_FOR },
+    targets: &[OwnTarget {
+        target: VECTORS,
+        noun: "vectors",
+        line: None,
+        format: |plan| plan.has_velocity().then_some(VECTOR),
+        extent: |plan| plan.size,
+        bytes_per_pixel: |_| format_bytes(VECTOR),
+    }],
     parts: |_, _, plan| vec![part_of(plan).of(PartGroup::Targets)],
     not_by_compute: Some("they leave no light for TAA to average"),
     check,

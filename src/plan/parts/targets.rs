@@ -3,7 +3,9 @@
 use ash::vk;
 
 use super::{Part, PartGroup, part, why};
-use crate::plan::{FramePlan, Gbuffer, NormalEncoding, PlannedBrdf, Shading, Sums, Target, ToneMapping, format_bytes};
+use crate::plan::{
+    FramePlan, Gbuffer, NormalEncoding, OwnTarget, PlannedBrdf, Shading, Sums, Target, ToneMapping, format_bytes,
+};
 use crate::scene::{Brdf, HdrFormat, OptionalPart, Settings, TextureSlot, View, counted};
 
 fn with_format(name: &str, format: Option<vk::Format>) -> String {
@@ -20,9 +22,9 @@ fn attachment(plan: &FramePlan, name: &str, target: Target, reason: String) -> P
 }
 
 /// A target of an effect.
-pub(in crate::plan) fn target_of(plan: &FramePlan, effect: &str, (name, target): (&str, Target), why: &str) -> Part {
-    let reason = if plan.format_of(target).is_some() { why } else { plan.reasons.lack_of(effect) };
-    attachment(plan, name, target, reason.into()).of(PartGroup::Targets)
+pub(in crate::plan) fn target_of(plan: &FramePlan, effect: &str, own: &OwnTarget, why: &str) -> Part {
+    let reason = if plan.format_of(own.target).is_some() { why } else { plan.reasons.lack_of(effect) };
+    attachment(plan, own.line.unwrap_or(own.noun), own.target, reason.into()).of(PartGroup::Targets)
 }
 
 /// `read_depth`: the targets of effects that read depth and the G-buffer.
