@@ -175,8 +175,8 @@ fn clear_values(plan: &FramePlan, world: &World, targets: &[Target]) -> Vec<vk::
                 vk::ClearValue { color: vk::ClearColorValue { uint32: [40_000, 50_000, 0, 0] } }
             }
             Target::Normal => color(Vec3::new(0.3, 0.6, 0.7)),
-            // No vector.
-            Target::Velocity => vk::ClearValue::default(),
+            // No surface has drawn anything yet.
+            Target::OfSurfaces(_) => vk::ClearValue::default(),
             _ => color(Vec3::ZERO),
         })
         .collect()

@@ -8,7 +8,7 @@ use ash::vk;
 use super::per_pixel::{Bound, PerPixel, PerPixelDesc};
 use super::{Pass, Place, Presence, Touch, frame_data, needed};
 use crate::gpu::{self, Device, sync::Use};
-use crate::plan::{FramePlan, Target};
+use crate::plan::{FramePlan, Target, VISIBILITY};
 use crate::scene::AmbientOcclusion;
 use crate::shaders::ao_denoise::{self as shader, Flags, constants};
 
@@ -38,7 +38,7 @@ pub const PASS: Pass = Pass {
         vec![
             Touch::sampled(0, Target::Depth, GBUFFER_READ).because(READS),
             Touch::sampled(1, Target::Normal, GBUFFER_READ).because(READS),
-            Touch::sampled(2, Target::Visibility, VISIBILITY_READ).because("reads what AO found around each pixel"),
+            Touch::sampled(2, VISIBILITY, VISIBILITY_READ).because("reads what AO found around each pixel"),
             Touch::storage(ALBEDO, Target::Albedo, ALBEDO_BLEND).because("multiplies the occlusion beside the albedo"),
             frame_data(),
         ]
@@ -73,7 +73,7 @@ pub(crate) fn flags(plan: &FramePlan) -> Flags {
 }
 
 fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
-    let Some(ao) = &plan.ao else { return Vec::new() };
+    let Some(ao) = &plan.effects.ao else { return Vec::new() };
     vec![
         (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),
         (constants::NORMAL_ENCODING, plan.gbuffer.as_ref().map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),

@@ -7,7 +7,7 @@ use ash::vk;
 use super::per_pixel::{Bound, PerPixel, PerPixelDesc, sampled_gbuffer};
 use super::{Pass, Place, Presence, Touch, frame_data, needed};
 use crate::gpu::{self, Device, sync::Use};
-use crate::plan::{FramePlan, ReflectionPlan, Target};
+use crate::plan::{FramePlan, HIZ, RAYS, ReflectionPlan, Target};
 use crate::scene::Reflections;
 use crate::shaders::reflect::{self as shader, Flags, constants};
 
@@ -24,7 +24,7 @@ pub const PASS: Pass = Pass {
     place: Place::pass("REFLECT"),
     time: "reflect",
     what: "a ray of each smooth pixel through the depth buffer, and the light that it meets",
-    presence: |plan| match &plan.reflections {
+    presence: |plan| match &plan.effects.reflections {
         Some(own) => Presence::In(own.to_string()),
         None => Presence::Out(plan.reasons.lack_of("reflections").into()),
     },
@@ -32,8 +32,8 @@ pub const PASS: Pass = Pass {
         let mut touches = sampled_gbuffer(plan, GBUFFER_READ);
         touches.extend([
             Touch::sampled(6, Target::Hdr, LIGHT_READ).because("reads the light where rays hit"),
-            Touch::sampled(7, Target::Hiz, HIZ_READ).because("reads squares that other work groups of HIZ wrote"),
-            Touch::storage(8, Target::Rays, RAYS_WRITE).because("writes what its rays found"),
+            Touch::sampled(7, HIZ, HIZ_READ).because("reads squares that other work groups of HIZ wrote"),
+            Touch::storage(8, RAYS, RAYS_WRITE).because("writes what its rays found"),
             frame_data(),
         ]);
         touches
@@ -66,7 +66,9 @@ pub(crate) fn flags(plan: &FramePlan) -> Flags {
 }
 
 fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
-    let Some(ReflectionPlan { roughness, steps, thickness, shown: _ }) = plan.reflections else { return Vec::new() };
+    let Some(ReflectionPlan { roughness, steps, thickness, shown: _ }) = plan.effects.reflections else {
+        return Vec::new();
+    };
     vec![
         (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),
         (constants::NORMAL_ENCODING, plan.gbuffer.as_ref().map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),

@@ -17,7 +17,7 @@ use super::{
 };
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout, sync::Use};
 use crate::gpu_scene::{POSITION, POSITION_BEFORE, ROWS, vertex_input};
-use crate::plan::{Extras, FramePlan, Target};
+use crate::plan::{Extras, FramePlan, VECTORS};
 use crate::shaders::velocity::{self as shader, Flags};
 
 /// Clears the vectors and writes them.
@@ -29,7 +29,7 @@ pub const PASS: Pass = Pass {
     place: Place::pass("VELOCITY"),
     time: "velocity",
     what: "how far what moves by itself has come since the frame before",
-    presence: |plan| match plan.taa {
+    presence: |plan| match plan.effects.taa {
         None => Presence::Out("frames are not averaged over time".into()),
         Some(taa) => Presence::when(
             taa.moves,
@@ -40,7 +40,7 @@ pub const PASS: Pass = Pass {
     touches: |plan| {
         let own = [
             Touch::depth(First::Undefined, DEPTH_READ).because("draws where depth is that of the picture"),
-            Touch::color(0, Target::Velocity, First::Clear, VECTOR_WRITE).because("clears the vectors and writes them"),
+            Touch::color(0, VECTORS, First::Clear, VECTOR_WRITE).because("clears the vectors and writes them"),
             frame_data(),
         ];
         let textured = |touch: &Touch| touch.resource == Resource::Textures;

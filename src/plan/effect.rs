@@ -1,12 +1,17 @@
 //! The declaration of an effect, written once, in the effect's own file. [`super::effects`] lists them, and plan, refusals and reasons follow from that list.
 
-use super::{Capabilities, Error, FramePlan, Part, Refusal, Shading, Why, is_tiled, lacks_gbuffer};
+use super::{
+    Capabilities, EffectPlans, Error, FramePlan, OwnTarget, Part, Refusal, Shading, Uploads, Why, is_tiled,
+    lacks_gbuffer,
+};
 use crate::scene::{LightPath, Scene, Settings, View};
 
 /// Something that frames do beside lighting surfaces, where settings or the scene ask for it.
 pub struct Effect {
     /// The name by which sentences call it.
     pub name: &'static str,
+    /// Sentences say that they are, and not that it is.
+    pub is_plural: bool,
     /// Returns true if frames would have it on a light path that can draw it.
     pub is_asked_for: fn(&Scene, &Settings) -> bool,
     /// Leaves it out.
@@ -17,8 +22,8 @@ pub struct Effect {
     pub changes_light: bool,
     /// Would blur the views of other effects, so that they leave it out.
     pub spreads: bool,
-    /// Why it needs an HDR target, if it is blended as transparent surfaces are.
-    pub blended: Option<&'static str>,
+    /// It is blended as transparent surfaces are.
+    pub blended: Option<Blended>,
     /// Says why every light reaches all pixels under these settings; `None` if the effect adds no such reason.
     pub reaches_all_lights: fn(&Settings) -> Option<&'static str>,
     /// The lights that frames which have it need where no surface is seen.
@@ -31,12 +36,24 @@ pub struct Effect {
     pub reads_gbuffer: Option<&'static str>,
     /// True if its shaders name many buffers: the advice for devices that allow few offers to leave it out.
     pub names_many_buffers: bool,
-    /// Returns true if a plan's frames have it.
-    pub is_in: fn(&FramePlan) -> bool,
+    /// Returns true if frames with these plans of effects have it.
+    pub is_in: fn(&EffectPlans) -> bool,
     /// Why GEOMETRY stores the G-buffer for it.
     pub stores_gbuffer: Option<&'static str>,
     /// Why it needs an HDR target.
     pub hdr: Option<Hdr>,
+    /// The shaders of its frames that have no code for lights in a uniform buffer.
+    pub needs_light_buffer: LightReaders,
+    /// Storage buffers of it that every shader which lights names in the frame's set.
+    pub frame_buffers: fn(&FramePlan) -> u32,
+    /// Says why the CPU lists the objects that move by themselves, and keeps their vertices of the frame before; `None` if the effect needs neither.
+    pub lists_moving: fn(&EffectPlans) -> Option<&'static str>,
+    /// Its targets. `src/plan/targets.rs` has those that no effect has alone.
+    pub targets: &'static [OwnTarget],
+    /// Its uploads before the first frame.
+    pub uploads: fn(&EffectPlans) -> Uploads,
+    /// Returns true if the data of one plan can stay on the device for the other.
+    pub uploads_as: fn(&EffectPlans, &EffectPlans) -> bool,
     /// Why frames have none.
     pub absence: fn(&Absence) -> &'static str,
     /// Lists the effect's own lines for `inspect`, such as its targets. Passes are listed elsewhere.
@@ -47,6 +64,8 @@ pub struct Effect {
     pub is_set_aside: bool,
     /// Refuses the settings, light paths and devices that it does not go with.
     pub check: fn(&Request) -> Result<(), Error>,
+    /// Refuses devices that are too small for a whole plan.
+    pub check_plan: fn(&FramePlan, &Capabilities) -> Result<(), Error>,
     /// The forms of it that have passes or rows of their own: tests and mutants are made of them.
     pub variations: &'static [Variation],
 }
@@ -76,6 +95,7 @@ impl Effect {
     /// An effect of which its declaration says nothing else.
     pub const PLAIN: Self = Self {
         name: "",
+        is_plural: false,
         is_asked_for: |_, _| false,
         off: None,
         view: None,
@@ -91,11 +111,18 @@ impl Effect {
         is_in: |_| false,
         stores_gbuffer: None,
         hdr: None,
+        needs_light_buffer: LightReaders::None,
+        frame_buffers: |_| 0,
+        lists_moving: |_| None,
+        targets: &[],
+        uploads: |_| Uploads::default(),
+        uploads_as: |_, _| true,
         absence: |_| NOT_ASKED_FOR,
         parts: |_, _, _| Vec::new(),
         unswept: |_, _, _| None,
         is_set_aside: false,
         check: |_| Ok(()),
+        check_plan: |_, _| Ok(()),
         variations: &[],
     };
 
@@ -147,8 +174,28 @@ pub enum LitAir {
     All,
 }
 
+/// Shaders that read lights.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LightReaders {
+    None,
+    /// Those that light surfaces as they draw them.
+    AsDrawn,
+    /// Those of the effect itself.
+    Own,
+}
+
+/// An effect that is blended over the light as transparent surfaces are.
+pub struct Blended {
+    /// Why it needs an HDR target.
+    pub hdr: &'static str,
+    /// Says why weighted blending does not sum it up.
+    pub unsummed: fn(&EffectPlans) -> &'static str,
+}
+
 /// Why an effect needs an HDR target, in a sentence without a full stop.
 pub enum Hdr {
+    /// Its light is added to LIGHTING's. Forward paths add it as they draw surfaces.
+    Adds(&'static str),
     /// It blends over the light before that is tone-mapped.
     Blends(&'static str),
     /// It reads the light of other pixels.

@@ -488,7 +488,7 @@ fn subpasses_write_attachments_of_one_sample_count_and_resolve_into_the_output()
 #[test]
 fn the_render_pass_stores_light_that_is_spread_and_the_next_one_loads_it_for_tonemap() {
     let passes = |plan: &FramePlan| List::of(plan).passes().map(|pass| pass.place.name()).collect::<Vec<_>>();
-    let is_alone = |plan: &FramePlan| plan.bloom.is_some() && plan.taa.is_none() && !plan.reflects();
+    let is_alone = |plan: &FramePlan| plan.effects.bloom.is_some() && plan.effects.taa.is_none() && !plan.reflects();
     for (name, plan) in samples::plans_of_effects().into_iter().filter(|(_, plan)| is_alone(plan)) {
         let (list, all) = (List::of(&plan), passes(&plan));
         let at = all.iter().position(|own| *own == "BLOOM").unwrap_or_else(|| panic!("{name}: {all:?}"));

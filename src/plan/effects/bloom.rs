@@ -1,8 +1,8 @@
 //! Bloom: the share of light that is spread, the distance, and the number of levels.
 
-use super::effect::{Effect, EffectView, Hdr, NOT_ASKED_FOR, Shows, Variation};
-use super::parts::part;
-use super::{BufferName, PartGroup, Shading};
+use crate::plan::effect::{Effect, EffectView, Hdr, NOT_ASKED_FOR, Shows, Variation};
+use crate::plan::parts::part;
+use crate::plan::{BufferName, PartGroup, Shading};
 use crate::scene::{Output, Resolve, Settings, View};
 
 /// The light that BLOOM spreads, level by level.
@@ -22,13 +22,13 @@ pub(crate) const EFFECT: Effect = Effect {
     }),
     changes_light: true,
     is_set_aside: true,
-    unswept: |key, _, plan| (key == "bloom-taps" && plan.bloom.is_none()).then_some("no bloom is asked for"),
+    unswept: |key, _, plan| (key == "bloom-taps" && plan.effects.bloom.is_none()).then_some("no bloom is asked for"),
     spreads: true,
-    is_in: |plan| plan.bloom.is_some(),
+    is_in: |plans| plans.bloom.is_some(),
     hdr: Some(Hdr::Reads("light is spread before it is tone-mapped")),
     absence: |own| if own.asked.bloom > 0.0 { "this view shows no bloom" } else { NOT_ASKED_FOR },
     parts: |_, _, plan| {
-        let levels = match &plan.bloom {
+        let levels = match &plan.effects.bloom {
             Some(own) => {
                 let levels = own.levels(plan.size).len();
                 let reason =

@@ -1,9 +1,10 @@
 //! Fog: the decision whether frames have some, and its parameters.
 
-use super::checks::out_of_range;
-use super::effect::{Effect, EffectView, Hdr, LitAir, NOT_ASKED_FOR, Shows, Variation};
-use super::parts::{Part, part};
-use super::{FramePlan, FroxelPlan, PartGroup, froxels};
+use super::froxels;
+use crate::plan::checks::out_of_range;
+use crate::plan::effect::{Effect, EffectView, Hdr, LightReaders, LitAir, NOT_ASKED_FOR, Request, Shows, Variation};
+use crate::plan::parts::{Part, part};
+use crate::plan::{FramePlan, FroxelPlan, PartGroup};
 use crate::scene::{Fog, Settings, View};
 
 /// Fog lies between the eye and the surfaces.
@@ -25,7 +26,9 @@ pub(crate) const EFFECT: Effect = Effect {
         (settings.fog == Fog::Froxels).then_some("fog is everywhere, and any light may shine into it")
     },
     lit_air: |plan| if plan.froxels().is_some() { LitAir::All } else { LitAir::Directional },
-    is_in: FramePlan::has_fog,
+    is_in: |plans| plans.fog.is_some(),
+    needs_light_buffer: LightReaders::Own,
+    frame_buffers: |plan| u32::from(plan.names_froxels()),
     hdr: Some(Hdr::Blends("fog is blended over the light before tone mapping")),
     absence: |own| match (own.asked.fog, own.asked.fog_density > 0.0) {
         (Fog::Off, _) => NOT_ASKED_FOR,
@@ -72,7 +75,8 @@ pub struct FogPlan {
 
 impl FogPlan {
     /// None where the air is clear, and where a view shows something else.
-    pub(super) fn of(settings: &Settings, any_light: bool) -> Option<Self> {
+    pub(super) fn of(request: &Request, any_light: bool) -> Option<Self> {
+        let settings = request.settings;
         let alone = settings.view == View::Fog;
         if !is_asked_for(settings) || !is_shown(settings) {
             return None;
@@ -100,17 +104,17 @@ fn is_shown(settings: &Settings) -> bool {
 impl FramePlan {
     /// Returns true if FOG comes after the pass that lights opaque surfaces.
     pub fn has_fog(&self) -> bool {
-        self.fog.is_some()
+        self.effects.fog.is_some()
     }
 }
 
 fn part_of(plan: &FramePlan) -> Part {
-    let reason = match &plan.fog {
+    let reason = match &plan.effects.fog {
         Some(fog) => format!(
             "{} of {} 1/m at a height of {} m, e times thinner {} m above; albedo {}, anisotropy {}",
             fog.kind, fog.density, fog.base, fog.height, fog.albedo, fog.anisotropy
         ),
         None => plan.reasons.lack_of(EFFECT.name).into(),
     };
-    part("fog", plan.fog.is_some(), reason, 0)
+    part("fog", plan.effects.fog.is_some(), reason, 0)
 }

@@ -3,8 +3,8 @@
 use std::fmt;
 
 use super::fog::FogPlan;
-use super::parts::{Part, part};
-use super::{BufferName, FramePlan};
+use crate::plan::parts::{Part, part};
+use crate::plan::{BufferName, FramePlan};
 use crate::scene::{Fog, Settings};
 
 /// Light in the froxels, and the light scattered before them.
@@ -61,12 +61,18 @@ impl FogPlan {
 impl FramePlan {
     /// The froxels in which frames find the light in the air.
     pub fn froxels(&self) -> Option<&FroxelPlan> {
-        self.fog.as_ref()?.froxels.as_ref()
+        self.effects.fog.as_ref()?.froxels.as_ref()
+    }
+
+    /// Returns true if shaders name the fog's froxels: so do all that light surfaces as they draw them, whose code for froxels a constant leaves out.
+    pub(crate) fn names_froxels(&self) -> bool {
+        let lit_as_drawn = self.is_forward() || self.transparency.is_some();
+        self.froxels().is_some() || lit_as_drawn && self.lights.any() && !self.lights.uniform
     }
 
     /// Returns the reason why frames have none.
     pub(crate) fn lack_of_froxels(&self) -> &'static str {
-        match &self.fog {
+        match &self.effects.fog {
             None => "no fog",
             Some(fog) if fog.kind == Fog::Froxels => "no lamp shines into the fog: its closed form is exact",
             Some(_) => "fog by height has no froxels",
@@ -84,8 +90,8 @@ pub(super) fn part_of(plan: &FramePlan) -> Part {
 
 #[cfg(test)]
 mod tests {
-    use super::super::samples;
     use super::*;
+    use crate::plan::samples;
     use crate::scene::{Brdf, Scene};
     use glam::Vec3;
 

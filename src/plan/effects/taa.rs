@@ -1,14 +1,23 @@
 //! Anti-aliasing over time: the number of frames that are averaged, and the decision whether surfaces move by themselves.
 
-use super::checks::ANTI_ALIASING;
-use super::effect::{Effect, EffectView, Hdr, NOT_ASKED_FOR, Request, Shows, Variation};
-use super::parts::part;
-use super::surfaces::SurfaceRules;
-use super::{BufferName, Error, FramePlan, Part, PartGroup, Refusal, Shading};
-use crate::scene::{Local, Node, Output, Placement, Resolve, Scene, Settings, Tonemap, View};
+use ash::vk;
+
+use crate::plan::checks::ANTI_ALIASING;
+use crate::plan::effect::{Effect, EffectView, Hdr, NOT_ASKED_FOR, Request, Shows, Variation};
+use crate::plan::parts::part;
+use crate::plan::{
+    BufferName, Error, FramePlan, OwnTarget, Part, PartGroup, Refusal, SurfaceRules, Target, TargetName, format_bytes,
+};
+use crate::scene::{Local, Node, Placement, Resolve, Scene, Settings, Tonemap, View};
 
 /// The mean that a frame leaves for the next one.
 pub const TAA_MEAN: BufferName = BufferName("mean of frames");
+
+/// The movement of surfaces that move by themselves: pixels to the right and down since the frame before, and how much farther away the surface
+/// was then.
+pub const VECTORS: Target = Target::OfSurfaces(TargetName(0, "Velocity"));
+/// Pixels, of which half floats tell apart a 64th up to 32, a share of a distance, and a flag for a vector; mandatory to draw into.
+const VECTOR: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 
 /// Frames are averaged over time.
 pub(crate) const EFFECT: Effect = Effect {
@@ -20,11 +29,23 @@ pub(crate) const EFFECT: Effect = Effect {
     is_set_aside: true,
     unswept: |key, _, plan| {
         let is_own = ["taa-frames", "taa-history", "sharpness"].contains(&key);
-        (is_own && plan.taa.is_none()).then_some("frames are not averaged over time")
+        (is_own && plan.effects.taa.is_none()).then_some("frames are not averaged over time")
     },
-    is_in: |plan| plan.taa.is_some(),
+    is_in: |plans| plans.taa.is_some(),
+    lists_moving: |plans| {
+        let moves = plans.taa.is_some_and(|taa| taa.moves);
+        moves.then_some("the CPU culls: it lists what moves by itself, whose vectors TAA needs")
+    },
     hdr: Some(Hdr::Reads("light is averaged over time before it is tone-mapped")),
     absence: |own| if own.asked.taa { "the values that this view shows have no mean" } else { NOT_ASKED_FOR },
+    targets: &[OwnTarget {
+        target: VECTORS,
+        noun: "vectors",
+        line: None,
+        format: |plan| plan.has_velocity().then_some(VECTOR),
+        extent: |plan| plan.size,
+        bytes_per_pixel: |_| format_bytes(VECTOR),
+    }],
     parts: |_, _, plan| vec![part_of(plan).of(PartGroup::Targets)],
     not_by_compute: Some("they leave no light for TAA to average"),
     check,
@@ -114,52 +135,46 @@ fn frames(settings: &Settings) -> u32 {
 
 impl TaaPlan {
     /// Views of values have no mean.
-    pub(super) fn of(settings: &Settings, shading: Shading) -> Option<Self> {
+    pub(super) fn of(request: &Request, rules: &SurfaceRules) -> Option<Self> {
+        let Request { scene, settings, view, shading, .. } = *request;
+        if !settings.taa || !shading.is_lit() {
+            return None;
+        }
         let sharpness = settings.sharpness.clamp(0.0, 1.0);
-        let own = Self {
+        let vectors = if settings.output.is_linear() { Vectors::Values } else { Vectors::Colors };
+        Some(Self {
             frames: settings.taa_frames.clamp(1, MOST_FRAMES),
             history: settings.taa_history.clamp(1, MOST),
             sharpness: if sharpness.is_nan() { 0.0 } else { sharpness },
-            moves: false,
+            moves: rules.drawn(scene).any(|object| object.moves() && !rules.material(object).is_transparent()),
             as_shown: settings.resolve == Resolve::ToneMapped && !settings.output.is_linear(),
-            shown: None,
-        };
-        (settings.taa && shading.is_lit()).then_some(own)
-    }
-
-    /// The same for a scene's content.
-    pub(super) fn in_scene(self, scene: &Scene, rules: &SurfaceRules) -> Self {
-        let moves = rules.drawn(scene).any(|object| object.moves() && !rules.material(object).is_transparent());
-        Self { moves, ..self }
-    }
-
-    /// The same for the view that was asked for.
-    pub(super) fn showing(self, view: View, output: Output) -> Self {
-        let vectors = if output.is_linear() { Vectors::Values } else { Vectors::Colors };
-        Self { shown: (view == View::Velocity).then_some(vectors), ..self }
+            shown: (view == View::Velocity).then_some(vectors),
+        })
     }
 }
 
 impl FramePlan {
     /// Frames that are drawn for a picture.
     pub fn frames_a_picture(&self) -> u32 {
-        self.taa.map_or(self.samples, |taa| taa.frames)
+        self.effects.taa.map_or(self.samples, |taa| taa.frames)
     }
 
     /// Returns true if VELOCITY draws vectors of surfaces that move by themselves.
     pub fn has_velocity(&self) -> bool {
-        self.taa.is_some_and(|taa| taa.moves)
+        self.effects.taa.is_some_and(|taa| taa.moves)
     }
 
     /// Bytes of the history: two frames, of four words a pixel.
     pub fn history_bytes(&self) -> u64 {
         let [width, height] = self.size.map(u64::from);
-        self.taa.map_or(0, |_| 2 * 16 * width * height)
+        self.effects.taa.map_or(0, |_| 2 * 16 * width * height)
     }
 }
 
 fn part_of(plan: &FramePlan) -> Part {
-    let Some(taa) = plan.taa else { return part("history of frames", false, "frames are not averaged over time", 0) };
+    let Some(taa) = plan.effects.taa else {
+        return part("history of frames", false, "frames are not averaged over time", 0);
+    };
     let reason = format!("two frames, of four words a pixel, of what up to {} frames were averaged to", taa.history);
     part("history of frames", true, reason, plan.history_bytes())
 }
