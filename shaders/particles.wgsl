@@ -1,6 +1,7 @@
 // PARTICLES: discs or squares that face the view, lit by SIMULATE, over the lit picture. They fade where they come near the surface behind them.
 // variants: TEXTURED WEIGHTED SORTED LIGHTS
 // excludes: WEIGHTED SORTED
+// counts: 12; with TEXTURED 6, WEIGHTED 4, SORTED 4, LIGHTS 6
 #import afterlight::frame::{distance_at, frame, ORTHOGRAPHIC}
 #import afterlight::fogged::{fogged}
 #import afterlight::particles::{Particle}

@@ -2,6 +2,7 @@
 // in the froxel. The places are the same in every frame, so that a picture depends on its moment alone.
 // always: LIGHTS FROXELS_WRITTEN
 // variants: SHADOW
+// counts: 2; with SHADOW 1
 #import afterlight::frame::{across, frame, ORTHOGRAPHIC}
 #import afterlight::fog::{fog_depth, fog_lost, fog_moved, fog_ray, phase}
 #import afterlight::froxels::{column_size, froxel_index, froxels, pack_light, slice_begin, FROXEL_COLUMNS, FROXEL_ROWS, FROXEL_SLICES}

@@ -3,6 +3,7 @@
 // With BLOOM it takes a share of the light from the spread light.
 // variants: MSAA BLOOM
 // precise
+// counts: 4; with MSAA 2, BLOOM 2
 #import afterlight::tonemapping::{tone_map}
 #import afterlight::screen::{screen_corner}
 #ifdef BLOOM
