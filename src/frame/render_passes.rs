@@ -175,9 +175,8 @@ fn clear_values(plan: &FramePlan, world: &World, targets: &[Target]) -> Vec<vk::
                 vk::ClearValue { color: vk::ClearColorValue { uint32: [40_000, 50_000, 0, 0] } }
             }
             Target::Normal => color(Vec3::new(0.3, 0.6, 0.7)),
-            // No vector.
-            Target::Velocity => vk::ClearValue::default(),
-            _ => color(Vec3::ZERO),
+            Target::Accumulation | Target::Albedo | Target::Specular | Target::Position => color(Vec3::ZERO),
+            _ => vk::ClearValue::default(),
         })
         .collect()
 }

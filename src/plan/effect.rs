@@ -1,6 +1,8 @@
 //! The declaration of an effect, written once, in the effect's own file. [`super::effects`] lists them, and plan, refusals and reasons follow from that list.
 
-use super::{Capabilities, Error, FramePlan, Part, Refusal, Shading, Why, is_tiled, lacks_gbuffer};
+use super::{
+    Capabilities, Error, FramePlan, Part, PlannedTexture, Refusal, Shading, Target, Why, is_tiled, lacks_gbuffer,
+};
 use crate::scene::{LightPath, Scene, Settings, View};
 
 /// Something that frames do beside lighting surfaces, where settings or the scene ask for it.
@@ -19,6 +21,14 @@ pub struct Effect {
     pub spreads: bool,
     /// Why it needs an HDR target, if it is blended as transparent surfaces are.
     pub blended: Option<&'static str>,
+    /// The most layers that it blends over a pixel.
+    pub layers: fn(&FramePlan) -> u32,
+    /// Textures that it draws with, beside those of materials.
+    pub textures: fn(&FramePlan) -> &[PlannedTexture],
+    /// The images that frames draw for it alone, each by the noun that sentences have for its content.
+    pub nouns: &'static [(Target, &'static str)],
+    /// True if a compute shader of it looks up the sky's light.
+    pub computes_with_sky: bool,
     /// Says why every light reaches all pixels under these settings; `None` if the effect adds no such reason.
     pub reaches_all_lights: fn(&Settings) -> Option<&'static str>,
     /// The lights that frames which have it need where no surface is seen.
@@ -65,6 +75,10 @@ impl Effect {
         changes_light: false,
         spreads: false,
         blended: None,
+        layers: |_| 0,
+        textures: |_| &[],
+        nouns: &[],
+        computes_with_sky: false,
         reaches_all_lights: |_| None,
         lit_air: |_| LitAir::None,
         frames: |_| 1,

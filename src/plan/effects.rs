@@ -25,7 +25,7 @@ pub mod types {
 use std::borrow::Cow;
 
 use super::effect::{Effect, EffectView, Hdr, LitAir, Request, Shows};
-use super::{Error, FramePlan, Part, PartGroup};
+use super::{Error, FramePlan, Part, PartGroup, PlannedTexture, Target};
 use crate::scene::{Scene, Settings, View};
 use types::{AoPlan, Bloom, FogPlan, ParticlePlan, ReflectionPlan, SkyPlan, TaaPlan};
 
@@ -97,6 +97,11 @@ pub fn shows_effect(view: View) -> bool {
     shown_by(view).is_some_and(|(_, own)| own.shows != Shows::Gbuffer)
 }
 
+/// Returns true if a view shows what an effect has left in the G-buffer.
+pub(crate) fn shows_gbuffer(view: View) -> bool {
+    shown_by(view).is_some_and(|(_, own)| own.shows == Shows::Gbuffer)
+}
+
 /// Returns true if frames of a view are lit.
 pub(super) fn is_lit(view: View) -> bool {
     matches!(view, View::Final | View::Lighting | View::Ambient) || shows_effect(view)
@@ -126,6 +131,26 @@ pub(crate) fn unswept(key: &str, scene: &Scene, plan: &FramePlan) -> Option<&'st
 /// The reason that no light is out of reach, if an effect has one.
 pub(super) fn reach_all_lights(settings: &Settings) -> Option<&'static str> {
     EFFECTS.iter().find_map(|effect| (effect.reaches_all_lights)(settings))
+}
+
+/// The most layers that effects blend over a pixel.
+pub(crate) fn layers(plan: &FramePlan) -> u32 {
+    of(plan).map(|effect| (effect.layers)(plan)).fold(0, u32::saturating_add)
+}
+
+/// The textures of the one effect that has some.
+pub(crate) fn textures(plan: &FramePlan) -> &[PlannedTexture] {
+    of(plan).map(|effect| (effect.textures)(plan)).find(|own| !own.is_empty()).unwrap_or_default()
+}
+
+/// The noun for the content of an image that frames draw for one effect.
+pub(crate) fn noun_of(target: Target) -> Option<&'static str> {
+    EFFECTS.iter().flat_map(|effect| effect.nouns).find_map(|&(own, noun)| (own == target).then_some(noun))
+}
+
+/// Returns true if compute shaders of a plan's frames look up the sky's light.
+pub(crate) fn compute_with_sky(plan: &FramePlan) -> bool {
+    of(plan).any(|effect| effect.computes_with_sky)
 }
 
 /// The lights that a plan's frames need where no surface is seen.

@@ -3,7 +3,7 @@
 use super::program::{Memory, Touch, Who};
 use crate::frame::edges::Place;
 use crate::passes::Resource;
-use crate::plan::Target;
+use crate::plan::{Target, effects};
 
 /// The action of the later use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -121,17 +121,14 @@ pub(super) fn noun(memory: Memory) -> &'static str {
             Target::Specular => "specular colours",
             Target::Position => "positions",
             Target::Occluders => "depth of large objects",
-            Target::Visibility => "visibility",
-            Target::Hiz => "depths of squares",
-            Target::Rays => "rays",
             Target::Count => "counts of fragments",
             Target::Triangle => "numbers of triangles",
             Target::Accumulation => "sums of transparent light",
             Target::Weights => "sums of weights",
             Target::Hdr => "light",
-            Target::Velocity => "vectors",
             Target::Samples => "samples of light",
             Target::Output | Target::Smoothed => "the picture",
+            _ => effects::noun_of(target).unwrap_or("an image"),
         },
         Resource::SwapchainImage => "the window's image",
         Resource::ShownImage => "the image that is encoded",

@@ -12,6 +12,7 @@ pub(crate) const EFFECT: Effect = Effect {
     name: "ambient occlusion",
     is_asked_for: is_used,
     off: Some(("--ao off", |settings| settings.ao = AmbientOcclusion::Off)),
+    nouns: &[(Target::Visibility, "visibility")],
     view: Some(EffectView { view: View::Ao, shows: Shows::Gbuffer, is_alone: false, plan: |_| {} }),
     changes_light: true,
     unswept: |key, _, plan| {

@@ -23,6 +23,8 @@ pub(crate) const EFFECT: Effect = Effect {
         },
     }),
     blended: Some("particles are blended before tone mapping"),
+    layers: |plan| plan.effects.particles.as_ref().map_or(0, |own| own.capacity),
+    textures: |plan| plan.effects.particles.as_ref().map_or(&[], |own| &own.textures),
     unswept: |key, scene, _| (key == "particles" && scene.emitters.is_empty()).then_some("the scene has no emitters"),
     // They float where no object is.
     lit_air: |_| LitAir::All,

@@ -22,6 +22,9 @@ pub(crate) const EFFECT: Effect = Effect {
         plan: |settings| settings.reflections = Reflections::Screen,
     }),
     changes_light: true,
+    nouns: &[(Target::Hiz, "depths of squares"), (Target::Rays, "rays")],
+    // REFLECT_RESOLVE takes back what AMBIENT has added of it.
+    computes_with_sky: true,
     is_set_aside: true,
     unswept: |key, _, plan| {
         (key.starts_with("reflection") && !plan.reflects())

@@ -4,7 +4,7 @@ use crate::plan::checks::ANTI_ALIASING;
 use crate::plan::effect::{Effect, EffectView, Hdr, NOT_ASKED_FOR, Request, Shows};
 use crate::plan::parts::part;
 use crate::plan::surfaces::SurfaceRules;
-use crate::plan::{BufferName, Error, FramePlan, Part, PartGroup, Refusal, Shading};
+use crate::plan::{BufferName, Error, FramePlan, Part, PartGroup, Refusal, Shading, Target};
 use crate::scene::{Output, Resolve, Scene, Settings, Tonemap, View};
 
 /// The mean that a frame leaves for the next one.
@@ -14,6 +14,7 @@ pub const TAA_MEAN: BufferName = BufferName("mean of frames");
 pub(crate) const EFFECT: Effect = Effect {
     name: "TAA",
     is_asked_for: |_, settings| settings.taa,
+    nouns: &[(Target::Velocity, "vectors")],
     off: Some(("--taa off", |settings| settings.taa = false)),
     view: Some(EffectView { view: View::Velocity, shows: Shows::Values, is_alone: true, plan: plan_vectors }),
     frames,
@@ -130,6 +131,16 @@ impl FramePlan {
     /// Frames that are drawn for a picture.
     pub fn frames_a_picture(&self) -> u32 {
         self.effects.taa.map_or(self.samples, |taa| taa.frames)
+    }
+
+    /// Returns true if frames are averaged over time.
+    pub fn averages_over_time(&self) -> bool {
+        self.effects.taa.is_some()
+    }
+
+    /// Frames that are averaged over time at most; 1 where none are.
+    pub fn averaged_frames(&self) -> u32 {
+        self.effects.taa.map_or(1, |taa| taa.history)
     }
 
     /// Returns true if VELOCITY draws vectors of surfaces that move by themselves.
