@@ -1,6 +1,6 @@
 //! The air before all that is drawn, for the passes that fill it with light and for those that look through it: its constants, and the light in it.
 
-use super::{Presence, Resource, SAMPLED, Touch};
+use super::{Resource, SAMPLED, Touch};
 use crate::gpu::sync::Use;
 use crate::plan::{FROXELS, FramePlan};
 
@@ -33,14 +33,6 @@ pub(super) use {air_constants, froxel_grid};
 /// Looks up the light in the air, where passes find it.
 pub(super) fn touch(plan: &FramePlan) -> Option<Touch> {
     plan.froxels().map(|_| Touch::resource(LIGHT, LIGHT_READ).because("looks up the light in the air"))
-}
-
-/// Tells if SCATTER and INTEGRATE are in a plan's frames.
-pub(super) fn presence(plan: &FramePlan) -> Presence {
-    match plan.froxels() {
-        Some(own) => Presence::In(own.to_string()),
-        None => Presence::Out(plan.lack_of_froxels().into()),
-    }
 }
 
 /// Returns true if the scene's lights shine into the air.

@@ -41,6 +41,11 @@ impl Presence {
         if is_in { Self::In(why.into()) } else { Self::Out(why_not.into()) }
     }
 
+    /// In where the plan has a part, with the part's own words for it.
+    pub fn of(part: Option<&impl fmt::Display>, why_not: &str) -> Self {
+        part.map_or_else(|| Self::Out(why_not.into()), |own| Self::In(own.to_string()))
+    }
+
     pub fn is_in(&self) -> bool {
         matches!(self, Self::In(_))
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{Object, Pass, Place, Recording, Touch, air, frame_data, needed};
+use super::{Object, Pass, Place, Presence, Recording, Touch, air, frame_data, needed};
 use crate::gpu::{self, Device, Owned, ShaderStage, compute_pipeline, pipeline_layout, sync::Use};
 use crate::plan::{FramePlan, FroxelPlan};
 use crate::shaders::integrate::{self as shader, Flags, constants};
@@ -18,7 +18,7 @@ pub const PASS: Pass = Pass {
     place: Place::pass("INTEGRATE"),
     time: "integrate",
     what: "what the fog before each froxel scatters to the eye",
-    presence: air::presence,
+    presence: |plan| Presence::of(plan.froxels(), plan.lack_of_froxels()),
     touches: |_| {
         vec![
             frame_data(),

@@ -15,7 +15,6 @@ use crate::gpu::{
 };
 use crate::gpu_scene::{Sheets, TEXTURE_READ};
 use crate::plan::{FramePlan, PARTICLES, ParticlePlan, Target, ToneMapping};
-use crate::scene::counted;
 use crate::scene::emitter::MOST_TEXTURES;
 use crate::shaders::particles::{self as shader, Flags, constants};
 
@@ -30,7 +29,7 @@ pub const PASS: Pass = Pass {
     place: Place::pass("PARTICLES"),
     time: "particles",
     what: "particles, over what is behind them",
-    presence,
+    presence: |plan| Presence::of(plan.effects.particles.as_ref(), "no particles are drawn"),
     touches: |plan| {
         let mut touches = targets(plan);
         touches.push(Touch::input(0, Target::Depth, DEPTH_READ).because("reads depth, to fade near surfaces"));
@@ -53,17 +52,6 @@ pub const PASS: Pass = Pass {
         Ok(Box::new(ParticlePass::new(own.device, (own.plan, planned), place, (buffers, textures), &own.inputs())?))
     }),
 };
-
-/// Tells if frames have SIMULATE and PARTICLES.
-pub(super) fn presence(plan: &FramePlan) -> Presence {
-    match &plan.effects.particles {
-        Some(own) => {
-            let emitters = counted(own.emitters as usize, "emitter");
-            Presence::In(format!("up to {} of {emitters}", counted(own.capacity as usize, "particle")))
-        }
-        None => Presence::Out("no particles are drawn".into()),
-    }
-}
 
 /// The pass.
 pub struct ParticlePass {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{Object, Pass, Place, Recording, Resource, SetLayouts, Touch, air, frame_data, maps, needed};
+use super::{Object, Pass, Place, Presence, Recording, Resource, SetLayouts, Touch, air, frame_data, maps, needed};
 use crate::gpu::{
     self, Buffer, Device, Location, MemoryKind, Owned, SetLayout, ShaderStage, compute_pipeline, pipeline_layout,
     sync::Use,
@@ -22,7 +22,7 @@ pub const PASS: Pass = Pass {
     place: Place::pass("SCATTER"),
     time: "scatter",
     what: "the light that each froxel of fog scatters",
-    presence: air::presence,
+    presence: |plan| Presence::of(plan.froxels(), plan.lack_of_froxels()),
     touches: |plan| {
         let light = Touch::resource(air::LIGHT, LIGHT_WRITE).because("writes the light of each froxel");
         [frame_data(), light].into_iter().chain(maps(plan, MAP_READ)).collect()

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
-use super::{Object, Pass, Place, Recording, Resource, SetLayouts, Touch, frame_data, maps, needed, particles};
+use super::{Object, Pass, Place, Presence, Recording, Resource, SetLayouts, Touch, frame_data, maps, needed};
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, ShaderStage, binding,
     compute_pipeline, pipeline_layout, sync::Use,
@@ -23,7 +23,7 @@ pub const PASS: Pass = Pass {
     place: Place::pass("SIMULATE"),
     time: "simulate",
     what: "particles of the moment, lit",
-    presence: particles::presence,
+    presence: |plan| Presence::of(plan.effects.particles.as_ref(), "no particles are drawn"),
     touches: |plan| {
         let states = Touch::resource(Resource::Buffers(PARTICLES), STATE_WRITE).because("writes states and keys");
         [frame_data(), states].into_iter().chain(maps(plan, MAP_READ)).collect()

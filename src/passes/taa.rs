@@ -31,7 +31,7 @@ pub const PASS: Pass = Pass {
     place: Place::pass("TAA"),
     time: "taa",
     what: "averages with what frames before saw of the same surfaces",
-    presence,
+    presence: |plan| Presence::when(plan.averages_over_time(), "asked for", plan.reasons.lack_of("TAA")),
     touches: |plan| {
         let mut touches = vec![
             Touch::sampled(LIGHT, Target::Hdr, FRAME_READ).because(LOOKS),
@@ -219,11 +219,6 @@ fn bound(
     };
     let sets = [set(0)?, set(1)?];
     Ok((pool, sets))
-}
-
-/// Tells if frames are averaged over time.
-pub(super) fn presence(plan: &FramePlan) -> Presence {
-    Presence::when(plan.effects.taa.is_some(), "asked for", plan.reasons.lack_of("TAA"))
 }
 
 /// Returns the shader variant of a plan.

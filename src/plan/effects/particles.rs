@@ -1,5 +1,7 @@
 //! Particles: the room that a frame has for a scene's emitters, and the way in which they are drawn.
 
+use std::fmt;
+
 use crate::plan::effect::{Effect, EffectView, LitAir, Request, Shows};
 use crate::plan::parts::{Part, part};
 use crate::plan::{BufferName, Capabilities, Error, FramePlan, PlannedTexture, Refusal, Shading, Why};
@@ -65,6 +67,14 @@ pub struct ParticlePlan {
     pub texture_of: Vec<Option<u32>>,
     /// Each layer counts alike, and nothing else is seen.
     pub counts: bool,
+}
+
+/// In `inspect`: `up to 100 particles of 2 emitters`.
+impl fmt::Display for ParticlePlan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let emitters = counted(self.emitters as usize, "emitter");
+        write!(f, "up to {} of {emitters}", counted(self.capacity as usize, "particle"))
+    }
 }
 
 /// Returns true if a picture shows the scene's particles.
