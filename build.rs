@@ -4,10 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
-use afterlight_shader_compiler::{Error, Shader, compile_directory, variants_growth, variants_table, write_rust};
-
-/// The committed table of variants, which the build compares with those that it compiles.
-const TABLE: &str = "shaders/variants.txt";
+use afterlight_shader_compiler::{Error, Shader, compile_directory, count_variants, variants_growth, write_rust};
 
 /// The most different SPIR-V modules that the program may hold. A new flag can double a shader's: then ask whether a specialization constant
 /// does as well, or whether `requires:` and `excludes:` rule variants out.
@@ -71,12 +68,12 @@ fn commit_of_package(info: &str) -> Option<String> {
 
 fn build(out: &Path) -> Result<(), Vec<Error>> {
     let shaders = compile_directory(Path::new("shaders"))?;
-    let grown = tell_growth(&shaders, out).map_err(|error| vec![error])?;
+    let grown = tell_growth(&shaders);
     let written = write_rust(&shaders, out).map_err(|error| vec![error])?;
     if written.modules > MOST_MODULES {
         let (modules, grown) = (written.modules, grown.join("; "));
         let message = format!("{modules} SPIR-V modules are more than the {MOST_MODULES} of build.rs: {grown}");
-        return Err(vec![Error::in_file(TABLE, message)]);
+        return Err(vec![Error::in_file("shaders", message)]);
     }
     Ok(())
 }
@@ -108,19 +105,17 @@ fn icon_file(png: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// Warns of each number of variants that is not the one in [`TABLE`], and returns the warnings.
-fn tell_growth(shaders: &[Shader], out: &Path) -> Result<Vec<String>, Error> {
-    let fault = |path: &Path, error: std::io::Error| Error::in_file(&path.display().to_string(), error.to_string());
-    let now = variants_table(shaders);
-    let path = out.join("variants.txt");
-    std::fs::write(&path, &now).map_err(|error| fault(&path, error))?;
-    let before = std::fs::read_to_string(TABLE).map_err(|error| fault(Path::new(TABLE), error))?;
-    let grown = variants_growth(&before, &now);
-    for line in &grown {
-        println!("cargo::warning={line}");
+/// Warns of each shader whose line `// counts:` does not state its numbers of variants, and returns how they have grown.
+fn tell_growth(shaders: &[Shader]) -> Vec<String> {
+    let mut all = Vec::new();
+    for shader in shaders {
+        let Some(grown) = variants_growth(shader) else { continue };
+        let (name, counts) = (&shader.name, count_variants(shader));
+        println!("cargo::warning=variants of {name}: {grown}");
+        println!(
+            "cargo::warning=once that is as it should be, write in the head of shaders/{name}.wgsl: // counts: {counts}"
+        );
+        all.push(format!("{name}: {grown}"));
     }
-    if !grown.is_empty() {
-        println!("cargo::warning=once that is as it should be: cp {} {TABLE}", path.display());
-    }
-    Ok(grown)
+    all
 }

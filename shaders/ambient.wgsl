@@ -6,6 +6,7 @@
 // excludes: MSAA NORMAL_UINT
 // requires: SPECULAR -> MATERIAL
 // precise
+// counts: 24; with MATERIAL 16, SPECULAR 8, POSITION 12, NORMAL_UINT 6, MSAA 12, PER_SAMPLE 6
 #import afterlight::frame::{frame}
 #import afterlight::screen::{screen_corner}
 #import afterlight::gbuffer::{load_texel}

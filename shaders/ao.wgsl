@@ -1,6 +1,7 @@
 // AO: the share of light from everywhere that surfaces nearby leave to each pixel, from depth and normals of the pixels around it. AO_DENOISE
 // makes of it what LIGHTING reads.
 // variants: NORMAL_UINT
+// counts: 2; with NORMAL_UINT 1
 #import afterlight::frame::{distance_at, frame, position_at, ORTHOGRAPHIC}
 #import afterlight::encodings::{decode_normal, decode_normal_uint}
 #import afterlight::visibility::{pack_visibility}

@@ -2,6 +2,7 @@
 // has of the material.
 // variants: NORMAL_UINT HALF_ALBEDO SINGLE_ALBEDO
 // excludes: HALF_ALBEDO SINGLE_ALBEDO
+// counts: 6; with NORMAL_UINT 3, HALF_ALBEDO 2, SINGLE_ALBEDO 2
 #import afterlight::frame::{frame, position_at}
 #import afterlight::encodings::{decode_normal, decode_normal_uint}
 #import afterlight::visibility::{unpack_visibility}

@@ -1,4 +1,5 @@
 // ARRANGE: for each step of depth a work group, which turns the numbers of instances by slot into how many come before them in the step.
+// counts: 1
 #import afterlight::culling::{count_at, cull, culled}
 
 // The number of instances of each step, for the CPU.

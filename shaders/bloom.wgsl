@@ -2,6 +2,7 @@
 // variants: FIRST UP MSAA
 // excludes: FIRST UP
 // requires: MSAA -> FIRST
+// counts: 4; with FIRST 2, UP 1, MSAA 1
 #import afterlight::bloom::{axis_of, down, extent_of, up, Levels, TAPS}
 
 // Light is cut off at that before it is blurred, as TONEMAP cuts off its own.

@@ -2,6 +2,7 @@
 // With several samples a pixel it runs once a sample: surfaces may cover some and not others.
 // variants: MSAA
 // precise
+// counts: 2; with MSAA 1
 #import afterlight::screen::{screen_corner}
 
 // Largest value that the picture may gain.

@@ -1,6 +1,7 @@
 // CULL: which instances are in view and not hidden, in which step of depth each of those is, and how many come before it in its group.
 // variants: HIDES LEVELS
 // precise
+// counts: 4; with HIDES 2, LEVELS 2
 #import afterlight::culling::{Batch, batch_of, count_at, cull, culled, group_of, groups, HIDDEN, LANES, slot_of, Stand, stands, STEPS}
 
 struct Bounds {

@@ -1,6 +1,7 @@
 // DEPTH, the pre-pass: positions only, so that the pass that shades after it meets each visible surface once. The arithmetic of the position is
 // that of geometry.wgsl, and precise, so that depths are equal to the bit.
 // precise
+// counts: 1
 #import afterlight::frame::{frame}
 
 struct Vertex {

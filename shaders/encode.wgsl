@@ -1,4 +1,5 @@
 // ENCODE: a window's picture, which is linear light, into the values of images that no hardware encodes. 1 is white.
+// counts: 1
 #import afterlight::tonemapping::{encode_srgb}
 #import afterlight::screen::{screen_corner}
 

@@ -1,6 +1,7 @@
 // FILL: the rows of the instances that are seen, in the order in which they are drawn, and the commands that draw them.
 // variants: LOOKS
 // precise
+// counts: 2; with LOOKS 1
 #import afterlight::culling::{batch_of, count_at, cull, culled, group_of, groups, HIDDEN, LANES, slot_of, Stand, stands, STEPS}
 
 #ifdef LOOKS

@@ -3,6 +3,7 @@
 // variants: LIGHTS MSAA FROXELS
 // requires: FROXELS -> LIGHTS
 // precise
+// counts: 6; with LIGHTS 4, MSAA 3, FROXELS 2
 #import afterlight::frame::{distance_at, frame}
 #import afterlight::screen::{screen_corner}
 #import afterlight::fog::{endless_fog_depth, fog_depth, fog_light, fog_ray, fog_transmittance}

@@ -6,6 +6,7 @@
 // requires: SHADOW -> LIGHTS
 // excludes: SKY_LIGHT UNIFORM_BUFFER
 // precise
+// counts: 168; with TEXTURED 112, NORMAL_MAP 56, EXTRAS 84, LIGHTS 144, UNIFORM_BUFFER 48, CLUSTERED 72, SHADOW 72, WEIGHTED 84, SKY_LIGHT 60
 #import afterlight::frame::{frame, view_ray, ORTHOGRAPHIC}
 #import afterlight::encodings::{encode_shininess}
 #import afterlight::brdf::{coat_share, usual_dielectric, Dielectric, Surface}
@@ -30,7 +31,7 @@
 #import afterlight::shading::{add_punctual}
 #import afterlight::clusters::{cluster_at, cluster_lights}
 #endif
-#import afterlight::fogged::{fogged}
+#import afterlight::fogged::{seen_through_air}
 #import afterlight::texel::{Texel}
 #import afterlight::tonemapping::{tone_map}
 #ifdef WEIGHTED
@@ -92,9 +93,6 @@ override HIGHLIGHT: f32 = 0.0;
 override WEIGHT: f32 = 1.0;
 override LEAST: f32 = 0.000244140625;
 override PEAK: f32 = 1e28;
-
-// Fog lies before it. FOG comes after opaque surfaces.
-override FOG: bool = false;
 
 const HIDES: u32 = 0u;
 const BLEND: u32 = 1u;
@@ -303,10 +301,7 @@ fn shade(in: Varying, front: bool) -> vec4<f32> {
     let light = min(all_light(in.position, surface, texel, model) * frame.exposure, vec3(LARGEST)) + min(emissive, vec3(LARGEST));
     let share = select(1.0, alpha, OPACITY == BLEND);
     let own = vec4(min(light * share, vec3(LARGEST * alpha + HIGHLIGHT)), alpha);
-    if FOG {
-        return fogged(in.world, own, LARGEST);
-    }
-    return own;
+    return seen_through_air(in.world, own, LARGEST);
 }
 
 #ifdef WEIGHTED

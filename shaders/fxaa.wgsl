@@ -1,6 +1,7 @@
 // FXAA: smooths the edges of a finished picture, by its brightness alone. After Timothy Lottes, "FXAA" (NVIDIA, 2009; version 3.11,
 // 2011): where neighbours differ, the direction of the edge is found, its two ends are searched along it, and the pixel moves
 // towards its neighbour across the edge by as much as a straight edge between those ends covers of it.
+// counts: 1
 #import afterlight::screen::{screen_corner}
 
 @group(0) @binding(0) var picture: texture_2d<f32>;

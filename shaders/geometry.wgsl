@@ -12,6 +12,7 @@
 // excludes: OVERDRAW POSITION
 // excludes: OVERDRAW NORMAL_UINT
 // precise
+// counts: 204; with TEXTURED 134, NORMAL_MAP 64, EXTRAS 102, MATERIAL 96, SPECULAR 96, EMISSIVE 96, POSITION 96, NORMAL_UINT 96, OVERDRAW 12, TRIANGLE 8, PACKED 4
 enable primitive_index;
 #import afterlight::frame::{frame}
 #import afterlight::encodings::{encode_normal, encode_normal_uint, encode_shininess, octahedral, to_unorm}

@@ -1,5 +1,6 @@
 // HIZ: the nearest and the farthest depth of squares of 2 x 2 pixels, and of 4, 8, 16 and 32: reversed, the nearest is the largest, and 0 is where nothing
 // is. A work group makes all levels of a tile.
+// counts: 1
 #import afterlight::hiz::{level_at, LAST_LEVEL, TILE}
 
 @group(1) @binding(0) var stored_depth: texture_depth_2d;

@@ -1,6 +1,7 @@
 // INTEGRATE: the light that the fog before each froxel scatters to the eye, column by column from the eye on. Along a froxel the light is the same
 // everywhere, and a ray's gain of it is in proportion to the fog's loss there, whatever its optical depth (Hillaire 2015): nothing is gained twice.
 // always: FROXELS_WRITTEN
+// counts: 1
 #import afterlight::fog::{fog_depth, fog_lost, fog_moved, fog_ray, fog_transmittance}
 #import afterlight::froxels::{column_size, froxel_index, froxels, pack_light, slice_begin, unpack_light, FROXEL_COLUMNS, FROXEL_ROWS, FROXEL_SLICES}
 

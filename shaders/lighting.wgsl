@@ -14,6 +14,7 @@
 // excludes: BY_FOURS NORMAL_UINT
 // requires: SPECULAR -> MATERIAL
 // precise
+// counts: 240; with LIGHTS 216, UNIFORM_BUFFER 108, CLUSTERED 96, SHADOW 108, MATERIAL 160, SPECULAR 80, POSITION 120, NORMAL_UINT 54, MSAA 108, PER_SAMPLE 54, BY_FOURS 24
 #import afterlight::frame::{frame}
 #import afterlight::screen::{screen_corner}
 #import afterlight::gbuffer::{load_depth, load_texel}

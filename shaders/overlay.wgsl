@@ -1,5 +1,6 @@
 // OVERLAY: panels over the finished picture. Colours and textures are encoded as sRGB and times their alpha, as user interfaces have them;
 // a target that encodes by itself takes them linear, so that there the blending is linear too.
+// counts: 1
 
 // The target encodes sRGB.
 override ENCODED_OUTPUT: bool = true;

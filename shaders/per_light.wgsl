@@ -4,6 +4,7 @@
 // variants: VOLUME UNIFORM_BUFFER SHADOW MATERIAL SPECULAR POSITION NORMAL_UINT
 // requires: SPECULAR -> MATERIAL
 // precise
+// counts: 96; with VOLUME 48, UNIFORM_BUFFER 48, SHADOW 48, MATERIAL 64, SPECULAR 32, POSITION 48, NORMAL_UINT 48
 #import afterlight::frame::{frame}
 #import afterlight::screen::{screen_corner}
 #import afterlight::gbuffer::{load_position, load_texel}

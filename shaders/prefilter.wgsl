@@ -2,6 +2,7 @@
 // reflect; without both it is the table of a lobe's shares of even light.
 // variants: LOBE BASE
 // excludes: LOBE BASE
+// counts: 3; with LOBE 1, BASE 1
 #import afterlight::brdf::{smith_root, squared_alpha, PI}
 
 struct Push {

@@ -1,6 +1,7 @@
 // PYRAMID: of each square of 8 x 8 pixels, and of 16, 32 and 64, the least depth: the farthest of the nearest depths there. Reversed, 0 is where
 // nothing was drawn.
 // variants: SAMPLES
+// counts: 2; with SAMPLES 1
 #ifdef SAMPLES
 @group(0) @binding(0) var depths: texture_multisampled_2d<f32>;
 #else

@@ -6,6 +6,7 @@
 // 2014.)
 // always: STORED MATERIAL
 // variants: SPECULAR NORMAL_UINT
+// counts: 4; with SPECULAR 2, NORMAL_UINT 2
 #import afterlight::frame::{depth_at, distance_at, frame, position_at, view_ray, ORTHOGRAPHIC}
 #import afterlight::encodings::{decode_normal, decode_normal_uint}
 #import afterlight::gbuffer::{load_depth, load_texel, stored_depth, stored_normal}

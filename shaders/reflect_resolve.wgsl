@@ -2,6 +2,7 @@
 // AMBIENT and LIGHTING have added for that share of the lobe. (T. Stachowiak, "Stochastic Screen-Space Reflections", SIGGRAPH 2015.)
 // always: STORED MATERIAL
 // variants: SPECULAR NORMAL_UINT SINGLE SKY_LIGHT
+// counts: 16; with SPECULAR 8, NORMAL_UINT 8, SINGLE 8, SKY_LIGHT 8
 #import afterlight::frame::{frame, position_at}
 #import afterlight::gbuffer::{load_depth, load_texel, stored_depth}
 #import afterlight::brdf::{ggx_lobe, half_vector, schlick, smith_root, COOK_TORRANCE}

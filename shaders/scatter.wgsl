@@ -2,6 +2,7 @@
 // in the froxel. The places are the same in every frame, so that a picture depends on its moment alone.
 // always: LIGHTS FROXELS_WRITTEN
 // variants: SHADOW
+// counts: 2; with SHADOW 1
 #import afterlight::frame::{across, frame, ORTHOGRAPHIC}
 #import afterlight::fog::{fog_depth, fog_lost, fog_moved, fog_ray, phase}
 #import afterlight::froxels::{column_size, froxel_index, froxels, pack_light, slice_begin, FROXEL_COLUMNS, FROXEL_ROWS, FROXEL_SLICES}
@@ -144,7 +145,7 @@ fn suns_in(piece: Piece) -> vec3<f32> {
     var radiance = vec3(0.0);
     for (var i = 0u; i < frame.directional_count; i++) {
         let to_light = lights[i].position;
-        var strength = phase(piece.direction, to_light, frame.fog_anisotropy);
+        var strength = phase(piece.direction, to_light, frame.air.anisotropy);
 #ifdef SHADOW
         if DIRECTIONAL_SHADOWS {
             strength *= visibility(lights[i].falloff, piece.position, vec3(0.0), to_light, SHADOW_FILTER);
@@ -161,7 +162,7 @@ fn lamp_in(light: Light, piece: Piece) -> vec3<f32> {
     if strength <= 0.0 {
         return vec3(0.0);
     }
-    strength *= phase(piece.direction, reach.to_light, frame.fog_anisotropy);
+    strength *= phase(piece.direction, reach.to_light, frame.air.anisotropy);
     if (light.falloff & 3u) == INVERSE_SQUARE {
         let offset = light.position - piece.position;
         strength *= mean_inverse_square(piece, offset) * max(dot(offset, offset), MIN_DISTANCE_SQUARED);
@@ -217,6 +218,6 @@ fn main(
     if any(at >= vec3(FROXEL_COLUMNS, FROXEL_ROWS, FROXEL_SLICES)) {
         return;
     }
-    radiance = radiance * (frame.fog_albedo / f32(SAMPLES)) + frame.fog_light;
+    radiance = radiance * (frame.air.albedo / f32(SAMPLES)) + frame.air.light;
     froxels[froxel_index(at) * 2u] = pack_light(min(radiance * frame.exposure, vec3(min(LARGEST, 65000.0))));
 }

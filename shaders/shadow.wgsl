@@ -2,6 +2,7 @@
 // texture that lies on the mesh otherwise than its first coordinates say (EXTRAS).
 // variants: MASKED EXTRAS
 // precise
+// counts: 4; with MASKED 2, EXTRAS 2
 
 struct Push {
     alpha: f32,

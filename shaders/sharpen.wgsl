@@ -1,4 +1,5 @@
 // SHARPEN: TAA's mean, back into the light, with its edges sharpened.
+// counts: 1
 #import afterlight::screen::{screen_corner}
 #import afterlight::history::{History, light_of, mean_of}
 

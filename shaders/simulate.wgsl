@@ -2,6 +2,7 @@
 // frame: all of it follows from the particle's number, its emitter's seed and its age, as in src/scene/emitter.rs.
 // variants: LIGHTS SHADOW SORTED
 // requires: SHADOW -> LIGHTS
+// counts: 6; with LIGHTS 4, SHADOW 2, SORTED 3
 #import afterlight::frame::{frame}
 #import afterlight::particles::{Particle}
 #ifdef LIGHTS

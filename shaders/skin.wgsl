@@ -1,5 +1,6 @@
 // SKIN: the vertices of deformed meshes for a pose: shapes are added by their weights, then joints move the result. One invocation a
 // vertex; a work group has vertices of one mesh.
+// counts: 1
 #import afterlight::vectors::{handedness, scaled_rows, turned_normal, unit_or}
 
 // The offsets of the parts of `sources` and `vertices`, in words.

@@ -1,5 +1,6 @@
 // SKY: the sky on pixels without a surface. The triangle lies at depth 0 and is drawn with compare EQUAL, so that it costs nothing where a surface
 // is.
+// counts: 1
 #import afterlight::frame::{frame, to_sky, view_ray}
 #import afterlight::screen::{screen_corner}
 #import afterlight::tonemapping::{tone_map}

@@ -1,6 +1,7 @@
 // SORT: a bitonic sort (K. E. Batcher, "Sorting Networks and their Applications", 1968) of keys by depth, and by their places where depths are the same: no
 // two keys are, so that the order is one and the same in every frame. Steps that stay within a block are done in shared memory at once.
 // variants: LOCAL
+// counts: 2; with LOCAL 1
 
 struct Push {
     // Edges of the sorted runs that this makes: from the first to the last, each twice the one before.

@@ -1,5 +1,6 @@
 // TAA: the mean of this frame and of the frames before it, over the same surfaces.
 // variants: VELOCITY
+// counts: 2; with VELOCITY 1
 #import afterlight::history::{averaged, COUNT, distance_of, History, light_of, mean_of, most, MOVING, packed}
 
 struct Push {

@@ -17,6 +17,7 @@
 // excludes: MSAA NORMAL_UINT
 // excludes: MSAA UNIFORM_BUFFER
 // precise
+// counts: 384; with UNIFORM_BUFFER 144, SHADOW 192, MATERIAL 240, SPECULAR 120, POSITION 180, NORMAL_UINT 144, EMISSIVE 180, LINEAR_OUTPUT 128, HALF_OUTPUT 128, VISIBILITY 24, TEXTURED 12, MSAA 84
 enable wgpu_binding_array;
 #import afterlight::frame::{distance_at, frame}
 #import afterlight::brdf::{Surface}

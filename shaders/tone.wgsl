@@ -1,4 +1,5 @@
 // TONE: the loss of a lens and a film in the finished picture. Blending multiplies a pixel by the share of light that stays.
+// counts: 1
 #import afterlight::frame::{frame}
 #import afterlight::screen::{screen_corner}
 

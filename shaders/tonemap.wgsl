@@ -1,12 +1,13 @@
 // TONEMAP: the HDR target to the output. Left out when LIGHTING tone-maps by itself.
 // With several samples a pixel it resolves them: the hardware's resolve could only average before tone mapping.
-// With BLOOM it takes a share of the light from the spread light.
-// variants: MSAA BLOOM
+// With SPREAD it takes a share of the light from the light that a lens spreads.
+// variants: MSAA SPREAD
 // precise
+// counts: 4; with MSAA 2, SPREAD 2
 #import afterlight::tonemapping::{tone_map}
 #import afterlight::screen::{screen_corner}
-#ifdef BLOOM
-#import afterlight::bloom::{axis_of, extent_of, up, Levels}
+#ifdef SPREAD
+#import afterlight::spread::{with_spread_light}
 #endif
 
 override OPERATOR: u32 = 0u;
@@ -23,9 +24,6 @@ override LINEAR: bool = false;
 #else
 @group(0) @binding(0) var subpass_hdr: texture_2d<f32>;
 #endif
-#ifdef BLOOM
-@group(1) @binding(0) var<storage, read> levels: Levels;
-#endif
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
@@ -41,7 +39,7 @@ fn shown(hdr: vec3<f32>) -> vec3<f32> {
     return tone_map(light, OPERATOR);
 }
 
-#ifndef BLOOM
+#ifndef SPREAD
 #ifdef MSAA
 fn sample_value(sample: u32) -> vec3<f32> {
     let hdr = textureLoad(subpass_hdr, vec2<i32>(0, 0), sample).rgb;
@@ -53,23 +51,7 @@ fn sample_value(sample: u32) -> vec3<f32> {
 #endif
 #endif
 
-#ifdef BLOOM
-// Light with its share of the levels' light, which BLOOM has mixed on the way up to the first one.
-fn bloomed(light: vec3<f32>, pixel: vec2<i32>) -> vec3<f32> {
-    let x = up(axis_of(levels.picture.x, 0u), pixel.x);
-    let y = up(axis_of(levels.picture.y, 0u), pixel.y);
-    let extent = vec2<i32>(extent_of(levels.picture, 1u));
-    var spread = vec3(0.0);
-    for (var down = 0; down < 3; down++) {
-        let row = clamp(pixel.y / 2 + down - 1, 0, extent.y - 1) * extent.x;
-        for (var right = 0; right < 3; right++) {
-            let column = clamp(pixel.x / 2 + right - 1, 0, extent.x - 1);
-            spread += y[down] * x[right] * levels.texels[row + column].rgb;
-        }
-    }
-    return mix(min(light, vec3(LARGEST)), spread, levels.share);
-}
-
+#ifdef SPREAD
 @fragment
 fn fragment(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     let pixel = vec2<i32>(position.xy);
@@ -83,7 +65,7 @@ fn fragment(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
 #else
     let light = textureLoad(subpass_hdr, vec2<i32>(0, 0), 0).rgb;
 #endif
-    return vec4(shown(bloomed(light, pixel)), 1.0);
+    return vec4(shown(with_spread_light(min(light, vec3(LARGEST)), pixel)), 1.0);
 }
 #else
 @fragment

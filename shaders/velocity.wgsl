@@ -3,6 +3,7 @@
 // reason.
 // variants: DEFORMED
 // precise
+// counts: 2; with DEFORMED 1
 #import afterlight::frame::{frame}
 
 struct Push {

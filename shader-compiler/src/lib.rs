@@ -13,10 +13,10 @@
 //! naga_oil writes them back as WGSL.
 
 mod compose;
+mod counts;
 mod emit;
 mod error;
 mod generate;
-mod growth;
 mod host;
 mod number;
 mod pack;
@@ -31,10 +31,10 @@ pub mod variants;
 use std::path::Path;
 
 use compose::{Composing, Library};
+pub use counts::{count_variants, variants_growth};
 pub use emit::{EntryPoint, Stage};
 pub use error::{Error, Location};
 pub use generate::{Written, write_rust};
-pub use growth::{variants_growth, variants_table};
 pub use host::host_interface;
 pub use number::same_but_for_ids;
 pub use shader::{ConstantValue, Shader, SpecConstant, Variant};

@@ -19,6 +19,8 @@ pub struct Shader {
     pub flags: Vec<String>,
     /// Its variants, ascending.
     pub variants: Vec<Variant>,
+    /// The numbers of variants that its file states.
+    pub counts: Option<String>,
     /// The specialization constants of all variants, by id.
     pub constants: Vec<SpecConstant>,
     /// The structs of its buffers, in all variants, sorted by name.
@@ -171,6 +173,7 @@ pub fn merge(plan: &Plan, emitted: Vec<Emitted>) -> Result<Shader, Vec<Error>> {
         name: plan.name.clone(),
         flags: plan.head.flags.clone(),
         variants: Vec::new(),
+        counts: plan.head.counts.clone(),
         constants: Vec::new(),
         structs: Vec::new(),
         push_constants: None,

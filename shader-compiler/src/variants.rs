@@ -6,6 +6,7 @@
 //! // excludes: NORMAL_MAP MASKED              ... and those with more than one of these.
 //! // always: LIGHTS                          on in every variant and no flag of it: for code that is shared,
 //! // precise                                  no contraction of arithmetic (see `patch`)
+//! // counts: 5; with TEXTURED 4, NORMAL_MAP 2  the number of variants, and of those that have each flag (see `counts`)
 //! ```
 
 use crate::error::{Error, Location};
@@ -27,6 +28,8 @@ pub struct Head {
     always: Vec<String>,
     /// True if floating-point arithmetic is decorated NoContraction.
     pub precise: bool,
+    /// The numbers of variants that the file states.
+    pub counts: Option<String>,
 }
 
 impl Head {
@@ -86,6 +89,10 @@ impl Head {
             self.excludes.push(bits);
         } else if comment == "precise" {
             self.precise = true;
+        } else if let Some(numbers) = comment.strip_prefix("counts:") {
+            if self.counts.replace(numbers.trim().to_owned()).is_some() {
+                return Err(Error::at(at.clone(), "`counts:` stands here twice"));
+            }
         }
         Ok(())
     }
@@ -178,5 +185,6 @@ mod tests {
         fails("// variants: lower\n", "IN_CAPITALS", 1);
         fails("// variants: A\n// excludes: A\n", "two flags", 2);
         fails("fn f() {}\n// variants: A\n", "head", 2);
+        fails("// counts: 1\n// counts: 1\n", "twice", 2);
     }
 }

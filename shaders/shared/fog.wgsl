@@ -24,8 +24,8 @@ struct FogRay {
 fn fog_ray(pixel: vec2<f32>) -> FogRay {
     let ray = view_ray(pixel);
     let stretch = length(ray);
-    let aside = select(0.0, across(pixel).y * frame.fog_rate, ORTHOGRAPHIC);
-    return FogRay(ray / stretch, stretch, frame.fog_rise + aside);
+    let aside = select(0.0, across(pixel).y * frame.air.rate, ORTHOGRAPHIC);
+    return FogRay(ray / stretch, stretch, frame.air.rise + aside);
 }
 
 // (1 - exp(-x)) / x for x >= 0: the mean of exp(-t) for t in 0..x.
@@ -39,21 +39,21 @@ fn mean_decay(x: f32) -> f32 {
 
 // Optical depth along so many metres of a ray. Symmetric in its ends: the lower one has the densest fog, which falls from there on.
 fn fog_depth(ray: FogRay, metres: f32) -> f32 {
-    let climb = ray.direction.y * metres * frame.fog_rate;
+    let climb = ray.direction.y * metres * frame.air.rate;
     let lowest = ray.rise + min(climb, 0.0);
-    return metres * mean_decay(abs(climb)) * exp(min(frame.fog_density - lowest, MOST_LOG));
+    return metres * mean_decay(abs(climb)) * exp(min(frame.air.density - lowest, MOST_LOG));
 }
 
 // The same of all of the ray. A ray that does not climb never leaves the fog.
 fn endless_fog_depth(ray: FogRay) -> f32 {
-    let climb = ray.direction.y * frame.fog_rate;
-    let here = exp(min(frame.fog_density - ray.rise, MOST_LOG));
+    let climb = ray.direction.y * frame.air.rate;
+    let here = exp(min(frame.air.density - ray.rise, MOST_LOG));
     return select(3.4e38, here / climb, climb > 0.0);
 }
 
 // The same ray, so many metres on.
 fn fog_moved(ray: FogRay, metres: f32) -> FogRay {
-    return FogRay(ray.direction, ray.stretch, ray.rise + ray.direction.y * metres * frame.fog_rate);
+    return FogRay(ray.direction, ray.stretch, ray.rise + ray.direction.y * metres * frame.air.rate);
 }
 
 // The share of light that an optical depth takes away, of thin fog as well.
@@ -79,10 +79,10 @@ fn phase(direction: vec3<f32>, to_light: vec3<f32>, g: f32) -> f32 {
 
 // The exposed light that endless fog sends against the direction. A ray through less of it gains as large a part of that as it loses of its own light.
 fn fog_light(direction: vec3<f32>, largest: f32) -> vec3<f32> {
-    var radiance = frame.fog_light;
+    var radiance = frame.air.light;
 #ifdef LIGHTS
     for (var i = 0u; i < frame.directional_count; i++) {
-        radiance += min(lights[i].color, vec3(1e30)) * (phase(direction, lights[i].position, frame.fog_anisotropy) * frame.fog_albedo);
+        radiance += min(lights[i].color, vec3(1e30)) * (phase(direction, lights[i].position, frame.air.anisotropy) * frame.air.albedo);
     }
 #endif
     return min(radiance * frame.exposure, vec3(largest));

@@ -1,7 +1,11 @@
-// Fog before a surface or particle that is blended over a fogged picture.
+// The air before a surface or particle that is blended over a fogged picture.
 #define_import_path afterlight::fogged
 #import afterlight::frame::{frame, ORTHOGRAPHIC}
 #import afterlight::fog::{fog_depth, fog_light, fog_transmittance, FogRay}
+
+// There is fog, and what is drawn is seen through it: FOG has come after opaque surfaces.
+override FOG: bool = false;
+
 #ifdef LIGHTS
 #ifndef UNIFORM_BUFFER
 #import afterlight::froxels::{froxel_light}
@@ -15,11 +19,14 @@ override FROXELS: bool = false;
 // At a place relative to the camera; its colour is times its alpha. The surface behind it is fogged as if the layer did not exist: that fog has left
 // the share t of the light behind, and added s, the light scattered on the whole way. Over that a layer of colour c that hides the share a has to
 // give t (c + (1 - a) b) + s where the picture has t b + s: blended as t c + a s with its own alpha it does.
-fn fogged(world: vec3<f32>, own: vec4<f32>, largest: f32) -> vec4<f32> {
+fn seen_through_air(world: vec3<f32>, own: vec4<f32>, largest: f32) -> vec4<f32> {
+    if !FOG {
+        return own;
+    }
     let away = select(length(world), dot(world, frame.forward), ORTHOGRAPHIC);
     let direction = select(world / max(away, 1e-30), frame.forward, ORTHOGRAPHIC);
-    let aside = select(0.0, (world.y - away * direction.y) * frame.fog_rate, ORTHOGRAPHIC);
-    let ray = FogRay(direction, 1.0, frame.fog_rise + aside);
+    let aside = select(0.0, (world.y - away * direction.y) * frame.air.rate, ORTHOGRAPHIC);
+    let ray = FogRay(direction, 1.0, frame.air.rise + aside);
     let left = fog_transmittance(fog_depth(ray, max(away, 0.0) + frame.eye_ahead));
 #ifdef LIGHTS
 #ifndef UNIFORM_BUFFER

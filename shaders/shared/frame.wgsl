@@ -1,6 +1,7 @@
 // The data of a frame that every pass has. World positions are relative to the camera: its place in the world is subtracted in f64 before anything
 // becomes f32.
 #define_import_path afterlight::frame
+#import afterlight::air::{Air}
 
 struct Frame {
     // Camera-relative world to clip space. Reversed Z: depth is near / distance, 0 at infinity; orthographic, it falls from 1 at `near` to 0 by
@@ -59,19 +60,7 @@ struct Frame {
     sun_sine: f32,
     // The place in each pixel that this frame looks through, in pixels from its centre: random numbers differ by it.
     jitter: vec2<f32>,
-    // Fog: the camera's height above its base in scale heights, and scale heights in a metre.
-    fog_rise: f32,
-    fog_rate: f32,
-    // The mean radiance of light from everywhere, times the fog's albedo.
-    fog_light: vec3<f32>,
-    // The logarithm of the loss along a metre at the base.
-    fog_density: f32,
-    fog_albedo: f32,
-    // The mean cosine of the angle of scattering.
-    fog_anisotropy: f32,
-    // Slices of froxels begin at fog_near (exp(fog_span i / n) - 1).
-    fog_near: f32,
-    fog_span: f32,
+    air: Air,
 }
 
 // The camera's rays are parallel.

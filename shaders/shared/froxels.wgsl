@@ -18,12 +18,12 @@ override FROXEL_SLICES: u32 = 64u;
 
 // The beginning of a slice, in metres along the view from the eye. Slices are even near the eye, and then ever thicker.
 fn slice_begin(slice: u32) -> f32 {
-    return frame.fog_near * (exp(frame.fog_span * (f32(slice) / f32(FROXEL_SLICES))) - 1.0);
+    return frame.air.near * (exp(frame.air.span * (f32(slice) / f32(FROXEL_SLICES))) - 1.0);
 }
 
 // The slice at a distance along the view; beyond the last their number.
 fn slice_at(distance: f32) -> u32 {
-    let share = log(1.0 + max(distance, 0.0) / frame.fog_near) / frame.fog_span;
+    let share = log(1.0 + max(distance, 0.0) / frame.air.near) / frame.air.span;
     return u32(min(share, 1.0) * f32(FROXEL_SLICES));
 }
 

@@ -13,7 +13,7 @@ use crate::gpu_scene::{
     Culling, GpuScene, Instances, PoseBuffer, SceneSource, Seen, ShadowAtlas, SortedIndices, ViewBuffers,
     view_set_layout,
 };
-use crate::passes::prefilter;
+use crate::passes::{air, prefilter};
 use crate::plan::FramePlan;
 use crate::scene::{Settings, exposure_scale, metered_ev100};
 use crate::visible::{ShadowCache, World};
@@ -104,7 +104,7 @@ impl RendererBuilder {
         })?;
         // The begin of a frame, the end of each of its passes, and of those over the picture.
         let times = List::of(&plan).passes().count() as u32 + 2;
-        let of_world = (&world, scene.sky.as_ref(), frame.froxels());
+        let of_world = (&world, scene.sky.as_ref(), frame.buffer(air::LIGHT));
         let in_flight = |index| {
             Ok(InFlight {
                 cmd: CommandBuffer::new(&device, &format!("frame {index}"))?,
@@ -119,7 +119,7 @@ impl RendererBuilder {
             })
         };
         let frames = (0..IN_FLIGHT).map(in_flight).collect::<gpu::Result<_>>()?;
-        let timeline = Timeline::of(plan.effects.taa.map_or(1, |taa| taa.history));
+        let timeline = Timeline::of(plan.averaged_frames());
         Ok(Renderer {
             device,
             plan,

@@ -457,20 +457,9 @@ impl List {
 
     /// A row of a render pass of which neither place is a subpass, or a row that names a pass which the frame has not.
     fn stray_row(&self, edges: &Edges) -> Option<String> {
-        let fixed = [
-            Place::OUTSIDE,
-            Place::UPLOAD,
-            Place::PREFILTER,
-            Place::CLEAR,
-            Place::DRAWS,
-            Place::PRESENTATION,
-            Place::DEVICE,
-            Place::HOST,
-            copy::PASS.place,
-        ];
         let is_known = |place: &Place| {
             let pass = |step: &Step| matches!(step, Step::Commands(own) if own.pass.place == *place);
-            fixed.contains(place) || self.find(*place).is_some() || self.0.iter().any(pass)
+            !place.is_pass() || *place == copy::PASS.place || self.find(*place).is_some() || self.0.iter().any(pass)
         };
         edges.iter().find_map(|edge| {
             let (name, from, to) = (edge.name, edge.from, edge.to);

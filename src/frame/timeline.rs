@@ -1,7 +1,7 @@
 //! A renderer's memory of the frame before, where frames are averaged over time.
 
 use super::jitter::Order;
-use crate::visible::{Eye, Particles, Sight, Since, Visible, World};
+use crate::visible::{Eye, Sight, Since, Visible, World};
 
 /// Frames a second of which a picture's frames are taken to be.
 pub const FRAMES_A_SECOND: f64 = 60.0;
@@ -23,7 +23,8 @@ pub(super) struct Timeline {
 struct Last {
     sight: Sight,
     generation: u64,
-    particles: Particles,
+    /// Of what changes by itself.
+    changing: Vec<u8>,
     exposure: f32,
 }
 
@@ -53,7 +54,7 @@ impl Timeline {
             before: last.map(|last| last.sight),
             still: last.is_some_and(|last| {
                 let same = last.sight == now && last.generation == world.generation();
-                same && last.particles == visible.particles
+                same && last.changing == visible.changing()
             }),
             exposed: last.map_or(1.0, |last| world.exposure / last.exposure),
             jitter: self.order.offset(self.count),
@@ -68,7 +69,7 @@ impl Timeline {
         self.last = Some(Last {
             sight: since.now,
             generation: world.generation(),
-            particles: visible.particles.clone(),
+            changing: visible.changing(),
             exposure: world.exposure,
         });
     }

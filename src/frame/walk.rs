@@ -14,7 +14,7 @@ use crate::gpu::{self, Buffer, Device, Image, Timestamps};
 use crate::gpu_scene::{Culling, GpuScene, PoseBuffer, Seen, ShadowAtlas};
 use crate::passes::object::buffers;
 use crate::passes::{Made, Making, Object, Pass, Recording, Resource, SetLayouts};
-use crate::plan::{FROXELS, FramePlan};
+use crate::plan::FramePlan;
 use crate::visible::{Visible, World};
 
 const INLINE: vk::SubpassContents = vk::SubpassContents::INLINE;
@@ -118,9 +118,9 @@ impl Frame {
         self.objects.iter().try_for_each(|made| made.object.write(place, visible))
     }
 
-    /// The fog's froxels, which set 0 names, where the plan has some.
-    pub(super) fn froxels(&self) -> Option<&Buffer> {
-        buffers(&self.objects, Resource::Buffers(FROXELS)).next()
+    /// A buffer that a pass has made, where the plan has it.
+    pub(super) fn buffer(&self, resource: Resource) -> Option<&Buffer> {
+        buffers(&self.objects, resource).next()
     }
 
     /// The picture, in TRANSFER_SRC_OPTIMAL after the frame, unless it is in an image of the swapchain.

@@ -1,16 +1,15 @@
 //! A scene's buffers, textures and descriptor sets on the device: the parts that the plan needs, and no more.
 
+mod air;
 mod culling;
 mod deformed;
 mod directions;
-mod fog;
-mod froxels;
 mod instances;
 mod material;
-mod particles;
 mod records;
 mod seen;
 mod shadows;
+mod sheets;
 mod sky;
 mod sorted;
 mod source;
@@ -18,13 +17,12 @@ mod view;
 
 pub use culling::{CulledState, Culling};
 pub use deformed::{Deformed, PoseBuffer, SkinPush};
-pub use froxels::froxel_buffer;
 pub use instances::Instances;
 pub use material::{HOLES, Materials, OWN_SAMPLERS, SAMPLER, SetForm};
-pub use particles::{ParticleBuffers, ParticleTextures};
 pub use records::{FrameUniform, LightRecord};
 pub use seen::{LOOK_UP, Seen};
 pub use shadows::{ATLAS_LAYOUT, ClearOrder, ShadowAtlas, clear as shadow_clear};
+pub use sheets::Sheets;
 pub use sky::{BASE_EDGE, LOBE_EDGE, LOBE_LEVELS, SKY_READ, SkyMaps, TABLE_EDGE};
 pub use sorted::SortedIndices;
 pub use source::SceneSource;
@@ -40,7 +38,9 @@ use rayon::prelude::*;
 
 use crate::gpu::sync::Use;
 use crate::gpu::{self, Buffer, Device, Location, MemoryKind, UploadOrder, Uploader};
-use crate::plan::{Extras, FramePlan, IndexWidth, MeshPlan, NumberedMesh, PlannedDeform, PlannedLevel, PlannedMesh};
+use crate::plan::{
+    Extras, FramePlan, IndexWidth, MeshPlan, NumberedMesh, PlannedDeform, PlannedLevel, PlannedMesh, effects,
+};
 use crate::scene::{Mesh, Scene};
 use crate::visible::{cone_mesh, sphere_mesh};
 
@@ -85,8 +85,8 @@ pub struct GpuScene {
     pub materials: Option<Materials>,
     /// Present if frames have a sky.
     pub sky: Option<SkyMaps>,
-    /// The particles' textures, if they have some.
-    pub particles: Option<ParticleTextures>,
+    /// Textures that an effect draws with, if one has some.
+    pub sheets: Option<Sheets>,
     /// Present if the light path draws lights' volumes.
     pub volumes: Option<VolumeMeshes>,
 }
@@ -239,10 +239,7 @@ impl GpuScene {
                 (Some(sky), Some(planned)) => Some(SkyMaps::new(device, &mut uploader, sky, planned)?),
                 _ => None,
             },
-            particles: match &plan.effects.particles {
-                Some(planned) => ParticleTextures::new(device, &mut uploader, scene, planned)?,
-                None => None,
-            },
+            sheets: Sheets::new(device, &mut uploader, scene, effects::textures(plan))?,
             volumes: match plan.uploads.volumes {
                 true => Some(volumes(device, &mut uploader)?),
                 false => None,

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Mat4, Vec2, Vec3, Vec4};
 
-use super::fog::FogUniform;
+use super::air::AirRecord;
 use crate::plan::{FramePlan, Grid, ShadowPlan};
 use crate::scene::{Camera, Light};
 use crate::visible::{Depth, Eye, Visible, VolumeRecord, World, clip_from_world};
@@ -43,14 +43,8 @@ pub struct FrameUniform {
     pub sun_radiance: Vec3,
     pub sun_sine: f32,
     pub jitter: [f32; 2],
-    pub fog_rise: f32,
-    pub fog_rate: f32,
-    pub fog_light: Vec3,
-    pub fog_density: f32,
-    pub fog_albedo: f32,
-    pub fog_anisotropy: f32,
-    pub fog_near: f32,
-    pub fog_span: f32,
+    pub _padding: [f32; 2],
+    pub air: AirRecord,
 }
 
 /// `Light` of `shaders/shared/lights.wgsl`.
@@ -83,7 +77,6 @@ impl FrameUniform {
         let shadow = plan.shadow.as_ref();
         let aside = right * (half_x * offset_x) - up * (half_y * offset_y);
         let sky = world.sky.unwrap_or_default();
-        let fog = FogUniform::of(world, plan, eye);
         let (near, depth_range) = match visible.depth {
             Depth::Reciprocal { near } => (near, 0.0),
             Depth::Linear { begin, end } => (begin, end - begin),
@@ -121,14 +114,8 @@ impl FrameUniform {
             sun_radiance: sky.sun_radiance,
             sun_sine: sky.sun_sine,
             jitter: jitter.map(|offset| offset as f32),
-            fog_rise: fog.rise,
-            fog_rate: fog.rate,
-            fog_light: fog.light,
-            fog_density: fog.density,
-            fog_albedo: fog.albedo,
-            fog_anisotropy: fog.anisotropy,
-            fog_near: fog.near,
-            fog_span: fog.span,
+            _padding: [0.0; 2],
+            air: AirRecord::of(world, plan, eye),
         }
     }
 }
@@ -199,14 +186,7 @@ const _: () = {
     assert!(offset_of!(FrameUniform, sky_scale) == wgsl::SKY_SCALE);
     assert!(offset_of!(FrameUniform, sun_radiance) == wgsl::SUN_RADIANCE);
     assert!(offset_of!(FrameUniform, sun_sine) == wgsl::SUN_SINE);
-    assert!(offset_of!(FrameUniform, fog_rise) == wgsl::FOG_RISE);
-    assert!(offset_of!(FrameUniform, fog_rate) == wgsl::FOG_RATE);
-    assert!(offset_of!(FrameUniform, fog_light) == wgsl::FOG_LIGHT);
-    assert!(offset_of!(FrameUniform, fog_density) == wgsl::FOG_DENSITY);
-    assert!(offset_of!(FrameUniform, fog_albedo) == wgsl::FOG_ALBEDO);
-    assert!(offset_of!(FrameUniform, fog_anisotropy) == wgsl::FOG_ANISOTROPY);
-    assert!(offset_of!(FrameUniform, fog_near) == wgsl::FOG_NEAR);
-    assert!(offset_of!(FrameUniform, fog_span) == wgsl::FOG_SPAN);
+    assert!(offset_of!(FrameUniform, jitter) == wgsl::JITTER && offset_of!(FrameUniform, air) == wgsl::AIR);
     assert!(offset_of!(FrameUniform, camera_in_scene) == wgsl::CAMERA_IN_SCENE);
     assert!(offset_of!(FrameUniform, scene_radius) == wgsl::SCENE_RADIUS);
     assert!(size_of::<VolumeData>() == crate::shaders::per_light::structs::volume::SIZE);

@@ -11,7 +11,7 @@ use crate::gpu::{
     self, Device, Image, ImageDesc, Location, MemoryKind, Owned, Sampler, SetLayoutBinding, SetWriter, Uploader,
     binding, sync::Use,
 };
-use crate::plan::{FramePlan, SkyPlan};
+use crate::plan::{FramePlan, SkyPlan, effects};
 use crate::scene::{FACES, Sky, SkyCube};
 
 /// Half floats blend, filter and can be stored to everywhere.
@@ -146,8 +146,7 @@ pub(super) fn bindings(plan: &FramePlan) -> Vec<SetLayoutBinding> {
     let Some(sky) = &plan.effects.sky else { return Vec::new() };
     let images = [(CUBE, sky.shown), (LOBE, sky.lights), (BASE, sky.lights), (TABLE, sky.lights)];
     let mut stages = vk::ShaderStageFlags::FRAGMENT;
-    if plan.reflects() {
-        // REFLECT_RESOLVE takes back what AMBIENT has added of it.
+    if effects::compute_with_sky(plan) {
         stages |= vk::ShaderStageFlags::COMPUTE;
     }
     let images = images.into_iter().filter(|(_, is_in)| *is_in);

@@ -6,8 +6,8 @@ use ash::vk;
 use bytemuck::Pod;
 use glam::{Vec3, Vec4};
 
-use super::SkyMaps;
 use super::records::{FrameUniform, LightRecord, VolumeData};
+use super::{SkyMaps, air};
 use crate::gpu::{self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, binding};
 use crate::plan::{FramePlan, Reach};
 use crate::scene::{Camera, TextureSlot};
@@ -27,10 +27,7 @@ pub fn set_layout(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<Owned<v
     if !plan.textures.mapped.is_empty() {
         bindings.push(binding(UV_MAPS, vk::DescriptorType::STORAGE_BUFFER, vk::ShaderStageFlags::VERTEX));
     }
-    if plan.names_froxels() {
-        let stages = vk::ShaderStageFlags::FRAGMENT | vk::ShaderStageFlags::COMPUTE;
-        bindings.push(binding(FROXELS, vk::DescriptorType::STORAGE_BUFFER, stages));
-    }
+    bindings.extend(air::bindings(plan));
     bindings.extend(super::sky::bindings(plan));
     let is_storage = |own: &&vk::DescriptorSetLayoutBinding<'_>| {
         own.descriptor_type == vk::DescriptorType::STORAGE_BUFFER
@@ -42,9 +39,6 @@ pub fn set_layout(device: &Arc<Device>, plan: &FramePlan) -> gpu::Result<Owned<v
 
 /// Rows of UV maps, as `shaders/shared/material.wgsl` declares them.
 const UV_MAPS: u32 = 5;
-
-/// The fog's froxels, as `shaders/shared/froxels.wgsl` declares them.
-const FROXELS: u32 = 14;
 
 /// Storage buffers that light paths read beside the lights (`shaders/shared/clusters.wgsl`, `per_light.wgsl`, `tiled.wgsl`).
 const CLUSTER_HEADS: u32 = 2;
@@ -82,7 +76,7 @@ impl ViewBuffers {
         index: usize,
         layout: vk::DescriptorSetLayout,
         plan: &FramePlan,
-        (world, sky, froxels): (&World, Option<&SkyMaps>, Option<&Buffer>),
+        (world, sky, light_in_air): (&World, Option<&SkyMaps>, Option<&Buffer>),
     ) -> gpu::Result<Self> {
         let buffer = |name: &str, size: usize, usage| {
             let name = format!("{name} of frame {index}");
@@ -113,7 +107,7 @@ impl ViewBuffers {
         };
         let kinds = [
             (vk::DescriptorType::UNIFORM_BUFFER, 2),
-            (vk::DescriptorType::STORAGE_BUFFER, 5 + u32::from(plan.names_froxels())),
+            (vk::DescriptorType::STORAGE_BUFFER, 5 + u32::from(air::bindings(plan).is_some())),
             (vk::DescriptorType::SAMPLED_IMAGE, if sky.is_some() { 4 } else { 0 }),
             (vk::DescriptorType::SAMPLER, u32::from(sky.is_some())),
         ];
@@ -132,10 +126,7 @@ impl ViewBuffers {
         if let Some(uv_maps) = &uv_maps {
             writer = writer.storage_buffer(UV_MAPS, uv_maps, uv_maps.size);
         }
-        // Without froxels, the binding needs some buffer that nobody reads: the lights.
-        if let Some(froxels) = froxels.or(lights.as_ref()).filter(|_| plan.names_froxels()) {
-            writer = writer.storage_buffer(FROXELS, froxels, froxels.size);
-        }
+        writer = air::write(plan, light_in_air, lights.as_ref(), writer);
         if let (Some(sky), Some(planned)) = (sky, &plan.effects.sky) {
             writer = sky.write(planned, writer);
         }

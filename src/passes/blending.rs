@@ -4,7 +4,7 @@ use ash::vk;
 
 use super::surface::Limits;
 use super::{COLOR_BLEND, DEPTH_COMPARE, First, Touch};
-use crate::plan::{FramePlan, Sums, Target, ToneMapping};
+use crate::plan::{FramePlan, Sums, Target, ToneMapping, effects};
 use crate::scene::Transparency;
 
 /// The attachments of the subpass.
@@ -27,11 +27,10 @@ pub fn targets(plan: &FramePlan) -> Vec<Touch> {
 const COUNTED_LAYERS: f32 = 2000.0;
 
 /// The bounds of a layer's values, so that no sum of layers overflows its target, and no addend of weighted blending is rounded to nothing. A layer's
-/// colour is at most `largest` times its alpha plus `highlight`; no pixel has more layers than the scene has transparent triangles, and particles.
+/// colour is at most `largest` times its alpha plus `highlight`; no pixel has more layers than the scene has transparent triangles, and effects blend over it.
 /// `shaders/forward.wgsl` says how the weights do it.
 pub fn limits(plan: &FramePlan) -> Limits {
-    let particles = plan.effects.particles.as_ref().map_or(0, |own| own.capacity);
-    let layers = plan.transparent_triangles.saturating_add(particles).max(1) as f32;
+    let layers = plan.transparent_triangles.saturating_add(effects::layers(plan)).max(1) as f32;
     let largest = plan.largest_light();
     match plan.sums {
         Some(Sums::SINGLE) => {

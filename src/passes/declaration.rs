@@ -41,6 +41,11 @@ impl Presence {
         if is_in { Self::In(why.into()) } else { Self::Out(why_not.into()) }
     }
 
+    /// In where the plan has a part, with the part's own words for it.
+    pub fn of(part: Option<&impl fmt::Display>, why_not: &str) -> Self {
+        part.map_or_else(|| Self::Out(why_not.into()), |own| Self::In(own.to_string()))
+    }
+
     pub fn is_in(&self) -> bool {
         matches!(self, Self::In(_))
     }
@@ -48,40 +53,51 @@ impl Presence {
 
 /// The place of a use: a pass, or something outside the frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Place(&'static str);
+pub struct Place {
+    name: &'static str,
+    is_pass: bool,
+}
 
 impl Place {
     /// Before or after the span that a row belongs to, in this frame or another.
-    pub const OUTSIDE: Self = Self("OUTSIDE");
+    pub const OUTSIDE: Self = Self::beside("OUTSIDE");
     /// Copies out of staging buffers, and blits from level to level of a texture.
-    pub const UPLOAD: Self = Self("UPLOAD");
-    /// Computes the sky's diffuse and specular light when the sky is uploaded.
-    pub const PREFILTER: Self = Self("PREFILTER");
+    pub const UPLOAD: Self = Self::beside("UPLOAD");
     /// The clear that the shadow maps' image begins with.
-    pub const CLEAR: Self = Self("CLEAR");
+    pub const CLEAR: Self = Self::beside("CLEAR");
     /// Every pass that draws the scene's meshes with its textures.
-    pub const DRAWS: Self = Self("DRAWS");
+    pub const DRAWS: Self = Self::beside("DRAWS");
     /// The presentation engine.
-    pub const PRESENTATION: Self = Self("PRESENTATION");
+    pub const PRESENTATION: Self = Self::beside("PRESENTATION");
     /// Everything that one submission does on the device.
-    pub const DEVICE: Self = Self("DEVICE");
+    pub const DEVICE: Self = Self::beside("DEVICE");
     /// The CPU.
-    pub const HOST: Self = Self("HOST");
+    pub const HOST: Self = Self::beside("HOST");
 
     /// The place of the pass with this name.
     pub const fn pass(name: &'static str) -> Self {
-        Self(name)
+        Self { name, is_pass: true }
+    }
+
+    /// A place outside the passes of a frame.
+    pub const fn beside(name: &'static str) -> Self {
+        Self { name, is_pass: false }
+    }
+
+    /// Returns true if it is a pass, which the list of a frame's passes may have.
+    pub const fn is_pass(self) -> bool {
+        self.is_pass
     }
 
     /// In capitals, as rows and reports print it: `LIGHTING`.
     pub const fn name(self) -> &'static str {
-        self.0
+        self.name
     }
 }
 
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.0)
+        f.write_str(self.name)
     }
 }
 

@@ -7,8 +7,8 @@ use ash::vk;
 
 use super::screen::{Input, Inputs, Screen, ScreenDesc, add, replace};
 use super::{
-    COLOR_BLEND, First, INPUT_READ, Making, Object, Pass, Place, Presence, Recording, SetLayouts, Slot, Touch,
-    frame_data, froxels, needed,
+    COLOR_BLEND, First, INPUT_READ, Making, Object, Pass, Place, Presence, Recording, SetLayouts, Slot, Touch, air,
+    frame_data, needed,
 };
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Target};
@@ -35,7 +35,7 @@ pub const PASS: Pass = Pass {
             Touch::color(0, plan.light_target(), First::Clear, LIGHT_BLEND).because("blends over the light"),
             frame_data(),
         ];
-        own.into_iter().chain(froxels(plan)).collect()
+        own.into_iter().chain(air::touch(plan)).collect()
     },
     leave_out: Some(|settings| settings.fog = Fog::Off),
     make: Some(|own| Ok(Box::new(FogPass::new(own.device, own.plan, own.slot()?, own.layouts, &own.inputs())?))),
@@ -61,7 +61,7 @@ impl FogPass {
             (constants::LARGEST, plan.largest_light().to_bits()),
             (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),
         ];
-        constants.extend(froxel_grid!(plan));
+        constants.extend(air::froxel_grid!(plan));
         if plan.msaa > 1 {
             constants.push((constants::SAMPLES, plan.msaa));
         }

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{Object, Pass, Place, Recording, Resource, Touch, frame_data, froxel_presence, needed};
+use super::{Object, Pass, Place, Presence, Recording, Touch, air, frame_data, needed};
 use crate::gpu::{self, Device, Owned, ShaderStage, compute_pipeline, pipeline_layout, sync::Use};
-use crate::plan::{FROXELS, FramePlan, FroxelPlan};
+use crate::plan::{FramePlan, FroxelPlan};
 use crate::shaders::integrate::{self as shader, Flags, constants};
 
 /// Reads the light of each froxel.
@@ -18,11 +18,11 @@ pub const PASS: Pass = Pass {
     place: Place::pass("INTEGRATE"),
     time: "integrate",
     what: "what the fog before each froxel scatters to the eye",
-    presence: froxel_presence,
+    presence: |plan| Presence::of(plan.froxels(), plan.lack_of_froxels()),
     touches: |_| {
         vec![
             frame_data(),
-            Touch::resource(Resource::Buffers(FROXELS), LIGHT_READ.or(SUM_WRITE))
+            Touch::resource(air::LIGHT, LIGHT_READ.or(SUM_WRITE))
                 .because("adds up the light of froxels, and writes its sums beside it"),
         ]
     },
@@ -57,7 +57,7 @@ impl Integrate {
         let layout = pipeline_layout(device, "integrate", &[frame_layout], &[])?;
         let [columns, rows, _] = planned.grid;
         let own = [(constants::ORTHOGRAPHIC, u32::from(plan.orthographic))];
-        let constants: Vec<_> = own.into_iter().chain(froxel_grid!(plan)).collect();
+        let constants: Vec<_> = own.into_iter().chain(air::froxel_grid!(plan)).collect();
         let stage = ShaderStage {
             spirv: entry.spirv.words(),
             entry: entry.name,

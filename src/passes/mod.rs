@@ -35,14 +35,7 @@ macro_rules! light_constants {
     }};
 }
 
-/// The constants of every shader that knows the fog's froxels; none where the plan has none. `constants` are the shader's own ids.
-macro_rules! froxel_grid {
-    ($plan:expr) => {{
-        let ids = [constants::FROXEL_COLUMNS, constants::FROXEL_ROWS, constants::FROXEL_SLICES];
-        $plan.froxels().into_iter().flat_map(move |own| ids.into_iter().zip(own.grid))
-    }};
-}
-
+pub mod air;
 pub mod ambient;
 pub mod ao;
 pub mod ao_denoise;
@@ -96,6 +89,7 @@ pub mod object;
 mod per_pixel;
 mod screen;
 mod spirv;
+pub mod spread;
 mod surface;
 
 pub use declaration::{First, How, Pass, Place, Presence, Resource, Touch};
@@ -109,8 +103,7 @@ use ash::vk;
 
 use crate::gpu::{self, Device, Timestamps, sync::Use};
 use crate::gpu_scene::{CulledState, Culling, GpuScene, INDEX_READ, Instances, SKY_READ, TEXTURE_READ, VERTEX_READ};
-use crate::plan::{Canvas, FROXELS, FramePlan, IndexWidth, Shading, Target, TexturePlan};
-use crate::scene::counted;
+use crate::plan::{Canvas, FramePlan, IndexWidth, Shading, Target, TexturePlan};
 use crate::shaders::Variant;
 use crate::visible::{MapDraw, Since, Visible, World, WorldObject};
 
@@ -158,17 +151,6 @@ const SAMPLED: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::Acces
 /// The reason why a pass over what a window shows is not there.
 pub(crate) const NO_WINDOW: &str = "no window";
 
-/// Tells if frames have SIMULATE and PARTICLES.
-fn particles_presence(plan: &FramePlan) -> Presence {
-    match &plan.effects.particles {
-        Some(own) => {
-            let emitters = counted(own.emitters as usize, "emitter");
-            Presence::In(format!("up to {} of {emitters}", counted(own.capacity as usize, "particle")))
-        }
-        None => Presence::Out("no particles are drawn".into()),
-    }
-}
-
 /// Reads the frame's camera and lights.
 fn frame_data() -> Touch {
     Touch::resource(Resource::FrameData, FRAME_READ)
@@ -200,33 +182,11 @@ fn culled(plan: &FramePlan) -> Option<Touch> {
     })
 }
 
-/// Tells if frames are averaged over time.
-fn over_time(plan: &FramePlan) -> Presence {
-    Presence::when(plan.effects.taa.is_some(), "asked for", plan.reasons.lack_of("TAA"))
-}
-
 /// Looks shadow maps up, where there are some.
 fn maps(plan: &FramePlan, uses: Use) -> Option<Touch> {
     plan.shadow
         .as_ref()
         .map(|_| Touch::resource(Resource::ShadowMaps, uses).because("loads any texel of the shadow maps"))
-}
-
-/// Looks up the fog's froxels while it shades fragments.
-pub const FROXEL_READ: Use = SAMPLED;
-
-/// Looks up the fog's froxels, where it has some.
-fn froxels(plan: &FramePlan) -> Option<Touch> {
-    plan.froxels()
-        .map(|_| Touch::resource(Resource::Buffers(FROXELS), FROXEL_READ).because("looks up the light in the air"))
-}
-
-/// Tells if SCATTER and INTEGRATE are in a plan's frames.
-fn froxel_presence(plan: &FramePlan) -> Presence {
-    match plan.froxels() {
-        Some(own) => Presence::In(own.to_string()),
-        None => Presence::Out(plan.lack_of_froxels().into()),
-    }
 }
 
 /// Looks up the light that surfaces collect of the sky, where it lights them.

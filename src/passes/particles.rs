@@ -7,15 +7,15 @@ use ash::vk;
 use super::blending::{blend, limits, targets};
 use super::screen::{Input, Inputs, stages};
 use super::{
-    INPUT_READ, Making, Object, Pass, Place, Recording, Resource, Slot, Touch, frame_data, froxels, needed,
-    particles_presence,
+    INPUT_READ, Making, Object, Pass, Place, Presence, Recording, Resource, Slot, Touch, air, frame_data, needed,
 };
 use crate::gpu::{
     self, Buffer, DepthState, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, SetLayout,
     SetWriter, binding, pipeline_layout, sync::Use,
 };
-use crate::gpu_scene::{ParticleTextures, TEXTURE_READ};
+use crate::gpu_scene::{Sheets, TEXTURE_READ};
 use crate::plan::{FramePlan, PARTICLES, ParticlePlan, Target, ToneMapping};
+use crate::scene::emitter::MOST_TEXTURES;
 use crate::shaders::particles::{self as shader, Flags, constants};
 
 /// Reads what SIMULATE and SORT wrote: vertices where it lies, and fragments how it looks.
@@ -29,7 +29,7 @@ pub const PASS: Pass = Pass {
     place: Place::pass("PARTICLES"),
     time: "particles",
     what: "particles, over what is behind them",
-    presence: particles_presence,
+    presence: |plan| Presence::of(plan.effects.particles.as_ref(), "no particles are drawn"),
     touches: |plan| {
         let mut touches = targets(plan);
         touches.push(Touch::input(0, Target::Depth, DEPTH_READ).because("reads depth, to fade near surfaces"));
@@ -38,7 +38,7 @@ pub const PASS: Pass = Pass {
             Touch::resource(Resource::Buffers(PARTICLES), STATE_READ)
                 .because("fetches particles in the order in which SORT left them"),
         ]);
-        touches.extend(froxels(plan));
+        touches.extend(air::touch(plan));
         if plan.effects.particles.as_ref().is_some_and(|own| !own.textures.is_empty()) {
             touches.push(Touch::resource(Resource::Textures, TEXTURE_READ));
         }
@@ -47,7 +47,7 @@ pub const PASS: Pass = Pass {
     leave_out: Some(|settings| settings.particles = false),
     make: Some(|own| {
         let planned = own.needed(own.plan.effects.particles.as_ref())?;
-        let (buffers, textures) = (own.buffers(Resource::Buffers(PARTICLES)), own.scene.particles.as_ref());
+        let (buffers, textures) = (own.buffers(Resource::Buffers(PARTICLES)), own.scene.sheets.as_ref());
         let place = (own.slot()?, own.layouts.frame);
         Ok(Box::new(ParticlePass::new(own.device, (own.plan, planned), place, (buffers, textures), &own.inputs())?))
     }),
@@ -72,7 +72,7 @@ impl ParticlePass {
         device: &Arc<Device>,
         (plan, planned): (&FramePlan, &ParticlePlan),
         (slot, frame_layout): (Slot, vk::DescriptorSetLayout),
-        (buffers, textures): (impl Iterator<Item = &'a Buffer>, Option<&ParticleTextures>),
+        (buffers, textures): (impl Iterator<Item = &'a Buffer>, Option<&Sheets>),
         inputs: &[Input],
     ) -> gpu::Result<Self> {
         let inputs = Inputs::new(device, "depth behind particles", inputs)?;
@@ -87,12 +87,9 @@ impl ParticlePass {
             (constants::WEIGHT, own.weight.to_bits()),
             (constants::LEAST, own.least.to_bits()),
             (constants::PEAK, own.peak.to_bits()),
-            (constants::FOG, u32::from(plan.has_fog())),
-            (constants::FROXELS, u32::from(plan.froxels().is_some())),
             (constants::LARGEST, plan.largest_light().to_bits()),
         ];
-        let froxels = froxel_grid!(plan);
-        let constants: Vec<_> = constants.into_iter().chain(froxels).collect();
+        let constants: Vec<_> = constants.into_iter().chain(air::air_constants!(plan, true)).collect();
         let pipeline = GraphicsPipeline::new(
             device,
             &GraphicsPipelineDesc {
@@ -157,14 +154,14 @@ fn layer(plan: &FramePlan) -> f32 {
 fn described<'a>(
     device: &Arc<Device>,
     buffers: impl Iterator<Item = &'a Buffer>,
-    textures: Option<&ParticleTextures>,
+    textures: Option<&Sheets>,
 ) -> gpu::Result<(SetLayout, DescriptorPool, vk::DescriptorSet)> {
     const IMAGE: vk::DescriptorType = vk::DescriptorType::SAMPLED_IMAGE;
     const STORAGE: vk::DescriptorType = vk::DescriptorType::STORAGE_BUFFER;
     let (vertex, fragment) = (vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT);
     // The particles, and their keys where they are sorted.
     let storage: Vec<_> = (STATES..).zip(buffers).collect();
-    let images: Vec<_> = textures.into_iter().flat_map(|own| (2..).zip(own.views())).collect();
+    let images: Vec<_> = (2..).zip(textures.into_iter().flat_map(views)).collect();
     let sampler = 2 + images.len() as u32;
     let bindings: Vec<_> = storage
         .iter()
@@ -193,11 +190,17 @@ fn described<'a>(
     Ok((layout, pool, set))
 }
 
+/// A texture for each binding of the shader: where there are fewer, the last one again.
+fn views(textures: &Sheets) -> Vec<vk::ImageView> {
+    let own: Vec<_> = textures.views().collect();
+    own.iter().chain(std::iter::repeat_with(|| &own[own.len() - 1])).take(MOST_TEXTURES).copied().collect()
+}
+
 /// Returns the shader variant of a plan.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
     let textured = plan.effects.particles.as_ref().is_some_and(|own| !own.textures.is_empty());
     Flags::TEXTURED.when(textured)
         | Flags::WEIGHTED.when(plan.sums.is_some())
         | Flags::SORTED.when(plan.sorts_particles())
-        | Flags::LIGHTS.when(plan.has_fog() && plan.lights.any())
+        | Flags::LIGHTS.when(air::is_lit(plan))
 }

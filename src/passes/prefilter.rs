@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
-use super::needed;
+use super::{Place, needed};
 use crate::gpu::sync::{Dependency, Use};
 use crate::gpu::{
     self, CommandBuffer, DescriptorPool, Device, Image, Owned, SetLayout, SetWriter, ShaderStage, barrier, binding,
@@ -15,6 +15,11 @@ use crate::gpu::{
 use crate::gpu_scene::{BASE_EDGE, LOBE_EDGE, LOBE_LEVELS, SkyMaps, TABLE_EDGE};
 use crate::plan::SkyPlan;
 use crate::shaders::prefilter::{self as shader, Flags};
+
+impl Place {
+    /// Computes the sky's diffuse and specular light when the sky is uploaded.
+    pub const PREFILTER: Self = Self::beside("PREFILTER");
+}
 
 /// Samples the sky.
 pub const SKY_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);

@@ -4,10 +4,12 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{Object, Pass, Place, Recording, Resource, SetLayouts, Touch, frame_data, froxel_presence, maps, needed};
-use crate::gpu::{self, Buffer, Device, Owned, SetLayout, ShaderStage, compute_pipeline, pipeline_layout, sync::Use};
-use crate::gpu_scene::froxel_buffer;
-use crate::plan::{FROXELS, FramePlan, FroxelPlan};
+use super::{Object, Pass, Place, Presence, Recording, Resource, SetLayouts, Touch, air, frame_data, maps, needed};
+use crate::gpu::{
+    self, Buffer, Device, Location, MemoryKind, Owned, SetLayout, ShaderStage, compute_pipeline, pipeline_layout,
+    sync::Use,
+};
+use crate::plan::{FramePlan, FroxelPlan};
 use crate::scene::{Fog, ShadowFilter};
 use crate::shaders::scatter::{self as shader, Flags, constants};
 
@@ -20,9 +22,9 @@ pub const PASS: Pass = Pass {
     place: Place::pass("SCATTER"),
     time: "scatter",
     what: "the light that each froxel of fog scatters",
-    presence: froxel_presence,
+    presence: |plan| Presence::of(plan.froxels(), plan.lack_of_froxels()),
     touches: |plan| {
-        let light = Touch::resource(Resource::Buffers(FROXELS), LIGHT_WRITE).because("writes the light of each froxel");
+        let light = Touch::resource(air::LIGHT, LIGHT_WRITE).because("writes the light of each froxel");
         [frame_data(), light].into_iter().chain(maps(plan, MAP_READ)).collect()
     },
     leave_out: Some(|settings| settings.fog = Fog::Height),
@@ -69,8 +71,8 @@ impl Scatter {
             constants: &constants,
         };
         let pipeline = compute_pipeline(device, "scatter", &stage, layout.raw)?;
-        let froxels = froxel_buffer(device, plan)?;
-        let froxels = froxels.ok_or_else(|| gpu::Error::Misuse("a plan without froxels".into()))?;
+        let (bytes, usage) = (planned.bytes(), vk::BufferUsageFlags::STORAGE_BUFFER);
+        let froxels = Buffer::new(device, "froxels of fog", bytes, usage, Location::Device, MemoryKind::Attachment)?;
         Ok(Self { froxels, layout, pipeline, groups: planned.grid.map(|edge| edge.div_ceil(GROUP)), _empty: empty })
     }
 }
@@ -93,7 +95,7 @@ impl Object for Scatter {
     }
 
     fn buffers(&self) -> Vec<(Resource, &Buffer)> {
-        vec![(Resource::Buffers(FROXELS), &self.froxels)]
+        vec![(air::LIGHT, &self.froxels)]
     }
 }
 
@@ -118,5 +120,5 @@ fn constants_of(plan: &FramePlan, planned: &FroxelPlan) -> Vec<(u32, u32)> {
         (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),
         (constants::LARGEST, plan.largest_light().to_bits()),
     ];
-    own.into_iter().chain(froxel_grid!(plan)).collect()
+    own.into_iter().chain(air::froxel_grid!(plan)).collect()
 }

@@ -7,8 +7,8 @@ use ash::vk;
 
 use super::screen::{Screen, ScreenDesc, replace};
 use super::{
-    COLOR_READ, COLOR_WRITE, First, Making, Object, Pass, Place, Recording, Resource, SAMPLED, Slot, Touch, needed,
-    over_time,
+    COLOR_READ, COLOR_WRITE, First, Making, Object, Pass, Place, Presence, Recording, Resource, SAMPLED, Slot, Touch,
+    needed,
 };
 use crate::gpu::{self, Buffer, DescriptorPool, Device, SetLayout, SetWriter, binding, sync::Use};
 use crate::plan::{FramePlan, TAA_MEAN, TaaPlan, Target};
@@ -23,7 +23,7 @@ pub const PASS: Pass = Pass {
     place: Place::pass("SHARPEN"),
     time: "sharpen",
     what: "what was averaged over time, as light again, and sharpened",
-    presence: over_time,
+    presence: |plan| Presence::when(plan.averages_over_time(), "asked for", plan.reasons.lack_of("TAA")),
     touches: |_| {
         vec![
             Touch::resource(Resource::Kept(TAA_MEAN), HISTORY_READ).because("reads what TAA averaged"),

@@ -5,14 +5,11 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
-use super::{
-    Object, Pass, Place, Recording, Resource, SetLayouts, Touch, frame_data, maps, needed, particles_presence,
-};
+use super::{Object, Pass, Place, Presence, Recording, Resource, SetLayouts, Touch, frame_data, maps, needed};
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, ShaderStage, binding,
     compute_pipeline, pipeline_layout, sync::Use,
 };
-use crate::gpu_scene::ParticleBuffers;
 use crate::plan::{FramePlan, PARTICLES, ParticlePlan, sort_places};
 use crate::shaders::simulate::{self as shader, Flags, constants};
 use crate::visible::{EmitterRecord, Visible};
@@ -26,7 +23,7 @@ pub const PASS: Pass = Pass {
     place: Place::pass("SIMULATE"),
     time: "simulate",
     what: "particles of the moment, lit",
-    presence: particles_presence,
+    presence: |plan| Presence::of(plan.effects.particles.as_ref(), "no particles are drawn"),
     touches: |plan| {
         let states = Touch::resource(Resource::Buffers(PARTICLES), STATE_WRITE).because("writes states and keys");
         [frame_data(), states].into_iter().chain(maps(plan, MAP_READ)).collect()
@@ -67,9 +64,33 @@ const _: () = {
     assert!(offset_of!(EmitterRecord, emissions) == wgsl::EMISSIONS);
 };
 
+/// Its output: one of each for all frames in flight.
+struct ParticleBuffers {
+    states: Buffer,
+    /// The keys, if particles are sorted.
+    keys: Option<Buffer>,
+}
+
+impl ParticleBuffers {
+    fn new(device: &Arc<Device>, plan: &FramePlan, planned: &ParticlePlan) -> gpu::Result<Self> {
+        let buffer = |name: &str, size: u64| {
+            let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
+            Buffer::new(device, name, size, usage, Location::Device, MemoryKind::Geometry)
+        };
+        let bytes = crate::shaders::particles::structs::particle::SIZE as u64;
+        Ok(Self {
+            states: buffer("particles", bytes * u64::from(planned.capacity))?,
+            keys: match plan.sorts_particles() {
+                true => Some(buffer("order of particles", 8 * u64::from(planned.places()))?),
+                false => None,
+            },
+        })
+    }
+}
+
 /// The pass, with the emitters of each frame in flight.
 pub struct Simulate {
-    pub buffers: ParticleBuffers,
+    buffers: ParticleBuffers,
     emitters: Vec<Buffer>,
     sets: Vec<vk::DescriptorSet>,
     layout: Owned<vk::PipelineLayout>,

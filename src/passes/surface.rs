@@ -7,6 +7,7 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
+use super::air::air_constants;
 use super::screen::stages;
 use super::spirv::bound_fragment;
 use super::{MeshDraws, Recording, SetLayouts, Slot, needed};
@@ -366,11 +367,6 @@ pub(crate) fn lit_flags(plan: &FramePlan, key: GeometryKey) -> Flags {
         | Flags::SHADOW.when(plan.shadow.is_some())
 }
 
-/// Returns true if a pipeline fogs what it draws: FOG fogs opaque surfaces.
-fn is_in_fog(plan: &FramePlan, key: GeometryKey) -> bool {
-    plan.has_fog() && key.forward.is_some_and(|forward| forward.opacity != Opacity::Hides)
-}
-
 fn lit_constants(plan: &FramePlan, key: GeometryKey, desc: &LitDesc) -> Vec<(u32, u32)> {
     let forward = key.forward;
     let limits = desc.limits;
@@ -417,10 +413,9 @@ fn lit_constants(plan: &FramePlan, key: GeometryKey, desc: &LitDesc) -> Vec<(u32
         (constants::WEIGHT, limits.weight.to_bits()),
         (constants::LEAST, limits.least.to_bits()),
         (constants::PEAK, limits.peak.to_bits()),
-        (constants::FOG, u32::from(is_in_fog(plan, key))),
-        (constants::FROXELS, u32::from(plan.froxels().is_some())),
     ]
     .into_iter()
-    .chain(froxel_grid!(plan))
+    // Before opaque surfaces the air is drawn by itself.
+    .chain(air_constants!(plan, opacity != Opacity::Hides))
     .collect()
 }

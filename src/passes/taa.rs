@@ -9,7 +9,7 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use glam::Mat4;
 
-use super::{Input, Making, Object, Pass, Place, Recording, Resource, Touch, needed, over_time};
+use super::{Input, Making, Object, Pass, Place, Presence, Recording, Resource, Touch, needed};
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, ShaderStage, binding,
     compute_pipeline, pipeline_layout, sync::Use,
@@ -31,7 +31,7 @@ pub const PASS: Pass = Pass {
     place: Place::pass("TAA"),
     time: "taa",
     what: "averages with what frames before saw of the same surfaces",
-    presence: over_time,
+    presence: |plan| Presence::when(plan.averages_over_time(), "asked for", plan.reasons.lack_of("TAA")),
     touches: |plan| {
         let mut touches = vec![
             Touch::sampled(LIGHT, Target::Hdr, FRAME_READ).because(LOOKS),

@@ -8,12 +8,12 @@ use ash::vk;
 use super::blending::{blend, limits, targets};
 use super::surface::{LitDesc, Surfaces, lit_pipeline};
 use super::{
-    Object, Pass, Place, Presence, Recording, SAMPLED, SetLayouts, Slot, Touch, frame_data, froxels, maps, meshes,
+    Object, Pass, Place, Presence, Recording, SAMPLED, SetLayouts, Slot, Touch, air, frame_data, maps, meshes,
     sky_light,
 };
 use crate::gpu::{self, DepthState, Device, sync::Use};
 use crate::gpu_scene::GpuScene;
-use crate::plan::{FramePlan, GeometryKey, Opacity};
+use crate::plan::{FramePlan, GeometryKey, Opacity, effects};
 use crate::scene::{OptionalPart, Transparency};
 use crate::shaders::forward::Flags;
 
@@ -24,22 +24,25 @@ pub const PASS: Pass = Pass {
     place: Place::pass("TRANSPARENT"),
     time: "transparent",
     what: "surfaces that show what lies behind them",
-    presence: |plan| match plan.transparency {
-        Some(_) if !draws_surfaces(plan) => Presence::Out("nothing transparent is drawn but particles".into()),
-        Some(Transparency::Sorted) => {
+    presence: |plan| match (drawn_alone(plan), plan.transparency) {
+        (Some(other), _) => Presence::Out(format!("nothing transparent is drawn but {other}")),
+        (None, Some(Transparency::Sorted)) => {
             Presence::In("transparent surfaces are blended, sorted from back to front".into())
         }
-        Some(Transparency::Oit) => Presence::In("transparent surfaces are summed up with weights in any order".into()),
-        None => Presence::Out("nothing transparent is drawn".into()),
+        (None, Some(Transparency::Oit)) => {
+            Presence::In("transparent surfaces are summed up with weights in any order".into())
+        }
+        (None, None) => Presence::Out("nothing transparent is drawn".into()),
     },
     touches,
     leave_out: None,
     make: Some(|own| Ok(Box::new(Transparent::new(own.device, own.plan, own.slot()?, own.layouts, own.scene)?))),
 };
 
-/// False where particles alone are blended.
-fn draws_surfaces(plan: &FramePlan) -> bool {
-    plan.effects.particles.is_none() || !plan.transparent.is_empty() || plan.keep.has(OptionalPart::Transparent)
+/// The effect that is blended where no transparent surface is.
+fn drawn_alone(plan: &FramePlan) -> Option<&'static str> {
+    let draws_surfaces = !plan.transparent.is_empty() || plan.keep.has(OptionalPart::Transparent);
+    effects::of(plan).find(|effect| effect.blended.is_some() && !draws_surfaces).map(|effect| effect.name)
 }
 
 fn touches(plan: &FramePlan) -> Vec<Touch> {
@@ -48,7 +51,7 @@ fn touches(plan: &FramePlan) -> Vec<Touch> {
     touches.extend(meshes(plan));
     touches.extend(maps(plan, MAP_READ));
     touches.extend(sky_light(plan));
-    touches.extend(froxels(plan));
+    touches.extend(air::touch(plan));
     touches
 }
 

@@ -10,7 +10,7 @@ use super::{
     SetLayouts, Slot, Touch, frame_data, gbuffer_inputs, maps, needed,
 };
 use crate::gpu::{self, Device, SetLayout, sync::Use};
-use crate::plan::{FramePlan, Gbuffer, Shading, Target};
+use crate::plan::{FramePlan, Gbuffer, Shading, Target, effects};
 use crate::scene::View;
 use crate::shaders::view::{self as shader, Flags, constants};
 
@@ -141,7 +141,7 @@ fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
         Shading::ShowGbuffer(View::Metallic) => 4,
         Shading::ShowGbuffer(View::Roughness) => 5,
         Shading::ShowGbuffer(View::Depth) => 6,
-        Shading::ShowGbuffer(View::Ao) => 8,
+        Shading::ShowGbuffer(view) if effects::shows_gbuffer(view) => 8,
         _ => 7,
     };
     vec![

@@ -1,8 +1,8 @@
 //! The declaration of an effect, written once, in the effect's own file. [`super::effects`] lists them, and plan, refusals and reasons follow from that list.
 
 use super::{
-    Capabilities, EffectPlans, Error, FramePlan, OwnTarget, Part, Refusal, Shading, Uploads, Why, is_tiled,
-    lacks_gbuffer,
+    Capabilities, EffectPlans, Error, FramePlan, OwnTarget, Part, PlannedTexture, Refusal, Shading, Uploads, Why,
+    is_tiled, lacks_gbuffer,
 };
 use crate::scene::{LightPath, Scene, Settings, View};
 
@@ -24,6 +24,12 @@ pub struct Effect {
     pub spreads: bool,
     /// It is blended as transparent surfaces are.
     pub blended: Option<Blended>,
+    /// The most layers that it blends over a pixel.
+    pub layers: fn(&FramePlan) -> u32,
+    /// Textures that it draws with, beside those of materials.
+    pub textures: fn(&FramePlan) -> &[PlannedTexture],
+    /// True if a compute shader of it looks up the sky's light.
+    pub computes_with_sky: bool,
     /// Says why every light reaches all pixels under these settings; `None` if the effect adds no such reason.
     pub reaches_all_lights: fn(&Settings) -> Option<&'static str>,
     /// The lights that frames which have it need where no surface is seen.
@@ -105,6 +111,9 @@ impl Effect {
         changes_light: false,
         spreads: false,
         blended: None,
+        layers: |_| 0,
+        textures: |_| &[],
+        computes_with_sky: false,
         reaches_all_lights: |_| None,
         lit_air: |_| LitAir::None,
         frames: |_| 1,

@@ -26,7 +26,9 @@ pub mod types {
 use std::borrow::Cow;
 
 use super::effect::{Effect, EffectView, Hdr, LightReaders, LitAir, Request, Shows, Variation};
-use super::{Capabilities, Error, FramePlan, OwnTarget, Part, PartGroup, SurfaceRules, Uploads, is_forward};
+use super::{
+    Capabilities, Error, FramePlan, OwnTarget, Part, PartGroup, PlannedTexture, SurfaceRules, Uploads, is_forward,
+};
 use crate::scene::{LightPath, Scene, Settings, View};
 use types::{AoPlan, Bloom, FogPlan, ParticlePlan, ReflectionPlan, SkyPlan, TaaPlan};
 
@@ -177,6 +179,11 @@ pub fn shows_effect(view: View) -> bool {
     shown_by(view).is_some_and(|(_, own)| own.shows != Shows::Gbuffer)
 }
 
+/// Returns true if a view shows what an effect has left in the G-buffer.
+pub(crate) fn shows_gbuffer(view: View) -> bool {
+    shown_by(view).is_some_and(|(_, own)| own.shows == Shows::Gbuffer)
+}
+
 /// Returns true if frames of a view are lit.
 pub(super) fn is_lit(view: View) -> bool {
     matches!(view, View::Final | View::Lighting | View::Ambient) || shows_effect(view)
@@ -206,6 +213,21 @@ pub(crate) fn unswept(key: &str, scene: &Scene, plan: &FramePlan) -> Option<&'st
 /// The reason that no light is out of reach, if an effect has one.
 pub(super) fn reach_all_lights(settings: &Settings) -> Option<&'static str> {
     EFFECTS.iter().find_map(|effect| (effect.reaches_all_lights)(settings))
+}
+
+/// The most layers that effects blend over a pixel.
+pub(crate) fn layers(plan: &FramePlan) -> u32 {
+    of(plan).map(|effect| (effect.layers)(plan)).fold(0, u32::saturating_add)
+}
+
+/// The textures of the one effect that has some.
+pub(crate) fn textures(plan: &FramePlan) -> &[PlannedTexture] {
+    of(plan).map(|effect| (effect.textures)(plan)).find(|own| !own.is_empty()).unwrap_or_default()
+}
+
+/// Returns true if compute shaders of a plan's frames look up the sky's light.
+pub(crate) fn compute_with_sky(plan: &FramePlan) -> bool {
+    of(plan).any(|effect| effect.computes_with_sky)
 }
 
 /// The lights that a plan's frames need where no surface is seen.

@@ -4,7 +4,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec4, Vec3, Vec4};
 
-use super::World;
+use super::{Visible, World};
 use crate::plan::FramePlan;
 use crate::scene::emitter::MOST_KEYS;
 use crate::scene::{Aabb, Camera, Emitter};
@@ -98,6 +98,13 @@ fn record(
         // Its lower 32 bits seed the random values of a particle.
         place: UVec4::new(first, alive.count.min(capacity - first), alive.first as u32, own.frames[0] * own.frames[1]),
         turns: Vec4::new(angles[0], angles[1], picks, texture.map_or(0.0, |place| place as f32 + 1.0)),
+    }
+}
+
+impl Visible {
+    /// The state of what changes by itself from moment to moment, to be compared with another frame's.
+    pub fn changing(&self) -> Vec<u8> {
+        bytemuck::cast_slice(&self.particles.records).to_vec()
     }
 }
 

@@ -272,6 +272,7 @@ fn pass_names(src: &Path) -> Vec<String> {
         .filter(|name| {
             ![
                 "mod",
+                "air",
                 "background",
                 "blending",
                 "culling",
@@ -281,6 +282,7 @@ fn pass_names(src: &Path) -> Vec<String> {
                 "per_pixel",
                 "screen",
                 "spirv",
+                "spread",
                 "surface",
             ]
             .contains(&name.as_str())

@@ -13,8 +13,10 @@ use crate::frame::render_pass::PassDescription;
 use crate::gpu::sync::{DEVICE_ACCESS, HOST_WRITE, Use};
 use crate::gpu::upload::{BLIT_READ, COPY_WRITE};
 use crate::gpu_scene::shadow_clear;
-use crate::passes::{FRAME_READ, Resource, Touch, copy, prefilter, present};
+use crate::passes::{FRAME_READ, Resource, Touch, copy, present};
 use crate::plan::FramePlan;
+
+mod prefilter;
 
 const BUFFER: L = L::UNDEFINED;
 /// Two layers of the image of all shadow maps: one drawn in most frames, one looked up before it is first drawn.
@@ -211,18 +213,6 @@ impl Frames<'_> {
             self.barrier(RowName::UPLOAD_TO_VERTICES, None);
         }
         self.program.step()
-    }
-
-    /// Adds PREFILTER, with the barriers around it.
-    fn prefilter(&mut self) {
-        if !self.plan.is_lit_by_sky() {
-            return;
-        }
-        self.image_barrier(RowName::SKY_LIGHT_TO_PREFILTER, Memory::of(Resource::SkyLight));
-        let sky = (TEXTURE, L::SHADER_READ_ONLY_OPTIMAL, prefilter::SKY_READ);
-        self.program
-            .command(Place::PREFILTER, &[sky, (Memory::of(Resource::SkyLight), L::GENERAL, prefilter::LIGHT_WRITE)]);
-        self.image_barrier(RowName::PREFILTER_TO_LIGHTING, Memory::of(Resource::SkyLight));
     }
 
     /// A texture of OVERLAY.

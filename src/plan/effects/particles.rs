@@ -1,5 +1,7 @@
 //! Particles: the room that a frame has for a scene's emitters, and the way in which they are drawn.
 
+use std::fmt;
+
 use glam::DVec3;
 
 use crate::plan::effect::{Blended, Effect, EffectView, LightReaders, LitAir, Request, Shows, Variation};
@@ -37,6 +39,8 @@ pub(crate) const EFFECT: Effect = Effect {
     needs_light_buffer: LightReaders::Own,
     uploads: |plans| Uploads::of_textures(textures(plans)),
     uploads_as: |one, other| textures(one) == textures(other),
+    layers: |plan| plan.effects.particles.as_ref().map_or(0, |own| own.capacity),
+    textures: |plan| plan.effects.particles.as_ref().map_or(&[], |own| &own.textures),
     unswept: |key, scene, _| (key == "particles" && scene.emitters.is_empty()).then_some("the scene has no emitters"),
     // They float where no object is.
     lit_air: |_| LitAir::All,
@@ -86,6 +90,14 @@ pub struct ParticlePlan {
     pub texture_of: Vec<Option<u32>>,
     /// Each layer counts alike, and nothing else is seen.
     pub counts: bool,
+}
+
+/// In `inspect`: `up to 100 particles of 2 emitters`.
+impl fmt::Display for ParticlePlan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let emitters = counted(self.emitters as usize, "emitter");
+        write!(f, "up to {} of {emitters}", counted(self.capacity as usize, "particle"))
+    }
 }
 
 /// Returns true if a picture shows the scene's particles.

@@ -28,6 +28,8 @@ pub(crate) const EFFECT: Effect = Effect {
         plan: |settings| settings.reflections = Reflections::Screen,
     }),
     changes_light: true,
+    // REFLECT_RESOLVE takes back what AMBIENT has added of it.
+    computes_with_sky: true,
     is_set_aside: true,
     unswept: |key, _, plan| {
         (key.starts_with("reflection") && !plan.reflects())

@@ -159,6 +159,16 @@ impl FramePlan {
         self.effects.taa.map_or(self.samples, |taa| taa.frames)
     }
 
+    /// Returns true if frames are averaged over time.
+    pub fn averages_over_time(&self) -> bool {
+        self.effects.taa.is_some()
+    }
+
+    /// Frames that are averaged over time at most; 1 where none are.
+    pub fn averaged_frames(&self) -> u32 {
+        self.effects.taa.map_or(1, |taa| taa.history)
+    }
+
     /// Returns true if VELOCITY draws vectors of surfaces that move by themselves.
     pub fn has_velocity(&self) -> bool {
         self.effects.taa.is_some_and(|taa| taa.moves)

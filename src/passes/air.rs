@@ -1,0 +1,41 @@
+//! The air before all that is drawn, for the passes that fill it with light and for those that look through it: its constants, and the light in it.
+
+use super::{Resource, SAMPLED, Touch};
+use crate::gpu::sync::Use;
+use crate::plan::{FROXELS, FramePlan};
+
+/// The light in the air, where passes find it: SCATTER makes the buffer, and set 0 names it.
+pub const LIGHT: Resource = Resource::Buffers(FROXELS);
+/// Looks it up while it shades fragments.
+pub const LIGHT_READ: Use = SAMPLED;
+
+/// The constants of every shader that knows the fog's froxels; none where the plan has none. `constants` are the shader's own ids.
+macro_rules! froxel_grid {
+    ($plan:expr) => {{
+        let ids = [constants::FROXEL_COLUMNS, constants::FROXEL_ROWS, constants::FROXEL_SLICES];
+        $plan.froxels().into_iter().flat_map(move |own| ids.into_iter().zip(own.grid))
+    }};
+}
+
+/// The constants of every shader that calls `seen_through_air` (`shaders/shared/fogged.wgsl`). `looks`: this pipeline draws what is seen through it.
+macro_rules! air_constants {
+    ($plan:expr, $looks:expr) => {{
+        let own = [
+            (constants::FOG, u32::from($plan.has_fog() && $looks)),
+            (constants::FROXELS, u32::from($plan.froxels().is_some())),
+        ];
+        own.into_iter().chain($crate::passes::air::froxel_grid!($plan))
+    }};
+}
+
+pub(super) use {air_constants, froxel_grid};
+
+/// Looks up the light in the air, where passes find it.
+pub(super) fn touch(plan: &FramePlan) -> Option<Touch> {
+    plan.froxels().map(|_| Touch::resource(LIGHT, LIGHT_READ).because("looks up the light in the air"))
+}
+
+/// Returns true if the scene's lights shine into the air.
+pub(super) fn is_lit(plan: &FramePlan) -> bool {
+    plan.has_fog() && plan.lights.any()
+}
