@@ -158,6 +158,8 @@ pub enum LitAir {
     None,
     Directional,
     All,
+    /// All, and shadows fall on the air wherever the camera looks.
+    Shadowed,
 }
 
 /// Shaders that read lights.
