@@ -216,6 +216,11 @@ impl FramePlan {
         !self.meshes.deforms.objects.is_empty()
     }
 
+    /// Returns true if frames know which objects have moved since the frame before.
+    pub(crate) fn lists_moving(&self) -> bool {
+        self.effects.list_moving().is_some()
+    }
+
     /// Returns true if a compute pass lights the surfaces that GEOMETRY stores, so that its render pass ends with it.
     pub fn is_tiled(&self) -> bool {
         is_tiled(self.light_path)

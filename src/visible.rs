@@ -41,7 +41,8 @@ use shadows::add_cascades;
 use volumes::Volumes;
 use world::SortableTriangle;
 
-use crate::plan::{FramePlan, GeometryKey, Opacity, Reach, Shading, ShadowPlan};
+use crate::plan::effect::LitAir;
+use crate::plan::{FramePlan, GeometryKey, Opacity, Reach, Shading, ShadowPlan, effects};
 use crate::scene::{Aabb, Camera, LightPath, OptionalPart};
 
 /// The light path's work beyond the loop over lights that reach every pixel.
@@ -146,8 +147,7 @@ impl Visible {
         let active = ActiveLights::of(world, plan, (camera, &frustum), &beside, &may_be_seen);
         let objects = || instances.iter().chain(&transparent).map(|&index| &world.objects[index as usize]);
         let mut shadows = world.lamps.clone();
-        // Shadows fall on fog, wherever the camera looks.
-        let in_air = plan.froxels().is_some();
+        let in_air = effects::lit_air(plan) == LitAir::Shadowed;
         let leaves_casters = culling.is_none()
             && !in_air
             && plan.seeks(OptionalPart::IdleCasters)

@@ -69,7 +69,7 @@ impl ActiveLights {
             shading => shading == Shading::ShowShadowMap,
         };
         let lit_air = effects::lit_air(plan);
-        let keeps = plan.keep.has(OptionalPart::IdleLights) || shows_all || lit_air == LitAir::All;
+        let keeps = plan.keep.has(OptionalPart::IdleLights) || shows_all || lit_air >= LitAir::All;
         let lights: Vec<usize> = if !keeps && !(0..world.objects.len()).any(seen) {
             let in_air = if lit_air == LitAir::Directional { world.directional_count() } else { 0 };
             (0..world.lit_count().min(in_air)).collect()

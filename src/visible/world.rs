@@ -209,7 +209,7 @@ impl World {
             (world.bounds, world.extent, world.at_first, world.radius) = (bounds, bounds, bounds, bounds.radius());
         }
         world.refresh(plan);
-        world.trail = Trail::new(plan.has_velocity());
+        world.trail = Trail::new(plan.lists_moving());
         world
     }
 

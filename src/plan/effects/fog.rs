@@ -25,7 +25,7 @@ pub(crate) const EFFECT: Effect = Effect {
     reaches_all_lights: |settings| {
         (settings.fog == Fog::Froxels).then_some("fog is everywhere, and any light may shine into it")
     },
-    lit_air: |plan| if plan.froxels().is_some() { LitAir::All } else { LitAir::Directional },
+    lit_air: |plan| if plan.froxels().is_some() { LitAir::Shadowed } else { LitAir::Directional },
     is_in: |plans| plans.fog.is_some(),
     needs_light_buffer: LightReaders::Own,
     frame_buffers: |plan| u32::from(plan.names_froxels()),
