@@ -64,11 +64,7 @@ pub use motion::{
 };
 pub use optional_parts::{Keep, OptionalPart};
 pub use path::{CameraKey, CameraPath};
-pub use settings::{
-    AmbientOcclusion, AoResolution, Culling, Fog, GbufferChoice, GbufferPreset, HdrFormat, LightPath, MSAA, Output,
-    Reflections, Resolve, SETTINGS, Setting, Settings, SettingsPatch, ShadowFilter, ShadowSettings, Sweep, TARGETS,
-    TargetChoice, Tonemap, Transparency, ValueKind, View,
-};
+pub use settings::*;
 pub use sky::{
     Atmosphere, CubeLevel, FACES, MOST_LIGHT, Sky, SkyChoice, SkyCube, SkyImage, SkyOrigin, SunDisc, face_direction,
     put_sky, read_faces, read_panorama,
