@@ -215,7 +215,7 @@ impl Fingerprint {
             cameras: _,
             looks_through: _,
             motion: _,
-            // An effect hashes them where they are seen, as it does the moment.
+            // The effect that shows them hashes them and the moment.
             emitters: _,
             moment: _,
             fitted: _,

@@ -33,7 +33,7 @@ pub struct Reference<'a> {
     pub(super) sky_light: bool,
     pub(super) occludes_sky: bool,
     pub(super) effects: Effects,
-    /// Probes along a ray of where lights are in it.
+    /// Probes of the air along a ray, of where lights are.
     pub(super) air_steps: u32,
     /// Billboards with their light, once somebody looks.
     pub(super) lit: OnceLock<Vec<Lit>>,
