@@ -14,7 +14,7 @@ var<immediate> push: Push;
 
 @group(0) @binding(0) var<storage, read_write> keys: array<vec2<u32>>;
 
-// Keys of a block; src/plan/particles.rs has the same number.
+// Keys of a block; src/plan/effects/particles.rs has the same number.
 const BLOCK: u32 = 2048u;
 const THREADS: u32 = 128u;
 

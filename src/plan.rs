@@ -8,9 +8,7 @@
 //! parts that follow from the surfaces: pipelines, meshes, textures. [`checks`] refuses settings that do not go together, [`reasons`] says why the
 //! plan is as it is, [`parts`] puts it into words, and [`cost`] computes its cost.
 
-mod ao;
 mod attachments;
-mod bloom;
 mod capabilities;
 mod checks;
 mod cost;
@@ -20,56 +18,42 @@ mod decision;
 pub(crate) mod effect;
 pub(crate) mod effects;
 mod error;
-mod fog;
-mod froxels;
-mod fxaa;
 mod gbuffer;
 mod lens;
 mod lights;
 mod occlusion;
 mod output;
-mod particles;
 mod parts;
 mod reasons;
-mod reflections;
 #[cfg(test)]
 pub(crate) mod samples;
 mod shading;
 mod shadows;
-mod sky;
 mod surfaces;
-mod taa;
 mod targets;
 #[cfg(test)]
 mod tests;
 mod visibility;
 
-pub use ao::AoPlan;
 pub use attachments::TooFew;
-pub use bloom::{BLOOM_LEVELS, Bloom, BloomLevel};
 pub use capabilities::Capabilities;
 pub use cost::Cost;
 pub use cost_model::{ABSENT, Basis, COMPARED, CostModel, CullingCost, Load, PathCost};
-pub use effects::{averages_samples, shows_effect};
+pub use effects::types::*;
+pub use effects::{EffectPlans, averages_samples, shows_effect};
 pub use error::{Error, Refusal, Why};
-pub use fog::FogPlan;
-pub use froxels::{FROXELS, FroxelPlan};
 pub use gbuffer::{Gbuffer, NormalEncoding, format_bytes};
 pub use lights::{PlannedLights, UNIFORM_LIGHTS};
 pub use output::{Canvas, Encoding, HDR, OUTPUT_PLAIN, OUTPUT_SRGB, ToneMapping, Transfer};
-pub use particles::{PARTICLES, ParticlePlan, SORT_BLOCK, sort_places};
 pub use parts::{Part, PartGroup};
 pub use reasons::Reasons;
-pub use reflections::{Hiz, ReflectionPlan};
 pub use shading::Shading;
 pub use shadows::{MapProjection, ShadowLight, ShadowPlan, Tile};
-pub use sky::SkyPlan;
 pub use surfaces::{
     DeformPlan, EffectiveMaterials, Extras, ForwardKey, GeometryKey, IndexWidth, MeshPlan, NumberedMesh, Opacity,
     PlannedBrdf, PlannedDeform, PlannedLevel, PlannedMesh, PlannedTexture, SetSamplers, Streams, TextureMask,
     TexturePlan, TextureSource, Uploads, texture_format,
 };
-pub use taa::{TAA_MEAN, TaaPlan, Vectors};
 pub use targets::{BufferName, Sums, Target};
 pub use visibility::TriangleCode;
 
@@ -106,12 +90,6 @@ pub struct FramePlan {
     pub stores_gbuffer: bool,
     /// The layout of the triangle codes that pixels store in place of a G-buffer.
     pub triangles: Option<TriangleCode>,
-    /// The scene's sky, where it is seen or lights surfaces.
-    pub sky: Option<SkyPlan>,
-    /// The way in which ambient occlusion is found, where it is.
-    pub ao: Option<AoPlan>,
-    /// The reflections of the picture in surfaces, where there are some.
-    pub reflections: Option<ReflectionPlan>,
     /// The shadow maps of all lights that have some.
     pub shadow: Option<ShadowPlan>,
     /// Emissive light is written by GEOMETRY and LIGHTING adds to it.
@@ -120,8 +98,6 @@ pub struct FramePlan {
     pub transparency: Option<Transparency>,
     /// The sums of weighted blending, where it is chosen.
     pub sums: Option<Sums>,
-    /// The particles of the scene's emitters, where they are drawn.
-    pub particles: Option<ParticlePlan>,
     /// Of all transparent objects: no pixel has more layers.
     pub transparent_triangles: u32,
     /// An attachment of its own between LIGHTING and the output.
@@ -143,15 +119,9 @@ pub struct FramePlan {
     /// The step at which `samples` and `msaa` are averaged: before the tone curve or after it.
     pub resolve: Resolve,
     /// Settings of the effects on the finished picture; all others are as by default.
-    pub effects: Settings,
-    /// Fog lies between the eye and the surfaces.
-    pub fog: Option<FogPlan>,
-    /// Light is spread before it is tone-mapped.
-    pub bloom: Option<Bloom>,
-    /// Frames are averaged over time.
-    pub taa: Option<TaaPlan>,
-    /// A pass after the main one smooths edges.
-    pub fxaa: bool,
+    pub on_picture: Settings,
+    /// The effects that frames have.
+    pub effects: EffectPlans,
     /// Samples of each attachment but the output.
     pub msaa: u32,
     /// The reflection models that lighting evaluates, from the materials that can be drawn.
@@ -261,7 +231,7 @@ impl FramePlan {
 
     /// Returns true if the sky lights surfaces.
     pub fn is_lit_by_sky(&self) -> bool {
-        self.sky.is_some_and(|sky| sky.lights)
+        self.effects.sky.is_some_and(|sky| sky.lights)
     }
 
     /// Returns true if AMBIENT adds the sky's light to LIGHTING's.
@@ -296,7 +266,7 @@ impl FramePlan {
             _ => {
                 self.lists_as_drawn
                     && self.transparency.is_some()
-                    && (self.particles.is_none() || !self.transparent.is_empty())
+                    && (self.effects.particles.is_none() || !self.transparent.is_empty())
             }
         };
         forward && self.may_list_lights()
@@ -366,7 +336,7 @@ impl FramePlan {
 
     /// Returns the reason why frames sum up no transparent surfaces.
     pub(crate) fn lack_of_sums(&self) -> &'static str {
-        let particles_alone = self.transparent.is_empty() && self.particles.is_some();
+        let particles_alone = self.transparent.is_empty() && self.effects.particles.is_some();
         match self.transparency {
             None => "nothing transparent is drawn",
             Some(_) if !particles_alone => "transparent surfaces are sorted",
@@ -383,8 +353,8 @@ impl FramePlan {
     /// Returns true if there is TONEMAP, which reads the HDR target: it ends the render pass of the light, or comes after BLOOM, SHARPEN or reflections in another.
     pub fn has_tonemap_subpass(&self) -> bool {
         matches!(self.tone_mapping, ToneMapping::Subpass(_) | ToneMapping::Kept)
-            || self.bloom.is_some()
-            || self.taa.is_some()
+            || self.effects.bloom.is_some()
+            || self.effects.taa.is_some()
             || self.reflects()
     }
 }

@@ -1,4 +1,4 @@
-// The pyramid of depths has all of its levels in one image: src/plan/reflections.rs says the same. Level n has a texel for each square of 2^n pixels. Level
+// The pyramid of depths has all of its levels in one image: src/plan/effects/reflections.rs says the same. Level n has a texel for each square of 2^n pixels. Level
 // 1 lies at the left, the others below one another at its right; nearest depths in the upper half, farthest in the lower.
 #define_import_path afterlight::hiz
 

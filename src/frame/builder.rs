@@ -51,7 +51,9 @@ impl RendererBuilder {
             Some(uploaded) => uploaded,
             None => {
                 let scene = GpuScene::new(device, &mut source, &plan, edges.upload_order())?;
-                if let (Some(sky), Some(planned), Some(order)) = (&scene.sky, &plan.sky, edges.prefilter_order()) {
+                if let (Some(sky), Some(planned), Some(order)) =
+                    (&scene.sky, &plan.effects.sky, edges.prefilter_order())
+                {
                     prefilter::submit(device, sky, planned, order)?;
                 }
                 Arc::new(scene)
@@ -117,7 +119,7 @@ impl RendererBuilder {
             })
         };
         let frames = (0..IN_FLIGHT).map(in_flight).collect::<gpu::Result<_>>()?;
-        let timeline = Timeline::of(plan.taa.map_or(1, |taa| taa.history));
+        let timeline = Timeline::of(plan.effects.taa.map_or(1, |taa| taa.history));
         Ok(Renderer {
             device,
             plan,

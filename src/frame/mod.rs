@@ -274,7 +274,7 @@ impl Renderer {
             Some(shadow) => self.shadow_cache.stale(&self.world, shadow, camera, &visible),
             None => Vec::new(),
         };
-        let since = self.plan.taa.map(|_| self.timeline.since(&self.world, &visible, &eye, self.plan.size));
+        let since = self.plan.effects.taa.map(|_| self.timeline.since(&self.world, &visible, &eye, self.plan.size));
         let jitter = since.as_ref().map_or(jitter, |since| since.jitter);
         let uniform = FrameUniform::of(&self.world, &visible, &eye, &self.plan, jitter);
         // The submission makes them visible to the device: the row "host-to-frame".

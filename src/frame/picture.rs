@@ -37,12 +37,12 @@ impl Renderer {
 
     /// Makes the next frame begin anew, where frames are averaged over time: it shows something else than the frame before, as after a cut of a film.
     pub fn cut(&mut self) {
-        self.timeline.begin(self.plan.taa.map_or(1, |taa| taa.history));
+        self.timeline.begin(self.plan.effects.taa.map_or(1, |taa| taa.history));
     }
 
     /// Returns true if more frames of the same would still come nearer to the truth.
     pub fn converges(&self) -> bool {
-        self.plan.taa.is_some_and(|taa| self.timeline.still() < taa.history)
+        self.plan.effects.taa.is_some_and(|taa| self.timeline.still() < taa.history)
     }
 
     /// The camera of frame `index` of a picture: where the settings ask for a lens and several frames, it stands in that frame's own point of it.
@@ -64,7 +64,7 @@ impl Renderer {
         mut drawn: impl FnMut(),
     ) -> Result<Picture, E> {
         let (count, shutter) = (self.plan.samples, f64::from(self.settings.shutter));
-        if let Some(taa) = self.plan.taa {
+        if let Some(taa) = self.plan.effects.taa {
             self.timeline.begin(taa.frames.min(taa.history));
             for left in (0..taa.frames).rev() {
                 let camera = go_to(self, -f64::from(left) / FRAMES_A_SECOND)?;

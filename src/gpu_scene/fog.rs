@@ -28,7 +28,7 @@ const EVEN_SHARE: f64 = 8.0;
 
 impl FogUniform {
     pub(super) fn of(world: &World, plan: &FramePlan, eye: &Eye) -> Self {
-        let Some(fog) = &plan.fog else { return Self::default() };
+        let Some(fog) = &plan.effects.fog else { return Self::default() };
         let (ambient, _) = world.environment.hemispheres();
         let sky = world.sky.filter(|_| plan.is_lit_by_sky()).map_or(Vec3::ZERO, |sky| sky.mean);
         let [height, base] = [fog.height, fog.base].map(f64::from);

@@ -235,11 +235,11 @@ impl GpuScene {
                 false => None,
             },
             materials: None,
-            sky: match (&scene.sky, &plan.sky) {
+            sky: match (&scene.sky, &plan.effects.sky) {
                 (Some(sky), Some(planned)) => Some(SkyMaps::new(device, &mut uploader, sky, planned)?),
                 _ => None,
             },
-            particles: match &plan.particles {
+            particles: match &plan.effects.particles {
                 Some(planned) => ParticleTextures::new(device, &mut uploader, scene, planned)?,
                 None => None,
             },

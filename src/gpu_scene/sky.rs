@@ -143,7 +143,7 @@ fn cube_view(image: &Image) -> gpu::Result<Owned<vk::ImageView>> {
 
 /// The sky's bindings of set 0.
 pub(super) fn bindings(plan: &FramePlan) -> Vec<SetLayoutBinding> {
-    let Some(sky) = &plan.sky else { return Vec::new() };
+    let Some(sky) = &plan.effects.sky else { return Vec::new() };
     let images = [(CUBE, sky.shown), (LOBE, sky.lights), (BASE, sky.lights), (TABLE, sky.lights)];
     let mut stages = vk::ShaderStageFlags::FRAGMENT;
     if plan.reflects() {

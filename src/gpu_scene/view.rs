@@ -136,7 +136,7 @@ impl ViewBuffers {
         if let Some(froxels) = froxels.or(lights.as_ref()).filter(|_| plan.names_froxels()) {
             writer = writer.storage_buffer(FROXELS, froxels, froxels.size);
         }
-        if let (Some(sky), Some(planned)) = (sky, &plan.sky) {
+        if let (Some(sky), Some(planned)) = (sky, &plan.effects.sky) {
             writer = sky.write(planned, writer);
         }
         writer.update(device, set);

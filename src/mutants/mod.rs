@@ -132,7 +132,7 @@ pub fn mutants<'a>(cases: &'a [Case], plans: &'a [FramePlan]) -> Vec<Mutant<'a>>
             tried.push(masks);
             // Of frames with both TAA and BLOOM likewise: the barriers between frames on the buffers of the one make the layer take those of the other to be
             // ordered as well.
-            let hides = case.presented.is_some() || plan.taa.is_some() && plan.bloom.is_some();
+            let hides = case.presented.is_some() || plan.effects.taa.is_some() && plan.effects.bloom.is_some();
             let is_tried = |part: &Part| is_new || *part == Part::Row && !hides;
             for part in edge.parts().into_iter().filter(is_tried) {
                 let edges = table.without_part(edge.name, part).expect("rows that stay are left out above");

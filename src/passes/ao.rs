@@ -23,7 +23,7 @@ pub const PASS: Pass = Pass {
     place: Place::pass("AO"),
     time: "ao",
     what: "what surfaces nearby leave of the light from everywhere, found in the depth buffer",
-    presence: |plan| match &plan.ao {
+    presence: |plan| match &plan.effects.ao {
         Some(ao) => Presence::In(ao.to_string()),
         None => Presence::Out(plan.reasons.lack_of("ambient occlusion").into()),
     },
@@ -82,7 +82,7 @@ pub(crate) fn flags(plan: &FramePlan) -> Flags {
 }
 
 fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
-    let Some(ao) = &plan.ao else { return Vec::new() };
+    let Some(ao) = &plan.effects.ao else { return Vec::new() };
     let [slices, steps] = ao.slices();
     vec![
         (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),

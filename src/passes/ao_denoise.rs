@@ -73,7 +73,7 @@ pub(crate) fn flags(plan: &FramePlan) -> Flags {
 }
 
 fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
-    let Some(ao) = &plan.ao else { return Vec::new() };
+    let Some(ao) = &plan.effects.ao else { return Vec::new() };
     vec![
         (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),
         (constants::NORMAL_ENCODING, plan.gbuffer.as_ref().map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),

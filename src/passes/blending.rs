@@ -30,7 +30,7 @@ const COUNTED_LAYERS: f32 = 2000.0;
 /// colour is at most `largest` times its alpha plus `highlight`; no pixel has more layers than the scene has transparent triangles, and particles.
 /// `shaders/forward.wgsl` says how the weights do it.
 pub fn limits(plan: &FramePlan) -> Limits {
-    let particles = plan.particles.as_ref().map_or(0, |own| own.capacity);
+    let particles = plan.effects.particles.as_ref().map_or(0, |own| own.capacity);
     let layers = plan.transparent_triangles.saturating_add(particles).max(1) as f32;
     let largest = plan.largest_light();
     match plan.sums {

@@ -40,7 +40,7 @@ pub const PASS: Pass = Pass {
     },
     leave_out: None,
     make: Some(|own| {
-        let planned = own.needed(own.plan.bloom)?;
+        let planned = own.needed(own.plan.effects.bloom)?;
         let levels = buffer(own.device, own.plan, &planned)?;
         let steps = Steps::new(own, (planned, &[Kind::First]), (&levels, &own.inputs()))?;
         Ok(Box::new(Bloom { levels, steps }))
@@ -61,13 +61,13 @@ pub const SPREAD: Pass = Pass {
     },
     leave_out: Some(|settings| settings.bloom = 0.0),
     make: Some(|own| {
-        let (planned, levels) = (own.needed(own.plan.bloom)?, own.buffer(Resource::Buffers(BLOOM_LEVELS))?);
+        let (planned, levels) = (own.needed(own.plan.effects.bloom)?, own.buffer(Resource::Buffers(BLOOM_LEVELS))?);
         Ok(Box::new(Spread(Steps::new(own, (planned, &[Kind::Down, Kind::Up]), (levels, &[]))?)))
     }),
 };
 
 fn presence(plan: &FramePlan) -> Presence {
-    Presence::when(plan.bloom.is_some(), "asked for", plan.reasons.lack_of("bloom"))
+    Presence::when(plan.effects.bloom.is_some(), "asked for", plan.reasons.lack_of("bloom"))
 }
 
 const LEVELS: u32 = 0;

@@ -24,7 +24,7 @@ pub const PASS: Pass = Pass {
     place: Place::pass("FOG"),
     time: "fog",
     what: "what the air takes of the light, and what it scatters to the eye",
-    presence: |plan| match &plan.fog {
+    presence: |plan| match &plan.effects.fog {
         Some(fog) if fog.alone => Presence::In("the view shows what the fog scatters".into()),
         Some(_) => Presence::In("fog lies between the eye and what it sees".into()),
         None => Presence::Out(plan.reasons.lack_of("fog").into()),
@@ -73,7 +73,7 @@ impl FogPass {
             set_layouts: &[layouts.frame, inputs.set_layout.raw],
             // Fog lies before the sky as well.
             skip_sky: false,
-            blend: if plan.fog.is_some_and(|fog| fog.alone) { replace() } else { over_what_is_left() },
+            blend: if plan.effects.fog.is_some_and(|fog| fog.alone) { replace() } else { over_what_is_left() },
         };
         Ok(Self { screen: Screen::multisampled(device, &desc, plan.sample_count())?, inputs })
     }

@@ -28,7 +28,7 @@ pub const PASS: Pass = Pass {
     place: Place::pass("FXAA"),
     time: "fxaa",
     what: "smooths edges, and so reads each pixel's neighbours",
-    presence: |plan| Presence::when(plan.fxaa, "asked for", "not asked for"),
+    presence: |plan| Presence::when(plan.effects.fxaa, "asked for", "not asked for"),
     touches: |_| {
         vec![
             Touch::sampled(0, Target::Output, OUTPUT_READ).because("samples the picture around its pixel"),

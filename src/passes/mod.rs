@@ -160,7 +160,7 @@ pub(crate) const NO_WINDOW: &str = "no window";
 
 /// Tells if frames have SIMULATE and PARTICLES.
 fn particles_presence(plan: &FramePlan) -> Presence {
-    match &plan.particles {
+    match &plan.effects.particles {
         Some(own) => {
             let emitters = counted(own.emitters as usize, "emitter");
             Presence::In(format!("up to {} of {emitters}", counted(own.capacity as usize, "particle")))
@@ -202,7 +202,7 @@ fn culled(plan: &FramePlan) -> Option<Touch> {
 
 /// Tells if frames are averaged over time.
 fn over_time(plan: &FramePlan) -> Presence {
-    Presence::when(plan.taa.is_some(), "asked for", plan.reasons.lack_of("TAA"))
+    Presence::when(plan.effects.taa.is_some(), "asked for", plan.reasons.lack_of("TAA"))
 }
 
 /// Looks shadow maps up, where there are some.

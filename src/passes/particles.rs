@@ -39,14 +39,14 @@ pub const PASS: Pass = Pass {
                 .because("fetches particles in the order in which SORT left them"),
         ]);
         touches.extend(froxels(plan));
-        if plan.particles.as_ref().is_some_and(|own| !own.textures.is_empty()) {
+        if plan.effects.particles.as_ref().is_some_and(|own| !own.textures.is_empty()) {
             touches.push(Touch::resource(Resource::Textures, TEXTURE_READ));
         }
         touches
     },
     leave_out: Some(|settings| settings.particles = false),
     make: Some(|own| {
-        let planned = own.needed(own.plan.particles.as_ref())?;
+        let planned = own.needed(own.plan.effects.particles.as_ref())?;
         let (buffers, textures) = (own.buffers(Resource::Buffers(PARTICLES)), own.scene.particles.as_ref());
         let place = (own.slot()?, own.layouts.frame);
         Ok(Box::new(ParticlePass::new(own.device, (own.plan, planned), place, (buffers, textures), &own.inputs())?))
@@ -195,7 +195,7 @@ fn described<'a>(
 
 /// Returns the shader variant of a plan.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
-    let textured = plan.particles.as_ref().is_some_and(|own| !own.textures.is_empty());
+    let textured = plan.effects.particles.as_ref().is_some_and(|own| !own.textures.is_empty());
     Flags::TEXTURED.when(textured)
         | Flags::WEIGHTED.when(plan.sums.is_some())
         | Flags::SORTED.when(plan.sorts_particles())

@@ -24,7 +24,7 @@ pub const PASS: Pass = Pass {
     place: Place::pass("REFLECT"),
     time: "reflect",
     what: "a ray of each smooth pixel through the depth buffer, and the light that it meets",
-    presence: |plan| match &plan.reflections {
+    presence: |plan| match &plan.effects.reflections {
         Some(own) => Presence::In(own.to_string()),
         None => Presence::Out(plan.reasons.lack_of("reflections").into()),
     },
@@ -66,7 +66,9 @@ pub(crate) fn flags(plan: &FramePlan) -> Flags {
 }
 
 fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
-    let Some(ReflectionPlan { roughness, steps, thickness, shown: _ }) = plan.reflections else { return Vec::new() };
+    let Some(ReflectionPlan { roughness, steps, thickness, shown: _ }) = plan.effects.reflections else {
+        return Vec::new();
+    };
     vec![
         (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),
         (constants::NORMAL_ENCODING, plan.gbuffer.as_ref().map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),

@@ -76,7 +76,7 @@ pub(crate) fn flags(plan: &FramePlan) -> Flags {
 }
 
 fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
-    let Some(own) = &plan.reflections else { return Vec::new() };
+    let Some(own) = &plan.effects.reflections else { return Vec::new() };
     vec![
         (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),
         (constants::NORMAL_ENCODING, plan.gbuffer.as_ref().map_or(0, |gbuffer| gbuffer.normal_encoding as u32)),

@@ -33,7 +33,7 @@ pub const PASS: Pass = Pass {
     },
     leave_out: None,
     make: Some(|own| {
-        let planned = own.needed(own.plan.taa.as_ref())?;
+        let planned = own.needed(own.plan.effects.taa.as_ref())?;
         Ok(Box::new(Sharpen::new(own.device, own.plan, planned, own.slot()?, histories(own)?)?))
     }),
 };

@@ -33,7 +33,7 @@ pub const PASS: Pass = Pass {
     },
     leave_out: None,
     make: Some(|own| {
-        let planned = own.needed(own.plan.particles.as_ref())?;
+        let planned = own.needed(own.plan.effects.particles.as_ref())?;
         Ok(Box::new(Simulate::new(own.device, (own.plan, planned), own.layouts, own.in_flight)?))
     }),
 };

@@ -13,7 +13,7 @@ pub const PASS: Pass = Pass {
     place: Place::pass("SKY"),
     time: "sky",
     what: "the sky, where nothing is seen before it",
-    presence: |plan| match &plan.sky {
+    presence: |plan| match &plan.effects.sky {
         Some(sky) if sky.shown => Presence::In("the scene has a sky".into()),
         Some(_) => Presence::Out("this view has no background".into()),
         None if plan.shading == (Shading::Light { light_only: false }) => {
@@ -39,7 +39,7 @@ impl SkyPass {
             ToneMapping::InLighting(curve) => (1, curve as u32),
             _ => (0, 0),
         };
-        let sun = plan.sky.as_ref().is_some_and(|sky| sky.sun);
+        let sun = plan.effects.sky.as_ref().is_some_and(|sky| sky.sun);
         let desc = ScreenDesc {
             name: "sky",
             slot,

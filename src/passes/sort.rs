@@ -22,7 +22,7 @@ pub const PASS: Pass = Pass {
     place: Place::pass("SORT"),
     time: "sort",
     what: "particles from back to front",
-    presence: |plan| match plan.particles {
+    presence: |plan| match plan.effects.particles {
         Some(_) if plan.sorts_particles() => Presence::In("particles are blended from back to front".into()),
         Some(_) => Presence::Out("particles are summed or counted, in any order".into()),
         None => Presence::Out("no particles are drawn".into()),

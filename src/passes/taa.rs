@@ -47,7 +47,7 @@ pub const PASS: Pass = Pass {
     },
     leave_out: Some(|settings| settings.taa = false),
     make: Some(|own| {
-        let planned = own.needed(own.plan.taa.as_ref())?;
+        let planned = own.needed(own.plan.effects.taa.as_ref())?;
         Ok(Box::new(Taa::new(own.device, own.plan, planned, &own.inputs())?))
     }),
 };

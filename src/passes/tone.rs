@@ -34,7 +34,7 @@ pub const PASS: Pass = Pass {
 };
 
 fn is_in(plan: &FramePlan) -> bool {
-    plan.effects.vignette > 0.0 || plan.effects.grain > 0.0
+    plan.on_picture.vignette > 0.0 || plan.on_picture.grain > 0.0
 }
 
 /// The pass.
@@ -52,8 +52,8 @@ impl Tone {
                 slot,
                 shader,
                 constants: &[
-                    (constants::VIGNETTE, plan.effects.vignette.to_bits()),
-                    (constants::GRAIN, plan.effects.grain.to_bits()),
+                    (constants::VIGNETTE, plan.on_picture.vignette.to_bits()),
+                    (constants::GRAIN, plan.on_picture.grain.to_bits()),
                 ],
                 set_layouts: &[layouts.frame],
                 // The background is seen through the same lens.

@@ -36,7 +36,7 @@ pub const PASS: Pass = Pass {
         Presence::when(plan.has_tonemap_subpass(), "light is blended or averaged before it is tone-mapped", why_not)
     },
     touches: |plan| {
-        let levels = plan.bloom.map(|_| {
+        let levels = plan.effects.bloom.map(|_| {
             Touch::resource(Resource::Buffers(BLOOM_LEVELS), LEVEL_READ).because("reads the first level of bloom")
         });
         let light = Touch::input(0, Target::Hdr, HDR_READ)
@@ -96,7 +96,7 @@ impl TonemapPass {
                     (constants::HEADROOM, plan.headroom().to_bits()),
                     (constants::KEPT, kept),
                     (constants::LARGEST, plan.largest_shown().to_bits()),
-                    (constants::TAPS, plan.bloom.map_or(0, |bloom| bloom.taps)),
+                    (constants::TAPS, plan.effects.bloom.map_or(0, |bloom| bloom.taps)),
                     (constants::SAMPLES, plan.msaa),
                     (constants::LINEAR, u32::from(plan.resolve == Resolve::Linear)),
                 ],
@@ -165,5 +165,5 @@ fn bound(
 
 /// Returns the shader variant of a plan.
 pub(crate) fn flags(plan: &FramePlan) -> Flags {
-    Flags::MSAA.when(plan.msaa > 1) | Flags::BLOOM.when(plan.bloom.is_some())
+    Flags::MSAA.when(plan.msaa > 1) | Flags::BLOOM.when(plan.effects.bloom.is_some())
 }

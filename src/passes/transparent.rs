@@ -39,7 +39,7 @@ pub const PASS: Pass = Pass {
 
 /// False where particles alone are blended.
 fn draws_surfaces(plan: &FramePlan) -> bool {
-    plan.particles.is_none() || !plan.transparent.is_empty() || plan.keep.has(OptionalPart::Transparent)
+    plan.effects.particles.is_none() || !plan.transparent.is_empty() || plan.keep.has(OptionalPart::Transparent)
 }
 
 fn touches(plan: &FramePlan) -> Vec<Touch> {

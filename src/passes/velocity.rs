@@ -29,7 +29,7 @@ pub const PASS: Pass = Pass {
     place: Place::pass("VELOCITY"),
     time: "velocity",
     what: "how far what moves by itself has come since the frame before",
-    presence: |plan| match plan.taa {
+    presence: |plan| match plan.effects.taa {
         None => Presence::Out("frames are not averaged over time".into()),
         Some(taa) => Presence::when(
             taa.moves,

@@ -11,9 +11,9 @@ use super::shadows::shadow_reason;
 use super::surfaces::{FilteredTextures, Surfaces};
 use super::{
     AoPlan, Bloom, Capabilities, Error, FogPlan, FramePlan, Gbuffer, MeshPlan, ParticlePlan, Reasons, ReflectionPlan,
-    Shading, SkyPlan, Sums, SurfaceRules, TaaPlan, Uploads, ao, attachments, checks, culling, effects,
-    geometry_locations, is_forward, is_tiled, lacks_gbuffer, lens, occlusion, particles, parts, reflections,
-    visibility,
+    Shading, SkyPlan, Sums, SurfaceRules, TaaPlan, Uploads, attachments, checks, culling,
+    effects::{self, EffectPlans, ao, particles, reflections},
+    geometry_locations, is_forward, is_tiled, lacks_gbuffer, lens, occlusion, parts, visibility,
 };
 use crate::scene::{GbufferChoice, Keep, LightPath, OptionalPart, Output, Scene, Settings, Transparency, View};
 
@@ -117,7 +117,7 @@ impl FramePlan {
         let settings = effects::planned(asked);
         let settings = settings.as_ref();
         let mut plan = Self::decide(scene, settings, device, view)?;
-        if let Some(taa) = &mut plan.taa {
+        if let Some(taa) = &mut plan.effects.taa {
             *taa = taa.showing(view, settings.output);
         }
         plan.reasons = plan.reasons.clone().with_absences(scene, asked, settings, &plan);
@@ -213,11 +213,8 @@ impl FramePlan {
             size: settings.size,
             shading,
             stores_gbuffer,
-            ao,
-            reflections,
             gbuffer,
             triangles,
-            sky,
             shadow: lighting.shadow,
             emissive: surfaces.emissive,
             transparency: surfaces.transparency,
@@ -232,11 +229,7 @@ impl FramePlan {
             exposes: settings.output != Output::Nits,
             samples: settings.samples,
             resolve: settings.resolve,
-            effects: settings.effects(),
-            fog,
-            bloom: Bloom::of(settings, shading),
-            taa,
-            fxaa: settings.fxaa,
+            on_picture: settings.effects(),
             msaa: settings.msaa,
             brdf: surfaces.brdf,
             reflectance: surfaces.reflectance,
@@ -256,7 +249,16 @@ impl FramePlan {
             transparent: pipelines.transparent,
             streams: meshes.streams(),
             uploads: Uploads::of(&meshes, &textures, volumes, (sky.is_some(), more_textures)),
-            particles,
+            effects: EffectPlans {
+                sky,
+                ao,
+                reflections,
+                particles,
+                fog,
+                bloom: Bloom::of(settings, shading),
+                taa,
+                fxaa: settings.fxaa,
+            },
             meshes,
             textures,
             materials: surfaces.materials,

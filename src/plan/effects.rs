@@ -1,10 +1,33 @@
 //! The table of effects. It lies above all of them: each declares itself in its own file, and whoever asks about effects goes through this list.
 
+pub(super) mod ao;
+pub(super) mod bloom;
+mod fog;
+mod froxels;
+mod fxaa;
+pub(super) mod particles;
+pub(super) mod reflections;
+mod sky;
+mod taa;
+
+/// The public types and names of effects, which are the plan's.
+pub mod types {
+    pub use super::ao::AoPlan;
+    pub use super::bloom::{BLOOM_LEVELS, Bloom, BloomLevel};
+    pub use super::fog::FogPlan;
+    pub use super::froxels::{FROXELS, FroxelPlan};
+    pub use super::particles::{PARTICLES, ParticlePlan, SORT_BLOCK, sort_places};
+    pub use super::reflections::{Hiz, ReflectionPlan};
+    pub use super::sky::SkyPlan;
+    pub use super::taa::{TAA_MEAN, TaaPlan, Vectors};
+}
+
 use std::borrow::Cow;
 
 use super::effect::{Effect, EffectView, Hdr, LitAir, Request, Shows};
-use super::{Error, FramePlan, Part, PartGroup, ao, bloom, fog, fxaa, particles, reflections, sky, taa};
+use super::{Error, FramePlan, Part, PartGroup};
 use crate::scene::{Scene, Settings, View};
+use types::{AoPlan, Bloom, FogPlan, ParticlePlan, ReflectionPlan, SkyPlan, TaaPlan};
 
 /// Every effect, in the order in which `inspect` lists them. Settings that work on the finished picture say so in their own table (`on_picture`).
 pub(crate) const EFFECTS: &[&Effect] = &[
@@ -17,6 +40,27 @@ pub(crate) const EFFECTS: &[&Effect] = &[
     &ao::EFFECT,
     &reflections::EFFECT,
 ];
+
+/// The effects of a plan's frames, each with its parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EffectPlans {
+    /// The scene's sky, where it is seen or lights surfaces.
+    pub sky: Option<SkyPlan>,
+    /// The way in which ambient occlusion is found, where it is.
+    pub ao: Option<AoPlan>,
+    /// The reflections of the picture in surfaces, where there are some.
+    pub reflections: Option<ReflectionPlan>,
+    /// The particles of the scene's emitters, where they are drawn.
+    pub particles: Option<ParticlePlan>,
+    /// Fog lies between the eye and the surfaces.
+    pub fog: Option<FogPlan>,
+    /// Light is spread before it is tone-mapped.
+    pub bloom: Option<Bloom>,
+    /// Frames are averaged over time.
+    pub taa: Option<TaaPlan>,
+    /// A pass after the main one smooths edges.
+    pub fxaa: bool,
+}
 
 /// Refuses effects that do not go with the settings, the light path or the device.
 pub(super) fn check(request: &Request) -> Result<(), Error> {

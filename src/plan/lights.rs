@@ -270,6 +270,6 @@ mod tests {
         let settings = Settings { light_path: LightPath::Clustered, ..Settings::default() };
         let device = Capabilities { fragment_resources: 4, ..samples::device() };
         let plan = FramePlan::of(&scene, &settings, &device).expect("a plan");
-        assert!(plan.particles.is_some() && plan.lights_by_clusters());
+        assert!(plan.effects.particles.is_some() && plan.lights_by_clusters());
     }
 }

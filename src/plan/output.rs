@@ -161,9 +161,9 @@ impl FramePlan {
 
     /// Returns true if the same scene lies on the device in the same way for the other plan: its meshes and textures can stay.
     pub fn uploads_as(&self, other: &Self) -> bool {
-        let textures = |plan: &Self| plan.particles.as_ref().map_or_else(Vec::new, |own| own.textures.clone());
-        (&self.meshes, &self.textures, &self.uploads, self.places_of_samplers(), self.sky)
-            == (&other.meshes, &other.textures, &other.uploads, other.places_of_samplers(), other.sky)
+        let textures = |plan: &Self| plan.effects.particles.as_ref().map_or_else(Vec::new, |own| own.textures.clone());
+        (&self.meshes, &self.textures, &self.uploads, self.places_of_samplers(), self.effects.sky)
+            == (&other.meshes, &other.textures, &other.uploads, other.places_of_samplers(), other.effects.sky)
             && textures(self) == textures(other)
             // Shaders look up buffers and textures of one alone.
             && self.triangles.is_some() == other.triangles.is_some()

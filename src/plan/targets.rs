@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{Capabilities, FramePlan, Hiz, Shading, format_bytes, reflections};
+use super::{Capabilities, FramePlan, Hiz, Shading, effects::reflections, format_bytes};
 
 /// The format of the picture's depth and of shadow maps; mandatory to draw into.
 pub(crate) const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
@@ -116,7 +116,7 @@ impl FramePlan {
         match target {
             Target::Depth => self.has_geometry().then_some(DEPTH),
             Target::Occluders => self.hides_on_device.then_some(DEPTH),
-            Target::Visibility => self.ao.is_some().then_some(VISIBILITY),
+            Target::Visibility => self.effects.ao.is_some().then_some(VISIBILITY),
             Target::Hiz => self.reflects().then_some(reflections::HIZ),
             Target::Rays => self.reflects().then_some(reflections::RAYS),
             Target::Albedo => gbuffer.map(|own| own.albedo),
@@ -133,7 +133,7 @@ impl FramePlan {
             Target::Velocity => self.has_velocity().then_some(VELOCITY),
             Target::Samples => self.resolves_output().then_some(self.output),
             Target::Output => Some(self.output),
-            Target::Smoothed => self.fxaa.then_some(self.output),
+            Target::Smoothed => self.effects.fxaa.then_some(self.output),
         }
     }
 
@@ -158,7 +158,7 @@ impl FramePlan {
 
     /// Pixels of the picture across and down for each of a target's texels.
     fn texels_apart(&self, target: Target) -> u32 {
-        match (&self.ao, target) {
+        match (&self.effects.ao, target) {
             (Some(ao), Target::Visibility) => ao.scale,
             _ => 1,
         }
@@ -189,6 +189,6 @@ impl FramePlan {
 
     /// The target that holds the finished picture.
     pub fn picture(&self) -> Target {
-        if self.fxaa { Target::Smoothed } else { Target::Output }
+        if self.effects.fxaa { Target::Smoothed } else { Target::Output }
     }
 }

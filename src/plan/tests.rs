@@ -526,16 +526,16 @@ fn spread_light_is_planned_where_it_is_asked_for_and_there_is_light() {
     let off = plan_with(&lit, &samples::deferred());
     // Nothing is left of it where it is off, whatever else is said of it.
     assert_eq!(plan_with(&lit, &Settings { bloom_radius: 0.3, bloom_taps: 2, ..samples::deferred() }), off);
-    assert!(off.bloom.is_none() && off.hdr.is_none() && !off.has_tonemap_subpass());
+    assert!(off.effects.bloom.is_none() && off.hdr.is_none() && !off.has_tonemap_subpass());
     let with = Settings { bloom: 0.1, ..samples::deferred() };
     let on = plan_with(&lit, &with);
-    assert!(on.bloom.is_some() && on.hdr.is_some() && on.has_tonemap_subpass());
-    assert_eq!(plan_with(&lit, &Settings { view: View::Normal, ..with.clone() }).bloom, None);
+    assert!(on.effects.bloom.is_some() && on.hdr.is_some() && on.has_tonemap_subpass());
+    assert_eq!(plan_with(&lit, &Settings { view: View::Normal, ..with.clone() }).effects.bloom, None);
     let all = Settings { view: View::Bloom, ..samples::deferred() };
-    assert_eq!(plan_with(&lit, &all).bloom.map(|own| own.strength), Some(1.0));
+    assert_eq!(plan_with(&lit, &all).effects.bloom.map(|own| own.strength), Some(1.0));
     // Frames of another size are the same frames.
     let larger = plan_with(&lit, &Settings { size: [4000, 3000], ..with.clone() });
-    assert!(on.differs_in_size_only(&larger) && on.bloom == larger.bloom);
+    assert!(on.differs_in_size_only(&larger) && on.effects.bloom == larger.effects.bloom);
     let refused = |settings: Settings| FramePlan::of(&lit, &settings, &device()).expect_err("refused").to_string();
     assert!(refused(Settings { msaa: 4, ..with.clone() }).contains("ask for --resolve linear"));
     assert!(
@@ -552,21 +552,21 @@ fn fog_is_planned_where_it_is_asked_for_and_there_is_light() {
     let off = plan_with(&lit, &samples::deferred());
     // Nothing is left of it where it is off, whatever else is said of it.
     assert_eq!(plan_with(&lit, &Settings { fog_density: 0.3, fog_base: -2.0, ..samples::deferred() }), off);
-    assert!(off.fog.is_none() && off.hdr.is_none() && off.lights.uniform);
+    assert!(off.effects.fog.is_none() && off.hdr.is_none() && off.lights.uniform);
     let with = Settings { fog: Fog::Height, ..samples::deferred() };
     let on = plan_with(&lit, &with);
-    assert!(on.fog.is_some_and(|fog| !fog.alone) && on.hdr.is_some() && !on.lights.uniform);
+    assert!(on.effects.fog.is_some_and(|fog| !fog.alone) && on.hdr.is_some() && !on.lights.uniform);
     for view in [View::Normal, View::Lighting, View::Ambient] {
-        assert_eq!(plan_with(&lit, &Settings { view, ..with.clone() }).fog, None, "{view}");
+        assert_eq!(plan_with(&lit, &Settings { view, ..with.clone() }).effects.fog, None, "{view}");
     }
-    assert_eq!(plan_with(&lit, &Settings { fog_density: 0.0, ..with.clone() }).fog, None);
-    assert!(plan_with(&lit, &Settings { view: View::Fog, ..with.clone() }).fog.is_some_and(|fog| fog.alone));
-    assert_eq!(plan_with(&lit, &Settings { view: View::Fog, bloom: 0.5, ..with.clone() }).bloom, None);
+    assert_eq!(plan_with(&lit, &Settings { fog_density: 0.0, ..with.clone() }).effects.fog, None);
+    assert!(plan_with(&lit, &Settings { view: View::Fog, ..with.clone() }).effects.fog.is_some_and(|fog| fog.alone));
+    assert_eq!(plan_with(&lit, &Settings { view: View::Fog, bloom: 0.5, ..with.clone() }).effects.bloom, None);
     let refused = |settings: Settings| FramePlan::of(&lit, &settings, &device()).expect_err("refused").to_string();
     // The view shows some where none is asked for, too.
     assert_eq!(
-        plan_with(&lit, &Settings { view: View::Fog, ..samples::deferred() }).fog,
-        plan_with(&lit, &Settings { view: View::Fog, ..with.clone() }).fog
+        plan_with(&lit, &Settings { view: View::Fog, ..samples::deferred() }).effects.fog,
+        plan_with(&lit, &Settings { view: View::Fog, ..with.clone() }).effects.fog
     );
     assert!(refused(Settings { light_path: LightPath::Compute, ..with.clone() }).contains("cannot draw fog"));
     for number in [-1.0, f32::NAN, f32::INFINITY, 2e6] {

@@ -53,7 +53,7 @@ impl Particles {
     /// Those that are alive at the world's moment; none where the frame is halted before anything transparent.
     pub(super) fn of(world: &World, camera: &Camera, plan: &FramePlan) -> Self {
         let mut particles = Self::default();
-        let Some(planned) = plan.particles.as_ref().filter(|_| !world.is_halted()) else { return particles };
+        let Some(planned) = plan.effects.particles.as_ref().filter(|_| !world.is_halted()) else { return particles };
         for (emitter, texture) in world.emitters.iter().zip(&planned.texture_of) {
             let record = record(emitter, world, camera, (particles.count, planned.capacity, *texture));
             particles.count += record.place.y;
@@ -104,7 +104,7 @@ fn record(
 impl World {
     /// Boxes that the particles of a plan never leave.
     pub(super) fn particle_boxes(&self, plan: &FramePlan) -> Vec<Aabb> {
-        match plan.particles {
+        match plan.effects.particles {
             Some(_) => self.emitters.iter().map(Emitter::bounds).collect(),
             None => Vec::new(),
         }

@@ -341,7 +341,10 @@ mod tests {
                     }
                     let last = *Step::all(&plan).last().expect("a frame lights something");
                     let own = FramePlan::of(&scene, &last.settings(&whole, &plan), &samples::device()).expect("a plan");
-                    assert_eq!((own.output, own.fxaa, own.tone_mapping), (plan.output, plan.fxaa, plan.tone_mapping));
+                    assert_eq!(
+                        (own.output, own.effects.fxaa, own.tone_mapping),
+                        (plan.output, plan.effects.fxaa, plan.tone_mapping)
+                    );
                 }
             }
         }

@@ -57,7 +57,7 @@ fn without_particles_nothing_is_left_of_them() {
         assert!(own != bytes(&gpu.draw(&scene, &settings)));
         let plans =
             [(&bare, &settings), (&scene, &off)].map(|(scene, settings)| gpu.renderer(scene, settings).plan().clone());
-        assert!(plans[0].has_structure_of(&plans[1]) && plans[0].particles.is_none() && plans[0].hdr.is_none());
+        assert!(plans[0].has_structure_of(&plans[1]) && plans[0].effects.particles.is_none() && plans[0].hdr.is_none());
         // Before the first is born there is none either, but an HDR target, which rounds.
         let mut late = smoke();
         late.emitters[0].start = Some(10.0);

@@ -277,7 +277,7 @@ fn off_there_is_no_pass_and_no_difference_and_what_they_cannot_go_with_is_refuse
         let asked = on(&plain);
         // Nor where the picture shows vectors.
         let vectors = plan(&scene, &Settings { view: View::Velocity, ..asked.clone() }).expect("a plan");
-        assert!(!vectors.reflects() && vectors.taa.is_some());
+        assert!(!vectors.reflects() && vectors.effects.taa.is_some());
         for (settings, why) in [
             (Settings { light_path: LightPath::Forward, ..asked.clone() }, "the light path forward has none"),
             (Settings { light_path: LightPath::Compute, ..asked.clone() }, "--light-path compute"),

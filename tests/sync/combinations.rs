@@ -243,13 +243,13 @@ fn every_combination_is_drawn_or_refused_as_the_table_says() {
                         plan.light_path,
                         plan.transparency,
                         plan.msaa,
-                        plan.fxaa,
-                        plan.sky.is_some(),
-                        plan.bloom.is_some(),
-                        plan.particles.is_some(),
-                        plan.taa.is_some(),
+                        plan.effects.fxaa,
+                        plan.effects.sky.is_some(),
+                        plan.effects.bloom.is_some(),
+                        plan.effects.particles.is_some(),
+                        plan.effects.taa.is_some(),
                         plan.reflects(),
-                        plan.fog.map(|fog| fog.kind.name()),
+                        plan.effects.fog.map(|fog| fog.kind.name()),
                     );
                     let formats = (plan.hdr, plan.output, plan.tone_mapping);
                     if drawn.insert(format!("{structure:?} {formats:?}")) && (tries_all() || pairs.are_new(&named)) {

@@ -178,7 +178,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         rows: &["shadow-to-readers"],
         parts: Parts::Any(Side::After, S::FRAGMENT_SHADER, A::empty()),
-        only: |plan, _| plan.particles.is_some() || plan.froxels().is_some(),
+        only: |plan, _| plan.effects.particles.is_some() || plan.froxels().is_some(),
         section: "Pipeline Stages",
         says: "Its first access scope only includes memory accesses performed by pipeline stages explicitly specified in the source stage \
                mask",
@@ -280,7 +280,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         rows: &["geometry-reuse", "forward-reuse"],
         parts: Parts::Any(Side::Before, S::COMPUTE_SHADER, A::empty()),
-        only: |plan, edge| plan.taa.is_some() && !edge.before.stage.contains(S::LATE_FRAGMENT_TESTS),
+        only: |plan, edge| plan.effects.taa.is_some() && !edge.before.stage.contains(S::LATE_FRAGMENT_TESTS),
         section: "VkSubpassDependency",
         says: "the first set of commands includes all commands submitted as part of the subpass instance identified by srcSubpass and any \
                load, store, or multisample resolve operations on attachments used in srcSubpass",

@@ -2,9 +2,9 @@
 
 use std::fmt;
 
-use super::effect::{Effect, EffectView, NOT_ASKED_FOR, Request, Shows};
-use super::parts::target_of;
-use super::{Error, FramePlan, Target};
+use crate::plan::effect::{Effect, EffectView, NOT_ASKED_FOR, Request, Shows};
+use crate::plan::parts::target_of;
+use crate::plan::{Error, FramePlan, Target};
 use crate::scene::{AmbientOcclusion, AoResolution, Scene, Settings, View, counted};
 
 /// Surfaces hide light from everywhere from each other.
@@ -92,7 +92,7 @@ fn check(request: &Request) -> Result<(), Error> {
 }
 
 /// Chooses the frames' ambient occlusion.
-pub(super) fn choose(scene: &Scene, settings: &Settings) -> Option<AoPlan> {
+pub(in crate::plan) fn choose(scene: &Scene, settings: &Settings) -> Option<AoPlan> {
     let &Settings { ao: method, ao_radius: radius, ao_samples: samples, ao_resolution, .. } = settings;
     let scale = if ao_resolution == AoResolution::Half { 2 } else { 1 };
     is_used(scene, settings).then_some(AoPlan { method, samples, radius, scale })
@@ -118,14 +118,14 @@ fn is_used(scene: &Scene, settings: &Settings) -> bool {
 impl FramePlan {
     /// Returns true if frames find ambient occlusion.
     pub fn has_ao(&self) -> bool {
-        self.ao.is_some()
+        self.effects.ao.is_some()
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::samples;
     use super::*;
+    use crate::plan::samples;
     use crate::scene::Brdf;
     use glam::Vec3;
 

@@ -4,10 +4,10 @@ use std::fmt;
 
 use ash::vk;
 
-use super::checks::out_of_range;
-use super::effect::{Effect, EffectView, Hdr, NOT_ASKED_FOR, Request, Shows};
-use super::parts::target_of;
-use super::{Error, FramePlan, Target};
+use crate::plan::checks::out_of_range;
+use crate::plan::effect::{Effect, EffectView, Hdr, NOT_ASKED_FOR, Request, Shows};
+use crate::plan::parts::target_of;
+use crate::plan::{Error, FramePlan, Target};
 use crate::scene::{Brdf, HdrFormat, Object, Reflections, Scene, Settings, TextureSlot, View};
 
 /// Surfaces mirror others.
@@ -62,9 +62,9 @@ pub struct ReflectionPlan {
 }
 
 /// Mandatory to store to.
-pub(super) const HIZ: vk::Format = vk::Format::R32_SFLOAT;
+pub(in crate::plan) const HIZ: vk::Format = vk::Format::R32_SFLOAT;
 /// Likewise.
-pub(super) const RAYS: vk::Format = vk::Format::R32G32B32A32_UINT;
+pub(in crate::plan) const RAYS: vk::Format = vk::Format::R32G32B32A32_UINT;
 
 /// In `inspect`: `screen, up to a roughness of 0.6, 64 steps at most, surfaces 0.2 m thick`.
 impl fmt::Display for ReflectionPlan {
@@ -126,7 +126,7 @@ fn check(request: &Request) -> Result<(), Error> {
 }
 
 /// Returns `None` if no surface mirrors others.
-pub(super) fn choose(scene: &Scene, settings: &Settings) -> Option<ReflectionPlan> {
+pub(in crate::plan) fn choose(scene: &Scene, settings: &Settings) -> Option<ReflectionPlan> {
     is_used(scene, settings).then_some(ReflectionPlan {
         roughness: settings.reflection_roughness,
         steps: settings.reflection_steps,
@@ -154,7 +154,7 @@ fn is_used(scene: &Scene, settings: &Settings) -> bool {
 impl FramePlan {
     /// Returns true if surfaces mirror others as the picture shows them.
     pub fn reflects(&self) -> bool {
-        self.reflections.is_some()
+        self.effects.reflections.is_some()
     }
 
     /// Returns true if nothing is blended over the light to which they are added.
@@ -164,16 +164,16 @@ impl FramePlan {
 
     /// Returns true if TAA is the next to read the light to which they are added.
     pub fn averages_reflected(&self) -> bool {
-        self.ends_with_reflections() && self.taa.is_some()
+        self.ends_with_reflections() && self.effects.taa.is_some()
     }
 
     /// Returns true if BLOOM is the next to read the light to which they are added.
     pub fn blooms_reflected(&self) -> bool {
-        self.ends_with_reflections() && self.taa.is_none() && self.bloom.is_some()
+        self.ends_with_reflections() && self.effects.taa.is_none() && self.effects.bloom.is_some()
     }
 
     /// Returns true if TONEMAP is.
     pub fn tone_maps_reflected(&self) -> bool {
-        self.ends_with_reflections() && self.taa.is_none() && self.bloom.is_none()
+        self.ends_with_reflections() && self.effects.taa.is_none() && self.effects.bloom.is_none()
     }
 }

@@ -1,8 +1,8 @@
 //! Particles: the room that a frame has for a scene's emitters, and the way in which they are drawn.
 
-use super::effect::{Effect, EffectView, LitAir, Request, Shows};
-use super::parts::{Part, part};
-use super::{BufferName, Capabilities, Error, FramePlan, PlannedTexture, Refusal, Shading, Why};
+use crate::plan::effect::{Effect, EffectView, LitAir, Request, Shows};
+use crate::plan::parts::{Part, part};
+use crate::plan::{BufferName, Capabilities, Error, FramePlan, PlannedTexture, Refusal, Shading, Why};
 use crate::scene::{Scene, Settings, Transparency, View, counted};
 
 /// The outputs of SIMULATE and SORT: particles, and their order.
@@ -26,7 +26,7 @@ pub(crate) const EFFECT: Effect = Effect {
     unswept: |key, scene, _| (key == "particles" && scene.emitters.is_empty()).then_some("the scene has no emitters"),
     // They float where no object is.
     lit_air: |_| LitAir::All,
-    is_in: |plan| plan.particles.is_some(),
+    is_in: |plan| plan.effects.particles.is_some(),
     absence: |own| match (own.scene.emitters.is_empty(), own.planned.particles) {
         (true, _) => "the scene has no emitters",
         (false, false) => "switched off by --particles off",
@@ -98,7 +98,7 @@ fn check(request: &Request) -> Result<(), Error> {
 const LIT: Shading = Shading::Light { light_only: false };
 
 /// Returns `None` if frames draw no particles.
-pub(super) fn choose(request: &Request) -> Option<ParticlePlan> {
+pub(in crate::plan) fn choose(request: &Request) -> Option<ParticlePlan> {
     let Request { scene, settings, device, .. } = *request;
     if !are_shown(scene, settings) || request.shading != LIT {
         return None;
@@ -134,10 +134,10 @@ impl ParticlePlan {
 
 /// Refuses particles whose shaders name more buffers than the device lets them: SIMULATE names those of the frame, the emitters, the particles and, where
 /// they are sorted, their keys.
-pub(super) fn check_buffers(plan: &FramePlan, device: &Capabilities) -> Result<(), Error> {
+pub(in crate::plan) fn check_buffers(plan: &FramePlan, device: &Capabilities) -> Result<(), Error> {
     let sorts = u32::from(plan.sorts_particles());
     let (needed, most) = (plan.frame_buffers() + 2 + sorts, device.storage_buffers);
-    if plan.particles.is_none() || needed <= most {
+    if plan.effects.particles.is_none() || needed <= most {
         return Ok(());
     }
     let advice = match needed - sorts <= most {
@@ -152,12 +152,14 @@ impl FramePlan {
     /// Returns true if particles are drawn from back to front.
     pub fn sorts_particles(&self) -> bool {
         let sorted = self.transparency == Some(Transparency::Sorted);
-        self.particles.as_ref().is_some_and(|own| sorted && !own.counts)
+        self.effects.particles.as_ref().is_some_and(|own| sorted && !own.counts)
     }
 }
 
 fn part_of(plan: &FramePlan) -> Part {
-    let Some(own) = &plan.particles else { return part("particles", false, plan.reasons.lack_of(EFFECT.name), 0) };
+    let Some(own) = &plan.effects.particles else {
+        return part("particles", false, plan.reasons.lack_of(EFFECT.name), 0);
+    };
     let order = match (own.counts, plan.sorts_particles()) {
         (true, _) => "counted",
         (_, true) => "sorted from back to front, after transparent surfaces",

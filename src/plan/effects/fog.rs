@@ -1,9 +1,10 @@
 //! Fog: the decision whether frames have some, and its parameters.
 
-use super::checks::out_of_range;
-use super::effect::{Effect, EffectView, Hdr, LitAir, NOT_ASKED_FOR, Shows};
-use super::parts::{Part, part};
-use super::{FramePlan, FroxelPlan, PartGroup, froxels};
+use super::froxels;
+use crate::plan::checks::out_of_range;
+use crate::plan::effect::{Effect, EffectView, Hdr, LitAir, NOT_ASKED_FOR, Shows};
+use crate::plan::parts::{Part, part};
+use crate::plan::{FramePlan, FroxelPlan, PartGroup};
 use crate::scene::{Fog, Settings, View};
 
 /// Fog lies between the eye and the surfaces.
@@ -63,12 +64,12 @@ pub struct FogPlan {
     /// The picture shows the light that the fog scatters, and nothing else.
     pub alone: bool,
     /// The grid of its light, where lights are in it.
-    pub(super) froxels: Option<FroxelPlan>,
+    pub(in crate::plan) froxels: Option<FroxelPlan>,
 }
 
 impl FogPlan {
     /// None where the air is clear, and where a view shows something else.
-    pub(super) fn of(settings: &Settings, any_light: bool) -> Option<Self> {
+    pub(in crate::plan) fn of(settings: &Settings, any_light: bool) -> Option<Self> {
         let alone = settings.view == View::Fog;
         if !is_asked_for(settings) || !is_shown(settings) {
             return None;
@@ -96,17 +97,17 @@ fn is_shown(settings: &Settings) -> bool {
 impl FramePlan {
     /// Returns true if FOG comes after the pass that lights opaque surfaces.
     pub fn has_fog(&self) -> bool {
-        self.fog.is_some()
+        self.effects.fog.is_some()
     }
 }
 
 fn part_of(plan: &FramePlan) -> Part {
-    let reason = match &plan.fog {
+    let reason = match &plan.effects.fog {
         Some(fog) => format!(
             "{} of {} 1/m at a height of {} m, e times thinner {} m above; albedo {}, anisotropy {}",
             fog.kind, fog.density, fog.base, fog.height, fog.albedo, fog.anisotropy
         ),
         None => plan.reasons.lack_of(EFFECT.name).into(),
     };
-    part("fog", plan.fog.is_some(), reason, 0)
+    part("fog", plan.effects.fog.is_some(), reason, 0)
 }

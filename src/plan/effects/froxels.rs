@@ -3,8 +3,8 @@
 use std::fmt;
 
 use super::fog::FogPlan;
-use super::parts::{Part, part};
-use super::{BufferName, FramePlan};
+use crate::plan::parts::{Part, part};
+use crate::plan::{BufferName, FramePlan};
 use crate::scene::{Fog, Settings};
 
 /// Light in the froxels, and the light scattered before them.
@@ -39,7 +39,7 @@ impl fmt::Display for FroxelPlan {
 
 impl FroxelPlan {
     /// Of fog that is lit by lamps or shadowed. Where the scene has no light, light from everywhere alone is in the air: then the closed form is exact.
-    pub(super) fn of(settings: &Settings, kind: Fog, any_light: bool) -> Option<Self> {
+    pub(in crate::plan) fn of(settings: &Settings, kind: Fog, any_light: bool) -> Option<Self> {
         let &Settings { fog_froxels: grid, fog_samples: samples, fog_distance: distance, .. } = settings;
         (kind == Fog::Froxels && any_light).then_some(Self { grid, samples, distance })
     }
@@ -61,12 +61,12 @@ impl FogPlan {
 impl FramePlan {
     /// The froxels in which frames find the light in the air.
     pub fn froxels(&self) -> Option<&FroxelPlan> {
-        self.fog.as_ref()?.froxels.as_ref()
+        self.effects.fog.as_ref()?.froxels.as_ref()
     }
 
     /// Returns the reason why frames have none.
     pub(crate) fn lack_of_froxels(&self) -> &'static str {
-        match &self.fog {
+        match &self.effects.fog {
             None => "no fog",
             Some(fog) if fog.kind == Fog::Froxels => "no lamp shines into the fog: its closed form is exact",
             Some(_) => "fog by height has no froxels",
@@ -75,7 +75,7 @@ impl FramePlan {
 }
 
 /// Returns their line of `inspect`.
-pub(super) fn part_of(plan: &FramePlan) -> Part {
+pub(in crate::plan) fn part_of(plan: &FramePlan) -> Part {
     match plan.froxels() {
         Some(own) => part("froxels of fog", true, own.to_string(), own.bytes()),
         None => part("froxels of fog", false, plan.lack_of_froxels(), 0),
@@ -84,8 +84,8 @@ pub(super) fn part_of(plan: &FramePlan) -> Part {
 
 #[cfg(test)]
 mod tests {
-    use super::super::samples;
     use super::*;
+    use crate::plan::samples;
     use crate::scene::{Brdf, Scene};
     use glam::Vec3;
 

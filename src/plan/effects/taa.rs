@@ -1,10 +1,10 @@
 //! Anti-aliasing over time: the number of frames that are averaged, and the decision whether surfaces move by themselves.
 
-use super::checks::ANTI_ALIASING;
-use super::effect::{Effect, EffectView, Hdr, NOT_ASKED_FOR, Request, Shows};
-use super::parts::part;
-use super::surfaces::SurfaceRules;
-use super::{BufferName, Error, FramePlan, Part, PartGroup, Refusal, Shading};
+use crate::plan::checks::ANTI_ALIASING;
+use crate::plan::effect::{Effect, EffectView, Hdr, NOT_ASKED_FOR, Request, Shows};
+use crate::plan::parts::part;
+use crate::plan::surfaces::SurfaceRules;
+use crate::plan::{BufferName, Error, FramePlan, Part, PartGroup, Refusal, Shading};
 use crate::scene::{Output, Resolve, Scene, Settings, Tonemap, View};
 
 /// The mean that a frame leaves for the next one.
@@ -20,9 +20,9 @@ pub(crate) const EFFECT: Effect = Effect {
     is_set_aside: true,
     unswept: |key, _, plan| {
         let is_own = ["taa-frames", "taa-history", "sharpness"].contains(&key);
-        (is_own && plan.taa.is_none()).then_some("frames are not averaged over time")
+        (is_own && plan.effects.taa.is_none()).then_some("frames are not averaged over time")
     },
-    is_in: |plan| plan.taa.is_some(),
+    is_in: |plan| plan.effects.taa.is_some(),
     hdr: Some(Hdr::Reads("light is averaged over time before it is tone-mapped")),
     absence: |own| if own.asked.taa { "the values that this view shows have no mean" } else { NOT_ASKED_FOR },
     parts: |_, _, plan| vec![part_of(plan).of(PartGroup::Targets)],
@@ -100,7 +100,7 @@ fn frames(settings: &Settings) -> u32 {
 
 impl TaaPlan {
     /// Views of values have no mean.
-    pub(super) fn of(settings: &Settings, shading: Shading) -> Option<Self> {
+    pub(in crate::plan) fn of(settings: &Settings, shading: Shading) -> Option<Self> {
         let sharpness = settings.sharpness.clamp(0.0, 1.0);
         let own = Self {
             frames: settings.taa_frames.clamp(1, MOST_FRAMES),
@@ -114,13 +114,13 @@ impl TaaPlan {
     }
 
     /// The same for a scene's content.
-    pub(super) fn in_scene(self, scene: &Scene, rules: &SurfaceRules) -> Self {
+    pub(in crate::plan) fn in_scene(self, scene: &Scene, rules: &SurfaceRules) -> Self {
         let moves = rules.drawn(scene).any(|object| object.moves() && !rules.material(object).is_transparent());
         Self { moves, ..self }
     }
 
     /// The same for the view that was asked for.
-    pub(super) fn showing(self, view: View, output: Output) -> Self {
+    pub(in crate::plan) fn showing(self, view: View, output: Output) -> Self {
         let vectors = if output.is_linear() { Vectors::Values } else { Vectors::Colors };
         Self { shown: (view == View::Velocity).then_some(vectors), ..self }
     }
@@ -129,23 +129,25 @@ impl TaaPlan {
 impl FramePlan {
     /// Frames that are drawn for a picture.
     pub fn frames_a_picture(&self) -> u32 {
-        self.taa.map_or(self.samples, |taa| taa.frames)
+        self.effects.taa.map_or(self.samples, |taa| taa.frames)
     }
 
     /// Returns true if VELOCITY draws vectors of surfaces that move by themselves.
     pub fn has_velocity(&self) -> bool {
-        self.taa.is_some_and(|taa| taa.moves)
+        self.effects.taa.is_some_and(|taa| taa.moves)
     }
 
     /// Bytes of the history: two frames, of four words a pixel.
     pub fn history_bytes(&self) -> u64 {
         let [width, height] = self.size.map(u64::from);
-        self.taa.map_or(0, |_| 2 * 16 * width * height)
+        self.effects.taa.map_or(0, |_| 2 * 16 * width * height)
     }
 }
 
 fn part_of(plan: &FramePlan) -> Part {
-    let Some(taa) = plan.taa else { return part("history of frames", false, "frames are not averaged over time", 0) };
+    let Some(taa) = plan.effects.taa else {
+        return part("history of frames", false, "frames are not averaged over time", 0);
+    };
     let reason = format!("two frames, of four words a pixel, of what up to {} frames were averaged to", taa.history);
     part("history of frames", true, reason, plan.history_bytes())
 }

@@ -2,9 +2,9 @@
 
 use glam::Vec3;
 
-use super::effect::{Effect, Hdr};
-use super::parts::{Part, part};
-use super::{Error, FramePlan, PartGroup, Shading};
+use crate::plan::effect::{Effect, Hdr};
+use crate::plan::parts::{Part, part};
+use crate::plan::{Error, FramePlan, PartGroup, Shading};
 use crate::scene::{Scene, Settings, Sky, SkyCube};
 
 /// The scene's sky is seen, or lights surfaces.
@@ -45,7 +45,7 @@ pub struct SkyPlan {
 
 impl SkyPlan {
     /// None where frames do without.
-    pub(super) fn of(scene: &Scene, settings: &Settings, shading: Shading) -> Option<Self> {
+    pub(in crate::plan) fn of(scene: &Scene, settings: &Settings, shading: Shading) -> Option<Self> {
         let Shading::Light { light_only } = shading else { return None };
         let sky = scene.sky.as_ref()?;
         let lights = lights(sky, settings);
@@ -69,13 +69,13 @@ impl SkyPlan {
 }
 
 /// Returns true if a sky lights surfaces.
-pub(super) fn lights(sky: &Sky, settings: &Settings) -> bool {
+pub(in crate::plan) fn lights(sky: &Sky, settings: &Settings) -> bool {
     sky.lights && settings.sky_light && sky.nits > 0.0
 }
 
 /// The cube of the sky, and the light of it that surfaces collect.
 fn parts(plan: &FramePlan) -> [Part; 2] {
-    let Some(sky) = &plan.sky else {
+    let Some(sky) = &plan.effects.sky else {
         let why = plan.reasons.lack_of(EFFECT.name);
         return [part("sky", false, why, 0), part("light of the sky", false, why, 0)];
     };
