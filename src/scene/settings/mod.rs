@@ -46,8 +46,17 @@ impl Settings {
 
     /// The title of the first setting by which something works on the finished picture.
     pub(crate) fn first_effect(&self) -> Option<&'static str> {
+        self.on_picture().next().map(|row| row.title)
+    }
+
+    /// Returns true if edges of the finished picture are smoothed.
+    pub fn smooths_picture(&self) -> bool {
+        self.on_picture().any(|row| row.smooths)
+    }
+
+    /// The settings by which something works on the finished picture.
+    fn on_picture(&self) -> impl Iterator<Item = &'static Setting> {
         let (all, none) = (self.patch(), Self::default().patch());
-        let differs = |row: &&Setting| row.on_picture && row.text(&all) != row.text(&none);
-        SETTINGS.iter().find(differs).map(|row| row.title)
+        SETTINGS.iter().filter(move |row| row.on_picture && row.text(&all) != row.text(&none))
     }
 }
