@@ -1,6 +1,6 @@
 //! The declaration of an effect, written once, in the effect's own file. [`super::effects`] lists them, and plan, refusals and reasons follow from that list.
 
-use super::{Capabilities, Error, FramePlan, Part, Refusal, Shading, Why, is_tiled, lacks_gbuffer};
+use super::{Capabilities, Error, FramePlan, Part, Refusal, Shading, Target, Why, is_tiled, lacks_gbuffer};
 use crate::scene::{LightPath, Scene, Settings, View};
 
 /// Something that frames do beside lighting surfaces, where settings or the scene ask for it.
@@ -114,8 +114,8 @@ pub enum Shows {
     Light,
     /// Values of one sample, found while the picture is lit.
     Values,
-    /// A value of the G-buffer, which no light changes.
-    Gbuffer,
+    /// A value of the G-buffer, which no light changes: the target that the effect's pass writes, and its content after that.
+    Gbuffer(Target, &'static str),
 }
 
 /// The lights that shine into the air.
