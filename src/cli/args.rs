@@ -8,9 +8,13 @@ use std::str::FromStr;
 
 use afterlight::gpu::{DeviceChoice, Validation};
 use afterlight::measure::Shard;
-use afterlight::scene::{Camera, SETTINGS, Setting, SettingsPatch, SkyChoice, Up, ValueKind, View, unknown};
+use afterlight::scene::{Camera, SETTINGS, Setting, SettingsPatch, Up, ValueKind, View, unknown};
 use clap::parser::ValueSource;
 use clap::{Arg, ArgAction, ArgGroup, ArgMatches, Args, Command, FromArgMatches, value_parser};
+
+mod sky;
+
+use sky::SkyArgs;
 
 /// The device that draws, and the checks of its use.
 #[derive(Debug, Clone, Args)]
@@ -61,10 +65,7 @@ pub struct SettingsArgs {
     /// The scene and the look of a bare glTF file.
     pub scene: Option<String>,
     pub variant: Option<String>,
-    /// The sky in place of the scene's.
-    pub sky: Option<SkyChoice>,
-    pub sky_rotation: Option<f64>,
-    pub sky_strength: Option<f32>,
+    pub sky: SkyArgs,
     /// True if glTF files may read what lies outside their folders.
     pub allow_outside: bool,
     pub said: SettingsPatch,
@@ -91,11 +92,6 @@ const SCENE_HELP: &str =
     "Open this scene of a bare glTF file, by its name or its number [default: the one that the file opens with]";
 const VARIANT_HELP: &str =
     "Give the materials of a bare glTF file this look, by its name (KHR_materials_variants) [default: none]";
-const SKY_HELP: &str = "Set the sky: an equirectangular picture (.hdr, .exr); `atmosphere`, or `atmosphere:ELEVATION,AZIMUTH` with the sun's angles in \
-                        degrees, above the horizon and from -Z over +X; or none. A bare model without light of its own is lit by the sky alone [default: the scene's]";
-const ROTATION_HELP: &str =
-    "Turn the sky about the vertical, counter-clockwise from above, in degrees [default: the scene's]";
-const STRENGTH_HELP: &str = "Radiance of a 1 in the sky's picture, in nits [0 to 1e9; default: the scene's]";
 const OUTSIDE_HELP: &str = "Let glTF files read buffers and images that lie outside their folders";
 
 /// The camera that `--camera` asks for.
@@ -142,16 +138,6 @@ pub fn shard(text: &str) -> Result<Shard, String> {
 pub fn seconds(text: &str) -> Result<f64, String> {
     let parsed = text.parse().ok().filter(|seconds| (0.0..=1e9).contains(seconds));
     parsed.ok_or_else(|| "expected a number of seconds from 0 to 1e9".to_owned())
-}
-
-fn degrees(text: &str) -> Result<f64, String> {
-    let parsed = text.parse().ok().filter(|degrees: &f64| degrees.abs() <= 1e6);
-    parsed.ok_or_else(|| "expected a number from -1e6 to 1e6".to_owned())
-}
-
-fn nits(text: &str) -> Result<f32, String> {
-    let parsed = text.parse().ok().filter(|nits| (0.0..=1e9).contains(nits));
-    parsed.ok_or_else(|| "expected a number from 0 to 1e9".to_owned())
 }
 
 fn up(text: &str) -> Result<Up, String> {
@@ -208,7 +194,7 @@ impl Args for SettingsArgs {
 }
 
 /// The options of drawing that are no settings.
-fn own_options() -> [Arg; 12] {
+fn own_options() -> Vec<Arg> {
     let file = Arg::new("settings").value_name("FILE").value_parser(value_parser!(PathBuf)).help(FILE_HELP);
     let camera = Arg::new("camera").value_name("CAMERA").value_parser(camera).help(CAMERA_HELP);
     let scale = Arg::new("scale").value_name("NUMBER").value_parser(scale).help(SCALE_HELP);
@@ -217,11 +203,8 @@ fn own_options() -> [Arg; 12] {
     let clip = Arg::new("clip").value_name("NAME").action(ArgAction::Append).help(CLIP_HELP);
     let scene = Arg::new("of-scene").value_name("N|NAME").help(SCENE_HELP);
     let variant = Arg::new("variant").value_name("NAME").help(VARIANT_HELP);
-    let sky = Arg::new("sky").value_name("SKY").value_parser(value::<SkyChoice>).help(SKY_HELP);
-    let turned = Arg::new("sky-rotation").value_name("DEGREES").value_parser(degrees).help(ROTATION_HELP);
-    let strength = Arg::new("sky-strength").value_name("NITS").value_parser(nits).help(STRENGTH_HELP);
     let outside = Arg::new("allow-outside").action(ArgAction::SetTrue).help(OUTSIDE_HELP);
-    [
+    let of_scene = [
         file.long("settings"),
         camera.long("camera").allow_hyphen_values(true),
         scale.long("scale").allow_hyphen_values(true),
@@ -230,11 +213,8 @@ fn own_options() -> [Arg; 12] {
         clip.long("clip"),
         scene.long("scene"),
         variant.long("variant"),
-        sky.long("sky"),
-        turned.long("sky-rotation").allow_hyphen_values(true),
-        strength.long("sky-strength").allow_hyphen_values(true),
-        outside.long("allow-outside"),
-    ]
+    ];
+    of_scene.into_iter().chain(sky::options()).chain([outside.long("allow-outside")]).collect()
 }
 
 /// A setting as an option.
@@ -271,9 +251,7 @@ impl FromArgMatches for SettingsArgs {
         self.time = matches.get_one("time").copied();
         self.clips = matches.get_many("clip").into_iter().flatten().cloned().collect();
         (self.scene, self.variant) = (matches.get_one("of-scene").cloned(), matches.get_one("variant").cloned());
-        self.sky = matches.get_one("sky").cloned();
-        self.sky_rotation = matches.get_one("sky-rotation").copied();
-        self.sky_strength = matches.get_one("sky-strength").copied();
+        self.sky = SkyArgs::of(matches);
         self.allow_outside = matches.get_flag("allow-outside");
         let said = options().filter_map(|setting| matches.get_one::<SettingsPatch>(setting.key));
         self.said = said.fold(SettingsPatch::default(), |all, one| all.or(one));

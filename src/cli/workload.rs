@@ -131,10 +131,7 @@ impl Workload {
             options.aspect = f64::from(width) / f64::from(height);
         }
         let mut scene = scene::open(spec, &options)?;
-        if let Some(choice) = &args.sky {
-            scene::put_sky(&mut scene, choice)?;
-        }
-        turn_sky(&mut scene, args)?;
+        args.sky.put(&mut scene)?;
         // The bytes of files that images were decoded from.
         memory::give_back();
         let (load_ms, aspect) = (milliseconds_since(start), options.aspect);
@@ -288,19 +285,6 @@ impl Workload {
         }
         Ok(settings)
     }
-}
-
-/// Turns and dims the scene's sky as the command line asks.
-fn turn_sky(scene: &mut Scene, args: &SettingsArgs) -> Result<(), Failure> {
-    let Some(sky) = &mut scene.sky else {
-        return match (args.sky_rotation, args.sky_strength) {
-            (None, None) => Ok(()),
-            _ => Err(Failure::usage("--sky-rotation and --sky-strength are for a scene with a sky: give one by --sky")),
-        };
-    };
-    sky.rotation_degrees = args.sky_rotation.unwrap_or(sky.rotation_degrees);
-    sky.nits = args.sky_strength.unwrap_or(sky.nits);
-    Ok(())
 }
 
 /// Looks at a scene as the command line asks.

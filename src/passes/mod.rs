@@ -121,6 +121,13 @@ pub const FRAME_READ: Use = Use::new(
 pub const CULLED_READ: Use =
     VERTEX_READ.or(Use::new(vk::PipelineStageFlags::DRAW_INDIRECT, vk::AccessFlags::INDIRECT_COMMAND_READ));
 
+/// Places outside of frames that work once, in their order, each with its work.
+pub const ONCE: [(Place, &str); 3] = [
+    (Place::UPLOAD, "once: copies out of staging buffers, and blits from level to level of a texture"),
+    (Place::PREFILTER, "once: what surfaces collect of the sky"),
+    (Place::CLEAR, "once: the shadow maps' image, which the first frame may look up anywhere"),
+];
+
 // The commonest uses, by the stage that has them. Each pass names its own uses by these.
 
 /// Writes colour attachments.

@@ -1,8 +1,8 @@
 //! The declaration of an effect, written once, in the effect's own file. [`super::effects`] lists them, and plan, refusals and reasons follow from that list.
 
 use super::{
-    Capabilities, EffectPlans, Error, FramePlan, OwnTarget, Part, PlannedTexture, Refusal, Shading, Uploads, Why,
-    is_tiled, lacks_gbuffer,
+    Capabilities, EffectPlans, Error, FramePlan, OwnTarget, Part, PlannedTexture, Refusal, Shading, Target, Uploads,
+    Why, is_tiled, lacks_gbuffer,
 };
 use crate::scene::{LightPath, Scene, Settings, View};
 
@@ -178,8 +178,8 @@ pub enum Shows {
     Light,
     /// Values of one sample, found while the picture is lit.
     Values,
-    /// A value of the G-buffer, which no light changes.
-    Gbuffer,
+    /// A value of the G-buffer, which no light changes: the target that the effect's pass writes, and its content after that.
+    Gbuffer(Target, &'static str),
 }
 
 /// The lights that shine into the air.

@@ -27,7 +27,8 @@ use std::borrow::Cow;
 
 use super::effect::{Effect, EffectView, Hdr, LightReaders, LitAir, Request, Shows, Variation};
 use super::{
-    Capabilities, Error, FramePlan, OwnTarget, Part, PartGroup, PlannedTexture, SurfaceRules, Uploads, is_forward,
+    Capabilities, Error, FramePlan, OwnTarget, Part, PartGroup, PlannedTexture, SurfaceRules, Target, Uploads,
+    is_forward,
 };
 use crate::scene::{LightPath, Scene, Settings, View};
 use types::{AoPlan, Bloom, FogPlan, ParticlePlan, ReflectionPlan, SkyPlan, TaaPlan};
@@ -176,12 +177,20 @@ pub(super) fn planned(asked: &Settings) -> Cow<'_, Settings> {
 
 /// Returns true if a view shows an effect of the lit picture.
 pub fn shows_effect(view: View) -> bool {
-    shown_by(view).is_some_and(|(_, own)| own.shows != Shows::Gbuffer)
+    shown_by(view).is_some_and(|(_, own)| !matches!(own.shows, Shows::Gbuffer(..)))
+}
+
+/// The targets of the G-buffer that effects of a plan write, each with the view that shows it and its content after that.
+pub(crate) fn of_gbuffer(plan: &FramePlan) -> impl Iterator<Item = (Target, View, &'static str)> {
+    of(plan).filter_map(|effect| match effect.view.as_ref()? {
+        &EffectView { view, shows: Shows::Gbuffer(target, content), .. } => Some((target, view, content)),
+        _ => None,
+    })
 }
 
 /// Returns true if a view shows what an effect has left in the G-buffer.
 pub(crate) fn shows_gbuffer(view: View) -> bool {
-    shown_by(view).is_some_and(|(_, own)| own.shows == Shows::Gbuffer)
+    shown_by(view).is_some_and(|(_, own)| matches!(own.shows, Shows::Gbuffer(..)))
 }
 
 /// Returns true if frames of a view are lit.

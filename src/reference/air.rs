@@ -110,9 +110,14 @@ impl Part<'_> {
 }
 
 impl Reference<'_> {
+    /// With so many probes of the air along a ray, of where lights are in fog.
+    pub fn with_air_steps(self, air_steps: u32) -> Self {
+        Self { air_steps: air_steps.max(1), ..self }
+    }
+
     /// The effect of the air between two distances along a ray on light that comes to the eye.
     pub(super) fn passage(&self, ray: &Ray, [near, far]: [f64; 2], points: Points) -> Passage {
-        let Some(fog) = &self.fog else { return Passage::CLEAR };
+        let Some(fog) = &self.effects.fog else { return Passage::CLEAR };
         // Distances are along the view.
         let stretch = ray.direction.length();
         let direction = ray.direction / stretch;
@@ -223,7 +228,7 @@ mod tests {
     use glam::{DVec2, Vec3};
 
     use super::*;
-    use crate::reference::{Mode, Options, Smith, View};
+    use crate::reference::{Effects, Mode, Options, Smith, View};
     use crate::scene::builtin::shapes;
     use crate::scene::builtin::stage::Stage;
     use crate::scene::{Camera, Falloff, LightKind, Material, Scene};
@@ -265,7 +270,8 @@ mod tests {
     }
 
     fn picture(scene: &Scene, fog: Medium, steps: u32) -> Vec<DVec3> {
-        let reference = Reference::new(scene).expect("a scene").with_fog(Some(fog)).with_air_steps(steps);
+        let effects = Effects { fog: Some(fog), ..Effects::default() };
+        let reference = Reference::new(scene).expect("a scene").with_effects(effects).with_air_steps(steps);
         let options = Options { mode: Mode::Point, smith: Smith::default() };
         let truth = reference.render(&View { camera: scene.camera, size: [24, 14] }, &options, &|_, _| {});
         truth.radiance.into_iter().map(DVec3::from).collect()
@@ -291,7 +297,8 @@ mod tests {
     #[test]
     fn the_march_is_what_many_plain_steps_come_to() {
         let (scene, fog) = (balls(true), medium(0.4, 1.0));
-        let reference = Reference::new(&scene).expect("a scene").with_fog(Some(fog));
+        let effects = Effects { fog: Some(fog), ..Effects::default() };
+        let reference = Reference::new(&scene).expect("a scene").with_effects(effects);
         let rays = super::super::rays::Rays::of(&View { camera: scene.camera, size: [24, 14] });
         let (mut off, mut all) = (0.0, 0.0);
         for pixel in [[3.5, 4.5], [8.5, 7.5], [12.5, 6.5], [15.5, 9.5], [17.5, 5.5]] {

@@ -10,6 +10,7 @@
 
 use rayon::prelude::*;
 
+use super::Truth;
 use crate::scene::Settings;
 
 /// Rows from the top, three channels.
@@ -23,6 +24,19 @@ pub fn bloomed(light: &[[f64; 3]], size: [u32; 2], settings: &Settings) -> Light
         return light.to_vec();
     }
     mixed(light, &spread(light, size, settings.bloom_radius), settings.bloom)
+}
+
+/// Returns how settings spread the light of a picture of some size; `None` where they spread none.
+pub fn spreading(settings: &Settings) -> Option<impl Fn(&[[f64; 3]], [u32; 2]) -> Light> {
+    (settings.bloom > 0.0).then_some(|light: &[[f64; 3]], size| bloomed(light, size, settings))
+}
+
+impl Truth {
+    /// The same with its share of spread light, as the settings have it. The standard error, which spreading makes less, stays that of the light before.
+    pub fn with_spread_light(mut self, settings: &Settings) -> Self {
+        self.radiance = bloomed(&self.radiance, self.size, settings);
+        self
+    }
 }
 
 /// The same as a frame does it, by levels with as many taps as the settings have.

@@ -5,12 +5,11 @@
 
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 
-use super::fog::Medium;
 use super::render::Reference;
 use super::{Options, Smith, View};
 use crate::scene::{
-    AlphaMode, Brdf, Camera, CastsShadow, ColorSpace, Emitter, Environment, Light, Look, Material, Mesh, Object,
-    Projection, Sampler, Scene, Sky, SkyImage, SunDisc, Texels, Texture, ThinLens, UvMap,
+    AlphaMode, Brdf, Camera, CastsShadow, ColorSpace, Environment, Light, Look, Material, Mesh, Object, Projection,
+    Sampler, Scene, Sky, SkyImage, SunDisc, Texels, Texture, ThinLens, UvMap,
 };
 
 #[cfg(test)]
@@ -19,35 +18,35 @@ mod tests;
 /// The model: to be raised with every change of a formula, a sequence or a rule after which a picture may differ. A test has figures of it.
 const MODEL: u64 = 2;
 
-struct Fingerprint(blake3::Hasher);
+pub(super) struct Fingerprint(blake3::Hasher);
 
 impl Fingerprint {
-    fn bytes(&mut self, bytes: &[u8]) {
+    pub fn bytes(&mut self, bytes: &[u8]) {
         self.number(bytes.len() as u64);
         self.0.update(bytes);
     }
 
-    fn number(&mut self, number: u64) {
+    pub fn number(&mut self, number: u64) {
         self.0.update(&number.to_le_bytes());
     }
 
-    fn real(&mut self, real: f64) {
+    pub fn real(&mut self, real: f64) {
         self.number(real.to_bits());
     }
 
-    fn single(&mut self, real: f32) {
+    pub fn single(&mut self, real: f32) {
         self.real(f64::from(real));
     }
 
-    fn color(&mut self, color: Vec3) {
+    pub fn color(&mut self, color: Vec3) {
         color.to_array().into_iter().for_each(|channel| self.single(channel));
     }
 
-    fn vector(&mut self, vector: DVec3) {
+    pub fn vector(&mut self, vector: DVec3) {
         vector.to_array().into_iter().for_each(|coordinate| self.real(coordinate));
     }
 
-    fn slot(&mut self, slot: Option<usize>) {
+    pub fn slot(&mut self, slot: Option<usize>) {
         self.number(slot.map_or(0, |index| index as u64 + 1));
     }
 
@@ -216,7 +215,7 @@ impl Fingerprint {
             cameras: _,
             looks_through: _,
             motion: _,
-            // Where the reference shows particles they are hashed, below.
+            // The effect that shows them hashes them and the moment.
             emitters: _,
             moment: _,
             fitted: _,
@@ -256,50 +255,6 @@ impl Fingerprint {
         }
     }
 
-    fn particles(&mut self, scene: &Scene) {
-        self.bytes(b"particles");
-        self.real(scene.moment.unwrap_or(0.0));
-        self.number(scene.emitters.len() as u64);
-        for emitter in &scene.emitters {
-            let Emitter {
-                name: _,
-                position,
-                extent,
-                rate,
-                life,
-                start,
-                end,
-                velocity,
-                spread,
-                gravity,
-                drag,
-                size,
-                color,
-                emission,
-                lit,
-                turn_degrees,
-                spin_degrees,
-                softness,
-                texture,
-                frames,
-                picks_frame,
-                seed,
-            } = emitter;
-            [position, extent, velocity, spread, gravity].into_iter().for_each(|own| self.vector(*own));
-            [rate, life, drag, turn_degrees, spin_degrees, softness].into_iter().for_each(|own| self.real(*own));
-            for moment in [start, end] {
-                self.number(u64::from(moment.is_some()));
-                self.real(moment.unwrap_or(0.0));
-            }
-            [size.len(), color.len(), emission.len()].into_iter().for_each(|count| self.number(count as u64));
-            size.iter().chain(color.as_flattened()).for_each(|own| self.single(*own));
-            emission.iter().for_each(|own| self.color(*own));
-            self.slot(*texture);
-            let numbers = [u32::from(*lit), frames[0], frames[1], u32::from(*picks_frame), *seed];
-            numbers.into_iter().for_each(|own| self.number(u64::from(own)));
-        }
-    }
-
     fn view(&mut self, view: &View) {
         let View { camera, size } = view;
         let Camera { position, rotation, projection, near, shift } = camera;
@@ -331,24 +286,7 @@ pub fn of(reference: &Reference, view: &View, options: &Options) -> blake3::Hash
         fingerprint.number(u64::from(reference.sky_light));
         fingerprint.number(u64::from(reference.occludes_sky));
     }
-    // Truths without ambient occlusion have the hashes that they had before there was any.
-    if let Some(radius) = reference.occlusion {
-        fingerprint.bytes(b"ambient occlusion");
-        fingerprint.real(radius);
-    }
-    // Likewise truths without fog.
-    if let Some(Medium { kind, density, height, base, albedo, anisotropy }) = reference.fog {
-        fingerprint.bytes(kind.name().as_bytes());
-        [density, height, base, albedo, anisotropy].into_iter().for_each(|number| fingerprint.real(number));
-    }
-    if reference.particles && !reference.scene.emitters.is_empty() {
-        fingerprint.particles(reference.scene);
-    }
-    // Nor do those without reflections.
-    if let Some(roughest) = reference.reflections {
-        fingerprint.bytes(b"reflections");
-        fingerprint.real(roughest);
-    }
+    reference.effects.hash(reference.scene, &mut fingerprint);
     fingerprint.view(view);
     let Options { mode, smith } = options;
     fingerprint.number(u64::from(*mode == super::Mode::Point));

@@ -8,6 +8,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
+use super::fingerprint::Fingerprint;
 use crate::scene::{Environment, Fog, Light, LightForm, Settings, Sky};
 
 /// The fog of a scene.
@@ -48,6 +49,13 @@ impl Medium {
             anisotropy: f64::from(settings.fog_anisotropy),
         };
         (own.kind != Fog::Off && own.density > 0.0).then_some(own)
+    }
+
+    /// Adds all of it.
+    pub(super) fn hash(&self, fingerprint: &mut Fingerprint) {
+        let Self { kind, density, height, base, albedo, anisotropy } = *self;
+        fingerprint.bytes(kind.name().as_bytes());
+        [density, height, base, albedo, anisotropy].into_iter().for_each(|number| fingerprint.real(number));
     }
 
     /// Returns the extinction at a height, in 1/m.

@@ -31,6 +31,7 @@ mod surface;
 mod texture;
 pub mod tonemap;
 
+pub use bloom::spreading;
 pub use cache::{Cache, Cached, Source};
 pub use render::{Accumulation, Progress, Reference};
 pub use sky::{SkyLight, share_of};
@@ -38,7 +39,10 @@ pub use surface::Surface;
 
 pub use crate::scene::TriangleId;
 
-use crate::scene::{Camera, Settings};
+use fingerprint::Fingerprint;
+use particles::{Billboards, Lit};
+
+use crate::scene::{Camera, Scene, Settings};
 
 /// A picture that is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,14 +85,6 @@ pub struct Options {
     pub smith: Smith,
 }
 
-impl Truth {
-    /// The same with its share of spread light, as the settings have it. The standard error, which spreading makes less, stays that of the light before.
-    pub fn with_spread_light(mut self, settings: &Settings) -> Self {
-        self.radiance = bloom::bloomed(&self.radiance, self.size, settings);
-        self
-    }
-}
-
 /// A finished truth, rows from the top.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
@@ -100,4 +96,52 @@ pub struct Truth {
     pub standard_error: Option<Vec<[f64; 3]>>,
     /// The nearest opaque triangle through each pixel's centre, in [`Mode::Point`].
     pub triangles: Option<Vec<Option<TriangleId>>>,
+}
+
+/// The effects that rays know. Bloom is none of them: it spreads the light of a finished truth ([`Truth::with_spread_light`]).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Effects {
+    /// Metres within which surfaces hide light from everywhere from each other, as [`Settings::occlusion_radius`] has it.
+    pub occlusion: Option<f64>,
+    /// The fog; none for clear air.
+    pub fog: Option<fog::Medium>,
+    /// The scene's particles are seen.
+    pub particles: bool,
+    /// The greatest roughness of surfaces that mirror others, as [`Settings::mirrored_roughness`] has it.
+    pub reflections: Option<f64>,
+}
+
+impl Effects {
+    /// As settings have them.
+    pub fn of(settings: &Settings) -> Self {
+        Self {
+            occlusion: settings.occlusion_radius(),
+            fog: fog::Medium::of(settings),
+            particles: settings.particles,
+            reflections: settings.mirrored_roughness(),
+        }
+    }
+
+    /// Adds all that a truth depends on. Truths without an effect keep the hashes that they had before there was one.
+    fn hash(&self, scene: &Scene, fingerprint: &mut Fingerprint) {
+        if let Some(radius) = self.occlusion {
+            occlusion::hash(radius, fingerprint);
+        }
+        if let Some(fog) = &self.fog {
+            fog.hash(fingerprint);
+        }
+        if self.particles && !scene.emitters.is_empty() {
+            particles::hash(scene, fingerprint);
+        }
+        if let Some(roughest) = self.reflections {
+            reflections::hash(roughest, fingerprint);
+        }
+    }
+}
+
+/// Those of default settings.
+impl Default for Effects {
+    fn default() -> Self {
+        Self::of(&Settings::default())
+    }
 }

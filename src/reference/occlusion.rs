@@ -6,6 +6,7 @@
 
 use glam::{DVec2, DVec3};
 
+use super::fingerprint::Fingerprint;
 use super::geometry::Geometry;
 use super::intersect::Ray;
 use super::sampling;
@@ -20,6 +21,12 @@ const RAYS_OF_A_SAMPLE: u32 = 16;
 /// The share of light that a surface so far away hides, where occlusion ends at `radius`: all of it when it touches, and smoothly nothing there.
 pub fn hidden(distance: f64, radius: f64) -> f64 {
     (1.0 - (distance / radius).powi(2)).max(0.0)
+}
+
+/// Adds the radius.
+pub(super) fn hash(radius: f64, fingerprint: &mut Fingerprint) {
+    fingerprint.bytes(b"ambient occlusion");
+    fingerprint.real(radius);
 }
 
 /// The rays to send.

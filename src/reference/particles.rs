@@ -8,14 +8,15 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 use glam::{DVec2, DVec3};
 
+use super::fingerprint::Fingerprint;
 use super::intersect::Ray;
 use super::light::arriving;
 use super::rays::Rays;
 use super::render::{Points, Reference};
 use super::shadow::Receiver;
 use super::texture::{self, Window};
-use crate::scene::Scene;
 use crate::scene::emitter::on_square;
+use crate::scene::{Emitter, Scene};
 
 /// A particle that is lit, wherever it is seen from.
 #[derive(Debug, Clone)]
@@ -54,10 +55,69 @@ pub(super) struct Layer {
     softness: f64,
 }
 
+/// Adds the emitters and the moment.
+pub(super) fn hash(scene: &Scene, fingerprint: &mut Fingerprint) {
+    fingerprint.bytes(b"particles");
+    fingerprint.real(scene.moment.unwrap_or(0.0));
+    fingerprint.number(scene.emitters.len() as u64);
+    for emitter in &scene.emitters {
+        let Emitter {
+            name: _,
+            position,
+            extent,
+            rate,
+            life,
+            start,
+            end,
+            velocity,
+            spread,
+            gravity,
+            drag,
+            size,
+            color,
+            emission,
+            lit,
+            turn_degrees,
+            spin_degrees,
+            softness,
+            texture,
+            frames,
+            picks_frame,
+            seed,
+        } = emitter;
+        [position, extent, velocity, spread, gravity].into_iter().for_each(|own| fingerprint.vector(*own));
+        [rate, life, drag, turn_degrees, spin_degrees, softness].into_iter().for_each(|own| fingerprint.real(*own));
+        for moment in [start, end] {
+            fingerprint.number(u64::from(moment.is_some()));
+            fingerprint.real(moment.unwrap_or(0.0));
+        }
+        [size.len(), color.len(), emission.len()].into_iter().for_each(|count| fingerprint.number(count as u64));
+        size.iter().chain(color.as_flattened()).for_each(|own| fingerprint.single(*own));
+        emission.iter().for_each(|own| fingerprint.color(*own));
+        fingerprint.slot(*texture);
+        let numbers = [u32::from(*lit), frames[0], frames[1], u32::from(*picks_frame), *seed];
+        numbers.into_iter().for_each(|own| fingerprint.number(u64::from(own)));
+    }
+}
+
 impl Reference<'_> {
-    /// The scene's particles at its moment, where they are shown.
-    pub(super) fn lit_particles(&self) -> Vec<Lit> {
-        if !self.particles {
+    /// The scene's particles as these rays see them.
+    pub(super) fn billboards(&self, rays: &Rays) -> Billboards<'_> {
+        Billboards::of(self.scene, self.lit_particles(), rays, rays.size.y as u32)
+    }
+
+    /// The scene's particles that one of these rays meets.
+    pub(super) fn billboards_on(&self, ray: &Ray, rays: &Rays) -> Billboards<'_> {
+        Billboards::met_by(self.scene, self.lit_particles(), rays, ray)
+    }
+
+    /// The scene's particles at its moment, where they are shown: lit once, when somebody looks.
+    fn lit_particles(&self) -> &[Lit] {
+        self.lit.get_or_init(|| self.light_particles())
+    }
+
+    fn light_particles(&self) -> Vec<Lit> {
+        if !self.effects.particles {
             return Vec::new();
         }
         let time = self.scene.moment.unwrap_or(0.0);

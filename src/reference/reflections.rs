@@ -11,6 +11,7 @@ use std::sync::OnceLock;
 
 use glam::{DVec2, DVec3};
 
+use super::fingerprint::Fingerprint;
 use super::geometry::Hit;
 use super::intersect::Ray;
 use super::light::{self, Collector, Reflector};
@@ -24,6 +25,12 @@ use crate::scene::{Brdf, Scene};
 const DIRECTIONS: u32 = 256;
 /// Of each of a pixel's many samples.
 const DIRECTIONS_OF_A_SAMPLE: u32 = 4;
+
+/// Adds the greatest roughness of surfaces that mirror others.
+pub(super) fn hash(roughest: f64, fingerprint: &mut Fingerprint) {
+    fingerprint.bytes(b"reflections");
+    fingerprint.real(roughest);
+}
 
 /// A direction that a lobe looks along.
 #[derive(Debug, Clone, Copy)]
@@ -112,7 +119,7 @@ impl Reference<'_> {
         smith: Smith,
         points: Points,
     ) -> DVec3 {
-        let Some(roughest) = self.reflections else { return DVec3::ZERO };
+        let Some(roughest) = self.effects.reflections else { return DVec3::ZERO };
         let (surface, _) = self.surface_of(hit, ray);
         let surface = Surface { ray: along, ..surface };
         let amount = smooth_enough(surface.roughness, roughest);

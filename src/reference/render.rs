@@ -5,17 +5,15 @@ use std::sync::OnceLock;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::fog::Medium;
 use super::geometry::{Geometry, Hit};
 use super::intersect::Ray;
 use super::light::{self, Collector, Collects, Illumination, Reflector};
 use super::occlusion;
-use super::particles::{Billboards, Lit};
 use super::rays::Rays;
 use super::shadow::Receiver;
 use super::sky::SkyLight;
 use super::surface::Surface;
-use super::{Mode, Options, Smith, Truth, View, material, sampling};
+use super::{Billboards, Effects, Lit, Mode, Options, Smith, Truth, View, material, sampling};
 use crate::scene::{AlphaMode, Brdf, Camera, Error, Light, Scene, Settings, ThinLens, TriangleId};
 
 /// Samples that are added to every pixel before the next pass begins. A pass depends on the samples' numbers alone.
@@ -34,17 +32,11 @@ pub struct Reference<'a> {
     pub(super) sky: Option<SkyLight>,
     pub(super) sky_light: bool,
     pub(super) occludes_sky: bool,
-    /// Metres.
-    pub(super) occlusion: Option<f64>,
-    /// The fog; none for clear air.
-    pub(super) fog: Option<Medium>,
-    /// Probes along a ray of where lights are in it.
+    pub(super) effects: Effects,
+    /// Probes of the air along a ray, of where lights are.
     pub(super) air_steps: u32,
-    pub(super) particles: bool,
-    /// Particles with their light, once somebody looks.
-    lit: OnceLock<Vec<Lit>>,
-    /// The greatest roughness of surfaces that mirror others.
-    pub(super) reflections: Option<f64>,
+    /// Billboards with their light, once somebody looks.
+    pub(super) lit: OnceLock<Vec<Lit>>,
     /// With directions of length 1.
     pub(super) lights: Vec<Light>,
     pub(super) geometry: Geometry<'a>,
@@ -92,12 +84,9 @@ impl<'a> Reference<'a> {
             sky,
             sky_light: true,
             occludes_sky: true,
-            occlusion: None,
-            fog: None,
+            effects: Effects::default(),
             air_steps: super::air::STEPS,
-            particles: true,
             lit: OnceLock::new(),
-            reflections: None,
             lights,
             geometry,
             lens: None,
@@ -109,15 +98,12 @@ impl<'a> Reference<'a> {
         self.with_pinhole_settings(settings).with_lens(ThinLens::of(settings, camera))
     }
 
-    /// Takes over all settings that the truth has but the lens: reflection model, shadows, light of the sky, ambient occlusion, fog, particles and reflections.
+    /// Takes over all settings that the truth has but the lens: reflection model, shadows, light of the sky and effects.
     pub fn with_pinhole_settings(self, settings: &Settings) -> Self {
         self.with_brdf(settings.brdf)
             .with_shadows(settings.shadows.enabled)
             .with_sky_light(settings.sky_light)
-            .with_occlusion(settings.occlusion_radius())
-            .with_fog(Medium::of(settings))
-            .with_particles(settings.particles)
-            .with_reflections(settings.mirrored_roughness())
+            .with_effects(Effects::of(settings))
     }
 
     /// With one reflection model for all materials, as `Settings::brdf` has it.
@@ -145,35 +131,9 @@ impl<'a> Reference<'a> {
         Self { shadows, ..self }
     }
 
-    /// With light from everywhere that surfaces within so many metres hide from each other, as `Settings::occlusion_radius` has it.
-    pub fn with_occlusion(self, radius: Option<f64>) -> Self {
-        Self { occlusion: radius, ..self }
-    }
-
-    /// With so many probes of the air along a ray, of where lights are in fog.
-    pub fn with_air_steps(self, air_steps: u32) -> Self {
-        Self { air_steps: air_steps.max(1), ..self }
-    }
-
-    /// With fog, or with clear air.
-    pub fn with_fog(self, fog: Option<Medium>) -> Self {
-        Self { fog, ..self }
-    }
-
-    /// With the scene's particles or without, as `Settings::particles` has it.
-    pub fn with_particles(self, particles: bool) -> Self {
-        Self { particles, lit: OnceLock::new(), ..self }
-    }
-
-    /// The scene's particles as these rays see them.
-    fn billboards(&self, rays: &Rays) -> Billboards<'_> {
-        let lit = self.lit.get_or_init(|| self.lit_particles());
-        Billboards::of(self.scene, lit, rays, rays.size.y as u32)
-    }
-
-    /// With surfaces up to this roughness that mirror others, as `Settings::mirrored_roughness` has it.
-    pub fn with_reflections(self, roughest: Option<f64>) -> Self {
-        Self { reflections: roughest, ..self }
+    /// With these effects and no others.
+    pub fn with_effects(self, effects: Effects) -> Self {
+        Self { effects, lit: OnceLock::new(), ..self }
     }
 
     pub(super) fn geometry(&self) -> &Geometry<'a> {
@@ -227,16 +187,8 @@ impl<'a> Reference<'a> {
         let rays = Rays::of(view);
         let along = Some(rays.ray(along).direction);
         let ray = rays.ray(place);
-        let lit = self.lit.get_or_init(|| self.lit_particles());
-        self.look(
-            (&Billboards::met_by(self.scene, lit, &rays, &ray), 0),
-            (&ray, along),
-            smith,
-            Points::All,
-            &mut Vec::new(),
-        )
-        .radiance
-        .to_array()
+        let billboards = self.billboards_on(&ray, &rays);
+        self.look((&billboards, 0), (&ray, along), smith, Points::All, &mut Vec::new()).radiance.to_array()
     }
 
     /// Renders a picture. The same on any number of threads, to the last bit.
@@ -439,7 +391,7 @@ impl<'a> Reference<'a> {
 
     /// Share of the light from everywhere that other surfaces leave.
     fn open(&self, hit: &Hit, ray: &Ray, (normal, points): (DVec3, Points)) -> f64 {
-        let Some(radius) = self.occlusion.filter(|_| self.scene.environment.is_lit()) else { return 1.0 };
+        let Some(radius) = self.effects.occlusion.filter(|_| self.scene.environment.is_lit()) else { return 1.0 };
         let rays = match points {
             Points::All => occlusion::Rays::All,
             Points::One { sample, pixel } => occlusion::Rays::Of { sample, pixel },

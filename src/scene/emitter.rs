@@ -99,6 +99,7 @@ impl Default for Emitter {
 pub struct Alive {
     /// The number of the oldest: particle `n` is born `n / rate` seconds after the start.
     pub first: i64,
+    /// So many of them.
     pub count: u32,
     /// Of the oldest, in seconds.
     pub age: f64,
@@ -316,6 +317,12 @@ impl Scene {
         all.sort_unstable();
         all.dedup();
         all
+    }
+
+    /// Returns why a format that has no particles cannot hold the scene; `None` if nothing emits some.
+    pub fn emitters_refusal(&self) -> Option<&'static str> {
+        let why = "particles cannot be expressed: leave the scene's [[emitters]] out";
+        (!self.emitters.is_empty()).then_some(why)
     }
 
     /// A fault of all emitters together.

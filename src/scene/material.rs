@@ -2,20 +2,23 @@
 
 use glam::{DVec2, DVec3, Vec3};
 
+use super::settings::choice;
 use super::{ColorSpace, OptionalPart};
 
-/// A reflection model (docs/FORMULAS.md has the formulas; `shaders/shared/brdf.wgsl` is the code).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, PartialOrd, Ord)]
-pub enum Brdf {
-    /// GGX with height-correlated Smith, Schlick Fresnel and a lambert base.
-    #[default]
-    CookTorrance,
-    /// (R.E)^n
-    Phong,
-    /// (N.H)^n
-    BlinnPhong,
-    /// Diffuse only.
-    Lambert,
+choice! {
+    /// A reflection model (docs/FORMULAS.md has the formulas; `shaders/shared/brdf.wgsl` is the code).
+    #[derive(Default, PartialOrd, Ord)]
+    pub enum Brdf: "brdf" {
+        /// GGX with height-correlated Smith, Schlick Fresnel and a lambert base.
+        #[default]
+        CookTorrance => "cook-torrance",
+        /// (R.E)^n
+        Phong => "phong",
+        /// (N.H)^n
+        BlinnPhong => "blinn-phong",
+        /// Diffuse only.
+        Lambert => "lambert",
+    }
 }
 
 /// The effect of alpha.

@@ -9,7 +9,7 @@ pub mod builtin;
 mod camera;
 pub(crate) mod check;
 mod counted;
-pub(crate) mod emitter;
+pub mod emitter;
 mod error;
 mod exposure;
 pub mod file;
@@ -40,7 +40,7 @@ mod uvs;
 pub use bounds::Aabb;
 pub use camera::{Camera, HEIGHT as ORTHOGRAPHIC_HEIGHT, Projection, decimal};
 pub use counted::{counted, plural};
-pub use emitter::{Emitter, Particle};
+pub use emitter::Emitter;
 pub use error::Error;
 pub(crate) use error::without_controls;
 pub use exposure::{exposure_scale, luminance, metered_ev100};
@@ -64,11 +64,7 @@ pub use motion::{
 };
 pub use optional_parts::{Keep, OptionalPart};
 pub use path::{CameraKey, CameraPath};
-pub use settings::{
-    AmbientOcclusion, AoResolution, Culling, Fog, GbufferChoice, GbufferPreset, HdrFormat, LightPath, MSAA, Output,
-    Reflections, Resolve, SETTINGS, Setting, Settings, SettingsPatch, ShadowFilter, ShadowSettings, Sweep, TARGETS,
-    TargetChoice, Tonemap, Transparency, ValueKind, View,
-};
+pub use settings::*;
 pub use sky::{
     Atmosphere, CubeLevel, FACES, MOST_LIGHT, Sky, SkyChoice, SkyCube, SkyImage, SkyOrigin, SunDisc, face_direction,
     put_sky, read_faces, read_panorama,

@@ -14,7 +14,7 @@ use super::grid::{self, Span};
 use crate::frame::{self, Pixels, Renderer};
 use crate::gpu::Device;
 use crate::plan::{FramePlan, ToneMapping};
-use crate::reference::{Mode, Options, Smith, TriangleId, bloom};
+use crate::reference::{Mode, Options, Smith, TriangleId, spreading};
 use crate::scene::{Output, Playing, Pose, Scene, Settings, SettingsPatch, View};
 
 /// A pixel darker than this share of the brightest one counts as that bright, unless the subject says another share: nobody sees an error
@@ -156,17 +156,17 @@ pub fn compare(device: &Arc<Device>, subject: &Subject, truth: &Scene) -> Result
     let mut expected: Vec<[f64; 3]> =
         rays.radiance.iter().map(|light| light.map(|channel| channel * exposure)).collect();
     let settings = subject.decided();
-    if settings.bloom > 0.0 {
+    if let Some(spread) = spreading(&settings) {
         // Light brighter than the target's largest value spreads as that value.
-        let bloomed = |light: Vec<[f64; 3]>| {
+        let spread = |light: Vec<[f64; 3]>| {
             let kept: Vec<_> = light.into_iter().map(|light| light.map(|channel| channel.min(largest))).collect();
-            bloom::bloomed(&kept, eye.size, &settings)
+            spread(&kept, eye.size)
         };
-        expected = bloomed(expected);
-        // A bloomed pixel is a mean of the picture's pixels with weights that are not negative, so it grows with each of them. A picture whose pixels
-        // lie within their spans is bloomed to one between the bloomed least and the bloomed most.
+        expected = spread(expected);
+        // A pixel of spread light is a mean of the picture's pixels with weights that are not negative, so it grows with each of them. A picture whose
+        // pixels lie within their spans becomes one between the spread least and the spread most.
         let ends: [fn(&Span) -> [f64; 3]; 2] = [|span| span.least, |span| span.most];
-        let [least, most] = ends.map(|end| bloomed(spans.iter().map(end).collect()));
+        let [least, most] = ends.map(|end| spread(spans.iter().map(end).collect()));
         spans = least.into_iter().zip(most).map(|(least, most)| Span { least, most }).collect();
     }
     if expected.iter().flatten().any(|channel| !channel.is_finite()) {

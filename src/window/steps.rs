@@ -7,9 +7,9 @@ pub use stepper::Stepper;
 
 use crate::frame::list::List;
 use crate::passes::{
-    Pass, Place, ao_denoise, composite, forward, geometry, lighting, shadow, tiled, tonemap, transparent,
+    How, Pass, Place, Resource, composite, forward, geometry, lighting, shadow, tiled, tonemap, transparent,
 };
-use crate::plan::{FramePlan, PlannedBrdf, Shading, ToneMapping};
+use crate::plan::{FramePlan, PlannedBrdf, Shading, ToneMapping, effects};
 use crate::scene::{Brdf, Settings, Tonemap, Transparency, View};
 
 /// Up to so many lights have a step each; of more, groups that double have one.
@@ -19,8 +19,10 @@ const SINGLE_LIGHTS: usize = 24;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {
     ShadowMaps,
-    /// A buffer that GEOMETRY has written, or the one that AO has made of it.
+    /// A buffer that GEOMETRY has written.
     Buffer(View),
+    /// The buffer that a pass of an effect has made of one of them.
+    Rewritten(Place, View),
     /// The lights from `first` to before `end` are added, of those that the plan has; none of them before the first light.
     Lights {
         first: usize,
@@ -55,8 +57,8 @@ impl Step {
         if is(&geometry::PASS) {
             return buffers(plan).into_iter().map(Self::Buffer).collect();
         }
-        if is(&ao_denoise::PASS) {
-            return vec![Self::Buffer(View::Ao)];
+        if let Some(view) = rewritten(pass, plan) {
+            return vec![Self::Rewritten(pass.place, view)];
         }
         if is(&lighting::PASS) || is(&forward::PASS) || is(&tiled::PASS) {
             let groups = light_groups(plan.light_numbers().len()).into_iter();
@@ -91,7 +93,7 @@ impl Step {
         later.for_each(|leave_out| leave_out(&mut settings));
         match self {
             Self::ShadowMaps => (settings.view, settings.msaa) = (View::ShadowMap, 1),
-            Self::Buffer(view) => {
+            Self::Buffer(view) | Self::Rewritten(_, view) => {
                 settings.view = view;
                 // Other views show the values of one sample.
                 settings.msaa = if view == View::Complexity { whole.msaa } else { 1 };
@@ -120,7 +122,6 @@ impl Step {
     pub fn pass(self, plan: &FramePlan) -> &'static str {
         match self {
             Self::ShadowMaps => "SHADOW",
-            Self::Buffer(View::Ao) => ao_denoise::PASS.place.name(),
             Self::Buffer(_) => "GEOMETRY",
             Self::Lights { .. } if plan.is_forward() => "FORWARD",
             Self::Lights { .. } if plan.is_tiled() => "TILED",
@@ -128,7 +129,7 @@ impl Step {
             Self::TransparentSums | Self::Transparent => "TRANSPARENT",
             Self::Composite => "COMPOSITE",
             Self::Light | Self::Tonemap => "TONEMAP",
-            Self::Effect(place) => place.name(),
+            Self::Rewritten(place, _) | Self::Effect(place) => place.name(),
         }
     }
 }
@@ -149,6 +150,16 @@ fn buffers(plan: &FramePlan) -> Vec<View> {
         (View::Complexity, plan.msaa > 1),
     ];
     views.into_iter().filter_map(|(view, stored)| stored.then_some(view)).collect()
+}
+
+/// The view of a target of the G-buffer, if a pass of an effect stores to one.
+fn rewritten(pass: &Pass, plan: &FramePlan) -> Option<View> {
+    let touches = (pass.touches)(plan);
+    let is_stored = |target| {
+        let resource = Resource::Target(target);
+        touches.iter().any(|touch| touch.resource == resource && matches!(touch.how, How::Storage { .. }))
+    };
+    effects::of_gbuffer(plan).find_map(|(target, view, _)| is_stored(target).then_some(view))
 }
 
 /// From the first to before the last light of each step; first none. Few lights come one by one, of many each step after the first doubles them.
@@ -315,7 +326,7 @@ mod tests {
                         let what = format!("{name}, FXAA {fxaa}, {msaa}: {step:?}");
                         let own = FramePlan::of(&scene, &settings, &samples::device());
                         let own = own.unwrap_or_else(|error| panic!("{what}: {error}"));
-                        let is_buffer = matches!(step, Step::ShadowMaps | Step::Buffer(_));
+                        let is_buffer = matches!(step, Step::ShadowMaps | Step::Buffer(_) | Step::Rewritten(..));
                         assert!(is_buffer || own.light_path == plan.light_path, "{what}: {}", own.light_path);
                         if matches!(step, Step::Lights { .. }) {
                             assert_eq!(

@@ -61,7 +61,7 @@ fn is_encoded(way: Way) -> bool {
 /// adds code to shaders; FXAA and TAA find differences that 8 bits round away and ENCODE does not.
 fn is_comparable(drawing: &Drawing, mode: Option<Mode>, way: Way) -> bool {
     let settings = &drawing.settings;
-    let is_rounded = is_encoded(way) && settings.fxaa;
+    let is_rounded = is_encoded(way) && settings.smooths_picture();
     mode != Some(Mode::GpuAssisted)
         && settings.frames_over_time().is_none()
         && settings.samples == 1

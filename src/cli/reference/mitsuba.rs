@@ -37,8 +37,8 @@ pub fn export(shot: &Shot) -> Result<Export, String> {
     if scene.environment.is_lit() {
         return Err("ambient light cannot be expressed: set the environment's `ambient` to 0".into());
     }
-    if !scene.emitters.is_empty() {
-        return Err("particles cannot be expressed: leave the scene's [[emitters]] out".into());
+    if let Some(why) = scene.emitters_refusal() {
+        return Err(why.into());
     }
     if scene.sky.is_some() {
         return Err("a sky cannot be expressed: leave it out by `--sky none`".into());

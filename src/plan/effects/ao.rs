@@ -18,7 +18,12 @@ pub(crate) const EFFECT: Effect = Effect {
     name: "ambient occlusion",
     is_asked_for: is_used,
     off: Some(("--ao off", |settings| settings.ao = AmbientOcclusion::Off)),
-    view: Some(EffectView { view: View::Ao, shows: Shows::Gbuffer, is_alone: false, plan: |_| {} }),
+    view: Some(EffectView {
+        view: View::Ao,
+        shows: Shows::Gbuffer(Target::Albedo, "The share of light from everywhere that arrives"),
+        is_alone: false,
+        plan: |_| {},
+    }),
     changes_light: true,
     unswept: |key, _, plan| {
         (key.starts_with("ao") && !plan.has_ao())

@@ -6,7 +6,7 @@ use ash::vk;
 use crate::frame::edges::{Edge, Edges, Place};
 use crate::frame::list::{List, RenderPassName, Step};
 use crate::frame::render_pass::{LayoutChange, PassDescription, Subpass, layout_changes};
-use crate::passes::{How, Resource, copy};
+use crate::passes::{How, ONCE, Resource, copy};
 use crate::plan::{FramePlan, format_bytes};
 
 /// An event of the frame, or one that stands for all events before or after it.
@@ -68,17 +68,9 @@ pub struct Graph {
     pub layouts: Vec<Vec<LayoutChange>>,
 }
 
-/// The order of places before a frame, and after it.
-const BEFORE: [Place; 8] = [
-    Place::PRESENTATION,
-    Place::HOST,
-    Place::DEVICE,
-    Place::OUTSIDE,
-    Place::UPLOAD,
-    Place::PREFILTER,
-    Place::CLEAR,
-    Place::DRAWS,
-];
+/// The order of places before a frame, on both sides of [`ONCE`].
+const BEFORE: [&[Place]; 2] = [&[Place::PRESENTATION, Place::HOST, Place::DEVICE, Place::OUTSIDE], &[Place::DRAWS]];
+/// The order of places after a frame.
 const AFTER: [Place; 5] = [Place::OUTSIDE, copy::PASS.place, Place::DEVICE, Place::PRESENTATION, Place::HOST];
 
 impl Graph {
@@ -111,10 +103,11 @@ impl Graph {
             }
         }
         graph.add_touches_outside_of_passes(plan, &list);
+        let before = [BEFORE[0], &ONCE.map(|(place, _)| place), BEFORE[1]].concat();
         let order: Vec<_> = places(&list).collect();
         let rank = |stop: &Stop| {
             let order = match stop.when {
-                When::Before => &BEFORE[..],
+                When::Before => &before[..],
                 When::During => &order,
                 When::After => &AFTER,
             };
@@ -238,11 +231,17 @@ fn ends(edge: &Edge) -> [(Place, When); 2] {
     [(edge.from, when(edge.from, from)), (edge.to, when(edge.to, to))]
 }
 
+/// Returns the work of a place that works once.
+fn once_at(place: Place) -> Option<&'static str> {
+    ONCE.iter().find(|(own, _)| *own == place).map(|&(_, what)| what)
+}
+
 /// `outside` is that of places on either side of a frame.
 fn when(place: Place, outside: When) -> When {
     match place {
         Place::OUTSIDE | Place::HOST | Place::DEVICE | Place::PRESENTATION => outside,
-        Place::UPLOAD | Place::PREFILTER | Place::CLEAR | Place::DRAWS => When::Before,
+        Place::DRAWS => When::Before,
+        place if once_at(place).is_some() => When::Before,
         // A submission of its own.
         place if place == copy::PASS.place => When::After,
         _ => When::During,
@@ -265,15 +264,13 @@ fn stop(list: &List, place: Place, when: When) -> Stop {
     let what = match (place, when) {
         (Place::OUTSIDE, When::After) => "later commands of this frame or another, as COPY",
         (Place::OUTSIDE, _) => "earlier commands, of the frames before",
-        (Place::UPLOAD, _) => "once: copies out of staging buffers, and blits from level to level of a texture",
-        (Place::PREFILTER, _) => "once: what surfaces collect of the sky",
-        (Place::CLEAR, _) => "once: the shadow maps' image, which the first frame may look up anywhere",
         (Place::DRAWS, _) => "every pass below that draws the scene's meshes with its textures",
         (Place::DEVICE, _) => "everything that one submission does",
         (Place::HOST, _) => "the CPU",
         (Place::PRESENTATION, _) => "shows the swapchain's images",
-        _ => named.map_or("", |pass| pass.what),
+        _ => named.map(|pass| pass.what).or(once_at(place)).unwrap_or_default(),
     };
+
     let name = named.map_or(place, |pass| pass.place).to_string();
     Stop { place, when, name, what, pass: None, touches: Vec::new() }
 }

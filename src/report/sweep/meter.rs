@@ -13,8 +13,8 @@ use super::timing::{Contender, Effort, Rounds, take_turns, warm_up};
 use crate::frame::{self, plan_for};
 use crate::gpu::Device;
 use crate::measure::Srgb8Image;
-use crate::reference::fog::Medium;
-use crate::reference::{Reference, View};
+use crate::plan::effects;
+use crate::reference::{Effects, Reference, View};
 use crate::scene::{Camera, Scene, SettingsPatch};
 
 /// Measures points of one scene.
@@ -79,11 +79,12 @@ impl DeviceMeter<'_> {
     pub fn attribution(&self, limits: &Limits) -> Result<Attribution, Error> {
         let settings = self.base.decide();
         let reference = Reference::new(self.scene).map_err(frame::Error::from)?;
-        let reference = reference.with_settings(&settings, &self.camera).with_fog(None).with_reflections(None);
+        let plain = effects::set_aside(&settings);
+        let reference = reference.with_settings(&plain, &self.camera);
         let view = View { camera: self.camera, size: settings.size };
         let subject = Subject { scene: self.scene, reference: &reference, settings: &settings, view: &view, point: 0 };
-        // The frame that is taken apart has no fog, and its surfaces mirror nothing.
-        let is_plain = Medium::of(&settings).is_none() && settings.mirrored_roughness().is_none();
+        // The frame that is taken apart lacks the effects that are set aside.
+        let is_plain = Effects::of(&plain) == Effects::of(&settings);
         let plain = (!is_plain).then(|| Raw::plain(&reference, &view, self.truths.info.samples));
         let raw = plain.as_ref().unwrap_or(&self.truths.raw);
         let truths = attribution::Truths { point: &raw.point, converged: &raw.converged };

@@ -4,9 +4,37 @@ use glam::{DVec3, Vec3};
 
 use super::materials::Textures;
 use super::node::{Limit, Node, SHARE, STRENGTH, Table};
-use super::schema;
+use super::schema::Schema;
 use crate::scene::emitter::{Emitter, MOST_FRAMES, MOST_KEYS};
-use crate::scene::{Error, Filter, Sampler, Scene, Wrap};
+use crate::scene::{ColorSpace, Error, Filter, Sampler, Scene, Wrap};
+
+pub(super) const TABLE: Schema = Schema {
+    table: "emitters",
+    keys: &[
+        "name",
+        "position",
+        "extent",
+        "rate",
+        "life",
+        "start",
+        "end",
+        "velocity",
+        "spread",
+        "gravity",
+        "drag",
+        "size",
+        "color",
+        "emission",
+        "lit",
+        "turn_degrees",
+        "spin_degrees",
+        "softness",
+        "texture",
+        "frames",
+        "frame",
+        "seed",
+    ],
+};
 
 const RATE: Limit = Limit::new("from 1e-6 to 1e9 particles a second", |x| (1e-6..=1e9).contains(&x));
 const LIFE: Limit = Limit::new("from 1e-6 to 1e6 seconds", |x| (1e-6..=1e6).contains(&x));
@@ -23,7 +51,7 @@ const SAMPLER: Sampler =
 
 /// Adds an emitter to the scene.
 pub(super) fn emitter(node: &Node, index: usize, scene: &mut Scene, textures: &mut Textures) -> Result<(), Error> {
-    let table = node.table(schema::EMITTER)?;
+    let table = node.table(TABLE)?;
     let usual = Emitter::default();
     let needed = |key: &str| table.get(key).ok_or_else(|| table.wrong(&format!("needs {key}")));
     let number = |key: &str, limit| table.read(key, |node| node.number(limit));
@@ -53,7 +81,7 @@ pub(super) fn emitter(node: &Node, index: usize, scene: &mut Scene, textures: &m
         turn_degrees: number("turn_degrees", TURN)?.unwrap_or(usual.turn_degrees),
         spin_degrees: number("spin_degrees", SPIN)?.unwrap_or(usual.spin_degrees),
         softness: number("softness", SPREAD)?.unwrap_or(usual.softness),
-        texture: table.read("texture", |node| textures.of_particles(node, SAMPLER, scene))?,
+        texture: table.read("texture", |node| textures.image(node, (ColorSpace::Srgb, SAMPLER), scene))?,
         frames: table.read("frames", frames)?.unwrap_or(usual.frames),
         picks_frame: table.read("frame", |node| node.word(&["life", "random"]))? == Some("random"),
         seed: table.read("seed", |node| node.integer(0..=u32::MAX))?.unwrap_or(index as u32),
@@ -67,7 +95,7 @@ pub(super) fn emitter(node: &Node, index: usize, scene: &mut Scene, textures: &m
 
 /// All of them together, told where the last one stands.
 pub(super) fn check(scene: &Scene, last: &Node) -> Result<(), Error> {
-    scene.emitters_fault().map_or(Ok(()), |fault| Err(last.table(schema::EMITTER)?.wrong(&fault)))
+    scene.emitters_fault().map_or(Ok(()), |fault| Err(last.table(TABLE)?.wrong(&fault)))
 }
 
 /// One value, or a list of some.

@@ -35,12 +35,8 @@ impl<'a> Textures<'a> {
         Ok((self.image(&file, (color_space, sampler(&table)?), scene)?, map))
     }
 
-    /// A texture of particles, which is a path.
-    pub fn of_particles(&mut self, node: &Node, sampler: Sampler, scene: &mut Scene) -> Result<usize, Error> {
-        self.image(node, (ColorSpace::Srgb, sampler), scene)
-    }
-
-    fn image(
+    /// A texture that is a path.
+    pub fn image(
         &mut self,
         node: &Node,
         (color_space, sampler): (ColorSpace, Sampler),

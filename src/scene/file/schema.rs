@@ -4,6 +4,7 @@
 use crate::scene::settings;
 
 use super::lights::LIGHT;
+use super::{emitters, sky};
 use crate::scene::FORMS;
 
 /// A table of the scene file and the keys that it takes.
@@ -124,39 +125,6 @@ pub(super) const ENVIRONMENT: Schema = Schema {
         "background_strength",
     ],
 };
-pub(super) const SKY: Schema =
-    Schema { table: "sky", keys: &["file", "faces", "atmosphere", "rotation_degrees", "strength", "lights"] };
-pub(super) const ATMOSPHERE: Schema = Schema {
-    table: "sky.atmosphere",
-    keys: &["elevation_degrees", "azimuth_degrees", "haze", "ground", "altitude", "sun"],
-};
-pub(super) const EMITTER: Schema = Schema {
-    table: "emitters",
-    keys: &[
-        "name",
-        "position",
-        "extent",
-        "rate",
-        "life",
-        "start",
-        "end",
-        "velocity",
-        "spread",
-        "gravity",
-        "drag",
-        "size",
-        "color",
-        "emission",
-        "lit",
-        "turn_degrees",
-        "spin_degrees",
-        "softness",
-        "texture",
-        "frames",
-        "frame",
-        "seed",
-    ],
-};
 pub(super) const CLIP: Schema = Schema { table: "clips", keys: &["name", "channels"] };
 pub(super) const CHANNEL: Schema = Schema {
     table: "clips.channels",
@@ -188,9 +156,9 @@ pub const TABLES: &[Schema] = &[
     FALLOFF,
     SCATTER,
     ENVIRONMENT,
-    SKY,
-    ATMOSPHERE,
-    EMITTER,
+    sky::TABLE,
+    sky::ATMOSPHERE,
+    emitters::TABLE,
     CLIP,
     CHANNEL,
     SETTINGS,

@@ -3,9 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use super::node::{Limit, Node, SHARE, Table};
-use super::schema;
+use super::schema::Schema;
 use crate::scene::sky::{Atmosphere, Sky, put_atmosphere, read_faces, read_panorama};
 use crate::scene::{Error, Scene};
+
+pub(super) const TABLE: Schema =
+    Schema { table: "sky", keys: &["file", "faces", "atmosphere", "rotation_degrees", "strength", "lights"] };
+pub(super) const ATMOSPHERE: Schema = Schema {
+    table: "sky.atmosphere",
+    keys: &["elevation_degrees", "azimuth_degrees", "haze", "ground", "altitude", "sun"],
+};
 
 const DEGREES: Limit = Limit::new("a number from -1e6 to 1e6", |x| x.abs() <= 1e6);
 const ELEVATION: Limit = Limit::new("from -90 to 90 degrees", |x| (-90.0..=90.0).contains(&x));
@@ -15,7 +22,7 @@ const NITS: Limit = Limit::new("from 0 to 1e9", |x| (0.0..=1e9).contains(&x));
 
 /// Gives the scene the sky of its file.
 pub(super) fn sky(node: &Node, scene: &mut Scene, folder: &Path) -> Result<(), Error> {
-    let table = node.table(schema::SKY)?;
+    let table = node.table(TABLE)?;
     let of_image = |image| Sky { image, rotation_degrees: 0.0, nits: 1.0, lights: true, sun: None };
     let (file, faces, air) = (table.get("file"), table.get("faces"), table.get("atmosphere"));
     match (file, faces, air) {
@@ -36,7 +43,7 @@ pub(super) fn sky(node: &Node, scene: &mut Scene, folder: &Path) -> Result<(), E
             scene.files.extend(paths);
             scene.sky = Some(of_image(image.into()));
         }
-        (None, None, Some(air)) => atmosphere(&air.table(schema::ATMOSPHERE)?, scene)?,
+        (None, None, Some(air)) => atmosphere(&air.table(ATMOSPHERE)?, scene)?,
         (None, None, None) if scene.sky.is_some() => {}
         _ => return Err(table.wrong("a sky has one of file, faces and atmosphere")),
     }

@@ -28,6 +28,8 @@ pub struct Setting {
     pub of_truth: bool,
     /// True if it works on the finished picture as a display shows it: not on light, and not on the values that views show.
     pub on_picture: bool,
+    /// True if it belongs to the lit picture alone: frames that show values of surfaces instead have its default.
+    pub of_lit_picture: bool,
     /// True if it decides how edges are smoothed, by looking at more of a pixel than its middle.
     pub smooths: bool,
     /// True if glTF has no words for its part of the picture.
@@ -218,7 +220,7 @@ impl Setting {
 }
 
 /// A type in which a setting is kept.
-pub(super) trait Value: Copy {
+pub(in crate::scene) trait Value: Copy {
     /// The range of a setting of this type whose row gives no other.
     const VALUES: ValueKind;
 
@@ -276,8 +278,8 @@ impl Value for [u32; 3] {
 /// Values that are read from their text as it is written: numbers in the fewest digits, and names.
 macro_rules! plain_text {
     ($($type:ty: $values:expr;)+) => {$(
-        impl Value for $type {
-            const VALUES: ValueKind = $values;
+        impl $crate::scene::settings::setting::Value for $type {
+            const VALUES: $crate::scene::settings::ValueKind = $values;
 
             fn read(text: &str) -> Result<Self, String> {
                 text.parse().map_err(|error| format!("{error}"))
@@ -289,7 +291,7 @@ macro_rules! plain_text {
         }
     )+};
 }
-pub(super) use plain_text;
+pub(in crate::scene) use plain_text;
 
 plain_text! {
     u32: ValueKind::Whole(0, u32::MAX);

@@ -4,17 +4,79 @@
 //! field in [`SettingsPatch`] and, of a shadow's, in [`ShadowSettings`], its type, and its default or the rule that decides in its place. Properties
 //! that its braces leave out are those of [`plain`].
 
-use super::setting::{Setting, Sweep, Value, ValueKind};
-use super::{
-    AmbientOcclusion, AoResolution, Culling, Fog, GbufferChoice, HdrFormat, LightPath, MSAA, Output, Reflections,
-    Resolve, ShadowFilter, Tonemap, Transparency, View,
+mod ao;
+mod fog;
+mod reflections;
+mod taa;
+
+pub use ao::{AmbientOcclusion, AoResolution};
+pub use fog::Fog;
+pub use reflections::Reflections;
+
+use super::choices::{
+    Culling, HdrFormat, LightPath, MSAA, Output, Resolve, ShadowFilter, Tonemap, Transparency, choice,
 };
+use super::gbuffer::GbufferChoice;
+use super::setting::{Setting, Sweep, Value, ValueKind};
 use crate::scene::{Aperture, Brdf, Keep};
 
-/// Froxels on each axis, and in all: 16 bytes of each, and of those of one slice more, fit into the 128 MiB that a storage buffer may have on every
-/// device.
-const FROXELS: [u32; 3] = [1024, 1024, 512];
-const MOST_FROXELS: u32 = 7_400_000;
+choice! {
+    /// The content of the picture.
+    #[derive(Default)]
+    pub enum View: "view" {
+        /// The lit picture.
+        #[default]
+        Final => "final",
+        /// Sign-log map of the world position, scaled by the scene's extent.
+        Position => "position",
+        /// Shading normal, half-encoded: n * 0.5 + 0.5.
+        Normal => "normal",
+        /// Shading normal, absolute value.
+        NormalAbsolute => "normal-absolute",
+        /// Base colour with its textures, linear.
+        Albedo => "albedo",
+        /// 0 black, 1 white.
+        Metallic => "metallic",
+        /// Perceptual roughness, or its equivalent of the Phong models: 0 black, 1 white.
+        Roughness => "roughness",
+        /// Near is white, infinitely far black, at half the radius of the scene grey; in metres along the view axis where the output is linear.
+        Depth => "depth",
+        /// The maps of the shadow atlas.
+        ShadowMap => "shadow-map",
+        /// Lit with albedo 1.
+        Lighting => "lighting",
+        /// Lit by what comes from everywhere alone: half-spheres and the sky.
+        Ambient => "ambient",
+        /// The light that bloom spreads, without the picture that it is spread from.
+        Bloom => "bloom",
+        /// The light that fog scatters to the eye, without what is seen through it.
+        Fog => "fog",
+        /// Layers of particles on each pixel: one more step of grey each, and their number where the output is linear.
+        Particles => "particles",
+        /// Fragments shaded for each pixel, as a heat map.
+        Overdraw => "overdraw",
+        /// Lights that reach each pixel, as a heat map.
+        LightsPerPixel => "lights-per-pixel",
+        /// Pixels whose multisamples differ, so that each of them is shaded.
+        Complexity => "complexity",
+        /// The triangle that each pixel shows, in a colour of its own; transparent ones are not looked at.
+        Triangle => "triangle",
+        /// The share of light from everywhere that arrives, by materials and by ambient occlusion: 0 black, 1 white.
+        Ao => "ao",
+        /// The motion of each pixel's surface on the picture since the frame before: the direction is a colour, and far is bright; in pixels to the
+        /// right and down where the output is linear.
+        Velocity => "velocity",
+        /// The light that each pixel finds on the screen to mirror, times the share of the lobe that found any; black where none did.
+        Reflections => "reflections",
+    }
+}
+
+impl View {
+    /// Returns true if it shows what surfaces emit, or where that is mirrored.
+    pub(crate) fn shows_emission(self) -> bool {
+        matches!(self, Self::Final | Self::Reflections)
+    }
+}
 
 /// Makes the decided settings, their defaults, the patch of given ones, and [`SETTINGS`] of the rows below.
 macro_rules! settings {
@@ -176,6 +238,7 @@ const fn plain<T: Value>() -> Setting {
         changes_plan: true,
         of_truth: false,
         on_picture: false,
+        of_lit_picture: false,
         smooths: false,
         beyond_gltf: false,
         only: "",
@@ -219,7 +282,7 @@ settings! {
         }
         /// Light pixels by this path; the picture is the same
         "light-path", "light_path" => light_path: LightPath = LightPath::Auto, {
-            title: "light path", sweep: Sweep::Joint, quick: &["loop", "clustered", "compute", "visibility", "forward"],
+            title: "light path", of_lit_picture: true, sweep: Sweep::Joint, quick: &["loop", "clustered", "compute", "visibility", "forward"],
             cheaper: &["loop", "clustered", "compute", "visibility", "forward"],
         }
         /// Cull opaque objects on the CPU or on the device (gpu); the picture is the same
@@ -234,7 +297,7 @@ settings! {
         /// Mirror in glossy surfaces what the picture shows of others (screen): each pixel's rays are marched through the depth buffer. Where they find
         /// nothing, light of the sky stays
         "reflections", "reflections" => reflections: Reflections = Reflections::Off, {
-            title: "reflections", beyond_gltf: true, of_truth: true, sweep: Sweep::Alone,
+            title: "reflections", of_lit_picture: true, beyond_gltf: true, of_truth: true, sweep: Sweep::Alone,
         }
         /// The greatest roughness of surfaces that mirror others: they fade out over the last fifth of it
         "reflection-roughness", "reflection_roughness" => reflection_roughness: f32 = 0.6, {
@@ -253,7 +316,7 @@ settings! {
         /// Give lights without a range one, beyond which all that is dropped stays below half a step of the output; the path `loop`
         /// drops nothing
         "light-cutoff", "light_cutoff" => light_cutoff: bool = false, {
-            title: "light cut-off", beyond_gltf: true, sweep: Sweep::Alone, cheaper: &["on"],
+            title: "light cut-off", of_lit_picture: true, beyond_gltf: true, sweep: Sweep::Alone, cheaper: &["on"],
         }
         /// Draw the depth of opaque surfaces first, so that each pixel is shaded once
         "depth-prepass", "depth_prepass" => depth_prepass: bool, where unset "on for forward, else off", {
@@ -277,7 +340,7 @@ settings! {
         }
         /// Jittered frames that are averaged into one picture
         "samples", "samples" => samples: u32 = 1, {
-            title: "frames a picture", smooths: true, values: ValueKind::Whole(1, 4096), only: "render", in_panel: false,
+            title: "frames a picture", of_lit_picture: true, smooths: true, values: ValueKind::Whole(1, 4096), only: "render", in_panel: false,
             option_default: "8, or 1 with --view, --msaa, --taa and what works on the finished picture: --fxaa, --vignette, --grain",
             sweep: Sweep::Joint, tried: &["1", "2", "4", "8", "16", "32", "64"], quick: &["1", "4"],
         }
@@ -314,7 +377,7 @@ settings! {
         }
         /// Samples of the hardware in each pixel, as far as the device has them; edges are shaded once a sample
         "msaa", "msaa" => msaa: u32 = 1, {
-            title: "MSAA", smooths: true, values: ValueKind::Among(&MSAA), sweep: Sweep::Joint,
+            title: "MSAA", of_lit_picture: true, smooths: true, values: ValueKind::Among(&MSAA), sweep: Sweep::Joint,
         }
         /// Filter textures that are seen at a low angle by at most this many taps, as far as the device goes; 1 blurs them
         "anisotropy", "anisotropy" => anisotropy: u32 = 8, {
@@ -375,7 +438,7 @@ settings! {
         }
         /// Froxels of fog across the picture, down it, and in depth
         "fog-froxels", "fog_froxels" => fog_froxels: [u32; 3] = [160, 90, 64], {
-            title: "froxels of fog", values: ValueKind::Grid(FROXELS, MOST_FROXELS), sweep: Sweep::Alone,
+            title: "froxels of fog", values: fog::FROXELS, sweep: Sweep::Alone,
             tried: &["40x23x16", "80x45x32", "160x90x64", "320x180x128"], cheaper: &["80x45x32"],
         }
         /// Places in each froxel where its light is found
@@ -388,7 +451,7 @@ settings! {
         }
         /// Spread this share of all light around where it comes from, as lenses and eyes do
         "bloom", "bloom" => bloom: f32 = 0.0, {
-            title: "bloom", beyond_gltf: true, values: ValueKind::Number(0.0, 1.0), of_truth: true, cheaper: &["0"],
+            title: "bloom", of_lit_picture: true, beyond_gltf: true, values: ValueKind::Number(0.0, 1.0), of_truth: true, cheaper: &["0"],
         }
         /// Root mean square distance over which bloom spreads light, as a part of the picture's height
         "bloom-radius", "bloom_radius" => bloom_radius: f32 = 0.05, {

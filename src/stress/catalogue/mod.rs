@@ -27,14 +27,30 @@ use super::Case;
 
 /// Every case, in the order in which they are told.
 pub fn all() -> Vec<Case> {
-    let light =
-        [formulas::CASES, lights::CASES, exposure::CASES, bloom::CASES, highlights::CASES, shadows::CASES, sky::CASES]
-            .concat();
-    let places = [space::CASES, motion::CASES, geometry::CASES, sampling::CASES, looks::CASES, ao::CASES].concat();
-    let places =
-        [&places[..], lens::CASES, fog::CASES, froxels::CASES, taa::CASES, particles::CASES, reflections::CASES]
-            .concat();
-    [&light[..], &places, targets::CASES, random::CASES].concat()
+    [
+        formulas::CASES,
+        lights::CASES,
+        exposure::CASES,
+        bloom::CASES,
+        highlights::CASES,
+        shadows::CASES,
+        sky::CASES,
+        space::CASES,
+        motion::CASES,
+        geometry::CASES,
+        sampling::CASES,
+        looks::CASES,
+        ao::CASES,
+        lens::CASES,
+        fog::CASES,
+        froxels::CASES,
+        taa::CASES,
+        particles::CASES,
+        reflections::CASES,
+        targets::CASES,
+        random::CASES,
+    ]
+    .concat()
 }
 
 /// The cases that a name or the name of a group means.

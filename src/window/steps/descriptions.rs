@@ -7,7 +7,7 @@ use crate::frame::Drawn;
 use crate::frame::list::List;
 use crate::gpu::vk;
 use crate::passes::Place;
-use crate::plan::{DEPTH, FramePlan, Gbuffer, ToneMapping};
+use crate::plan::{DEPTH, FramePlan, Gbuffer, ToneMapping, effects};
 use crate::scene::{Light, LightForm, LightPath, Resolve, Scene, View, counted};
 
 /// So many lights of a group are named.
@@ -19,7 +19,7 @@ impl Step {
         match self {
             Self::ShadowMaps => "shadow maps".into(),
             Self::Buffer(View::Complexity) => "samples that differ".into(),
-            Self::Buffer(view) => view.name().into(),
+            Self::Buffer(view) | Self::Rewritten(_, view) => view.name().into(),
             Self::Lights { end: 0, .. } => "no light".into(),
             Self::Lights { first, end } if end == first + 1 => light_name(plan, scene, first),
             Self::Lights { first, end } => format!("lights {} to {end}", first + 1),
@@ -36,7 +36,7 @@ impl Step {
     pub fn sentence(self, plan: &FramePlan, scene: &Scene) -> String {
         match self {
             Self::ShadowMaps => shadow_maps(plan),
-            Self::Buffer(view) => buffer(view, plan),
+            Self::Buffer(view) | Self::Rewritten(_, view) => buffer(view, plan),
             Self::Lights { end: 0, .. } => before_lights(plan),
             Self::Lights { first, end } if end == first + 1 => one_light(plan, scene, first),
             Self::Lights { first, end } => lights(plan, scene, first..end),
@@ -60,7 +60,7 @@ impl Step {
                 drawn.shadow_maps,
                 counted(drawn.casters, "draw")
             ),
-            Self::Buffer(View::Ao) => "One invocation a pixel.".into(),
+            Self::Rewritten(..) => "One invocation a pixel.".into(),
             Self::Buffer(_) => match drawn.on_device {
                 0 => format!("{}, {} out of view.", counted(drawn.objects, "opaque object"), drawn.culled),
                 all => format!("What the device sees of {}.", counted(all, "opaque object")),
@@ -99,8 +99,9 @@ fn buffer(view: View, plan: &FramePlan) -> String {
         View::Metallic => stored("How metallic surfaces are", gbuffer.material),
         View::Roughness => stored("Roughness", gbuffer.material),
         View::Complexity => return complexity(gbuffer, plan),
-        View::Ao => stored("The share of light from everywhere that arrives", Some(gbuffer.albedo)),
-        other => other.name().into(),
+        other => effects::of_gbuffer(plan)
+            .find(|&(_, view, _)| view == other)
+            .map_or_else(|| other.name().into(), |(target, _, content)| stored(content, plan.format_of(target))),
     };
     let sampled = if plan.msaa > 1 { "; this view has one sample a pixel" } else { "" };
     format!("{what}: {} bytes a pixel with all that GEOMETRY writes{sampled}.", plan.gbuffer_bytes_per_pixel())

@@ -30,6 +30,7 @@ mod formats;
 mod parts;
 mod pixels;
 mod shapley;
+mod sky;
 mod taken;
 mod tally;
 mod visibility;
@@ -37,7 +38,7 @@ mod visibility;
 pub use device::Captured;
 pub use parts::{HDR, OUTPUT, SWITCHES};
 pub use shapley::shapley;
-pub use taken::{CUT_OFF, NOT_EXPLAINED, OTHER_TRIANGLE, SAMPLING, SKY, TRANSPARENT};
+pub use taken::{CUT_OFF, NOT_EXPLAINED, OTHER_TRIANGLE, SAMPLING, TRANSPARENT};
 pub use tally::WHOLE;
 
 use std::collections::BTreeMap;
@@ -125,7 +126,7 @@ pub fn attribute(
     let notes = taken::notes(&captured, rest.len());
     let mut rows = tally.rows(&notes, taken::whole_note(rows.len() - tally.pixels));
     if captured.without_sky.is_none() {
-        rows.retain(|row| row.name != taken::SKY);
+        rows.retain(|row| row.name != sky::NAME);
     }
     let of_pixels = subject.view.size.map(|edge| edge as usize).iter().product();
     let light_rms = tally.light_rms();

@@ -7,13 +7,12 @@ use glam::{DVec2, DVec3};
 use super::device::Captured;
 use super::formats::Formats;
 use super::parts::{Measured, SWITCHES, Seen, Shades, Visibility};
-use super::{Subject, Truths, illumination, place};
+use super::{Subject, Truths, illumination, place, sky};
 use crate::reference::tonemap::input_referred;
 use crate::reference::{Smith, Surface, TriangleId, Truth};
 use crate::scene::{Settings, counted};
 
 pub const CUT_OFF: &str = "light cut-off";
-pub const SKY: &str = "light of the sky";
 pub const OTHER_TRIANGLE: &str = "other triangle";
 pub const TRANSPARENT: &str = "transparent surfaces";
 pub const SAMPLING: &str = "sampling";
@@ -77,10 +76,7 @@ pub(super) fn notes(captured: &Captured, lights_left_out: usize) -> [(&'static s
         (hdr, "light as its target rounds it, at each step that is added".into()),
         (output, "the picture against the tone-mapped light, referred back to light".into()),
         (CUT_OFF, "lights that are left out from where they bring less than half a step of the output".into()),
-        (
-            SKY,
-            "what PREFILTER makes of the sky against its integral by rays, and what stands before it, of which no surface knows".into(),
-        ),
+        (sky::NAME, sky::NOTE.into()),
         (OTHER_TRIANGLE, triangle_note.into()),
         (TRANSPARENT, "all error where something transparent is before the surface".into()),
         (SAMPLING, "one sample in the middle of the pixel in place of all of it".into()),
@@ -156,15 +152,6 @@ impl Taken<'_> {
         let seen = Seen { truth, own: &self.captured.own[at], unquantized: &self.captured.unquantized[at] };
         let nits = seen.shades(&illumination(self.subject), &mut shares);
         Shades(nits.0.map(|nits| nits * self.exposure + of_sky))
-    }
-
-    /// Returns the sky's part of the truth's light, exposed.
-    fn light_of_sky(&self, pixel: usize) -> DVec3 {
-        if self.captured.without_sky.is_none() {
-            return DVec3::ZERO;
-        }
-        let Subject { reference, view, .. } = self.subject;
-        DVec3::from(reference.light_of_sky(view, place(view, pixel))) * self.exposure
     }
 
     fn sees_the_same(&self, at: usize, surface: Option<&(Surface, TriangleId)>) -> bool {

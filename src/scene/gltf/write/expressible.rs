@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::surfaces;
+use super::{emitters, surfaces};
 use crate::scene::{
     CastsShadow, Environment, Falloff, Fitted, Light, LightKind, Look, Material, Mesh, NamedCamera, Object, Playing,
     Scene, SettingsPatch, TextureSlot, luminance,
@@ -52,9 +52,8 @@ fn surroundings(scene: &mut Scene, left_out: &mut Vec<String>) {
     if scene.sky.is_some() {
         left_out.push("the sky, and its light".into());
     }
-    tell(left_out, scene.emitters.len(), "source", "particles are left out");
-    (scene.sky, scene.moment) = (None, None);
-    scene.emitters.clear();
+    scene.sky = None;
+    emitters::leave_out(scene, left_out);
     scene.settings = SettingsPatch::default();
     scene.fitted = Fitted::default();
 }

@@ -11,6 +11,7 @@
 //! | materials, textures, images | `materials`, `images` |
 
 mod binary;
+mod emitters;
 mod expressible;
 mod images;
 mod materials;
