@@ -54,7 +54,7 @@ pub use surfaces::{
     PlannedBrdf, PlannedDeform, PlannedLevel, PlannedMesh, PlannedTexture, SetSamplers, Streams, TextureMask,
     TexturePlan, TextureSource, Uploads, texture_format,
 };
-pub use targets::{BufferName, Sums, Target};
+pub use targets::{BufferName, OwnTarget, Sums, Target, TargetName};
 pub use visibility::TriangleCode;
 
 pub(crate) use culling::{CULL_BUFFERS, CULL_SHARED_BYTES};
@@ -72,6 +72,7 @@ use std::collections::BTreeSet;
 
 use ash::vk;
 
+use effect::Blended;
 use lights::adds_lights;
 use surfaces::anisotropy;
 
@@ -226,17 +227,7 @@ impl FramePlan {
 
     /// Returns true if LIGHTING blends over the content of its target.
     pub fn blends_light(&self) -> bool {
-        self.emissive || self.adds_lights() || self.adds_ambient()
-    }
-
-    /// Returns true if the sky lights surfaces.
-    pub fn is_lit_by_sky(&self) -> bool {
-        self.effects.sky.is_some_and(|sky| sky.lights)
-    }
-
-    /// Returns true if AMBIENT adds the sky's light to LIGHTING's.
-    pub fn adds_ambient(&self) -> bool {
-        self.is_lit_by_sky() && !self.is_forward()
+        self.emissive || self.adds_lights() || self.effects.add_light(self.light_path)
     }
 
     /// Returns true if a directional light has shadow maps. lavapipe runs both sides of every branch, so that a lookup which no light needs is left out
@@ -262,12 +253,8 @@ impl FramePlan {
             LightPath::Forward => self.lists_as_drawn,
             // Transparent surfaces are lit as they are drawn, by any light path.
             LightPath::ForwardNaive => false,
-            // Particles are lit before they are drawn.
-            _ => {
-                self.lists_as_drawn
-                    && self.transparency.is_some()
-                    && (self.effects.particles.is_none() || !self.transparent.is_empty())
-            }
+            // Effects that are blended are lit before they are drawn.
+            _ => self.lists_as_drawn && self.transparency.is_some() && self.blended_alone().is_none(),
         };
         forward && self.may_list_lights()
     }
@@ -316,7 +303,7 @@ impl FramePlan {
         }
     }
 
-    /// The bound at which TONEMAP cuts light off, and BLOOM before it: sums may have become infinite in half floats, and light of this value is shown
+    /// The bound at which TONEMAP cuts light off, and effects before it: sums may have become infinite in half floats, and light of this value is shown
     /// as white.
     pub fn largest_shown(&self) -> f32 {
         let single = self.hdr == Some(vk::Format::R32G32B32A32_SFLOAT);
@@ -336,13 +323,17 @@ impl FramePlan {
 
     /// Returns the reason why frames sum up no transparent surfaces.
     pub(crate) fn lack_of_sums(&self) -> &'static str {
-        let particles_alone = self.transparent.is_empty() && self.effects.particles.is_some();
-        match self.transparency {
-            None => "nothing transparent is drawn",
-            Some(_) if !particles_alone => "transparent surfaces are sorted",
-            Some(_) if self.sorts_particles() => "particles are sorted",
-            Some(_) => "particles are counted",
+        match (self.transparency, self.blended_alone()) {
+            (None, _) => "nothing transparent is drawn",
+            (Some(_), None) => "transparent surfaces are sorted",
+            (Some(_), Some(own)) => (own.unsummed)(&self.effects),
         }
+    }
+
+    /// Returns the effect that is blended as transparent surfaces are, where there are no such surfaces.
+    fn blended_alone(&self) -> Option<&'static Blended> {
+        let blended = self.effects.present().find_map(|effect| effect.blended.as_ref());
+        blended.filter(|_| self.transparent.is_empty())
     }
 
     /// Returns true if GEOMETRY exists: all but the view of the shadow map.
@@ -350,12 +341,10 @@ impl FramePlan {
         self.shading != Shading::ShowShadowMap
     }
 
-    /// Returns true if there is TONEMAP, which reads the HDR target: it ends the render pass of the light, or comes after BLOOM, SHARPEN or reflections in another.
+    /// Returns true if there is TONEMAP, which reads the HDR target: it ends the render pass of the light, or comes after effects that read that light in another.
     pub fn has_tonemap_subpass(&self) -> bool {
-        matches!(self.tone_mapping, ToneMapping::Subpass(_) | ToneMapping::Kept)
-            || self.effects.bloom.is_some()
-            || self.effects.taa.is_some()
-            || self.reflects()
+        let [_, read] = self.effects.hdr(self.light_path);
+        matches!(self.tone_mapping, ToneMapping::Subpass(_) | ToneMapping::Kept) || read.is_some()
     }
 }
 

@@ -44,7 +44,7 @@ impl Targets {
             // It need never leave the tile.
             let stays = usage.contains(vk::ImageUsageFlags::TRANSIENT_ATTACHMENT);
             let desc = ImageDesc {
-                name: &format!("target {target:?}"),
+                name: &format!("target {target}"),
                 format: plan.format_of(target).unwrap_or_default(),
                 extent: vk::Extent2D { width, height },
                 samples: vk::SampleCountFlags::from_raw(plan.samples_of(target)),
@@ -64,7 +64,7 @@ impl Targets {
     /// # Panics
     /// When the plan has no such target: a mistake in the frame, not in its input.
     pub fn image(&self, target: Target) -> &Image {
-        self.find(target).unwrap_or_else(|| panic!("the plan has no target {target:?}"))
+        self.find(target).unwrap_or_else(|| panic!("the plan has no target {target}"))
     }
 
     /// The same, unless it is one of the swapchain's.

@@ -8,7 +8,7 @@ use ash::vk;
 use super::per_pixel::{Bound, PerPixel, PerPixelDesc};
 use super::{Making, Object, Pass, Place, Presence, Recording, Touch, frame_data, needed};
 use crate::gpu::{self, Device, sync::Use};
-use crate::plan::{FramePlan, Target};
+use crate::plan::{FramePlan, Target, VISIBILITY};
 use crate::scene::AmbientOcclusion;
 use crate::shaders::ao::{self as shader, Flags, constants};
 
@@ -31,7 +31,7 @@ pub const PASS: Pass = Pass {
         vec![
             Touch::sampled(0, Target::Depth, GBUFFER_READ).because(READS),
             Touch::sampled(1, Target::Normal, GBUFFER_READ).because(READS),
-            Touch::storage(2, Target::Visibility, VISIBILITY_WRITE).because("writes every texel"),
+            Touch::storage(2, VISIBILITY, VISIBILITY_WRITE).because("writes every texel"),
             frame_data(),
         ]
     },
@@ -59,7 +59,7 @@ impl Ao {
             constants: &constants_of(plan),
             frame_layout,
         };
-        Ok(Self { pass: PerPixel::new(device, &desc, images)?, size: plan.extent_of(Target::Visibility) })
+        Ok(Self { pass: PerPixel::new(device, &desc, images)?, size: plan.extent_of(VISIBILITY) })
     }
 }
 
@@ -70,7 +70,7 @@ impl Object for Ao {
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
-        self.size = own.plan.extent_of(Target::Visibility);
+        self.size = own.plan.extent_of(VISIBILITY);
         self.pass.rebind(own)
     }
 }

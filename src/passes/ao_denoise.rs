@@ -8,7 +8,7 @@ use ash::vk;
 use super::per_pixel::{Bound, PerPixel, PerPixelDesc};
 use super::{Pass, Place, Presence, Touch, frame_data, needed};
 use crate::gpu::{self, Device, sync::Use};
-use crate::plan::{FramePlan, Target};
+use crate::plan::{FramePlan, Target, VISIBILITY};
 use crate::scene::AmbientOcclusion;
 use crate::shaders::ao_denoise::{self as shader, Flags, constants};
 
@@ -38,7 +38,7 @@ pub const PASS: Pass = Pass {
         vec![
             Touch::sampled(0, Target::Depth, GBUFFER_READ).because(READS),
             Touch::sampled(1, Target::Normal, GBUFFER_READ).because(READS),
-            Touch::sampled(2, Target::Visibility, VISIBILITY_READ).because("reads what AO found around each pixel"),
+            Touch::sampled(2, VISIBILITY, VISIBILITY_READ).because("reads what AO found around each pixel"),
             Touch::storage(ALBEDO, Target::Albedo, ALBEDO_BLEND).because("multiplies the occlusion beside the albedo"),
             frame_data(),
         ]

@@ -147,8 +147,8 @@ pub enum Resource {
 impl fmt::Display for Resource {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Target(Target::Smoothed) => "picture",
-            Self::Target(target) => return f.write_str(&format!("{target:?}").to_lowercase()),
+            Self::Target(Target::Redrawn(_)) => "picture",
+            Self::Target(target) => return f.write_str(&target.to_string().to_lowercase()),
             Self::SwapchainImage => "swapchain image",
             Self::ShownImage => "shown image",
             Self::ShadowMaps => "shadow maps",

@@ -7,7 +7,7 @@ use ash::vk;
 use super::screen::{Screen, ScreenDesc, replace, sampled_bindings, sampled_set};
 use super::{COLOR_WRITE, First, Making, Object, Pass, Place, Presence, Recording, SAMPLED, Slot, Touch, needed};
 use crate::gpu::{self, DescriptorPool, Device, Sampler, SetLayout, sync::Use};
-use crate::plan::Target;
+use crate::plan::{SMOOTHED, Target};
 use crate::shaders::fxaa::{self as shader, Flags};
 
 /// Samples the output as the render pass before left it.
@@ -32,7 +32,7 @@ pub const PASS: Pass = Pass {
     touches: |_| {
         vec![
             Touch::sampled(0, Target::Output, OUTPUT_READ).because("samples the picture around its pixel"),
-            Touch::color(0, Target::Smoothed, First::Undefined, PICTURE_WRITE).because("draws the smoothed picture"),
+            Touch::color(0, SMOOTHED, First::Undefined, PICTURE_WRITE).because("draws the smoothed picture"),
         ]
     },
     leave_out: Some(|settings| settings.fxaa = false),

@@ -7,7 +7,7 @@ use ash::vk;
 use super::per_pixel::{Bound, GROUP, PerPixel, PerPixelDesc};
 use super::{Making, Object, Pass, Place, Presence, Recording, Touch, needed};
 use crate::gpu::{self, Device, sync::Use};
-use crate::plan::{FramePlan, Hiz as Levels, Target};
+use crate::plan::{FramePlan, HIZ, Hiz as Levels, Target};
 use crate::shaders::hiz::{self as shader, Flags};
 
 /// Reads the depth of each pixel. All passes of reflections wait with it for what LIGHTING's render pass has stored.
@@ -25,7 +25,7 @@ pub const PASS: Pass = Pass {
     touches: |_| {
         vec![
             Touch::sampled(0, Target::Depth, GBUFFER_READ).because("reads the depth of each pixel"),
-            Touch::storage(1, Target::Hiz, HIZ_WRITE).because("writes the depths of squares"),
+            Touch::storage(1, HIZ, HIZ_WRITE).because("writes the depths of squares"),
         ]
     },
     leave_out: None,

@@ -7,7 +7,7 @@ use ash::vk;
 use super::per_pixel::{Bound, PerPixel, PerPixelDesc, sampled_gbuffer};
 use super::{Pass, Place, Presence, Touch, frame_data, needed};
 use crate::gpu::{self, Device, sync::Use};
-use crate::plan::{FramePlan, ReflectionPlan, Target};
+use crate::plan::{FramePlan, HIZ, RAYS, ReflectionPlan, Target};
 use crate::scene::Reflections;
 use crate::shaders::reflect::{self as shader, Flags, constants};
 
@@ -32,8 +32,8 @@ pub const PASS: Pass = Pass {
         let mut touches = sampled_gbuffer(plan, GBUFFER_READ);
         touches.extend([
             Touch::sampled(6, Target::Hdr, LIGHT_READ).because("reads the light where rays hit"),
-            Touch::sampled(7, Target::Hiz, HIZ_READ).because("reads squares that other work groups of HIZ wrote"),
-            Touch::storage(8, Target::Rays, RAYS_WRITE).because("writes what its rays found"),
+            Touch::sampled(7, HIZ, HIZ_READ).because("reads squares that other work groups of HIZ wrote"),
+            Touch::storage(8, RAYS, RAYS_WRITE).because("writes what its rays found"),
             frame_data(),
         ]);
         touches

@@ -8,7 +8,7 @@ use ash::vk;
 use super::per_pixel::{Bound, PerPixel, PerPixelDesc, sampled_gbuffer};
 use super::{Pass, Place, Presence, Resource, Touch, frame_data, needed};
 use crate::gpu::{self, Device, sync::Use};
-use crate::plan::{FramePlan, Target};
+use crate::plan::{FramePlan, RAYS, Target};
 use crate::shaders::reflect_resolve::{self as shader, Flags, constants};
 
 /// Reads the G-buffer of its pixel, and the depth of those around it.
@@ -37,7 +37,7 @@ pub const PASS: Pass = Pass {
     touches: |plan| {
         let mut touches = sampled_gbuffer(plan, GBUFFER_READ);
         touches.extend([
-            Touch::sampled(6, Target::Rays, RAYS_READ).because("reads what rays found around each pixel"),
+            Touch::sampled(6, RAYS, RAYS_READ).because("reads what rays found around each pixel"),
             Touch::storage(7, Target::Hdr, LIGHT_BLEND).because("adds to the light that REFLECT has read"),
             frame_data(),
         ]);

@@ -14,7 +14,7 @@ use crate::gpu::{
     self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, ShaderStage, binding,
     compute_pipeline, pipeline_layout, sync::Use,
 };
-use crate::plan::{FramePlan, TAA_MEAN, TaaPlan, Target, Vectors};
+use crate::plan::{FramePlan, TAA_MEAN, TaaPlan, Target, VECTORS, Vectors};
 use crate::shaders::taa::{self as shader, Flags, constants};
 use crate::visible::Since;
 
@@ -41,8 +41,7 @@ pub const PASS: Pass = Pass {
             Touch::resource(Resource::Kept(TAA_MEAN), HISTORY_WRITE)
                 .because("overwrites the mean that the last frame read"),
         ];
-        touches
-            .extend(plan.has_velocity().then(|| Touch::sampled(VELOCITY, Target::Velocity, FRAME_READ).because(LOOKS)));
+        touches.extend(plan.has_velocity().then(|| Touch::sampled(VELOCITY, VECTORS, FRAME_READ).because(LOOKS)));
         touches
     },
     leave_out: Some(|settings| settings.taa = false),

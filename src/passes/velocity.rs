@@ -17,7 +17,7 @@ use super::{
 };
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout, sync::Use};
 use crate::gpu_scene::{POSITION, POSITION_BEFORE, ROWS, vertex_input};
-use crate::plan::{Extras, FramePlan, Target};
+use crate::plan::{Extras, FramePlan, VECTORS};
 use crate::shaders::velocity::{self as shader, Flags};
 
 /// Clears the vectors and writes them.
@@ -40,7 +40,7 @@ pub const PASS: Pass = Pass {
     touches: |plan| {
         let own = [
             Touch::depth(First::Undefined, DEPTH_READ).because("draws where depth is that of the picture"),
-            Touch::color(0, Target::Velocity, First::Clear, VECTOR_WRITE).because("clears the vectors and writes them"),
+            Touch::color(0, VECTORS, First::Clear, VECTOR_WRITE).because("clears the vectors and writes them"),
             frame_data(),
         ];
         let textured = |touch: &Touch| touch.resource == Resource::Textures;

@@ -41,7 +41,7 @@ pub(super) fn reason(error: &Error) -> String {
 struct Change {
     option: &'static str,
     /// The part of the frame that is left out, if it reads a G-buffer.
-    leaves_out: Option<&'static str>,
+    leaves_out: Option<&'static Effect>,
     apply: fn(&mut Settings),
 }
 
@@ -50,9 +50,9 @@ fn changes(scene: &Scene, settings: &Settings) -> Vec<Change> {
     let change = |option, leaves_out, apply| Change { option, leaves_out, apply };
     let asked_for =
         |is_meant: fn(&Effect) -> bool| effects::asked_for(scene, settings).filter(move |own| is_meant(own));
-    let without = |effect: &Effect| {
+    let without = |effect: &'static Effect| {
         let (option, apply) = effect.off?;
-        Some(change(option, effect.reads_gbuffer.map(|_| effect.name), apply))
+        Some(change(option, effect.reads_gbuffer.map(|_| effect), apply))
     };
     let readers = asked_for(|own| own.reads_gbuffer.is_some())
         .filter(|own| own.view.as_ref().is_none_or(|own| own.view != settings.view));
@@ -87,12 +87,11 @@ pub(super) fn advise(error: Error, scene: &Scene, settings: &Settings, draws: im
         .map(|size| of_size(size).filter(|&set| draws(&with(set))).collect::<Vec<_>>())
         .find(|ways| !ways.is_empty())
         .unwrap_or_default();
-    let left_out: Vec<&str> =
+    let left_out: Vec<&Effect> =
         ways.first().map_or(Vec::new(), |&set| chosen(set).filter_map(|own| own.leaves_out).collect());
     let who = match left_out[..] {
-        ["reflections"] => "reflections need".to_owned(),
-        [one] => format!("{one} needs"),
-        [_, ..] => format!("{} need", left_out.join(" and ")),
+        [one] if !one.is_plural => format!("{} needs", one.name),
+        [_, ..] => format!("{} need", left_out.iter().map(|own| own.name).collect::<Vec<_>>().join(" and ")),
         [] if ways.is_empty() && settings.view != View::Final => format!("the view {} needs", settings.view),
         [] => "this frame needs".to_owned(),
     };

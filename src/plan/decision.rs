@@ -10,10 +10,9 @@ use super::reasons::either;
 use super::shadows::shadow_reason;
 use super::surfaces::{FilteredTextures, Surfaces};
 use super::{
-    AoPlan, Bloom, Capabilities, Error, FogPlan, FramePlan, Gbuffer, MeshPlan, ParticlePlan, Reasons, ReflectionPlan,
-    Shading, SkyPlan, Sums, SurfaceRules, TaaPlan, Uploads, attachments, checks, culling,
-    effects::{self, EffectPlans, ao, particles, reflections},
-    geometry_locations, is_forward, is_tiled, lacks_gbuffer, lens, occlusion, parts, visibility,
+    Capabilities, EffectPlans, Error, FramePlan, Gbuffer, MeshPlan, Reasons, Shading, Sums, SurfaceRules, Uploads,
+    attachments, checks, culling, effects, geometry_locations, is_forward, is_tiled, lacks_gbuffer, lens, occlusion,
+    parts, visibility,
 };
 use crate::scene::{GbufferChoice, Keep, LightPath, OptionalPart, Output, Scene, Settings, Transparency, View};
 
@@ -24,11 +23,7 @@ struct Choices {
     surfaces: Surfaces,
     gbuffer: Option<Gbuffer>,
     stores_gbuffer: bool,
-    sky: Option<SkyPlan>,
-    ao: Option<AoPlan>,
-    particles: Option<ParticlePlan>,
-    reflections: Option<ReflectionPlan>,
-    fog: Option<FogPlan>,
+    effects: EffectPlans,
     way: Way,
 }
 
@@ -41,7 +36,8 @@ impl Choices {
         let request = Request { scene, settings, view, shading, path: lighting.path, device };
         effects::check(&request)?;
         let surfaces = Surfaces::of(scene, settings, lighting.path)?;
-        let particles = particles::choose(&request);
+        let rules = SurfaceRules::of(settings, shading, &lighting, &surfaces);
+        let effects = EffectPlans::of(&request, &rules, lighting.lights.any());
         // The view of the complexity compares the values that LIGHTING would read, so they must be stored as for LIGHTING.
         let shadowed = lighting.shadow.is_some()
             || (settings.view == View::Complexity && shadow_reason(scene, settings, &lighting.order.order).is_ok());
@@ -59,50 +55,35 @@ impl Choices {
         checks::check_antialiasing(settings, shading.is_lit())?;
         lens::check(scene, settings)?;
         checks::check_msaa(settings, gbuffer.as_ref(), lighting.path, device)?;
-        let reflections = reflections::choose(scene, settings);
+        let as_drawn = is_forward(lighting.path) || surfaces.transparency.is_some();
+        // TILED has no code for lights in a uniform buffer where it looks surfaces up, or each of several samples.
+        let tiled_buffer =
+            lighting.path == LightPath::Visibility || lighting.path == LightPath::Compute && settings.msaa > 1;
+        lighting.lights.uniform &= !tiled_buffer && !effects.need_light_buffer(as_drawn);
+        let integers = gbuffer.as_ref().is_some_and(|gbuffer| gbuffer.normal == vk::Format::R16G16_UINT);
+        // Multisampling and integer normals are rare: LIGHTING has no variant with lights by fours for them.
+        lighting.lights.by_fours &= settings.msaa == 1 && !integers;
+        let [by_effects, filters] = effects.hdr(lighting.path).map(|why| why.is_some());
         let blending = Blending {
             lit: shading.is_lit(),
             tiled: is_tiled(lighting.path),
             emissive: surfaces.emissive,
             adds_lights: adds_lights(lighting.path, &lighting.lights),
             transparent: surfaces.transparency.is_some(),
-            adds_ambient: false,
-            filters: Bloom::of(settings, shading).is_some()
-                || TaaPlan::of(settings, shading).is_some()
-                || reflections.is_some(),
-            fogs: false,
+            by_effects,
+            filters,
         };
-        let sky = SkyPlan::of(scene, settings, shading);
-        let lit_by_sky = sky.is_some_and(|sky| sky.lights);
-        let fog = FogPlan::of(settings, lighting.lights.any());
-        let integers = gbuffer.as_ref().is_some_and(|gbuffer| gbuffer.normal == vk::Format::R16G16_UINT);
-        // Multisampling and integer normals are rare: LIGHTING has no variant with lights by fours for them.
-        lighting.lights.by_fours &= settings.msaa == 1 && !integers;
-        if lighting.path == LightPath::Visibility || lighting.path == LightPath::Compute && settings.msaa > 1 {
-            // TILED has no code for lights in a uniform buffer there.
-            lighting.lights.uniform = false;
-        }
-        if fog.is_some() {
-            // FOG has no code for lights in a uniform buffer.
-            lighting.lights.uniform = false;
-        }
-        // Surfaces that are lit as they are drawn have no code for a sky with lights in a uniform buffer, and particles none for such lights.
-        if lit_by_sky && (is_forward(lighting.path) || surfaces.transparency.is_some()) || particles.is_some() {
-            lighting.lights.uniform = false;
-        }
-        let blending =
-            Blending { adds_ambient: lit_by_sky && !is_forward(lighting.path), fogs: fog.is_some(), ..blending };
         let way = Way::of(settings, device, blending)?;
         let triangles = lighting.path == LightPath::Visibility;
         let locations = geometry_locations(gbuffer.as_ref(), shading, (surfaces.emissive, triangles));
         checks::check_attachments(locations, gbuffer.as_ref(), settings.msaa, device)?;
-        let ao = ao::choose(scene, settings);
-        // With a G-buffer that the next pass reads at its own pixel, depth with it. AO reads its neighbours, and so do reflections.
+        // With a G-buffer that the next pass reads at its own pixel, depth with it. Some effects read its neighbours.
         let stores_gbuffer = gbuffer.is_some()
             && !is_tiled(lighting.path)
             && settings.view != View::Complexity
-            && (settings.keep.has(OptionalPart::StoredGbuffer) || ao.is_some() || reflections.is_some());
-        Ok(Self { shading, lighting, surfaces, gbuffer, stores_gbuffer, sky, ao, particles, reflections, fog, way })
+            && (settings.keep.has(OptionalPart::StoredGbuffer)
+                || effects.present().any(|effect| effect.stores_gbuffer.is_some()));
+        Ok(Self { shading, lighting, surfaces, gbuffer, stores_gbuffer, effects, way })
     }
 }
 
@@ -117,9 +98,6 @@ impl FramePlan {
         let settings = effects::planned(asked);
         let settings = settings.as_ref();
         let mut plan = Self::decide(scene, settings, device, view)?;
-        if let Some(taa) = &mut plan.effects.taa {
-            *taa = taa.showing(view, settings.output);
-        }
         plan.reasons = plan.reasons.clone().with_absences(scene, asked, settings, &plan);
         let mut parts = parts::list(scene, settings, &plan);
         if plan.keep != Keep::NONE {
@@ -182,14 +160,13 @@ impl FramePlan {
     }
 
     fn decide_as_asked(scene: &Scene, settings: &Settings, device: &Capabilities, view: View) -> Result<Self, Error> {
-        let Choices { shading, lighting, surfaces, gbuffer, stores_gbuffer, sky, ao, particles, reflections, fog, way } =
+        let Choices { shading, lighting, surfaces, gbuffer, stores_gbuffer, effects, way } =
             Choices::of(scene, settings, device, view)?;
         let rules = SurfaceRules::of(settings, shading, &lighting, &surfaces);
         let pipelines = rules.pipelines(scene);
-        let taa = TaaPlan::of(settings, shading).map(|taa| taa.in_scene(scene, &rules));
-        let moves = taa.is_some_and(|taa| taa.moves);
+        let lists_moving = effects.list_moving();
         let mut meshes = MeshPlan::of(scene, &rules);
-        meshes.deforms.keeps_positions = moves && !meshes.deforms.meshes.is_empty();
+        meshes.deforms.keeps_positions = lists_moving.is_some() && !meshes.deforms.meshes.is_empty();
         let rules = SurfaceRules { lod: if meshes.has_levels() { rules.lod } else { 0.0 }, ..rules };
         let FilteredTextures { textures, anisotropy, places_by_shaders, footprint, warning } =
             FilteredTextures::of(scene, settings, device, &rules);
@@ -198,16 +175,15 @@ impl FramePlan {
             LightPath::Visibility => Some(visibility::choose(scene, &rules, (&meshes, &textures), device)?),
             _ => None,
         };
-        let culling = match moves {
+        let culling = match lists_moving {
             _ if triangles.is_some() => Err("the CPU culls: `visibility` needs its list of instances".into()),
-            true => Err("the CPU culls: it lists what moves by itself, whose vectors TAA needs".into()),
-            false => {
+            Some(why) => Err(why.into()),
+            None => {
                 culling::choose(scene, settings, device, &rules, shading, (depth_prepass, lighting.shadow.is_some()))
             }
         };
         let hiding = occlusion::choose(scene, settings, &culling, (&rules, &pipelines.geometry), shading);
         let refused_culling = culling::warning(settings, &culling);
-        let more_textures = particles.as_ref().map_or(&[][..], |own| &own.textures);
         let volumes = lighting.path == LightPath::Volumes && adds_lights(lighting.path, &lighting.lights);
         let plan = Self {
             size: settings.size,
@@ -248,17 +224,8 @@ impl FramePlan {
             geometry: pipelines.geometry,
             transparent: pipelines.transparent,
             streams: meshes.streams(),
-            uploads: Uploads::of(&meshes, &textures, volumes, (sky.is_some(), more_textures)),
-            effects: EffectPlans {
-                sky,
-                ao,
-                reflections,
-                particles,
-                fog,
-                bloom: Bloom::of(settings, shading),
-                taa,
-                fxaa: settings.fxaa,
-            },
+            uploads: Uploads::of(&meshes, &textures, volumes).and(effects.uploads()),
+            effects,
             meshes,
             textures,
             materials: surfaces.materials,
@@ -284,7 +251,7 @@ impl FramePlan {
                 ..Reasons::default()
             },
         };
-        particles::check_buffers(&plan, device)?;
+        effects::check_plan(&plan, device)?;
         plan.within_fragment_resources(device)
     }
 }

@@ -1,7 +1,8 @@
 //! The declaration of an effect, written once, in the effect's own file. [`super::effects`] lists them, and plan, refusals and reasons follow from that list.
 
 use super::{
-    Capabilities, Error, FramePlan, Part, PlannedTexture, Refusal, Shading, Target, Why, is_tiled, lacks_gbuffer,
+    Capabilities, EffectPlans, Error, FramePlan, OwnTarget, Part, PlannedTexture, Refusal, Shading, Uploads, Why,
+    is_tiled, lacks_gbuffer,
 };
 use crate::scene::{LightPath, Scene, Settings, View};
 
@@ -9,6 +10,8 @@ use crate::scene::{LightPath, Scene, Settings, View};
 pub struct Effect {
     /// The name by which sentences call it.
     pub name: &'static str,
+    /// Sentences say that they are, and not that it is.
+    pub is_plural: bool,
     /// Returns true if frames would have it on a light path that can draw it.
     pub is_asked_for: fn(&Scene, &Settings) -> bool,
     /// Leaves it out.
@@ -19,14 +22,10 @@ pub struct Effect {
     pub changes_light: bool,
     /// Would blur the views of other effects, so that they leave it out.
     pub spreads: bool,
-    /// Why it needs an HDR target, if it is blended as transparent surfaces are.
-    pub blended: Option<&'static str>,
-    /// The most layers that it blends over a pixel.
-    pub layers: fn(&FramePlan) -> u32,
+    /// It is blended as transparent surfaces are.
+    pub blended: Option<Blended>,
     /// Textures that it draws with, beside those of materials.
-    pub textures: fn(&FramePlan) -> &[PlannedTexture],
-    /// The images that frames draw for it alone, each by the noun that sentences have for its content.
-    pub nouns: &'static [(Target, &'static str)],
+    pub textures: fn(&EffectPlans) -> &[PlannedTexture],
     /// True if a compute shader of it looks up the sky's light.
     pub computes_with_sky: bool,
     /// Says why every light reaches all pixels under these settings; `None` if the effect adds no such reason.
@@ -41,12 +40,24 @@ pub struct Effect {
     pub reads_gbuffer: Option<&'static str>,
     /// True if its shaders name many buffers: the advice for devices that allow few offers to leave it out.
     pub names_many_buffers: bool,
-    /// Returns true if a plan's frames have it.
-    pub is_in: fn(&FramePlan) -> bool,
+    /// Returns true if frames with these plans of effects have it.
+    pub is_in: fn(&EffectPlans) -> bool,
     /// Why GEOMETRY stores the G-buffer for it.
     pub stores_gbuffer: Option<&'static str>,
     /// Why it needs an HDR target.
     pub hdr: Option<Hdr>,
+    /// The shaders of its frames that have no code for lights in a uniform buffer.
+    pub needs_light_buffer: LightReaders,
+    /// Storage buffers of it that every shader which lights names in the frame's set.
+    pub frame_buffers: fn(&FramePlan) -> u32,
+    /// Says why the CPU lists the objects that move by themselves, and keeps their vertices of the frame before; `None` if the effect needs neither.
+    pub lists_moving: fn(&EffectPlans) -> Option<&'static str>,
+    /// Its targets. `src/plan/targets.rs` has those that no effect has alone.
+    pub targets: &'static [OwnTarget],
+    /// Its uploads before the first frame.
+    pub uploads: fn(&EffectPlans) -> Uploads,
+    /// Returns true if the data of one plan can stay on the device for the other.
+    pub uploads_as: fn(&EffectPlans, &EffectPlans) -> bool,
     /// Why frames have none.
     pub absence: fn(&Absence) -> &'static str,
     /// Lists the effect's own lines for `inspect`, such as its targets. Passes are listed elsewhere.
@@ -57,6 +68,8 @@ pub struct Effect {
     pub is_set_aside: bool,
     /// Refuses the settings, light paths and devices that it does not go with.
     pub check: fn(&Request) -> Result<(), Error>,
+    /// Refuses devices that are too small for a whole plan.
+    pub check_plan: fn(&FramePlan, &Capabilities) -> Result<(), Error>,
 }
 
 /// An option that leaves an effect out, and the same as a change of settings.
@@ -66,6 +79,7 @@ impl Effect {
     /// An effect of which its declaration says nothing else.
     pub const PLAIN: Self = Self {
         name: "",
+        is_plural: false,
         is_asked_for: |_, _| false,
         off: None,
         view: None,
@@ -75,9 +89,7 @@ impl Effect {
         changes_light: false,
         spreads: false,
         blended: None,
-        layers: |_| 0,
         textures: |_| &[],
-        nouns: &[],
         computes_with_sky: false,
         reaches_all_lights: |_| None,
         lit_air: |_| LitAir::None,
@@ -85,11 +97,18 @@ impl Effect {
         is_in: |_| false,
         stores_gbuffer: None,
         hdr: None,
+        needs_light_buffer: LightReaders::None,
+        frame_buffers: |_| 0,
+        lists_moving: |_| None,
+        targets: &[],
+        uploads: |_| Uploads::default(),
+        uploads_as: |_, _| true,
         absence: |_| NOT_ASKED_FOR,
         parts: |_, _, _| Vec::new(),
         unswept: |_, _, _| None,
         is_set_aside: false,
         check: |_| Ok(()),
+        check_plan: |_, _| Ok(()),
     };
 
     /// The error of settings that it does not go with.
@@ -140,8 +159,30 @@ pub enum LitAir {
     All,
 }
 
+/// Shaders that read lights.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LightReaders {
+    None,
+    /// Those that light surfaces as they draw them.
+    AsDrawn,
+    /// Those of the effect itself.
+    Own,
+}
+
+/// An effect that is blended over the light as transparent surfaces are.
+pub struct Blended {
+    /// Why it needs an HDR target.
+    pub hdr: &'static str,
+    /// Says why weighted blending does not sum it up.
+    pub unsummed: fn(&EffectPlans) -> &'static str,
+    /// The most layers that it blends over a pixel.
+    pub layers: fn(&EffectPlans) -> u32,
+}
+
 /// Why an effect needs an HDR target, in a sentence without a full stop.
 pub enum Hdr {
+    /// Its light is added to LIGHTING's. Forward paths add it as they draw surfaces.
+    Adds(&'static str),
     /// It blends over the light before that is tone-mapped.
     Blends(&'static str),
     /// It reads the light of other pixels.

@@ -1,32 +1,35 @@
 //! The table of effects. It lies above all of them: each declares itself in its own file, and whoever asks about effects goes through this list.
 
-pub(super) mod ao;
-pub(super) mod bloom;
+mod ao;
+mod bloom;
 mod fog;
 mod froxels;
 mod fxaa;
-pub(super) mod particles;
-pub(super) mod reflections;
+mod particles;
+mod reflections;
 mod sky;
 mod taa;
 
 /// The public types and names of effects, which are the plan's.
 pub mod types {
-    pub use super::ao::AoPlan;
+    pub use super::ao::{AoPlan, VISIBILITY};
     pub use super::bloom::{BLOOM_LEVELS, Bloom, BloomLevel};
     pub use super::fog::FogPlan;
     pub use super::froxels::{FROXELS, FroxelPlan};
+    pub use super::fxaa::SMOOTHED;
     pub use super::particles::{PARTICLES, ParticlePlan, SORT_BLOCK, sort_places};
-    pub use super::reflections::{Hiz, ReflectionPlan};
+    pub use super::reflections::{HIZ, Hiz, RAYS, ReflectionPlan};
     pub use super::sky::SkyPlan;
-    pub use super::taa::{TAA_MEAN, TaaPlan, Vectors};
+    pub use super::taa::{TAA_MEAN, TaaPlan, VECTORS, Vectors};
 }
 
 use std::borrow::Cow;
 
-use super::effect::{Effect, EffectView, Hdr, LitAir, Request, Shows};
-use super::{Error, FramePlan, Part, PartGroup, PlannedTexture, Target};
-use crate::scene::{Scene, Settings, View};
+use super::effect::{Effect, EffectView, Hdr, LightReaders, LitAir, Request, Shows};
+use super::{
+    Capabilities, Error, FramePlan, OwnTarget, Part, PartGroup, PlannedTexture, SurfaceRules, Uploads, is_forward,
+};
+use crate::scene::{LightPath, Scene, Settings, View};
 use types::{AoPlan, Bloom, FogPlan, ParticlePlan, ReflectionPlan, SkyPlan, TaaPlan};
 
 /// Every effect, in the order in which `inspect` lists them. Settings that work on the finished picture say so in their own table (`on_picture`).
@@ -62,6 +65,75 @@ pub struct EffectPlans {
     pub fxaa: bool,
 }
 
+impl EffectPlans {
+    /// Decides on all of them. `any_light`: the frames have lights.
+    pub(super) fn of(request: &Request, rules: &SurfaceRules, any_light: bool) -> Self {
+        Self {
+            sky: SkyPlan::of(request),
+            ao: AoPlan::of(request),
+            reflections: ReflectionPlan::of(request),
+            particles: ParticlePlan::of(request),
+            fog: FogPlan::of(request, any_light),
+            bloom: Bloom::of(request.settings, request.shading),
+            taa: TaaPlan::of(request, rules),
+            fxaa: request.settings.fxaa,
+        }
+    }
+
+    /// The effects that frames have.
+    pub(super) fn present(&self) -> impl Iterator<Item = &'static Effect> {
+        EFFECTS.iter().copied().filter(|effect| (effect.is_in)(self))
+    }
+
+    /// Returns why an HDR target is needed: by the first effect that blends over the light or adds to it, and by the first that reads it.
+    pub(super) fn hdr(&self, path: LightPath) -> [Option<&'static str>; 2] {
+        let blends = self.present().find_map(|effect| match effect.hdr {
+            Some(Hdr::Adds(why)) if !is_forward(path) => Some(why),
+            Some(Hdr::Blends(why)) => Some(why),
+            _ => None,
+        });
+        let reads = self.present().find_map(|effect| match effect.hdr {
+            Some(Hdr::Reads(why)) => Some(why),
+            _ => None,
+        });
+        [blends, reads]
+    }
+
+    /// Returns true if an effect's light is added to LIGHTING's.
+    pub(super) fn add_light(&self, path: LightPath) -> bool {
+        !is_forward(path) && self.present().any(|effect| matches!(effect.hdr, Some(Hdr::Adds(_))))
+    }
+
+    /// Returns true if the lights must be in a storage buffer. `as_drawn`: some surfaces are lit as they are drawn.
+    pub(super) fn need_light_buffer(&self, as_drawn: bool) -> bool {
+        self.present().any(|effect| match effect.needs_light_buffer {
+            LightReaders::None => false,
+            LightReaders::AsDrawn => as_drawn,
+            LightReaders::Own => true,
+        })
+    }
+
+    /// Returns why the CPU lists the objects that move by themselves.
+    pub(super) fn list_moving(&self) -> Option<&'static str> {
+        EFFECTS.iter().find_map(|effect| (effect.lists_moving)(self))
+    }
+
+    /// The uploads of all effects.
+    pub(super) fn uploads(&self) -> Uploads {
+        EFFECTS.iter().map(|effect| (effect.uploads)(self)).fold(Uploads::default(), Uploads::and)
+    }
+
+    /// Returns true if the data of all effects can stay on the device for the other plans.
+    pub(super) fn upload_as(&self, other: &Self) -> bool {
+        EFFECTS.iter().all(|effect| (effect.uploads_as)(self, other))
+    }
+}
+
+/// Refuses devices that are too small for the effects of a plan.
+pub(super) fn check_plan(plan: &FramePlan, device: &Capabilities) -> Result<(), Error> {
+    EFFECTS.iter().try_for_each(|effect| (effect.check_plan)(plan, device))
+}
+
 /// Refuses effects that do not go with the settings, the light path or the device.
 pub(super) fn check(request: &Request) -> Result<(), Error> {
     EFFECTS.iter().try_for_each(|effect| (effect.check)(request))
@@ -72,9 +144,14 @@ pub(super) fn asked_for(scene: &Scene, settings: &Settings) -> impl Iterator<Ite
     EFFECTS.iter().copied().filter(move |effect| (effect.is_asked_for)(scene, settings))
 }
 
+/// The targets of all effects.
+pub(crate) fn targets() -> impl Iterator<Item = &'static OwnTarget> {
+    EFFECTS.iter().flat_map(|effect| effect.targets)
+}
+
 /// The effects of a plan's frames.
 pub(crate) fn of(plan: &FramePlan) -> impl Iterator<Item = &'static Effect> {
-    EFFECTS.iter().copied().filter(|effect| (effect.is_in)(plan))
+    plan.effects.present()
 }
 
 fn shown_by(view: View) -> Option<(&'static Effect, &'static EffectView)> {
@@ -135,17 +212,13 @@ pub(super) fn reach_all_lights(settings: &Settings) -> Option<&'static str> {
 
 /// The most layers that effects blend over a pixel.
 pub(crate) fn layers(plan: &FramePlan) -> u32 {
-    of(plan).map(|effect| (effect.layers)(plan)).fold(0, u32::saturating_add)
+    let blended = of(plan).filter_map(|effect| effect.blended.as_ref());
+    blended.map(|own| (own.layers)(&plan.effects)).fold(0, u32::saturating_add)
 }
 
 /// The textures of the one effect that has some.
 pub(crate) fn textures(plan: &FramePlan) -> &[PlannedTexture] {
-    of(plan).map(|effect| (effect.textures)(plan)).find(|own| !own.is_empty()).unwrap_or_default()
-}
-
-/// The noun for the content of an image that frames draw for one effect.
-pub(crate) fn noun_of(target: Target) -> Option<&'static str> {
-    EFFECTS.iter().flat_map(|effect| effect.nouns).find_map(|&(own, noun)| (own == target).then_some(noun))
+    of(plan).map(|effect| (effect.textures)(&plan.effects)).find(|own| !own.is_empty()).unwrap_or_default()
 }
 
 /// Returns true if compute shaders of a plan's frames look up the sky's light.
@@ -156,6 +229,11 @@ pub(crate) fn compute_with_sky(plan: &FramePlan) -> bool {
 /// The lights that a plan's frames need where no surface is seen.
 pub(crate) fn lit_air(plan: &FramePlan) -> LitAir {
     of(plan).map(|effect| (effect.lit_air)(plan)).max().unwrap_or(LitAir::None)
+}
+
+/// Storage buffers of effects that every shader which lights names in the frame's set.
+pub(super) fn frame_buffers(plan: &FramePlan) -> u32 {
+    EFFECTS.iter().map(|effect| (effect.frame_buffers)(plan)).sum()
 }
 
 /// Jittered frames that effects average to one picture.
@@ -173,17 +251,4 @@ pub(super) fn parts(
     let wanted = EFFECTS.iter().filter(|effect| effect.reads_gbuffer.is_some() == read_gbuffer);
     let parts = wanted.flat_map(|effect| (effect.parts)(scene, settings, plan));
     parts.filter(|part| part.group == group).collect()
-}
-
-/// Returns why an HDR target is needed: by the first effect that blends over the light, and by the first that reads it.
-pub(super) fn hdr(plan: &FramePlan) -> [Option<&'static str>; 2] {
-    let blends = of(plan).find_map(|effect| match effect.hdr {
-        Some(Hdr::Blends(why)) => Some(why),
-        _ => None,
-    });
-    let reads = of(plan).find_map(|effect| match effect.hdr {
-        Some(Hdr::Reads(why)) => Some(why),
-        _ => None,
-    });
-    [blends, reads]
 }

@@ -19,7 +19,7 @@ pub use reach::steepest;
 pub(crate) use reach::{Cut, range_of, sphere_of, weakens};
 
 use super::shadows::ShadowPlan;
-use super::{Capabilities, Error, FramePlan, Shading};
+use super::{Capabilities, Error, FramePlan, Shading, effects};
 use crate::scene::{Keep, Light, LightPath, OptionalPart, Scene, Settings, TRAITS, Transparency, View};
 
 /// Lights that fit into the least uniform buffer that a device must have; `shaders/shared/lights.wgsl` has the same number.
@@ -85,12 +85,12 @@ impl Lighting {
 }
 
 impl FramePlan {
-    /// Storage buffers that every stage which lights sees in the frame's set: lights, lists of clusters, volumes, froxels.
+    /// Storage buffers that every stage which lights sees in the frame's set: lights, lists of clusters, volumes, and those of effects.
     pub(crate) fn frame_buffers(&self) -> u32 {
         u32::from(self.lights.any() && !self.lights.uniform)
             + 2 * u32::from(self.has_clusters())
             + u32::from(self.lists_volumes())
-            + u32::from(self.names_froxels())
+            + effects::frame_buffers(self)
     }
 
     /// Leaves out lists of lights for surfaces that are lit as they are drawn, where a fragment shader could not name both them and its targets. Such surfaces
@@ -107,8 +107,8 @@ impl FramePlan {
         }
     }
 
-    /// Storage buffers and colour attachments that a fragment shader names which lights surfaces as it draws them; 0 where none does. Particles are lit
-    /// before they are drawn.
+    /// Storage buffers and colour attachments that a fragment shader names which lights surfaces as it draws them; 0 where none does. Effects that are blended
+    /// are lit before they are drawn.
     fn lit_resources(&self) -> u32 {
         let blends = !self.transparent.is_empty();
         if !blends && !self.is_forward() {
@@ -126,12 +126,6 @@ impl FramePlan {
             LightPath::Volumes => self.lights.bounded,
             _ => false,
         }
-    }
-
-    /// Returns true if shaders name the fog's froxels: so do all that light surfaces as they draw them, whose code for froxels a constant leaves out.
-    pub(crate) fn names_froxels(&self) -> bool {
-        let lit_as_drawn = self.is_forward() || self.transparency.is_some();
-        self.froxels().is_some() || lit_as_drawn && self.lights.any() && !self.lights.uniform
     }
 }
 

@@ -161,10 +161,9 @@ impl FramePlan {
 
     /// Returns true if the same scene lies on the device in the same way for the other plan: its meshes and textures can stay.
     pub fn uploads_as(&self, other: &Self) -> bool {
-        let textures = |plan: &Self| plan.effects.particles.as_ref().map_or_else(Vec::new, |own| own.textures.clone());
-        (&self.meshes, &self.textures, &self.uploads, self.places_of_samplers(), self.effects.sky)
-            == (&other.meshes, &other.textures, &other.uploads, other.places_of_samplers(), other.effects.sky)
-            && textures(self) == textures(other)
+        (&self.meshes, &self.textures, &self.uploads, self.places_of_samplers())
+            == (&other.meshes, &other.textures, &other.uploads, other.places_of_samplers())
+            && self.effects.upload_as(&other.effects)
             // Shaders look up buffers and textures of one alone.
             && self.triangles.is_some() == other.triangles.is_some()
     }
@@ -188,12 +187,10 @@ pub(super) struct Blending {
     pub adds_lights: bool,
     /// TRANSPARENT blends over the lit surfaces.
     pub transparent: bool,
-    /// AMBIENT adds to LIGHTING's light.
-    pub adds_ambient: bool,
-    /// TAA, BLOOM or REFLECT read the light of a pixel and its neighbours.
+    /// An effect adds to LIGHTING's light, or blends over it.
+    pub by_effects: bool,
+    /// An effect reads the light of a pixel and its neighbours.
     pub filters: bool,
-    /// FOG is blended over it.
-    pub fogs: bool,
 }
 
 /// From light to the picture.
@@ -232,7 +229,7 @@ impl Way {
         what: Blending,
         linear: bool,
     ) -> Result<(Option<vk::Format>, vk::Format), Error> {
-        let blends = what.emissive || what.adds_lights || what.transparent || what.adds_ambient || what.fogs;
+        let blends = what.emissive || what.adds_lights || what.transparent || what.by_effects;
         // Samples are averaged before they are tone-mapped, and so kept until then.
         let averaged = what.lit && settings.msaa > 1 && settings.resolve == Resolve::Linear;
         let kept = what.lit && settings.keep.has(OptionalPart::HdrTarget);

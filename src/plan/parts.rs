@@ -116,8 +116,9 @@ pub(super) fn with_output(mut parts: Vec<Part>, plan: &FramePlan) -> Vec<Part> {
         let Part { name, bytes, .. } = targets::output(plan);
         (own.name, own.bytes) = (name, bytes);
     }
-    for (name, target) in [("samples of the output", Target::Samples), ("smoothed picture", Target::Smoothed)] {
-        if let Some(own) = parts.iter_mut().find(|part| part.name == name) {
+    let redrawn = effects::targets().filter(|own| own.target.is_picture()).map(|own| (own.line, own.target));
+    for (name, target) in redrawn.chain([(Some("samples of the output"), Target::Samples)]) {
+        if let Some(own) = parts.iter_mut().find(|part| Some(&*part.name) == name) {
             own.bytes = of_target(plan, target);
         }
     }

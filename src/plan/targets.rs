@@ -1,8 +1,10 @@
 //! The images that a plan's frames draw into, and their formats. The passes declare the use of each.
 
+use std::fmt;
+
 use ash::vk;
 
-use super::{Capabilities, FramePlan, Hiz, Shading, effects::reflections, format_bytes};
+use super::{Capabilities, FramePlan, Shading, effects, format_bytes};
 
 /// The format of the picture's depth and of shadow maps; mandatory to draw into.
 pub(crate) const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
@@ -10,10 +12,6 @@ pub(crate) const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
 pub(crate) const COUNT: vk::Format = vk::Format::R8_UNORM;
 /// Numbers of an object and of a triangle; mandatory to draw into.
 pub(crate) const TRIANGLE: vk::Format = vk::Format::R32G32_UINT;
-/// Pixels, of which half floats tell apart a 64th up to 32, a share of a distance, and a flag for a vector; mandatory to draw into.
-pub(crate) const VELOCITY: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
-/// Mandatory to store to.
-pub(crate) const VISIBILITY: vk::Format = vk::Format::R32_UINT;
 
 /// Formats of the targets of weighted blending.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,6 +37,26 @@ impl Sums {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct BufferName(pub &'static str);
 
+/// The name of an effect's target, and its number among those at the same place in framebuffers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct TargetName(pub u8, pub &'static str);
+
+/// A target of an effect, as the effect's file declares it.
+pub struct OwnTarget {
+    /// Its place in framebuffers, and its name.
+    pub target: Target,
+    /// The noun that sentences have for its content.
+    pub noun: &'static str,
+    /// The name of its line in `inspect`, if it has one.
+    pub line: Option<&'static str>,
+    /// `None` where the frames have no such target.
+    pub format: fn(&FramePlan) -> Option<vk::Format>,
+    /// Width and height in texels.
+    pub extent: fn(&FramePlan) -> [u32; 2],
+    /// For each pixel of the picture, where the frames have it.
+    pub bytes_per_pixel: fn(&FramePlan) -> u32,
+}
+
 /// The content of a frame's image. Framebuffers have them in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Target {
@@ -58,12 +76,8 @@ pub enum Target {
     Count,
     /// Depth of the largest objects alone, to find out what they hide.
     Occluders,
-    /// AO's output: a share of the light from everywhere in 10 bits, and 22 of the depth of its pixel.
-    Visibility,
-    /// The nearest and the farthest depth of squares of pixels, in levels ([`super::Hiz`]).
-    Hiz,
-    /// The hit of each pixel's reflection ray: light, confidence, and place.
-    Rays,
+    /// The findings of an effect that reads depth and normals.
+    FromDepth(TargetName),
     /// The number of the object that is seen, from 1, and of the triangle in its mesh, from 0; or in 32 bits the place of its instance and the triangle ([`super::TriangleCode`]).
     Triangle,
     /// Transparent surfaces, weighted and summed up; alpha is the share of the picture that they leave.
@@ -72,20 +86,19 @@ pub enum Target {
     Weights,
     /// Light before it is tone-mapped.
     Hdr,
-    /// The movement of surfaces that move by themselves: pixels to the right and down since the frame before, and how much farther away the surface
-    /// was then.
-    Velocity,
+    /// Values that an effect draws of surfaces that are seen.
+    OfSurfaces(TargetName),
     /// The output's light before it is resolved, several samples a pixel.
     Samples,
     /// The picture, before passes over the whole of it.
     Output,
-    /// The picture with its edges smoothed.
-    Smoothed,
+    /// The picture, after an effect has drawn the whole of it anew.
+    Redrawn(TargetName),
 }
 
 impl Target {
-    /// In the order of framebuffers.
-    pub const ALL: [Self; 19] = [
+    /// The targets that belong to no effect.
+    const COMMON: [Self; 14] = [
         Self::Depth,
         Self::Albedo,
         Self::Normal,
@@ -94,18 +107,40 @@ impl Target {
         Self::Position,
         Self::Count,
         Self::Occluders,
-        Self::Visibility,
-        Self::Hiz,
-        Self::Rays,
         Self::Triangle,
         Self::Accumulation,
         Self::Weights,
         Self::Hdr,
-        Self::Velocity,
         Self::Samples,
         Self::Output,
-        Self::Smoothed,
     ];
+
+    /// All targets, in the order of framebuffers.
+    fn all() -> Vec<Self> {
+        let mut all: Vec<_> = Self::COMMON.into_iter().chain(effects::targets().map(|own| own.target)).collect();
+        all.sort_unstable();
+        all
+    }
+
+    /// The declaration of an effect's target.
+    pub(crate) fn own(self) -> Option<&'static OwnTarget> {
+        effects::targets().find(|own| own.target == self)
+    }
+
+    /// Returns true if it holds the picture: the output, or what an effect makes of it.
+    pub(crate) fn is_picture(self) -> bool {
+        self >= Self::Output
+    }
+}
+
+/// As names of objects have it.
+impl fmt::Display for Target {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::FromDepth(name) | Self::OfSurfaces(name) | Self::Redrawn(name) => f.write_str(name.1),
+            common => write!(f, "{common:?}"),
+        }
+    }
 }
 
 impl FramePlan {
@@ -116,9 +151,6 @@ impl FramePlan {
         match target {
             Target::Depth => self.has_geometry().then_some(DEPTH),
             Target::Occluders => self.hides_on_device.then_some(DEPTH),
-            Target::Visibility => self.effects.ao.is_some().then_some(VISIBILITY),
-            Target::Hiz => self.reflects().then_some(reflections::HIZ),
-            Target::Rays => self.reflects().then_some(reflections::RAYS),
             Target::Albedo => gbuffer.map(|own| own.albedo),
             Target::Normal => gbuffer.map(|own| own.normal),
             Target::Material => gbuffer?.material,
@@ -130,52 +162,39 @@ impl FramePlan {
             Target::Accumulation => self.sums.map(|sums| sums.accumulation),
             Target::Weights => self.sums.map(|sums| sums.weights),
             Target::Hdr => self.hdr,
-            Target::Velocity => self.has_velocity().then_some(VELOCITY),
             Target::Samples => self.resolves_output().then_some(self.output),
             Target::Output => Some(self.output),
-            Target::Smoothed => self.effects.fxaa.then_some(self.output),
+            own => (own.own()?.format)(self),
         }
     }
 
     /// The targets that the frames have, in the order of framebuffers.
     pub fn targets(&self) -> impl Iterator<Item = Target> {
-        Target::ALL.into_iter().filter(|&target| self.format_of(target).is_some())
+        Target::all().into_iter().filter(|&target| self.format_of(target).is_some())
     }
 
     /// The samples a pixel of a target.
     pub fn samples_of(&self, target: Target) -> u32 {
-        if target >= Target::Output { 1 } else { self.msaa }
+        if target.is_picture() { 1 } else { self.msaa }
     }
 
     /// Width and height of a target in texels.
     pub fn extent_of(&self, target: Target) -> [u32; 2] {
-        if target == Target::Hiz {
-            return Hiz::of(self.size).extent();
-        }
-        let scale = self.texels_apart(target);
-        self.size.map(|edge| edge.div_ceil(scale))
-    }
-
-    /// Pixels of the picture across and down for each of a target's texels.
-    fn texels_apart(&self, target: Target) -> u32 {
-        match (&self.effects.ao, target) {
-            (Some(ao), Target::Visibility) => ao.scale,
-            _ => 1,
-        }
+        target.own().map_or(self.size, |own| (own.extent)(self))
     }
 
     /// Bytes of a pixel of a target with all its samples; 0 where there is none.
     pub fn bytes_of(&self, target: Target) -> u32 {
-        if target == Target::Hiz && self.reflects() {
-            return Hiz::BYTES_PER_PIXEL;
+        match (self.format_of(target), target.own()) {
+            (None, _) => 0,
+            (Some(_), Some(own)) => (own.bytes_per_pixel)(self),
+            (Some(format), None) => format_bytes(format) * self.samples_of(target),
         }
-        let bytes = self.format_of(target).map_or(0, format_bytes) * self.samples_of(target);
-        bytes / self.texels_apart(target).pow(2)
     }
 
     /// Bytes of all targets for each pixel.
     pub fn target_bytes_per_pixel(&self) -> u64 {
-        Target::ALL.iter().map(|&target| u64::from(self.bytes_of(target))).sum()
+        Target::all().into_iter().map(|target| u64::from(self.bytes_of(target))).sum()
     }
 
     /// The target that LIGHTING or FORWARD writes and, where surfaces emit light, GEOMETRY before it.
@@ -189,6 +208,7 @@ impl FramePlan {
 
     /// The target that holds the finished picture.
     pub fn picture(&self) -> Target {
-        if self.effects.fxaa { Target::Smoothed } else { Target::Output }
+        let redrawn = effects::targets().filter(|own| own.target.is_picture() && (own.format)(self).is_some());
+        redrawn.last().map_or(Target::Output, |own| own.target)
     }
 }

@@ -8,7 +8,6 @@ use crate::frame::edges::{Place, RowName, SUPPORTED};
 use crate::frame::list::RenderPassName;
 use crate::gpu::sync::{Dependency, Use};
 use crate::passes::Resource;
-use crate::plan::Target;
 
 /// A place in the order of submission.
 pub(super) type Time = u32;
@@ -124,8 +123,8 @@ impl fmt::Display for Memory {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let part = self.part;
         match self.resource {
-            Resource::Target(Target::Output | Target::Smoothed) => f.write_str("the picture"),
-            Resource::Target(target) => write!(f, "the target {target:?}"),
+            Resource::Target(target) if target.is_picture() => f.write_str("the picture"),
+            Resource::Target(target) => write!(f, "the target {target}"),
             Resource::SwapchainImage => f.write_str("the swapchain's image"),
             Resource::ShownImage => f.write_str("the image that ENCODE reads"),
             Resource::ShadowMaps => write!(f, "shadow map {part}"),

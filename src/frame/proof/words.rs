@@ -3,7 +3,7 @@
 use super::program::{Memory, Touch, Who};
 use crate::frame::edges::Place;
 use crate::passes::Resource;
-use crate::plan::{Target, effects};
+use crate::plan::Target;
 
 /// The action of the later use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -127,8 +127,8 @@ pub(super) fn noun(memory: Memory) -> &'static str {
             Target::Weights => "sums of weights",
             Target::Hdr => "light",
             Target::Samples => "samples of light",
-            Target::Output | Target::Smoothed => "the picture",
-            _ => effects::noun_of(target).unwrap_or("an image"),
+            Target::Output => "the picture",
+            own => own.own().map_or("a target", |own| own.noun),
         },
         Resource::SwapchainImage => "the window's image",
         Resource::ShownImage => "the image that is encoded",

@@ -2,17 +2,21 @@
 
 use std::fmt;
 
+use ash::vk;
+
 use crate::plan::effect::{Effect, EffectView, NOT_ASKED_FOR, Request, Shows};
 use crate::plan::parts::target_of;
-use crate::plan::{Error, FramePlan, Target};
+use crate::plan::{Error, FramePlan, OwnTarget, Target, TargetName};
 use crate::scene::{AmbientOcclusion, AoResolution, Scene, Settings, View, counted};
+
+/// AO's output: a share of the light from everywhere in 10 bits, and 22 of the depth of its pixel.
+pub const VISIBILITY: Target = Target::FromDepth(TargetName(0, "Visibility"));
 
 /// Surfaces hide light from everywhere from each other.
 pub(crate) const EFFECT: Effect = Effect {
     name: "ambient occlusion",
     is_asked_for: is_used,
     off: Some(("--ao off", |settings| settings.ao = AmbientOcclusion::Off)),
-    nouns: &[(Target::Visibility, "visibility")],
     view: Some(EffectView { view: View::Ao, shows: Shows::Gbuffer, is_alone: false, plan: |_| {} }),
     changes_light: true,
     unswept: |key, _, plan| {
@@ -21,18 +25,31 @@ pub(crate) const EFFECT: Effect = Effect {
     },
     reads_gbuffer: Some("ambient occlusion reads a G-buffer"),
     stores_gbuffer: Some("AO reads the depth and the normals around each pixel"),
-    is_in: FramePlan::has_ao,
+    is_in: |plans| plans.ao.is_some(),
     absence: |own| match own.planned.view {
         _ if own.planned.ao == AmbientOcclusion::Off => NOT_ASKED_FOR,
         View::Final | View::Lighting | View::Ambient => "no light comes from everywhere, and it weakens no other",
         _ => "this view does not show it",
     },
-    parts: |_, _, plan| {
-        vec![target_of(plan, EFFECT.name, ("visibility", Target::Visibility), "AO hands it to AO_DENOISE")]
-    },
+    targets: &[OUTPUT],
+    parts: |_, _, plan| vec![target_of(plan, EFFECT.name, &OUTPUT, "AO hands it to AO_DENOISE")],
     check,
     ..Effect::PLAIN
 };
+
+const OUTPUT: OwnTarget = OwnTarget {
+    target: VISIBILITY,
+    noun: "visibility",
+    line: Some("visibility"),
+    // Mandatory to store to.
+    format: |plan| plan.has_ao().then_some(vk::Format::R32_UINT),
+    extent: |plan| plan.size.map(|edge| edge.div_ceil(scale(plan))),
+    bytes_per_pixel: |plan| 4 / scale(plan).pow(2),
+};
+
+fn scale(plan: &FramePlan) -> u32 {
+    plan.effects.ao.map_or(1, |ao| ao.scale)
+}
 
 /// The parameters of AO. Its pipelines know all of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,6 +79,13 @@ impl fmt::Display for AoPlan {
 }
 
 impl AoPlan {
+    /// `None` where frames find no ambient occlusion.
+    pub(super) fn of(request: &Request) -> Option<Self> {
+        let &Settings { ao: method, ao_radius: radius, ao_samples: samples, ao_resolution, .. } = request.settings;
+        let scale = if ao_resolution == AoResolution::Half { 2 } else { 1 };
+        is_used(request.scene, request.settings).then_some(Self { method, samples, radius, scale })
+    }
+
     /// Slices of the hemisphere, and steps to each of their two sides.
     pub fn slices(&self) -> [u32; 2] {
         let slices = self.samples.div_ceil(SAMPLES_OF_A_SLICE).max(1);
@@ -90,13 +114,6 @@ fn check(request: &Request) -> Result<(), Error> {
         ));
     }
     Ok(())
-}
-
-/// Chooses the frames' ambient occlusion.
-pub(in crate::plan) fn choose(scene: &Scene, settings: &Settings) -> Option<AoPlan> {
-    let &Settings { ao: method, ao_radius: radius, ao_samples: samples, ao_resolution, .. } = settings;
-    let scale = if ao_resolution == AoResolution::Half { 2 } else { 1 };
-    is_used(scene, settings).then_some(AoPlan { method, samples, radius, scale })
 }
 
 /// The least and the greatest radius in metres.
@@ -137,13 +154,13 @@ mod tests {
         let off = samples::plan(&scene, &samples::deferred());
         let numbers = Settings { ao_radius: 3.0, ao_samples: 64, ..samples::deferred() };
         assert!(off.has_structure_of(&samples::plan(&scene, &numbers)));
-        assert!(!off.has_ao() && !off.stores_gbuffer && off.format_of(Target::Visibility).is_none());
+        assert!(!off.has_ao() && !off.stores_gbuffer && off.format_of(VISIBILITY).is_none());
         let half = Settings { ao: AmbientOcclusion::Bitmask, ao_resolution: AoResolution::Half, ..numbers };
         let on = samples::plan(&scene, &Settings { size: [33, 20], ..half });
         assert!(on.has_ao() && on.stores_gbuffer);
-        assert_eq!((on.extent_of(Target::Visibility), on.extent_of(Target::Depth)), ([17, 10], [33, 20]));
+        assert_eq!((on.extent_of(VISIBILITY), on.extent_of(Target::Depth)), ([17, 10], [33, 20]));
         // 4 bytes for one pixel of four.
-        assert_eq!((on.bytes_of(Target::Visibility), off.bytes_of(Target::Visibility)), (1, 0));
+        assert_eq!((on.bytes_of(VISIBILITY), off.bytes_of(VISIBILITY)), (1, 0));
     }
 
     #[test]

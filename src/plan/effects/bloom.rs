@@ -24,7 +24,7 @@ pub(crate) const EFFECT: Effect = Effect {
     is_set_aside: true,
     unswept: |key, _, plan| (key == "bloom-taps" && plan.effects.bloom.is_none()).then_some("no bloom is asked for"),
     spreads: true,
-    is_in: |plan| plan.effects.bloom.is_some(),
+    is_in: |plans| plans.bloom.is_some(),
     hdr: Some(Hdr::Reads("light is spread before it is tone-mapped")),
     absence: |own| if own.asked.bloom > 0.0 { "this view shows no bloom" } else { NOT_ASKED_FOR },
     parts: |_, _, plan| {
@@ -85,7 +85,7 @@ const MOST_LEVELS: u32 = 15;
 impl Bloom {
     /// Views of values have no light to spread. A value out of the ranges of the settings, as only a library's caller can have it, counts as the
     /// nearest one in it; one that is not a number spreads nothing, or as little as possible.
-    pub(in crate::plan) fn of(settings: &Settings, shading: Shading) -> Option<Self> {
+    pub(super) fn of(settings: &Settings, shading: Shading) -> Option<Self> {
         let strength = settings.bloom.min(1.0);
         let radius = settings.bloom_radius.clamp(0.001, 1.0);
         let taps = settings.bloom_taps.clamp(2, 6) / 2 * 2;

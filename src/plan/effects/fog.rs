@@ -2,7 +2,7 @@
 
 use super::froxels;
 use crate::plan::checks::out_of_range;
-use crate::plan::effect::{Effect, EffectView, Hdr, LitAir, NOT_ASKED_FOR, Shows};
+use crate::plan::effect::{Effect, EffectView, Hdr, LightReaders, LitAir, NOT_ASKED_FOR, Request, Shows};
 use crate::plan::parts::{Part, part};
 use crate::plan::{FramePlan, FroxelPlan, PartGroup};
 use crate::scene::{Fog, Settings, View};
@@ -26,7 +26,9 @@ pub(crate) const EFFECT: Effect = Effect {
         (settings.fog == Fog::Froxels).then_some("fog is everywhere, and any light may shine into it")
     },
     lit_air: |plan| if plan.froxels().is_some() { LitAir::All } else { LitAir::Directional },
-    is_in: FramePlan::has_fog,
+    is_in: |plans| plans.fog.is_some(),
+    needs_light_buffer: LightReaders::Own,
+    frame_buffers: |plan| u32::from(plan.names_froxels()),
     hdr: Some(Hdr::Blends("fog is blended over the light before tone mapping")),
     absence: |own| match (own.asked.fog, own.asked.fog_density > 0.0) {
         (Fog::Off, _) => NOT_ASKED_FOR,
@@ -64,12 +66,13 @@ pub struct FogPlan {
     /// The picture shows the light that the fog scatters, and nothing else.
     pub alone: bool,
     /// The grid of its light, where lights are in it.
-    pub(in crate::plan) froxels: Option<FroxelPlan>,
+    pub(super) froxels: Option<FroxelPlan>,
 }
 
 impl FogPlan {
     /// None where the air is clear, and where a view shows something else.
-    pub(in crate::plan) fn of(settings: &Settings, any_light: bool) -> Option<Self> {
+    pub(super) fn of(request: &Request, any_light: bool) -> Option<Self> {
+        let settings = request.settings;
         let alone = settings.view == View::Fog;
         if !is_asked_for(settings) || !is_shown(settings) {
             return None;

@@ -39,7 +39,7 @@ impl fmt::Display for FroxelPlan {
 
 impl FroxelPlan {
     /// Of fog that is lit by lamps or shadowed. Where the scene has no light, light from everywhere alone is in the air: then the closed form is exact.
-    pub(in crate::plan) fn of(settings: &Settings, kind: Fog, any_light: bool) -> Option<Self> {
+    pub(super) fn of(settings: &Settings, kind: Fog, any_light: bool) -> Option<Self> {
         let &Settings { fog_froxels: grid, fog_samples: samples, fog_distance: distance, .. } = settings;
         (kind == Fog::Froxels && any_light).then_some(Self { grid, samples, distance })
     }
@@ -64,6 +64,12 @@ impl FramePlan {
         self.effects.fog.as_ref()?.froxels.as_ref()
     }
 
+    /// Returns true if shaders name the fog's froxels: so do all that light surfaces as they draw them, whose code for froxels a constant leaves out.
+    pub(crate) fn names_froxels(&self) -> bool {
+        let lit_as_drawn = self.is_forward() || self.transparency.is_some();
+        self.froxels().is_some() || lit_as_drawn && self.lights.any() && !self.lights.uniform
+    }
+
     /// Returns the reason why frames have none.
     pub(crate) fn lack_of_froxels(&self) -> &'static str {
         match &self.effects.fog {
@@ -75,7 +81,7 @@ impl FramePlan {
 }
 
 /// Returns their line of `inspect`.
-pub(in crate::plan) fn part_of(plan: &FramePlan) -> Part {
+pub(super) fn part_of(plan: &FramePlan) -> Part {
     match plan.froxels() {
         Some(own) => part("froxels of fog", true, own.to_string(), own.bytes()),
         None => part("froxels of fog", false, plan.lack_of_froxels(), 0),

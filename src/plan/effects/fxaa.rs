@@ -2,20 +2,31 @@
 
 use crate::plan::effect::Effect;
 use crate::plan::parts::{of_target, part};
-use crate::plan::{PartGroup, Target};
+use crate::plan::{OwnTarget, PartGroup, Target, TargetName, format_bytes};
+
+/// The picture with its edges smoothed.
+pub const SMOOTHED: Target = Target::Redrawn(TargetName(0, "Smoothed"));
+
+/// The name of its line in `inspect`.
+const LINE: &str = "smoothed picture";
 
 /// Edges of the finished picture are smoothed.
 pub(crate) const EFFECT: Effect = Effect {
     name: "FXAA",
     is_asked_for: |_, settings| settings.fxaa,
     off: Some(("--fxaa off", |settings| settings.fxaa = false)),
-    is_in: |plan| plan.effects.fxaa,
+    is_in: |plans| plans.fxaa,
+    targets: &[OwnTarget {
+        target: SMOOTHED,
+        noun: "the picture",
+        line: Some(LINE),
+        format: |plan| plan.effects.fxaa.then_some(plan.output),
+        extent: |plan| plan.size,
+        bytes_per_pixel: |plan| format_bytes(plan.output),
+    }],
     parts: |_, _, plan| {
         let reason = if plan.effects.fxaa { "FXAA draws it" } else { "FXAA is off" };
-        vec![
-            part("smoothed picture", plan.effects.fxaa, reason, of_target(plan, Target::Smoothed))
-                .of(PartGroup::Targets),
-        ]
+        vec![part(LINE, plan.effects.fxaa, reason, of_target(plan, SMOOTHED)).of(PartGroup::Targets)]
     },
     ..Effect::PLAIN
 };

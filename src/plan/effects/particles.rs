@@ -2,9 +2,11 @@
 
 use std::fmt;
 
-use crate::plan::effect::{Effect, EffectView, LitAir, Request, Shows};
+use crate::plan::effect::{Blended, Effect, EffectView, LightReaders, LitAir, Request, Shows};
 use crate::plan::parts::{Part, part};
-use crate::plan::{BufferName, Capabilities, Error, FramePlan, PlannedTexture, Refusal, Shading, Why};
+use crate::plan::{
+    BufferName, Capabilities, EffectPlans, Error, FramePlan, PlannedTexture, Refusal, Shading, Uploads, Why,
+};
 use crate::scene::{Scene, Settings, Transparency, View, counted};
 
 /// The outputs of SIMULATE and SORT: particles, and their order.
@@ -13,6 +15,7 @@ pub const PARTICLES: BufferName = BufferName("particles");
 /// The scene's emitters send out particles.
 pub(crate) const EFFECT: Effect = Effect {
     name: "particles",
+    is_plural: true,
     is_asked_for: are_shown,
     off: Some(("--particles off", |settings| settings.particles = false)),
     view: Some(EffectView {
@@ -24,13 +27,22 @@ pub(crate) const EFFECT: Effect = Effect {
             (settings.view, settings.particles, settings.transparency) = (View::Final, true, Transparency::Sorted);
         },
     }),
-    blended: Some("particles are blended before tone mapping"),
-    layers: |plan| plan.effects.particles.as_ref().map_or(0, |own| own.capacity),
-    textures: |plan| plan.effects.particles.as_ref().map_or(&[], |own| &own.textures),
+    blended: Some(Blended {
+        hdr: "particles are blended before tone mapping",
+        unsummed: |plans| match &plans.particles {
+            Some(own) if own.counts => "particles are counted",
+            _ => "particles are sorted",
+        },
+        layers: |plans| plans.particles.as_ref().map_or(0, |own| own.capacity),
+    }),
+    textures,
+    needs_light_buffer: LightReaders::Own,
+    uploads: |plans| Uploads::of_textures(textures(plans)),
+    uploads_as: |one, other| textures(one) == textures(other),
     unswept: |key, scene, _| (key == "particles" && scene.emitters.is_empty()).then_some("the scene has no emitters"),
     // They float where no object is.
     lit_air: |_| LitAir::All,
-    is_in: |plan| plan.effects.particles.is_some(),
+    is_in: |plans| plans.particles.is_some(),
     absence: |own| match (own.scene.emitters.is_empty(), own.planned.particles) {
         (true, _) => "the scene has no emitters",
         (false, false) => "switched off by --particles off",
@@ -40,6 +52,7 @@ pub(crate) const EFFECT: Effect = Effect {
     not_by_compute: Some("they cannot draw particles"),
     names_many_buffers: true,
     check,
+    check_plan: check_buffers,
     ..Effect::PLAIN
 };
 
@@ -109,29 +122,34 @@ fn check(request: &Request) -> Result<(), Error> {
 
 const LIT: Shading = Shading::Light { light_only: false };
 
-/// Returns `None` if frames draw no particles.
-pub(in crate::plan) fn choose(request: &Request) -> Option<ParticlePlan> {
-    let Request { scene, settings, device, .. } = *request;
-    if !are_shown(scene, settings) || request.shading != LIT {
-        return None;
-    }
-    let all = scene.particle_textures();
-    let place = |own: (usize, [u32; 2])| all.iter().position(|other| *other == own).map(|place| place as u32);
-    Some(ParticlePlan {
-        // `Scene::check` has bounded it.
-        capacity: scene.most_particles().min(u64::from(u32::MAX)) as u32,
-        emitters: scene.emitters.len() as u32,
-        textures: all.iter().map(|&own| PlannedTexture::of_sheet(scene, own, device)).collect(),
-        texture_of: scene
-            .emitters
-            .iter()
-            .map(|own| own.texture.and_then(|texture| place((texture, own.frames))))
-            .collect(),
-        counts: request.view == View::Particles,
-    })
+/// Those of a plan's emitters.
+fn textures(plans: &EffectPlans) -> &[PlannedTexture] {
+    plans.particles.as_ref().map_or(&[], |own| &own.textures)
 }
 
 impl ParticlePlan {
+    /// Returns `None` if frames draw no particles.
+    pub(super) fn of(request: &Request) -> Option<Self> {
+        let Request { scene, settings, device, .. } = *request;
+        if !are_shown(scene, settings) || request.shading != LIT {
+            return None;
+        }
+        let all = scene.particle_textures();
+        let place = |own: (usize, [u32; 2])| all.iter().position(|other| *other == own).map(|place| place as u32);
+        Some(Self {
+            // `Scene::check` has bounded it.
+            capacity: scene.most_particles().min(u64::from(u32::MAX)) as u32,
+            emitters: scene.emitters.len() as u32,
+            textures: all.iter().map(|&own| PlannedTexture::of_sheet(scene, own, device)).collect(),
+            texture_of: scene
+                .emitters
+                .iter()
+                .map(|own| own.texture.and_then(|texture| place((texture, own.frames))))
+                .collect(),
+            counts: request.view == View::Particles,
+        })
+    }
+
     /// Places in the buffer of keys: a power of two, which SORT needs, and a block of it at least.
     pub fn places(&self) -> u32 {
         sort_places(self.capacity)
@@ -146,7 +164,7 @@ impl ParticlePlan {
 
 /// Refuses particles whose shaders name more buffers than the device lets them: SIMULATE names those of the frame, the emitters, the particles and, where
 /// they are sorted, their keys.
-pub(in crate::plan) fn check_buffers(plan: &FramePlan, device: &Capabilities) -> Result<(), Error> {
+fn check_buffers(plan: &FramePlan, device: &Capabilities) -> Result<(), Error> {
     let sorts = u32::from(plan.sorts_particles());
     let (needed, most) = (plan.frame_buffers() + 2 + sorts, device.storage_buffers);
     if plan.effects.particles.is_none() || needed <= most {

@@ -7,12 +7,18 @@ use ash::vk;
 use crate::plan::checks::out_of_range;
 use crate::plan::effect::{Effect, EffectView, Hdr, NOT_ASKED_FOR, Request, Shows};
 use crate::plan::parts::target_of;
-use crate::plan::{Error, FramePlan, Target};
+use crate::plan::{Error, FramePlan, OwnTarget, Target, TargetName, format_bytes};
 use crate::scene::{Brdf, HdrFormat, Object, Reflections, Scene, Settings, TextureSlot, View};
+
+/// The nearest and the farthest depth of squares of pixels, in levels ([`Hiz`]).
+pub const HIZ: Target = Target::FromDepth(TargetName(1, "Hiz"));
+/// The hit of each pixel's reflection ray: light, confidence, and place.
+pub const RAYS: Target = Target::FromDepth(TargetName(2, "Rays"));
 
 /// Surfaces mirror others.
 pub(crate) const EFFECT: Effect = Effect {
     name: "reflections",
+    is_plural: true,
     is_asked_for: is_used,
     off: Some(("--reflections off", |settings| settings.reflections = Reflections::Off)),
     view: Some(EffectView {
@@ -22,7 +28,6 @@ pub(crate) const EFFECT: Effect = Effect {
         plan: |settings| settings.reflections = Reflections::Screen,
     }),
     changes_light: true,
-    nouns: &[(Target::Hiz, "depths of squares"), (Target::Rays, "rays")],
     // REFLECT_RESOLVE takes back what AMBIENT has added of it.
     computes_with_sky: true,
     is_set_aside: true,
@@ -34,17 +39,17 @@ pub(crate) const EFFECT: Effect = Effect {
     reads_gbuffer: Some("reflections read a G-buffer"),
     stores_gbuffer: Some("REFLECT reads the depth and the normals of all pixels"),
     hdr: Some(Hdr::Reads("REFLECT reads the light of all pixels before it is tone-mapped")),
-    is_in: FramePlan::reflects,
+    is_in: |plans| plans.reflections.is_some(),
     absence: |own| match shows(own.planned.view) {
         _ if own.planned.reflections == Reflections::Off => NOT_ASKED_FOR,
         true => "no opaque surface has a lobe of Cook-Torrance that is smooth enough",
         false => "this view does not show them",
     },
+    targets: TARGETS,
     parts: |_, _, plan| {
-        let pyramid = ("pyramid of depths of the picture", Target::Hiz);
         vec![
-            target_of(plan, EFFECT.name, pyramid, "REFLECT takes long steps through it"),
-            target_of(plan, EFFECT.name, ("rays", Target::Rays), "REFLECT hands them to REFLECT_RESOLVE"),
+            target_of(plan, EFFECT.name, &TARGETS[0], "REFLECT takes long steps through it"),
+            target_of(plan, EFFECT.name, &TARGETS[1], "REFLECT hands them to REFLECT_RESOLVE"),
         ]
     },
     check,
@@ -64,10 +69,26 @@ pub struct ReflectionPlan {
     pub shown: bool,
 }
 
-/// Mandatory to store to.
-pub(in crate::plan) const HIZ: vk::Format = vk::Format::R32_SFLOAT;
-/// Likewise.
-pub(in crate::plan) const RAYS: vk::Format = vk::Format::R32G32B32A32_UINT;
+/// The formats are mandatory to store to.
+const TARGETS: &[OwnTarget] = &[
+    OwnTarget {
+        target: HIZ,
+        noun: "depths of squares",
+        line: Some("pyramid of depths of the picture"),
+        format: |plan| plan.reflects().then_some(vk::Format::R32_SFLOAT),
+        extent: |plan| Hiz::of(plan.size).extent(),
+        bytes_per_pixel: |_| Hiz::BYTES_PER_PIXEL,
+    },
+    OwnTarget {
+        target: RAYS,
+        noun: "rays",
+        line: Some("rays"),
+        format: |plan| plan.reflects().then_some(HIT),
+        extent: |plan| plan.size,
+        bytes_per_pixel: |_| format_bytes(HIT),
+    },
+];
+const HIT: vk::Format = vk::Format::R32G32B32A32_UINT;
 
 /// In `inspect`: `screen, up to a roughness of 0.6, 64 steps at most, surfaces 0.2 m thick`.
 impl fmt::Display for ReflectionPlan {
@@ -128,14 +149,17 @@ fn check(request: &Request) -> Result<(), Error> {
     Ok(())
 }
 
-/// Returns `None` if no surface mirrors others.
-pub(in crate::plan) fn choose(scene: &Scene, settings: &Settings) -> Option<ReflectionPlan> {
-    is_used(scene, settings).then_some(ReflectionPlan {
-        roughness: settings.reflection_roughness,
-        steps: settings.reflection_steps,
-        thickness: settings.reflection_thickness,
-        shown: settings.view == View::Reflections,
-    })
+impl ReflectionPlan {
+    /// Returns `None` if no surface mirrors others.
+    pub(super) fn of(request: &Request) -> Option<Self> {
+        let settings = request.settings;
+        is_used(request.scene, settings).then_some(Self {
+            roughness: settings.reflection_roughness,
+            steps: settings.reflection_steps,
+            thickness: settings.reflection_thickness,
+            shown: settings.view == View::Reflections,
+        })
+    }
 }
 
 fn shows(view: View) -> bool {
@@ -158,25 +182,5 @@ impl FramePlan {
     /// Returns true if surfaces mirror others as the picture shows them.
     pub fn reflects(&self) -> bool {
         self.effects.reflections.is_some()
-    }
-
-    /// Returns true if nothing is blended over the light to which they are added.
-    pub fn ends_with_reflections(&self) -> bool {
-        self.reflects() && self.transparency.is_none() && !self.has_fog()
-    }
-
-    /// Returns true if TAA is the next to read the light to which they are added.
-    pub fn averages_reflected(&self) -> bool {
-        self.ends_with_reflections() && self.effects.taa.is_some()
-    }
-
-    /// Returns true if BLOOM is the next to read the light to which they are added.
-    pub fn blooms_reflected(&self) -> bool {
-        self.ends_with_reflections() && self.effects.taa.is_none() && self.effects.bloom.is_some()
-    }
-
-    /// Returns true if TONEMAP is.
-    pub fn tone_maps_reflected(&self) -> bool {
-        self.ends_with_reflections() && self.effects.taa.is_none() && self.effects.bloom.is_none()
     }
 }

@@ -2,23 +2,26 @@
 
 use glam::Vec3;
 
-use crate::plan::effect::{Effect, Hdr};
+use crate::plan::effect::{Effect, Hdr, LightReaders, Request};
 use crate::plan::parts::{Part, part};
-use crate::plan::{Error, FramePlan, PartGroup, Shading};
-use crate::scene::{Scene, Settings, Sky, SkyCube};
+use crate::plan::{Error, FramePlan, PartGroup, Shading, Uploads};
+use crate::scene::{Settings, Sky, SkyCube};
 
 /// The scene's sky is seen, or lights surfaces.
 pub(crate) const EFFECT: Effect = Effect {
     name: "a sky",
     is_asked_for: |scene, _| scene.sky.is_some(),
     not_by_compute: Some("they cannot draw a sky"),
-    // Forward paths add the sky's light as they draw surfaces, without blending.
-    is_in: FramePlan::adds_ambient,
-    hdr: Some(Hdr::Blends("light of the sky is added before tone mapping")),
+    // A sky that is only seen changes no light.
+    is_in: |plans| plans.sky.is_some_and(|sky| sky.lights),
+    hdr: Some(Hdr::Adds("light of the sky is added before tone mapping")),
+    needs_light_buffer: LightReaders::AsDrawn,
+    uploads: |plans| Uploads { textures: plans.sky.is_some(), ..Uploads::default() },
+    uploads_as: |one, other| one.sky == other.sky,
     absence: |own| if own.scene.sky.is_none() { "the scene has none" } else { "this view needs none" },
     parts: |_, _, plan| parts(plan).map(|part| part.of(PartGroup::Lights)).into(),
     check: |request| {
-        let Some(sky) = SkyPlan::of(request.scene, request.settings, request.shading) else { return Ok(()) };
+        let Some(sky) = SkyPlan::of(request) else { return Ok(()) };
         EFFECT.check_path(request.path)?;
         let most = request.device.max_extent;
         if sky.edge > most { Err(Error::Sky(sky.edge, most)) } else { Ok(()) }
@@ -45,7 +48,8 @@ pub struct SkyPlan {
 
 impl SkyPlan {
     /// None where frames do without.
-    pub(in crate::plan) fn of(scene: &Scene, settings: &Settings, shading: Shading) -> Option<Self> {
+    pub(super) fn of(request: &Request) -> Option<Self> {
+        let Request { scene, settings, shading, .. } = *request;
         let Shading::Light { light_only } = shading else { return None };
         let sky = scene.sky.as_ref()?;
         let lights = lights(sky, settings);
@@ -69,8 +73,20 @@ impl SkyPlan {
 }
 
 /// Returns true if a sky lights surfaces.
-pub(in crate::plan) fn lights(sky: &Sky, settings: &Settings) -> bool {
+pub(super) fn lights(sky: &Sky, settings: &Settings) -> bool {
     sky.lights && settings.sky_light && sky.nits > 0.0
+}
+
+impl FramePlan {
+    /// Returns true if the sky lights surfaces.
+    pub fn is_lit_by_sky(&self) -> bool {
+        self.effects.sky.is_some_and(|sky| sky.lights)
+    }
+
+    /// Returns true if AMBIENT adds the sky's light to LIGHTING's.
+    pub fn adds_ambient(&self) -> bool {
+        self.is_lit_by_sky() && !self.is_forward()
+    }
 }
 
 /// The cube of the sky, and the light of it that surfaces collect.

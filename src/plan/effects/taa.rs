@@ -1,20 +1,28 @@
 //! Anti-aliasing over time: the number of frames that are averaged, and the decision whether surfaces move by themselves.
 
+use ash::vk;
+
 use crate::plan::checks::ANTI_ALIASING;
 use crate::plan::effect::{Effect, EffectView, Hdr, NOT_ASKED_FOR, Request, Shows};
 use crate::plan::parts::part;
-use crate::plan::surfaces::SurfaceRules;
-use crate::plan::{BufferName, Error, FramePlan, Part, PartGroup, Refusal, Shading, Target};
-use crate::scene::{Output, Resolve, Scene, Settings, Tonemap, View};
+use crate::plan::{
+    BufferName, Error, FramePlan, OwnTarget, Part, PartGroup, Refusal, SurfaceRules, Target, TargetName, format_bytes,
+};
+use crate::scene::{Resolve, Settings, Tonemap, View};
 
 /// The mean that a frame leaves for the next one.
 pub const TAA_MEAN: BufferName = BufferName("mean of frames");
+
+/// The movement of surfaces that move by themselves: pixels to the right and down since the frame before, and how much farther away the surface
+/// was then.
+pub const VECTORS: Target = Target::OfSurfaces(TargetName(0, "Velocity"));
+/// Pixels, of which half floats tell apart a 64th up to 32, a share of a distance, and a flag for a vector; mandatory to draw into.
+const VECTOR: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 
 /// Frames are averaged over time.
 pub(crate) const EFFECT: Effect = Effect {
     name: "TAA",
     is_asked_for: |_, settings| settings.taa,
-    nouns: &[(Target::Velocity, "vectors")],
     off: Some(("--taa off", |settings| settings.taa = false)),
     view: Some(EffectView { view: View::Velocity, shows: Shows::Values, is_alone: true, plan: plan_vectors }),
     frames,
@@ -23,9 +31,21 @@ pub(crate) const EFFECT: Effect = Effect {
         let is_own = ["taa-frames", "taa-history", "sharpness"].contains(&key);
         (is_own && plan.effects.taa.is_none()).then_some("frames are not averaged over time")
     },
-    is_in: |plan| plan.effects.taa.is_some(),
+    is_in: |plans| plans.taa.is_some(),
+    lists_moving: |plans| {
+        let moves = plans.taa.is_some_and(|taa| taa.moves);
+        moves.then_some("the CPU culls: it lists what moves by itself, whose vectors TAA needs")
+    },
     hdr: Some(Hdr::Reads("light is averaged over time before it is tone-mapped")),
     absence: |own| if own.asked.taa { "the values that this view shows have no mean" } else { NOT_ASKED_FOR },
+    targets: &[OwnTarget {
+        target: VECTORS,
+        noun: "vectors",
+        line: None,
+        format: |plan| plan.has_velocity().then_some(VECTOR),
+        extent: |plan| plan.size,
+        bytes_per_pixel: |_| format_bytes(VECTOR),
+    }],
     parts: |_, _, plan| vec![part_of(plan).of(PartGroup::Targets)],
     not_by_compute: Some("they leave no light for TAA to average"),
     check,
@@ -101,29 +121,21 @@ fn frames(settings: &Settings) -> u32 {
 
 impl TaaPlan {
     /// Views of values have no mean.
-    pub(in crate::plan) fn of(settings: &Settings, shading: Shading) -> Option<Self> {
+    pub(super) fn of(request: &Request, rules: &SurfaceRules) -> Option<Self> {
+        let Request { scene, settings, view, shading, .. } = *request;
+        if !settings.taa || !shading.is_lit() {
+            return None;
+        }
         let sharpness = settings.sharpness.clamp(0.0, 1.0);
-        let own = Self {
+        let vectors = if settings.output.is_linear() { Vectors::Values } else { Vectors::Colors };
+        Some(Self {
             frames: settings.taa_frames.clamp(1, MOST_FRAMES),
             history: settings.taa_history.clamp(1, MOST),
             sharpness: if sharpness.is_nan() { 0.0 } else { sharpness },
-            moves: false,
+            moves: rules.drawn(scene).any(|object| object.moves() && !rules.material(object).is_transparent()),
             as_shown: settings.resolve == Resolve::ToneMapped && !settings.output.is_linear(),
-            shown: None,
-        };
-        (settings.taa && shading.is_lit()).then_some(own)
-    }
-
-    /// The same for a scene's content.
-    pub(in crate::plan) fn in_scene(self, scene: &Scene, rules: &SurfaceRules) -> Self {
-        let moves = rules.drawn(scene).any(|object| object.moves() && !rules.material(object).is_transparent());
-        Self { moves, ..self }
-    }
-
-    /// The same for the view that was asked for.
-    pub(in crate::plan) fn showing(self, view: View, output: Output) -> Self {
-        let vectors = if output.is_linear() { Vectors::Values } else { Vectors::Colors };
-        Self { shown: (view == View::Velocity).then_some(vectors), ..self }
+            shown: (view == View::Velocity).then_some(vectors),
+        })
     }
 }
 

@@ -4,7 +4,7 @@ use ash::vk;
 
 use super::{Part, PartGroup, part, why};
 use crate::plan::{
-    FramePlan, Gbuffer, NormalEncoding, PlannedBrdf, Shading, Sums, Target, ToneMapping, effects, format_bytes,
+    FramePlan, Gbuffer, NormalEncoding, OwnTarget, PlannedBrdf, Shading, Sums, Target, ToneMapping, format_bytes,
 };
 use crate::scene::{Brdf, HdrFormat, OptionalPart, Settings, TextureSlot, View, counted};
 
@@ -22,9 +22,9 @@ fn attachment(plan: &FramePlan, name: &str, target: Target, reason: String) -> P
 }
 
 /// A target of an effect.
-pub(in crate::plan) fn target_of(plan: &FramePlan, effect: &str, (name, target): (&str, Target), why: &str) -> Part {
-    let reason = if plan.format_of(target).is_some() { why } else { plan.reasons.lack_of(effect) };
-    attachment(plan, name, target, reason.into()).of(PartGroup::Targets)
+pub(in crate::plan) fn target_of(plan: &FramePlan, effect: &str, own: &OwnTarget, why: &str) -> Part {
+    let reason = if plan.format_of(own.target).is_some() { why } else { plan.reasons.lack_of(effect) };
+    attachment(plan, own.line.unwrap_or(own.noun), own.target, reason.into()).of(PartGroup::Targets)
 }
 
 /// `read_depth`: the targets of effects that read depth and the G-buffer.
@@ -124,7 +124,7 @@ fn channels(plan: &FramePlan, gbuffer: &Gbuffer) -> [Part; 2] {
 }
 
 pub(super) fn stored(plan: &FramePlan) -> Part {
-    let reason = match effects::of(plan).find_map(|effect| effect.stores_gbuffer) {
+    let reason = match plan.effects.present().find_map(|effect| effect.stores_gbuffer) {
         Some(why) => why,
         None if plan.gbuffer.is_none() => "there is no G-buffer",
         None if plan.is_tiled() => "its render pass ends with it, and TILED reads it: no other pass comes between",
@@ -137,7 +137,7 @@ pub(super) fn stored(plan: &FramePlan) -> Part {
 }
 
 pub(super) fn hdr(settings: &Settings, plan: &FramePlan) -> Part {
-    let [blended, read] = effects::hdr(plan);
+    let [blended, read] = plan.effects.hdr(plan.light_path);
     let reason = match plan.tone_mapping {
         ToneMapping::Subpass(_) if plan.adds_lights() => {
             "lights are added one by one before tone mapping, in 32-bit floats, as half floats would lose light"
@@ -145,8 +145,7 @@ pub(super) fn hdr(settings: &Settings, plan: &FramePlan) -> Part {
         ToneMapping::Subpass(_) if plan.emissive => "emissive light is blended before tone mapping",
         ToneMapping::Subpass(_) if blended.is_some() => blended.unwrap_or_default(),
         ToneMapping::Subpass(_) if plan.transparency.is_some() => {
-            let alone = effects::of(plan).find_map(|effect| effect.blended).filter(|_| plan.transparent.is_empty());
-            alone.unwrap_or("transparent surfaces are blended before tone mapping")
+            plan.blended_alone().map_or("transparent surfaces are blended before tone mapping", |own| own.hdr)
         }
         _ if read.is_some() => read.unwrap_or_default(),
         ToneMapping::Subpass(_) => "samples of a pixel are averaged as light before tone mapping",

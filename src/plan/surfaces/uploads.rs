@@ -9,26 +9,30 @@ pub struct Uploads {
     pub vertices: bool,
     /// Meshes of the volumes of lights, without indices.
     pub volumes: bool,
-    /// Textures, of materials or of particles, or a sky.
+    /// Textures, of materials or of effects.
     pub textures: bool,
     /// One of them has levels that are made from each other.
     pub mip_levels: bool,
 }
 
 impl Uploads {
-    /// `has_cube` is true if a sky's cube is uploaded, `more` are textures that no material has.
-    pub(in crate::plan) fn of(
-        meshes: &MeshPlan,
-        textures: &TexturePlan,
-        volumes: bool,
-        (has_cube, more): (bool, &[PlannedTexture]),
-    ) -> Self {
-        let images = || textures.images.iter().chain(more);
+    /// The uploads of surfaces and lights.
+    pub(in crate::plan) fn of(meshes: &MeshPlan, textures: &TexturePlan, volumes: bool) -> Self {
+        let vertices = meshes.vertices > 0 || meshes.deforms.vertices > 0;
+        Self { vertices, volumes, ..Self::of_textures(&textures.images) }
+    }
+
+    pub(in crate::plan) fn of_textures(images: &[PlannedTexture]) -> Self {
+        let mip_levels = images.iter().any(|image| image.makes_levels);
+        Self { textures: !images.is_empty(), mip_levels, ..Self::default() }
+    }
+
+    pub(in crate::plan) fn and(self, other: Self) -> Self {
         Self {
-            vertices: meshes.vertices > 0 || meshes.deforms.vertices > 0,
-            volumes,
-            textures: images().next().is_some() || has_cube,
-            mip_levels: images().any(|image| image.makes_levels),
+            vertices: self.vertices || other.vertices,
+            volumes: self.volumes || other.volumes,
+            textures: self.textures || other.textures,
+            mip_levels: self.mip_levels || other.mip_levels,
         }
     }
 }
