@@ -12,64 +12,71 @@ pub struct Effect {
     pub name: &'static str,
     /// Sentences say that they are, and not that it is.
     pub is_plural: bool,
+
     /// Returns true if frames would have it on a light path that can draw it.
     pub is_asked_for: fn(&Scene, &Settings) -> bool,
     /// Leaves it out.
     pub off: Option<Off>,
     /// The view that shows it alone.
     pub view: Option<EffectView>,
+    /// Returns true if frames with these plans of effects have it.
+    pub is_in: fn(&EffectPlans) -> bool,
+    /// Why frames have none.
+    pub absence: fn(&Absence) -> &'static str,
+
+    /// Why no light path can draw it that writes the tone-mapped picture itself: a clause that begins with `they`.
+    pub not_by_compute: Option<&'static str>,
+    /// Why no light path without a G-buffer can draw it.
+    pub reads_gbuffer: Option<&'static str>,
+    /// Why GEOMETRY stores the G-buffer for it.
+    pub stores_gbuffer: Option<&'static str>,
+    /// True if its shaders name many buffers: the advice for devices that allow few offers to leave it out.
+    pub names_many_buffers: bool,
+    /// Refuses the settings, light paths and devices that it does not go with.
+    pub check: fn(&Request) -> Result<(), Error>,
+    /// Refuses devices that are too small for a whole plan.
+    pub check_plan: fn(&FramePlan, &Capabilities) -> Result<(), Error>,
+
+    /// Why it needs an HDR target.
+    pub hdr: Option<Hdr>,
+    /// It is blended as transparent surfaces are.
+    pub blended: Option<Blended>,
     /// Changes the light of the picture before it is tone-mapped.
     pub changes_light: bool,
     /// Would blur the views of other effects, so that they leave it out.
     pub spreads: bool,
-    /// It is blended as transparent surfaces are.
-    pub blended: Option<Blended>,
-    /// Textures that it draws with, beside those of materials.
-    pub textures: fn(&EffectPlans) -> &[PlannedTexture],
-    /// True if a compute shader of it looks up the sky's light.
-    pub computes_with_sky: bool,
+    /// Jittered frames that it averages to one picture, and each of which stands for a part of the pixel.
+    pub frames: fn(&Settings) -> u32,
+
     /// Says why every light reaches all pixels under these settings; `None` if the effect adds no such reason.
     pub reaches_all_lights: fn(&Settings) -> Option<&'static str>,
     /// The lights that frames which have it need where no surface is seen.
     pub lit_air: fn(&FramePlan) -> LitAir,
-    /// Jittered frames that it averages to one picture, and each of which stands for a part of the pixel.
-    pub frames: fn(&Settings) -> u32,
-    /// Why no light path can draw it that writes the tone-mapped picture itself: `they cannot draw fog`.
-    pub not_by_compute: Option<&'static str>,
-    /// Why no light path without a G-buffer can draw it.
-    pub reads_gbuffer: Option<&'static str>,
-    /// True if its shaders name many buffers: the advice for devices that allow few offers to leave it out.
-    pub names_many_buffers: bool,
-    /// Returns true if frames with these plans of effects have it.
-    pub is_in: fn(&EffectPlans) -> bool,
-    /// Why GEOMETRY stores the G-buffer for it.
-    pub stores_gbuffer: Option<&'static str>,
-    /// Why it needs an HDR target.
-    pub hdr: Option<Hdr>,
     /// The shaders of its frames that have no code for lights in a uniform buffer.
     pub needs_light_buffer: LightReaders,
-    /// Storage buffers of it that every shader which lights names in the frame's set.
-    pub frame_buffers: fn(&FramePlan) -> u32,
-    /// Says why the CPU lists the objects that move by themselves, and keeps their vertices of the frame before; `None` if the effect needs neither.
+    /// Says why the CPU lists the objects that move by themselves; `None` if the effect does not need that. Deformed meshes keep their vertices of the frame
+    /// before, too.
     pub lists_moving: fn(&EffectPlans) -> Option<&'static str>,
-    /// Its targets. `src/plan/targets.rs` has those that no effect has alone.
+    /// True if a compute shader of it looks up the sky's light.
+    pub computes_with_sky: bool,
+
+    /// Its targets. `src/plan/targets.rs` has those that belong to no effect.
     pub targets: &'static [OwnTarget],
+    /// Its textures, beside those of materials.
+    pub textures: fn(&EffectPlans) -> &[PlannedTexture],
+    /// The number of its storage buffers that every shader which lights names, in the frame's set.
+    pub frame_buffers: fn(&FramePlan) -> u32,
     /// Its uploads before the first frame.
     pub uploads: fn(&EffectPlans) -> Uploads,
-    /// Returns true if the data of one plan can stay on the device for the other.
+    /// Returns true if its data of one plan can stay on the device for the other.
     pub uploads_as: fn(&EffectPlans, &EffectPlans) -> bool,
-    /// Why frames have none.
-    pub absence: fn(&Absence) -> &'static str,
+
     /// Lists the effect's own lines for `inspect`, such as its targets. Passes are listed elsewhere.
     pub parts: fn(&Scene, &Settings, &FramePlan) -> Vec<Part>,
     /// Why a report does not sweep the setting with this key, which is one of the effect's.
     pub unswept: fn(&str, &Scene, &FramePlan) -> Option<&'static str>,
     /// True if the report sets it aside before it takes a frame's error apart, because no part of the error stands for it.
     pub is_set_aside: bool,
-    /// Refuses the settings, light paths and devices that it does not go with.
-    pub check: fn(&Request) -> Result<(), Error>,
-    /// Refuses devices that are too small for a whole plan.
-    pub check_plan: fn(&FramePlan, &Capabilities) -> Result<(), Error>,
 }
 
 /// An option that leaves an effect out, and the same as a change of settings.
@@ -83,32 +90,32 @@ impl Effect {
         is_asked_for: |_, _| false,
         off: None,
         view: None,
+        is_in: |_| false,
+        absence: |_| NOT_ASKED_FOR,
         not_by_compute: None,
         reads_gbuffer: None,
+        stores_gbuffer: None,
         names_many_buffers: false,
+        check: |_| Ok(()),
+        check_plan: |_, _| Ok(()),
+        hdr: None,
+        blended: None,
         changes_light: false,
         spreads: false,
-        blended: None,
-        textures: |_| &[],
-        computes_with_sky: false,
+        frames: |_| 1,
         reaches_all_lights: |_| None,
         lit_air: |_| LitAir::None,
-        frames: |_| 1,
-        is_in: |_| false,
-        stores_gbuffer: None,
-        hdr: None,
         needs_light_buffer: LightReaders::None,
-        frame_buffers: |_| 0,
         lists_moving: |_| None,
+        computes_with_sky: false,
         targets: &[],
+        textures: |_| &[],
+        frame_buffers: |_| 0,
         uploads: |_| Uploads::default(),
         uploads_as: |_, _| true,
-        absence: |_| NOT_ASKED_FOR,
         parts: |_, _, _| Vec::new(),
         unswept: |_, _, _| None,
         is_set_aside: false,
-        check: |_| Ok(()),
-        check_plan: |_, _| Ok(()),
     };
 
     /// The error of settings that it does not go with.
@@ -163,9 +170,9 @@ pub enum LitAir {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LightReaders {
     None,
-    /// Those that light surfaces as they draw them.
+    /// The shaders that light surfaces as they draw them.
     AsDrawn,
-    /// Those of the effect itself.
+    /// The shaders of the effect itself.
     Own,
 }
 

@@ -79,7 +79,7 @@ pub enum Error {
 /// A part of the frame that is refused, and why.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Refusal {
-    /// The part, as sentences name it: `fog`.
+    /// The part, as sentences name it.
     pub what: &'static str,
     /// The reason.
     pub why: Why,

@@ -33,7 +33,7 @@ impl Sums {
     }
 }
 
-/// Buffers of an effect, by the name that sentences have for their content: `levels of bloom`.
+/// Buffers of an effect, by the name that sentences have for their content.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct BufferName(pub &'static str);
 
