@@ -167,6 +167,7 @@ fn clear_values(plan: &FramePlan, world: &World, targets: &[Target]) -> Vec<vk::
             Target::Depth | Target::Occluders => {
                 vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } }
             }
+            // Alpha of the sums is 1: no surface has covered anything yet.
             Target::Hdr | Target::Samples | Target::Output => color(background(plan, world, target)),
             // Half rough, and a direction in any encoding: see GEOMETRY.
             Target::Material => color(Vec3::splat(0.5)),
@@ -174,9 +175,9 @@ fn clear_values(plan: &FramePlan, world: &World, targets: &[Target]) -> Vec<vk::
                 vk::ClearValue { color: vk::ClearColorValue { uint32: [40_000, 50_000, 0, 0] } }
             }
             Target::Normal => color(Vec3::new(0.3, 0.6, 0.7)),
-            // Alpha is 1: no surface has covered anything yet, and light from everywhere reaches all of a pixel.
-            Target::Accumulation | Target::Albedo | Target::Specular | Target::Position => color(Vec3::ZERO),
-            _ => vk::ClearValue::default(),
+            // No surface has drawn anything yet.
+            Target::OfSurfaces(_) => vk::ClearValue::default(),
+            _ => color(Vec3::ZERO),
         })
         .collect()
 }

@@ -41,8 +41,6 @@ pub struct Effect {
     pub hdr: Option<Hdr>,
     /// It is blended as transparent surfaces are.
     pub blended: Option<Blended>,
-    /// The most layers that it blends over a pixel.
-    pub layers: fn(&FramePlan) -> u32,
     /// Changes the light of the picture before it is tone-mapped.
     pub changes_light: bool,
     /// Would blur the views of other effects, so that they leave it out.
@@ -64,8 +62,8 @@ pub struct Effect {
 
     /// Its targets. `src/plan/targets.rs` has those that belong to no effect.
     pub targets: &'static [OwnTarget],
-    /// Textures that it draws with, beside those of materials.
-    pub textures: fn(&FramePlan) -> &[PlannedTexture],
+    /// Its textures, beside those of materials.
+    pub textures: fn(&EffectPlans) -> &[PlannedTexture],
     /// The number of its storage buffers that every shader which lights names, in the frame's set.
     pub frame_buffers: fn(&FramePlan) -> u32,
     /// Its uploads before the first frame.
@@ -122,7 +120,6 @@ impl Effect {
         check_plan: |_, _| Ok(()),
         hdr: None,
         blended: None,
-        layers: |_| 0,
         changes_light: false,
         spreads: false,
         frames: |_| 1,
@@ -208,6 +205,8 @@ pub struct Blended {
     pub hdr: &'static str,
     /// Says why weighted blending does not sum it up.
     pub unsummed: fn(&EffectPlans) -> &'static str,
+    /// The most layers that it blends over a pixel.
+    pub layers: fn(&EffectPlans) -> u32,
 }
 
 /// Why an effect needs an HDR target, in a sentence without a full stop.

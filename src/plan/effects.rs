@@ -226,12 +226,13 @@ pub(super) fn reach_all_lights(settings: &Settings) -> Option<&'static str> {
 
 /// The most layers that effects blend over a pixel.
 pub(crate) fn layers(plan: &FramePlan) -> u32 {
-    of(plan).map(|effect| (effect.layers)(plan)).fold(0, u32::saturating_add)
+    let blended = of(plan).filter_map(|effect| effect.blended.as_ref());
+    blended.map(|own| (own.layers)(&plan.effects)).fold(0, u32::saturating_add)
 }
 
 /// The textures of the one effect that has some.
 pub(crate) fn textures(plan: &FramePlan) -> &[PlannedTexture] {
-    of(plan).map(|effect| (effect.textures)(plan)).find(|own| !own.is_empty()).unwrap_or_default()
+    of(plan).map(|effect| (effect.textures)(&plan.effects)).find(|own| !own.is_empty()).unwrap_or_default()
 }
 
 /// Returns true if compute shaders of a plan's frames look up the sky's light.
