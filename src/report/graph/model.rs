@@ -268,9 +268,8 @@ fn stop(list: &List, place: Place, when: When) -> Stop {
         (Place::DEVICE, _) => "everything that one submission does",
         (Place::HOST, _) => "the CPU",
         (Place::PRESENTATION, _) => "shows the swapchain's images",
-        _ => named.map(|pass| pass.what).or(once_at(place)).unwrap_or_default(),
+        _ => named.map(|pass| pass.what).or_else(|| once_at(place)).unwrap_or_default(),
     };
-
     let name = named.map_or(place, |pass| pass.place).to_string();
     Stop { place, when, name, what, pass: None, touches: Vec::new() }
 }
