@@ -89,10 +89,10 @@ impl Head {
             self.excludes.push(bits);
         } else if comment == "precise" {
             self.precise = true;
-        } else if let Some(numbers) = comment.strip_prefix("counts:") {
-            if self.counts.replace(numbers.trim().to_owned()).is_some() {
-                return Err(Error::at(at.clone(), "`counts:` stands here twice"));
-            }
+        } else if let Some(numbers) = comment.strip_prefix("counts:")
+            && self.counts.replace(numbers.trim().to_owned()).is_some()
+        {
+            return Err(Error::at(at.clone(), "`counts:` stands here twice"));
         }
         Ok(())
     }
