@@ -208,7 +208,17 @@ impl FramePlan {
 
     /// The target that holds the finished picture.
     pub fn picture(&self) -> Target {
-        let redrawn = effects::targets().filter(|own| own.target.is_picture() && (own.format)(self).is_some());
-        redrawn.last().map_or(Target::Output, |own| own.target)
+        self.redrawn().max().unwrap_or(Target::Output)
+    }
+
+    /// The target that holds the picture before an effect draws it anew.
+    pub(crate) fn picture_before(&self, target: Target) -> Target {
+        self.redrawn().filter(|own| *own < target).max().unwrap_or(Target::Output)
+    }
+
+    /// The targets of effects that draw the picture anew.
+    fn redrawn(&self) -> impl Iterator<Item = Target> {
+        let present = effects::targets().filter(|own| own.target.is_picture() && (own.format)(self).is_some());
+        present.map(|own| own.target)
     }
 }
