@@ -6,9 +6,9 @@
 
 use super::list::Line::{self, Draw, DrawApart, Run, RunPosed, SplitIf};
 use crate::passes::{
-    ambient, ao, ao_denoise, arrange, bloom, composite, cull, depth, fill, fog, forward, fxaa, geometry, hiz,
-    integrate, lighting, occluders, particles, per_light, pyramid, reflect, reflect_resolve, scatter, shadow, sharpen,
-    simulate, skin, sky, sort, taa, tiled, tone, tonemap, transparent, velocity, view,
+    aberration, ambient, ao, ao_denoise, arrange, bloom, composite, cull, depth, fill, fog, forward, fxaa, geometry,
+    hiz, integrate, lighting, occluders, particles, per_light, pyramid, reflect, reflect_resolve, scatter, shadow,
+    sharpen, simulate, skin, sky, sort, taa, tiled, tone, tonemap, transparent, velocity, view,
 };
 use crate::scene::OptionalPart;
 
@@ -54,6 +54,7 @@ pub(super) const ORDER: &[Line] = &[
     Run(&bloom::SPREAD),                         // and all others, each after another one
     Draw(&tonemap::PASS, &[&tonemap::PASS]),     // light to values that a display shows
     Draw(&fxaa::PASS, &[&fxaa::PASS]),           // smoother edges
+    Draw(&aberration::PASS, &[&aberration::PASS]), // red and blue apart, as a lens draws them
     Draw(&tone::PASS, &[&tone::PASS]),           // vignette and grain, which FXAA would smooth
 ];
 // ANCHOR_END: order

@@ -36,6 +36,7 @@ macro_rules! light_constants {
 }
 
 pub mod air;
+pub mod aberration;
 pub mod ambient;
 pub mod ao;
 pub mod ao_denoise;

@@ -1,5 +1,6 @@
 //! The table of effects. It lies above all of them: each declares itself in its own file, and whoever asks about effects goes through this list.
 
+mod aberration;
 mod ao;
 mod bloom;
 mod fog;
@@ -12,6 +13,7 @@ mod taa;
 
 /// The public types and names of effects, which are the plan's.
 pub mod types {
+    pub use super::aberration::APART;
     pub use super::ao::{AoPlan, VISIBILITY};
     pub use super::bloom::{BLOOM_LEVELS, Bloom, BloomLevel};
     pub use super::fog::FogPlan;
@@ -40,6 +42,7 @@ pub(crate) const EFFECTS: &[&Effect] = &[
     &fog::EFFECT,
     &bloom::EFFECT,
     &fxaa::EFFECT,
+    &aberration::EFFECT,
     &taa::EFFECT,
     &ao::EFFECT,
     &reflections::EFFECT,
@@ -69,6 +72,8 @@ pub struct EffectPlans {
     pub taa: Option<TaaPlan>,
     /// A pass after the main one smooths edges.
     pub fxaa: bool,
+    /// The share of the distance from the middle by which red and blue of the picture lie apart from green, where they do.
+    pub aberration: Option<f32>,
 }
 
 impl EffectPlans {
@@ -83,6 +88,7 @@ impl EffectPlans {
             bloom: Bloom::of(request.settings, request.shading),
             taa: TaaPlan::of(request, rules),
             fxaa: request.settings.fxaa,
+            aberration: Some(request.settings.aberration).filter(|share| *share > 0.0),
         }
     }
 

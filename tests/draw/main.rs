@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod aberration;
 mod antialiasing;
 mod ao;
 mod bloom;

@@ -341,7 +341,7 @@ settings! {
         /// Jittered frames that are averaged into one picture
         "samples", "samples" => samples: u32 = 1, {
             title: "frames a picture", of_lit_picture: true, smooths: true, values: ValueKind::Whole(1, 4096), only: "render", in_panel: false,
-            option_default: "8, or 1 with --view, --msaa, --taa and what works on the finished picture: --fxaa, --vignette, --grain",
+            option_default: "8, or 1 with --view, --msaa, --taa and what works on the finished picture",
             sweep: Sweep::Joint, tried: &["1", "2", "4", "8", "16", "32", "64"], quick: &["1", "4"],
         }
         /// Average a pixel's samples before tone mapping (linear) or after it (tone-mapped)
@@ -366,6 +366,10 @@ settings! {
         /// Smooth edges of the tone-mapped picture (FXAA)
         "fxaa", "fxaa" => fxaa: bool = false, {
             title: "FXAA", smooths: true, on_picture: true, sweep: Sweep::Joint,
+        }
+        /// Draw red and blue of the picture apart as a simple lens does (chromatic aberration): by this share of the distance from the middle
+        "aberration", "aberration" => aberration: f32 = 0.0, {
+            title: "chromatic aberration", beyond_gltf: true, values: ValueKind::Number(0.0, 0.05), on_picture: true,
         }
         /// Darken the picture towards its corners as a lens does: by the fourth power of the cosine, to a quarter in the corners at 1
         "vignette", "vignette" => vignette: f32 = 0.0, {
