@@ -11,7 +11,7 @@ use crate::scene::builtin::stage::Stage;
 use crate::scene::{Brdf, Camera, HdrFormat, LightPath, Material, SettingsPatch, Sky, SkyImage};
 
 pub const CASES: &[Case] = &[
-    case("sky/furnace", "a white metal of this roughness in an even sky, which it reflects whole")
+    case("sky/furnace", "a white metal of this roughness in an even sky, which it mirrors whole")
         .over(Values::List(&[0.0, 0.01, 0.03, 0.1, 0.2, 0.3, 0.5, 0.7, 0.9, 1.0]), "")
         .claim([0.1, 1.0], Bound { worst: 0.01, mean: 0.005 })
         .check(Check::Picture(furnace)),
