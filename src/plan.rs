@@ -88,7 +88,7 @@ pub struct FramePlan {
     pub shading: Shading,
     /// Absent for the views that read none.
     pub gbuffer: Option<Gbuffer>,
-    /// GEOMETRY has a render pass of its own, which stores the G-buffer for the next one.
+    /// The G-buffer is stored: an effect samples it after the render pass that draws it, or `--plan stored-gbuffer` ends that render pass after GEOMETRY.
     pub stores_gbuffer: bool,
     /// The layout of the triangle codes that pixels store in place of a G-buffer.
     pub triangles: Option<TriangleCode>,

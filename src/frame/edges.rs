@@ -104,7 +104,7 @@ pub enum RowName {
     Pair(Place, Place),
     /// A wait of all passes that read a buffer for the one that wrote it: `skin-to-readers`.
     Readers(Place),
-    /// A wait for an image between two passes outside of render passes: `rays-to-reflect-resolve`.
+    /// A wait of a pass for an image, outside of render passes: `rays-to-reflect-resolve`. The first word is the image's, and not a pass's.
     Image(Target, Place),
     /// A wait of a pass for the frame before: `geometry-reuse`.
     Reuse(Place),

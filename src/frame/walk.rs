@@ -72,7 +72,7 @@ impl<'a> FrameParts<'a> {
 
 /// The frames of a plan: its render passes, and the objects of its passes in their order.
 pub(super) struct Frame {
-    passes: RenderPasses,
+    render_passes: RenderPasses,
     objects: Vec<Made>,
     edges: Edges,
 }
@@ -83,39 +83,39 @@ impl Frame {
     /// # Errors
     /// When the device lacks the memory or cannot compile a pipeline, or the list of passes and the rows contradict each other.
     pub(super) fn new(parts: &FrameParts) -> gpu::Result<Self> {
-        let passes = RenderPasses::new(parts)?;
+        let render_passes = RenderPasses::new(parts)?;
         let mut objects: Vec<Made> = Vec::new();
-        for pass in passes.list.passes() {
+        for pass in render_passes.list.passes() {
             let is_made = objects.iter().any(|made| made.pass.place == pass.place);
             if let Some(make) = pass.make.filter(|_| !is_made) {
-                let object = make(&parts.making(pass, &passes, &objects))?;
+                let object = make(&parts.making(pass, &render_passes, &objects))?;
                 objects.push(Made { pass, object });
             }
         }
-        Ok(Self { passes, objects, edges: parts.edges.clone() })
+        Ok(Self { render_passes, objects, edges: parts.edges.clone() })
     }
 
     /// Makes the objects of the picture's size anew: attachments, framebuffers, and the sets that name them.
     #[cfg(feature = "present")]
     pub(super) fn resize(&mut self, parts: &FrameParts) -> gpu::Result<()> {
-        self.passes.resize(parts)?;
+        self.render_passes.resize(parts)?;
         for index in 0..self.objects.len() {
             let (before, rest) = self.objects.split_at_mut(index);
             let Some(own) = rest.first_mut() else { break };
-            own.object.rebind(&parts.making(own.pass, &self.passes, before))?;
+            own.object.rebind(&parts.making(own.pass, &self.render_passes, before))?;
         }
         Ok(())
     }
 
     /// Re-exposes the background.
     pub(super) fn expose(&mut self, plan: &FramePlan, world: &World) {
-        self.passes.expose(plan, world);
+        self.render_passes.expose(plan, world);
         self.objects.iter_mut().for_each(|made| made.object.expose(plan, world));
     }
 
     /// Lets each pass write its own data for one frame in flight. The frame that used it before must be done.
-    pub(super) fn write(&self, place: usize, visible: &Visible) -> gpu::Result<()> {
-        self.objects.iter().try_for_each(|made| made.object.write(place, visible))
+    pub(super) fn write(&self, slot: usize, visible: &Visible) -> gpu::Result<()> {
+        self.objects.iter().try_for_each(|made| made.object.write(slot, visible))
     }
 
     /// A buffer that a pass has made, where the plan has it.
@@ -125,13 +125,13 @@ impl Frame {
 
     /// The picture, in TRANSFER_SRC_OPTIMAL after the frame, unless it is in an image of the swapchain.
     pub(super) fn output(&self, plan: &FramePlan) -> Option<&Image> {
-        self.passes.targets.find(plan.picture())
+        self.render_passes.targets.find(plan.picture())
     }
 
     /// Records one frame: each step of the list in its turn, and PRESENT, where the plan has it.
     pub(super) fn record(&self, frame: &Recording, times: &mut Option<Timestamps>) {
         let mut last: Option<&'static Pass> = None;
-        let steps = &self.passes.list.0;
+        let steps = &self.render_passes.list.0;
         for (index, step) in steps.iter().enumerate() {
             match step {
                 // SHADOW begins and ends a render pass for each map that it draws anew.
@@ -151,7 +151,7 @@ impl Frame {
                 Step::Commands(_) | Step::Presentation => {}
             }
         }
-        self.passes.record_present(frame, times);
+        self.render_passes.record_present(frame, times);
     }
 
     // ANCHOR: render-pass
@@ -164,7 +164,7 @@ impl Frame {
     ) {
         let (gpu, cmd) = (&frame.device.raw, frame.cmd);
         let mut untimed = None;
-        let Some(begin) = self.passes.begin(frame, name) else { return };
+        let Some(begin) = self.render_passes.begin(frame, name) else { return };
         // SAFETY: `cmd` is being recorded outside a render pass; the pass was made of the same list, so that it has these subpasses.
         unsafe { gpu.cmd_begin_render_pass(cmd, &begin, INLINE) };
         for (index, subpass) in subpasses.iter().enumerate() {
@@ -173,9 +173,9 @@ impl Frame {
                 unsafe { gpu.cmd_next_subpass(cmd, INLINE) };
             }
             // In one subpass rasterization order alone puts a pass after the one before it.
-            for (place, pass) in subpass.passes.iter().enumerate() {
+            for (position, pass) in subpass.passes.iter().enumerate() {
                 // Neighbours that share a time get one stamp, after the last of them.
-                let shares = subpass.passes.get(place + 1).is_some_and(|next| next.time == pass.time);
+                let shares = subpass.passes.get(position + 1).is_some_and(|next| next.time == pass.time);
                 self.pass(pass, frame, if shares { &mut untimed } else { &mut *times });
             }
         }
@@ -224,7 +224,7 @@ impl Frame {
             let Some(edge) = self.edges.find(row) else { continue };
             match (resource, edge.carrier) {
                 (Resource::Target(target), Carrier::ImageBarrier(old, new)) => {
-                    let image = self.passes.targets.image(target);
+                    let image = self.render_passes.targets.image(target);
                     barrier::image_barrier(frame.device, frame.cmd, ImageRange::from(image), edge.order(), [old, new]);
                 }
                 _ => barrier::buffer_barriers(frame.device, frame.cmd, &self.buffers(frame, resource), edge.order()),
@@ -246,7 +246,7 @@ impl Frame {
     /// Records PRESENT once more, for a picture that lies where the last frame left it.
     #[cfg(feature = "present")]
     pub(super) fn present_again(&self, device: &Device, cmd: vk::CommandBuffer, image: (vk::Image, vk::Extent2D)) {
-        self.passes.present_into(device, cmd, image);
+        self.render_passes.present_into(device, cmd, image);
     }
 }
 

@@ -218,7 +218,7 @@ pub enum How {
     Buffer,
 }
 
-/// The contents of an attachment before the first pass that touches it.
+/// The contents of an attachment where this use is the first of the frame. They do not count after another one: then the attachment is loaded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum First {
     /// The value that [`crate::frame`] clears the target to.

@@ -10,7 +10,7 @@ use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, HIZ, Hiz as Levels, Target};
 use crate::shaders::hiz::{self as shader, Flags};
 
-/// Reads the depth of each pixel. All passes of reflections wait with it for what LIGHTING's render pass has stored.
+/// Reads the depth of each pixel.
 pub const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
 /// Writes every square.
 pub const HIZ_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
@@ -39,7 +39,7 @@ pub struct Hiz {
 }
 
 impl Hiz {
-    /// `images` are depth and the output.
+    /// `images` are depth and the pyramid.
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,

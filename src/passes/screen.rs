@@ -1,14 +1,15 @@
-//! Shared by full-screen passes: pipelines of one triangle that reads input attachments.
+//! Shared by full-screen passes: pipelines of one triangle that reads input attachments, or the picture before it.
 
 use std::sync::Arc;
 
 use ash::vk;
 
-use super::{Recording, Slot};
+use super::{Making, Object, Recording, Slot};
 use crate::gpu::{
     self, DepthState, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, RenderPass, Sampler,
     SetLayout, SetLayoutBinding, SetWriter, ShaderStage, SubpassDesc, binding, framebuffer, pipeline_layout,
 };
+use crate::plan::Target;
 use crate::shaders::Variant;
 use crate::targets::Framebuffers;
 
@@ -246,6 +247,65 @@ pub fn sampled_set(
     let readable = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
     SetWriter::new().sampled_image(0, image, readable).sampler(1, sampler.raw).update(device, set);
     Ok((pool, set))
+}
+
+/// A pass that draws the picture anew from the picture before it, of which each pixel reads others.
+pub struct Redraw {
+    name: &'static str,
+    /// The target that it draws.
+    target: Target,
+    screen: Screen,
+    set: vk::DescriptorSet,
+    set_layout: SetLayout,
+    pool: DescriptorPool,
+    sampler: Sampler,
+}
+
+impl Redraw {
+    /// `name` is the pass's, for the names of its objects; shader and constants are its own.
+    pub fn new(
+        own: &Making,
+        (name, target): (&'static str, Target),
+        shader: &Variant,
+        constants: &[(u32, u32)],
+    ) -> gpu::Result<Self> {
+        let set_layout = SetLayout::new(own.device, &format!("{name} set layout"), &sampled_bindings())?;
+        let sampler = Sampler::bilinear(own.device, &format!("{name} sampler"))?;
+        let (pool, set) = sampled_set(own.device, name, &set_layout, picture_before(own, target), &sampler)?;
+        let screen = Screen::new(
+            own.device,
+            &ScreenDesc {
+                name: &name.to_lowercase(),
+                slot: own.slot()?,
+                shader,
+                constants,
+                set_layouts: &[set_layout.raw],
+                skip_sky: false,
+                blend: replace(),
+            },
+        )?;
+        Ok(Self { name, target, screen, set, set_layout, pool, sampler })
+    }
+}
+
+/// The picture that a pass samples which draws this target.
+fn picture_before(own: &Making, target: Target) -> vk::ImageView {
+    own.targets.image(own.plan.picture_before(target)).view
+}
+
+impl Object for Redraw {
+    /// Draws the picture. Runs inside its render pass.
+    fn record(&self, recording: &Recording) {
+        recording.set_area();
+        self.screen.record(recording, &[(0, self.set)]);
+    }
+
+    /// Samples another image, as of another size.
+    fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
+        let image = picture_before(own, self.target);
+        (self.pool, self.set) = sampled_set(own.device, self.name, &self.set_layout, image, &self.sampler)?;
+        Ok(())
+    }
 }
 
 /// Writes all channels as they are.

@@ -1,4 +1,8 @@
 //! The declaration of an effect, written once, in the effect's own file. [`super::effects`] lists them, and plan, refusals and reasons follow from that list.
+//!
+//! Beside it an effect has a field of `EffectPlans`, a line of `EFFECTS` and its public names in `types`, all in the same table; its settings, in the table of settings; its
+//! passes, each with its module in `src/passes/mod.rs` and its line in the order of a frame. `aberration.rs` is a small one, which works on the finished picture. `reflections.rs` is one that
+//! works on light: it has a view, refusals and targets.
 
 use super::{
     Capabilities, EffectPlans, Error, FramePlan, OwnTarget, Part, PlannedTexture, Refusal, Shading, Target, Uploads,
@@ -32,7 +36,8 @@ pub struct Effect {
     pub stores_gbuffer: Option<&'static str>,
     /// True if its shaders name many buffers: the advice for devices that allow few offers to leave it out.
     pub names_many_buffers: bool,
-    /// Refuses the settings, light paths and devices that it does not go with.
+    /// Refuses the settings, light paths and devices that it does not go with. Ranges of settings are checked by their rows, and what works on the finished picture (`on_picture` of
+    /// its row) is refused by light paths, samples and outputs without a word here.
     pub check: fn(&Request) -> Result<(), Error>,
     /// Refuses devices that are too small for a whole plan.
     pub check_plan: fn(&FramePlan, &Capabilities) -> Result<(), Error>,

@@ -6,7 +6,7 @@ mod meshes;
 mod targets;
 mod textures;
 
-pub(super) use targets::{of_target, target_of};
+pub(super) use targets::{bytes_of_target, line_of_target};
 
 use super::{FramePlan, Target, effects, lens};
 use crate::scene::{OptionalPart, Scene, Settings, Transparency, counted};
@@ -119,7 +119,7 @@ pub(super) fn with_output(mut parts: Vec<Part>, plan: &FramePlan) -> Vec<Part> {
     let redrawn = effects::targets().filter(|own| own.target.is_picture()).map(|own| (own.line, own.target));
     for (name, target) in redrawn.chain([(Some("samples of the output"), Target::Samples)]) {
         if let Some(own) = parts.iter_mut().find(|part| Some(&*part.name) == name) {
-            own.bytes = of_target(plan, target);
+            own.bytes = bytes_of_target(plan, target);
         }
     }
     parts

@@ -37,7 +37,8 @@ impl Sums {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct BufferName(pub &'static str);
 
-/// The name of an effect's target, and its number among those at the same place in framebuffers.
+/// The name of an effect's target, and its number among those at the same place in framebuffers. Pictures that are drawn anew have the numbers of their passes in the
+/// order of a frame: an effect samples the one before its own ([`FramePlan::picture_before`]).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TargetName(pub u8, pub &'static str);
 

@@ -370,8 +370,8 @@ impl Past {
         let old = self.layout.unwrap_or(vk::ImageLayout::UNDEFINED);
         let replaces = visit.writes || changes;
         // Readers have waited for the last write, so that who waits for them need not wait for it. Two kinds do not count: readers that some frames go without; and readers
-        // in the same render pass as this use, where the write is outside of it. (HDR is written by compute, FOG reads it, TRANSPARENT overwrites it: FOG's row into the render
-        // pass is about FOG alone, and TRANSPARENT has one, too.)
+        // in the same render pass as this use, where the write is outside of it. (With a stored G-buffer another render pass has written depth, FOG reads it, and TRANSPARENT
+        // drops it: FOG's row into the render pass is about FOG alone, and TRANSPARENT has one, too.)
         let mut earlier: Vec<&Visit> = if replaces { self.reads.iter().collect() } else { Vec::new() };
         let is_of_run =
             |own: &&Visit| own.render_pass.is_some() && own.render_pass == visit.render_pass && !own.is_last_frame;
@@ -389,12 +389,12 @@ impl Past {
                 Way { replaces, layouts: [old, visit.layout], barrier: barrier.filter(|_| is_barrier(from)) },
             );
         }
-        // A layout that changes within a render pass is changed by this use, and later readers wait for it. Otherwise the change belongs to the row.
-        let by_this = changes
+        // Within a render pass this use changes the layout, and later readers wait for it. Out of an earlier render pass its `finalLayout` has changed it already, and the row carries that.
+        let changes_here = changes
             && visit.render_pass.is_some()
             && earlier.iter().all(|from| from.render_pass.is_none() || from.render_pass == visit.render_pass);
         let makes_barrier = !visit.writes && earlier.iter().any(|from| is_barrier(from));
-        if visit.writes || by_this {
+        if visit.writes || changes_here {
             *self = Self { writes: vec![visit.clone()], ..Self::default() };
         } else {
             if makes_barrier && barrier.is_none() {

@@ -6,7 +6,8 @@ use super::*;
 use crate::frame::edges;
 use crate::frame::list::{SHADOW_PASS, Step};
 use crate::passes::{
-    First, composite, forward, fxaa, gbuffer_inputs, geometry, lighting, tiled, tonemap, transparent, view,
+    First, How, Pass, Resource, composite, forward, fxaa, gbuffer_inputs, geometry, lighting, tiled, tonemap,
+    transparent, view,
 };
 use crate::plan::{self, Shading, samples};
 use crate::scene::{Keep, OptionalPart, Settings, Transparency};
@@ -483,6 +484,26 @@ fn subpasses_write_attachments_of_one_sample_count_and_resolve_into_the_output()
             "{name}"
         );
     }
+}
+
+#[test]
+fn pictures_that_are_drawn_anew_have_the_numbers_of_their_passes_in_the_order() {
+    let (_, mut scene) = samples::scenes().into_iter().find(|(name, _)| *name == "sunlit").expect("a scene");
+    let mut settings = samples::deferred();
+    for variation in crate::plan::variations() {
+        (variation.scene)(&mut scene);
+        (variation.settings)(&mut settings);
+    }
+    let plan = samples::plan(&scene, &settings);
+    let drawn = |pass: &'static Pass| {
+        let colors = (pass.touches)(&plan).into_iter().filter(|touch| matches!(touch.how, How::Color { .. }));
+        colors.filter_map(|touch| match touch.resource {
+            Resource::Target(target @ Target::Redrawn(_)) => Some(target),
+            _ => None,
+        })
+    };
+    let targets: Vec<Target> = List::of(&plan).passes().flat_map(drawn).collect();
+    assert!(targets.len() >= 2 && targets.is_sorted(), "{targets:?}");
 }
 
 #[test]

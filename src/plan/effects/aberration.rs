@@ -1,7 +1,7 @@
 //! Chromatic aberration: the picture whose colours a lens has drawn apart.
 
 use crate::plan::effect::{Effect, Variation};
-use crate::plan::parts::{of_target, part};
+use crate::plan::parts::{bytes_of_target, part};
 use crate::plan::{OwnTarget, PartGroup, Target, TargetName, format_bytes};
 
 /// The picture with red and blue apart.
@@ -29,7 +29,7 @@ pub(crate) const EFFECT: Effect = Effect {
             Some(share) => format!("ABERRATION draws it, red and blue {share} of the distance from the middle off"),
             None => "no chromatic aberration is asked for".into(),
         };
-        let bytes = of_target(plan, APART);
+        let bytes = bytes_of_target(plan, APART);
         vec![part(LINE, plan.effects.aberration.is_some(), reason, bytes).of(PartGroup::Targets)]
     },
     variations: &[Variation::of("colours apart", |settings| settings.aberration = 0.02)],

@@ -6,7 +6,7 @@ use ash::vk;
 use glam::Vec3;
 
 use crate::plan::effect::{Effect, EffectView, NOT_ASKED_FOR, Request, Shows, Variation};
-use crate::plan::parts::target_of;
+use crate::plan::parts::line_of_target;
 use crate::plan::{Error, FramePlan, OwnTarget, Target, TargetName};
 use crate::scene::{AmbientOcclusion, AoResolution, Scene, Settings, View, counted};
 
@@ -38,7 +38,7 @@ pub(crate) const EFFECT: Effect = Effect {
         _ => "this view does not show it",
     },
     targets: &[OUTPUT],
-    parts: |_, _, plan| vec![target_of(plan, EFFECT.name, &OUTPUT, "AO hands it to AO_DENOISE")],
+    parts: |_, _, plan| vec![line_of_target(plan, EFFECT.name, &OUTPUT, "AO hands it to AO_DENOISE")],
     check,
     variations: &[Variation {
         name: "occluded",

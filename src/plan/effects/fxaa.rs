@@ -1,7 +1,7 @@
 //! FXAA: the picture that it draws.
 
 use crate::plan::effect::{Effect, Variation};
-use crate::plan::parts::{of_target, part};
+use crate::plan::parts::{bytes_of_target, part};
 use crate::plan::{OwnTarget, PartGroup, Target, TargetName, format_bytes};
 
 /// The picture with its edges smoothed.
@@ -26,7 +26,7 @@ pub(crate) const EFFECT: Effect = Effect {
     }],
     parts: |_, _, plan| {
         let reason = if plan.effects.fxaa { "FXAA draws it" } else { "FXAA is off" };
-        vec![part(LINE, plan.effects.fxaa, reason, of_target(plan, SMOOTHED)).of(PartGroup::Targets)]
+        vec![part(LINE, plan.effects.fxaa, reason, bytes_of_target(plan, SMOOTHED)).of(PartGroup::Targets)]
     },
     variations: &[Variation::of("fxaa", |settings| settings.fxaa = true)],
     ..Effect::PLAIN

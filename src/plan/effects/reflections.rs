@@ -6,7 +6,7 @@ use ash::vk;
 
 use crate::plan::checks::out_of_range;
 use crate::plan::effect::{Effect, EffectView, Hdr, NOT_ASKED_FOR, Request, Shows, Variation};
-use crate::plan::parts::target_of;
+use crate::plan::parts::line_of_target;
 use crate::plan::{Error, FramePlan, OwnTarget, Target, TargetName, format_bytes};
 use crate::scene::{Brdf, HdrFormat, Object, Reflections, Scene, Settings, TextureSlot, View};
 
@@ -48,8 +48,8 @@ pub(crate) const EFFECT: Effect = Effect {
     targets: TARGETS,
     parts: |_, _, plan| {
         vec![
-            target_of(plan, EFFECT.name, &TARGETS[0], "REFLECT takes long steps through it"),
-            target_of(plan, EFFECT.name, &TARGETS[1], "REFLECT hands them to REFLECT_RESOLVE"),
+            line_of_target(plan, EFFECT.name, &TARGETS[0], "REFLECT takes long steps through it"),
+            line_of_target(plan, EFFECT.name, &TARGETS[1], "REFLECT hands them to REFLECT_RESOLVE"),
         ]
     },
     check,

@@ -13,16 +13,16 @@ fn with_format(name: &str, format: Option<vk::Format>) -> String {
 }
 
 pub(super) fn output(plan: &FramePlan) -> Part {
-    part(&format!("output ({:?})", plan.output), true, "the picture", of_target(plan, Target::Output))
+    part(&format!("output ({:?})", plan.output), true, "the picture", bytes_of_target(plan, Target::Output))
 }
 
 fn attachment(plan: &FramePlan, name: &str, target: Target, reason: String) -> Part {
     let format = plan.format_of(target);
-    part(&with_format(name, format), format.is_some(), reason, of_target(plan, target))
+    part(&with_format(name, format), format.is_some(), reason, bytes_of_target(plan, target))
 }
 
 /// A target of an effect.
-pub(in crate::plan) fn target_of(plan: &FramePlan, effect: &str, own: &OwnTarget, why: &str) -> Part {
+pub(in crate::plan) fn line_of_target(plan: &FramePlan, effect: &str, own: &OwnTarget, why: &str) -> Part {
     let reason = if plan.format_of(own.target).is_some() { why } else { plan.reasons.lack_of(effect) };
     attachment(plan, own.line.unwrap_or(own.noun), own.target, reason.into()).of(PartGroup::Targets)
 }
@@ -163,7 +163,7 @@ pub(super) fn hdr(settings: &Settings, plan: &FramePlan) -> Part {
         _ => reason.to_owned(),
     };
     let name = if plan.is_tiled() { "target of emitted light" } else { "HDR target" };
-    part(&with_format(name, plan.hdr), plan.hdr.is_some(), reason, of_target(plan, Target::Hdr))
+    part(&with_format(name, plan.hdr), plan.hdr.is_some(), reason, bytes_of_target(plan, Target::Hdr))
         .is(OptionalPart::HdrTarget)
 }
 
@@ -178,7 +178,7 @@ pub(super) fn sums(plan: &FramePlan) -> Part {
         "sums of transparent surfaces",
         plan.sums.is_some(),
         reason,
-        of_target(plan, Target::Accumulation) + of_target(plan, Target::Weights),
+        bytes_of_target(plan, Target::Accumulation) + bytes_of_target(plan, Target::Weights),
     )
 }
 
@@ -190,11 +190,11 @@ pub(super) fn samples_of_output(plan: &FramePlan) -> Part {
         (false, _) if plan.hdr.is_some() => "TONEMAP resolves",
         (false, _) => "the view shows all samples at once",
     };
-    part("samples of the output", plan.resolves_output(), resolved, of_target(plan, Target::Samples))
+    part("samples of the output", plan.resolves_output(), resolved, bytes_of_target(plan, Target::Samples))
 }
 
 /// Returns the bytes of a target for the whole picture; 0 where there is none.
-pub(in crate::plan) fn of_target(plan: &FramePlan, target: Target) -> u64 {
+pub(in crate::plan) fn bytes_of_target(plan: &FramePlan, target: Target) -> u64 {
     let [width, height] = plan.extent_of(target).map(u64::from);
     let texel = plan.format_of(target).map_or(0, format_bytes) * plan.samples_of(target);
     u64::from(texel) * width * height
