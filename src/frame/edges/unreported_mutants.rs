@@ -92,43 +92,30 @@ impl Missing<'_> {
         self.edge.carrier.is_render_pass() && !self.edge.is_between_subpasses() && !self.is_from_outside()
     }
 
-    /// Returns true if a use that waits drops depth.
-    fn drops_depth(&self) -> bool {
-        self.edge.after.access.contains(A::DEPTH_STENCIL_ATTACHMENT_WRITE)
-    }
-
-    /// Returns true if an earlier render pass has stored the depth of this one.
-    fn loads_depth(&self) -> bool {
-        !self.begins_with(geometry::PASS.place) && !self.begins_with(forward::PASS.place)
-    }
-
     /// Returns true for a bit of a row between two subpasses that would not be needed within one, where uses of an attachment are in rasterization order.
     fn is_of_attachment(&self) -> bool {
-        let Edge { before, after, .. } = self.edge;
-        if !self.edge.is_between_subpasses() {
-            return false;
-        }
-        let follows_geometry = self.edge.from == geometry::PASS.place;
+        let Edge { from, before, after, .. } = self.edge;
+        let tests = A::DEPTH_STENCIL_ATTACHMENT_READ | A::DEPTH_STENCIL_ATTACHMENT_WRITE;
         // What LIGHTING writes of the G-buffer besides are drops, which the layer notices.
-        let blends = after.access.contains(A::COLOR_ATTACHMENT_READ) && !follows_geometry;
-        let follows_draws = before.access.contains(A::DEPTH_STENCIL_ATTACHMENT_WRITE);
-        let (tests, drops) = (A::DEPTH_STENCIL_ATTACHMENT_READ, self.drops_depth());
-        // Where depth is in the render pass from its beginning, the layer sees what has to be over before it is dropped.
-        let is_noticed_by_drop = drops && !self.loads_depth();
-        self.is_after(S::empty(), A::COLOR_ATTACHMENT_READ)
-            || blends && self.is_after(S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE)
-            || self.is_after(S::EARLY_FRAGMENT_TESTS, tests)
-            || !drops && self.is_after(S::LATE_FRAGMENT_TESTS, A::empty())
-            || !follows_draws
-                && after.access.intersects(A::COLOR_ATTACHMENT_READ | tests | A::DEPTH_STENCIL_ATTACHMENT_WRITE)
-                && self.is_after(S::FRAGMENT_SHADER, A::INPUT_ATTACHMENT_READ)
-            || blends && self.is_before(S::empty(), A::COLOR_ATTACHMENT_WRITE)
-            || blends
-                && (follows_draws || !is_noticed_by_drop)
-                && self.is_before(S::COLOR_ATTACHMENT_OUTPUT, A::empty())
-            || !follows_draws
-                && !is_noticed_by_drop
-                && self.is_before(S::FRAGMENT_SHADER | S::LATE_FRAGMENT_TESTS, A::empty())
+        let blends = after.access.contains(A::COLOR_ATTACHMENT_READ) && *from != geometry::PASS.place;
+        let draws = after.access.intersects(A::COLOR_ATTACHMENT_READ | tests);
+        let drops = after.access.contains(A::DEPTH_STENCIL_ATTACHMENT_WRITE);
+        let writes_depth = before.access.contains(A::DEPTH_STENCIL_ATTACHMENT_WRITE);
+        // Where the render pass has its depth from an earlier one, or does not drop it, the layer does not see what must be over first.
+        let begins_depth = self.begins_with(geometry::PASS.place) || self.begins_with(forward::PASS.place);
+        let is_kept = !drops || !begins_depth;
+        let missed = [
+            (Side::Before, S::empty(), A::COLOR_ATTACHMENT_WRITE, blends),
+            (Side::Before, S::COLOR_ATTACHMENT_OUTPUT, A::empty(), blends && (writes_depth || is_kept)),
+            (Side::Before, S::FRAGMENT_SHADER | S::LATE_FRAGMENT_TESTS, A::empty(), !writes_depth && is_kept),
+            (Side::After, S::empty(), A::COLOR_ATTACHMENT_READ, true),
+            (Side::After, S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE, blends),
+            (Side::After, S::FRAGMENT_SHADER, A::INPUT_ATTACHMENT_READ, draws && !writes_depth),
+            (Side::After, S::EARLY_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_READ, true),
+            (Side::After, S::LATE_FRAGMENT_TESTS, A::empty(), !drops),
+        ];
+        let is_missed = |(side, stages, accesses, is_missed)| is_missed && self.is_bit(side, stages, accesses);
+        self.edge.is_between_subpasses() && missed.into_iter().any(is_missed)
     }
 
     /// Returns true if other rows lead to the same subpass, through another one of its render pass.
