@@ -2,9 +2,9 @@
 
 use super::Mutant;
 use crate::frame::edges::unreported_mutants::{LAYER, Part};
-use crate::frame::edges::{Carrier, Place, Side};
-use crate::gpu::vk::AccessFlags;
-use crate::scene::Transparency;
+use crate::frame::edges::{Carrier, Edge, Place, Side};
+use crate::frame::list::RenderPassName;
+use crate::gpu::vk::{AccessFlags, PipelineStageFlags};
 
 /// Mutants that an older layer does not notice, for one reason.
 #[derive(Debug)]
@@ -25,10 +25,7 @@ pub fn reason(layer: u32, mutant: &Mutant) -> Option<&'static OlderLayers> {
 pub static OLDER_LAYERS: &[OlderLayers] = &[
     OlderLayers {
         seen_from: LAYER,
-        is_about: |mutant| {
-            let is_read_by_tonemap = ["spread-to-readers", "taa-to-readers"].contains(&mutant.edge.label);
-            matches!(mutant.edge.carrier, Carrier::BufferBarrier | Carrier::MemoryBarrier) && !is_read_by_tonemap
-        },
+        is_about: |mutant| is_of_buffer(&mutant.edge) && !is_sampled_first(mutant, &mutant.edge),
         why: "the layer notices hardly a hazard on a buffer: neither between compute shaders, nor on what draws fetch, nor after a copy in another submission",
     },
     OlderLayers {
@@ -38,8 +35,15 @@ pub static OLDER_LAYERS: &[OlderLayers] = &[
     },
     OlderLayers {
         seen_from: LAYER,
-        is_about: |mutant| mutant.edge.label == "bloom-to-tonemap",
-        why: "the layer lets the barrier from SPREAD to TONEMAP order the light that BLOOM has read as well. By then nothing says that the light is visible to TONEMAP",
+        is_about: |mutant| {
+            let edge = &mutant.edge;
+            let follows_reads = enters(edge) && follows_dispatch(edge) && edge.before.access.is_empty();
+            let leads_there = |row: &&Edge| row.from != edge.from && row.waiting.contains(&edge.to);
+            let mut others = mutant.edges.of(Carrier::BufferBarrier).filter(leads_there);
+            follows_reads && others.any(|row| is_sampled_first(mutant, row))
+        },
+        why: "the layer lets the barrier of a buffer that the same subpass reads, of a later dispatch, order an attachment that an earlier one has read as well. By \
+              then nothing says that the attachment is visible to the subpass",
     },
     OlderLayers {
         seen_from: LAYER,
@@ -49,35 +53,59 @@ pub static OLDER_LAYERS: &[OlderLayers] = &[
     OlderLayers {
         seen_from: LAYER,
         is_about: |mutant| {
-            let Part::Bits(Side::After, bits) = mutant.part else { return false };
-            match mutant.edge.label {
-                "tonemap-reuse" => bits.access == AccessFlags::COLOR_ATTACHMENT_READ,
-                "ao-denoise-to-lighting" => bits.access == AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ,
-                _ => false,
-            }
+            let reads = AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ;
+            let is_load = matches!(mutant.part, Part::Bits(Side::After, bits) if bits.access == reads);
+            is_load && enters(&mutant.edge) && follows_dispatch(&mutant.edge)
         },
         why: "the layer does not notice that a load operation reads after a layout change that is not visible to it, where the same dependency makes the change \
               visible to other accesses",
     },
 ];
 
+fn is_of_buffer(edge: &Edge) -> bool {
+    matches!(edge.carrier, Carrier::BufferBarrier | Carrier::MemoryBarrier)
+}
+
+/// Returns true if the row leads into a render pass, from what the same frame has done before it.
+fn enters(edge: &Edge) -> bool {
+    edge.carrier.is_render_pass() && edge.from != Place::OUTSIDE && !edge.is_between_subpasses()
+}
+
+fn follows_dispatch(edge: &Edge) -> bool {
+    edge.before.stage == PipelineStageFlags::COMPUTE_SHADER
+}
+
+/// Returns true if fragment shaders wait, in a subpass with which a render pass begins. These are the draws whose look-ups the layer follows.
+fn is_sampled_first(mutant: &Mutant, edge: &Edge) -> bool {
+    let begins = |place: &Place| mutant.edges.of(Carrier::Subpass(RenderPassName::of(*place))).next().is_some();
+    edge.after.stage == PipelineStageFlags::FRAGMENT_SHADER && edge.waiting.iter().any(begins)
+}
+
 /// Returns true if the part orders work of another submission, before or after those that the layer looks at.
 fn is_in_another_submission(mutant: &Mutant) -> bool {
     let edge = &mutant.edge;
     let (begins_outside, ends_outside) = (edge.from == Place::OUTSIDE, edge.to == Place::OUTSIDE);
-    let is_prepared = [Place::UPLOAD, Place::CLEAR, Place::PREFILTER].contains(&edge.from) && edge.to != Place::UPLOAD;
-    match (mutant.part, edge.label) {
-        // After AO or REFLECT_RESOLVE the layer sees that layouts change without a dependency.
-        (Part::Row, "transparent-reuse") => !mutant.plan.has_ao() && !mutant.plan.reflects(),
-        (Part::Row, "velocity-reuse") => !mutant.plan.reflects(),
-        (Part::Row, _) if begins_outside || ends_outside => edge.carrier.is_render_pass(),
-        // FOG's row orders the rest for the layer (`unreported_mutants`); the sums of the frame before are left.
-        (Part::Row, "reflect-resolve-to-transparent") => {
-            mutant.plan.has_fog() && mutant.plan.transparency == Some(Transparency::Sorted)
+    let is_prepared = !edge.from.is_pass() && !begins_outside && edge.to != Place::UPLOAD;
+    match mutant.part {
+        Part::Row => {
+            edge.carrier.is_render_pass() && (begins_outside || ends_outside) && !changes_after_dispatch(mutant)
         }
-        (Part::Bits(Side::Before, _), "reflect-resolve-to-transparent") => mutant.plan.has_fog(),
-        (Part::Bits(Side::Before, _), _) => begins_outside,
-        (Part::Bits(Side::After, _), _) => ends_outside || is_prepared,
-        (Part::Row | Part::AcrossSamples, _) => false,
+        Part::Bits(Side::Before, _) => begins_outside,
+        Part::Bits(Side::After, _) => ends_outside || is_prepared,
+        Part::AcrossSamples => false,
     }
+}
+
+/// Returns true if an attachment's layout changes in a render pass that waits for a dispatch, and no other dependency is for its colours. The layer sees that
+/// nothing orders the change.
+fn changes_after_dispatch(mutant: &Mutant) -> bool {
+    let edge = &mutant.edge;
+    let colours = PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT;
+    let is_of_frames_alone = [colours, PipelineStageFlags::COMPUTE_SHADER].contains(&edge.before.stage);
+    let entering = || mutant.edges.of(edge.carrier).filter(|row| enters(row));
+    let waits_for_colours = |row: &Edge| row.waiting.contains(&edge.to) && row.after.stage.contains(colours);
+    edge.from == Place::OUTSIDE
+        && is_of_frames_alone
+        && entering().any(follows_dispatch)
+        && !entering().any(waits_for_colours)
 }

@@ -6,7 +6,7 @@ use crate::frame::edges::unreported_mutants::{self, UnreportedMutants};
 /// Why a layer's silence is expected.
 #[derive(Debug, Clone, Copy)]
 pub enum Miss {
-    /// No layer says anything. The specification requires the part all the same.
+    /// Neither this layer nor an older one says anything. The specification requires the part all the same.
     Argued(&'static UnreportedMutants),
     /// Later layers notice it.
     Older(&'static OlderLayers),
@@ -40,8 +40,8 @@ pub enum Verdict {
 
 /// The verdict on a layer of this version.
 pub fn verdict(layer: u32, mutant: &Mutant, heard: &Heard) -> Verdict {
-    let argued =
-        unreported_mutants::reason(mutant.plan, &mutant.edge, mutant.part).filter(|_| !newer::notices(layer, mutant));
+    let argued = unreported_mutants::reason(mutant.plan, &mutant.edge, mutant.part)
+        .filter(|entry| entry.seen_from.is_none_or(|first| layer < first));
     let older = || older::reason(layer, mutant).map(Miss::Older);
     let newer = || newer::reason(layer, mutant).map(Miss::Newer);
     match (heard.anything(), argued.map(Miss::Argued).or_else(older).or_else(newer)) {

@@ -84,6 +84,11 @@ pub struct Effect {
     pub is_set_aside: bool,
     /// The forms of it that have passes or rows of their own: sample plans of tests, and mutants, are made of them.
     pub variations: &'static [Variation],
+
+    /// Its passes that draw into the light or the picture, by the names that rows have of them: `reflect-resolve`.
+    pub draws: &'static [&'static str],
+    /// Names that rows to its passes, or from them, had formerly.
+    pub former_rows: &'static [FormerRow],
 }
 
 /// A change that turns a plain frame into one with something more. Sample plans have each variation, alone and with others ([`crate::mutants`]).
@@ -103,6 +108,10 @@ impl Variation {
         Self { name, scene: |_| {}, settings }
     }
 }
+
+/// A former name of a row, with the names of today of which the first that a plan has takes its place. `*` stands for the pass that was the last to draw light or
+/// the picture before the row.
+pub type FormerRow = (&'static str, &'static [&'static str]);
 
 /// An option that leaves an effect out, and the same as a change of settings.
 pub type Off = (&'static str, fn(&mut Settings));
@@ -142,6 +151,8 @@ impl Effect {
         unswept: |_, _, _| None,
         is_set_aside: false,
         variations: &[],
+        draws: &[],
+        former_rows: &[],
     };
 
     /// The error of settings that it does not go with.

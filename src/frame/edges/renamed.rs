@@ -4,56 +4,46 @@ use super::{Edge, Edges};
 use crate::frame::list;
 use crate::gpu::vk;
 use crate::passes::{Place, Presence};
+use crate::plan::effect::FormerRow;
+use crate::plan::effects::EFFECTS;
 use crate::plan::{Canvas, Encoding, FramePlan, Transfer};
 
-/// The passes that draw light or the picture, the last first: a former row that followed whichever came last is today's row of the first of these that has one.
-const LAST: [&str; 9] =
-    ["fxaa", "tonemap", "sharpen", "composite", "transparent", "fog", "reflect-resolve", "lighting", "forward"];
+/// The passes of no effect that draw light or the picture.
+const DRAWS: [&str; 5] = ["tonemap", "composite", "transparent", "lighting", "forward"];
 
-/// Former names, each with the names of today of which the first that a plan has takes its place. `*` stands for the passes of [`LAST`].
-const RENAMED: &[(&str, &[&str])] = &[
+/// Former names of rows between passes of no effect.
+const FORMER_ROWS: &[FormerRow] = &[
     ("deformed-reuse", &["skin-reuse"]),
     ("skin-to-draws", &["skin-to-readers"]),
     ("culled-reuse", &["cull-reuse"]),
     ("fill-to-draws", &["fill-to-readers"]),
-    ("froxels-reuse", &["scatter-reuse"]),
-    ("froxels-to-fog", &["integrate-to-readers"]),
     ("shadow-map-reuse", &["shadow-reuse"]),
     ("shadow-map-to-lighting", &["shadow-to-readers", "shadow-to-lighting", "shadow-to-forward", "shadow-to-tiled"]),
-    ("particles-reuse", &["simulate-reuse"]),
-    ("particles-to-draw", &["sort-to-readers", "simulate-to-readers"]),
     ("pyramid-to-cull", &["pyramid-to-readers"]),
-    ("spread-to-tonemap", &["spread-to-readers"]),
     ("gbuffer-reuse", &["geometry-reuse"]),
     ("gbuffer-to-lighting", &["geometry-to-lighting"]),
-    ("gbuffer-to-ao", &["geometry-to-ao"]),
     ("gbuffer-to-tiled", &["geometry-to-tiled"]),
-    ("visibility-to-denoise", &["visibility-to-ao-denoise"]),
-    ("occlusion-to-lighting", &["ao-denoise-to-lighting"]),
-    ("occlusion-to-tiled", &["albedo-to-tiled"]),
-    ("ao-to-fog", &["ao-denoise-to-fog"]),
-    ("ao-to-transparent", &["ao-denoise-to-transparent"]),
     ("hdr-reuse", &["lighting-reuse"]),
     ("samples-reuse", &["lighting-reuse"]),
     ("output-reuse", &["tonemap-reuse", "lighting-reuse"]),
     ("targets-reuse", &["forward-reuse", "lighting-reuse"]),
     ("sums-reuse", &["transparent-reuse"]),
     ("sums-to-composite", &["transparent-to-composite"]),
-    ("rays-to-resolve", &["rays-to-reflect-resolve"]),
-    ("light-to-resolve", &["hdr-to-reflect-resolve"]),
-    ("resolve-to-fog", &["reflect-resolve-to-fog"]),
-    ("resolve-to-transparent", &["reflect-resolve-to-transparent"]),
-    ("resolve-to-composite", &["reflect-resolve-to-composite"]),
     ("hdr-to-tonemap", &["*-to-tonemap"]),
-    ("hdr-to-bloom", &["*-to-bloom"]),
-    ("light-to-taa", &["hdr-to-taa", "*-to-taa"]),
-    ("depth-to-taa", &["*-to-taa"]),
-    ("depth-to-velocity", &["*-to-velocity"]),
-    ("history-reuse", &["taa-reuse"]),
-    ("output-to-fxaa", &["*-to-fxaa"]),
-    ("picture-reuse", &["fxaa-reuse"]),
     ("picture-to-tone", &["*-to-tone"]),
 ];
+
+/// All former names. An effect declares those of its own passes.
+fn former_rows() -> impl Iterator<Item = &'static FormerRow> {
+    FORMER_ROWS.iter().chain(EFFECTS.iter().flat_map(|effect| effect.former_rows))
+}
+
+/// The passes that draw light or the picture, the last first: a former row that followed whichever came last is today's row of the first of these that has one.
+fn last_draws() -> impl Iterator<Item = String> {
+    let draws: Vec<&str> = EFFECTS.iter().flat_map(|effect| effect.draws).copied().chain(DRAWS).collect();
+    let passes = list::passes().into_iter().rev().map(|pass| spelled(pass.place));
+    passes.filter(move |pass| draws.contains(&pass.as_str()))
+}
 
 /// The row between two passes, or to one from the frame before. Where several passes wait for one by the same row, each of their pairs has that row.
 pub(super) fn row_of<'a>(table: &'a Edges, name: &str) -> Option<&'a Edge> {
@@ -66,9 +56,9 @@ pub(super) fn row_of<'a>(table: &'a Edges, name: &str) -> Option<&'a Edge> {
 
 /// The row that has taken the place of one which had this name.
 pub(super) fn successor<'a>(table: &'a Edges, name: &str) -> Option<&'a Edge> {
-    let (_, patterns) = RENAMED.iter().find(|(former, _)| *former == name)?;
+    let (_, patterns) = former_rows().find(|(former, _)| *former == name)?;
     patterns.iter().find_map(|pattern| match pattern.strip_prefix('*') {
-        Some(rest) => LAST.iter().find_map(|from| row_of(table, &format!("{from}{rest}"))),
+        Some(rest) => last_draws().find_map(|from| row_of(table, &format!("{from}{rest}"))),
         None => row_of(table, pattern),
     })
 }
@@ -82,7 +72,7 @@ pub fn lack(plan: &FramePlan, name: &str) -> Option<String> {
     if plan.presented.is_none() && presented.into_iter().any(has) {
         return Some("no window".into());
     }
-    let own = RENAMED.iter().find(|(former, _)| *former == name).map_or(name, |(_, patterns)| patterns[0]);
+    let own = former_rows().find(|(former, _)| *former == name).map_or(name, |(_, patterns)| patterns[0]);
     let (from, to) = own.split_once("-to-").or(own.strip_suffix("-reuse").map(|to| ("", to)))?;
     [from, to].into_iter().find_map(|one| {
         let pass = list::passes().into_iter().find(|pass| spelled(pass.place) == one)?;
@@ -115,7 +105,7 @@ mod tests {
         let mut found = 0;
         for (plan_name, plan) in samples::of_every_kind() {
             let table = edges::table(&plan);
-            for (former, _) in RENAMED {
+            for (former, _) in former_rows() {
                 let Some(edge) = successor(&table, former) else { continue };
                 found += 1;
                 let waits = |to: &str| edge.waiting.iter().chain([&edge.to]).any(|place| spelled(*place) == to);
@@ -134,7 +124,7 @@ mod tests {
         let plans = samples::of_every_kind();
         let tables: Vec<_> = plans.iter().map(|(_, plan)| edges::table(plan)).collect();
         let is_lost = |former: &str| tables.iter().all(|table| successor(table, former).is_none());
-        let former = RENAMED.iter().map(|(former, _)| *former).filter(|former| !UNSAMPLED.contains(former));
+        let former = former_rows().map(|(former, _)| *former).filter(|former| !UNSAMPLED.contains(former));
         let lost: Vec<_> = former.filter(|former| is_lost(former)).collect();
         assert!(lost.is_empty(), "{lost:?}");
     }

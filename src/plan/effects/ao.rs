@@ -45,6 +45,13 @@ pub(crate) const EFFECT: Effect = Effect {
         scene: |scene| scene.environment.ambient = Vec3::splat(0.1),
         settings: |settings| settings.ao = AmbientOcclusion::Bitmask,
     }],
+    former_rows: &[
+        ("gbuffer-to-ao", &["geometry-to-ao"]),
+        ("visibility-to-denoise", &["visibility-to-ao-denoise"]),
+        ("occlusion-to-lighting", &["ao-denoise-to-lighting"]),
+        ("occlusion-to-tiled", &["albedo-to-tiled"]),
+        ("ao-to-transparent", &["ao-denoise-to-transparent"]),
+    ],
     ..Effect::PLAIN
 };
 

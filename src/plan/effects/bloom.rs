@@ -55,6 +55,7 @@ pub(crate) const EFFECT: Effect = Effect {
         Ok(())
     },
     variations: &[Variation::of("bloom", |settings| settings.bloom = 0.1)],
+    former_rows: &[("hdr-to-bloom", &["*-to-bloom"]), ("spread-to-tonemap", &["spread-to-readers"])],
     ..Effect::PLAIN
 };
 

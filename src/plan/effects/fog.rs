@@ -49,6 +49,13 @@ pub(crate) const EFFECT: Effect = Effect {
         Variation::of("fog", |settings| settings.fog = Fog::Height),
         Variation::of("lit fog", |settings| (settings.fog, settings.fog_froxels) = (Fog::Froxels, [5, 4, 3])),
     ],
+    draws: &["fog"],
+    former_rows: &[
+        ("froxels-reuse", &["scatter-reuse"]),
+        ("froxels-to-fog", &["integrate-to-readers"]),
+        ("ao-to-fog", &["ao-denoise-to-fog"]),
+        ("resolve-to-fog", &["reflect-resolve-to-fog"]),
+    ],
     ..Effect::PLAIN
 };
 

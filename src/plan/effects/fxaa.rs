@@ -29,5 +29,7 @@ pub(crate) const EFFECT: Effect = Effect {
         vec![part(LINE, plan.effects.fxaa, reason, bytes_of_target(plan, SMOOTHED)).of(PartGroup::Targets)]
     },
     variations: &[Variation::of("fxaa", |settings| settings.fxaa = true)],
+    draws: &["fxaa"],
+    former_rows: &[("output-to-fxaa", &["*-to-fxaa"]), ("picture-reuse", &["fxaa-reuse"])],
     ..Effect::PLAIN
 };

@@ -56,6 +56,10 @@ pub(crate) const EFFECT: Effect = Effect {
     check,
     variations: &[Variation { name: "particles", scene: emit, settings: |_| {} }],
     check_plan: check_buffers,
+    former_rows: &[
+        ("particles-reuse", &["simulate-reuse"]),
+        ("particles-to-draw", &["sort-to-readers", "simulate-to-readers"]),
+    ],
     ..Effect::PLAIN
 };
 

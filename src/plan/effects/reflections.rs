@@ -60,6 +60,13 @@ pub(crate) const EFFECT: Effect = Effect {
             (settings.reflections, settings.reflection_roughness) = (Reflections::Screen, 1.0);
         },
     }],
+    draws: &["reflect-resolve"],
+    former_rows: &[
+        ("rays-to-resolve", &["rays-to-reflect-resolve"]),
+        ("light-to-resolve", &["hdr-to-reflect-resolve"]),
+        ("resolve-to-transparent", &["reflect-resolve-to-transparent"]),
+        ("resolve-to-composite", &["reflect-resolve-to-composite"]),
+    ],
     ..Effect::PLAIN
 };
 

@@ -53,6 +53,13 @@ pub(crate) const EFFECT: Effect = Effect {
         Variation::of("over time", |settings| settings.taa = true),
         Variation { name: "over time and moving", scene: carry, settings: |settings| settings.taa = true },
     ],
+    draws: &["sharpen"],
+    former_rows: &[
+        ("light-to-taa", &["hdr-to-taa", "*-to-taa"]),
+        ("depth-to-taa", &["*-to-taa"]),
+        ("depth-to-velocity", &["*-to-velocity"]),
+        ("history-reuse", &["taa-reuse"]),
+    ],
     ..Effect::PLAIN
 };
 
