@@ -7,12 +7,12 @@ pub(crate) mod clusters;
 #[cfg(test)]
 mod corrupted;
 pub(crate) mod depth;
+mod emitters;
 mod frustum;
 mod instances;
 mod levels;
 mod looks;
 mod occlusion;
-mod particles;
 mod pose;
 mod shadows;
 mod sight;
@@ -25,10 +25,10 @@ use std::sync::Arc;
 pub use active_lights::ActiveLights;
 pub use clusters::Clusters;
 pub use depth::{Depth, Eye};
+pub use emitters::{EmitterRecord, Emitters};
 pub use instances::{CullView, Draw, InstanceList, STEPS, Stand};
 pub use levels::{LevelChoice, squared_error};
 pub use looks::PackedLook;
-pub use particles::{EmitterRecord, Particles};
 pub use shadows::{Caster, MapDraw, Receivers, ShadowCache, ShadowView};
 pub use sight::{Sight, clip_from_world};
 pub use trail::Since;
@@ -96,8 +96,8 @@ pub struct Visible {
     pub lights: LightWork,
     /// The lights that reach what is seen.
     pub active_lights: ActiveLights,
-    /// Particles that are alive, where the plan draws some.
-    pub particles: Particles,
+    /// The scene's emitters at this moment, where the plan draws what they emit.
+    pub emitters: Emitters,
     /// Objects beside or behind the view.
     pub culled: usize,
     /// Objects in view that others hide.
@@ -154,7 +154,7 @@ impl Visible {
             && plan.shading != Shading::ShowShadowMap;
         let receivers = plan.shadow.as_ref().filter(|_| leaves_casters).map(|shadow| {
             let receiving = objects().filter(|object| object.key.receives);
-            let boxes = receiving.map(|object| object.bounds).chain(world.particle_boxes(plan));
+            let boxes = receiving.map(|object| object.bounds).chain(world.emitter_boxes(plan));
             Receivers::of(boxes, (camera, &frustum), &beside, shadow, &world.shadows)
         });
         if let Some(shadow) = &plan.shadow {
@@ -162,8 +162,8 @@ impl Visible {
                 Some(_) => vec![world.bounds],
                 None => objects().map(|object| object.bounds).collect(),
             };
-            // Shadows fall on particles, too.
-            boxes.extend(world.particle_boxes(plan));
+            // Shadows fall on what emitters send out, too.
+            boxes.extend(world.emitter_boxes(plan));
             boxes.extend(in_air.then(|| world.air_around(camera)));
             add_cascades(&mut shadows, world, shadow, camera, aspect, &boxes);
             for light in &shadow.lights {
@@ -206,7 +206,7 @@ impl Visible {
             }),
             lights: light_work(world, camera, plan, &active),
             active_lights: active,
-            particles: Particles::of(world, camera, plan),
+            emitters: Emitters::of(world, camera, plan),
             depth,
         }
     }

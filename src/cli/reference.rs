@@ -7,13 +7,12 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use afterlight::frame::{Picture, Pixels};
-use afterlight::reference::shown::{Pixel, shown};
+use afterlight::reference::shown::shown_picture;
 use afterlight::reference::shutter::{self, Exposure, Shot};
 use afterlight::reference::{Cache, Cached, Mode, Options, Reference, Smith, Source, Truth, View};
 use afterlight::scene::{SETTINGS, Setting, Settings, SettingsPatch, counted, exposure_scale, metered_ev100};
 use clap::ValueEnum;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::args::{SettingsArgs, samples};
 use super::failure::{Exit, Failure};
@@ -195,12 +194,9 @@ fn picture(args: &Args, truth: &Truth, workload: &Workload, settings: &Settings)
         Format::Png => {
             let ev100 = settings.exposure.unwrap_or_else(|| metered_ev100(&workload.scene));
             let exposure = f64::from(exposure_scale(ev100));
-            let code = |(index, &radiance): (usize, &[f64; 3])| {
-                let [r, g, b] =
-                    shown(DVec3::from_array(radiance) * exposure, settings, Pixel::numbered(index, truth.size));
-                [r, g, b, 255]
-            };
-            Pixels::Srgb8(truth.radiance.par_iter().enumerate().flat_map_iter(code).collect())
+            let exposed: Vec<DVec3> = truth.radiance.iter().map(|light| DVec3::from_array(*light) * exposure).collect();
+            let codes = shown_picture(&exposed, truth.size, settings);
+            Pixels::Srgb8(codes.into_iter().flat_map(|[r, g, b]| [r, g, b, 255]).collect())
         }
     };
     Picture { size: truth.size, pixels }

@@ -68,7 +68,7 @@ pub struct Args {
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<Shard>,
     /// Jittered frames that are averaged into the picture, 1 to 4096 [default: 8, or 1 with --view, --msaa, --taa and what works on
-    /// the finished picture]
+    /// the finished picture: --fxaa, --aberration, --vignette, --grain]
     #[arg(long, value_name = "N", value_parser = samples, allow_hyphen_values = true)]
     samples: Option<u32>,
     #[arg(long, value_name = "NAME|all", value_parser = view, help = view_help())]

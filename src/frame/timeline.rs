@@ -23,7 +23,7 @@ pub(super) struct Timeline {
 struct Last {
     sight: Sight,
     generation: u64,
-    /// Of what changes by itself.
+    /// The state of what changes by itself.
     changing: Vec<u8>,
     exposure: f32,
 }

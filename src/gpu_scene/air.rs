@@ -68,7 +68,7 @@ pub(super) fn bindings(plan: &FramePlan) -> Option<SetLayoutBinding> {
     plan.names_froxels().then(|| binding(LIGHT, vk::DescriptorType::STORAGE_BUFFER, stages))
 }
 
-/// Names the light in the air, where the layout has its binding. Without froxels that needs some buffer that nobody reads: `instead`.
+/// Names the light in the air, where the layout has its binding. Without froxels `instead` takes its place, a buffer that nobody reads there.
 pub(super) fn write(
     plan: &FramePlan,
     light: Option<&Buffer>,

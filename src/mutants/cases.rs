@@ -1,5 +1,7 @@
 //! The plans that mutants are made of: a plain frame, varied and varied again as long as that gives rows which no plan before it has.
 
+use std::sync::OnceLock;
+
 use rayon::prelude::*;
 
 use super::Case;
@@ -13,10 +15,10 @@ use crate::scene::{
 
 /// Variations of the whole frame. Each is tried alone, and with each other one.
 const FRAME: &[Variation] = &[
-    Variation { name: "nothing", scene: |scene| *scene = Scene::default(), settings: |_| {} },
-    Variation { name: "deformed", scene: |scene| *scene = deformed(), settings: |_| {} },
-    Variation { name: "textured", scene: |scene| *scene = textured(4), settings: |_| {} },
-    Variation { name: "lamplit", scene: |scene| *scene = lamplit(), settings: |_| {} },
+    Variation::with("nothing", |scene| *scene = Scene::default(), |_| {}),
+    Variation::with("deformed", |scene| *scene = deformed(), |_| {}),
+    Variation::with("textured", |scene| *scene = textured(4), |_| {}),
+    Variation::with("lamplit", |scene| *scene = lamplit(), |_| {}),
     by_lamps("light by light", |settings| settings.light_path = LightPath::PerLight),
     by_lamps("volumes", |settings| settings.light_path = LightPath::Volumes),
     by_lamps("clustered", |settings| settings.light_path = LightPath::Clustered),
@@ -36,25 +38,25 @@ const FRAME: &[Variation] = &[
 
 /// Variations that, with those of effects, say which passes draw and in which render passes. Up to [`MOST`] of them are tried together.
 const PASSES: &[Variation] = &[
-    Variation { name: "sunlit", scene: |scene| *scene = sunlit(), settings: |_| {} },
+    Variation::with("sunlit", |scene| *scene = sunlit(), |_| {}),
     Variation::of("forward", |settings| settings.light_path = LightPath::Forward),
     Variation::of("samples", |settings| settings.msaa = 4),
     Variation::of("averaged as light", |settings| settings.resolve = Resolve::Linear),
     Variation::of("linear", |settings| settings.output = Output::Nits),
     Variation::of("stored", |settings| settings.keep = settings.keep.with(OptionalPart::StoredGbuffer)),
-    Variation { name: "glowing", scene: glow, settings: |_| {} },
-    Variation { name: "sorted", scene: glaze, settings: |_| {} },
-    Variation { name: "weighted", scene: glaze, settings: |settings| settings.transparency = Transparency::Oit },
+    Variation::with("glowing", glow, |_| {}),
+    Variation::with("sorted", glaze, |_| {}),
+    Variation::with("weighted", glaze, |settings| settings.transparency = Transparency::Oit),
     Variation::of("summed", |settings| settings.transparency = Transparency::Oit),
     Variation::of("toned", |settings| (settings.vignette, settings.grain) = (0.5, 0.1)),
 ];
 
-/// The most variations of one plan. With one more no row is new that a render pass does not have elsewhere with the same masks.
+/// The most variations of one plan. With so many there are all rows that sample plans of the tests have (`tests/sync/necessity.rs`).
 const MOST: usize = 4;
 
 /// A light path that lamps need.
 const fn by_lamps(name: &'static str, settings: fn(&mut Settings)) -> Variation {
-    Variation { name, scene: |scene| *scene = lamplit(), settings }
+    Variation::with(name, |scene| *scene = lamplit(), settings)
 }
 
 /// A plain frame with these variations, in their order.
@@ -72,13 +74,14 @@ fn varied(variations: &[&Variation]) -> Case {
 
 /// All sets of variations that are tried, smaller ones first.
 fn sets() -> Vec<Vec<&'static Variation>> {
-    let combined: Vec<&Variation> = PASSES.iter().chain(plan::variations()).collect();
-    let all: Vec<&Variation> = FRAME.iter().chain(combined.iter().copied()).collect();
-    // A set as places in `all`, of which those from `FRAME` on may be in larger ones.
+    let (alone, combined): (Vec<&Variation>, Vec<&Variation>) = plan::variations().partition(|own| own.is_alone);
+    let few = FRAME.len() + alone.len();
+    let all: Vec<&Variation> = FRAME.iter().chain(alone).chain(PASSES).chain(combined).collect();
+    // A set as places in `all`, of which those after the first few may be in larger ones.
     let mut last: Vec<Vec<usize>> = vec![Vec::new()];
     let mut sets = last.clone();
     for size in 1..=MOST {
-        let from = if size > 2 { FRAME.len() } else { 0 };
+        let from = if size > 2 { few } else { 0 };
         let larger = |set: &Vec<usize>| {
             let set = set.clone();
             let first = set.last().map_or(from, |last| from.max(last + 1));
@@ -98,7 +101,7 @@ fn rows(case: &Case) -> Vec<Edge> {
     })
 }
 
-/// Those of the cases that have a row which none before them has. `seen` are the rows of the ones before.
+/// Leaves out cases of which each row is among those before. `seen` are the rows of these.
 fn with_new_rows(cases: Vec<Case>, seen: &mut Vec<Edge>) -> Vec<Case> {
     let tables: Vec<Vec<Edge>> = cases.par_iter().map(rows).collect();
     let mut has_new = |rows: Vec<Edge>| {
@@ -115,6 +118,11 @@ fn with_new_rows(cases: Vec<Case>, seen: &mut Vec<Edge>) -> Vec<Case> {
 
 /// The cases: frames as they are read back, and as a window shows them.
 pub fn cases() -> Vec<Case> {
+    static FOUND: OnceLock<Vec<Case>> = OnceLock::new();
+    FOUND.get_or_init(find).clone()
+}
+
+fn find() -> Vec<Case> {
     let mut seen = Vec::new();
     let mut cases = with_new_rows(sets().iter().map(|set| varied(set)).collect(), &mut seen);
     let shown = with_new_rows(shown(&cases), &mut seen);

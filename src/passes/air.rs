@@ -1,4 +1,4 @@
-//! The air before all that is drawn, for the passes that fill it with light and for those that look through it: its constants, and the light in it.
+//! The air between the eye and all that is drawn, for the passes that fill it with light and for those that look through it: its constants, and the light in it.
 
 use super::{Resource, SAMPLED, Touch};
 use crate::gpu::sync::Use;

@@ -35,8 +35,8 @@ macro_rules! light_constants {
     }};
 }
 
-pub mod air;
 pub mod aberration;
+pub mod air;
 pub mod ambient;
 pub mod ao;
 pub mod ao_denoise;

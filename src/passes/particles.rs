@@ -121,7 +121,7 @@ impl ParticlePass {
 impl Object for ParticlePass {
     /// Draws those that are alive. Runs inside its subpass.
     fn record(&self, recording: &Recording) {
-        let count = recording.visible.particles.count + u32::from(self.counts);
+        let count = recording.visible.emitters.count + u32::from(self.counts);
         if count == 0 {
             return;
         }

@@ -156,13 +156,13 @@ impl Simulate {
 impl Object for Simulate {
     /// Runs outside any render pass.
     fn record(&self, recording: &Recording) {
-        let count = recording.visible.particles.count;
+        let count = recording.visible.emitters.count;
         if count == 0 {
             return;
         }
         let places = if self.buffers.keys.is_some() { sort_places(count) } else { 0 };
         let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
-        let particles = &recording.visible.particles;
+        let particles = &recording.visible.emitters;
         let push = Push { count: particles.count, places, emitters: particles.records.len() as u32 };
         let sets: Vec<_> =
             [recording.frame_set, self.sets[recording.place]].into_iter().chain(recording.shadow_set).collect();
@@ -179,7 +179,7 @@ impl Object for Simulate {
 
     /// Writes the emitters of a frame in flight. The frame that used the buffer before must be done.
     fn write(&self, place: usize, visible: &Visible) -> gpu::Result<()> {
-        let particles = &visible.particles;
+        let particles = &visible.emitters;
         if particles.records.is_empty() { Ok(()) } else { self.emitters[place].write(0, &particles.records) }
     }
 

@@ -96,7 +96,7 @@ impl Sort {
 impl Object for Sort {
     /// Sorts the first so many keys, a power of two. `between` records the barrier before each step but the first. Runs outside any render pass.
     fn record(&self, recording: &Recording) {
-        let count = recording.visible.particles.count;
+        let count = recording.visible.emitters.count;
         if count == 0 {
             return;
         }

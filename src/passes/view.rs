@@ -141,7 +141,8 @@ fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
         Shading::ShowGbuffer(View::Metallic) => 4,
         Shading::ShowGbuffer(View::Roughness) => 5,
         Shading::ShowGbuffer(View::Depth) => 6,
-        Shading::ShowGbuffer(view) if effects::shows_gbuffer(view) => 8,
+        // Views of effects have their own codes. 7 counts lights.
+        Shading::ShowGbuffer(view) => effects::shown_in_gbuffer(view).unwrap_or(7),
         _ => 7,
     };
     vec![

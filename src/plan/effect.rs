@@ -100,12 +100,24 @@ pub struct Variation {
     pub scene: fn(&mut Scene),
     /// Asks for it.
     pub settings: fn(&mut Settings),
+    /// It is tried with one other variation at most, as views are.
+    pub is_alone: bool,
 }
 
 impl Variation {
     /// One that every scene can have.
     pub const fn of(name: &'static str, settings: fn(&mut Settings)) -> Self {
-        Self { name, scene: |_| {}, settings }
+        Self::with(name, |_| {}, settings)
+    }
+
+    /// One that needs something of the scene.
+    pub const fn with(name: &'static str, scene: fn(&mut Scene), settings: fn(&mut Settings)) -> Self {
+        Self { name, scene, settings, is_alone: false }
+    }
+
+    /// A view of the effect.
+    pub const fn view(name: &'static str, scene: fn(&mut Scene), settings: fn(&mut Settings)) -> Self {
+        Self { is_alone: true, ..Self::with(name, scene, settings) }
     }
 }
 
@@ -192,7 +204,13 @@ pub enum Shows {
     /// Values of one sample, found while the picture is lit.
     Values,
     /// A value of the G-buffer, which no light changes: the target that the effect's pass writes, and its content after that.
-    Gbuffer(Target, &'static str),
+    Gbuffer {
+        target: Target,
+        /// What the target holds after the effect, in a sentence.
+        content: &'static str,
+        /// VIEW's code for it (`shaders/view.wgsl`).
+        code: u32,
+    },
 }
 
 /// The lights that shine into the air.

@@ -183,20 +183,23 @@ pub(super) fn planned(asked: &Settings) -> Cow<'_, Settings> {
 
 /// Returns true if a view shows an effect of the lit picture.
 pub fn shows_effect(view: View) -> bool {
-    shown_by(view).is_some_and(|(_, own)| !matches!(own.shows, Shows::Gbuffer(..)))
+    shown_by(view).is_some_and(|(_, own)| !matches!(own.shows, Shows::Gbuffer { .. }))
 }
 
 /// The targets of the G-buffer that effects of a plan write, each with the view that shows it and its content after that.
 pub(crate) fn of_gbuffer(plan: &FramePlan) -> impl Iterator<Item = (Target, View, &'static str)> {
     of(plan).filter_map(|effect| match effect.view.as_ref()? {
-        &EffectView { view, shows: Shows::Gbuffer(target, content), .. } => Some((target, view, content)),
+        &EffectView { view, shows: Shows::Gbuffer { target, content, .. }, .. } => Some((target, view, content)),
         _ => None,
     })
 }
 
-/// Returns true if a view shows what an effect has left in the G-buffer.
-pub(crate) fn shows_gbuffer(view: View) -> bool {
-    shown_by(view).is_some_and(|(_, own)| matches!(own.shows, Shows::Gbuffer(..)))
+/// VIEW's code for what an effect has left in the G-buffer, if the view shows that.
+pub(crate) fn shown_in_gbuffer(view: View) -> Option<u32> {
+    match shown_by(view)?.1.shows {
+        Shows::Gbuffer { code, .. } => Some(code),
+        Shows::Light | Shows::Values => None,
+    }
 }
 
 /// Returns true if frames of a view are lit.

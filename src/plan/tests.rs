@@ -578,3 +578,18 @@ fn fog_is_planned_where_it_is_asked_for_and_there_is_light() {
     assert!(refused(Settings { fog_albedo: f32::NAN, ..with.clone() }).starts_with("fog: albedo of fog is NaN"));
     assert!(refused(Settings { fog_base: f32::NEG_INFINITY, ..with }).starts_with("fog: base of fog is -inf"));
 }
+
+#[test]
+fn every_variation_of_an_effect_gives_frames_that_have_it() {
+    for effect in effects::EFFECTS {
+        assert!(!effect.variations.is_empty(), "no sample plan has {}", effect.name);
+        for variation in effect.variations {
+            let (_, mut scene) = samples::scenes().into_iter().find(|(name, _)| *name == "sunlit").expect("a scene");
+            let mut settings = samples::deferred();
+            (variation.scene)(&mut scene);
+            (variation.settings)(&mut settings);
+            let plan = samples::plan(&scene, &settings);
+            assert!((effect.is_in)(&plan.effects), "{}: {}", effect.name, variation.name);
+        }
+    }
+}

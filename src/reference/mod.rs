@@ -5,6 +5,7 @@
 //!
 //! Nothing that a ray does goes through `map` of an array: compiled in several units that is not inlined, and all of this took twice as long.
 
+pub mod aberration;
 mod air;
 pub mod bloom;
 mod bvh;
@@ -139,7 +140,7 @@ impl Effects {
     }
 }
 
-/// Those of default settings.
+/// The effects of default settings.
 impl Default for Effects {
     fn default() -> Self {
         Self::of(&Settings::default())

@@ -1,7 +1,9 @@
-//! The truth as a display shows it: exposed light through the tone curve, with vignette and grain, as codes of 8 bits.
+//! The truth as a display shows it: exposed light through the tone curve, with chromatic aberration, vignette and grain, as codes of 8 bits.
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
+use super::aberration;
 use super::tonemap::{encode_srgb, tone_map};
 use crate::scene::Settings;
 
@@ -22,9 +24,30 @@ impl Pixel {
     }
 }
 
-/// The sRGB codes of exposed light (1 is where the sensor saturates) at a pixel.
+/// The sRGB codes of a pixel. `exposed` has the light of each place of the picture, in pixels from its top left: 1 is where the sensor saturates.
+pub fn shown_at(exposed: impl Fn(DVec2) -> DVec3, settings: &Settings, pixel: Pixel) -> [u8; 3] {
+    let toned = |place| tone_map::<f64>(exposed(place), settings.tonemap);
+    let middle = DVec2::from(pixel.place.map(f64::from)) + 0.5;
+    let light = aberration::seen(toned, middle, pixel.size, f64::from(settings.aberration));
+    finished(light, settings, pixel)
+}
+
+/// The sRGB codes of a picture of exposed light.
+pub fn shown_picture(exposed: &[DVec3], size: [u32; 2], settings: &Settings) -> Vec<[u8; 3]> {
+    let toned: Vec<DVec3> = exposed.par_iter().map(|light| tone_map::<f64>(*light, settings.tonemap)).collect();
+    let apart = aberration::apart(&toned, size, f64::from(settings.aberration));
+    let pixels = apart.par_iter().enumerate();
+    pixels.map(|(index, light)| finished(*light, settings, Pixel::numbered(index, size))).collect()
+}
+
+/// The sRGB codes of exposed light that lies around a pixel, too.
 pub fn shown(exposed: DVec3, settings: &Settings, pixel: Pixel) -> [u8; 3] {
-    let light = tone_map::<f64>(exposed, settings.tonemap) * lens(settings, pixel) * film(settings, pixel);
+    finished(tone_map::<f64>(exposed, settings.tonemap), settings, pixel)
+}
+
+/// With vignette and grain, as codes.
+fn finished(toned: DVec3, settings: &Settings, pixel: Pixel) -> [u8; 3] {
+    let light = toned * lens(settings, pixel) * film(settings, pixel);
     light.to_array().map(|linear| (encode_srgb(linear) * 255.0).round() as u8)
 }
 

@@ -99,7 +99,7 @@ impl Default for Emitter {
 pub struct Alive {
     /// The number of the oldest: particle `n` is born `n / rate` seconds after the start.
     pub first: i64,
-    /// So many of them.
+    /// Number of particles that are alive.
     pub count: u32,
     /// Of the oldest, in seconds.
     pub age: f64,

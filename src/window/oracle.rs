@@ -9,7 +9,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use crate::reference::shown::{Pixel, shown};
+use crate::reference::shown::{Pixel, shown_at};
 use crate::reference::{Reference, Smith, View};
 use crate::scene::{Scene, Settings, exposure_scale};
 
@@ -149,10 +149,9 @@ fn compare(reference: &Reference, drawn: &Drawn, step: u32, is_wanted: &(dyn Fn(
 }
 
 fn code(reference: &Reference, drawn: &Drawn, [x, y]: [u32; 2], exposure: f64) -> u8 {
-    let place = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-    let light = reference.light(&drawn.view, Smith::default(), place, place);
-    let pixel = Pixel { place: [x, y], size: drawn.view.size };
-    let truth = shown(DVec3::from_array(light) * exposure, &drawn.settings, pixel);
+    let exposed =
+        |place: DVec2| DVec3::from_array(reference.light(&drawn.view, Smith::default(), place, place)) * exposure;
+    let truth = shown_at(exposed, &drawn.settings, Pixel { place: [x, y], size: drawn.view.size });
     let at = 4 * (y as usize * drawn.view.size[0] as usize + x as usize);
     let own = drawn.picture.get(at..at + 3).unwrap_or(&[0; 3]);
     truth.iter().zip(own).map(|(truth, own)| truth.abs_diff(*own)).max().unwrap_or(0)
@@ -160,6 +159,7 @@ fn code(reference: &Reference, drawn: &Drawn, [x, y]: [u32; 2], exposure: f64) -
 
 #[cfg(test)]
 mod tests {
+    use crate::reference::shown::shown;
     use std::time::{Duration, Instant};
 
     use super::*;

@@ -48,7 +48,15 @@ fn each_feature_brings_what_it_needs_and_the_library_alone_no_program_and_no_win
 fn the_package_holds_what_the_library_is_built_from() {
     let files = cargo(&["package", "--list", "--allow-dirty"]);
     let has = |name: &str| files.lines().any(|line| line == name);
-    for name in ["build.rs", "README.md", "LICENSE-MIT", "LICENSE-APACHE", "src/lib.rs", "examples/triangle.rs"] {
+    for name in [
+        "build.rs",
+        "README.md",
+        "LICENSE-MIT",
+        "LICENSE-APACHE",
+        "src/lib.rs",
+        "shaders/fog.wgsl",
+        "examples/triangle.rs",
+    ] {
         assert!(has(name), "{name} is missing of\n{files}");
     }
     // Golden images, documents and scenes are megabytes.

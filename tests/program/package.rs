@@ -71,7 +71,9 @@ fn a_package_holds_all_that_its_sources_include() {
         return;
     }
     let files = packed("afterlight");
-    for needed in ["build.rs", "Cargo.lock", "README.md", "CHANGELOG.md", "LICENSE-MIT", "LICENSE-APACHE"] {
+    for needed in
+        ["build.rs", "Cargo.lock", "README.md", "CHANGELOG.md", "LICENSE-MIT", "LICENSE-APACHE", "shaders/fog.wgsl"]
+    {
         assert!(files.contains(Path::new(needed)), "{needed} is not packed: see `include` in Cargo.toml");
     }
     let mut count = 0;

@@ -21,7 +21,7 @@ const TABLES: [&str; 6] = [
 
 /// An effect by the words of its files and of its code.
 struct Reach {
-    /// Its file has this name, in `src/plan` or in `src/passes`.
+    /// Its file has this name, in `src/plan/effects` or in `src/passes`.
     name: &'static str,
     /// A file is its own if one of these is the name of the file or of a folder that it lies in.
     files: &'static [&'static str],
@@ -62,7 +62,7 @@ const EFFECTS: &[Reach] = &[
         name: "sky",
         files: &["sky", "ambient", "prefilter", "atmosphere"],
         parts: &[],
-        // AMBIENT is also the base light of every frame.
+        // The sky itself is a part of a scene, as lights are: only its passes are looked for. AMBIENT is also the base light of every frame.
         whole: &["SKY", "PREFILTER", "SkyPlan", "has_sky"],
     },
     Reach { name: "fxaa", files: &["fxaa"], parts: &["fxaa"], whole: &[] },
@@ -78,7 +78,7 @@ fn project() -> &'static Path {
 fn sources(folder: &Path, into: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).expect("a folder of sources") {
         let path = entry.expect("an entry").path();
-        let is_code = path.extension().is_some_and(|end| end == "rs" || end == "wgsl" || end == "txt");
+        let is_code = path.extension().is_some_and(|end| end == "rs" || end == "wgsl");
         if path.is_dir() && !path.ends_with("tests") {
             sources(&path, into);
         } else if is_code && !path.ends_with("tests.rs") {
@@ -113,8 +113,12 @@ impl Reach {
 
     /// Returns true if a line of code names the effect; comments and inline tests do not count.
     fn is_named_in(&self, text: &str) -> bool {
-        let code = text.lines().take_while(|line| !line.trim_start().starts_with("#[cfg(test)]"));
-        let code = code.filter(|line| !line.trim_start().starts_with("//"));
+        let lines: Vec<&str> = text.lines().collect();
+        // A file's tests are its last module.
+        let is_test =
+            |pair: &[&str]| pair[0].trim() == "#[cfg(test)]" && pair[1].contains("mod ") && pair[1].ends_with('{');
+        let end = lines.windows(2).position(is_test).unwrap_or(lines.len());
+        let code = lines[..end].iter().filter(|line| !line.trim_start().starts_with("//"));
         let is_word = |letter: char| letter.is_alphanumeric() || letter == '_';
         code.flat_map(|line| line.split(move |letter| !is_word(letter))).any(|identifier| {
             self.whole.contains(&identifier) || parts(identifier).iter().any(|part| self.parts.contains(&&**part))
@@ -167,7 +171,8 @@ fn every_effect_of_the_table_is_looked_for() {
 fn a_file_that_names_an_effect_is_found() {
     let fog = &EFFECTS[0];
     assert!(fog.is_named_in("let x = plan.has_fog();") && fog.is_named_in("use FogPlan;"));
-    assert!(!fog.is_named_in("// fog\nlet foggy = 1;\n#[cfg(test)]\nmod tests { use fog; }"));
-    assert!(fog.owns(Path::new("src/plan/fog.rs")) && fog.owns(Path::new("shaders/fog/air.wgsl")));
-    assert!(!fog.owns(Path::new("src/plan/sky.rs")));
+    assert!(!fog.is_named_in("// fog\nlet foggy = 1;\n#[cfg(test)]\nmod tests {\n use fog; }"));
+    assert!(fog.is_named_in("#[cfg(test)]\nmod tests;\nuse fog;"));
+    assert!(fog.owns(Path::new("src/plan/effects/fog.rs")) && fog.owns(Path::new("shaders/fog/air.wgsl")));
+    assert!(!fog.owns(Path::new("src/plan/effects/sky.rs")));
 }

@@ -50,7 +50,14 @@ pub fn scenes() -> [Scene; 6] {
     };
     let smoke = [smoking(&opaque), smoking(&glazed)];
     let [smoke, hazy] = smoke;
-    [opaque.clone(), glazed.clone(), samples::with("under a sky", opaque), samples::with("under a sky", glazed), smoke, hazy]
+    [
+        opaque.clone(),
+        glazed.clone(),
+        samples::with("under a sky", opaque),
+        samples::with("under a sky", glazed),
+        smoke,
+        hazy,
+    ]
 }
 
 /// Every combination, with the index of its scene.

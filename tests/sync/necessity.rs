@@ -23,7 +23,8 @@ use afterlight::mutants::{Case, Heard, Laboratory, Miss, Mutant, Verdict, Way, c
 use crate::common::gpu::{not_run, on_gpu};
 use crate::common::{some_of, tries_all};
 use afterlight::plan::{
-    Capabilities, CostModel, Error, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB, Refusal, Variation, Why, shows_effect, variations,
+    Capabilities, CostModel, Error, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB, Refusal, Variation, Why, shows_effect,
+    variations,
 };
 
 /// A frame records the passes that the proof assumes, in the same order.

@@ -166,6 +166,7 @@ fn random(scenes: &[(&str, Scene)], random: &mut fastrand::Rng) -> Option<(Strin
         samples: [1, 1, 4][random.usize(..3)],
         fxaa: random.bool(),
         bloom: [0.0, 0.2][random.usize(..2)],
+        aberration: [0.0, 0.02][random.usize(..2)],
         vignette: [0.0, 0.5][random.usize(..2)],
         ao: one(AmbientOcclusion::NAMES, random),
         reflections: one(Reflections::NAMES, random),

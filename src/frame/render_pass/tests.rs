@@ -510,7 +510,9 @@ fn pictures_that_are_drawn_anew_have_the_numbers_of_their_passes_in_the_order() 
 fn the_render_pass_stores_light_that_is_spread_and_the_next_one_loads_it_for_tonemap() {
     let passes = |plan: &FramePlan| List::of(plan).passes().map(|pass| pass.place.name()).collect::<Vec<_>>();
     let is_alone = |plan: &FramePlan| plan.effects.bloom.is_some() && plan.effects.taa.is_none() && !plan.reflects();
-    for (name, plan) in samples::plans_of_effects().into_iter().filter(|(_, plan)| is_alone(plan)) {
+    let plans: Vec<_> = samples::plans_of_effects().into_iter().filter(|(_, plan)| is_alone(plan)).collect();
+    assert!(plans.len() > 100, "only {} plans", plans.len());
+    for (name, plan) in plans {
         let (list, all) = (List::of(&plan), passes(&plan));
         let at = all.iter().position(|own| *own == "BLOOM").unwrap_or_else(|| panic!("{name}: {all:?}"));
         assert_eq!(all[at..at + 4], ["BLOOM", "SPREAD", "SPREAD", "TONEMAP"], "{name}");

@@ -26,7 +26,9 @@ pub(crate) const EFFECT: Effect = Effect {
     }],
     parts: |_, _, plan| {
         let reason = match plan.effects.aberration {
-            Some(share) => format!("ABERRATION draws it, red and blue {share} of the distance from the middle off"),
+            Some(share) => format!(
+                "ABERRATION draws it: red lies {share} of the distance from the middle farther out, blue as much farther in"
+            ),
             None => "no chromatic aberration is asked for".into(),
         };
         let bytes = bytes_of_target(plan, APART);

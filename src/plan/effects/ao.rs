@@ -20,7 +20,12 @@ pub(crate) const EFFECT: Effect = Effect {
     off: Some(("--ao off", |settings| settings.ao = AmbientOcclusion::Off)),
     view: Some(EffectView {
         view: View::Ao,
-        shows: Shows::Gbuffer(Target::Albedo, "The share of light from everywhere that arrives"),
+        shows: Shows::Gbuffer {
+            target: Target::Albedo,
+            content: "The share of light from everywhere that arrives",
+            // SHOW_OCCLUSION
+            code: 8,
+        },
         is_alone: false,
         plan: |_| {},
     }),
@@ -40,11 +45,12 @@ pub(crate) const EFFECT: Effect = Effect {
     targets: &[OUTPUT],
     parts: |_, _, plan| vec![line_of_target(plan, EFFECT.name, &OUTPUT, "AO hands it to AO_DENOISE")],
     check,
-    variations: &[Variation {
-        name: "occluded",
-        scene: |scene| scene.environment.ambient = Vec3::splat(0.1),
-        settings: |settings| settings.ao = AmbientOcclusion::Bitmask,
-    }],
+    variations: &[
+        Variation::with("occluded", light_from_everywhere, |settings| settings.ao = AmbientOcclusion::Bitmask),
+        Variation::view("view of occlusion", light_from_everywhere, |settings| {
+            (settings.ao, settings.view) = (AmbientOcclusion::Bitmask, View::Ao);
+        }),
+    ],
     former_rows: &[
         ("gbuffer-to-ao", &["geometry-to-ao"]),
         ("visibility-to-denoise", &["visibility-to-ao-denoise"]),
@@ -67,6 +73,11 @@ const OUTPUT: OwnTarget = OwnTarget {
 
 fn scale(plan: &FramePlan) -> u32 {
     plan.effects.ao.map_or(1, |ao| ao.scale)
+}
+
+/// Without it there is nothing to weaken.
+fn light_from_everywhere(scene: &mut Scene) {
+    scene.environment.ambient = Vec3::splat(0.1);
 }
 
 /// The parameters of AO. Its pipelines know all of it.

@@ -48,6 +48,7 @@ pub(crate) const EFFECT: Effect = Effect {
     variations: &[
         Variation::of("fog", |settings| settings.fog = Fog::Height),
         Variation::of("lit fog", |settings| (settings.fog, settings.fog_froxels) = (Fog::Froxels, [5, 4, 3])),
+        Variation::view("view of fog", |_| {}, |settings| settings.view = View::Fog),
     ],
     draws: &["fog"],
     former_rows: &[

@@ -54,7 +54,10 @@ pub(crate) const EFFECT: Effect = Effect {
     not_by_compute: Some("they cannot draw particles"),
     names_many_buffers: true,
     check,
-    variations: &[Variation { name: "particles", scene: emit, settings: |_| {} }],
+    variations: &[
+        Variation::with("particles", emit, |_| {}),
+        Variation::view("view of particles", emit, |settings| settings.view = View::Particles),
+    ],
     check_plan: check_buffers,
     former_rows: &[
         ("particles-reuse", &["simulate-reuse"]),
@@ -136,7 +139,7 @@ fn check(request: &Request) -> Result<(), Error> {
 
 const LIT: Shading = Shading::Light { light_only: false };
 
-/// Those of a plan's emitters.
+/// The textures of a plan's emitters.
 fn textures(plans: &EffectPlans) -> &[PlannedTexture] {
     plans.particles.as_ref().map_or(&[], |own| &own.textures)
 }

@@ -53,13 +53,14 @@ pub(crate) const EFFECT: Effect = Effect {
         ]
     },
     check,
-    variations: &[Variation {
-        name: "mirrored",
-        scene: polish,
-        settings: |settings| {
+    variations: &[
+        Variation::with("mirrored", polish, |settings| {
             (settings.reflections, settings.reflection_roughness) = (Reflections::Screen, 1.0);
-        },
-    }],
+        }),
+        Variation::view("view of reflections", polish, |settings| {
+            (settings.view, settings.reflection_roughness) = (View::Reflections, 1.0);
+        }),
+    ],
     draws: &["reflect-resolve"],
     former_rows: &[
         ("rays-to-resolve", &["rays-to-reflect-resolve"]),

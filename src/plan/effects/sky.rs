@@ -26,7 +26,7 @@ pub(crate) const EFFECT: Effect = Effect {
         let most = request.device.max_extent;
         if sky.edge > most { Err(Error::Sky(sky.edge, most)) } else { Ok(()) }
     },
-    variations: &[Variation { name: "under a sky", scene: put_under_sky, settings: |_| {} }],
+    variations: &[Variation::with("under a sky", put_under_sky, |_| {})],
     ..Effect::PLAIN
 };
 

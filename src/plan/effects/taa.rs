@@ -51,7 +51,8 @@ pub(crate) const EFFECT: Effect = Effect {
     check,
     variations: &[
         Variation::of("over time", |settings| settings.taa = true),
-        Variation { name: "over time and moving", scene: carry, settings: |settings| settings.taa = true },
+        Variation::with("over time and moving", carry, |settings| settings.taa = true),
+        Variation::view("view of vectors", carry, |settings| settings.view = View::Velocity),
     ],
     draws: &["sharpen"],
     former_rows: &[

@@ -192,6 +192,7 @@ fn made_plans_of_effects() -> Named {
         (" exposed", Settings { output: Output::Exposed, ..deferred() }),
         (" of 4 samples", Settings { samples: 4, ..deferred() }),
         (" of msaa", msaa(deferred())),
+        (" of msaa as shown", Settings { msaa: 4, ..deferred() }),
         (" of msaa in nits", nits(msaa(deferred()))),
         (" and oit", oit(deferred())),
         (" and vignette", Settings { vignette: 1.0, ..deferred() }),
@@ -203,6 +204,7 @@ fn made_plans_of_effects() -> Named {
         (" of msaa, forward", msaa(forward())),
         (" and oit, forward", oit(forward())),
     ];
+    assert!(OF_EFFECTS.iter().all(|own| scenes().iter().any(|(name, _)| name == own)), "a scene has another name");
     let mut plans = Vec::new();
     let mut add = |variations: &[&Variation], (frame, settings): &(&str, Settings)| {
         let names: Vec<&str> = variations.iter().map(|variation| variation.name).collect();
@@ -222,7 +224,8 @@ fn made_plans_of_effects() -> Named {
     let all: Vec<&Variation> = variations().collect();
     for (index, one) in all.iter().enumerate() {
         frames.iter().for_each(|frame| add(&[one], frame));
-        all[index + 1..].iter().for_each(|other| add(&[one, other], &frames[0]));
+        let others = all[index + 1..].iter().filter(|other| !one.is_alone && !other.is_alone);
+        others.for_each(|other| add(&[one, other], &frames[0]));
     }
     plans
 }

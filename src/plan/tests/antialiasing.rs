@@ -23,6 +23,8 @@ fn what_smooths_edges_is_refused_where_it_means_nothing() {
         ),
         (Settings { fxaa: true, samples: 2, ..samples::deferred() }, "FXAA needs --samples 1"),
         (Settings { vignette: 0.5, samples: 2, ..samples::deferred() }, "vignette"),
+        (Settings { aberration: 0.01, samples: 2, ..samples::deferred() }, "chromatic aberration needs --samples 1"),
+        (Settings { aberration: 0.01, output: Output::Nits, ..samples::deferred() }, ".exr"),
         (
             Settings { grain: 0.5, output: Output::Nits, ..samples::deferred() },
             "film grain works on a tone-mapped picture",

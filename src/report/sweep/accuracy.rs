@@ -14,7 +14,7 @@ use super::model::{Errors, ErrorsByTruth, TruthInfo};
 use crate::frame::{self, Pixels, Renderer};
 use crate::gpu::Device;
 use crate::measure::{LinearImage, RELATIVE_EPSILON, Srgb8Image, errors, flip, shown_errors};
-use crate::reference::shown::{Pixel, shown};
+use crate::reference::shown::shown_picture;
 use crate::reference::{Cache, Mode, Options, Reference, Smith, Truth, View};
 use crate::scene::{Camera, Output, Scene, Settings, exposure_scale, metered_ev100};
 
@@ -72,10 +72,8 @@ impl Expected {
     fn of(truth: &Truth, exposure: f64, settings: &Settings) -> Self {
         let light = LinearImage { size: truth.size, pixels: truth.radiance.clone() }.scaled(exposure);
         let size = truth.size;
-        let code = |(index, &light): (usize, &[f64; 3])| {
-            shown(DVec3::from_array(light), settings, Pixel::numbered(index, size))
-        };
-        let pixels = light.pixels.iter().enumerate().map(code).collect();
+        let exposed: Vec<DVec3> = light.pixels.iter().copied().map(DVec3::from_array).collect();
+        let pixels = shown_picture(&exposed, size, settings);
         Self { shown: Srgb8Image { size, pixels }, light }
     }
 }

@@ -341,7 +341,7 @@ settings! {
         /// Jittered frames that are averaged into one picture
         "samples", "samples" => samples: u32 = 1, {
             title: "frames a picture", of_lit_picture: true, smooths: true, values: ValueKind::Whole(1, 4096), only: "render", in_panel: false,
-            option_default: "8, or 1 with --view, --msaa, --taa and what works on the finished picture",
+            option_default: "8, or 1 with --view, --msaa, --taa and what works on the finished picture: --fxaa, --aberration, --vignette, --grain",
             sweep: Sweep::Joint, tried: &["1", "2", "4", "8", "16", "32", "64"], quick: &["1", "4"],
         }
         /// Average a pixel's samples before tone mapping (linear) or after it (tone-mapped)

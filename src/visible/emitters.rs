@@ -41,25 +41,25 @@ pub struct EmitterRecord {
     pub turns: Vec4,
 }
 
-/// The particles of a frame.
+/// The emitters of a frame, as SIMULATE is told.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Particles {
+pub struct Emitters {
     pub records: Vec<EmitterRecord>,
-    /// Of all emitters together.
+    /// Of particles, of all emitters together.
     pub count: u32,
 }
 
-impl Particles {
-    /// Those that are alive at the world's moment; none where the frame is halted before anything transparent.
+impl Emitters {
+    /// With the particles that are alive at the world's moment; none where the frame is halted before anything transparent.
     pub(super) fn of(world: &World, camera: &Camera, plan: &FramePlan) -> Self {
-        let mut particles = Self::default();
-        let Some(planned) = plan.effects.particles.as_ref().filter(|_| !world.is_halted()) else { return particles };
+        let mut emitters = Self::default();
+        let Some(planned) = plan.effects.particles.as_ref().filter(|_| !world.is_halted()) else { return emitters };
         for (emitter, texture) in world.emitters.iter().zip(&planned.texture_of) {
-            let record = record(emitter, world, camera, (particles.count, planned.capacity, *texture));
-            particles.count += record.place.y;
-            particles.records.push(record);
+            let record = record(emitter, world, camera, (emitters.count, planned.capacity, *texture));
+            emitters.count += record.place.y;
+            emitters.records.push(record);
         }
-        particles
+        emitters
     }
 }
 
@@ -104,13 +104,13 @@ fn record(
 impl Visible {
     /// The state of what changes by itself from moment to moment, to be compared with another frame's.
     pub fn changing(&self) -> Vec<u8> {
-        bytemuck::cast_slice(&self.particles.records).to_vec()
+        bytemuck::cast_slice(&self.emitters.records).to_vec()
     }
 }
 
 impl World {
     /// Boxes that the particles of a plan never leave.
-    pub(super) fn particle_boxes(&self, plan: &FramePlan) -> Vec<Aabb> {
+    pub(super) fn emitter_boxes(&self, plan: &FramePlan) -> Vec<Aabb> {
         match plan.effects.particles {
             Some(_) => self.emitters.iter().map(Emitter::bounds).collect(),
             None => Vec::new(),
@@ -119,6 +119,6 @@ impl World {
 
     /// The box around all that is drawn: objects and particles.
     pub fn drawn_bounds(&self, plan: &FramePlan) -> Aabb {
-        self.particle_boxes(plan).iter().fold(self.bounds, |all, own| all.union(own))
+        self.emitter_boxes(plan).iter().fold(self.bounds, |all, own| all.union(own))
     }
 }
