@@ -14,7 +14,7 @@ use crate::scene::emitter::MOST_FRAMES;
 pub struct Sheets {
     pub sampler: Sampler,
     sheets: Vec<Sheet>,
-    /// Of images that are no arrays by themselves.
+    /// Array views of images that are no arrays by themselves.
     arrays: Vec<Option<Owned<vk::ImageView>>>,
 }
 

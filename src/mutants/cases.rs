@@ -51,7 +51,7 @@ const PASSES: &[Variation] = &[
     Variation::of("toned", |settings| (settings.vignette, settings.grain) = (0.5, 0.1)),
 ];
 
-/// The most variations of one plan. With so many there are all rows that sample plans of the tests have (`tests/sync/necessity.rs`).
+/// The most variations of one plan. Four find every row that sample plans of the tests have (`tests/sync/necessity.rs`).
 const MOST: usize = 4;
 
 /// A light path that lamps need.
@@ -77,7 +77,7 @@ fn sets() -> Vec<Vec<&'static Variation>> {
     let (alone, combined): (Vec<&Variation>, Vec<&Variation>) = plan::variations().partition(|own| own.is_alone);
     let few = FRAME.len() + alone.len();
     let all: Vec<&Variation> = FRAME.iter().chain(alone).chain(PASSES).chain(combined).collect();
-    // A set as places in `all`, of which those after the first few may be in larger ones.
+    // Sets hold places in `all`. Those after the first few may be in larger sets.
     let mut last: Vec<Vec<usize>> = vec![Vec::new()];
     let mut sets = last.clone();
     for size in 1..=MOST {

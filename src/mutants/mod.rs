@@ -126,7 +126,7 @@ pub fn mutants<'a>(cases: &'a [Case], plans: &'a [FramePlan]) -> Vec<Mutant<'a>>
     let mut tried = Vec::new();
     for (case, plan) in cases.iter().zip(plans) {
         let table = edges::table(plan);
-        // Frames that overwrite more than one buffer of the last frame are left out likewise: the layer takes what the barrier of one orders to be ordered for the others, too.
+        // Frames that overwrite more than one buffer of the last frame give their new rows alone, too: the layer takes the barrier of one buffer to order the others.
         let is_of_buffer = |edge: &&Edge| matches!(edge.carrier, Carrier::BufferBarrier | Carrier::MemoryBarrier);
         let overwrites_buffers = table.iter().filter(|edge| edge.from == Place::OUTSIDE).filter(is_of_buffer).count();
         for edge in table.iter().filter(|edge| edge.carrier.stays().is_none()) {

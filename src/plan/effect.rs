@@ -94,7 +94,7 @@ pub struct Effect {
 /// A change that turns a plain frame into one with something more. Sample plans have each variation, alone and with others ([`crate::mutants`]).
 #[derive(Debug, Clone, Copy)]
 pub struct Variation {
-    /// In words: `lit fog`.
+    /// Its name in words: `lit fog`.
     pub name: &'static str,
     /// Gives a scene what it lacks.
     pub scene: fn(&mut Scene),

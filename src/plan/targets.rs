@@ -54,7 +54,7 @@ pub struct OwnTarget {
     pub format: fn(&FramePlan) -> Option<vk::Format>,
     /// Width and height in texels.
     pub extent: fn(&FramePlan) -> [u32; 2],
-    /// For each pixel of the picture, where the frames have it.
+    /// Bytes for each pixel of the picture.
     pub bytes_per_pixel: fn(&FramePlan) -> u32,
 }
 

@@ -45,7 +45,7 @@ pub fn shown(exposed: DVec3, settings: &Settings, pixel: Pixel) -> [u8; 3] {
     finished(tone_map::<f64>(exposed, settings.tonemap), settings, pixel)
 }
 
-/// With vignette and grain, as codes.
+/// Returns the codes of light that vignette and grain weaken.
 fn finished(toned: DVec3, settings: &Settings, pixel: Pixel) -> [u8; 3] {
     let light = toned * lens(settings, pixel) * film(settings, pixel);
     light.to_array().map(|linear| (encode_srgb(linear) * 255.0).round() as u8)

@@ -45,7 +45,7 @@ pub struct EmitterRecord {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Emitters {
     pub records: Vec<EmitterRecord>,
-    /// Of particles, of all emitters together.
+    /// Number of particles of all emitters together.
     pub count: u32,
 }
 
