@@ -311,8 +311,8 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         },
         section: "Image Layout Transitions",
         says: TRANSITION,
-        why: "the same of the output that a pass of an earlier submission has sampled. Its layout changes after what the dependency's first scope has, and that \
-              must have the read",
+        why: "the layer takes the layout change of an output that an earlier submission has sampled to be ordered after that. It happens after what the \
+              dependency's first scope has, and that must have the read",
     },
     UnreportedMutants {
         seen_from: None,
@@ -342,7 +342,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         section: "VkSubpassDependency",
         says: "If there is no subpass dependency from the last subpass that uses an attachment to VK_SUBPASS_EXTERNAL, then an implicit subpass \
                dependency exists from the last subpass it is used in to VK_SUBPASS_EXTERNAL",
-        why: "the same for all of it: the implicit dependency holds nothing back, so that it makes no chain with what comes over the picture",
+        why: "the layer is content with the implicit dependency. That one holds nothing back, so that it makes no chain with what comes over the picture",
     },
     UnreportedMutants {
         seen_from: None,
@@ -373,7 +373,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         },
         section: "Execution and Memory Dependencies",
         says: HAZARDS,
-        why: "the same where the row makes the writes of the last frame available: nothing makes them visible to this one's",
+        why: "the layer is content where the row makes the writes of the last frame available. Nothing makes them visible to this frame's writes",
     },
     UnreportedMutants {
         seen_from: Some(NEWEST),
