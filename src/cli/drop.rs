@@ -368,10 +368,13 @@ fn proved(hazards: &[Hazard]) -> String {
 fn silence(plan: &FramePlan, edge: &Edge, layer: u32) -> String {
     let (own, known) = (version(layer), version(LAYER));
     match reason(plan, edge, Part::Row) {
-        Some(reason) => format!(
-            "No layer is known to notice: {}. The specification says ({}): \"{}.\"",
-            reason.why, reason.section, reason.says
-        ),
+        Some(reason) => {
+            let notices = match reason.seen_from {
+                Some(newer) => format!("No layer before {} is known to notice", version(newer)),
+                None => "No layer is known to notice".into(),
+            };
+            format!("{notices}: {}. The specification says ({}): \"{}.\"", reason.why, reason.section, reason.says)
+        }
         None if layer >= LAYER => {
             let name = edge.name;
             format!("These frames gave {name} nothing to order: where it orders something, layer {known} notices.")
@@ -420,8 +423,8 @@ mod tests {
 
     use super::*;
 
-    fn row(name: RowName) -> Edge {
-        let (from, to, why) = (Place::OUTSIDE, Place::OUTSIDE, "");
+    fn row(name: RowName, to: Place) -> Edge {
+        let (from, why) = (Place::OUTSIDE, "");
         let (carrier, by_region) = (Carrier::Subpass(SHADOW_PASS), false);
         Edge {
             name,
@@ -441,11 +444,11 @@ mod tests {
     #[test]
     fn silence_is_explained_by_what_is_known_of_the_layer() {
         let plan = FramePlan::of(&Scene::default(), &Settings::default(), &Capabilities::ample()).expect("a plan");
-        let reuse = row(RowName::Reuse(Place::pass("SHADOW")));
+        let reuse = row(RowName::Reuse(Place::pass("SHADOW")), Place::pass("SHADOW"));
         let (new, old) = (silence(&plan, &reuse, LAYER), silence(&plan, &reuse, LAYER - 1));
         assert!(new.contains("gave shadow-reuse nothing to order"), "{new}");
         assert!(old.contains("says nothing of these frames") && !old.contains("gave"), "{old}");
-        let argued = silence(&plan, &row(RowName::PICTURE_TO_HOST), LAYER);
+        let argued = silence(&plan, &row(RowName::PICTURE_TO_HOST, Place::HOST), LAYER);
         assert!(argued.contains("No layer is known to notice") && argued.contains("Signaling a fence"), "{argued}");
     }
 }

@@ -217,6 +217,8 @@ fn made_plans_of_effects() -> Named {
             let name = format!("{scene_name} {}{frame}", names.join(", "));
             match FramePlan::of(&scene, &settings, &device()) {
                 Ok(plan) => plans.push((name, plan)),
+                // A light path may lack what a view shows.
+                Err(_) if variations.iter().any(|variation| variation.is_alone) => {}
                 Err(error) => assert!(matches!(error, Error::Refused(_)), "{name}: {error}"),
             }
         }
