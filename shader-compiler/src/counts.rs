@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use crate::shader::Shader;
 
-/// Counts the variants, as the line `// counts:` states them: `6; with LIGHTS 4, MSAA 3`. Without a flag those that have it would not exist.
+/// Counts the variants, as the line `// counts:` states them: `6; with LIGHTS 4, MSAA 3`. The number of a flag is that of the variants which have it.
 #[must_use]
 pub fn count_variants(shader: &Shader) -> String {
     let mut counts = shader.variants.len().to_string();
@@ -18,7 +18,7 @@ pub fn count_variants(shader: &Shader) -> String {
     counts
 }
 
-/// Lists how the numbers of a shader differ from those that its file states: `226 -> 452; MSAA 108 -> 216`.
+/// Lists the numbers that a shader's file states wrongly, each with the right one: `226 -> 452; MSAA 108 -> 216`.
 #[must_use]
 pub fn variants_growth(shader: &Shader) -> Option<String> {
     let (before, after) = (shader.counts.as_deref().unwrap_or(""), count_variants(shader));

@@ -1,4 +1,4 @@
-// The air that all is seen through, as a part of a frame's data. fog.wgsl computes with it; where there is no fog, all of it is 0.
+// The fog of a frame, as a part of the frame's uniform data. All numbers are 0 in a frame without fog.
 #define_import_path afterlight::air
 
 struct Air {

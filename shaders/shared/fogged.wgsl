@@ -3,7 +3,7 @@
 #import afterlight::frame::{frame, ORTHOGRAPHIC}
 #import afterlight::fog::{fog_depth, fog_light, fog_transmittance, FogRay}
 
-// There is fog, and what is drawn is seen through it: FOG has come after opaque surfaces.
+// True if the frame has fog and this pipeline draws things that are seen through it. FOG covers opaque surfaces alone.
 override FOG: bool = false;
 
 #ifdef LIGHTS

@@ -66,7 +66,7 @@ fn is_of_buffer(edge: &Edge) -> bool {
     matches!(edge.carrier, Carrier::BufferBarrier | Carrier::MemoryBarrier)
 }
 
-/// Returns true if the row leads into a render pass, from what the same frame has done before it.
+/// Returns true if a render pass waits by this row for an earlier pass of the same frame.
 fn enters(edge: &Edge) -> bool {
     edge.carrier.is_render_pass() && edge.from != Place::OUTSIDE && !edge.is_between_subpasses()
 }

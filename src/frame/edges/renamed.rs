@@ -33,7 +33,7 @@ const FORMER_ROWS: &[FormerRow] = &[
     ("picture-to-tone", &["*-to-tone"]),
 ];
 
-/// All former names. An effect declares those of its own passes.
+/// All former names. An effect declares the former names of its own rows.
 fn former_rows() -> impl Iterator<Item = &'static FormerRow> {
     FORMER_ROWS.iter().chain(EFFECTS.iter().flat_map(|effect| effect.former_rows))
 }

@@ -82,12 +82,12 @@ impl Missing<'_> {
         self.edge.carrier == Carrier::Subpass(RenderPassName::of(place))
     }
 
-    /// Returns true if the row waits for what was before its span: the frame before, as a rule.
+    /// Returns true if the row waits for something outside of its frame, mostly for the frame before.
     fn is_from_outside(&self) -> bool {
         self.edge.from == Place::OUTSIDE
     }
 
-    /// Returns true if the row leads into a render pass, from what the same frame has done before it.
+    /// Returns true if a render pass waits by this row for an earlier pass of the same frame.
     fn enters(&self) -> bool {
         self.edge.carrier.is_render_pass() && !self.edge.is_between_subpasses() && !self.is_from_outside()
     }
@@ -322,7 +322,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
             // Where COPY takes the picture as it lies, no layout change comes between, and the layer sees that OVERLAY waits for the copy.
             let follows_change = ["picture-to-split", "picture-to-copy"].contains(label)
                 || *label == "picture-to-overlay" && is_presented;
-            // With an access it is for a copy that comes right after.
+            // A row with an access is one for a copy that follows.
             after.access.is_empty() && missing.is_after(S::TRANSFER, A::empty())
                 || follows_change && missing.is_before(S::TRANSFER, A::empty())
         },
@@ -336,7 +336,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         is_about: |missing| {
             let Edge { carrier, to, after, .. } = missing.edge;
             let leaves = carrier.is_render_pass() && *to == Place::OUTSIDE;
-            // With an access it is for the copy that comes right after.
+            // A row with an access is one for the copy that follows.
             missing.is_row() && leaves && after.access.is_empty()
         },
         section: "VkSubpassDependency",
