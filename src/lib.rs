@@ -26,27 +26,21 @@
 /// The vectors, matrices and rotations of scenes.
 pub use glam;
 
+pub use afterlight_gpu as gpu;
+pub use afterlight_scene as scene;
+
 pub mod frame;
-pub mod gpu;
 pub mod measure;
 // Tests of validation layers, for the program.
 #[doc(hidden)]
 pub mod mutants;
 pub mod plan;
 pub mod reference;
-// Reads within a bound, for the program.
-#[doc(hidden)]
-pub mod regular_file;
 pub mod report;
-pub mod scene;
 // The catalogue of extreme cases, for the program.
 #[doc(hidden)]
 pub mod stress;
-mod user_cache;
 mod visible;
-// Whole files, for the program.
-#[doc(hidden)]
-pub mod whole_file;
 #[cfg(feature = "window")]
 pub mod window;
 

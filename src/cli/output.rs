@@ -5,7 +5,7 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use afterlight::whole_file::WholeFile;
+use afterlight_files::whole_file::WholeFile;
 use serde::Serialize;
 
 use super::failure::{Exit, Failure};

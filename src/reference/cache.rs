@@ -11,9 +11,9 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
-use crate::regular_file::read_regular;
-use crate::user_cache::user_cache;
-use crate::whole_file::WholeFile;
+use afterlight_files::regular_file::read_regular;
+use afterlight_files::user_cache::user_cache;
+use afterlight_files::whole_file::WholeFile;
 
 use super::render::{Accumulation, PASS, Progress, Reference};
 use super::{Mode, Options, Smith, TriangleId, Truth, View, fingerprint};

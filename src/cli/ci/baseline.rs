@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use afterlight::measure::Srgb8Image;
-use afterlight::regular_file::read_regular;
+use afterlight_files::regular_file::read_regular;
 use serde::{Deserialize, Serialize};
 
 use super::results;

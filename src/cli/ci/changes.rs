@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use afterlight::regular_file::read_regular;
+use afterlight_files::regular_file::read_regular;
 
 use super::reports::Judged;
 use super::results::{self, MOST_BYTES};

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use afterlight::regular_file::read_regular;
+use afterlight_files::regular_file::read_regular;
 
 use super::suite::Case;
 use super::verdict::{CaseReport, Verdict};

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use afterlight::regular_file::read_given;
+use afterlight_files::regular_file::read_given;
 use regex::RegexSet;
 
 use super::verdict::{CaseReport, Status};

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use afterlight::frame::experiment::Way;
 use afterlight::gpu::Validation;
-use afterlight::regular_file::read_regular;
+use afterlight_files::regular_file::read_regular;
 use afterlight::scene::{SettingsPatch, builtin, nearest, unknown};
 use serde::{Deserialize, Serialize};
 

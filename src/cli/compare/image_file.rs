@@ -4,7 +4,7 @@ use std::path::Path;
 
 use afterlight::measure::{LinearImage, Srgb8Image};
 use afterlight::reference::tonemap::{encode_srgb, tone_map};
-use afterlight::regular_file::read_regular;
+use afterlight_files::regular_file::read_regular;
 use afterlight::scene::{Tonemap, decode, exposure_scale};
 use glam::DVec3;
 use image::{ColorType, DynamicImage, Limits};

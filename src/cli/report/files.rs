@@ -5,7 +5,7 @@ use std::io::{self, Cursor};
 use std::path::{Path, PathBuf};
 
 use afterlight::measure::{Srgb8Image, flip};
-use afterlight::regular_file::read_regular;
+use afterlight_files::regular_file::read_regular;
 use afterlight::report::page;
 use afterlight::report::sweep::choice::{self, KINDS, LONGEST_EDGE};
 use afterlight::report::sweep::families::{Sweep, name_of};

@@ -16,7 +16,7 @@ use super::line;
 use super::model::{Against, Attribution, ErrorsByTruth, LeftOut, Machine, Metric, Shard, TruthInfo};
 use super::timing::{Rounds, Sample};
 use crate::measure::what_moves;
-use crate::regular_file::read_regular;
+use afterlight_files::regular_file::read_regular;
 use crate::scene::{Scene, Settings, SettingsPatch};
 
 /// The name of the file in a report's folder.

@@ -1,0 +1,389 @@
+//! The logical device: one queue for graphics, compute and transfer, and the state that every object on it shares.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::{CStr, CString, c_char};
+use std::fmt;
+use std::fs::File;
+use std::io::{Seek as _, SeekFrom, Write as _};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use ash::vk;
+use ash::vk::Handle;
+
+use super::error::{Doing, Error, Result};
+use super::functions::Functions;
+use super::instance::{Instance, Validation};
+use super::instrumentation::Instrumentation;
+use super::journal::{Arguments, Command};
+use super::memory::{Memory, leak};
+use super::owned::{Registry, RetireQueue};
+use super::physical::{DeviceChoice, PhysicalDevice, choose};
+use super::pipeline_cache::PipelineCache;
+use super::reuse::Reuse;
+use super::submission::Submissions;
+
+/// The optional features that are enabled: those of the device among the ones that this program has a use for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct EnabledFeatures {
+    /// Depth is clamped instead of clipped: casters behind a light's near plane still cast.
+    pub depth_clamp: bool,
+    /// Anisotropic filtering, up to `limits.max_sampler_anisotropy`.
+    pub sampler_anisotropy: bool,
+    /// Shaders that run for each sample; multisampled input attachments need it.
+    pub sample_rate_shading: bool,
+    /// Fragment shaders know the number of their triangle; geometry shaders themselves have no use here.
+    pub geometry_shader: bool,
+    /// Shaders look textures of an array up by numbers that differ from invocation to invocation (`VK_EXT_descriptor_indexing`).
+    pub non_uniform_textures: bool,
+    /// Many commands that draw are read from a buffer by one.
+    pub multi_draw_indirect: bool,
+    /// And begin at any instance.
+    pub draw_indirect_first_instance: bool,
+    /// BC formats.
+    pub texture_compression_bc: bool,
+    /// ETC2 formats.
+    pub texture_compression_etc2: bool,
+    /// The device is Vulkan in part only (MoltenVK); the extension that says so is enabled.
+    pub portability_subset: bool,
+    /// The driver tells how full its heaps are.
+    pub memory_budget: bool,
+    /// Images of a swapchain can be viewed in another format than their own. Only of a device that has swapchains.
+    pub mutable_swapchains: bool,
+    /// A submission can say that it ends a frame, for tools that capture frames of a program without a window (VK_EXT_frame_boundary).
+    pub frame_boundary: bool,
+    /// Layouts may be destroyed while pipelines that were made with them live on (VK_KHR_maintenance4): only then pipelines are kept for reuse.
+    pub maintenance4: bool,
+}
+
+impl EnabledFeatures {
+    /// `required` are the extensions that the device is opened with in any case.
+    fn of(physical: &PhysicalDevice, required: &[&'static CStr]) -> EnabledFeatures {
+        let has = |name: &CStr| physical.extensions.contains(&*name.to_string_lossy());
+        EnabledFeatures {
+            depth_clamp: physical.features.depth_clamp == vk::TRUE,
+            sampler_anisotropy: physical.features.sampler_anisotropy == vk::TRUE,
+            sample_rate_shading: physical.features.sample_rate_shading == vk::TRUE,
+            geometry_shader: physical.features.geometry_shader == vk::TRUE,
+            non_uniform_textures: physical.non_uniform_textures,
+            multi_draw_indirect: physical.features.multi_draw_indirect == vk::TRUE,
+            draw_indirect_first_instance: physical.features.draw_indirect_first_instance == vk::TRUE,
+            texture_compression_bc: physical.features.texture_compression_bc == vk::TRUE,
+            texture_compression_etc2: physical.features.texture_compression_etc2 == vk::TRUE,
+            portability_subset: has(ash::khr::portability_subset::NAME),
+            memory_budget: has(ash::ext::memory_budget::NAME),
+            mutable_swapchains: required.contains(&ash::khr::swapchain::NAME)
+                && MUTABLE_SWAPCHAINS.into_iter().all(has),
+            // A device with the extension has its one feature (specification, "Feature Requirements"). The feature is not queried, because
+            // gfxreconstruct's layer offers the extension for drivers that lack it, and leaves the answer to them.
+            frame_boundary: has(ash::ext::frame_boundary::NAME),
+            // A device with this extension has its feature, too.
+            maintenance4: has(ash::khr::maintenance4::NAME),
+        }
+    }
+
+    fn core(&self) -> vk::PhysicalDeviceFeatures {
+        vk::PhysicalDeviceFeatures::default()
+            .depth_clamp(self.depth_clamp)
+            .sampler_anisotropy(self.sampler_anisotropy)
+            .sample_rate_shading(self.sample_rate_shading)
+            .geometry_shader(self.geometry_shader)
+            .shader_sampled_image_array_dynamic_indexing(self.non_uniform_textures)
+            .multi_draw_indirect(self.multi_draw_indirect)
+            .draw_indirect_first_instance(self.draw_indirect_first_instance)
+            .texture_compression_bc(self.texture_compression_bc)
+            .texture_compression_etc2(self.texture_compression_etc2)
+    }
+
+    fn extensions(&self) -> impl Iterator<Item = &'static CStr> {
+        // A device that has the portability subset must be given it.
+        let subset = self.portability_subset.then_some(ash::khr::portability_subset::NAME);
+        let mutable = self.mutable_swapchains.then_some(MUTABLE_SWAPCHAINS).into_iter().flatten();
+        let indexing = self.non_uniform_textures.then_some(ash::ext::descriptor_indexing::NAME);
+        let budget = self.memory_budget.then_some(ash::ext::memory_budget::NAME);
+        let boundary = self.frame_boundary.then_some(ash::ext::frame_boundary::NAME);
+        let maintenance = self.maintenance4.then_some(ash::khr::maintenance4::NAME);
+        [subset, indexing, budget, boundary, maintenance].into_iter().flatten().chain(mutable)
+    }
+}
+
+/// The second is a part of Vulkan 1.2, and drivers of that still name it.
+const MUTABLE_SWAPCHAINS: [&CStr; 2] = [ash::khr::swapchain_mutable_format::NAME, ash::khr::image_format_list::NAME];
+
+const BEGIN_LABEL: &str = "vkCmdBeginDebugUtilsLabelEXT";
+const END_LABEL: &str = "vkCmdEndDebugUtilsLabelEXT";
+
+/// Longer than any label of the program, so that each covers the one before it in a file.
+const LABEL_BYTES: usize = 80;
+
+/// A logical device with its queue, memory, pipeline cache and retire queue. Shared by everything made on it.
+pub struct Device {
+    /// The device's functions.
+    pub raw: Functions,
+    /// The physical device: its properties and features.
+    pub physical: PhysicalDevice,
+    /// The instance, which outlives the device.
+    pub instance: Arc<Instance>,
+    /// The family of the one queue, which does graphics, compute and transfers.
+    pub queue_family: u32,
+    /// The optional features that are enabled.
+    pub features: EnabledFeatures,
+    debug_utils: Option<ash::ext::debug_utils::Device>,
+    labels: Mutex<BTreeSet<String>>,
+    last_label: Mutex<Option<File>>,
+    shaders: Mutex<Option<BTreeMap<String, Vec<u32>>>>,
+    pub(super) submissions: Submissions,
+    pub(super) registry: Registry,
+    pub(super) retired: RetireQueue,
+    pub(super) reuse: Reuse,
+    pub(super) memory: Memory,
+    pub(super) pipeline_cache: PipelineCache,
+}
+
+impl Device {
+    /// Opens the device that `choice` means.
+    ///
+    /// # Errors
+    /// [`Error::NoDriver`], [`Error::NoSuchDevice`], [`Error::Unsupported`] for a device of Vulkan 1.0; what the driver
+    /// reports.
+    pub fn new(instance: &Arc<Instance>, choice: &DeviceChoice) -> Result<Arc<Device>> {
+        Device::with_extensions(instance, choice, &[])
+    }
+
+    /// As [`Device::new`], with device extensions that must exist, such as `VK_KHR_swapchain`.
+    ///
+    /// # Errors
+    /// As [`Device::new`], and [`Error::Unsupported`] naming an extension that is missing.
+    pub fn with_extensions(
+        instance: &Arc<Instance>,
+        choice: &DeviceChoice,
+        required: &[&'static CStr],
+    ) -> Result<Arc<Device>> {
+        let mut devices = instance.physical_devices()?;
+        let physical = devices.swap_remove(choose(&devices, choice)?);
+        let Some(queue_family) = physical.queue_family else {
+            return Err(Error::Unsupported(format!("'{}' has no queue for graphics and compute", physical.name)));
+        };
+        if let Some(missing) = required.iter().find(|name| !physical.extensions.contains(&*name.to_string_lossy())) {
+            return Err(Error::Unsupported(format!("'{}' lacks {}", physical.name, missing.to_string_lossy())));
+        }
+        let features = EnabledFeatures::of(&physical, required);
+        let raw = create(instance, &physical, queue_family, &features, required)?;
+        // SAFETY: the device is new; destroyed once, here, if the rest of it cannot be had.
+        let memory = Memory::new(instance.raw(), &raw, &physical).inspect_err(|_| unsafe {
+            raw.destroy_device(None);
+        })?;
+        // SAFETY: the device was created with one queue of this family.
+        let queue = unsafe { raw.get_device_queue(queue_family, 0) };
+        let debug_utils = instance.has_debug_utils().then(|| ash::ext::debug_utils::Device::new(instance.raw(), &raw));
+        let pipeline_cache = PipelineCache::open(&raw, &physical);
+        let device = Device {
+            raw: raw.into(),
+            physical,
+            instance: Arc::clone(instance),
+            queue_family,
+            features,
+            debug_utils,
+            labels: Mutex::default(),
+            last_label: Mutex::default(),
+            shaders: Mutex::default(),
+            submissions: Submissions::new(queue),
+            registry: Registry::default(),
+            retired: RetireQueue::default(),
+            reuse: Reuse::default(),
+            memory,
+            pipeline_cache,
+        };
+        device.name_object(queue, "queue");
+        Ok(Arc::new(device))
+    }
+
+    /// Names an object for layers and debuggers, where VK_EXT_debug_utils is there.
+    pub fn name_object<H: Handle + Copy>(&self, object: H, name: &str) {
+        self.raw.journal.name(object, name);
+        let Some(debug_utils) = &self.debug_utils else { return };
+        let name = c_text(name);
+        let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(object).object_name(&name);
+        // A name that cannot be set is no reason to stop; only running out of host memory can be the cause.
+        // SAFETY: the object belongs to this device (the module's contract).
+        let _ = unsafe { debug_utils.set_debug_utils_object_name(&info) };
+    }
+
+    /// Opens a labelled region in a command buffer, for layers and debuggers.
+    pub fn begin_label(&self, cmd: vk::CommandBuffer, name: &str) {
+        self.tell_label(name);
+        self.raw.journal.note(cmd, BEGIN_LABEL, |_| Arguments::objects([name.to_owned()]));
+        let Some(debug_utils) = &self.debug_utils else { return };
+        let text = c_text(name);
+        let label = vk::DebugUtilsLabelEXT::default().label_name(&text);
+        // SAFETY: the command buffer is recording (the module's contract).
+        unsafe { debug_utils.cmd_begin_debug_utils_label(cmd, &label) };
+        let mut labels = self.labels.lock().unwrap_or_else(PoisonError::into_inner);
+        if !labels.contains(name) {
+            labels.insert(name.to_owned());
+        }
+    }
+
+    /// The labels of all regions that were opened since the last call, sorted. None where VK_EXT_debug_utils is not there.
+    pub fn take_labels(&self) -> Vec<String> {
+        std::mem::take(&mut *self.labels.lock().unwrap_or_else(PoisonError::into_inner)).into_iter().collect()
+    }
+
+    /// Keeps the name of the last labelled region that was recorded in a file, so that it shows how far a crashed process came.
+    pub fn tell_labels_to(&self, file: File) {
+        *self.last_label.lock().unwrap_or_else(PoisonError::into_inner) = Some(file);
+    }
+
+    /// Writes over the label before. A file that cannot be written is no reason to stop.
+    fn tell_label(&self, name: &str) {
+        if let Some(file) = &mut *self.last_label.lock().unwrap_or_else(PoisonError::into_inner) {
+            let line = format!("{name:LABEL_BYTES$}\n");
+            let _ = file.seek(SeekFrom::Start(0)).and_then(|_| file.write_all(line.as_bytes()));
+        }
+    }
+
+    /// Keeps the SPIR-V of all pipelines that are made from now on, for [`Device::take_shaders`].
+    pub fn keep_shaders(&self) {
+        self.shaders.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert_default();
+    }
+
+    /// The SPIR-V that was kept, by the names of pipelines and their stages. None is kept from here on.
+    pub fn take_shaders(&self) -> BTreeMap<String, Vec<u32>> {
+        self.shaders.lock().unwrap_or_else(PoisonError::into_inner).take().unwrap_or_default()
+    }
+
+    pub(super) fn keep_shader(&self, name: impl FnOnce() -> String, spirv: &[u32]) {
+        if let Some(shaders) = &mut *self.shaders.lock().unwrap_or_else(PoisonError::into_inner) {
+            shaders.insert(name(), spirv.to_vec());
+        }
+    }
+
+    /// Begins a journal of all commands that are recorded on the device, with the names of objects that are made from now on, for
+    /// [`Device::take_commands`]. Where one is kept already, it goes on with the names that it has, and without its commands.
+    pub fn keep_commands(&self) {
+        self.raw.journal.start();
+    }
+
+    /// The commands of the journal, in the order of recording, and stops the journal. Labels are among them even where VK_EXT_debug_utils is not
+    /// there to record them.
+    pub fn take_commands(&self) -> Vec<Command> {
+        self.raw.journal.stop()
+    }
+
+    /// Closes the region that the last [`Device::begin_label`] opened.
+    pub fn end_label(&self, cmd: vk::CommandBuffer) {
+        self.raw.journal.note(cmd, END_LABEL, |_| Arguments::default());
+        let Some(debug_utils) = &self.debug_utils else { return };
+        // SAFETY: the command buffer is recording, with a label open (the module's contract).
+        unsafe { debug_utils.cmd_end_debug_utils_label(cmd) };
+    }
+
+    /// Writes the pipeline cache to disk if it has grown since. Failing to is never an error: it only costs time later.
+    pub fn save_pipeline_cache(&self) {
+        self.pipeline_cache.save(&self.raw);
+    }
+}
+
+impl fmt::Debug for Device {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.physical.fmt(f)
+    }
+}
+
+impl Drop for Device {
+    fn drop(&mut self) {
+        if !self.settle() {
+            let log = self.instance.message_log();
+            log.push(leak("the device stays, with all that is on it: there was no memory to wait for its end".into()));
+            self.memory.keep();
+            std::mem::forget(Arc::clone(&self.instance));
+            return;
+        }
+        self.give_up_kept();
+        self.destroy_all_retired();
+        self.save_pipeline_cache();
+        self.pipeline_cache.destroy(&self.raw);
+        self.submissions.destroy(&self.raw);
+        // Owners hold the device, so an object that is left was never given to one, or its owner lost it.
+        let log = self.instance.message_log();
+        for object in self.registry.lock().objects.values() {
+            log.push(leak(format!("{:?} '{}' was never destroyed", object.object_type, object.name)));
+        }
+        self.memory.close(&log);
+        // SAFETY: everything that this module made on it is destroyed, and nobody else has the device.
+        unsafe { self.raw.destroy_device(None) };
+    }
+}
+
+/// The text up to its first NUL, as Vulkan takes it.
+fn c_text(text: &str) -> CString {
+    let until_nul = text.split('\0').next().unwrap_or_default();
+    CString::new(until_nul).unwrap_or_default()
+}
+
+fn create(
+    instance: &Instance,
+    physical: &PhysicalDevice,
+    queue_family: u32,
+    features: &EnabledFeatures,
+    required: &[&'static CStr],
+) -> Result<ash::Device> {
+    let mut names: Vec<&CStr> = features.extensions().chain(required.iter().copied()).collect();
+    names.sort_unstable();
+    names.dedup();
+    let names: Vec<*const c_char> = names.into_iter().map(CStr::as_ptr).collect();
+    let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&[1.0])];
+    let mut instrumentation = match instance.validation() {
+        Validation::GpuAssisted => Instrumentation::of(instance, physical)?,
+        _ => Instrumentation::default(),
+    };
+    let core = instrumentation.with(features.core());
+    let info = vk::DeviceCreateInfo::default()
+        .queue_create_infos(&queues)
+        .enabled_extension_names(&names)
+        .enabled_features(&core);
+    let (mut info, is_with_1_2) = instrumentation.chain(info, features.non_uniform_textures);
+    let mut indexing =
+        vk::PhysicalDeviceDescriptorIndexingFeatures::default().shader_sampled_image_array_non_uniform_indexing(true);
+    // The structure of Vulkan 1.2 has the same feature, and is chained in place of this one.
+    if features.non_uniform_textures && !is_with_1_2 {
+        info = info.push_next(&mut indexing);
+    }
+    let mut frame_boundary = vk::PhysicalDeviceFrameBoundaryFeaturesEXT::default().frame_boundary(true);
+    if features.frame_boundary {
+        info = info.push_next(&mut frame_boundary);
+    }
+    let mut maintenance4 = vk::PhysicalDeviceMaintenance4Features::default().maintenance4(true);
+    if features.maintenance4 {
+        info = info.push_next(&mut maintenance4);
+    }
+    // SAFETY: the device was listed by this instance; it has these extensions and features; all that the structures
+    // point to lives until the call returns.
+    unsafe { instance.raw().create_device(physical.raw, &info, None) }
+        .doing("vkCreateDevice", || format!("opening the device '{}'", physical.name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::memory::{Location, MemoryNeed};
+    use super::*;
+    use crate::{InstanceOptions, MessageKind};
+
+    #[test]
+    fn memory_that_outlives_its_device_is_reported_as_a_leak() -> std::result::Result<(), Box<dyn std::error::Error>> {
+        let instance = Instance::new(&InstanceOptions::default()).map_err(|error| error.to_string())?;
+        let log = instance.message_log();
+        let device = Device::new(&instance, &DeviceChoice::Auto)?;
+        let requirements = vk::MemoryRequirements { size: 512, alignment: 16, memory_type_bits: !0 };
+        let (location, name) = (Location::Device, "orphan");
+        device.memory.allocate(&MemoryNeed { name, requirements, location, linear: true, dedicated_to: None })?;
+        drop((device, instance));
+        let leaks: Vec<_> = log.take().into_iter().filter(|message| message.kind == MessageKind::Leak).collect();
+        assert!(leaks.len() == 1 && leaks[0].text.contains("'orphan' (512 bytes)"), "{leaks:?}");
+        Ok(())
+    }
+
+    #[test]
+    fn a_name_with_a_nul_in_it_ends_there() {
+        assert_eq!(c_text("albedo\0x").as_c_str(), c"albedo");
+    }
+}

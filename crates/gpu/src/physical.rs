@@ -1,0 +1,382 @@
+//! The devices of a system: their properties and features, and the choice among them.
+
+use std::collections::BTreeSet;
+use std::convert::Infallible;
+use std::fmt;
+use std::io;
+use std::path::PathBuf;
+use std::str::FromStr;
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::device_file::{CALIBRATION, check, read, write};
+use super::error::{Doing, Error, Result};
+use super::instance::{InstanceHandles, fixed_text};
+
+/// A device as its driver describes it. Keeps its instance alive.
+#[derive(Clone)]
+pub struct PhysicalDevice {
+    /// The handle.
+    pub raw: vk::PhysicalDevice,
+    /// The device's name, as `llvmpipe (LLVM 15.0.6, 256 bits)`.
+    pub name: String,
+    /// Discrete, integrated, virtual, or a CPU.
+    pub kind: vk::PhysicalDeviceType,
+    /// The driver's name, as `llvmpipe`; its number if it tells none.
+    pub driver_name: String,
+    /// The driver's description of its version, as `Mesa 22.3.6 (LLVM 15.0.6)`; may be empty.
+    pub driver_info: String,
+    /// The driver's version, packed as the vendor packs it.
+    pub driver_version: u32,
+    /// The highest Vulkan version of the device, packed as Vulkan packs it.
+    pub api_version: u32,
+    /// The vendor's PCI id, or a Khronos vendor id.
+    pub vendor_id: u32,
+    /// The vendor's id of the device.
+    pub device_id: u32,
+    /// The UUID of pipeline caches that the device accepts.
+    pub pipeline_cache_uuid: [u8; vk::UUID_SIZE],
+    /// The device's limits.
+    pub limits: vk::PhysicalDeviceLimits,
+    /// The features of Vulkan 1.0 that the device has; which of them are enabled, [`super::EnabledFeatures`] says.
+    pub features: vk::PhysicalDeviceFeatures,
+    /// Shaders look textures of an array up by numbers that differ from invocation to invocation (`VK_EXT_descriptor_indexing`).
+    pub non_uniform_textures: bool,
+    /// Memory types and heaps.
+    pub memory: vk::PhysicalDeviceMemoryProperties,
+    /// The device extensions.
+    pub extensions: BTreeSet<String>,
+    /// The first queue family that does graphics and compute, if there is one.
+    pub queue_family: Option<u32>,
+    /// The number of valid bits in that family's timestamps; 0: it writes none.
+    pub timestamp_valid_bits: u32,
+    /// The figures that an earlier run measured of the device and its driver, as [`PhysicalDevice::keep_calibration`] took them; only with
+    /// [`super::InstanceOptions::calibrated`].
+    pub calibration: Option<Vec<u8>>,
+    instance: Arc<InstanceHandles>,
+}
+
+impl PhysicalDevice {
+    pub(super) fn query(instance: &Arc<InstanceHandles>, raw: vk::PhysicalDevice) -> Result<PhysicalDevice> {
+        // SAFETY: the device was listed by this instance, which is alive; here and in the calls below.
+        let properties = unsafe { instance.raw.get_physical_device_properties(raw) };
+        // SAFETY: as above.
+        let (features, memory, families) = unsafe {
+            (
+                instance.raw.get_physical_device_features(raw),
+                instance.raw.get_physical_device_memory_properties(raw),
+                instance.raw.get_physical_device_queue_family_properties(raw),
+            )
+        };
+        let name = fixed_text(&properties.device_name);
+        // SAFETY: as above.
+        let extensions = unsafe { instance.raw.enumerate_device_extension_properties(raw) }
+            .doing("vkEnumerateDeviceExtensionProperties", || format!("listing the extensions of '{name}'"))?
+            .iter()
+            .map(|extension| fixed_text(&extension.extension_name))
+            .collect::<BTreeSet<String>>();
+        let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
+        let family = families.iter().position(|family| family.queue_flags.contains(wanted) && family.queue_count > 0);
+        let non_uniform_textures = indexes_textures(instance, raw, (properties.api_version, &features), &extensions);
+        let (driver_name, driver_info) = driver_of(instance, raw, &properties, &extensions);
+        Ok(PhysicalDevice {
+            raw,
+            name,
+            kind: properties.device_type,
+            driver_name,
+            driver_info,
+            driver_version: properties.driver_version,
+            api_version: properties.api_version,
+            vendor_id: properties.vendor_id,
+            device_id: properties.device_id,
+            pipeline_cache_uuid: properties.pipeline_cache_uuid,
+            limits: properties.limits,
+            features,
+            non_uniform_textures,
+            memory,
+            extensions,
+            queue_family: family.and_then(|index| u32::try_from(index).ok()),
+            timestamp_valid_bits: family.map_or(0, |index| families[index].timestamp_valid_bits),
+            calibration: None,
+            instance: Arc::clone(instance),
+        })
+    }
+
+    /// With the data that [`PhysicalDevice::keep_calibration`] has kept by now.
+    pub fn with_calibration(self) -> PhysicalDevice {
+        let calibration = CALIBRATION.place(&self).as_deref().and_then(read);
+        PhysicalDevice { calibration, ..self }
+    }
+
+    /// Returns the path that [`PhysicalDevice::keep_calibration`] will write: `calibration-...` in `AFTERLIGHT_CALIBRATION`, else in `afterlight` in
+    /// the user's cache.
+    ///
+    /// # Errors
+    /// When nothing can be written there, or there is no place for it.
+    pub fn calibration_place(&self) -> io::Result<PathBuf> {
+        let place = CALIBRATION.place(self).ok_or_else(|| io::Error::other("there is no folder for them"))?;
+        check(&place)?;
+        Ok(place)
+    }
+
+    /// Keeps measurements of the device for later runs.
+    ///
+    /// # Errors
+    /// As [`PhysicalDevice::calibration_place`].
+    pub fn keep_calibration(&self, measured: &[u8]) -> io::Result<PathBuf> {
+        let place = self.calibration_place()?;
+        write(&place, measured)?;
+        Ok(place)
+    }
+
+    /// Returns the features of this format for optimally tiled images.
+    pub fn format_features(&self, format: vk::Format) -> vk::FormatFeatureFlags {
+        // SAFETY: the instance is alive, as `self` holds it.
+        unsafe { self.instance.raw.get_physical_device_format_properties(self.raw, format) }.optimal_tiling_features
+    }
+
+    /// Returns true if images of this format can be colour attachments, also of a subpass that blends if `blended`.
+    pub fn supports_color_attachment(&self, format: vk::Format, blended: bool) -> bool {
+        let needed = if blended {
+            vk::FormatFeatureFlags::COLOR_ATTACHMENT | vk::FormatFeatureFlags::COLOR_ATTACHMENT_BLEND
+        } else {
+            vk::FormatFeatureFlags::COLOR_ATTACHMENT
+        };
+        self.format_features(format).contains(needed)
+    }
+
+    /// The limits of images of this format and usage (2D, optimal tiling), or `None` if there can be none.
+    ///
+    /// # Errors
+    /// Running out of memory.
+    pub fn image_limits(
+        &self,
+        format: vk::Format,
+        usage: vk::ImageUsageFlags,
+        flags: vk::ImageCreateFlags,
+    ) -> Result<Option<vk::ImageFormatProperties>> {
+        let (kind, tiling) = (vk::ImageType::TYPE_2D, vk::ImageTiling::OPTIMAL);
+        // SAFETY: the instance is alive, as `self` holds it.
+        let limits = unsafe {
+            self.instance.raw.get_physical_device_image_format_properties(self.raw, format, kind, tiling, usage, flags)
+        };
+        match limits {
+            Ok(limits) => Ok(Some(limits)),
+            Err(vk::Result::ERROR_FORMAT_NOT_SUPPORTED) => Ok(None),
+            Err(result) => Err(Error::vulkan(
+                "vkGetPhysicalDeviceImageFormatProperties",
+                format!("asking for the limits of {format:?} images"),
+                result,
+            )),
+        }
+    }
+
+    /// The sample counts that colour and depth attachments share.
+    pub fn attachment_samples(&self) -> vk::SampleCountFlags {
+        self.limits.framebuffer_color_sample_counts & self.limits.framebuffer_depth_sample_counts
+    }
+
+    /// Returns true if there is memory that transient attachments take only when a tile does not hold them.
+    pub fn has_lazily_allocated_memory(&self) -> bool {
+        let types = self.memory.memory_types_as_slice().iter();
+        types.into_iter().any(|kind| kind.property_flags.contains(vk::MemoryPropertyFlags::LAZILY_ALLOCATED))
+    }
+
+    /// Why this program cannot use the device, if it cannot.
+    pub fn unusable(&self) -> Option<String> {
+        if self.api_version < vk::API_VERSION_1_1 {
+            Some(format!("'{}' has Vulkan {}; 1.1 is needed", self.name, version_text(self.api_version)))
+        } else if self.queue_family.is_none() {
+            Some(format!("'{}' has no queue for graphics and compute", self.name))
+        } else {
+            None
+        }
+    }
+}
+
+impl fmt::Debug for PhysicalDevice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} ({:?}, Vulkan {})", self.name, self.kind, version_text(self.api_version))
+    }
+}
+
+/// A Vulkan version in its usual form, as `1.3.230`.
+pub(super) fn version_text(version: u32) -> String {
+    format!("{}.{}.{}", vk::api_version_major(version), vk::api_version_minor(version), vk::api_version_patch(version))
+}
+
+/// The driver's name and its own words for its version.
+fn driver_of(
+    instance: &InstanceHandles,
+    raw: vk::PhysicalDevice,
+    properties: &vk::PhysicalDeviceProperties,
+    extensions: &BTreeSet<String>,
+) -> (String, String) {
+    let extension = ash::khr::driver_properties::NAME.to_string_lossy();
+    let known = properties.api_version >= vk::API_VERSION_1_2 || extensions.contains(&*extension);
+    let mut driver = vk::PhysicalDeviceDriverProperties::default();
+    // The call itself is of Vulkan 1.1; a device of 1.0 is only listed.
+    if known && properties.api_version >= vk::API_VERSION_1_1 {
+        let mut query = vk::PhysicalDeviceProperties2::default().push_next(&mut driver);
+        // SAFETY: the device was listed by this instance, and the structures live until the call returns.
+        unsafe { instance.raw.get_physical_device_properties2(raw, &mut query) };
+    }
+    let name = fixed_text(&driver.driver_name);
+    let name = if name.is_empty() { format!("driver {:#x}", properties.driver_version) } else { name };
+    (name, fixed_text(&driver.driver_info))
+}
+
+fn indexes_textures(
+    instance: &InstanceHandles,
+    raw: vk::PhysicalDevice,
+    (api_version, features): (u32, &vk::PhysicalDeviceFeatures),
+    extensions: &BTreeSet<String>,
+) -> bool {
+    // The call itself is of Vulkan 1.1.
+    if api_version < vk::API_VERSION_1_1
+        || !extensions.contains(&*ash::ext::descriptor_indexing::NAME.to_string_lossy())
+    {
+        return false;
+    }
+    let mut indexing = vk::PhysicalDeviceDescriptorIndexingFeatures::default();
+    let mut query = vk::PhysicalDeviceFeatures2::default().push_next(&mut indexing);
+    // SAFETY: the device was listed by this instance, and the structures live until the call returns.
+    unsafe { instance.raw.get_physical_device_features2(raw, &mut query) };
+    // SPIR-V declares both.
+    features.shader_sampled_image_array_dynamic_indexing == vk::TRUE
+        && indexing.shader_sampled_image_array_non_uniform_indexing == vk::TRUE
+}
+
+/// The choice of a device.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum DeviceChoice {
+    /// A real GPU before a virtual one, and that before a CPU.
+    #[default]
+    Auto,
+    /// The device of this number in the loader's order, from 0.
+    Index(usize),
+    /// A device whose name has this in it, in upper or lower case; of several, the one that `Auto` would take.
+    Name(String),
+}
+
+impl FromStr for DeviceChoice {
+    type Err = Infallible;
+
+    /// A number, `auto`, or a part of a name.
+    fn from_str(text: &str) -> Result<DeviceChoice, Infallible> {
+        let text = text.trim();
+        Ok(match text.parse() {
+            Ok(index) => DeviceChoice::Index(index),
+            Err(_) if text.is_empty() || text.eq_ignore_ascii_case("auto") => DeviceChoice::Auto,
+            Err(_) => DeviceChoice::Name(text.to_owned()),
+        })
+    }
+}
+
+impl fmt::Display for DeviceChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            DeviceChoice::Auto => f.write_str("auto"),
+            DeviceChoice::Index(index) => write!(f, "{index}"),
+            DeviceChoice::Name(name) => f.write_str(name),
+        }
+    }
+}
+
+/// The index of the device that `choice` means.
+///
+/// # Errors
+/// [`Error::NoSuchDevice`] with the names of those that exist; [`Error::Unsupported`] if the device cannot be used.
+pub fn choose(devices: &[PhysicalDevice], choice: &DeviceChoice) -> Result<usize> {
+    let described: Vec<Candidate<'_>> = devices
+        .iter()
+        .map(|device| Candidate { name: &device.name, kind: device.kind, unusable: device.unusable() })
+        .collect();
+    choose_among(&described, choice)
+}
+
+/// The properties of a device on which the choice depends.
+struct Candidate<'a> {
+    name: &'a str,
+    kind: vk::PhysicalDeviceType,
+    unusable: Option<String>,
+}
+
+fn choose_among(devices: &[Candidate<'_>], choice: &DeviceChoice) -> Result<usize> {
+    let matches = |index: usize, device: &Candidate<'_>| match choice {
+        DeviceChoice::Auto => true,
+        DeviceChoice::Index(wanted) => index == *wanted,
+        DeviceChoice::Name(part) => device.name.to_lowercase().contains(&part.to_lowercase()),
+    };
+    let matching = devices.iter().enumerate().filter(|&(index, device)| matches(index, device));
+    // The first of equals, so that the loader's order (and what configures it) has the last word.
+    let best = matching.min_by_key(|(_, device)| (device.unusable.is_some(), rank(device.kind)));
+    match best {
+        Some((index, Candidate { unusable: None, .. })) => Ok(index),
+        Some((_, Candidate { unusable: Some(reason), .. })) => Err(Error::Unsupported(reason.clone())),
+        None => Err(Error::NoSuchDevice {
+            wanted: choice.to_string(),
+            available: devices.iter().map(|device| device.name.to_owned()).collect(),
+        }),
+    }
+}
+
+fn rank(kind: vk::PhysicalDeviceType) -> u32 {
+    match kind {
+        vk::PhysicalDeviceType::DISCRETE_GPU => 0,
+        vk::PhysicalDeviceType::INTEGRATED_GPU => 1,
+        vk::PhysicalDeviceType::VIRTUAL_GPU => 2,
+        vk::PhysicalDeviceType::CPU => 4,
+        _ => 3,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn candidates() -> [Candidate<'static>; 4] {
+        let of = |name, kind| Candidate { name, kind, unusable: None };
+        [
+            of("llvmpipe (LLVM 15)", vk::PhysicalDeviceType::CPU),
+            of("Radeon 780M", vk::PhysicalDeviceType::INTEGRATED_GPU),
+            of("GeForce A", vk::PhysicalDeviceType::DISCRETE_GPU),
+            of("GeForce B", vk::PhysicalDeviceType::DISCRETE_GPU),
+        ]
+    }
+
+    fn chosen(text: &str) -> Result<usize> {
+        let Ok(choice) = text.parse::<DeviceChoice>();
+        choose_among(&candidates(), &choice)
+    }
+
+    #[test]
+    fn a_real_gpu_comes_before_a_cpu_and_the_first_before_its_equal() {
+        assert_eq!(chosen("auto").ok(), Some(2));
+        assert_eq!(choose_among(&candidates()[..1], &DeviceChoice::Auto).ok(), Some(0));
+    }
+
+    #[test]
+    fn a_device_is_chosen_by_number_or_part_of_its_name() {
+        assert_eq!(chosen("1").ok(), Some(1));
+        assert_eq!(chosen("LLVMPIPE").ok(), Some(0));
+        assert_eq!(chosen("force b").ok(), Some(3));
+    }
+
+    #[test]
+    fn an_unknown_device_lists_those_that_exist() {
+        for wanted in ["4", "voodoo"] {
+            let text = chosen(wanted).map_or_else(|error| error.to_string(), |index| index.to_string());
+            assert!(text.contains(wanted) && text.contains("1: Radeon 780M"), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_device_that_cannot_be_used_is_passed_over_unless_asked_for() {
+        let mut devices = candidates();
+        devices[2].unusable = Some("'GeForce A' has Vulkan 1.0; 1.1 is needed".to_owned());
+        assert_eq!(choose_among(&devices, &DeviceChoice::Auto).ok(), Some(3));
+        assert!(matches!(choose_among(&devices, &DeviceChoice::Index(2)), Err(Error::Unsupported(_))));
+    }
+}

@@ -1,0 +1,304 @@
+//! Submissions to the one queue, and knowing when each is done.
+
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Duration;
+
+use ash::vk;
+
+use super::command::CommandBuffer;
+use super::device::Device;
+use super::error::{Doing, Error, Result};
+
+/// The number of a submission of one device: the first is 1. A higher one is done no earlier than a lower one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Ticket(pub u64);
+
+/// The effects of a submission beside running its commands.
+#[derive(Clone, Copy, Default)]
+pub struct Around<'a> {
+    /// Semaphores to wait for before the given stages.
+    pub waits: &'a [(vk::Semaphore, vk::PipelineStageFlags)],
+    /// Semaphores to signal when done.
+    pub signals: &'a [vk::Semaphore],
+    /// It ends a frame that nothing presents, and this image has its picture. Tools that capture frames are told, where the device can tell
+    /// them; a presented frame needs no such mark.
+    pub ends_frame: Option<vk::Image>,
+}
+
+/// The queue, and a fence for each submission that is not known to be done.
+///
+/// Fences suffice for order: one signals only when every earlier submission to the queue is done too (Vulkan 1.3,
+/// section 7.3, "Fence signal operations").
+pub(super) struct Submissions {
+    submitted: AtomicU64,
+    completed: AtomicU64,
+    state: Mutex<State>,
+}
+
+struct State {
+    queue: vk::Queue,
+    /// A thread that waits for a fence holds it too, and nobody resets it meanwhile.
+    pending: VecDeque<(u64, Arc<vk::Fence>)>,
+    /// Signalled; those that nobody waits for any more can be reset.
+    done: Vec<Arc<vk::Fence>>,
+    free: Vec<vk::Fence>,
+}
+
+impl Submissions {
+    pub(super) fn new(queue: vk::Queue) -> Submissions {
+        let state = State { queue, pending: VecDeque::new(), done: Vec::new(), free: Vec::new() };
+        Submissions { submitted: AtomicU64::new(0), completed: AtomicU64::new(0), state: Mutex::new(state) }
+    }
+
+    /// The last submission made, or being made.
+    pub(super) fn submitted(&self) -> u64 {
+        self.submitted.load(Ordering::Acquire)
+    }
+
+    /// The last submission known to be done.
+    pub(super) fn completed(&self) -> u64 {
+        self.completed.load(Ordering::Acquire)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Takes note of the fences that have signalled, up to that of submission `last`. Fences of later submissions are not asked: a layer takes an
+    /// answer for a wait, and would then see no hazard with the finished work (`tests/sync/necessity.rs`).
+    fn poll(&self, device: &ash::Device, state: &mut State, last: u64) -> Result<()> {
+        while let Some((serial, fence)) = state.pending.front()
+            && *serial <= last
+        {
+            // SAFETY: the fence belongs to this device and is alive.
+            if !unsafe { device.get_fence_status(**fence) }
+                .doing("vkGetFenceStatus", || "asking whether the GPU is done")?
+            {
+                break;
+            }
+            state.done.extend(state.pending.pop_front().map(|(_, fence)| fence));
+        }
+        self.note_completed(state);
+        let State { done, free, .. } = state;
+        // Nobody begins to wait for one of these any more.
+        while let Some(index) = done.iter().position(|fence| Arc::strong_count(fence) == 1) {
+            // SAFETY: its submission is done, so the queue no longer uses it, and nobody waits for it.
+            unsafe { device.reset_fences(&[*done[index]]) }.doing("vkResetFences", || "resetting a fence")?;
+            free.push(*done.swap_remove(index));
+        }
+        Ok(())
+    }
+
+    fn note_completed(&self, state: &State) {
+        let completed = state.pending.front().map_or(self.submitted(), |(serial, _)| serial - 1);
+        self.completed.store(completed, Ordering::Release);
+    }
+
+    /// Destroys all fences. The device must be idle or lost.
+    pub(super) fn destroy(&self, device: &ash::Device) {
+        let mut state = self.lock();
+        let pending = std::mem::take(&mut state.pending).into_iter().map(|(_, fence)| fence);
+        let used = pending.chain(std::mem::take(&mut state.done)).map(|fence| *fence);
+        for fence in used.chain(std::mem::take(&mut state.free)) {
+            // SAFETY: the fence belongs to this device, and no submission is under way.
+            unsafe { device.destroy_fence(fence, None) };
+        }
+        self.note_completed(&state);
+    }
+}
+
+impl Device {
+    /// Submits a recorded command buffer. If it was submitted before, waits for that to be done first.
+    ///
+    /// # Errors
+    /// [`Error::Misuse`] if it is not recorded; a lost device; running out of memory.
+    pub fn submit(&self, cmd: &CommandBuffer) -> Result<Ticket> {
+        self.submit_with(cmd, &Around::default())
+    }
+
+    /// As [`Device::submit`], with waits before and signals after.
+    ///
+    /// # Errors
+    /// As [`Device::submit`].
+    pub fn submit_with(&self, cmd: &CommandBuffer, around: &Around) -> Result<Ticket> {
+        let doing = || format!("submitting '{}'", cmd.name());
+        cmd.submitted_by(|| self.submit_raw(&[cmd.raw], around, doing))
+    }
+
+    /// Has the queue wait for a semaphore that something signals, so that it can be signalled again.
+    ///
+    /// # Errors
+    /// A lost device; running out of memory.
+    pub fn consume(&self, signalled: vk::Semaphore) -> Result<Ticket> {
+        let waits = &[(signalled, vk::PipelineStageFlags::ALL_COMMANDS)];
+        self.submit_raw(&[], &Around { waits, ..Around::default() }, || "waiting for a semaphore".into())
+    }
+
+    fn submit_raw(
+        &self,
+        commands: &[vk::CommandBuffer],
+        around: &Around,
+        doing: impl Fn() -> String,
+    ) -> Result<Ticket> {
+        let Around { waits, signals, ends_frame } = *around;
+        let (semaphores, stages): (Vec<_>, Vec<_>) = waits.iter().copied().unzip();
+        let mut info = vk::SubmitInfo::default().command_buffers(commands);
+        // The address of an empty list is not null, and best practices want it to be.
+        if !waits.is_empty() {
+            info = info.wait_semaphores(&semaphores).wait_dst_stage_mask(&stages);
+        }
+        if !signals.is_empty() {
+            info = info.signal_semaphores(signals);
+        }
+        let image = ends_frame.as_slice();
+        let mut boundary = vk::FrameBoundaryEXT::default().flags(vk::FrameBoundaryFlagsEXT::FRAME_END).images(image);
+        let mut state = self.submissions.lock();
+        let fence = match state.free.pop() {
+            Some(fence) => fence,
+            // SAFETY: the device is alive.
+            None => unsafe { self.raw.create_fence(&vk::FenceCreateInfo::default(), None) }
+                .doing("vkCreateFence", &doing)?,
+        };
+        // Counted before it is made: an owner that another thread drops meanwhile then waits for it.
+        let serial = self.submissions.submitted.fetch_add(1, Ordering::AcqRel) + 1;
+        if self.features.frame_boundary && ends_frame.is_some() {
+            boundary.frame_id = serial;
+            info = info.push_next(&mut boundary);
+        }
+        // SAFETY: the command buffer is recorded and not pending (`submitted_by`), the fence is unsignalled, and the
+        // queue is used by one thread at a time, under the lock.
+        let submitted = unsafe { self.raw.queue_submit(state.queue, &[info], fence) };
+        match submitted {
+            Ok(()) => {
+                state.pending.push_back((serial, Arc::new(fence)));
+                Ok(Ticket(serial))
+            }
+            Err(result) => {
+                state.free.push(fence);
+                self.submissions.note_completed(&state);
+                Err(Error::vulkan("vkQueueSubmit", doing(), result))
+            }
+        }
+    }
+
+    /// Waits until a submission is done. Commands of later submissions that must see its writes, and the CPU that reads
+    /// them, need their own barriers in it.
+    ///
+    /// # Errors
+    /// A lost device; [`Error::Misuse`] for a ticket that this device did not give out.
+    pub fn wait(&self, ticket: Ticket) -> Result<()> {
+        if ticket.0 > self.submissions.submitted() {
+            return Err(Error::Misuse(format!("waiting for submission {}, which was never made", ticket.0)));
+        }
+        if ticket.0 > self.submissions.completed() {
+            let at_least = |&&(serial, _): &&(u64, Arc<vk::Fence>)| serial >= ticket.0;
+            let fence = self.submissions.lock().pending.iter().find(at_least).map(|(_, fence)| Arc::clone(fence));
+            if let Some(fence) = fence {
+                // Not under the lock, so that other threads submit and collect meanwhile. No time limit of our own: a driver ends a hang
+                // by losing the device, and a software one is slow.
+                // SAFETY: the fence is alive and was submitted; nobody resets or destroys it while it is held.
+                unsafe { self.raw.wait_for_fences(&[*fence], true, u64::MAX) }
+                    .doing("vkWaitForFences", || "waiting for the GPU")?;
+            }
+            self.submissions.poll(&self.raw, &mut self.submissions.lock(), ticket.0)?;
+        }
+        self.destroy_done();
+        Ok(())
+    }
+
+    /// Returns true if a submission is done.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn is_done(&self, ticket: Ticket) -> Result<bool> {
+        if ticket.0 > self.submissions.completed() {
+            self.submissions.poll(&self.raw, &mut self.submissions.lock(), ticket.0)?;
+        }
+        Ok(ticket.0 <= self.submissions.completed())
+    }
+
+    /// Destroys the retired objects that are no longer in use. Cheap; for once a frame.
+    pub fn collect(&self) {
+        let Some(last_use) = self.last_retired_use() else { return };
+        // A failure here means a lost device: the next submission or wait says so, and then nothing more is destroyed
+        // before the device is.
+        if self.submissions.poll(&self.raw, &mut self.submissions.lock(), last_use).is_ok() {
+            self.destroy_done();
+        }
+    }
+
+    /// Waits until nothing is under way, and destroys all retired objects, and the pipelines that are kept for reuse: later work finds the device as
+    /// it was.
+    ///
+    /// # Errors
+    /// A lost device; running out of memory.
+    pub fn wait_idle(&self) -> Result<()> {
+        self.give_up_kept();
+        self.wait_for_all()
+    }
+
+    fn wait_for_all(&self) -> Result<()> {
+        {
+            let mut state = self.submissions.lock();
+            // SAFETY: the device is alive, and its only queue is not used meanwhile, as that needs the lock.
+            unsafe { self.raw.device_wait_idle() }.doing("vkDeviceWaitIdle", || "waiting for the GPU to be idle")?;
+            self.submissions.poll(&self.raw, &mut state, u64::MAX)?;
+        }
+        self.destroy_done();
+        Ok(())
+    }
+
+    /// Waits until nothing is under way before objects are destroyed that no ticket stands for. False where the driver
+    /// could not wait, for lack of memory: then they have to stay, as something may use them.
+    pub(super) fn settle(&self) -> bool {
+        settled(|| self.wait_for_all(), || thread::sleep(Duration::from_millis(20)))
+    }
+
+    /// Lets something use the queue that this module does not wrap, such as presenting, while nobody else does. It must not
+    /// submit or wait through this device: that needs the queue too, and would wait forever.
+    pub fn with_queue<R>(&self, use_queue: impl FnOnce(vk::Queue) -> R) -> R {
+        use_queue(self.submissions.lock().queue)
+    }
+}
+
+/// Returns true if everything may be destroyed after a wait, which is tried again for a while where memory was short.
+fn settled(mut wait: impl FnMut() -> Result<()>, mut pause: impl FnMut()) -> bool {
+    const TRIES: usize = 50;
+    for _ in 0..TRIES {
+        match wait() {
+            Err(Error::OutOfMemory { .. }) => pause(),
+            // Any other failure is that of a lost device, which uses nothing any more.
+            _ => return true,
+        }
+    }
+    false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wait_that_lacks_memory_is_tried_again_and_in_the_end_nothing_is_destroyed() {
+        let after = |failures: usize, last: Option<vk::Result>| {
+            let (mut waits, mut pauses) = (0, 0);
+            let wait = || {
+                waits += 1;
+                match waits {
+                    wait if wait <= failures => {
+                        Err(Error::vulkan("vkDeviceWaitIdle", "waiting", vk::Result::ERROR_OUT_OF_HOST_MEMORY))
+                    }
+                    _ => last.map_or(Ok(()), |last| Err(Error::vulkan("vkDeviceWaitIdle", "waiting", last))),
+                }
+            };
+            (settled(wait, || pauses += 1), pauses)
+        };
+        assert_eq!(after(0, None), (true, 0));
+        assert_eq!(after(3, None), (true, 3), "once there is memory again");
+        assert_eq!(after(0, Some(vk::Result::ERROR_DEVICE_LOST)), (true, 0), "a lost device uses nothing");
+        assert_eq!(after(usize::MAX, None), (false, 50));
+    }
+}

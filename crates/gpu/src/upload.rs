@@ -1,0 +1,374 @@
+//! Staged uploads: data goes through a bounded staging buffer to where the GPU reads it.
+//!
+//! Its barriers are the caller's: an [`UploadOrder`] says what each of them waits for and holds back. Nothing here waits for the GPU but for room in
+//! a staging buffer: the barriers order later submissions to the same queue, and the staging buffers go through the retire queue.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::barrier::{ImageRange, image_barrier, memory_barrier};
+use super::buffer::Buffer;
+use super::command::CommandBuffer;
+use super::device::Device;
+use super::error::{Error, Result};
+use super::image::{Image, can_blit, format_block};
+use super::memory::{Location, MemoryKind};
+use super::sync::{Dependency, Use};
+
+/// Copies to buffers and levels of textures; blits to levels.
+pub const COPY_WRITE: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE);
+/// Blits from levels.
+pub const BLIT_READ: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_READ);
+
+/// The order that each barrier of an uploader makes; `None` where no upload needs it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct UploadOrder {
+    /// Copies to buffers, before the buffers' reads.
+    pub buffers: Option<Dependency>,
+    /// The layout change of a new texture, before its first write.
+    pub first: Option<Dependency>,
+    /// The write to a level, before the blit from it.
+    pub blit: Option<Dependency>,
+    /// The blit from a level, before shaders sample it.
+    pub blitted: Option<Dependency>,
+    /// The write to a level that is not blitted from, before shaders sample it.
+    pub written: Option<Dependency>,
+}
+
+impl UploadOrder {
+    /// The order of uploads which are read as `buffers` and `textures` say, and by nothing else.
+    pub fn before(buffers: Use, textures: Use) -> UploadOrder {
+        let order = |before: Use, after| Some(Dependency::between(before.writes(), after));
+        UploadOrder {
+            buffers: order(COPY_WRITE, buffers),
+            first: order(Use::START, COPY_WRITE),
+            blit: order(COPY_WRITE, BLIT_READ),
+            blitted: order(BLIT_READ, textures),
+            written: order(COPY_WRITE, textures),
+        }
+    }
+}
+
+/// Less than this could not hold one row of the widest texture (16384 texels of 16 bytes).
+const LEAST_SLOT_BYTES: u64 = 1 << 20;
+
+/// Copies data to buffers and images through two staging buffers in turn: while the GPU copies out of one, the CPU
+/// fills the other.
+pub struct Uploader {
+    device: Arc<Device>,
+    slots: [Slot; 2],
+    current: usize,
+    order: UploadOrder,
+    /// Some buffer was written.
+    wrote_buffers: bool,
+}
+
+struct Slot {
+    cmd: CommandBuffer,
+    staging: Buffer,
+    used: u64,
+    recording: bool,
+}
+
+/// A place in the staging buffer that is being filled.
+struct Staged {
+    cmd: vk::CommandBuffer,
+    staging: vk::Buffer,
+    offset: u64,
+}
+
+impl Uploader {
+    /// An uploader with two staging buffers that together have `staging_bytes` (at least 2 MiB are taken), whose barriers
+    /// order what `order` says.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`].
+    pub fn new(device: &Arc<Device>, staging_bytes: u64, order: UploadOrder) -> Result<Uploader> {
+        let size = (staging_bytes / 2).max(LEAST_SLOT_BYTES);
+        let slot = |name: &str| -> Result<Slot> {
+            let usage = vk::BufferUsageFlags::TRANSFER_SRC;
+            let staging = Buffer::new(device, name, size, usage, Location::Upload, MemoryKind::Staging)?;
+            Ok(Slot { cmd: CommandBuffer::new(device, name)?, staging, used: 0, recording: false })
+        };
+        Ok(Uploader {
+            device: Arc::clone(device),
+            slots: [slot("upload 0")?, slot("upload 1")?],
+            current: 0,
+            order,
+            wrote_buffers: false,
+        })
+    }
+
+    /// Copies `data` to `dst`, `offset` bytes from its start. Nothing may be using those bytes, and an uploader may
+    /// write them once only. `dst` must live until [`Uploader::finish`].
+    ///
+    /// # Errors
+    /// [`Error::Misuse`] if the bytes do not fit or `dst` is no `TRANSFER_DST`; a lost device.
+    pub fn buffer(&mut self, dst: &Buffer, offset: u64, data: &[u8]) -> Result<()> {
+        let end = offset.checked_add(data.len() as u64);
+        if end.is_none_or(|end| end > dst.size) || !dst.usage.contains(vk::BufferUsageFlags::TRANSFER_DST) {
+            let what = format!("{} bytes at {offset} cannot be uploaded to {dst:?} ({:?})", data.len(), dst.usage);
+            return Err(Error::Misuse(what));
+        }
+        planned(self.order.buffers, dst)?;
+        self.wrote_buffers = true;
+        let mut done = 0;
+        while done < data.len() {
+            let rest = &data[done..];
+            let (staged, taken) = self.stage(rest, 1, 4)?;
+            let region =
+                vk::BufferCopy { src_offset: staged.offset, dst_offset: offset + done as u64, size: taken as u64 };
+            // SAFETY: the command buffer is recording, both buffers are alive (`dst` until `finish`, as promised), and
+            // the region lies within both.
+            unsafe { self.device.raw.cmd_copy_buffer(staged.cmd, staged.staging, dst.raw, &[region]) };
+            done += taken;
+        }
+        Ok(())
+    }
+
+    /// Copies levels of every layer, rows and layers tightly packed, and leaves all of the image in `SHADER_READ_ONLY_OPTIMAL`: all levels,
+    /// or the first alone, of which the others are made by linear blits. The old content is lost. The image must live until
+    /// [`Uploader::finish`].
+    ///
+    /// # Errors
+    /// [`Error::Misuse`] for another number of levels, data of another size, or an image without `TRANSFER_DST` (and `TRANSFER_SRC`, for
+    /// blits); [`Error::Unsupported`] for blits of a format that [`can_blit`] denies; a lost device.
+    pub fn texture(&mut self, image: &Image, levels: &[impl AsRef<[u8]>]) -> Result<()> {
+        let blits = image.mip_levels > 1 && levels.len() == 1;
+        if blits && !can_blit(&self.device.physical, image.format) {
+            return Err(Error::Unsupported(format!(
+                "'{}' cannot make mip levels of {:?}, as '{}' needs",
+                self.device.physical.name, image.format, image.name
+            )));
+        }
+        let source = if blits { vk::ImageUsageFlags::TRANSFER_SRC } else { vk::ImageUsageFlags::empty() };
+        if !blits && levels.len() as u64 != u64::from(image.mip_levels) {
+            let (given, needed) = (levels.len(), image.mip_levels);
+            return Err(Error::Misuse(format!("{image:?} is given {given} levels, not {needed} or the first")));
+        }
+        check_texture(image, vk::ImageUsageFlags::TRANSFER_DST | source)?;
+        (0..).zip(levels).try_for_each(|(level, data)| check_level(image, level, data.as_ref()))?;
+        let written = planned(self.order.written, image)?;
+        let blitting = match blits {
+            true => Some((planned(self.order.blit, image)?, planned(self.order.blitted, image)?)),
+            false => None,
+        };
+        self.make_writable(image)?;
+        for (level, data) in (0..).zip(levels) {
+            self.copy_level(image, level, data.as_ref())?;
+        }
+        let cmd = self.recording()?;
+        if let Some((blit, _)) = blitting {
+            self.blit_levels(cmd, image, blit);
+        }
+        // The levels written by a copy, or by the last blit, and never read.
+        let first_unread = if blits { image.mip_levels - 1 } else { 0 };
+        self.make_readable(cmd, image, (first_unread, image.mip_levels - first_unread), (written, WRITTEN));
+        if let Some((_, blitted)) = blitting {
+            // The others were read by the blit into the next level. Their writes were made available before that; this
+            // barrier waits for the read, changes the layout, and makes them visible to shaders.
+            self.make_readable(cmd, image, (0, image.mip_levels - 1), (blitted, BLITTED));
+        }
+        Ok(())
+    }
+
+    /// Submits the rest. Later submissions find all data in its place; nothing is waited for.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn finish(mut self) -> Result<()> {
+        if self.wrote_buffers {
+            let cmd = self.recording()?;
+            // All copies to buffers, those of earlier submissions included: a barrier orders everything submitted
+            // before it to the same queue.
+            memory_barrier(&self.device, cmd, planned(self.order.buffers, "buffers")?);
+        }
+        self.submit_current()
+    }
+
+    /// Makes the whole image a copy's target. Its content is dropped, so that nothing is to be waited for or kept.
+    fn make_writable(&mut self, image: &Image) -> Result<()> {
+        let first = planned(self.order.first, image)?;
+        let cmd = self.recording()?;
+        self.change(cmd, image, first, (vk::ImageLayout::UNDEFINED, WRITTEN));
+        Ok(())
+    }
+
+    /// `count` levels from `first`, now in `old` layout, become readable for shaders.
+    fn make_readable(
+        &self,
+        cmd: vk::CommandBuffer,
+        image: &Image,
+        (first, count): (u32, u32),
+        (order, old): (Dependency, vk::ImageLayout),
+    ) {
+        let levels = ImageRange::from(image).levels(first, count);
+        self.change(cmd, levels, order, (old, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL));
+    }
+
+    fn change(
+        &self,
+        cmd: vk::CommandBuffer,
+        target: impl Into<ImageRange>,
+        order: Dependency,
+        (old, new): (vk::ImageLayout, vk::ImageLayout),
+    ) {
+        image_barrier(&self.device, cmd, target, order, [old, new]);
+    }
+
+    /// Makes each level from the one above it. Levels above the last end as blit sources.
+    fn blit_levels(&self, cmd: vk::CommandBuffer, image: &Image, order: Dependency) {
+        for level in 1..image.mip_levels {
+            self.blit_level(cmd, image, level, order);
+        }
+    }
+
+    /// Makes a level, ready to be written, from the one above it.
+    fn blit_level(&self, cmd: vk::CommandBuffer, image: &Image, level: u32, order: Dependency) {
+        // The level above was just written, by the copy or by the last blit, and is now read.
+        self.change(cmd, ImageRange::from(image).levels(level - 1, 1), order, (WRITTEN, BLITTED));
+        let blit = vk::ImageBlit {
+            src_subresource: layers_of(image, level - 1),
+            src_offsets: corners(image.level_extent(level - 1)),
+            dst_subresource: layers_of(image, level),
+            dst_offsets: corners(image.level_extent(level)),
+        };
+        let (src, dst) = (BLITTED, WRITTEN);
+        // SAFETY: the command buffer is recording, the images live until it is submitted and beyond, and their levels are in these
+        // layouts.
+        unsafe { self.device.raw.cmd_blit_image(cmd, image.raw, src, image.raw, dst, &[blit], vk::Filter::LINEAR) };
+    }
+
+    /// Copies a level of every layer, as many rows of texels or blocks at a time as the staging buffer has room for.
+    fn copy_level(&mut self, image: &Image, level: u32, data: &[u8]) -> Result<()> {
+        let extent = image.level_extent(level);
+        let (edge, bytes) = format_block(image.format);
+        let row = u64::from(extent.width.div_ceil(edge)) * u64::from(bytes);
+        let row = usize::try_from(row).unwrap_or(usize::MAX);
+        // Offsets are whole texels or blocks (for Vulkan), whole words, and multiples of the device's optimal alignment.
+        let alignment = u64::from(bytes) * self.device.physical.limits.optimal_buffer_copy_offset_alignment.max(4);
+        let layer_data = data.chunks_exact(row * extent.height.div_ceil(edge) as usize);
+        for (layer, layer_data) in (0..).zip(layer_data) {
+            let mut done = 0;
+            while done < layer_data.len() {
+                let (staged, taken) = self.stage(&layer_data[done..], row, alignment)?;
+                let subresource =
+                    vk::ImageSubresourceLayers { base_array_layer: layer, layer_count: 1, ..layers_of(image, level) };
+                let first = (done / row) as u32 * edge;
+                // The last row of blocks may reach beyond the image.
+                let height = ((taken / row) as u32 * edge).min(extent.height - first);
+                let region = vk::BufferImageCopy::default()
+                    .buffer_offset(staged.offset)
+                    .image_subresource(subresource)
+                    .image_offset(vk::Offset3D { x: 0, y: first as i32, z: 0 })
+                    .image_extent(vk::Extent3D { width: extent.width, height, depth: 1 });
+                let layout = WRITTEN;
+                // SAFETY: the command buffer is recording, the staging buffer is alive, the image until `finish`, as
+                // promised; the region lies within both.
+                unsafe {
+                    let raw = &self.device.raw;
+                    raw.cmd_copy_buffer_to_image(staged.cmd, staged.staging, image.raw, layout, &[region]);
+                }
+                done += taken;
+            }
+        }
+        Ok(())
+    }
+
+    /// Puts as much of `data` as has room, in whole units of `unit` bytes, into a staging buffer at a multiple of
+    /// `alignment`, and says where it lies and how much it is. Changes to the other staging buffer when one is full.
+    fn stage(&mut self, data: &[u8], unit: usize, alignment: u64) -> Result<(Staged, usize)> {
+        let unit = unit.max(1);
+        let room_from = |slot: &Slot| {
+            let offset = slot.used.next_multiple_of(alignment.max(1));
+            let room = usize::try_from(slot.staging.size.saturating_sub(offset)).unwrap_or(usize::MAX);
+            (offset, room / unit * unit)
+        };
+        let (mut offset, mut room) = room_from(&self.slots[self.current]);
+        if room == 0 {
+            self.submit_current()?;
+            self.current = 1 - self.current;
+            // Waits until the GPU has copied out of the other staging buffer, then starts it over.
+            self.recording()?;
+            (offset, room) = room_from(&self.slots[self.current]);
+        }
+        if room == 0 {
+            let limit = self.slots[self.current].staging.size;
+            return Err(Error::TooLarge { what: "a texture's row in bytes".to_owned(), asked: unit as u64, limit });
+        }
+        let cmd = self.recording()?;
+        let taken = data.len().min(room);
+        let slot = &mut self.slots[self.current];
+        slot.staging.write(offset, &data[..taken])?;
+        slot.used = offset + taken as u64;
+        Ok((Staged { cmd, staging: slot.staging.raw, offset }, taken))
+    }
+
+    /// The current slot's command buffer, recording.
+    fn recording(&mut self) -> Result<vk::CommandBuffer> {
+        let slot = &mut self.slots[self.current];
+        if !slot.recording {
+            slot.cmd.begin()?;
+            slot.recording = true;
+            slot.used = 0;
+        }
+        Ok(slot.cmd.raw)
+    }
+
+    fn submit_current(&mut self) -> Result<()> {
+        let slot = &mut self.slots[self.current];
+        if slot.recording {
+            slot.recording = false;
+            slot.cmd.end()?;
+            self.device.submit(&slot.cmd)?;
+        }
+        Ok(())
+    }
+}
+
+/// The barrier for an upload, which the uploader's order must have.
+fn planned(order: Option<Dependency>, what: impl std::fmt::Debug) -> Result<Dependency> {
+    order.ok_or_else(|| Error::Misuse(format!("the uploader has no order for {what:?}")))
+}
+
+/// Layout of a level that copies or blits write to.
+const WRITTEN: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+
+/// Layout of a level that a blit reads.
+const BLITTED: vk::ImageLayout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
+
+/// Checks that the image can be uploaded to. Before anything is recorded, so that an image is left as it was when this fails.
+fn check_texture(image: &Image, needed: vk::ImageUsageFlags) -> Result<()> {
+    let (_, bytes) = format_block(image.format);
+    let can_copy = bytes > 0 && image.aspect() == vk::ImageAspectFlags::COLOR;
+    if !can_copy || image.samples != vk::SampleCountFlags::TYPE_1 || !image.usage.contains(needed) {
+        return Err(Error::Misuse(format!("{image:?} of usage {:?} cannot be uploaded to", image.usage)));
+    }
+    Ok(())
+}
+
+/// Checks that a level is given as many bytes as it has.
+fn check_level(image: &Image, level: u32, data: &[u8]) -> Result<()> {
+    let (edge, bytes) = format_block(image.format);
+    let extent = image.level_extent(level);
+    let blocks = [extent.width, extent.height].map(|own| u64::from(own.div_ceil(edge))).iter().product::<u64>();
+    let (needed, given) = (blocks * u64::from(bytes) * u64::from(image.layers), data.len());
+    if given as u64 != needed {
+        return Err(Error::Misuse(format!("level {level} of {image:?} is given {given} bytes, not {needed}")));
+    }
+    Ok(())
+}
+
+fn layers_of(image: &Image, mip_level: u32) -> vk::ImageSubresourceLayers {
+    vk::ImageSubresourceLayers {
+        aspect_mask: image.aspect(),
+        mip_level,
+        base_array_layer: 0,
+        layer_count: image.layers,
+    }
+}
+
+fn corners(extent: vk::Extent2D) -> [vk::Offset3D; 2] {
+    [vk::Offset3D::default(), vk::Offset3D { x: extent.width as i32, y: extent.height as i32, z: 1 }]
+}

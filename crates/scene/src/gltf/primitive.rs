@@ -1,0 +1,348 @@
+//! A primitive as a mesh, with what its objects need of it and nothing else.
+
+use glam::{DVec2, DVec3, Vec3};
+
+use super::influences;
+use super::json::Mesh as JsonMesh;
+use super::shapes;
+use super::source::Source;
+use super::topology::Topology;
+use crate::mesh::triangle_normal;
+use crate::motion::deform;
+use crate::{Aabb, Influences, Mesh, Morph, uvs};
+
+/// A box whose middle is so many times its radius from zero is recentred: f32 would keep fewer digits of offsets that are added to its positions.
+const FAR: f64 = 16.0;
+
+/// The attributes that objects need of a primitive's mesh.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Hash)]
+pub(super) struct Needs {
+    /// The sets of texture coordinates that become the mesh's first and second.
+    pub uv_sets: [Option<usize>; 2],
+    /// True for each set of coordinates from which whole repeats may be taken off.
+    pub repeats: [bool; 2],
+    /// True if a normal map bends its normals.
+    pub tangents: bool,
+    /// Joints of the skin that moves it.
+    pub joints: Option<usize>,
+    pub shapes: Shapes,
+    /// The skin that it hangs on where nothing moves: the mesh is made as it is then.
+    pub posed: Option<usize>,
+}
+
+/// The form in which a mesh takes over its primitive's morph targets.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Hash)]
+pub(super) enum Shapes {
+    #[default]
+    None,
+    /// A clip moves their weights.
+    Kept,
+    /// Nothing does: the mesh is made with these weights, as bits of f64.
+    Fixed(Vec<u64>),
+}
+
+/// The name of a primitive in messages, and the parts that its mesh is made of.
+pub(super) struct Order<'a> {
+    pub name: &'a str,
+    pub mesh: &'a JsonMesh,
+    pub source: Source<'a>,
+    pub needs: &'a Needs,
+    /// From mesh space to the object's by joint, of the skin that it hangs on.
+    pub pose: &'a [glam::DAffine3],
+}
+
+/// A mesh, and warnings about its data.
+pub(super) struct Built {
+    /// None without a triangle.
+    pub mesh: Option<Mesh>,
+    pub warnings: Vec<String>,
+}
+
+impl Order<'_> {
+    /// Makes the mesh. Attributes that cannot be read are left out of it, and triangles whose corners are not there.
+    ///
+    /// # Errors
+    /// Data of which nothing can be drawn.
+    pub fn build(&self) -> Result<Built, String> {
+        let mut warnings = Vec::new();
+        let positions = self.source.floats::<3>("POSITION", &["VEC3"], 0.0)?.ok_or("has no POSITION")?;
+        let topology = Topology::of(self.source.mode())?;
+        let (indices, odd) = topology.triangles(self.source.indices()?, positions.len())?;
+        warnings.extend(odd);
+        let mut mesh = Mesh { name: self.name.into(), positions, indices, ..Mesh::default() };
+        leave_out_infinite(&mut mesh, &mut warnings)?;
+        if mesh.indices.is_empty() {
+            warnings.extend(self.source.take_warnings());
+            return Ok(Built { mesh: None, warnings });
+        }
+        self.texture_coordinates(&mut mesh, &mut warnings);
+        self.colors(&mut mesh, &mut warnings);
+        self.normals(&mut mesh, &mut warnings);
+        if let Some(joints) = self.needs.joints {
+            mesh.influences = Some(influences::read(&self.source, mesh.positions.len(), joints, &mut warnings));
+        }
+        if self.needs.shapes != Shapes::None {
+            mesh.morphs = shapes::read(&self.source, self.mesh, &mesh, self.needs.uv_sets[0], &mut warnings);
+        }
+        if mesh.normals.is_empty() {
+            mesh = flat(mesh);
+        }
+        self.finish(&mut mesh);
+        warnings.extend(self.source.take_warnings());
+        Ok(Built { mesh: (!mesh.indices.is_empty()).then_some(mesh), warnings })
+    }
+
+    /// Deforms the parts that nothing moves, and makes the data that follow from positions.
+    fn finish(&self, mesh: &mut Mesh) {
+        let weights: Vec<f64> = match &self.needs.shapes {
+            Shapes::Fixed(weights) => weights.iter().map(|&bits| f64::from_bits(bits)).collect(),
+            Shapes::None | Shapes::Kept => Vec::new(),
+        };
+        if !weights.is_empty() || self.needs.posed.is_some() {
+            // Joints that move do so after the shapes are blended in.
+            let influences = mesh.influences.take_if(|_| self.needs.posed.is_none());
+            *mesh = Mesh { influences, ..deform(mesh, &weights, self.needs.posed.map(|_| self.pose)) };
+        } else {
+            recentre(mesh);
+        }
+        // A triangle that has no area here may get one where the mesh deforms.
+        if mesh.morphs.is_empty() && mesh.influences.is_none() {
+            mesh.remove_degenerate_triangles();
+        }
+        if self.needs.tangents && mesh.tangents.is_empty() {
+            mesh.compute_tangents();
+        }
+        mesh.bounds = mesh.compute_bounds();
+    }
+
+    fn texture_coordinates(&self, mesh: &mut Mesh, warnings: &mut Vec<String>) {
+        let mut sets: [Vec<[f32; 2]>; 2] = Default::default();
+        for ((set, list), repeats) in self.needs.uv_sets.iter().zip(&mut sets).zip(self.needs.repeats) {
+            let Some(set) = set else { continue };
+            let semantic = format!("TEXCOORD_{set}");
+            let Some(mut found) = self.optional::<2>(&semantic, &["VEC2"], 0.0, mesh, warnings) else {
+                warnings.push(
+                    "texture coordinates that its material uses are missing, so that its textures show one texel"
+                        .into(),
+                );
+                continue;
+            };
+            mend(&mut found, [0.0; 2], "texture coordinates are not finite, taken for 0", warnings);
+            *list = if repeats { near(found, &mesh.indices) } else { found };
+        }
+        let [first, second] = sets;
+        (mesh.uvs, mesh.uvs_1) = (first, second);
+        if mesh.uvs.is_empty() && (!mesh.uvs_1.is_empty() || self.needs.uv_sets[0].is_some()) {
+            mesh.uvs = vec![[0.0; 2]; mesh.positions.len()];
+        }
+        if mesh.uvs_1.is_empty() && self.needs.uv_sets[1].is_some() {
+            mesh.uvs_1 = vec![[0.0; 2]; mesh.positions.len()];
+        }
+    }
+
+    /// An attribute with a value for each vertex. One that cannot be read, or has fewer values, is left out.
+    fn optional<const N: usize>(
+        &self,
+        semantic: &str,
+        kinds: &[&str],
+        missing: f32,
+        mesh: &Mesh,
+        warnings: &mut Vec<String>,
+    ) -> Option<Vec<[f32; N]>> {
+        let read = self.source.floats::<N>(semantic, kinds, missing);
+        of_each(semantic, read, mesh.positions.len(), warnings)
+    }
+
+    fn colors(&self, mesh: &mut Mesh, warnings: &mut Vec<String>) {
+        let found = self.optional::<4>("COLOR_0", &["VEC3", "VEC4"], 1.0, mesh, warnings);
+        let Some(mut colors) = found else { return };
+        mend(&mut colors, [1.0; 4], "vertex colours are not finite, taken for white", warnings);
+        if colors.as_flattened().iter().any(|channel| !(0.0..=1.0).contains(channel)) {
+            warnings.push("vertex colours are not from 0 to 1, taken for the nearest".into());
+            colors.as_flattened_mut().iter_mut().for_each(|channel| *channel = channel.clamp(0.0, 1.0));
+        }
+        let is_white = colors.iter().all(|color| *color == [1.0; 4]);
+        // Shapes may change them.
+        if !is_white || self.needs.shapes == Shapes::Kept {
+            mesh.colors = colors;
+        }
+    }
+
+    /// Normals, and the tangents that go with them. Without normals tangents count for nothing (glTF 2.0, "Meshes").
+    fn normals(&self, mesh: &mut Mesh, warnings: &mut Vec<String>) {
+        let found = self.optional::<3>("NORMAL", &["VEC3"], 0.0, mesh, warnings);
+        let Some(mut normals) = found else { return };
+        let unit = |normal: &[f32; 3]| Vec3::from(*normal).as_dvec3().try_normalize();
+        let mut is_bad = false;
+        for normal in &mut normals {
+            let length = Vec3::from(*normal).length_squared();
+            // Most are as they should be, and stay to the last bit.
+            if (length - 1.0).abs() > 1e-6 || length.is_nan() {
+                match unit(normal) {
+                    Some(found) => *normal = found.as_vec3().to_array(),
+                    None => (*normal, is_bad) = ([f32::NAN; 3], true),
+                }
+            }
+        }
+        mesh.normals = normals;
+        if is_bad {
+            warnings.push("normals have no length or are not finite, made from the triangles around".into());
+            let given = std::mem::take(&mut mesh.normals);
+            mesh.compute_normals();
+            for (normal, given) in mesh.normals.iter_mut().zip(given) {
+                *normal = if given[0].is_nan() { *normal } else { given };
+            }
+        }
+        if self.needs.tangents {
+            self.tangents(mesh, warnings);
+        }
+    }
+
+    fn tangents(&self, mesh: &mut Mesh, warnings: &mut Vec<String>) {
+        let found = self.optional::<4>("TANGENT", &["VEC4"], 1.0, mesh, warnings);
+        let Some(mut tangents) = found else { return };
+        for (tangent, normal) in tangents.iter_mut().zip(&mesh.normals) {
+            let [x, y, z, sign] = *tangent;
+            let along = Vec3::new(x, y, z).as_dvec3().try_normalize();
+            let spans = along.filter(|along| along.cross(Vec3::from(*normal).as_dvec3()).length_squared() > 1e-6);
+            let (Some(along), true) = (spans, sign.abs() > 0.0 && sign.is_finite()) else {
+                warnings.push("tangents have no length or lie along their normals, made by MikkTSpace".into());
+                return;
+            };
+            // Most are as they should be, and stay to the last bit.
+            let is_unit = (Vec3::new(x, y, z).length_squared() - 1.0).abs() <= 1e-6;
+            let [x, y, z] = if is_unit { [x, y, z] } else { along.as_vec3().to_array() };
+            *tangent = [x, y, z, sign.signum()];
+        }
+        mesh.tangents = tangents;
+    }
+}
+
+/// Values whose numbers are not all finite become `instead`.
+fn mend<const N: usize>(values: &mut [[f32; N]], instead: [f32; N], warning: &str, warnings: &mut Vec<String>) {
+    let bad = values.iter_mut().filter(|value| !value.iter().all(|number| number.is_finite()));
+    if bad.map(|value| *value = instead).count() > 0 {
+        warnings.push(warning.into());
+    }
+}
+
+/// The values of an attribute, one for each vertex. If there are more, the rest is cut off; if there are fewer, the attribute is left out. A warning says so.
+pub(super) fn of_each<T>(
+    semantic: &str,
+    read: Result<Option<Vec<T>>, String>,
+    vertices: usize,
+    warnings: &mut Vec<String>,
+) -> Option<Vec<T>> {
+    let mut found = match read {
+        Ok(found) => found?,
+        Err(why) => {
+            warnings.push(format!("{why}: left out"));
+            return None;
+        }
+    };
+    let count = found.len();
+    let words = format!("{semantic} has {count} elements, but POSITION has {vertices}");
+    if count < vertices {
+        warnings.push(format!("{words}: left out"));
+        return None;
+    }
+    if count > vertices {
+        warnings.push(format!("{words}: the first are read"));
+        found.truncate(vertices);
+    }
+    Some(found)
+}
+
+/// Leaves out the triangles of which a corner's position is not finite.
+fn leave_out_infinite(mesh: &mut Mesh, warnings: &mut Vec<String>) -> Result<(), String> {
+    let is_finite = |position: &[f32; 3]| position.iter().all(|number| number.is_finite());
+    let Some(vertex) = mesh.positions.iter().position(|position| !is_finite(position)) else { return Ok(()) };
+    let what = format!("the POSITION of vertex {vertex} is not finite");
+    // Within the box of the others, which no triangle then shows.
+    let instead = mesh.positions.iter().copied().find(is_finite).ok_or_else(|| what.clone())?;
+    let kept = mesh.indices.as_chunks::<3>().0.iter();
+    let kept = kept.filter(|corners| corners.iter().all(|&corner| is_finite(&mesh.positions[corner as usize])));
+    mesh.indices = kept.flatten().copied().collect();
+    mesh.positions.iter_mut().filter(|position| !is_finite(position)).for_each(|position| *position = instead);
+    warnings.push(format!("{what}: triangles with such corners are left out"));
+    Ok(())
+}
+
+/// Texture coordinates with whole repeats taken off where they are far from zero.
+fn near(found: Vec<[f32; 2]>, indices: &[u32]) -> Vec<[f32; 2]> {
+    if found.iter().flatten().all(|number| number.abs() <= 16.0) {
+        return found;
+    }
+    let wide: Vec<DVec2> = found.iter().map(|&[u, v]| DVec2::new(u.into(), v.into())).collect();
+    uvs::wrapped(&wide, indices)
+}
+
+/// Makes positions far from zero relative to a place near them. Its coordinates are f32, so that most differences are exact.
+fn recentre(mesh: &mut Mesh) {
+    let bounds = Aabb::of_points(mesh.positions.iter().map(|&position| Vec3::from(position).as_dvec3()));
+    if bounds.is_empty() || bounds.center().abs().max_element() <= FAR * bounds.radius() {
+        return;
+    }
+    mesh.origin = bounds.center().as_vec3().as_dvec3();
+    for position in &mut mesh.positions {
+        *position = (Vec3::from(*position).as_dvec3() - mesh.origin).as_vec3().to_array();
+    }
+}
+
+/// A mesh without normals gets those of its triangles, each with vertices of its own.
+fn flat(mesh: Mesh) -> Mesh {
+    let own = |list: &[[f32; 3]]| again(list, &mesh.indices);
+    let mut flat = Mesh {
+        name: mesh.name.clone(),
+        positions: own(&mesh.positions),
+        uvs: again(&mesh.uvs, &mesh.indices),
+        uvs_1: again(&mesh.uvs_1, &mesh.indices),
+        colors: again(&mesh.colors, &mesh.indices),
+        indices: (0..mesh.indices.len() as u32).collect(),
+        influences: mesh.influences.as_ref().map(|influences| unshared(influences, &mesh.indices)),
+        ..Mesh::default()
+    };
+    flat.normals = face_normals(&flat.positions, &[]);
+    flat.morphs = mesh
+        .morphs
+        .iter()
+        .map(|morph| {
+            let positions = own(&morph.positions);
+            // The normals of a shape's own triangles, as differences from the mesh's (glTF 2.0, "Morph Targets").
+            let moved = face_normals(&flat.positions, &positions);
+            let more = moved.iter().zip(&flat.normals).map(|(&a, &b)| (Vec3::from(a) - Vec3::from(b)).to_array());
+            let normals = if positions.is_empty() { Vec::new() } else { more.collect() };
+            let (uvs, colors) = (again(&morph.uvs, &mesh.indices), again(&morph.colors, &mesh.indices));
+            Morph { name: morph.name.clone(), positions, normals, tangents: Vec::new(), uvs, colors }
+        })
+        .collect();
+    flat
+}
+
+/// The values of the corners, one after the other; none of none.
+fn again<T: Copy>(values: &[T], indices: &[u32]) -> Vec<T> {
+    if values.is_empty() { Vec::new() } else { indices.iter().map(|&index| values[index as usize]).collect() }
+}
+
+fn unshared(influences: &Influences, indices: &[u32]) -> Influences {
+    let per_vertex = influences.per_vertex;
+    let own = |index: &u32| *index as usize * per_vertex..(*index as usize + 1) * per_vertex;
+    Influences {
+        per_vertex,
+        joints: indices.iter().flat_map(|index| influences.joints[own(index)].iter().copied()).collect(),
+        weights: indices.iter().flat_map(|index| influences.weights[own(index)].iter().copied()).collect(),
+    }
+}
+
+/// For each corner the normal of its triangle, whose corners lie one after the other, moved by `more` where there is some.
+fn face_normals(corners: &[[f32; 3]], more: &[[f32; 3]]) -> Vec<[f32; 3]> {
+    let place = |at: usize| {
+        let more = more.get(at).map_or(DVec3::ZERO, |&more| Vec3::from(more).as_dvec3());
+        Vec3::from(corners[at]).as_dvec3() + more
+    };
+    let normal = |face: usize| {
+        let points = [0, 1, 2].map(|corner| place(face * 3 + corner));
+        triangle_normal(&points).unwrap_or(DVec3::Y).as_vec3().to_array()
+    };
+    (0..corners.len() / 3).flat_map(|face| [normal(face); 3]).collect()
+}

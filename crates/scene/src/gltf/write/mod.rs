@@ -1,0 +1,179 @@
+//! A scene as glTF 2.0: one `.glb` that other programs read, with its meshes, materials, textures, camera and lights.
+//!
+//! [`expressible`](expressible::expressible) makes of a scene what glTF can say, and tells what it leaves out. The rest of the module writes that
+//! without loss: floats keep their bits, transforms their f64, and this program reads the same scene back.
+//!
+//! | Part of the file | Module |
+//! |---|---|
+//! | what glTF can say of a scene | `expressible`, `surfaces` |
+//! | buffer views, accessors, the binary chunk | `binary` |
+//! | meshes, objects, cameras, lights | `nodes`, `placing` |
+//! | materials, textures, images | `materials`, `images` |
+
+mod binary;
+mod emitters;
+mod expressible;
+mod images;
+mod materials;
+mod nodes;
+mod placing;
+mod surfaces;
+
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeSet;
+
+use rayon::prelude::*;
+use serde_json::{Map, Value, json};
+
+use self::binary::Binary;
+use self::materials::Materials;
+use self::nodes::Nodes;
+use crate::{Environment, Error, SETTINGS, Scene, SettingsPatch, exposure_scale, luminance};
+
+/// The picture's data in the file, besides the scene.
+#[derive(Debug, Clone)]
+pub struct Shot {
+    /// Width and height in pixels; both at least 1.
+    pub size: [u32; 2],
+    /// EV100.
+    pub exposure: f32,
+    /// All given settings.
+    pub settings: SettingsPatch,
+    /// The author and the licence.
+    pub copyright: Option<String>,
+}
+
+/// A scene that was written.
+#[derive(Debug)]
+pub struct Exported {
+    /// The `.glb`.
+    pub bytes: Vec<u8>,
+    /// The scene that it holds.
+    pub scene: Scene,
+    /// The parts of the given scene that glTF cannot say, a line each.
+    pub left_out: Vec<String>,
+    /// The extensions in use, by name.
+    pub extensions: Vec<&'static str>,
+}
+
+/// Writes a scene as it is when no clip has begun. Particles, skies, ambient light and other parts that glTF lacks are left out, with a line each.
+///
+/// # Errors
+/// [`Error::Scene`] for a fault of the scene, for a picture without pixels, for a scene without a triangle, and for one that is too large for a `.glb`.
+pub fn write(scene: Scene, shot: &Shot) -> Result<Exported, Error> {
+    scene.check()?;
+    if shot.size.contains(&0) {
+        return Err(Error::Scene(format!(
+            "{}: a picture of {}x{} shows nothing",
+            scene.name, shot.size[0], shot.size[1]
+        )));
+    }
+    let is_dark = scene.lights.is_empty() && scene.sky.is_none();
+    let (mut scene, left_out) = expressible::expressible(scene);
+    scene.settings =
+        SettingsPatch { exposure: shot.settings.exposure.or(Some(shot.exposure)), ..shot.settings.clone() };
+    let surroundings = extras(shot, &scene.environment, is_dark);
+    if scene.objects.is_empty() {
+        return Err(Error::Scene(format!("{}: has no triangle to export", scene.name)));
+    }
+    let mut document = Document::default();
+    let materials = Materials::write(&scene, &mut document)?;
+    Nodes { scene: &scene, materials: &materials, aspect: f64::from(shot.size[0]) / f64::from(shot.size[1]) }
+        .write(&mut document, json!({ "afterlight": exposure(shot) }));
+    let bytes = document.finish(shot, surroundings).map_err(|what| Error::Scene(format!("{}: {what}", scene.name)))?;
+    // A reader makes smaller levels itself, whichever there were.
+    scene.textures.par_iter_mut().for_each(|texture| {
+        texture.rgba8_mut();
+        texture.make_levels();
+    });
+    let extensions = document.extensions.into_iter().collect();
+    Ok(Exported { bytes, scene, left_out, extensions })
+}
+
+/// The lists of a file while they are filled.
+#[derive(Default)]
+struct Document {
+    lists: Map<String, Value>,
+    binary: Binary,
+    extensions: BTreeSet<&'static str>,
+    lights: Vec<Value>,
+    /// The nodes without a parent.
+    roots: Vec<usize>,
+}
+
+impl Document {
+    /// Adds an entry to a list of the file. Returns its number there.
+    fn push(&mut self, list: &str, value: Value) -> usize {
+        let list = self.lists.entry(list).or_insert_with(|| Value::Array(Vec::new()));
+        match list {
+            Value::Array(list) => {
+                list.push(value);
+                list.len() - 1
+            }
+            _ => unreachable!("lists alone are in it"),
+        }
+    }
+
+    /// An extension that is used: its name.
+    fn uses(&mut self, extension: &'static str) -> &'static str {
+        self.extensions.insert(extension);
+        extension
+    }
+
+    /// The bytes of the file.
+    fn finish(&mut self, shot: &Shot, surroundings: Value) -> Result<Vec<u8>, String> {
+        let mut asset = json!({ "version": "2.0", "generator": concat!("afterlight ", env!("CARGO_PKG_VERSION")) });
+        if let Some(copyright) = &shot.copyright {
+            asset["copyright"] = copyright.as_str().into();
+        }
+        let mut file = std::mem::take(&mut self.lists);
+        file.insert("asset".into(), asset);
+        file.insert("scene".into(), 0.into());
+        file.insert("scenes".into(), json!([{ "nodes": self.roots, "extras": surroundings }]));
+        if !self.extensions.is_empty() {
+            file.insert("extensionsUsed".into(), json!(self.extensions));
+        }
+        if !self.lights.is_empty() {
+            file.insert("extensions".into(), json!({ "KHR_lights_punctual": { "lights": self.lights } }));
+        }
+        let binary = std::mem::take(&mut self.binary);
+        binary.finish(file)
+    }
+}
+
+/// Returns the exposure that a renderer needs to draw the same picture.
+fn exposure(shot: &Shot) -> Value {
+    json!({ "exposure_ev100": number(shot.exposure), "exposure_scale": number(exposure_scale(shot.exposure)) })
+}
+
+/// The exposure, and everything else that glTF has no property for, as [`surroundings`](super::surroundings) reads it. A scene without light says that
+/// it is meant to be dark, or a reader would light it.
+fn extras(shot: &Shot, environment: &Environment, is_dark: bool) -> Value {
+    let color = |color: glam::Vec3| color.to_array().map(number);
+    let mut extras = exposure(shot);
+    extras["size"] = json!(shot.size);
+    if environment.is_lit() || is_dark {
+        extras["ambient_nits"] = json!(color(environment.ambient));
+        if let Some(ground) = environment.ground {
+            extras["ambient_from_below_nits"] = json!(color(ground));
+        }
+    }
+    if luminance(environment.background) > 0.0 {
+        extras["background_nits"] = json!(color(environment.background));
+    }
+    let said =
+        SETTINGS.iter().filter_map(|setting| Some((setting.key.to_owned(), setting.text(&shot.settings)?.into())));
+    let said: Map<String, Value> = said.collect();
+    if !said.is_empty() {
+        extras["settings"] = Value::Object(said);
+    }
+    json!({ "afterlight": extras })
+}
+
+/// A float as JSON, with as few digits as read back as the same float.
+fn number(value: f32) -> Value {
+    let short = value.to_string().parse::<f64>().ok().filter(|short| *short as f32 == value);
+    json!(short.unwrap_or(f64::from(value)))
+}

@@ -1,0 +1,250 @@
+//! Scenes: meshes, materials, textures, lights and a camera, as pure data. No Vulkan.
+//!
+//! World space is right-handed with +Y up; a camera looks along its -Z. Lengths are metres, light is linear Rec. 709 RGB.
+//! Positions and transforms of the world are f64: a mesh keeps its `origin` apart and only the offsets from it are f32, and a
+//! frame moves the world to the camera before it drops to f32.
+
+#![deny(missing_docs)]
+
+mod bounds;
+pub mod builtin;
+mod camera;
+pub mod check;
+mod counted;
+pub mod emitter;
+mod error;
+mod exposure;
+pub mod file;
+mod fit;
+mod framing;
+pub mod gltf;
+mod import;
+mod lens;
+mod levels;
+mod light;
+mod load;
+mod look;
+mod material;
+pub mod mesh;
+mod mips;
+mod motion;
+pub mod obj;
+mod optional_parts;
+mod path;
+mod settings;
+mod sky;
+mod suggest;
+mod temperature;
+mod texels;
+mod texture;
+mod uvs;
+
+pub use bounds::Aabb;
+pub use camera::{Camera, HEIGHT as ORTHOGRAPHIC_HEIGHT, Projection, decimal};
+pub use counted::{counted, plural};
+pub use emitter::Emitter;
+pub use error::Error;
+pub use error::without_controls;
+pub use exposure::{exposure_scale, luminance, metered_ev100};
+pub use fit::{add_daylight, add_studio, fit_camera};
+pub use import::{Imported, LoadOptions, Progress, Surroundings};
+pub use lens::{Aperture, ThinLens};
+pub use levels::MOST_LEVELS;
+pub use levels::{Level, Levels};
+pub use light::{Falloff, Light, LightForm, LightKind, LightTrait, Outline, Sight, Solid, TRAITS, unit};
+pub use load::{OpenOptions, Up, open};
+pub use look::{HIGHLIGHT, HIGHLIGHT_SHARE, Look, MAX_ATLAS_EDGE};
+pub use material::{AlphaMode, Brdf, DIELECTRIC, FORMS, Material, SlotForm, TextureSlot, UvMap, scaled};
+pub use mesh::{CastsShadow, Mesh, Object, TriangleId};
+// Tests of the order of vertices measure with them, here and in the renderer.
+#[doc(hidden)]
+pub use mesh::{grid_indices, transformed_vertices};
+pub use motion::{
+    CameraValue, Channel, Clip, ClipChoice, DeformBounds, Influences, Interpolation, LightValue, Local, MaterialValue,
+    Morph, Motion, Node, Placement, Playing, Pose, Skin, Target, deform,
+    deform_frame,
+};
+pub use optional_parts::{Keep, OptionalPart};
+pub use path::{CameraKey, CameraPath};
+pub use settings::*;
+pub use sky::{
+    Atmosphere, CubeLevel, FACES, MOST_LIGHT, Sky, SkyChoice, SkyCube, SkyImage, SkyOrigin, SunDisc, face_direction,
+    put_sky, read_faces, read_panorama,
+};
+pub use suggest::{nearest, unknown};
+pub use temperature::{KELVIN, black_body_color};
+pub use texels::{BlockFormat, Texels};
+pub use texels::{level_size, most_levels};
+// For pictures that the program reads.
+#[doc(hidden)]
+pub use texture::decode;
+pub use texture::{ColorSpace, Filter, Sampler, Texture, Wrap};
+
+use std::path::PathBuf;
+
+use glam::Vec3;
+
+/// Everything that a frame can show.
+#[derive(Debug, Clone, Default)]
+pub struct Scene {
+    /// The scene's name in reports: a file's name or `builtin:…`.
+    pub name: String,
+    /// `Object::mesh` indexes it.
+    pub meshes: Vec<Mesh>,
+    /// The objects that are drawn: each is a mesh with a material at a place.
+    pub objects: Vec<Object>,
+    /// At least one when there is an object; `Object::material` indexes it.
+    pub materials: Vec<Material>,
+    /// `Material`'s texture slots index it.
+    pub textures: Vec<Texture>,
+    /// The sources of light besides the environment.
+    pub lights: Vec<Light>,
+    /// Light from everywhere.
+    pub environment: Environment,
+    /// The sky: it is seen where no surface is, in place of the environment's background, and lights surfaces beside the ambient light.
+    pub sky: Option<Sky>,
+    /// The camera that sees the scene.
+    pub camera: Camera,
+    /// The cameras that its files have, for views through another.
+    pub cameras: Vec<NamedCamera>,
+    /// The one of `cameras` that `camera` is, so that it moves as that one does; `None` where it stands still.
+    pub looks_through: Option<usize>,
+    /// Its nodes, skins, shapes and clips.
+    pub motion: Motion,
+    /// Sources of particles.
+    pub emitters: Vec<Emitter>,
+    /// The moment at which its particles stand still, in seconds; none where they go on, from 0.
+    pub moment: Option<f64>,
+    /// The parts of it that no file and no caller chose.
+    pub fitted: Fitted,
+    /// The settings that the scene file asks for; the command line overrides it.
+    pub settings: SettingsPatch,
+    /// Oddities of the input and how each was handled, a line each, naming file and line where there is one.
+    pub warnings: Vec<String>,
+    /// The files that it was read from; none for a scene that is built in.
+    pub files: Vec<PathBuf>,
+}
+
+/// A camera of a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedCamera {
+    /// As `--camera` takes it.
+    pub name: String,
+    /// Its state when no clip plays.
+    pub camera: Camera,
+    /// The node of [`Motion::nodes`] that it hangs on.
+    pub node: Option<usize>,
+}
+
+/// The parts of a scene that were fitted to its objects, as nobody said them.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Fitted {
+    /// The camera.
+    pub camera: bool,
+    /// [`SettingsPatch::exposure`], opened for the shade of a hall.
+    pub exposure: bool,
+    /// All of its light, which a sky can take the place of.
+    pub light: bool,
+    /// The radiance in nits that emission of 1 has become, where materials give emission as shares of white.
+    pub white: Option<f32>,
+}
+
+/// Light from everywhere, and the background.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Environment {
+    /// Ambient radiance that reaches a surface from every direction, in nits, or with `ground` from every direction above the
+    /// horizon. A lambert surface in even ambient light reflects albedo times this, a metal its lobe's share of this.
+    pub ambient: Vec3,
+    /// Radiance from every direction below the horizon (-Y), in nits; the same as from above where there is none.
+    pub ground: Option<Vec3>,
+    /// Radiance of the background, in nits.
+    pub background: Vec3,
+}
+
+impl Environment {
+    /// Radiance from below the horizon.
+    pub fn ground(&self) -> Vec3 {
+        self.ground.unwrap_or(self.ambient)
+    }
+
+    /// Returns true if ambient light comes from anywhere.
+    pub fn is_lit(&self) -> bool {
+        self.ambient.max(self.ground()).max_element() > 0.0
+    }
+
+    /// Mean and half the difference of the two half-spheres. Their irradiance on a surface whose normal n is tilted from straight up
+    /// is pi (mean + half n.y): the shares of the half-spheres that it faces are (1 + n.y) / 2 and (1 - n.y) / 2, exactly (B. Y. H. Liu and
+    /// R. C. Jordan, "The Long-Term Average Performance of Flat-Plate Solar-Energy Collectors", 1963).
+    pub fn hemispheres(&self) -> (Vec3, Vec3) {
+        // Halved first: the sum of the largest radiances would overflow. Even light stays the same, to the last bit.
+        let (sky, ground) = (self.ambient * 0.5, self.ground() * 0.5);
+        (sky + ground, sky - ground)
+    }
+}
+
+impl Scene {
+    /// World-space box around all objects; empty when nothing is drawn.
+    pub fn bounds(&self) -> Aabb {
+        self.objects.iter().fold(Aabb::EMPTY, |all, object| all.union(&object.bounds(&self.meshes)))
+    }
+
+    /// Returns true if a skin or shapes deform an object's mesh, so that it has vertices of its own.
+    pub fn deforms(&self, object: &Object) -> bool {
+        let Some(mesh) = self.meshes.get(object.mesh) else { return false };
+        let skinned = object.skin.is_some() && mesh.influences.is_some();
+        let blended =
+            object.node.and_then(|node| self.motion.nodes.get(node)).is_some_and(|node| !node.weights.is_empty());
+        skinned || (blended && !mesh.morphs.is_empty())
+    }
+
+    /// Triangles after instancing.
+    pub fn triangle_count(&self) -> usize {
+        self.objects.iter().filter_map(|object| self.meshes.get(object.mesh)).map(|mesh| mesh.indices.len() / 3).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+
+    /// The irradiance of a surface by the sum over the directions that it faces, each as wide in the cosine as the others.
+    fn summed(sky: f64, ground: f64, normal: DVec3) -> f64 {
+        const STEPS: usize = 400;
+        let across = normal.any_orthonormal_vector();
+        let other = normal.cross(across);
+        let share = |index: usize| (index as f64 + 0.5) / STEPS as f64;
+        let directions = (0..STEPS * STEPS).map(|index| {
+            let (radius, angle) = (share(index % STEPS).sqrt(), share(index / STEPS) * std::f64::consts::TAU);
+            normal * (1.0 - radius * radius).sqrt() + (across * angle.cos() + other * angle.sin()) * radius
+        });
+        let sum: f64 = directions.map(|direction| if direction.y > 0.0 { sky } else { ground }).sum();
+        sum / (STEPS * STEPS) as f64
+    }
+
+    #[test]
+    fn half_spheres_light_a_surface_by_mean_and_tilt() {
+        let environment =
+            Environment { ambient: Vec3::splat(5.0), ground: Some(Vec3::splat(0.5)), background: Vec3::ZERO };
+        let (mean, tilt) = environment.hemispheres();
+        for degrees in [0.0, 20.0, 45.0, 90.0, 130.0, 180.0f64] {
+            let normal = DVec3::new(degrees.to_radians().sin(), degrees.to_radians().cos(), 0.0);
+            let found = f64::from(mean.x) + f64::from(tilt.x) * normal.y;
+            let expected = summed(5.0, 0.5, normal);
+            assert!((found - expected).abs() < 5e-3, "{degrees}: {found} {expected}");
+        }
+    }
+
+    #[test]
+    fn even_light_has_no_tilt_and_stays_what_it_is() {
+        for ambient in [Vec3::new(0.1, 1e18, 3e-30), Vec3::splat(f32::MAX)] {
+            for ground in [None, Some(ambient)] {
+                let environment = Environment { ambient, ground, background: Vec3::ZERO };
+                assert_eq!(environment.hemispheres(), (ambient, Vec3::ZERO));
+            }
+        }
+        let below = Environment { ambient: Vec3::ZERO, ground: Some(Vec3::X), background: Vec3::ZERO };
+        assert!(below.is_lit() && !Environment::default().is_lit());
+    }
+}

@@ -1,0 +1,386 @@
+//! Surface descriptions.
+
+use glam::{DVec2, DVec3, Vec3};
+
+use super::settings::choice;
+use super::{ColorSpace, OptionalPart};
+
+choice! {
+    /// A reflection model (docs/FORMULAS.md has the formulas; `shaders/shared/brdf.wgsl` is the code).
+    #[derive(Default, PartialOrd, Ord)]
+    pub enum Brdf: "brdf" {
+        /// GGX with height-correlated Smith, Schlick Fresnel and a lambert base.
+        #[default]
+        CookTorrance => "cook-torrance",
+        /// (R.E)^n
+        Phong => "phong",
+        /// (N.H)^n
+        BlinnPhong => "blinn-phong",
+        /// Diffuse only.
+        Lambert => "lambert",
+    }
+}
+
+/// The effect of alpha.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum AlphaMode {
+    /// Nothing.
+    #[default]
+    Opaque,
+    /// A fragment whose alpha is below the cut-off is not there.
+    Mask {
+        /// 0 to 1.
+        cutoff: f32,
+    },
+    /// Light that the surface reflects and emits, times alpha, over the light from behind it: a thin cover, as gauze or smoke.
+    Blend,
+    /// Alpha is that of the body only, so that a clear pane still shines: diffuse light is times alpha, highlights and emitted light are whole,
+    /// and the light from behind is times 1 - alpha.
+    Glass,
+    /// A clear lacquer on a surface that is coplanar with it, an object with the same mesh and transform (KHR_materials_clearcoat): the light of that
+    /// surface is times 1 - alpha F, and the lacquer's highlights are times alpha F, where F = 0.04 + 0.96 (1 - N.E)^5. It has no body and no colour,
+    /// emits nothing, and casts no shadow.
+    Coat,
+}
+
+/// The texture slots of a material, in the order of their descriptor bindings. [`TextureSlot::form`] has the properties of each.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum TextureSlot {
+    /// sRGB colour; linear alpha.
+    BaseColor,
+    /// Tangent-space normal, +Y up; (128, 128, 255) decodes to exactly (0, 0, 1).
+    Normal,
+    /// Roughness in green, metallic in blue, as glTF has it. Linear.
+    MetallicRoughness,
+    /// Ambient occlusion in red. Linear.
+    Occlusion,
+    /// sRGB colour.
+    Emissive,
+    /// Ks of the Phong models, or the reflectance of a dielectric: sRGB colour. Linear alpha is the strength of the latter.
+    Specular,
+    /// A share of the Phong models' Ns in green, where others have their roughness. Linear.
+    Shininess,
+}
+
+impl TextureSlot {
+    /// All slots, in order.
+    pub const ALL: [Self; 7] = [
+        Self::BaseColor,
+        Self::Normal,
+        Self::MetallicRoughness,
+        Self::Occlusion,
+        Self::Emissive,
+        Self::Specular,
+        Self::Shininess,
+    ];
+
+    /// Returns all there is to know of the slot.
+    pub fn form(self) -> &'static SlotForm {
+        let forms: &'static [SlotForm] = &FORMS;
+        &forms[self as usize]
+    }
+}
+
+/// All that the program needs to know of a texture slot.
+#[derive(Debug, Clone, Copy)]
+pub struct SlotForm {
+    /// Its key in scene files.
+    pub key: &'static str,
+    /// As reports call the textures in it.
+    pub name: &'static str,
+    /// Its word for `--plan`.
+    pub part: OptionalPart,
+    /// Of textures in it.
+    pub color_space: ColorSpace,
+    /// Red, green, blue and alpha: which of them count.
+    pub channels: [bool; 4],
+    /// True if the Phong models alone look at it, false if the others alone do; `None` if all do.
+    pub phong: Option<bool>,
+    /// Puts the value of a constant texture, in linear values, into the factors.
+    pub fold: fn(&mut Material, [f64; 4]),
+    get: fn(&Material) -> Option<usize>,
+    get_mut: fn(&mut Material) -> &mut Option<usize>,
+}
+
+const RED: [bool; 4] = [true, false, false, false];
+const RGB: [bool; 4] = [true, true, true, false];
+
+/// In the order of [`TextureSlot`]. White is neutral to all but normal maps.
+pub const FORMS: [SlotForm; 7] = [
+    SlotForm {
+        key: "base_color_texture",
+        name: "base colour textures",
+        part: OptionalPart::BaseColorTextures,
+        color_space: ColorSpace::Srgb,
+        // Alpha counts where the material looks at it.
+        channels: RGB,
+        phong: None,
+        fold: |material, color| material.base_color = times(material.base_color, color),
+        get: |material| material.base_color_texture,
+        get_mut: |material| &mut material.base_color_texture,
+    },
+    SlotForm {
+        key: "normal_texture",
+        name: "normal maps",
+        part: OptionalPart::NormalMaps,
+        color_space: ColorSpace::Linear,
+        channels: RGB,
+        phong: None,
+        // Only a flat one can be left out.
+        fold: |_, _| {},
+        get: |material| material.normal_texture,
+        get_mut: |material| &mut material.normal_texture,
+    },
+    SlotForm {
+        key: "metallic_roughness_texture",
+        name: "metallic-roughness textures",
+        part: OptionalPart::MetallicRoughnessTextures,
+        color_space: ColorSpace::Linear,
+        channels: [false, true, true, false],
+        phong: Some(false),
+        fold: |material, color| {
+            material.roughness = scaled(material.roughness, color[1]);
+            material.metallic = scaled(material.metallic, color[2]);
+        },
+        get: |material| material.metallic_roughness_texture,
+        get_mut: |material| &mut material.metallic_roughness_texture,
+    },
+    SlotForm {
+        key: "occlusion_texture",
+        name: "ambient occlusion textures",
+        part: OptionalPart::OcclusionTextures,
+        color_space: ColorSpace::Linear,
+        channels: RED,
+        phong: None,
+        fold: |material, color| material.ambient = scaled(material.ambient, color[0]),
+        get: |material| material.occlusion_texture,
+        get_mut: |material| &mut material.occlusion_texture,
+    },
+    SlotForm {
+        key: "emissive_texture",
+        name: "emissive textures",
+        part: OptionalPart::EmissiveTextures,
+        color_space: ColorSpace::Srgb,
+        channels: RGB,
+        phong: None,
+        fold: |material, color| material.emissive = times(material.emissive, color),
+        get: |material| material.emissive_texture,
+        get_mut: |material| &mut material.emissive_texture,
+    },
+    SlotForm {
+        key: "specular_texture",
+        name: "specular textures",
+        part: OptionalPart::SpecularTextures,
+        color_space: ColorSpace::Srgb,
+        channels: RGB,
+        phong: Some(true),
+        fold: |material, color| match material.reflectance_texture() {
+            Some(_) => {
+                let [red, green, blue, alpha] = color;
+                material.reflectance = times(material.reflectance, [red * alpha, green * alpha, blue * alpha, 1.0]);
+                material.grazing = scaled(material.grazing, alpha);
+            }
+            None => material.specular = times(material.specular, color),
+        },
+        get: |material| material.specular_texture,
+        get_mut: |material| &mut material.specular_texture,
+    },
+    SlotForm {
+        key: "shininess_texture",
+        name: "shininess textures",
+        part: OptionalPart::ShininessTextures,
+        color_space: ColorSpace::Linear,
+        channels: [false, true, false, false],
+        phong: Some(true),
+        fold: |material, color| material.shininess = scaled(material.shininess, color[1]),
+        get: |material| material.shininess_texture,
+        get_mut: |material| &mut material.shininess_texture,
+    },
+];
+
+/// A factor of a material times the value of a texel, which both are of f32: rounded once.
+pub fn scaled(factor: f32, by: f64) -> f32 {
+    (f64::from(factor) * by) as f32
+}
+
+fn times(factor: Vec3, color: [f64; 4]) -> Vec3 {
+    Vec3::new(scaled(factor.x, color[0]), scaled(factor.y, color[1]), scaled(factor.z, color[2]))
+}
+
+/// The mapping of a slot's texture onto a mesh (KHR_texture_transform): the coordinates of a set, scaled, then turned, then moved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UvMap {
+    /// The coordinates of the mesh that it uses: 0 for `Mesh::uvs`, 1 for `Mesh::uvs_1`.
+    pub set: u8,
+    /// In images.
+    pub offset: DVec2,
+    /// Counter-clockwise about the image's upper left corner, in radians.
+    pub rotation: f64,
+    /// Images a unit.
+    pub scale: DVec2,
+}
+
+impl UvMap {
+    /// The first set as it is.
+    pub const IDENTITY: Self = Self { set: 0, offset: DVec2::ZERO, rotation: 0.0, scale: DVec2::ONE };
+
+    /// The rows of the map from the set's coordinates and 1 to the image's (KHR_texture_transform, "Overview": translation * rotation * scale).
+    pub fn rows(&self) -> [DVec3; 2] {
+        let (sin, cos) = self.rotation.sin_cos();
+        let DVec2 { x, y } = self.scale;
+        [DVec3::new(cos * x, sin * y, self.offset.x), DVec3::new(-sin * x, cos * y, self.offset.y)]
+    }
+}
+
+impl Default for UvMap {
+    fn default() -> Self {
+        Self::IDENTITY
+    }
+}
+
+/// Reflectance of a dielectric of index of refraction 1.5 at normal incidence.
+pub const DIELECTRIC: f32 = 0.04;
+
+/// A material; factors multiply the values of textures. Colours are linear RGB.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Material {
+    /// For messages and reports.
+    pub name: String,
+    /// The reflection model.
+    pub brdf: Brdf,
+    /// Albedo (Kd), 0 to 1.
+    pub base_color: Vec3,
+    /// Opacity, 0 to 1; all modes but `AlphaMode::Opaque` look at it.
+    pub alpha: f32,
+    /// Opaque by default: `alpha` is not looked at.
+    pub alpha_mode: AlphaMode,
+    /// 0 to 1.
+    pub metallic: f32,
+    /// Perceptual roughness, 0 to 1; alpha of GGX is its square.
+    pub roughness: f32,
+    /// Ks of the Phong models, 0 to 1.
+    pub specular: Vec3,
+    /// Reflectance of the dielectric share of a Cook-Torrance surface at normal incidence, 0 to 1: [`DIELECTRIC`], or
+    /// min(((ior - 1) / (ior + 1))^2 specularColor, 1) specular (KHR_materials_ior, KHR_materials_specular).
+    pub reflectance: Vec3,
+    /// Its reflectance at grazing incidence, 0 to 1: 1, or specular (KHR_materials_specular).
+    pub grazing: f32,
+    /// Ns of the Phong models, 0 and up.
+    pub shininess: f32,
+    /// Share of the ambient light that is reflected besides the albedo, 0 to 1: luminance of Ka over that of Kd. Only the
+    /// Phong models look at it.
+    pub ambient: f32,
+    /// Emitted radiance in nits.
+    pub emissive: Vec3,
+    /// Scale of the normal map's X and Y.
+    pub normal_scale: f32,
+    /// True if back faces are drawn, with their normals turned.
+    pub two_sided: bool,
+    /// True if it emits its base colour, in nits, in any light, and reflects nothing (KHR_materials_unlit).
+    pub unlit: bool,
+    /// Rows and columns of cells that each of its textures is made of, 1 to 256 each: all texture coordinates, from 0 to 1 and beyond, lie
+    /// in the one cell that an object shows ([`Look::cell`](super::Look::cell)). Cells do not bleed into each other, however they are filtered.
+    pub atlas: [u32; 2],
+    /// By slot: the mapping of its texture onto the mesh.
+    pub uv_maps: [UvMap; TextureSlot::ALL.len()],
+    /// Multiplies `base_color` and `alpha`; index in `Scene::textures`.
+    pub base_color_texture: Option<usize>,
+    /// Bends the normals of meshes that have tangents.
+    pub normal_texture: Option<usize>,
+    /// Multiplies `metallic` and `roughness`.
+    pub metallic_roughness_texture: Option<usize>,
+    /// Darkens ambient light.
+    pub occlusion_texture: Option<usize>,
+    /// Multiplies `emissive`.
+    pub emissive_texture: Option<usize>,
+    /// Multiplies `specular`, or `reflectance` by its colour and alpha and `grazing` by its alpha where a Cook-Torrance material has no `specular`.
+    pub specular_texture: Option<usize>,
+    /// Multiplies `shininess`.
+    pub shininess_texture: Option<usize>,
+}
+
+impl Default for Material {
+    fn default() -> Self {
+        Self {
+            name: "default".into(),
+            brdf: Brdf::default(),
+            base_color: Vec3::splat(0.8),
+            alpha: 1.0,
+            alpha_mode: AlphaMode::Opaque,
+            metallic: 0.0,
+            roughness: 0.5,
+            specular: Vec3::ZERO,
+            reflectance: Vec3::splat(DIELECTRIC),
+            grazing: 1.0,
+            shininess: 0.0,
+            ambient: 1.0,
+            emissive: Vec3::ZERO,
+            normal_scale: 1.0,
+            two_sided: false,
+            unlit: false,
+            atlas: [1, 1],
+            uv_maps: [UvMap::IDENTITY; TextureSlot::ALL.len()],
+            base_color_texture: None,
+            normal_texture: None,
+            metallic_roughness_texture: None,
+            occlusion_texture: None,
+            emissive_texture: None,
+            specular_texture: None,
+            shininess_texture: None,
+        }
+    }
+}
+
+impl Material {
+    /// The textures in use, by slot.
+    pub fn textures(&self) -> impl Iterator<Item = (TextureSlot, usize)> {
+        TextureSlot::ALL.into_iter().filter_map(|slot| self.texture(slot).map(|texture| (slot, texture)))
+    }
+
+    /// The texture in a slot.
+    pub fn texture(&self, slot: TextureSlot) -> Option<usize> {
+        (slot.form().get)(self)
+    }
+
+    /// The texture in a slot, to be changed.
+    pub fn texture_mut(&mut self, slot: TextureSlot) -> &mut Option<usize> {
+        (slot.form().get_mut)(self)
+    }
+
+    /// The reflection model that it is drawn with where `overridden` stands in for all materials' own: an unlit surface and a coat have theirs.
+    pub fn model(&self, overridden: Option<Brdf>) -> Brdf {
+        match self.alpha_mode {
+            _ if self.unlit => Brdf::Lambert,
+            AlphaMode::Coat => Brdf::CookTorrance,
+            _ => overridden.unwrap_or(self.brdf),
+        }
+    }
+
+    /// The texture in the specular slot where it gives the reflectance of a dielectric (KHR_materials_specular): that of a Cook-Torrance material
+    /// without Ks, which the Phong models alone have.
+    pub fn reflectance_texture(&self) -> Option<usize> {
+        let is_dielectric = self.brdf == Brdf::CookTorrance && self.specular == Vec3::ZERO;
+        self.specular_texture.filter(|_| is_dielectric && self.alpha_mode != AlphaMode::Coat)
+    }
+
+    /// Returns true if its dielectric share reflects something else than [`DIELECTRIC`] facing the eye and 1 grazing.
+    pub fn has_reflectance(&self) -> bool {
+        let usual = self.reflectance == Vec3::splat(DIELECTRIC) && self.grazing == 1.0;
+        !usual || self.reflectance_texture().is_some()
+    }
+
+    /// Returns true if texels below a cut-off are left out.
+    pub fn is_masked(&self) -> bool {
+        matches!(self.alpha_mode, AlphaMode::Mask { .. })
+    }
+
+    /// Returns true if what lies behind shows through.
+    pub fn is_transparent(&self) -> bool {
+        matches!(self.alpha_mode, AlphaMode::Blend | AlphaMode::Glass | AlphaMode::Coat)
+    }
+
+    /// Returns true if it emits light.
+    pub fn is_emissive(&self) -> bool {
+        self.emissive.max_element() > 0.0
+    }
+}

@@ -1,0 +1,104 @@
+//! The clips that play, and the moment's place in each of them.
+
+use super::{Clip, Motion};
+use crate::{Error, unknown};
+
+/// The clips of a scene that play.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum ClipChoice {
+    /// All of them at once. If two move the same target, the later one wins.
+    #[default]
+    All,
+    /// Those with these indices in [`Motion::clips`], in this order: the last one wins.
+    Only(Vec<usize>),
+    /// None: everything stands as it does at rest.
+    None,
+}
+
+/// A moment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Playing {
+    /// Seconds since the clips began.
+    pub time: f64,
+    /// The clips that play.
+    pub clips: ClipChoice,
+    /// True if each clip begins again when its own duration is over; else it stays at its end.
+    pub looped: bool,
+}
+
+impl Default for Playing {
+    fn default() -> Self {
+        Self { time: 0.0, clips: ClipChoice::All, looped: true }
+    }
+}
+
+impl Playing {
+    /// All clips so many seconds after they began, each looped.
+    pub fn at(time: f64) -> Self {
+        Self { time, ..Self::default() }
+    }
+
+    /// The same clips at another time.
+    #[must_use]
+    pub fn with_time(&self, time: f64) -> Self {
+        Self { time, ..self.clone() }
+    }
+
+    /// Returns the place of the moment in the clip, in seconds. A clip without a duration has one moment only.
+    pub fn time_in(&self, clip: &Clip) -> f64 {
+        let duration = clip.duration();
+        // The remainder of two doubles is exact, also after a million seconds.
+        let wraps = self.looped && duration > 0.0 && duration.is_finite() && !(0.0..=duration).contains(&self.time);
+        if wraps { self.time.rem_euclid(duration) } else { self.time }
+    }
+}
+
+impl Motion {
+    /// The clips that play, in their order.
+    pub fn playing<'a>(&'a self, choice: &'a ClipChoice) -> impl Iterator<Item = &'a Clip> {
+        let (all, only): (&[Clip], &[usize]) = match choice {
+            ClipChoice::All => (&self.clips, &[]),
+            ClipChoice::Only(indices) => (&[], indices),
+            ClipChoice::None => (&[], &[]),
+        };
+        all.iter().chain(only.iter().filter_map(|&index| self.clips.get(index)))
+    }
+
+    /// Returns the duration of the longest clip that plays, in seconds.
+    pub fn duration(&self, choice: &ClipChoice) -> f64 {
+        self.playing(choice).map(Clip::duration).fold(0.0, f64::max)
+    }
+
+    /// The clips with these names; all of those that share a name. `none` is no clip, unless one has that name. The number of a clip, counted
+    /// from 0, is its name as well where no clip has that one: files need not name their clips.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] with the names that there are.
+    pub fn choose(&self, names: &[String]) -> Result<ClipChoice, Error> {
+        let mut chosen = Vec::new();
+        for name in names {
+            let before = chosen.len();
+            chosen.extend((0..self.clips.len()).filter(|&index| self.clips[index].name == *name));
+            if chosen.len() > before || name == "none" {
+                continue;
+            }
+            match name.parse::<usize>().ok().filter(|&index| index < self.clips.len()) {
+                Some(index) => chosen.push(index),
+                None if self.clips.is_empty() => {
+                    return Err(Error::Setting(format!("there is no clip {name:?}: the scene has no clips")));
+                }
+                None => {
+                    let names: Vec<&str> = self.clips.iter().map(|clip| clip.name.as_str()).collect();
+                    return Err(Error::Setting(unknown("clip", name, &[&names[..], &["none"]].concat())));
+                }
+            }
+        }
+        Ok(if chosen.is_empty() && names.is_empty() {
+            ClipChoice::All
+        } else if chosen.is_empty() {
+            ClipChoice::None
+        } else {
+            ClipChoice::Only(chosen)
+        })
+    }
+}
