@@ -30,12 +30,11 @@ pub use afterlight_gpu as gpu;
 pub use afterlight_scene as scene;
 
 pub mod frame;
-pub mod measure;
+pub use afterlight_truth::{measure, reference};
 // Tests of validation layers, for the program.
 #[doc(hidden)]
 pub mod mutants;
 pub mod plan;
-pub mod reference;
 pub mod report;
 // The catalogue of extreme cases, for the program.
 #[doc(hidden)]

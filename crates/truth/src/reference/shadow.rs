@@ -1,0 +1,82 @@
+//! The visibility of a light from a surface: rays to the light, in f64.
+//!
+//! A ray begins a little above the triangle that is seen, on the side that is seen, and meets every triangle, that one too. So light that
+//! comes from behind a triangle is stopped by it, also where its interpolated normal is turned to the light: on a coarse sphere shadow
+//! begins at whole faces, as in the renderer's shadow maps, to which those faces are dark, too. Objects that cast no shadow do not stop it.
+//!
+//! A light with a size is a disc that faces the receiver, of its radius around its place; a directional one a disc of its angular diameter. The share
+//! of the disc that is not blocked is the share of light that arrives; shading stays that of a light without a size. (A ball of the radius is
+//! wider than the disc by (radius / distance)^2 / 2, which is left out.)
+
+use glam::{DVec2, DVec3};
+
+use super::geometry::{Geometry, Hit};
+use super::intersect::Ray;
+use super::light::to_light;
+use afterlight_scene::Light;
+
+/// The height above its triangle at which a ray begins, in units of the last place of the coordinates' size: places are sums and products of
+/// a few of them.
+const LIFT: f64 = 256.0 * f64::EPSILON;
+
+/// A place from which rays to lights begin.
+#[derive(Debug, Clone, Copy)]
+pub struct Receiver {
+    /// In the world, on the triangle.
+    place: DVec3,
+    /// Above it, on the side that is seen.
+    pub start: DVec3,
+}
+
+impl Receiver {
+    /// The place where `ray`, from the eye, meets what it sees.
+    pub fn of(geometry: &Geometry, hit: &Hit, ray: &Ray) -> Self {
+        let [a, b, c] = geometry.triangles[hit.triangle].corners;
+        let place = ray.at(hit.crossing.distance);
+        let plane = (b - a).cross(c - a).normalize_or_zero();
+        let side = if hit.crossing.counter_clockwise { plane } else { -plane };
+        let size = [a, b, c, place, ray.origin].into_iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
+        Self { place, start: place + side * (size * LIFT) }
+    }
+
+    /// A place on no triangle.
+    pub fn floating(place: DVec3) -> Self {
+        Self { place, start: place }
+    }
+
+    /// A ray from there on; `None` for directions into the triangle.
+    pub fn leaving(&self, direction: DVec3) -> Option<Ray> {
+        ((self.start - self.place).dot(direction) > 0.0).then(|| Ray::new(self.start, direction))
+    }
+
+    /// Returns true if light from infinitely far away arrives.
+    pub fn sees_along(&self, geometry: &Geometry, direction: DVec3) -> bool {
+        !geometry.is_blocked(&Ray::new(self.start, direction), f64::INFINITY)
+    }
+
+    /// Returns true if light from a point of the disc arrives; `on_disc` is in the unit circle.
+    pub fn sees(&self, geometry: &Geometry, light: &Light, on_disc: DVec2) -> bool {
+        let (towards, distance) = to_light(light, self.place);
+        if distance == 0.0 {
+            return true;
+        }
+        let is_parallel = light.kind.form().is_parallel();
+        let radius = if is_parallel { (light.size.to_radians() * 0.5).tan() } else { light.size / distance };
+        let direction = moved(towards, on_disc * radius);
+        let (direction, limit) = match distance.is_infinite() {
+            true => (direction, f64::INFINITY),
+            // To the light and no further; from the start, which is a hair nearer.
+            false => (self.place + direction * distance - self.start, 1.0),
+        };
+        !geometry.is_blocked(&Ray::new(self.start, direction), limit)
+    }
+}
+
+/// A unit vector, moved across itself.
+fn moved(direction: DVec3, by: DVec2) -> DVec3 {
+    if by == DVec2::ZERO {
+        return direction;
+    }
+    let (x, y) = direction.any_orthonormal_pair();
+    direction + x * by.x + y * by.y
+}

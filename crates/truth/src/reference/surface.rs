@@ -1,0 +1,43 @@
+//! A point of a surface with all that light asks of it.
+
+use glam::DVec3;
+
+use afterlight_scene::Brdf;
+
+/// A lit point, in the terms of its material with its textures looked up.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Surface {
+    /// Relative to the camera, in metres, along the axes of the world.
+    pub position: DVec3,
+    /// Along which it is seen from the camera, of any length; `None`: straight, from the camera to the place. A place that was rounded lies beside
+    /// the ray that found it.
+    pub ray: Option<DVec3>,
+    /// Shading normal, turned to the side that is seen; unit length.
+    pub normal: DVec3,
+    /// The interpolated normal without the normal map, turned likewise; unit length.
+    pub geometric_normal: DVec3,
+    /// The reflection model.
+    pub brdf: Brdf,
+    /// Linear RGB, 0 to 1.
+    pub albedo: DVec3,
+    /// 0 to 1.
+    pub metallic: f64,
+    /// Perceptual, 0 to 1.
+    pub roughness: f64,
+    /// Ks of the Phong models.
+    pub specular: DVec3,
+    /// Reflectance of the dielectric share of Cook-Torrance facing the eye, 0 to 1.
+    pub reflectance: DVec3,
+    /// The same at grazing angles, 0 to 1.
+    pub grazing: f64,
+    /// Ns of the Phong models.
+    pub shininess: f64,
+    /// Share of the ambient light that arrives, 0 to 1.
+    pub occlusion: f64,
+    /// Emitted radiance in nits.
+    pub emissive: DVec3,
+    /// Share of the light from behind that it hides, 0 to 1; 1 for opaque surfaces.
+    pub alpha: f64,
+    /// True if shadows fall on it.
+    pub receives_shadow: bool,
+}
