@@ -18,11 +18,11 @@ use afterlight::gpu::{
     Image, ImageDesc, Instance, InstanceOptions, Location, MemoryKind, MessageKind, Owned, RenderPass, ShaderStage,
     SubpassDesc, UploadOrder, Uploader, Validation, framebuffer, pipeline_layout, vk,
 };
-use afterlight::measure::Distribution;
 use afterlight::passes::copy;
 use afterlight::scene::{
     AlphaMode, Brdf, Camera, Light, LightKind, Material, Mesh, Object, Projection, Scene, Settings, exposure_scale,
 };
+use afterlight_truth::measure::Distribution;
 use bytemuck::{Pod, Zeroable};
 use glam::{DAffine3, DMat4, DVec3, DVec4, Mat4, Vec3};
 

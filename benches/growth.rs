@@ -12,8 +12,8 @@ use std::time::Instant;
 
 use afterlight::frame::Renderer;
 use afterlight::gpu::{Device, DeviceChoice, Instance, InstanceOptions, Validation};
-use afterlight::measure::Distribution;
 use afterlight::scene::{OpenOptions, Settings, open};
+use afterlight_truth::measure::Distribution;
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 

@@ -18,7 +18,7 @@ mod harness;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use afterlight::measure::Distribution;
+use afterlight_truth::measure::Distribution;
 use harness::{BUTTON_PRESS, BUTTON_RELEASE, MOTION, Server, View, key};
 
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;

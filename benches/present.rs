@@ -16,8 +16,8 @@ use std::time::Instant;
 
 use afterlight::frame::{Fitted, Presenter, Renderer, Wake};
 use afterlight::gpu::{self, Device, DeviceChoice, HEADLESS, Instance, InstanceOptions, Surface, Validation, Vsync};
-use afterlight::measure::Distribution;
 use afterlight::scene::{GbufferChoice, GbufferPreset, LightPath, OpenOptions, Scene, Settings, View, open};
+use afterlight_truth::measure::Distribution;
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 type Change = fn(&mut Settings);

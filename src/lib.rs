@@ -30,43 +30,20 @@ pub use afterlight_gpu as gpu;
 pub use afterlight_scene as scene;
 
 pub mod frame;
-pub use afterlight_truth::{measure, reference};
-// Tests of validation layers, for the program.
-#[doc(hidden)]
-pub mod mutants;
 pub mod plan;
-pub mod report;
-// The catalogue of extreme cases, for the program.
-#[doc(hidden)]
-pub mod stress;
-mod visible;
-#[cfg(feature = "window")]
-pub mod window;
 
-// Modules that record commands and name handles can be called wrongly: they are no part of the library's interface. Only the project's own tests
-// and benchmarks look inside.
-#[cfg(not(feature = "internals"))]
-mod gpu_scene;
-#[cfg(not(feature = "internals"))]
-mod passes;
-#[cfg(not(feature = "internals"))]
-#[allow(dead_code, reason = "the build writes all that the shaders tell, and passes assert what they rely on")]
-mod shaders;
-#[cfg(not(feature = "internals"))]
-mod targets;
-
-#[cfg(feature = "internals")]
+// These record commands and name handles, and can be called wrongly. The window draws its panels with them, the laboratory compares them with the truth,
+// and tests look inside: nothing there stays as it is.
 #[doc(hidden)]
 pub mod gpu_scene;
-#[cfg(feature = "internals")]
 #[doc(hidden)]
 pub mod passes;
-#[cfg(feature = "internals")]
 #[doc(hidden)]
 pub mod shaders;
-#[cfg(feature = "internals")]
 #[doc(hidden)]
 pub mod targets;
+#[doc(hidden)]
+pub mod visible;
 
 /// The README's Rust, compiled and run by the tests.
 #[cfg(doctest)]

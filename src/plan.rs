@@ -16,7 +16,9 @@ mod cost_model;
 mod culling;
 mod decision;
 pub(crate) mod effect;
-pub(crate) mod effects;
+// The laboratory and the window ask the effects' table.
+#[doc(hidden)]
+pub mod effects;
 mod error;
 mod gbuffer;
 mod lens;
@@ -25,8 +27,9 @@ mod occlusion;
 mod output;
 mod parts;
 mod reasons;
-#[cfg(test)]
-pub(crate) mod samples;
+// For tests: plans of each structure.
+#[doc(hidden)]
+pub mod samples;
 mod shading;
 mod shadows;
 mod surfaces;
@@ -55,7 +58,7 @@ pub use surfaces::{
     PlannedBrdf, PlannedDeform, PlannedLevel, PlannedMesh, PlannedTexture, SetSamplers, Streams, TextureMask,
     TexturePlan, TextureSource, Uploads, texture_format,
 };
-pub use targets::{BufferName, OwnTarget, Sums, Target, TargetName};
+pub use targets::{BufferName, DEPTH, OwnTarget, Sums, Target, TargetName};
 pub use visibility::TriangleCode;
 
 pub(crate) use culling::{CULL_BUFFERS, CULL_SHARED_BYTES};
@@ -67,7 +70,6 @@ pub(crate) use lights::{Grid, Reach, SLICES, TILE};
 pub(crate) use occlusion::MANY_OBJECTS;
 pub(crate) use shadows::MAX_SHADOW_VIEWS;
 pub(crate) use surfaces::{Cuts, SurfaceRules};
-pub(crate) use targets::DEPTH;
 
 use std::collections::BTreeSet;
 

@@ -5,14 +5,14 @@ use std::path::PathBuf;
 use std::sync::LazyLock;
 
 use afterlight::gpu::{DriverHeader, decode_device_file, encode_device_file};
-use afterlight::reference::{Cache, Cached, Mode, Options, Reference, Smith, Truth, View};
-use afterlight::report::sweep::journal::Contents;
-use afterlight::report::sweep::line::with_checksums;
-use afterlight::report::sweep::merge::{Part, join};
-use afterlight::report::sweep::model::Shard;
-use afterlight::report::sweep::{assemble, table};
-use afterlight::report::{advice, page};
 use afterlight::scene::{Scene, open};
+use afterlight_lab::report::sweep::journal::Contents;
+use afterlight_lab::report::sweep::line::with_checksums;
+use afterlight_lab::report::sweep::merge::{Part, join};
+use afterlight_lab::report::sweep::model::Shard;
+use afterlight_lab::report::sweep::{assemble, table};
+use afterlight_lab::report::{advice, page};
+use afterlight_truth::reference::{Cache, Cached, Mode, Options, Reference, Smith, Truth, View};
 
 use super::{folder, is_one_line};
 

@@ -19,7 +19,9 @@ pub mod proof;
 mod read_back;
 #[cfg(feature = "present")]
 mod rebuild;
-pub(crate) mod render_pass;
+// Drawings of a frame name its render passes.
+#[doc(hidden)]
+pub mod render_pass;
 mod render_passes;
 #[cfg(feature = "present")]
 mod split;

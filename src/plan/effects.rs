@@ -36,7 +36,7 @@ use crate::scene::{LightPath, Scene, Settings, View};
 use types::{AoPlan, Bloom, FogPlan, ParticlePlan, ReflectionPlan, SkyPlan, TaaPlan};
 
 /// Every effect, in the order in which `inspect` lists them. Settings that work on the finished picture say so in their own table (`on_picture`).
-pub(crate) const EFFECTS: &[&Effect] = &[
+pub const EFFECTS: &[&Effect] = &[
     &particles::EFFECT,
     &sky::EFFECT,
     &fog::EFFECT,
@@ -157,12 +157,12 @@ pub(super) fn asked_for(scene: &Scene, settings: &Settings) -> impl Iterator<Ite
 }
 
 /// The targets of all effects.
-pub(crate) fn targets() -> impl Iterator<Item = &'static OwnTarget> {
+pub fn targets() -> impl Iterator<Item = &'static OwnTarget> {
     EFFECTS.iter().flat_map(|effect| effect.targets)
 }
 
 /// The effects of a plan's frames.
-pub(crate) fn of(plan: &FramePlan) -> impl Iterator<Item = &'static Effect> {
+pub fn of(plan: &FramePlan) -> impl Iterator<Item = &'static Effect> {
     plan.effects.present()
 }
 
@@ -187,7 +187,7 @@ pub fn shows_effect(view: View) -> bool {
 }
 
 /// The targets of the G-buffer that effects of a plan write, each with the view that shows it and its content after that.
-pub(crate) fn of_gbuffer(plan: &FramePlan) -> impl Iterator<Item = (Target, View, &'static str)> {
+pub fn of_gbuffer(plan: &FramePlan) -> impl Iterator<Item = (Target, View, &'static str)> {
     of(plan).filter_map(|effect| match effect.view.as_ref()? {
         &EffectView { view, shows: Shows::Gbuffer { target, content, .. }, .. } => Some((target, view, content)),
         _ => None,
@@ -195,7 +195,7 @@ pub(crate) fn of_gbuffer(plan: &FramePlan) -> impl Iterator<Item = (Target, View
 }
 
 /// VIEW's code for what an effect has left in the G-buffer, if the view shows that.
-pub(crate) fn shown_in_gbuffer(view: View) -> Option<u32> {
+pub fn shown_in_gbuffer(view: View) -> Option<u32> {
     match shown_by(view)?.1.shows {
         Shows::Gbuffer { code, .. } => Some(code),
         Shows::Light | Shows::Values => None,
@@ -213,7 +213,7 @@ pub fn averages_samples(view: View) -> bool {
 }
 
 /// Returns the settings without the effects that a frame's error is not taken apart with.
-pub(crate) fn set_aside(settings: &Settings) -> Settings {
+pub fn set_aside(settings: &Settings) -> Settings {
     let mut plain = settings.without_effects();
     EFFECTS
         .iter()
@@ -224,7 +224,7 @@ pub(crate) fn set_aside(settings: &Settings) -> Settings {
 }
 
 /// Why a report does not sweep a setting of an effect.
-pub(crate) fn unswept(key: &str, scene: &Scene, plan: &FramePlan) -> Option<&'static str> {
+pub fn unswept(key: &str, scene: &Scene, plan: &FramePlan) -> Option<&'static str> {
     EFFECTS.iter().find_map(|effect| (effect.unswept)(key, scene, plan))
 }
 
@@ -234,13 +234,13 @@ pub(super) fn reach_all_lights(settings: &Settings) -> Option<&'static str> {
 }
 
 /// The most layers that effects blend over a pixel.
-pub(crate) fn layers(plan: &FramePlan) -> u32 {
+pub fn layers(plan: &FramePlan) -> u32 {
     let blended = of(plan).filter_map(|effect| effect.blended.as_ref());
     blended.map(|own| (own.layers)(&plan.effects)).fold(0, u32::saturating_add)
 }
 
 /// The textures of the one effect that has some.
-pub(crate) fn textures(plan: &FramePlan) -> &[PlannedTexture] {
+pub fn textures(plan: &FramePlan) -> &[PlannedTexture] {
     of(plan).map(|effect| (effect.textures)(&plan.effects)).find(|own| !own.is_empty()).unwrap_or_default()
 }
 

@@ -1,13 +1,10 @@
-//! Scenes, devices and plans for tests.
+//! Scenes, devices and plans of every structure, for tests.
 
-// By its path, since tests take this file in by its own.
-#[path = "samples/plans.rs"]
 mod plans;
 
 pub use plans::{forward_plans, of_every_kind, plans, plans_of_effects, tiled_plans};
 
 use glam::{DAffine3, DVec3, Vec3};
-use proptest::prelude::*;
 
 use super::{Capabilities, CostModel, Error, FramePlan, Refusal, Variation, Why, shows_effect, variations};
 use crate::scene::{
@@ -36,7 +33,10 @@ pub fn software() -> Capabilities {
     Capabilities { software: true, costs: CostModel::CPU, ..device() }
 }
 
-pub fn vector(range: f64) -> impl Strategy<Value = DVec3> {
+#[cfg(test)]
+pub fn vector(range: f64) -> impl proptest::strategy::Strategy<Value = DVec3> {
+    use proptest::strategy::Strategy;
+
     [-range..range, -range..range, -range..range].prop_map(DVec3::from)
 }
 

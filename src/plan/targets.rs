@@ -7,7 +7,7 @@ use ash::vk;
 use super::{Capabilities, FramePlan, Shading, effects, format_bytes};
 
 /// The format of the picture's depth and of shadow maps; mandatory to draw into.
-pub(crate) const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
+pub const DEPTH: vk::Format = vk::Format::D32_SFLOAT;
 /// Counts fragments in steps of 1/255; mandatory to blend.
 pub(crate) const COUNT: vk::Format = vk::Format::R8_UNORM;
 /// Numbers of an object and of a triangle; mandatory to draw into.

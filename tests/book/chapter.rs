@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 /// The project's folder. Cargo says where it is, and a test program that is started by hand takes the one that it was built in.
 pub fn project() -> PathBuf {
-    std::env::var_os("CARGO_MANIFEST_DIR").map_or_else(|| env!("CARGO_MANIFEST_DIR").into(), PathBuf::from)
+    std::env::var_os("CARGO_MANIFEST_DIR").map_or_else(|| env!("AFTERLIGHT_ROOT").into(), PathBuf::from)
 }
 
 /// The folder of the chapters.

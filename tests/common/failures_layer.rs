@@ -25,7 +25,7 @@ const IMPLICIT: &str = "vulkan/implicit_layer.d/failures.json";
 
 /// Copies a manifest, with the place of the library that cargo has built.
 fn write_manifest(name: &str, to: &Path) {
-    let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/failures-layer").join(name);
+    let from = Path::new(env!("AFTERLIGHT_ROOT")).join("tests/failures-layer").join(name);
     let manifest = fs::read_to_string(from).expect("a manifest");
     let mut manifest: serde_json::Value = serde_json::from_str(&manifest).expect("JSON");
     manifest["layer"]["library_path"] = library().to_str().expect("a path of UTF-8").into();

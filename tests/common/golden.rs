@@ -7,7 +7,7 @@ use image::RgbImage;
 use super::gpu::{bytes, is_swiftshader};
 use afterlight::frame::Picture;
 use afterlight::gpu::PhysicalDevice;
-use afterlight::measure::{Srgb8Image, flip};
+use afterlight_truth::measure::{Srgb8Image, flip};
 
 /// A pixel whose channels all differ by no more codes than this counts as the same.
 ///
@@ -38,7 +38,7 @@ pub fn bound(name: &str, device: &PhysicalDevice) -> f64 {
 }
 
 fn folder(name: &str) -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(name)
+    PathBuf::from(env!("AFTERLIGHT_ROOT")).join(name)
 }
 
 fn rgb(picture: &Picture) -> RgbImage {

@@ -50,7 +50,7 @@ pub fn one_of<T>(cases: &[T], turn: usize) -> &[T] {
 pub fn scenes_dir() -> Option<PathBuf> {
     let folder = match std::env::var_os("AFTERLIGHT_SCENES") {
         Some(folder) => PathBuf::from(folder),
-        None => PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes"),
+        None => PathBuf::from(env!("AFTERLIGHT_ROOT")).join("../shared/scenes"),
     };
     if folder.is_dir() {
         return Some(folder);

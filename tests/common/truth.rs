@@ -1,8 +1,8 @@
 //! The reference's light model for a material at a point: every light, no shadows, no ambient light.
 
-use afterlight::reference::light::{self, Illumination};
-use afterlight::reference::{Smith, Surface};
 use afterlight::scene::{Environment, Light, Material};
+use afterlight_truth::reference::light::{self, Illumination};
+use afterlight_truth::reference::{Smith, Surface};
 use glam::DVec3;
 
 /// Light that a point sends towards the eye, in nits.

@@ -3,9 +3,9 @@
 use crate::common::gpu::{bytes, code, on_gpu, places};
 use crate::common::stage::{open, own};
 use afterlight::frame::Picture;
-use afterlight::reference::aberration::apart;
-use afterlight::reference::tonemap::{decode_srgb, encode_srgb};
 use afterlight::scene::{LightPath, Settings};
+use afterlight_truth::reference::aberration::apart;
+use afterlight_truth::reference::tonemap::{decode_srgb, encode_srgb};
 use glam::DVec3;
 
 const SIZE: [u32; 2] = [64, 36];

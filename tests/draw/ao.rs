@@ -3,12 +3,12 @@
 use crate::common::gpu::{Gpu, floats, on_gpu};
 use crate::common::stage::{add, exact, lambert, open, own, plane, rectangle};
 use afterlight::plan::FramePlan;
-use afterlight::reference;
-use afterlight::reference::depth_march::{DepthBuffer, March};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
     AmbientOcclusion, AoResolution, Brdf, Environment, LightPath, Material, Output, Projection, Scene, Settings, View,
 };
+use afterlight_truth::reference;
+use afterlight_truth::reference::depth_march::{DepthBuffer, March};
 use glam::{DAffine3, DVec3, Vec3};
 
 const SIZE: [u32; 2] = [96, 54];

@@ -3,10 +3,10 @@
 use crate::common::gpu::{Gpu, on_gpu};
 use crate::common::stage::{add, exact, open, own, rectangle, stage};
 use afterlight::frame::{Pixels, Renderer};
-use afterlight::reference::bloom::{bloomed, by_levels};
 use afterlight::scene::{
     Brdf, HdrFormat, LightPath, Material, OptionalPart, Output, Resolve, Scene, Settings, Transparency, View,
 };
+use afterlight_truth::reference::bloom::{bloomed, by_levels};
 use glam::{DAffine3, DVec3, Vec3};
 
 fn light(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Vec<[f64; 3]> {

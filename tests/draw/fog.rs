@@ -3,12 +3,12 @@
 use crate::common::gpu::{Gpu, bytes, floats, on_gpu};
 use crate::common::some_of;
 use crate::common::stage::{add, directional, exact, lambert, open, own, plane, rectangle};
-use afterlight::reference::fog::Medium;
-use afterlight::reference::{Mode, Options, Reference, Smith, View as Eye};
 use afterlight::scene::{
     AlphaMode, Camera, Emitter, Environment, Fog, HdrFormat, LightPath, Material, OptionalPart, Output, Playing,
     Projection, Reflections, Resolve, Scene, Settings, Sky, SkyImage, Transparency, View,
 };
+use afterlight_truth::reference::fog::Medium;
+use afterlight_truth::reference::{Mode, Options, Reference, Smith, View as Eye};
 use glam::{DAffine3, DVec3, Vec3};
 
 fn light(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Vec<DVec3> {

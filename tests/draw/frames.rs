@@ -8,11 +8,11 @@ use crate::common::stage::{
 };
 use crate::common::truth::radiance;
 use afterlight::frame::{Picture, Renderer};
-use afterlight::reference::light::arriving;
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
     Aabb, Camera, Falloff, HdrFormat, Light, LightKind, LightPath, Material, Output, Scene, Settings, Tonemap, View,
 };
+use afterlight_truth::reference::light::arriving;
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 const SMALL: (u32, u32) = (96, 54);

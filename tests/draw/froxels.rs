@@ -4,10 +4,10 @@ use crate::common::gpu::{Gpu, floats, on_gpu};
 use crate::common::stage::{add, directional, exact, lambert, plane, point, rectangle, spot, sun};
 use crate::common::tries_all;
 use afterlight::frame::Renderer;
-use afterlight::reference::{Mode, Options, Reference, Smith, View as Eye};
 use afterlight::scene::{
     AlphaMode, Camera, Falloff, Fog, LightPath, Material, Projection, Scene, Settings, Transparency,
 };
+use afterlight_truth::reference::{Mode, Options, Reference, Smith, View as Eye};
 use glam::{DAffine3, DVec3, Vec3};
 
 fn light(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Vec<DVec3> {

@@ -4,12 +4,12 @@ use crate::common::gpu::{Gpu, code, floats, nits, on_gpu, places};
 use crate::common::some_in_turn;
 use crate::common::stage::{add, directional, exact, gbuffer, lambert, open, plane, point, rectangle, spot, sun};
 use afterlight::frame::Picture;
-use afterlight::reference::{Mode, Options, Reference, Smith, View as Eye};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
     AlphaMode, Brdf, Camera, Falloff, LightPath, Material, Output, Projection, Scene, Settings, ShadowFilter,
     ShadowSettings, Transparency, View,
 };
+use afterlight_truth::reference::{Mode, Options, Reference, Smith, View as Eye};
 use glam::{DAffine3, DVec3, Vec3};
 
 const SIZE: [u32; 2] = [133, 75];

@@ -2,12 +2,12 @@
 //! come into view are not mixed with those that hid them, and nothing is left after a cut.
 
 use afterlight::frame::{Changed, Error, FRAMES_A_SECOND, Order, Renderer};
-use afterlight::measure::{LinearImage, errors};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
     AlphaMode, Camera, Channel, Clip, ColorSpace, Culling, Interpolation, LightPath, Local, Material, Motion, Node,
     Output, Placement, Playing, Resolve, Scene, Settings, Target, Texture, View,
 };
+use afterlight_truth::measure::{LinearImage, errors};
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 
 use crate::common::gpu::{Gpu, floats, on_gpu};

@@ -2,9 +2,9 @@
 
 use crate::common::gpu::{code, on_gpu, places};
 use crate::common::stage::{open, own};
-use afterlight::reference::shown::{Pixel, shown};
-use afterlight::reference::tonemap::decode_srgb;
 use afterlight::scene::{LightPath, Settings, Tonemap};
+use afterlight_truth::reference::shown::{Pixel, shown};
+use afterlight_truth::reference::tonemap::decode_srgb;
 use glam::DVec3;
 
 const SIZE: [u32; 2] = [48, 28];

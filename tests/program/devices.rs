@@ -95,7 +95,7 @@ impl Stage {
         let deps = Path::new(env!("CARGO_BIN_EXE_afterlight")).with_file_name("deps");
         let library = deps.join(libloading::library_filename("afterlight_devices_layer"));
         assert!(library.exists(), "{} is not there", library.display());
-        let text = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/devices-layer/devices.json"));
+        let text = fs::read_to_string(Path::new(env!("AFTERLIGHT_ROOT")).join("tests/devices-layer/devices.json"));
         let mut manifest: serde_json::Value = serde_json::from_str(&text.expect("a manifest")).expect("JSON");
         manifest["layer"]["library_path"] = library.to_str().expect("a path of UTF-8").into();
         let layers = folder.path().join("layers");
@@ -208,7 +208,7 @@ fn usual_folders() -> Vec<PathBuf> {
 }
 
 fn gallery(name: &str) -> String {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/gallery").join(name).to_str().expect("UTF-8").into()
+    Path::new(env!("AFTERLIGHT_ROOT")).join("assets/gallery").join(name).to_str().expect("UTF-8").into()
 }
 
 /// All scenes of the gallery with the light path that the plan chooses, and the built-in ones with each. In `make test` a sample: one scene on every
@@ -258,7 +258,7 @@ fn devices_that_lack_much_draw_the_same_or_are_refused_in_a_sentence() {
 /// The options that errors put into backquotes are typed as they stand, with what was typed before.
 #[test]
 fn what_a_refusal_advises_draws() {
-    let harbour = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/harbour.toml");
+    let harbour = Path::new(env!("AFTERLIGHT_ROOT")).join("assets/harbour.toml");
     let (stage, cornell) = (Stage::new(), "builtin:cornell");
     let cases: [(&[&str], &str); 5] = [
         (&[cornell, "--ao", "bitmask"], "ambient occlusion needs a G-buffer of 5 colour attachments"),

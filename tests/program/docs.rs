@@ -18,7 +18,7 @@ use afterlight::scene::{
 use rayon::prelude::*;
 
 pub fn project() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
+    Path::new(env!("AFTERLIGHT_ROOT"))
 }
 
 pub fn document(name: &str) -> String {
@@ -329,7 +329,7 @@ fn the_documents_list_what_a_window_adds() {
 #[test]
 fn the_documents_have_the_keys_that_the_window_prints() {
     let text = document("docs/WINDOW.md");
-    for (keys, what) in afterlight::window::keys::HELP {
+    for (keys, what) in afterlight_window::keys::HELP {
         assert!(text.contains(&format!("| `{keys}` | {what} |")), "{keys}");
     }
 }

@@ -26,7 +26,7 @@ struct Writer {
 }
 
 /// A scene that Mitsuba can be given.
-const LAMBERT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/mitsuba/lambert.toml");
+const LAMBERT: &str = concat!(env!("AFTERLIGHT_ROOT"), "/tests/mitsuba/lambert.toml");
 
 const TUNE: [&str; 19] = [
     "tune",

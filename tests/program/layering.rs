@@ -292,7 +292,7 @@ fn pass_names(src: &Path) -> Vec<String> {
 
 #[test]
 fn no_import_runs_back() {
-    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let src = Path::new(env!("AFTERLIGHT_ROOT")).join("src");
     let passes = pass_names(&src);
     assert!(passes.contains(&"lighting".to_string()), "{passes:?}");
     let mut violations = Vec::new();

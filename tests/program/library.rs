@@ -6,7 +6,7 @@ use std::process::Command;
 fn cargo(arguments: &[&str]) -> String {
     let mut command = Command::new(env!("CARGO"));
     let output = command
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .current_dir(env!("AFTERLIGHT_ROOT"))
         .args(arguments)
         .args(["--offline", "--package", "afterlight"])
         .output();

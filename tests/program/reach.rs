@@ -71,7 +71,7 @@ const EFFECTS: &[Reach] = &[
 ];
 
 fn project() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
+    Path::new(env!("AFTERLIGHT_ROOT"))
 }
 
 /// The files of code below a folder, without tests.

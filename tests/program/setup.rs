@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 fn list(family: &str) -> (bool, String) {
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts/setup");
+    let script = Path::new(env!("AFTERLIGHT_ROOT")).join("scripts/setup");
     let Output { status, stdout, stderr } =
         Command::new(script).args(["list", family]).output().expect("bash is there");
     (status.success(), String::from_utf8_lossy(if status.success() { &stdout } else { &stderr }).into_owned())

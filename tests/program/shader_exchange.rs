@@ -11,7 +11,7 @@ const SHADER: &str = "formulas.wgsl";
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     for part in ["", "shared"] {
-        let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders").join(part);
+        let from = Path::new(env!("AFTERLIGHT_ROOT")).join("shaders").join(part);
         fs::create_dir_all(folder.path().join(part)).expect("a folder");
         for entry in fs::read_dir(from).expect("the shaders") {
             let path = entry.expect("a file").path();

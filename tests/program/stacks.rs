@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 
 /// Returns the script that starts programs on a stack of Debian's (`debian13`, `newest`), where `scripts/fetch-NAME` has unpacked it.
 pub(crate) fn runner_of(stack: &str) -> Option<PathBuf> {
-    let project = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let project = Path::new(env!("AFTERLIGHT_ROOT"));
     let cache = std::env::var_os("AFTERLIGHT_CACHE").map_or_else(|| project.join(".cache"), PathBuf::from);
     cache.join(stack).join("packages.txt").exists().then(|| project.join("scripts").join(format!("on-{stack}")))
 }

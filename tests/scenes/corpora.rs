@@ -12,7 +12,7 @@ const MOST: Duration = Duration::from_secs(20);
 
 #[test]
 fn each_reader_has_a_program_that_fuzzes_it() {
-    let manifest = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/fuzz/Cargo.toml")).expect("a manifest");
+    let manifest = fs::read_to_string(concat!(env!("AFTERLIGHT_ROOT"), "/fuzz/Cargo.toml")).expect("a manifest");
     let programs: Vec<&str> =
         manifest.split("[[bin]]\nname = \"").skip(1).filter_map(|rest| rest.split('"').next()).collect();
     assert_eq!(programs, readers::TARGETS.map(|target| target.name));
@@ -22,7 +22,7 @@ fn each_reader_has_a_program_that_fuzzes_it() {
 #[test]
 fn their_lock_file_knows_what_the_library_always_needs() {
     let read = |name: &str| -> toml::Table {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
+        let path = Path::new(env!("AFTERLIGHT_ROOT")).join(name);
         let text = fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         text.parse().unwrap_or_else(|error| panic!("{}: {error}", path.display()))
     };
@@ -54,7 +54,7 @@ fn their_lock_file_knows_what_the_library_always_needs() {
 
 #[test]
 fn each_file_of_the_corpora_is_used_or_refused_in_one_line() {
-    let corpora = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus");
+    let corpora = Path::new(env!("AFTERLIGHT_ROOT")).join("fuzz/corpus");
     for target in readers::TARGETS {
         let mut count = 0;
         for entry in fs::read_dir(corpora.join(target.name)).expect("a corpus") {

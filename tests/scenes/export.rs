@@ -20,7 +20,7 @@ const MOST: f32 = 1e-6;
 
 /// Scenes between them have every material, light and texture that glTF has words for.
 fn specs() -> Vec<String> {
-    let gallery = |name: &str| format!("{}/assets/gallery/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let gallery = |name: &str| format!("{}/assets/gallery/{name}.toml", env!("AFTERLIGHT_ROOT"));
     let hall = if tries_all() { "builtin:hall" } else { "builtin:hall?bays=3&detail=12" };
     let mut specs = vec![
         hall.into(),

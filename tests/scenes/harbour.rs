@@ -11,7 +11,7 @@ mod made;
 
 #[test]
 fn the_harbours_files_are_what_its_example_makes() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/harbour");
+    let folder = Path::new(env!("AFTERLIGHT_ROOT")).join("assets/harbour");
     for (name, bytes) in made::files() {
         let kept = std::fs::read(folder.join(name)).unwrap_or_default();
         assert!(kept == bytes, "{name} is not what `cargo run --example harbour` makes");

@@ -294,7 +294,7 @@ fn sponza_is_whole() {
     // The documents have the number that is drawn: 24 triangles of the file have no area.
     let told = format!("{},{:03} triangles", triangles / 1000, triangles % 1000);
     for name in ["benches/README.md", "docs/FIGURES.md", "docs/LIGHT_PATHS.md"] {
-        let text = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(name)).unwrap();
+        let text = fs::read_to_string(Path::new(env!("AFTERLIGHT_ROOT")).join(name)).unwrap();
         assert!(text.contains(&told), "{name} should say {told}");
     }
     assert_eq!((imported.materials.len(), imported.textures.len(), imported.meshes.len()), (26, 33, 394));

@@ -3,12 +3,12 @@
 
 use std::collections::BTreeSet;
 
-use super::necessity::samples;
 use crate::common::gpu::{Gpu, on_gpu};
 use crate::common::stage::{add, lambert, own, plane, point, rectangle, sun};
 use crate::common::tries_all;
 use afterlight::frame::{Error, Renderer, capabilities};
 use afterlight::plan::FramePlan;
+use afterlight::plan::samples;
 use afterlight::scene::{
     AlphaMode, AmbientOcclusion, Emitter, Falloff, Fog, HdrFormat, LightPath, Material, Output, Reflections, Resolve,
     Scene, Settings, Transparency,

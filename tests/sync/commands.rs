@@ -31,12 +31,7 @@ fn listed_and_seen(frame: &[&str]) -> (Value, Vec<String>) {
     let layers = folder();
     let file = layers.path().join("commands.txt");
     let mut command = program();
-    command
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .arg("inspect")
-        .args(frame)
-        .args(SIZE)
-        .args(["--commands", "--json"]);
+    command.current_dir(env!("AFTERLIGHT_ROOT")).arg("inspect").args(frame).args(SIZE).args(["--commands", "--json"]);
     command.envs(environment(layers.path())).env("AFTERLIGHT_COMMANDS", &file);
     let output = command.output().expect("the program starts");
     assert!(output.status.success(), "{frame:?}: {}", String::from_utf8_lossy(&output.stderr));

@@ -3,9 +3,6 @@
 #[path = "../common/mod.rs"]
 mod common;
 
-// `src/plan/samples.rs`, which `necessity` compiles too, names it so.
-use afterlight::scene;
-
 mod combinations;
 mod commands;
 mod failures;

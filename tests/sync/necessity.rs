@@ -2,29 +2,22 @@
 //! `afterlight::frame::edges::unreported_mutants` argues from the specification, and is held against the layer here.
 //!
 //! Each mutant is a renderer of its own that draws a few small frames (`afterlight::frame::experiment`), in both modes of the layer's shader
-//! heuristic (`afterlight::mutants`). `afterlight::mutants::older` lists the mutants that layers before 1.4.309 miss besides.
-
-/// The plans that unit tests are about.
-#[allow(dead_code, unused_imports)]
-#[path = "../../src/plan/samples.rs"]
-pub mod samples;
+//! heuristic (`afterlight_lab::mutants`). `afterlight_lab::mutants::older` lists the mutants that layers before 1.4.309 miss besides.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
 
+use crate::common::gpu::{not_run, on_gpu};
+use crate::common::{some_of, tries_all};
 use afterlight::frame::capabilities;
 use afterlight::frame::edges::unreported_mutants::{LAYER, Part, UNREPORTED_MUTANTS};
 use afterlight::frame::edges::{self, Edge};
 use afterlight::frame::list::List;
 use afterlight::frame::proof::Frames;
 use afterlight::gpu::{self, DeviceChoice, vk};
-use afterlight::mutants::{Case, Heard, Laboratory, Miss, Mutant, Verdict, Way, cases, mutants, presented, verdict};
-// `samples` looks for these in the parent module.
-use crate::common::gpu::{not_run, on_gpu};
-use crate::common::{some_of, tries_all};
-use afterlight::plan::{
-    Capabilities, CostModel, Error, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB, Refusal, Variation, Why, shows_effect,
-    variations,
+use afterlight::plan::{FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB, samples};
+use afterlight_lab::mutants::{
+    Case, Heard, Laboratory, Miss, Mutant, Verdict, Way, cases, mutants, presented, verdict,
 };
 
 /// A frame records the passes that the proof assumes, in the same order.
@@ -126,7 +119,7 @@ fn without_any_row_or_bit_the_layer_complains_or_the_specification_does() {
         let all = mutants(&of_all, &their_plans);
         let plans: BTreeSet<&str> = all.iter().map(|mutant| mutant.case.name.as_str()).collect();
         let told = format!(": {} mutants of {} plans", all.len(), plans.len());
-        let page = format!("{}/docs/layers/{}.md", env!("CARGO_MANIFEST_DIR"), named(layer));
+        let page = format!("{}/docs/layers/{}.md", env!("AFTERLIGHT_ROOT"), named(layer));
         // Pages are about these two layers alone.
         let is_told = std::fs::read_to_string(&page).map_or(true, |text| text.contains(&told));
         assert!(is_told, "there are{told}: {page} is of others; `afterlight ci --mutants` writes it");

@@ -8,6 +8,7 @@ use afterlight::frame::edges::{self, Edge, Edges, Side};
 use afterlight::frame::proof::{Frames, is_superfluous};
 use afterlight::gpu::sync::Use;
 use afterlight::gpu::vk;
+use afterlight::plan::samples::{self, gbuffers};
 use afterlight::plan::{Canvas, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB};
 use afterlight::scene::builtin::CATALOGUE;
 use afterlight::scene::{
@@ -18,10 +19,9 @@ use afterlight::scene::{
 use rayon::prelude::*;
 
 use super::combinations;
-use super::necessity::samples::{self, gbuffers};
 use crate::common::stage::{open, own};
 use crate::common::{one_of, tries_all};
-use afterlight::mutants::{Way, cases, presented};
+use afterlight_lab::mutants::{Way, cases, presented};
 
 /// Plans whose frames differ in their accesses or in their synchronization.
 #[derive(Default)]

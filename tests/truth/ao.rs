@@ -1,9 +1,9 @@
 //! The three errors of ambient occlusion: of a pass against the f64 march of the same depths, of a pass against the scene's rays, and of the march
 //! against the rays, which is the price of seeing no more than a screen does.
 
-use afterlight::reference::depth_march::{DepthBuffer, March};
-use afterlight::reference::{self, Reference};
 use afterlight::scene::{AmbientOcclusion, AoResolution, Output, Scene, Settings, View};
+use afterlight_truth::reference::depth_march::{DepthBuffer, March};
+use afterlight_truth::reference::{self, Reference};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 

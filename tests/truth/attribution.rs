@@ -4,16 +4,16 @@ use crate::common::gpu::{Gpu, bytes, nits, on_gpu, places};
 use crate::common::scenes::{one_of_each, with_transparent};
 use crate::common::some_of;
 use crate::common::stage::{gbuffer, lambert, open, plane, point};
-use afterlight::reference::tonemap::{decode_srgb, input_referred};
-use afterlight::reference::{Mode, Options, Reference, Smith, Truth, View};
-use afterlight::report::sweep::attribution::{
-    CUT_OFF, HDR, Limits, NOT_EXPLAINED, OTHER_TRIANGLE, OUTPUT, SAMPLING, SWITCHES, Subject, TRANSPARENT, Truths,
-    WHOLE, attribute,
-};
-use afterlight::report::sweep::model::{AttributedPart, Attribution};
 use afterlight::scene::{
     Falloff, HdrFormat, LightPath, Output, Scene, Settings, ShadowSettings, exposure_scale, metered_ev100,
 };
+use afterlight_lab::report::sweep::attribution::{
+    CUT_OFF, HDR, Limits, NOT_EXPLAINED, OTHER_TRIANGLE, OUTPUT, SAMPLING, SWITCHES, Subject, TRANSPARENT, Truths,
+    WHOLE, attribute,
+};
+use afterlight_lab::report::sweep::model::{AttributedPart, Attribution};
+use afterlight_truth::reference::tonemap::{decode_srgb, input_referred};
+use afterlight_truth::reference::{Mode, Options, Reference, Smith, Truth, View};
 use glam::DVec3;
 
 const TEXTURES: &str = SWITCHES[0];

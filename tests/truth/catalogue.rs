@@ -8,8 +8,8 @@ use std::process::Command;
 use crate::common::gpu::on_gpu;
 use crate::common::tries_all;
 use crate::stress::told;
-use afterlight::measure::cpu_seconds;
-use afterlight::stress::{self, Case, Values, catalogue};
+use afterlight_lab::stress::{self, Case, Values, catalogue};
+use afterlight_truth::measure::cpu_seconds;
 
 /// The measured cost of each case: its name, and the milliseconds of processor time, on all threads, that its quick values took.
 /// `AFTERLIGHT_BLESS=1 scripts/test machine truth catalogue::every_case_has_a_measured_cost` measures them.
@@ -49,7 +49,7 @@ fn commit() -> Option<String> {
         return Some(commit);
     }
     let git = |arguments: &[&str]| {
-        let output = Command::new("git").args(arguments).current_dir(env!("CARGO_MANIFEST_DIR")).output().ok()?;
+        let output = Command::new("git").args(arguments).current_dir(env!("AFTERLIGHT_ROOT")).output().ok()?;
         output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
     };
     git(&["ls-files", "--error-unmatch", "Cargo.toml"])?;
@@ -141,7 +141,7 @@ fn measure() {
             eprintln!("{} {cost}", case.name);
             text += &format!("{} {cost}\n", case.name);
         }
-        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/truth/catalogue.txt");
+        let file = Path::new(env!("AFTERLIGHT_ROOT")).join("tests/truth/catalogue.txt");
         std::fs::write(&file, text).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
     });
 }

@@ -21,7 +21,7 @@ fn refusal(folder: &Path, arguments: &[&str], code: i32) -> String {
 }
 
 fn scene(name: &str) -> String {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/mitsuba").join(name);
+    let path = PathBuf::from(env!("AFTERLIGHT_ROOT")).join("tests/mitsuba").join(name);
     path.to_string_lossy().into_owned()
 }
 

@@ -1,7 +1,7 @@
 //! The cases of single formulas, which hold for the renderer's own (`tests/truth/catalogue.rs`), fail when a textbook's is planted in their place.
 
-use afterlight::stress::formula::Trial;
-use afterlight::stress::{Case, Check, Outcome, Verdict, catalogue, run};
+use afterlight_lab::stress::formula::Trial;
+use afterlight_lab::stress::{Case, Check, Outcome, Verdict, catalogue, run};
 
 use crate::common::gpu::{Gpu, on_gpu};
 

@@ -5,9 +5,9 @@ use crate::common::gpu::{floats, on_gpu};
 use crate::common::moving::moving;
 use crate::common::stage::{exact, open};
 use afterlight::frame::Picture;
-use afterlight::reference::shutter::{self, Exposure, Shot};
-use afterlight::reference::{Mode, Options, Reference, Smith, Truth, View};
 use afterlight::scene::{Aperture, Brdf, Playing, Settings, ShadowSettings, ThinLens};
+use afterlight_truth::reference::shutter::{self, Exposure, Shot};
+use afterlight_truth::reference::{Mode, Options, Reference, Smith, Truth, View};
 use glam::DVec3;
 
 const SIZE: [u32; 2] = [48, 32];

@@ -6,11 +6,11 @@ use crate::common::some_in_turn;
 use crate::common::stage::{add, directional, exact, lambert, open, rectangle, stage, sun};
 use crate::materials::{PATHS, WRAPS, assert_near, nits_of, writes_the_picture};
 use afterlight::frame::Picture;
-use afterlight::reference::{Mode, Options, Reference, Smith, View};
 use afterlight::scene::{
     AlphaMode, Camera, ColorSpace, Filter, Keep, LightPath, Look, Material, Sampler, Scene, Settings, Texels, Texture,
     UvMap, Wrap,
 };
+use afterlight_truth::reference::{Mode, Options, Reference, Smith, View};
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 
 /// A texture of cells, each of so many texels, by a function of the cell and of the texel in it.

@@ -5,12 +5,12 @@ use crate::common::compare::{assert_identical, largest_code_difference};
 use crate::common::gpu::{Gpu, nits, on_gpu, places};
 use crate::common::some_in_turn;
 use crate::common::stage::{add, directional, display, exact, lambert, plane, point, rectangle, stage, sun};
-use afterlight::reference::{Mode, Options, Reference, Smith, View};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
     AlphaMode, Brdf, ColorSpace, Environment, Falloff, Filter, Keep, LightPath, Material, Mesh, Object, Sampler, Scene,
     Settings, Texture, TextureSlot, Transparency, UvMap, Wrap,
 };
+use afterlight_truth::reference::{Mode, Options, Reference, Smith, View};
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 
 const SIZE: [u32; 2] = [97, 97];

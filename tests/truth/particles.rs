@@ -1,10 +1,10 @@
 //! Particles against their truth: the same closed form in 64 bits, rays for shadows, and layers in exact order.
 
-use afterlight::reference::{Mode, Options, Reference, Smith, View};
 use afterlight::scene::{
     AlphaMode, ColorSpace, Emitter, HdrFormat, LightPath, Material, Playing, Sampler, Scene, Settings, Texture,
     Transparency, Wrap,
 };
+use afterlight_truth::reference::{Mode, Options, Reference, Smith, View};
 use glam::{DAffine3, DVec3, Vec3};
 
 use crate::common::gpu::{Gpu, floats, on_gpu};

@@ -7,12 +7,12 @@ use crate::common::stage::{
     EDGE, EYE, add, camera, directional, exact, lambert, open, plane, point, rectangle, seen, stage, sun,
 };
 use afterlight::frame::Picture;
-use afterlight::reference::{Mode, Options, Reference, Smith, TriangleId, Truth, View};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
     AlphaMode, Camera, CastsShadow, ColorSpace, Environment, Falloff, Light, LightKind, Material, Scene, Settings,
     ShadowSettings, Texture, TextureSlot,
 };
+use afterlight_truth::reference::{Mode, Options, Reference, Smith, TriangleId, Truth, View};
 use glam::{DAffine3, DQuat, DVec2, DVec3, Vec3};
 
 const POINT: Options = Options { mode: Mode::Point, smith: Smith::HeightCorrelated };

@@ -1,12 +1,12 @@
 //! The three errors of reflections: of frames against the f64 march of the same depths and the same lit picture, of frames against the scene's rays,
 //! and of the march against the rays, which is the price of seeing no more than a screen does. And the shares of rays that meet what they should.
 
-use afterlight::reference::depth_march::DepthBuffer;
-use afterlight::reference::light::Reflector;
-use afterlight::reference::reflections::{all_points, ambient_lobe, mirrored, smooth_enough};
-use afterlight::reference::screen_march::ScreenMarch;
-use afterlight::reference::{self, Reference, Smith, Surface};
 use afterlight::scene::{Brdf, Output, Reflections, Scene, Settings, View};
+use afterlight_truth::reference::depth_march::DepthBuffer;
+use afterlight_truth::reference::light::Reflector;
+use afterlight_truth::reference::reflections::{all_points, ambient_lobe, mirrored, smooth_enough};
+use afterlight_truth::reference::screen_march::ScreenMarch;
+use afterlight_truth::reference::{self, Reference, Smith, Surface};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -231,7 +231,7 @@ fn table(gpu: &Gpu, spec: &str, size: [u32; 2], steps: &[u32]) -> (Truths, Vec<[
     (truths, rows)
 }
 
-const SHOWN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/gallery/reflections.toml");
+const SHOWN: &str = concat!(env!("AFTERLIGHT_ROOT"), "/assets/gallery/reflections.toml");
 
 #[test]
 fn frames_mirror_what_the_march_of_the_same_picture_does_and_are_nearer_to_rays_than_without() {

@@ -6,7 +6,7 @@ use std::process::Output;
 
 use crate::common::program::program;
 
-use afterlight::report::sweep::model::{Against, Errors, LAYOUT, Metric, Report, SceneReport};
+use afterlight_lab::report::sweep::model::{Against, Errors, LAYOUT, Metric, Report, SceneReport};
 use tempfile::TempDir;
 
 const SMALL: [&str; 10] =

@@ -7,12 +7,12 @@ use crate::common::compare::assert_identical;
 use crate::common::gpu::{Gpu, nits, on_gpu, places};
 use crate::common::some_of;
 use crate::common::stage::{EDGE, EYE, add, directional, exact, gbuffer, plane, stage};
-use afterlight::reference::light::{self, Illumination};
-use afterlight::reference::{Mode, Options, Reference, SkyLight, Smith, View, share_of};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
     AlphaMode, Atmosphere, Brdf, Camera, Keep, LightPath, Material, Scene, Settings, Sky, SkyImage, SunDisc,
 };
+use afterlight_truth::reference::light::{self, Illumination};
+use afterlight_truth::reference::{Mode, Options, Reference, SkyLight, Smith, View, share_of};
 use glam::{DAffine3, DVec3, Vec3};
 
 const POINT: Options = Options { mode: Mode::Point, smith: Smith::HeightCorrelated };
@@ -276,7 +276,7 @@ fn half_a_sky_lights_by_the_cosine() {
     let half = SkyLight::of(&sky(256, |to| if to.x > 0.0 { DVec3::ONE } else { DVec3::ZERO }));
     for degrees in [0.0f64, 30.0, 90.0, 150.0] {
         let normal = DVec3::new(degrees.to_radians().cos(), degrees.to_radians().sin(), 0.0);
-        let surface = afterlight::reference::Surface {
+        let surface = afterlight_truth::reference::Surface {
             position: -normal,
             ray: None,
             normal,

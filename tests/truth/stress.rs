@@ -3,8 +3,8 @@
 use crate::common::gpu::{Gpu, on_gpu};
 use crate::common::tries_all;
 use afterlight::scene::{Channel, Environment, Local, Placement, Scene, Target};
-use afterlight::stress::catalogue::random::{Extremes, NUMBERS};
-use afterlight::stress::{self, Case, Check, Finding, Outcome, Values, Verdict, catalogue};
+use afterlight_lab::stress::catalogue::random::{Extremes, NUMBERS};
+use afterlight_lab::stress::{self, Case, Check, Finding, Outcome, Values, Verdict, catalogue};
 use glam::{DQuat, DVec4, Vec3};
 use half::{bf16, f16};
 use proptest::prelude::*;

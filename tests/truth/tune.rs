@@ -5,8 +5,8 @@ use std::process::Output;
 
 use crate::common::program::program;
 
-use afterlight::report::sweep::model::Interval;
 use afterlight::scene::file::load_settings;
+use afterlight_lab::report::sweep::model::Interval;
 
 const SCENE: &str = "builtin:spheres?columns=2&rows=1";
 /// Small and few: the tests are about the way, not the figures.

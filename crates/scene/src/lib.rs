@@ -61,8 +61,7 @@ pub use mesh::{CastsShadow, Mesh, Object, TriangleId};
 pub use mesh::{grid_indices, transformed_vertices};
 pub use motion::{
     CameraValue, Channel, Clip, ClipChoice, DeformBounds, Influences, Interpolation, LightValue, Local, MaterialValue,
-    Morph, Motion, Node, Placement, Playing, Pose, Skin, Target, deform,
-    deform_frame,
+    Morph, Motion, Node, Placement, Playing, Pose, Skin, Target, deform, deform_frame,
 };
 pub use optional_parts::{Keep, OptionalPart};
 pub use path::{CameraKey, CameraPath};

@@ -13,7 +13,8 @@ impl RowName {
     /// Makes the copy of a picture visible to the CPU.
     pub const PICTURE_TO_HOST: Self = Self::Own("picture-to-host");
     pub(crate) const COPY_TO_HOST: Self = Self::Own("copy-to-host");
-    pub(crate) const RESULTS_TO_HOST: Self = Self::Own("results-to-host");
+    /// The results of a compute shader, to the CPU.
+    pub const RESULTS_TO_HOST: Self = Self::Own("results-to-host");
 }
 
 /// Writes every result.

@@ -46,7 +46,7 @@ each = { a = "", b = "", c = "" }
         let words: Vec<_> = [program.get_program()].into_iter().chain(program.get_args()).collect();
         let words: Vec<_> = words.iter().map(|word| word.to_string_lossy()).collect();
         let function = format!("afterlight() {{ {} \"$@\"; }}\n", words.join(" "));
-        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/ci").join(name);
+        let file = Path::new(env!("AFTERLIGHT_ROOT")).join("docs/ci").join(name);
         let script = function + &commands(&fs::read_to_string(file).expect("readable"));
         let mut found = BTreeMap::new();
         for part in ["1", "2"] {

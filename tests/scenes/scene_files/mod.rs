@@ -213,7 +213,7 @@ fn every_key_does_what_it_says() {
 
 #[test]
 fn the_scenes_that_ship_are_whole() {
-    let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets");
+    let assets = Path::new(env!("AFTERLIGHT_ROOT")).join("assets");
     let paths = fs::read_dir(assets).unwrap().map(|entry| entry.unwrap().path());
     let scenes: Vec<_> = paths.filter(|path| path.extension().is_some_and(|extension| extension == "toml")).collect();
     assert!(!scenes.is_empty());
@@ -225,7 +225,7 @@ fn the_scenes_that_ship_are_whole() {
 #[test]
 fn the_camera_paths_that_ship_are_some() {
     for name in ["hall", "harbour"] {
-        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("assets/paths/{name}.toml"));
+        let file = Path::new(env!("AFTERLIGHT_ROOT")).join(format!("assets/paths/{name}.toml"));
         assert!(file::load_path(&file, &Camera::default()).unwrap().seconds() > 1.0);
     }
 }
@@ -341,7 +341,7 @@ fn scattered_lights_are_as_many_as_asked_for_and_where() {
 /// The number of lights in the name of each, and the range that makes neighbours overlap a little: benches/README.md says which.
 #[test]
 fn the_benchmarks_have_as_many_lights_as_their_names_say() {
-    let benches = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches");
+    let benches = Path::new(env!("AFTERLIGHT_ROOT")).join("benches");
     let folder = folder();
     write(folder.path(), "bare.toml", "[[lights]]\nkind='directional'\ndirection=[0,-1,0]\nintensity=1");
     let mut counts = Vec::new();

@@ -19,7 +19,7 @@ use afterlight_failures_layer::{OF_THE_LOADER, commands, table};
 use proc_macro2::{TokenStream, TokenTree};
 
 fn project() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
+    Path::new(env!("AFTERLIGHT_ROOT"))
 }
 
 fn blesses() -> bool {

@@ -18,7 +18,7 @@ static LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| {
     let mut command = Command::new(env!("CARGO"));
     // Frozen: all that the layer needs, the program has needed as well.
     command.args(["build", "--package", "afterlight-hdr-layer", "--frozen", "--message-format", "json"]);
-    command.current_dir(env!("CARGO_MANIFEST_DIR")).arg("--target-dir");
+    command.current_dir(env!("AFTERLIGHT_ROOT")).arg("--target-dir");
     command.arg(Path::new(env!("CARGO_TARGET_TMPDIR")).join("hdr-layer"));
     let output = command.output().expect("cargo starts");
     assert!(output.status.success(), "the layer is not built: {}", text(&output.stderr));

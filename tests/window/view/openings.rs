@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use afterlight::frame::{Outcome, Presenter};
 use afterlight::gpu::{Device, DeviceChoice, Instance, InstanceOptions, Surface, Vsync, surface_extensions};
-use afterlight::measure::{open_files, resident_memory_bytes, threads};
 use afterlight::scene::{OpenOptions, Scene, open};
+use afterlight_truth::measure::{open_files, resident_memory_bytes, threads};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::event::WindowEvent;

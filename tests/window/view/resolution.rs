@@ -9,8 +9,8 @@ use afterlight::frame::{Outcome, Presenter, Renderer};
 use afterlight::gpu::{
     Device, DeviceChoice, Fit, Instance, InstanceOptions, MessageKind, Surface, Validation, Vsync, surface_extensions,
 };
-use afterlight::reference::tonemap::{decode_srgb, encode_srgb};
 use afterlight::scene::{Camera, Light, LightPath, OpenOptions, Scene, Settings, open};
+use afterlight_truth::reference::tonemap::{decode_srgb, encode_srgb};
 use glam::DVec3;
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;

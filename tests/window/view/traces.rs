@@ -10,11 +10,11 @@ use super::harness::{rendered, text};
 const SIZE: [u16; 2] = [128, 72];
 const TRACES: [(&str, &[&str]); 2] = [
     ("spheres", &["builtin:spheres"]),
-    ("panes-oit", &[concat!(env!("CARGO_MANIFEST_DIR"), "/assets/gallery/transparency.toml"), "--transparency", "oit"]),
+    ("panes-oit", &[concat!(env!("AFTERLIGHT_ROOT"), "/assets/gallery/transparency.toml"), "--transparency", "oit"]),
 ];
 
 fn capture(folder: &Path, names: &[&str]) -> (bool, String) {
-    let mut command = Command::new(Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts/capture-traces"));
+    let mut command = Command::new(Path::new(env!("AFTERLIGHT_ROOT")).join("scripts/capture-traces"));
     command.env("AFTERLIGHT", env!("CARGO_BIN_EXE_afterlight")).arg("-o").arg(folder).args(names);
     let output = command.output().unwrap_or_else(|error| panic!("scripts/capture-traces does not start: {error}"));
     (output.status.success(), text(&output.stdout) + &text(&output.stderr))
@@ -61,7 +61,7 @@ fn a_trace_replays_to_the_pixels_of_the_program_and_gpu_trace_perf_can_read_the_
         assert!(fs::metadata(pack.join(path)).is_ok_and(|file| file.len() > 10_000), "{path} is not there");
         let expected = sha256(&rendered(SIZE, arguments));
         // The key names the CPU, because a checksum holds for one driver on one kind of CPU.
-        let cpu = key_of(&afterlight::measure::cpu_kind());
+        let cpu = key_of(&afterlight_truth::measure::cpu_kind());
         assert_eq!(trace["devices"][&*format!("lavapipe-{cpu}")]["checksum"].as_str(), Some(&*expected), "{name}");
     }
     let (succeeded, said) = capture(&pack, &["spheres"]);

@@ -173,7 +173,7 @@ fn a_compositor_can_find_the_desktop_entry_of_a_window() {
     let output = end(command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts"));
     let errors = text(&output.stderr);
     assert!(output.status.success() && errors.contains("set_app_id(\"afterlight\")"), "{errors}");
-    let entry = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/afterlight.desktop"));
+    let entry = fs::read_to_string(concat!(env!("AFTERLIGHT_ROOT"), "/assets/afterlight.desktop"));
     let entry = entry.expect("the file with that name");
     assert!(entry.lines().any(|line| line == "StartupWMClass=afterlight"), "{entry}");
 }

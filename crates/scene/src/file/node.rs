@@ -61,8 +61,7 @@ pub(super) const CONE_ANGLE: Limit = Limit { text: "from 0 to 180 degrees", hold
 /// Of a key of a camera path.
 pub(super) const TIME: Limit = Limit { text: "from 0 to 1e9 seconds", holds: |x| (0.0..=MAX_SECONDS).contains(&x) };
 /// Of a body that glows by heat.
-pub(super) const KELVIN: Limit =
-    Limit { text: "from 1000 to 40000 kelvin", holds: |x| crate::KELVIN.contains(&x) };
+pub(super) const KELVIN: Limit = Limit { text: "from 1000 to 40000 kelvin", holds: |x| crate::KELVIN.contains(&x) };
 /// Of a source of light; 0 for none.
 pub(super) const RADIUS: Limit = Limit { text: "from 0 to 1e15", holds: |x| (0.0..=1e15).contains(&x) };
 pub(super) const SUN_ANGLE: Limit = Limit { text: "from 0 to 90 degrees", holds: |x| (0.0..=90.0).contains(&x) };

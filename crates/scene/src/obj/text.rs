@@ -4,8 +4,8 @@ use std::borrow::Cow;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use afterlight_files::regular_file::read_regular;
 use crate::Error;
+use afterlight_files::regular_file::read_regular;
 
 /// The longest text that is read: some 100 million triangles.
 const MOST_BYTES: u64 = 16 << 30;

@@ -6,9 +6,9 @@ use glam::{DVec3, Vec3};
 use image::ImageFormat;
 
 use super::{MOST_LIGHT, SkyImage, SkyOrigin};
-use afterlight_files::regular_file::read_regular;
 use crate::Error;
 use crate::texture::{decode_light, format_of};
+use afterlight_files::regular_file::read_regular;
 
 /// The widest panorama that is read, in texels; `MOST_FACE` is that of a cube's faces.
 const MOST_WIDTH: u32 = 8192;

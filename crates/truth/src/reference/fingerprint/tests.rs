@@ -6,7 +6,9 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use super::MODEL;
 use crate::reference::{Mode, Options, Reference, Smith, View};
-use afterlight_scene::{AlphaMode, Brdf, Camera, Environment, Falloff, Light, LightKind, Material, Mesh, Object, Scene};
+use afterlight_scene::{
+    AlphaMode, Brdf, Camera, Environment, Falloff, Light, LightKind, Material, Mesh, Object, Scene,
+};
 
 /// The model whose figures [`GOLDEN`] are.
 const OF_MODEL: u64 = 2;

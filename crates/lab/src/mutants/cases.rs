@@ -1,0 +1,152 @@
+//! The plans that mutants are made of: a plain frame, varied and varied again as long as that gives rows which no plan before it has.
+
+use std::sync::OnceLock;
+
+use rayon::prelude::*;
+
+use super::Case;
+use super::scenes::{deformed, glaze, glow, lamplit, plain, sunlit, textured};
+use afterlight::frame::edges::{self, Edge};
+use afterlight::plan::{self, Capabilities, Variation};
+use afterlight::scene::{
+    Culling, GbufferPreset, LightPath, OptionalPart, Output, Resolve, Scene, Settings, ShadowSettings, Transparency,
+    View,
+};
+
+/// Variations of the whole frame. Each is tried alone, and with each other one.
+const FRAME: &[Variation] = &[
+    Variation::with("nothing", |scene| *scene = Scene::default(), |_| {}),
+    Variation::with("deformed", |scene| *scene = deformed(), |_| {}),
+    Variation::with("textured", |scene| *scene = textured(4), |_| {}),
+    Variation::with("lamplit", |scene| *scene = lamplit(), |_| {}),
+    by_lamps("light by light", |settings| settings.light_path = LightPath::PerLight),
+    by_lamps("volumes", |settings| settings.light_path = LightPath::Volumes),
+    by_lamps("clustered", |settings| settings.light_path = LightPath::Clustered),
+    by_lamps("compute", |settings| settings.light_path = LightPath::Compute),
+    by_lamps("forward, naive", |settings| settings.light_path = LightPath::ForwardNaive),
+    Variation::of("visibility", |settings| settings.light_path = LightPath::Visibility),
+    Variation::of("in floats", |settings| settings.gbuffer.preset = GbufferPreset::Fat),
+    Variation::of("culled on the device", |settings| settings.culling = Culling::Gpu),
+    Variation::of("no pre-pass", |settings| settings.depth_prepass = Some(false)),
+    Variation::of("view of positions", |settings| settings.view = View::Position),
+    Variation::of("view of normals", |settings| settings.view = View::Normal),
+    Variation::of("view of overdraw", |settings| settings.view = View::Overdraw),
+    Variation::of("view of shadow maps", |settings| settings.view = View::ShadowMap),
+    Variation::of("view of samples", |settings| settings.view = View::Complexity),
+    Variation::of("view of light", |settings| settings.view = View::Lighting),
+];
+
+/// Variations that, with those of effects, say which passes draw and in which render passes. Up to [`MOST`] of them are tried together.
+const PASSES: &[Variation] = &[
+    Variation::with("sunlit", |scene| *scene = sunlit(), |_| {}),
+    Variation::of("forward", |settings| settings.light_path = LightPath::Forward),
+    Variation::of("samples", |settings| settings.msaa = 4),
+    Variation::of("averaged as light", |settings| settings.resolve = Resolve::Linear),
+    Variation::of("linear", |settings| settings.output = Output::Nits),
+    Variation::of("stored", |settings| settings.keep = settings.keep.with(OptionalPart::StoredGbuffer)),
+    Variation::with("glowing", glow, |_| {}),
+    Variation::with("sorted", glaze, |_| {}),
+    Variation::with("weighted", glaze, |settings| settings.transparency = Transparency::Oit),
+    Variation::of("summed", |settings| settings.transparency = Transparency::Oit),
+    Variation::of("toned", |settings| (settings.vignette, settings.grain) = (0.5, 0.1)),
+];
+
+/// The most variations of one plan. Four find every row that sample plans of the tests have (`tests/sync/necessity.rs`).
+const MOST: usize = 4;
+
+/// A light path that lamps need.
+const fn by_lamps(name: &'static str, settings: fn(&mut Settings)) -> Variation {
+    Variation::with(name, |scene| *scene = lamplit(), settings)
+}
+
+/// A plain frame with these variations, in their order.
+fn varied(variations: &[&Variation]) -> Case {
+    let mut scene = plain();
+    variations.iter().for_each(|variation| (variation.scene)(&mut scene));
+    // Maps are drawn in each frame, so that their rows have something to order.
+    let shadows = ShadowSettings { cache: false, size: 64, ..ShadowSettings::default() };
+    let mut settings = Settings { size: [32, 18], shadows, light_path: LightPath::Loop, ..Settings::default() };
+    variations.iter().for_each(|variation| (variation.settings)(&mut settings));
+    let names: Vec<&str> = variations.iter().map(|variation| variation.name).collect();
+    let name = if names.is_empty() { "plain".into() } else { names.join(", ") };
+    Case { name, scene, settings, presented: None }
+}
+
+/// All sets of variations that are tried, smaller ones first.
+fn sets() -> Vec<Vec<&'static Variation>> {
+    let (alone, combined): (Vec<&Variation>, Vec<&Variation>) = plan::variations().partition(|own| own.is_alone);
+    let few = FRAME.len() + alone.len();
+    let all: Vec<&Variation> = FRAME.iter().chain(alone).chain(PASSES).chain(combined).collect();
+    // Sets hold places in `all`. Those after the first few may be in larger sets.
+    let mut last: Vec<Vec<usize>> = vec![Vec::new()];
+    let mut sets = last.clone();
+    for size in 1..=MOST {
+        let from = if size > 2 { few } else { 0 };
+        let larger = |set: &Vec<usize>| {
+            let set = set.clone();
+            let first = set.last().map_or(from, |last| from.max(last + 1));
+            (first..all.len()).map(move |next| [&set[..], &[next]].concat())
+        };
+        last = last.iter().filter(|set| set.iter().all(|&place| place >= from)).flat_map(larger).collect();
+        sets.extend(last.iter().cloned());
+    }
+    sets.into_iter().map(|set| set.into_iter().map(|place| all[place]).collect()).collect()
+}
+
+/// The rows of a case's frames on a device that can do everything; none where the settings do not go together.
+fn rows(case: &Case) -> Vec<Edge> {
+    let table = case.plan(&Capabilities::ample()).map(|plan| edges::table(&plan));
+    table.map_or(Vec::new(), |table| {
+        table.iter().filter(|edge| edge.carrier.stays().is_none()).map(Edge::masks).collect()
+    })
+}
+
+/// Leaves out cases of which each row is among those before. `seen` are the rows of these.
+fn with_new_rows(cases: Vec<Case>, seen: &mut Vec<Edge>) -> Vec<Case> {
+    let tables: Vec<Vec<Edge>> = cases.par_iter().map(rows).collect();
+    let mut has_new = |rows: Vec<Edge>| {
+        let before = seen.len();
+        rows.into_iter().for_each(|row| {
+            if !seen.contains(&row) {
+                seen.push(row);
+            }
+        });
+        seen.len() > before
+    };
+    cases.into_iter().zip(tables).filter_map(|(case, rows)| has_new(rows).then_some(case)).collect()
+}
+
+/// The cases: frames as they are read back, and as a window shows them.
+pub fn cases() -> Vec<Case> {
+    static FOUND: OnceLock<Vec<Case>> = OnceLock::new();
+    FOUND.get_or_init(find).clone()
+}
+
+fn find() -> Vec<Case> {
+    let mut seen = Vec::new();
+    let mut cases = with_new_rows(sets().iter().map(|set| varied(set)).collect(), &mut seen);
+    let shown = with_new_rows(shown(&cases), &mut seen);
+    cases.extend(shown);
+    cases
+}
+
+/// The same frames as a window shows them, in both ways for a picture to come there.
+#[cfg(feature = "present")]
+fn shown(cases: &[Case]) -> Vec<Case> {
+    use super::Way;
+
+    let tone_mapped = cases.iter().filter(|case| case.settings.output == Output::Srgb8);
+    let ways = |case: &Case| {
+        [("in a window", Way::Straight), ("in a window by ENCODE", Way::Encoded)].map(|(how, way)| Case {
+            name: format!("{}, {how}", case.name),
+            presented: Some(way),
+            ..case.clone()
+        })
+    };
+    tone_mapped.flat_map(ways).collect()
+}
+
+#[cfg(not(feature = "present"))]
+fn shown(_: &[Case]) -> Vec<Case> {
+    Vec::new()
+}

@@ -1,0 +1,147 @@
+//! Mutants as a test of validation layers: frames from which one dependency is missing, or one bit of one, and a layer's reports of them.
+//!
+//! [`afterlight::frame::proof`] computes from the specification that each mutant loses something. A mutant that a layer does not report is expected
+//! where [`unreported_mutants`] argues it, or the layer is too old ([`older`]) or too new ([`newer`]), and a failure elsewhere.
+
+mod cases;
+mod laboratory;
+mod newer;
+mod older;
+mod scenes;
+mod verdict;
+
+use std::fmt;
+
+use rayon::prelude::*;
+
+use afterlight::frame::edges::unreported_mutants::Part;
+use afterlight::frame::edges::{self, Carrier, Edge, Edges, Place, Side};
+use afterlight::frame::proof::{Frames, Hazard};
+use afterlight::gpu::vk;
+use afterlight::plan::{self, Canvas, Capabilities, Encoding, FramePlan, Transfer};
+use afterlight::scene::{Scene, Settings};
+
+pub use afterlight::frame::experiment::Way;
+pub use cases::cases;
+pub use laboratory::{Error, Heard, Laboratory};
+pub use newer::Hidden;
+pub use older::OlderLayers;
+pub use verdict::{Miss, Verdict, verdict};
+
+/// A plan to take dependencies from.
+#[derive(Debug, Clone)]
+pub struct Case {
+    /// In words: `sunlit`.
+    pub name: String,
+    /// The scene that is drawn.
+    pub scene: Scene,
+    /// The settings of its frames.
+    pub settings: Settings,
+    /// Its frames are presented, with everything that may lie over them.
+    pub presented: Option<Way>,
+}
+
+impl Case {
+    /// The plan of its frames on a device.
+    ///
+    /// # Errors
+    /// As [`FramePlan::of`].
+    pub fn plan(&self, device: &Capabilities) -> Result<FramePlan, plan::Error> {
+        let plan = FramePlan::of(&self.scene, &self.settings, device)?;
+        Ok(match self.presented {
+            Some(way) => presented(plan, way),
+            None => plan,
+        })
+    }
+}
+
+/// As a window has the plan.
+pub fn presented(plan: FramePlan, way: Way) -> FramePlan {
+    plan.presented_as(match way {
+        Way::Straight => Canvas::Straight(vk::Format::B8G8R8A8_SRGB),
+        Way::Enlarged => Canvas::Enlarge(vk::Format::B8G8R8A8_SRGB),
+        Way::Encoded => Canvas::Encode(Encoding { transfer: Transfer::Srgb, headroom: 1.0 }),
+        Way::EncodedKept => Canvas::EncodeKept(Encoding { transfer: Transfer::Srgb, headroom: 1.0 }),
+    })
+}
+
+/// A case's frames with something missing.
+#[derive(Debug, Clone)]
+pub struct Mutant<'a> {
+    /// The case whose table lacks it.
+    pub case: &'a Case,
+    /// The plan of the case.
+    pub plan: &'a FramePlan,
+    /// The row as the plan has it.
+    pub edge: Edge,
+    /// The part of the row that is missing.
+    pub part: Part,
+    /// All rows that are left.
+    pub edges: Edges,
+}
+
+impl Mutant<'_> {
+    /// `mutants.ROW.PART.CASE`, unique among [`mutants`] and without characters that CSV files and regular expressions read otherwise.
+    pub fn name(&self) -> String {
+        let letters = self.case.name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' });
+        let slug = letters.collect::<String>().split('-').filter(|word| !word.is_empty()).collect::<Vec<_>>().join("-");
+        format!("mutants.{}.{}.{slug}", self.edge.name, PartName(self.part))
+    }
+
+    /// Returns the hazards that the specification's rules find in its frames. There is always one.
+    pub fn hazards(&self) -> Vec<Hazard> {
+        Frames::of(self.plan, &self.edges).hazards()
+    }
+}
+
+/// `row`, `across-samples`, or the side and the bit: `after.SHADER_READ`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PartName(pub Part);
+
+impl fmt::Display for PartName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (side, bits) = match self.0 {
+            Part::Row => return f.write_str("row"),
+            Part::AcrossSamples => return f.write_str("across-samples"),
+            Part::Bits(side, bits) => (side, bits),
+        };
+        f.write_str(match side {
+            Side::Before => "before.",
+            Side::After => "after.",
+        })?;
+        match bits.stage.is_empty() {
+            true => write!(f, "{:?}", bits.access),
+            false => write!(f, "{:?}", bits.stage),
+        }
+    }
+}
+
+/// Every row of every plan, and each bit of each different row, without which the proof finds a hazard. Of presented frames those rows alone that no others have: in them a render pass
+/// ends with a layout change and no reader, which the layer takes to be ordered with anything that follows.
+///
+/// # Panics
+/// Never: the rows that cannot be dropped are left out.
+pub fn mutants<'a>(cases: &'a [Case], plans: &'a [FramePlan]) -> Vec<Mutant<'a>> {
+    let mut mutants = Vec::new();
+    let mut tried = Vec::new();
+    for (case, plan) in cases.iter().zip(plans) {
+        let table = edges::table(plan);
+        // Frames that overwrite more than one buffer of the last frame give their new rows alone, too: the layer takes the barrier of one buffer to order the others.
+        let is_of_buffer = |edge: &&Edge| matches!(edge.carrier, Carrier::BufferBarrier | Carrier::MemoryBarrier);
+        let overwrites_buffers = table.iter().filter(|edge| edge.from == Place::OUTSIDE).filter(is_of_buffer).count();
+        for edge in table.iter().filter(|edge| edge.carrier.stays().is_none()) {
+            let masks = edge.masks();
+            let is_new = !tried.contains(&masks);
+            tried.push(masks);
+            let hides = case.presented.is_some() || overwrites_buffers > 1;
+            let is_tried = |part: &Part| is_new || *part == Part::Row && !hides;
+            for part in edge.parts().into_iter().filter(is_tried) {
+                let edges = table.without_part(edge.name, part).expect("rows that stay are left out above");
+                mutants.push(Mutant { case, plan, edge: edge.clone(), part, edges });
+            }
+        }
+    }
+    // A part is no mutant if other rows order the same.
+    let is_fault = |mutant: &Mutant| !Frames::of(mutant.plan, &mutant.edges).are_safe();
+    mutants.into_par_iter().filter(is_fault).collect()
+}

@@ -1,0 +1,49 @@
+//! Mutants that layers after [`LAYER`](afterlight::frame::edges::unreported_mutants::LAYER) no longer notice. They were found with 1.4.363; layers between the two
+//! may notice them. What newer layers notice and it misses stands beside the reason why it does ([`UnreportedMutants::seen_from`]).
+//!
+//! [`UnreportedMutants::seen_from`]: afterlight::frame::edges::unreported_mutants::UnreportedMutants::seen_from
+
+use super::Mutant;
+use afterlight::frame::edges::Side;
+use afterlight::frame::edges::unreported_mutants::{NEWEST, Part};
+use afterlight::gpu::vk::{AccessFlags, PipelineStageFlags};
+use afterlight::scene::View;
+
+/// Mutants that newer layers no longer notice, for one reason.
+#[derive(Debug)]
+pub struct Hidden {
+    /// The first layer that was seen to miss them, packed as Vulkan packs it.
+    pub from: u32,
+    is_about: fn(&Mutant) -> bool,
+    /// Why the newer ones stay silent, in a sentence.
+    pub why: &'static str,
+}
+
+/// The first reason for which a layer of this version misses a mutant that older ones notice.
+pub fn reason(layer: u32, mutant: &Mutant) -> Option<&'static Hidden> {
+    HIDDEN.iter().find(|entry| layer >= entry.from && (entry.is_about)(mutant))
+}
+
+static HIDDEN: &[Hidden] = &[
+    Hidden {
+        from: NEWEST,
+        is_about: |mutant| {
+            matches!(mutant.part, Part::Bits(Side::After, bits) if bits.access == AccessFlags::VERTEX_ATTRIBUTE_READ)
+                && ["upload-to-vertices", "skin-to-readers"].contains(&mutant.edge.label)
+                // A view of shadow maps has no other draws.
+                || mutant.edge.label == "skin-to-readers" && mutant.case.settings.view == View::ShadowMap
+        },
+        why: "the layer no longer looks at the vertices that an indexed draw fetches (`ValidateDrawVertexIndex` of its source says so), only at the indices",
+    },
+    Hidden {
+        from: NEWEST,
+        is_about: |mutant| {
+            let is_read_before = mutant.edge.after.stage.contains(PipelineStageFlags::COMPUTE_SHADER);
+            matches!(mutant.part, Part::Bits(Side::After, bits) if bits.stage == PipelineStageFlags::FRAGMENT_SHADER)
+                && mutant.edge.label == "upload-to-textures"
+                && is_read_before
+        },
+        why: "the layer does not hold a read against the write before it if it happens after another read (`IsRAWHazard` of its source): a dispatch has read the \
+              texture, and draws wait for the dispatch, to which alone the copy is visible",
+    },
+];

@@ -1,0 +1,111 @@
+//! Blind spots of layers before [`LAYER`], beside those of [`LAYER`] itself. They were found with 1.3.239; layers between the two may have fewer.
+
+use super::Mutant;
+use afterlight::frame::edges::unreported_mutants::{LAYER, Part};
+use afterlight::frame::edges::{Carrier, Edge, Place, Side};
+use afterlight::frame::list::RenderPassName;
+use afterlight::gpu::vk::{AccessFlags, PipelineStageFlags};
+
+/// Mutants that an older layer does not notice, for one reason.
+#[derive(Debug)]
+pub struct OlderLayers {
+    /// The first layer that notices them, packed as Vulkan packs it.
+    pub seen_from: u32,
+    is_about: fn(&Mutant) -> bool,
+    /// Why the older ones stay silent, in a sentence.
+    pub why: &'static str,
+}
+
+/// The first reason for which a layer of this version misses a mutant.
+pub fn reason(layer: u32, mutant: &Mutant) -> Option<&'static OlderLayers> {
+    OLDER_LAYERS.iter().find(|entry| layer < entry.seen_from && (entry.is_about)(mutant))
+}
+
+/// The list.
+pub static OLDER_LAYERS: &[OlderLayers] = &[
+    OlderLayers {
+        seen_from: LAYER,
+        is_about: |mutant| is_of_buffer(&mutant.edge) && !is_sampled_first(mutant, &mutant.edge),
+        why: "the layer notices hardly a hazard on a buffer: neither between compute shaders, nor on what draws fetch, nor after a copy in another submission",
+    },
+    OlderLayers {
+        seen_from: LAYER,
+        is_about: |mutant| matches!(mutant.part, Part::Bits(..)) && mutant.edge.is_between_subpasses(),
+        why: "the layer does not look at the masks of a dependency between two subpasses: it takes each for one of all stages and accesses",
+    },
+    OlderLayers {
+        seen_from: LAYER,
+        is_about: |mutant| {
+            let edge = &mutant.edge;
+            let follows_reads = enters(edge) && follows_dispatch(edge) && edge.before.access.is_empty();
+            let leads_there = |row: &&Edge| row.from != edge.from && row.waiting.contains(&edge.to);
+            let mut others = mutant.edges.of(Carrier::BufferBarrier).filter(leads_there);
+            follows_reads && others.any(|row| is_sampled_first(mutant, row))
+        },
+        why: "the layer lets the barrier of a buffer that the same subpass reads, of a later dispatch, order an attachment that an earlier one has read as well. By \
+              then nothing says that the attachment is visible to the subpass",
+    },
+    OlderLayers {
+        seen_from: LAYER,
+        is_about: is_in_another_submission,
+        why: "the layer looks at each submission by itself. What the frame before has done, uploads, and the copy to the CPU are in submissions of their own",
+    },
+    OlderLayers {
+        seen_from: LAYER,
+        is_about: |mutant| {
+            let reads = AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ;
+            let is_load = matches!(mutant.part, Part::Bits(Side::After, bits) if bits.access == reads);
+            is_load && enters(&mutant.edge) && follows_dispatch(&mutant.edge)
+        },
+        why: "the layer does not notice that a load operation reads after a layout change that is not visible to it, where the same dependency makes the change \
+              visible to other accesses",
+    },
+];
+
+fn is_of_buffer(edge: &Edge) -> bool {
+    matches!(edge.carrier, Carrier::BufferBarrier | Carrier::MemoryBarrier)
+}
+
+/// Returns true if a render pass waits by this row for an earlier pass of the same frame.
+fn enters(edge: &Edge) -> bool {
+    edge.carrier.is_render_pass() && edge.from != Place::OUTSIDE && !edge.is_between_subpasses()
+}
+
+fn follows_dispatch(edge: &Edge) -> bool {
+    edge.before.stage == PipelineStageFlags::COMPUTE_SHADER
+}
+
+/// Returns true if fragment shaders wait, in a subpass with which a render pass begins. These are the draws whose look-ups the layer follows.
+fn is_sampled_first(mutant: &Mutant, edge: &Edge) -> bool {
+    let begins = |place: &Place| mutant.edges.of(Carrier::Subpass(RenderPassName::of(*place))).next().is_some();
+    edge.after.stage == PipelineStageFlags::FRAGMENT_SHADER && edge.waiting.iter().any(begins)
+}
+
+/// Returns true if the part orders work of another submission, before or after those that the layer looks at.
+fn is_in_another_submission(mutant: &Mutant) -> bool {
+    let edge = &mutant.edge;
+    let (begins_outside, ends_outside) = (edge.from == Place::OUTSIDE, edge.to == Place::OUTSIDE);
+    let is_prepared = !edge.from.is_pass() && !begins_outside && edge.to != Place::UPLOAD;
+    match mutant.part {
+        Part::Row => {
+            edge.carrier.is_render_pass() && (begins_outside || ends_outside) && !changes_after_dispatch(mutant)
+        }
+        Part::Bits(Side::Before, _) => begins_outside,
+        Part::Bits(Side::After, _) => ends_outside || is_prepared,
+        Part::AcrossSamples => false,
+    }
+}
+
+/// Returns true if an attachment's layout changes in a render pass that waits for a dispatch, and no other dependency is for its colours. The layer sees that
+/// nothing orders the change.
+fn changes_after_dispatch(mutant: &Mutant) -> bool {
+    let edge = &mutant.edge;
+    let colours = PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT;
+    let is_of_frames_alone = [colours, PipelineStageFlags::COMPUTE_SHADER].contains(&edge.before.stage);
+    let entering = || mutant.edges.of(edge.carrier).filter(|row| enters(row));
+    let waits_for_colours = |row: &Edge| row.waiting.contains(&edge.to) && row.after.stage.contains(colours);
+    edge.from == Place::OUTSIDE
+        && is_of_frames_alone
+        && entering().any(follows_dispatch)
+        && !entering().any(waits_for_colours)
+}

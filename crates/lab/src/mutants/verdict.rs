@@ -1,0 +1,53 @@
+//! Verdicts on a layer: a mutant is noticed, or missed for a known reason, or not.
+
+use super::{Heard, Hidden, Mutant, OlderLayers, newer, older};
+use afterlight::frame::edges::unreported_mutants::{self, UnreportedMutants};
+
+/// Why a layer's silence is expected.
+#[derive(Debug, Clone, Copy)]
+pub enum Miss {
+    /// Neither this layer nor an older one says anything. The specification requires the part all the same.
+    Argued(&'static UnreportedMutants),
+    /// Later layers notice it.
+    Older(&'static OlderLayers),
+    /// Older layers notice it.
+    Newer(&'static Hidden),
+}
+
+impl Miss {
+    /// In a sentence.
+    pub fn why(self) -> &'static str {
+        match self {
+            Self::Argued(entry) => entry.why,
+            Self::Older(entry) => entry.why,
+            Self::Newer(entry) => entry.why,
+        }
+    }
+}
+
+/// Judges a layer's messages, or its silence, about a mutant.
+#[derive(Debug, Clone, Copy)]
+pub enum Verdict {
+    /// The layer says so.
+    Noticed,
+    /// It does not, for a known reason.
+    ExpectedMiss(Miss),
+    /// It does not, and nobody knows why.
+    UnexpectedMiss,
+    /// The layer reports a mutant that it was argued to miss: it is better than the reason.
+    UnexpectedNotice(Miss),
+}
+
+/// The verdict on a layer of this version.
+pub fn verdict(layer: u32, mutant: &Mutant, heard: &Heard) -> Verdict {
+    let argued = unreported_mutants::reason(mutant.plan, &mutant.edge, mutant.part)
+        .filter(|entry| entry.seen_from.is_none_or(|first| layer < first));
+    let older = || older::reason(layer, mutant).map(Miss::Older);
+    let newer = || newer::reason(layer, mutant).map(Miss::Newer);
+    match (heard.anything(), argued.map(Miss::Argued).or_else(older).or_else(newer)) {
+        (true, None) => Verdict::Noticed,
+        (true, Some(miss)) => Verdict::UnexpectedNotice(miss),
+        (false, Some(miss)) => Verdict::ExpectedMiss(miss),
+        (false, None) => Verdict::UnexpectedMiss,
+    }
+}

@@ -1,0 +1,146 @@
+//! A frame as the Vulkan commands that were recorded for it, each with its reason.
+//!
+//! The commands come from the device's journal ([`Device::keep_commands`]); this module decides none of them. It adds the reasons: a label gets the work
+//! of its pass, a barrier the reason of its row. The begin of a render pass gets the attachments, and begin, next subpass and end get the subpass
+//! dependencies that act there.
+
+use std::sync::Arc;
+
+use afterlight::frame::edges::{self, Edge, Edges};
+use afterlight::frame::list;
+use afterlight::frame::render_pass::PassDescription;
+use afterlight::frame::{Error, LayoutChange, Renderer, layout_changes};
+use afterlight::gpu::{Command, Device, vk};
+use afterlight::plan::FramePlan;
+use afterlight::scene::{Playing, Scene, Settings};
+
+/// A recorded command with its reason.
+#[derive(Debug, Clone)]
+pub struct Line {
+    pub command: Command,
+    /// The work of a label's pass, or the reason of a barrier's row; empty for other commands.
+    pub reason: String,
+    /// The attachments of a render pass that begins, in its order.
+    pub attachments: Vec<Attachment>,
+    /// The subpass dependencies that act here. The subpass that begins waits by them; at the end of a render pass, later commands do.
+    pub dependencies: Vec<ActingEdge>,
+}
+
+/// An attachment of a render pass.
+#[derive(Debug, Clone)]
+pub struct Attachment {
+    /// The target, as rows and drawings name it.
+    pub name: String,
+    /// Format, samples, load, store and layouts.
+    pub description: vk::AttachmentDescription,
+}
+
+/// A subpass dependency, and the layouts that change with it.
+#[derive(Debug, Clone)]
+pub struct ActingEdge {
+    pub edge: Edge,
+    pub layouts: Vec<LayoutChange>,
+}
+
+/// Records a frame of a scene from its own camera, at the moment of `playing` if it moves, and the copy of its picture for the CPU. Returns their
+/// commands. It is the first frame: it draws every shadow map and deforms every mesh, as later frames do only after a change.
+///
+/// # Errors
+/// As [`Renderer::new`], [`Renderer::pose`] and [`Renderer::read_back`].
+pub fn record(device: &Arc<Device>, scene: &Scene, settings: &Settings, playing: &Playing) -> Result<Vec<Line>, Error> {
+    // The journal needs the names of all objects, which they get when they are made.
+    device.keep_commands();
+    let mut renderer = Renderer::new(device, scene, settings)?;
+    // Uploads are no part of a frame.
+    device.keep_commands();
+    let mut camera = scene.camera;
+    if scene.moves() {
+        let pose = scene.motion.pose(playing);
+        renderer.pose(scene, &pose)?;
+        camera = scene.looks_through.map_or(camera, |index| pose.camera(scene, index));
+    }
+    renderer.render(&camera)?;
+    renderer.read_back()?;
+    let plan = renderer.plan();
+    Ok(Reader::new(plan, &edges::table(plan)).lines(device.take_commands()))
+}
+
+/// Reads commands in their order, and knows the render pass that is open.
+struct Reader<'a> {
+    plan: &'a FramePlan,
+    edges: &'a Edges,
+    render_passes: Vec<PassDescription>,
+    /// The index of the render pass among these, and of its subpass.
+    open: Option<(usize, u32)>,
+}
+
+impl<'a> Reader<'a> {
+    fn new(plan: &'a FramePlan, edges: &'a Edges) -> Self {
+        Self { plan, edges, render_passes: PassDescription::all(plan, edges), open: None }
+    }
+
+    fn lines(mut self, commands: Vec<Command>) -> Vec<Line> {
+        commands.into_iter().map(|command| self.line(command)).collect()
+    }
+
+    fn line(&mut self, command: Command) -> Line {
+        let reason = self.reason(&command);
+        let mut line = Line { command, reason, attachments: Vec::new(), dependencies: Vec::new() };
+        match line.command.name {
+            "vkCmdBeginRenderPass" => {
+                let name = line.command.arguments.objects.first();
+                let place = self.render_passes.iter().position(|own| name.is_some_and(|name| own.name.is_called(name)));
+                self.open = place.map(|index| (index, 0));
+                line.attachments = place.map_or_else(Vec::new, |index| attachments(&self.render_passes[index]));
+                line.dependencies = self.acting(0);
+            }
+            "vkCmdNextSubpass" => {
+                self.open = self.open.map(|(pass, subpass)| (pass, subpass + 1));
+                line.dependencies = self.open.map_or_else(Vec::new, |(_, subpass)| self.acting(subpass));
+            }
+            "vkCmdEndRenderPass" => {
+                line.dependencies = self.acting(vk::SUBPASS_EXTERNAL);
+                self.open = None;
+            }
+            _ => {}
+        }
+        line
+    }
+
+    fn reason(&self, command: &Command) -> String {
+        let arguments = &command.arguments;
+        if let Some(barrier) = &arguments.barrier {
+            let row = self.edges.iter().find(|edge| edge.label == barrier.row);
+            return row.map_or_else(String::new, |row| row.why.clone());
+        }
+        let label = arguments.objects.first().filter(|_| command.name == "vkCmdBeginDebugUtilsLabelEXT");
+        let pass = label.and_then(|label| list::passes().into_iter().find(|pass| pass.place.name() == label));
+        pass.map_or_else(String::new, |pass| pass.what.to_owned())
+    }
+
+    /// The dependencies of the open render pass that this subpass waits by.
+    fn acting(&self, subpass: u32) -> Vec<ActingEdge> {
+        let Some((pass, _)) = self.open else { return Vec::new() };
+        let own = self.render_passes[pass].dependencies.iter().filter(|(_, [_, to])| *to == subpass);
+        own.map(|(edge, _)| ActingEdge { edge: edge.clone(), layouts: layout_changes(self.plan, self.edges, edge) })
+            .collect()
+    }
+}
+
+fn attachments(pass: &PassDescription) -> Vec<Attachment> {
+    let own = pass.attachments.iter();
+    own.map(|&(resource, description)| Attachment { name: resource.to_string(), description }).collect()
+}
+
+/// True of commands that give a frame its structure, of which a listing has each in its place: labels, render passes, barriers.
+pub fn is_structure(command: &Command) -> bool {
+    let names = [
+        "vkCmdBeginDebugUtilsLabelEXT",
+        "vkCmdEndDebugUtilsLabelEXT",
+        "vkCmdBeginRenderPass",
+        "vkCmdNextSubpass",
+        "vkCmdEndRenderPass",
+        "vkCmdPipelineBarrier",
+    ];
+    names.contains(&command.name)
+}

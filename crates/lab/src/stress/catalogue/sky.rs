@@ -1,0 +1,86 @@
+//! Skies of all strengths and contrasts, and the light that surfaces collect of them in the open: the truth is an integral over all of the sky.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3, Vec3};
+
+use super::super::{Bound, Case, Check, Subject, Values, case};
+use super::stage::float32;
+use afterlight::scene::builtin::shapes;
+use afterlight::scene::builtin::stage::Stage;
+use afterlight::scene::{Brdf, Camera, HdrFormat, LightPath, Material, SettingsPatch, Sky, SkyImage};
+
+pub const CASES: &[Case] = &[
+    case("sky/furnace", "a white metal of this roughness in an even sky, which it mirrors whole")
+        .over(Values::List(&[0.0, 0.01, 0.03, 0.1, 0.2, 0.3, 0.5, 0.7, 0.9, 1.0]), "")
+        .claim([0.1, 1.0], Bound { worst: 0.01, mean: 0.005 })
+        .check(Check::Picture(furnace)),
+    case("sky/strength", "a matt ball in a sky with so many nits in a texel of 1, metered")
+        .over(Values::List(&[1e-12, 1e-6, 1e-3, 1.0, 1e3, 1e6, 1e9]), "nits")
+        .claim([1e-12, 1e9], Bound { worst: 0.005, mean: 0.002 })
+        .check(Check::Picture(strength)),
+    case("sky/contrast", "a matt ball under a patch of the sky that is so many times as bright as the rest")
+        .over(Values::Decades(0, 6), "")
+        // Half floats keep 11 bits of each texel, and a cosine over a texel of 5.6 degrees bends by 0.1%. Beside the edge of the patch a truth that
+        // adds up texels of 1.4 degrees, and a device's of 2.8, are apart.
+        .claim([1.0, 1e6], Bound { worst: 0.02, mean: 0.01 })
+        .check(Check::Picture(contrast)),
+    case("sky/directions", "a rough metal under a bright patch, by so many directions a texel")
+        .over(Values::List(&[1.0, 4.0, 16.0, 64.0, 256.0, 1024.0, 4096.0]), "directions")
+        // The split sum errs for a lobe at grazing angles: no number of directions mends it.
+        .claim([64.0, 4096.0], Bound { worst: 0.35, mean: 0.01 })
+        .check(Check::Picture(directions)),
+];
+
+fn sky(radiance: impl Fn(DVec3) -> DVec3 + Sync) -> Sky {
+    let image = Arc::new(SkyImage::of("test", 128, radiance));
+    Sky { image, rotation_degrees: 0.0, nits: 1.0, lights: true, sun: None }
+}
+
+/// A ball in a sky of which all arrives, by way of single floats.
+fn ball(material: Material, sky: Sky, settings: SettingsPatch) -> Subject {
+    let mut stage = Stage::default();
+    let material = stage.material(Material { name: "ball".into(), ..material });
+    let ball = stage.mesh("ball", shapes::sphere(0.9, 96), material);
+    stage.place(ball, material, DAffine3::IDENTITY);
+    stage.scene.camera = Camera::looking_at(DVec3::new(0.0, 0.3, 2.6), DVec3::ZERO, DVec3::Y);
+    stage.scene.sky = Some(sky);
+    let path = SettingsPatch {
+        light_path: Some(LightPath::Loop),
+        hdr_format: Some(HdrFormat::Rgba32f),
+        size: Some([32, 32]),
+        ..settings
+    };
+    Subject { open_sky: true, floor: 1.0, ..Subject::with(stage.scene, path.or(&float32())) }
+}
+
+fn white(roughness: f64) -> Material {
+    Material { base_color: Vec3::ONE, metallic: 1.0, roughness: roughness as f32, ..Material::default() }
+}
+
+fn matt() -> Material {
+    Material { brdf: Brdf::Lambert, base_color: Vec3::splat(0.8), ..Material::default() }
+}
+
+/// Bright above +X, as wide as a hand.
+fn patch(times: f64) -> Sky {
+    sky(move |to| if to.x > 0.97 { DVec3::splat(times) } else { DVec3::ONE })
+}
+
+fn furnace(roughness: f64) -> Subject {
+    ball(white(roughness), sky(|_| DVec3::ONE), SettingsPatch::default())
+}
+
+fn strength(nits: f64) -> Subject {
+    let half = sky(|to| DVec3::splat(1.0 + to.x));
+    ball(matt(), Sky { nits: nits as f32, ..half }, SettingsPatch::default())
+}
+
+fn contrast(times: f64) -> Subject {
+    ball(matt(), patch(times), SettingsPatch::default())
+}
+
+fn directions(count: f64) -> Subject {
+    let settings = SettingsPatch { sky_samples: Some(count as u32), ..SettingsPatch::default() };
+    ball(white(0.5), patch(100.0), settings)
+}

@@ -1,0 +1,176 @@
+//! The catalogue's results as a page of HTML that needs nothing else: a table, a plot for each case, and pictures of broken claims.
+
+mod plot;
+mod show;
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use super::{Errors, Evidence, FLOOR, Finding, Outcome, RunInfo, Verdict, range};
+use afterlight::scene::counted;
+
+const STYLE: &str = include_str!("style.css");
+
+/// The page.
+pub fn html(run: &RunInfo, verdicts: &[Verdict]) -> String {
+    let broken = verdicts.iter().filter(|verdict| !verdict.passes()).count();
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { "Extreme cases: " (run.device) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                p.eyebrow { "Afterlight " (run.version) }
+                h1 { "Extreme cases" }
+                p {
+                    (counted(verdicts.len(), "case")) " on " (run.device) ", " (run.driver) ", in " (format!("{:.0} s", run.seconds)) ". "
+                    @match broken {
+                        0 => { "All are as claimed." },
+                        1 => { "One is not as claimed." },
+                        _ => { (broken) " are not as claimed." },
+                    }
+                    @if run.quick { " Only the ends of each sweep, those of its claim and every third value were tried." }
+                }
+                p.faint {
+                    "Errors are relative to the brightest channel of each pixel, or to " (format!("{FLOOR:e}"))
+                    " of the picture's where that is more. Pixels on which raster and truth see different triangles are left out. In plots the worst pixel is "
+                    span.worst { "orange" } ", the mean " span.mean { "blue" } ", the bound of the worst black, and what is claimed green."
+                }
+                (table(verdicts))
+                @for verdict in verdicts { (section(verdict)) }
+            }
+        }
+    };
+    page.into_string()
+}
+
+fn table(verdicts: &[Verdict]) -> Markup {
+    html! {
+        div.scroll { table {
+            thead { tr { th.words { "case" } th { "claimed" } th { "holds" } th { "worst" } th { "mean" } th { "bound" } th { "not finite" } th { "negative" } th.words { "verdict" } } }
+            tbody { @for verdict in verdicts {
+                @let (case, worst) = (&verdict.case, verdict.worst());
+                tr {
+                    td.words { a href=(format!("#{}", uid(verdict))) { (case.name) } }
+                    td { (range(Some(case.claim), case.unit)) }
+                    td { (range(verdict.holds(), case.unit)) }
+                    td { (format!("{:.1e}", worst.worst)) }
+                    td { (format!("{:.1e}", worst.mean)) }
+                    td { (format!("{:e} / {:e}", case.bound.worst, case.bound.mean)) }
+                    td { (worst.not_finite) }
+                    td { (worst.negative) }
+                    td.words { (pill(verdict)) }
+                }
+            } }
+        } }
+    }
+}
+
+fn pill(verdict: &Verdict) -> Markup {
+    html! { @if verdict.passes() { span.pill.good { "holds" } } @else { span.pill.bad { "broken" } } }
+}
+
+fn section(verdict: &Verdict) -> Markup {
+    html! {
+        section id=(uid(verdict)) {
+            h2 { (verdict.case.name) " " (pill(verdict)) }
+            p { (verdict.case.extreme) }
+            @if let Some(input) = verdict.worst().worst_input { p.faint { "Within the claim it errs most at " (input) "." } }
+            (PreEscaped(plot::svg(verdict)))
+            details open[!verdict.passes()] {
+                summary { (verdict.findings.len()) " values" }
+                div.scroll { table {
+                    thead { tr { th { "value" } th { "worst" } th { "mean" } th { "compared" } th { "elsewhere" } th { "not finite" } th { "negative" } } }
+                    tbody { @for finding in &verdict.findings { (row(verdict, finding)) } }
+                } }
+            }
+            @for finding in &verdict.findings { @if let Some(evidence) = &finding.evidence { (pictures(verdict, finding, evidence)) } }
+        }
+    }
+}
+
+fn row(verdict: &Verdict, finding: &Finding) -> Markup {
+    let value = range(Some([finding.value; 2]), verdict.case.unit);
+    let class = if finding.is_as_claimed(&verdict.case) { "" } else { "bad" };
+    html! {
+        tr class=(class) {
+            td { (value) }
+            @match &finding.outcome {
+                Outcome::Refused(why) => { td.words colspan="6" { "refused: " (why) } },
+                Outcome::Measured(errors) => {
+                    td { (format!("{:.2e}", errors.worst)) }
+                    td { (format!("{:.2e}", errors.mean)) }
+                    td { (errors.compared) } td { (errors.elsewhere) } td { (errors.not_finite) } td { (errors.negative) }
+                },
+            }
+        }
+        @if let Outcome::Measured(Errors { worst_input: Some(input), .. }) = &finding.outcome {
+            tr { td {} td.words.faint colspan="6" { "worst at " (input) } }
+        }
+    }
+}
+
+fn pictures(verdict: &Verdict, finding: &Finding, evidence: &Evidence) -> Markup {
+    let value = range(Some([finding.value; 2]), verdict.case.unit);
+    let shown = show::all(evidence);
+    html! {
+        figure {
+            div.pictures { @for (name, source) in &shown { div { img src=(source) alt=(format!("{name} at {value}")); p.faint { (name) } } } }
+            figcaption { "At " (value) ". Error from black (1e-4 and less) to white (1 and more); red is not finite, blue negative." }
+        }
+    }
+}
+
+fn uid(verdict: &Verdict) -> String {
+    verdict.case.name.replace('/', "-")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::formula::{WorstInput, inputs};
+    use super::super::{Bound, Check, Subject, Values, case};
+    use super::*;
+    use afterlight::scene::Scene;
+
+    #[test]
+    fn a_page_has_each_case_and_pictures_of_what_is_not_as_claimed() {
+        let case = case("group/quantity", "what <b>is</b> extreme")
+            .over(Values::Decades(0, 1), "m")
+            .claim([1.0, 10.0], Bound { worst: 0.5, mean: 0.5 })
+            .check(Check::Picture(|_| Subject::new(Scene::default())));
+        let evidence = Evidence { size: [1, 1], drawn: vec![[2.0; 3]], expected: vec![[1.0; 3]] };
+        let finding = |value: f64, worst: f64, evidence| Finding {
+            value,
+            outcome: Outcome::Measured(Errors { worst, compared: 1, ..Errors::default() }),
+            evidence,
+        };
+        let mut findings = vec![finding(1.0, 0.1, None), finding(10.0, 1.0, Some(evidence))];
+        let input = WorstInput {
+            names: &[("roughness <r>", 1)],
+            input: inputs::filled([0.5]),
+            found: [0.25; 4],
+            expected: [1.0; 4],
+        };
+        let Outcome::Measured(errors) = &mut findings[1].outcome else { unreachable!("measured above") };
+        errors.worst_input = Some(input);
+        let place = RunInfo {
+            version: "1".into(),
+            device: "a <device>".into(),
+            driver: "d".into(),
+            quick: false,
+            seconds: 1.0,
+        };
+        let page = html(&place, &[Verdict { case, findings }]);
+        assert!(page.contains("One is not as claimed") && page.contains("a &lt;device&gt;"));
+        assert!(page.contains("what &lt;b&gt;is&lt;/b&gt; extreme") && page.contains("<svg"));
+        assert_eq!(page.matches("data:image/png").count(), 3);
+        // Of the value that has one, and of the case.
+        let worst = "at roughness &lt;r&gt; 0.5, found 0.25 0.25 0.25 0.25, expected 1 1 1 1";
+        assert_eq!(page.matches(&format!("errs most {worst}.")).count(), 1);
+        assert_eq!(page.matches(&format!("worst {worst}<")).count(), 1);
+        assert!(!page.contains("http:") || page.matches("http").count() == page.matches("http://www.w3.org").count());
+    }
+}
