@@ -1,6 +1,7 @@
-//! Imports run one way (ARCHITECTURE.md): `cli -> {window, stress, report} -> frame -> passes -> {gpu_scene, targets} -> {visible, gpu}`,
-//! `visible -> plan -> scene`. Every path in `src/` that starts at the crate's root, at a parent or at the library's name is resolved and held
-//! against the table below; paths inside macros, attributes and nested imports too, because the check reads tokens.
+//! Imports run one way (ARCHITECTURE.md). Between crates cargo holds that; within them this does:
+//! `frame -> passes -> {gpu_scene, targets} -> visible -> plan` in the renderer, and nothing between the parts of the laboratory and of the truth. Every path
+//! that starts at a crate's root, at a parent or at the renderer's name is resolved and held against the table below; paths inside macros, attributes
+//! and nested imports too, because the check reads tokens.
 
 use std::fmt;
 use std::fs;
@@ -9,11 +10,10 @@ use std::str::FromStr;
 
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 
-/// The imports that each part of the project may have. A part may always import itself; an import that is not listed here fails.
+/// The imports that each part of the project may have. A part may always import itself; an import that is not listed here fails. `scene` and `gpu` are
+/// crates, by the names that the renderer gives them.
 const MAY_IMPORT: &[(&str, &[&str])] = &[
-    ("scene", &["regular_file"]),
     ("shaders", &[]),
-    ("gpu", &["regular_file", "user_cache", "whole_file"]),
     // Decided once: nothing in it is worked out for a frame.
     ("plan", &["scene"]),
     ("visible", &["plan", "scene"]),
@@ -21,63 +21,34 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("gpu_scene", &["visible", "plan", "gpu", "scene", "shaders"]),
     ("passes", &["gpu_scene", "targets", "visible", "plan", "gpu", "scene", "shaders"]),
     ("frame", &["passes", "gpu_scene", "targets", "visible", "plan", "gpu", "scene", "shaders"]),
-    ("reference", &["scene", "regular_file", "user_cache", "whole_file"]),
-    ("measure", &["scene"]),
-    ("window", FRAME_AND_BELOW),
-    ("stress", FRAME_AND_BELOW),
-    ("mutants", FRAME_AND_BELOW),
-    ("report", FRAME_AND_BELOW),
-    ("cli", CLI),
-    // Ways to read and to write a file, for all who do.
-    ("regular_file", &[]),
-    ("whole_file", &[]),
-    // The folder of the caches of `gpu` and `reference`.
-    ("user_cache", &[]),
-    ("main", &["cli"]),
-    // `afterlight-gtest`, which starts the program.
-    ("bin", &[]),
+    ("truth/reference", &[]),
+    ("truth/measure", &[]),
+    ("lab/report", RENDERER),
+    ("lab/stress", RENDERER),
+    ("lab/mutants", RENDERER),
+    ("window", RENDERER),
+    // It sees what every user of the library sees.
+    ("program", &["frame", "plan", "gpu", "scene"]),
+    ("scene", &[]),
+    ("gpu", &[]),
 ];
 
-const FRAME_AND_BELOW: &[&str] = &[
-    "frame",
-    "passes",
-    "gpu_scene",
-    "targets",
-    "visible",
-    "plan",
-    "gpu",
-    "scene",
-    "shaders",
-    "measure",
-    "reference",
-    "regular_file",
-];
+const RENDERER: &[&str] =
+    &["frame", "passes", "gpu_scene", "targets", "visible", "plan", "gpu", "scene", "shaders"];
 
-/// The program is a crate of its own, which sees the library's interface.
-const CLI: &[&str] = &[
-    "window",
-    "stress",
-    "mutants",
-    "report",
-    "frame",
-    "plan",
-    "gpu",
-    "scene",
-    "measure",
-    "reference",
-    "regular_file",
-    "whole_file",
-];
+/// The folders whose files are read.
+const SOURCES: [&str; 5] = ["src", "crates/truth/src", "crates/lab/src", "crates/window/src", "crates/program/src"];
 
-/// Parts that know no Vulkan.
-const WITHOUT_VULKAN: &[&str] = &["scene", "shaders", "reference", "measure"];
+/// Parts of the renderer that know no Vulkan. Crates without a dependency on it cannot.
+const WITHOUT_VULKAN: &[&str] = &["shaders"];
 
 /// A path in a source file, resolved to the project's modules.
 #[derive(Debug, PartialEq, Eq)]
 struct Import {
     line: usize,
-    /// From the crate's root; `ash` alone for a path into the Vulkan bindings.
+    /// From the root of the crate, or of the renderer where `of_renderer`; `ash` alone for a path into the Vulkan bindings.
     path: Vec<String>,
+    of_renderer: bool,
     vulkan: bool,
 }
 
@@ -95,11 +66,24 @@ impl fmt::Display for Violation {
     }
 }
 
-/// The module that a file below `src/` is: `passes/mod.rs` is `[passes]`, `plan/sun.rs` is `[plan, sun]`, the roots are `[]`.
+/// The crate of a file, by its folder in `crates/`; none is the renderer.
+fn crate_of(file: &str) -> Option<&str> {
+    file.strip_prefix("crates/")?.split('/').next()
+}
+
+/// The row of the table for what begins with such a module in a crate.
+fn part_of(of_crate: Option<&str>, first: Option<&str>) -> String {
+    let within = of_crate.zip(first).map(|(of_crate, first)| format!("{of_crate}/{first}"));
+    let is_row = |name: &String| MAY_IMPORT.iter().any(|(row, _)| row == name);
+    within.filter(is_row).or(of_crate.map(str::to_string)).or(first.map(str::to_string)).unwrap_or_default()
+}
+
+/// The module that a file is in its crate: `src/passes/mod.rs` is `[passes]`, `src/plan/sun.rs` is `[plan, sun]`, the roots are `[]`.
 fn module_of(file: &str) -> Vec<String> {
+    let file = file.split_once("src/").map_or(file, |(_, file)| file);
     let parts = file.trim_end_matches(".rs").split('/').map(str::to_string);
     let mut module: Vec<String> = parts.collect();
-    if module.last().is_some_and(|last| last == "mod") || file == "lib.rs" || file == "main.rs" {
+    if module.last().is_some_and(|last| last == "mod") || ["lib.rs", "main.rs"].contains(&file) {
         module.pop();
     }
     module
@@ -127,7 +111,8 @@ fn scan(tokens: TokenStream, module: &[String], found: &mut Vec<Import>) {
             [TokenTree::Group(group), ..] => scan(group.stream(), module, found),
             // An alias of the root would hide the path that follows it.
             [TokenTree::Ident(root), TokenTree::Ident(alias), ..] if root == "crate" && alias == "as" => {
-                found.push(Import { line: root.span().start().line, path: Vec::new(), vulkan: false });
+                let line = root.span().start().line;
+                found.push(Import { line, path: Vec::new(), of_renderer: false, vulkan: false });
             }
             [TokenTree::Ident(first), ..] if !continues_a_path(&tokens, at) && is_colons(&tokens, at + 1) => {
                 let name = first.to_string();
@@ -136,8 +121,8 @@ fn scan(tokens: TokenStream, module: &[String], found: &mut Vec<Import>) {
                     let mut paths = Vec::new();
                     collect(&tokens[at + 3..], vec![name], &mut paths);
                     let line = first.span().start().line;
-                    let resolved = paths.iter().map(|path| resolve(path, module));
-                    found.extend(resolved.map(|path| Import { line, path, vulkan }));
+                    let resolved = paths.iter().map(|path| (resolve(path, module), path[0] == "afterlight"));
+                    found.extend(resolved.map(|(path, of_renderer)| Import { line, path, of_renderer, vulkan }));
                 }
             }
             _ => {}
@@ -200,19 +185,22 @@ fn resolve(path: &[String], module: &[String]) -> Vec<String> {
     resolved
 }
 
-/// The violations of one file; `file` is its path below `src/`, `passes` the names of the files in `src/passes/`.
+/// The violations of one file; `file` is its path in the project, `passes` the names of the files in `src/passes/`.
 fn check(file: &str, source: &str, passes: &[String]) -> Vec<Violation> {
-    if file == "lib.rs" {
+    let of_crate = crate_of(file);
+    let module = module_of(file);
+    // The roots list the parts.
+    if module.is_empty() && of_crate.is_none() {
         return Vec::new();
     }
-    let module = module_of(file);
-    let part = module.first().map_or("main", String::as_str);
-    let violation = |line, what| Violation { file: format!("src/{file}"), line, what };
+    let part = part_of(of_crate, module.first().map(String::as_str));
+    let violation = |line, what| Violation { file: file.into(), line, what };
     let Some((_, allowed)) = MAY_IMPORT.iter().find(|(name, _)| *name == part) else {
-        return vec![violation(
-            1,
-            format!("{part} is not in the table of tests/program/layering.rs: say what it may import"),
-        )];
+        return match of_crate {
+            // The root of a crate with parts.
+            Some(_) if module.is_empty() => Vec::new(),
+            _ => vec![violation(1, format!("{part} is not in the table of tests/program/layering.rs: say what it may import"))],
+        };
     };
     let all = match imports(source, &module) {
         Ok(all) => all,
@@ -221,14 +209,15 @@ fn check(file: &str, source: &str, passes: &[String]) -> Vec<Violation> {
     let wrong = |import: &Import| -> Option<String> {
         let path = import.path.join("::");
         if import.vulkan {
-            return WITHOUT_VULKAN.contains(&part).then(|| format!("{part} knows no Vulkan, and names {path}"));
+            return WITHOUT_VULKAN.contains(&&*part).then(|| format!("{part} knows no Vulkan, and names {path}"));
         }
         let target = match import.path.first().map(String::as_str) {
-            None | Some("*") => return Some("names the whole crate, so that nothing says what it uses".into()),
-            Some(target) => target,
+            None | Some("*") => return Some("names a whole crate, so that nothing says what it uses".into()),
+            Some(first) if import.of_renderer => part_of(None, Some(first)),
+            Some(first) => part_of(of_crate, Some(first)),
         };
         let known = MAY_IMPORT.iter().any(|(name, _)| *name == target);
-        if target != part && known && !allowed.contains(&target) {
+        if target != part && known && !allowed.contains(&&*target) {
             return Some(format!("{part} must not import {path}"));
         }
         (part == "passes" && target == "passes").then(|| wrong_pass(&module, &import.path, passes)).flatten()
@@ -292,13 +281,13 @@ fn pass_names(src: &Path) -> Vec<String> {
 
 #[test]
 fn no_import_runs_back() {
-    let src = Path::new(env!("AFTERLIGHT_ROOT")).join("src");
-    let passes = pass_names(&src);
+    let root = Path::new(env!("AFTERLIGHT_ROOT"));
+    let passes = pass_names(&root.join("src"));
     assert!(passes.contains(&"lighting".to_string()), "{passes:?}");
     let mut violations = Vec::new();
-    for path in sources(&src) {
+    for path in SOURCES.iter().flat_map(|folder| sources(&root.join(folder))) {
         let source = fs::read_to_string(&path).expect("a source file is text");
-        let file = path.strip_prefix(&src).expect("below src").to_string_lossy().replace('\\', "/");
+        let file = path.strip_prefix(root).expect("in the project").to_string_lossy().replace('\\', "/");
         violations.extend(check(&file, &source, &passes).iter().map(ToString::to_string));
     }
     assert!(violations.is_empty(), "imports that run back:\n{}", violations.join("\n"));
@@ -306,34 +295,34 @@ fn no_import_runs_back() {
 
 /// Arrows that run back, each in another disguise.
 const PLANTED: &[(&str, &str)] = &[
-    ("gpu/image.rs", "use crate::plan::FramePlan;"),
-    ("gpu/image.rs", "use crate::{gpu::Device, scene};"),
-    ("gpu/image.rs", "fn f() -> crate::scene::Scene { todo!() }"),
-    ("gpu/image.rs", "fn f() { assert_eq!(1, crate::plan::COUNT); }"),
-    ("gpu/image.rs", "fn f() { g::<crate::targets::Target>() }"),
-    ("gpu/image.rs", "mod tests { use super::super::super::plan::FramePlan; }"),
-    ("gpu/image.rs", "use crate::*;"),
-    ("gpu/image.rs", "use crate as root; use root::plan;"),
-    ("gpu/mod.rs", "use super::scene::Scene;"),
-    ("plan/sun.rs", "use crate::{scene::{Aabb, Camera}, gpu::{self, Device}};"),
-    ("plan/sun.rs", "use crate::visible::World;"),
-    ("plan.rs", "#[derive(Debug)] struct A { a: afterlight::gpu::Device }"),
-    ("scene/mod.rs", "use ash::vk;"),
-    ("measure/statistics.rs", "fn f(a: ::ash::vk::Format) {}"),
-    ("measure/statistics.rs", "use crate::gpu::Timestamps;"),
-    ("reference/mod.rs", "use crate::frame::Renderer;"),
-    ("targets.rs", "use crate::passes::lighting;"),
-    ("gpu_scene/view.rs", "use crate::passes::Recording;"),
-    ("passes/lighting.rs", "use super::geometry::COLOR_WRITE;"),
-    ("passes/lighting.rs", "use crate::passes::{Slot, shadow::MAP_WRITE};"),
-    ("passes/lighting.rs", "use super::*;"),
-    ("passes/lighting.rs", "use crate::passes;"),
-    ("passes/screen.rs", "use super::geometry::DEPTH_TEST;"),
-    ("passes/mod.rs", "use self::lighting::MAP_READ;"),
-    ("passes/copy.rs", "use crate::frame::edges;"),
-    ("frame/mod.rs", "use afterlight::cli::Failure;"),
-    ("main.rs", "use afterlight::frame::Renderer;"),
-    ("novelty.rs", "fn f() {}"),
+    ("src/plan/sun.rs", "use crate::visible::World;"),
+    ("src/plan/sun.rs", "use crate::{scene::{Aabb, Camera}, gpu::{self, Device}};"),
+    ("src/plan/sun.rs", "fn f() -> crate::gpu::Device { todo!() }"),
+    ("src/plan/sun.rs", "fn f() { assert_eq!(1, crate::frame::COUNT); }"),
+    ("src/plan/sun.rs", "fn f() { g::<crate::targets::Target>() }"),
+    ("src/plan/sun.rs", "mod tests { use super::super::super::frame::Renderer; }"),
+    ("src/plan/sun.rs", "use crate::*;"),
+    ("src/plan/sun.rs", "use crate as root; use root::gpu;"),
+    ("src/plan.rs", "use super::gpu::Device;"),
+    ("src/plan.rs", "#[derive(Debug)] struct A { a: afterlight::gpu::Device }"),
+    ("src/shaders.rs", "fn f(a: ::ash::vk::Format) {}"),
+    ("src/targets.rs", "use crate::passes::lighting;"),
+    ("src/gpu_scene/view.rs", "use crate::passes::Recording;"),
+    ("src/passes/lighting.rs", "use super::geometry::COLOR_WRITE;"),
+    ("src/passes/lighting.rs", "use crate::passes::{Slot, shadow::MAP_WRITE};"),
+    ("src/passes/lighting.rs", "use super::*;"),
+    ("src/passes/lighting.rs", "use crate::passes;"),
+    ("src/passes/screen.rs", "use super::geometry::DEPTH_TEST;"),
+    ("src/passes/mod.rs", "use self::lighting::MAP_READ;"),
+    ("src/passes/copy.rs", "use crate::frame::edges;"),
+    ("src/novelty.rs", "fn f() {}"),
+    ("crates/truth/src/measure/fit.rs", "use crate::reference::Truth;"),
+    ("crates/truth/src/reference/mod.rs", "use super::measure::Error;"),
+    ("crates/lab/src/stress/run.rs", "use crate::report::page;"),
+    ("crates/lab/src/novelty.rs", "use afterlight::frame::Renderer;"),
+    ("crates/program/src/render.rs", "use afterlight::passes::copy;"),
+    ("crates/program/src/render.rs", "use afterlight::{frame, shaders};"),
+    ("crates/window/src/app.rs", "use afterlight::*;"),
 ];
 
 #[test]
@@ -341,8 +330,8 @@ fn a_planted_arrow_is_found_in_every_disguise() {
     let passes = ["geometry", "lighting", "shadow", "copy"].map(str::to_string);
     for (file, source) in PLANTED {
         let found = check(file, source, &passes);
-        assert!(!found.is_empty(), "src/{file}: {source}");
-        assert_eq!((found[0].line, found[0].file.as_str()), (1, format!("src/{file}").as_str()));
+        assert!(!found.is_empty(), "{file}: {source}");
+        assert_eq!((found[0].line, found[0].file.as_str()), (1, *file));
     }
 }
 
@@ -350,20 +339,23 @@ fn a_planted_arrow_is_found_in_every_disguise() {
 fn an_arrow_that_runs_forward_is_left_alone() {
     let passes = ["geometry", "lighting"].map(str::to_string);
     for (file, source) in [
-        ("gpu/image.rs", "use super::device::Device; use crate::gpu::Error; use ash::vk;"),
-        ("gpu/image.rs", "/// See [`crate::plan`].\nfn f() { log(\"use crate::plan\") } // crate::plan"),
+        ("src/targets.rs", "use super::plan::FramePlan; use crate::gpu::Error; use ash::vk;"),
+        ("src/plan/sun.rs", "/// See [`crate::frame`].\nfn f() { log(\"use crate::frame\") } // crate::frame"),
         (
-            "passes/lighting.rs",
+            "src/passes/lighting.rs",
             "use super::screen::Screen; use super::{Slot, Recording}; use crate::shaders::lighting;",
         ),
-        ("passes/lighting.rs", "mod tests { use super::*; use crate::plan::Shading; }"),
-        ("frame/mod.rs", "use crate::passes::{copy, geometry}; fn f() { geometry::COLOR_WRITE; super::gpu::x() }"),
-        ("plan/sun.rs", "use super::World; pub(crate) use crate::scene::Camera; pub(super) fn f() {}"),
-        ("cli/render.rs", "use crate::cli::table::Table; use afterlight::{frame, gpu, measure}; use ash::vk;"),
-        ("lib.rs", "pub mod frame; pub use crate::frame::Renderer;"),
-        ("main.rs", "mod cli; use crate::cli::run;"),
+        ("src/passes/lighting.rs", "mod tests { use super::*; use crate::plan::Shading; }"),
+        ("src/frame/mod.rs", "use crate::passes::{copy, geometry}; fn f() { geometry::COLOR_WRITE; super::gpu::x() }"),
+        ("src/plan/sun.rs", "use super::World; pub(crate) use crate::scene::Camera; pub(super) fn f() {}"),
+        ("src/lib.rs", "pub mod frame; pub use crate::frame::Renderer;"),
+        ("crates/lab/src/lib.rs", "pub mod report; pub mod stress;"),
+        ("crates/lab/src/report/page.rs", "use crate::report::sweep; use afterlight::frame; use afterlight_truth::measure;"),
+        ("crates/window/src/app.rs", "use crate::keys; use super::steps; use afterlight::passes::overlay::Panels;"),
+        ("crates/program/src/render.rs", "use crate::table::Table; use afterlight::{frame, gpu}; use ash::vk;"),
+        ("crates/program/src/main.rs", "mod render; use afterlight::scene::builtin; use crate::failure::Failure;"),
     ] {
         let found = check(file, source, &passes);
-        assert!(found.is_empty(), "src/{file}: {source}: {found:?}");
+        assert!(found.is_empty(), "{file}: {source}: {found:?}");
     }
 }

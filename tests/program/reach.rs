@@ -14,9 +14,9 @@ const TABLES: [&str; 6] = [
     "src/frame/deferred.rs",
     "src/plan/effects.rs",
     "src/passes/mod.rs",
-    "src/scene/settings/table.rs",
-    "src/reference/mod.rs",
-    "src/stress/catalogue/mod.rs",
+    "crates/scene/src/settings/table.rs",
+    "crates/truth/src/reference/mod.rs",
+    "crates/lab/src/stress/catalogue/mod.rs",
 ];
 
 /// An effect by the words of its files and of its code.
@@ -129,7 +129,7 @@ impl Reach {
 /// The foreign files of each effect, relative to the project.
 fn foreign() -> BTreeMap<&'static str, BTreeSet<String>> {
     let mut files = Vec::new();
-    ["src", "shaders", "shader-compiler"].iter().for_each(|root| sources(&project().join(root), &mut files));
+    ["src", "shaders", "crates"].iter().for_each(|root| sources(&project().join(root), &mut files));
     let texts: Vec<(PathBuf, String)> = files
         .into_iter()
         .map(|path| {
