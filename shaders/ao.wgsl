@@ -27,7 +27,7 @@ override SAMPLES: u32 = 16u;
 
 const PI: f32 = 3.14159265;
 const SECTORS: f32 = 32.0;
-// The assumed thickness of visible surfaces, in radii: src/reference/depth_march.rs has the same.
+// The assumed thickness of visible surfaces, in radii: crates/truth/src/reference/depth_march.rs has the same.
 const THICKNESS: f32 = 0.5;
 // The least cosine between a normal and the line of sight. Normal maps turn some away from the eye.
 const LEAST_FACING: f32 = 0.01;

@@ -12,7 +12,7 @@
 #import afterlight::textbook::{textbook_light}
 #endif
 
-// The number of the formula; src/stress/formula/mod.rs has the same order.
+// The number of the formula; crates/lab/src/stress/formula/mod.rs has the same order.
 override FORMULA: u32 = 0u;
 
 // The meaning of the numbers is the formula's.

@@ -1,5 +1,5 @@
 // SIMULATE: where each particle is at the frame's moment, how large, of which colour, how it is lit, and how far away. Nothing is kept from frame to
-// frame: all of it follows from the particle's number, its emitter's seed and its age, as in src/scene/emitter.rs.
+// frame: all of it follows from the particle's number, its emitter's seed and its age, as in crates/scene/src/emitter.rs.
 // variants: LIGHTS SHADOW SORTED
 // requires: SHADOW -> LIGHTS
 // counts: 6; with LIGHTS 4, SHADOW 2, SORTED 3
@@ -23,7 +23,7 @@ override LARGEST: f32 = 65000.0;
 // Only counted: nothing lights them.
 override COUNTS: bool = false;
 
-// A source of particles; src/visible/particles.rs has the same record, and explains it.
+// A source of particles; src/visible/emitters.rs has the same record, and explains it.
 struct Emitter {
     position: vec3<f32>,
     life: f32,

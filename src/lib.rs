@@ -9,7 +9,7 @@
 //! | [Synchronization](https://docs.rs/crate/afterlight/latest/source/book/src/synchronization.md) | [`frame::edges`], [`frame::proof`] |
 //! | [What is left out](https://docs.rs/crate/afterlight/latest/source/book/src/leaving-out.md) | [`plan`] |
 //! | [Light](https://docs.rs/crate/afterlight/latest/source/book/src/light.md), [many lights](https://docs.rs/crate/afterlight/latest/source/book/src/many-lights.md), [shadows](https://docs.rs/crate/afterlight/latest/source/book/src/shadows.md) | [`scene`] |
-//! | [Error](https://docs.rs/crate/afterlight/latest/source/book/src/error.md) | [`reference`](mod@reference), [`measure`], [`report`] |
+//! | [Error](https://docs.rs/crate/afterlight/latest/source/book/src/error.md) | the crates `afterlight_truth` and `afterlight_lab` |
 //! | [A workload for CI](https://docs.rs/crate/afterlight/latest/source/book/src/ci.md) | the program's `afterlight ci` |
 //!
 //! In the repository `scripts/book` builds the chapters into pages with their listings and pictures.

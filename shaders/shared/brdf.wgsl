@@ -11,7 +11,7 @@ const LN_2: f32 = 0.693147180559945;
 const MIN_ROUGHNESS: f32 = 0.01;
 const MIN_N_DOT_V: f32 = 1e-4;
 
-// BRDF in the passes; src/scene/material.rs has the same order.
+// BRDF in the passes; crates/scene/src/material.rs has the same order.
 const COOK_TORRANCE: u32 = 0u;
 const PHONG: u32 = 1u;
 const BLINN_PHONG: u32 = 2u;

@@ -55,7 +55,7 @@ fn is_selected(last: u32) -> bool {
     return (last & 0x8000u) != 0u;
 }
 
-// The base colour of selected instances (HIGHLIGHT and its share in src/scene/look.rs).
+// The base colour of selected instances (HIGHLIGHT and its share in crates/scene/src/look.rs).
 fn highlighted(color: vec3<f32>, exposure: f32) -> vec3<f32> {
     return color * 0.25 + vec3(1.0, 0.4, 0.0) * (0.75 * exposure);
 }

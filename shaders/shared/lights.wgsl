@@ -9,7 +9,7 @@ const MIXED_FALLOFF: u32 = 3u;
 // A beam has none.
 const NO_FALLOFF: u32 = 3u;
 
-// Bits of TRAITS in the passes, the features that some light needs code for; src/scene/light.rs has the same.
+// Bits of TRAITS in the passes, the features that some light needs code for; crates/scene/src/light.rs has the same.
 const RANGES: u32 = 1u;
 const CONES: u32 = 2u;
 const BEAMS: u32 = 4u;

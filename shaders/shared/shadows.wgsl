@@ -29,7 +29,7 @@ struct ShadowView {
 @group(2) @binding(0) var shadow_atlas: texture_depth_2d_array;
 @group(2) @binding(1) var<uniform> shadow_views: array<ShadowView, SHADOW_VIEWS>;
 
-// SHADOW_FILTER in the passes; ShadowFilter in src/scene/settings.rs has the same list.
+// SHADOW_FILTER in the passes; ShadowFilter in crates/scene/src/settings/choices.rs has the same list.
 const NO_FILTER: u32 = 0u;
 const BOX_TWO: u32 = 1u;
 const BOX_THREE: u32 = 2u;

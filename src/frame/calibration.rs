@@ -1,4 +1,4 @@
-//! A device's figures, kept from run to run: [`crate::report::calibrate`] measures them, and plans choose by them.
+//! A device's figures, kept from run to run: `afterlight_lab::report::calibrate` measures them, and plans choose by them.
 
 use std::io;
 use std::path::PathBuf;

@@ -11,7 +11,7 @@ use crate::gpu::{self, Device, RenderPass, SubpassDesc};
 use crate::passes::{How, Place, Resource, Touch, shadow};
 use crate::plan::{FramePlan, Target};
 
-/// A render pass as a value. The device's is made from it, and `report::graph` draws it.
+/// A render pass as a value. The device's is made from it, and `afterlight_lab::report::graph` draws it.
 #[derive(Debug, Clone)]
 pub struct PassDescription {
     pub name: RenderPassName,

@@ -91,7 +91,7 @@ pub struct Effect {
     pub former_rows: &'static [FormerRow],
 }
 
-/// A change that turns a plain frame into one with something more. Sample plans have each variation, alone and with others ([`crate::mutants`]).
+/// A change that turns a plain frame into one with something more. Sample plans have each variation, alone and with others, and so have the mutants of the laboratory.
 #[derive(Debug, Clone, Copy)]
 pub struct Variation {
     /// Its name in words: `lit fog`.

@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::PathBuf;
 
-/// The project's folder. Cargo says where it is, and a test program that is started by hand takes the one that it was built in.
+/// The project's folder.
 pub fn project() -> PathBuf {
-    std::env::var_os("CARGO_MANIFEST_DIR").map_or_else(|| env!("AFTERLIGHT_ROOT").into(), PathBuf::from)
+    env!("AFTERLIGHT_ROOT").into()
 }
 
 /// The folder of the chapters.

@@ -16,7 +16,7 @@ use crate::common::some_of;
 const MARK: char = '\u{1e}';
 
 /// The project's folders that lie beside a chapter's own files while its commands run.
-const LINKED: [&str; 5] = ["assets", "docs", "examples", "shaders", "src"];
+const LINKED: [&str; 6] = ["assets", "crates", "docs", "examples", "shaders", "src"];
 
 pub fn blesses() -> bool {
     std::env::var("AFTERLIGHT_BLESS").is_ok_and(|value| value == "1")

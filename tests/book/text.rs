@@ -84,7 +84,7 @@ fn every_listing_is_code_of_the_project_and_every_anchor_is_shown() {
         wrong.extend(copied.map(|pair| format!("{}.md has code of its own: {}", chapter.name, pair[1])));
     }
     let mut sources = Vec::new();
-    for folder in ["src", "shaders", "shader-compiler", "examples", "assets", "tests"] {
+    for folder in ["src", "crates", "shaders", "examples", "assets", "tests"] {
         files_below(&project().join(folder), &["rs", "wgsl", "toml"], &mut sources);
     }
     for source in sources {

@@ -14,7 +14,7 @@ pub fn program() -> Command {
 /// The same for an example. `cargo test` builds examples only if it builds everything.
 pub fn example(name: &str) -> Command {
     let path = Path::new(PROGRAM).with_file_name("examples").join(name).with_extension(std::env::consts::EXE_EXTENSION);
-    assert!(path.exists(), "{} is not there: type `cargo build --examples`", path.display());
+    assert!(path.exists(), "{} is not there: type `cargo build --workspace --examples`", path.display());
     start(&path)
 }
 

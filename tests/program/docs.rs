@@ -381,7 +381,7 @@ fn paths_that_the_documents_name_exist() {
         let text = document(&name.to_string_lossy());
         let quoted = text.split('`').skip(1).step_by(2);
         let is_path = |word: &&str| {
-            ["src/", "shaders/", "tests/", "shader-compiler/", "scripts/"].iter().any(|root| word.starts_with(root))
+            ["src/", "crates/", "examples/", "shaders/", "tests/", "scripts/"].iter().any(|root| word.starts_with(root))
                 && word.chars().all(|c| c.is_ascii_alphanumeric() || "/._-".contains(c))
                 && !word.contains("NAME")
         };

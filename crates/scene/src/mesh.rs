@@ -268,7 +268,7 @@ pub struct Object {
     /// True if the program will move it, so that plans keep the lights and parts that it may need elsewhere. Motion by clips counts without this.
     pub movable: bool,
     /// Its look, if it may differ from others of its mesh and material; `None` where it never has one. Any look, even a plain one, keeps the parts
-    /// that looks need in the plan, so that [`Renderer::set_look`](afterlight::frame::Renderer::set_look) needs no other plan.
+    /// that looks need in the plan, so that `Renderer::set_look` needs no other plan.
     pub look: Option<Look>,
 }
 

@@ -86,7 +86,7 @@ impl CameraPath {
         (after.camera.position - before.camera.position) / (after.time - before.time)
     }
 
-    /// Returns the path as the TOML that `scene::file::load_path` reads; reading it gives the same path.
+    /// Returns the path as the TOML that `file::load_path` reads; reading it gives the same path.
     pub fn to_toml(&self) -> String {
         let mut text = String::from("# A camera path: `afterlight render SCENE --path FILE` draws it.\n");
         for CameraKey { time, camera } in &self.keys {

@@ -88,7 +88,7 @@ fn of_ash(command: &str) -> String {
 /// The methods that the program calls, and its literals.
 static OF_THE_PROGRAM: LazyLock<(BTreeSet<String>, BTreeSet<String>)> = LazyLock::new(|| {
     let (mut files, mut methods, mut texts) = (Vec::new(), BTreeSet::new(), BTreeSet::new());
-    sources(&project().join("src"), &mut files);
+    ["src", "crates"].iter().for_each(|root| sources(&project().join(root), &mut files));
     for file in files {
         let text = fs::read_to_string(&file).expect("a source");
         let tokens = TokenStream::from_str(&text).unwrap_or_else(|error| panic!("{}: {error}", file.display()));

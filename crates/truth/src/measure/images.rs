@@ -39,7 +39,7 @@ impl LinearImage {
         Self { size, pixels }
     }
 
-    /// The picture with all samples multiplied, as by `scene::exposure_scale`.
+    /// The picture with all samples multiplied, as by `afterlight_scene::exposure_scale`.
     pub fn scaled(&self, scale: f64) -> Self {
         Self { size: self.size, pixels: self.pixels.iter().map(|pixel| pixel.map(|sample| sample * scale)).collect() }
     }

@@ -1,6 +1,6 @@
 //! Error against run time: families of settings, measured on the device at hand against the truth.
 //!
-//! [`families`] chooses the points, [`picture`] and [`timing`] measure them, [`journal`] keeps the measurements, so that a run that is broken off
+//! [`families`] chooses the points, [`accuracy`] and [`timing`] measure them, [`journal`] keeps the measurements, so that a run that is broken off
 //! goes on and several can be joined, and [`assemble`] makes the [`model::Report`] of them. [`run`] puts the steps in order. [`attribution`] takes a
 //! frame's error apart.
 
