@@ -1,6 +1,6 @@
 //! Settings tuned for a bound: the fastest on this device whose picture is near enough to the truth, also from another camera.
 //!
-//!     cargo run --release -p afterlight-lab --example tuned_settings --features afterlight-lab/report
+//!     cargo run --release -p afterlight-lab --example tuned_settings --features report
 
 use std::error::Error;
 
