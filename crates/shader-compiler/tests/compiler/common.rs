@@ -62,7 +62,7 @@ pub fn validate(entry: &EntryPoint) {
 
 /// The newest spirv-val, if `scripts/fetch-newest` has fetched it.
 fn newest() -> Option<Command> {
-    let project = Path::new(env!("CARGO_MANIFEST_DIR")).parent()?;
+    let project = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2)?;
     let cache = std::env::var_os("AFTERLIGHT_CACHE").map_or_else(|| project.join(".cache"), PathBuf::from);
     let mut command = Command::new(project.join("scripts/on-newest"));
     command.arg("spirv-val");
