@@ -6,7 +6,7 @@ DEMO_IMAGE ?= hall.png
 # A program that is there already, which `make demo` then takes; without it, it builds one.
 AFTERLIGHT ?=
 
-# Tells the build the checkout's commit, for `afterlight --version`. Another commit compiles the program anew, but not its library. A folder that is no
+# Tells the build the checkout's commit, for `afterlight --version`. Another commit compiles the program anew, but none of the libraries. A folder that is no
 # checkout has none, whatever repository it lies in.
 WITH_COMMIT = if [ -z "$$AFTERLIGHT_COMMIT" ] && git ls-files --error-unmatch Makefile >/dev/null 2>&1; then \
 	export AFTERLIGHT_COMMIT="$$(git rev-parse HEAD)$$(git diff --quiet HEAD || echo ' and changes that are in no commit')"; fi;
@@ -43,7 +43,7 @@ test-swiftshader: ## Draw the tests again on SwiftShader, a second software driv
 
 check: ## Format and lints alone, warnings as errors
 	cargo fmt --all --check
-	cargo clippy --workspace --all-targets --features hot-reload -- -D warnings
+	cargo clippy --workspace --all-targets --features afterlight-cli/hot-reload -- -D warnings
 
 cross-check: ## Ask Mitsuba 3 (from PyPI, into .cache) for the reference renderer's pictures; a few minutes
 	cargo build --release

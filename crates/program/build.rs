@@ -37,6 +37,11 @@ fn tell_what_is_built() {
     if let Some(version) = rustc.as_ref().and_then(|told| std::str::from_utf8(&told.stdout).ok()?.lines().next()) {
         println!("cargo::rustc-env=AFTERLIGHT_RUSTC={version}");
     }
+    // Whoever builds from several packages (scripts/package) knows more than the note in one of them.
+    println!("cargo::rerun-if-env-changed=AFTERLIGHT_COMMIT");
+    if std::env::var_os("AFTERLIGHT_COMMIT").is_some() {
+        return;
+    }
     // Cargo runs a build script each time whose file is missing.
     if Path::new(COMMIT_OF_PACKAGE).exists() {
         println!("cargo::rerun-if-changed={COMMIT_OF_PACKAGE}");

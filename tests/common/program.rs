@@ -11,7 +11,7 @@ pub fn program() -> Command {
     start(Path::new(PROGRAM))
 }
 
-/// The same for an example. `cargo test` builds examples only if it builds everything.
+/// The same for an example. `cargo test` builds those of other packages only with `--workspace`.
 pub fn example(name: &str) -> Command {
     let path = Path::new(PROGRAM).with_file_name("examples").join(name).with_extension(std::env::consts::EXE_EXTENSION);
     assert!(path.exists(), "{} is not there: type `cargo build --workspace --examples`", path.display());

@@ -16,7 +16,12 @@ pub const EDGE: u32 = 33;
 /// The camera's height above the plane z = 0.
 pub const EYE: DVec3 = DVec3::new(0.0, 0.0, 2.0);
 
+/// Opens a built-in scene, or a file that is named from the project's folder on.
 pub fn open(spec: &str) -> Scene {
+    let spec = match spec.strip_prefix("assets/") {
+        Some(name) => &format!("{}/assets/{name}", env!("AFTERLIGHT_ROOT")),
+        None => spec,
+    };
     scene::open(spec, &Default::default()).unwrap_or_else(|error| panic!("{spec}: {error}"))
 }
 

@@ -170,7 +170,7 @@ fn the_shader_that_encodes_is_compiled_again_too() {
 #[cfg(feature = "hot-reload")]
 fn copy_shaders(to: &Path) {
     for part in ["", "shared"] {
-        let from = Path::new("shaders").join(part);
+        let from = Path::new(env!("AFTERLIGHT_ROOT")).join("shaders").join(part);
         fs::create_dir_all(to.join(part)).expect("a folder");
         for entry in fs::read_dir(from).expect("the shaders") {
             let path = entry.expect("a file").path();
