@@ -7,10 +7,10 @@ use ash::vk;
 
 use super::edges::Edges;
 use super::list::List;
-use super::{Drawn, Error, Frame, FrameParts, IN_FLIGHT, InFlight, Renderer, Timeline};
+use super::{BuildContext, Drawn, Error, Frame, IN_FLIGHT, InFlight, Renderer, Timeline};
 use crate::gpu::{self, CommandBuffer, Device, Timestamps};
 use crate::gpu_scene::{
-    Culling, GpuScene, Instances, PoseBuffer, SceneSource, Seen, ShadowAtlas, SortedIndices, ViewBuffers,
+    Culling, GpuScene, Instances, PoseBuffer, SceneSource, ShadowAtlas, SortedIndices, ViewBuffers, VisibilityLookup,
     view_set_layout,
 };
 use crate::passes::{air, prefilter};
@@ -88,8 +88,8 @@ impl RendererBuilder {
         let poses = (0..IN_FLIGHT).map(|index| PoseBuffer::new(&device, index, deforms));
         let poses: Vec<_> = poses.filter_map(Result::transpose).collect::<gpu::Result<_>>()?;
         let culling = Culling::new(&device, &plan, IN_FLIGHT)?;
-        let seen = Seen::new(&device, &plan, &scene, IN_FLIGHT)?;
-        let frame = Frame::new(&FrameParts {
+        let seen = VisibilityLookup::new(&device, &plan, &scene, IN_FLIGHT)?;
+        let frame = Frame::new(&BuildContext {
             device: &device,
             plan: &plan,
             edges: &edges,

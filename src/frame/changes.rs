@@ -6,7 +6,7 @@ use glam::DAffine3;
 
 use super::builder::RendererBuilder;
 use super::{Error, Renderer, edges, plan_for};
-use crate::gpu_scene::{Culling, Seen};
+use crate::gpu_scene::{Culling, VisibilityLookup};
 use crate::plan;
 use crate::scene::{Light, Look, Pose, Scene, Settings, SettingsPatch, exposure_scale};
 use crate::visible::ShadowCache;
@@ -120,7 +120,7 @@ impl Renderer {
             self.posed = 0;
             self.cut();
             self.culling.iter_mut().for_each(Culling::forget);
-            self.seen.iter_mut().for_each(Seen::forget);
+            self.seen.iter_mut().for_each(VisibilityLookup::forget);
             self.frame.expose(&self.plan, &self.world);
         } else {
             *self = builder.finish(&[])?;

@@ -17,7 +17,7 @@ use ash::vk;
 use super::list;
 use super::list::{RenderPassName, Step};
 use crate::gpu::sync::{Dependency, Use};
-pub use crate::passes::Place;
+pub use crate::passes::PassName;
 use crate::passes::Resource;
 use crate::plan::{FramePlan, Target};
 use crate::scene;
@@ -40,7 +40,7 @@ pub(super) use waits::Barrier;
 
 /// The Vulkan mechanism that carries a row. One queue does everything, so only frames and presentation are ordered by semaphores.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Carrier {
+pub enum SyncKind {
     /// A subpass dependency of a render pass.
     Subpass(RenderPassName),
     /// A pipeline barrier on an image, with its layouts before and after.
@@ -59,7 +59,7 @@ pub enum Carrier {
     Semaphore,
 }
 
-impl Carrier {
+impl SyncKind {
     /// Returns true if rows of this kind are dependencies of a render pass.
     pub fn is_render_pass(self) -> bool {
         matches!(self, Self::Subpass(_))
@@ -81,7 +81,7 @@ impl Carrier {
     }
 }
 
-impl fmt::Display for Carrier {
+impl fmt::Display for SyncKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Subpass(pass) => write!(f, "dependency of the {pass}"),
@@ -101,13 +101,13 @@ pub enum RowName {
     /// A row that is written by hand.
     Own(&'static str),
     /// A wait of one pass for another: `lighting-to-fog`.
-    Pair(Place, Place),
+    Pair(PassName, PassName),
     /// A wait of all passes that read a buffer for the one that wrote it: `skin-to-readers`.
-    Readers(Place),
+    Readers(PassName),
     /// A wait of a pass for an image, outside of render passes: `rays-to-reflect-resolve`. The first word is the image's, and not a pass's.
-    Image(Target, Place),
+    Image(Target, PassName),
     /// A wait of a pass for the frame before: `geometry-reuse`.
-    Reuse(Place),
+    Reuse(PassName),
     /// A wait for an image that the frame before has used: `hiz-reuse`.
     ImageReuse(Target),
 }
@@ -129,7 +129,7 @@ impl RowName {
 
 impl fmt::Display for RowName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let of = |place: &Place| renamed::spelled(*place);
+        let of = |place: &PassName| renamed::spelled(*place);
         let image = |target: &Target| Resource::Target(*target).to_string();
         match self {
             Self::Own(name) => f.pad(name),
@@ -150,13 +150,13 @@ pub struct Edge {
     /// The name as it is spelled.
     pub label: &'static str,
     /// The Vulkan construct that the row becomes.
-    pub carrier: Carrier,
+    pub carrier: SyncKind,
     /// The subpass or step that must be over.
-    pub from: Place,
+    pub from: PassName,
     /// The subpass or step that must wait, or the first of them.
-    pub to: Place,
+    pub to: PassName,
     /// All subpasses and steps that wait; none where the row is written by hand.
-    pub waiting: Vec<Place>,
+    pub waiting: Vec<PassName>,
     /// The first scope, the union of all uses that must be complete: their stages, and their write accesses.
     pub before: Use,
     /// The second scope, the union of all uses that wait.
@@ -239,7 +239,7 @@ impl Edges {
     }
 
     /// The rows of one carrier.
-    pub fn of(&self, carrier: Carrier) -> impl Iterator<Item = &Edge> {
+    pub fn of(&self, carrier: SyncKind) -> impl Iterator<Item = &Edge> {
         self.iter().filter(move |edge| edge.carrier == carrier)
     }
 
@@ -346,8 +346,8 @@ pub(super) fn waits(plan: &FramePlan, steps: &[Step]) -> Vec<(Edge, Option<Barri
 /// A row that is being written: the uses that must be over, the uses that wait, and why.
 struct Row(Edge);
 
-fn row(name: RowName, carrier: Carrier) -> Row {
-    let (from, to, before, after) = (Place::OUTSIDE, Place::OUTSIDE, Use::START, Use::END);
+fn row(name: RowName, carrier: SyncKind) -> Row {
+    let (from, to, before, after) = (PassName::OUTSIDE, PassName::OUTSIDE, Use::START, Use::END);
     Row(Edge {
         name,
         label: name.name(),
@@ -365,13 +365,13 @@ fn row(name: RowName, carrier: Carrier) -> Row {
 
 /// A row that changes an image's layout.
 fn barrier(name: RowName, old: vk::ImageLayout, new: vk::ImageLayout) -> Row {
-    row(name, Carrier::ImageBarrier(old, new))
+    row(name, SyncKind::ImageBarrier(old, new))
 }
 
 impl Row {
     // ANCHOR: first-scope
     /// Sets the first scope: uses that must be complete.
-    fn from(self, from: Place, uses: &[Use]) -> Self {
+    fn from(self, from: PassName, uses: &[Use]) -> Self {
         // Only writes have to be made available (specification, "Execution and Memory Dependencies"): a read access in the first scope
         // does nothing, and an earlier stage does nothing beside a later one.
         Self(Edge { from, before: masks::latest(Use::all(uses).writes()), ..self.0 })
@@ -379,12 +379,12 @@ impl Row {
     // ANCHOR_END: first-scope
 
     /// Sets the second scope: uses that wait.
-    fn to(self, to: Place, uses: &[Use]) -> Self {
+    fn to(self, to: PassName, uses: &[Use]) -> Self {
         Self(Edge { to, after: Use::all(uses), ..self.0 })
     }
 
     /// Names all that wait.
-    fn for_all(self, reasons: &[(Place, Vec<&'static str>)]) -> Self {
+    fn for_all(self, reasons: &[(PassName, Vec<&'static str>)]) -> Self {
         Self(Edge { waiting: reasons.iter().map(|(place, _)| *place).collect(), ..self.0 })
     }
 

@@ -51,7 +51,7 @@ fn pose(renderer: &mut Renderer, scene: &Scene, frame: u32) -> Result<(), Error>
 /// The way of pictures into a swapchain's images. No dependency depends on the images' format or encoding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Way {
+pub enum PresentPath {
     /// The last pass draws into them.
     Straight,
     /// PRESENT enlarges them.
@@ -76,7 +76,7 @@ pub unsafe fn present(
     scene: &Scene,
     settings: &Settings,
     edges: Edges,
-    way: Way,
+    way: PresentPath,
 ) -> Result<(), Error> {
     let presenter = presenter(device, scene, settings, way)?;
     // SAFETY: the caller's promise.
@@ -90,25 +90,25 @@ pub unsafe fn present(
 /// # Errors
 /// As there.
 #[cfg(feature = "present")]
-pub fn show(device: &Arc<Device>, scene: &Scene, settings: &Settings, way: Way) -> Result<Picture, Error> {
+pub fn show(device: &Arc<Device>, scene: &Scene, settings: &Settings, way: PresentPath) -> Result<Picture, Error> {
     let picture = show_all(presenter(device, scene, settings, way)?, scene, settings, way)?;
     device.wait_idle()?;
     Ok(picture)
 }
 
 #[cfg(feature = "present")]
-fn presenter(device: &Arc<Device>, scene: &Scene, settings: &Settings, way: Way) -> Result<Presenter, Error> {
+fn presenter(device: &Arc<Device>, scene: &Scene, settings: &Settings, way: PresentPath) -> Result<Presenter, Error> {
     let presenter = Presenter::new(device, Surface::headless(device)?, scene, settings, Vsync::Off)?;
     Ok(match way {
-        Way::Straight => presenter,
-        Way::Enlarged => presenter.with_dynamic_resolution(),
-        Way::Encoded => presenter.with_encoding(),
-        Way::EncodedKept => presenter.with_encoding().with_kept_pictures(),
+        PresentPath::Straight => presenter,
+        PresentPath::Enlarged => presenter.with_dynamic_resolution(),
+        PresentPath::Encoded => presenter.with_encoding(),
+        PresentPath::EncodedKept => presenter.with_encoding().with_kept_pictures(),
     })
 }
 
 #[cfg(feature = "present")]
-fn show_all(mut presenter: Presenter, scene: &Scene, settings: &Settings, way: Way) -> Result<Picture, Error> {
+fn show_all(mut presenter: Presenter, scene: &Scene, settings: &Settings, way: PresentPath) -> Result<Picture, Error> {
     let mut first = None;
     for beside in [None, Some(settings.view)] {
         presenter.show_beside(beside);
@@ -119,7 +119,7 @@ fn show_all(mut presenter: Presenter, scene: &Scene, settings: &Settings, way: W
         // More than there are images, so that each is drawn into again.
         for frame in 0..12 {
             // Smaller pictures than the window, once whole ones are shown.
-            if way == Way::Enlarged && frame == 4 {
+            if way == PresentPath::Enlarged && frame == 4 {
                 presenter.set_resolution(0.5)?;
             }
             let (is_copied, has_panels) = (frame % 2 == 1, frame % 4 > 1);

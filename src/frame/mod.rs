@@ -45,7 +45,7 @@ pub use rebuild::Wake;
 pub use render_pass::{LayoutChange, layout_changes};
 pub use timeline::FRAMES_A_SECOND;
 pub use triangles::triangles;
-pub(crate) use walk::FrameParts;
+pub(crate) use walk::BuildContext;
 
 use builder::RendererBuilder;
 use edges::Edges;
@@ -59,13 +59,13 @@ use ash::vk;
 
 use crate::gpu::{self, Around, CommandBuffer, Device, Owned, Ticket, Timestamps};
 use crate::gpu_scene::{
-    Culling, FrameUniform, GpuScene, Instances, PoseBuffer, Seen, ShadowAtlas, SortedIndices, ViewBuffers,
+    Culling, FrameUniform, GpuScene, Instances, PoseBuffer, ShadowAtlas, SortedIndices, ViewBuffers, VisibilityLookup,
 };
-use crate::passes::Recording;
+use crate::passes::FrameContext;
 use crate::passes::copy::Copy;
 use crate::plan::{self, FramePlan};
 use crate::scene::{self, Camera, Scene, Settings};
-use crate::visible::{Eye, MapDraw, STEPS, ShadowCache, Since, Visible, World};
+use crate::visible::{Eye, MapDraw, PreviousFrame, STEPS, ShadowCache, Visible, World};
 
 /// While the device draws one frame, the CPU records the next.
 const IN_FLIGHT: usize = 2;
@@ -126,7 +126,7 @@ struct Recorded {
     stale_maps: Vec<MapDraw>,
     /// The revision of the world's pose that it draws.
     pose: u64,
-    since: Option<Since>,
+    since: Option<PreviousFrame>,
 }
 
 /// Draws frames of one scene with one plan.
@@ -149,7 +149,7 @@ pub struct Renderer {
     /// Present if the plan culls on the device.
     culling: Option<Culling>,
     /// Present if TILED looks up the surfaces that pixels show.
-    seen: Option<Seen>,
+    seen: Option<VisibilityLookup>,
     next: usize,
     /// The frames so far, where the plan averages them over time.
     timeline: Timeline,
@@ -315,7 +315,7 @@ impl Renderer {
             times.write(cmd, vk::PipelineStageFlags::TOP_OF_PIPE, "begin");
         }
         self.frame.record(
-            &Recording {
+            &FrameContext {
                 textures: &self.plan.textures,
                 device: &self.device,
                 cmd,

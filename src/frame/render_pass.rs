@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::edges::{Carrier, Edge, Edges};
+use super::edges::{Edge, Edges, SyncKind};
 use super::list::{List, RenderPassName, Subpass as Listed};
 use crate::gpu::{self, Device, RenderPass, SubpassDesc};
-use crate::passes::{How, Place, Resource, Touch, shadow};
+use crate::passes::{PassName, Resource, ResourceUse, UseKind, shadow};
 use crate::plan::{FramePlan, Target};
 
 /// A render pass as a value. The device's is made from it, and `afterlight_lab::report::graph` draws it.
@@ -44,8 +44,8 @@ impl fmt::Display for LayoutChange {
 /// The layouts that change where a row of the table orders it.
 pub fn layout_changes(plan: &FramePlan, edges: &Edges, edge: &Edge) -> Vec<LayoutChange> {
     let name = match edge.carrier {
-        Carrier::Subpass(name) => name,
-        Carrier::ImageBarrier(old, new) => return vec![LayoutChange { image: None, old, new }],
+        SyncKind::Subpass(name) => name,
+        SyncKind::ImageBarrier(old, new) => return vec![LayoutChange { image: None, old, new }],
         _ => return Vec::new(),
     };
     let Some(pass) = PassDescription::named(plan, edges, name) else { return Vec::new() };
@@ -68,7 +68,7 @@ pub fn layout_changes(plan: &FramePlan, edges: &Edges, edge: &Edge) -> Vec<Layou
 /// The attachments of a subpass; references count them in the order of the pass, and `vk::ATTACHMENT_UNUSED` is a gap.
 #[derive(Debug, Clone)]
 pub struct Subpass {
-    pub place: Place,
+    pub place: PassName,
     /// Read by `InputAttachmentIndex`.
     pub input: Vec<vk::AttachmentReference>,
     /// Written by location.
@@ -80,7 +80,7 @@ pub struct Subpass {
     /// Kept through a subpass that does not use them.
     pub preserve: Vec<u32>,
     /// As the passes declare it.
-    pub touches: Vec<Touch>,
+    pub touches: Vec<ResourceUse>,
 }
 
 impl Subpass {
@@ -93,7 +93,7 @@ impl Subpass {
             let attachment = position.map_or(vk::ATTACHMENT_UNUSED, |index| index as u32);
             let reference = vk::AttachmentReference { attachment, layout: touch.layout() };
             match touch.how {
-                How::Color { location, .. } => {
+                UseKind::Color { location, .. } => {
                     let gap = vk::AttachmentReference {
                         attachment: vk::ATTACHMENT_UNUSED,
                         layout: vk::ImageLayout::UNDEFINED,
@@ -102,8 +102,8 @@ impl Subpass {
                     own.color.resize(own.color.len().max(location + 1), gap);
                     own.color[location] = reference;
                 }
-                How::Depth { .. } => own.depth = Some(reference),
-                How::Resolve => own.resolve.push(reference),
+                UseKind::Depth { .. } => own.depth = Some(reference),
+                UseKind::Resolve => own.resolve.push(reference),
                 _ => own.input.push(reference),
             }
         }
@@ -155,7 +155,7 @@ impl PassDescription {
             let position = listed.iter().position(|own| own.place == place);
             position.map_or(vk::SUBPASS_EXTERNAL, |index| index as u32)
         };
-        let rows = edges.of(Carrier::Subpass(name));
+        let rows = edges.of(SyncKind::Subpass(name));
         let dependencies = rows.map(|edge| (edge.clone(), [index(edge.from), index(edge.to)])).collect();
         Self { name, attachments, subpasses, dependencies }
     }

@@ -10,13 +10,13 @@ use ash::vk;
 
 use super::builder::RendererBuilder;
 use super::edges::{self, Edges, RowName};
-use super::rebuild::Made;
+use super::rebuild::Rebuilt;
 use super::render_passes::image_barrier;
 use super::{Error, Renderer, plan_for};
 use crate::gpu::Device;
 use crate::gpu::barrier::ImageRange;
 use crate::passes::split;
-use crate::plan::{self, Canvas};
+use crate::plan::{self, PresentTarget};
 use crate::scene::{Camera, Light, Pose, Scene, Settings, View};
 
 /// Another view beside the window's own.
@@ -44,7 +44,7 @@ impl Split {
     pub(super) fn builder(
         &self,
         (scene, settings): (&Scene, &Settings),
-        (own, shown, canvas): (Option<&RendererBuilder>, &Renderer, Canvas),
+        (own, shown, canvas): (Option<&RendererBuilder>, &Renderer, PresentTarget),
         changed: bool,
     ) -> Option<RendererBuilder> {
         let device = &shown.device;
@@ -69,9 +69,9 @@ impl Split {
     pub(super) fn fit(
         &mut self,
         (scene, settings): (&Scene, &Settings),
-        (beside, canvas): (&Renderer, Canvas),
+        (beside, canvas): (&Renderer, PresentTarget),
         changed: Option<bool>,
-        made: Option<Made>,
+        made: Option<Rebuilt>,
     ) -> Result<bool, Error> {
         let device = &beside.device;
         let settings = Settings { view: self.view, ..settings.clone() };

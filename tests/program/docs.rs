@@ -11,7 +11,7 @@ use crate::common::{capabilities, some_of, tries_all};
 
 use afterlight::frame::edges;
 use afterlight::gpu::vk;
-use afterlight::plan::{Canvas, Encoding, FramePlan, Transfer};
+use afterlight::plan::{Encoding, FramePlan, PresentTarget, Transfer};
 use afterlight::scene::{
     AlphaMode, LightPath, Local, Node, OpenOptions, Placement, Scene, Settings, Transparency, open,
 };
@@ -310,8 +310,8 @@ fn the_documents_list_every_dependency_with_its_reason() {
 fn the_documents_list_what_a_window_adds() {
     let scene = open("builtin:hall?detail=6", &OpenOptions::default()).expect("it is built in");
     let headless = listed_dependencies(0);
-    let straight = Canvas::Straight(vk::Format::B8G8R8A8_SRGB);
-    let encoded = Canvas::Encode(Encoding { transfer: Transfer::Srgb, headroom: 1.0 });
+    let straight = PresentTarget::Straight(vk::Format::B8G8R8A8_SRGB);
+    let encoded = PresentTarget::Encode(Encoding { transfer: Transfer::Srgb, headroom: 1.0 });
     for (number, light_path, canvas) in
         [(5, LightPath::Clustered, straight), (6, LightPath::Compute, straight), (7, LightPath::Clustered, encoded)]
     {

@@ -33,8 +33,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("gpu", &[]),
 ];
 
-const RENDERER: &[&str] =
-    &["frame", "passes", "gpu_scene", "targets", "visible", "plan", "gpu", "scene", "shaders"];
+const RENDERER: &[&str] = &["frame", "passes", "gpu_scene", "targets", "visible", "plan", "gpu", "scene", "shaders"];
 
 /// The folders whose files are read.
 const SOURCES: [&str; 5] = ["src", "crates/truth/src", "crates/lab/src", "crates/window/src", "crates/program/src"];
@@ -199,7 +198,10 @@ fn check(file: &str, source: &str, passes: &[String]) -> Vec<Violation> {
         return match of_crate {
             // The root of a crate with parts.
             Some(_) if module.is_empty() => Vec::new(),
-            _ => vec![violation(1, format!("{part} is not in the table of tests/program/layering.rs: say what it may import"))],
+            _ => vec![violation(
+                1,
+                format!("{part} is not in the table of tests/program/layering.rs: say what it may import"),
+            )],
         };
     };
     let all = match imports(source, &module) {
@@ -350,7 +352,10 @@ fn an_arrow_that_runs_forward_is_left_alone() {
         ("src/plan/sun.rs", "use super::World; pub(crate) use crate::scene::Camera; pub(super) fn f() {}"),
         ("src/lib.rs", "pub mod frame; pub use crate::frame::Renderer;"),
         ("crates/lab/src/lib.rs", "pub mod report; pub mod stress;"),
-        ("crates/lab/src/report/page.rs", "use crate::report::sweep; use afterlight::frame; use afterlight_truth::measure;"),
+        (
+            "crates/lab/src/report/page.rs",
+            "use crate::report::sweep; use afterlight::frame; use afterlight_truth::measure;",
+        ),
         ("crates/window/src/app.rs", "use crate::keys; use super::steps; use afterlight::passes::overlay::Panels;"),
         ("crates/program/src/render.rs", "use crate::table::Table; use afterlight::{frame, gpu}; use ash::vk;"),
         ("crates/program/src/main.rs", "mod render; use afterlight::scene::builtin; use crate::failure::Failure;"),

@@ -17,7 +17,7 @@ use afterlight::frame::proof::Frames;
 use afterlight::gpu::{self, DeviceChoice, vk};
 use afterlight::plan::{FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB, samples};
 use afterlight_lab::mutants::{
-    Case, Heard, Laboratory, Miss, Mutant, Verdict, Way, cases, mutants, presented, verdict,
+    Case, Heard, Laboratory, Miss, Mutant, PresentPath, Verdict, cases, mutants, presented, verdict,
 };
 
 /// A frame records the passes that the proof assumes, in the same order.
@@ -59,7 +59,7 @@ fn untried(tried: &[FramePlan]) -> BTreeSet<String> {
     let shows = |plan: &FramePlan| cfg!(feature = "window") && [OUTPUT_SRGB, OUTPUT_PLAIN].contains(&plan.output);
     let samples = samples::of_every_kind().into_iter().flat_map(|(name, plan)| {
         let in_window = |way| (format!("{name}, in a window"), presented(plan.clone(), way));
-        let shown = shows(&plan).then(|| [in_window(Way::Straight), in_window(Way::Encoded)]);
+        let shown = shows(&plan).then(|| [in_window(PresentPath::Straight), in_window(PresentPath::Encoded)]);
         [(name, plan)].into_iter().chain(shown.into_iter().flatten()).collect::<Vec<_>>()
     });
     let mut seen = Vec::new();

@@ -9,7 +9,7 @@ use afterlight::frame::proof::{Frames, is_superfluous};
 use afterlight::gpu::sync::Use;
 use afterlight::gpu::vk;
 use afterlight::plan::samples::{self, gbuffers};
-use afterlight::plan::{Canvas, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB};
+use afterlight::plan::{FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB, PresentTarget};
 use afterlight::scene::builtin::CATALOGUE;
 use afterlight::scene::{
     AmbientOcclusion, Fog, HdrFormat, Keep, LightPath, OptionalPart, Output, Reflections, Resolve, Scene, Settings,
@@ -21,7 +21,7 @@ use rayon::prelude::*;
 use super::combinations;
 use crate::common::stage::{open, own};
 use crate::common::{one_of, tries_all};
-use afterlight_lab::mutants::{Way, cases, presented};
+use afterlight_lab::mutants::{PresentPath, cases, presented};
 
 /// Plans whose frames differ in their accesses or in their synchronization.
 #[derive(Default)]
@@ -36,11 +36,14 @@ impl Different {
     fn add(&mut self, name: &str, plan: FramePlan) {
         if [OUTPUT_SRGB, OUTPUT_PLAIN].contains(&plan.output) && plan.presented.is_none() {
             let ways = [
-                ("straight in a window", presented(plan.clone(), Way::Straight)),
-                ("encoded in a window", presented(plan.clone(), Way::Encoded)),
-                ("encoded and kept in a window", presented(plan.clone(), Way::EncodedKept)),
-                ("enlarged in a window", presented(plan.clone(), Way::Enlarged)),
-                ("beside another in a window", plan.clone().copied_to(Canvas::Straight(vk::Format::B8G8R8A8_SRGB))),
+                ("straight in a window", presented(plan.clone(), PresentPath::Straight)),
+                ("encoded in a window", presented(plan.clone(), PresentPath::Encoded)),
+                ("encoded and kept in a window", presented(plan.clone(), PresentPath::EncodedKept)),
+                ("enlarged in a window", presented(plan.clone(), PresentPath::Enlarged)),
+                (
+                    "beside another in a window",
+                    plan.clone().copied_to(PresentTarget::Straight(vk::Format::B8G8R8A8_SRGB)),
+                ),
             ];
             for (way, plan) in one_of(&ways, self.tried) {
                 self.add_one(format!("{name}, {way}"), plan.clone());

@@ -33,10 +33,10 @@ pub fn without(plan: &FramePlan, table: &Edges, name: &str) -> Result<Edges, Fai
 
 /// Returns the hazards of frames with these dependencies in words, the worst first.
 pub fn in_words(plan: &FramePlan, edges: &Edges) -> Vec<String> {
-    told(&Frames::of(plan, edges).hazards())
+    describe_hazards(&Frames::of(plan, edges).hazards())
 }
 
-fn told(hazards: &[Hazard]) -> Vec<String> {
+fn describe_hazards(hazards: &[Hazard]) -> Vec<String> {
     proof::in_words(hazards.iter().map(|hazard| &hazard.consequence))
 }
 
@@ -206,7 +206,8 @@ fn one(
 
 fn described(edge: &Edge, hazards: &[Hazard], is_verbose: bool) -> String {
     let Edge { from, to, carrier, why, .. } = edge;
-    let words = told(hazards).into_iter().fold(String::new(), |text, sentence| format!("{text}  {sentence}\n"));
+    let words =
+        describe_hazards(hazards).into_iter().fold(String::new(), |text, sentence| format!("{text}  {sentence}\n"));
     let words = if words.is_empty() { "  nothing: other dependencies order the same\n" } else { &words };
     let rules = match is_verbose {
         true => format!("\nThe specification's rules:\n{}", proved(hazards)),
@@ -415,7 +416,7 @@ fn texts(messages: &[Message]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use afterlight::frame::edges::{Carrier, Place, RowName};
+    use afterlight::frame::edges::{PassName, RowName, SyncKind};
     use afterlight::frame::list::SHADOW_PASS;
     use afterlight::gpu::sync::Use;
     use afterlight::plan::Capabilities;
@@ -423,9 +424,9 @@ mod tests {
 
     use super::*;
 
-    fn row(name: RowName, to: Place) -> Edge {
-        let (from, why) = (Place::OUTSIDE, "");
-        let (carrier, by_region) = (Carrier::Subpass(SHADOW_PASS), false);
+    fn row(name: RowName, to: PassName) -> Edge {
+        let (from, why) = (PassName::OUTSIDE, "");
+        let (carrier, by_region) = (SyncKind::Subpass(SHADOW_PASS), false);
         Edge {
             name,
             label: name.name(),
@@ -444,11 +445,11 @@ mod tests {
     #[test]
     fn silence_is_explained_by_what_is_known_of_the_layer() {
         let plan = FramePlan::of(&Scene::default(), &Settings::default(), &Capabilities::ample()).expect("a plan");
-        let reuse = row(RowName::Reuse(Place::pass("SHADOW")), Place::pass("SHADOW"));
+        let reuse = row(RowName::Reuse(PassName::pass("SHADOW")), PassName::pass("SHADOW"));
         let (new, old) = (silence(&plan, &reuse, LAYER), silence(&plan, &reuse, LAYER - 1));
         assert!(new.contains("gave shadow-reuse nothing to order"), "{new}");
         assert!(old.contains("says nothing of these frames") && !old.contains("gave"), "{old}");
-        let argued = silence(&plan, &row(RowName::PICTURE_TO_HOST, Place::HOST), LAYER);
+        let argued = silence(&plan, &row(RowName::PICTURE_TO_HOST, PassName::HOST), LAYER);
         assert!(argued.contains("No layer is known to notice") && argued.contains("Signaling a fence"), "{argued}");
     }
 }

@@ -9,7 +9,7 @@ use afterlight::frame::{LayoutChange, layout_changes};
 use afterlight::frame::{capabilities, plan_for};
 use afterlight::plan::FramePlan;
 use afterlight::scene::{Output, SettingsPatch, View};
-use afterlight_lab::mutants::{self, PartName, Way};
+use afterlight_lab::mutants::{self, PartName, PresentPath};
 use afterlight_lab::report::graph;
 use serde::Serialize;
 
@@ -100,10 +100,10 @@ enum InWindow {
 impl InWindow {
     fn present(self, plan: FramePlan) -> FramePlan {
         let way = match self {
-            Self::Direct => Way::Straight,
-            Self::Enlarged => Way::Enlarged,
-            Self::Encoded => Way::Encoded,
-            Self::EncodedKept => Way::EncodedKept,
+            Self::Direct => PresentPath::Straight,
+            Self::Enlarged => PresentPath::Enlarged,
+            Self::Encoded => PresentPath::Encoded,
+            Self::EncodedKept => PresentPath::EncodedKept,
         };
         mutants::presented(plan, way)
     }

@@ -3,10 +3,10 @@
 use super::{Edge, Edges};
 use crate::frame::list;
 use crate::gpu::vk;
-use crate::passes::{Place, Presence};
+use crate::passes::{PassName, Presence};
 use crate::plan::effect::FormerRow;
 use crate::plan::effects::EFFECTS;
-use crate::plan::{Canvas, Encoding, FramePlan, Transfer};
+use crate::plan::{Encoding, FramePlan, PresentTarget, Transfer};
 
 /// The passes of no effect that draw light or the picture.
 const DRAWS: [&str; 5] = ["tonemap", "composite", "transparent", "lighting", "forward"];
@@ -67,7 +67,7 @@ pub(super) fn successor<'a>(table: &'a Edges, name: &str) -> Option<&'a Edge> {
 pub fn lack(plan: &FramePlan, name: &str) -> Option<String> {
     let format = vk::Format::B8G8R8A8_SRGB;
     let encoding = Encoding { transfer: Transfer::Srgb, headroom: 1.0 };
-    let presented = [Canvas::Straight(format), Canvas::Enlarge(format), Canvas::Encode(encoding)];
+    let presented = [PresentTarget::Straight(format), PresentTarget::Enlarge(format), PresentTarget::Encode(encoding)];
     let has = |canvas| super::table(&plan.clone().presented_as(canvas)).iter().any(|edge| edge.label == name);
     if plan.presented.is_none() && presented.into_iter().any(has) {
         return Some("no window".into());
@@ -84,7 +84,7 @@ pub fn lack(plan: &FramePlan, name: &str) -> Option<String> {
 }
 
 /// A place as rows' names have it: `ao-denoise`.
-pub(super) fn spelled(place: Place) -> String {
+pub(super) fn spelled(place: PassName) -> String {
     place.name().to_lowercase().replace('_', "-")
 }
 

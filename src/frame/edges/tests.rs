@@ -8,7 +8,7 @@ use ash::vk::{AccessFlags as A, PipelineStageFlags as S};
 use super::masks::SUPPORTED;
 use super::*;
 use crate::frame::list::List;
-use crate::passes::{How, Resource, geometry, lighting};
+use crate::passes::{Resource, UseKind, geometry, lighting};
 use crate::plan::samples;
 
 fn each_plan(check: impl Fn(&str, &FramePlan, &Edges)) {
@@ -87,7 +87,7 @@ fn rows_are_across_samples_where_one_side_reads_them_all_and_both_draw_as_many()
         let drawn = |place| {
             let touches = list.passes_at(place).into_iter().flat_map(|pass| (pass.touches)(plan));
             let mut targets = touches.filter_map(|own| match (own.how, own.resource) {
-                (How::Color { .. }, Resource::Target(target)) => Some(plan.samples_of(target)),
+                (UseKind::Color { .. }, Resource::Target(target)) => Some(plan.samples_of(target)),
                 _ => None,
             });
             targets.next()

@@ -9,10 +9,10 @@
 
 use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
 
-use super::{Carrier, Edge, Side};
+use super::{Edge, Side, SyncKind};
 use crate::frame::list::RenderPassName;
 use crate::gpu::sync::Use;
-use crate::passes::{Place, forward, geometry, lighting, pyramid, shadow, tonemap};
+use crate::passes::{PassName, forward, geometry, lighting, pyramid, shadow, tonemap};
 use crate::plan::FramePlan;
 
 /// The first layer that sees wrong masks of subpass dependencies.
@@ -78,13 +78,13 @@ impl Missing<'_> {
     }
 
     /// Returns true if the render pass of the row begins with this place.
-    fn begins_with(&self, place: Place) -> bool {
-        self.edge.carrier == Carrier::Subpass(RenderPassName::of(place))
+    fn begins_with(&self, place: PassName) -> bool {
+        self.edge.carrier == SyncKind::Subpass(RenderPassName::of(place))
     }
 
     /// Returns true if the row waits for something outside of its frame, mostly for the frame before.
     fn is_from_outside(&self) -> bool {
-        self.edge.from == Place::OUTSIDE
+        self.edge.from == PassName::OUTSIDE
     }
 
     /// Returns true if a render pass waits by this row for an earlier pass of the same frame.
@@ -176,7 +176,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
             let Edge { carrier, before, after, .. } = missing.edge;
             let is_of_dispatches = before.stage == S::COMPUTE_SHADER && after.stage == S::COMPUTE_SHADER;
             let writes = after.access.contains(A::SHADER_WRITE);
-            *carrier == Carrier::BufferBarrier && is_of_dispatches && writes && !missing.is_from_outside()
+            *carrier == SyncKind::BufferBarrier && is_of_dispatches && writes && !missing.is_from_outside()
         },
         section: "Synchronization and Cache Control",
         says: FEW_GUARANTEES,
@@ -188,7 +188,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         is_about: |missing| {
             let Edge { from, to, before, after, .. } = missing.edge;
             let both = S::FRAGMENT_SHADER | S::COMPUTE_SHADER;
-            let is_written = [Place::CLEAR, shadow::PASS.place].contains(from) && after.stage == both;
+            let is_written = [PassName::CLEAR, shadow::PASS.place].contains(from) && after.stage == both;
             let is_read = *to == shadow::PASS.place && before.stage == both;
             is_written && missing.is_after(S::FRAGMENT_SHADER, A::empty())
                 || is_read && missing.is_before(S::COMPUTE_SHADER, A::empty())
@@ -261,7 +261,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     },
     UnreportedMutants {
         seen_from: None,
-        is_about: |missing| missing.edge.to == Place::HOST,
+        is_about: |missing| missing.edge.to == PassName::HOST,
         section: "Fences",
         says: "Signaling a fence and waiting on the host does not guarantee that the results of memory accesses will be visible to the host, \
                as the access scope of a memory dependency defined by a fence only includes device access",
@@ -286,7 +286,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
             let is_drawn = carrier.is_render_pass();
             // Where GEOMETRY waits for the copy alone, the layer sees that nothing holds it back.
             let is_alone = *to == geometry::PASS.place && before.stage == S::TRANSFER;
-            let is_written = *carrier == Carrier::ImageBarrier(vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL);
+            let is_written = *carrier == SyncKind::ImageBarrier(vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL);
             let is_of_copy = missing.is_before(S::TRANSFER, A::empty()) && (is_drawn && !is_alone || is_written)
                 || missing.is_row() && is_drawn && before.stage == S::TRANSFER;
             missing.is_from_outside() && is_of_copy
@@ -318,7 +318,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         seen_from: None,
         is_about: |missing| {
             let Edge { label, carrier, after, .. } = missing.edge;
-            let is_presented = matches!(carrier, Carrier::ImageBarrier(vk::ImageLayout::PRESENT_SRC_KHR, _));
+            let is_presented = matches!(carrier, SyncKind::ImageBarrier(vk::ImageLayout::PRESENT_SRC_KHR, _));
             // Where COPY takes the picture as it lies, no layout change comes between, and the layer sees that OVERLAY waits for the copy.
             let follows_change = ["picture-to-split", "picture-to-copy"].contains(label)
                 || *label == "picture-to-overlay" && is_presented;
@@ -335,7 +335,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         seen_from: None,
         is_about: |missing| {
             let Edge { carrier, to, after, .. } = missing.edge;
-            let leaves = carrier.is_render_pass() && *to == Place::OUTSIDE;
+            let leaves = carrier.is_render_pass() && *to == PassName::OUTSIDE;
             // A row with an access is one for the copy that follows.
             missing.is_row() && leaves && after.access.is_empty()
         },
@@ -378,7 +378,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: Some(NEWEST),
         is_about: |missing| {
-            let is_barrier = matches!(missing.edge.carrier, Carrier::ImageBarrier(..));
+            let is_barrier = matches!(missing.edge.carrier, SyncKind::ImageBarrier(..));
             let blends = missing.edge.after.access.contains(A::COLOR_ATTACHMENT_READ);
             is_barrier && blends && missing.is_after(S::empty(), A::COLOR_ATTACHMENT_WRITE)
         },

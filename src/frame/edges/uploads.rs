@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{Carrier, Edge, Edges, Place, RowName, barrier, row};
+use super::{Edge, Edges, PassName, RowName, SyncKind, barrier, row};
 use crate::gpu::UploadOrder;
 use crate::gpu::sync::Use;
 use crate::gpu::upload::{BLIT_READ, COPY_WRITE};
@@ -31,32 +31,32 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         let indices = if uploads.vertices { INDEX_READ } else { VERTEX_READ };
         let rest = if plan.deforms() { skin::SOURCE_READ } else { VERTEX_READ };
         rows.push(
-            row(RowName::UPLOAD_TO_VERTICES, Carrier::MemoryBarrier)
-                .from(Place::UPLOAD, &[COPY_WRITE])
-                .to(Place::DRAWS, &[VERTEX_READ, indices, rest, looked_up(VERTEX_READ)])
+            row(RowName::UPLOAD_TO_VERTICES, SyncKind::MemoryBarrier)
+                .from(PassName::UPLOAD, &[COPY_WRITE])
+                .to(PassName::DRAWS, &[VERTEX_READ, indices, rest, looked_up(VERTEX_READ)])
                 .because("draws fetch vertices and indices that were copied; the same barrier serves all buffers"),
         );
     }
     if uploads.textures {
         rows.push(
             barrier(RowName::TEXTURE_TO_COPY, vk::ImageLayout::UNDEFINED, WRITTEN)
-                .from(Place::OUTSIDE, &[Use::START])
-                .to(Place::UPLOAD, &[COPY_WRITE])
+                .from(PassName::OUTSIDE, &[Use::START])
+                .to(PassName::UPLOAD, &[COPY_WRITE])
                 .because("the image is new: there is nothing to wait for, but its layout changes before the write"),
         );
     }
     if uploads.mip_levels {
         rows.push(
             barrier(RowName::LEVEL_TO_BLIT, WRITTEN, BLITTED)
-                .from(Place::UPLOAD, &[COPY_WRITE])
-                .to(Place::UPLOAD, &[BLIT_READ])
+                .from(PassName::UPLOAD, &[COPY_WRITE])
+                .to(PassName::UPLOAD, &[BLIT_READ])
                 .because("each level of a texture is made from the one above it, which a copy or the last blit wrote"),
         );
         rows.push(
             barrier(RowName::BLIT_TO_TEXTURES, BLITTED, READABLE)
-                .from(Place::UPLOAD, &[BLIT_READ])
+                .from(PassName::UPLOAD, &[BLIT_READ])
                 // TILED needs no use here: `geometry-to-tiled` orders it after GEOMETRY.
-                .to(Place::DRAWS, &[TEXTURE_READ])
+                .to(PassName::DRAWS, &[TEXTURE_READ])
                 .because("shaders sample a level when the blit that reads it is over; its layout changes in between"),
         );
     }
@@ -64,8 +64,8 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         let sky = if plan.is_lit_by_sky() { prefilter::SKY_READ } else { TEXTURE_READ };
         rows.push(
             barrier(RowName::UPLOAD_TO_TEXTURES, WRITTEN, READABLE)
-                .from(Place::UPLOAD, &[COPY_WRITE])
-                .to(Place::DRAWS, &[TEXTURE_READ, sky, looked_up(TEXTURE_READ)])
+                .from(PassName::UPLOAD, &[COPY_WRITE])
+                .to(PassName::DRAWS, &[TEXTURE_READ, sky, looked_up(TEXTURE_READ)])
                 .because("shaders sample the levels that a copy wrote, and the last one that a blit wrote"),
         );
     }

@@ -13,15 +13,15 @@ use crate::gpu::{self, Device, Image, ImageDesc, ImageWish, Swapchain, UploadOrd
 use crate::passes::copy::Copy;
 use crate::passes::encode::Encode;
 use crate::passes::overlay::{Overlay, Panels};
-use crate::plan::{Canvas, FramePlan};
+use crate::plan::{FramePlan, PresentTarget};
 
 /// The image that panels are drawn into and that ENCODE reads; `None` if panels are drawn into the swapchain's image. If the picture is kept, this is
 /// `kept`, into which PRESENT copies it.
 pub(super) fn encoded_image<'a>(renderer: &'a Renderer, kept: Option<&'a Image>) -> Option<&'a Image> {
     match renderer.plan.presented? {
-        Canvas::Encode(_) => renderer.frame.output(&renderer.plan),
-        Canvas::EncodeKept(_) => kept,
-        Canvas::Straight(_) | Canvas::Enlarge(_) => None,
+        PresentTarget::Encode(_) => renderer.frame.output(&renderer.plan),
+        PresentTarget::EncodeKept(_) => kept,
+        PresentTarget::Straight(_) | PresentTarget::Enlarge(_) => None,
     }
 }
 
@@ -31,7 +31,7 @@ pub(super) fn image_beside(
     plan: &FramePlan,
     before: Option<Image>,
 ) -> gpu::Result<Option<Image>> {
-    let Some(Canvas::EncodeKept(_)) = plan.presented else { return Ok(None) };
+    let Some(PresentTarget::EncodeKept(_)) = plan.presented else { return Ok(None) };
     let [width, height] = plan.size;
     let extent = vk::Extent2D { width, height };
     let fits = |own: &Image| (own.format, own.extent.width, own.extent.height) == (plan.output, width, height);

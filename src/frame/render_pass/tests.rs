@@ -6,7 +6,7 @@ use super::*;
 use crate::frame::edges;
 use crate::frame::list::{SHADOW_PASS, Step};
 use crate::passes::{
-    First, How, Pass, Resource, composite, forward, fxaa, gbuffer_inputs, geometry, lighting, tiled, tonemap,
+    First, Pass, Resource, UseKind, composite, forward, fxaa, gbuffer_inputs, geometry, lighting, tiled, tonemap,
     transparent, view,
 };
 use crate::plan::{self, Shading, samples};
@@ -58,7 +58,7 @@ fn attachments(plan: &FramePlan) -> Vec<(Target, vk::AttachmentDescription)> {
     List::of(plan).attachments(plan, main_name(plan))
 }
 
-fn has_subpass(plan: &FramePlan, place: Place) -> bool {
+fn has_subpass(plan: &FramePlan, place: PassName) -> bool {
     List::of(plan).find(place).is_some()
 }
 
@@ -74,12 +74,12 @@ fn dependencies(plan: &FramePlan, name: RenderPassName) -> Vec<(Edge, [u32; 2])>
 impl References {
     fn of(plan: &FramePlan) -> Self {
         let pass = main_pass(plan);
-        let absent = Subpass::of(&Listed { place: Place::OUTSIDE, passes: Vec::new(), touches: Vec::new() }, &[]);
+        let absent = Subpass::of(&Listed { place: PassName::OUTSIDE, passes: Vec::new(), touches: Vec::new() }, &[]);
         Self { order: pass.targets(), subpasses: pass.subpasses, absent }
     }
 
     /// A subpass, or one that touches nothing.
-    fn at(&self, place: Place) -> &Subpass {
+    fn at(&self, place: PassName) -> &Subpass {
         self.subpasses.iter().find(|own| own.place == place).unwrap_or(&self.absent)
     }
 
@@ -496,7 +496,7 @@ fn pictures_that_are_drawn_anew_have_the_numbers_of_their_passes_in_the_order() 
     }
     let plan = samples::plan(&scene, &settings);
     let drawn = |pass: &'static Pass| {
-        let colors = (pass.touches)(&plan).into_iter().filter(|touch| matches!(touch.how, How::Color { .. }));
+        let colors = (pass.touches)(&plan).into_iter().filter(|touch| matches!(touch.how, UseKind::Color { .. }));
         colors.filter_map(|touch| match touch.resource {
             Resource::Target(target @ Target::Redrawn(_)) => Some(target),
             _ => None,

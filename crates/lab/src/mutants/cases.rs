@@ -133,15 +133,12 @@ fn find() -> Vec<Case> {
 /// The same frames as a window shows them, in both ways for a picture to come there.
 #[cfg(feature = "present")]
 fn shown(cases: &[Case]) -> Vec<Case> {
-    use super::Way;
+    use super::PresentPath;
 
     let tone_mapped = cases.iter().filter(|case| case.settings.output == Output::Srgb8);
     let ways = |case: &Case| {
-        [("in a window", Way::Straight), ("in a window by ENCODE", Way::Encoded)].map(|(how, way)| Case {
-            name: format!("{}, {how}", case.name),
-            presented: Some(way),
-            ..case.clone()
-        })
+        [("in a window", PresentPath::Straight), ("in a window by ENCODE", PresentPath::Encoded)]
+            .map(|(how, way)| Case { name: format!("{}, {how}", case.name), presented: Some(way), ..case.clone() })
     };
     tone_mapped.flat_map(ways).collect()
 }

@@ -66,7 +66,7 @@ impl Strip {
 
     fn with_hazards(mut self, frames: &Frames) -> Self {
         for clash in clashes(&frames.hazards()) {
-            let (who, arrow) = ([told(&clash), clash.second.who.clone()], Arrow::of(&clash));
+            let (who, arrow) = ([describe_clash(&clash), clash.second.who.clone()], Arrow::of(&clash));
             match self.pairs.iter_mut().find(|pair| pair.who == who) {
                 Some(pair) => pair.arrows.push(arrow),
                 None => self.pairs.push(Pair { who, arrows: vec![arrow] }),
@@ -99,7 +99,7 @@ impl Strip {
 }
 
 /// The earlier use's author, with the frame where that is another one.
-fn told(clash: &Clash) -> String {
+fn describe_clash(clash: &Clash) -> String {
     let who = &clash.first.who;
     match clash.frames_apart {
         0 => who.clone(),
