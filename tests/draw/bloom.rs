@@ -129,7 +129,7 @@ fn no_light_is_lost_in_the_middle_or_at_the_edges_of_any_picture() {
 }
 
 /// 64 places of a square, eighths of a pixel apart, and 64 that are whole pixels apart: the picture's light is the same, and where it lands
-/// differs from the convolution by no more than the levels of `src/reference/bloom.rs` may.
+/// differs from the convolution by no more than the levels of `crates/truth/src/reference/bloom.rs` may.
 #[test]
 fn a_small_light_that_moves_does_not_flicker() {
     on_gpu(|gpu| {

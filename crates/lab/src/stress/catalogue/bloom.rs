@@ -8,7 +8,7 @@ use afterlight::scene::builtin::shapes;
 use afterlight::scene::{HdrFormat, Material, SettingsPatch};
 
 /// Of the picture's peak. A level is the mean of texels that lie on a grid, and its light changes with where a small light is on it: for six taps by 3.7% of a level's kernel
-/// along each axis (`src/reference/bloom.rs`), of which smooth light has far less.
+/// along each axis (`crates/truth/src/reference/bloom.rs`), of which smooth light has far less.
 const SPREAD: Bound = Bound { worst: 0.02, mean: 5e-3 };
 
 pub const CASES: &[Case] = &[
