@@ -1,6 +1,6 @@
 //! An object that moves: one renderer, a picture for each place.
 //!
-//!     cargo run --example moving_object --no-default-features -- FOLDER
+//!     cargo run --package afterlight --example moving_object -- FOLDER
 
 use std::error::Error;
 use std::path::PathBuf;

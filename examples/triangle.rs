@@ -1,6 +1,6 @@
 //! A triangle that code puts together, drawn without a window into a PNG file.
 //!
-//!     cargo run --example triangle --no-default-features -- triangle.png
+//!     cargo run --package afterlight --example triangle -- triangle.png
 
 use std::error::Error;
 

@@ -1,6 +1,6 @@
 //! Writes the harbour of `assets/harbour.toml`, all of whose shapes and textures are made here:
 //!
-//!     cargo run --example harbour --no-default-features -- assets/harbour
+//!     cargo run --package afterlight --example harbour -- assets/harbour
 
 #[path = "scene.rs"]
 mod scene;

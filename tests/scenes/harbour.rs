@@ -14,7 +14,7 @@ fn the_harbours_files_are_what_its_example_makes() {
     let folder = Path::new(env!("AFTERLIGHT_ROOT")).join("assets/harbour");
     for (name, bytes) in made::files() {
         let kept = std::fs::read(folder.join(name)).unwrap_or_default();
-        assert!(kept == bytes, "{name} is not what `cargo run --example harbour` makes");
+        assert!(kept == bytes, "{name} is not what `cargo run --package afterlight --example harbour` makes");
     }
 }
 

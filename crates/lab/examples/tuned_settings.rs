@@ -1,6 +1,6 @@
 //! Settings tuned for a bound: the fastest on this device whose picture is near enough to the truth, also from another camera.
 //!
-//!     cargo run --release --example tuned_settings --no-default-features --features report
+//!     cargo run --release --package afterlight-lab --example tuned_settings --features afterlight-lab/report
 
 use std::error::Error;
 

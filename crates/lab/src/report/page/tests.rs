@@ -292,7 +292,7 @@ fn parts_of_the_error_add_up_where_their_bars_end() {
     assert!(*right > whole.2);
 }
 
-/// Writes the sample's page, to be looked at: `AFTERLIGHT_PAGE=page.html cargo test --lib report::page -- --ignored`.
+/// Writes the sample's page, to be looked at: in crates/lab `AFTERLIGHT_PAGE=page.html cargo test --features report report::page -- --ignored`.
 #[test]
 #[ignore = "writes a file for people"]
 fn the_sample_page_is_written() {
