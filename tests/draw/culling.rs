@@ -120,6 +120,7 @@ fn is_single(path: LightPath) -> bool {
 }
 
 #[test]
+#[ignore = "test-all: the comparison with rays, or with the frame that leaves nothing out, stays"]
 fn lights_that_reach_nothing_are_not_missed_on_any_light_path() {
     on_gpu(|gpu| {
         let scene = street();
@@ -172,6 +173,7 @@ fn shadowed_street() -> Scene {
 }
 
 #[test]
+#[ignore = "test-all: the comparison with rays, or with the frame that leaves nothing out, stays"]
 fn casters_that_shadow_nothing_in_view_are_not_missed_in_any_filter() {
     on_gpu(|gpu| {
         let scene = shadowed_street();
@@ -353,6 +355,7 @@ fn in_parallel(scene: Scene, height: f64) -> Scene {
 }
 
 #[test]
+#[ignore = "test-all: the comparison with rays, or with the frame that leaves nothing out, stays"]
 fn nothing_is_missed_where_rays_are_parallel() {
     on_gpu(|gpu| {
         let (scene, cameras) = (in_parallel(shadowed_street(), 3.0), parallel_cameras(3.0));
@@ -430,6 +433,7 @@ fn crowd(center: DVec3) -> Scene {
 }
 
 #[test]
+#[ignore = "test-all: the comparison with rays, or with the frame that leaves nothing out, stays"]
 fn what_the_device_finds_to_be_seen_is_what_the_cpu_finds_in_the_same_order() {
     on_gpu(|gpu| {
         for (turn, center) in [DVec3::ZERO, DVec3::new(3e6, -1e5, 7e6)].into_iter().enumerate() {

@@ -51,6 +51,7 @@ fn yard() -> Scene {
 }
 
 #[test]
+#[ignore = "test-all: the comparison with rays, or with the frame that leaves nothing out, stays"]
 fn a_picture_with_levels_hardly_differs_and_has_far_fewer_triangles() {
     on_gpu(|gpu| {
         for scene in [field(), yard()] {
@@ -73,6 +74,7 @@ fn a_picture_with_levels_hardly_differs_and_has_far_fewer_triangles() {
 
 /// Meshes that cast in place of their levels would shade these: with the first filter and half a pixel, 4.3 times the shadow.
 #[test]
+#[ignore = "test-all: the comparison with rays, or with the frame that leaves nothing out, stays"]
 fn levels_lie_in_no_shadow_of_their_meshes() {
     on_gpu(|gpu| {
         let scene = yard();
@@ -98,6 +100,7 @@ fn levels_lie_in_no_shadow_of_their_meshes() {
 }
 
 #[test]
+#[ignore = "test-all: the comparison with rays, or with the frame that leaves nothing out, stays"]
 fn levels_are_the_same_however_a_frame_is_drawn() {
     on_gpu(|gpu| {
         let scene = field();

@@ -126,6 +126,7 @@ fn an_edge_that_is_lit_as_it_is_drawn_is_lit_where_the_surface_is() {
 }
 
 #[test]
+#[ignore = "test-all: the comparison with rays, or with the frame that leaves nothing out, stays"]
 fn lists_of_lights_change_no_sample() {
     on_gpu(|gpu| {
         // A floor that ends 6.9 m away, within a pixel whose centre lies 8.25 m away on its plane: behind the froxel, from 5.7 m to 8 m,
@@ -193,6 +194,7 @@ fn each_sample_of_an_edge_is_lit_at_its_own_place() {
 }
 
 #[test]
+#[ignore = "test-all: the comparison with rays, or with the frame that leaves nothing out, stays"]
 fn samples_are_resolved_as_light_or_as_shown() {
     on_gpu(|gpu| {
         let degrees = 17.0;
@@ -233,6 +235,7 @@ fn samples_are_resolved_as_light_or_as_shown() {
 }
 
 #[test]
+#[ignore = "test-all: the comparison with rays, or with the frame that leaves nothing out, stays"]
 fn what_lies_inside_a_surface_is_the_same_with_one_sample_as_with_four() {
     on_gpu(|gpu| {
         let plain = edge(30.0);

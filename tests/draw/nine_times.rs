@@ -202,6 +202,7 @@ impl Found {
 }
 
 #[test]
+#[ignore = "test-all: one more light path, output or camera"]
 fn surfaces_are_where_the_specification_has_them_at_nine_times_of_each_clip() {
     println!("model | clip | off the surface, of the size | aside, pixels | pixels compared | at edges | wrong");
     on_gpu(|gpu| {

@@ -65,6 +65,7 @@ fn share_off(picture: &Picture, truth: &[[f64; 3]], bound: f64) -> f64 {
 }
 
 #[test]
+#[ignore = "test-all: one more light path, output or camera"]
 fn every_light_path_and_layout_shows_what_the_truth_shows() {
     on_gpu(|gpu| {
         let scene = still_life();

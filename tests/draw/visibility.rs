@@ -55,6 +55,7 @@ fn pictures_are_those_of_a_gbuffer_of_single_floats() {
 
 /// Samples of one triangle are shaded once. `compute` shades those of several triangles of a smooth surface once, too.
 #[test]
+#[ignore = "test-all: the comparison with rays, or with the frame that leaves nothing out, stays"]
 fn several_samples_are_as_near_to_many_frames_as_those_of_a_gbuffer() {
     on_gpu(|gpu| {
         for name in some_of(vec!["cornell", "hall", "spheres", "field?objects=60&lights=30"], 2) {
@@ -166,6 +167,7 @@ fn what_changes_is_looked_up_anew() {
 
 /// A scene on the device for a path without look-ups cannot be looked up: such a change uploads it anew.
 #[test]
+#[ignore = "test-all: the comparison with rays, or with the frame that leaves nothing out, stays"]
 fn a_renderer_changes_to_the_path_and_from_it() {
     on_gpu(|gpu| {
         for name in ["spheres", "hall"] {

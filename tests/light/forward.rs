@@ -59,6 +59,7 @@ fn every_built_in_scene_is_the_same_without_a_gbuffer() {
 /// The geometric normal that a lookup moves along is stored in steps of 1/32767: the lookup moves by less than a thousandth of a texel, and
 /// crosses a texel's border, or a surface's depth, in as few pixels.
 #[test]
+#[ignore = "test-all: every built-in scene without a G-buffer stays, and the paths that give the same bits"]
 fn shadows_are_the_same_but_for_pixels_on_a_texels_border() {
     on_gpu(|gpu| {
         for scene in scenes() {
@@ -78,6 +79,7 @@ fn shadows_are_the_same_but_for_pixels_on_a_texels_border() {
 
 /// Coplanar surfaces of one mesh would differ, but none here lies under a pixel's centre: the first drawn wins without a pre-pass, the last with one.
 #[test]
+#[ignore = "test-all: every built-in scene without a G-buffer stays, and the paths that give the same bits"]
 fn a_depth_prepass_changes_no_bit() {
     on_gpu(|gpu| {
         for (turn, scene) in some_of(scenes(), 3).enumerate() {
@@ -93,6 +95,7 @@ fn a_depth_prepass_changes_no_bit() {
 }
 
 #[test]
+#[ignore = "test-all: every built-in scene without a G-buffer stays, and the paths that give the same bits"]
 fn forward_tone_maps_in_place() {
     on_gpu(|gpu| {
         let scene = open("builtin:hall");
@@ -152,6 +155,7 @@ fn what_does_not_go_together_is_refused() {
 }
 
 #[test]
+#[ignore = "test-all: other tests draw the same frames under the layer"]
 fn forward_frames_are_silent() {
     on_gpu_in_both_modes(|gpu| {
         let outputs = [(Output::Srgb8, false), (Output::Nits, false), (Output::Exposed, false), (Output::Srgb8, true)];

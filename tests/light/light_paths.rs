@@ -162,6 +162,7 @@ fn several_samples_a_pixel_give_the_same_bits() {
 }
 
 #[test]
+#[ignore = "test-all: every built-in scene without a G-buffer stays, and the paths that give the same bits"]
 fn paths_that_blend_differ_by_rounding() {
     on_gpu(|gpu| {
         for (turn, scene) in scenes().into_iter().enumerate() {
@@ -280,6 +281,7 @@ fn what_the_cut_off_drops_is_less_than_half_a_step() {
 }
 
 #[test]
+#[ignore = "test-all: every built-in scene without a G-buffer stays, and the paths that give the same bits"]
 fn a_depth_pre_pass_changes_nothing_but_ties_within_a_mesh() {
     on_gpu(|gpu| {
         let scenes =
@@ -301,6 +303,7 @@ fn a_depth_pre_pass_changes_nothing_but_ties_within_a_mesh() {
 
 /// The hardware averages samples of 8 bits, and TILED before it has rounded any.
 #[test]
+#[ignore = "test-all: every built-in scene without a G-buffer stays, and the paths that give the same bits"]
 fn tone_mapped_samples_agree_to_a_code() {
     on_gpu(|gpu| {
         for (turn, scene) in some_of(scenes(), 4).enumerate() {
@@ -319,6 +322,7 @@ fn tone_mapped_samples_agree_to_a_code() {
 }
 
 #[test]
+#[ignore = "test-all: every built-in scene without a G-buffer stays, and the paths that give the same bits"]
 fn tone_mapped_pictures_agree_to_a_code() {
     on_gpu(|gpu| {
         let paths: Vec<LightPath> = SAME_ORDER.into_iter().chain(BLENDED).collect();

@@ -289,6 +289,7 @@ fn every_filter_is_free_of_acne_and_gaps() {
 }
 
 #[test]
+#[ignore = "test-all: shadows of one more kind of scene"]
 fn any_number_of_cascades_shows_the_same_shadows() {
     on_gpu(|gpu| {
         let (_, light) = lights().swap_remove(1);
@@ -323,6 +324,7 @@ fn more_cascades_make_finer_shadows_near_the_camera() {
 }
 
 #[test]
+#[ignore = "test-all: shadows of one more kind of scene"]
 fn a_scene_in_millimetres_and_one_in_kilometres_have_the_same_shadows() {
     on_gpu(|gpu| {
         for (name, light) in lights() {

@@ -143,6 +143,7 @@ fn a_halted_frame_is_that_of_a_scene_with_its_first_lights_alone() {
 
 /// One directional light alone is added without counting on the paths that light surfaces as they are drawn.
 #[test]
+#[ignore = "test-all: halted frames of every light path stay"]
 fn the_only_light_is_off_before_it_is_added() {
     on_gpu(|gpu| {
         let lights = [directional(DVec3::new(0.4, 0.6, 1.0), 0.4), sun(DVec3::new(0.4, 0.6, 1.0), 0.4)];
@@ -173,6 +174,7 @@ fn the_only_light_is_off_before_it_is_added() {
 
 /// Maps that nobody looked up while the camera went on must hold all that the whole frame needs.
 #[test]
+#[ignore = "test-all: halted frames of every light path stay"]
 fn a_frame_is_whole_after_the_camera_has_moved_while_it_was_halted() {
     on_gpu(|gpu| {
         let mut scene = room();
@@ -236,6 +238,7 @@ fn a_halted_frame_does_not_draw_what_it_does_not_show() {
 }
 
 #[test]
+#[ignore = "test-all: halted frames of every light path stay"]
 fn a_frame_that_is_halted_after_all_lights_lacks_what_is_transparent_and_nothing_else() {
     on_gpu(|gpu| {
         let (scene, opaque) = (room_with_panes(), room());
@@ -264,6 +267,7 @@ fn a_frame_that_is_halted_after_all_lights_lacks_what_is_transparent_and_nothing
 
 /// Frames with multisampling, FXAA or emission, and the view with albedo 1, halt like the rest.
 #[test]
+#[ignore = "test-all: halted frames of every light path stay"]
 fn frames_of_other_structures_are_halted_alike() {
     on_gpu(|gpu| {
         let mut glowing = room();
@@ -292,6 +296,7 @@ fn frames_of_other_structures_are_halted_alike() {
 
 /// More than a uniform buffer holds, and so many that lists of froxels differ.
 #[test]
+#[ignore = "test-all: halted frames of every light path stay"]
 fn any_part_of_many_lights_is_lit() {
     on_gpu(|gpu: &Gpu| {
         let mut scene = room();

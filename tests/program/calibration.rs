@@ -39,6 +39,7 @@ fn kept(folder: &Path) -> PathBuf {
 }
 
 #[test]
+#[ignore = "test-all: the program and its window at length"]
 fn figures_of_a_device_are_kept_and_chosen_by() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path().join("deeper");
@@ -106,6 +107,7 @@ fn figures_of_a_device_are_kept_and_chosen_by() {
 
 /// Its window may have been killed.
 #[test]
+#[ignore = "test-all: the program and its window at length"]
 fn a_measurement_beside_a_window_ends_when_the_window_is_gone() {
     let folder = tempfile::tempdir().expect("a folder");
     let mut command = program();

@@ -340,6 +340,7 @@ fn pictures_are_png_exr_or_a_stream_and_the_same_in_each() {
 }
 
 #[test]
+#[ignore = "test-all: the program and its window at length"]
 fn shards_of_a_sequence_are_the_whole_of_it() {
     let folder = folder();
     let draw = |output: &str, more: &[&str]| {
@@ -411,6 +412,7 @@ fn the_printed_inspect_has_the_plan_of_the_picture() {
 }
 
 #[test]
+#[ignore = "test-all: the program and its window at length"]
 fn the_sheet_of_all_views_holds_each_also_where_one_cannot_be_drawn() {
     let folder = folder();
     for scene in ["builtin:field?objects=20&lights=4", "builtin:hall?detail=8"] {
@@ -506,6 +508,7 @@ fn a_settings_file_wins_over_the_scene_file_and_other_options_over_it() {
 }
 
 #[test]
+#[ignore = "test-all: the program and its window at length"]
 fn biases_of_shadows_are_options_too() {
     let folder = folder();
     let render = |more: &[&str]| {

@@ -30,14 +30,22 @@ fn plain(path: &Path) -> PathBuf {
     plain
 }
 
-/// The files that a source includes before its tests, which no package compiles.
-fn included(source: &Path) -> Vec<PathBuf> {
-    let text = fs::read_to_string(root().join(source)).expect("readable");
+/// The packages that a registry gets, each with its folder: those that others of the workspace can name, and the program.
+fn published() -> Vec<(String, PathBuf)> {
+    let manifest: toml::Table = fs::read_to_string(root().join("Cargo.toml")).expect("readable").parse().expect("TOML");
+    let named = manifest["workspace"]["dependencies"].as_table().expect("a table").iter();
+    let libraries = named.filter_map(|(name, own)| Some((name.clone(), root().join(own.get("path")?.as_str()?))));
+    libraries.chain([("afterlight-cli".to_owned(), root().join("crates/program"))]).collect()
+}
+
+/// The files that a source of a package includes before its tests, which no package compiles.
+fn included(folder: &Path, source: &Path) -> Vec<PathBuf> {
+    let text = fs::read_to_string(folder.join(source)).expect("readable");
     let text = text.split("#[cfg(test)]\nmod ").next().unwrap_or_default();
-    let folder = source.parent().expect("a folder");
+    let beside = source.parent().expect("a folder");
     let starts = ["include_str!(\"", "include_bytes!(\"", "#[path = \""];
     let paths = starts.iter().flat_map(|start| text.split(start).skip(1)).filter_map(|rest| rest.split('"').next());
-    paths.map(|path| plain(&folder.join(path))).collect()
+    paths.map(|path| plain(&beside.join(path))).collect()
 }
 
 /// The files of the package that a text links to where docs.rs shows sources.
@@ -76,18 +84,26 @@ fn a_package_holds_all_that_its_sources_include() {
     {
         assert!(files.contains(Path::new(needed)), "{needed} is not packed: see `include` in Cargo.toml");
     }
+    // Tests, pictures, fuzzing's corpora and the other crates are no part of it.
+    let foreign = ["tests", "docs", "assets", "book/exercises", "book/src/made", "book/theme", "fuzz", "crates"];
+    let stray: Vec<_> = files.iter().filter(|file| foreign.iter().any(|folder| file.starts_with(folder))).collect();
+    assert!(stray.is_empty(), "{stray:?}");
+    // Those that it needs, and the program, are packed beside it.
+    let packages = published();
+    assert!(packages.len() > 5, "{packages:?}");
     let mut count = 0;
-    for source in files.iter().filter(|file| file.extension().is_some_and(|extension| extension == "rs")) {
-        for file in included(source) {
-            count += 1;
-            assert!(files.contains(&file), "{} includes {}, which is not packed", source.display(), file.display());
+    for (package, folder) in packages {
+        let files = packed(&package);
+        let is_target = |name: &str| files.contains(Path::new(name));
+        assert!(is_target("src/lib.rs") || is_target("src/main.rs"), "{package}: {files:?}");
+        let sources = files.iter().filter(|file| file.extension().is_some_and(|extension| extension == "rs"));
+        for source in sources.filter(|file| !file.starts_with("tests")) {
+            for file in included(&folder, source) {
+                count += 1;
+                let (source, file) = (source.display(), file.as_path());
+                assert!(files.contains(file), "{package}: {source} includes {}, which is not packed", file.display());
+            }
         }
     }
     assert!(count > 5, "only {count} files are included anywhere");
-    // Tests, pictures and fuzzing's corpora are no part of it.
-    let foreign = ["tests", "docs", "assets", "book/exercises", "book/src/made", "book/theme", "fuzz"];
-    let stray: Vec<_> = files.iter().filter(|file| foreign.iter().any(|folder| file.starts_with(folder))).collect();
-    assert!(stray.is_empty(), "{stray:?}");
-    // The build script's crate is packed beside it.
-    assert!(packed("afterlight-shader-compiler").contains(Path::new("src/lib.rs")));
 }

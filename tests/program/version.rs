@@ -27,11 +27,8 @@ fn the_short_version_is_a_line_and_the_long_one_tells_the_build_and_its_vulkan()
     // A checkout knows no commit unless its build names one.
     let commit = option_env!("AFTERLIGHT_COMMIT").unwrap_or("unknown, built from a working tree");
     assert!(line(&long, "commit: ").starts_with(commit), "{long}");
-    assert_eq!(
-        line(&long, "features: ").split(", ").any(|feature| feature == "report"),
-        cfg!(feature = "report"),
-        "{long}"
-    );
+    let has_window = line(&long, "features: ").split(", ").any(|feature| feature == "window");
+    assert_eq!(has_window, cfg!(feature = "window"), "{long}");
     let target = line(&long, "target: ");
     assert!(target.starts_with(std::env::consts::ARCH) && target.contains(", rustc 1."), "{long}");
     let doctor: serde_json::Value = serde_json::from_str(&told(&["doctor", "--json"], &[])).expect("JSON");

@@ -375,6 +375,7 @@ fn assert_within(lean: &Picture, kept: &Picture, bound: Bound, what: &str) {
 }
 
 #[test]
+#[ignore = "test-all: all parts of the plan together stay"]
 fn every_part_alone_draws_the_same_bits() {
     on_gpu(|gpu| {
         let mut kept_in = BTreeMap::new();
@@ -412,6 +413,7 @@ fn what_changes_bits_stays_within_its_bound() {
 
 /// An HDR target of the default format rounds to 11 bits: half a code of 8 bits at most, so one after rounding.
 #[test]
+#[ignore = "test-all: all parts of the plan together stay"]
 fn the_default_hdr_format_changes_one_code_at_most() {
     on_gpu(|gpu| {
         for case in cases() {
@@ -560,6 +562,7 @@ fn what_is_left_out_leaves_no_trace() {
 
 /// Each attachment is as large as the plan says, rounded up to the driver's alignment.
 #[test]
+#[ignore = "test-all: all parts of the plan together stay"]
 fn attachments_take_the_bytes_of_the_plan() {
     on_gpu(|gpu| {
         for case in some_of(cases(), 6) {

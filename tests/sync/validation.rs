@@ -36,6 +36,7 @@ fn transparent_surfaces_are_silent_sorted_and_weighted() {
 }
 
 #[test]
+#[ignore = "test-all: other tests draw the same frames under the layer"]
 fn transparent_surfaces_are_silent_on_every_light_path() {
     on_gpu_in_both_modes(|gpu| {
         let scene = with_transparent(one_of_each());
@@ -70,6 +71,7 @@ fn every_built_in_scene_is_silent_in_every_kind_of_output() {
 }
 
 #[test]
+#[ignore = "test-all: other tests draw the same frames under the layer"]
 fn every_view_is_silent_or_says_why_there_is_none() {
     on_gpu_in_both_modes(|gpu| {
         let smoke = open("assets/gallery/particles.toml").into_still(&Playing::at(9.0));
@@ -104,6 +106,7 @@ fn every_gbuffer() -> Vec<String> {
 }
 
 #[test]
+#[ignore = "test-all: other tests draw the same frames under the layer"]
 fn every_gbuffer_is_silent_with_and_without_an_hdr_target() {
     on_gpu_in_both_modes(|gpu| {
         for name in every_gbuffer() {
@@ -310,6 +313,7 @@ fn moved(mut kind: LightKind) -> LightKind {
 }
 
 #[test]
+#[ignore = "test-all: other tests draw the same frames under the layer"]
 fn shadow_maps_that_are_kept_or_drawn_anew_are_silent_on_every_light_path() {
     on_gpu_in_both_modes(|gpu| {
         let (plain, glass) = (shadowed(), with_transparent(shadowed()));
@@ -351,6 +355,7 @@ fn every_filter_and_number_of_cascades_is_silent_with_and_without_the_cache() {
 }
 
 #[test]
+#[ignore = "test-all: other tests draw the same frames under the layer"]
 fn samples_of_one_picture_are_silent_wherever_they_are_averaged() {
     on_gpu_in_both_modes(|gpu| {
         let (plain, glass) = (shadowed(), with_transparent(one_of_each()));
@@ -373,6 +378,7 @@ fn samples_of_one_picture_are_silent_wherever_they_are_averaged() {
 }
 
 #[test]
+#[ignore = "test-all: other tests draw the same frames under the layer"]
 fn hardware_samples_and_fxaa_are_silent_in_flight() {
     on_gpu_in_both_modes(|gpu| {
         let (plain, glass) = (shadowed(), with_transparent(one_of_each()));
@@ -403,6 +409,7 @@ fn hardware_samples_and_fxaa_are_silent_in_flight() {
 }
 
 #[test]
+#[ignore = "test-all: other tests draw the same frames under the layer"]
 fn spread_light_is_silent_in_flight() {
     on_gpu_in_both_modes(|gpu| {
         let (plain, glass) = (shadowed(), with_transparent(one_of_each()));
@@ -419,6 +426,7 @@ fn spread_light_is_silent_in_flight() {
 }
 
 #[test]
+#[ignore = "test-all: other tests draw the same frames under the layer"]
 fn reflections_are_silent_in_flight() {
     on_gpu_in_both_modes(|gpu| {
         let polished = |mut scene: Scene| {
@@ -438,6 +446,7 @@ fn reflections_are_silent_in_flight() {
 }
 
 #[test]
+#[ignore = "test-all: other tests draw the same frames under the layer"]
 fn fog_is_silent_in_flight() {
     on_gpu_in_both_modes(|gpu| {
         let (plain, glass) = (shadowed(), with_transparent(one_of_each()));
@@ -453,6 +462,7 @@ fn fog_is_silent_in_flight() {
 }
 
 #[test]
+#[ignore = "test-all: other tests draw the same frames under the layer"]
 fn what_a_plan_keeps_without_need_is_silent() {
     on_gpu_in_both_modes(|gpu| {
         let alone = Scene { name: "alone".into(), ..plane(lambert(0.5), Vec::new()) };

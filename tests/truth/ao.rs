@@ -106,6 +106,7 @@ fn table(gpu: &Gpu, spec: &str, [width, height]: [u32; 2], radius: f32) -> Vec<(
 }
 
 #[test]
+#[ignore = "test-all: an effect is compared with the truth in another way as well"]
 fn slices_are_nearer_to_rays_than_samples_of_the_hemisphere() {
     on_gpu(|gpu| {
         for (spec, radius) in [("builtin:hall", 0.5), ("builtin:spheres", 0.5), ("builtin:cornell", 0.5)] {

@@ -132,6 +132,7 @@ fn files_are_whole(folder: &Path, scene: &SceneReport) {
 }
 
 #[test]
+#[ignore = "test-all: a search that begins anew"]
 fn two_shards_merge_to_what_one_job_finds() {
     let folder = folder();
     let scene = "builtin:spheres?rows=2&columns=3";

@@ -66,6 +66,7 @@ fn error(gpu: &Gpu, scene: &Scene, settings: &Settings) -> [f64; 2] {
 
 /// An even sky of 1 lights surfaces that absorb nothing to 1: at most 1% off for roughness .1 to 1, whatever the model and the path.
 #[test]
+#[ignore = "test-all: an effect is compared with the truth in another way as well"]
 fn a_white_furnace_is_white() {
     on_gpu(|gpu| {
         for roughness in some_of([0.1, 0.5, 1.0, 0.25, 0.75], 2) {
@@ -183,6 +184,7 @@ const SPLIT_SUM: [(f32, bool, f64); 8] = [
 
 /// More directions come nearer to the truth, until only the error of the split sum itself is left.
 #[test]
+#[ignore = "test-all: an effect is compared with the truth in another way as well"]
 fn more_directions_are_nearer_to_the_truth() {
     on_gpu(|gpu| {
         let scene = ball(white_metal(0.4), sky(128, |to| if to.x > 0.9 { DVec3::splat(50.0) } else { DVec3::ONE }));
@@ -211,6 +213,7 @@ fn every_light_path_collects_the_same() {
 }
 
 #[test]
+#[ignore = "test-all: an effect is compared with the truth in another way as well"]
 fn without_light_of_the_sky_a_picture_is_what_it_is_without_a_sky() {
     on_gpu(|gpu| {
         let mut scene = plane(Material::default(), vec![directional(DVec3::new(0.3, 0.2, 1.0), 3.0)]);
@@ -228,6 +231,7 @@ fn without_light_of_the_sky_a_picture_is_what_it_is_without_a_sky() {
 
 /// Rays that may be blocked estimate the integral where nothing blocks them.
 #[test]
+#[ignore = "test-all: an effect is compared with the truth in another way as well"]
 fn estimates_by_rays_converge_to_the_integral() {
     for (material, roughness) in [(white_metal(0.2), 0.2), (white_metal(0.8), 0.8), (Material::default(), 0.5)] {
         let bright = sky(128, |to| if to.x > 0.95 { DVec3::splat(200.0) } else { DVec3::new(1.0, 2.0, 3.0 + to.y) });

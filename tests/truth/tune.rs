@@ -144,6 +144,7 @@ fn render_draws_what_was_measured() {
 }
 
 #[test]
+#[ignore = "test-all: a search that begins anew"]
 fn another_bound_measures_nothing_again_and_a_near_miss_names_one_that_fits() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let here = folder.path();
@@ -232,6 +233,7 @@ fn a_path_that_cannot_be_read_is_refused_before_anything_is_measured() {
 }
 
 #[test]
+#[ignore = "test-all: a search that begins anew"]
 fn time_that_is_over_leaves_points_that_are_named_and_the_next_run_goes_on_with_them() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let here = folder.path();

@@ -55,6 +55,7 @@ fn a_scene_file_is_read_again_when_it_changes_and_a_fault_leaves_the_picture_as_
 }
 
 #[test]
+#[ignore = "test-all: the program and its window at length"]
 fn a_camera_that_is_zoomed_stays_so_when_the_scene_is_read_again() {
     let server = Server::start();
     let folder = tempfile::tempdir().expect("a folder");

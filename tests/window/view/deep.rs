@@ -129,6 +129,7 @@ fn a_window_of_10_bits_shows_the_picture_on_every_way() {
 }
 
 #[test]
+#[ignore = "test-all: the program and its window at length"]
 fn screenshots_of_a_window_of_10_bits_are_the_picture_in_8() {
     let server = Server::of_depth(30);
     for arguments in some_of(WAYS, 3) {

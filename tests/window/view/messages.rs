@@ -82,6 +82,7 @@ fn under_panels(resolution: &str) {
 
 /// A frame that takes long is announced, and the sign goes with it.
 #[test]
+#[ignore = "test-all: the program and its window at length"]
 fn a_frame_that_takes_long_is_announced_over_the_picture_before() {
     let server = Server::start();
     // Many samples a pixel make a frame of a second out of few pixels.

@@ -252,6 +252,7 @@ fn coarse_pictures_in_a_process_of_their_own() {
 }
 
 #[test]
+#[ignore = "test-all: the program and its window at length"]
 fn a_coarse_picture_is_a_renderers_and_fills_the_window() {
     let server = Server::start();
     let own = std::env::args_os().next().expect("programs have names");

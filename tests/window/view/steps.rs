@@ -133,6 +133,7 @@ fn different(a: &[u8], b: &[u8]) -> usize {
 
 /// Other kinds of frame: the first and the last picture, and the way back.
 #[test]
+#[ignore = "test-all: halted frames of every light path stay"]
 fn frames_of_every_kind_step_from_no_light_to_the_whole_picture() {
     let (server, folder) = (Server::start(), tempfile::tempdir().expect("a temporary folder"));
     let scene = write_scene(folder.path(), &LIGHTS, false);

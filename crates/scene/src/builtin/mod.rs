@@ -87,6 +87,7 @@ mod tests {
     use crate::Mesh;
 
     #[test]
+    #[ignore = "test-all: every built-in scene and kind of plan once more, and random files of which the corpora have the worst"]
     fn every_scene_holds_together_and_comes_out_the_same_twice() {
         for builtin in CATALOGUE {
             let scene = open(builtin.name).unwrap();

@@ -124,6 +124,7 @@ fn strips(plan: &FramePlan, edges: &Edges) -> Vec<hazards::Strip> {
 }
 
 #[test]
+#[ignore = "test-all: every built-in scene and kind of plan once more, and random files of which the corpora have the worst"]
 fn every_row_is_a_strip_with_its_reason_and_a_hazard_or_why_it_stays() {
     for (name, plan, edges) in plans() {
         let rows: Vec<_> = edges.iter().collect();

@@ -296,6 +296,6 @@ fn parts_of_the_error_add_up_where_their_bars_end() {
 #[test]
 #[ignore = "writes a file for people"]
 fn the_sample_page_is_written() {
-    let path = std::env::var_os("AFTERLIGHT_PAGE").expect("AFTERLIGHT_PAGE names the file");
+    let Some(path) = std::env::var_os("AFTERLIGHT_PAGE") else { return };
     std::fs::write(path, page(&samples::report())).expect("a file that can be written");
 }

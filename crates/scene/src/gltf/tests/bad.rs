@@ -164,6 +164,7 @@ fn sparse_elements_that_are_not_there_leave_the_others() {
 }
 
 #[test]
+#[ignore = "test-all: every built-in scene and kind of plan once more, and random files of which the corpora have the worst"]
 fn what_asks_for_a_memory_is_refused() {
     let mut file = Builder::triangle();
     let zeros =
