@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use ash::vk;
 
-use super::edges::Edges;
 use super::list::List;
+use super::rows::Rows;
 use super::{BuildContext, Drawn, Error, Frame, IN_FLIGHT, InFlight, Renderer, Timeline};
 use crate::gpu::{self, CommandBuffer, Device, Timestamps};
 use crate::gpu_scene::{
@@ -23,7 +23,7 @@ pub(super) struct RendererBuilder {
     device: Arc<Device>,
     plan: FramePlan,
     settings: Settings,
-    edges: Edges,
+    edges: Rows,
     world: World,
     scene: Arc<GpuScene>,
 }
@@ -37,7 +37,7 @@ impl RendererBuilder {
         device: &Arc<Device>,
         source: impl Into<SceneSource<'a>>,
         settings: &Settings,
-        (plan, edges): (FramePlan, Edges),
+        (plan, edges): (FramePlan, Rows),
         uploaded: Option<Arc<GpuScene>>,
     ) -> Result<Self, Error> {
         let mut source = source.into();

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DAffine3;
 
 use super::builder::RendererBuilder;
-use super::{Error, Renderer, edges, plan_for};
+use super::{Error, Renderer, plan_for, rows};
 use crate::gpu_scene::{Culling, VisibilityLookup};
 use crate::plan;
 use crate::scene::{Light, Look, Pose, Scene, Settings, SettingsPatch, exposure_scale};
@@ -110,7 +110,7 @@ impl Renderer {
         let keeps = changed == Changed::Arrangement;
         let uploaded = (keeps && plan.uploads_as(&self.plan)).then(|| Arc::clone(&self.scene));
         let serves = uploaded.is_some() && plan.has_structure_of(&self.plan);
-        let edges = edges::table(&plan);
+        let edges = rows::table(&plan);
         let builder = RendererBuilder::new(&self.device, scene, settings, (plan, edges), uploaded)?;
         let halted = self.world.halted();
         if serves {

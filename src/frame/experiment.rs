@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::edges::Edges;
+use super::rows::Rows;
 use super::{Error, Picture, Renderer};
 #[cfg(feature = "present")]
 use super::{Outcome, Presenter};
@@ -24,7 +24,7 @@ use crate::scene::{Playing, Scene, Settings};
 ///
 /// # Errors
 /// As [`Renderer::with_edges`], [`Renderer::render`] and [`Renderer::read_back`].
-pub unsafe fn draw(device: &Arc<Device>, scene: &Scene, settings: &Settings, edges: Edges) -> Result<Picture, Error> {
+pub unsafe fn draw(device: &Arc<Device>, scene: &Scene, settings: &Settings, edges: Rows) -> Result<Picture, Error> {
     // SAFETY: the caller's promise.
     let mut renderer = unsafe { Renderer::with_edges(device, scene, settings, edges) }?;
     for frame in 0..4 {
@@ -75,7 +75,7 @@ pub unsafe fn present(
     device: &Arc<Device>,
     scene: &Scene,
     settings: &Settings,
-    edges: Edges,
+    edges: Rows,
     way: PresentPath,
 ) -> Result<(), Error> {
     let presenter = presenter(device, scene, settings, way)?;
@@ -85,7 +85,7 @@ pub unsafe fn present(
     Ok(device.wait_idle()?)
 }
 
-/// [`present`] with the dependencies that [`super::edges::table`] has for the plan. Returns the first picture, with nothing beside it or over it.
+/// [`present`] with the dependencies that [`super::rows::table`] has for the plan. Returns the first picture, with nothing beside it or over it.
 ///
 /// # Errors
 /// As there.

@@ -8,7 +8,7 @@ use std::fmt;
 use ash::vk;
 
 use super::deferred::ORDER;
-use super::edges::{self, Barrier, Edges, RowName, SyncKind};
+use super::rows::{self, Barrier, RowName, Rows, SyncKind};
 use crate::gpu;
 use crate::gpu::sync::Use;
 use crate::passes::{
@@ -197,7 +197,7 @@ fn samples_any_of(subpass: &Subpass, drawn: &[Subpass]) -> bool {
 
 /// Adds to each step the barriers that stand before and after it.
 fn add_barriers(plan: &FramePlan, steps: &mut [Step]) {
-    for (edge, barrier) in edges::waits(plan, steps) {
+    for (edge, barrier) in rows::waits(plan, steps) {
         let Some(Barrier { step, is_after, resource }) = barrier else { continue };
         if let Step::Commands(own) = &mut steps[step] {
             let rows = if is_after { &mut own.after } else { &mut own.before };
@@ -454,13 +454,13 @@ impl List {
     ///
     /// # Errors
     /// In a sentence: the pass, the resource and the row that cannot be so.
-    pub fn check(&self, plan: &FramePlan, edges: &Edges) -> gpu::Result<()> {
+    pub fn check(&self, plan: &FramePlan, edges: &Rows) -> gpu::Result<()> {
         let refused = self.contradiction(plan).or_else(|| self.stray_row(edges));
         refused.map_or(Ok(()), |sentence| Err(gpu::Error::Misuse(sentence)))
     }
 
     /// A row of a render pass of which neither place is a subpass, or a row that names a pass which the frame has not.
-    fn stray_row(&self, edges: &Edges) -> Option<String> {
+    fn stray_row(&self, edges: &Rows) -> Option<String> {
         let is_known = |place: &PassName| {
             let pass = |step: &Step| matches!(step, Step::Commands(own) if own.pass.place == *place);
             !place.is_pass() || *place == copy::PASS.place || self.find(*place).is_some() || self.0.iter().any(pass)

@@ -7,7 +7,6 @@ mod capabilities;
 mod changes;
 mod complexity;
 mod deferred;
-pub mod edges;
 pub mod experiment;
 mod figures;
 mod jitter;
@@ -19,6 +18,7 @@ pub mod proof;
 mod read_back;
 #[cfg(feature = "present")]
 mod rebuild;
+pub mod rows;
 // Drawings of a frame name its render passes.
 #[doc(hidden)]
 pub mod render_pass;
@@ -48,7 +48,7 @@ pub use triangles::triangles;
 pub(crate) use walk::BuildContext;
 
 use builder::RendererBuilder;
-use edges::Edges;
+use rows::Rows;
 use timeline::Timeline;
 use walk::Frame;
 
@@ -134,7 +134,7 @@ pub struct Renderer {
     device: Arc<Device>,
     plan: FramePlan,
     settings: Settings,
-    edges: Edges,
+    edges: Rows,
     world: World,
     scene: Arc<GpuScene>,
     frame: Frame,
@@ -172,7 +172,7 @@ impl Renderer {
     /// When the settings cannot be planned on this device, or it lacks the memory.
     pub fn new(device: &Arc<Device>, scene: &Scene, settings: &Settings) -> Result<Self, Error> {
         let plan = plan_for(device, scene, settings)?;
-        let edges = edges::table(&plan);
+        let edges = rows::table(&plan);
         RendererBuilder::new(device, scene, settings, (plan, edges), None)?.finish(&[])
     }
 
@@ -183,7 +183,7 @@ impl Renderer {
     /// As [`Renderer::new`].
     pub fn taking(device: &Arc<Device>, scene: &mut Scene, settings: &Settings) -> Result<Self, Error> {
         let plan = plan_for(device, scene, settings)?;
-        let edges = edges::table(&plan);
+        let edges = rows::table(&plan);
         RendererBuilder::new(device, scene, settings, (plan, edges), None)?.finish(&[])
     }
 
@@ -194,11 +194,11 @@ impl Renderer {
     pub fn beside(&self, scene: &Scene, settings: &Settings) -> Result<Self, Error> {
         let plan = plan_for(&self.device, scene, settings)?;
         let uploaded = plan.uploads_as(&self.plan).then(|| Arc::clone(&self.scene));
-        let edges = edges::table(&plan);
+        let edges = rows::table(&plan);
         RendererBuilder::new(&self.device, scene, settings, (plan, edges), uploaded)?.finish(&[])
     }
 
-    /// The same as [`Renderer::new`] with other dependencies than [`edges::table`] has for the plan, for experiments and proofs: a synchronization
+    /// The same as [`Renderer::new`] with other dependencies than [`rows::table`] has for the plan, for experiments and proofs: a synchronization
     /// validation layer should report the missing ones.
     ///
     /// # Safety
@@ -211,7 +211,7 @@ impl Renderer {
         device: &Arc<Device>,
         scene: &Scene,
         settings: &Settings,
-        edges: Edges,
+        edges: Rows,
     ) -> Result<Self, Error> {
         let plan = plan_for(device, scene, settings)?;
         RendererBuilder::new(device, scene, settings, (plan, edges), None)?.finish(&[])

@@ -12,8 +12,8 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::builder::RendererBuilder;
-use super::edges::{self, Edges};
 use super::rebuild::Rebuild;
+use super::rows::{self, Rows};
 use super::split::Split;
 use super::{BuildContext, Drawn, Error, FrameTimes, IN_FLIGHT, Picture, Renderer, list, plan_for};
 use crate::gpu::{
@@ -77,7 +77,7 @@ pub struct Presenter {
     /// The number of lights after which frames are halted.
     halted: Option<usize>,
     /// Returns the dependencies of a plan's frames.
-    edges: Box<dyn Fn(&FramePlan) -> Edges>,
+    edges: Box<dyn Fn(&FramePlan) -> Rows>,
     /// Only while another view is shown beside the picture.
     split: Option<Split>,
     /// The reason why the last split was given up.
@@ -123,7 +123,7 @@ impl Presenter {
             encode: None,
             pose: Pose::default(),
             halted: None,
-            edges: Box::new(edges::table),
+            edges: Box::new(rows::table),
             split: None,
             refused: None,
             changes: 0,
@@ -132,11 +132,11 @@ impl Presenter {
         })
     }
 
-    /// The same with other dependencies than [`edges::table`] has for a plan.
+    /// The same with other dependencies than [`rows::table`] has for a plan.
     ///
     /// # Safety
     /// As of [`Renderer::with_edges`].
-    pub unsafe fn with_edges(self, edges: impl Fn(&FramePlan) -> Edges + 'static) -> Self {
+    pub unsafe fn with_edges(self, edges: impl Fn(&FramePlan) -> Rows + 'static) -> Self {
         Self { edges: Box::new(edges), ..self }
     }
 
@@ -337,7 +337,7 @@ impl Presenter {
         let plan = plan_for(&self.device, scene, settings)?;
         let shown = self.renderer.as_ref().filter(|_| self.changed != Some(true));
         let uploaded = shown.and_then(|shown| shown.uploaded_for(&plan));
-        let edges = edges::table(&plan);
+        let edges = rows::table(&plan);
         RendererBuilder::new(&self.device, scene, settings, (plan, edges), uploaded)?
             .finish(&[])?
             .picture(camera, || {})

@@ -4,9 +4,9 @@ use ash::vk;
 use glam::Vec3;
 
 use super::BuildContext;
-use super::edges::{Edge, RowName, SyncKind};
 use super::list::{List, RenderPassName, SHADOW_PASS, Subpass};
 use super::render_pass::PassDescription;
+use super::rows::{Row, RowName, SyncKind};
 use crate::gpu::barrier::{self, ImageRange};
 use crate::gpu::{self, Device, RenderPass, Timestamps};
 use crate::passes::background::background;
@@ -42,8 +42,8 @@ struct PresentStage {
     picture: Target,
     /// The image that is shown has the same texels. A compute pass writes its own order of channels.
     is_alike: bool,
-    before: Edge,
-    after: Edge,
+    before: Row,
+    after: Row,
 }
 
 impl RenderPasses {
@@ -149,7 +149,7 @@ impl RenderPasses {
 }
 
 /// Carries out a row that is a pipeline barrier on an image, where the plan has it.
-pub(super) fn image_barrier(device: &Device, cmd: vk::CommandBuffer, image: impl Into<ImageRange>, row: Option<&Edge>) {
+pub(super) fn image_barrier(device: &Device, cmd: vk::CommandBuffer, image: impl Into<ImageRange>, row: Option<&Row>) {
     if let Some(edge) = row
         && let SyncKind::ImageBarrier(old, new) = edge.carrier
     {

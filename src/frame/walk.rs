@@ -6,9 +6,9 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::IN_FLIGHT;
-use super::edges::{Edges, RowName, SyncKind};
 use super::list::{Commands, Condition, RenderPassName, SHADOW_PASS, Step, Subpass};
 use super::render_passes::RenderPasses;
+use super::rows::{RowName, Rows, SyncKind};
 use crate::gpu::barrier::{self, ImageRange};
 use crate::gpu::{self, Buffer, Device, Image, Timestamps};
 use crate::gpu_scene::{Culling, GpuScene, PoseBuffer, ShadowAtlas, VisibilityLookup};
@@ -25,7 +25,7 @@ pub(crate) struct BuildContext<'a> {
     pub device: &'a Arc<Device>,
     pub plan: &'a FramePlan,
     /// Every stage, access and layout of its dependencies.
-    pub edges: &'a Edges,
+    pub edges: &'a Rows,
     /// The layout of set 0.
     pub frame_layout: vk::DescriptorSetLayout,
     /// The shadow maps, if the plan has any.
@@ -74,7 +74,7 @@ impl<'a> BuildContext<'a> {
 pub(super) struct Frame {
     render_passes: RenderPasses,
     objects: Vec<PassObject>,
-    edges: Edges,
+    edges: Rows,
 }
 
 impl Frame {

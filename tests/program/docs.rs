@@ -9,7 +9,7 @@ use std::process::Command;
 use crate::common::program::program;
 use crate::common::{capabilities, some_of, tries_all};
 
-use afterlight::frame::edges;
+use afterlight::frame::rows;
 use afterlight::gpu::vk;
 use afterlight::plan::{Encoding, FramePlan, PresentTarget, Transfer};
 use afterlight::scene::{
@@ -266,7 +266,7 @@ fn the_documents_list_every_dependency_with_its_reason() {
     scene.textures[0].rgba8_mut();
     let rows = |scene: &Scene, settings: &Settings| -> Vec<String> {
         let plan = FramePlan::of(scene, settings, &device).expect("a plan");
-        edges::table(&plan).iter().map(row).collect()
+        rows::table(&plan).iter().map(row).collect()
     };
     let deferred = Settings { light_path: LightPath::Clustered, ..Settings::default() };
     let base = rows(&scene, &deferred);
@@ -317,7 +317,7 @@ fn the_documents_list_what_a_window_adds() {
     {
         let plan =
             FramePlan::of(&scene, &Settings { light_path, ..Settings::default() }, &capabilities()).expect("a plan");
-        let rows = |plan: &FramePlan| -> Vec<String> { edges::table(plan).iter().map(row).collect() };
+        let rows = |plan: &FramePlan| -> Vec<String> { rows::table(plan).iter().map(row).collect() };
         let before = rows(&plan);
         let mut added = rows(&plan.presented_as(canvas));
         added.retain(|row| !before.contains(row) && !headless.contains(row));
@@ -334,7 +334,7 @@ fn the_documents_have_the_keys_that_the_window_prints() {
     }
 }
 
-fn row(edge: &edges::Edge) -> String {
+fn row(edge: &rows::Row) -> String {
     format!("| `{}` | {} | {} | {} |", edge.name, edge.from, edge.to, edge.why)
 }
 

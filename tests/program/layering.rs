@@ -318,7 +318,7 @@ const PLANTED: &[(&str, &str)] = &[
     ("src/passes/lighting.rs", "use crate::passes;"),
     ("src/passes/screen.rs", "use super::geometry::DEPTH_TEST;"),
     ("src/passes/mod.rs", "use self::lighting::MAP_READ;"),
-    ("src/passes/copy.rs", "use crate::frame::edges;"),
+    ("src/passes/copy.rs", "use crate::frame::rows;"),
     ("src/novelty.rs", "fn f() {}"),
     ("crates/truth/src/measure/fit.rs", "use crate::reference::Truth;"),
     ("crates/truth/src/reference/mod.rs", "use super::measure::Error;"),

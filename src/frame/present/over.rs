@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use crate::frame::edges::{Edges, RowName};
 use crate::frame::read_back::host_barrier;
 use crate::frame::render_passes::image_barrier;
+use crate::frame::rows::{RowName, Rows};
 use crate::frame::{IN_FLIGHT, Renderer};
 use crate::gpu::barrier::ImageRange;
 use crate::gpu::{self, Device, Image, ImageDesc, ImageWish, Swapchain, UploadOrder};
@@ -116,7 +116,7 @@ pub(super) fn record_copy(
 
 /// Brings the picture into an image of the swapchain, which is ready to be presented then.
 pub(super) fn record_encode(
-    (device, edges): (&Device, &Edges),
+    (device, edges): (&Device, &Rows),
     cmd: vk::CommandBuffer,
     (encode, picture): (&Encode, &Image),
     (index, image): (usize, vk::Image),
@@ -132,7 +132,7 @@ pub(super) fn record_encode(
 }
 
 /// Copies an image that is ready to be presented, as it is again after that.
-fn copy_presented(device: &Device, edges: &Edges, (cmd, image): (vk::CommandBuffer, vk::Image), copy: &Copy) {
+fn copy_presented(device: &Device, edges: &Rows, (cmd, image): (vk::CommandBuffer, vk::Image), copy: &Copy) {
     let whole = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
     image_barrier(device, cmd, whole, edges.find(RowName::PICTURE_TO_COPY));
     copy.record(device, cmd, image);

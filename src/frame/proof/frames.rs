@@ -7,9 +7,9 @@ use super::order::PRESENTATION;
 use super::program::{Memory, Program, Scope, Span, Sync, Time, Who};
 use super::render_pass::Besides;
 use crate::frame::IN_FLIGHT;
-use crate::frame::edges::{Edge, Edges, FORMULA_WRITE, PassName, RowName, SyncKind};
 use crate::frame::list::{Commands, Condition, List, RenderPassName, SHADOW_PASS, Step};
 use crate::frame::render_pass::PassDescription;
+use crate::frame::rows::{FORMULA_WRITE, PassName, Row, RowName, Rows, SyncKind};
 use crate::gpu::sync::{DEVICE_ACCESS, HOST_WRITE, Use};
 use crate::gpu::upload::{BLIT_READ, COPY_WRITE};
 use crate::gpu_scene::shadow_clear;
@@ -58,7 +58,7 @@ impl Turn {
 }
 
 /// The frames of a plan with these rows.
-pub(super) fn program(plan: &FramePlan, edges: &Edges) -> Program {
+pub(super) fn program(plan: &FramePlan, edges: &Rows) -> Program {
     let list = List::of(plan);
     let passes = PassDescription::all(plan, edges);
     let mut frames = Frames { plan, edges, program: Program::default(), ends: Vec::new(), copied: None };
@@ -111,9 +111,9 @@ fn turns(plan: &FramePlan) -> Vec<Turn> {
 }
 
 /// The dispatch that evaluates formulas, with these rows.
-pub(super) fn formulas(edges: &Edges) -> Program {
+pub(super) fn formulas(edges: &Rows) -> Program {
     let mut program = Program::default();
-    let order = |row| edges.find(row).map(Edge::order);
+    let order = |row| edges.find(row).map(Row::order);
     let (inputs, results) = (Memory::of(Resource::FrameData), READ_BACK);
     program.command(PassName::HOST, &[(inputs, BUFFER, HOST_WRITE)]);
     if let Some(submitted) = order(RowName::HOST_TO_FRAME) {
@@ -133,7 +133,7 @@ pub(super) fn formulas(edges: &Edges) -> Program {
 
 struct Frames<'a> {
     plan: &'a FramePlan,
-    edges: &'a Edges,
+    edges: &'a Rows,
     program: Program,
     /// The end of each frame's submission.
     ends: Vec<Time>,
@@ -164,7 +164,7 @@ impl Frames<'_> {
 
     /// The CPU waits for all that was submitted until then.
     fn wait(&mut self, row: RowName, until: Time) {
-        let Some(order) = self.edges.find(row).map(Edge::order) else { return };
+        let Some(order) = self.edges.find(row).map(Row::order) else { return };
         self.program.fence(order, until);
     }
 

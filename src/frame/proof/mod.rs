@@ -9,8 +9,8 @@ use std::fmt;
 
 use ash::vk;
 
-use super::edges::unreported_mutants::Part;
-use super::edges::{Edge, Edges, PassName, Refused, RowName};
+use super::rows::unreported_mutants::Part;
+use super::rows::{PassName, Refused, Row, RowName, Rows};
 use crate::passes::copy;
 use crate::plan::FramePlan;
 use order::Order;
@@ -89,12 +89,12 @@ pub struct Frames(Program);
 
 impl Frames {
     /// Models the frames of a plan with these dependencies.
-    pub fn of(plan: &FramePlan, edges: &Edges) -> Self {
+    pub fn of(plan: &FramePlan, edges: &Rows) -> Self {
         Self(frames::program(plan, edges))
     }
 
     /// The dispatch that evaluates formulas for `afterlight stress`.
-    pub fn of_formulas(edges: &Edges) -> Self {
+    pub fn of_formulas(edges: &Rows) -> Self {
         Self(frames::formulas(edges))
     }
 
@@ -129,13 +129,13 @@ impl Frames {
 /// Returns true if nothing is lost without a part of a row: it orders only what others order already.
 ///
 /// # Errors
-/// As [`Edges::without_part`].
-pub fn is_superfluous(plan: &FramePlan, edges: &Edges, name: RowName, part: Part) -> Result<bool, Refused> {
+/// As [`Rows::without_part`].
+pub fn is_superfluous(plan: &FramePlan, edges: &Rows, name: RowName, part: Part) -> Result<bool, Refused> {
     Ok(Frames::of(plan, &edges.without_part(name, part)?).are_safe())
 }
 
 /// The parts of a row without which the proof finds no hazard either, because other rows order the same. A row that cannot be dropped has none.
-pub fn covered(plan: &FramePlan, edges: &Edges, row: &Edge) -> Vec<Part> {
+pub fn covered(plan: &FramePlan, edges: &Rows, row: &Row) -> Vec<Part> {
     let is_covered = |part: &Part| is_superfluous(plan, edges, row.name, *part).unwrap_or(false);
     if row.carrier.stays().is_some() { Vec::new() } else { row.parts().into_iter().filter(is_covered).collect() }
 }

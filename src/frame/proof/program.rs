@@ -4,8 +4,8 @@ use std::fmt;
 
 use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
 
-use crate::frame::edges::{PassName, RowName, SUPPORTED};
 use crate::frame::list::RenderPassName;
+use crate::frame::rows::{PassName, RowName, SUPPORTED};
 use crate::gpu::sync::{Dependency, Use};
 use crate::passes::Resource;
 

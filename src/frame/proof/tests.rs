@@ -4,7 +4,7 @@ use ash::vk::{AccessFlags as A, ImageLayout as L, PipelineStageFlags as S};
 
 use super::program::{MemorySet, Scope, Span, Sync, Who};
 use super::*;
-use crate::frame::edges::{self, PassName, RowName, Side, table};
+use crate::frame::rows::{self, PassName, RowName, Side, table};
 use crate::gpu::sync::{DEVICE_ACCESS, Dependency, Use};
 use crate::passes::{Resource, copy, fxaa, geometry, lighting};
 use crate::plan::{Target, samples};
@@ -244,7 +244,7 @@ fn a_hazard_is_told_with_both_touches_and_the_memory() {
 
 #[test]
 fn the_dispatch_of_formulas_has_what_it_needs_and_no_more() {
-    let rows = edges::formulas();
+    let rows = rows::formulas();
     assert!(Frames::of_formulas(&rows).are_safe());
     for part in rows.find(RowName::RESULTS_TO_HOST).expect("a row").parts() {
         let without = rows.without_part(RowName::RESULTS_TO_HOST, part).expect("it can be dropped");

@@ -1,7 +1,7 @@
 //! The effect of a hazard on a frame, without Vulkan's terms: one party touches a memory before another is done with it.
 
 use super::program::{Memory, MemoryAccess, Who};
-use crate::frame::edges::PassName;
+use crate::frame::rows::PassName;
 use crate::passes::Resource;
 use crate::plan::Target;
 

@@ -7,7 +7,7 @@ use std::thread;
 use std::time::Instant;
 
 use super::{Case, Mutant};
-use afterlight::frame::edges::{self, Edges};
+use afterlight::frame::rows::{self, Rows};
 use afterlight::frame::{self, experiment};
 use afterlight::gpu::{self, Device, DeviceChoice, Instance, InstanceOptions, Message, Validation};
 use afterlight::plan::FramePlan;
@@ -181,7 +181,7 @@ impl Mode {
     ) -> Result<Vec<(BTreeSet<String>, f64)>, Error> {
         for &(case, plan) in cases {
             // SAFETY: nothing is missing.
-            let rules = unsafe { self.says(case, edges::table(plan)) }?;
+            let rules = unsafe { self.says(case, rows::table(plan)) }?;
             if !rules.is_empty() {
                 return Err(Error::Noise { case: case.name.clone(), rules });
             }
@@ -200,7 +200,7 @@ impl Mode {
     ///
     /// # Safety
     /// As of [`Laboratory::judge`].
-    unsafe fn says(&self, case: &Case, edges: Edges) -> Result<BTreeSet<String>, Error> {
+    unsafe fn says(&self, case: &Case, edges: Rows) -> Result<BTreeSet<String>, Error> {
         self.instance.take_messages();
         // SAFETY: the caller's promise.
         let drawn = unsafe { self.draw(case, edges) };
@@ -211,7 +211,7 @@ impl Mode {
 
     /// # Safety
     /// As of [`Laboratory::judge`].
-    unsafe fn draw(&self, case: &Case, edges: Edges) -> Result<(), frame::Error> {
+    unsafe fn draw(&self, case: &Case, edges: Rows) -> Result<(), frame::Error> {
         // SAFETY: the caller's promise.
         unsafe {
             #[cfg(feature = "present")]

@@ -14,9 +14,9 @@ use std::fmt;
 
 use rayon::prelude::*;
 
-use afterlight::frame::edges::unreported_mutants::Part;
-use afterlight::frame::edges::{self, Edge, Edges, PassName, Side, SyncKind};
 use afterlight::frame::proof::{Frames, Hazard};
+use afterlight::frame::rows::unreported_mutants::Part;
+use afterlight::frame::rows::{self, PassName, Row, Rows, Side, SyncKind};
 use afterlight::gpu::vk;
 use afterlight::plan::{self, Capabilities, Encoding, FramePlan, PresentTarget, Transfer};
 use afterlight::scene::{Scene, Settings};
@@ -73,11 +73,11 @@ pub struct Mutant<'a> {
     /// The plan of the case.
     pub plan: &'a FramePlan,
     /// The row as the plan has it.
-    pub edge: Edge,
+    pub edge: Row,
     /// The part of the row that is missing.
     pub part: Part,
     /// All rows that are left.
-    pub edges: Edges,
+    pub edges: Rows,
 }
 
 impl Mutant<'_> {
@@ -125,9 +125,9 @@ pub fn mutants<'a>(cases: &'a [Case], plans: &'a [FramePlan]) -> Vec<Mutant<'a>>
     let mut mutants = Vec::new();
     let mut tried = Vec::new();
     for (case, plan) in cases.iter().zip(plans) {
-        let table = edges::table(plan);
+        let table = rows::table(plan);
         // Frames that overwrite more than one buffer of the last frame give their new rows alone, too: the layer takes the barrier of one buffer to order the others.
-        let is_of_buffer = |edge: &&Edge| matches!(edge.carrier, SyncKind::BufferBarrier | SyncKind::MemoryBarrier);
+        let is_of_buffer = |edge: &&Row| matches!(edge.carrier, SyncKind::BufferBarrier | SyncKind::MemoryBarrier);
         let overwrites_buffers =
             table.iter().filter(|edge| edge.from == PassName::OUTSIDE).filter(is_of_buffer).count();
         for edge in table.iter().filter(|edge| edge.carrier.stays().is_none()) {

@@ -3,8 +3,8 @@
 use ash::vk::ImageLayout as L;
 
 use super::{Frames, TEXTURE};
-use crate::frame::edges::{PassName, RowName};
 use crate::frame::proof::program::Memory;
+use crate::frame::rows::{PassName, RowName};
 use crate::passes::{Resource, prefilter};
 
 impl Frames<'_> {

@@ -3,9 +3,9 @@
 
 use ash::vk;
 
-use afterlight::frame::edges::{Edge, Edges, PassName};
 use afterlight::frame::list::{List, RenderPassName, Step};
 use afterlight::frame::render_pass::{LayoutChange, PassDescription, Subpass, layout_changes};
+use afterlight::frame::rows::{PassName, Row, Rows};
 use afterlight::passes::{ONCE, Resource, UseKind, copy};
 use afterlight::plan::{FramePlan, format_bytes};
 
@@ -63,7 +63,7 @@ pub struct Graph {
     pub stops: Vec<Stop>,
     pub images: Vec<Image>,
     /// Each with the indices of the stops that it is between.
-    pub edges: Vec<(Edge, [usize; 2])>,
+    pub edges: Vec<(Row, [usize; 2])>,
     /// The layout changes that each of `edges` makes.
     pub layouts: Vec<Vec<LayoutChange>>,
 }
@@ -76,7 +76,7 @@ const AFTER: [PassName; 5] =
     [PassName::OUTSIDE, copy::PASS.place, PassName::DEVICE, PassName::PRESENTATION, PassName::HOST];
 
 impl Graph {
-    pub fn of(plan: &FramePlan, edges: &Edges) -> Self {
+    pub fn of(plan: &FramePlan, edges: &Rows) -> Self {
         let (list, passes) = (List::of(plan), PassDescription::all(plan, edges));
         let mut images: Vec<Image> = Vec::new();
         for (resource, attachment) in passes.iter().flat_map(|pass| &pass.attachments) {
@@ -116,7 +116,7 @@ impl Graph {
             order.iter().position(|&own| own == stop.place).unwrap_or(0)
         };
         graph.stops.sort_by_key(|stop| (stop.when, rank(stop)));
-        let between = |edge: &Edge| {
+        let between = |edge: &Row| {
             // Added above, where it was not there.
             let [from, to] = ends(edge).map(|(place, when)| graph.find(place, when).unwrap_or(0));
             (edge.clone(), [from, to])
@@ -223,7 +223,7 @@ fn image(
 }
 
 /// Returns the begin and the end of a row. Places outside of the frame lie before those that wait for them, and after those that they wait for.
-fn ends(edge: &Edge) -> [(PassName, When); 2] {
+fn ends(edge: &Row) -> [(PassName, When); 2] {
     // Data that the CPU hands over come before everything that a submission does, and data that it waits for after all of that.
     let (from, to) = match (edge.from, edge.to) {
         (PassName::DEVICE, _) => (When::After, When::After),

@@ -11,7 +11,7 @@ use crate::frame::list::List;
 use crate::passes::{Resource, UseKind, geometry, lighting};
 use crate::plan::samples;
 
-fn each_plan(check: impl Fn(&str, &FramePlan, &Edges)) {
+fn each_plan(check: impl Fn(&str, &FramePlan, &Rows)) {
     for (name, plan) in samples::of_every_kind() {
         check(&name, &plan, &table(&plan));
     }
@@ -34,7 +34,7 @@ fn names_are_unique_and_every_row_says_why() {
 fn one_row_a_pair_of_places() {
     each_plan(|name, _, table| {
         for (index, edge) in table.iter().enumerate().filter(|(_, edge)| edge.carrier.is_render_pass()) {
-            let same = |other: &&Edge| {
+            let same = |other: &&Row| {
                 (other.from, other.to) == (edge.from, edge.to)
                     && std::mem::discriminant(&other.carrier) == std::mem::discriminant(&edge.carrier)
             };

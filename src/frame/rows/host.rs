@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{Edge, PassName, RowName, SyncKind, row};
+use super::{PassName, Row, RowName, SyncKind, row};
 use crate::gpu::sync::{DEVICE_ACCESS, HOST_WRITE, Use};
 use crate::passes::copy;
 
@@ -22,7 +22,7 @@ pub(in crate::frame) const FORMULA_WRITE: Use =
     Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
 
 /// Returns the rows by which FORMULAS reads its inputs and the CPU its results.
-pub(super) fn formulas() -> [Edge; 3] {
+pub(super) fn formulas() -> [Row; 3] {
     [
         row(RowName::HOST_TO_FRAME, SyncKind::Submission)
             .from(PassName::HOST, &[HOST_WRITE])
@@ -39,7 +39,7 @@ pub(super) fn formulas() -> [Edge; 3] {
     ]
 }
 
-pub(super) fn rows() -> [Edge; 5] {
+pub(super) fn rows() -> [Row; 5] {
     let wait = |name, from| row(name, SyncKind::Fence).from(from, &[DEVICE_ACCESS]);
     [
         row(RowName::HOST_TO_FRAME, SyncKind::Submission)

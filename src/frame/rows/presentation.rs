@@ -9,7 +9,7 @@
 
 use ash::vk;
 
-use super::{Edge, Edges, PassName, RowName, SyncKind, barrier, row, waits};
+use super::{PassName, Row, RowName, Rows, SyncKind, barrier, row, waits};
 use crate::frame::list::Step;
 use crate::gpu::UploadOrder;
 use crate::gpu::sync::{DEVICE_ACCESS, Use};
@@ -47,7 +47,7 @@ const SAMPLED: vk::ImageLayout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
 pub(super) const IN_TURN: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::empty());
 
 /// None where nothing is presented.
-pub(super) fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Edge> {
+pub(super) fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Row> {
     let mut rows = match plan.presented {
         None => return Vec::new(),
         Some(PresentTarget::Straight(_) | PresentTarget::Enlarge(_)) => straight(plan, steps),
@@ -78,7 +78,7 @@ pub(super) fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Edge> {
     rows
 }
 
-fn acquire((first, first_use): (PassName, Use), why: &'static str) -> Edge {
+fn acquire((first, first_use): (PassName, Use), why: &'static str) -> Row {
     row(RowName::ACQUIRE, SyncKind::Semaphore)
         .from(PassName::PRESENTATION, &[Use::START])
         .to(first, &[first_use])
@@ -86,7 +86,7 @@ fn acquire((first, first_use): (PassName, Use), why: &'static str) -> Edge {
 }
 
 /// The picture is the swapchain's image, or is copied into it.
-fn straight(plan: &FramePlan, steps: &[Step]) -> Vec<Edge> {
+fn straight(plan: &FramePlan, steps: &[Step]) -> Vec<Row> {
     let drawn = waits::first_user(plan, steps, Resource::Target(plan.picture()));
     let first = match drawn.filter(|_| !plan.is_copied_to_be_shown()) {
         None => (present::PASS.place, BEGIN),
@@ -157,7 +157,7 @@ fn straight(plan: &FramePlan, steps: &[Step]) -> Vec<Edge> {
 }
 
 /// The picture is the frame's own, or is copied into an image that panels are drawn over, and is encoded into the swapchain's image.
-fn encoded(plan: &FramePlan) -> Vec<Edge> {
+fn encoded(plan: &FramePlan) -> Vec<Row> {
     let mut rows = vec![
         acquire(
             (encode::PASS.place, ATTACH),
@@ -232,10 +232,10 @@ fn encoded(plan: &FramePlan) -> Vec<Edge> {
     rows
 }
 
-impl Edges {
+impl Rows {
     /// The rows by which OVERLAY gets its textures.
     pub(in crate::frame) fn panel_order(&self) -> UploadOrder {
-        let order = |name| self.find(name).map(Edge::order);
+        let order = |name| self.find(name).map(Row::order);
         UploadOrder {
             first: order(RowName::PANEL_TO_COPY),
             written: order(RowName::UPLOAD_TO_PANELS),
@@ -248,7 +248,7 @@ impl Edges {
 mod tests {
     use ash::vk::PipelineStageFlags as S;
 
-    use super::super::{Edges, table};
+    use super::super::{Rows, table};
     use super::*;
     use crate::frame::render_pass::PassDescription;
     use crate::passes::Resource;
@@ -261,7 +261,7 @@ mod tests {
     }
 
     /// The same as a window has them whose images are drawn into straight.
-    fn each_plan(check: impl Fn(&str, &FramePlan, &Edges)) {
+    fn each_plan(check: impl Fn(&str, &FramePlan, &Rows)) {
         for (name, plan) in pictures() {
             let format = if plan.is_tiled() { vk::Format::B8G8R8A8_UNORM } else { vk::Format::B8G8R8A8_SRGB };
             assert!(rows(&plan, &[]).is_empty(), "{name}: nothing is presented without a window");
@@ -271,7 +271,7 @@ mod tests {
     }
 
     /// The plans of windows whose images ENCODE writes, with pictures that are kept and that are not.
-    fn each_encoded_plan(check: impl Fn(&str, &FramePlan, &Edges)) {
+    fn each_encoded_plan(check: impl Fn(&str, &FramePlan, &Rows)) {
         let encoded = Encoding { transfer: Transfer::Srgb, headroom: 1.0 };
         for (name, plan) in pictures() {
             for canvas in [PresentTarget::Encode(encoded), PresentTarget::EncodeKept(encoded)] {
@@ -281,7 +281,7 @@ mod tests {
         }
     }
 
-    fn layouts(edge: &Edge) -> (vk::ImageLayout, vk::ImageLayout) {
+    fn layouts(edge: &Row) -> (vk::ImageLayout, vk::ImageLayout) {
         match edge.carrier {
             SyncKind::ImageBarrier(old, new) => (old, new),
             other => panic!("{}: {other}", edge.name),
@@ -330,7 +330,7 @@ mod tests {
 
     #[test]
     fn a_presented_frame_has_each_row_once_and_both_semaphores_stay() {
-        let check = |name: &str, _: &FramePlan, table: &Edges| {
+        let check = |name: &str, _: &FramePlan, table: &Rows| {
             let mut names: Vec<_> = table.iter().map(|edge| edge.name).collect();
             names.sort_unstable();
             assert!(names.windows(2).all(|pair| pair[0] != pair[1]), "{name}: {names:?}");

@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{Edge, Edges, PassName, RowName, SyncKind, barrier, row};
+use super::{PassName, Row, RowName, Rows, SyncKind, barrier, row};
 use crate::gpu::UploadOrder;
 use crate::gpu::sync::Use;
 use crate::gpu::upload::{BLIT_READ, COPY_WRITE};
@@ -23,7 +23,7 @@ const BLITTED: vk::ImageLayout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
 const READABLE: vk::ImageLayout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
 
 /// Those that the plan uploads anything for.
-pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
+pub(super) fn rows(plan: &FramePlan) -> Vec<Row> {
     let mut rows = Vec::new();
     let uploads = plan.uploads;
     let looked_up = |drawn| if plan.triangles.is_some() { LOOK_UP } else { drawn };
@@ -72,10 +72,10 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
     rows
 }
 
-impl Edges {
+impl Rows {
     /// The rows that an uploader carries out; none for kinds of data that the plan does not upload.
     pub(in crate::frame) fn upload_order(&self) -> UploadOrder {
-        let order = |name| self.find(name).map(Edge::order);
+        let order = |name| self.find(name).map(Row::order);
         UploadOrder {
             buffers: order(RowName::UPLOAD_TO_VERTICES),
             first: order(RowName::TEXTURE_TO_COPY),

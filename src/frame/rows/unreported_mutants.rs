@@ -9,7 +9,7 @@
 
 use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
 
-use super::{Edge, Side, SyncKind};
+use super::{Row, Side, SyncKind};
 use crate::frame::list::RenderPassName;
 use crate::gpu::sync::Use;
 use crate::passes::{PassName, forward, geometry, lighting, pyramid, shadow, tonemap};
@@ -46,14 +46,14 @@ pub struct UnreportedMutants {
 }
 
 /// Why the layer does not notice that a part of a row is missing; `None` where it does. An entry that is further up in the list comes first.
-pub fn reason(plan: &FramePlan, edge: &Edge, part: Part) -> Option<&'static UnreportedMutants> {
+pub fn reason(plan: &FramePlan, edge: &Row, part: Part) -> Option<&'static UnreportedMutants> {
     UNREPORTED_MUTANTS.iter().find(|entry| (entry.is_about)(&Missing { plan, edge, part }))
 }
 
 /// A part that is missing, of a row of a plan's table.
 struct Missing<'a> {
     plan: &'a FramePlan,
-    edge: &'a Edge,
+    edge: &'a Row,
     part: Part,
 }
 
@@ -94,7 +94,7 @@ impl Missing<'_> {
 
     /// Returns true for a bit of a row between two subpasses that would not be needed within one, where uses of an attachment are in rasterization order.
     fn is_of_attachment(&self) -> bool {
-        let Edge { from, before, after, .. } = self.edge;
+        let Row { from, before, after, .. } = self.edge;
         let tests = A::DEPTH_STENCIL_ATTACHMENT_READ | A::DEPTH_STENCIL_ATTACHMENT_WRITE;
         // What LIGHTING writes of the G-buffer besides are drops, which the layer notices.
         let blends = after.access.contains(A::COLOR_ATTACHMENT_READ) && *from != geometry::PASS.place;
@@ -126,10 +126,10 @@ impl Missing<'_> {
             return false;
         }
         let table = super::table(self.plan);
-        let last = |row: &&Edge| row.is_between_subpasses() && row.to == edge.to && row.from != edge.from;
+        let last = |row: &&Row| row.is_between_subpasses() && row.to == edge.to && row.from != edge.from;
         // LIGHTING's render pass changes the layout of the depth that it loads, and the layer takes that for an order.
         let is_ordered = is_between || self.begins_with(lighting::PASS.place);
-        let is_led_to = |last: &Edge| {
+        let is_led_to = |last: &Row| {
             let mut firsts = table.iter().filter(|row| row.from == edge.from && row.waiting.contains(&last.from));
             firsts.any(|first| is_ordered || first.after.stage.intersects(last.before.stage))
         };
@@ -173,7 +173,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: Some(NEWEST),
         is_about: |missing| {
-            let Edge { carrier, before, after, .. } = missing.edge;
+            let Row { carrier, before, after, .. } = missing.edge;
             let is_of_dispatches = before.stage == S::COMPUTE_SHADER && after.stage == S::COMPUTE_SHADER;
             let writes = after.access.contains(A::SHADER_WRITE);
             *carrier == SyncKind::BufferBarrier && is_of_dispatches && writes && !missing.is_from_outside()
@@ -186,7 +186,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: None,
         is_about: |missing| {
-            let Edge { from, to, before, after, .. } = missing.edge;
+            let Row { from, to, before, after, .. } = missing.edge;
             let both = S::FRAGMENT_SHADER | S::COMPUTE_SHADER;
             let is_written = [PassName::CLEAR, shadow::PASS.place].contains(from) && after.stage == both;
             let is_read = *to == shadow::PASS.place && before.stage == both;
@@ -282,7 +282,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: Some(NEWEST),
         is_about: |missing| {
-            let Edge { carrier, to, before, .. } = missing.edge;
+            let Row { carrier, to, before, .. } = missing.edge;
             let is_drawn = carrier.is_render_pass();
             // Where GEOMETRY waits for the copy alone, the layer sees that nothing holds it back.
             let is_alone = *to == geometry::PASS.place && before.stage == S::TRANSFER;
@@ -303,7 +303,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
             let is_read = missing.edge.before.stage == S::FRAGMENT_SHADER && missing.is_from_outside();
             let is_about = missing.is_row() || missing.is_before(S::FRAGMENT_SHADER, A::empty());
             // After a dispatch that has written the light, the layer sees that nothing orders the change.
-            let follows_write = |row: &Edge| row.before.access.contains(A::SHADER_WRITE);
+            let follows_write = |row: &Row| row.before.access.contains(A::SHADER_WRITE);
             is_read
                 && is_about
                 && missing.begins_with(tonemap::PASS.place)
@@ -317,7 +317,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: None,
         is_about: |missing| {
-            let Edge { label, carrier, after, .. } = missing.edge;
+            let Row { label, carrier, after, .. } = missing.edge;
             let is_presented = matches!(carrier, SyncKind::ImageBarrier(vk::ImageLayout::PRESENT_SRC_KHR, _));
             // Where COPY takes the picture as it lies, no layout change comes between, and the layer sees that OVERLAY waits for the copy.
             let follows_change = ["picture-to-split", "picture-to-copy"].contains(label)
@@ -334,7 +334,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: None,
         is_about: |missing| {
-            let Edge { carrier, to, after, .. } = missing.edge;
+            let Row { carrier, to, after, .. } = missing.edge;
             let leaves = carrier.is_render_pass() && *to == PassName::OUTSIDE;
             // A row with an access is one for the copy that follows.
             missing.is_row() && leaves && after.access.is_empty()
@@ -367,7 +367,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: Some(NEWEST),
         is_about: |missing| {
-            let Edge { before, after, .. } = missing.edge;
+            let Row { before, after, .. } = missing.edge;
             let is_rewritten = before.access.contains(A::SHADER_WRITE) && after.access == A::SHADER_WRITE;
             is_rewritten && missing.is_from_outside() && missing.is_after(S::empty(), A::SHADER_WRITE)
         },
@@ -403,7 +403,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: Some(NEWEST),
         is_about: |missing| {
-            let Edge { to, before, .. } = missing.edge;
+            let Row { to, before, .. } = missing.edge;
             // Where the light or the G-buffer is drawn by an earlier subpass of the render pass.
             let firsts = [geometry::PASS.place, lighting::PASS.place, forward::PASS.place];
             let is_later = firsts.into_iter().any(|first| first != *to && missing.begins_with(first));

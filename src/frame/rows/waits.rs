@@ -24,7 +24,7 @@ use std::cmp::Reverse;
 use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
 
 use super::presentation::IN_TURN;
-use super::{Edge, PassName, RowName, SyncKind, row};
+use super::{PassName, Row, RowName, SyncKind, row};
 use crate::frame::list::{Condition, RESOLVE, RenderPassName, SHADOW_PASS, Step};
 use crate::gpu::sync::Use;
 use crate::passes::{Resource, ResourceUse, UseKind, copy, present};
@@ -44,7 +44,7 @@ const DEPTH_STORE: Use = Use::new(S::LATE_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTAC
 
 /// A row, and its barrier's place in the list if it is one.
 pub struct Wait {
-    pub edge: Edge,
+    pub edge: Row,
     pub barrier: Option<Barrier>,
 }
 

@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{Edge, Edges, PassName, RowName, barrier, waits};
+use super::{PassName, Row, RowName, Rows, barrier, waits};
 use crate::frame::list::Step;
 use crate::gpu::sync::Use;
 use crate::gpu_scene::{ATLAS_LAYOUT, ClearOrder, shadow_clear};
@@ -17,7 +17,7 @@ impl RowName {
 const CLEARED: vk::ImageLayout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
 
 /// None where the plan has no maps.
-pub(super) fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Edge> {
+pub(super) fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Row> {
     if plan.shadow.is_none() {
         return Vec::new();
     }
@@ -36,7 +36,7 @@ pub(super) fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Edge> {
     ]
 }
 
-impl Edges {
+impl Rows {
     /// The rows that the atlas is made with; `None` without shadow maps.
     pub(in crate::frame) fn clear_order(&self) -> Option<ClearOrder> {
         let clear = self.find(RowName::SHADOW_ATLAS_TO_CLEAR)?.order();

@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{Edge, Edges, PassName, RowName, barrier, waits};
+use super::{PassName, Row, RowName, Rows, barrier, waits};
 use crate::frame::list::Step;
 use crate::gpu::sync::Use;
 use crate::passes::Resource;
@@ -15,7 +15,7 @@ impl RowName {
 }
 
 /// None where no pass reads the light.
-pub(super) fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Edge> {
+pub(super) fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Row> {
     let Some((reader, read)) = waits::readers(plan, steps, Resource::SkyLight) else { return Vec::new() };
     let (written, readable) = (vk::ImageLayout::GENERAL, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
     vec![
@@ -30,7 +30,7 @@ pub(super) fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Edge> {
     ]
 }
 
-impl Edges {
+impl Rows {
     /// The rows that PREFILTER is submitted with; `None` where no sky lights the scene.
     pub(in crate::frame) fn prefilter_order(&self) -> Option<PrefilterOrder> {
         let begin = self.find(RowName::SKY_LIGHT_TO_PREFILTER)?.order();
