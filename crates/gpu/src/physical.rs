@@ -1,16 +1,15 @@
 //! The devices of a system: their properties and features, and the choice among them.
 
+mod calibration;
+
 use std::collections::BTreeSet;
 use std::convert::Infallible;
 use std::fmt;
-use std::io;
-use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::Arc;
 
 use ash::vk;
 
-use super::device_file::{CALIBRATION, check, read, write};
 use super::error::{Doing, Error, Result};
 use super::instance::{InstanceHandles, fixed_text};
 
@@ -101,33 +100,6 @@ impl PhysicalDevice {
             calibration: None,
             instance: Arc::clone(instance),
         })
-    }
-
-    /// With the data that [`PhysicalDevice::keep_calibration`] has kept by now.
-    pub fn with_calibration(self) -> PhysicalDevice {
-        let calibration = CALIBRATION.place(&self).as_deref().and_then(read);
-        PhysicalDevice { calibration, ..self }
-    }
-
-    /// Returns the path that [`PhysicalDevice::keep_calibration`] will write: `calibration-...` in `AFTERLIGHT_CALIBRATION`, else in `afterlight` in
-    /// the user's cache.
-    ///
-    /// # Errors
-    /// When nothing can be written there, or there is no place for it.
-    pub fn calibration_place(&self) -> io::Result<PathBuf> {
-        let place = CALIBRATION.place(self).ok_or_else(|| io::Error::other("there is no folder for them"))?;
-        check(&place)?;
-        Ok(place)
-    }
-
-    /// Keeps measurements of the device for later runs.
-    ///
-    /// # Errors
-    /// As [`PhysicalDevice::calibration_place`].
-    pub fn keep_calibration(&self, measured: &[u8]) -> io::Result<PathBuf> {
-        let place = self.calibration_place()?;
-        write(&place, measured)?;
-        Ok(place)
     }
 
     /// Returns the features of this format for optimally tiled images.
