@@ -1,5 +1,6 @@
 //! The devices of a system: their properties and features, and the choice among them.
 
+#[cfg(feature = "caches")]
 mod calibration;
 
 use std::collections::BTreeSet;
@@ -51,7 +52,8 @@ pub struct PhysicalDevice {
     /// The number of valid bits in that family's timestamps; 0: it writes none.
     pub timestamp_valid_bits: u32,
     /// The figures that an earlier run measured of the device and its driver, as [`PhysicalDevice::keep_calibration`] took them; only with
-    /// [`super::InstanceOptions::calibrated`].
+    /// [`super::InstanceOptions::calibrated`], and with the feature `caches`.
+    #[cfg(feature = "caches")]
     pub calibration: Option<Vec<u8>>,
     instance: Arc<InstanceHandles>,
 }
@@ -97,6 +99,7 @@ impl PhysicalDevice {
             extensions,
             queue_family: family.and_then(|index| u32::try_from(index).ok()),
             timestamp_valid_bits: family.map_or(0, |index| families[index].timestamp_valid_bits),
+            #[cfg(feature = "caches")]
             calibration: None,
             instance: Arc::clone(instance),
         })

@@ -1,24 +1,33 @@
-//! The pipeline cache of a device.
+//! The pipeline cache of a device. With the feature `caches` it is kept from run to run; without, it begins empty and is gone with the device.
 
+#[cfg(feature = "caches")]
 mod kept;
-
-use std::path::PathBuf;
-use std::sync::Mutex;
 
 use ash::vk;
 
+#[cfg(feature = "caches")]
 pub use kept::DriverHeader;
 
-/// A device's pipeline cache and the file behind it.
+#[cfg(not(feature = "caches"))]
+use super::physical::PhysicalDevice;
+
+/// A device's pipeline cache.
 pub(super) struct PipelineCache {
     /// Null if the driver could not make one.
     pub(super) raw: vk::PipelineCache,
-    file: Option<PathBuf>,
-    /// The checksum of the file's content.
-    on_disk: Mutex<Option<u64>>,
+    #[cfg(feature = "caches")]
+    kept: kept::Kept,
 }
 
 impl PipelineCache {
+    /// Makes an empty cache.
+    #[cfg(not(feature = "caches"))]
+    pub(super) fn open(device: &ash::Device, _: &PhysicalDevice) -> PipelineCache {
+        // SAFETY: the device is alive.
+        let created = unsafe { device.create_pipeline_cache(&vk::PipelineCacheCreateInfo::default(), None) };
+        PipelineCache { raw: created.unwrap_or_default() }
+    }
+
     /// Destroys the cache. No pipeline is being made with it, now or later.
     pub(super) fn destroy(&self, device: &ash::Device) {
         // SAFETY: the caller's promise; destroying null does nothing.

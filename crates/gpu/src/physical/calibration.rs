@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use super::PhysicalDevice;
 use crate::device_file::{CALIBRATION, check, read, write};
 
+/// Figures that are kept from run to run, which needs the feature `caches`.
 impl PhysicalDevice {
     /// With the data that [`PhysicalDevice::keep_calibration`] has kept by now.
     pub fn with_calibration(self) -> PhysicalDevice {

@@ -12,6 +12,13 @@ use crate::device_file::{HEADER_BYTES, MOST_BYTES, PIPELINES, checksum, read, wr
 /// `VkPipelineCacheHeaderVersionOne`: length, version, vendor and device (u32 each), then the UUID.
 const DRIVER_HEADER_BYTES: usize = 16 + vk::UUID_SIZE;
 
+/// The file behind a pipeline cache.
+pub(super) struct Kept {
+    file: Option<PathBuf>,
+    /// The checksum of the file's content.
+    on_disk: Mutex<Option<u64>>,
+}
+
 impl PipelineCache {
     pub(crate) fn open(device: &ash::Device, physical: &PhysicalDevice) -> PipelineCache {
         PipelineCache::open_as(device, physical, PIPELINES.place(physical))
@@ -26,18 +33,19 @@ impl PipelineCache {
             unsafe { device.create_pipeline_cache(&info, None) }
         };
         let created = create(data.as_deref().unwrap_or_default()).or_else(|_| create(&[]));
-        PipelineCache { raw: created.unwrap_or_default(), file, on_disk: Mutex::new(data.as_deref().map(checksum)) }
+        let kept = Kept { file, on_disk: Mutex::new(data.as_deref().map(checksum)) };
+        PipelineCache { raw: created.unwrap_or_default(), kept }
     }
 
     /// Replaces the file, whole or not at all, if the cache holds anything else than it does.
     pub(crate) fn save(&self, device: &ash::Device) {
-        let Some(file) = &self.file else { return };
+        let Some(file) = &self.kept.file else { return };
         if self.raw == vk::PipelineCache::null() {
             return;
         }
         // SAFETY: the cache belongs to this device and is alive.
         let Ok(data) = (unsafe { device.get_pipeline_cache_data(self.raw) }) else { return };
-        let mut on_disk = self.on_disk.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut on_disk = self.kept.on_disk.lock().unwrap_or_else(PoisonError::into_inner);
         let sum = checksum(&data);
         // A driver that caches elsewhere returns its header only; a file of that would tell nothing.
         // One that is too large would not be read again.
@@ -49,7 +57,7 @@ impl PipelineCache {
     }
 }
 
-/// The names in the driver's own header (Vulkan 1.3, section 10.7.4).
+/// The names in the driver's own header (Vulkan 1.3, section 10.7.4). They need the feature `caches`.
 #[derive(Debug, Clone, Copy)]
 pub struct DriverHeader {
     /// The number of the device's vendor.
@@ -100,7 +108,7 @@ mod tests {
             }
             let cache = PipelineCache::open_as(&device.raw, &device.physical, Some(file.clone()));
             assert_ne!(cache.raw, vk::PipelineCache::null());
-            assert_eq!(*cache.on_disk.lock().unwrap_or_else(PoisonError::into_inner), None);
+            assert_eq!(*cache.kept.on_disk.lock().unwrap_or_else(PoisonError::into_inner), None);
             cache.destroy(&device.raw);
         }
         Ok(())
