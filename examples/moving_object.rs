@@ -1,6 +1,6 @@
 //! An object that moves: one renderer, a picture for each place.
 //!
-//!     cargo run --example moving_object --no-default-features -- FOLDER
+//!     cargo run --example moving_object --no-default-features --features readers -- FOLDER
 
 use std::error::Error;
 use std::path::PathBuf;

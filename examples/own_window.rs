@@ -1,6 +1,6 @@
 //! A model in a window of the caller's own. Any library will do whose windows have raw window handles; this one is winit.
 //!
-//!     cargo run --release --example own_window --no-default-features --features present -- model.obj
+//!     cargo run --release --example own_window --no-default-features --features present,readers -- model.obj
 //!
 //! A number after the model ends it after so many frames.
 

@@ -4,6 +4,7 @@
 //! and from a point near one end, at eye height, most rays in the horizontal and the one straight down meet the fronts of surfaces (an
 //! object seen from within shows backs or nothing). The camera then stands there and looks along the hall.
 
+#[cfg(feature = "readers")]
 mod exposed;
 
 use glam::{DVec3, Vec3};
@@ -11,6 +12,7 @@ use rayon::prelude::*;
 
 use super::{Aabb, Camera, ClipChoice, Environment, Light, LightKind, Playing, Projection, Scene, framing};
 
+#[cfg(feature = "readers")]
 pub use exposed::{fit_emission, fit_exposure};
 
 /// The direction from an object to its camera: three quarters.

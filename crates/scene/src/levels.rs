@@ -3,12 +3,14 @@
 //! A level has vertices of its mesh alone, so that it costs indices and nothing else (but where triangles are told by their vertices, one for each of its
 //! triangles).
 
+#[cfg(feature = "readers")]
 mod make;
-
-use std::sync::{Arc, Mutex, PoisonError};
 
 /// More than halve any mesh down to nothing.
 pub const MOST_LEVELS: usize = 16;
+
+/// True if meshes have levels of detail: the feature `readers` makes them.
+pub const HAS_LEVELS: bool = cfg!(feature = "readers");
 
 /// A mesh with fewer triangles.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,18 +21,14 @@ pub struct Level {
     pub error: f64,
 }
 
-/// The levels of a mesh, as soon as a plan has asked for them, with a hash of what they were made of.
-#[derive(Debug, Default)]
-pub struct Levels(Mutex<Option<(blake3::Hash, Arc<[Level]>)>>);
+/// The levels of a mesh, as soon as a plan has asked for them.
+#[derive(Debug, Clone, Default)]
+pub struct Levels(#[cfg(feature = "readers")] make::Made);
 
-impl Levels {
-    fn made(&self) -> Option<(blake3::Hash, Arc<[Level]>)> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
-    }
-}
-
-impl Clone for Levels {
-    fn clone(&self) -> Self {
-        Self(Mutex::new(self.made()))
+#[cfg(not(feature = "readers"))]
+impl super::Mesh {
+    /// Its levels of detail: none without the feature `readers`, which makes them.
+    pub fn levels_of_detail(&self) -> std::sync::Arc<[Level]> {
+        Default::default()
     }
 }

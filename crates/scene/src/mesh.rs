@@ -1,6 +1,8 @@
 //! Triangle meshes and where they stand.
 
+#[cfg(feature = "readers")]
 mod order;
+#[cfg(feature = "readers")]
 mod tangents;
 
 use glam::{DAffine3, DVec3, Vec3};

@@ -1,6 +1,8 @@
 //! The contents of a texture: texels, or the blocks of 4x4 texels that its file compresses them to, with the levels of the file.
 
+#[cfg(feature = "readers")]
 mod decode;
+#[cfg(feature = "readers")]
 mod solid;
 
 use std::borrow::Cow;
@@ -53,6 +55,14 @@ impl fmt::Display for BlockFormat {
     }
 }
 
+#[cfg(not(feature = "readers"))]
+impl BlockFormat {
+    /// Stands in for the decoder: [`Texture::is_readable`] says that these are not the texels.
+    fn decode(self, _block: &[u8]) -> [[u8; 4]; 16] {
+        [[0; 4]; 16]
+    }
+}
+
 /// The content of a texture, rows from the top.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Texels {
@@ -60,7 +70,7 @@ pub enum Texels {
     Rgba8(Vec<u8>),
     /// The same with its levels, the largest first; at least that one.
     Rgba8Levels(Vec<Vec<u8>>),
-    /// Blocks of 4x4 texels, row by row.
+    /// Blocks of 4x4 texels, row by row. Without the feature `readers` they are drawn only by devices that sample them as they are.
     Blocks {
         /// Their compression.
         format: BlockFormat,
@@ -94,6 +104,11 @@ pub fn most_levels(size: [u32; 2]) -> u32 {
 }
 
 impl Texture {
+    /// Returns true if texels can be read. Those in blocks are decoded, which needs the feature `readers`: without it they are read as 0.
+    pub fn is_readable(&self) -> bool {
+        cfg!(feature = "readers") || !matches!(self.texels, Texels::Blocks { .. })
+    }
+
     /// The texels of a level that the texture has, 8-bit RGBA. Blocks are decoded each time.
     pub fn rgba8(&self, level: usize) -> Cow<'_, [u8]> {
         match &self.texels {

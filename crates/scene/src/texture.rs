@@ -1,10 +1,13 @@
 //! Decoded images.
 
+#[cfg(feature = "readers")]
 mod read;
 
 use super::Texels;
 
+#[cfg(feature = "readers")]
 pub use read::{Picture, decode, decode_image, read_image};
+#[cfg(feature = "readers")]
 pub(super) use read::{decode_light, format_of, srgb_decode};
 
 /// Longest edge of a texture, in texels: the limit of desktop devices.

@@ -6,7 +6,7 @@
 //! itself (a sphere of 3,968 triangles: 0.11 of its radius for 124 instead of 0.4). The simplifier's own error is a mean over areas. A level's error
 //! here is the largest distance, which is measured against the mesh.
 
-use std::sync::{Arc, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use bvh::aabb::{Aabb as CrateBox, Bounded};
 use bvh::bounding_hierarchy::BHShape;
@@ -31,6 +31,22 @@ const NORMAL_WEIGHT: f32 = 0.5;
 /// By so much more than was measured a level may be off between the places where it was measured.
 const BETWEEN_SAMPLES: f64 = 1.1;
 
+/// The levels of a mesh, with a hash of what they were made of.
+#[derive(Debug, Default)]
+pub(super) struct Made(Mutex<Option<(blake3::Hash, Arc<[Level]>)>>);
+
+impl Made {
+    fn get(&self) -> Option<(blake3::Hash, Arc<[Level]>)> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+impl Clone for Made {
+    fn clone(&self) -> Self {
+        Self(Mutex::new(self.get()))
+    }
+}
+
 impl Mesh {
     /// Its levels of detail, the finest first: each has about half of the triangles of the one before, and the first half of the mesh's. None of
     /// small meshes, and of those that cannot be simplified. They are made once, and again when the mesh has changed.
@@ -39,12 +55,12 @@ impl Mesh {
             return Arc::default();
         }
         let key = self.shape_hash();
-        if let Some((_, levels)) = self.levels.made().filter(|(made_of, _)| *made_of == key) {
+        if let Some((_, levels)) = self.levels.0.get().filter(|(made_of, _)| *made_of == key) {
             return levels;
         }
         // Not under the lock: threads that wait for the work below may be given other work that needs it.
         let levels: Arc<[Level]> = make(self).into();
-        *self.levels.0.lock().unwrap_or_else(PoisonError::into_inner) = Some((key, levels.clone()));
+        *self.levels.0.0.lock().unwrap_or_else(PoisonError::into_inner) = Some((key, levels.clone()));
         levels
     }
 

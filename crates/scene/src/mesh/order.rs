@@ -14,7 +14,8 @@ impl Mesh {
     }
 
     /// Puts the triangles into an order in which those that share vertices follow each other, so that a device transforms most vertices once (Forsyth,
-    /// "Linear-Speed Vertex Cache Optimisation", 2006). Of equally far triangles another may be seen.
+    /// "Linear-Speed Vertex Cache Optimisation", 2006). Of equally far triangles another may be seen. Needs the feature
+    /// `readers`.
     pub fn order_triangles(&mut self) {
         if self.ordering_steps() > MOST_ORDERING_STEPS {
             return;

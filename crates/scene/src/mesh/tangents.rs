@@ -9,7 +9,7 @@ use super::{Influences, Mesh, Morph};
 
 impl Mesh {
     /// MikkTSpace tangents from positions, normals and texture coordinates; none without texture coordinates. A vertex whose
-    /// triangles disagree, as at a mirrored seam, is split.
+    /// triangles disagree, as at a mirrored seam, is split. Needs the feature `readers`.
     pub fn compute_tangents(&mut self) {
         self.tangents.clear();
         if self.uvs.is_empty() || self.normals.is_empty() {

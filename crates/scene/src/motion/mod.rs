@@ -3,6 +3,7 @@
 //! Everything is f64 and a pure function of time. [`Scene::at`](super::Scene::at) gives the scene as it is at a time, its deformed meshes as
 //! plain ones: rays, exports and tests take that. Frames on a device deform on the device, from [`Pose`].
 
+#[cfg(feature = "readers")]
 mod append;
 mod at;
 mod bounds;
@@ -15,6 +16,7 @@ mod sample;
 mod tests;
 mod values;
 
+#[cfg(feature = "readers")]
 pub(super) use append::First;
 pub use bounds::DeformBounds;
 pub use deform::deform;

@@ -24,7 +24,7 @@ use afterlight_files::regular_file::read_regular;
 const MAX_DECODED_BYTES: u64 = 4 * (MAX_TEXTURE_EDGE as u64) * (MAX_TEXTURE_EDGE as u64);
 
 impl Texture {
-    /// A texture of a picture's own size with one level and the default sampler.
+    /// A texture of a picture's own size with one level and the default sampler. Needs the feature `readers`.
     pub fn from_image(name: impl Into<String>, image: RgbaImage, color_space: ColorSpace) -> Self {
         let size = [image.width(), image.height()];
         Self { name: name.into(), size, color_space, sampler: Sampler::DEFAULT, texels: image.into_raw().into() }
