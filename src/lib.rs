@@ -12,6 +12,17 @@
 //! | [Error](https://docs.rs/crate/afterlight/latest/source/book/src/error.md) | the crates `afterlight_truth` and `afterlight_lab` |
 //! | [A workload for CI](https://docs.rs/crate/afterlight/latest/source/book/src/ci.md) | the program's `afterlight ci` |
 //!
+//! Features of this crate, of which the first two are on by default:
+//!
+//! - `readers`: scenes, models, skies and pictures are read from files, and built-in scenes are there. Tangents, the order of triangles and levels of
+//!   detail are computed ([`scene`]).
+//! - `caches`: pipelines and measured figures of devices are kept from run to run, and errors name the manifest of a driver that is not found ([`gpu`]).
+//! - `present`: frames in a window of any library that gives raw window handles.
+//! - `serde`: the types that settings and figures consist of are serialized. `caches` includes it.
+//! - `hot-reload`: shaders are compiled while the program runs.
+//!
+//! Without any, a program that fills a [`scene::Scene`] itself renders into memory, and compiles a third of the crates.
+//!
 //! In the repository `scripts/book` builds the chapters into pages with their listings and pictures.
 //!
 //! [ARCHITECTURE.md]: https://docs.rs/crate/afterlight/latest/source/ARCHITECTURE.md

@@ -1,11 +1,12 @@
-//! A device's figures, kept from run to run: `afterlight_lab::report::calibrate` measures them, and plans choose by them.
+//! A device's figures, kept from run to run: `afterlight_lab::report::calibrate` measures them, and plans choose by them. This module needs
+//! the feature `caches`.
 
 use std::io;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::gpu::{PhysicalDevice, vk};
+use crate::gpu::PhysicalDevice;
 use crate::plan::{ABSENT, Basis, COMPARED, CostModel, CullingCost, PathCost};
 
 /// The file's layout. Files of another layout or of another version of the program are ignored.
@@ -57,10 +58,4 @@ impl Calibration {
         let paths = self.paths.map(|cost| cost.unwrap_or(ABSENT));
         CostModel { basis, paths, culling: self.culling.unwrap_or(kind.culling) }
     }
-}
-
-/// Returns the device's own figures, or those of its kind.
-pub(super) fn costs(device: &PhysicalDevice) -> CostModel {
-    let software = device.kind == vk::PhysicalDeviceType::CPU;
-    Calibration::of(device).map_or(CostModel::of_kind(software), |kept| kept.costs(software))
 }

@@ -2,9 +2,10 @@
 
 use ash::vk;
 
-use super::calibration;
+#[cfg(feature = "caches")]
+use super::calibration::Calibration;
 use crate::gpu::PhysicalDevice;
-use crate::plan::{Capabilities, texture_format};
+use crate::plan::{Capabilities, CostModel, texture_format};
 use crate::scene::{BlockFormat, ColorSpace};
 
 /// Returns the capabilities of a device that plans depend on.
@@ -64,13 +65,23 @@ pub fn capabilities(device: &PhysicalDevice) -> Capabilities {
             && limits.max_draw_indirect_count >= 65536
             && limits.max_compute_work_group_invocations >= 128,
         software: device.kind == vk::PhysicalDeviceType::CPU,
-        costs: calibration::costs(device),
+        costs: costs(device),
         bc7: device.features.texture_compression_bc == vk::TRUE && samples(device, BlockFormat::Bc7),
         etc2: device.features.texture_compression_etc2 == vk::TRUE
             && [BlockFormat::Etc2Rgb8, BlockFormat::Etc2Rgb8A1, BlockFormat::Etc2Rgba8]
                 .into_iter()
                 .all(|format| samples(device, format)),
     }
+}
+
+/// Returns the device's own figures if an earlier run kept some, or else the figures of its kind.
+fn costs(device: &PhysicalDevice) -> CostModel {
+    let software = device.kind == vk::PhysicalDeviceType::CPU;
+    #[cfg(feature = "caches")]
+    if let Some(kept) = Calibration::of(device) {
+        return kept.costs(software);
+    }
+    CostModel::of_kind(software)
 }
 
 /// Returns true if textures in these blocks can be uploaded and filtered.

@@ -2,8 +2,6 @@
 
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
-
 use super::rows::Rows;
 use super::{Error, Picture, Renderer};
 #[cfg(feature = "present")]
@@ -49,8 +47,8 @@ fn pose(renderer: &mut Renderer, scene: &Scene, frame: u32) -> Result<(), Error>
 }
 
 /// The way of pictures into a swapchain's images. No dependency depends on the images' format or encoding.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "kebab-case"))]
 pub enum PresentPath {
     /// The last pass draws into them.
     Straight,

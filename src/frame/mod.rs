@@ -2,6 +2,7 @@
 
 mod accumulate;
 mod builder;
+#[cfg(feature = "caches")]
 pub mod calibration;
 mod capabilities;
 mod changes;

@@ -2,8 +2,8 @@
 
 use ash::vk;
 
-use super::{Capabilities, Error, FramePlan, Gbuffer, Refusal, TooFew, effects};
-use crate::scene::{Camera, LightPath, MSAA, SETTINGS, Settings, View};
+use super::{Capabilities, Error, FramePlan, Gbuffer, Refusal, TextureSource, TooFew, effects};
+use crate::scene::{Camera, LightPath, MSAA, SETTINGS, Scene, Settings, View};
 
 /// The name of all that smooths edges, in refusals.
 pub(super) const ANTI_ALIASING: &str = "anti-aliasing";
@@ -44,6 +44,19 @@ pub(super) fn check_attachments(
         return Err(Error::InputAttachments(TooFew::new(read, device.max_input_attachments)));
     }
     Ok(())
+}
+
+/// Refuses textures that have to be decoded where the library cannot decode them.
+pub(super) fn check_blocks(scene: &Scene, plan: &FramePlan) -> Result<(), Error> {
+    let of_effects = plan.effects.present().flat_map(|effect| (effect.textures)(&plan.effects));
+    let undecodable = plan.textures.images.iter().chain(of_effects).find_map(|image| match image.source {
+        TextureSource::Scene(index) if image.blocks.is_none() => {
+            let texture = scene.textures.get(index).filter(|texture| !texture.is_readable())?;
+            Some(Error::Blocks(texture.name.clone(), image.compressed?))
+        }
+        _ => None,
+    });
+    undecodable.map_or(Ok(()), Err)
 }
 
 /// Anti-aliasing and effects work on pictures, and views show values.

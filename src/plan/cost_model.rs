@@ -6,8 +6,6 @@
 //! numbers in the place of a G-buffer give a picture that differs in its last digits, so that only a calibration that somebody asked for decides on
 //! those: a device's pictures must not change because a window was opened on it once.
 
-use serde::{Deserialize, Serialize};
-
 use crate::scene::LightPath;
 
 /// The origin of the figures.
@@ -22,8 +20,8 @@ pub enum Basis {
 }
 
 /// The cost of a frame with one light path, GEOMETRY included, in picoseconds a pixel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct PathCost {
     /// Without a light, for surfaces that fill the picture.
     pub base: u32,
@@ -64,8 +62,8 @@ pub struct Load {
 }
 
 /// The cost of culling in nanoseconds: the CPU's recording, and the additional time of frames on a device that culls.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct CullingCost {
     /// The cost of an object where the CPU culls.
     pub cpu_object: u32,

@@ -251,6 +251,7 @@ impl FramePlan {
                 ..Reasons::default()
             },
         };
+        checks::check_blocks(scene, &plan)?;
         effects::check_plan(&plan, device)?;
         plan.within_fragment_resources(device)
     }

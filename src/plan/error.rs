@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::TooFew;
-use crate::scene::{self, HdrFormat, LightPath};
+use crate::scene::{self, BlockFormat, HdrFormat, LightPath};
 
 /// A frame that cannot be planned. One line that names the setting and the limit.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -71,6 +71,11 @@ pub enum Error {
     /// A depth pre-pass on the light path `forward-naive`.
     #[error("forward-naive has no depth pre-pass, which is what it is there to show: choose `--light-path forward`")]
     NaivePrepass,
+    /// The name of a texture in blocks, and their format, where the library cannot decode them and the device cannot sample the texture as it is.
+    #[error(
+        "the texture {0} is compressed as {1}, which the library decodes with its feature `readers` alone; without, the device must sample {1}, and the texture must have all its levels and be no atlas"
+    )]
+    Blocks(String, BlockFormat),
     /// The edge of a face of the sky's cube, and the device's limit.
     #[error("a sky whose faces are {0} texels wide is not possible on this device: the limit is {1}")]
     Sky(u32, u32),

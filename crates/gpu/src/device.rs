@@ -277,7 +277,9 @@ impl Device {
         unsafe { debug_utils.cmd_end_debug_utils_label(cmd) };
     }
 
-    /// Writes the pipeline cache to disk if it has grown since. Failing to is never an error: it only costs time later.
+    /// Writes the pipeline cache to disk if it has grown since. Failing to is never an error: it only costs time later. It needs the feature
+    /// `caches`.
+    #[cfg(feature = "caches")]
     pub fn save_pipeline_cache(&self) {
         self.pipeline_cache.save(&self.raw);
     }
@@ -300,6 +302,7 @@ impl Drop for Device {
         }
         self.give_up_kept();
         self.destroy_all_retired();
+        #[cfg(feature = "caches")]
         self.save_pipeline_cache();
         self.pipeline_cache.destroy(&self.raw);
         self.submissions.destroy(&self.raw);

@@ -61,7 +61,7 @@ pub(super) fn read(file: &Path) -> Option<Vec<u8>> {
     decode(read_regular(file, MOST_BYTES).ok()?)
 }
 
-/// Returns the content of a file's bytes, if they are whole.
+/// Returns the content of a file's bytes, if they are whole. Needs the feature `caches`.
 pub fn decode(mut bytes: Vec<u8>) -> Option<Vec<u8>> {
     let number = |at: usize| Some(u64::from_le_bytes(bytes.get(at..at + 8)?.try_into().ok()?));
     let (length, sum) = (number(8)?, number(16)?);
@@ -72,7 +72,7 @@ pub fn decode(mut bytes: Vec<u8>) -> Option<Vec<u8>> {
     (data.len() as u64 == length && checksum(&data) == sum).then_some(data)
 }
 
-/// The bytes of a file that holds this.
+/// The bytes of a file that holds this. Needs the feature `caches`.
 pub fn encode(data: &[u8]) -> Vec<u8> {
     [&MAGIC, &(data.len() as u64).to_le_bytes()[..], &checksum(data).to_le_bytes(), data].concat()
 }

@@ -43,7 +43,8 @@ pub struct InstanceOptions {
     /// (`syncval_shader_accesses_heuristic`). Layers that do not know the setting are not given it.
     pub sync_shader_heuristic: bool,
     /// Devices have the measurements of earlier runs ([`super::PhysicalDevice::calibration`]). Without, a plan depends on the device and its driver
-    /// alone, and on no measurement.
+    /// alone, and on no measurement. It needs the feature `caches`.
+    #[cfg(feature = "caches")]
     pub calibrated: bool,
 }
 
@@ -92,6 +93,7 @@ pub struct Instance {
     layers: Vec<LayerInfo>,
     validation: Validation,
     sync_shader_heuristic: bool,
+    #[cfg(feature = "caches")]
     calibrated: bool,
     api_version: u32,
     extensions: Vec<&'static CStr>,
@@ -156,6 +158,7 @@ impl Instance {
             layers,
             validation: options.validation,
             sync_shader_heuristic: plan.shader_heuristic,
+            #[cfg(feature = "caches")]
             calibrated: options.calibrated,
             api_version,
             extensions: extensions.names,
@@ -185,11 +188,10 @@ impl Instance {
         if raw.is_empty() {
             return Err(no_driver("the drivers found no device"));
         }
-        let query = |raw| {
-            let device = PhysicalDevice::query(&self.handles, raw)?;
-            Ok(if self.calibrated { device.with_calibration() } else { device })
-        };
-        raw.into_iter().map(query).collect()
+        let found = raw.into_iter().map(|raw| PhysicalDevice::query(&self.handles, raw));
+        #[cfg(feature = "caches")]
+        let found = found.map(|device| Ok(if self.calibrated { device?.with_calibration() } else { device? }));
+        found.collect()
     }
 
     /// All messages so far, oldest first, which are then forgotten.

@@ -12,6 +12,13 @@
 //! thread at a time. `SAFETY` comments call this "the module's contract". Validation layers check it.
 //!
 //! Vulkan 1.1 is the baseline; newer features and extensions are used where they exist. One queue does everything.
+//!
+//! Features of this crate:
+//!
+//! - `caches`, on by default, reads and writes files. A device's pipelines and measured figures are kept from run to run, in `afterlight` in the user's
+//!   cache; [`manifests`] reads the drivers' manifests, by which errors name the file that keeps a driver from being found. Without it the crate reads no file
+//!   but `os-release`, for the name of a package to install.
+//! - `present` has surfaces and swapchains for a window of any library that gives raw window handles.
 
 #![deny(missing_docs)]
 
@@ -20,6 +27,7 @@ mod buffer;
 mod command;
 mod descriptor;
 mod device;
+#[cfg(feature = "caches")]
 mod device_file;
 mod error;
 mod functions;
@@ -29,6 +37,7 @@ mod image_formats;
 mod instance;
 mod instrumentation;
 mod journal;
+#[cfg(feature = "caches")]
 pub mod manifests;
 mod memory;
 mod message;
@@ -69,6 +78,7 @@ pub use swapchain::{Fit, Vsync};
 pub use buffer::Buffer;
 pub use command::CommandBuffer;
 pub use descriptor::{DescriptorPool, SetLayout, SetLayoutBinding, SetWriter, binding};
+#[cfg(feature = "caches")]
 pub use device_file::{decode as decode_device_file, encode as encode_device_file};
 pub use image::{Image, ImageDesc, format_bytes};
 #[cfg(feature = "present")]
@@ -78,6 +88,7 @@ pub use owned::Owned;
 pub use pipeline::{
     DepthState, GraphicsPipeline, GraphicsPipelineDesc, ShaderStage, compute_pipeline, pipeline_layout,
 };
+#[cfg(feature = "caches")]
 pub use pipeline_cache::DriverHeader;
 pub use queries::Timestamps;
 pub use render_pass::{Framebuffer, RenderPass, SubpassDesc, framebuffer};

@@ -1,4 +1,5 @@
-//! The driver manifests that a Vulkan loader would look at: small JSON files that name a driver's library.
+//! The driver manifests that a Vulkan loader would look at: small JSON files that name a driver's library. They need
+//! the feature `caches`.
 
 use std::env;
 use std::ffi::OsString;

@@ -1,16 +1,16 @@
 //! The devices of a system: their properties and features, and the choice among them.
 
+#[cfg(feature = "caches")]
+mod calibration;
+
 use std::collections::BTreeSet;
 use std::convert::Infallible;
 use std::fmt;
-use std::io;
-use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::Arc;
 
 use ash::vk;
 
-use super::device_file::{CALIBRATION, check, read, write};
 use super::error::{Doing, Error, Result};
 use super::instance::{InstanceHandles, fixed_text};
 
@@ -52,7 +52,8 @@ pub struct PhysicalDevice {
     /// The number of valid bits in that family's timestamps; 0: it writes none.
     pub timestamp_valid_bits: u32,
     /// The figures that an earlier run measured of the device and its driver, as [`PhysicalDevice::keep_calibration`] took them; only with
-    /// [`super::InstanceOptions::calibrated`].
+    /// [`super::InstanceOptions::calibrated`], and with the feature `caches`.
+    #[cfg(feature = "caches")]
     pub calibration: Option<Vec<u8>>,
     instance: Arc<InstanceHandles>,
 }
@@ -98,36 +99,10 @@ impl PhysicalDevice {
             extensions,
             queue_family: family.and_then(|index| u32::try_from(index).ok()),
             timestamp_valid_bits: family.map_or(0, |index| families[index].timestamp_valid_bits),
+            #[cfg(feature = "caches")]
             calibration: None,
             instance: Arc::clone(instance),
         })
-    }
-
-    /// With the data that [`PhysicalDevice::keep_calibration`] has kept by now.
-    pub fn with_calibration(self) -> PhysicalDevice {
-        let calibration = CALIBRATION.place(&self).as_deref().and_then(read);
-        PhysicalDevice { calibration, ..self }
-    }
-
-    /// Returns the path that [`PhysicalDevice::keep_calibration`] will write: `calibration-...` in `AFTERLIGHT_CALIBRATION`, else in `afterlight` in
-    /// the user's cache.
-    ///
-    /// # Errors
-    /// When nothing can be written there, or there is no place for it.
-    pub fn calibration_place(&self) -> io::Result<PathBuf> {
-        let place = CALIBRATION.place(self).ok_or_else(|| io::Error::other("there is no folder for them"))?;
-        check(&place)?;
-        Ok(place)
-    }
-
-    /// Keeps measurements of the device for later runs.
-    ///
-    /// # Errors
-    /// As [`PhysicalDevice::calibration_place`].
-    pub fn keep_calibration(&self, measured: &[u8]) -> io::Result<PathBuf> {
-        let place = self.calibration_place()?;
-        write(&place, measured)?;
-        Ok(place)
     }
 
     /// Returns the features of this format for optimally tiled images.

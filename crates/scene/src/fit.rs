@@ -4,13 +4,16 @@
 //! and from a point near one end, at eye height, most rays in the horizontal and the one straight down meet the fronts of surfaces (an
 //! object seen from within shows backs or nothing). The camera then stands there and looks along the hall.
 
+#[cfg(feature = "readers")]
+mod exposed;
+
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::{
-    Aabb, Camera, ClipChoice, Environment, Light, LightKind, Playing, Projection, Scene, exposure_scale, framing,
-    metered_ev100,
-};
+use super::{Aabb, Camera, ClipChoice, Environment, Light, LightKind, Playing, Projection, Scene, framing};
+
+#[cfg(feature = "readers")]
+pub use exposed::{fit_emission, fit_exposure};
 
 /// The direction from an object to its camera: three quarters.
 const TOWARD_CAMERA: DVec3 = DVec3::new(0.65, 0.45, 1.0);
@@ -25,8 +28,6 @@ const HORIZON_HITS: usize = 12;
 const EYE_HEIGHTS: [f64; 2] = [0.16, 0.3];
 /// The camera's places along the hall, as shares of its length from either end.
 const STANDS: [f64; 3] = [0.1, 0.16, 0.22];
-/// The shade of a hall is darker than the open by so many stops.
-const SHADE_STOPS: f32 = 2.0;
 /// Lux of the sun and nits of the sky light that goes with it.
 const SUN_LUX: f32 = 100_000.0;
 const SKY_NITS: f32 = 9_000.0;
@@ -64,25 +65,6 @@ pub fn fit_camera(scene: &mut Scene, aspect: f64) -> CameraPlace {
     drop(still);
     (scene.camera, scene.fitted.camera, scene.looks_through) = (camera, true, None);
     stand
-}
-
-/// Exposes a lit model for where its fitted camera stands. Metering knows no shadows, so that inside, where most lies in the
-/// shade, it opens by [`SHADE_STOPS`].
-pub fn fit_exposure(scene: &mut Scene, stand: CameraPlace) {
-    if stand == CameraPlace::Inside {
-        scene.settings.exposure = Some(metered_ev100(scene) - SHADE_STOPS);
-        scene.fitted.exposure = true;
-    }
-}
-
-/// Makes nits of emission that materials give as shares of white: 1 becomes the radiance at which the picture saturates. Called again, it
-/// follows a change of the light.
-pub fn fit_emission(scene: &mut Scene) {
-    let ev100 = scene.settings.exposure.unwrap_or_else(|| metered_ev100(scene));
-    let white = 1.0 / exposure_scale(ev100);
-    let gain = white / scene.fitted.white.unwrap_or(1.0);
-    scene.materials.iter_mut().for_each(|material| material.emissive *= gain);
-    scene.fitted.white = Some(white);
 }
 
 /// A sun that slants in along the longer side, steep enough for the floor of an open court, and light from the sky.
@@ -212,6 +194,7 @@ fn intersect(origin: Vec3, direction: Vec3, [a, b, c]: &[Vec3; 3]) -> Option<(f3
 mod tests {
     use super::*;
     use crate::builtin::{self, shapes};
+    use crate::metered_ev100;
     use crate::{Material, Object};
     use glam::DAffine3;
 

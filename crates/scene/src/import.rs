@@ -9,7 +9,7 @@ use super::{
     Environment, Light, Material, Mesh, Motion, NamedCamera, Object, Scene, SettingsPatch, Target, Texture, TextureSlot,
 };
 
-/// Options for loading a model.
+/// Options for loading a model. They need the feature `readers`.
 #[derive(Default, Clone, Copy)]
 pub struct LoadOptions<'a> {
     /// Called with the progress of long work, from several threads.
@@ -25,7 +25,7 @@ impl LoadOptions<'_> {
     }
 }
 
-/// A step of loading: `done` of `total` units of `what`.
+/// A step of loading: `done` of `total` units of `what`. Needs the feature `readers`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Progress {
     /// The units that are counted, as "meshes".
@@ -36,7 +36,7 @@ pub struct Progress {
     pub total: usize,
 }
 
-/// A model file's content. Indices point into the lists here.
+/// A model file's content. Indices point into the lists here. Needs the feature `readers`.
 #[derive(Debug, Clone, Default)]
 pub struct Imported {
     /// The meshes.
@@ -61,7 +61,7 @@ pub struct Imported {
     pub files: Vec<PathBuf>,
 }
 
-/// The parts of an exported scene beside the things in it.
+/// The parts of an exported scene beside the things in it. They need the feature `readers`.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Surroundings {
     /// Ambient light and background.

@@ -3,10 +3,19 @@
 //! World space is right-handed with +Y up; a camera looks along its -Z. Lengths are metres, light is linear Rec. 709 RGB.
 //! Positions and transforms of the world are f64: a mesh keeps its `origin` apart and only the offsets from it are f32, and a
 //! frame moves the world to the camera before it drops to f32.
+//!
+//! Features of this crate:
+//!
+//! - `readers`, on by default, reads and writes files: glTF, OBJ, scene files and settings in TOML, pictures and skies. It also has the built-in scenes,
+//!   and work on meshes: tangents, the order of triangles, and levels of detail. Without it a program fills a [`Scene`] itself, with tangents where a
+//!   material has a normal map. Meshes then have no levels of detail, messages about unknown names propose none, and textures in compressed blocks are
+//!   drawn only by devices that sample them as they are ([`Texture::is_readable`]).
+//! - `serde` serializes the choices that settings consist of. `readers` includes it.
 
 #![deny(missing_docs)]
 
 mod bounds;
+#[cfg(feature = "readers")]
 pub mod builtin;
 mod camera;
 pub mod check;
@@ -14,20 +23,25 @@ mod counted;
 pub mod emitter;
 mod error;
 mod exposure;
+#[cfg(feature = "readers")]
 pub mod file;
 mod fit;
 mod framing;
+#[cfg(feature = "readers")]
 pub mod gltf;
+#[cfg(feature = "readers")]
 mod import;
 mod lens;
 mod levels;
 mod light;
+#[cfg(feature = "readers")]
 mod load;
 mod look;
 mod material;
 pub mod mesh;
 mod mips;
 mod motion;
+#[cfg(feature = "readers")]
 pub mod obj;
 mod optional_parts;
 mod path;
@@ -37,6 +51,7 @@ mod suggest;
 mod temperature;
 mod texels;
 mod texture;
+#[cfg(feature = "readers")]
 mod uvs;
 
 pub use bounds::Aabb;
@@ -47,11 +62,13 @@ pub use error::Error;
 pub use error::without_controls;
 pub use exposure::{exposure_scale, luminance, metered_ev100};
 pub use fit::{add_daylight, add_studio, fit_camera};
+#[cfg(feature = "readers")]
 pub use import::{Imported, LoadOptions, Progress, Surroundings};
 pub use lens::{Aperture, ThinLens};
-pub use levels::MOST_LEVELS;
+pub use levels::{HAS_LEVELS, MOST_LEVELS};
 pub use levels::{Level, Levels};
 pub use light::{Falloff, Light, LightForm, LightKind, LightTrait, Outline, ShadowProjection, Solid, TRAITS, unit};
+#[cfg(feature = "readers")]
 pub use load::{OpenOptions, Up, open};
 pub use look::{HIGHLIGHT, HIGHLIGHT_SHARE, Look, MAX_ATLAS_EDGE};
 pub use material::{AlphaMode, Brdf, DIELECTRIC, FORMS, Material, SlotForm, TextureSlot, UvMap, scaled};
@@ -66,14 +83,14 @@ pub use motion::{
 pub use optional_parts::{Keep, OptionalPart};
 pub use path::{CameraKey, CameraPath};
 pub use settings::*;
-pub use sky::{
-    Atmosphere, CubeLevel, FACES, MOST_LIGHT, Sky, SkyChoice, SkyCube, SkyImage, SkyOrigin, SunDisc, face_direction,
-    put_sky, read_faces, read_panorama,
-};
+pub use sky::{Atmosphere, CubeLevel, FACES, MOST_LIGHT, Sky, SkyCube, SkyImage, SkyOrigin, SunDisc, face_direction};
+#[cfg(feature = "readers")]
+pub use sky::{SkyChoice, put_sky, read_faces, read_panorama};
 pub use suggest::{nearest, unknown};
 pub use temperature::{KELVIN, black_body_color};
 pub use texels::{BlockFormat, Texels};
 pub use texels::{level_size, most_levels};
+#[cfg(feature = "readers")]
 // For pictures that the program reads.
 #[doc(hidden)]
 pub use texture::decode;

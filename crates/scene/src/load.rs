@@ -10,7 +10,7 @@ use super::Mesh;
 use super::gltf::{self, GltfOptions};
 use super::{Aabb, Error, Imported, LoadOptions, Progress, Scene, builtin, file, fit, obj};
 
-/// Options for opening a scene.
+/// Options for opening a scene. They need the feature `readers`.
 #[derive(Clone, Copy)]
 pub struct OpenOptions<'a> {
     /// Called with the progress of long work, from several threads.
@@ -29,7 +29,7 @@ pub struct OpenOptions<'a> {
     pub allow_outside: bool,
 }
 
-/// An axis of a file that points up. The other two stay right-handed.
+/// An axis of a file that points up. The other two stay right-handed. Needs the feature `readers`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Up {
     /// As in this program's world.
@@ -93,7 +93,7 @@ impl Format {
 }
 
 /// Opens `builtin:NAME?key=value&…`, a scene file (`.toml`) or a bare model (`.gltf`, `.glb`, `.obj`). Cameras and lights that such a file leaves out
-/// are fitted to it.
+/// are fitted to it. Needs the feature `readers`.
 ///
 /// # Errors
 /// [`Error`], one line that names what is wrong with what; see its variants. [`Error::Setting`] for a scale or an upward axis of anything but

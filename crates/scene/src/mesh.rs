@@ -1,8 +1,10 @@
 //! Triangle meshes and where they stand.
 
-use std::collections::HashMap;
+#[cfg(feature = "readers")]
+mod order;
+#[cfg(feature = "readers")]
+mod tangents;
 
-use bevy_mikktspace::{Geometry, TangentSpace};
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::motion::{Influences, Morph};
@@ -48,9 +50,6 @@ pub struct Mesh {
     pub levels: Levels,
 }
 
-/// The most steps of [`Mesh::ordering_steps`], about a second. A face of a hundred thousand corners has vertices that would take minutes.
-const MOST_ORDERING_STEPS: u64 = 1 << 26;
-
 impl Mesh {
     /// A mesh at `points`, in mesh space: they are recentred in f64 before they become f32, so that a model far from zero
     /// keeps its shape. Sets `origin`, `positions` and `bounds`.
@@ -77,58 +76,6 @@ impl Mesh {
         self.normals = sums.iter().map(|sum| sum.normalize_or(DVec3::Y).as_vec3().to_array()).collect();
     }
 
-    /// MikkTSpace tangents from positions, normals and texture coordinates; none without texture coordinates. A vertex whose
-    /// triangles disagree, as at a mirrored seam, is split.
-    pub fn compute_tangents(&mut self) {
-        self.tangents.clear();
-        if self.uvs.is_empty() || self.normals.is_empty() {
-            return;
-        }
-        let mut corners = Corners { mesh: self, tangents: vec![None; self.indices.len()] };
-        // Its error type has no values today; should it get some, the fallback below is still a valid frame.
-        let _ = bevy_mikktspace::generate_tangents(&mut corners);
-        let tangents = corners.tangents;
-        self.tangents = self.normals.iter().map(|&normal| any_tangent(normal)).collect();
-        let mut is_set = vec![false; self.positions.len()];
-        let mut splits = HashMap::new();
-        for (corner, tangent) in tangents.into_iter().enumerate() {
-            let vertex = self.indices[corner] as usize;
-            let Some(tangent) = tangent.filter(|&tangent| spans_plane(self.normals[vertex], tangent)) else { continue };
-            if !is_set[vertex] {
-                is_set[vertex] = true;
-                self.tangents[vertex] = tangent;
-            } else if self.tangents[vertex] != tangent {
-                let key = (vertex, tangent.map(f32::to_bits));
-                self.indices[corner] = *splits.entry(key).or_insert_with(|| self.split_vertex(vertex, tangent));
-            }
-        }
-    }
-
-    fn split_vertex(&mut self, vertex: usize, tangent: [f32; 4]) -> u32 {
-        fn again<T: Copy>(values: &mut Vec<T>, vertex: usize) {
-            values.extend(values.get(vertex).copied());
-        }
-        again(&mut self.positions, vertex);
-        again(&mut self.normals, vertex);
-        again(&mut self.uvs, vertex);
-        again(&mut self.uvs_1, vertex);
-        again(&mut self.colors, vertex);
-        self.tangents.push(tangent);
-        if let Some(Influences { per_vertex, joints, weights }) = &mut self.influences {
-            let own = vertex * *per_vertex..(vertex + 1) * *per_vertex;
-            joints.extend_from_within(own.clone());
-            weights.extend_from_within(own);
-        }
-        for Morph { name: _, positions, normals, tangents, uvs, colors } in &mut self.morphs {
-            again(positions, vertex);
-            again(normals, vertex);
-            again(tangents, vertex);
-            again(uvs, vertex);
-            again(colors, vertex);
-        }
-        (self.positions.len() - 1) as u32
-    }
-
     /// Drops triangles without area, which draw nothing but upset normals and tangents. Returns how many there were.
     pub fn remove_degenerate_triangles(&mut self) -> usize {
         let before = self.indices.len();
@@ -151,28 +98,6 @@ impl Mesh {
         self.indices.chunks_exact(3).filter(against).count()
     }
 
-    /// The steps that [`Mesh::order_triangles`] takes for vertices of many triangles: it looks at all of them whenever one is taken.
-    fn ordering_steps(&self) -> u64 {
-        let mut triangles = vec![0_u64; self.positions.len()];
-        self.indices.iter().for_each(|&index| triangles[index as usize] += 1);
-        triangles.iter().filter(|&&own| own > 64).map(|own| own * own).sum()
-    }
-
-    /// Puts the triangles into an order in which those that share vertices follow each other, so that a device transforms most vertices once (Forsyth,
-    /// "Linear-Speed Vertex Cache Optimisation", 2006). Of equally far triangles another may be seen.
-    pub fn order_triangles(&mut self) {
-        if self.ordering_steps() > MOST_ORDERING_STEPS {
-            return;
-        }
-        let mut workspace = meshoptimizer_rs::Workspace::default();
-        // Beyond the limits of that library the order stays, which is as good a picture.
-        if let Ok(indices) =
-            meshoptimizer_rs::optimize_vertex_cache(&self.indices, self.positions.len(), &mut workspace)
-        {
-            self.indices = indices;
-        }
-    }
-
     /// Returns the box around `origin + positions`, which `bounds` must hold.
     pub fn compute_bounds(&self) -> Aabb {
         Aabb::of_points(self.positions.iter().map(|&p| self.origin + Vec3::from(p).as_dvec3()))
@@ -190,58 +115,6 @@ pub fn corner_angle(points: &[DVec3; 3], corner: usize) -> f64 {
     let a = (points[(corner + 1) % 3] - here).normalize_or_zero();
     let b = (points[(corner + 2) % 3] - here).normalize_or_zero();
     a.dot(b).clamp(-1.0, 1.0).acos()
-}
-
-/// Returns true if normal and tangent give a bitangent: MikkTSpace answers (1, 0, 0) where texture coordinates coincide, and huge
-/// triangles overflow its f32.
-fn spans_plane(normal: [f32; 3], [x, y, z, _]: [f32; 4]) -> bool {
-    // A comparison that is false for NaN.
-    Vec3::from(normal).cross(Vec3::new(x, y, z)).length_squared() > 1e-6
-}
-
-/// Some tangent for a vertex to which the texture coordinates give none.
-fn any_tangent(normal: [f32; 3]) -> [f32; 4] {
-    Vec3::from(normal).any_orthonormal_vector().extend(1.0).to_array()
-}
-
-/// A mesh as MikkTSpace reads it, and the tangent that it writes for each corner.
-struct Corners<'a> {
-    mesh: &'a Mesh,
-    tangents: Vec<Option<[f32; 4]>>,
-}
-
-impl Corners<'_> {
-    fn vertex(&self, face: usize, corner: usize) -> usize {
-        self.mesh.indices[face * 3 + corner] as usize
-    }
-}
-
-impl Geometry for Corners<'_> {
-    fn num_faces(&self) -> usize {
-        self.mesh.indices.len() / 3
-    }
-
-    fn num_vertices_of_face(&self, _face: usize) -> usize {
-        3
-    }
-
-    fn position(&self, face: usize, corner: usize) -> [f32; 3] {
-        self.mesh.positions[self.vertex(face, corner)]
-    }
-
-    fn normal(&self, face: usize, corner: usize) -> [f32; 3] {
-        self.mesh.normals[self.vertex(face, corner)]
-    }
-
-    fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
-        // MikkTSpace's V runs up, ours down; so the bitangent points to the image's top, as normal maps with +Y up want it.
-        let [u, v] = self.mesh.uvs[self.vertex(face, corner)];
-        [u, 1.0 - v]
-    }
-
-    fn set_tangent(&mut self, tangent_space: Option<TangentSpace>, face: usize, corner: usize) {
-        self.tangents[face * 3 + corner] = tangent_space.map(|space| space.tangent_encoded());
-    }
 }
 
 /// A mesh placed in the world with a material.
@@ -338,48 +211,12 @@ pub fn transformed_vertices(indices: &[u32]) -> usize {
 mod tests {
     use super::*;
 
-    fn quad() -> Mesh {
+    pub(super) fn quad() -> Mesh {
         let points = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| DVec3::new(x, y, 0.0));
         let mut mesh = Mesh::from_points("quad", &points);
         mesh.uvs = vec![[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]];
         mesh.indices = vec![0, 1, 2, 0, 2, 3];
         mesh
-    }
-
-    #[test]
-    fn tangent_runs_along_u_and_bitangent_to_the_top_of_the_image() {
-        let mut mesh = quad();
-        mesh.compute_normals();
-        mesh.compute_tangents();
-        assert_eq!(mesh.normals, vec![[0.0, 0.0, 1.0]; 4]);
-        assert_eq!(mesh.tangents, vec![[1.0, 0.0, 0.0, 1.0]; 4]);
-    }
-
-    #[test]
-    fn texture_coordinates_without_area_still_give_a_frame() {
-        for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
-            let (u, v) = axis.any_orthonormal_pair();
-            let mut mesh = Mesh::from_points("flat", &[DVec3::ZERO, u, v]);
-            mesh.uvs = vec![[0.5, 0.5]; 3];
-            mesh.indices = vec![0, 1, 2];
-            mesh.compute_normals();
-            mesh.compute_tangents();
-            assert!((0..3).all(|i| spans_plane(mesh.normals[i], mesh.tangents[i])), "{axis}");
-        }
-    }
-
-    #[test]
-    fn mirrored_texture_coordinates_split_the_shared_vertices() {
-        let mut mesh = quad();
-        // The second triangle's image is mirrored about the diagonal's u.
-        mesh.uvs = vec![[0.0, 1.0], [1.0, 1.0], [0.5, 0.0], [1.0, 1.0]];
-        mesh.compute_normals();
-        mesh.compute_tangents();
-        assert!(mesh.positions.len() > 4);
-        assert_eq!(mesh.tangents.len(), mesh.positions.len());
-        assert_eq!(mesh.uvs.len(), mesh.positions.len());
-        let sign = |corner: usize| mesh.tangents[mesh.indices[corner] as usize][3];
-        assert_eq!((sign(0), sign(3)), (1.0, -1.0));
     }
 
     #[test]
@@ -407,25 +244,5 @@ mod tests {
         mesh.compute_normals();
         let expected = DVec3::NEG_ONE.normalize();
         assert!((Vec3::from(mesh.normals[0]).as_dvec3() - expected).length() < 1e-6);
-    }
-
-    #[test]
-    fn triangles_that_share_vertices_come_to_follow_each_other() {
-        let points: Vec<DVec3> = (0..1600).map(|i| DVec3::new(f64::from(i % 40), 0.0, f64::from(i / 40))).collect();
-        let indices = grid_indices(40);
-        let triangles = indices.as_chunks::<3>().0.to_vec();
-        let count = triangles.len();
-        // A step that is prime to their number takes each once.
-        let scattered: Vec<u32> = (0..count).flat_map(|i| triangles[i * 1009 % count]).collect();
-        let mut grid = Mesh { indices: scattered, ..Mesh::from_points("grid", &points) };
-        assert!(transformed_vertices(&grid.indices) > 2 * count);
-        grid.order_triangles();
-        assert!(transformed_vertices(&grid.indices) < count, "{}", transformed_vertices(&grid.indices));
-        let sorted = |mut triangles: Vec<[u32; 3]>| {
-            triangles.sort_unstable();
-            triangles
-        };
-        // Each begins with the corner that it began with.
-        assert_eq!(sorted(grid.indices.as_chunks::<3>().0.to_vec()), sorted(triangles));
     }
 }

@@ -8,8 +8,15 @@ const MOST_LISTED: usize = 120;
 const ALIKE: usize = 20;
 
 /// From 0 to 1 (Jaro-Winkler).
+#[cfg(feature = "readers")]
 fn likeness(name: &str, candidate: &str) -> f64 {
     strsim::jaro_winkler(&name.to_lowercase().replace('_', "-"), &candidate.to_lowercase().replace('_', "-"))
+}
+
+/// Finds nothing alike: the measure needs the feature `readers`.
+#[cfg(not(feature = "readers"))]
+fn likeness(_: &str, _: &str) -> f64 {
+    0.0
 }
 
 /// The candidate that is most like `name`, if it is so alike that it may have been meant (Jaro-Winkler 0.8 and up) and has the same numbers in

@@ -1,5 +1,10 @@
 //! The contents of a texture: texels, or the blocks of 4x4 texels that its file compresses them to, with the levels of the file.
 
+#[cfg(feature = "readers")]
+mod decode;
+#[cfg(feature = "readers")]
+mod solid;
+
 use std::borrow::Cow;
 use std::fmt;
 
@@ -37,84 +42,6 @@ impl BlockFormat {
     pub fn level_bytes(self, [width, height]: [u32; 2]) -> u64 {
         u64::from(width.div_ceil(4)) * u64::from(height.div_ceil(4)) * self.block_bytes() as u64
     }
-
-    /// The texels of a block, rows from the top.
-    fn decode(self, block: &[u8]) -> [[u8; 4]; 16] {
-        let mut texels = [0; 16];
-        match self {
-            Self::Bc7 => texture2ddecoder::decode_bc7_block(block, &mut texels),
-            Self::Etc2Rgb8 => texture2ddecoder::decode_etc2_rgb_block(block, &mut texels),
-            Self::Etc2Rgb8A1 => texture2ddecoder::decode_etc2_rgba1_block(block, &mut texels),
-            Self::Etc2Rgba8 => texture2ddecoder::decode_etc2_rgba8_block(block, &mut texels),
-        }
-        texels.map(|texel| match texel.to_le_bytes() {
-            // By the specification black as well, which filtering brings to light; the decoder keeps its colour.
-            [.., 0] if self == Self::Etc2Rgb8A1 => [0; 4],
-            [blue, green, red, alpha] => [red, green, blue, alpha],
-        })
-    }
-}
-
-/// Modifiers of ETC2's colours, by the block's table and a texel's code (Khronos Data Format Specification 1.3, table "ETC1 intensity modifier sets").
-const ETC2_MODIFIERS: [[i32; 4]; 8] = [
-    [2, 8, -2, -8],
-    [5, 17, -5, -17],
-    [9, 29, -9, -29],
-    [13, 42, -13, -42],
-    [18, 60, -18, -60],
-    [24, 80, -24, -80],
-    [33, 106, -33, -106],
-    [47, 183, -47, -183],
-];
-
-impl BlockFormat {
-    /// A block of one colour, RGBA, or one near it: channels of BC7 have 7 bits and those of ETC2 5 bits and a modifier that all share, alpha has 8.
-    /// A colour of [`BlockFormat::Etc2Rgb8A1`] is opaque.
-    pub(super) fn solid(self, color: [u8; 4]) -> Vec<u8> {
-        match self {
-            Self::Bc7 => solid_bc7(color).to_vec(),
-            Self::Etc2Rgb8 | Self::Etc2Rgb8A1 => solid_etc2(color).to_vec(),
-            Self::Etc2Rgba8 => [solid_eac(color[3]), solid_etc2(color)].concat(),
-        }
-    }
-}
-
-/// Mode 5, with both endpoints the same.
-fn solid_bc7([red, green, blue, alpha]: [u8; 4]) -> [u8; 16] {
-    let pair = |code: u8, bits: u32| u128::from(code) | u128::from(code) << bits;
-    let colors = pair(red >> 1, 7) | pair(green >> 1, 7) << 14 | pair(blue >> 1, 7) << 28;
-    (1 << 5 | colors << 8 | pair(alpha, 8) << 50).to_le_bytes()
-}
-
-/// Differential mode without a difference: of all modifiers the one with which the nearest base has the smallest error.
-fn solid_etc2([red, green, blue, _]: [u8; 4]) -> [u8; 8] {
-    let shown = |base: i32, modifier: i32| ((base << 3 | base >> 2) + modifier).clamp(0, 255);
-    let nearest = |channel: u8, modifier: i32| {
-        let error = |base: &i32| shown(*base, modifier).abs_diff(i32::from(channel));
-        (0..32).min_by_key(error).map_or((0, 0), |base| (base, error(&base)))
-    };
-    let tables = ETC2_MODIFIERS.iter().enumerate();
-    let ways =
-        tables.flat_map(|(table, own)| own.iter().enumerate().map(move |(code, modifier)| (table, code, *modifier)));
-    let errors = ways.map(|(table, code, modifier)| {
-        let channels = [red, green, blue].map(|channel| nearest(channel, modifier));
-        (channels.iter().map(|(_, error)| error).sum::<u32>(), table, code, channels.map(|(base, _)| base as u8))
-    });
-    let (_, table, code, [red, green, blue]) = errors.min().unwrap_or_default();
-    let bits = |is_set: bool| if is_set { 0xff } else { 0 };
-    // The high bits of all texels' codes come before their low bits.
-    let (high, low) = (bits(code & 2 != 0), bits(code & 1 != 0));
-    let [table, differential] = [(table << 5 | table << 2) as u8, 2];
-    [red << 3, green << 3, blue << 3, table | differential, high, high, low, low]
-}
-
-/// All texels have the base: code 4 of table 13 adds nothing to it.
-fn solid_eac(alpha: u8) -> [u8; 8] {
-    let codes = (0..16).fold(0, |codes: u64, _| codes << 3 | 4);
-    let [_, _, codes @ ..] = codes.to_be_bytes();
-    let mut block = [alpha, 1 << 4 | 13, 0, 0, 0, 0, 0, 0];
-    block[2..].copy_from_slice(&codes);
-    block
 }
 
 impl fmt::Display for BlockFormat {
@@ -128,6 +55,14 @@ impl fmt::Display for BlockFormat {
     }
 }
 
+#[cfg(not(feature = "readers"))]
+impl BlockFormat {
+    /// Stands in for the decoder: [`Texture::is_readable`] says that these are not the texels.
+    fn decode(self, _block: &[u8]) -> [[u8; 4]; 16] {
+        [[0; 4]; 16]
+    }
+}
+
 /// The content of a texture, rows from the top.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Texels {
@@ -135,7 +70,7 @@ pub enum Texels {
     Rgba8(Vec<u8>),
     /// The same with its levels, the largest first; at least that one.
     Rgba8Levels(Vec<Vec<u8>>),
-    /// Blocks of 4x4 texels, row by row.
+    /// Blocks of 4x4 texels, row by row. Without the feature `readers` they are drawn only by devices that sample them as they are.
     Blocks {
         /// Their compression.
         format: BlockFormat,
@@ -169,6 +104,11 @@ pub fn most_levels(size: [u32; 2]) -> u32 {
 }
 
 impl Texture {
+    /// Returns true if texels can be read. Those in blocks are decoded, which needs the feature `readers`: without it they are read as 0.
+    pub fn is_readable(&self) -> bool {
+        cfg!(feature = "readers") || !matches!(self.texels, Texels::Blocks { .. })
+    }
+
     /// The texels of a level that the texture has, 8-bit RGBA. Blocks are decoded each time.
     pub fn rgba8(&self, level: usize) -> Cow<'_, [u8]> {
         match &self.texels {
@@ -267,6 +207,7 @@ fn decode_level(format: BlockFormat, size: [u32; 2], level: &[u8]) -> Vec<u8> {
 
 #[cfg(test)]
 mod tests {
+    use super::solid::solid_bc7;
     use super::*;
     use crate::ColorSpace;
 

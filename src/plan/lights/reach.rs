@@ -134,6 +134,7 @@ fn least_roughness(scene: &Scene, material: &Material) -> f64 {
     let texture = material.textures().find(|(slot, _)| *slot == TextureSlot::MetallicRoughness);
     let least = texture.map_or(255, |(_, index)| {
         let mut least = 255;
+        // Texels that cannot be read are 0, the bound of all.
         scene.textures[index].any_texel(|[_, green, ..]| {
             least = green.min(least);
             least == 0

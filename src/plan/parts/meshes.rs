@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::{Part, part};
 use crate::plan::{FramePlan, Shading};
-use crate::scene::{OptionalPart, Scene, Settings, counted};
+use crate::scene::{HAS_LEVELS, OptionalPart, Scene, Settings, counted};
 
 /// Vertices and indices on the device, by stream.
 pub(super) fn geometry(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
@@ -97,6 +97,9 @@ pub(super) fn levels(settings: &Settings, plan: &FramePlan) -> Part {
             plan.meshes.level_bytes().div_ceil(1024)
         ),
         _ if settings.lod <= 0.0 => "not asked for: meshes are drawn in full".into(),
+        _ if !HAS_LEVELS => {
+            "meshes are drawn in full: the library lacks its feature `readers`, which makes levels".into()
+        }
         Shading::ShowTriangle => "the view shows the triangles of the meshes themselves".into(),
         _ => "no opaque mesh can be simplified enough to pay".into(),
     };

@@ -224,11 +224,16 @@ struct Texels<'a> {
     alphas: BTreeMap<usize, Option<(u8, u8)>>,
 }
 
-impl Texels<'_> {
+impl<'a> Texels<'a> {
+    /// A texture of which the plan can read the texels. Of others it supposes nothing.
+    fn readable(&self, index: usize) -> Option<&'a Texture> {
+        self.textures.get(index).filter(|texture| texture.is_readable())
+    }
+
     /// The linear values that all texels have in these channels.
     fn color(&mut self, texture: Option<usize>, channels: Channels) -> Option<[f64; 4]> {
         let index = texture?;
-        let texture = self.textures.get(index)?;
+        let texture = self.readable(index)?;
         *self.colors.entry((index, channels)).or_insert_with(|| {
             let first = texture.texel(0, 0);
             let mask = u32::from_ne_bytes(channels.map(|counts| if counts { 255 } else { 0 }));
@@ -239,7 +244,7 @@ impl Texels<'_> {
 
     /// The least and the most alpha.
     fn alphas(&mut self, index: usize) -> Option<(u8, u8)> {
-        let texture = self.textures.get(index)?;
+        let texture = self.readable(index)?;
         *self.alphas.entry(index).or_insert_with(|| {
             let mut range: Option<(u8, u8)> = None;
             texture.any_texel(|[.., alpha]| {
@@ -256,7 +261,7 @@ impl Texels<'_> {
     /// channel is above that.
     fn is_flat(&self, index: usize) -> bool {
         let is_bent = |[x, y, z, _]: [u8; 4]| [x, y] != [128; 2] || z <= 128;
-        self.textures.get(index).is_some_and(|texture| !texture.any_texel(is_bent))
+        self.readable(index).is_some_and(|texture| !texture.any_texel(is_bent))
     }
 }
 

@@ -1,4 +1,4 @@
-//! Scenes made of formulas, for tests, benchmarks and the first picture: `builtin:NAME?key=value&key=value`.
+//! Scenes made of formulas, for tests, benchmarks and the first picture: `builtin:NAME?key=value&key=value`. This module needs the feature `readers`.
 //!
 //! The same name and parameters make the same scene, byte for byte. All of them are this project's own work, CC0.
 

@@ -1,5 +1,5 @@
 //! Scene files: TOML that names models, materials, lights, a camera and settings; and the smaller files beside them, with settings or a camera's
-//! path alone. docs/SCENES.md explains every key.
+//! path alone. docs/SCENES.md explains every key. This module needs the feature `readers`.
 //!
 //! Values are read from TOML's own tree with their places, so that every message names file, line and key; [`schema`] lists the keys that a
 //! table may have. Paths are relative to the scene file.

@@ -1,4 +1,4 @@
-//! glTF 2.0: `.gltf` and `.glb`, as the specification has them and as files are.
+//! glTF 2.0: `.gltf` and `.glb`, as the specification has them and as files are. This module needs the feature `readers`.
 //!
 //! serde reads the JSON into plain structs of [`json`](self); everything that they say is checked before it is used: numbers of things that do not
 //! exist, counts and offsets beyond their buffers, cycles, values that are not finite. Whatever can be drawn is drawn; each part that is left out for a

@@ -1,4 +1,4 @@
-//! Wavefront OBJ and MTL, as real files have them.
+//! Wavefront OBJ and MTL, as real files have them. This module needs the feature `readers`.
 //!
 //! tobj parses; around it [`scan`](self) and its MTL twin check numbers and indices while their line is known and bring into
 //! shape what tobj would refuse, misread or drop. All that can be drawn is drawn; a warning names the first part of each kind that is left out,

@@ -11,9 +11,10 @@ macro_rules! choice {
         }
     ) => {
         $(#[$about])*
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
         pub enum $type {
-            $($(#[$about_value])* #[serde(rename = $name $(, alias = $replaced)*)] $value $(= $number)?,)+
+            $($(#[$about_value])* #[cfg_attr(feature = "serde", serde(rename = $name $(, alias = $replaced)*))] $value $(= $number)?,)+
         }
 
         impl $type {

@@ -10,7 +10,7 @@ use super::{Atmosphere, Sky, read_panorama};
 use crate::fit::fit_emission;
 use crate::{Environment, Error, Fitted, Light, LightKind, Scene};
 
-/// As a command line asks for it.
+/// As a command line asks for it. Needs the feature `readers`.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SkyChoice {
     /// None.
@@ -42,7 +42,7 @@ impl FromStr for SkyChoice {
     }
 }
 
-/// Gives a scene another sky. Light that was fitted to the scene makes way for the sky's.
+/// Gives a scene another sky. Light that was fitted to the scene makes way for the sky's. Needs the feature `readers`.
 ///
 /// # Errors
 /// [`Error::Read`] for a picture that cannot be read.

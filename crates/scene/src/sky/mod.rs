@@ -1,13 +1,17 @@
 //! The sky around a scene: a picture of the sky, from a file or of an atmosphere, that is the background and lights the scene.
 
 mod atmosphere;
+#[cfg(feature = "readers")]
 mod choice;
 mod cube;
+#[cfg(feature = "readers")]
 mod read;
 
 pub use atmosphere::Atmosphere;
+#[cfg(feature = "readers")]
 pub use choice::{SkyChoice, put_atmosphere, put_sky};
 pub use cube::{CubeLevel, FACES, SkyCube, face_direction};
+#[cfg(feature = "readers")]
 pub use read::{read_faces, read_panorama};
 
 use std::f64::consts::{PI, TAU};

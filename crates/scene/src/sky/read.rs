@@ -25,7 +25,7 @@ struct Read {
     warnings: Vec<String>,
 }
 
-/// Reads an equirectangular picture.
+/// Reads an equirectangular picture. Needs the feature `readers`.
 ///
 /// # Errors
 /// [`Error::Read`] for a file of another kind, one that cannot be decoded, or one that is not twice as wide as high.
@@ -53,6 +53,7 @@ pub fn read_panorama(path: &Path, warnings: &mut Vec<String>) -> Result<SkyImage
 }
 
 /// Reads the six faces of a cube, in the order +X, -X, +Y, -Y, +Z, -Z, as Vulkan has them, into one equirectangular picture.
+/// Needs the feature `readers`.
 ///
 /// # Errors
 /// As [`read_panorama`], for faces that are not square or of one size.
