@@ -44,6 +44,7 @@ test-swiftshader: ## Draw the tests again on SwiftShader, a second software driv
 check: ## Format and lints alone, warnings as errors
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --features afterlight-cli/hot-reload -- -D warnings
+	cargo clippy --package afterlight --no-default-features --example triangle -- -D warnings
 
 cross-check: ## Ask Mitsuba 3 (from PyPI, into .cache) for the reference renderer's pictures; a few minutes
 	cargo build --release

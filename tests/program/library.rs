@@ -49,6 +49,29 @@ fn each_feature_brings_what_it_needs_and_the_library_alone_no_program_and_no_win
     }
 }
 
+/// A program with meshes of its own compiles Vulkan, arithmetic and what unpacks shaders, and nothing that reads a file.
+#[test]
+fn the_library_alone_is_few_crates_without_a_reader_and_without_rays() {
+    let crates = crates("afterlight", "");
+    assert!(crates.len() <= 45, "{} crates: {crates:?}", crates.len());
+    let heavy = [
+        "basisu",
+        "bvh",
+        "draco-core",
+        "exr",
+        "image",
+        "meshoptimizer-rs",
+        "nalgebra",
+        "serde",
+        "serde_json",
+        "tempfile",
+        "tobj",
+        "toml",
+    ];
+    let found: Vec<&str> = heavy.into_iter().filter(|name| crates.contains(*name)).collect();
+    assert!(found.is_empty(), "{found:?}");
+}
+
 #[test]
 fn the_package_holds_what_the_library_is_built_from() {
     let files = cargo("afterlight", &["package", "--list", "--allow-dirty"]);
