@@ -5,9 +5,10 @@ use std::ops::Range;
 use maud::{Markup, html};
 
 use super::front::{JOINT, glyph};
-use super::plot::{Line, Mark, Plot, Stroke};
 use super::words::{self, number};
-use super::{marks, summary};
+use super::summary;
+use crate::page::marks;
+use crate::page::plot::{Line, Mark, Plot, Stroke};
 use crate::report::sweep::model::{Against, Convergence, Family, Metric, Point, SceneReport};
 use afterlight::scene::SETTINGS;
 

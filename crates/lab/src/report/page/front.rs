@@ -2,10 +2,10 @@
 
 use maud::{Markup, html};
 
-use super::marks::{Glyph, Shape};
-use super::plot::{Line, Mark, Plot, Stroke};
 use super::words::{self, mebibytes, number, percent};
 use super::{summary, tables};
+use crate::page::marks::{Glyph, Shape};
+use crate::page::plot::{Line, Mark, Plot, Stroke};
 use crate::report::sweep::model::{Against, Front, Point, SceneReport};
 
 /// The family that is all settings together: it has no curve of its own.

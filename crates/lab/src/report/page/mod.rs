@@ -6,13 +6,10 @@
 mod attribution;
 mod family;
 mod front;
-mod marks;
 mod pictures;
-mod plot;
 mod reading;
 #[cfg(test)]
 pub(super) mod samples;
-mod scales;
 mod summary;
 mod tables;
 #[cfg(test)]
@@ -23,10 +20,8 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use self::pictures::Pictures;
 use super::sweep::model::{Machine, Report, SceneReport};
+use crate::page::STYLE;
 use afterlight_truth::measure::what_moves;
-
-/// As one line in the page's head.
-const STYLE: &str = include_str!("style.css");
 
 /// The page. `pictures` gives the bytes of a PNG file beside the report by its name; the page says which pictures are missing.
 pub fn html(report: &Report, pictures: Pictures) -> String {

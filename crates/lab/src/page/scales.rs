@@ -2,8 +2,6 @@
 
 use std::ops::Range;
 
-use super::words;
-
 /// Of an axis in pixels, how much is free beyond the outermost points, as a share of its length.
 const MARGIN: f64 = 0.07;
 
@@ -90,12 +88,26 @@ pub fn label(value: f64) -> String {
         let text = format!("{value:.6}");
         return text.trim_end_matches('0').trim_end_matches('.').to_owned();
     }
-    let power = format!("10{}", words::superscript(&exponent.to_string()));
+    let power = format!("10{}", superscript(&exponent.to_string()));
     let mantissa = value / 10_f64.powi(exponent);
     match (mantissa * 10.0).round() / 10.0 {
         1.0 => power,
         mantissa => format!("{mantissa}×{power}"),
     }
+}
+
+/// An integer's digits, raised.
+pub fn superscript(exponent: &str) -> String {
+    let raised = |character| match character {
+        '-' => '⁻',
+        '0' => '⁰',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        '4'..='9' => char::from_u32('⁴' as u32 + character as u32 - '4' as u32).unwrap_or(character),
+        other => other,
+    };
+    exponent.chars().map(raised).collect()
 }
 
 #[cfg(test)]
