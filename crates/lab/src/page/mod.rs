@@ -1,6 +1,7 @@
 //! The look of every page: one style, and one kind of plot.
 
 pub mod marks;
+pub mod pictures;
 pub mod plot;
 pub mod scales;
 
