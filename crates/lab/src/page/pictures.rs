@@ -3,9 +3,26 @@
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use image::codecs::jpeg::JpegEncoder;
+use maud::{Markup, html};
+
+/// A picture that fills the window when it is chosen, and goes back when it is chosen again. `of` ends the sentence "enlarge the `shows` ...".
+pub fn enlarged(shows: &str, of: &str, alt: &str, address: &str) -> Markup {
+    html! {
+        label {
+            input type="checkbox" aria-label=(format!("enlarge the {shows} {of}"));
+            img src=(address) alt=(alt);
+            (shows)
+        }
+    }
+}
 
 /// The quality of JPEG, up to 100: its losses at this one are not seen.
 const QUALITY: u8 = 90;
+
+/// A PNG file as an address, without a loss.
+pub fn exact(png: &[u8]) -> String {
+    format!("data:image/png;base64,{}", STANDARD.encode(png))
+}
 
 /// A PNG file as an address: as JPEG where that is smaller, for a page of PNGs takes megabytes, else as it is.
 pub fn small(png: &[u8]) -> String {
@@ -14,7 +31,7 @@ pub fn small(png: &[u8]) -> String {
         .and_then(|picture| picture.to_rgb8().write_with_encoder(JpegEncoder::new_with_quality(&mut jpeg, QUALITY)));
     match encoded {
         Ok(()) if jpeg.len() < png.len() => format!("data:image/jpeg;base64,{}", STANDARD.encode(jpeg)),
-        _ => format!("data:image/png;base64,{}", STANDARD.encode(png)),
+        _ => exact(png),
     }
 }
 

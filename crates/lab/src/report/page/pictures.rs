@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::words::{self, number};
-use crate::page::pictures::small;
+use crate::page::pictures::{enlarged, small};
 use crate::report::sweep::model::{Point, SceneReport};
 
 /// The bytes of a PNG file beside the report, by its name.
@@ -43,11 +43,7 @@ fn card(scene: &SceneReport, point: &Point, pictures: Pictures) -> Markup {
 fn picture(point: &str, shows: &str, file: &str, bytes: Option<Vec<u8>>) -> Markup {
     html! {
         @if let Some(bytes) = bytes {
-            label {
-                input type="checkbox" aria-label=(format!("enlarge the {shows} of {point}"));
-                img src=(small(&bytes)) alt=(format!("{shows} with {point}"));
-                (shows)
-            }
+            (enlarged(shows, &format!("of {point}"), &format!("{shows} with {point}"), &small(&bytes)))
         } @else {
             p.none { "The " (shows) " is missing: no file " code { (file) } "." }
         }
