@@ -23,8 +23,9 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("frame", &["passes", "gpu_scene", "targets", "visible", "plan", "gpu", "scene", "shaders"]),
     ("truth/reference", &[]),
     ("truth/measure", &[]),
-    ("lab/report", RENDERER),
-    ("lab/stress", RENDERER),
+    ("lab/page", &[]),
+    ("lab/report", PAGES),
+    ("lab/stress", PAGES),
     ("lab/mutants", RENDERER),
     ("window", RENDERER),
     // It sees what every user of the library sees.
@@ -34,6 +35,9 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
 ];
 
 const RENDERER: &[&str] = &["frame", "passes", "gpu_scene", "targets", "visible", "plan", "gpu", "scene", "shaders"];
+/// Those who draw pages.
+const PAGES: &[&str] =
+    &["lab/page", "frame", "passes", "gpu_scene", "targets", "visible", "plan", "gpu", "scene", "shaders"];
 
 /// The folders whose files are read.
 const SOURCES: [&str; 5] = ["src", "crates/truth/src", "crates/lab/src", "crates/window/src", "crates/program/src"];
@@ -323,6 +327,7 @@ const PLANTED: &[(&str, &str)] = &[
     ("crates/truth/src/measure/fit.rs", "use crate::reference::Truth;"),
     ("crates/truth/src/reference/mod.rs", "use super::measure::Error;"),
     ("crates/lab/src/stress/run.rs", "use crate::report::page;"),
+    ("crates/lab/src/page/plot.rs", "use crate::report::sweep::model;"),
     ("crates/lab/src/novelty.rs", "use afterlight::frame::Renderer;"),
     ("crates/program/src/render.rs", "use afterlight::passes::copy;"),
     ("crates/program/src/render.rs", "use afterlight::{frame, shaders};"),
@@ -358,6 +363,7 @@ fn an_arrow_that_runs_forward_is_left_alone() {
             "crates/lab/src/report/page.rs",
             "use crate::report::sweep; use afterlight::frame; use afterlight_truth::measure;",
         ),
+        ("crates/lab/src/stress/page/mod.rs", "use crate::page::plot::Plot; use crate::stress::Verdict;"),
         ("crates/window/src/app.rs", "use crate::keys; use super::steps; use afterlight::passes::overlay::Panels;"),
         ("crates/program/src/render.rs", "use crate::table::Table; use afterlight::{frame, gpu}; use ash::vk;"),
         ("crates/program/src/main.rs", "mod tests { use super::*; }"),

@@ -8,6 +8,8 @@
 // Tests of validation layers, for the program.
 #[doc(hidden)]
 pub mod mutants;
+#[cfg(feature = "report")]
+mod page;
 pub mod report;
 // The catalogue of extreme cases, for the program.
 #[doc(hidden)]

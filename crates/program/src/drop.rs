@@ -14,6 +14,7 @@ use afterlight::plan::FramePlan;
 use afterlight::scene::{Settings, SettingsPatch, counted};
 
 use super::args::{DeviceArgs, SettingsArgs};
+use super::compare::differing;
 use super::failure::{Exit, Failure};
 use super::table::{Table, version};
 use super::workload::Workload;
@@ -238,7 +239,7 @@ fn all(workload: &Workload, variation: &SettingsPatch, args: &DeviceArgs) -> Res
         let without = own.table.without(edge.name).map_err(|error| Failure::usage(error.to_string()))?;
         let words = in_words(&own.plan, &without);
         let found = own.draw(without)?;
-        let is_other = !same(&own.picture, &found.picture);
+        let is_other = differing(&own.picture, &found.picture) > 0;
         dropped += 1;
         by_rules += u32::from(!words.is_empty());
         by_layer += u32::from(!found.messages.is_empty());
@@ -328,19 +329,8 @@ fn listing(found: &Found, is_verbose: bool) -> String {
     text
 }
 
-/// Bit for bit.
-fn same(one: &Picture, other: &Picture) -> bool {
-    match (&one.pixels, &other.pixels) {
-        (Pixels::Srgb8(one), Pixels::Srgb8(other)) => one == other,
-        (Pixels::LinearF32(one), Pixels::LinearF32(other)) => {
-            bytemuck::cast_slice::<f32, u32>(one) == bytemuck::cast_slice::<f32, u32>(other)
-        }
-        _ => false,
-    }
-}
-
 fn difference(with: &Picture, without: &Picture) -> &'static str {
-    match same(with, without) {
+    match differing(with, without) == 0 {
         true => "the same as with all dependencies; another device, or another run, may show a difference",
         false => "not the same as with all dependencies",
     }

@@ -17,7 +17,7 @@ use afterlight_truth::reference::View;
 
 use super::args::{MotionArgs, SettingsArgs, samples, whole};
 use super::failure::Failure;
-use super::workload::Workload;
+use super::workload::{Workload, warnings};
 use super::{output, progress};
 
 /// The size of `--quick`, unless `--size` says another.
@@ -140,8 +140,7 @@ pub fn truths(
     let truths = Truths::of(&workload.scene, view, &settings, samples, &tell)?;
     drop(shown);
     if !bars.quiet {
-        let warnings = truths.warnings.iter().fold(String::new(), |text, warning| text + "warning: " + warning + "\n");
-        output::print(&warnings, true)?;
+        output::print(&warnings(&truths.warnings), true)?;
     }
     Ok(truths)
 }

@@ -19,7 +19,7 @@ use super::failure::{Exit, Failure};
 use super::image_output::{Format, Target};
 use super::output::Sink;
 use super::table::{Table, milliseconds};
-use super::workload::{Workload, milliseconds_since};
+use super::workload::{Workload, milliseconds_since, warnings};
 use super::{output, progress};
 
 /// Samples of each pixel where nothing else is said.
@@ -126,7 +126,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let reference = Reference::new(&scene)?.with_settings(&settings, &view.camera);
     let built_ms = milliseconds_since(start);
     let start = Instant::now();
-    let Cached { truth, source, warnings } = match moving {
+    let cached = match moving {
         Some(shot) => {
             let (brdf, shadows) = (settings.brdf, settings.shadows.enabled);
             let exposure = Exposure { size: view.size, samples: samples_of(mode) as u32, brdf, shadows, smith };
@@ -134,11 +134,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         None => compute(args, &reference, &view, &Options { mode, smith }),
     };
-    let cached = Cached { truth: truth.with_spread_light(&settings), source, warnings };
+    let cached = Cached { truth: cached.truth.with_spread_light(&settings), ..cached };
     let computed_ms = milliseconds_since(start);
     if !args.quiet {
-        let warnings = cached.warnings.iter().fold(String::new(), |text, warning| text + "warning: " + warning + "\n");
-        output::print(&warnings, true)?;
+        output::print(&warnings(&cached.warnings), true)?;
     }
     args.output.write(&picture(args, &cached.truth, &workload, &settings))?;
     if let (Some(target), Some(error)) = (&args.standard_error, &cached.truth.standard_error) {

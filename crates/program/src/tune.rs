@@ -30,7 +30,7 @@ use super::measuring::{Bars, MeasuringArgs, base_of, fix_driver_threads, metric,
 use super::output::Sink;
 use super::table::{Table, milliseconds};
 use super::typed::Typed;
-use super::workload::Workload;
+use super::workload::{Workload, warnings};
 use super::{output, session};
 
 /// Find the cheapest settings for an error bound, or the best for a time, on this device, and verify them from other cameras
@@ -293,9 +293,9 @@ impl PlannedTruth {
     /// Renders the truth in another thread, without a progress bar.
     fn beside(&self, scene: &Scene, base: &SettingsPatch, quiet: bool) -> Result<Truths, SweepError> {
         let truths = Truths::of(scene, &self.view, &base.decide(), self.samples, &|_, _, _| {})?;
-        for warning in truths.warnings.iter().filter(|_| !quiet) {
+        if !quiet {
             // A terminal that is gone is no fault of the truth.
-            let _ = output::print(&format!("warning: {warning}\n"), true);
+            let _ = output::print(&warnings(&truths.warnings), true);
         }
         Ok(truths)
     }

@@ -317,7 +317,8 @@ pub fn milliseconds_since(start: Instant) -> f64 {
     start.elapsed().as_secs_f64() * 1e3
 }
 
-fn warnings(warnings: &[String]) -> String {
+/// A line for each of the first of them, and one that counts the others.
+pub fn warnings(warnings: &[String]) -> String {
     let mut text = String::new();
     for warning in warnings.iter().take(PRINTED_WARNINGS) {
         let _ = writeln!(text, "warning: {warning}");

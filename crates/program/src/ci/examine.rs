@@ -20,6 +20,7 @@ use super::stage::{Stage, with_device};
 use super::suite::{Case, Mode, SceneSource, Truth};
 use super::verdict::{CaseReport, Check, Verdict};
 use super::{resizes, soak, window};
+use crate::compare::differing;
 use crate::failure::with_causes;
 use crate::table::bytes;
 
@@ -418,21 +419,6 @@ fn hash(picture: &Picture) -> String {
     blake3::hash(bytes).to_hex().to_string()
 }
 
-/// Pixels that are not the same to the bit.
-pub fn differing(one: &Picture, other: &Picture) -> usize {
-    let count = |differ: &mut dyn Iterator<Item = bool>| differ.filter(|differs| *differs).count();
-    match (&one.pixels, &other.pixels) {
-        (Pixels::Srgb8(a), Pixels::Srgb8(b)) if a.len() == b.len() => {
-            count(&mut a.chunks(4).zip(b.chunks(4)).map(|(a, b)| a != b))
-        }
-        (Pixels::LinearF32(a), Pixels::LinearF32(b)) if a.len() == b.len() => {
-            let bits = |pixel: &[f32]| pixel.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
-            count(&mut a.chunks(4).zip(b.chunks(4)).map(|(a, b)| bits(a) != bits(b)))
-        }
-        _ => one.size[0].max(other.size[0]) as usize * one.size[1].max(other.size[1]) as usize,
-    }
-}
-
 /// The names of a plan's dependencies, for a bundle.
 pub fn dependencies(plan: &FramePlan) -> String {
     rows::table(plan).iter().map(|edge| format!("  {}: {} -> {}\n", edge.name, edge.from, edge.to)).collect()
@@ -469,16 +455,5 @@ mod tests {
             assert_eq!(report.verdict, Verdict::Fail, "{told}");
             assert!(reason.starts_with("memory: over 900 frames ") && reason.contains(told), "{reason}");
         }
-    }
-
-    #[test]
-    fn pixels_that_differ_are_counted_by_their_bits() {
-        let shown = |bytes: &[u8]| Picture { size: [2, 1], pixels: Pixels::Srgb8(bytes.to_vec()) };
-        let light = |light: &[f32]| Picture { size: [2, 1], pixels: Pixels::LinearF32(light.to_vec()) };
-        assert_eq!(differing(&shown(&[1; 8]), &shown(&[1; 8])), 0);
-        assert_eq!(differing(&shown(&[1; 8]), &shown(&[1, 1, 1, 1, 1, 2, 1, 1])), 1);
-        assert_eq!(differing(&light(&[0.0; 8]), &light(&[-0.0, 0., 0., 0., 0., 0., 0., 0.])), 1);
-        assert_eq!(differing(&light(&[f32::NAN; 8]), &light(&[f32::NAN; 8])), 0);
-        assert_eq!(differing(&shown(&[1; 8]), &light(&[1.0; 8])), 2);
     }
 }

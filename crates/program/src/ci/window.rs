@@ -4,10 +4,11 @@ use afterlight::frame::experiment::{self, PresentPath};
 use afterlight::frame::{Picture, Pixels};
 
 use super::evidence::Evidence;
-use super::examine::{Drawing, Place, Stop, differing};
+use super::examine::{Drawing, Place, Stop};
 use super::stage::{Stage, with_device};
 use super::suite::{Case, Mode};
 use super::verdict::{CaseReport, Check};
+use crate::compare::differing;
 
 /// Shows frames in each of the case's ways, without the layer and under each of its checks. Skipped where the instance or the device has no surface
 /// without a display.

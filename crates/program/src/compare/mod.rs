@@ -253,3 +253,34 @@ fn figure(value: f64) -> String {
 fn psnr(decibels: f64) -> String {
     if decibels.is_finite() { format!("{decibels:.2} dB") } else { "equal".to_owned() }
 }
+
+/// Pixels that are not the same to the bit.
+pub fn differing(one: &Picture, other: &Picture) -> usize {
+    let count = |differ: &mut dyn Iterator<Item = bool>| differ.filter(|differs| *differs).count();
+    match (&one.pixels, &other.pixels) {
+        (Pixels::Srgb8(a), Pixels::Srgb8(b)) if a.len() == b.len() => {
+            count(&mut a.chunks(4).zip(b.chunks(4)).map(|(a, b)| a != b))
+        }
+        (Pixels::LinearF32(a), Pixels::LinearF32(b)) if a.len() == b.len() => {
+            let bits = |pixel: &[f32]| pixel.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+            count(&mut a.chunks(4).zip(b.chunks(4)).map(|(a, b)| bits(a) != bits(b)))
+        }
+        _ => one.size[0].max(other.size[0]) as usize * one.size[1].max(other.size[1]) as usize,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pixels_that_differ_are_counted_by_their_bits() {
+        let shown = |bytes: &[u8]| Picture { size: [2, 1], pixels: Pixels::Srgb8(bytes.to_vec()) };
+        let light = |light: &[f32]| Picture { size: [2, 1], pixels: Pixels::LinearF32(light.to_vec()) };
+        assert_eq!(differing(&shown(&[1; 8]), &shown(&[1; 8])), 0);
+        assert_eq!(differing(&shown(&[1; 8]), &shown(&[1, 1, 1, 1, 1, 2, 1, 1])), 1);
+        assert_eq!(differing(&light(&[0.0; 8]), &light(&[-0.0, 0., 0., 0., 0., 0., 0., 0.])), 1);
+        assert_eq!(differing(&light(&[f32::NAN; 8]), &light(&[f32::NAN; 8])), 0);
+        assert_eq!(differing(&shown(&[1; 8]), &light(&[1.0; 8])), 2);
+    }
+}

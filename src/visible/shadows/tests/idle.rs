@@ -23,7 +23,7 @@ proptest! {
     #[test]
     fn what_stands_between_a_light_and_a_point_in_view_is_needed(
         boxes in boxes(), small in proptest::collection::vec((vector(12.0), 0.05..1.0f64), 0..12), to in direction(), camera in camera(),
-        lamp_at in vector(12.0), angle in 1.0..80.0f64, filter in 0..6usize, clamp: bool, cascades in 1..=3u32,
+        lamp_at in vector(12.0), angle in 1.0..80.0f64, filter in 0..ShadowFilter::NAMES.len(), clamp: bool, cascades in 1..=3u32,
         inside in proptest::collection::vec([0.0..=1.0, 0.0..=1.0, 0.0..=1.0f64], 24),
     ) {
         let all: Vec<_> = boxes.into_iter().chain(small.into_iter().map(|(at, edge)| (at, DVec3::splat(edge)))).collect();

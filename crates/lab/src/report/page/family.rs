@@ -5,9 +5,10 @@ use std::ops::Range;
 use maud::{Markup, html};
 
 use super::front::{JOINT, glyph};
-use super::plot::{Line, Mark, Plot, Stroke};
+use super::summary;
 use super::words::{self, number};
-use super::{marks, summary};
+use crate::page::marks;
+use crate::page::plot::{Axis, Line, Mark, Plot, Stroke};
 use crate::report::sweep::model::{Against, Convergence, Family, Metric, Point, SceneReport};
 use afterlight::scene::SETTINGS;
 
@@ -96,8 +97,8 @@ fn plot(scene: &SceneReport, family: &Family, members: &[Measured], (metric, ind
     let marks = truths.iter().flat_map(|&truth| members.iter().map(mark(truth)));
     Plot {
         size: (520.0, 330.0),
-        x_title: format!("{}, ms a picture", words::clock(scene)),
-        y_title: metric.title().to_owned(),
+        x: Axis::of(format!("{}, ms a picture", words::clock(scene))),
+        y: Axis::of(metric.title().to_owned()),
         label: format!(
             "{}: error as {} against time of {}. The numbers are in the table below.",
             family.title,
@@ -106,7 +107,7 @@ fn plot(scene: &SceneReport, family: &Family, members: &[Measured], (metric, ind
         ),
         lines: lines.collect(),
         marks: marks.collect(),
-        noise: summary::noise(&scene.truth, metric, Against::Converged),
+        area: summary::noise_area(&scene.truth, metric, Against::Converged),
     }
 }
 

@@ -2,10 +2,10 @@
 
 use maud::{Markup, html};
 
-use super::marks::{Glyph, Shape};
-use super::plot::{Line, Mark, Plot, Stroke};
 use super::words::{self, mebibytes, number, percent};
 use super::{summary, tables};
+use crate::page::marks::{Glyph, Shape, sample};
+use crate::page::plot::{Axis, Line, Mark, Plot, Stroke};
 use crate::report::sweep::model::{Against, Front, Point, SceneReport};
 
 /// The family that is all settings together: it has no curve of its own.
@@ -74,8 +74,8 @@ fn joint_plot(scene: &SceneReport, front: &Front) -> Markup {
     let steps = on_front.map(|point| (point.time.decisive().median, error(point))).collect();
     let plot = Plot {
         size: (960.0, 500.0),
-        x_title: format!("{}, ms a picture", words::clock(scene)),
-        y_title: format!("{}, {}", front.metric.title(), front.truth.title()),
+        x: Axis::of(format!("{}, ms a picture", words::clock(scene))),
+        y: Axis::of(format!("{}, {}", front.metric.title(), front.truth.title())),
         label: format!(
             "Error as {} against time of {} of {}, with the front of {}. The numbers are in the tables below.",
             front.metric.title(),
@@ -85,7 +85,7 @@ fn joint_plot(scene: &SceneReport, front: &Front) -> Markup {
         ),
         lines: vec![Line { stroke: Stroke::Front, points: steps }],
         marks,
-        noise: summary::noise(&scene.truth, front.metric, front.truth),
+        area: summary::noise_area(&scene.truth, front.metric, front.truth),
     };
     html! {
         figure {
@@ -101,13 +101,6 @@ fn joint_plot(scene: &SceneReport, front: &Front) -> Markup {
 }
 
 fn legend(scene: &SceneReport) -> Markup {
-    let sample = |glyph: Glyph, hollow: bool| {
-        html! {
-            svg viewBox="-9 -9 18 18" aria-hidden="true" {
-                g class=(format!("mark {}{}", glyph.class(), if hollow { " hollow" } else { "" })) { path d=(glyph.path(0.0, 0.0)) {} }
-            }
-        }
-    };
     let single = scene.families.iter().filter(|family| family.key != JOINT);
     let drawn: Vec<Glyph> = (0..scene.points.len()).map(|index| glyph(scene, index)).collect();
     html! {

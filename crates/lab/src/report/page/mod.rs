@@ -1,55 +1,36 @@
-//! The report as one page that needs nothing else: no network, no files beside it and no scripts. Plots are inline SVG, pictures are in
-//! the page, colours follow the reader's scheme and print in the light one.
-//!
-//! It only shows the figures of a [`Report`]; nothing is measured or judged anew here.
+//! The report as one page. It only shows the figures of a [`Report`]; nothing is measured or judged anew here.
 
 mod attribution;
 mod family;
 mod front;
-mod marks;
 mod pictures;
-mod plot;
 mod reading;
 #[cfg(test)]
 pub(super) mod samples;
-mod scales;
 mod summary;
 mod tables;
 #[cfg(test)]
 mod tests;
 mod words;
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, html};
 
 use self::pictures::Pictures;
 use super::sweep::model::{Machine, Report, SceneReport};
+use crate::page::page;
 use afterlight_truth::measure::what_moves;
-
-/// As one line in the page's head.
-const STYLE: &str = include_str!("style.css");
 
 /// The page. `pictures` gives the bytes of a PNG file beside the report by its name; the page says which pictures are missing.
 pub fn html(report: &Report, pictures: Pictures) -> String {
-    let page = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                title { "Error against run time: " (report.machine.device) }
-                style { (PreEscaped(STYLE)) }
-            }
-            body {
-                (header(report))
-                main {
-                    @if report.scenes.is_empty() { p.none { "No scene was measured." } }
-                    @for (index, scene) in report.scenes.iter().enumerate() { (scene_section(scene, index, pictures)) }
-                    (reading::section())
-                }
-            }
+    let body = html! {
+        (header(report))
+        main {
+            @if report.scenes.is_empty() { p.none { "No scene was measured." } }
+            @for (index, scene) in report.scenes.iter().enumerate() { (scene_section(scene, index, pictures)) }
+            (reading::section())
         }
     };
-    page.into_string()
+    page(&format!("Error against run time: {}", report.machine.device), &body)
 }
 
 fn header(report: &Report) -> Markup {

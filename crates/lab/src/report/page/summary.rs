@@ -3,6 +3,7 @@
 use maud::{Markup, html};
 
 use super::words::{self, less, number};
+use crate::page::plot::Area;
 use crate::report::advice::{self, Advice, Reason};
 use crate::report::sweep::model::{Against, Front, Metric, Point, SceneReport, Standing, TruthInfo};
 
@@ -16,6 +17,12 @@ pub fn noise(truth: &TruthInfo, metric: Metric, against: Against) -> Option<f64>
         (Against::Converged, Metric::RelMse) => Some(truth.noise_rel_mse),
         _ => None,
     }
+}
+
+/// The part of a plot in which there is noise only.
+pub fn noise_area(truth: &TruthInfo, metric: Metric, against: Against) -> Option<Area> {
+    let area = |level| Area { class: "noise", level, between: None, note: "noise of the converged truth" };
+    noise(truth, metric, against).map(area)
 }
 
 pub fn paragraphs(scene: &SceneReport) -> Markup {

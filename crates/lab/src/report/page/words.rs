@@ -1,5 +1,6 @@
 //! Figures as people read them, and the names of the measured quantities.
 
+use crate::page::scales::superscript;
 use crate::report::sweep::model::{Against, Interval, Metric, Point, SceneReport};
 use afterlight::scene::{self, plural};
 
@@ -27,20 +28,6 @@ pub fn number(value: f64) -> String {
 /// The sign that is as wide as a digit.
 fn minus(text: &str) -> String {
     text.replace('-', "−")
-}
-
-/// An integer's digits, raised.
-pub fn superscript(exponent: &str) -> String {
-    let raised = |character| match character {
-        '-' => '⁻',
-        '0' => '⁰',
-        '1' => '¹',
-        '2' => '²',
-        '3' => '³',
-        '4'..='9' => char::from_u32('⁴' as u32 + character as u32 - '4' as u32).unwrap_or(character),
-        other => other,
-    };
-    exponent.chars().map(raised).collect()
 }
 
 /// A share of 1, signed.

@@ -1,50 +1,44 @@
-//! The catalogue's results as a page of HTML that needs nothing else: a table, a plot for each case, and pictures of broken claims.
+//! The catalogue's results as a page: a table, a plot for each case, and pictures of broken claims.
 
 mod plot;
 mod show;
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, html};
 
 use super::{Errors, Evidence, FLOOR, Finding, Outcome, RunInfo, Verdict, range};
+use crate::page::marks::sample;
+use crate::page::page;
+use crate::page::pictures::enlarged;
 use afterlight::scene::counted;
-
-const STYLE: &str = include_str!("style.css");
 
 /// The page.
 pub fn html(run: &RunInfo, verdicts: &[Verdict]) -> String {
     let broken = verdicts.iter().filter(|verdict| !verdict.passes()).count();
-    let page = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                title { "Extreme cases: " (run.device) }
-                style { (PreEscaped(STYLE)) }
+    let body = html! {
+        p.eyebrow { "Afterlight " (run.version) }
+        h1 { "Extreme cases" }
+        p {
+            (counted(verdicts.len(), "case")) " on " (run.device) ", " (run.driver) ", in " (format!("{:.0} s", run.seconds)) ". "
+            @match broken {
+                0 => { "All are as claimed." },
+                1 => { "One is not as claimed." },
+                _ => { (broken) " are not as claimed." },
             }
-            body {
-                p.eyebrow { "Afterlight " (run.version) }
-                h1 { "Extreme cases" }
-                p {
-                    (counted(verdicts.len(), "case")) " on " (run.device) ", " (run.driver) ", in " (format!("{:.0} s", run.seconds)) ". "
-                    @match broken {
-                        0 => { "All are as claimed." },
-                        1 => { "One is not as claimed." },
-                        _ => { (broken) " are not as claimed." },
-                    }
-                    @if run.quick { " Only the ends of each sweep, those of its claim and every third value were tried." }
-                }
-                p.faint {
-                    "Errors are relative to the brightest channel of each pixel, or to " (format!("{FLOOR:e}"))
-                    " of the picture's where that is more. Pixels on which raster and truth see different triangles are left out. In plots the worst pixel is "
-                    span.worst { "orange" } ", the mean " span.mean { "blue" } ", the bound of the worst black, and what is claimed green."
-                }
-                (table(verdicts))
-                @for verdict in verdicts { (section(verdict)) }
-            }
+            @if run.quick { " Only the ends of each sweep, those of its claim and every third value were tried." }
         }
+        p.faint {
+            "Errors are relative to the brightest channel of each pixel, or to " (format!("{FLOOR:e}"))
+            " of the picture's where that is more. Pixels on which raster and truth see different triangles are left out."
+        }
+        ul.legend {
+            li { (sample(plot::WORST, false)) "the worst pixel" }
+            li { (sample(plot::MEAN, false)) "the mean" }
+            li { "green: what is claimed, up to the bound of the worst pixel" }
+        }
+        (table(verdicts))
+        @for verdict in verdicts { (section(verdict)) }
     };
-    page.into_string()
+    page(&format!("Extreme cases: {}", run.device), &body)
 }
 
 fn table(verdicts: &[Verdict]) -> Markup {
@@ -75,11 +69,11 @@ fn pill(verdict: &Verdict) -> Markup {
 
 fn section(verdict: &Verdict) -> Markup {
     html! {
-        section id=(uid(verdict)) {
+        section.case id=(uid(verdict)) {
             h2 { (verdict.case.name) " " (pill(verdict)) }
             p { (verdict.case.extreme) }
             @if let Some(input) = verdict.worst().worst_input { p.faint { "Within the claim it errs most at " (input) "." } }
-            (PreEscaped(plot::svg(verdict)))
+            @if let Some(plot) = plot::of(verdict) { figure { (plot.draw()) } }
             details open[!verdict.passes()] {
                 summary { (verdict.findings.len()) " values" }
                 div.scroll { table {
@@ -118,7 +112,9 @@ fn pictures(verdict: &Verdict, finding: &Finding, evidence: &Evidence) -> Markup
     let shown = show::all(evidence);
     html! {
         figure {
-            div.pictures { @for (name, source) in &shown { div { img src=(source) alt=(format!("{name} at {value}")); p.faint { (name) } } } }
+            div.pair { @for (name, source) in &shown {
+                (enlarged(name, &format!("picture at {value}"), &format!("{name} at {value}"), source))
+            } }
             figcaption { "At " (value) ". Error from black (1e-4 and less) to white (1 and more); red is not finite, blue negative." }
         }
     }
@@ -171,6 +167,6 @@ mod tests {
         let worst = "at roughness &lt;r&gt; 0.5, found 0.25 0.25 0.25 0.25, expected 1 1 1 1";
         assert_eq!(page.matches(&format!("errs most {worst}.")).count(), 1);
         assert_eq!(page.matches(&format!("worst {worst}<")).count(), 1);
-        assert!(!page.contains("http:") || page.matches("http").count() == page.matches("http://www.w3.org").count());
+        assert!(!page.contains("http"));
     }
 }

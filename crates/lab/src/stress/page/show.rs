@@ -1,10 +1,9 @@
-//! Pictures of a finding, as addresses that hold their bytes.
+//! Pictures of a finding.
 
-use base64::Engine as _;
-use base64::engine::general_purpose::STANDARD;
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 
+use crate::page::pictures::exact;
 use crate::stress::{Evidence, FLOOR};
 use afterlight::passes::curves::encode_srgb;
 
@@ -40,7 +39,7 @@ fn error(drawn: &[f32; 3], truth: &[f64; 3], brightest: f64) -> [u8; 3] {
 fn source([width, height]: [u32; 2], pixels: &[[u8; 3]]) -> Option<String> {
     let mut png = Vec::new();
     PngEncoder::new(&mut png).write_image(pixels.as_flattened(), width, height, ExtendedColorType::Rgb8).ok()?;
-    Some(format!("data:image/png;base64,{}", STANDARD.encode(png)))
+    Some(exact(&png))
 }
 
 #[cfg(test)]

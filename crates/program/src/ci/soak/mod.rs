@@ -14,9 +14,10 @@ use afterlight::gpu::Device;
 use afterlight::scene::counted;
 
 use super::evidence::Evidence;
-use super::examine::{Drawing, Place, Stop, differing};
+use super::examine::{Drawing, Place, Stop};
 use super::suite::Soak;
 use super::verdict::{CaseReport, Check};
+use crate::compare::differing;
 use changes::Changes;
 use curve::{LAPS, Sample};
 

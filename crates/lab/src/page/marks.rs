@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use maud::{Markup, html};
+
 /// Colours of the style sheet, classes `c0` and so on; after Okabe and Ito (2008), darker on light pages.
 pub const COLORS: usize = 8;
 
@@ -47,16 +49,18 @@ impl Glyph {
     pub const JOINT: Self = Self { shape: Shape::Circle, color: Some(COLORS) };
 
     /// Of the family with this index. Beyond eight the colours come again with other shapes.
-    pub fn family(index: usize) -> Self {
+    pub const fn family(index: usize) -> Self {
         let round = index / COLORS;
         Self { shape: SHAPES[(index + round * 3) % SHAPES.len()], color: Some(index % COLORS) }
     }
 
-    pub fn class(self) -> String {
+    /// Its classes in the style sheet.
+    pub fn class(self, is_hollow: bool) -> String {
+        let hollow = if is_hollow { " hollow" } else { "" };
         match self.color {
-            None => "ink".to_owned(),
-            Some(COLORS) => "grey".to_owned(),
-            Some(color) => format!("c{color}"),
+            None => format!("mark ink{hollow}"),
+            Some(COLORS) => format!("mark grey{hollow}"),
+            Some(color) => format!("mark c{color}{hollow}"),
         }
     }
 
@@ -85,6 +89,13 @@ impl Glyph {
             Shape::Star => corners(10, 0.0, &|index| if index % 2 == 0 { r * 1.5 } else { r * 0.68 }),
             Shape::Cross => cross(x, y),
         }
+    }
+}
+
+/// A mark in a legend.
+pub fn sample(glyph: Glyph, is_hollow: bool) -> Markup {
+    html! {
+        svg viewBox="-9 -9 18 18" aria-hidden="true" { g class=(glyph.class(is_hollow)) { path d=(glyph.path(0.0, 0.0)) {} } }
     }
 }
 

@@ -1,5 +1,5 @@
-//! One plot of error against time, both logarithmic, as inline SVG: axes and curves by plotters, and over them marks with tooltips,
-//! which plotters cannot make.
+//! One plot of error against time or another quantity, as inline SVG: axes and curves by plotters, and over them marks with tooltips, which plotters
+//! cannot make.
 //!
 //! plotters writes whole pixels and fixed colours. So it draws on a canvas that is larger by [`FINE`], and the style sheet selects its
 //! colours by the attributes that it writes, to put others in their place on dark pages.
@@ -11,7 +11,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::marks::{Glyph, RADIUS};
-use super::scales::{self, Scale};
+use super::scales::Scale;
 
 /// Units of plotters' canvas for a pixel.
 const FINE: f64 = 4.0;
@@ -27,19 +27,45 @@ const TEXT: RGBColor = RGBColor(0x59, 0x63, 0x6e);
 const FRONT: RGBColor = RGBColor(0x1f, 0x23, 0x28);
 const CURVE: RGBColor = RGBColor(0x00, 0x72, 0xb2);
 const FAINT: RGBColor = RGBColor(0xa0, 0xa8, 0xb1);
+const WORST: RGBColor = RGBColor(0xb3, 0x47, 0x00);
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plot {
     /// In pixels.
     pub size: (f64, f64),
-    pub x_title: String,
-    pub y_title: String,
+    pub x: Axis,
+    /// Errors.
+    pub y: Axis,
     /// A description of the plot, for those who do not see it.
     pub label: String,
     pub lines: Vec<Line>,
     pub marks: Vec<Mark>,
-    /// An error below which there is noise only.
-    pub noise: Option<f64>,
+    pub area: Option<Area>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    pub title: String,
+    /// `None`: a logarithmic one that holds all marks.
+    pub scale: Option<Scale>,
+}
+
+impl Axis {
+    pub fn of(title: String) -> Self {
+        Self { title, scale: None }
+    }
+}
+
+/// A shaded area under a level of error, down to the plot's lower edge.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Area {
+    /// Of the style sheet.
+    pub class: &'static str,
+    pub level: f64,
+    /// Its ends along the other axis; `None`: those of the plot.
+    pub between: Option<[f64; 2]>,
+    /// The text over its right end.
+    pub note: &'static str,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,6 +75,8 @@ pub enum Stroke {
     Curve,
     /// Of the lesser of two truths.
     Faint,
+    /// Of the worst of the errors whose mean is a curve.
+    Worst,
 }
 
 impl Stroke {
@@ -58,6 +86,7 @@ impl Stroke {
             Self::Front => (FRONT, 1.8),
             Self::Curve => (CURVE, 1.6),
             Self::Faint => (FAINT, 1.2),
+            Self::Worst => (WORST, 1.6),
         }
     }
 }
@@ -65,13 +94,13 @@ impl Stroke {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
     pub stroke: Stroke,
-    /// Time and error; errors of zero lie on the floor, a NaN leaves a gap.
+    /// Time, or another quantity, and error; errors of zero lie on the floor, a NaN leaves a gap.
     pub points: Vec<(f64, f64)>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mark {
-    /// Time: its median and interval.
+    /// Time, or another quantity: its median and interval.
     pub x: f64,
     pub whisker: Range<f64>,
     /// Error.
@@ -107,13 +136,15 @@ impl Plot {
     /// The picture, or a sentence where there is nothing to draw.
     pub fn draw(&self) -> Markup {
         let times = self.marks.iter().flat_map(|mark| [mark.x, mark.whisker.start, mark.whisker.end]);
-        let errors = self.marks.iter().map(|mark| mark.y).chain(self.noise.filter(|noise| *noise > 0.0));
-        let scales = Scale::of(times.filter(|time| *time > 0.0), 1.25).zip(Scale::of(errors, 4.0));
-        let Some((x, y)) = scales else {
+        let level = self.area.as_ref().map(|area| area.level).filter(|level| *level > 0.0);
+        let errors = self.marks.iter().map(|mark| mark.y).chain(level);
+        let x = self.x.scale.clone().or_else(|| Scale::of(times.filter(|time| *time > 0.0), 1.25));
+        let y = self.y.scale.clone().or_else(|| Scale::of(errors, 4.0));
+        let Some((x, y)) = x.zip(y) else {
             return html! { p.none { "Nothing to draw: no point has a time and an error that are numbers." } };
         };
         match self.axes_and_lines(&x, &y) {
-            Ok(drawn) => self.assemble(&drawn, &y),
+            Ok(drawn) => self.assemble(&drawn),
             Err(error) => html! { p.none { "The plot could not be drawn: " (error) } },
         }
     }
@@ -138,18 +169,14 @@ impl Plot {
         x: &Scale,
         y: &Scale,
     ) -> Result<Drawn<'a>, Box<dyn std::error::Error>> {
-        let (x_ticks, y_ticks) = (x.ticks(), y.ticks());
-        let widest = y_ticks.iter().map(|tick| scales::label(*tick).chars().count()).max().unwrap_or(0);
+        let widest = y.ticks().iter().map(|tick| y.label(*tick).chars().count()).max().unwrap_or(0);
         let mut chart = ChartBuilder::on(area)
             .margin_top(fine(24.0))
             .margin_right(fine(14.0))
             .margin_bottom(fine(20.0))
             .x_label_area_size(fine(20.0))
             .y_label_area_size(fine(12.0 + ADVANCE * widest as f64))
-            .build_cartesian_2d(
-                x.range.clone().log_scale().with_key_points(x_ticks),
-                y.range.clone().log_scale().with_key_points(y_ticks),
-            )?;
+            .build_cartesian_2d(x.clone(), y.clone())?;
         let text = ("sans-serif", 11.0 * 1.24 * FINE).into_font().color(&TEXT);
         chart
             .configure_mesh()
@@ -158,8 +185,8 @@ impl Plot {
             .axis_style(AXIS.stroke_width(fine(1.0)))
             .set_all_tick_mark_size(fine(4.0))
             .label_style(text)
-            .x_label_formatter(&|value| scales::label(*value))
-            .y_label_formatter(&|value| scales::label(*value))
+            .x_label_formatter(&|place| x.label(*place))
+            .y_label_formatter(&|place| y.label(*place))
             .draw()?;
         let runs = self.runs(x, y);
         for (stroke, run) in &runs {
@@ -183,7 +210,13 @@ impl Plot {
             axes: String::new(),
             frame: Frame { left, right, top, bottom },
             marks: self.marks.iter().filter_map(place).collect(),
-            noise: self.noise.and_then(|noise| y.place(noise)).map(|noise| pixel(x.range.start, noise).1),
+            area: self.area.as_ref().and_then(|area| {
+                let place = |value: f64| Some(pixel(x.place(value)?, y.range.start).0.clamp(left, right));
+                let [from, to] = area.between.map_or([None; 2], |ends| ends.map(place));
+                let level = pixel(x.range.start, y.place(area.level)?).1;
+                Some((area, Frame { left: from.unwrap_or(left), right: to.unwrap_or(right), top: level, bottom }))
+            }),
+            zero: x.zero.map(|zero| pixel(zero, y.range.start).0),
             floor: y.zero.map(|zero| pixel(x.range.start, zero).1),
             strokes: runs
                 .iter()
@@ -192,7 +225,7 @@ impl Plot {
         })
     }
 
-    /// The lines between their gaps, in the axes' values.
+    /// The lines between their gaps, in places on the axes.
     fn runs(&self, x: &Scale, y: &Scale) -> Vec<(Stroke, Vec<(f64, f64)>)> {
         let mut runs = Vec::new();
         for line in &self.lines {
@@ -209,23 +242,27 @@ impl Plot {
         runs
     }
 
-    fn assemble(&self, drawn: &Drawn, y: &Scale) -> Markup {
+    fn assemble(&self, drawn: &Drawn) -> Markup {
         let Frame { left, right, top, bottom } = drawn.frame;
         let labels = labels(drawn);
         html! {
             svg.plot viewBox=(format!("0 0 {} {}", self.size.0, self.size.1)) role="img" aria-label=(self.label) {
                 g transform=(format!("scale({})", 1.0 / FINE)) { (PreEscaped(&drawn.axes)) }
-                @if let (Some(floor), true) = (drawn.floor, y.zero.is_some()) {
+                @if let Some(zero) = drawn.zero {
+                    line.floor x1=(px(zero)) x2=(px(zero)) y1=(px(top)) y2=(px(bottom)) {}
+                    text.note x=(px(zero)) y=(px(bottom + 16.0)) text-anchor="middle" { "0" }
+                }
+                @if let Some(floor) = drawn.floor {
                     line.floor x1=(px(left)) x2=(px(right)) y1=(px(floor)) y2=(px(floor)) {}
                     text.note x=(px(left - 7.0)) y=(px(floor + 4.0)) text-anchor="end" { "0" }
                 }
-                @if let Some(noise) = drawn.noise {
-                    rect.noise x=(px(left)) width=(px(right - left)) y=(px(noise)) height=(px((bottom - noise).max(0.0))) {}
-                    line.noise x1=(px(left)) x2=(px(right)) y1=(px(noise)) y2=(px(noise)) {}
-                    text.note x=(px(right - 4.0)) y=(px(noise - 5.5)) text-anchor="end" { "noise of the converged truth" }
+                @if let Some((Area { class, note, .. }, Frame { left, right, top, bottom })) = drawn.area {
+                    rect class=(class) x=(px(left)) width=(px(right - left)) y=(px(top)) height=(px((bottom - top).max(0.0))) {}
+                    line class=(class) x1=(px(left)) x2=(px(right)) y1=(px(top)) y2=(px(top)) {}
+                    text.note x=(px(right - 4.0)) y=(px(top - 5.5)) text-anchor="end" { (note) }
                 }
-                text.axis x=(px(4.0)) y=(px(top - 10.0)) { (self.y_title) }
-                text.axis x=(px(right)) y=(px(self.size.1 - 5.0)) text-anchor="end" { (self.x_title) }
+                text.axis x=(px(4.0)) y=(px(top - 10.0)) { (self.y.title) }
+                text.axis x=(px(right)) y=(px(self.size.1 - 5.0)) text-anchor="end" { (self.x.title) }
                 @for placed in &drawn.marks { (mark(placed)) }
                 @for (x, y, anchor, text) in &labels {
                     text.label x=(px(*x)) y=(px(*y)) text-anchor=(anchor) { (text) }
@@ -240,7 +277,9 @@ struct Drawn<'a> {
     axes: String,
     frame: Frame,
     marks: Vec<Placed<'a>>,
-    noise: Option<f64>,
+    area: Option<(&'a Area, Frame)>,
+    /// The places of zeros along both axes.
+    zero: Option<f64>,
     floor: Option<f64>,
     /// Along the lines, every few pixels.
     strokes: Vec<(f64, f64)>,
@@ -283,9 +322,8 @@ fn along(corners: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
 
 fn mark(placed: &Placed) -> Markup {
     let Placed { mark, x, y, low, high, floor } = placed;
-    let class = format!("mark {}{}", mark.glyph.class(), if mark.hollow { " hollow" } else { "" });
     html! {
-        g class=(class) {
+        g class=(mark.glyph.class(mark.hollow)) {
             title { (mark.tooltip) }
             @if high - low > 0.5 {
                 line x1=(px(*low)) x2=(px(*high)) y1=(px(*y)) y2=(px(*y)) {}
@@ -313,13 +351,12 @@ struct Taken(Vec<(Extent, f64)>);
 
 impl Taken {
     fn of(drawn: &Drawn) -> Self {
-        let Frame { right, .. } = drawn.frame;
         let reach = RADIUS + 1.0;
         let marks = drawn.marks.iter().map(|own| ([own.x - reach, own.y - reach, own.x + reach, own.y + reach], 3.0));
         let whiskers = drawn.marks.iter().map(|own| ([own.low, own.y - 1.0, own.high, own.y + 1.0], 1.0));
         let strokes = drawn.strokes.iter().map(|(x, y)| ([x - 1.5, y - 1.5, x + 1.5, y + 1.5], 1.0));
-        let noise = drawn.noise.map(|noise| ([right - 160.0, noise - 14.0, right, noise + 1.0], 3.0));
-        Self(marks.chain(whiskers).chain(strokes).chain(noise).collect())
+        let note = drawn.area.map(|(_, Frame { right, top, .. })| ([right - 160.0, top - 14.0, right, top + 1.0], 3.0));
+        Self(marks.chain(whiskers).chain(strokes).chain(note).collect())
     }
 
     fn hidden(&self, extent: &Extent) -> f64 {
