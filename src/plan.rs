@@ -177,7 +177,7 @@ pub struct FramePlan {
     pub uploads: Uploads,
     /// The device can keep transient attachments in tile memory alone.
     pub lazily_allocated: bool,
-    /// The device is a CPU. Then frames also leave out parts that take the CPU longer to find than a GPU to draw: see `seeks`.
+    /// The device is a CPU. Then frames also leave out parts that take the CPU longer to find than a GPU to draw: see `may_leave_out`.
     pub software: bool,
     /// The parts that stay although nothing needs them.
     pub keep: Keep,

@@ -95,7 +95,7 @@ pub struct Commands {
     pub after: Vec<(RowName, Resource)>,
 }
 
-/// The occasion, among a plan's frames, on which something happens.
+/// The condition, among a plan's frames, on which something happens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Condition {
     /// Every frame.

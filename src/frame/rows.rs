@@ -2,7 +2,7 @@
 //!
 //! A row orders uses of one place before uses of another. Two subpasses of a render pass have one row between them, because dependencies of the same pair
 //! overlap and would hide each other's missing bits. Passes declare stages, accesses and layouts, and [`waits`] makes rows of these; the others are written by hand
-//! here. [`table`] is a pure function of the plan. The render passes and the barriers are made from its value, an [`Rows`]. `afterlight inspect` prints it.
+//! here. [`table`] is a pure function of the plan. The render passes and the barriers are made from its value, a [`Rows`]. `afterlight inspect` prints it.
 //!
 //! [`super::proof`] computes that the rows suffice, and which of their parts others order as well. All of a renderer is made from the value, so another value makes another
 //! renderer: with a row dropped, or one bit. `tests/sync/necessity.rs` compares the proof with a layer's reports in this way, and `afterlight inspect

@@ -28,7 +28,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("lab/stress", PAGES),
     ("lab/mutants", RENDERER),
     ("window", RENDERER),
-    // It sees what every user of the library sees.
+    // Of the renderer it sees what every user of the library sees.
     ("program", &["frame", "plan", "gpu", "scene"]),
     ("scene", &[]),
     ("gpu", &[]),
@@ -113,7 +113,9 @@ fn scan(tokens: TokenStream, module: &[String], found: &mut Vec<Import>) {
             }
             [TokenTree::Group(group), ..] => scan(group.stream(), module, found),
             // An alias of the root would hide the path that follows it.
-            [TokenTree::Ident(root), TokenTree::Ident(alias), ..] if root == "crate" && alias == "as" => {
+            [TokenTree::Ident(root), TokenTree::Ident(alias), ..]
+                if ["crate", "afterlight"].contains(&root.to_string().as_str()) && alias == "as" =>
+            {
                 let line = root.span().start().line;
                 found.push(Import { line, path: Vec::new(), of_renderer: false, vulkan: false });
             }
@@ -315,7 +317,7 @@ const PLANTED: &[(&str, &str)] = &[
     ("src/plan.rs", "#[derive(Debug)] struct A { a: afterlight::gpu::Device }"),
     ("src/shaders.rs", "fn f(a: ::ash::vk::Format) {}"),
     ("src/targets.rs", "use crate::passes::lighting;"),
-    ("src/gpu_scene/view.rs", "use crate::passes::Recording;"),
+    ("src/gpu_scene/view.rs", "use crate::passes::FrameContext;"),
     ("src/passes/lighting.rs", "use super::geometry::COLOR_WRITE;"),
     ("src/passes/lighting.rs", "use crate::passes::{Slot, shadow::MAP_WRITE};"),
     ("src/passes/lighting.rs", "use super::*;"),
@@ -332,6 +334,7 @@ const PLANTED: &[(&str, &str)] = &[
     ("crates/program/src/render.rs", "use afterlight::passes::copy;"),
     ("crates/program/src/render.rs", "use afterlight::{frame, shaders};"),
     ("crates/window/src/app.rs", "use afterlight::*;"),
+    ("crates/program/src/render.rs", "use afterlight as a; use a::passes::copy;"),
 ];
 
 #[test]
@@ -352,7 +355,7 @@ fn an_arrow_that_runs_forward_is_left_alone() {
         ("src/plan/sun.rs", "/// See [`crate::frame`].\nfn f() { log(\"use crate::frame\") } // crate::frame"),
         (
             "src/passes/lighting.rs",
-            "use super::screen::Screen; use super::{Slot, Recording}; use crate::shaders::lighting;",
+            "use super::screen::Screen; use super::{Slot, FrameContext}; use crate::shaders::lighting;",
         ),
         ("src/passes/lighting.rs", "mod tests { use super::*; use crate::plan::Shading; }"),
         ("src/frame/mod.rs", "use crate::passes::{copy, geometry}; fn f() { geometry::COLOR_WRITE; super::gpu::x() }"),

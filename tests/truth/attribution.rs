@@ -137,7 +137,7 @@ fn parts_add_up_to_the_whole_and_little_is_not_explained() {
 }
 
 #[test]
-#[ignore = "test-all: a search that begins anew"]
+#[ignore = "test-all: one more mistake that attribution must find"]
 fn normals_of_10_bits_and_colours_of_8_are_found_in_quantization_and_a_coarse_place_in_position() {
     on_gpu(|gpu| {
         let scene = open("builtin:spheres");
@@ -166,7 +166,7 @@ fn normals_of_10_bits_and_colours_of_8_are_found_in_quantization_and_a_coarse_pl
 }
 
 #[test]
-#[ignore = "test-all: a search that begins anew"]
+#[ignore = "test-all: one more mistake that attribution must find"]
 fn without_shadows_nothing_is_taken_for_shadows_or_for_glass() {
     on_gpu(|gpu| {
         let scene = open("builtin:hall?detail=6");
@@ -181,7 +181,7 @@ fn without_shadows_nothing_is_taken_for_shadows_or_for_glass() {
 }
 
 #[test]
-#[ignore = "test-all: a search that begins anew"]
+#[ignore = "test-all: one more mistake that attribution must find"]
 fn wrong_biases_are_found_in_shadows() {
     on_gpu(|gpu| {
         let scene = open("builtin:hall?detail=6");
@@ -206,7 +206,7 @@ fn wrong_biases_are_found_in_shadows() {
 }
 
 #[test]
-#[ignore = "test-all: a search that begins anew"]
+#[ignore = "test-all: one more mistake that attribution must find"]
 fn a_coarse_format_of_light_is_found_in_its_part() {
     on_gpu(|gpu| {
         let scene = open("builtin:cornell");

@@ -71,7 +71,8 @@ pub use light::{Falloff, Light, LightForm, LightKind, LightTrait, Outline, Shado
 #[cfg(feature = "readers")]
 pub use load::{OpenOptions, Up, open};
 pub use look::{HIGHLIGHT, HIGHLIGHT_SHARE, Look, MAX_ATLAS_EDGE};
-pub use material::{AlphaMode, Brdf, DIELECTRIC, FORMS, Material, SlotForm, TextureSlot, UvMap, scaled};
+pub(crate) use material::FORMS;
+pub use material::{AlphaMode, Brdf, DIELECTRIC, Material, SlotForm, TextureSlot, UvMap, scaled};
 pub use mesh::{CastsShadow, Mesh, Object, TriangleId};
 // Tests of the order of vertices measure with them, here and in the renderer.
 #[doc(hidden)]

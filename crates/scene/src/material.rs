@@ -106,7 +106,7 @@ const RED: [bool; 4] = [true, false, false, false];
 const RGB: [bool; 4] = [true, true, true, false];
 
 /// In the order of [`TextureSlot`]. White is neutral to all but normal maps.
-pub const FORMS: [SlotForm; 7] = [
+pub(crate) const FORMS: [SlotForm; 7] = [
     SlotForm {
         key: "base_color_texture",
         name: "base colour textures",

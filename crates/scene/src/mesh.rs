@@ -88,7 +88,7 @@ impl Mesh {
     }
 
     /// Triangles that are wound against the mean of their corners' normals.
-    pub fn faces_against_their_normals(&self) -> usize {
+    pub(crate) fn faces_against_their_normals(&self) -> usize {
         let corner = |values: &[[f32; 3]], index: u32| Vec3::from(values[index as usize]);
         let against = |triangle: &&[u32]| {
             let [a, b, c] = [0, 1, 2].map(|i| corner(&self.positions, triangle[i]));
@@ -105,12 +105,12 @@ impl Mesh {
 }
 
 /// Unit normal of a counter-clockwise triangle; none when it has no area.
-pub fn triangle_normal(points: &[DVec3; 3]) -> Option<DVec3> {
+pub(crate) fn triangle_normal(points: &[DVec3; 3]) -> Option<DVec3> {
     (points[1] - points[0]).cross(points[2] - points[0]).try_normalize()
 }
 
 /// The triangle's inner angle at one of its corners, in radians.
-pub fn corner_angle(points: &[DVec3; 3], corner: usize) -> f64 {
+pub(crate) fn corner_angle(points: &[DVec3; 3], corner: usize) -> f64 {
     let here = points[corner];
     let a = (points[(corner + 1) % 3] - here).normalize_or_zero();
     let b = (points[(corner + 2) % 3] - here).normalize_or_zero();

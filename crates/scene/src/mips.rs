@@ -10,7 +10,7 @@ use super::{ColorSpace, Texels, Texture};
 
 impl Texture {
     /// Adds the smaller levels, down to one texel, to 8-bit RGBA that has none and whose sampler looks at them.
-    pub fn make_levels(&mut self) {
+    pub(crate) fn make_levels(&mut self) {
         let Texels::Rgba8(texels) = &mut self.texels else { return };
         let count = most_levels(self.size);
         if self.sampler.levels.is_none() || count == 1 {

@@ -25,7 +25,7 @@ const MAX_DECODED_BYTES: u64 = 4 * (MAX_TEXTURE_EDGE as u64) * (MAX_TEXTURE_EDGE
 
 impl Texture {
     /// A texture of a picture's own size with one level and the default sampler. Needs the feature `readers`.
-    pub fn from_image(name: impl Into<String>, image: RgbaImage, color_space: ColorSpace) -> Self {
+    pub(crate) fn from_image(name: impl Into<String>, image: RgbaImage, color_space: ColorSpace) -> Self {
         let size = [image.width(), image.height()];
         Self { name: name.into(), size, color_space, sampler: Sampler::DEFAULT, texels: image.into_raw().into() }
     }

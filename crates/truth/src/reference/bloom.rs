@@ -279,7 +279,7 @@ mod tests {
 
     /// Of a level that is three steps down, a light has 64 places.
     #[test]
-    #[ignore = "test-all: every built-in scene and kind of plan once more, and random files of which the corpora have the worst"]
+    #[ignore = "test-all: many levels at many places"]
     fn the_kernel_of_the_truth_is_the_mean_response_of_the_levels_wherever_a_light_is() {
         let (size, radius) = ([160, 160], 0.03);
         assert_eq!(weights(size, radius, 6).len(), 4);
@@ -319,7 +319,7 @@ mod tests {
     /// of `sin^2n cos^2m` over that of `cos^(2n + 2m)`; times the square root of 2 for two axes. Levels after the first, and several that are mixed,
     /// have less: most of the light that they would mirror is gone.
     #[test]
-    #[ignore = "test-all: every built-in scene and kind of plan once more, and random files of which the corpora have the worst"]
+    #[ignore = "test-all: many levels at many places"]
     fn a_bright_pixel_that_moves_does_not_flicker_by_more_than_a_level_mirrors() {
         // Integrals of powers over a period, by the midpoint rule, which is exact for them.
         let mean = |of: &dyn Fn(f64) -> f64| {

@@ -124,7 +124,7 @@ fn strips(plan: &FramePlan, edges: &Rows) -> Vec<hazards::Strip> {
 }
 
 #[test]
-#[ignore = "test-all: every built-in scene and kind of plan once more, and random files of which the corpora have the worst"]
+#[ignore = "test-all: a drawing for each kind of plan"]
 fn every_row_is_a_strip_with_its_reason_and_a_hazard_or_why_it_stays() {
     for (name, plan, edges) in plans() {
         let rows: Vec<_> = edges.iter().collect();

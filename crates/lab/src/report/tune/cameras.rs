@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    #[ignore = "test-all: every built-in scene and kind of plan once more, and random files of which the corpora have the worst"]
+    #[ignore = "test-all: rays from many cameras"]
     fn cameras_stand_elsewhere_and_see_something() {
         for spec in ["builtin:hall", "builtin:cornell", "builtin:spheres", "builtin:field"] {
             let scene = scene(spec);
