@@ -1,15 +1,15 @@
 //! A device under each mode of the validation layer, and the layer's messages about frames on it.
 
-use std::collections::BTreeSet;
-use std::ffi::CStr;
-use std::sync::Arc;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::Instant;
 
+use super::watched::{Extensions, NO_EXTENSIONS, Watched};
 use super::{Case, Mutant};
+use afterlight::frame;
 use afterlight::frame::edges::{self, Edges};
-use afterlight::frame::{self, experiment};
-use afterlight::gpu::{self, Device, DeviceChoice, Instance, InstanceOptions, Message, Validation};
+use afterlight::gpu::{self, Device, DeviceChoice};
 use afterlight::plan::FramePlan;
 
 /// Frames that could not be drawn, or a layer that says something of frames that lack nothing.
@@ -59,21 +59,24 @@ impl Heard {
     }
 }
 
-/// One mode of the layer.
-struct Mode {
-    instance: Arc<Instance>,
-    device: Arc<Device>,
-}
-
 /// A device for each mode of the layer: neither mode notices all that the other does.
 pub struct Laboratory {
-    modes: Vec<Mode>,
-    presents: bool,
+    choice: DeviceChoice,
+    extensions: Extensions,
+    /// Without the heuristic of accesses by shaders, and with it where the layer has it.
+    modes: Vec<Watched>,
+    jobs: usize,
 }
 
-/// The extensions of instance and device that presented frames need.
+/// The extensions that presented frames need.
 #[cfg(feature = "present")]
-const PRESENTING: (&[&CStr], &[&CStr]) = (&gpu::HEADLESS, &[ash::khr::swapchain::NAME]);
+const PRESENTING: Extensions = (&gpu::HEADLESS, &[ash::khr::swapchain::NAME]);
+
+/// Mutants that a device draws before it takes others. They are in the order of their cases, each of which is drawn whole before its mutants.
+const AT_A_TIME: usize = 24;
+
+/// The rules that one mode finds broken in a mutant's frames, and the seconds that drawing them took.
+type Judged = (BTreeSet<String>, f64);
 
 impl Laboratory {
     /// A device for each mode. Frames are presented where there are surfaces without a display.
@@ -83,46 +86,36 @@ impl Laboratory {
     pub fn open(choice: &DeviceChoice) -> Result<Self, gpu::Error> {
         #[cfg(feature = "present")]
         match Self::with_extensions(choice, PRESENTING) {
-            Ok(modes) => return Ok(Self { modes, presents: true }),
             Err(gpu::Error::Unsupported(_)) => {}
-            Err(error) => return Err(error),
+            opened => return opened,
         }
-        Ok(Self { modes: Self::with_extensions(choice, (&[], &[]))?, presents: false })
+        Self::with_extensions(choice, NO_EXTENSIONS)
     }
 
-    fn with_extensions(
-        choice: &DeviceChoice,
-        (of_instance, of_device): (&[&'static CStr], &[&'static CStr]),
-    ) -> Result<Vec<Mode>, gpu::Error> {
-        let mut modes = Vec::new();
-        for sync_shader_heuristic in [false, true] {
-            let options = InstanceOptions {
-                validation: Validation::Synchronization,
-                sync_shader_heuristic,
-                ..InstanceOptions::default()
-            };
-            let instance = Instance::with_extensions(&options, of_instance)?;
-            if instance.sync_shader_heuristic() == sync_shader_heuristic {
-                let device = Device::with_extensions(&instance, choice, of_device)?;
-                modes.push(Mode { instance, device });
-            }
-        }
-        Ok(modes)
+    fn with_extensions(choice: &DeviceChoice, extensions: Extensions) -> Result<Self, gpu::Error> {
+        let modes = [false, true].into_iter().filter_map(|mode| Watched::open(choice, mode, extensions).transpose());
+        let modes = modes.collect::<Result<Vec<_>, _>>()?;
+        Ok(Self { choice: choice.clone(), extensions, jobs: modes.len(), modes })
+    }
+
+    /// Draws so many mutants at a time, each on a device of its own, but in each mode at least one.
+    pub fn with_jobs(self, jobs: usize) -> Self {
+        Self { jobs, ..self }
     }
 
     /// The layer's version, packed as Vulkan packs it.
     pub fn layer(&self) -> u32 {
-        self.modes[0].instance.validation_layer().unwrap_or_default()
+        self.modes[0].layer()
     }
 
     /// The device that frames are drawn on.
     pub fn device(&self) -> &Device {
-        &self.modes[0].device
+        self.modes[0].device()
     }
 
     /// Returns true if cases that are presented can be drawn.
     pub fn presents(&self) -> bool {
-        self.presents
+        self.extensions != NO_EXTENSIONS
     }
 
     /// Returns the layer's messages about each mutant. The layer has none about the whole tables, so its messages are not noise. Calls `step` as each
@@ -139,16 +132,29 @@ impl Laboratory {
         mutants: &[Mutant],
         step: &(dyn Fn() + Sync),
     ) -> Result<Vec<Heard>, Error> {
-        // SAFETY: the caller's promise.
-        let judge = |mode: &Mode| unsafe { mode.judge(cases, mutants, step) };
-        let heard: Result<Vec<_>, Error> = thread::scope(|scope| {
-            let threads: Vec<_> = self.modes.iter().map(|mode| scope.spawn(|| judge(mode))).collect();
+        let work = Work::of(cases, mutants);
+        let workers = (self.jobs / self.modes.len()).clamp(1, work.parts.len());
+        let next: Vec<AtomicUsize> = self.modes.iter().map(|_| AtomicUsize::new(0)).collect();
+        let judge = |mode: usize, worker: usize| -> Result<_, Error> {
+            // Of each mode one device is open.
+            let other = if worker == 0 { None } else { Watched::open(&self.choice, mode == 1, self.extensions)? };
+            // SAFETY: the caller's promise.
+            let parts = unsafe { work.judge(other.as_ref().unwrap_or(&self.modes[mode]), &next[mode], step) }?;
+            Ok((mode, parts))
+        };
+        let judged: Result<Vec<_>, Error> = thread::scope(|scope| {
+            let judge = &judge;
+            let all = (0..next.len()).flat_map(|mode| (0..workers).map(move |worker| (mode, worker)));
+            let threads: Vec<_> = all.map(|(mode, worker)| scope.spawn(move || judge(mode, worker))).collect();
             let join = |thread: thread::ScopedJoinHandle<'_, _>| {
                 thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
             };
             threads.into_iter().map(join).collect()
         });
-        let mut modes = heard?.into_iter();
+        // By part, and so in the order of the mutants.
+        let mut modes = vec![BTreeMap::new(); self.modes.len()];
+        judged?.into_iter().for_each(|(mode, parts)| modes[mode].extend(parts));
+        let mut modes = modes.into_iter().map(|parts| parts.into_values().flatten().collect::<Vec<Judged>>());
         let plain = modes.next().unwrap_or_default();
         let heuristic = modes.next();
         let together = plain.into_iter().enumerate().map(|(index, (plain, seconds))| {
@@ -159,66 +165,69 @@ impl Laboratory {
         Ok(together.collect())
     }
 
-    /// The number of the layer's modes. Each draws in its own thread, on its own device.
-    pub fn modes(&self) -> usize {
-        self.modes.len()
-    }
-
     /// Returns the number of times that [`Laboratory::judge`] calls its `step`.
     pub fn steps(&self, mutants: usize) -> usize {
         mutants * self.modes.len()
     }
 }
 
-impl Mode {
+/// The mutants to draw, in parts, and the cases that they are made of.
+struct Work<'a> {
+    parts: Vec<(Vec<(&'a Case, &'a FramePlan)>, &'a [Mutant<'a>])>,
+}
+
+impl<'a> Work<'a> {
+    /// The first part has the cases without a mutant as well.
+    fn of(cases: &[(&'a Case, &'a FramePlan)], mutants: &'a [Mutant<'a>]) -> Self {
+        let is_of = |mutants: &[Mutant], case: &Case| mutants.iter().any(|mutant| std::ptr::eq(mutant.case, case));
+        let (first, rest) = mutants.split_at(mutants.len().min(AT_A_TIME));
+        let parts = std::iter::once(first).chain(rest.chunks(AT_A_TIME)).enumerate().map(|(index, part)| {
+            let is_drawn = |case: &Case| is_of(part, case) || (index == 0 && !is_of(mutants, case));
+            (cases.iter().copied().filter(|(case, _)| is_drawn(case)).collect(), part)
+        });
+        Self { parts: parts.collect() }
+    }
+
+    /// Judges parts until none is left, and returns them by their index.
+    ///
     /// # Safety
     /// As of [`Laboratory::judge`].
     unsafe fn judge(
         &self,
-        cases: &[(&Case, &FramePlan)],
-        mutants: &[Mutant],
+        watched: &Watched,
+        next: &AtomicUsize,
         step: &dyn Fn(),
-    ) -> Result<Vec<(BTreeSet<String>, f64)>, Error> {
-        for &(case, plan) in cases {
-            // SAFETY: nothing is missing.
-            let rules = unsafe { self.says(case, edges::table(plan)) }?;
-            if !rules.is_empty() {
-                return Err(Error::Noise { case: case.name.clone(), rules });
+    ) -> Result<BTreeMap<usize, Vec<Judged>>, Error> {
+        let mut judged = BTreeMap::new();
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some((cases, mutants)) = self.parts.get(index) else { return Ok(judged) };
+            for (case, plan) in cases {
+                // SAFETY: nothing is missing.
+                let rules = unsafe { broken(watched, case, edges::table(plan)) }?;
+                if !rules.is_empty() {
+                    return Err(Error::Noise { case: case.name.clone(), rules });
+                }
             }
-        }
-        let judged = mutants.iter().map(|mutant| {
-            let begun = Instant::now();
-            // SAFETY: the caller's promise.
-            let rules = unsafe { self.says(mutant.case, mutant.edges.clone()) }?;
-            step();
-            Ok((rules, begun.elapsed().as_secs_f64()))
-        });
-        judged.collect()
-    }
-
-    /// The rules that the layer finds broken.
-    ///
-    /// # Safety
-    /// As of [`Laboratory::judge`].
-    unsafe fn says(&self, case: &Case, edges: Edges) -> Result<BTreeSet<String>, Error> {
-        self.instance.take_messages();
-        // SAFETY: the caller's promise.
-        let drawn = unsafe { self.draw(case, edges) };
-        drawn.map_err(|source| Error::Drawing { case: case.name.clone(), source })?;
-        let ours = self.instance.take_messages().into_iter().filter(Message::is_about_this_program);
-        Ok(ours.map(|message| message.id_name).collect())
-    }
-
-    /// # Safety
-    /// As of [`Laboratory::judge`].
-    unsafe fn draw(&self, case: &Case, edges: Edges) -> Result<(), frame::Error> {
-        // SAFETY: the caller's promise.
-        unsafe {
-            #[cfg(feature = "present")]
-            if let Some(way) = case.presented {
-                return experiment::present(&self.device, &case.scene, &case.settings, edges, way);
-            }
-            experiment::draw(&self.device, &case.scene, &case.settings, edges).map(drop)
+            let of_mutant = |mutant: &Mutant| {
+                let begun = Instant::now();
+                // SAFETY: the caller's promise.
+                let rules = unsafe { broken(watched, mutant.case, mutant.edges.clone()) }?;
+                step();
+                Ok((rules, begun.elapsed().as_secs_f64()))
+            };
+            judged.insert(index, mutants.iter().map(of_mutant).collect::<Result<_, Error>>()?);
         }
     }
+}
+
+/// The rules that the layer finds broken.
+///
+/// # Safety
+/// As of [`Laboratory::judge`].
+unsafe fn broken(watched: &Watched, case: &Case, edges: Edges) -> Result<BTreeSet<String>, Error> {
+    // SAFETY: the caller's promise.
+    let drawn = unsafe { watched.draw(&case.scene, &case.settings, edges, case.presented) };
+    let drawn = drawn.map_err(|source| Error::Drawing { case: case.name.clone(), source })?;
+    Ok(drawn.messages.into_iter().map(|message| message.id_name).collect())
 }
