@@ -188,7 +188,7 @@ impl Workload {
             (_, None, true) => "fitted to the model",
             (_, None, false) => "the scene's",
         };
-        let exposure = settings.exposure.unwrap_or_else(|| scene::metered_ev100(&self.scene));
+        let exposure = scene::ev100_of(&self.scene, settings);
         format!("camera {camera_text} ({of_camera}{roll}); exposure {exposure:.2} EV100 ({of_exposure})")
     }
 

@@ -45,7 +45,7 @@ pub use counted::{counted, plural};
 pub use emitter::Emitter;
 pub use error::Error;
 pub use error::without_controls;
-pub use exposure::{exposure_scale, luminance, metered_ev100};
+pub use exposure::{ev100_of, exposure_scale, luminance, metered_ev100};
 pub use fit::{add_daylight, add_studio, fit_camera};
 pub use import::{Imported, LoadOptions, Progress, Surroundings};
 pub use lens::{Aperture, ThinLens};
