@@ -76,11 +76,8 @@ const MOST_PIXELS: u64 = 1 << 26;
 
 /// Computes and writes the truth.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    if args.output.format == Format::Exr
-        && (args.settings.said.exposure.is_some() || args.settings.said.tonemap.is_some())
-    {
-        let why = "an .exr picture holds linear light in nits: --exposure and --tonemap do not apply to it";
-        return Err(Failure::usage(why));
+    if args.output.format == Format::Exr {
+        args.settings.refuse_shown()?;
     }
     refuse_approximations(&args.settings)?;
     if let Some(folder) = &args.export {
