@@ -1,6 +1,8 @@
 //! A device under each mode of the validation layer, and the layer's messages about frames on it.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
+use std::panic::resume_unwind;
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::Instant;
@@ -132,92 +134,69 @@ impl Laboratory {
         mutants: &[Mutant],
         step: &(dyn Fn() + Sync),
     ) -> Result<Vec<Heard>, Error> {
-        let work = Work::of(cases, mutants);
-        let workers = (self.jobs / self.modes.len()).clamp(1, work.parts.len());
-        let next: Vec<AtomicUsize> = self.modes.iter().map(|_| AtomicUsize::new(0)).collect();
-        let judge = |mode: usize, worker: usize| -> Result<_, Error> {
-            // Of each mode one device is open.
-            let other = if worker == 0 { None } else { Watched::open(&self.choice, mode == 1, self.extensions)? };
-            // SAFETY: the caller's promise.
-            let parts = unsafe { work.judge(other.as_ref().unwrap_or(&self.modes[mode]), &next[mode], step) }?;
-            Ok((mode, parts))
+        let is_of = |mutants: &[Mutant], case: &Case| mutants.iter().any(|mutant| std::ptr::eq(mutant.case, case));
+        let found: Vec<[OnceLock<Judged>; 2]> = mutants.iter().map(|_| Default::default()).collect();
+        let next: [AtomicUsize; 2] = Default::default();
+        let work = |mode: usize, watched: &Watched| -> Result<(), Error> {
+            loop {
+                let begin = next[mode].fetch_add(AT_A_TIME, Ordering::Relaxed);
+                // The first part has the cases without a mutant as well.
+                if begin > 0 && begin >= mutants.len() {
+                    return Ok(());
+                }
+                let part = begin..mutants.len().min(begin + AT_A_TIME);
+                let is_drawn =
+                    |case: &Case| is_of(&mutants[part.clone()], case) || (begin == 0 && !is_of(mutants, case));
+                for (case, plan) in cases.iter().filter(|(case, _)| is_drawn(case)) {
+                    // SAFETY: nothing is missing.
+                    let rules = unsafe { broken(watched, case, edges::table(plan)) }?;
+                    if !rules.is_empty() {
+                        return Err(Error::Noise { case: case.name.clone(), rules });
+                    }
+                }
+                for (mutant, found) in mutants[part.clone()].iter().zip(&found[part]) {
+                    let begun = Instant::now();
+                    // SAFETY: the caller's promise.
+                    let rules = unsafe { broken(watched, mutant.case, mutant.edges.clone()) }?;
+                    let _ = found[mode].set((rules, begun.elapsed().as_secs_f64()));
+                    step();
+                }
+            }
         };
-        let judged: Result<Vec<_>, Error> = thread::scope(|scope| {
-            let judge = &judge;
-            let all = (0..next.len()).flat_map(|mode| (0..workers).map(move |worker| (mode, worker)));
-            let threads: Vec<_> = all.map(|(mode, worker)| scope.spawn(move || judge(mode, worker))).collect();
-            let join = |thread: thread::ScopedJoinHandle<'_, _>| {
-                thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-            };
-            threads.into_iter().map(join).collect()
+        self.on_all_devices(mutants.len().div_ceil(AT_A_TIME), &work)?;
+        let heard = found.into_iter().map(|modes| {
+            let [plain, heuristic] = modes.map(OnceLock::into_inner);
+            let seconds = plain.iter().chain(&heuristic).map(|(_, seconds)| seconds).sum();
+            let rules = |judged: Option<Judged>| judged.map(|(rules, _)| rules);
+            Heard { plain: rules(plain).unwrap_or_default(), heuristic: rules(heuristic), seconds }
         });
-        // By part, and so in the order of the mutants.
-        let mut modes = vec![BTreeMap::new(); self.modes.len()];
-        judged?.into_iter().for_each(|(mode, parts)| modes[mode].extend(parts));
-        let mut modes = modes.into_iter().map(|parts| parts.into_values().flatten().collect::<Vec<Judged>>());
-        let plain = modes.next().unwrap_or_default();
-        let heuristic = modes.next();
-        let together = plain.into_iter().enumerate().map(|(index, (plain, seconds))| {
-            let other = heuristic.as_ref().map(|heuristic| &heuristic[index]);
-            let seconds = seconds + other.map_or(0.0, |other| other.1);
-            Heard { plain, heuristic: other.map(|other| other.0.clone()), seconds }
-        });
-        Ok(together.collect())
+        Ok(heard.collect())
+    }
+
+    /// Works on the device of each mode, and on more of them if there are more jobs, but on no more of a mode than `most`.
+    fn on_all_devices(
+        &self,
+        most: usize,
+        work: &(dyn Fn(usize, &Watched) -> Result<(), Error> + Sync),
+    ) -> Result<(), Error> {
+        let devices = (self.jobs / self.modes.len()).clamp(1, most.max(1));
+        let on_another = move |mode: usize| match Watched::open(&self.choice, mode == 1, self.extensions)? {
+            Some(other) => work(mode, &other),
+            None => Ok(()),
+        };
+        thread::scope(|scope| {
+            let mut threads = Vec::new();
+            for (mode, watched) in self.modes.iter().enumerate() {
+                threads.push(scope.spawn(move || work(mode, watched)));
+                threads.extend((1..devices).map(|_| scope.spawn(move || on_another(mode))));
+            }
+            threads.into_iter().try_for_each(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic)))
+        })
     }
 
     /// Returns the number of times that [`Laboratory::judge`] calls its `step`.
     pub fn steps(&self, mutants: usize) -> usize {
         mutants * self.modes.len()
-    }
-}
-
-/// The mutants to draw, in parts, and the cases that they are made of.
-struct Work<'a> {
-    parts: Vec<(Vec<(&'a Case, &'a FramePlan)>, &'a [Mutant<'a>])>,
-}
-
-impl<'a> Work<'a> {
-    /// The first part has the cases without a mutant as well.
-    fn of(cases: &[(&'a Case, &'a FramePlan)], mutants: &'a [Mutant<'a>]) -> Self {
-        let is_of = |mutants: &[Mutant], case: &Case| mutants.iter().any(|mutant| std::ptr::eq(mutant.case, case));
-        let (first, rest) = mutants.split_at(mutants.len().min(AT_A_TIME));
-        let parts = std::iter::once(first).chain(rest.chunks(AT_A_TIME)).enumerate().map(|(index, part)| {
-            let is_drawn = |case: &Case| is_of(part, case) || (index == 0 && !is_of(mutants, case));
-            (cases.iter().copied().filter(|(case, _)| is_drawn(case)).collect(), part)
-        });
-        Self { parts: parts.collect() }
-    }
-
-    /// Judges parts until none is left, and returns them by their index.
-    ///
-    /// # Safety
-    /// As of [`Laboratory::judge`].
-    unsafe fn judge(
-        &self,
-        watched: &Watched,
-        next: &AtomicUsize,
-        step: &dyn Fn(),
-    ) -> Result<BTreeMap<usize, Vec<Judged>>, Error> {
-        let mut judged = BTreeMap::new();
-        loop {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            let Some((cases, mutants)) = self.parts.get(index) else { return Ok(judged) };
-            for (case, plan) in cases {
-                // SAFETY: nothing is missing.
-                let rules = unsafe { broken(watched, case, edges::table(plan)) }?;
-                if !rules.is_empty() {
-                    return Err(Error::Noise { case: case.name.clone(), rules });
-                }
-            }
-            let of_mutant = |mutant: &Mutant| {
-                let begun = Instant::now();
-                // SAFETY: the caller's promise.
-                let rules = unsafe { broken(watched, mutant.case, mutant.edges.clone()) }?;
-                step();
-                Ok((rules, begun.elapsed().as_secs_f64()))
-            };
-            judged.insert(index, mutants.iter().map(of_mutant).collect::<Result<_, Error>>()?);
-        }
     }
 }
 

@@ -32,9 +32,6 @@ pub struct Drawn {
 
 impl Watched {
     /// Opens a device under the layer, with its heuristic of accesses by shaders or without. `None` where the layer has no heuristic.
-    ///
-    /// # Errors
-    /// Without a driver, the layer or one of the extensions.
     pub fn open(choice: &DeviceChoice, heuristic: bool, extensions: Extensions) -> gpu::Result<Option<Self>> {
         let validation = Validation::Synchronization;
         let options = InstanceOptions { validation, sync_shader_heuristic: heuristic, ..InstanceOptions::default() };
@@ -47,9 +44,6 @@ impl Watched {
     }
 
     /// Opens a device without the layer: nothing is said of its frames.
-    ///
-    /// # Errors
-    /// Without a driver.
     pub fn without_layer(choice: &DeviceChoice) -> gpu::Result<Self> {
         let instance = Instance::new(&InstanceOptions::default())?;
         let device = Device::new(&instance, choice)?;
