@@ -48,7 +48,7 @@ pub use effects::{EffectPlans, averages_samples, shows_effect, variations};
 pub use error::{Error, Refusal, Why};
 pub use gbuffer::{Gbuffer, NormalEncoding, format_bytes};
 pub use lights::{PlannedLights, UNIFORM_LIGHTS};
-pub use output::{Canvas, Encoding, HDR, OUTPUT_PLAIN, OUTPUT_SRGB, ToneMapping, Transfer};
+pub use output::{Encoding, HDR, OUTPUT_PLAIN, OUTPUT_SRGB, PresentTarget, ToneMapping, Transfer};
 pub use parts::{Part, PartGroup};
 pub use reasons::Reasons;
 pub use shading::Shading;
@@ -58,7 +58,7 @@ pub use surfaces::{
     PlannedBrdf, PlannedDeform, PlannedLevel, PlannedMesh, PlannedTexture, SetSamplers, Streams, TextureMask,
     TexturePlan, TextureSource, Uploads, texture_format,
 };
-pub use targets::{BufferName, DEPTH, OwnTarget, Sums, Target, TargetName};
+pub use targets::{BufferName, DEPTH, OitTargets, OwnTarget, Target, TargetName};
 pub use visibility::TriangleCode;
 
 pub(crate) use culling::{CULL_BUFFERS, CULL_SHARED_BYTES};
@@ -101,7 +101,7 @@ pub struct FramePlan {
     /// The way in which transparent surfaces are laid over the lit ones, where some are drawn.
     pub transparency: Option<Transparency>,
     /// The sums of weighted blending, where it is chosen.
-    pub sums: Option<Sums>,
+    pub sums: Option<OitTargets>,
     /// Of all transparent objects: no pixel has more layers.
     pub transparent_triangles: u32,
     /// An attachment of its own between LIGHTING and the output.
@@ -109,7 +109,7 @@ pub struct FramePlan {
     /// The format of [`Target::Output`] and of the finished picture.
     pub output: vk::Format,
     /// The images that presented pictures are drawn into.
-    pub presented: Option<Canvas>,
+    pub presented: Option<PresentTarget>,
     /// They are linear light for ENCODE: those that a window shows so, and those beside them.
     pub encoding: Option<Encoding>,
     /// A compute pass stores red and blue in each other's place, for a swapchain whose images have them so.
@@ -188,7 +188,7 @@ pub struct FramePlan {
 impl FramePlan {
     /// Returns true if the CPU finds those of these that a frame's camera does not need, and leaves them out. A GPU draws them faster than that
     /// (docs/FIGURES.md).
-    pub(crate) fn seeks(&self, part: OptionalPart) -> bool {
+    pub(crate) fn may_leave_out(&self, part: OptionalPart) -> bool {
         self.software && !self.keep.has(part)
     }
 

@@ -26,12 +26,12 @@ pub use active_lights::ActiveLights;
 pub use clusters::Clusters;
 pub use depth::{Depth, Eye};
 pub use emitters::{EmitterRecord, Emitters};
-pub use instances::{CullView, Draw, InstanceList, STEPS, Stand};
+pub use instances::{CullView, Draw, InstanceList, InstanceTransform, STEPS};
 pub use levels::{LevelChoice, squared_error};
 pub use looks::PackedLook;
 pub use shadows::{Caster, MapDraw, Receivers, ShadowCache, ShadowView};
-pub use sight::{Sight, clip_from_world};
-pub use trail::Since;
+pub use sight::{FrameProjection, clip_from_world};
+pub use trail::PreviousFrame;
 pub use volumes::{LightRect, VolumeRecord, cone_mesh, sphere_mesh};
 pub use world::{World, WorldObject};
 
@@ -150,7 +150,7 @@ impl Visible {
         let in_air = effects::lit_air(plan) == LitAir::Shadowed;
         let leaves_casters = culling.is_none()
             && !in_air
-            && plan.seeks(OptionalPart::IdleCasters)
+            && plan.may_leave_out(OptionalPart::IdleCasters)
             && plan.shading != Shading::ShowShadowMap;
         let receivers = plan.shadow.as_ref().filter(|_| leaves_casters).map(|shadow| {
             let receiving = objects().filter(|object| object.key.receives);

@@ -5,12 +5,12 @@ use std::time::Instant;
 
 use ash::vk;
 
-use super::edges::Edges;
 use super::list::List;
-use super::{Drawn, Error, Frame, FrameParts, IN_FLIGHT, InFlight, Renderer, Timeline};
+use super::rows::Rows;
+use super::{BuildContext, Drawn, Error, Frame, IN_FLIGHT, InFlight, Renderer, Timeline};
 use crate::gpu::{self, CommandBuffer, Device, Timestamps};
 use crate::gpu_scene::{
-    Culling, GpuScene, Instances, PoseBuffer, SceneSource, Seen, ShadowAtlas, SortedIndices, ViewBuffers,
+    Culling, GpuScene, Instances, PoseBuffer, SceneSource, ShadowAtlas, SortedIndices, ViewBuffers, VisibilityLookup,
     view_set_layout,
 };
 use crate::passes::{air, prefilter};
@@ -23,7 +23,7 @@ pub(super) struct RendererBuilder {
     device: Arc<Device>,
     plan: FramePlan,
     settings: Settings,
-    edges: Edges,
+    edges: Rows,
     world: World,
     scene: Arc<GpuScene>,
 }
@@ -37,7 +37,7 @@ impl RendererBuilder {
         device: &Arc<Device>,
         source: impl Into<SceneSource<'a>>,
         settings: &Settings,
-        (plan, edges): (FramePlan, Edges),
+        (plan, edges): (FramePlan, Rows),
         uploaded: Option<Arc<GpuScene>>,
     ) -> Result<Self, Error> {
         let mut source = source.into();
@@ -88,8 +88,8 @@ impl RendererBuilder {
         let poses = (0..IN_FLIGHT).map(|index| PoseBuffer::new(&device, index, deforms));
         let poses: Vec<_> = poses.filter_map(Result::transpose).collect::<gpu::Result<_>>()?;
         let culling = Culling::new(&device, &plan, IN_FLIGHT)?;
-        let seen = Seen::new(&device, &plan, &scene, IN_FLIGHT)?;
-        let frame = Frame::new(&FrameParts {
+        let seen = VisibilityLookup::new(&device, &plan, &scene, IN_FLIGHT)?;
+        let frame = Frame::new(&BuildContext {
             device: &device,
             plan: &plan,
             edges: &edges,

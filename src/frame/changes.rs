@@ -5,8 +5,8 @@ use std::sync::Arc;
 use glam::DAffine3;
 
 use super::builder::RendererBuilder;
-use super::{Error, Renderer, edges, plan_for};
-use crate::gpu_scene::{Culling, Seen};
+use super::{Error, Renderer, plan_for, rows};
+use crate::gpu_scene::{Culling, VisibilityLookup};
 use crate::plan;
 use crate::scene::{Light, Look, Pose, Scene, Settings, SettingsPatch, exposure_scale};
 use crate::visible::ShadowCache;
@@ -110,7 +110,7 @@ impl Renderer {
         let keeps = changed == Changed::Arrangement;
         let uploaded = (keeps && plan.uploads_as(&self.plan)).then(|| Arc::clone(&self.scene));
         let serves = uploaded.is_some() && plan.has_structure_of(&self.plan);
-        let edges = edges::table(&plan);
+        let edges = rows::table(&plan);
         let builder = RendererBuilder::new(&self.device, scene, settings, (plan, edges), uploaded)?;
         let halted = self.world.halted();
         if serves {
@@ -120,7 +120,7 @@ impl Renderer {
             self.posed = 0;
             self.cut();
             self.culling.iter_mut().for_each(Culling::forget);
-            self.seen.iter_mut().for_each(Seen::forget);
+            self.seen.iter_mut().for_each(VisibilityLookup::forget);
             self.frame.expose(&self.plan, &self.world);
         } else {
             *self = builder.finish(&[])?;

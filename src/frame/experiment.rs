@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::edges::Edges;
+use super::rows::Rows;
 use super::{Error, Picture, Renderer};
 #[cfg(feature = "present")]
 use super::{Outcome, Presenter};
@@ -24,7 +24,7 @@ use crate::scene::{Playing, Scene, Settings};
 ///
 /// # Errors
 /// As [`Renderer::with_edges`], [`Renderer::render`] and [`Renderer::read_back`].
-pub unsafe fn draw(device: &Arc<Device>, scene: &Scene, settings: &Settings, edges: Edges) -> Result<Picture, Error> {
+pub unsafe fn draw(device: &Arc<Device>, scene: &Scene, settings: &Settings, edges: Rows) -> Result<Picture, Error> {
     // SAFETY: the caller's promise.
     let mut renderer = unsafe { Renderer::with_edges(device, scene, settings, edges) }?;
     for frame in 0..4 {
@@ -51,7 +51,7 @@ fn pose(renderer: &mut Renderer, scene: &Scene, frame: u32) -> Result<(), Error>
 /// The way of pictures into a swapchain's images. No dependency depends on the images' format or encoding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Way {
+pub enum PresentPath {
     /// The last pass draws into them.
     Straight,
     /// PRESENT enlarges them.
@@ -75,8 +75,8 @@ pub unsafe fn present(
     device: &Arc<Device>,
     scene: &Scene,
     settings: &Settings,
-    edges: Edges,
-    way: Way,
+    edges: Rows,
+    way: PresentPath,
 ) -> Result<Picture, Error> {
     let presenter = presenter(device, scene, settings, way)?;
     // SAFETY: the caller's promise.
@@ -84,23 +84,23 @@ pub unsafe fn present(
     show_all(device, presenter, scene, settings, way)
 }
 
-/// [`present`] with the dependencies that [`super::edges::table`] has for the plan.
+/// [`present`] with the dependencies that [`super::rows::table`] has for the plan.
 ///
 /// # Errors
 /// As there.
 #[cfg(feature = "present")]
-pub fn show(device: &Arc<Device>, scene: &Scene, settings: &Settings, way: Way) -> Result<Picture, Error> {
+pub fn show(device: &Arc<Device>, scene: &Scene, settings: &Settings, way: PresentPath) -> Result<Picture, Error> {
     show_all(device, presenter(device, scene, settings, way)?, scene, settings, way)
 }
 
 #[cfg(feature = "present")]
-fn presenter(device: &Arc<Device>, scene: &Scene, settings: &Settings, way: Way) -> Result<Presenter, Error> {
+fn presenter(device: &Arc<Device>, scene: &Scene, settings: &Settings, way: PresentPath) -> Result<Presenter, Error> {
     let presenter = Presenter::new(device, Surface::headless(device)?, scene, settings, Vsync::Off)?;
     Ok(match way {
-        Way::Straight => presenter,
-        Way::Enlarged => presenter.with_dynamic_resolution(),
-        Way::Encoded => presenter.with_encoding(),
-        Way::EncodedKept => presenter.with_encoding().with_kept_pictures(),
+        PresentPath::Straight => presenter,
+        PresentPath::Enlarged => presenter.with_dynamic_resolution(),
+        PresentPath::Encoded => presenter.with_encoding(),
+        PresentPath::EncodedKept => presenter.with_encoding().with_kept_pictures(),
     })
 }
 
@@ -110,7 +110,7 @@ fn show_all(
     mut presenter: Presenter,
     scene: &Scene,
     settings: &Settings,
-    way: Way,
+    way: PresentPath,
 ) -> Result<Picture, Error> {
     let mut first = None;
     for beside in [None, Some(settings.view)] {
@@ -122,7 +122,7 @@ fn show_all(
         // More than there are images, so that each is drawn into again.
         for frame in 0..12 {
             // Smaller pictures than the window, once whole ones are shown.
-            if way == Way::Enlarged && frame == 4 {
+            if way == PresentPath::Enlarged && frame == 4 {
                 presenter.set_resolution(0.5)?;
             }
             let (is_copied, has_panels) = (frame % 2 == 1, frame % 4 > 1);

@@ -8,11 +8,13 @@ use std::fmt;
 use ash::vk;
 
 use super::deferred::ORDER;
-use super::edges::{self, Barrier, Carrier, Edges, RowName};
+use super::rows::{self, Barrier, RowName, Rows, SyncKind};
 use crate::gpu;
 use crate::gpu::sync::Use;
-use crate::passes::{First, How, Pass, Place, Resource, Touch, copy, encode, overlay, present, shadow, shown, split};
-use crate::plan::{Canvas, FramePlan, Part, PartGroup, Target};
+use crate::passes::{
+    First, Pass, PassName, Resource, ResourceUse, UseKind, copy, encode, overlay, present, shadow, shown, split,
+};
+use crate::plan::{FramePlan, Part, PartGroup, PresentTarget, Target};
 
 /// Resolves samples into the output after the subpass that is the last to write them: reads them, and as their last user drops them.
 pub const RESOLVE: Use = Use::new(
@@ -24,14 +26,14 @@ pub const RESOLVE: Use = Use::new(
 
 /// The name of a render pass. It is the name of its first subpass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct RenderPassName(Place);
+pub struct RenderPassName(PassName);
 
 /// SHADOW's, of which each map that is drawn anew has an instance.
 pub const SHADOW_PASS: RenderPassName = RenderPassName(shadow::PASS.place);
 
 impl RenderPassName {
     /// The render pass that begins with this subpass.
-    pub const fn of(first: Place) -> Self {
+    pub const fn of(first: PassName) -> Self {
         Self(first)
     }
 
@@ -74,11 +76,11 @@ pub enum Step {
 /// Passes that draw in one subpass. Rasterization order is all that is between them.
 pub struct Subpass {
     /// The name by which rows know it.
-    pub place: Place,
+    pub place: PassName,
     /// In the order in which they draw.
     pub passes: Vec<&'static Pass>,
     /// Of all of them.
-    pub touches: Vec<Touch>,
+    pub touches: Vec<ResourceUse>,
 }
 
 /// A pass with the barriers before and after it, by their rows.
@@ -86,7 +88,7 @@ pub struct Commands {
     /// Compute, a copy, or a pass that begins a render pass of its own.
     pub pass: &'static Pass,
     /// Frames in which the step is recorded; the others skip the pass and its barriers.
-    pub when: Occasion,
+    pub when: Condition,
     /// Barriers before the pass, each with the image or buffer that it is about.
     pub before: Vec<(RowName, Resource)>,
     /// Barriers after the pass, likewise.
@@ -95,7 +97,7 @@ pub struct Commands {
 
 /// The occasion, among a plan's frames, on which something happens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Occasion {
+pub enum Condition {
     /// Every frame.
     Always,
     /// Deformed objects have another pose than in the frame before.
@@ -165,8 +167,8 @@ impl Line {
         match *self {
             Self::Draw(place, passes) => subpass(plan, place.place, passes).map(Planned::Drawn),
             Self::DrawApart(pass) => subpass(plan, pass.place, &[pass]).map(Planned::DrawnApart),
-            Self::Run(pass) => commands(plan, Occasion::Always, pass, &[], &[]).map(Planned::Recorded),
-            Self::RunPosed(pass) => commands(plan, Occasion::Posed, pass, &[], &[]).map(Planned::Recorded),
+            Self::Run(pass) => commands(plan, Condition::Always, pass, &[], &[]).map(Planned::Recorded),
+            Self::RunPosed(pass) => commands(plan, Condition::Posed, pass, &[], &[]).map(Planned::Recorded),
             Self::SplitIf(parts) => parts(plan).then_some(Planned::Split),
         }
     }
@@ -174,13 +176,15 @@ impl Line {
 
 /// The hardware resolves samples after the last subpass that draws them.
 fn resolve_samples(planned: &mut [Planned]) {
-    let draws = |own: &Touch| matches!(own.how, How::Color { .. }) && own.resource == Resource::Target(Target::Samples);
+    let draws = |own: &ResourceUse| {
+        matches!(own.how, UseKind::Color { .. }) && own.resource == Resource::Target(Target::Samples)
+    };
     let last = planned.iter_mut().rev().find_map(|own| match own {
         Planned::Drawn(subpass) if subpass.touches.iter().any(draws) => Some(subpass),
         _ => None,
     });
     if let Some(last) = last {
-        last.touches.push(Touch::resolve(Target::Output, RESOLVE).because("resolves samples into the picture"));
+        last.touches.push(ResourceUse::resolve(Target::Output, RESOLVE).because("resolves samples into the picture"));
     }
 }
 
@@ -188,12 +192,12 @@ fn resolve_samples(planned: &mut [Planned]) {
 fn samples_any_of(subpass: &Subpass, drawn: &[Subpass]) -> bool {
     let is_drawn =
         |resource| drawn.iter().flat_map(|own| &own.touches).any(|own| own.resource == resource && own.is_attachment());
-    subpass.touches.iter().any(|touch| matches!(touch.how, How::Sampled { .. }) && is_drawn(touch.resource))
+    subpass.touches.iter().any(|touch| matches!(touch.how, UseKind::Sampled { .. }) && is_drawn(touch.resource))
 }
 
 /// Adds to each step the barriers that stand before and after it.
 fn add_barriers(plan: &FramePlan, steps: &mut [Step]) {
-    for (edge, barrier) in edges::waits(plan, steps) {
+    for (edge, barrier) in rows::waits(plan, steps) {
         let Some(Barrier { step, is_after, resource }) = barrier else { continue };
         if let Step::Commands(own) = &mut steps[step] {
             let rows = if is_after { &mut own.after } else { &mut own.before };
@@ -207,9 +211,9 @@ fn add_barriers(plan: &FramePlan, steps: &mut [Step]) {
 }
 
 /// A subpass of those passes that the plan has; `None` where it has none of them.
-fn subpass(plan: &FramePlan, place: Place, passes: &[&'static Pass]) -> Option<Subpass> {
+fn subpass(plan: &FramePlan, place: PassName, passes: &[&'static Pass]) -> Option<Subpass> {
     let passes: Vec<_> = passes.iter().copied().filter(|pass| (pass.presence)(plan).is_in()).collect();
-    let mut touches: Vec<Touch> = Vec::new();
+    let mut touches: Vec<ResourceUse> = Vec::new();
     for touch in passes.iter().flat_map(|pass| (pass.touches)(plan)) {
         // Passes beside each other have one reference to an attachment: one that uses it as another one does adds nothing but its reason.
         if !touches.iter().any(|own| own.is_use_of(&touch)) {
@@ -217,13 +221,13 @@ fn subpass(plan: &FramePlan, place: Place, passes: &[&'static Pass]) -> Option<S
         }
     }
     // DEPTH and PER_LIGHT draw into the attachments of the pass beside them, so that alone they make no subpass.
-    touches.iter().any(Touch::is_attachment).then_some(Subpass { place, passes, touches })
+    touches.iter().any(ResourceUse::is_attachment).then_some(Subpass { place, passes, touches })
 }
 
 /// A pass outside of render passes, if the plan has it.
 fn commands(
     plan: &FramePlan,
-    when: Occasion,
+    when: Condition,
     pass: &'static Pass,
     before: &[(RowName, Resource)],
     after: &[(RowName, Resource)],
@@ -234,7 +238,7 @@ fn commands(
 
 /// Returns the steps after the picture: a copy for the CPU, or a window's overlay and presentation.
 fn after_the_picture(plan: &FramePlan) -> Vec<Option<Step>> {
-    use Occasion::{Always, Copied, Covered, Split};
+    use Condition::{Always, Copied, Covered, Split};
     let shown = shown(plan);
     let swapchain = Resource::SwapchainImage;
     let to_host = (RowName::PICTURE_TO_HOST, Resource::ReadBack);
@@ -261,7 +265,7 @@ fn after_the_picture(plan: &FramePlan) -> Vec<Option<Step>> {
     );
     match plan.presented {
         None => vec![commands(plan, Copied, &copy::PASS, &[], &[to_host])],
-        Some(Canvas::Straight(_) | Canvas::Enlarge(_)) => vec![
+        Some(PresentTarget::Straight(_) | PresentTarget::Enlarge(_)) => vec![
             copied,
             split,
             commands(
@@ -274,7 +278,7 @@ fn after_the_picture(plan: &FramePlan) -> Vec<Option<Step>> {
             covered,
             Some(Step::Presentation),
         ],
-        Some(Canvas::Encode(_) | Canvas::EncodeKept(_)) => vec![
+        Some(PresentTarget::Encode(_) | PresentTarget::EncodeKept(_)) => vec![
             copied,
             split,
             commands(plan, Copied, &copy::PASS, &[], &[to_host]),
@@ -302,12 +306,12 @@ impl Step {
     }
 
     /// All touches of the step.
-    pub fn touches(&self, plan: &FramePlan) -> Vec<Touch> {
+    pub fn touches(&self, plan: &FramePlan) -> Vec<ResourceUse> {
         match self {
             Self::RenderPass(_, subpasses) => subpasses.iter().flat_map(|own| own.touches.iter().copied()).collect(),
             Self::Commands(own) => (own.pass.touches)(plan),
             Self::Presentation => {
-                vec![Touch::new(shown(plan), How::Presented, Use::END)]
+                vec![ResourceUse::new(shown(plan), UseKind::Presented, Use::END)]
             }
         }
     }
@@ -319,14 +323,14 @@ impl Step {
         {
             return None;
         }
-        self.touches(plan).iter().find(|touch| touch.resource == image).map(Touch::layout)
+        self.touches(plan).iter().find(|touch| touch.resource == image).map(ResourceUse::layout)
     }
 
     /// The layout in which commands leave an image that no barrier of theirs changes afterwards.
     fn leaves(&self, plan: &FramePlan, image: Resource) -> Option<vk::ImageLayout> {
         let Self::Commands(own) = self else { return None };
         let changes = own.after.iter().any(|&(_, resource)| resource == image);
-        let last = (own.pass.touches)(plan).iter().rfind(|touch| touch.resource == image).map(Touch::layout);
+        let last = (own.pass.touches)(plan).iter().rfind(|touch| touch.resource == image).map(ResourceUse::layout);
         last.filter(|_| !changes)
     }
 }
@@ -351,7 +355,7 @@ impl List {
     }
 
     /// The passes at a place: those of a subpass, or the one outside of render passes.
-    pub fn passes_at(&self, place: Place) -> Vec<&'static Pass> {
+    pub fn passes_at(&self, place: PassName) -> Vec<&'static Pass> {
         let subpass = self.render_passes().flat_map(|(_, subpasses)| subpasses).find(|own| own.place == place);
         match subpass {
             Some(own) => own.passes.clone(),
@@ -360,14 +364,14 @@ impl List {
     }
 
     /// The touches of the subpass that a pass draws in, or its own outside of render passes.
-    pub fn touches_with(&self, plan: &FramePlan, pass: &Pass) -> Vec<Touch> {
+    pub fn touches_with(&self, plan: &FramePlan, pass: &Pass) -> Vec<ResourceUse> {
         let mut subpasses = self.render_passes().flat_map(|(_, subpasses)| subpasses);
         let own = subpasses.find(|own| own.passes.iter().any(|one| one.place == pass.place));
         own.map_or_else(|| (pass.touches)(plan), |own| own.touches.clone())
     }
 
     /// The render pass, and the index in it, of a subpass.
-    pub fn find(&self, place: Place) -> Option<(RenderPassName, u32)> {
+    pub fn find(&self, place: PassName) -> Option<(RenderPassName, u32)> {
         self.render_passes().find_map(|(name, subpasses)| {
             let index = subpasses.iter().position(|own| own.place == place)?;
             Some((name, index as u32))
@@ -382,7 +386,7 @@ impl List {
         let touches = self.0[index].touches(plan);
         plan.targets()
             .filter_map(|target| {
-                let own = |touch: &&Touch| touch.resource == Resource::Target(target) && touch.is_attachment();
+                let own = |touch: &&ResourceUse| touch.resource == Resource::Target(target) && touch.is_attachment();
                 let first = touches.iter().find(own)?;
                 let last = touches.iter().rfind(own)?;
                 Some((target, self.attachment(plan, index, (target, first, last))))
@@ -394,7 +398,7 @@ impl List {
         &self,
         plan: &FramePlan,
         index: usize,
-        (target, first, last): (Target, &Touch, &Touch),
+        (target, first, last): (Target, &ResourceUse, &ResourceUse),
     ) -> vk::AttachmentDescription {
         let image = Resource::Target(target);
         let touches = |step: &Step| step.touches(plan).iter().any(|touch| touch.resource == image);
@@ -403,7 +407,7 @@ impl List {
         let is_loaded = before.iter().any(touches);
         let load = match (is_loaded, first.how) {
             (true, _) => vk::AttachmentLoadOp::LOAD,
-            (false, How::Color { first: First::Clear, .. } | How::Depth { first: First::Clear }) => {
+            (false, UseKind::Color { first: First::Clear, .. } | UseKind::Depth { first: First::Clear }) => {
                 vk::AttachmentLoadOp::CLEAR
             }
             (false, _) => vk::AttachmentLoadOp::DONT_CARE,
@@ -433,7 +437,7 @@ impl List {
     /// The usage of a target's image. One that no step keeps for another is transient.
     pub fn usage(&self, plan: &FramePlan, target: Target) -> vk::ImageUsageFlags {
         let image = Resource::Target(target);
-        let users: Vec<Vec<Touch>> = self
+        let users: Vec<Vec<ResourceUse>> = self
             .0
             .iter()
             .map(|step| step.touches(plan).into_iter().filter(|touch| touch.resource == image).collect())
@@ -441,7 +445,7 @@ impl List {
             .collect();
         // ANCHOR: transient
         let all = users.iter().flatten().fold(vk::ImageUsageFlags::empty(), |usage, touch| usage | touch.usage());
-        let stays = users.len() == 1 && users[0].iter().all(Touch::is_attachment);
+        let stays = users.len() == 1 && users[0].iter().all(ResourceUse::is_attachment);
         if stays { all | vk::ImageUsageFlags::TRANSIENT_ATTACHMENT } else { all }
         // ANCHOR_END: transient
     }
@@ -450,20 +454,20 @@ impl List {
     ///
     /// # Errors
     /// In a sentence: the pass, the resource and the row that cannot be so.
-    pub fn check(&self, plan: &FramePlan, edges: &Edges) -> gpu::Result<()> {
+    pub fn check(&self, plan: &FramePlan, edges: &Rows) -> gpu::Result<()> {
         let refused = self.contradiction(plan).or_else(|| self.stray_row(edges));
         refused.map_or(Ok(()), |sentence| Err(gpu::Error::Misuse(sentence)))
     }
 
     /// A row of a render pass of which neither place is a subpass, or a row that names a pass which the frame has not.
-    fn stray_row(&self, edges: &Edges) -> Option<String> {
-        let is_known = |place: &Place| {
+    fn stray_row(&self, edges: &Rows) -> Option<String> {
+        let is_known = |place: &PassName| {
             let pass = |step: &Step| matches!(step, Step::Commands(own) if own.pass.place == *place);
             !place.is_pass() || *place == copy::PASS.place || self.find(*place).is_some() || self.0.iter().any(pass)
         };
         edges.iter().find_map(|edge| {
             let (name, from, to) = (edge.name, edge.from, edge.to);
-            if let Carrier::Subpass(pass) = edge.carrier {
+            if let SyncKind::Subpass(pass) = edge.carrier {
                 let is_in = |place| self.find(place).is_some_and(|(own, _)| own == pass);
                 if !is_in(from) && !is_in(to) {
                     return Some(format!(
@@ -490,8 +494,8 @@ impl List {
                         // ANCHOR: neighbours
                         let neighbour = touches
                             .iter()
-                            .find(|touch| matches!(touch.how, How::Sampled { .. }) && draws(touch.resource));
-                        if let Some(Touch { resource, .. }) = neighbour {
+                            .find(|touch| matches!(touch.how, UseKind::Sampled { .. }) && draws(touch.resource));
+                        if let Some(ResourceUse { resource, .. }) = neighbour {
                             return Some(format!(
                                 "{place} samples the neighbours of its pixel in the target {resource}, which the {name} draws as well: no subpass can, so \
                                  that one of the two needs another place in the order, or another way to read"
@@ -517,7 +521,12 @@ impl List {
 }
 
 /// Finds a touch of a pass that contradicts another one, the plan, or what was `written` before.
-fn contradiction(plan: &FramePlan, place: Place, touches: &[Touch], written: &mut Vec<Resource>) -> Option<String> {
+fn contradiction(
+    plan: &FramePlan,
+    place: PassName,
+    touches: &[ResourceUse],
+    written: &mut Vec<Resource>,
+) -> Option<String> {
     for (index, touch) in touches.iter().enumerate() {
         let resource = touch.resource;
         if let Resource::Target(target) = resource
@@ -539,7 +548,7 @@ fn contradiction(plan: &FramePlan, place: Place, touches: &[Touch], written: &mu
                     other.how, touch.how
                 ));
             }
-            if let (How::Color { location: own, .. }, How::Color { location, .. }) = (touch.how, other.how)
+            if let (UseKind::Color { location: own, .. }, UseKind::Color { location, .. }) = (touch.how, other.how)
                 && own == location
             {
                 return Some(format!(
@@ -557,18 +566,18 @@ fn contradiction(plan: &FramePlan, place: Place, touches: &[Touch], written: &mu
 }
 
 /// Accesses of which a touch of this kind must have at least one; none where it depends.
-fn needed_access(how: How) -> vk::AccessFlags {
+fn needed_access(how: UseKind) -> vk::AccessFlags {
     match how {
-        How::Input { .. } => vk::AccessFlags::INPUT_ATTACHMENT_READ,
-        How::Color { .. } | How::Resolve => vk::AccessFlags::COLOR_ATTACHMENT_WRITE,
-        How::Depth { .. } => {
+        UseKind::Input { .. } => vk::AccessFlags::INPUT_ATTACHMENT_READ,
+        UseKind::Color { .. } | UseKind::Resolve => vk::AccessFlags::COLOR_ATTACHMENT_WRITE,
+        UseKind::Depth { .. } => {
             vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ | vk::AccessFlags::DEPTH_STENCIL_ATTACHMENT_WRITE
         }
-        How::Sampled { .. } => vk::AccessFlags::SHADER_READ,
-        How::Storage { .. } => vk::AccessFlags::SHADER_WRITE,
-        How::CopiedFrom => vk::AccessFlags::TRANSFER_READ,
-        How::CopiedTo => vk::AccessFlags::TRANSFER_WRITE,
-        How::Presented | How::Buffer => vk::AccessFlags::empty(),
+        UseKind::Sampled { .. } => vk::AccessFlags::SHADER_READ,
+        UseKind::Storage { .. } => vk::AccessFlags::SHADER_WRITE,
+        UseKind::CopiedFrom => vk::AccessFlags::TRANSFER_READ,
+        UseKind::CopiedTo => vk::AccessFlags::TRANSFER_WRITE,
+        UseKind::Presented | UseKind::Buffer => vk::AccessFlags::empty(),
     }
 }
 

@@ -7,7 +7,6 @@ mod capabilities;
 mod changes;
 mod complexity;
 mod deferred;
-pub mod edges;
 pub mod experiment;
 mod figures;
 mod jitter;
@@ -19,6 +18,7 @@ pub mod proof;
 mod read_back;
 #[cfg(feature = "present")]
 mod rebuild;
+pub mod rows;
 // Drawings of a frame name its render passes.
 #[doc(hidden)]
 pub mod render_pass;
@@ -45,10 +45,10 @@ pub use rebuild::Wake;
 pub use render_pass::{LayoutChange, layout_changes};
 pub use timeline::FRAMES_A_SECOND;
 pub use triangles::triangles;
-pub(crate) use walk::FrameParts;
+pub(crate) use walk::BuildContext;
 
 use builder::RendererBuilder;
-use edges::Edges;
+use rows::Rows;
 use timeline::Timeline;
 use walk::Frame;
 
@@ -59,13 +59,13 @@ use ash::vk;
 
 use crate::gpu::{self, Around, CommandBuffer, Device, Owned, Ticket, Timestamps};
 use crate::gpu_scene::{
-    Culling, FrameUniform, GpuScene, Instances, PoseBuffer, Seen, ShadowAtlas, SortedIndices, ViewBuffers,
+    Culling, FrameUniform, GpuScene, Instances, PoseBuffer, ShadowAtlas, SortedIndices, ViewBuffers, VisibilityLookup,
 };
-use crate::passes::Recording;
+use crate::passes::FrameContext;
 use crate::passes::copy::Copy;
 use crate::plan::{self, FramePlan};
 use crate::scene::{self, Camera, Scene, Settings};
-use crate::visible::{Eye, MapDraw, STEPS, ShadowCache, Since, Visible, World};
+use crate::visible::{Eye, MapDraw, PreviousFrame, STEPS, ShadowCache, Visible, World};
 
 /// While the device draws one frame, the CPU records the next.
 const IN_FLIGHT: usize = 2;
@@ -126,7 +126,7 @@ struct Recorded {
     stale_maps: Vec<MapDraw>,
     /// The revision of the world's pose that it draws.
     pose: u64,
-    since: Option<Since>,
+    since: Option<PreviousFrame>,
 }
 
 /// Draws frames of one scene with one plan.
@@ -134,7 +134,7 @@ pub struct Renderer {
     device: Arc<Device>,
     plan: FramePlan,
     settings: Settings,
-    edges: Edges,
+    edges: Rows,
     world: World,
     scene: Arc<GpuScene>,
     frame: Frame,
@@ -149,7 +149,7 @@ pub struct Renderer {
     /// Present if the plan culls on the device.
     culling: Option<Culling>,
     /// Present if TILED looks up the surfaces that pixels show.
-    seen: Option<Seen>,
+    seen: Option<VisibilityLookup>,
     next: usize,
     /// The frames so far, where the plan averages them over time.
     timeline: Timeline,
@@ -172,7 +172,7 @@ impl Renderer {
     /// When the settings cannot be planned on this device, or it lacks the memory.
     pub fn new(device: &Arc<Device>, scene: &Scene, settings: &Settings) -> Result<Self, Error> {
         let plan = plan_for(device, scene, settings)?;
-        let edges = edges::table(&plan);
+        let edges = rows::table(&plan);
         RendererBuilder::new(device, scene, settings, (plan, edges), None)?.finish(&[])
     }
 
@@ -183,7 +183,7 @@ impl Renderer {
     /// As [`Renderer::new`].
     pub fn taking(device: &Arc<Device>, scene: &mut Scene, settings: &Settings) -> Result<Self, Error> {
         let plan = plan_for(device, scene, settings)?;
-        let edges = edges::table(&plan);
+        let edges = rows::table(&plan);
         RendererBuilder::new(device, scene, settings, (plan, edges), None)?.finish(&[])
     }
 
@@ -194,11 +194,11 @@ impl Renderer {
     pub fn beside(&self, scene: &Scene, settings: &Settings) -> Result<Self, Error> {
         let plan = plan_for(&self.device, scene, settings)?;
         let uploaded = plan.uploads_as(&self.plan).then(|| Arc::clone(&self.scene));
-        let edges = edges::table(&plan);
+        let edges = rows::table(&plan);
         RendererBuilder::new(&self.device, scene, settings, (plan, edges), uploaded)?.finish(&[])
     }
 
-    /// The same as [`Renderer::new`] with other dependencies than [`edges::table`] has for the plan, for experiments and proofs: a synchronization
+    /// The same as [`Renderer::new`] with other dependencies than [`rows::table`] has for the plan, for experiments and proofs: a synchronization
     /// validation layer should report the missing ones.
     ///
     /// # Safety
@@ -211,7 +211,7 @@ impl Renderer {
         device: &Arc<Device>,
         scene: &Scene,
         settings: &Settings,
-        edges: Edges,
+        edges: Rows,
     ) -> Result<Self, Error> {
         let plan = plan_for(device, scene, settings)?;
         RendererBuilder::new(device, scene, settings, (plan, edges), None)?.finish(&[])
@@ -315,7 +315,7 @@ impl Renderer {
             times.write(cmd, vk::PipelineStageFlags::TOP_OF_PIPE, "begin");
         }
         self.frame.record(
-            &Recording {
+            &FrameContext {
                 textures: &self.plan.textures,
                 device: &self.device,
                 cmd,

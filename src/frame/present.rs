@@ -12,10 +12,10 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::builder::RendererBuilder;
-use super::edges::{self, Edges};
 use super::rebuild::Rebuild;
+use super::rows::{self, Rows};
 use super::split::Split;
-use super::{Drawn, Error, FrameParts, FrameTimes, IN_FLIGHT, Picture, Renderer, list, plan_for};
+use super::{BuildContext, Drawn, Error, FrameTimes, IN_FLIGHT, Picture, Renderer, list, plan_for};
 use crate::gpu::{
     self, Device, Fit, Image, ImageFormats, ImageWish, Owned, Surface, Swapchain, SwapchainDesc, Vsync, semaphore,
 };
@@ -24,7 +24,7 @@ use crate::passes::copy::Copy;
 use crate::passes::encode::{Encode, WHITE_NITS};
 use crate::passes::overlay::{self, Overlay};
 use crate::passes::split;
-use crate::plan::{self, Canvas, Encoding, FramePlan, Part, Transfer};
+use crate::plan::{self, Encoding, FramePlan, Part, PresentTarget, Transfer};
 use crate::scene::{Camera, Light, Pose, Scene, Settings, View};
 use again::{Again, Kept};
 
@@ -77,7 +77,7 @@ pub struct Presenter {
     /// The number of lights after which frames are halted.
     halted: Option<usize>,
     /// Returns the dependencies of a plan's frames.
-    edges: Box<dyn Fn(&FramePlan) -> Edges>,
+    edges: Box<dyn Fn(&FramePlan) -> Rows>,
     /// Only while another view is shown beside the picture.
     split: Option<Split>,
     /// The reason why the last split was given up.
@@ -123,7 +123,7 @@ impl Presenter {
             encode: None,
             pose: Pose::default(),
             halted: None,
-            edges: Box::new(edges::table),
+            edges: Box::new(rows::table),
             split: None,
             refused: None,
             changes: 0,
@@ -132,11 +132,11 @@ impl Presenter {
         })
     }
 
-    /// The same with other dependencies than [`edges::table`] has for a plan.
+    /// The same with other dependencies than [`rows::table`] has for a plan.
     ///
     /// # Safety
     /// As of [`Renderer::with_edges`].
-    pub unsafe fn with_edges(self, edges: impl Fn(&FramePlan) -> Edges + 'static) -> Self {
+    pub unsafe fn with_edges(self, edges: impl Fn(&FramePlan) -> Rows + 'static) -> Self {
         Self { edges: Box::new(edges), ..self }
     }
 
@@ -191,7 +191,7 @@ impl Presenter {
     }
 
     /// The size of pictures in a window with these images.
-    fn size_in(&self, swapchain: &Swapchain, canvas: Canvas) -> [u32; 2] {
+    fn size_in(&self, swapchain: &Swapchain, canvas: PresentTarget) -> [u32; 2] {
         let is_shared = can_enlarge(swapchain, canvas) && self.split.is_none();
         let share = self.resolution.filter(|_| is_shared).unwrap_or(1.0).clamp(0.0, 1.0);
         let extent = swapchain.extent;
@@ -199,16 +199,16 @@ impl Presenter {
     }
 
     /// The canvas of frames that are shown in images of these formats and uses.
-    fn canvas(&self, formats: ImageFormats, usage: vk::ImageUsageFlags) -> Canvas {
+    fn canvas(&self, formats: ImageFormats, usage: vk::ImageUsageFlags) -> PresentTarget {
         let encoding = match transfer_of(formats.color_space) {
             Transfer::Srgb => Encoding { transfer: Transfer::Srgb, headroom: 1.0 },
             transfer => Encoding { transfer, headroom: self.headroom },
         };
         match (formats.by_shader, self.keeps_pictures) {
-            (false, true) if usage.contains(COPIED_INTO) => Canvas::Enlarge(formats.drawn),
-            (false, _) => Canvas::Straight(formats.drawn),
-            (true, true) => Canvas::EncodeKept(encoding),
-            (true, false) => Canvas::Encode(encoding),
+            (false, true) if usage.contains(COPIED_INTO) => PresentTarget::Enlarge(formats.drawn),
+            (false, _) => PresentTarget::Straight(formats.drawn),
+            (true, true) => PresentTarget::EncodeKept(encoding),
+            (true, false) => PresentTarget::Encode(encoding),
         }
     }
 
@@ -337,7 +337,7 @@ impl Presenter {
         let plan = plan_for(&self.device, scene, settings)?;
         let shown = self.renderer.as_ref().filter(|_| self.changed != Some(true));
         let uploaded = shown.and_then(|shown| shown.uploaded_for(&plan));
-        let edges = edges::table(&plan);
+        let edges = rows::table(&plan);
         RendererBuilder::new(&self.device, scene, settings, (plan, edges), uploaded)?
             .finish(&[])?
             .picture(camera, || {})
@@ -427,7 +427,7 @@ impl Renderer {
             culling.resize(&self.device, &self.plan)?;
         }
         self.cut();
-        self.frame.resize(&FrameParts {
+        self.frame.resize(&BuildContext {
             device: &self.device,
             plan: &self.plan,
             edges: &self.edges,
@@ -456,8 +456,8 @@ fn check_surface(device: &Device, surface: &Surface) -> gpu::Result<()> {
 const COPIED_INTO: vk::ImageUsageFlags = vk::ImageUsageFlags::TRANSFER_DST;
 
 /// Returns true if pictures in these images may be smaller than the window: a blit into images that are viewed in another format would not encode.
-fn can_enlarge(swapchain: &Swapchain, canvas: Canvas) -> bool {
-    matches!(canvas, Canvas::Enlarge(_)) && swapchain.formats.own == swapchain.formats.drawn
+fn can_enlarge(swapchain: &Swapchain, canvas: PresentTarget) -> bool {
+    matches!(canvas, PresentTarget::Enlarge(_)) && swapchain.formats.own == swapchain.formats.drawn
 }
 
 /// Further uses of a swapchain's images, where the surface allows them: screenshots copy from them, SPLIT and PRESENT into them.

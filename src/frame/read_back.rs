@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::edges::{Edges, RowName};
+use super::rows::{RowName, Rows};
 use super::{Error, Picture, Pixels, Renderer};
 use crate::gpu::{self, CommandBuffer, Device, barrier};
 use crate::passes::copy::Copy;
@@ -81,7 +81,7 @@ impl Renderer {
 }
 
 /// Lets the CPU map what COPY wrote.
-pub(super) fn host_barrier(device: &Device, cmd: vk::CommandBuffer, copy: &Copy, edges: &Edges) {
+pub(super) fn host_barrier(device: &Device, cmd: vk::CommandBuffer, copy: &Copy, edges: &Rows) {
     if let Some(row) = edges.find(RowName::PICTURE_TO_HOST) {
         barrier::buffer_barrier(device, cmd, &copy.buffer, row.order());
     }

@@ -46,7 +46,7 @@ impl Begun {
 }
 
 /// The result.
-pub(super) struct Made {
+pub(super) struct Rebuilt {
     begun: Begun,
     /// The window's own frames, where they were to be others.
     pub(super) own: Option<Result<Renderer, Error>>,
@@ -54,7 +54,7 @@ pub(super) struct Made {
     pub(super) beside: Option<Result<Renderer, Error>>,
 }
 
-impl Made {
+impl Rebuilt {
     /// A renderer that was made, if it can do for the scene and the settings as they are now.
     pub(super) fn caught_up(&self, mut made: Renderer, scene: &Scene, settings: &Settings) -> Option<Renderer> {
         self.begun.catch_up(&mut made, scene, settings).is_ok().then_some(made)
@@ -104,12 +104,12 @@ impl Rebuild {
     }
 
     /// Waits for them.
-    pub(super) fn wait(mut self) -> Made {
+    pub(super) fn wait(mut self) -> Rebuilt {
         self.finish();
         let made = self.made;
         let ended = || Error::from(gpu::Error::Misuse("the thread that makes frames has ended early".into()));
         let [own, beside] = made.unwrap_or_else(|| [Some(Err(ended())), None]);
-        Made { begun: self.begun, own, beside }
+        Rebuilt { begun: self.begun, own, beside }
     }
 }
 

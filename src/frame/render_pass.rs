@@ -1,14 +1,14 @@
-//! Render passes as values: attachments and subpasses from the list of passes ([`super::list`]), dependencies from the rows of [`super::edges`].
+//! Render passes as values: attachments and subpasses from the list of passes ([`super::list`]), dependencies from the rows of [`super::rows`].
 
 use std::fmt;
 use std::sync::Arc;
 
 use ash::vk;
 
-use super::edges::{Carrier, Edge, Edges};
 use super::list::{List, RenderPassName, Subpass as Listed};
+use super::rows::{Row, Rows, SyncKind};
 use crate::gpu::{self, Device, RenderPass, SubpassDesc};
-use crate::passes::{How, Place, Resource, Touch, shadow};
+use crate::passes::{PassName, Resource, ResourceUse, UseKind, shadow};
 use crate::plan::{FramePlan, Target};
 
 /// A render pass as a value. The device's is made from it, and `report::graph` draws it.
@@ -18,7 +18,7 @@ pub struct PassDescription {
     pub attachments: Vec<(Resource, vk::AttachmentDescription)>,
     pub subpasses: Vec<Subpass>,
     /// Rows of the table, each with the subpasses that it is between.
-    pub dependencies: Vec<(Edge, [u32; 2])>,
+    pub dependencies: Vec<(Row, [u32; 2])>,
 }
 
 /// A change of an image's layout, which a dependency orders.
@@ -42,18 +42,18 @@ impl fmt::Display for LayoutChange {
 }
 
 /// The layouts that change where a row of the table orders it.
-pub fn layout_changes(plan: &FramePlan, edges: &Edges, edge: &Edge) -> Vec<LayoutChange> {
+pub fn layout_changes(plan: &FramePlan, edges: &Rows, edge: &Row) -> Vec<LayoutChange> {
     let name = match edge.carrier {
-        Carrier::Subpass(name) => name,
-        Carrier::ImageBarrier(old, new) => return vec![LayoutChange { image: None, old, new }],
+        SyncKind::Subpass(name) => name,
+        SyncKind::ImageBarrier(old, new) => return vec![LayoutChange { image: None, old, new }],
         _ => return Vec::new(),
     };
     let Some(pass) = PassDescription::named(plan, edges, name) else { return Vec::new() };
     let Some(&(_, ends)) = pass.dependencies.iter().find(|(own, _)| own.name == edge.name) else { return Vec::new() };
-    let rows: Vec<&Edge> = pass.dependencies.iter().filter(|(_, own)| *own == ends).map(|(row, _)| row).collect();
+    let rows: Vec<&Row> = pass.dependencies.iter().filter(|(_, own)| *own == ends).map(|(row, _)| row).collect();
     // Of rows that leave a render pass together, each is told with the images that its own passes use.
     let list = List::of(plan);
-    let uses = |row: &Edge, image: Option<Resource>| {
+    let uses = |row: &Row, image: Option<Resource>| {
         let touches = list.passes_at(row.to).into_iter().flat_map(|pass| (pass.touches)(plan));
         touches.into_iter().any(|touch| Some(touch.resource) == image)
     };
@@ -68,7 +68,7 @@ pub fn layout_changes(plan: &FramePlan, edges: &Edges, edge: &Edge) -> Vec<Layou
 /// The attachments of a subpass; references count them in the order of the pass, and `vk::ATTACHMENT_UNUSED` is a gap.
 #[derive(Debug, Clone)]
 pub struct Subpass {
-    pub place: Place,
+    pub place: PassName,
     /// Read by `InputAttachmentIndex`.
     pub input: Vec<vk::AttachmentReference>,
     /// Written by location.
@@ -80,7 +80,7 @@ pub struct Subpass {
     /// Kept through a subpass that does not use them.
     pub preserve: Vec<u32>,
     /// As the passes declare it.
-    pub touches: Vec<Touch>,
+    pub touches: Vec<ResourceUse>,
 }
 
 impl Subpass {
@@ -93,7 +93,7 @@ impl Subpass {
             let attachment = position.map_or(vk::ATTACHMENT_UNUSED, |index| index as u32);
             let reference = vk::AttachmentReference { attachment, layout: touch.layout() };
             match touch.how {
-                How::Color { location, .. } => {
+                UseKind::Color { location, .. } => {
                     let gap = vk::AttachmentReference {
                         attachment: vk::ATTACHMENT_UNUSED,
                         layout: vk::ImageLayout::UNDEFINED,
@@ -102,8 +102,8 @@ impl Subpass {
                     own.color.resize(own.color.len().max(location + 1), gap);
                     own.color[location] = reference;
                 }
-                How::Depth { .. } => own.depth = Some(reference),
-                How::Resolve => own.resolve.push(reference),
+                UseKind::Depth { .. } => own.depth = Some(reference),
+                UseKind::Resolve => own.resolve.push(reference),
                 _ => own.input.push(reference),
             }
         }
@@ -117,18 +117,18 @@ impl Subpass {
 
 impl PassDescription {
     /// All render passes of a plan's frames in their order.
-    pub fn all(plan: &FramePlan, edges: &Edges) -> Vec<Self> {
+    pub fn all(plan: &FramePlan, edges: &Rows) -> Vec<Self> {
         let list = List::of(plan);
         let of = |(name, subpasses): (RenderPassName, &[Listed])| Self::of(plan, edges, &list, (name, subpasses));
         list.render_passes().map(of).collect()
     }
 
     /// The one with this name, if the plan has it.
-    pub fn named(plan: &FramePlan, edges: &Edges, name: RenderPassName) -> Option<Self> {
+    pub fn named(plan: &FramePlan, edges: &Rows, name: RenderPassName) -> Option<Self> {
         Self::all(plan, edges).into_iter().find(|pass| pass.name == name)
     }
 
-    fn of(plan: &FramePlan, edges: &Edges, list: &List, (name, listed): (RenderPassName, &[Listed])) -> Self {
+    fn of(plan: &FramePlan, edges: &Rows, list: &List, (name, listed): (RenderPassName, &[Listed])) -> Self {
         let draws_maps = listed.iter().any(|own| own.place == shadow::PASS.place);
         let attachments: Vec<_> = match draws_maps {
             // A square of a layer that has others: it is readable before and after.
@@ -155,7 +155,7 @@ impl PassDescription {
             let position = listed.iter().position(|own| own.place == place);
             position.map_or(vk::SUBPASS_EXTERNAL, |index| index as u32)
         };
-        let rows = edges.of(Carrier::Subpass(name));
+        let rows = edges.of(SyncKind::Subpass(name));
         let dependencies = rows.map(|edge| (edge.clone(), [index(edge.from), index(edge.to)])).collect();
         Self { name, attachments, subpasses, dependencies }
     }

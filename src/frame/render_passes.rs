@@ -3,15 +3,15 @@
 use ash::vk;
 use glam::Vec3;
 
-use super::FrameParts;
-use super::edges::{Carrier, Edge, RowName};
+use super::BuildContext;
 use super::list::{List, RenderPassName, SHADOW_PASS, Subpass};
 use super::render_pass::PassDescription;
+use super::rows::{Row, RowName, SyncKind};
 use crate::gpu::barrier::{self, ImageRange};
 use crate::gpu::{self, Device, RenderPass, Timestamps};
 use crate::passes::background::background;
 use crate::passes::present;
-use crate::passes::{Pass, Recording, Slot};
+use crate::passes::{FrameContext, Pass, Slot};
 use crate::plan::{FramePlan, Target};
 use crate::targets::{Framebuffers, Targets};
 use crate::visible::World;
@@ -42,15 +42,15 @@ struct PresentStage {
     picture: Target,
     /// The image that is shown has the same texels. A compute pass writes its own order of channels.
     is_alike: bool,
-    before: Edge,
-    after: Edge,
+    before: Row,
+    after: Row,
 }
 
 impl RenderPasses {
     /// # Errors
     /// When the device lacks the memory or cannot compile a pipeline, or the list of passes and the rows contradict each other.
-    pub fn new(parts: &FrameParts) -> gpu::Result<Self> {
-        let &FrameParts { device, plan, edges, world, swapchain, .. } = parts;
+    pub fn new(parts: &BuildContext) -> gpu::Result<Self> {
+        let &BuildContext { device, plan, edges, world, swapchain, .. } = parts;
         let list = List::of(plan);
         list.check(plan, edges)?;
         let targets = Targets::new(device, plan, |target| list.usage(plan, target))?;
@@ -82,8 +82,8 @@ impl RenderPasses {
     }
 
     /// Makes the images and framebuffers anew, which have the size of the picture.
-    pub fn resize(&mut self, parts: &FrameParts) -> gpu::Result<()> {
-        let &FrameParts { device, plan, swapchain, .. } = parts;
+    pub fn resize(&mut self, parts: &BuildContext) -> gpu::Result<()> {
+        let &BuildContext { device, plan, swapchain, .. } = parts;
         self.targets = Targets::new(device, plan, |target| self.list.usage(plan, target))?;
         for made in &mut self.passes {
             made.framebuffers = self.targets.framebuffers(plan, (device, &made.pass), &made.targets, swapchain)?;
@@ -116,7 +116,7 @@ impl RenderPasses {
     }
 
     /// Returns the begin info of a render pass in this frame.
-    pub fn begin(&self, frame: &Recording, name: RenderPassName) -> Option<vk::RenderPassBeginInfo<'_>> {
+    pub fn begin(&self, frame: &FrameContext, name: RenderPassName) -> Option<vk::RenderPassBeginInfo<'_>> {
         let made = self.find(name)?;
         let begin = vk::RenderPassBeginInfo::default()
             .render_pass(made.pass.raw)
@@ -127,7 +127,7 @@ impl RenderPasses {
     }
 
     /// Records PRESENT where the plan has it.
-    pub fn record_present(&self, frame: &Recording, times: &mut Option<Timestamps>) {
+    pub fn record_present(&self, frame: &FrameContext, times: &mut Option<Timestamps>) {
         if let (Some(_), Some(image)) = (&self.present, frame.swapchain_image) {
             self.present_into(frame.device, frame.cmd, image);
             Timestamps::stamp(times, frame.cmd, present::PASS.time);
@@ -149,9 +149,9 @@ impl RenderPasses {
 }
 
 /// Carries out a row that is a pipeline barrier on an image, where the plan has it.
-pub(super) fn image_barrier(device: &Device, cmd: vk::CommandBuffer, image: impl Into<ImageRange>, row: Option<&Edge>) {
+pub(super) fn image_barrier(device: &Device, cmd: vk::CommandBuffer, image: impl Into<ImageRange>, row: Option<&Row>) {
     if let Some(edge) = row
-        && let Carrier::ImageBarrier(old, new) = edge.carrier
+        && let SyncKind::ImageBarrier(old, new) = edge.carrier
     {
         barrier::image_barrier(device, cmd, image, edge.order(), [old, new]);
     }

@@ -9,14 +9,14 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::builder::RendererBuilder;
-use super::edges::{self, Edges, RowName};
-use super::rebuild::Made;
+use super::rebuild::Rebuilt;
 use super::render_passes::image_barrier;
+use super::rows::{self, RowName, Rows};
 use super::{Error, Renderer, plan_for};
 use crate::gpu::Device;
 use crate::gpu::barrier::ImageRange;
 use crate::passes::split;
-use crate::plan::{self, Canvas};
+use crate::plan::{self, PresentTarget};
 use crate::scene::{Camera, Light, Pose, Scene, Settings, View};
 
 /// Another view beside the window's own.
@@ -44,7 +44,7 @@ impl Split {
     pub(super) fn builder(
         &self,
         (scene, settings): (&Scene, &Settings),
-        (own, shown, canvas): (Option<&RendererBuilder>, &Renderer, Canvas),
+        (own, shown, canvas): (Option<&RendererBuilder>, &Renderer, PresentTarget),
         changed: bool,
     ) -> Option<RendererBuilder> {
         let device = &shown.device;
@@ -56,7 +56,7 @@ impl Split {
         }
         let uploaded = own.and_then(|own| own.uploaded_for(&plan)).or_else(|| shown.uploaded_for(&plan));
         let uploaded = uploaded.or_else(|| self.renderer.as_ref()?.uploaded_for(&plan));
-        let edges = edges::table(&plan);
+        let edges = rows::table(&plan);
         RendererBuilder::new(device, scene, &settings, (plan, edges), uploaded).ok()
     }
 
@@ -69,9 +69,9 @@ impl Split {
     pub(super) fn fit(
         &mut self,
         (scene, settings): (&Scene, &Settings),
-        (beside, canvas): (&Renderer, Canvas),
+        (beside, canvas): (&Renderer, PresentTarget),
         changed: Option<bool>,
-        made: Option<Made>,
+        made: Option<Rebuilt>,
     ) -> Result<bool, Error> {
         let device = &beside.device;
         let settings = Settings { view: self.view, ..settings.clone() };
@@ -95,7 +95,7 @@ impl Split {
                 let own = renderer.take().filter(|_| changed != Some(true));
                 let uploaded = beside.uploaded_for(&plan).or_else(|| own.as_ref()?.uploaded_for(&plan));
                 drop(own);
-                let edges = edges::table(&plan);
+                let edges = rows::table(&plan);
                 *renderer = Some(RendererBuilder::new(device, scene, &settings, (plan, edges), uploaded)?.finish(&[])?);
             }
         }
@@ -112,7 +112,7 @@ impl Split {
 
     /// Copies its part over the window's picture, which lies then as it did before. `edges` are those of the frame
     /// that is being recorded.
-    pub(super) fn record(&self, device: &Arc<Device>, edges: &Edges, (cmd, image): (vk::CommandBuffer, vk::Image)) {
+    pub(super) fn record(&self, device: &Arc<Device>, edges: &Rows, (cmd, image): (vk::CommandBuffer, vk::Image)) {
         let Some(picture) = self.renderer.as_ref().and_then(|renderer| renderer.frame.output(&renderer.plan)) else {
             return;
         };

@@ -1,7 +1,7 @@
 //! A renderer's memory of the frame before, where frames are averaged over time.
 
 use super::jitter::Order;
-use crate::visible::{Eye, Sight, Since, Visible, World};
+use crate::visible::{Eye, FrameProjection, PreviousFrame, Visible, World};
 
 /// Frames a second of which a picture's frames are taken to be.
 pub const FRAMES_A_SECOND: f64 = 60.0;
@@ -21,7 +21,7 @@ pub(super) struct Timeline {
 /// The view of the last frame.
 #[derive(Debug)]
 struct Last {
-    sight: Sight,
+    sight: FrameProjection,
     generation: u64,
     /// The state of what changes by itself.
     changing: Vec<u8>,
@@ -46,10 +46,10 @@ impl Timeline {
     }
 
     /// Returns what the next frame needs of the last one.
-    pub fn since(&self, world: &World, visible: &Visible, eye: &Eye, size: [u32; 2]) -> Since {
-        let now = Sight::of(eye, &visible.depth, size);
+    pub fn since(&self, world: &World, visible: &Visible, eye: &Eye, size: [u32; 2]) -> PreviousFrame {
+        let now = FrameProjection::of(eye, &visible.depth, size);
         let last = self.last.as_ref();
-        Since {
+        PreviousFrame {
             now,
             before: last.map(|last| last.sight),
             still: last.is_some_and(|last| {
@@ -63,7 +63,7 @@ impl Timeline {
     }
 
     /// Notes a submitted frame as the last one.
-    pub fn pass(&mut self, since: &Since, world: &World, visible: &Visible) {
+    pub fn pass(&mut self, since: &PreviousFrame, world: &World, visible: &Visible) {
         self.count = self.count.wrapping_add(1);
         self.still = if since.still { self.still.saturating_add(1) } else { 0 };
         self.last = Some(Last {

@@ -6,14 +6,14 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::IN_FLIGHT;
-use super::edges::{Carrier, Edges, RowName};
-use super::list::{Commands, Occasion, RenderPassName, SHADOW_PASS, Step, Subpass};
+use super::list::{Commands, Condition, RenderPassName, SHADOW_PASS, Step, Subpass};
 use super::render_passes::RenderPasses;
+use super::rows::{RowName, Rows, SyncKind};
 use crate::gpu::barrier::{self, ImageRange};
 use crate::gpu::{self, Buffer, Device, Image, Timestamps};
-use crate::gpu_scene::{Culling, GpuScene, PoseBuffer, Seen, ShadowAtlas};
+use crate::gpu_scene::{Culling, GpuScene, PoseBuffer, ShadowAtlas, VisibilityLookup};
 use crate::passes::object::buffers;
-use crate::passes::{Made, Making, Object, Pass, Recording, Resource, SetLayouts};
+use crate::passes::{FrameContext, Making, Object, Pass, PassObject, Resource, SetLayouts};
 use crate::plan::FramePlan;
 use crate::visible::{Visible, World};
 
@@ -21,11 +21,11 @@ const INLINE: vk::SubpassContents = vk::SubpassContents::INLINE;
 
 /// The inputs from which frames are made.
 #[derive(Clone, Copy)]
-pub(crate) struct FrameParts<'a> {
+pub(crate) struct BuildContext<'a> {
     pub device: &'a Arc<Device>,
     pub plan: &'a FramePlan,
     /// Every stage, access and layout of its dependencies.
-    pub edges: &'a Edges,
+    pub edges: &'a Rows,
     /// The layout of set 0.
     pub frame_layout: vk::DescriptorSetLayout,
     /// The shadow maps, if the plan has any.
@@ -37,14 +37,14 @@ pub(crate) struct FrameParts<'a> {
     /// Present if the plan culls on the device.
     pub culling: Option<&'a Culling>,
     /// Present if TILED looks up the surfaces that pixels show.
-    pub seen: Option<&'a Seen>,
+    pub seen: Option<&'a VisibilityLookup>,
     /// Views of the swapchain's images; none where pictures are not presented.
     pub swapchain: &'a [vk::ImageView],
 }
 
-impl<'a> FrameParts<'a> {
+impl<'a> BuildContext<'a> {
     /// Collects the inputs of a pass's object, with the objects of the passes before it.
-    fn making<'b>(&self, pass: &'static Pass, passes: &'b RenderPasses, before: &'b [Made]) -> Making<'b>
+    fn making<'b>(&self, pass: &'static Pass, passes: &'b RenderPasses, before: &'b [PassObject]) -> Making<'b>
     where
         'a: 'b,
     {
@@ -73,8 +73,8 @@ impl<'a> FrameParts<'a> {
 /// The frames of a plan: its render passes, and the objects of its passes in their order.
 pub(super) struct Frame {
     render_passes: RenderPasses,
-    objects: Vec<Made>,
-    edges: Edges,
+    objects: Vec<PassObject>,
+    edges: Rows,
 }
 
 impl Frame {
@@ -82,14 +82,14 @@ impl Frame {
     ///
     /// # Errors
     /// When the device lacks the memory or cannot compile a pipeline, or the list of passes and the rows contradict each other.
-    pub(super) fn new(parts: &FrameParts) -> gpu::Result<Self> {
+    pub(super) fn new(parts: &BuildContext) -> gpu::Result<Self> {
         let render_passes = RenderPasses::new(parts)?;
-        let mut objects: Vec<Made> = Vec::new();
+        let mut objects: Vec<PassObject> = Vec::new();
         for pass in render_passes.list.passes() {
             let is_made = objects.iter().any(|made| made.pass.place == pass.place);
             if let Some(make) = pass.make.filter(|_| !is_made) {
                 let object = make(&parts.making(pass, &render_passes, &objects))?;
-                objects.push(Made { pass, object });
+                objects.push(PassObject { pass, object });
             }
         }
         Ok(Self { render_passes, objects, edges: parts.edges.clone() })
@@ -97,7 +97,7 @@ impl Frame {
 
     /// Makes the objects of the picture's size anew: attachments, framebuffers, and the sets that name them.
     #[cfg(feature = "present")]
-    pub(super) fn resize(&mut self, parts: &FrameParts) -> gpu::Result<()> {
+    pub(super) fn resize(&mut self, parts: &BuildContext) -> gpu::Result<()> {
         self.render_passes.resize(parts)?;
         for index in 0..self.objects.len() {
             let (before, rest) = self.objects.split_at_mut(index);
@@ -129,7 +129,7 @@ impl Frame {
     }
 
     /// Records one frame: each step of the list in its turn, and PRESENT, where the plan has it.
-    pub(super) fn record(&self, frame: &Recording, times: &mut Option<Timestamps>) {
+    pub(super) fn record(&self, frame: &FrameContext, times: &mut Option<Timestamps>) {
         let mut last: Option<&'static Pass> = None;
         let steps = &self.render_passes.list.0;
         for (index, step) in steps.iter().enumerate() {
@@ -158,7 +158,7 @@ impl Frame {
     /// A render pass from begin to end. Rows are its dependencies ([`super::render_pass`]): a subpass waits as it begins, and later commands wait for the end.
     fn render_pass(
         &self,
-        frame: &Recording,
+        frame: &FrameContext,
         (name, subpasses): (RenderPassName, &[Subpass]),
         times: &mut Option<Timestamps>,
     ) {
@@ -188,25 +188,25 @@ impl Frame {
     /// A pass outside of render passes, between its barriers. `again` has the barriers between its steps, and after the last.
     fn commands(
         &self,
-        frame: &Recording,
+        frame: &FrameContext,
         (own, again): (&Commands, Option<&Commands>),
         times: &mut Option<Timestamps>,
     ) {
-        if own.when == Occasion::Posed && !frame.posed {
+        if own.when == Condition::Posed && !frame.posed {
             return;
         }
         frame.begin(own.pass);
         self.barriers(frame, &own.before);
         let between = || again.into_iter().for_each(|again| self.barriers(frame, &again.before));
         if let Some(object) = self.object(own.pass) {
-            object.record(&Recording { between: &between, ..*frame });
+            object.record(&FrameContext { between: &between, ..*frame });
         }
         self.barriers(frame, again.map_or(&own.after, |again| &again.after));
         frame.end(times, own.pass);
     }
     // ANCHOR_END: commands
 
-    fn pass(&self, pass: &'static Pass, frame: &Recording, times: &mut Option<Timestamps>) {
+    fn pass(&self, pass: &'static Pass, frame: &FrameContext, times: &mut Option<Timestamps>) {
         frame.begin(pass);
         if let Some(object) = self.object(pass) {
             object.record(frame);
@@ -219,11 +219,11 @@ impl Frame {
     }
 
     /// Carries out rows that are pipeline barriers, each on its image or on its buffers.
-    fn barriers(&self, frame: &Recording, rows: &[(RowName, Resource)]) {
+    fn barriers(&self, frame: &FrameContext, rows: &[(RowName, Resource)]) {
         for &(row, resource) in rows {
             let Some(edge) = self.edges.find(row) else { continue };
             match (resource, edge.carrier) {
-                (Resource::Target(target), Carrier::ImageBarrier(old, new)) => {
+                (Resource::Target(target), SyncKind::ImageBarrier(old, new)) => {
                     let image = self.render_passes.targets.image(target);
                     barrier::image_barrier(frame.device, frame.cmd, ImageRange::from(image), edge.order(), [old, new]);
                 }
@@ -233,7 +233,7 @@ impl Frame {
     }
 
     /// The buffers of a resource, in this frame.
-    fn buffers<'a>(&'a self, frame: &'a Recording, resource: Resource) -> Vec<&'a Buffer> {
+    fn buffers<'a>(&'a self, frame: &'a FrameContext, resource: Resource) -> Vec<&'a Buffer> {
         match (resource, frame.culling) {
             (Resource::DeformedVertices, _) => frame.scene.deformed.iter().map(|own| &own.vertices).collect(),
             (Resource::CulledInstances, Some(culling)) => vec![&culling.culled],

@@ -14,7 +14,7 @@ use super::GpuScene;
 use crate::gpu::{self, Buffer, DescriptorPool, Device, Location, MemoryKind, SetLayout, SetWriter, binding};
 use crate::plan::{CULL_BUFFERS, CULL_SHARED_BYTES, FramePlan};
 use crate::scene::MOST_LEVELS;
-use crate::visible::{CullView, InstanceList, LevelChoice, PackedLook, STEPS, Stand, World};
+use crate::visible::{CullView, InstanceList, InstanceTransform, LevelChoice, PackedLook, STEPS, World};
 
 /// Instances of a group, and invocations of a work group, of `shaders/cull.wgsl` and `shaders/fill.wgsl`.
 const LANES: usize = 64;
@@ -103,7 +103,7 @@ const _: () = {
     assert!(offset_of!(Uniform, tiles) == wgsl::TILES);
     assert!(size_of::<BoxRecord>() == box_record::SIZE);
     assert!(offset_of!(BoxRecord, half) == box_record::HALF);
-    assert!(size_of::<Stand>() == stand::SIZE);
+    assert!(size_of::<InstanceTransform>() == stand::SIZE);
 };
 
 /// The offsets, in words, of the parts of the buffer that CULL, ARRANGE and FILL write.
@@ -397,7 +397,7 @@ impl Culling {
 impl Inputs {
     fn write_at(&mut self, world: &World, place: usize) -> gpu::Result<()> {
         if let (Some(stands), Some(boxes)) = (&self.stands, &self.boxes) {
-            stands.write((place * size_of::<Stand>()) as u64, &world.instances.stands()[place..=place])?;
+            stands.write((place * size_of::<InstanceTransform>()) as u64, &world.instances.stands()[place..=place])?;
             boxes.write((place * size_of::<BoxRecord>()) as u64, &[box_record(world, place)])?;
         }
         if let Some(looks) = &self.looks {

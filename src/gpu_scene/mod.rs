@@ -20,7 +20,7 @@ pub use deformed::{Deformed, PoseBuffer, SkinPush};
 pub use instances::Instances;
 pub use material::{HOLES, Materials, OWN_SAMPLERS, SAMPLER, SetForm};
 pub use records::{FrameUniform, LightRecord};
-pub use seen::{LOOK_UP, Seen};
+pub use seen::{LOOK_UP, VisibilityLookup};
 pub use shadows::{ATLAS_LAYOUT, ClearOrder, ShadowAtlas, clear as shadow_clear};
 pub use sheets::Sheets;
 pub use sky::{BASE_EDGE, LOBE_EDGE, LOBE_LEVELS, SKY_READ, SkyMaps, TABLE_EDGE};

@@ -105,7 +105,7 @@ fn state(object: &WorldObject) -> (GeometryKey, (usize, u32)) {
 }
 
 /// The buffers of the frames in flight, and the sets that name them and the looked-up parts of the scene.
-pub struct Seen {
+pub struct VisibilityLookup {
     /// Set 3 of TILED.
     pub set_layout: SetLayout,
     /// Descriptors of the arrays of textures and of samplers; 0 where no material has a texture.
@@ -129,7 +129,7 @@ struct PlaceBuffers {
     names: Vec<vk::Buffer>,
 }
 
-impl Seen {
+impl VisibilityLookup {
     /// Of so many frames in flight; none where the plan looks nothing up.
     ///
     /// # Errors

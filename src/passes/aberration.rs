@@ -1,7 +1,7 @@
 //! ABERRATION: red and blue of the finished picture, drawn apart as a lens does. A render pass of its own, because each pixel reads others.
 
 use super::screen::Redraw;
-use super::{COLOR_WRITE, First, Pass, Place, Presence, SAMPLED, Touch, needed};
+use super::{COLOR_WRITE, First, Pass, PassName, Presence, ResourceUse, SAMPLED, needed};
 use crate::gpu::sync::Use;
 use crate::plan::APART;
 use crate::shaders::aberration::{self as shader, Flags, constants};
@@ -12,15 +12,16 @@ pub const PICTURE_READ: Use = SAMPLED;
 pub const APART_WRITE: Use = COLOR_WRITE;
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("ABERRATION"),
+    place: PassName::pass("ABERRATION"),
     time: "aberration",
     what: "draws red and blue apart, and so reads other pixels",
     presence: |plan| Presence::when(plan.effects.aberration.is_some(), "asked for", "not asked for"),
     touches: |plan| {
         vec![
-            Touch::sampled(0, plan.picture_before(APART), PICTURE_READ)
+            ResourceUse::sampled(0, plan.picture_before(APART), PICTURE_READ)
                 .because("samples the picture farther out and farther in than its pixel"),
-            Touch::color(0, APART, First::Undefined, APART_WRITE).because("draws the picture with its colours apart"),
+            ResourceUse::color(0, APART, First::Undefined, APART_WRITE)
+                .because("draws the picture with its colours apart"),
         ]
     },
     leave_out: Some(|settings| settings.aberration = 0.0),

@@ -1,6 +1,6 @@
 //! The air between the eye and all that is drawn, for the passes that fill it with light and for those that look through it: its constants, and the light in it.
 
-use super::{Resource, SAMPLED, Touch};
+use super::{Resource, ResourceUse, SAMPLED};
 use crate::gpu::sync::Use;
 use crate::plan::{FROXELS, FramePlan};
 
@@ -31,8 +31,8 @@ macro_rules! air_constants {
 pub(super) use {air_constants, froxel_grid};
 
 /// Looks up the light in the air, where passes find it.
-pub(super) fn touch(plan: &FramePlan) -> Option<Touch> {
-    plan.froxels().map(|_| Touch::resource(LIGHT, LIGHT_READ).because("looks up the light in the air"))
+pub(super) fn touch(plan: &FramePlan) -> Option<ResourceUse> {
+    plan.froxels().map(|_| ResourceUse::resource(LIGHT, LIGHT_READ).because("looks up the light in the air"))
 }
 
 /// Returns true if the scene's lights shine into the air.

@@ -5,14 +5,16 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::screen::{Input, Inputs, Screen, ScreenDesc, add};
-use super::{Making, Object, Pass, Place, Presence, Recording, Resource, SetLayouts, Slot, Touch, frame_data, needed};
+use super::{
+    FrameContext, Making, Object, Pass, PassName, Presence, Resource, ResourceUse, SetLayouts, Slot, frame_data, needed,
+};
 use crate::gpu::{self, Device};
 use crate::gpu_scene::SKY_READ;
 use crate::plan::{FramePlan, Shading};
 use crate::shaders::ambient::{self as shader, Flags, constants};
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("AMBIENT"),
+    place: PassName::pass("AMBIENT"),
     time: "ambient",
     what: "light of the sky on every pixel, added to LIGHTING's",
     presence: |plan| match plan.shading {
@@ -22,7 +24,7 @@ pub const PASS: Pass = Pass {
         _ => Presence::Out("this view is not lit".into()),
     },
     // It draws into the attachments of the pass before it.
-    touches: |_| vec![frame_data(), Touch::resource(Resource::SkyLight, SKY_READ)],
+    touches: |_| vec![frame_data(), ResourceUse::resource(Resource::SkyLight, SKY_READ)],
     leave_out: Some(|settings| settings.sky_light = false),
     make: Some(|own| Ok(Box::new(Ambient::new(own.device, own.plan, own.slot()?, own.layouts, &own.inputs())?))),
 };
@@ -62,13 +64,13 @@ impl Ambient {
 
 impl Object for Ambient {
     /// Adds the light. Runs inside LIGHTING's subpass, after all other light.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         let sets = [(0, recording.frame_set), (1, self.inputs.set)];
         self.screens.iter().for_each(|screen| screen.record(recording, &sets));
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
-        self.inputs.read_from(own.device, &own.inputs())
+        self.inputs.rebind(own.device, &own.inputs())
     }
 }
 

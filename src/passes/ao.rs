@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::per_pixel::{Bound, PerPixel, PerPixelDesc};
-use super::{Making, Object, Pass, Place, Presence, Recording, Touch, frame_data, needed};
+use super::{FrameContext, Making, Object, Pass, PassName, Presence, ResourceUse, frame_data, needed};
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Target, VISIBILITY};
 use crate::scene::AmbientOcclusion;
@@ -20,7 +20,7 @@ pub const VISIBILITY_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADE
 const READS: &str = "reads depth and normals of its pixel and of others";
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("AO"),
+    place: PassName::pass("AO"),
     time: "ao",
     what: "what surfaces nearby leave of the light from everywhere, found in the depth buffer",
     presence: |plan| match &plan.effects.ao {
@@ -29,9 +29,9 @@ pub const PASS: Pass = Pass {
     },
     touches: |_| {
         vec![
-            Touch::sampled(0, Target::Depth, GBUFFER_READ).because(READS),
-            Touch::sampled(1, Target::Normal, GBUFFER_READ).because(READS),
-            Touch::storage(2, VISIBILITY, VISIBILITY_WRITE).because("writes every texel"),
+            ResourceUse::sampled(0, Target::Depth, GBUFFER_READ).because(READS),
+            ResourceUse::sampled(1, Target::Normal, GBUFFER_READ).because(READS),
+            ResourceUse::storage(2, VISIBILITY, VISIBILITY_WRITE).because("writes every texel"),
             frame_data(),
         ]
     },
@@ -65,7 +65,7 @@ impl Ao {
 
 impl Object for Ao {
     /// Runs outside any render pass.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         self.pass.dispatch(recording, self.size);
     }
 

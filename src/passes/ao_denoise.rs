@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::per_pixel::{Bound, PerPixel, PerPixelDesc};
-use super::{Pass, Place, Presence, Touch, frame_data, needed};
+use super::{Pass, PassName, Presence, ResourceUse, frame_data, needed};
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Target, VISIBILITY};
 use crate::scene::AmbientOcclusion;
@@ -28,7 +28,7 @@ pub const ALBEDO: u32 = 3;
 const READS: &str = "reads depth and normal of its pixel";
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("AO_DENOISE"),
+    place: PassName::pass("AO_DENOISE"),
     time: "ao denoise",
     what: "what AO found around each pixel in the mean, into the G-buffer's occlusion",
     presence: |plan| {
@@ -36,10 +36,11 @@ pub const PASS: Pass = Pass {
     },
     touches: |_| {
         vec![
-            Touch::sampled(0, Target::Depth, GBUFFER_READ).because(READS),
-            Touch::sampled(1, Target::Normal, GBUFFER_READ).because(READS),
-            Touch::sampled(2, VISIBILITY, VISIBILITY_READ).because("reads what AO found around each pixel"),
-            Touch::storage(ALBEDO, Target::Albedo, ALBEDO_BLEND).because("multiplies the occlusion beside the albedo"),
+            ResourceUse::sampled(0, Target::Depth, GBUFFER_READ).because(READS),
+            ResourceUse::sampled(1, Target::Normal, GBUFFER_READ).because(READS),
+            ResourceUse::sampled(2, VISIBILITY, VISIBILITY_READ).because("reads what AO found around each pixel"),
+            ResourceUse::storage(ALBEDO, Target::Albedo, ALBEDO_BLEND)
+                .because("multiplies the occlusion beside the albedo"),
             frame_data(),
         ]
     },

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::culling::CullingPipeline;
-use super::{Object, Pass, Place, Recording, Resource, Touch, culling};
+use super::{FrameContext, Object, Pass, PassName, Resource, ResourceUse, culling};
 use crate::gpu::{self, Device, sync::Use};
 use crate::gpu_scene::Culling;
 use crate::shaders::arrange::{self as shader, Flags};
@@ -21,15 +21,15 @@ pub const COUNT: Use = Use::new(
 pub const FOUND_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("ARRANGE"),
+    place: PassName::pass("ARRANGE"),
     time: "arrange",
     what: "how many instances come before those of each group",
     presence: culling::presence,
     touches: |_| {
         vec![
-            Touch::resource(Resource::CulledInstances, COUNT)
+            ResourceUse::resource(Resource::CulledInstances, COUNT)
                 .because("adds up the numbers that CULL counted, and replaces them"),
-            Touch::resource(Resource::FoundCounts, FOUND_WRITE).because("writes the numbers that the CPU reads"),
+            ResourceUse::resource(Resource::FoundCounts, FOUND_WRITE).because("writes the numbers that the CPU reads"),
         ]
     },
     leave_out: None,
@@ -50,7 +50,7 @@ impl Arrange {
 
 impl Object for Arrange {
     /// Runs outside any render pass.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         let Some(culling) = recording.culling else { return };
         self.0.dispatch(recording, culling, [STEPS as u32, 1]);
     }

@@ -3,15 +3,15 @@
 use ash::vk;
 
 use super::surface::Limits;
-use super::{COLOR_BLEND, DEPTH_COMPARE, First, Touch};
-use crate::plan::{FramePlan, Sums, Target, ToneMapping, effects};
+use super::{COLOR_BLEND, DEPTH_COMPARE, First, ResourceUse};
+use crate::plan::{FramePlan, OitTargets, Target, ToneMapping, effects};
 use crate::scene::Transparency;
 
 /// The attachments of the subpass.
-pub fn targets(plan: &FramePlan) -> Vec<Touch> {
-    let color = |location, target, why| Touch::color(location, target, First::Clear, COLOR_BLEND).because(why);
+pub fn targets(plan: &FramePlan) -> Vec<ResourceUse> {
+    let color = |location, target, why| ResourceUse::color(location, target, First::Clear, COLOR_BLEND).because(why);
     let mut touches =
-        vec![Touch::depth(First::Undefined, DEPTH_COMPARE).because("tests against the depth of opaque surfaces")];
+        vec![ResourceUse::depth(First::Undefined, DEPTH_COMPARE).because("tests against the depth of opaque surfaces")];
     touches.extend(match plan.transparency {
         Some(Transparency::Oit) => {
             let why = "clears the sums and adds to them";
@@ -33,7 +33,7 @@ pub fn limits(plan: &FramePlan) -> Limits {
     let layers = plan.transparent_triangles.saturating_add(effects::layers(plan)).max(1) as f32;
     let largest = plan.largest_light();
     match plan.sums {
-        Some(Sums::SINGLE) => {
+        Some(OitTargets::SINGLE) => {
             Limits { largest, highlight: largest, weight: 1.0, least: LEAST_WEIGHT, peak: 1e38 / layers }
         }
         Some(_) => {

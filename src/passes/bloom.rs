@@ -11,7 +11,7 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
-use super::{Input, Making, Object, Pass, Place, Presence, Recording, Resource, Touch, needed};
+use super::{FrameContext, Input, Making, Object, Pass, PassName, Presence, Resource, ResourceUse, needed};
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, ShaderStage, binding,
     compute_pipeline, pipeline_layout, sync::Use,
@@ -27,14 +27,16 @@ pub const LEVEL_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk:
 pub const LEVEL_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("BLOOM"),
+    place: PassName::pass("BLOOM"),
     time: "bloom",
     what: "the picture's light at half its size",
     presence,
     touches: |_| {
-        let levels = Touch::resource(Resource::Buffers(BLOOM_LEVELS), LEVEL_WRITE).because("writes the first level");
+        let levels =
+            ResourceUse::resource(Resource::Buffers(BLOOM_LEVELS), LEVEL_WRITE).because("writes the first level");
         vec![
-            Touch::sampled(PICTURE, Target::Hdr, HDR_READ).because("loads the light of a pixel and its neighbours"),
+            ResourceUse::sampled(PICTURE, Target::Hdr, HDR_READ)
+                .because("loads the light of a pixel and its neighbours"),
             levels,
         ]
     },
@@ -49,13 +51,13 @@ pub const PASS: Pass = Pass {
 
 /// The other steps.
 pub const SPREAD: Pass = Pass {
-    place: Place::pass("SPREAD"),
+    place: PassName::pass("SPREAD"),
     time: "spread",
     what: "spreads light, down to wider levels and up again",
     presence,
     touches: |_| {
         vec![
-            Touch::resource(Resource::Buffers(BLOOM_LEVELS), LEVEL_READ.or(LEVEL_WRITE))
+            ResourceUse::resource(Resource::Buffers(BLOOM_LEVELS), LEVEL_READ.or(LEVEL_WRITE))
                 .because("reads the level that the step before wrote, and writes another"),
         ]
     },
@@ -129,7 +131,7 @@ enum Kind {
 }
 
 impl Object for Bloom {
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         self.steps.record(recording);
     }
 
@@ -144,7 +146,7 @@ impl Object for Bloom {
 }
 
 impl Object for Spread {
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         self.0.record(recording);
     }
 
@@ -192,7 +194,7 @@ impl Steps {
     }
 
     /// Runs outside any render pass.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
         // SAFETY: `cmd` is being recorded outside a render pass; the set is of the layout.
         unsafe { raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[self.set], &[]) };

@@ -3,9 +3,11 @@
 use std::sync::Arc;
 
 use super::screen::{Input, Inputs, Screen, ScreenDesc, over};
-use super::{COLOR_BLEND, First, INPUT_READ, Making, Object, Pass, Place, Presence, Recording, Slot, Touch, needed};
+use super::{
+    COLOR_BLEND, First, FrameContext, INPUT_READ, Making, Object, Pass, PassName, Presence, ResourceUse, Slot, needed,
+};
 use crate::gpu::{self, Device, sync::Use};
-use crate::plan::{FramePlan, Sums, Target};
+use crate::plan::{FramePlan, OitTargets, Target};
 use crate::shaders::composite::{self as shader, Flags, constants};
 
 /// Reads its own pixel of the sums.
@@ -14,7 +16,7 @@ pub const SUM_READ: Use = INPUT_READ;
 pub const LIGHT_BLEND: Use = COLOR_BLEND;
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("COMPOSITE"),
+    place: PassName::pass("COMPOSITE"),
     time: "composite",
     what: "what was summed up without sorting, over the light",
     presence: |plan| {
@@ -22,9 +24,9 @@ pub const PASS: Pass = Pass {
     },
     touches: |plan| {
         vec![
-            Touch::input(0, Target::Accumulation, SUM_READ).because("reads the sums of its pixel"),
-            Touch::input(1, Target::Weights, SUM_READ).because("reads the sums of its pixel"),
-            Touch::color(0, plan.light_target(), First::Clear, LIGHT_BLEND).because("blends over the light"),
+            ResourceUse::input(0, Target::Accumulation, SUM_READ).because("reads the sums of its pixel"),
+            ResourceUse::input(1, Target::Weights, SUM_READ).because("reads the sums of its pixel"),
+            ResourceUse::color(0, plan.light_target(), First::Clear, LIGHT_BLEND).because("blends over the light"),
         ]
     },
     leave_out: None,
@@ -65,18 +67,18 @@ impl Composite {
 
 impl Object for Composite {
     /// Lays the layer over the picture. Runs inside its subpass.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         self.screen.record(recording, &[(0, self.inputs.set)]);
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
-        self.inputs.read_from(own.device, &own.inputs())
+        self.inputs.rebind(own.device, &own.inputs())
     }
 }
 
 /// The largest finite value of the sums.
 pub(super) fn most(plan: &FramePlan) -> f32 {
-    if plan.sums == Some(Sums::SINGLE) { f32::MAX } else { 65504.0 }
+    if plan.sums == Some(OitTargets::SINGLE) { f32::MAX } else { 65504.0 }
 }
 
 /// Returns the shader variant of a plan.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{How, Pass, Place, Presence, Resource, Touch, shown};
+use super::{Pass, PassName, Presence, Resource, ResourceUse, UseKind, shown};
 use crate::gpu::{self, Buffer, Device, Location, MemoryKind, sync::Use};
 use crate::plan::FramePlan;
 
@@ -16,12 +16,15 @@ pub const WRITE: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlag
 pub const HOST_READ: Use = Use::new(vk::PipelineStageFlags::HOST, vk::AccessFlags::HOST_READ);
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("COPY"),
+    place: PassName::pass("COPY"),
     time: "copy",
     what: "brings the picture to the CPU, when one is asked for",
     presence: |_| Presence::In("only when a picture is read back".into()),
     touches: |plan| {
-        vec![Touch::new(shown(plan), How::CopiedFrom, READ), Touch::new(Resource::ReadBack, How::Buffer, WRITE)]
+        vec![
+            ResourceUse::new(shown(plan), UseKind::CopiedFrom, READ),
+            ResourceUse::new(Resource::ReadBack, UseKind::Buffer, WRITE),
+        ]
     },
     leave_out: None,
     make: None,

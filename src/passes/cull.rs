@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::culling::CullingPipeline;
-use super::{Object, Pass, Place, Recording, Resource, Touch, culling};
+use super::{FrameContext, Object, Pass, PassName, Resource, ResourceUse, culling};
 use crate::gpu::{self, Device, sync::Use};
 use crate::gpu_scene::Culling;
 use crate::shaders::cull::{self as shader, Flags};
@@ -19,17 +19,17 @@ pub const PYRAMID_READ: Use = LIST_READ;
 pub const MARK_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("CULL"),
+    place: PassName::pass("CULL"),
     time: "cull",
     what: "which instances are in view, and in which step of depth",
     presence: culling::presence,
     touches: |plan| {
         let pyramid = plan.hides_on_device.then(|| {
-            Touch::resource(Resource::DepthPyramid, PYRAMID_READ).because("tests boxes against the least depths")
+            ResourceUse::resource(Resource::DepthPyramid, PYRAMID_READ).because("tests boxes against the least depths")
         });
         let lists = [
-            Touch::resource(Resource::FrameData, LIST_READ),
-            Touch::resource(Resource::CulledInstances, MARK_WRITE).because("marks and counts what it finds"),
+            ResourceUse::resource(Resource::FrameData, LIST_READ),
+            ResourceUse::resource(Resource::CulledInstances, MARK_WRITE).because("marks and counts what it finds"),
         ];
         lists.into_iter().chain(pyramid).collect()
     },
@@ -52,7 +52,7 @@ impl Cull {
 
 impl Object for Cull {
     /// Runs outside any render pass.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         let Some(culling) = recording.culling else { return };
         self.0.dispatch(recording, culling, culling.groups());
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{Presence, Recording};
+use super::{FrameContext, Presence};
 use crate::gpu::{self, Device, Owned, ShaderStage, compute_pipeline, pipeline_layout};
 use crate::gpu_scene::Culling;
 use crate::plan::FramePlan;
@@ -40,7 +40,7 @@ impl CullingPipeline {
     }
 
     /// So many work groups across and down.
-    pub fn dispatch(&self, recording: &Recording, culling: &Culling, [across, down]: [u32; 2]) {
+    pub fn dispatch(&self, recording: &FrameContext, culling: &Culling, [across, down]: [u32; 2]) {
         let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
         let set = culling.set(recording.place);
         // SAFETY: `cmd` is being recorded outside a render pass; the set is of the layout. The buffers in it live until the frame is done, and no

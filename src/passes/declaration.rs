@@ -13,7 +13,7 @@ use crate::scene::Settings;
 /// A pass of the frame.
 pub struct Pass {
     /// Its name in rows, captures and reports: that of its file, in capitals.
-    pub place: Place,
+    pub place: PassName,
     /// The name of its time in tables. Passes that do the same work in different frames share one, to be compared.
     pub time: &'static str,
     /// Its work, in a few words.
@@ -21,7 +21,7 @@ pub struct Pass {
     /// Tells if a plan's frames have it.
     pub presence: fn(&FramePlan) -> Presence,
     /// The resources that it reads and writes, in a frame that has it.
-    pub touches: fn(&FramePlan) -> Vec<Touch>,
+    pub touches: fn(&FramePlan) -> Vec<ResourceUse>,
     /// Changes settings so that they leave it out; `None` for a pass that no setting alone decides.
     pub leave_out: Option<fn(&mut Settings)>,
     /// Makes its object; `None` for a pass that is recorded outside of the renderer's own part of a frame.
@@ -53,12 +53,12 @@ impl Presence {
 
 /// The place of a use: a pass, or something outside the frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Place {
+pub struct PassName {
     name: &'static str,
     is_pass: bool,
 }
 
-impl Place {
+impl PassName {
     /// Before or after the span that a row belongs to, in this frame or another.
     pub const OUTSIDE: Self = Self::beside("OUTSIDE");
     /// Copies out of staging buffers, and blits from level to level of a texture.
@@ -95,7 +95,7 @@ impl Place {
     }
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for PassName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name)
     }
@@ -173,9 +173,9 @@ impl fmt::Display for Resource {
 
 /// One way in which a pass uses a resource.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Touch {
+pub struct ResourceUse {
     pub resource: Resource,
-    pub how: How,
+    pub how: UseKind,
     /// Stages and accesses. An attachment that is blended, or depth that is written, shows here.
     pub uses: Use,
     /// Invocations for one sample read the other samples of their pixel as well.
@@ -186,7 +186,7 @@ pub struct Touch {
 
 /// The role in which a pass uses a resource.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum How {
+pub enum UseKind {
     /// An input attachment, read at the own pixel. Bindings in their order have the `InputAttachmentIndex` 0, 1, ...
     Input {
         binding: u32,
@@ -227,19 +227,19 @@ pub enum First {
     Undefined,
 }
 
-impl Touch {
+impl ResourceUse {
     /// With several samples a pixel, an invocation touches only its own sample.
-    pub const fn new(resource: Resource, how: How, uses: Use) -> Self {
+    pub const fn new(resource: Resource, how: UseKind, uses: Use) -> Self {
         Self { resource, how, uses, all_samples: false, why: "" }
     }
 
-    const fn target(target: Target, how: How, uses: Use) -> Self {
+    const fn target(target: Target, how: UseKind, uses: Use) -> Self {
         Self::new(Resource::Target(target), how, uses)
     }
 
     /// Reads its own pixel of an attachment.
     pub const fn input(binding: u32, target: Target, uses: Use) -> Self {
-        Self::target(target, How::Input { binding }, uses)
+        Self::target(target, UseKind::Input { binding }, uses)
     }
 
     /// Where `all`, an invocation reads all samples of its pixel, whichever of them it draws.
@@ -259,7 +259,7 @@ impl Touch {
 
     /// Draws into an attachment, or blends over it where `uses` reads.
     pub const fn color(location: u32, target: Target, first: First, uses: Use) -> Self {
-        Self::target(target, How::Color { location, first }, uses)
+        Self::target(target, UseKind::Color { location, first }, uses)
     }
 
     /// Tests against depth, and writes it where `uses` writes.
@@ -269,31 +269,31 @@ impl Touch {
 
     /// The same of this target.
     pub const fn depth_of(target: Target, first: First, uses: Use) -> Self {
-        Self::target(target, How::Depth { first }, uses)
+        Self::target(target, UseKind::Depth { first }, uses)
     }
 
     /// Has the render pass resolve samples into an attachment after the subpass.
     pub const fn resolve(target: Target, uses: Use) -> Self {
-        Self::target(target, How::Resolve, uses)
+        Self::target(target, UseKind::Resolve, uses)
     }
 
     /// Loads or samples a target, its pixel's neighbours too.
     pub const fn sampled(binding: u32, target: Target, uses: Use) -> Self {
-        Self::target(target, How::Sampled { binding }, uses)
+        Self::target(target, UseKind::Sampled { binding }, uses)
     }
 
     /// Stores to a target.
     pub const fn storage(binding: u32, target: Target, uses: Use) -> Self {
-        Self::target(target, How::Storage { binding }, uses)
+        Self::target(target, UseKind::Storage { binding }, uses)
     }
 
     /// Reads what is no target in a shader, or writes it where `uses` writes.
     pub const fn resource(resource: Resource, uses: Use) -> Self {
         let how = match resource {
             Resource::ShadowMaps | Resource::Textures | Resource::SkyLight | Resource::PanelTextures => {
-                How::Sampled { binding: 0 }
+                UseKind::Sampled { binding: 0 }
             }
-            _ => How::Buffer,
+            _ => UseKind::Buffer,
         };
         Self::new(resource, how, uses)
     }
@@ -304,7 +304,7 @@ impl Touch {
 
     /// Returns true if it is an attachment of the render pass.
     pub fn is_attachment(&self) -> bool {
-        matches!(self.how, How::Input { .. } | How::Color { .. } | How::Depth { .. } | How::Resolve)
+        matches!(self.how, UseKind::Input { .. } | UseKind::Color { .. } | UseKind::Depth { .. } | UseKind::Resolve)
     }
 
     /// Returns true if the resource is an image of depths.
@@ -316,31 +316,33 @@ impl Touch {
     pub fn layout(&self) -> vk::ImageLayout {
         let is_depth = self.is_depth();
         match self.how {
-            How::Color { .. } | How::Resolve => vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
-            How::Depth { .. } if self.writes() => vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL,
+            UseKind::Color { .. } | UseKind::Resolve => vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL,
+            UseKind::Depth { .. } if self.writes() => vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL,
             // LIGHTING tests against depth and reads it as an input at once.
-            How::Depth { .. } => vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL,
-            How::Input { .. } | How::Sampled { .. } if is_depth => vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL,
-            How::Input { .. } | How::Sampled { .. } => vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL,
-            How::Storage { .. } => vk::ImageLayout::GENERAL,
-            How::CopiedFrom => vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
-            How::CopiedTo => vk::ImageLayout::TRANSFER_DST_OPTIMAL,
-            How::Presented => vk::ImageLayout::PRESENT_SRC_KHR,
-            How::Buffer => vk::ImageLayout::UNDEFINED,
+            UseKind::Depth { .. } => vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL,
+            UseKind::Input { .. } | UseKind::Sampled { .. } if is_depth => {
+                vk::ImageLayout::DEPTH_STENCIL_READ_ONLY_OPTIMAL
+            }
+            UseKind::Input { .. } | UseKind::Sampled { .. } => vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL,
+            UseKind::Storage { .. } => vk::ImageLayout::GENERAL,
+            UseKind::CopiedFrom => vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
+            UseKind::CopiedTo => vk::ImageLayout::TRANSFER_DST_OPTIMAL,
+            UseKind::Presented => vk::ImageLayout::PRESENT_SRC_KHR,
+            UseKind::Buffer => vk::ImageLayout::UNDEFINED,
         }
     }
 
     /// Returns the usage flags that the image needs.
     pub fn usage(&self) -> vk::ImageUsageFlags {
         match self.how {
-            How::Input { .. } => vk::ImageUsageFlags::INPUT_ATTACHMENT,
-            How::Color { .. } | How::Resolve => vk::ImageUsageFlags::COLOR_ATTACHMENT,
-            How::Depth { .. } => vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT,
-            How::Sampled { .. } => vk::ImageUsageFlags::SAMPLED,
-            How::Storage { .. } => vk::ImageUsageFlags::STORAGE,
-            How::CopiedFrom => vk::ImageUsageFlags::TRANSFER_SRC,
-            How::CopiedTo => vk::ImageUsageFlags::TRANSFER_DST,
-            How::Presented | How::Buffer => vk::ImageUsageFlags::empty(),
+            UseKind::Input { .. } => vk::ImageUsageFlags::INPUT_ATTACHMENT,
+            UseKind::Color { .. } | UseKind::Resolve => vk::ImageUsageFlags::COLOR_ATTACHMENT,
+            UseKind::Depth { .. } => vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT,
+            UseKind::Sampled { .. } => vk::ImageUsageFlags::SAMPLED,
+            UseKind::Storage { .. } => vk::ImageUsageFlags::STORAGE,
+            UseKind::CopiedFrom => vk::ImageUsageFlags::TRANSFER_SRC,
+            UseKind::CopiedTo => vk::ImageUsageFlags::TRANSFER_DST,
+            UseKind::Presented | UseKind::Buffer => vk::ImageUsageFlags::empty(),
         }
     }
 }

@@ -6,12 +6,12 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::depth_only::DepthOnly;
-use super::{Object, Pass, Place, Presence, Recording, Slot, frame_data, meshes};
+use super::{FrameContext, Object, Pass, PassName, Presence, Slot, frame_data, meshes};
 use crate::gpu::{self, Device};
 use crate::plan::FramePlan;
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("DEPTH"),
+    place: PassName::pass("DEPTH"),
     time: "depth",
     what: "depth of opaque surfaces alone, before the same subpass shades them",
     presence: |plan| {
@@ -46,7 +46,7 @@ impl Depth {
 
 impl Object for Depth {
     /// Draws visible opaque objects. Runs inside the subpass, before the draws that shade.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         self.0.record(recording, &recording.visible.draws);
     }
 }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::screen::stages;
-use super::{MeshDraws, Recording, Slot, needed};
+use super::{FrameContext, MeshDraws, Slot, needed};
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout};
 use crate::gpu_scene::{POSITION, ROWS, vertex_input};
 use crate::plan::{Extras, FramePlan, GeometryKey};
@@ -74,7 +74,7 @@ impl DepthOnly {
     }
 
     /// Draws the opaque objects of some instances. Runs inside the subpass of the pipelines.
-    pub fn record(&self, recording: &Recording, draws: &[Draw]) {
+    pub fn record(&self, recording: &FrameContext, draws: &[Draw]) {
         recording.set_area();
         let mut meshes = MeshDraws::new(recording, &[POSITION]);
         recording.bind_set(self.layout.raw, 0, recording.frame_set);

@@ -6,9 +6,12 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::screen::{Screen, ScreenDesc, WindowPass, replace};
-use super::{COLOR_WRITE, First, How, NO_WINDOW, Pass, Place, Presence, Resource, SAMPLED, Slot, Touch, needed, shown};
+use super::{
+    COLOR_WRITE, First, NO_WINDOW, Pass, PassName, Presence, Resource, ResourceUse, SAMPLED, Slot, UseKind, needed,
+    shown,
+};
 use crate::gpu::{self, DescriptorPool, Device, SetLayout, SetWriter, binding, sync::Use};
-use crate::plan::{Canvas, Transfer};
+use crate::plan::{PresentTarget, Transfer};
 use crate::shaders::encode::{self as shader, Flags, constants};
 
 /// Reads each pixel of the picture.
@@ -17,11 +20,11 @@ pub const READ: Use = SAMPLED;
 pub const WRITE: Use = COLOR_WRITE;
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("ENCODE"),
+    place: PassName::pass("ENCODE"),
     time: "encode",
     what: "brings the picture into an image of the swapchain that no hardware encodes",
     presence: |plan| {
-        let is_in = matches!(plan.presented, Some(Canvas::Encode(_) | Canvas::EncodeKept(_)));
+        let is_in = matches!(plan.presented, Some(PresentTarget::Encode(_) | PresentTarget::EncodeKept(_)));
         let why_not = match plan.presented {
             None => NO_WINDOW,
             Some(_) if plan.is_tiled() => "TILED encodes the picture, and PRESENT copies it",
@@ -30,10 +33,10 @@ pub const PASS: Pass = Pass {
         Presence::when(is_in, "no hardware encodes the window's images", why_not)
     },
     touches: |plan| {
-        let drawn = How::Color { location: 0, first: First::Undefined };
+        let drawn = UseKind::Color { location: 0, first: First::Undefined };
         vec![
-            Touch::new(shown(plan), How::Sampled { binding: 0 }, READ),
-            Touch::new(Resource::SwapchainImage, drawn, WRITE),
+            ResourceUse::new(shown(plan), UseKind::Sampled { binding: 0 }, READ),
+            ResourceUse::new(Resource::SwapchainImage, drawn, WRITE),
         ]
     },
     leave_out: None,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::culling::CullingPipeline;
-use super::{Object, Pass, Place, Recording, Resource, Touch, culling};
+use super::{FrameContext, Object, Pass, PassName, Resource, ResourceUse, culling};
 use crate::gpu::{self, Device, sync::Use};
 use crate::gpu_scene::Culling;
 use crate::shaders::fill::{self as shader, Flags};
@@ -18,14 +18,14 @@ pub const COUNT_READ: Use = LIST_READ;
 pub const DRAW_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("FILL"),
+    place: PassName::pass("FILL"),
     time: "fill",
     what: "rows of the instances that are seen, and the commands that draw them",
     presence: culling::presence,
     touches: |_| {
         vec![
-            Touch::resource(Resource::FrameData, LIST_READ),
-            Touch::resource(Resource::CulledInstances, COUNT_READ.or(DRAW_WRITE))
+            ResourceUse::resource(Resource::FrameData, LIST_READ),
+            ResourceUse::resource(Resource::CulledInstances, COUNT_READ.or(DRAW_WRITE))
                 .because("puts rows where ARRANGE says, and writes the commands"),
         ]
     },
@@ -47,7 +47,7 @@ impl Fill {
 
 impl Object for Fill {
     /// Runs outside any render pass.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         let Some(culling) = recording.culling else { return };
         self.0.dispatch(recording, culling, culling.groups());
     }

@@ -7,8 +7,8 @@ use ash::vk;
 
 use super::screen::{Input, Inputs, Screen, ScreenDesc, add, replace};
 use super::{
-    COLOR_BLEND, First, INPUT_READ, Making, Object, Pass, Place, Presence, Recording, SetLayouts, Slot, Touch, air,
-    frame_data, needed,
+    COLOR_BLEND, First, FrameContext, INPUT_READ, Making, Object, Pass, PassName, Presence, ResourceUse, SetLayouts,
+    Slot, air, frame_data, needed,
 };
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Target};
@@ -21,7 +21,7 @@ pub const DEPTH_READ: Use = INPUT_READ;
 pub const LIGHT_BLEND: Use = COLOR_BLEND;
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("FOG"),
+    place: PassName::pass("FOG"),
     time: "fog",
     what: "what the air takes of the light, and what it scatters to the eye",
     presence: |plan| match &plan.effects.fog {
@@ -31,8 +31,8 @@ pub const PASS: Pass = Pass {
     },
     touches: |plan| {
         let own = [
-            Touch::input(0, Target::Depth, DEPTH_READ).because("reads the depth of its pixel"),
-            Touch::color(0, plan.light_target(), First::Clear, LIGHT_BLEND).because("blends over the light"),
+            ResourceUse::input(0, Target::Depth, DEPTH_READ).because("reads the depth of its pixel"),
+            ResourceUse::color(0, plan.light_target(), First::Clear, LIGHT_BLEND).because("blends over the light"),
             frame_data(),
         ];
         own.into_iter().chain(air::touch(plan)).collect()
@@ -81,13 +81,13 @@ impl FogPass {
 
 impl Object for FogPass {
     /// Lays the fog over the picture. Runs inside its subpass.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         recording.set_area();
         self.screen.record(recording, &[(0, recording.frame_set), (1, self.inputs.set)]);
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
-        self.inputs.read_from(own.device, &own.inputs())
+        self.inputs.rebind(own.device, &own.inputs())
     }
 }
 

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::screen::replace;
 use super::surface::{Limits, LitDesc, Surfaces, lit_pipeline, opaque_depth};
 use super::{
-    COLOR_WRITE, EARLY_DEPTH_READ, First, LATE_DEPTH_WRITE, Object, Pass, Place, Presence, Recording, SAMPLED,
-    SetLayouts, Slot, Touch, culled, frame_data, maps, meshes, sky_light,
+    COLOR_WRITE, EARLY_DEPTH_READ, First, FrameContext, LATE_DEPTH_WRITE, Object, Pass, PassName, Presence,
+    ResourceUse, SAMPLED, SetLayouts, Slot, culled, frame_data, maps, meshes, sky_light,
 };
 use crate::gpu::{self, Device, sync::Use};
 use crate::gpu_scene::GpuScene;
@@ -23,7 +23,7 @@ pub const LIGHT_WRITE: Use = COLOR_WRITE;
 pub const MAP_READ: Use = SAMPLED;
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("FORWARD"),
+    place: PassName::pass("FORWARD"),
     time: "forward",
     what: "surfaces, lit while they are rasterized",
     presence: |plan| {
@@ -36,8 +36,9 @@ pub const PASS: Pass = Pass {
     },
     touches: |plan| {
         let drawn = [
-            Touch::depth(First::Clear, DEPTH_TEST).because("clears depth, tests against it and writes it"),
-            Touch::color(0, plan.light_target(), First::Clear, LIGHT_WRITE).because("clears the light and draws it"),
+            ResourceUse::depth(First::Clear, DEPTH_TEST).because("clears depth, tests against it and writes it"),
+            ResourceUse::color(0, plan.light_target(), First::Clear, LIGHT_WRITE)
+                .because("clears the light and draws it"),
             frame_data(),
         ];
         drawn
@@ -85,7 +86,7 @@ impl Forward {
 
 impl Object for Forward {
     /// Draws visible objects. Runs inside its subpass.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         self.surfaces.record_opaque(recording);
     }
 }

@@ -1,7 +1,7 @@
 //! FXAA: edges of the finished picture, smoothed. A render pass of its own, because each pixel reads its neighbours.
 
 use super::screen::Redraw;
-use super::{COLOR_WRITE, First, Pass, Place, Presence, SAMPLED, Touch, needed};
+use super::{COLOR_WRITE, First, Pass, PassName, Presence, ResourceUse, SAMPLED, needed};
 use crate::gpu::sync::Use;
 use crate::plan::SMOOTHED;
 use crate::shaders::fxaa::{self as shader, Flags};
@@ -12,15 +12,15 @@ pub const OUTPUT_READ: Use = SAMPLED;
 pub const PICTURE_WRITE: Use = COLOR_WRITE;
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("FXAA"),
+    place: PassName::pass("FXAA"),
     time: "fxaa",
     what: "smooths edges, and so reads each pixel's neighbours",
     presence: |plan| Presence::when(plan.effects.fxaa, "asked for", "not asked for"),
     touches: |plan| {
         vec![
-            Touch::sampled(0, plan.picture_before(SMOOTHED), OUTPUT_READ)
+            ResourceUse::sampled(0, plan.picture_before(SMOOTHED), OUTPUT_READ)
                 .because("samples the picture around its pixel"),
-            Touch::color(0, SMOOTHED, First::Undefined, PICTURE_WRITE).because("draws the smoothed picture"),
+            ResourceUse::color(0, SMOOTHED, First::Undefined, PICTURE_WRITE).because("draws the smoothed picture"),
         ]
     },
     leave_out: Some(|settings| settings.fxaa = false),

@@ -7,8 +7,8 @@ use ash::vk;
 use super::screen::{add, replace};
 use super::surface::{SurfaceDesc, Surfaces, opaque_depth, surface_pipeline};
 use super::{
-    COLOR_BLEND, EARLY_DEPTH_READ, First, LATE_DEPTH_WRITE, Object, Pass, Place, Presence, Recording, SetLayouts, Slot,
-    Touch, culled, frame_data, meshes, needed,
+    COLOR_BLEND, EARLY_DEPTH_READ, First, FrameContext, LATE_DEPTH_WRITE, Object, Pass, PassName, Presence,
+    ResourceUse, SetLayouts, Slot, culled, frame_data, meshes, needed,
 };
 use crate::gpu::{self, Device, Owned, sync::Use};
 use crate::gpu_scene::GpuScene;
@@ -24,7 +24,7 @@ pub const COUNT_BLEND: Use = COLOR_BLEND;
 pub const DEPTH_TEST: Use = EARLY_DEPTH_READ.or(LATE_DEPTH_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("GEOMETRY"),
+    place: PassName::pass("GEOMETRY"),
     time: "geometry",
     what: "surfaces into the G-buffer, near ones first",
     presence: |plan| match (plan.has_geometry(), plan.is_forward()) {
@@ -40,7 +40,7 @@ pub const PASS: Pass = Pass {
     make: Some(|own| Ok(Box::new(Geometry::new(own.device, own.plan, own.slot()?, own.layouts.frame, own.scene)?))),
 };
 
-fn touches(plan: &FramePlan) -> Vec<Touch> {
+fn touches(plan: &FramePlan) -> Vec<ResourceUse> {
     // A location whose target the plan lacks stays empty. LIGHTING leaves out every pixel that is not written here, so nothing but what
     // adds up is cleared.
     // Except for AMBIENT, which finds its texels by normal, position and roughness: some drivers (lavapipe) filter several pixels in one way, which at a
@@ -57,18 +57,20 @@ fn touches(plan: &FramePlan) -> Vec<Touch> {
     ];
     let drawn = locations.into_iter().filter(|&(_, target, ..)| plan.format_of(target).is_some());
     let mut touches = vec![
-        Touch::depth(First::Clear, DEPTH_TEST).because("clears depth, tests against it and writes it"),
+        ResourceUse::depth(First::Clear, DEPTH_TEST).because("clears depth, tests against it and writes it"),
         frame_data(),
     ];
     touches.extend(drawn.map(|(location, target, first, uses)| {
-        Touch::color(location, target, first, uses).because(if plan.gbuffer.is_some() {
+        ResourceUse::color(location, target, first, uses).because(if plan.gbuffer.is_some() {
             "writes the G-buffer"
         } else {
             "writes what the view shows"
         })
     }));
     if plan.emissive {
-        touches.push(Touch::color(3, plan.light_target(), First::Clear, COLOR_WRITE).because("writes emitted light"));
+        touches.push(
+            ResourceUse::color(3, plan.light_target(), First::Clear, COLOR_WRITE).because("writes emitted light"),
+        );
     }
     touches.extend(meshes(plan));
     touches.extend(culled(plan));
@@ -105,7 +107,7 @@ impl Geometry {
 
 impl Object for Geometry {
     /// Draws visible objects. Runs inside its subpass.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         self.surfaces.record_opaque(recording);
     }
 }

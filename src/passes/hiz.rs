@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::per_pixel::{Bound, GROUP, PerPixel, PerPixelDesc};
-use super::{Making, Object, Pass, Place, Presence, Recording, Touch, needed};
+use super::{FrameContext, Making, Object, Pass, PassName, Presence, ResourceUse, needed};
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, HIZ, Hiz as Levels, Target};
 use crate::shaders::hiz::{self as shader, Flags};
@@ -16,7 +16,7 @@ pub const GBUFFER_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, v
 pub const HIZ_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("HIZ"),
+    place: PassName::pass("HIZ"),
     time: "depth pyramid",
     what: "the nearest and the farthest depth of squares of the picture",
     presence: |plan| {
@@ -24,8 +24,8 @@ pub const PASS: Pass = Pass {
     },
     touches: |_| {
         vec![
-            Touch::sampled(0, Target::Depth, GBUFFER_READ).because("reads the depth of each pixel"),
-            Touch::storage(1, HIZ, HIZ_WRITE).because("writes the depths of squares"),
+            ResourceUse::sampled(0, Target::Depth, GBUFFER_READ).because("reads the depth of each pixel"),
+            ResourceUse::storage(1, HIZ, HIZ_WRITE).because("writes the depths of squares"),
         ]
     },
     leave_out: None,
@@ -58,7 +58,7 @@ impl Hiz {
 
 impl Object for Hiz {
     /// Runs outside any render pass.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         // A work group for each tile.
         self.pass.dispatch(recording, self.tiles.map(|count| count * GROUP));
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{Object, Pass, Place, Presence, Recording, Touch, air, frame_data, needed};
+use super::{FrameContext, Object, Pass, PassName, Presence, ResourceUse, air, frame_data, needed};
 use crate::gpu::{self, Device, Owned, ShaderStage, compute_pipeline, pipeline_layout, sync::Use};
 use crate::plan::{FramePlan, FroxelPlan};
 use crate::shaders::integrate::{self as shader, Flags, constants};
@@ -15,14 +15,14 @@ pub const LIGHT_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk:
 pub const SUM_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("INTEGRATE"),
+    place: PassName::pass("INTEGRATE"),
     time: "integrate",
     what: "what the fog before each froxel scatters to the eye",
     presence: |plan| Presence::of(plan.froxels(), plan.lack_of_froxels()),
     touches: |_| {
         vec![
             frame_data(),
-            Touch::resource(air::LIGHT, LIGHT_READ.or(SUM_WRITE))
+            ResourceUse::resource(air::LIGHT, LIGHT_READ.or(SUM_WRITE))
                 .because("adds up the light of froxels, and writes its sums beside it"),
         ]
     },
@@ -71,7 +71,7 @@ impl Integrate {
 
 impl Object for Integrate {
     /// Runs outside any render pass, after SCATTER.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
         // SAFETY: `cmd` is being recorded outside a render pass; the set is of the layout, and the pass outlives the submission. The shader
         // looks at no froxel beyond those of the plan and the slice after them.

@@ -6,8 +6,8 @@ use ash::vk;
 
 use super::screen::{Input, Inputs, Screen, ScreenDesc, add, replace};
 use super::{
-    COLOR_BLEND, COLOR_WRITE, DEPTH_COMPARE, First, INPUT_READ, Making, Object, Pass, Place, Presence, Recording,
-    SAMPLED, SetLayouts, Slot, Touch, frame_data, gbuffer_inputs, maps, needed,
+    COLOR_BLEND, COLOR_WRITE, DEPTH_COMPARE, First, FrameContext, INPUT_READ, Making, Object, Pass, PassName, Presence,
+    ResourceUse, SAMPLED, SetLayouts, Slot, frame_data, gbuffer_inputs, maps, needed,
 };
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Shading, ToneMapping};
@@ -25,7 +25,7 @@ pub const LIGHT_WRITE: Use = COLOR_WRITE;
 pub const LIGHT_BLEND: Use = COLOR_BLEND;
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("LIGHTING"),
+    place: PassName::pass("LIGHTING"),
     time: "lighting",
     what: "every light on every pixel, which reads its own place of the G-buffer",
     presence: |plan| match plan.shading {
@@ -44,17 +44,17 @@ pub fn reads_all_samples(plan: &FramePlan) -> bool {
     plan.msaa > 1 && plan.shading.is_lit()
 }
 
-fn touches(plan: &FramePlan) -> Vec<Touch> {
+fn touches(plan: &FramePlan) -> Vec<ResourceUse> {
     let light = if plan.blends_light() { LIGHT_BLEND } else { LIGHT_WRITE };
     let input = |(binding, target)| {
-        Touch::input(binding, target, GBUFFER_READ)
+        ResourceUse::input(binding, target, GBUFFER_READ)
             .of_all_samples(reads_all_samples(plan))
             .because("reads its own pixel of the G-buffer")
     };
     let mut touches: Vec<_> = gbuffer_inputs(plan).into_iter().map(input).collect();
-    touches.push(Touch::color(0, plan.light_target(), First::Clear, light).because("writes the light"));
+    touches.push(ResourceUse::color(0, plan.light_target(), First::Clear, light).because("writes the light"));
     if plan.lighting_tests_depth() {
-        touches.push(Touch::depth(First::Undefined, DEPTH_READ).because("compares with the depth of the sky"));
+        touches.push(ResourceUse::depth(First::Undefined, DEPTH_READ).because("compares with the depth of the sky"));
     }
     touches.push(frame_data());
     touches.extend(maps(plan, MAP_READ));
@@ -110,7 +110,7 @@ impl Lighting {
 
 impl Object for Lighting {
     /// Lights the picture. Runs inside its subpass.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         let mut sets = vec![(0, recording.frame_set), (1, self.inputs.set)];
         sets.extend(recording.shadow_set.map(|set| (2, set)));
         for screen in &self.screens {
@@ -123,7 +123,7 @@ impl Object for Lighting {
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
-        self.inputs.read_from(own.device, &own.inputs())
+        self.inputs.rebind(own.device, &own.inputs())
     }
 }
 

@@ -93,8 +93,8 @@ mod spirv;
 pub mod spread;
 mod surface;
 
-pub use declaration::{First, How, Pass, Place, Presence, Resource, Touch};
-pub use object::{Made, Making, Object};
+pub use declaration::{First, Pass, PassName, Presence, Resource, ResourceUse, UseKind};
+pub use object::{Making, Object, PassObject};
 pub use per_pixel::{Bound, PerPixel};
 pub use screen::Input;
 
@@ -104,9 +104,9 @@ use ash::vk;
 
 use crate::gpu::{self, Device, Timestamps, sync::Use};
 use crate::gpu_scene::{CulledState, Culling, GpuScene, INDEX_READ, Instances, SKY_READ, TEXTURE_READ, VERTEX_READ};
-use crate::plan::{Canvas, FramePlan, IndexWidth, Shading, Target, TexturePlan};
+use crate::plan::{FramePlan, IndexWidth, PresentTarget, Shading, Target, TexturePlan};
 use crate::shaders::Variant;
-use crate::visible::{MapDraw, Since, Visible, World, WorldObject};
+use crate::visible::{MapDraw, PreviousFrame, Visible, World, WorldObject};
 
 /// Shaders read what the CPU wrote for their frame.
 pub const FRAME_READ: Use = Use::new(
@@ -123,10 +123,10 @@ pub const CULLED_READ: Use =
     VERTEX_READ.or(Use::new(vk::PipelineStageFlags::DRAW_INDIRECT, vk::AccessFlags::INDIRECT_COMMAND_READ));
 
 /// Places outside of frames that work once, in their order, each with its work.
-pub const ONCE: [(Place, &str); 3] = [
-    (Place::UPLOAD, "once: copies out of staging buffers, and blits from level to level of a texture"),
-    (Place::PREFILTER, "once: what surfaces collect of the sky"),
-    (Place::CLEAR, "once: the shadow maps' image, which the first frame may look up anywhere"),
+pub const ONCE: [(PassName, &str); 3] = [
+    (PassName::UPLOAD, "once: copies out of staging buffers, and blits from level to level of a texture"),
+    (PassName::PREFILTER, "once: what surfaces collect of the sky"),
+    (PassName::CLEAR, "once: the shadow maps' image, which the first frame may look up anywhere"),
 ];
 
 // The commonest uses, by the stage that has them. Each pass names its own uses by these.
@@ -160,52 +160,52 @@ const SAMPLED: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk::Acces
 pub(crate) const NO_WINDOW: &str = "no window";
 
 /// Reads the frame's camera and lights.
-fn frame_data() -> Touch {
-    Touch::resource(Resource::FrameData, FRAME_READ)
+fn frame_data() -> ResourceUse {
+    ResourceUse::resource(Resource::FrameData, FRAME_READ)
 }
 
 /// Draws the scene's meshes with its textures.
-fn meshes(plan: &FramePlan) -> impl Iterator<Item = Touch> {
+fn meshes(plan: &FramePlan) -> impl Iterator<Item = ResourceUse> {
     let (vertices, textures, deforms) = (plan.uploads.vertices, plan.uploads.textures, plan.deforms());
     let deformed =
         deforms
-            .then_some(Touch::resource(Resource::DeformedVertices, VERTEX_READ).because(
+            .then_some(ResourceUse::resource(Resource::DeformedVertices, VERTEX_READ).because(
                 "fetches the vertices that SKIN wrote, in this frame or in an earlier one with the same pose",
             ));
     let of_meshes = [
-        Touch::resource(Resource::Vertices, VERTEX_READ),
-        Touch::resource(Resource::Indices, INDEX_READ),
+        ResourceUse::resource(Resource::Vertices, VERTEX_READ),
+        ResourceUse::resource(Resource::Indices, INDEX_READ),
         // Rows of instances.
-        Touch::resource(Resource::FrameData, VERTEX_READ),
+        ResourceUse::resource(Resource::FrameData, VERTEX_READ),
     ];
-    let sampled = [Touch::resource(Resource::Textures, TEXTURE_READ)];
+    let sampled = [ResourceUse::resource(Resource::Textures, TEXTURE_READ)];
     of_meshes.into_iter().filter(move |_| vertices).chain(deformed).chain(sampled.into_iter().filter(move |_| textures))
 }
 
 /// Draws the objects that the device found visible, where it culls.
-fn culled(plan: &FramePlan) -> Option<Touch> {
+fn culled(plan: &FramePlan) -> Option<ResourceUse> {
     plan.culls_on_device.then(|| {
-        Touch::resource(Resource::CulledInstances, CULLED_READ)
+        ResourceUse::resource(Resource::CulledInstances, CULLED_READ)
             .because("reads its commands and the rows of its instances")
     })
 }
 
 /// Looks shadow maps up, where there are some.
-fn maps(plan: &FramePlan, uses: Use) -> Option<Touch> {
+fn maps(plan: &FramePlan, uses: Use) -> Option<ResourceUse> {
     plan.shadow
         .as_ref()
-        .map(|_| Touch::resource(Resource::ShadowMaps, uses).because("loads any texel of the shadow maps"))
+        .map(|_| ResourceUse::resource(Resource::ShadowMaps, uses).because("loads any texel of the shadow maps"))
 }
 
 /// Looks up the light that surfaces collect of the sky, where it lights them.
-fn sky_light(plan: &FramePlan) -> Option<Touch> {
-    plan.is_lit_by_sky().then(|| Touch::resource(Resource::SkyLight, SKY_READ))
+fn sky_light(plan: &FramePlan) -> Option<ResourceUse> {
+    plan.is_lit_by_sky().then(|| ResourceUse::resource(Resource::SkyLight, SKY_READ))
 }
 
 /// The place of the finished picture: the image that PRESENT has copied it into, else its target.
 pub fn shown(plan: &FramePlan) -> Resource {
     match plan.presented {
-        Some(Canvas::EncodeKept(_)) => Resource::ShownImage,
+        Some(PresentTarget::EncodeKept(_)) => Resource::ShownImage,
         _ if plan.is_copied_to_be_shown() => Resource::SwapchainImage,
         _ => Resource::Target(plan.picture()),
     }
@@ -257,7 +257,7 @@ pub struct SetLayouts {
 
 /// The frame that is being recorded, which every `record` needs.
 #[derive(Clone, Copy)]
-pub struct Recording<'a> {
+pub struct FrameContext<'a> {
     pub device: &'a Device,
     pub cmd: vk::CommandBuffer,
     /// Width and height of the picture in pixels.
@@ -286,7 +286,7 @@ pub struct Recording<'a> {
     /// The placing of opaque objects, where the device finds the visible ones among them.
     pub culling: Option<&'a Culling>,
     /// The frame before, where frames are averaged over time.
-    pub since: Option<&'a Since>,
+    pub since: Option<&'a PreviousFrame>,
     /// Shadow maps that this frame draws anew.
     pub stale_maps: &'a [MapDraw],
     /// Records the barrier between two steps of a pass that has several.
@@ -295,7 +295,7 @@ pub struct Recording<'a> {
     pub sorted: Option<(vk::Buffer, vk::IndexType)>,
 }
 
-impl Recording<'_> {
+impl FrameContext<'_> {
     /// Opens the label of a pass, which debuggers and messages of layers show.
     pub fn begin(&self, pass: &Pass) {
         self.device.begin_label(self.cmd, pass.place.name());
@@ -366,7 +366,7 @@ enum Indices {
 
 /// Draws meshes, and binds another index buffer only where the next mesh needs it.
 struct MeshDraws<'a> {
-    recording: &'a Recording<'a>,
+    recording: &'a FrameContext<'a>,
     streams: &'a [u32],
     /// Into shadow maps.
     casters: bool,
@@ -377,12 +377,12 @@ struct MeshDraws<'a> {
 
 impl<'a> MeshDraws<'a> {
     /// With these vertex streams, which the first draw binds: where nothing is drawn, nothing is bound.
-    fn new(recording: &'a Recording<'a>, streams: &'a [u32]) -> Self {
+    fn new(recording: &'a FrameContext<'a>, streams: &'a [u32]) -> Self {
         Self { recording, streams, casters: false, bound: None, deformed: None }
     }
 
     /// The same of casters.
-    fn of_casters(recording: &'a Recording<'a>, streams: &'a [u32]) -> Self {
+    fn of_casters(recording: &'a FrameContext<'a>, streams: &'a [u32]) -> Self {
         Self { casters: true, ..Self::new(recording, streams) }
     }
 
@@ -392,7 +392,7 @@ impl<'a> MeshDraws<'a> {
         // The plan has the mesh of each object that a pass draws, and its levels.
         let Some(range) = self.recording.scene.level(object.mesh, object.deform, level) else { return };
         let indices = if sorted.is_some() { Indices::Sorted } else { Indices::OfScene(range.width) };
-        let Recording { device, cmd, .. } = *self.recording;
+        let FrameContext { device, cmd, .. } = *self.recording;
         if self.deformed.is_none() {
             match self.casters {
                 true => self.recording.instances.bind_casters(device, cmd),
@@ -415,7 +415,7 @@ impl<'a> MeshDraws<'a> {
 
     /// Draws the objects that the device found visible in a step of depth, by some of its commands.
     fn draw_culled(&mut self, culling: &Culling, step: usize, state: &CulledState) {
-        let Recording { device, cmd, scene, .. } = *self.recording;
+        let FrameContext { device, cmd, scene, .. } = *self.recording;
         if self.deformed.is_none() {
             culling.bind(device, cmd);
         }
@@ -434,7 +434,7 @@ impl<'a> MeshDraws<'a> {
     }
 
     fn bind(&mut self, indices: Indices) {
-        let Recording { device, cmd, scene, sorted, .. } = *self.recording;
+        let FrameContext { device, cmd, scene, sorted, .. } = *self.recording;
         match (indices, sorted) {
             (Indices::OfScene(width), _) => scene.bind_indices(device, cmd, width),
             // SAFETY: the buffer has INDEX_BUFFER usage and lives until the frame that it belongs to is recorded anew.

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::screen::Input;
-use super::{Bound, How, Pass, Recording, Resource, SetLayouts, Slot, Touch};
+use super::{Bound, FrameContext, Pass, Resource, ResourceUse, SetLayouts, Slot, UseKind};
 use crate::gpu::{self, Buffer, Device};
-use crate::gpu_scene::{Culling, GpuScene, PoseBuffer, Seen, ShadowAtlas};
+use crate::gpu_scene::{Culling, GpuScene, PoseBuffer, ShadowAtlas, VisibilityLookup};
 use crate::plan::FramePlan;
 use crate::targets::Targets;
 use crate::visible::{Visible, World};
@@ -16,7 +16,7 @@ pub type Make = fn(&Making) -> gpu::Result<Box<dyn Object>>;
 /// The object of a pass, as its [`Pass::make`] makes it.
 pub trait Object: Send + Sync {
     /// Records the pass: inside its subpass, or outside of render passes between its barriers.
-    fn record(&self, recording: &Recording);
+    fn record(&self, recording: &FrameContext);
 
     /// Reads and writes other images, as of another size of the picture.
     ///
@@ -44,7 +44,7 @@ pub trait Object: Send + Sync {
 }
 
 /// An object on the device, with its pass.
-pub struct Made {
+pub struct PassObject {
     pub pass: &'static Pass,
     pub object: Box<dyn Object>,
 }
@@ -64,16 +64,16 @@ pub struct Making<'a> {
     /// Present where the plan culls on the device.
     pub culling: Option<&'a Culling>,
     /// Present where TILED looks up the surfaces that pixels show.
-    pub seen: Option<&'a Seen>,
+    pub seen: Option<&'a VisibilityLookup>,
     pub in_flight: usize,
     /// The pass.
     pub pass: &'static Pass,
     /// The touches of its subpass, or its own outside of render passes.
-    pub touches: Vec<Touch>,
+    pub touches: Vec<ResourceUse>,
     /// Render pass and subpass of a pass that draws.
     pub in_render_pass: Option<Slot>,
     /// The objects of the passes before it.
-    pub before: &'a [Made],
+    pub before: &'a [PassObject],
 }
 
 impl<'a> Making<'a> {
@@ -97,7 +97,7 @@ impl<'a> Making<'a> {
     /// The targets that the passes of its subpass read, at their bindings.
     pub fn inputs(&self) -> Vec<Input> {
         let all = self.touches.iter().filter_map(|touch| match (touch.how, touch.resource) {
-            (How::Input { binding } | How::Sampled { binding }, Resource::Target(target)) => {
+            (UseKind::Input { binding } | UseKind::Sampled { binding }, Resource::Target(target)) => {
                 Some((binding, self.targets.image(target).view, touch.layout()))
             }
             _ => None,
@@ -111,8 +111,8 @@ impl<'a> Making<'a> {
             let Resource::Target(target) = touch.resource else { return None };
             let image = self.targets.image(target);
             match touch.how {
-                How::Sampled { binding } => Some((binding, image.view, touch.layout())),
-                How::Storage { binding } => Some((binding, image.storage_view, touch.layout())),
+                UseKind::Sampled { binding } => Some((binding, image.view, touch.layout())),
+                UseKind::Storage { binding } => Some((binding, image.storage_view, touch.layout())),
                 _ => None,
             }
         });
@@ -134,7 +134,7 @@ impl<'a> Making<'a> {
 }
 
 /// The buffers that objects have made of a resource.
-pub fn buffers(objects: &[Made], resource: Resource) -> impl Iterator<Item = &Buffer> {
+pub fn buffers(objects: &[PassObject], resource: Resource) -> impl Iterator<Item = &Buffer> {
     let all = objects.iter().flat_map(|made| made.object.buffers());
     all.filter_map(move |(own, buffer)| (own == resource).then_some(buffer))
 }

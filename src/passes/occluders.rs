@@ -7,7 +7,8 @@ use ash::vk;
 
 use super::depth_only::DepthOnly;
 use super::{
-    EARLY_DEPTH_READ, First, LATE_DEPTH_WRITE, Object, Pass, Place, Recording, Slot, Touch, culling, frame_data, meshes,
+    EARLY_DEPTH_READ, First, FrameContext, LATE_DEPTH_WRITE, Object, Pass, PassName, ResourceUse, Slot, culling,
+    frame_data, meshes,
 };
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Target};
@@ -16,12 +17,12 @@ use crate::plan::{FramePlan, Target};
 const DEPTH_TEST: Use = EARLY_DEPTH_READ.or(LATE_DEPTH_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("OCCLUDERS"),
+    place: PassName::pass("OCCLUDERS"),
     time: "occluders",
     what: "depth of the largest objects, which may hide others",
     presence: culling::hiding,
     touches: |plan| {
-        let depth = Touch::depth_of(Target::Occluders, First::Clear, DEPTH_TEST)
+        let depth = ResourceUse::depth_of(Target::Occluders, First::Clear, DEPTH_TEST)
             .because("clears the depth of large objects and draws it");
         [depth, frame_data()].into_iter().chain(meshes(plan)).collect()
     },
@@ -47,7 +48,7 @@ impl Occluders {
 
 impl Object for Occluders {
     /// Draws them. Runs inside its render pass.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         self.0.record(recording, &recording.visible.occluders);
     }
 }

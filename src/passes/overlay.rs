@@ -10,7 +10,9 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
 use super::screen::{WindowPass, over, sampled_bindings, sampled_set, stages};
-use super::{COLOR_BLEND, First, How, NO_WINDOW, Pass, Place, Presence, Resource, SAMPLED, Touch, needed, shown};
+use super::{
+    COLOR_BLEND, First, NO_WINDOW, Pass, PassName, Presence, Resource, ResourceUse, SAMPLED, UseKind, needed, shown,
+};
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Image, ImageDesc, Location,
     MemoryKind, Owned, Sampler, SetLayout, UploadOrder, Uploader, pipeline_layout, sync::Use,
@@ -23,13 +25,13 @@ pub const BLEND: Use = COLOR_BLEND;
 pub const TEXTURE_READ: Use = SAMPLED;
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("OVERLAY"),
+    place: PassName::pass("OVERLAY"),
     time: "overlay",
     what: "draws panels over the picture",
     presence: |plan| Presence::when(plan.presented.is_some(), "only while panels are shown", NO_WINDOW),
     touches: |plan| {
-        let drawn = How::Color { location: 0, first: First::Undefined };
-        vec![Touch::new(shown(plan), drawn, BLEND), Touch::resource(Resource::PanelTextures, TEXTURE_READ)]
+        let drawn = UseKind::Color { location: 0, first: First::Undefined };
+        vec![ResourceUse::new(shown(plan), drawn, BLEND), ResourceUse::resource(Resource::PanelTextures, TEXTURE_READ)]
     },
     leave_out: None,
     make: None,

@@ -7,7 +7,8 @@ use ash::vk;
 use super::blending::{blend, limits, targets};
 use super::screen::{Input, Inputs, stages};
 use super::{
-    INPUT_READ, Making, Object, Pass, Place, Presence, Recording, Resource, Slot, Touch, air, frame_data, needed,
+    FrameContext, INPUT_READ, Making, Object, Pass, PassName, Presence, Resource, ResourceUse, Slot, air, frame_data,
+    needed,
 };
 use crate::gpu::{
     self, Buffer, DepthState, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, SetLayout,
@@ -26,21 +27,21 @@ pub const LAST_READ: Use = Use::new(vk::PipelineStageFlags::FRAGMENT_SHADER, vk:
 pub const DEPTH_READ: Use = INPUT_READ;
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("PARTICLES"),
+    place: PassName::pass("PARTICLES"),
     time: "particles",
     what: "particles, over what is behind them",
     presence: |plan| Presence::of(plan.effects.particles.as_ref(), "no particles are drawn"),
     touches: |plan| {
         let mut touches = targets(plan);
-        touches.push(Touch::input(0, Target::Depth, DEPTH_READ).because("reads depth, to fade near surfaces"));
+        touches.push(ResourceUse::input(0, Target::Depth, DEPTH_READ).because("reads depth, to fade near surfaces"));
         touches.extend([
             frame_data(),
-            Touch::resource(Resource::Buffers(PARTICLES), STATE_READ)
+            ResourceUse::resource(Resource::Buffers(PARTICLES), STATE_READ)
                 .because("fetches particles in the order in which SORT left them"),
         ]);
         touches.extend(air::touch(plan));
         if plan.effects.particles.as_ref().is_some_and(|own| !own.textures.is_empty()) {
-            touches.push(Touch::resource(Resource::Textures, TEXTURE_READ));
+            touches.push(ResourceUse::resource(Resource::Textures, TEXTURE_READ));
         }
         touches
     },
@@ -120,7 +121,7 @@ impl ParticlePass {
 
 impl Object for ParticlePass {
     /// Draws those that are alive. Runs inside its subpass.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         let count = recording.visible.emitters.count + u32::from(self.counts);
         if count == 0 {
             return;
@@ -135,7 +136,7 @@ impl Object for ParticlePass {
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
-        self.inputs.read_from(own.device, &own.inputs())
+        self.inputs.rebind(own.device, &own.inputs())
     }
 }
 

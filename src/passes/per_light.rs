@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::screen::{Input, Inputs, add, stages};
-use super::{Making, Object, Pass, Place, Presence, Recording, Resource, SetLayouts, Slot, Touch, needed};
+use super::{FrameContext, Making, Object, Pass, PassName, Presence, Resource, ResourceUse, SetLayouts, Slot, needed};
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout};
 use crate::gpu_scene::{POSITION, VERTEX_READ, vertex_input};
 use crate::plan::{Extras, FramePlan, Shading};
@@ -19,7 +19,7 @@ const PUSH_BYTES: u32 = 4;
 const _: () = assert!(shader::push::SIZE == PUSH_BYTES as usize);
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("PER_LIGHT"),
+    place: PassName::pass("PER_LIGHT"),
     time: "lighting",
     what: "adds lights one by one, in LIGHTING's subpass",
     presence: |plan| {
@@ -31,7 +31,7 @@ pub const PASS: Pass = Pass {
     },
     // Of attachments as LIGHTING, in whose subpass it draws.
     touches: |plan| {
-        plan.uploads.volumes.then_some(Touch::resource(Resource::Vertices, VERTEX_READ)).into_iter().collect()
+        plan.uploads.volumes.then_some(ResourceUse::resource(Resource::Vertices, VERTEX_READ)).into_iter().collect()
     },
     leave_out: None,
     make: Some(|own| Ok(Box::new(PerLight::new(own.device, own.plan, own.slot()?, own.layouts, &own.inputs())?))),
@@ -90,7 +90,7 @@ impl PerLight {
         Ok(Self { layout, pipeline, inputs })
     }
 
-    fn draw_rect(&self, recording: &Recording, rect: &LightRect) {
+    fn draw_rect(&self, recording: &FrameContext, rect: &LightRect) {
         let [x, y] = rect.offset.map(|edge| edge as i32);
         let [width, height] = rect.extent;
         let scissor = vk::Rect2D { offset: vk::Offset2D { x, y }, extent: vk::Extent2D { width, height } };
@@ -105,7 +105,7 @@ impl PerLight {
 
 impl Object for PerLight {
     /// Adds the lights. Runs inside LIGHTING's subpass, after its triangle.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         // Where no opaque surface is seen, every depth is that of the sky, which no light passes.
         if recording.visible.draws.is_empty() && recording.culling.is_none() {
             return;
@@ -141,7 +141,7 @@ impl Object for PerLight {
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
-        self.inputs.read_from(own.device, &own.inputs())
+        self.inputs.rebind(own.device, &own.inputs())
     }
 }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{Making, Object, Recording, Touch, gbuffer_inputs};
+use super::{FrameContext, Making, Object, ResourceUse, gbuffer_inputs};
 use crate::gpu::sync::Use;
 use crate::gpu::{
     self, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, binding, compute_pipeline, pipeline_layout,
@@ -21,10 +21,10 @@ pub(super) const GROUP: u32 = 8;
 pub type Bound = (u32, vk::ImageView, vk::ImageLayout);
 
 /// The targets of the G-buffer as a pass samples them that finds places by depth in every layout (`STORED` in `shaders/shared/gbuffer.wgsl`).
-pub(super) fn sampled_gbuffer(plan: &FramePlan, read: Use) -> Vec<Touch> {
+pub(super) fn sampled_gbuffer(plan: &FramePlan, read: Use) -> Vec<ResourceUse> {
     let others = gbuffer_inputs(plan).into_iter().filter(|(_, own)| ![Target::Depth, Target::Position].contains(own));
     let all = [(0, Target::Depth)].into_iter().chain(others);
-    all.map(|(binding, target)| Touch::sampled(binding, target, read).because("reads the G-buffer of a pixel"))
+    all.map(|(binding, target)| ResourceUse::sampled(binding, target, read).because("reads the G-buffer of a pixel"))
         .collect()
 }
 
@@ -64,7 +64,7 @@ impl PerPixel {
     }
 
     /// For so many texels across and down. Runs outside any render pass.
-    pub fn dispatch(&self, recording: &Recording, size: [u32; 2]) {
+    pub fn dispatch(&self, recording: &FrameContext, size: [u32; 2]) {
         let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
         let [across, down] = size.map(|edge| edge.div_ceil(GROUP));
         // SAFETY: `cmd` is being recorded outside a render pass; the sets are those of the layout, and the pass owns its own and outlives the
@@ -79,7 +79,7 @@ impl PerPixel {
 
 impl Object for PerPixel {
     /// Dispatches an invocation for every pixel.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         self.dispatch(recording, recording.size);
     }
 

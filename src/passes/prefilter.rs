@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
-use super::{Place, needed};
+use super::{PassName, needed};
 use crate::gpu::sync::{Dependency, Use};
 use crate::gpu::{
     self, CommandBuffer, DescriptorPool, Device, Image, Owned, SetLayout, SetWriter, ShaderStage, barrier, binding,
@@ -16,7 +16,7 @@ use crate::gpu_scene::{BASE_EDGE, LOBE_EDGE, LOBE_LEVELS, SkyMaps, TABLE_EDGE};
 use crate::plan::SkyPlan;
 use crate::shaders::prefilter::{self as shader, Flags};
 
-impl Place {
+impl PassName {
     /// Computes the sky's diffuse and specular light when the sky is uploaded.
     pub const PREFILTER: Self = Self::beside("PREFILTER");
 }

@@ -3,9 +3,9 @@
 
 use ash::vk;
 
-use super::{How, NO_WINDOW, Pass, Place, Presence, Resource, Touch, shown};
+use super::{NO_WINDOW, Pass, PassName, Presence, Resource, ResourceUse, UseKind, shown};
 use crate::gpu::{Device, Image, sync::Use};
-use crate::plan::Canvas;
+use crate::plan::PresentTarget;
 
 /// The first stage of a render pass that touches the swapchain's image, as an attachment. Presentation read the image before, and its semaphore has
 /// made that available.
@@ -19,25 +19,27 @@ pub const WRITE: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlag
 const READ: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_READ);
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("PRESENT"),
+    place: PassName::pass("PRESENT"),
     time: "present",
     what: "copies the picture into the image that the window shows, enlarged where that is larger",
     presence: |plan| {
         let why = match plan.presented {
-            Some(Canvas::Enlarge(_) | Canvas::EncodeKept(_)) => "the picture is kept: panels change over a copy of it",
+            Some(PresentTarget::Enlarge(_) | PresentTarget::EncodeKept(_)) => {
+                "the picture is kept: panels change over a copy of it"
+            }
             _ => "compute cannot store to an image that the hardware encodes",
         };
         let why_not = match plan.presented {
             None => NO_WINDOW,
-            Some(Canvas::Encode(_)) => "ENCODE draws into the swapchain's image",
+            Some(PresentTarget::Encode(_)) => "ENCODE draws into the swapchain's image",
             Some(_) => "the last pass draws straight into the swapchain's image",
         };
         Presence::when(plan.is_copied_to_be_shown(), why, why_not)
     },
     touches: |plan| {
         vec![
-            Touch::new(Resource::Target(plan.picture()), How::CopiedFrom, READ),
-            Touch::new(shown(plan), How::CopiedTo, WRITE),
+            ResourceUse::new(Resource::Target(plan.picture()), UseKind::CopiedFrom, READ),
+            ResourceUse::new(shown(plan), UseKind::CopiedTo, WRITE),
         ]
     },
     leave_out: None,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{Input, Making, Object, Pass, Place, Recording, Resource, Touch, culling};
+use super::{FrameContext, Input, Making, Object, Pass, PassName, Resource, ResourceUse, culling};
 use crate::gpu::{
     self, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, binding, compute_pipeline, pipeline_layout,
     sync::Use,
@@ -20,14 +20,15 @@ pub const DEPTH_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk:
 pub const PYRAMID_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("PYRAMID"),
+    place: PassName::pass("PYRAMID"),
     time: "pyramid",
     what: "the least depth of each square of the picture",
     presence: culling::hiding,
     touches: |_| {
         vec![
-            Touch::sampled(0, Target::Occluders, DEPTH_READ).because("reads the depth of all pixels of a square"),
-            Touch::resource(Resource::DepthPyramid, PYRAMID_WRITE).because("writes the least depth of each square"),
+            ResourceUse::sampled(0, Target::Occluders, DEPTH_READ).because("reads the depth of all pixels of a square"),
+            ResourceUse::resource(Resource::DepthPyramid, PYRAMID_WRITE)
+                .because("writes the least depth of each square"),
         ]
     },
     leave_out: None,
@@ -71,7 +72,7 @@ impl Pyramid {
 
 impl Object for Pyramid {
     /// Runs outside any render pass.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         let Some(culling) = recording.culling else { return };
         let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
         let [across, down] = culling.tiles();

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::per_pixel::{Bound, PerPixel, PerPixelDesc, sampled_gbuffer};
-use super::{Pass, Place, Presence, Touch, frame_data, needed};
+use super::{Pass, PassName, Presence, ResourceUse, frame_data, needed};
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, HIZ, RAYS, ReflectionPlan, Target};
 use crate::scene::Reflections;
@@ -21,7 +21,7 @@ pub const HIZ_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::A
 pub const RAYS_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("REFLECT"),
+    place: PassName::pass("REFLECT"),
     time: "reflect",
     what: "a ray of each smooth pixel through the depth buffer, and the light that it meets",
     presence: |plan| match &plan.effects.reflections {
@@ -31,9 +31,9 @@ pub const PASS: Pass = Pass {
     touches: |plan| {
         let mut touches = sampled_gbuffer(plan, GBUFFER_READ);
         touches.extend([
-            Touch::sampled(6, Target::Hdr, LIGHT_READ).because("reads the light where rays hit"),
-            Touch::sampled(7, HIZ, HIZ_READ).because("reads squares that other work groups of HIZ wrote"),
-            Touch::storage(8, RAYS, RAYS_WRITE).because("writes what its rays found"),
+            ResourceUse::sampled(6, Target::Hdr, LIGHT_READ).because("reads the light where rays hit"),
+            ResourceUse::sampled(7, HIZ, HIZ_READ).because("reads squares that other work groups of HIZ wrote"),
+            ResourceUse::storage(8, RAYS, RAYS_WRITE).because("writes what its rays found"),
             frame_data(),
         ]);
         touches

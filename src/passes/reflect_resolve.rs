@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::per_pixel::{Bound, PerPixel, PerPixelDesc, sampled_gbuffer};
-use super::{Pass, Place, Presence, Resource, Touch, frame_data, needed};
+use super::{Pass, PassName, Presence, Resource, ResourceUse, frame_data, needed};
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, RAYS, Target};
 use crate::shaders::reflect_resolve::{self as shader, Flags, constants};
@@ -24,7 +24,7 @@ pub const LIGHT_BLEND: Use = Use::new(
 );
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("REFLECT_RESOLVE"),
+    place: PassName::pass("REFLECT_RESOLVE"),
     time: "reflect resolve",
     what: "what rays found around each pixel, as its lobe mirrors it, in the place of the sky's light",
     presence: |plan| {
@@ -37,12 +37,12 @@ pub const PASS: Pass = Pass {
     touches: |plan| {
         let mut touches = sampled_gbuffer(plan, GBUFFER_READ);
         touches.extend([
-            Touch::sampled(6, RAYS, RAYS_READ).because("reads what rays found around each pixel"),
-            Touch::storage(7, Target::Hdr, LIGHT_BLEND).because("adds to the light that REFLECT has read"),
+            ResourceUse::sampled(6, RAYS, RAYS_READ).because("reads what rays found around each pixel"),
+            ResourceUse::storage(7, Target::Hdr, LIGHT_BLEND).because("adds to the light that REFLECT has read"),
             frame_data(),
         ]);
         if plan.is_lit_by_sky() {
-            touches.push(Touch::resource(Resource::SkyLight, SKY_READ));
+            touches.push(ResourceUse::resource(Resource::SkyLight, SKY_READ));
         }
         touches
     },

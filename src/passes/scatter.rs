@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{Object, Pass, Place, Presence, Recording, Resource, SetLayouts, Touch, air, frame_data, maps, needed};
+use super::{
+    FrameContext, Object, Pass, PassName, Presence, Resource, ResourceUse, SetLayouts, air, frame_data, maps, needed,
+};
 use crate::gpu::{
     self, Buffer, Device, Location, MemoryKind, Owned, SetLayout, ShaderStage, compute_pipeline, pipeline_layout,
     sync::Use,
@@ -19,12 +21,12 @@ pub const LIGHT_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk
 pub const MAP_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("SCATTER"),
+    place: PassName::pass("SCATTER"),
     time: "scatter",
     what: "the light that each froxel of fog scatters",
     presence: |plan| Presence::of(plan.froxels(), plan.lack_of_froxels()),
     touches: |plan| {
-        let light = Touch::resource(air::LIGHT, LIGHT_WRITE).because("writes the light of each froxel");
+        let light = ResourceUse::resource(air::LIGHT, LIGHT_WRITE).because("writes the light of each froxel");
         [frame_data(), light].into_iter().chain(maps(plan, MAP_READ)).collect()
     },
     leave_out: Some(|settings| settings.fog = Fog::Height),
@@ -79,7 +81,7 @@ impl Scatter {
 
 impl Object for Scatter {
     /// Runs outside any render pass.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
         let [across, down, deep] = self.groups;
         // SAFETY: `cmd` is being recorded outside a render pass; the sets are those of the layout, and the pass outlives the submission. The

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{Making, Object, Recording, Slot};
+use super::{FrameContext, Making, Object, Slot};
 use crate::gpu::{
     self, DepthState, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, RenderPass, Sampler,
     SetLayout, SetLayoutBinding, SetWriter, ShaderStage, SubpassDesc, binding, framebuffer, pipeline_layout,
@@ -80,7 +80,7 @@ impl Screen {
         Ok(Self { layout, pipeline })
     }
 
-    pub fn record(&self, recording: &Recording, sets: &[(u32, vk::DescriptorSet)]) {
+    pub fn record(&self, recording: &FrameContext, sets: &[(u32, vk::DescriptorSet)]) {
         recording.bind_pipeline(self.pipeline.raw);
         for &(index, set) in sets {
             recording.bind_set(self.layout.raw, index, set);
@@ -140,7 +140,7 @@ impl Inputs {
     }
 
     /// The same attachments, but other images. The set is a new one: frames that are under way may still read the old.
-    pub fn read_from(&mut self, device: &Arc<Device>, inputs: &[Input]) -> gpu::Result<()> {
+    pub fn rebind(&mut self, device: &Arc<Device>, inputs: &[Input]) -> gpu::Result<()> {
         let pool = input_pool(device, &self.name, inputs.len().max(1) as u32)?;
         self.set = input_set(device, &self.name, (&pool, &self.set_layout), inputs)?;
         self.pool = pool;
@@ -295,7 +295,7 @@ fn picture_before(own: &Making, target: Target) -> vk::ImageView {
 
 impl Object for Redraw {
     /// Draws the picture. Runs inside its render pass.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         recording.set_area();
         self.screen.record(recording, &[(0, self.set)]);
     }

@@ -10,8 +10,8 @@ use glam::Vec4;
 use super::spirv::with_cells;
 use super::surface::textured_stages;
 use super::{
-    EARLY_DEPTH_WRITE, First, How, LATE_DEPTH_WRITE, MeshDraws, Object, Pass, Place, Presence, Recording, Resource,
-    Slot, Touch, frame_data, meshes, needed,
+    EARLY_DEPTH_WRITE, First, FrameContext, LATE_DEPTH_WRITE, MeshDraws, Object, Pass, PassName, Presence, Resource,
+    ResourceUse, Slot, UseKind, frame_data, meshes, needed,
 };
 use crate::gpu::{
     self, DepthState, Device, Framebuffer, GraphicsPipeline, GraphicsPipelineDesc, Owned, framebuffer, pipeline_layout,
@@ -31,7 +31,7 @@ pub const MAP_CLEAR: Use = EARLY_DEPTH_WRITE;
 pub const MAP_STORE: Use = LATE_DEPTH_WRITE;
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("SHADOW"),
+    place: PassName::pass("SHADOW"),
     time: "shadow",
     what: "depth maps of lights, a render pass each, those in which something has moved",
     presence: |plan| match &plan.shadow {
@@ -40,8 +40,8 @@ pub const PASS: Pass = Pass {
         None => Presence::Out(plan.reasons.shadow.clone()),
     },
     touches: |plan| {
-        let how = How::Depth { first: First::Clear };
-        let map = Touch::new(Resource::ShadowMaps, how, MAP_CLEAR.or(MAP_STORE))
+        let how = UseKind::Depth { first: First::Clear };
+        let map = ResourceUse::new(Resource::ShadowMaps, how, MAP_CLEAR.or(MAP_STORE))
             .because("clears and draws the maps that have changed");
         [map, frame_data()].into_iter().chain(meshes(plan)).collect()
     },
@@ -190,7 +190,7 @@ impl Shadow {
     }
 
     /// Begins the render pass over a map's square, draws the casters, ends it.
-    fn record_map(&self, recording: &Recording, view: &ShadowView, casters: (&[Caster], u32)) {
+    fn record_map(&self, recording: &FrameContext, view: &ShadowView, casters: (&[Caster], u32)) {
         let tile = view.tile;
         let area = vk::Rect2D {
             offset: vk::Offset2D { x: tile.x as i32, y: tile.y as i32 },
@@ -220,7 +220,7 @@ impl Shadow {
     }
 
     /// `first` is the place of the first caster among the frame's.
-    fn draw(&self, recording: &Recording, view: &ShadowView, (casters, mut first): (&[Caster], u32)) {
+    fn draw(&self, recording: &FrameContext, view: &ShadowView, (casters, mut first): (&[Caster], u32)) {
         // The streams that some caster needs are bound at once: a draw without holes fetches positions alone.
         let keys = casters.iter().map(|own| CasterKey::of(&recording.world.objects[own.object], false));
         let streams: BTreeSet<u32> = keys.flat_map(|key| inputs(key).iter().copied()).collect();
@@ -258,7 +258,7 @@ impl Shadow {
 
 impl Object for Shadow {
     /// Draws the maps that the frame has to draw anew.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         let mut first = 0;
         for draw in recording.stale_maps {
             if let Some(view) = &recording.visible.shadows[draw.map] {
@@ -288,7 +288,7 @@ impl Batch {
 }
 
 /// Returns the push constants by which a caster's material cuts holes.
-fn push(recording: &Recording, object: &WorldObject) -> Push {
+fn push(recording: &FrameContext, object: &WorldObject) -> Push {
     let material = &recording.world.materials[object.material];
     Push {
         alpha: material.alpha,

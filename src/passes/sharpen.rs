@@ -7,8 +7,8 @@ use ash::vk;
 
 use super::screen::{Screen, ScreenDesc, replace};
 use super::{
-    COLOR_READ, COLOR_WRITE, First, Making, Object, Pass, Place, Presence, Recording, Resource, SAMPLED, Slot, Touch,
-    needed,
+    COLOR_READ, COLOR_WRITE, First, FrameContext, Making, Object, Pass, PassName, Presence, Resource, ResourceUse,
+    SAMPLED, Slot, needed,
 };
 use crate::gpu::{self, Buffer, DescriptorPool, Device, SetLayout, SetWriter, binding, sync::Use};
 use crate::plan::{FramePlan, TAA_MEAN, TaaPlan, Target};
@@ -20,14 +20,14 @@ pub const HISTORY_READ: Use = SAMPLED;
 pub const LIGHT_WRITE: Use = COLOR_WRITE.or(COLOR_READ);
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("SHARPEN"),
+    place: PassName::pass("SHARPEN"),
     time: "sharpen",
     what: "what was averaged over time, as light again, and sharpened",
     presence: |plan| Presence::when(plan.averages_over_time(), "asked for", plan.reasons.lack_of("TAA")),
     touches: |_| {
         vec![
-            Touch::resource(Resource::Kept(TAA_MEAN), HISTORY_READ).because("reads what TAA averaged"),
-            Touch::color(0, Target::Hdr, First::Undefined, LIGHT_WRITE)
+            ResourceUse::resource(Resource::Kept(TAA_MEAN), HISTORY_READ).because("reads what TAA averaged"),
+            ResourceUse::color(0, Target::Hdr, First::Undefined, LIGHT_WRITE)
                 .because("overwrites the light that TAA has read"),
         ]
     },
@@ -79,27 +79,19 @@ impl Sharpen {
         let (pool, sets) = bound(device, &layout, histories)?;
         Ok(Self { screen, layout, pool, sets })
     }
-
-    /// Reads others, as of another size.
-    ///
-    /// # Errors
-    /// When there is no memory for a set.
-    pub fn read_from(&mut self, device: &Arc<Device>, histories: [&Buffer; 2]) -> gpu::Result<()> {
-        (self.pool, self.sets) = bound(device, &self.layout, histories)?;
-        Ok(())
-    }
 }
 
 impl Object for Sharpen {
     /// Runs inside its subpass.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         // TAA has left no viewport.
         recording.set_area();
         self.screen.record(recording, &[(0, self.sets[recording.place])]);
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
-        self.read_from(own.device, histories(own)?)
+        (self.pool, self.sets) = bound(own.device, &self.layout, histories(own)?)?;
+        Ok(())
     }
 }
 

@@ -5,7 +5,9 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
-use super::{Object, Pass, Place, Presence, Recording, Resource, SetLayouts, Touch, frame_data, maps, needed};
+use super::{
+    FrameContext, Object, Pass, PassName, Presence, Resource, ResourceUse, SetLayouts, frame_data, maps, needed,
+};
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, ShaderStage, binding,
     compute_pipeline, pipeline_layout, sync::Use,
@@ -20,12 +22,12 @@ pub const STATE_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk
 pub const MAP_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("SIMULATE"),
+    place: PassName::pass("SIMULATE"),
     time: "simulate",
     what: "particles of the moment, lit",
     presence: |plan| Presence::of(plan.effects.particles.as_ref(), "no particles are drawn"),
     touches: |plan| {
-        let states = Touch::resource(Resource::Buffers(PARTICLES), STATE_WRITE).because("writes states and keys");
+        let states = ResourceUse::resource(Resource::Buffers(PARTICLES), STATE_WRITE).because("writes states and keys");
         [frame_data(), states].into_iter().chain(maps(plan, MAP_READ)).collect()
     },
     leave_out: None,
@@ -155,7 +157,7 @@ impl Simulate {
 
 impl Object for Simulate {
     /// Runs outside any render pass.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         let count = recording.visible.emitters.count;
         if count == 0 {
             return;

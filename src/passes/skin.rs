@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{Object, Pass, Place, Presence, Recording, Resource, Touch};
+use super::{FrameContext, Object, Pass, PassName, Presence, Resource, ResourceUse};
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, binding, compute_pipeline,
     pipeline_layout, sync::Use,
@@ -21,7 +21,7 @@ pub const BEFORE_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk
 pub const VERTEX_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("SKIN"),
+    place: PassName::pass("SKIN"),
     time: "skin",
     what: "vertices of deformed meshes, when their pose is another",
     presence: |plan| {
@@ -33,9 +33,9 @@ pub const PASS: Pass = Pass {
     },
     touches: |plan| {
         vec![
-            Touch::resource(Resource::RestMeshes, SOURCE_READ),
-            Touch::resource(Resource::FrameData, SOURCE_READ),
-            Touch::resource(Resource::DeformedVertices, vertex_use(plan))
+            ResourceUse::resource(Resource::RestMeshes, SOURCE_READ),
+            ResourceUse::resource(Resource::FrameData, SOURCE_READ),
+            ResourceUse::resource(Resource::DeformedVertices, vertex_use(plan))
                 .because("writes the vertices that draws fetch"),
         ]
     },
@@ -91,7 +91,7 @@ impl Skin {
 
 impl Object for Skin {
     /// Writes the vertices of the frame's pose. Runs outside any render pass.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         let (raw, cmd) = (&recording.device.raw, recording.cmd);
         let point = vk::PipelineBindPoint::COMPUTE;
         let [columns, rows] = self.push.groups();

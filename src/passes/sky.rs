@@ -3,14 +3,16 @@
 use std::sync::Arc;
 
 use super::screen::{Screen, ScreenDesc, replace};
-use super::{Object, Pass, Place, Presence, Recording, Resource, SetLayouts, Slot, Touch, frame_data, needed};
+use super::{
+    FrameContext, Object, Pass, PassName, Presence, Resource, ResourceUse, SetLayouts, Slot, frame_data, needed,
+};
 use crate::gpu::{self, Device};
 use crate::gpu_scene::TEXTURE_READ;
 use crate::plan::{FramePlan, Shading, ToneMapping};
 use crate::shaders::sky::{self as shader, Flags, constants};
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("SKY"),
+    place: PassName::pass("SKY"),
     time: "sky",
     what: "the sky, where nothing is seen before it",
     presence: |plan| match &plan.effects.sky {
@@ -22,7 +24,7 @@ pub const PASS: Pass = Pass {
         None => Presence::Out("this view has no background".into()),
     },
     // It draws into the attachments of the pass before it.
-    touches: |_| vec![frame_data(), Touch::resource(Resource::Textures, TEXTURE_READ)],
+    touches: |_| vec![frame_data(), ResourceUse::resource(Resource::Textures, TEXTURE_READ)],
     leave_out: None,
     make: Some(|own| Ok(Box::new(SkyPass::new(own.device, own.plan, own.slot()?, own.layouts)?))),
 };
@@ -62,7 +64,7 @@ impl SkyPass {
 
 impl Object for SkyPass {
     /// Draws the sky. Runs inside its subpass.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         recording.set_area();
         self.screen.record(recording, &[(0, recording.frame_set)]);
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
-use super::{Object, Pass, Place, Presence, Recording, Resource, Touch, needed};
+use super::{FrameContext, Object, Pass, PassName, Presence, Resource, ResourceUse, needed};
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, binding, compute_pipeline,
     pipeline_layout, sync::Use,
@@ -19,7 +19,7 @@ pub const KEY_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::A
 pub const KEY_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("SORT"),
+    place: PassName::pass("SORT"),
     time: "sort",
     what: "particles from back to front",
     presence: |plan| match plan.effects.particles {
@@ -29,7 +29,7 @@ pub const PASS: Pass = Pass {
     },
     touches: |_| {
         vec![
-            Touch::resource(Resource::Buffers(PARTICLES), KEY_READ.or(KEY_WRITE))
+            ResourceUse::resource(Resource::Buffers(PARTICLES), KEY_READ.or(KEY_WRITE))
                 .because("compares keys and exchanges them, step by step"),
         ]
     },
@@ -95,7 +95,7 @@ impl Sort {
 
 impl Object for Sort {
     /// Sorts the first so many keys, a power of two. `between` records the barrier before each step but the first. Runs outside any render pass.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         let count = recording.visible.emitters.count;
         if count == 0 {
             return;

@@ -2,18 +2,18 @@
 
 use ash::vk;
 
-use super::{How, NO_WINDOW, Pass, Place, Presence, Touch, shown};
+use super::{NO_WINDOW, Pass, PassName, Presence, ResourceUse, UseKind, shown};
 use crate::gpu::{Device, Image, sync::Use};
 
 /// Writes a part of the window's picture, and keeps the rest.
 pub const WRITE: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE);
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("SPLIT"),
+    place: PassName::pass("SPLIT"),
     time: "split",
     what: "copies a part of another picture over this one",
     presence: |plan| Presence::when(plan.presented.is_some(), "only while the window is split", NO_WINDOW),
-    touches: |plan| vec![Touch::new(shown(plan), How::CopiedTo, WRITE)],
+    touches: |plan| vec![ResourceUse::new(shown(plan), UseKind::CopiedTo, WRITE)],
     leave_out: None,
     make: None,
 };

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{Making, Resource, SAMPLED, Touch};
+use super::{Making, Resource, ResourceUse, SAMPLED};
 use crate::gpu::{self, Buffer, DescriptorPool, Device, SetLayout, SetWriter, binding, sync::Use};
 use crate::plan::{BLOOM_LEVELS, FramePlan};
 
@@ -12,9 +12,10 @@ use crate::plan::{BLOOM_LEVELS, FramePlan};
 pub const LEVEL_READ: Use = SAMPLED;
 
 /// Reads the spread light, where the plan has it.
-pub(super) fn touch(plan: &FramePlan) -> Option<Touch> {
-    is_in(plan)
-        .then(|| Touch::resource(Resource::Buffers(BLOOM_LEVELS), LEVEL_READ).because("reads the first level of bloom"))
+pub(super) fn touch(plan: &FramePlan) -> Option<ResourceUse> {
+    is_in(plan).then(|| {
+        ResourceUse::resource(Resource::Buffers(BLOOM_LEVELS), LEVEL_READ).because("reads the first level of bloom")
+    })
 }
 
 /// Returns true if there is spread light to be added.

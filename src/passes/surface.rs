@@ -10,7 +10,7 @@ use glam::Vec3;
 use super::air::air_constants;
 use super::screen::stages;
 use super::spirv::bound_fragment;
-use super::{MeshDraws, Recording, SetLayouts, Slot, needed};
+use super::{FrameContext, MeshDraws, SetLayouts, Slot, needed};
 use crate::gpu::{
     self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, SetLayout, ShaderStage, pipeline_layout,
 };
@@ -145,7 +145,7 @@ impl Surfaces {
 
     /// Draws instances in this order. Runs inside the subpass of the pipelines. A draw takes the mesh's indices from the scene's
     /// buffer, or as many from the frame's sorted ones where it has a place in them.
-    pub fn record<'a>(&self, recording: &Recording, draws: impl Iterator<Item = (&'a Draw, Option<u32>)>) {
+    pub fn record<'a>(&self, recording: &FrameContext, draws: impl Iterator<Item = (&'a Draw, Option<u32>)>) {
         recording.set_area();
         let mut meshes = MeshDraws::new(recording, &self.streams);
         let mut bound = Bound::default();
@@ -157,7 +157,7 @@ impl Surfaces {
     }
 
     /// Draws the objects that the device found visible, near ones first.
-    fn record_culled(&self, recording: &Recording, culling: &Culling) {
+    fn record_culled(&self, recording: &FrameContext, culling: &Culling) {
         recording.set_area();
         let mut meshes = MeshDraws::new(recording, &self.streams);
         let mut bound = Bound::default();
@@ -170,7 +170,7 @@ impl Surfaces {
     }
 
     /// Binds the pipeline and the material of an object, where others are bound, and pushes its values.
-    fn bind(&self, recording: &Recording, object: &WorldObject, bound: &mut Bound) {
+    fn bind(&self, recording: &FrameContext, object: &WorldObject, bound: &mut Bound) {
         let key = object.key;
         // The plan has a key for each object of the scene (plan.rs), and the pass a pipeline for each key.
         let pipeline = &self.pipelines[&key];
@@ -197,7 +197,7 @@ impl Surfaces {
     }
 
     /// Draws the opaque surfaces that are visible.
-    pub fn record_opaque(&self, recording: &Recording) {
+    pub fn record_opaque(&self, recording: &FrameContext) {
         if let Some(culling) = recording.culling {
             return self.record_culled(recording, culling);
         }
@@ -206,7 +206,7 @@ impl Surfaces {
         self.record(recording, draws.iter().map(|draw| (draw, None)));
     }
 
-    fn push(&self, recording: &Recording, object: &WorldObject) -> Push {
+    fn push(&self, recording: &FrameContext, object: &WorldObject) -> Push {
         let material = &recording.world.materials[object.material];
         Push {
             base_color: material.base_color,

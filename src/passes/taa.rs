@@ -9,14 +9,14 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use glam::Mat4;
 
-use super::{Input, Making, Object, Pass, Place, Presence, Recording, Resource, Touch, needed};
+use super::{FrameContext, Input, Making, Object, Pass, PassName, Presence, Resource, ResourceUse, needed};
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, ShaderStage, binding,
     compute_pipeline, pipeline_layout, sync::Use,
 };
 use crate::plan::{FramePlan, TAA_MEAN, TaaPlan, Target, VECTORS, Vectors};
 use crate::shaders::taa::{self as shader, Flags, constants};
-use crate::visible::Since;
+use crate::visible::PreviousFrame;
 
 /// Reads light, depth and vectors, of a pixel and its neighbours.
 pub const FRAME_READ: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
@@ -28,20 +28,20 @@ pub const HISTORY_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, 
 const LOOKS: &str = "looks at a pixel and its neighbours";
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("TAA"),
+    place: PassName::pass("TAA"),
     time: "taa",
     what: "averages with what frames before saw of the same surfaces",
     presence: |plan| Presence::when(plan.averages_over_time(), "asked for", plan.reasons.lack_of("TAA")),
     touches: |plan| {
         let mut touches = vec![
-            Touch::sampled(LIGHT, Target::Hdr, FRAME_READ).because(LOOKS),
-            Touch::sampled(DEPTH, Target::Depth, FRAME_READ).because(LOOKS),
-            Touch::resource(Resource::KeptBefore(TAA_MEAN), HISTORY_READ)
+            ResourceUse::sampled(LIGHT, Target::Hdr, FRAME_READ).because(LOOKS),
+            ResourceUse::sampled(DEPTH, Target::Depth, FRAME_READ).because(LOOKS),
+            ResourceUse::resource(Resource::KeptBefore(TAA_MEAN), HISTORY_READ)
                 .because("reads the mean that the last frame wrote"),
-            Touch::resource(Resource::Kept(TAA_MEAN), HISTORY_WRITE)
+            ResourceUse::resource(Resource::Kept(TAA_MEAN), HISTORY_WRITE)
                 .because("overwrites the mean that the last frame read"),
         ];
-        touches.extend(plan.has_velocity().then(|| Touch::sampled(VELOCITY, VECTORS, FRAME_READ).because(LOOKS)));
+        touches.extend(plan.has_velocity().then(|| ResourceUse::sampled(VELOCITY, VECTORS, FRAME_READ).because(LOOKS)));
         touches
     },
     leave_out: Some(|settings| settings.taa = false),
@@ -129,21 +129,11 @@ impl Taa {
         let (pool, sets) = bound(device, &set_layout, &histories, inputs)?;
         Ok(Self { histories, layout, pipeline, set_layout, pool, sets })
     }
-
-    /// Looks at another picture, as of another size, of which there is no history yet.
-    ///
-    /// # Errors
-    /// When the device lacks the memory.
-    pub fn resize(&mut self, device: &Arc<Device>, plan: &FramePlan, inputs: &[Input]) -> gpu::Result<()> {
-        self.histories = histories(device, plan)?;
-        (self.pool, self.sets) = bound(device, &self.set_layout, &self.histories, inputs)?;
-        Ok(())
-    }
 }
 
 impl Object for Taa {
     /// Runs outside any render pass.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         let Some(since) = recording.since else { return };
         let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
         let [across, down] = recording.size.map(|edge| edge.div_ceil(GROUP));
@@ -157,8 +147,11 @@ impl Object for Taa {
         }
     }
 
+    /// A picture of another size has no history yet.
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
-        self.resize(own.device, own.plan, &own.inputs())
+        self.histories = histories(own.device, own.plan)?;
+        (self.pool, self.sets) = bound(own.device, &self.set_layout, &self.histories, &own.inputs())?;
+        Ok(())
     }
 
     fn buffers(&self) -> Vec<(Resource, &Buffer)> {
@@ -167,7 +160,7 @@ impl Object for Taa {
     }
 }
 
-fn push(since: &Since) -> Push {
+fn push(since: &PreviousFrame) -> Push {
     let before = since.before.as_ref().unwrap_or(&since.now);
     let flag = |bit, is_set| if is_set { bit } else { 0 };
     Push {

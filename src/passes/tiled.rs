@@ -10,13 +10,14 @@ use super::background::{background, exposed_background};
 use super::curves::encode_srgb;
 use super::spirv::with_lengths;
 use super::{
-    Making, Object, Pass, Place, Presence, Recording, Resource, SetLayouts, Touch, frame_data, gbuffer_inputs, maps,
+    FrameContext, Making, Object, Pass, PassName, Presence, Resource, ResourceUse, SetLayouts, frame_data,
+    gbuffer_inputs, maps,
 };
 use crate::gpu::{
     self, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, binding, compute_pipeline, pipeline_layout,
     sync::Use,
 };
-use crate::gpu_scene::Seen;
+use crate::gpu_scene::VisibilityLookup;
 use crate::plan::{FramePlan, HDR, OUTPUT_PLAIN, Shading, Target, ToneMapping};
 use crate::scene::TextureSlot;
 use crate::shaders::tiled::{self as shader, Flags, constants};
@@ -36,7 +37,7 @@ pub const EMISSIVE: u32 = 6;
 const OUTPUT: u32 = 7;
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("TILED"),
+    place: PassName::pass("TILED"),
     time: "lighting",
     what: "every light on every pixel, tile by tile, in a compute shader",
     presence: |plan| {
@@ -48,10 +49,10 @@ pub const PASS: Pass = Pass {
     },
     touches: |plan| {
         let stored = stored_inputs(plan).into_iter().map(|(binding, target)| {
-            Touch::sampled(binding, target, GBUFFER_READ).because("reads what GEOMETRY stored of its tile")
+            ResourceUse::sampled(binding, target, GBUFFER_READ).because("reads what GEOMETRY stored of its tile")
         });
         let others = [
-            Touch::storage(OUTPUT, Target::Output, OUTPUT_WRITE).because("writes every pixel of the picture"),
+            ResourceUse::storage(OUTPUT, Target::Output, OUTPUT_WRITE).because("writes every pixel of the picture"),
             frame_data(),
         ];
         stored.chain(others).chain(maps(plan, MAP_READ)).chain(looked_up(plan)).collect()
@@ -65,12 +66,12 @@ pub const PASS: Pass = Pass {
 };
 
 /// The meshes and textures of the surfaces in pixels, where there is no G-buffer.
-fn looked_up(plan: &FramePlan) -> impl Iterator<Item = Touch> {
+fn looked_up(plan: &FramePlan) -> impl Iterator<Item = ResourceUse> {
     let (is_any, uploads) = (plan.triangles.is_some(), plan.uploads);
     [
-        (uploads.vertices, Touch::resource(Resource::Vertices, LOOK_UP)),
-        (uploads.vertices, Touch::resource(Resource::Indices, LOOK_UP)),
-        (uploads.textures, Touch::resource(Resource::Textures, LOOK_UP)),
+        (uploads.vertices, ResourceUse::resource(Resource::Vertices, LOOK_UP)),
+        (uploads.vertices, ResourceUse::resource(Resource::Indices, LOOK_UP)),
+        (uploads.textures, ResourceUse::resource(Resource::Textures, LOOK_UP)),
     ]
     .into_iter()
     .filter_map(move |(is_in, touch)| (is_any && is_in).then_some(touch))
@@ -148,7 +149,7 @@ impl Tiled {
         device: &Arc<Device>,
         plan: &FramePlan,
         layouts: SetLayouts,
-        seen: Option<&Seen>,
+        seen: Option<&VisibilityLookup>,
         (stored, output): (&[Stored], vk::ImageView),
         background: Background,
     ) -> gpu::Result<Self> {
@@ -184,7 +185,7 @@ impl Tiled {
 
 impl Object for Tiled {
     /// Lights the picture. Runs outside any render pass.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         let (raw, cmd) = (&recording.device.raw, recording.cmd);
         let point = vk::PipelineBindPoint::COMPUTE;
         let mut sets = vec![recording.frame_set, self.set];

@@ -6,7 +6,8 @@ use ash::vk;
 
 use super::screen::{Screen, ScreenDesc, replace};
 use super::{
-    COLOR_BLEND, First, Object, Pass, Place, Presence, Recording, SetLayouts, Slot, Touch, frame_data, needed,
+    COLOR_BLEND, First, FrameContext, Object, Pass, PassName, Presence, ResourceUse, SetLayouts, Slot, frame_data,
+    needed,
 };
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::FramePlan;
@@ -16,7 +17,7 @@ use crate::shaders::tone::{self as shader, Flags, constants};
 pub const PICTURE_BLEND: Use = COLOR_BLEND;
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("TONE"),
+    place: PassName::pass("TONE"),
     time: "tone",
     what: "darkens the picture as a lens and a film do: vignette and grain",
     presence: |plan| {
@@ -24,7 +25,7 @@ pub const PASS: Pass = Pass {
     },
     touches: |plan| {
         vec![
-            Touch::color(0, plan.picture(), First::Undefined, PICTURE_BLEND)
+            ResourceUse::color(0, plan.picture(), First::Undefined, PICTURE_BLEND)
                 .because("multiplies what is finished of its pixel"),
             frame_data(),
         ]
@@ -67,7 +68,7 @@ impl Tone {
 
 impl Object for Tone {
     /// Darkens the picture. Runs inside its subpass.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         recording.set_area();
         self.screen.record(recording, &[(0, recording.frame_set)]);
     }

@@ -2,7 +2,9 @@
 
 use super::screen::{Inputs, Screen, ScreenDesc, replace};
 use super::spread::{self, SpreadLight};
-use super::{COLOR_WRITE, First, INPUT_READ, Making, Object, Pass, Place, Presence, Recording, Touch, needed};
+use super::{
+    COLOR_WRITE, First, FrameContext, INPUT_READ, Making, Object, Pass, PassName, Presence, ResourceUse, needed,
+};
 use crate::gpu::{self, sync::Use};
 use crate::plan::{FramePlan, Target, ToneMapping};
 use crate::scene::Resolve;
@@ -15,7 +17,7 @@ pub const OUTPUT_WRITE: Use = COLOR_WRITE;
 
 // ANCHOR: pass
 pub const PASS: Pass = Pass {
-    place: Place::pass("TONEMAP"),
+    place: PassName::pass("TONEMAP"),
     time: "tonemap",
     what: "scene light into display light",
     presence: |plan| {
@@ -28,10 +30,10 @@ pub const PASS: Pass = Pass {
         Presence::when(plan.has_tonemap_subpass(), "light is blended or averaged before it is tone-mapped", why_not)
     },
     touches: |plan| {
-        let light = Touch::input(0, Target::Hdr, HDR_READ)
+        let light = ResourceUse::input(0, Target::Hdr, HDR_READ)
             .of_all_samples(plan.msaa > 1)
             .because("reads the light of its pixel");
-        let output = Touch::color(0, Target::Output, First::Undefined, OUTPUT_WRITE).because("draws the picture");
+        let output = ResourceUse::color(0, Target::Output, First::Undefined, OUTPUT_WRITE).because("draws the picture");
         [light, output].into_iter().chain(spread::touch(plan)).collect()
     },
     leave_out: None,
@@ -87,7 +89,7 @@ impl TonemapPass {
 
 impl Object for TonemapPass {
     /// Tone-maps the picture. Runs inside its subpass.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         // The passes that spread light have left no viewport.
         if self.spread.is_some() {
             recording.set_area();
@@ -97,7 +99,7 @@ impl Object for TonemapPass {
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
-        self.inputs.read_from(own.device, &own.inputs())?;
+        self.inputs.rebind(own.device, &own.inputs())?;
         self.spread.as_mut().map_or(Ok(()), |spread| spread.rebind(own))
     }
 }

@@ -8,8 +8,8 @@ use ash::vk;
 use super::blending::{blend, limits, targets};
 use super::surface::{LitDesc, Surfaces, lit_pipeline};
 use super::{
-    Object, Pass, Place, Presence, Recording, SAMPLED, SetLayouts, Slot, Touch, air, frame_data, maps, meshes,
-    sky_light,
+    FrameContext, Object, Pass, PassName, Presence, ResourceUse, SAMPLED, SetLayouts, Slot, air, frame_data, maps,
+    meshes, sky_light,
 };
 use crate::gpu::{self, DepthState, Device, sync::Use};
 use crate::gpu_scene::GpuScene;
@@ -21,7 +21,7 @@ use crate::shaders::forward::Flags;
 pub const MAP_READ: Use = SAMPLED;
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("TRANSPARENT"),
+    place: PassName::pass("TRANSPARENT"),
     time: "transparent",
     what: "surfaces that show what lies behind them",
     presence: |plan| match (drawn_alone(plan), plan.transparency) {
@@ -45,7 +45,7 @@ fn drawn_alone(plan: &FramePlan) -> Option<&'static str> {
     effects::of(plan).find(|effect| effect.blended.is_some() && !draws_surfaces).map(|effect| effect.name)
 }
 
-fn touches(plan: &FramePlan) -> Vec<Touch> {
+fn touches(plan: &FramePlan) -> Vec<ResourceUse> {
     let mut touches = targets(plan);
     touches.push(frame_data());
     touches.extend(meshes(plan));
@@ -88,7 +88,7 @@ impl Transparent {
 
 impl Object for Transparent {
     /// Draws visible objects, the farthest first. Runs inside its subpass.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         let draws = recording.visible.transparent.iter().map(|own| (&own.draw, own.first_index));
         self.surfaces.record(recording, draws);
     }
@@ -121,7 +121,7 @@ mod tests {
     use super::super::surface::Limits;
     use super::*;
     use crate::gpu_scene::{COLOR, LOOK, NORMAL, NUMBER, POSITION, ROWS, SECOND_UV, TANGENT, UV};
-    use crate::plan::{Sums, samples};
+    use crate::plan::{OitTargets, samples};
     use crate::shaders::forward as shader;
 
     #[test]
@@ -160,7 +160,7 @@ mod tests {
         // The same where the device blends single floats, into light of any format.
         let plans = plans.flat_map(|(name, plan)| {
             let (mut single, mut bright) = (plan.clone(), plan.clone());
-            single.sums = plan.sums.and(Some(Sums::SINGLE));
+            single.sums = plan.sums.and(Some(OitTargets::SINGLE));
             (bright.sums, bright.hdr) = (single.sums, Some(vk::Format::R32G32B32A32_SFLOAT));
             [plan, single, bright].map(|plan| (name.clone(), plan))
         });
@@ -180,14 +180,14 @@ mod tests {
                         kinds[0] += 1;
                     }
                     None => {}
-                    Some(Sums::SINGLE) => {
+                    Some(OitTargets::SINGLE) => {
                         assert!(layers * f64::from(peak) < 1.01e38 && weight <= peak, "{name}: {triangles}, {peak}");
                         let faintest = (weight * least).min(peak / (largest + highlight)) / 255.0;
                         assert!(faintest.is_normal(), "{name}: {triangles}, {faintest}");
                         kinds[1] += 1;
                     }
                     Some(sums) => {
-                        assert_eq!(sums, Sums::HALF);
+                        assert_eq!(sums, OitTargets::HALF);
                         let counted = layers * (f64::from(peak) + 16.0) <= 64000.5;
                         assert!(weight <= peak && least <= 1.0 && (counted || peak <= 16.0), "{name}: {triangles}");
                         assert!(weight * least / 255.0 >= f16::MIN_POSITIVE.to_f32(), "{name}: {triangles}");
@@ -243,7 +243,7 @@ mod tests {
             let found = samples::plans()
                 .into_iter()
                 .map(|(_, plan)| plan)
-                .find(|plan| plan.sums == Some(Sums::HALF) && plan.has_tonemap_subpass() != linear);
+                .find(|plan| plan.sums == Some(OitTargets::HALF) && plan.has_tonemap_subpass() != linear);
             found.unwrap_or_else(|| panic!("no plan with linear = {linear}"))
         })
     }

@@ -12,8 +12,8 @@ use glam::Vec4;
 
 use super::screen::{replace, stages};
 use super::{
-    COLOR_WRITE, DEPTH_COMPARE, EARLY_DEPTH_READ, First, MeshDraws, Object, Pass, Place, Presence, Recording, Resource,
-    Slot, Touch, frame_data, meshes, needed,
+    COLOR_WRITE, DEPTH_COMPARE, EARLY_DEPTH_READ, First, FrameContext, MeshDraws, Object, Pass, PassName, Presence,
+    Resource, ResourceUse, Slot, frame_data, meshes, needed,
 };
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout, sync::Use};
 use crate::gpu_scene::{POSITION, POSITION_BEFORE, ROWS, vertex_input};
@@ -26,7 +26,7 @@ pub const VECTOR_WRITE: Use = COLOR_WRITE;
 pub const DEPTH_READ: Use = EARLY_DEPTH_READ.or(DEPTH_COMPARE);
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("VELOCITY"),
+    place: PassName::pass("VELOCITY"),
     time: "velocity",
     what: "how far what moves by itself has come since the frame before",
     presence: |plan| match plan.effects.taa {
@@ -39,11 +39,11 @@ pub const PASS: Pass = Pass {
     },
     touches: |plan| {
         let own = [
-            Touch::depth(First::Undefined, DEPTH_READ).because("draws where depth is that of the picture"),
-            Touch::color(0, VECTORS, First::Clear, VECTOR_WRITE).because("clears the vectors and writes them"),
+            ResourceUse::depth(First::Undefined, DEPTH_READ).because("draws where depth is that of the picture"),
+            ResourceUse::color(0, VECTORS, First::Clear, VECTOR_WRITE).because("clears the vectors and writes them"),
             frame_data(),
         ];
-        let textured = |touch: &Touch| touch.resource == Resource::Textures;
+        let textured = |touch: &ResourceUse| touch.resource == Resource::Textures;
         own.into_iter().chain(meshes(plan).filter(|touch| !textured(touch))).collect()
     },
     leave_out: None,
@@ -118,7 +118,7 @@ impl Velocity {
 
 impl Object for Velocity {
     /// Draws the objects that have moved since the frame before. Runs inside its subpass.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         let Some(since) = recording.since else { return };
         let Some(before) = &since.before else { return };
         recording.set_area();

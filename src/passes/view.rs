@@ -6,8 +6,8 @@ use ash::vk;
 
 use super::screen::{Input, Inputs, Screen, ScreenDesc, replace};
 use super::{
-    COLOR_WRITE, DEPTH_COMPARE, First, INPUT_READ, Making, Object, Pass, Place, Presence, Recording, SAMPLED,
-    SetLayouts, Slot, Touch, frame_data, gbuffer_inputs, maps, needed,
+    COLOR_WRITE, DEPTH_COMPARE, First, FrameContext, INPUT_READ, Making, Object, Pass, PassName, Presence, ResourceUse,
+    SAMPLED, SetLayouts, Slot, frame_data, gbuffer_inputs, maps, needed,
 };
 use crate::gpu::{self, Device, SetLayout, sync::Use};
 use crate::plan::{FramePlan, Gbuffer, Shading, Target, effects};
@@ -22,7 +22,7 @@ const OUTPUT_WRITE: Use = COLOR_WRITE;
 const MAP_READ: Use = SAMPLED;
 
 pub const PASS: Pass = Pass {
-    place: Place::pass("VIEW"),
+    place: PassName::pass("VIEW"),
     time: "lighting",
     what: "shows a buffer instead of lighting it",
     presence: |plan| {
@@ -34,16 +34,16 @@ pub const PASS: Pass = Pass {
     make: Some(|own| Ok(Box::new(ViewPass::new(own.device, own.plan, own.slot()?, own.layouts, &own.inputs())?))),
 };
 
-fn touches(plan: &FramePlan) -> Vec<Touch> {
+fn touches(plan: &FramePlan) -> Vec<ResourceUse> {
     let input = |(binding, target)| {
-        Touch::input(binding, target, INPUT_READ)
+        ResourceUse::input(binding, target, INPUT_READ)
             .of_all_samples(plan.msaa > 1)
             .because("reads the buffer that it shows")
     };
     let mut touches: Vec<_> = gbuffer_inputs(plan).into_iter().map(input).collect();
-    touches.push(Touch::color(0, Target::Output, First::Clear, OUTPUT_WRITE).because("draws the picture"));
+    touches.push(ResourceUse::color(0, Target::Output, First::Clear, OUTPUT_WRITE).because("draws the picture"));
     if plan.lighting_tests_depth() {
-        touches.push(Touch::depth(First::Undefined, DEPTH_READ).because("compares with the depth of the sky"));
+        touches.push(ResourceUse::depth(First::Undefined, DEPTH_READ).because("compares with the depth of the sky"));
     }
     touches.push(frame_data());
     touches.extend(maps(plan, MAP_READ));
@@ -97,7 +97,7 @@ impl ViewPass {
 
 impl Object for ViewPass {
     /// Draws the view. Runs inside its subpass.
-    fn record(&self, recording: &Recording) {
+    fn record(&self, recording: &FrameContext) {
         recording.set_area();
         let mut sets = vec![(0, recording.frame_set)];
         sets.extend(self.inputs.as_ref().map(|inputs| (1, inputs.set)));
@@ -107,7 +107,7 @@ impl Object for ViewPass {
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
         match &mut self.inputs {
-            Some(inputs) => inputs.read_from(own.device, &own.inputs()),
+            Some(inputs) => inputs.rebind(own.device, &own.inputs()),
             None => Ok(()),
         }
     }

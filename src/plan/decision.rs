@@ -5,14 +5,14 @@ use ash::vk;
 use super::effect::Request;
 use super::gbuffer::Stored;
 use super::lights::{Lighting, adds_lights};
-use super::output::{Blending, Way};
+use super::output::{Blending, OutputChain};
 use super::reasons::either;
 use super::shadows::shadow_reason;
 use super::surfaces::{FilteredTextures, Surfaces};
 use super::{
-    Capabilities, EffectPlans, Error, FramePlan, Gbuffer, MeshPlan, Reasons, Shading, Sums, SurfaceRules, Uploads,
-    attachments, checks, culling, effects, geometry_locations, is_forward, is_tiled, lacks_gbuffer, lens, occlusion,
-    parts, visibility,
+    Capabilities, EffectPlans, Error, FramePlan, Gbuffer, MeshPlan, OitTargets, Reasons, Shading, SurfaceRules,
+    Uploads, attachments, checks, culling, effects, geometry_locations, is_forward, is_tiled, lacks_gbuffer, lens,
+    occlusion, parts, visibility,
 };
 use crate::scene::{GbufferChoice, Keep, LightPath, OptionalPart, Output, Scene, Settings, Transparency, View};
 
@@ -24,7 +24,7 @@ struct Choices {
     gbuffer: Option<Gbuffer>,
     stores_gbuffer: bool,
     effects: EffectPlans,
-    way: Way,
+    way: OutputChain,
 }
 
 impl Choices {
@@ -73,7 +73,7 @@ impl Choices {
             by_effects,
             filters,
         };
-        let way = Way::of(settings, device, blending)?;
+        let way = OutputChain::of(settings, device, blending)?;
         let triangles = lighting.path == LightPath::Visibility;
         let locations = geometry_locations(gbuffer.as_ref(), shading, (surfaces.emissive, triangles));
         checks::check_attachments(locations, gbuffer.as_ref(), settings.msaa, device)?;
@@ -95,7 +95,7 @@ impl FramePlan {
     pub fn of(scene: &Scene, settings: &Settings, device: &Capabilities) -> Result<Self, Error> {
         scene.check()?;
         let (asked, view) = (settings, settings.view);
-        let settings = effects::planned(asked);
+        let settings = effects::effective_settings(asked);
         let settings = settings.as_ref();
         let mut plan = Self::decide(scene, settings, device, view)?;
         plan.reasons = plan.reasons.clone().with_absences(scene, asked, settings, &plan);
@@ -103,7 +103,7 @@ impl FramePlan {
         if plan.keep != Keep::NONE {
             let lean = Settings { keep: Keep::NONE, ..settings.clone() };
             let needed = parts::list(scene, &lean, &Self::decide(scene, &lean, device, view)?);
-            parts::say_what_is_kept(&mut parts, &needed);
+            parts::note_kept_parts(&mut parts, &needed);
         }
         plan.reasons.parts = parts;
         Ok(plan)
@@ -194,7 +194,7 @@ impl FramePlan {
             shadow: lighting.shadow,
             emissive: surfaces.emissive,
             transparency: surfaces.transparency,
-            sums: (surfaces.transparency == Some(Transparency::Oit)).then(|| Sums::of(device)),
+            sums: (surfaces.transparency == Some(Transparency::Oit)).then(|| OitTargets::of(device)),
             transparent_triangles: pipelines.transparent_triangles,
             hdr: way.hdr,
             output: way.output,

@@ -171,7 +171,7 @@ fn shown_by(view: View) -> Option<(&'static Effect, &'static EffectView)> {
 }
 
 /// Returns the settings to plan by: the view of an effect turns it on, and leaves out effects that would hide it.
-pub(super) fn planned(asked: &Settings) -> Cow<'_, Settings> {
+pub(super) fn effective_settings(asked: &Settings) -> Cow<'_, Settings> {
     let Some((shown, view)) = shown_by(asked.view) else { return Cow::Borrowed(asked) };
     let mut settings = asked.clone();
     let others = EFFECTS.iter().filter(|other| other.name != shown.name);

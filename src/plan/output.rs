@@ -51,7 +51,7 @@ pub struct Encoding {
 
 /// The images that a window's pictures are drawn into.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Canvas {
+pub enum PresentTarget {
     /// Images of a swapchain that have this format. The output of a compute pass is copied there.
     Straight(vk::Format),
     /// An image of the frame's own with the format of the swapchain's, of any size, which PRESENT copies into the swapchain's, enlarged where that is
@@ -77,12 +77,14 @@ impl FramePlan {
     /// The same frames as a window has them. The last pass draws straight into the images of a swapchain; the output of a compute pass, which may not
     /// store to them, is copied there, and so is a picture that is to be enlarged. ENCODE draws into images that no hardware encodes, whatever the
     /// last pass was.
-    pub fn presented_as(self, canvas: Canvas) -> Self {
+    pub fn presented_as(self, canvas: PresentTarget) -> Self {
         let presented = Some(canvas);
         match canvas {
-            Canvas::Straight(_) | Canvas::Enlarge(_) if self.is_tiled() => Self { presented, ..self },
-            Canvas::Straight(format) | Canvas::Enlarge(format) => Self { presented, output: format, ..self },
-            Canvas::Encode(encoding) | Canvas::EncodeKept(encoding) => {
+            PresentTarget::Straight(_) | PresentTarget::Enlarge(_) if self.is_tiled() => Self { presented, ..self },
+            PresentTarget::Straight(format) | PresentTarget::Enlarge(format) => {
+                Self { presented, output: format, ..self }
+            }
+            PresentTarget::Encode(encoding) | PresentTarget::EncodeKept(encoding) => {
                 Self { presented, ..self.with_encoding(encoding) }
             }
         }
@@ -98,10 +100,12 @@ impl FramePlan {
 
     /// The same frames with the texels of their pictures as the canvas has them, so that they can be copied there whether the one or the other
     /// is encoded by the hardware.
-    pub fn copied_to(self, canvas: Canvas) -> Self {
+    pub fn copied_to(self, canvas: PresentTarget) -> Self {
         let format = match canvas {
-            Canvas::Straight(format) | Canvas::Enlarge(format) => format,
-            Canvas::Encode(encoding) | Canvas::EncodeKept(encoding) => return self.with_encoding(encoding),
+            PresentTarget::Straight(format) | PresentTarget::Enlarge(format) => format,
+            PresentTarget::Encode(encoding) | PresentTarget::EncodeKept(encoding) => {
+                return self.with_encoding(encoding);
+            }
         };
         let blue_first = [vk::Format::B8G8R8A8_SRGB, vk::Format::B8G8R8A8_UNORM].contains(&format);
         match self.is_tiled() {
@@ -132,15 +136,15 @@ impl FramePlan {
 
     /// Returns true if the last pass draws into an image of the swapchain, and not into one of the frame's own.
     pub fn draws_into_swapchain(&self) -> bool {
-        matches!(self.presented, Some(Canvas::Straight(_))) && !self.is_tiled()
+        matches!(self.presented, Some(PresentTarget::Straight(_))) && !self.is_tiled()
     }
 
     /// Returns true if PRESENT copies the picture into the image that the window shows, so that the picture itself stays as it is.
     pub fn is_copied_to_be_shown(&self) -> bool {
         match self.presented {
-            Some(Canvas::Straight(_)) => self.is_tiled(),
-            Some(Canvas::Enlarge(_) | Canvas::EncodeKept(_)) => true,
-            Some(Canvas::Encode(_)) | None => false,
+            Some(PresentTarget::Straight(_)) => self.is_tiled(),
+            Some(PresentTarget::Enlarge(_) | PresentTarget::EncodeKept(_)) => true,
+            Some(PresentTarget::Encode(_)) | None => false,
         }
     }
 
@@ -195,13 +199,13 @@ pub(super) struct Blending {
 
 /// From light to the picture.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Way {
+pub(super) struct OutputChain {
     pub hdr: Option<vk::Format>,
     pub output: vk::Format,
     pub tone_mapping: ToneMapping,
 }
 
-impl Way {
+impl OutputChain {
     pub(super) fn of(settings: &Settings, device: &Capabilities, what: Blending) -> Result<Self, Error> {
         // Light that is averaged from frame to frame must not be cut off before.
         let linear =
@@ -299,14 +303,14 @@ mod tests {
         let all = samples::of_every_kind();
         for (name, plan) in all.into_iter().filter(|(_, plan)| shown(plan)) {
             for (format, blue_first) in [(vk::Format::B8G8R8A8_SRGB, true), (BLUE_FIRST, true), (OUTPUT_PLAIN, false)] {
-                let copied = plan.clone().copied_to(Canvas::Straight(format));
+                let copied = plan.clone().copied_to(PresentTarget::Straight(format));
                 assert_eq!(format_bytes(copied.output), format_bytes(format), "{name}");
                 assert_eq!((copied.presented, copied.encodes_output()), (None, plan.encodes_output()), "{name}");
                 let own = copied.swaps_red_and_blue || copied.output == vk::Format::B8G8R8A8_SRGB;
                 assert_eq!((own, copied.swaps_red_and_blue), (blue_first, blue_first && plan.is_tiled()), "{name}");
                 // A size that changes leaves that as it is.
                 let larger = FramePlan { size: plan.size.map(|edge| 2 * edge), ..plan.clone() }
-                    .copied_to(Canvas::Straight(format));
+                    .copied_to(PresentTarget::Straight(format));
                 assert!(copied.differs_in_size_only(&larger) && copied.uploads_as(&plan), "{name}");
                 assert!(!copied.differs_in_size_only(&plan) || copied == plan, "{name}");
             }
@@ -318,7 +322,7 @@ mod tests {
         let encoded = Encoding { transfer: Transfer::Pq, headroom: 4.0 };
         let all = samples::of_every_kind();
         for (name, plan) in all {
-            let shown = plan.clone().presented_as(Canvas::Encode(encoded));
+            let shown = plan.clone().presented_as(PresentTarget::Encode(encoded));
             assert_eq!((shown.output, shown.headroom()), (HDR, 4.0), "{name}");
             assert!(shown.encodes_output() && !shown.draws_into_swapchain(), "{name}");
             let told: u64 =
@@ -326,12 +330,12 @@ mod tests {
             let pixels = u64::from(shown.size[0]) * u64::from(shown.size[1]);
             let samples = if shown.resolves_output() { 1 + shown.msaa } else { 1 };
             assert_eq!(told, 8 * u64::from(samples) * pixels, "{name}: {:?}", shown.parts());
-            let kept = plan.clone().presented_as(Canvas::EncodeKept(encoded));
+            let kept = plan.clone().presented_as(PresentTarget::EncodeKept(encoded));
             assert_eq!((kept.output, kept.is_copied_to_be_shown(), shown.is_copied_to_be_shown()), (HDR, true, false));
-            let beside = plan.clone().copied_to(Canvas::Encode(encoded));
+            let beside = plan.clone().copied_to(PresentTarget::Encode(encoded));
             assert_eq!((beside.output, beside.headroom(), beside.presented), (HDR, 4.0, None), "{name}");
             assert!(shown.uploads_as(&plan) && beside.uploads_as(&plan), "{name}");
-            let direct = plan.presented_as(Canvas::Straight(vk::Format::B8G8R8A8_SRGB));
+            let direct = plan.presented_as(PresentTarget::Straight(vk::Format::B8G8R8A8_SRGB));
             assert_eq!((direct.headroom(), direct.draws_into_swapchain()), (1.0, !direct.is_tiled()), "{name}");
         }
     }

@@ -126,7 +126,7 @@ pub(super) fn with_output(mut parts: Vec<Part>, plan: &FramePlan) -> Vec<Part> {
 }
 
 /// Parts that are only there because the settings keep them say so, and why nothing needs them.
-pub(super) fn say_what_is_kept(parts: &mut [Part], lean: &[Part]) {
+pub(super) fn note_kept_parts(parts: &mut [Part], lean: &[Part]) {
     // Parts that frames leave out by camera have their own reason when they stay.
     for part in parts.iter_mut().filter(|part| part.included && part.group != PartGroup::Camera) {
         let needless = lean.iter().find(|own| own.optional.is_some() && own.optional == part.optional && !own.included);

@@ -3,7 +3,7 @@
 
 use super::lights::LightOrder;
 use super::{Capabilities, Error, Shading};
-use crate::scene::{CastsShadow, Light, Scene, Settings, ShadowFilter, ShadowSettings, Sight, luminance};
+use crate::scene::{CastsShadow, Light, Scene, Settings, ShadowFilter, ShadowProjection, ShadowSettings, luminance};
 
 /// Maps that all lights may have together; `shaders/shared/shadows.wgsl` has the same number.
 pub const MAX_SHADOW_VIEWS: usize = 128;
@@ -35,9 +35,9 @@ pub enum MapProjection {
 impl MapProjection {
     pub(crate) fn of(light: &Light, cascades: u32) -> Self {
         match light.kind.form().sight() {
-            Sight::Far => Self::Cascades(cascades),
-            Sight::Ahead(_) => Self::Single,
-            Sight::Around => Self::Cube,
+            ShadowProjection::Far => Self::Cascades(cascades),
+            ShadowProjection::Ahead(_) => Self::Single,
+            ShadowProjection::Around => Self::Cube,
         }
     }
 

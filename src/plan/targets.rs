@@ -15,14 +15,14 @@ pub(crate) const TRIANGLE: vk::Format = vk::Format::R32G32_UINT;
 
 /// Formats of the targets of weighted blending.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Sums {
+pub struct OitTargets {
     /// Colour of the layers, weighted and added up; alpha is the share of the picture that they leave.
     pub accumulation: vk::Format,
     /// Their weights, added up.
     pub weights: vk::Format,
 }
 
-impl Sums {
+impl OitTargets {
     /// For devices that blend 32-bit floats: 20 bytes a pixel.
     pub const SINGLE: Self = Self { accumulation: vk::Format::R32G32B32A32_SFLOAT, weights: vk::Format::R32_SFLOAT };
     /// Mandatory to blend. The share that is left is exact to 1/2048, which is 1% of what a pane of alpha 0.04 hides.

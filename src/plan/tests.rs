@@ -124,8 +124,8 @@ fn weighted_sums_are_single_floats_wherever_they_blend() {
         FramePlan::of(&scene, &settings, &device).expect("a plan").sums
     };
     for &(_, output) in Output::NAMES {
-        assert_eq!(sums(Transparency::Oit, true, output), Some(Sums::SINGLE));
-        assert_eq!(sums(Transparency::Oit, false, output), Some(Sums::HALF));
+        assert_eq!(sums(Transparency::Oit, true, output), Some(OitTargets::SINGLE));
+        assert_eq!(sums(Transparency::Oit, false, output), Some(OitTargets::HALF));
         assert_eq!(sums(Transparency::Sorted, true, output), None);
     }
 }

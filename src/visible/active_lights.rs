@@ -73,7 +73,7 @@ impl ActiveLights {
         let lights: Vec<usize> = if !keeps && !(0..world.objects.len()).any(seen) {
             let in_air = if lit_air == LitAir::Directional { world.directional_count() } else { 0 };
             (0..world.lit_count().min(in_air)).collect()
-        } else if keeps || !plan.seeks(OptionalPart::IdleLights) {
+        } else if keeps || !plan.may_leave_out(OptionalPart::IdleLights) {
             (0..world.lit_count()).collect()
         } else {
             let reaches = |index: &usize| {

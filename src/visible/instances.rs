@@ -40,7 +40,7 @@ impl Draw {
 /// The place of an instance, in f32 and yet exact anywhere in the world: relative to an anchor, with the offset in two parts.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub struct Stand {
+pub struct InstanceTransform {
     /// Rows of the map from the mesh, with the larger part of the offset.
     rows: [Vec4; 3],
     /// The smaller part of the offset: the rounding error of the larger one.
@@ -51,22 +51,22 @@ pub struct Stand {
 
 /// A place relative to that of the world, in two parts.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
+pub struct SplitPosition {
     pub large: Vec3,
     pub rest: Vec3,
 }
 
-impl Place {
+impl SplitPosition {
     fn of(place: DVec3) -> Self {
         let large = place.as_vec3();
         Self { large, rest: (place - large.as_dvec3()).as_vec3() }
     }
 }
 
-impl Stand {
+impl InstanceTransform {
     fn of(object: &WorldObject, anchor: DVec3) -> Self {
         let rows = object.transform.matrix3.transpose();
-        let at = Place::of(object.transform.translation - anchor);
+        let at = SplitPosition::of(object.transform.translation - anchor);
         let row = |axis: DVec3, offset: f32| axis.as_vec3().extend(offset);
         let rows = [row(rows.x_axis, at.large.x), row(rows.y_axis, at.large.y), row(rows.z_axis, at.large.z)];
         Self { rows, rest: at.rest, scale: squared_scale(&object.transform) }
@@ -74,7 +74,7 @@ impl Stand {
 
     /// Rows of the map from the mesh to the world around a place. The rounding error of the larger parts' difference is added again (Knuth's
     /// TwoSum; The Art of Computer Programming 2, 4.2.2): the offset is as good as one that is rounded once.
-    fn around(&self, place: &Place) -> [Vec4; 3] {
+    fn around(&self, place: &SplitPosition) -> [Vec4; 3] {
         let [x, y, z] = self.rows;
         let large = Vec3::new(x.w, y.w, z.w);
         let difference = large - place.large;
@@ -93,7 +93,7 @@ pub struct InstanceList {
     /// By object: its place.
     places: Vec<u32>,
     /// By place.
-    stands: Vec<Stand>,
+    stands: Vec<InstanceTransform>,
     /// By place: the number of the command that can draw it.
     batches: Vec<u32>,
     /// The places of each command's objects, of the commands that draw opaque ones.
@@ -102,7 +102,7 @@ pub struct InstanceList {
     opaque: usize,
     /// Of the objects' boxes, by place.
     tree: BoxTree,
-    /// The origin of [`Stand`]s.
+    /// The origin of [`InstanceTransform`]s.
     anchor: DVec3,
     /// Counts how often objects have come to other places of the list.
     arranged: u64,
@@ -137,7 +137,7 @@ impl InstanceList {
         let anchor = tree.bounds().center();
         Self {
             places,
-            stands: order.iter().map(|&index| Stand::of(object_at(index), anchor)).collect(),
+            stands: order.iter().map(|&index| InstanceTransform::of(object_at(index), anchor)).collect(),
             batches,
             opaque_batches,
             opaque,
@@ -153,7 +153,7 @@ impl InstanceList {
     pub(super) fn refresh(&mut self, objects: &[WorldObject], moved: &[u32]) {
         for &index in moved {
             let place = self.places[index as usize];
-            self.stands[place as usize] = Stand::of(&objects[index as usize], self.anchor);
+            self.stands[place as usize] = InstanceTransform::of(&objects[index as usize], self.anchor);
             self.moves.push(place);
         }
         // A reader that has not kept up copies the whole list: the new number tells it, and the moves need not be kept.
@@ -197,7 +197,7 @@ impl InstanceList {
     }
 
     /// By place.
-    pub fn stands(&self) -> &[Stand] {
+    pub fn stands(&self) -> &[InstanceTransform] {
         &self.stands
     }
 
@@ -211,7 +211,7 @@ impl InstanceList {
         &self.opaque_batches
     }
 
-    /// Middle and half the size of an object's box, relative to the origin of [`Stand`]s: widened by the rounding to f32, so that it is never too
+    /// Middle and half the size of an object's box, relative to the origin of [`InstanceTransform`]s: widened by the rounding to f32, so that it is never too
     /// small.
     pub fn box_of(&self, bounds: &Aabb) -> (Vec3, Vec3) {
         let (center, half) = (bounds.center() - self.anchor, bounds.size() * 0.5);
@@ -232,10 +232,10 @@ impl InstanceList {
         }
     }
 
-    /// A camera's place, relative to that of [`Stand`]s, and metres by which a box may lie beside where f32 has it.
-    pub(super) fn place_of(&self, camera: &Camera, world: &World) -> (Place, f32) {
+    /// A camera's place, relative to that of [`InstanceTransform`]s, and metres by which a box may lie beside where f32 has it.
+    pub(super) fn place_of(&self, camera: &Camera, world: &World) -> (SplitPosition, f32) {
         let offset = camera.position - self.anchor;
-        (Place::of(offset), (4.0 * F32_SLACK * (offset.length() + world.bounds.radius())) as f32)
+        (SplitPosition::of(offset), (4.0 * F32_SLACK * (offset.length() + world.bounds.radius())) as f32)
     }
 
     /// The index into [`World::objects`] of the one at a place.
@@ -311,12 +311,12 @@ pub(super) fn reversed(instances: &mut Vec<u32>, draws: &[Draw]) -> Vec<Draw> {
 /// The largest error of a length in f32, relative to the lengths that it is computed from.
 const F32_SLACK: f64 = 1e-6;
 
-/// A camera's view in CULL's form; its place is relative to the origin of [`Stand`]s.
+/// A camera's view in CULL's form; its place is relative to the origin of [`InstanceTransform`]s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CullView {
     /// Of the view, around the camera; normals point inside.
     pub planes: [Vec4; 5],
-    pub camera: Place,
+    pub camera: SplitPosition,
     /// Metres by which a box may lie beside where f32 has it.
     pub slack: f32,
     pub forward: Vec3,
@@ -362,7 +362,7 @@ impl Visible {
     /// Rows of the maps from meshes to the world around the camera, of each instance.
     pub fn rows(&self, world: &World, camera: &Camera) -> Vec<[Vec4; 3]> {
         let list = &world.instances;
-        let camera = Place::of(camera.position - list.anchor);
+        let camera = SplitPosition::of(camera.position - list.anchor);
         let rows = |&index: &u32| list.stands[list.places[index as usize] as usize].around(&camera);
         self.instances.iter().map(rows).collect()
     }

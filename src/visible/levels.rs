@@ -17,7 +17,7 @@ use crate::scene::Camera;
 /// The parameters of a frame's choice. In f32, as `shaders/cull.wgsl` has it, to the bit: CPU and device choose the same.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LevelChoice {
-    /// Relative to the origin of [`super::Stand`]s.
+    /// Relative to the origin of [`super::InstanceTransform`]s.
     camera: Vec3,
     /// Metres by which a box may lie beside where f32 has it.
     slack: f32,

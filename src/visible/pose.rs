@@ -95,7 +95,7 @@ impl WorldPose {
 }
 
 /// The place of a deformed mesh in a pose.
-struct Stand {
+struct PosedMesh {
     /// From SKIN's output to the world, or to the place from which objects move it.
     transform: DAffine3,
     bounds: Aabb,
@@ -161,7 +161,7 @@ impl World {
 }
 
 impl Deform {
-    fn stand(&self, own: &mut WorldPose, (motion, pose): (&Motion, &Pose), joints: &mut Vec<DAffine3>) -> Stand {
+    fn stand(&self, own: &mut WorldPose, (motion, pose): (&Motion, &Pose), joints: &mut Vec<DAffine3>) -> PosedMesh {
         let mut is_new = false;
         let weights = self.node.map_or(&[][..], |node| pose.weights(node));
         let told = &mut own.weights[self.first_weight..][..self.shapes];
@@ -176,7 +176,7 @@ impl Deform {
             let bounds = self.bounds.bounds(&[], weights).transformed(&transform);
             let triangles = self.triangles(weights, None, &DAffine3::from_translation(-self.origin));
             let transform = transform * DAffine3::from_translation(self.origin);
-            return Stand { transform, bounds, is_new, triangles };
+            return PosedMesh { transform, bounds, is_new, triangles };
         };
         joints.clear();
         pose.joint_matrices(motion, skin, &DAffine3::IDENTITY, joints);
@@ -192,7 +192,7 @@ impl Deform {
             *told = rows;
         }
         let triangles = self.triangles(weights, Some(joints), &from_world);
-        Stand { transform, bounds, is_new, triangles }
+        PosedMesh { transform, bounds, is_new, triangles }
     }
 
     /// The triangles of a mesh that is sorted, deformed on the CPU as well: SKIN's vertices come back to nobody.

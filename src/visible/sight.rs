@@ -25,7 +25,7 @@ pub fn clip_from_world(
 
 /// A frame's projection without its jitter. In f64, as the differences from frame to frame are small.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sight {
+pub struct FrameProjection {
     camera: Camera,
     depth: Depth,
     /// From the world around the camera to pixels from the upper left corner, depth, and w.
@@ -34,14 +34,14 @@ pub struct Sight {
 
 /// Rows of maps from a mesh to the values that VELOCITY interpolates.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SightRows {
+pub struct ProjectionRows {
     /// Pixels to the right times w, pixels down times w, and w.
     pub place: [Vec4; 3],
     /// Metres along the view.
     pub distance: Vec4,
 }
 
-impl Sight {
+impl FrameProjection {
     /// Of a picture of so many pixels.
     pub fn of(eye: &Eye, depth: &Depth, size: [u32; 2]) -> Self {
         let camera = eye.camera;
@@ -70,14 +70,14 @@ impl Sight {
     }
 
     /// From a mesh that stands there.
-    pub fn rows(&self, stand: &DAffine3) -> SightRows {
+    pub fn rows(&self, stand: &DAffine3) -> ProjectionRows {
         let mut around = *stand;
         around.translation -= self.camera.position;
         let rows = (self.pixels * DMat4::from(around)).transpose();
         let forward = self.camera.forward();
         let along = |axis: DVec3| axis.dot(forward);
         let matrix = around.matrix3;
-        SightRows {
+        ProjectionRows {
             place: [rows.x_axis, rows.y_axis, rows.w_axis].map(|row| row.as_vec4()),
             distance: DVec4::new(
                 along(matrix.x_axis),
@@ -107,7 +107,7 @@ mod tests {
         Eye::of(&camera, &Aabb::EMPTY)
     }
 
-    fn place(sight: &Sight, world: DVec3) -> DVec3 {
+    fn place(sight: &FrameProjection, world: DVec3) -> DVec3 {
         let own = sight.pixels * (world - sight.camera.position).extend(1.0);
         own.truncate() / own.w
     }
@@ -118,8 +118,9 @@ mod tests {
             let at = DVec3::new(far, 3.0, -far);
             let size = [1920, 1080];
             let depth = Depth::Reciprocal { near: 0.05 };
-            let sight =
-                |position: DVec3, to: DVec3| Sight::of(&eye(Camera::looking_at(position, to, DVec3::Y)), &depth, size);
+            let sight = |position: DVec3, to: DVec3| {
+                FrameProjection::of(&eye(Camera::looking_at(position, to, DVec3::Y)), &depth, size)
+            };
             let before = sight(at, at + DVec3::new(0.2, -0.1, -1.0));
             let now = sight(at + DVec3::new(0.03, 0.01, -0.05), at + DVec3::new(0.25, -0.12, -1.1));
             let change = before.moved_from(&now);

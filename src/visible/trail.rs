@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use glam::DAffine3;
 
-use super::{Draw, Sight, Visible, World};
+use super::{Draw, FrameProjection, Visible, World};
 
 /// The objects that have moved since the last frame, where frames ask for them.
 #[derive(Debug, Clone, Default)]
-pub struct Trail {
+pub struct PreviousTransforms {
     is_kept: bool,
     /// By their places among [`World::objects`]: how they stood.
     moved: BTreeMap<usize, DAffine3>,
@@ -22,7 +22,7 @@ pub struct MovedDraw {
     pub before: DAffine3,
 }
 
-impl Trail {
+impl PreviousTransforms {
     pub(super) fn new(is_kept: bool) -> Self {
         Self { is_kept, moved: BTreeMap::new() }
     }
@@ -60,10 +60,10 @@ impl Visible {
 
 /// A frame's knowledge of the one before.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Since {
-    pub now: Sight,
+pub struct PreviousFrame {
+    pub now: FrameProjection,
     /// None where there is no frame before, or it was of something else.
-    pub before: Option<Sight>,
+    pub before: Option<FrameProjection>,
     /// No surface and no light has changed, and the camera has not.
     pub still: bool,
     /// From the exposure of the frame before to this one's.

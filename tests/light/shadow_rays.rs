@@ -8,7 +8,7 @@ use afterlight::frame::Picture;
 use afterlight::plan::MapProjection;
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
-    Camera, Falloff, Light, LightKind, Projection, Scene, Settings, ShadowFilter, ShadowSettings, Sight,
+    Camera, Falloff, Light, LightKind, Projection, Scene, Settings, ShadowFilter, ShadowProjection, ShadowSettings,
 };
 use glam::{DAffine3, DVec2, DVec3};
 
@@ -223,9 +223,9 @@ impl Margin {
 fn assert_right_but_near_edges(name: &str, scene: &Scene, samples: &[Sample], size: u32, margin: Margin) {
     let light = &scene.lights[0];
     let projection = match light.kind.form().sight() {
-        Sight::Far => MapProjection::Cascades(3),
-        Sight::Ahead(_) => MapProjection::Single,
-        Sight::Around => MapProjection::Cube,
+        ShadowProjection::Far => MapProjection::Cascades(3),
+        ShadowProjection::Ahead(_) => MapProjection::Single,
+        ShadowProjection::Around => MapProjection::Cube,
     };
     let (mut lit, mut dark) = (0, 0);
     for sample in samples {

@@ -9,9 +9,9 @@ use std::process::Command;
 use crate::common::program::program;
 use crate::common::{capabilities, some_of, tries_all};
 
-use afterlight::frame::edges;
+use afterlight::frame::rows;
 use afterlight::gpu::vk;
-use afterlight::plan::{Canvas, Encoding, FramePlan, Transfer};
+use afterlight::plan::{Encoding, FramePlan, PresentTarget, Transfer};
 use afterlight::scene::{
     AlphaMode, LightPath, Local, Node, OpenOptions, Placement, Scene, Settings, Transparency, open,
 };
@@ -266,7 +266,7 @@ fn the_documents_list_every_dependency_with_its_reason() {
     scene.textures[0].rgba8_mut();
     let rows = |scene: &Scene, settings: &Settings| -> Vec<String> {
         let plan = FramePlan::of(scene, settings, &device).expect("a plan");
-        edges::table(&plan).iter().map(row).collect()
+        rows::table(&plan).iter().map(row).collect()
     };
     let deferred = Settings { light_path: LightPath::Clustered, ..Settings::default() };
     let base = rows(&scene, &deferred);
@@ -310,14 +310,14 @@ fn the_documents_list_every_dependency_with_its_reason() {
 fn the_documents_list_what_a_window_adds() {
     let scene = open("builtin:hall?detail=6", &OpenOptions::default()).expect("it is built in");
     let headless = listed_dependencies(0);
-    let straight = Canvas::Straight(vk::Format::B8G8R8A8_SRGB);
-    let encoded = Canvas::Encode(Encoding { transfer: Transfer::Srgb, headroom: 1.0 });
+    let straight = PresentTarget::Straight(vk::Format::B8G8R8A8_SRGB);
+    let encoded = PresentTarget::Encode(Encoding { transfer: Transfer::Srgb, headroom: 1.0 });
     for (number, light_path, canvas) in
         [(5, LightPath::Clustered, straight), (6, LightPath::Compute, straight), (7, LightPath::Clustered, encoded)]
     {
         let plan =
             FramePlan::of(&scene, &Settings { light_path, ..Settings::default() }, &capabilities()).expect("a plan");
-        let rows = |plan: &FramePlan| -> Vec<String> { edges::table(plan).iter().map(row).collect() };
+        let rows = |plan: &FramePlan| -> Vec<String> { rows::table(plan).iter().map(row).collect() };
         let before = rows(&plan);
         let mut added = rows(&plan.presented_as(canvas));
         added.retain(|row| !before.contains(row) && !headless.contains(row));
@@ -334,7 +334,7 @@ fn the_documents_have_the_keys_that_the_window_prints() {
     }
 }
 
-fn row(edge: &edges::Edge) -> String {
+fn row(edge: &rows::Row) -> String {
     format!("| `{}` | {} | {} | {} |", edge.name, edge.from, edge.to, edge.why)
 }
 

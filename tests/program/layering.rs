@@ -34,8 +34,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("gpu", &[]),
 ];
 
-const RENDERER: &[&str] =
-    &["frame", "passes", "gpu_scene", "targets", "visible", "plan", "gpu", "scene", "shaders"];
+const RENDERER: &[&str] = &["frame", "passes", "gpu_scene", "targets", "visible", "plan", "gpu", "scene", "shaders"];
 /// Those who draw pages.
 const PAGES: &[&str] =
     &["lab/page", "frame", "passes", "gpu_scene", "targets", "visible", "plan", "gpu", "scene", "shaders"];
@@ -203,7 +202,10 @@ fn check(file: &str, source: &str, passes: &[String]) -> Vec<Violation> {
         return match of_crate {
             // The root of a crate with parts.
             Some(_) if module.is_empty() => Vec::new(),
-            _ => vec![violation(1, format!("{part} is not in the table of tests/program/layering.rs: say what it may import"))],
+            _ => vec![violation(
+                1,
+                format!("{part} is not in the table of tests/program/layering.rs: say what it may import"),
+            )],
         };
     };
     let all = match imports(source, &module) {
@@ -318,7 +320,7 @@ const PLANTED: &[(&str, &str)] = &[
     ("src/passes/lighting.rs", "use crate::passes;"),
     ("src/passes/screen.rs", "use super::geometry::DEPTH_TEST;"),
     ("src/passes/mod.rs", "use self::lighting::MAP_READ;"),
-    ("src/passes/copy.rs", "use crate::frame::edges;"),
+    ("src/passes/copy.rs", "use crate::frame::rows;"),
     ("src/novelty.rs", "fn f() {}"),
     ("crates/truth/src/measure/fit.rs", "use crate::reference::Truth;"),
     ("crates/truth/src/reference/mod.rs", "use super::measure::Error;"),
@@ -355,7 +357,10 @@ fn an_arrow_that_runs_forward_is_left_alone() {
         ("src/plan/sun.rs", "use super::World; pub(crate) use crate::scene::Camera; pub(super) fn f() {}"),
         ("src/lib.rs", "pub mod frame; pub use crate::frame::Renderer;"),
         ("crates/lab/src/lib.rs", "pub mod report; pub mod stress;"),
-        ("crates/lab/src/report/page.rs", "use crate::report::sweep; use afterlight::frame; use afterlight_truth::measure;"),
+        (
+            "crates/lab/src/report/page.rs",
+            "use crate::report::sweep; use afterlight::frame; use afterlight_truth::measure;",
+        ),
         ("crates/lab/src/stress/page/mod.rs", "use crate::page::plot::Plot; use crate::stress::Verdict;"),
         ("crates/window/src/app.rs", "use crate::keys; use super::steps; use afterlight::passes::overlay::Panels;"),
         ("crates/program/src/render.rs", "use crate::table::Table; use afterlight::{frame, gpu}; use ash::vk;"),

@@ -4,7 +4,7 @@ use std::fs;
 
 use afterlight::frame::Pixels;
 use afterlight::plan::FramePlan;
-use afterlight::scene::gltf::{self, Exported, Shot};
+use afterlight::scene::gltf::{self, Exported, ExportedView};
 use afterlight::scene::{OpenOptions, Output, Scene, Settings, SettingsPatch, metered_ev100, open};
 
 use crate::common::gpu::{Gpu, on_gpu};
@@ -38,7 +38,8 @@ fn specs() -> Vec<String> {
 /// Writes the scene of a spec as a file, and returns it with the scene that the file is read as.
 fn there_and_back(spec: &str) -> (Exported, Scene) {
     let scene = stage::open(spec);
-    let shot = Shot { size: SIZE, exposure: exposure(&scene), settings: SettingsPatch::default(), copyright: None };
+    let shot =
+        ExportedView { size: SIZE, exposure: exposure(&scene), settings: SettingsPatch::default(), copyright: None };
     let exported = gltf::write(scene, &shot).unwrap_or_else(|error| panic!("{error}"));
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("scene.glb");

@@ -1,5 +1,5 @@
 //! Every dependency is needed: without any one row of the table, or any one bit of a row, the validation layer complains. Where it is silent,
-//! `afterlight::frame::edges::unreported_mutants` argues from the specification, and is held against the layer here.
+//! `afterlight::frame::rows::unreported_mutants` argues from the specification, and is held against the layer here.
 //!
 //! Each mutant is a renderer of its own that draws a few small frames (`afterlight::frame::experiment`), in both modes of the layer's shader
 //! heuristic (`afterlight_lab::mutants`). `afterlight_lab::mutants::older` lists the mutants that layers before 1.4.309 miss besides.
@@ -10,14 +10,14 @@ use std::time::Instant;
 use crate::common::gpu::{not_run, on_gpu};
 use crate::common::{some_of, tries_all};
 use afterlight::frame::capabilities;
-use afterlight::frame::edges::unreported_mutants::{LAYER, Part, UNREPORTED_MUTANTS};
-use afterlight::frame::edges::{self, Edge};
 use afterlight::frame::list::List;
 use afterlight::frame::proof::Frames;
+use afterlight::frame::rows::unreported_mutants::{LAYER, Part, UNREPORTED_MUTANTS};
+use afterlight::frame::rows::{self, Row};
 use afterlight::gpu::{self, DeviceChoice, vk};
 use afterlight::plan::{FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB, samples};
 use afterlight_lab::mutants::{
-    Case, Heard, Laboratory, Miss, Mutant, Verdict, Way, cases, mutants, presented, verdict,
+    Case, Heard, Laboratory, Miss, Mutant, PresentPath, Verdict, cases, mutants, presented, verdict,
 };
 
 /// A frame records the passes that the proof assumes, in the same order.
@@ -29,7 +29,7 @@ fn passes_are_recorded_in_the_order_of_the_list() {
             let mut renderer = gpu.renderer(&case.scene, &case.settings);
             renderer.render(&case.scene.camera).unwrap_or_else(|error| panic!("{}: {error}", case.name));
             let list = List::of(renderer.plan());
-            let places = Frames::of(renderer.plan(), &edges::table(renderer.plan())).passes();
+            let places = Frames::of(renderer.plan(), &rows::table(renderer.plan())).passes();
             let times = |place| {
                 let mut own: Vec<_> = list.passes_at(place).into_iter().map(|pass| pass.time).collect();
                 // SPREAD and SORT stand in the list twice, and PER_LIGHT shares the time of LIGHTING.
@@ -48,18 +48,18 @@ fn passes_are_recorded_in_the_order_of_the_list() {
 fn untried(tried: &[FramePlan]) -> BTreeSet<String> {
     // Reasons and waiting passes are not compared: plans may have the same masks for others. Nor are the samples that a row between subpasses orders: no
     // layer looks at them, and `proof` tries them in every plan.
-    let rows = |plan: &FramePlan| -> Vec<Edge> {
-        let compared = |edge: &Edge| {
+    let rows = |plan: &FramePlan| -> Vec<Row> {
+        let compared = |edge: &Row| {
             let by_region = edge.is_between_subpasses();
-            Edge { why: String::new(), waiting: Vec::new(), by_region, across_samples: false, ..edge.clone() }
+            Row { why: String::new(), waiting: Vec::new(), by_region, across_samples: false, ..edge.clone() }
         };
-        edges::table(plan).iter().map(compared).collect()
+        rows::table(plan).iter().map(compared).collect()
     };
-    let tried: Vec<Edge> = tried.iter().flat_map(rows).collect();
+    let tried: Vec<Row> = tried.iter().flat_map(rows).collect();
     let shows = |plan: &FramePlan| cfg!(feature = "window") && [OUTPUT_SRGB, OUTPUT_PLAIN].contains(&plan.output);
     let samples = samples::of_every_kind().into_iter().flat_map(|(name, plan)| {
         let in_window = |way| (format!("{name}, in a window"), presented(plan.clone(), way));
-        let shown = shows(&plan).then(|| [in_window(Way::Straight), in_window(Way::Encoded)]);
+        let shown = shows(&plan).then(|| [in_window(PresentPath::Straight), in_window(PresentPath::Encoded)]);
         [(name, plan)].into_iter().chain(shown.into_iter().flatten()).collect::<Vec<_>>()
     });
     let mut seen = Vec::new();
@@ -155,8 +155,8 @@ fn without_any_row_or_bit_the_layer_complains_or_the_specification_does() {
             Verdict::UnexpectedNotice(_) => rotten.push(format!("{}: {heard:?}", place())),
         }
     }
-    let names: BTreeSet<edges::RowName> =
-        plans.iter().flat_map(|plan| edges::table(plan).iter().map(|edge| edge.name).collect::<Vec<_>>()).collect();
+    let names: BTreeSet<rows::RowName> =
+        plans.iter().flat_map(|plan| rows::table(plan).iter().map(|edge| edge.name).collect::<Vec<_>>()).collect();
     println!(
         "layer {}, {} {}: {} plans, {} dependencies by name; {summary} in {:.0} s",
         named(layer),

@@ -3,13 +3,13 @@
 
 use std::collections::{BTreeMap, HashSet};
 
-use afterlight::frame::edges::unreported_mutants::Part;
-use afterlight::frame::edges::{self, Edge, Edges, Side};
 use afterlight::frame::proof::{Frames, is_superfluous};
+use afterlight::frame::rows::unreported_mutants::Part;
+use afterlight::frame::rows::{self, Row, Rows, Side};
 use afterlight::gpu::sync::Use;
 use afterlight::gpu::vk;
 use afterlight::plan::samples::{self, gbuffers};
-use afterlight::plan::{Canvas, FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB};
+use afterlight::plan::{FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB, PresentTarget};
 use afterlight::scene::builtin::CATALOGUE;
 use afterlight::scene::{
     AmbientOcclusion, Fog, HdrFormat, Keep, LightPath, OptionalPart, Output, Reflections, Resolve, Scene, Settings,
@@ -21,13 +21,13 @@ use rayon::prelude::*;
 use super::combinations;
 use crate::common::stage::{open, own};
 use crate::common::{one_of, tries_all};
-use afterlight_lab::mutants::{Way, cases, presented};
+use afterlight_lab::mutants::{PresentPath, cases, presented};
 
 /// Plans whose frames differ in their accesses or in their synchronization.
 #[derive(Default)]
 struct Different {
     seen: HashSet<(String, Frames)>,
-    plans: Vec<(String, FramePlan, Edges)>,
+    plans: Vec<(String, FramePlan, Rows)>,
     tried: usize,
 }
 
@@ -36,11 +36,14 @@ impl Different {
     fn add(&mut self, name: &str, plan: FramePlan) {
         if [OUTPUT_SRGB, OUTPUT_PLAIN].contains(&plan.output) && plan.presented.is_none() {
             let ways = [
-                ("straight in a window", presented(plan.clone(), Way::Straight)),
-                ("encoded in a window", presented(plan.clone(), Way::Encoded)),
-                ("encoded and kept in a window", presented(plan.clone(), Way::EncodedKept)),
-                ("enlarged in a window", presented(plan.clone(), Way::Enlarged)),
-                ("beside another in a window", plan.clone().copied_to(Canvas::Straight(vk::Format::B8G8R8A8_SRGB))),
+                ("straight in a window", presented(plan.clone(), PresentPath::Straight)),
+                ("encoded in a window", presented(plan.clone(), PresentPath::Encoded)),
+                ("encoded and kept in a window", presented(plan.clone(), PresentPath::EncodedKept)),
+                ("enlarged in a window", presented(plan.clone(), PresentPath::Enlarged)),
+                (
+                    "beside another in a window",
+                    plan.clone().copied_to(PresentTarget::Straight(vk::Format::B8G8R8A8_SRGB)),
+                ),
             ];
             for (way, plan) in one_of(&ways, self.tried) {
                 self.add_one(format!("{name}, {way}"), plan.clone());
@@ -51,7 +54,7 @@ impl Different {
 
     fn add_one(&mut self, name: String, plan: FramePlan) {
         self.tried += 1;
-        let rows = edges::table(&plan);
+        let rows = rows::table(&plan);
         if self.seen.insert((rows.iter().map(masks).collect(), Frames::of(&plan, &rows))) {
             self.plans.push((name, plan, rows));
         }
@@ -60,7 +63,7 @@ impl Different {
     /// Asserts that there is no hazard, and that nearly each part of a row is needed for that. `make test` asks the latter of each row once, `make test-all`
     /// in all frames that have it.
     fn are_proved(&self) {
-        let told = |(name, plan, rows): &(String, FramePlan, Edges)| -> Vec<String> {
+        let told = |(name, plan, rows): &(String, FramePlan, Rows)| -> Vec<String> {
             Frames::of(plan, rows).hazards().iter().map(|hazard| format!("{name}: {hazard}")).collect()
         };
         let hazards: Vec<_> = self.plans.par_iter().flat_map_iter(told).collect();
@@ -74,7 +77,7 @@ impl Different {
             );
         }
         parts.retain(|((_, plan, _), row, part)| !is_for_the_layer(plan, row, *part));
-        let orders_nothing = |((name, plan, rows), row, part): &(&(String, FramePlan, Edges), &Edge, Part)| {
+        let orders_nothing = |((name, plan, rows), row, part): &(&(String, FramePlan, Rows), &Row, Part)| {
             let is_idle = is_superfluous(plan, rows, row.name, *part).unwrap_or_else(|error| panic!("{error}"));
             is_idle.then(|| (format!("{} {part:?}", row.name), name.clone()))
         };
@@ -96,7 +99,7 @@ impl Different {
 /// TILED looks up data that was copied, and waits for the copy through GEOMETRY: the upload's barrier makes GEOMETRY wait, and the render pass's
 /// dependency makes TILED wait. The layer of Debian 13 follows such a chain for attachments and not for buffers, so the barrier names TILED's reads
 /// as well.
-fn is_for_the_layer(plan: &FramePlan, row: &Edge, part: Part) -> bool {
+fn is_for_the_layer(plan: &FramePlan, row: &Row, part: Part) -> bool {
     let reads = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
     let is_read = match part {
         Part::Bits(Side::After, bits) => reads.stage.contains(bits.stage) && reads.access.contains(bits.access),
@@ -106,8 +109,8 @@ fn is_for_the_layer(plan: &FramePlan, row: &Edge, part: Part) -> bool {
 }
 
 /// A row without its reason, of which some have several.
-fn masks(row: &Edge) -> String {
-    let Edge { name, carrier, before, after, from, to, .. } = row;
+fn masks(row: &Row) -> String {
+    let Row { name, carrier, before, after, from, to, .. } = row;
     format!("{name} {carrier:?} {before:?} {after:?} {from} {to}{};", row.region())
 }
 

@@ -43,12 +43,12 @@ fn ways() -> Vec<(&'static str, Scene, Settings)> {
 
 /// The way of a picture into a swapchain image.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Way {
+enum PresentPath {
     /// It is drawn or copied into it.
     Straight,
     /// By ENCODE, as where no hardware encodes the image.
     Encoded,
-    /// As [`Way::Straight`] and [`Way::Encoded`], of a picture that is kept.
+    /// As [`PresentPath::Straight`] and [`PresentPath::Encoded`], of a picture that is kept.
     Kept,
     EncodedKept,
 }
@@ -67,21 +67,21 @@ fn rendered(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Picture {
     renderer.picture(&scene.camera, || {}).unwrap_or_else(|error| panic!("{error}"))
 }
 
-fn presenter(gpu: &Gpu, scene: &Scene, settings: &Settings, way: Way) -> Presenter {
+fn presenter(gpu: &Gpu, scene: &Scene, settings: &Settings, way: PresentPath) -> Presenter {
     let surface = Surface::headless(&gpu.device).unwrap_or_else(|error| panic!("{error}"));
     let presenter = Presenter::new(&gpu.device, surface, scene, settings, Vsync::On);
     let presenter = presenter.unwrap_or_else(|error| panic!("{error}"));
     match way {
-        Way::Straight => presenter,
-        Way::Encoded => presenter.with_encoding(),
-        Way::Kept => presenter.with_kept_pictures(),
-        Way::EncodedKept => presenter.with_encoding().with_kept_pictures(),
+        PresentPath::Straight => presenter,
+        PresentPath::Encoded => presenter.with_encoding(),
+        PresentPath::Kept => presenter.with_kept_pictures(),
+        PresentPath::EncodedKept => presenter.with_encoding().with_kept_pictures(),
     }
 }
 
 /// The same picture as [`rendered`], where no other came before it: ENCODE reads light that was never rounded to 8 bits.
-fn first(gpu: &Gpu, scene: &Scene, settings: &Settings, way: Way) -> Picture {
-    if matches!(way, Way::Straight | Way::Kept) {
+fn first(gpu: &Gpu, scene: &Scene, settings: &Settings, way: PresentPath) -> Picture {
+    if matches!(way, PresentPath::Straight | PresentPath::Kept) {
         return rendered(gpu, scene, settings);
     }
     let mut presenter = presenter(gpu, scene, settings, way);
@@ -97,7 +97,7 @@ fn fit(presenter: &mut Presenter, scene: &Scene, settings: &Settings, size: [u32
 fn a_presented_frame_is_bit_by_bit_that_of_a_renderer_at_every_size() {
     on_presenting_gpu(|gpu| {
         for (name, scene, settings) in ways() {
-            let mut presenter = presenter(gpu, &scene, &settings, Way::Straight);
+            let mut presenter = presenter(gpu, &scene, &settings, PresentPath::Straight);
             assert!(!presenter.fit(&scene, &settings, [0, 0]).expect("needs nothing"), "{name}: nothing has no pixels");
             for size in SIZES {
                 fit(&mut presenter, &scene, &settings, size);
@@ -113,7 +113,7 @@ fn a_presented_frame_is_bit_by_bit_that_of_a_renderer_at_every_size() {
 fn an_encoded_frame_is_that_of_a_renderer_at_every_size_but_for_what_8_bits_round_away() {
     on_presenting_gpu(|gpu| {
         for (name, scene, settings) in ways() {
-            let mut presenter = presenter(gpu, &scene, &settings, Way::Encoded);
+            let mut presenter = presenter(gpu, &scene, &settings, PresentPath::Encoded);
             assert!(!presenter.fit(&scene, &settings, [0, 0]).expect("needs nothing"), "{name}: nothing has no pixels");
             for size in SIZES {
                 fit(&mut presenter, &scene, &settings, size);
@@ -156,10 +156,12 @@ fn panels([width, height]: [u32; 2], shade: u8, with_texture: bool) -> Panels {
 #[test]
 fn a_picture_that_is_kept_is_shown_again_under_other_panels_bit_by_bit() {
     on_presenting_gpu(|gpu| {
-        let both = ways().into_iter().flat_map(|own| [Way::Kept, Way::EncodedKept].map(|way| (own.clone(), way)));
+        let both = ways()
+            .into_iter()
+            .flat_map(|own| [PresentPath::Kept, PresentPath::EncodedKept].map(|way| (own.clone(), way)));
         for (turn, ((name, scene, settings), way)) in both.enumerate() {
             let (size, name) = (SIZES[2], &format!("{name}, {way:?}"));
-            let drawn_over = if way == Way::Kept { Way::Straight } else { Way::Encoded };
+            let drawn_over = if way == PresentPath::Kept { PresentPath::Straight } else { PresentPath::Encoded };
             let expected = first(gpu, &scene, &Settings { size, ..settings.clone() }, drawn_over);
             let mut presenter = presenter(gpu, &scene, &settings, way);
             fit(&mut presenter, &scene, &settings, SIZES[0]);
@@ -200,8 +202,9 @@ fn images_that_are_encoded_otherwise_than_before_get_frames_of_their_own() {
     on_presenting_gpu(|gpu| {
         for (name, scene, settings) in ways() {
             let settings = Settings { size: SIZES[0], ..settings };
-            let [before, after] = [Way::Straight, Way::Encoded].map(|way| first(gpu, &scene, &settings, way));
-            let mut presenter = presenter(gpu, &scene, &settings, Way::Straight);
+            let [before, after] =
+                [PresentPath::Straight, PresentPath::Encoded].map(|way| first(gpu, &scene, &settings, way));
+            let mut presenter = presenter(gpu, &scene, &settings, PresentPath::Straight);
             presenter.show_beside(Some(settings.view));
             presenter.divide_at(0.5);
             fit(&mut presenter, &scene, &settings, SIZES[0]);
@@ -217,7 +220,9 @@ fn images_that_are_encoded_otherwise_than_before_get_frames_of_their_own() {
 #[test]
 fn a_lost_surface_is_replaced_and_the_frames_go_on() {
     on_presenting_gpu(|gpu| {
-        let both = ways().into_iter().flat_map(|own| [Way::Straight, Way::Encoded].map(|way| (own.clone(), way)));
+        let both = ways()
+            .into_iter()
+            .flat_map(|own| [PresentPath::Straight, PresentPath::Encoded].map(|way| (own.clone(), way)));
         for (turn, ((name, scene, settings), way)) in both.enumerate() {
             let (size, name) = (SIZES[0], &format!("{name}, {way:?}"));
             let expected = first(gpu, &scene, &Settings { size, ..settings.clone() }, way);
@@ -284,7 +289,7 @@ fn a_frame_that_fails_after_its_image_is_acquired_leaves_nothing_acquired() {
     on_prepared_presenting_gpu(make_fallible, |gpu| {
         let size = SIZES[0];
         let (scene, settings) = (scene("builtin:spheres"), Settings { samples: 1, size, ..Settings::default() });
-        for way in [Way::Straight, Way::Encoded] {
+        for way in [PresentPath::Straight, PresentPath::Encoded] {
             let expected = first(gpu, &scene, &settings, way);
             let mut presenter = presenter(gpu, &scene, &settings, way);
             fit(&mut presenter, &scene, &settings, size);
@@ -326,7 +331,7 @@ fn frames_go_on_as_they_were_while_others_are_made() {
         let of_spheres = |(_, scene, _): &(&str, Scene, Settings)| scene.name == "builtin:spheres";
         let ways: Vec<_> = ways().into_iter().filter(of_spheres).collect();
         let (_, scene, begun) = &ways[0];
-        for way in [Way::Straight, Way::Encoded] {
+        for way in [PresentPath::Straight, PresentPath::Encoded] {
             let mut presenter = presenter(gpu, scene, begun, way);
             fit(&mut presenter, scene, begun, size);
             let mut before = first(gpu, scene, &Settings { size, ..begun.clone() }, way);
@@ -351,7 +356,7 @@ fn what_changes_while_frames_are_made_is_in_them() {
         let (mut scene, settings) = (scene("builtin:spheres"), Settings { samples: 1, ..Settings::default() });
         let with = |light_path, exposure| Settings { light_path, exposure: Some(exposure), ..settings.clone() };
         let (first, second) = (with(LightPath::Loop, 9.0), with(LightPath::Forward, 9.0));
-        let mut presenter = presenter(gpu, &scene, &first, Way::Straight);
+        let mut presenter = presenter(gpu, &scene, &first, PresentPath::Straight);
         fit(&mut presenter, &scene, &first, size);
 
         // A light and the exposure, which both the old frames and the new ones take as they are.
@@ -411,10 +416,12 @@ fn what_changes_while_frames_are_made_is_in_them() {
 
 #[test]
 fn a_view_beside_the_picture_is_made_while_the_picture_is_shown_alone() {
-    on_presenting_gpu(|gpu| [Way::Straight, Way::Encoded].into_iter().for_each(|way| view_beside(gpu, way)));
+    on_presenting_gpu(|gpu| {
+        [PresentPath::Straight, PresentPath::Encoded].into_iter().for_each(|way| view_beside(gpu, way))
+    });
 }
 
-fn view_beside(gpu: &Gpu, way: Way) {
+fn view_beside(gpu: &Gpu, way: PresentPath) {
     let (size, (wake, woken)) = (SIZES[0], wake());
     let (scene, settings) = (scene("builtin:spheres"), Settings { samples: 1, size, ..Settings::default() });
     let alone = first(gpu, &scene, &settings, way);

@@ -62,10 +62,10 @@ pub struct Owned<H: Destroy> {
 
 impl Owned<vk::Pipeline> {
     /// Owns a pipeline that was just made of this content, or that was kept.
-    pub(super) fn reusable(device: &Arc<Device>, name: &str, made: Made, content: Option<Content>) -> Self {
+    pub(super) fn reusable(device: &Arc<Device>, name: &str, made: PipelineOrigin, content: Option<Content>) -> Self {
         let (raw, id) = match made {
-            Made::New(raw) => (raw, device.registry.add(name.into(), vk::ObjectType::PIPELINE)),
-            Made::Kept(raw, id) => {
+            PipelineOrigin::New(raw) => (raw, device.registry.add(name.into(), vk::ObjectType::PIPELINE)),
+            PipelineOrigin::Kept(raw, id) => {
                 device.registry.revive(id, name.into());
                 (raw, id)
             }
@@ -78,7 +78,7 @@ impl Owned<vk::Pipeline> {
 }
 
 /// The origin of a pipeline.
-pub(super) enum Made {
+pub(super) enum PipelineOrigin {
     New(vk::Pipeline),
     Kept(vk::Pipeline, ObjectId),
 }

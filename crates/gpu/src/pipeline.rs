@@ -7,7 +7,7 @@ use ash::vk;
 
 use super::device::Device;
 use super::error::{Doing, Error, Result};
-use super::owned::{Made, Owned};
+use super::owned::{Owned, PipelineOrigin};
 use super::reuse::{Content, content_of};
 
 /// One shader of a pipeline.
@@ -219,7 +219,7 @@ impl GraphicsPipelineDesc<'_> {
 /// A pipeline of this content that was given up before.
 fn kept(device: &Arc<Device>, name: &str, content: Option<Content>) -> Option<Owned<vk::Pipeline>> {
     let (raw, id) = device.reuse.take(content?)?;
-    Some(Owned::reusable(device, name, Made::Kept(raw, id), content))
+    Some(Owned::reusable(device, name, PipelineOrigin::Kept(raw, id), content))
 }
 
 fn depth_state(depth: Option<DepthState>) -> vk::PipelineDepthStencilStateCreateInfo<'static> {
@@ -242,7 +242,9 @@ fn owned_pipeline(
     let (pipelines, result) = created.map_or_else(|failed| failed, |made| (made, vk::Result::ERROR_UNKNOWN));
     // One was asked for: a failure leaves a null handle or none.
     match pipelines.first() {
-        Some(&raw) if raw != vk::Pipeline::null() => Ok(Owned::reusable(device, name, Made::New(raw), content)),
+        Some(&raw) if raw != vk::Pipeline::null() => {
+            Ok(Owned::reusable(device, name, PipelineOrigin::New(raw), content))
+        }
         _ => Err(Error::vulkan(command, format!("compiling the pipeline '{name}'"), result)),
     }
 }

@@ -4,9 +4,9 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use afterlight::frame::edges::unreported_mutants::{LAYER, Part, reason};
-use afterlight::frame::edges::{self, Edge, Edges};
 use afterlight::frame::proof::{self, Frames, Hazard};
+use afterlight::frame::rows::unreported_mutants::{LAYER, Part, reason};
+use afterlight::frame::rows::{self, Row, Rows};
 use afterlight::frame::{Picture, Pixels, plan_for};
 use afterlight::gpu::{DeviceChoice, Error, Message};
 use afterlight::plan::FramePlan;
@@ -24,17 +24,17 @@ use super::{output, progress};
 ///
 /// # Errors
 /// When this plan has no such row, with the reason for that, or the row cannot be dropped.
-pub fn without(plan: &FramePlan, table: &Edges, name: &str) -> Result<Edges, Failure> {
+pub fn without(plan: &FramePlan, table: &Rows, name: &str) -> Result<Rows, Failure> {
     let row = row_of(plan, table, name, |edge| table.without(edge.name).is_ok())?;
     table.without(row.name).map_err(|error| Failure::usage(error.to_string()))
 }
 
 /// Returns the hazards of frames with these dependencies in words, the worst first.
-pub fn in_words(plan: &FramePlan, edges: &Edges) -> Vec<String> {
-    told(&Frames::of(plan, edges).hazards())
+pub fn in_words(plan: &FramePlan, edges: &Rows) -> Vec<String> {
+    describe_hazards(&Frames::of(plan, edges).hazards())
 }
 
-fn told(hazards: &[Hazard]) -> Vec<String> {
+fn describe_hazards(hazards: &[Hazard]) -> Vec<String> {
     proof::in_words(hazards.iter().map(|hazard| &hazard.consequence))
 }
 
@@ -42,18 +42,18 @@ fn told(hazards: &[Hazard]) -> Vec<String> {
 ///
 /// # Errors
 /// When this plan has no such row, with the reason for that.
-pub fn row<'a>(plan: &FramePlan, table: &'a Edges, name: &str) -> Result<&'a Edge, Failure> {
+pub fn row<'a>(plan: &FramePlan, table: &'a Rows, name: &str) -> Result<&'a Row, Failure> {
     row_of(plan, table, name, |_| true)
 }
 
 /// The row of this name. An error lists the rows for which `is_possible` returns true.
 fn row_of<'a>(
     plan: &FramePlan,
-    table: &'a Edges,
+    table: &'a Rows,
     name: &str,
-    is_possible: impl Fn(&Edge) -> bool,
-) -> Result<&'a Edge, Failure> {
-    table.named(name, is_possible).map_err(|error| match edges::lack(plan, name) {
+    is_possible: impl Fn(&Row) -> bool,
+) -> Result<&'a Row, Failure> {
+    table.named(name, is_possible).map_err(|error| match rows::lack(plan, name) {
         Some(why) => Failure::usage(format!("these frames have no dependency {name}: {why}")),
         None => Failure::usage(error.to_string()),
     })
@@ -85,7 +85,7 @@ struct Laboratory<'a> {
     layer: Result<u32, String>,
     settings: Settings,
     plan: FramePlan,
-    table: Edges,
+    table: Rows,
     picture: Picture,
 }
 
@@ -104,7 +104,7 @@ impl<'a> Laboratory<'a> {
         // Each frame draws its maps, so that their rows have something to order.
         settings.shadows.cache = false;
         let plan = plan_for(watched.device(), &workload.scene, &settings)?;
-        let table = edges::table(&plan);
+        let table = rows::table(&plan);
         let picture = Picture { size: settings.size, pixels: Pixels::Srgb8(Vec::new()) };
         let mut own = Self { workload, watched, layer, settings, plan, table, picture };
         // Messages about the whole table are not about a dropped row.
@@ -117,7 +117,7 @@ impl<'a> Laboratory<'a> {
         Ok(Some(own))
     }
 
-    fn draw(&self, edges: Edges) -> Result<Drawn, Failure> {
+    fn draw(&self, edges: Rows) -> Result<Drawn, Failure> {
         // SAFETY: only whether their picture is another one is asked of these frames, and nothing else is on the device; the layer speaks of
         // them before the driver runs them.
         Ok(unsafe { self.watched.draw(&self.workload.scene, &self.settings, edges, None) }?)
@@ -186,9 +186,10 @@ fn one(
     Ok(text)
 }
 
-fn described(edge: &Edge, hazards: &[Hazard], is_verbose: bool) -> String {
-    let Edge { from, to, carrier, why, .. } = edge;
-    let words = told(hazards).into_iter().fold(String::new(), |text, sentence| format!("{text}  {sentence}\n"));
+fn described(edge: &Row, hazards: &[Hazard], is_verbose: bool) -> String {
+    let Row { from, to, carrier, why, .. } = edge;
+    let words =
+        describe_hazards(hazards).into_iter().fold(String::new(), |text, sentence| format!("{text}  {sentence}\n"));
     let words = if words.is_empty() { "  nothing: other dependencies order the same\n" } else { &words };
     let rules = match is_verbose {
         true => format!("\nThe specification's rules:\n{}", proved(hazards)),
@@ -269,7 +270,7 @@ fn without_layer(why: &str) -> String {
 }
 
 /// What the layer would add to the verdict on one.
-fn unwatched(plan: &FramePlan, edge: &Edge, why: &str) -> String {
+fn unwatched(plan: &FramePlan, edge: &Row, why: &str) -> String {
     let adds = match reason(plan, edge, Part::Row) {
         Some(_) => silence(plan, edge, LAYER),
         None => format!(
@@ -335,7 +336,7 @@ fn proved(hazards: &[Hazard]) -> String {
 }
 
 /// Explains why the layer says nothing.
-fn silence(plan: &FramePlan, edge: &Edge, layer: u32) -> String {
+fn silence(plan: &FramePlan, edge: &Row, layer: u32) -> String {
     let (own, known) = (version(layer), version(LAYER));
     match reason(plan, edge, Part::Row) {
         Some(reason) => {
@@ -385,18 +386,18 @@ fn texts(messages: &[Message]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use afterlight::frame::edges::{Carrier, Place, RowName};
     use afterlight::frame::list::SHADOW_PASS;
+    use afterlight::frame::rows::{PassName, RowName, SyncKind};
     use afterlight::gpu::sync::Use;
     use afterlight::plan::Capabilities;
     use afterlight::scene::{Scene, Settings};
 
     use super::*;
 
-    fn row(name: RowName, to: Place) -> Edge {
-        let (from, why) = (Place::OUTSIDE, "");
-        let (carrier, by_region) = (Carrier::Subpass(SHADOW_PASS), false);
-        Edge {
+    fn row(name: RowName, to: PassName) -> Row {
+        let (from, why) = (PassName::OUTSIDE, "");
+        let (carrier, by_region) = (SyncKind::Subpass(SHADOW_PASS), false);
+        Row {
             name,
             label: name.name(),
             carrier,
@@ -414,11 +415,11 @@ mod tests {
     #[test]
     fn silence_is_explained_by_what_is_known_of_the_layer() {
         let plan = FramePlan::of(&Scene::default(), &Settings::default(), &Capabilities::ample()).expect("a plan");
-        let reuse = row(RowName::Reuse(Place::pass("SHADOW")), Place::pass("SHADOW"));
+        let reuse = row(RowName::Reuse(PassName::pass("SHADOW")), PassName::pass("SHADOW"));
         let (new, old) = (silence(&plan, &reuse, LAYER), silence(&plan, &reuse, LAYER - 1));
         assert!(new.contains("gave shadow-reuse nothing to order"), "{new}");
         assert!(old.contains("says nothing of these frames") && !old.contains("gave"), "{old}");
-        let argued = silence(&plan, &row(RowName::PICTURE_TO_HOST, Place::HOST), LAYER);
+        let argued = silence(&plan, &row(RowName::PICTURE_TO_HOST, PassName::HOST), LAYER);
         assert!(argued.contains("No layer is known to notice") && argued.contains("Signaling a fence"), "{argued}");
     }
 }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use afterlight::scene::builtin;
-use afterlight::scene::gltf::{self, Shot};
+use afterlight::scene::gltf::{self, ExportedView};
 use afterlight::scene::{SETTINGS, Setting, Settings, SettingsPatch, ev100_of};
 
 use super::args::SettingsArgs;
@@ -48,7 +48,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let exposure = ev100_of(&workload.scene, &settings);
     let place = workload.place(&settings);
     let copyright = args.scene.starts_with(builtin::PREFIX).then(|| CC0.to_owned());
-    let shot = Shot { size: settings.size, exposure, settings: workload.patch(), copyright };
+    let shot = ExportedView { size: settings.size, exposure, settings: workload.patch(), copyright };
     let scene = std::mem::take(&mut workload.scene);
     let name = scene.name.clone();
     let exported = gltf::write(scene, &shot)?;

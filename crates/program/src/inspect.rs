@@ -2,14 +2,14 @@
 
 use std::fmt::Write as _;
 
-use afterlight::frame::edges::unreported_mutants::Part;
-use afterlight::frame::edges::{self, Edge, Edges, Side};
 use afterlight::frame::proof::covered;
+use afterlight::frame::rows::unreported_mutants::Part;
+use afterlight::frame::rows::{self, Row, Rows, Side};
 use afterlight::frame::{LayoutChange, layout_changes};
 use afterlight::frame::{capabilities, plan_for};
 use afterlight::plan::FramePlan;
 use afterlight::scene::{Output, SettingsPatch, View};
-use afterlight_lab::mutants::{self, PartName, Way};
+use afterlight_lab::mutants::{self, PartName, PresentPath};
 use afterlight_lab::report::graph;
 use serde::Serialize;
 
@@ -100,10 +100,10 @@ enum InWindow {
 impl InWindow {
     fn present(self, plan: FramePlan) -> FramePlan {
         let way = match self {
-            Self::Direct => Way::Straight,
-            Self::Enlarged => Way::Enlarged,
-            Self::Encoded => Way::Encoded,
-            Self::EncodedKept => Way::EncodedKept,
+            Self::Direct => PresentPath::Straight,
+            Self::Enlarged => PresentPath::Enlarged,
+            Self::Encoded => PresentPath::Encoded,
+            Self::EncodedKept => PresentPath::EncodedKept,
         };
         mutants::presented(plan, way)
     }
@@ -156,7 +156,7 @@ struct LayoutReport {
 }
 
 impl EdgeReport {
-    pub(super) fn of(edge: &Edge, changes: &[LayoutChange], covered: Option<&[Part]>) -> Self {
+    pub(super) fn of(edge: &Row, changes: &[LayoutChange], covered: Option<&[Part]>) -> Self {
         let layout = |change: &LayoutChange| LayoutReport {
             image: change.image.map(|image| image.to_string()),
             old: format!("{:?}", change.old),
@@ -217,7 +217,7 @@ impl Args {
 }
 
 /// The rows of these names, in their order; without names all of the table.
-fn rows<'a>(names: &[String], plan: &FramePlan, table: &'a Edges) -> Result<Vec<&'a Edge>, Failure> {
+fn rows<'a>(names: &[String], plan: &FramePlan, table: &'a Rows) -> Result<Vec<&'a Row>, Failure> {
     match names {
         [] => Ok(table.iter().collect()),
         names => names.iter().map(|name| drop::row(plan, table, name)).collect(),
@@ -254,8 +254,8 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
             None => plan,
         };
         let parts = PlanReport::of(&plan, &workload.scene, &settings, &capabilities(&device.physical));
-        let dependencies = edges::table(&plan);
-        let layouts = |edge: &Edge| layout_changes(&plan, &dependencies, edge);
+        let dependencies = rows::table(&plan);
+        let layouts = |edge: &Row| layout_changes(&plan, &dependencies, edge);
         if let Some(sink) = &args.graph {
             sink.write(graph::draw(&workload.scene.name, &plan, &dependencies).as_bytes())?;
         }
@@ -310,7 +310,7 @@ fn drawing(text: &str) -> Result<Sink, String> {
 }
 
 /// A paragraph for each dependency: a row of a table would be 200 columns wide.
-fn edge_list(plan: &FramePlan, edges: &Edges, layouts: impl Fn(&Edge) -> Vec<LayoutChange>) -> String {
+fn edge_list(plan: &FramePlan, edges: &Rows, layouts: impl Fn(&Row) -> Vec<LayoutChange>) -> String {
     let mut text = String::new();
     for edge in edges.iter() {
         let region = edge.region();

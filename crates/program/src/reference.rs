@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use afterlight::frame::{Picture, Pixels};
 use afterlight::scene::{SETTINGS, Setting, Settings, SettingsPatch, counted, ev100_of, exposure_scale};
-use afterlight_truth::reference::shutter::{self, Exposure, Shot};
+use afterlight_truth::reference::shutter::{self, Exposure, ShutterScene};
 use afterlight_truth::reference::{Cache, Cached, Mode, Options, Reference, Smith, Source, Truth, View};
 use clap::ValueEnum;
 
@@ -112,7 +112,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         SmithChoice::Separable => Smith::Separable,
     };
     let start = Instant::now();
-    let moving = (workload.scene.moves() && !args.point).then(|| Shot {
+    let moving = (workload.scene.moves() && !args.point).then(|| ShutterScene {
         scene: &workload.scene,
         playing: workload.playing.clone(),
         path: None,
@@ -161,7 +161,7 @@ fn samples_of(mode: Mode) -> u64 {
 }
 
 /// Renders the picture of an open shutter. No cache keeps it.
-fn expose(args: &Args, shot: &Shot, exposure: &Exposure, settings: &Settings) -> Result<Cached, Failure> {
+fn expose(args: &Args, shot: &ShutterScene, exposure: &Exposure, settings: &Settings) -> Result<Cached, Failure> {
     let pixels = u64::from(exposure.size[0]) * u64::from(exposure.size[1]);
     let bar = progress::shares(format!("{}: samples", args.scene), pixels * u64::from(exposure.samples), args.quiet);
     Ok(Cached::computed(shutter::render(shot, exposure, settings, &|done, _| bar.at(done))?))
@@ -211,7 +211,7 @@ fn export(args: &Args, folder: &Path) -> Result<(), Failure> {
         return Err(refused("neither a lens nor an open shutter is expressed".into()));
     }
     let (scene, camera) = (&workload.scene, workload.scene.camera);
-    let shot = mitsuba::Shot { scene, camera, size: settings.size, brdf: settings.brdf };
+    let shot = mitsuba::MitsubaScene { scene, camera, size: settings.size, brdf: settings.brdf };
     let export = mitsuba::export(&shot).map_err(refused)?;
     output::make_folder(folder)?;
     for (name, text) in

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use afterlight::frame::{self, Complexity, Picture, Pixels, Renderer, edges, list, plan_for};
+use afterlight::frame::{self, Complexity, Picture, Pixels, Renderer, list, plan_for, rows};
 use afterlight::gpu::Device;
 use afterlight::plan::{FramePlan, averages_samples};
 use afterlight::scene::{Output, Pose, Settings, SettingsPatch, View, counted, metered_ev100};
@@ -188,7 +188,7 @@ fn renderer(
         Some(name) => {
             let plan = plan_for(device, &workload.scene, settings);
             let plan = plan.map_err(|error| workload.blame(error, &device.physical, settings))?;
-            let without = drop::without(&plan, &edges::table(&plan), name)?;
+            let without = drop::without(&plan, &rows::table(&plan), name)?;
             hazards = drop::in_words(&plan, &without);
             // SAFETY: `--drop` asks for frames whose memory is used in any order, and its help says so. The rows without which a driver need
             // not survive cannot be dropped.

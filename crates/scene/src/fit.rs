@@ -38,7 +38,7 @@ const BELOW_NITS: f32 = 0.24;
 
 /// The surroundings of a fitted camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stand {
+pub enum CameraPlace {
     /// Before the model, in the open.
     Outside,
     /// Within its walls, where little of the sun comes.
@@ -46,14 +46,14 @@ pub enum Stand {
 }
 
 /// Points the scene's camera at what is drawn of it while its clips play; an empty scene keeps its own.
-pub fn fit_camera(scene: &mut Scene, aspect: f64) -> Stand {
+pub fn fit_camera(scene: &mut Scene, aspect: f64) -> CameraPlace {
     let still = scene.at(&Playing::default());
     let bounds = still.bounds();
     if bounds.is_empty() || !bounds.radius().is_finite() {
-        return Stand::Outside;
+        return CameraPlace::Outside;
     }
     let inside = hall_camera(&still, &bounds);
-    let stand = if inside.is_some() { Stand::Inside } else { Stand::Outside };
+    let stand = if inside.is_some() { CameraPlace::Inside } else { CameraPlace::Outside };
     let camera = inside.unwrap_or_else(|| {
         let duration = scene.motion.duration(&ClipChoice::All);
         let times = if duration > 0.0 { MOMENTS } else { 1 };
@@ -68,8 +68,8 @@ pub fn fit_camera(scene: &mut Scene, aspect: f64) -> Stand {
 
 /// Exposes a lit model for where its fitted camera stands. Metering knows no shadows, so that inside, where most lies in the
 /// shade, it opens by [`SHADE_STOPS`].
-pub fn fit_exposure(scene: &mut Scene, stand: Stand) {
-    if stand == Stand::Inside {
+pub fn fit_exposure(scene: &mut Scene, stand: CameraPlace) {
+    if stand == CameraPlace::Inside {
         scene.settings.exposure = Some(metered_ev100(scene) - SHADE_STOPS);
         scene.fitted.exposure = true;
     }

@@ -51,7 +51,7 @@ pub use import::{Imported, LoadOptions, Progress, Surroundings};
 pub use lens::{Aperture, ThinLens};
 pub use levels::MOST_LEVELS;
 pub use levels::{Level, Levels};
-pub use light::{Falloff, Light, LightForm, LightKind, LightTrait, Outline, Sight, Solid, TRAITS, unit};
+pub use light::{Falloff, Light, LightForm, LightKind, LightTrait, Outline, ShadowProjection, Solid, TRAITS, unit};
 pub use load::{OpenOptions, Up, open};
 pub use look::{HIGHLIGHT, HIGHLIGHT_SHARE, Look, MAX_ATLAS_EDGE};
 pub use material::{AlphaMode, Brdf, DIELECTRIC, FORMS, Material, SlotForm, TextureSlot, UvMap, scaled};

@@ -114,7 +114,7 @@ pub enum Outline {
 
 /// A light's view of the scene in its shadow maps.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Sight {
+pub enum ShadowProjection {
     /// Along parallel rays from infinitely far away, wherever the camera looks.
     Far,
     /// From the light's place along its direction; half the view's width in metres, at a distance of a metre, or everywhere if rays are parallel.
@@ -362,12 +362,12 @@ impl LightForm {
     }
 
     /// Returns its view of the scene in its shadow maps.
-    pub fn sight(&self) -> Sight {
+    pub fn sight(&self) -> ShadowProjection {
         match self.outline {
-            _ if self.place.is_none() => Sight::Far,
-            Outline::Cone { outer, .. } if outer <= WIDEST_CONE => Sight::Ahead(outer.to_radians().tan()),
-            Outline::Cylinder { radius, .. } => Sight::Ahead(radius),
-            Outline::Cone { .. } | Outline::Space => Sight::Around,
+            _ if self.place.is_none() => ShadowProjection::Far,
+            Outline::Cone { outer, .. } if outer <= WIDEST_CONE => ShadowProjection::Ahead(outer.to_radians().tan()),
+            Outline::Cylinder { radius, .. } => ShadowProjection::Ahead(radius),
+            Outline::Cone { .. } | Outline::Space => ShadowProjection::Around,
         }
     }
 

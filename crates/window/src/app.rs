@@ -371,7 +371,7 @@ impl<'a> App<'a> {
                 fit
             }
         };
-        self.suit(fit)
+        self.fit_swapchain(fit)
     }
 
     /// Makes the frames for the window and its subject as they are; where that cannot be, as they were. False while the window has no pixels.
@@ -459,7 +459,7 @@ impl<'a> App<'a> {
     }
 
     /// Sees to it that the next frame has a swapchain that suits the surface.
-    fn suit(&mut self, fit: Fit) -> Result<(), Error> {
+    fn fit_swapchain(&mut self, fit: Fit) -> Result<(), Error> {
         match fit {
             Fit::Exact => self.content = false,
             Fit::Suboptimal if self.content => {}

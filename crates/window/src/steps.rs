@@ -7,7 +7,7 @@ pub use stepper::Stepper;
 
 use afterlight::frame::list::List;
 use afterlight::passes::{
-    How, Pass, Place, Resource, composite, forward, geometry, lighting, shadow, tiled, tonemap, transparent,
+    Pass, PassName, Resource, UseKind, composite, forward, geometry, lighting, shadow, tiled, tonemap, transparent,
 };
 use afterlight::plan::{FramePlan, PlannedBrdf, Shading, ToneMapping, effects};
 use afterlight::scene::{Brdf, Settings, Tonemap, Transparency, View};
@@ -22,7 +22,7 @@ pub enum Step {
     /// A buffer that GEOMETRY has written.
     Buffer(View),
     /// The buffer that a pass of an effect has made of one of them.
-    Rewritten(Place, View),
+    Rewritten(PassName, View),
     /// The lights from `first` to before `end` are added, of those that the plan has; none of them before the first light.
     Lights {
         first: usize,
@@ -36,7 +36,7 @@ pub enum Step {
     Light,
     Tonemap,
     /// A pass over the whole picture that settings can leave out.
-    Effect(Place),
+    Effect(PassName),
 }
 
 impl Step {
@@ -157,7 +157,7 @@ fn rewritten(pass: &Pass, plan: &FramePlan) -> Option<View> {
     let touches = (pass.touches)(plan);
     let is_stored = |target| {
         let resource = Resource::Target(target);
-        touches.iter().any(|touch| touch.resource == resource && matches!(touch.how, How::Storage { .. }))
+        touches.iter().any(|touch| touch.resource == resource && matches!(touch.how, UseKind::Storage { .. }))
     };
     effects::of_gbuffer(plan).find_map(|(target, view, _)| is_stored(target).then_some(view))
 }

@@ -5,7 +5,7 @@ use ash::vk;
 use super::over::{Over, encoded_image, image_beside};
 use super::{COPIED_INTO, Presenter, desc_for, wishes};
 use crate::frame::builder::RendererBuilder;
-use crate::frame::rebuild::{Begun, Made, Rebuild, Wake};
+use crate::frame::rebuild::{Begun, Rebuild, Rebuilt, Wake};
 use crate::frame::{Error, plan_for};
 use crate::gpu::{self, ImageWish, Swapchain, SwapchainDesc, image_formats};
 use crate::passes::encode::Encode;
@@ -108,7 +108,7 @@ impl Presenter {
         scene: &Scene,
         settings: &Settings,
         size: [u32; 2],
-        mut made: Option<Made>,
+        mut made: Option<Rebuilt>,
     ) -> Result<Fitted, Error> {
         let own = match made.as_mut().and_then(|made| made.own.take()).transpose() {
             // More memory is free without the old frames, and without those made beside.
@@ -230,7 +230,7 @@ impl Presenter {
     }
 
     /// Makes the other picture as the frames are, or gives it up. Returns true if another thread's frames were adopted.
-    fn fit_split(&mut self, scene: &Scene, settings: &Settings, made: Option<Made>) -> bool {
+    fn fit_split(&mut self, scene: &Scene, settings: &Settings, made: Option<Rebuilt>) -> bool {
         let (Some(split), Some(renderer), Some(swapchain)) = (&mut self.split, &self.renderer, &self.swapchain) else {
             return false;
         };

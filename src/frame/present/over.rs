@@ -4,24 +4,24 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use crate::frame::edges::{Edges, RowName};
 use crate::frame::read_back::host_barrier;
 use crate::frame::render_passes::image_barrier;
+use crate::frame::rows::{RowName, Rows};
 use crate::frame::{IN_FLIGHT, Renderer};
 use crate::gpu::barrier::ImageRange;
 use crate::gpu::{self, Device, Image, ImageDesc, ImageWish, Swapchain, UploadOrder};
 use crate::passes::copy::Copy;
 use crate::passes::encode::Encode;
 use crate::passes::overlay::{Overlay, Panels};
-use crate::plan::{Canvas, FramePlan};
+use crate::plan::{FramePlan, PresentTarget};
 
 /// The image that panels are drawn into and that ENCODE reads; `None` if panels are drawn into the swapchain's image. If the picture is kept, this is
 /// `kept`, into which PRESENT copies it.
 pub(super) fn encoded_image<'a>(renderer: &'a Renderer, kept: Option<&'a Image>) -> Option<&'a Image> {
     match renderer.plan.presented? {
-        Canvas::Encode(_) => renderer.frame.output(&renderer.plan),
-        Canvas::EncodeKept(_) => kept,
-        Canvas::Straight(_) | Canvas::Enlarge(_) => None,
+        PresentTarget::Encode(_) => renderer.frame.output(&renderer.plan),
+        PresentTarget::EncodeKept(_) => kept,
+        PresentTarget::Straight(_) | PresentTarget::Enlarge(_) => None,
     }
 }
 
@@ -31,7 +31,7 @@ pub(super) fn image_beside(
     plan: &FramePlan,
     before: Option<Image>,
 ) -> gpu::Result<Option<Image>> {
-    let Some(Canvas::EncodeKept(_)) = plan.presented else { return Ok(None) };
+    let Some(PresentTarget::EncodeKept(_)) = plan.presented else { return Ok(None) };
     let [width, height] = plan.size;
     let extent = vk::Extent2D { width, height };
     let fits = |own: &Image| (own.format, own.extent.width, own.extent.height) == (plan.output, width, height);
@@ -116,7 +116,7 @@ pub(super) fn record_copy(
 
 /// Brings the picture into an image of the swapchain, which is ready to be presented then.
 pub(super) fn record_encode(
-    (device, edges): (&Device, &Edges),
+    (device, edges): (&Device, &Rows),
     cmd: vk::CommandBuffer,
     (encode, picture): (&Encode, &Image),
     (index, image): (usize, vk::Image),
@@ -132,7 +132,7 @@ pub(super) fn record_encode(
 }
 
 /// Copies an image that is ready to be presented, as it is again after that.
-fn copy_presented(device: &Device, edges: &Edges, (cmd, image): (vk::CommandBuffer, vk::Image), copy: &Copy) {
+fn copy_presented(device: &Device, edges: &Rows, (cmd, image): (vk::CommandBuffer, vk::Image), copy: &Copy) {
     let whole = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
     image_barrier(device, cmd, whole, edges.find(RowName::PICTURE_TO_COPY));
     copy.record(device, cmd, image);

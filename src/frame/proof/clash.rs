@@ -3,7 +3,7 @@
 use ash::vk::{AccessFlags as A, ImageLayout, PipelineStageFlags as S};
 
 use super::order::PRESENTATION;
-use super::program::{Kind, Touch};
+use super::program::{Kind, MemoryAccess};
 use super::words::noun;
 use super::{Hazard, HazardKind, kind_of};
 
@@ -51,7 +51,7 @@ pub fn clashes(hazards: &[Hazard]) -> Vec<Clash> {
 }
 
 impl Clash {
-    pub(super) fn of(first: &Touch, second: &Touch) -> Self {
+    pub(super) fn of(first: &MemoryAccess, second: &MemoryAccess) -> Self {
         Self {
             kind: kind_of(first, second),
             memories: vec![noun(second.memory)],
@@ -75,7 +75,7 @@ impl Clash {
 }
 
 impl End {
-    fn of(touch: &Touch) -> Self {
+    fn of(touch: &MemoryAccess) -> Self {
         let (operation, changes) = match touch.kind {
             Kind::Plain => (None, Vec::new()),
             Kind::Load => (Some("load operation"), Vec::new()),

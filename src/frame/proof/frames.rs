@@ -7,13 +7,13 @@ use super::order::PRESENTATION;
 use super::program::{Memory, Program, Scope, Span, Sync, Time, Who};
 use super::render_pass::Besides;
 use crate::frame::IN_FLIGHT;
-use crate::frame::edges::{Carrier, Edge, Edges, FORMULA_WRITE, Place, RowName};
-use crate::frame::list::{Commands, List, Occasion, RenderPassName, SHADOW_PASS, Step};
+use crate::frame::list::{Commands, Condition, List, RenderPassName, SHADOW_PASS, Step};
 use crate::frame::render_pass::PassDescription;
+use crate::frame::rows::{FORMULA_WRITE, PassName, Row, RowName, Rows, SyncKind};
 use crate::gpu::sync::{DEVICE_ACCESS, HOST_WRITE, Use};
 use crate::gpu::upload::{BLIT_READ, COPY_WRITE};
 use crate::gpu_scene::shadow_clear;
-use crate::passes::{FRAME_READ, Resource, Touch, copy, present};
+use crate::passes::{FRAME_READ, Resource, ResourceUse, copy, present};
 use crate::plan::FramePlan;
 
 mod prefilter;
@@ -46,19 +46,19 @@ struct Turn {
 }
 
 impl Turn {
-    fn has(self, occasion: Occasion) -> bool {
+    fn has(self, occasion: Condition) -> bool {
         match occasion {
-            Occasion::Always => true,
-            Occasion::Posed => self.posed,
-            Occasion::Split => self.split,
-            Occasion::Copied => self.copied,
-            Occasion::Covered => self.covered,
+            Condition::Always => true,
+            Condition::Posed => self.posed,
+            Condition::Split => self.split,
+            Condition::Copied => self.copied,
+            Condition::Covered => self.covered,
         }
     }
 }
 
 /// The frames of a plan with these rows.
-pub(super) fn program(plan: &FramePlan, edges: &Edges) -> Program {
+pub(super) fn program(plan: &FramePlan, edges: &Rows) -> Program {
     let list = List::of(plan);
     let passes = PassDescription::all(plan, edges);
     let mut frames = Frames { plan, edges, program: Program::default(), ends: Vec::new(), copied: None };
@@ -77,7 +77,7 @@ pub(super) fn program(plan: &FramePlan, edges: &Edges) -> Program {
     }
     frames.look();
     frames.wait(RowName::LAST_USE_TO_DESTROY, uploaded);
-    frames.program.command(Place::HOST, &[(STAGING, BUFFER, HOST_WRITE)]);
+    frames.program.command(PassName::HOST, &[(STAGING, BUFFER, HOST_WRITE)]);
     frames.program
 }
 
@@ -111,15 +111,15 @@ fn turns(plan: &FramePlan) -> Vec<Turn> {
 }
 
 /// The dispatch that evaluates formulas, with these rows.
-pub(super) fn formulas(edges: &Edges) -> Program {
+pub(super) fn formulas(edges: &Rows) -> Program {
     let mut program = Program::default();
-    let order = |row| edges.find(row).map(Edge::order);
+    let order = |row| edges.find(row).map(Row::order);
     let (inputs, results) = (Memory::of(Resource::FrameData), READ_BACK);
-    program.command(Place::HOST, &[(inputs, BUFFER, HOST_WRITE)]);
+    program.command(PassName::HOST, &[(inputs, BUFFER, HOST_WRITE)]);
     if let Some(submitted) = order(RowName::HOST_TO_FRAME) {
         program.barrier(submitted, None);
     }
-    program.command(Place::DEVICE, &[(inputs, BUFFER, FRAME_READ), (results, BUFFER, FORMULA_WRITE)]);
+    program.command(PassName::DEVICE, &[(inputs, BUFFER, FRAME_READ), (results, BUFFER, FORMULA_WRITE)]);
     if let Some(order) = order(RowName::RESULTS_TO_HOST) {
         program.barrier(order, Some(results));
     }
@@ -127,13 +127,13 @@ pub(super) fn formulas(edges: &Edges) -> Program {
         let end = program.step();
         program.fence(order, end);
     }
-    program.command(Place::HOST, &[(results, BUFFER, copy::HOST_READ)]);
+    program.command(PassName::HOST, &[(results, BUFFER, copy::HOST_READ)]);
     program
 }
 
 struct Frames<'a> {
     plan: &'a FramePlan,
-    edges: &'a Edges,
+    edges: &'a Rows,
     program: Program,
     /// The end of each frame's submission.
     ends: Vec<Time>,
@@ -151,7 +151,7 @@ impl Frames<'_> {
 
     fn image_barrier(&mut self, row: RowName, memory: Memory) {
         let Some(edge) = self.edges.find(row) else { return };
-        if let Carrier::ImageBarrier(old, new) = edge.carrier {
+        if let SyncKind::ImageBarrier(old, new) = edge.carrier {
             let sync = self.program.barrier(edge.order(), Some(memory));
             self.program.transition((Who::Row(row), memory), [old, new], vec![sync], None);
         }
@@ -164,7 +164,7 @@ impl Frames<'_> {
 
     /// The CPU waits for all that was submitted until then.
     fn wait(&mut self, row: RowName, until: Time) {
-        let Some(order) = self.edges.find(row).map(Edge::order) else { return };
+        let Some(order) = self.edges.find(row).map(Row::order) else { return };
         self.program.fence(order, until);
     }
 
@@ -172,14 +172,14 @@ impl Frames<'_> {
     fn look(&mut self) {
         if let Some(copied) = self.copied.take() {
             self.wait(RowName::COPY_TO_HOST, copied);
-            self.program.command(Place::HOST, &[(READ_BACK, BUFFER, copy::HOST_READ)]);
+            self.program.command(PassName::HOST, &[(READ_BACK, BUFFER, copy::HOST_READ)]);
         }
     }
 
     /// Gives the end of the submission.
     fn upload(&mut self) -> Time {
         let uploads = self.plan.uploads;
-        self.program.command(Place::HOST, &[(STAGING, BUFFER, HOST_WRITE)]);
+        self.program.command(PassName::HOST, &[(STAGING, BUFFER, HOST_WRITE)]);
         self.submit();
         let from = (STAGING, BUFFER, copy::READ);
         if uploads.textures {
@@ -190,11 +190,11 @@ impl Frames<'_> {
                 for &level in texture {
                     self.image_barrier(RowName::TEXTURE_TO_COPY, level);
                 }
-                self.program.command(Place::UPLOAD, &[from, (texture[0], L::TRANSFER_DST_OPTIMAL, COPY_WRITE)]);
+                self.program.command(PassName::UPLOAD, &[from, (texture[0], L::TRANSFER_DST_OPTIMAL, COPY_WRITE)]);
                 for pair in texture.windows(2) {
                     self.image_barrier(RowName::LEVEL_TO_BLIT, pair[0]);
                     let read = (pair[0], L::TRANSFER_SRC_OPTIMAL, BLIT_READ);
-                    self.program.command(Place::UPLOAD, &[read, (pair[1], L::TRANSFER_DST_OPTIMAL, COPY_WRITE)]);
+                    self.program.command(PassName::UPLOAD, &[read, (pair[1], L::TRANSFER_DST_OPTIMAL, COPY_WRITE)]);
                 }
                 self.image_barrier(RowName::UPLOAD_TO_TEXTURES, texture[texture.len() - 1]);
                 for &level in &texture[..texture.len() - 1] {
@@ -203,12 +203,12 @@ impl Frames<'_> {
             }
         }
         if uploads.vertices || uploads.volumes {
-            self.program.command(Place::UPLOAD, &[from, (Memory::of(Resource::Vertices), BUFFER, COPY_WRITE)]);
+            self.program.command(PassName::UPLOAD, &[from, (Memory::of(Resource::Vertices), BUFFER, COPY_WRITE)]);
             if uploads.vertices {
-                self.program.command(Place::UPLOAD, &[from, (Memory::of(Resource::Indices), BUFFER, COPY_WRITE)]);
+                self.program.command(PassName::UPLOAD, &[from, (Memory::of(Resource::Indices), BUFFER, COPY_WRITE)]);
             }
             if self.plan.deforms() {
-                self.program.command(Place::UPLOAD, &[from, (Memory::of(Resource::RestMeshes), BUFFER, COPY_WRITE)]);
+                self.program.command(PassName::UPLOAD, &[from, (Memory::of(Resource::RestMeshes), BUFFER, COPY_WRITE)]);
             }
             self.barrier(RowName::UPLOAD_TO_VERTICES, None);
         }
@@ -219,7 +219,7 @@ impl Frames<'_> {
     fn upload_panel(&mut self) {
         self.image_barrier(RowName::PANEL_TO_COPY, Memory::of(Resource::PanelTextures));
         self.program
-            .command(Place::UPLOAD, &[(Memory::of(Resource::PanelTextures), L::TRANSFER_DST_OPTIMAL, COPY_WRITE)]);
+            .command(PassName::UPLOAD, &[(Memory::of(Resource::PanelTextures), L::TRANSFER_DST_OPTIMAL, COPY_WRITE)]);
         self.image_barrier(RowName::UPLOAD_TO_PANELS, Memory::of(Resource::PanelTextures));
     }
 
@@ -229,7 +229,7 @@ impl Frames<'_> {
         }
         for map in MAPS {
             self.image_barrier(RowName::SHADOW_ATLAS_TO_CLEAR, map);
-            self.program.command(Place::CLEAR, &[(map, L::TRANSFER_DST_OPTIMAL, shadow_clear::WRITE)]);
+            self.program.command(PassName::CLEAR, &[(map, L::TRANSFER_DST_OPTIMAL, shadow_clear::WRITE)]);
             self.image_barrier(RowName::CLEAR_TO_SHADOW_MAPS, map);
         }
     }
@@ -264,13 +264,13 @@ impl Frames<'_> {
             self.wait(RowName::FRAME_TO_HOST, self.ends[last]);
             if self.plan.culls_on_device {
                 let found = Memory::part(Resource::FoundCounts, place);
-                self.program.command(Place::HOST, &[(found, BUFFER, copy::HOST_READ)]);
+                self.program.command(PassName::HOST, &[(found, BUFFER, copy::HOST_READ)]);
             }
         }
         if turn.has_new_panel {
             self.upload_panel();
         }
-        self.program.command(Place::HOST, &[(Memory::part(Resource::FrameData, place), BUFFER, HOST_WRITE)]);
+        self.program.command(PassName::HOST, &[(Memory::part(Resource::FrameData, place), BUFFER, HOST_WRITE)]);
         self.submit();
         if self.plan.presented.is_some() {
             self.acquire();
@@ -279,7 +279,7 @@ impl Frames<'_> {
             match step {
                 Step::RenderPass(name, _) => self.render_pass(passes, *name, turn, place),
                 // Without a window the copy is a submission of its own.
-                Step::Commands(own) if self.plan.presented.is_some() || own.when != Occasion::Copied => {
+                Step::Commands(own) if self.plan.presented.is_some() || own.when != Condition::Copied => {
                     if turn.has(own.when) {
                         self.commands(own, place);
                     }
@@ -294,7 +294,7 @@ impl Frames<'_> {
             self.submit();
             for step in &list.0 {
                 if let Step::Commands(own) = step
-                    && own.when == Occasion::Copied
+                    && own.when == Condition::Copied
                 {
                     self.commands(own, place);
                 }
@@ -308,7 +308,7 @@ impl Frames<'_> {
     fn render_pass(&mut self, passes: &[PassDescription], name: RenderPassName, turn: Turn, place: usize) {
         let plan = self.plan;
         let Some(pass) = passes.iter().find(|pass| pass.name == name) else { return };
-        let besides = |touches: &[Touch]| -> Vec<Besides> {
+        let besides = |touches: &[ResourceUse]| -> Vec<Besides> {
             let all = touches.iter().filter(|touch| !touch.is_attachment());
             all.flat_map(|touch| besides(plan, touch, place)).collect()
         };
@@ -339,7 +339,7 @@ impl Frames<'_> {
         for &(row, resource) in rows {
             for memory in memory_of(self.plan, resource, place) {
                 match self.edges.find(row).map(|edge| edge.carrier) {
-                    Some(Carrier::ImageBarrier(..)) => self.image_barrier(row, memory),
+                    Some(SyncKind::ImageBarrier(..)) => self.image_barrier(row, memory),
                     _ => self.barrier(row, Some(memory)),
                 }
             }
@@ -376,7 +376,7 @@ impl Frames<'_> {
             is_fence: false,
         });
         self.program
-            .command(Place::PRESENTATION, &[(Memory::of(Resource::SwapchainImage), L::PRESENT_SRC_KHR, PRESENTED)]);
+            .command(PassName::PRESENTATION, &[(Memory::of(Resource::SwapchainImage), L::PRESENT_SRC_KHR, PRESENTED)]);
     }
 }
 
@@ -397,7 +397,7 @@ fn memory_of(plan: &FramePlan, resource: Resource, place: usize) -> Vec<Memory> 
     }
 }
 
-fn besides(plan: &FramePlan, touch: &Touch, place: usize) -> impl Iterator<Item = Besides> {
+fn besides(plan: &FramePlan, touch: &ResourceUse, place: usize) -> impl Iterator<Item = Besides> {
     let (layout, uses) = (touch.layout(), touch.uses);
     memory_of(plan, touch.resource, place).into_iter().map(move |memory| (memory, layout, uses))
 }

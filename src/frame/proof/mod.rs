@@ -9,12 +9,12 @@ use std::fmt;
 
 use ash::vk;
 
-use super::edges::unreported_mutants::Part;
-use super::edges::{Edge, Edges, Place, Refused, RowName};
+use super::rows::unreported_mutants::Part;
+use super::rows::{PassName, Refused, Row, RowName, Rows};
 use crate::passes::copy;
 use crate::plan::FramePlan;
 use order::Order;
-use program::{Kind, Memory, Program, Touch, Who};
+use program::{Kind, Memory, MemoryAccess, Program, Who};
 
 mod clash;
 mod frames;
@@ -89,19 +89,19 @@ pub struct Frames(Program);
 
 impl Frames {
     /// Models the frames of a plan with these dependencies.
-    pub fn of(plan: &FramePlan, edges: &Edges) -> Self {
+    pub fn of(plan: &FramePlan, edges: &Rows) -> Self {
         Self(frames::program(plan, edges))
     }
 
     /// The dispatch that evaluates formulas for `afterlight stress`.
-    pub fn of_formulas(edges: &Edges) -> Self {
+    pub fn of_formulas(edges: &Rows) -> Self {
         Self(frames::formulas(edges))
     }
 
     /// The passes of the frame with most of them, in their order: subpasses, and dispatches and draws of their own.
-    pub fn passes(&self) -> Vec<Place> {
-        let others = [Place::HOST, Place::UPLOAD, Place::PRESENTATION, copy::PASS.place];
-        let is_pass = |place: &Place| !others.contains(place);
+    pub fn passes(&self) -> Vec<PassName> {
+        let others = [PassName::HOST, PassName::UPLOAD, PassName::PRESENTATION, copy::PASS.place];
+        let is_pass = |place: &PassName| !others.contains(place);
         let of_frame = |frame: usize| {
             let touches = self.0.touches.iter().filter(|touch| touch.frame == frame);
             let places = touches.filter_map(|touch| match touch.who {
@@ -129,13 +129,13 @@ impl Frames {
 /// Returns true if nothing is lost without a part of a row: it orders only what others order already.
 ///
 /// # Errors
-/// As [`Edges::without_part`].
-pub fn is_superfluous(plan: &FramePlan, edges: &Edges, name: RowName, part: Part) -> Result<bool, Refused> {
+/// As [`Rows::without_part`].
+pub fn is_superfluous(plan: &FramePlan, edges: &Rows, name: RowName, part: Part) -> Result<bool, Refused> {
     Ok(Frames::of(plan, &edges.without_part(name, part)?).are_safe())
 }
 
 /// The parts of a row without which the proof finds no hazard either, because other rows order the same. A row that cannot be dropped has none.
-pub fn covered(plan: &FramePlan, edges: &Edges, row: &Edge) -> Vec<Part> {
+pub fn covered(plan: &FramePlan, edges: &Rows, row: &Row) -> Vec<Part> {
     let is_covered = |part: &Part| is_superfluous(plan, edges, row.name, *part).unwrap_or(false);
     if row.carrier.stays().is_some() { Vec::new() } else { row.parts().into_iter().filter(is_covered).collect() }
 }
@@ -144,12 +144,12 @@ pub fn covered(plan: &FramePlan, edges: &Edges, row: &Edge) -> Vec<Part> {
 #[derive(Default)]
 struct Past<'a> {
     /// By the last group that wrote it.
-    writes: Vec<&'a Touch>,
+    writes: Vec<&'a MemoryAccess>,
     /// Since then.
-    reads: Vec<&'a Touch>,
+    reads: Vec<&'a MemoryAccess>,
     layout: vk::ImageLayout,
     /// A use that the layout change since then does not wait for.
-    overtaken: Option<&'a Touch>,
+    overtaken: Option<&'a MemoryAccess>,
 }
 
 /// The hazards of a program, as they are found.
@@ -157,7 +157,7 @@ fn hazards_of(program: &Program) -> impl Iterator<Item = Hazard> {
     let order = Order::new(program);
     let mut past: HashMap<Memory, Past> = HashMap::new();
     // The touches of one memory by one group come together.
-    let mut groups: Vec<Vec<&Touch>> = Vec::new();
+    let mut groups: Vec<Vec<&MemoryAccess>> = Vec::new();
     let mut last: HashMap<Memory, usize> = HashMap::new();
     for touch in &program.touches {
         match last.get(&touch.memory) {
@@ -173,10 +173,10 @@ fn hazards_of(program: &Program) -> impl Iterator<Item = Hazard> {
 
 impl<'a> Past<'a> {
     /// Adds the touches of a group, and returns the hazards with those before it.
-    fn take(&mut self, order: &Order, group: &[&'a Touch]) -> Vec<Hazard> {
+    fn take(&mut self, order: &Order, group: &[&'a MemoryAccess]) -> Vec<Hazard> {
         let mut found = Vec::new();
-        let mut report = |kind, first: String, second: &Touch, consequence, clash| {
-            let (memory, second) = (second.memory.to_string(), told(second));
+        let mut report = |kind, first: String, second: &MemoryAccess, consequence, clash| {
+            let (memory, second) = (second.memory.to_string(), describe_access(second));
             found.push(Hazard { kind, memory, first, second, consequence, clash });
         };
         for &touch in group {
@@ -197,7 +197,7 @@ impl<'a> Past<'a> {
             for first in self.writes.iter().chain(reads).filter(|first| !order.has(first, second)) {
                 let consequence = Consequence::of(first, self.overtaken, second);
                 let clash = Clash::of(words::blamed(first, self.overtaken, second), second);
-                report(kind_of(first, second), told(first), second, consequence, Some(clash));
+                report(kind_of(first, second), describe_access(first), second, consequence, Some(clash));
                 overtaken.get_or_insert(*first);
             }
         }
@@ -214,7 +214,7 @@ impl<'a> Past<'a> {
     }
 }
 
-fn kind_of(first: &Touch, second: &Touch) -> HazardKind {
+fn kind_of(first: &MemoryAccess, second: &MemoryAccess) -> HazardKind {
     match (first.is_write(), second.is_write()) {
         _ if second.is_change() => HazardKind::ChangeAfterUse,
         _ if first.is_change() => HazardKind::UseAfterChange,
@@ -225,7 +225,7 @@ fn kind_of(first: &Touch, second: &Touch) -> HazardKind {
 }
 
 /// A touch in words.
-fn told(touch: &Touch) -> String {
+fn describe_access(touch: &MemoryAccess) -> String {
     let when = match touch.frame {
         0 => String::new(),
         frame => format!(" in frame {frame}"),

@@ -7,7 +7,7 @@ use std::rc::Rc;
 
 use ash::vk::{AccessFlags as A, PipelineStageFlags as S};
 
-use super::program::{Kind, Program, Scope, Sync, Touch};
+use super::program::{Kind, MemoryAccess, Program, Scope, Sync};
 
 /// A stage of our own: presentation, which the program orders by semaphores.
 pub(super) const PRESENTATION: S = S::from_raw(1 << 30);
@@ -50,7 +50,7 @@ fn with_later(mask: S) -> S {
 
 impl Scope {
     /// An access scope has only the stages and accesses that are named.
-    fn reaches_memory(&self, touch: &Touch) -> bool {
+    fn reaches_memory(&self, touch: &MemoryAccess) -> bool {
         let named = self.mask.stage.contains(touch.stage)
             || self.mask.stage.contains(S::ALL_COMMANDS) && all_commands().contains(touch.stage);
         let any = if touch.is_write() { A::MEMORY_WRITE } else { A::MEMORY_READ };
@@ -95,7 +95,7 @@ struct Reached {
 
 /// What the result of two touches depends on: the first, whether the second is in the same instance of a render pass, and whether one of the two is of all
 /// samples of its pixel.
-type Pair = (*const Touch, bool, bool);
+type Pair = (*const MemoryAccess, bool, bool);
 
 /// The rules, applied to one program.
 pub(super) struct Order<'a> {
@@ -133,7 +133,7 @@ impl<'a> Order<'a> {
 
     // ANCHOR: has
     /// Returns true if `first` is over before `second` begins, and what it wrote, if it did, is there.
-    pub(super) fn has(&self, first: &Touch, second: &Touch) -> bool {
+    pub(super) fn has(&self, first: &MemoryAccess, second: &MemoryAccess) -> bool {
         // A dependency by region orders touches of the same pixel alone, in the same instance of a render pass.
         let local = first.local.filter(|_| first.local == second.local);
         let all_samples = first.all_samples || second.all_samples;
@@ -160,12 +160,12 @@ impl<'a> Order<'a> {
     }
     // ANCHOR_END: has
 
-    fn sees(&self, second: &Touch, available: &Bits) -> bool {
+    fn sees(&self, second: &MemoryAccess, available: &Bits) -> bool {
         let mut syncs = self.program.syncs.iter().enumerate();
         syncs.any(|(index, sync)| available.has(index) && sync.second.reaches_memory(second))
     }
 
-    fn after(&self, second: &Touch, executed: &Bits, which: impl Fn(&Sync) -> bool) -> bool {
+    fn after(&self, second: &MemoryAccess, executed: &Bits, which: impl Fn(&Sync) -> bool) -> bool {
         let mut syncs = self.program.syncs.iter().enumerate();
         syncs.any(|(index, sync)| {
             let held = sync.second.span.contains(second.time) && self.seconds[index].intersects(second.stage);
@@ -188,7 +188,7 @@ impl<'a> Order<'a> {
         Reached { executed: across(&reached.executed), available: across(&reached.available) }
     }
 
-    fn reach(&self, first: &Touch, local: Option<u32>) -> Reached {
+    fn reach(&self, first: &MemoryAccess, local: Option<u32>) -> Reached {
         let syncs = &self.program.syncs;
         let mut reached = Reached { executed: Bits::new(syncs.len()), available: Bits::new(syncs.len()) };
         for (index, sync) in syncs.iter().enumerate() {

@@ -4,8 +4,8 @@ use std::fmt;
 
 use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
 
-use crate::frame::edges::{Place, RowName, SUPPORTED};
 use crate::frame::list::RenderPassName;
+use crate::frame::rows::{PassName, RowName, SUPPORTED};
 use crate::gpu::sync::{Dependency, Use};
 use crate::passes::Resource;
 
@@ -142,7 +142,7 @@ impl fmt::Display for Memory {
 /// The author of a touch: a place of the frame, or the row that changes a layout.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Who {
-    At(Place),
+    At(PassName),
     Row(RowName),
     /// The end of a render pass.
     End(RenderPassName),
@@ -160,7 +160,7 @@ impl fmt::Display for Who {
 
 /// One access of one stage to one resource.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub(super) struct Touch {
+pub(super) struct MemoryAccess {
     pub(super) memory: Memory,
     pub(super) time: Time,
     pub(super) who: Who,
@@ -179,7 +179,7 @@ pub(super) struct Touch {
     pub(super) group: u32,
 }
 
-impl Touch {
+impl MemoryAccess {
     /// Returns true if it changes a layout.
     pub(super) fn is_change(&self) -> bool {
         matches!(self.kind, Kind::Transition { .. })
@@ -193,7 +193,7 @@ impl Touch {
 /// All of it.
 #[derive(Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct Program {
-    pub(super) touches: Vec<Touch>,
+    pub(super) touches: Vec<MemoryAccess>,
     /// By the beginning of their second scopes.
     pub(super) syncs: Vec<Sync>,
     /// The frame that is being added.
@@ -221,16 +221,16 @@ impl Program {
     }
 
     /// A command that touches memory, each in a layout, in one go.
-    pub(super) fn command(&mut self, place: Place, touches: &[(Memory, vk::ImageLayout, Use)]) {
+    pub(super) fn command(&mut self, place: PassName, touches: &[(Memory, vk::ImageLayout, Use)]) {
         let (time, group) = (self.step(), self.group());
         for &(memory, layout, uses) in touches {
-            self.touch(&Touch { time, group, ..self.plain(memory, Who::At(place), layout) }, uses);
+            self.touch(&MemoryAccess { time, group, ..self.plain(memory, Who::At(place), layout) }, uses);
         }
     }
 
     /// A touch with its party, its memory and its layout alone.
-    pub(super) fn plain(&self, memory: Memory, who: Who, layout: vk::ImageLayout) -> Touch {
-        Touch {
+    pub(super) fn plain(&self, memory: Memory, who: Who, layout: vk::ImageLayout) -> MemoryAccess {
+        MemoryAccess {
             memory,
             time: self.now,
             who,
@@ -246,9 +246,9 @@ impl Program {
     }
 
     /// The same touch for each stage and each access that the stage supports.
-    pub(super) fn touch(&mut self, touch: &Touch, uses: Use) {
+    pub(super) fn touch(&mut self, touch: &MemoryAccess, uses: Use) {
         for one in each(uses) {
-            self.touches.push(Touch { stage: one.stage, access: one.access, ..touch.clone() });
+            self.touches.push(MemoryAccess { stage: one.stage, access: one.access, ..touch.clone() });
         }
     }
 
@@ -290,7 +290,7 @@ impl Program {
     ) {
         if from != to {
             let (group, kind) = (self.group(), Kind::Transition { by, to });
-            self.touches.push(Touch { kind, local, group, ..self.plain(memory, who, from) });
+            self.touches.push(MemoryAccess { kind, local, group, ..self.plain(memory, who, from) });
         }
     }
 

@@ -3,11 +3,11 @@
 
 use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
 
-use super::program::{Kind, Memory, MemorySet, Program, Scope, Span, Sync, Time, Touch, Who};
+use super::program::{Kind, Memory, MemoryAccess, MemorySet, Program, Scope, Span, Sync, Time, Who};
 use crate::frame::list::RESOLVE;
 use crate::frame::render_pass::PassDescription;
 use crate::gpu::sync::Use;
-use crate::passes::{How, Touch as Declared};
+use crate::passes::{ResourceUse, UseKind};
 use crate::plan::DEPTH;
 
 const COLOR: S = S::COLOR_ATTACHMENT_OUTPUT;
@@ -54,7 +54,7 @@ impl Program {
         &mut self,
         pass: &PassDescription,
         memory: &[Memory],
-        besides: impl Fn(&[Declared]) -> Vec<Besides>,
+        besides: impl Fn(&[ResourceUse]) -> Vec<Besides>,
     ) {
         let begin = self.step();
         let times = pass.subpasses.iter().map(|_| self.step()).collect();
@@ -70,7 +70,7 @@ impl Program {
                 instance.touch(self, who, (index, attachment), group);
             }
             for &(memory, layout, uses) in besides {
-                self.touch(&Touch { time, group, ..self.plain(memory, who, layout) }, uses);
+                self.touch(&MemoryAccess { time, group, ..self.plain(memory, who, layout) }, uses);
             }
         }
         for attachment in 0..pass.attachments.len() as u32 {
@@ -157,16 +157,16 @@ impl Instance<'_> {
         // Its format says where it is loaded and stored, also where a pass only reads it as an input.
         let is_depth = description.format == DEPTH;
         let (time, local) = (self.times[subpass as usize], Some(self.id));
-        let own = Touch { time, local, group, ..program.plain(memory, who, layout) };
+        let own = MemoryAccess { time, local, group, ..program.plain(memory, who, layout) };
         let subpass_of = &self.pass.subpasses[subpass as usize];
         let names = |references: &[vk::AttachmentReference]| references.iter().any(|own| own.attachment == attachment);
         let image = self.pass.attachments[attachment as usize].0;
         let declared = || subpass_of.touches.iter().filter(|own| own.resource == image);
         if names(&subpass_of.input) {
-            let all_samples = declared().any(|own| matches!(own.how, How::Input { .. }) && own.all_samples);
-            program.touch(&Touch { all_samples, ..own.clone() }, INPUT_READ);
+            let all_samples = declared().any(|own| matches!(own.how, UseKind::Input { .. }) && own.all_samples);
+            program.touch(&MemoryAccess { all_samples, ..own.clone() }, INPUT_READ);
         }
-        let mut touch = |uses: Use, kind: Kind| program.touch(&Touch { kind, ..own.clone() }, uses);
+        let mut touch = |uses: Use, kind: Kind| program.touch(&MemoryAccess { kind, ..own.clone() }, uses);
         let write = if is_depth { DEPTH_WRITE } else { COLOR_WRITE };
         if previous.is_none() {
             let load = match (description.load_op, is_depth) {
@@ -179,7 +179,7 @@ impl Instance<'_> {
         }
         if names(&subpass_of.color) {
             // As its pass declares: it overwrites, or blends.
-            let drawn = declared().filter(|own| matches!(own.how, How::Color { .. }));
+            let drawn = declared().filter(|own| matches!(own.how, UseKind::Color { .. }));
             drawn.for_each(|own| touch(own.uses, Kind::Plain));
             if !subpass_of.resolve.is_empty() {
                 touch(RESOLVE, Kind::Plain);

@@ -4,7 +4,7 @@ use ash::vk::{AccessFlags as A, ImageLayout as L, PipelineStageFlags as S};
 
 use super::program::{MemorySet, Scope, Span, Sync, Who};
 use super::*;
-use crate::frame::edges::{self, Place, RowName, Side, table};
+use crate::frame::rows::{self, PassName, RowName, Side, table};
 use crate::gpu::sync::{DEVICE_ACCESS, Dependency, Use};
 use crate::passes::{Resource, copy, fxaa, geometry, lighting};
 use crate::plan::{Target, samples};
@@ -28,11 +28,11 @@ fn bare(uses: Use) -> Use {
 /// Returns the hazards of two touches of one buffer with these barriers between them, one after the other.
 fn between(first: Use, barriers: &[(Use, Use)], second: Use) -> Vec<HazardKind> {
     let mut program = Program::default();
-    program.command(Place::UPLOAD, &[(Memory::of(Resource::Vertices), BUFFER, first)]);
+    program.command(PassName::UPLOAD, &[(Memory::of(Resource::Vertices), BUFFER, first)]);
     for &(before, after) in barriers {
         program.barrier(Dependency::between(before, after), None);
     }
-    program.command(Place::DRAWS, &[(Memory::of(Resource::Vertices), BUFFER, second)]);
+    program.command(PassName::DRAWS, &[(Memory::of(Resource::Vertices), BUFFER, second)]);
     kinds(&program)
 }
 
@@ -90,9 +90,9 @@ fn barriers_make_a_chain_where_their_scopes_meet() {
 #[test]
 fn a_barrier_on_other_memory_orders_nothing_here() {
     let mut program = Program::default();
-    program.command(Place::UPLOAD, &[(Memory::of(Resource::Vertices), BUFFER, COPY_WRITE)]);
+    program.command(PassName::UPLOAD, &[(Memory::of(Resource::Vertices), BUFFER, COPY_WRITE)]);
     program.barrier(Dependency::between(COPY_WRITE, FETCH), Some(Memory::of(Resource::Indices)));
-    program.command(Place::DRAWS, &[(Memory::of(Resource::Vertices), BUFFER, FETCH)]);
+    program.command(PassName::DRAWS, &[(Memory::of(Resource::Vertices), BUFFER, FETCH)]);
     assert_eq!(kinds(&program), [HazardKind::ReadAfterWrite]);
 }
 
@@ -105,7 +105,7 @@ fn a_dependency_by_region_orders_what_touches_its_own_pixel_alone() {
         let touch = |program: &mut Program, uses: Use, local| {
             let (time, group) = (program.step(), program.group());
             let plain = program.plain(Memory::of(Resource::Vertices), Who::At(geometry::PASS.place), BUFFER);
-            program.touch(&Touch { time, group, local, ..plain }, uses);
+            program.touch(&MemoryAccess { time, group, local, ..plain }, uses);
         };
         touch(&mut program, COLOR_WRITE, Some(1));
         let time = program.step();
@@ -129,7 +129,7 @@ fn between_samples(reads_all: bool, rows_by_sample: &[bool]) -> Vec<HazardKind> 
     let touch = |program: &mut Program, time, uses, all_samples| {
         let group = program.group();
         let plain = program.plain(Memory::of(Resource::Vertices), Who::At(geometry::PASS.place), BUFFER);
-        program.touch(&Touch { time, group, local: Some(1), all_samples, ..plain }, uses);
+        program.touch(&MemoryAccess { time, group, local: Some(1), all_samples, ..plain }, uses);
     };
     let last = rows_by_sample.len() as u32;
     touch(&mut program, 0, COLOR_WRITE, false);
@@ -181,7 +181,7 @@ fn to_host(barrier: Option<(Use, Use)>, waits: bool, host: Use) -> Vec<HazardKin
             is_fence: true,
         });
     }
-    program.command(Place::HOST, &[(Memory::of(Resource::ReadBack), BUFFER, host)]);
+    program.command(PassName::HOST, &[(Memory::of(Resource::ReadBack), BUFFER, host)]);
     kinds(&program)
 }
 
@@ -244,7 +244,7 @@ fn a_hazard_is_told_with_both_touches_and_the_memory() {
 
 #[test]
 fn the_dispatch_of_formulas_has_what_it_needs_and_no_more() {
-    let rows = edges::formulas();
+    let rows = rows::formulas();
     assert!(Frames::of_formulas(&rows).are_safe());
     for part in rows.find(RowName::RESULTS_TO_HOST).expect("a row").parts() {
         let without = rows.without_part(RowName::RESULTS_TO_HOST, part).expect("it can be dropped");

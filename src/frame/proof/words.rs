@@ -1,7 +1,7 @@
 //! The effect of a hazard on a frame, without Vulkan's terms: one party touches a memory before another is done with it.
 
-use super::program::{Memory, Touch, Who};
-use crate::frame::edges::Place;
+use super::program::{Memory, MemoryAccess, Who};
+use crate::frame::rows::PassName;
 use crate::passes::Resource;
 use crate::plan::Target;
 
@@ -43,7 +43,7 @@ pub fn in_words<'a>(consequences: impl IntoIterator<Item = &'a Consequence>) -> 
 
 impl Consequence {
     /// Of two touches that nothing orders; `overtaken` is a touch that the first, a layout change, does not wait for.
-    pub(super) fn of(first: &Touch, overtaken: Option<&Touch>, second: &Touch) -> Self {
+    pub(super) fn of(first: &MemoryAccess, overtaken: Option<&MemoryAccess>, second: &MemoryAccess) -> Self {
         let action = match second {
             touch if touch.is_change() => Action::ChangeLayout,
             touch if touch.is_write() => Action::Overwrite,
@@ -61,7 +61,7 @@ impl Consequence {
     }
 
     /// Of an image in another layout than a touch needs.
-    pub(super) fn of_layout(found: &str, touch: &Touch) -> Self {
+    pub(super) fn of_layout(found: &str, touch: &MemoryAccess) -> Self {
         let clause = format!("in the layout {found} instead of {:?}", touch.layout);
         Self { action: Action::Find, who: who(touch), memory: noun(touch.memory), clause }
     }
@@ -84,17 +84,21 @@ impl Consequence {
 
 /// The earlier use to tell of: `first`, or the use that it overtook if it is a layout change, since a change that waits for nothing is no news to
 /// later uses.
-pub(super) fn blamed<'a>(first: &'a Touch, overtaken: Option<&'a Touch>, second: &Touch) -> &'a Touch {
+pub(super) fn blamed<'a>(
+    first: &'a MemoryAccess,
+    overtaken: Option<&'a MemoryAccess>,
+    second: &MemoryAccess,
+) -> &'a MemoryAccess {
     overtaken.filter(|_| first.is_change() && !second.is_change()).unwrap_or(first)
 }
 
-fn who(touch: &Touch) -> String {
+fn who(touch: &MemoryAccess) -> String {
     match touch.who {
-        Who::At(Place::HOST) => "the CPU".into(),
-        Who::At(Place::PRESENTATION) => "presentation".into(),
-        Who::At(Place::UPLOAD) => "the upload".into(),
-        Who::At(Place::CLEAR) => "the first clear".into(),
-        Who::At(Place::DEVICE) => "the dispatch".into(),
+        Who::At(PassName::HOST) => "the CPU".into(),
+        Who::At(PassName::PRESENTATION) => "presentation".into(),
+        Who::At(PassName::UPLOAD) => "the upload".into(),
+        Who::At(PassName::CLEAR) => "the first clear".into(),
+        Who::At(PassName::DEVICE) => "the dispatch".into(),
         Who::At(place) => place.to_string(),
         Who::Row(name) => format!("the barrier {name}"),
         Who::End(pass) => format!("the end of the {pass}"),
@@ -102,7 +106,7 @@ fn who(touch: &Touch) -> String {
 }
 
 /// The frame of the first of two touches, where that is another than the second's.
-fn when(first: &Touch, second: &Touch) -> &'static str {
+fn when(first: &MemoryAccess, second: &MemoryAccess) -> &'static str {
     match second.frame.saturating_sub(first.frame) {
         _ if first.frame == 0 => "",
         0 => "",

@@ -3,10 +3,10 @@ mod rows;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::*;
-use crate::frame::edges;
 use crate::frame::list::{SHADOW_PASS, Step};
+use crate::frame::rows;
 use crate::passes::{
-    First, How, Pass, Resource, composite, forward, fxaa, gbuffer_inputs, geometry, lighting, tiled, tonemap,
+    First, Pass, Resource, UseKind, composite, forward, fxaa, gbuffer_inputs, geometry, lighting, tiled, tonemap,
     transparent, view,
 };
 use crate::plan::{self, Shading, samples};
@@ -50,7 +50,7 @@ fn main_name(plan: &FramePlan) -> RenderPassName {
 }
 
 fn main_pass(plan: &FramePlan) -> PassDescription {
-    let found = PassDescription::named(plan, &edges::table(plan), main_name(plan));
+    let found = PassDescription::named(plan, &rows::table(plan), main_name(plan));
     found.expect("a main pass")
 }
 
@@ -58,7 +58,7 @@ fn attachments(plan: &FramePlan) -> Vec<(Target, vk::AttachmentDescription)> {
     List::of(plan).attachments(plan, main_name(plan))
 }
 
-fn has_subpass(plan: &FramePlan, place: Place) -> bool {
+fn has_subpass(plan: &FramePlan, place: PassName) -> bool {
     List::of(plan).find(place).is_some()
 }
 
@@ -66,20 +66,20 @@ fn samples_of(plan: &FramePlan, target: Target) -> vk::SampleCountFlags {
     vk::SampleCountFlags::from_raw(plan.samples_of(target))
 }
 
-fn dependencies(plan: &FramePlan, name: RenderPassName) -> Vec<(Edge, [u32; 2])> {
-    let found = PassDescription::named(plan, &edges::table(plan), name);
+fn dependencies(plan: &FramePlan, name: RenderPassName) -> Vec<(Row, [u32; 2])> {
+    let found = PassDescription::named(plan, &rows::table(plan), name);
     found.map_or_else(Vec::new, |pass| pass.dependencies)
 }
 
 impl References {
     fn of(plan: &FramePlan) -> Self {
         let pass = main_pass(plan);
-        let absent = Subpass::of(&Listed { place: Place::OUTSIDE, passes: Vec::new(), touches: Vec::new() }, &[]);
+        let absent = Subpass::of(&Listed { place: PassName::OUTSIDE, passes: Vec::new(), touches: Vec::new() }, &[]);
         Self { order: pass.targets(), subpasses: pass.subpasses, absent }
     }
 
     /// A subpass, or one that touches nothing.
-    fn at(&self, place: Place) -> &Subpass {
+    fn at(&self, place: PassName) -> &Subpass {
         self.subpasses.iter().find(|own| own.place == place).unwrap_or(&self.absent)
     }
 
@@ -372,7 +372,7 @@ fn a_gbuffer_that_is_stored_lies_between_two_render_passes_and_nothing_else_chan
             let of = |keep| FramePlan::of(&scene, &Settings { keep, ..settings.clone() }, &samples::device());
             let (Ok(whole), Ok(parted)) = (of(Keep::NONE), of(keep)) else { continue };
             assert!(!whole.stores_gbuffer && parted.stores_gbuffer, "{name}");
-            let (list, edges) = (List::of(&parted), edges::table(&parted));
+            let (list, edges) = (List::of(&parted), rows::table(&parted));
             let first = list.attachments(&parted, RenderPassName::of(geometry::PASS.place));
             let second = list.attachments(&parted, RenderPassName::of(lighting::PASS.place));
             for (target, description) in &first {
@@ -396,7 +396,7 @@ fn a_gbuffer_that_is_stored_lies_between_two_render_passes_and_nothing_else_chan
             }
             let passes = PassDescription::all(&parted, &edges);
             let subpasses: Vec<_> = passes.iter().flat_map(|pass| &pass.subpasses).map(|own| own.place).collect();
-            let of_whole = PassDescription::all(&whole, &edges::table(&whole));
+            let of_whole = PassDescription::all(&whole, &rows::table(&whole));
             let wanted: Vec<_> = of_whole.iter().flat_map(|pass| &pass.subpasses).map(|own| own.place).collect();
             assert_eq!(subpasses, wanted, "{name}");
             seen += 1;
@@ -444,7 +444,7 @@ fn a_tiled_frame_stores_what_its_compute_shader_binds_and_no_more() {
             // Transient images may not be sampled (VUID-VkImageCreateInfo-usage-00963).
             assert!(!usage.contains(vk::ImageUsageFlags::TRANSIENT_ATTACHMENT), "{name}");
         }
-        let outside = |(_, ends): &(Edge, [u32; 2])| ends.contains(&vk::SUBPASS_EXTERNAL);
+        let outside = |(_, ends): &(Row, [u32; 2])| ends.contains(&vk::SUBPASS_EXTERNAL);
         assert!(dependencies(&plan, main_name(&plan)).iter().all(outside), "{name}");
     }
 }
@@ -496,7 +496,7 @@ fn pictures_that_are_drawn_anew_have_the_numbers_of_their_passes_in_the_order() 
     }
     let plan = samples::plan(&scene, &settings);
     let drawn = |pass: &'static Pass| {
-        let colors = (pass.touches)(&plan).into_iter().filter(|touch| matches!(touch.how, How::Color { .. }));
+        let colors = (pass.touches)(&plan).into_iter().filter(|touch| matches!(touch.how, UseKind::Color { .. }));
         colors.filter_map(|touch| match touch.resource {
             Resource::Target(target @ Target::Redrawn(_)) => Some(target),
             _ => None,

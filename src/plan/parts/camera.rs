@@ -22,7 +22,8 @@ pub(super) fn parts(scene: &Scene, plan: &FramePlan) -> Vec<Part> {
             "kept on request: all casters of a map are drawn",
         ),
     };
-    let draws_casters = plan.shadow.is_some() && (!plan.seeks(casters) || plan.shading == Shading::ShowShadowMap);
+    let draws_casters =
+        plan.shadow.is_some() && (!plan.may_leave_out(casters) || plan.shading == Shading::ShowShadowMap);
     vec![
         part("objects out of view", kept(offscreen), reason, 0).is(offscreen),
         part("objects behind others", hidden.is_err(), hidden.unwrap_or_else(|why| why), 0)

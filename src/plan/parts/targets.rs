@@ -4,7 +4,7 @@ use ash::vk;
 
 use super::{Part, PartGroup, part, why};
 use crate::plan::{
-    FramePlan, Gbuffer, NormalEncoding, OwnTarget, PlannedBrdf, Shading, Sums, Target, ToneMapping, format_bytes,
+    FramePlan, Gbuffer, NormalEncoding, OitTargets, OwnTarget, PlannedBrdf, Shading, Target, ToneMapping, format_bytes,
 };
 use crate::scene::{Brdf, HdrFormat, OptionalPart, Settings, TextureSlot, View, counted};
 
@@ -169,7 +169,7 @@ pub(super) fn hdr(settings: &Settings, plan: &FramePlan) -> Part {
 
 pub(super) fn sums(plan: &FramePlan) -> Part {
     let reason = match plan.sums {
-        Some(Sums { accumulation, weights }) => {
+        Some(OitTargets { accumulation, weights }) => {
             format!("in {accumulation:?} and {weights:?}: weighted light, the share that is left, and the weights")
         }
         None => plan.lack_of_sums().into(),

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec2, DVec3, DVec4, Vec4};
 
 use crate::plan::{MapProjection, ShadowPlan, Tile};
-use crate::scene::{Aabb, Camera, CastsShadow, Projection, Sight};
+use crate::scene::{Aabb, Camera, CastsShadow, Projection, ShadowProjection};
 use crate::visible::{World, WorldObject};
 
 /// The part of a cascade's range over which the next one takes over.
@@ -269,7 +269,7 @@ pub(in crate::visible) fn lamp_views(
                 continue;
             }
             let (direction, half_width) = match (form.sight(), form.direction) {
-                (Sight::Ahead(half_width), Some(direction)) => (direction, half_width),
+                (ShadowProjection::Ahead(half_width), Some(direction)) => (direction, half_width),
                 _ => (FACES[index - own.first_view], 1.0),
             };
             let tile = plan.tiles[index];

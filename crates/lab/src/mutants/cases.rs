@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::Case;
 use super::scenes::{deformed, glaze, glow, lamplit, plain, sunlit, textured};
-use afterlight::frame::edges::{self, Edge};
+use afterlight::frame::rows::{self, Row};
 use afterlight::plan::{self, Capabilities, Variation};
 use afterlight::scene::{
     Culling, GbufferPreset, LightPath, OptionalPart, Output, Resolve, Scene, Settings, ShadowSettings, Transparency,
@@ -94,17 +94,17 @@ fn sets() -> Vec<Vec<&'static Variation>> {
 }
 
 /// The rows of a case's frames on a device that can do everything; none where the settings do not go together.
-fn rows(case: &Case) -> Vec<Edge> {
-    let table = case.plan(&Capabilities::ample()).map(|plan| edges::table(&plan));
+fn rows(case: &Case) -> Vec<Row> {
+    let table = case.plan(&Capabilities::ample()).map(|plan| rows::table(&plan));
     table.map_or(Vec::new(), |table| {
-        table.iter().filter(|edge| edge.carrier.stays().is_none()).map(Edge::masks).collect()
+        table.iter().filter(|edge| edge.carrier.stays().is_none()).map(Row::masks).collect()
     })
 }
 
 /// Leaves out cases of which each row is among those before. `seen` are the rows of these.
-fn with_new_rows(cases: Vec<Case>, seen: &mut Vec<Edge>) -> Vec<Case> {
-    let tables: Vec<Vec<Edge>> = cases.par_iter().map(rows).collect();
-    let mut has_new = |rows: Vec<Edge>| {
+fn with_new_rows(cases: Vec<Case>, seen: &mut Vec<Row>) -> Vec<Case> {
+    let tables: Vec<Vec<Row>> = cases.par_iter().map(rows).collect();
+    let mut has_new = |rows: Vec<Row>| {
         let before = seen.len();
         rows.into_iter().for_each(|row| {
             if !seen.contains(&row) {
@@ -133,15 +133,12 @@ fn find() -> Vec<Case> {
 /// The same frames as a window shows them, in both ways for a picture to come there.
 #[cfg(feature = "present")]
 fn shown(cases: &[Case]) -> Vec<Case> {
-    use super::Way;
+    use super::PresentPath;
 
     let tone_mapped = cases.iter().filter(|case| case.settings.output == Output::Srgb8);
     let ways = |case: &Case| {
-        [("in a window", Way::Straight), ("in a window by ENCODE", Way::Encoded)].map(|(how, way)| Case {
-            name: format!("{}, {how}", case.name),
-            presented: Some(way),
-            ..case.clone()
-        })
+        [("in a window", PresentPath::Straight), ("in a window by ENCODE", PresentPath::Encoded)]
+            .map(|(how, way)| Case { name: format!("{}, {how}", case.name), presented: Some(way), ..case.clone() })
     };
     tone_mapped.flat_map(ways).collect()
 }

@@ -10,7 +10,7 @@ use std::time::Instant;
 use super::watched::{Extensions, NO_EXTENSIONS, Watched};
 use super::{Case, Mutant};
 use afterlight::frame;
-use afterlight::frame::edges::{self, Edges};
+use afterlight::frame::rows::{self, Rows};
 use afterlight::gpu::{self, Device, DeviceChoice};
 use afterlight::plan::FramePlan;
 
@@ -149,7 +149,7 @@ impl Laboratory {
                     |case: &Case| is_of(&mutants[part.clone()], case) || (begin == 0 && !is_of(mutants, case));
                 for (case, plan) in cases.iter().filter(|(case, _)| is_drawn(case)) {
                     // SAFETY: nothing is missing.
-                    let rules = unsafe { broken(watched, case, edges::table(plan)) }?;
+                    let rules = unsafe { broken(watched, case, rows::table(plan)) }?;
                     if !rules.is_empty() {
                         return Err(Error::Noise { case: case.name.clone(), rules });
                     }
@@ -204,7 +204,7 @@ impl Laboratory {
 ///
 /// # Safety
 /// As of [`Laboratory::judge`].
-unsafe fn broken(watched: &Watched, case: &Case, edges: Edges) -> Result<BTreeSet<String>, Error> {
+unsafe fn broken(watched: &Watched, case: &Case, edges: Rows) -> Result<BTreeSet<String>, Error> {
     // SAFETY: the caller's promise.
     let drawn = unsafe { watched.draw(&case.scene, &case.settings, edges, case.presented) };
     let drawn = drawn.map_err(|source| Error::Drawing { case: case.name.clone(), source })?;

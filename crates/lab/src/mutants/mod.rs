@@ -15,14 +15,14 @@ use std::fmt;
 
 use rayon::prelude::*;
 
-use afterlight::frame::edges::unreported_mutants::Part;
-use afterlight::frame::edges::{self, Carrier, Edge, Edges, Place, Side};
 use afterlight::frame::proof::{Frames, Hazard};
+use afterlight::frame::rows::unreported_mutants::Part;
+use afterlight::frame::rows::{self, PassName, Row, Rows, Side, SyncKind};
 use afterlight::gpu::vk;
-use afterlight::plan::{self, Canvas, Capabilities, Encoding, FramePlan, Transfer};
+use afterlight::plan::{self, Capabilities, Encoding, FramePlan, PresentTarget, Transfer};
 use afterlight::scene::{Scene, Settings};
 
-pub use afterlight::frame::experiment::Way;
+pub use afterlight::frame::experiment::PresentPath;
 pub use cases::cases;
 pub use laboratory::{Error, Heard, Laboratory};
 pub use newer::Hidden;
@@ -40,7 +40,7 @@ pub struct Case {
     /// The settings of its frames.
     pub settings: Settings,
     /// Its frames are presented, with everything that may lie over them.
-    pub presented: Option<Way>,
+    pub presented: Option<PresentPath>,
 }
 
 impl Case {
@@ -58,12 +58,12 @@ impl Case {
 }
 
 /// As a window has the plan.
-pub fn presented(plan: FramePlan, way: Way) -> FramePlan {
+pub fn presented(plan: FramePlan, way: PresentPath) -> FramePlan {
     plan.presented_as(match way {
-        Way::Straight => Canvas::Straight(vk::Format::B8G8R8A8_SRGB),
-        Way::Enlarged => Canvas::Enlarge(vk::Format::B8G8R8A8_SRGB),
-        Way::Encoded => Canvas::Encode(Encoding { transfer: Transfer::Srgb, headroom: 1.0 }),
-        Way::EncodedKept => Canvas::EncodeKept(Encoding { transfer: Transfer::Srgb, headroom: 1.0 }),
+        PresentPath::Straight => PresentTarget::Straight(vk::Format::B8G8R8A8_SRGB),
+        PresentPath::Enlarged => PresentTarget::Enlarge(vk::Format::B8G8R8A8_SRGB),
+        PresentPath::Encoded => PresentTarget::Encode(Encoding { transfer: Transfer::Srgb, headroom: 1.0 }),
+        PresentPath::EncodedKept => PresentTarget::EncodeKept(Encoding { transfer: Transfer::Srgb, headroom: 1.0 }),
     })
 }
 
@@ -75,11 +75,11 @@ pub struct Mutant<'a> {
     /// The plan of the case.
     pub plan: &'a FramePlan,
     /// The row as the plan has it.
-    pub edge: Edge,
+    pub edge: Row,
     /// The part of the row that is missing.
     pub part: Part,
     /// All rows that are left.
-    pub edges: Edges,
+    pub edges: Rows,
 }
 
 impl Mutant<'_> {
@@ -127,10 +127,11 @@ pub fn mutants<'a>(cases: &'a [Case], plans: &'a [FramePlan]) -> Vec<Mutant<'a>>
     let mut mutants = Vec::new();
     let mut tried = Vec::new();
     for (case, plan) in cases.iter().zip(plans) {
-        let table = edges::table(plan);
+        let table = rows::table(plan);
         // Frames that overwrite more than one buffer of the last frame give their new rows alone, too: the layer takes the barrier of one buffer to order the others.
-        let is_of_buffer = |edge: &&Edge| matches!(edge.carrier, Carrier::BufferBarrier | Carrier::MemoryBarrier);
-        let overwrites_buffers = table.iter().filter(|edge| edge.from == Place::OUTSIDE).filter(is_of_buffer).count();
+        let is_of_buffer = |edge: &&Row| matches!(edge.carrier, SyncKind::BufferBarrier | SyncKind::MemoryBarrier);
+        let overwrites_buffers =
+            table.iter().filter(|edge| edge.from == PassName::OUTSIDE).filter(is_of_buffer).count();
         for edge in table.iter().filter(|edge| edge.carrier.stays().is_none()) {
             let masks = edge.masks();
             let is_new = !tried.contains(&masks);

@@ -1,9 +1,9 @@
 //! Blind spots of layers before [`LAYER`], beside those of [`LAYER`] itself. They were found with 1.3.239; layers between the two may have fewer.
 
 use super::Mutant;
-use afterlight::frame::edges::unreported_mutants::{LAYER, Part};
-use afterlight::frame::edges::{Carrier, Edge, Place, Side};
 use afterlight::frame::list::RenderPassName;
+use afterlight::frame::rows::unreported_mutants::{LAYER, Part};
+use afterlight::frame::rows::{PassName, Row, Side, SyncKind};
 use afterlight::gpu::vk::{AccessFlags, PipelineStageFlags};
 
 /// Mutants that an older layer does not notice, for one reason.
@@ -38,8 +38,8 @@ pub static OLDER_LAYERS: &[OlderLayers] = &[
         is_about: |mutant| {
             let edge = &mutant.edge;
             let follows_reads = enters(edge) && follows_dispatch(edge) && edge.before.access.is_empty();
-            let leads_there = |row: &&Edge| row.from != edge.from && row.waiting.contains(&edge.to);
-            let mut others = mutant.edges.of(Carrier::BufferBarrier).filter(leads_there);
+            let leads_there = |row: &&Row| row.from != edge.from && row.waiting.contains(&edge.to);
+            let mut others = mutant.edges.of(SyncKind::BufferBarrier).filter(leads_there);
             follows_reads && others.any(|row| is_sampled_first(mutant, row))
         },
         why: "the layer lets the barrier of a buffer that the same subpass reads, of a later dispatch, order an attachment that an earlier one has read as well. By \
@@ -62,30 +62,30 @@ pub static OLDER_LAYERS: &[OlderLayers] = &[
     },
 ];
 
-fn is_of_buffer(edge: &Edge) -> bool {
-    matches!(edge.carrier, Carrier::BufferBarrier | Carrier::MemoryBarrier)
+fn is_of_buffer(edge: &Row) -> bool {
+    matches!(edge.carrier, SyncKind::BufferBarrier | SyncKind::MemoryBarrier)
 }
 
 /// Returns true if a render pass waits by this row for an earlier pass of the same frame.
-fn enters(edge: &Edge) -> bool {
-    edge.carrier.is_render_pass() && edge.from != Place::OUTSIDE && !edge.is_between_subpasses()
+fn enters(edge: &Row) -> bool {
+    edge.carrier.is_render_pass() && edge.from != PassName::OUTSIDE && !edge.is_between_subpasses()
 }
 
-fn follows_dispatch(edge: &Edge) -> bool {
+fn follows_dispatch(edge: &Row) -> bool {
     edge.before.stage == PipelineStageFlags::COMPUTE_SHADER
 }
 
 /// Returns true if fragment shaders wait, in a subpass with which a render pass begins. These are the draws whose look-ups the layer follows.
-fn is_sampled_first(mutant: &Mutant, edge: &Edge) -> bool {
-    let begins = |place: &Place| mutant.edges.of(Carrier::Subpass(RenderPassName::of(*place))).next().is_some();
+fn is_sampled_first(mutant: &Mutant, edge: &Row) -> bool {
+    let begins = |place: &PassName| mutant.edges.of(SyncKind::Subpass(RenderPassName::of(*place))).next().is_some();
     edge.after.stage == PipelineStageFlags::FRAGMENT_SHADER && edge.waiting.iter().any(begins)
 }
 
 /// Returns true if the part orders work of another submission, before or after those that the layer looks at.
 fn is_in_another_submission(mutant: &Mutant) -> bool {
     let edge = &mutant.edge;
-    let (begins_outside, ends_outside) = (edge.from == Place::OUTSIDE, edge.to == Place::OUTSIDE);
-    let is_prepared = !edge.from.is_pass() && !begins_outside && edge.to != Place::UPLOAD;
+    let (begins_outside, ends_outside) = (edge.from == PassName::OUTSIDE, edge.to == PassName::OUTSIDE);
+    let is_prepared = !edge.from.is_pass() && !begins_outside && edge.to != PassName::UPLOAD;
     match mutant.part {
         Part::Row => {
             edge.carrier.is_render_pass() && (begins_outside || ends_outside) && !changes_after_dispatch(mutant)
@@ -103,8 +103,8 @@ fn changes_after_dispatch(mutant: &Mutant) -> bool {
     let colours = PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT;
     let is_of_frames_alone = [colours, PipelineStageFlags::COMPUTE_SHADER].contains(&edge.before.stage);
     let entering = || mutant.edges.of(edge.carrier).filter(|row| enters(row));
-    let waits_for_colours = |row: &Edge| row.waiting.contains(&edge.to) && row.after.stage.contains(colours);
-    edge.from == Place::OUTSIDE
+    let waits_for_colours = |row: &Row| row.waiting.contains(&edge.to) && row.after.stage.contains(colours);
+    edge.from == PassName::OUTSIDE
         && is_of_frames_alone
         && entering().any(follows_dispatch)
         && !entering().any(waits_for_colours)

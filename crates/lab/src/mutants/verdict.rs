@@ -1,7 +1,7 @@
 //! Verdicts on a layer: a mutant is noticed, or missed for a known reason, or not.
 
 use super::{Heard, Hidden, Mutant, OlderLayers, newer, older};
-use afterlight::frame::edges::unreported_mutants::{self, UnreportedMutants};
+use afterlight::frame::rows::unreported_mutants::{self, UnreportedMutants};
 
 /// Why a layer's silence is expected.
 #[derive(Debug, Clone, Copy)]

@@ -3,8 +3,8 @@
 use std::ffi::CStr;
 use std::sync::Arc;
 
-use afterlight::frame::edges::Edges;
-use afterlight::frame::experiment::{self, Way};
+use afterlight::frame::experiment::{self, PresentPath};
+use afterlight::frame::rows::Rows;
 use afterlight::frame::{self, Picture};
 use afterlight::gpu::{self, Device, DeviceChoice, Instance, InstanceOptions, Message, Validation};
 use afterlight::scene::{Scene, Settings};
@@ -71,8 +71,8 @@ impl Watched {
         &self,
         scene: &Scene,
         settings: &Settings,
-        edges: Edges,
-        way: Option<Way>,
+        edges: Rows,
+        way: Option<PresentPath>,
     ) -> Result<Drawn, frame::Error> {
         self.instance.take_messages();
         // SAFETY: the caller's promise.

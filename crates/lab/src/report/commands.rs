@@ -6,9 +6,9 @@
 
 use std::sync::Arc;
 
-use afterlight::frame::edges::{self, Edge, Edges};
 use afterlight::frame::list;
 use afterlight::frame::render_pass::PassDescription;
+use afterlight::frame::rows::{self, Row, Rows};
 use afterlight::frame::{Error, LayoutChange, Renderer, layout_changes};
 use afterlight::gpu::{Command, Device, vk};
 use afterlight::plan::FramePlan;
@@ -38,7 +38,7 @@ pub struct Attachment {
 /// A subpass dependency, and the layouts that change with it.
 #[derive(Debug, Clone)]
 pub struct ActingEdge {
-    pub edge: Edge,
+    pub edge: Row,
     pub layouts: Vec<LayoutChange>,
 }
 
@@ -62,20 +62,20 @@ pub fn record(device: &Arc<Device>, scene: &Scene, settings: &Settings, playing:
     renderer.render(&camera)?;
     renderer.read_back()?;
     let plan = renderer.plan();
-    Ok(Reader::new(plan, &edges::table(plan)).lines(device.take_commands()))
+    Ok(Reader::new(plan, &rows::table(plan)).lines(device.take_commands()))
 }
 
 /// Reads commands in their order, and knows the render pass that is open.
 struct Reader<'a> {
     plan: &'a FramePlan,
-    edges: &'a Edges,
+    edges: &'a Rows,
     render_passes: Vec<PassDescription>,
     /// The index of the render pass among these, and of its subpass.
     open: Option<(usize, u32)>,
 }
 
 impl<'a> Reader<'a> {
-    fn new(plan: &'a FramePlan, edges: &'a Edges) -> Self {
+    fn new(plan: &'a FramePlan, edges: &'a Rows) -> Self {
         Self { plan, edges, render_passes: PassDescription::all(plan, edges), open: None }
     }
 

@@ -4,8 +4,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
-use afterlight::frame::edges;
 use afterlight::frame::list::{self, List};
+use afterlight::frame::rows;
 use afterlight::plan::{Capabilities, CostModel, FramePlan, PartGroup};
 use afterlight::scene::{BlockFormat, LightPath, Settings, View};
 use afterlight_lab::mutants;
@@ -37,7 +37,7 @@ impl Counted {
         for &(name, path) in LightPath::NAMES.iter().filter(|(_, path)| *path != LightPath::Auto) {
             self.count("light paths", name, plan.light_path == path);
         }
-        let table = edges::table(plan);
+        let table = rows::table(plan);
         for edge in table.iter() {
             self.count("dependencies", edge.name.name(), true);
         }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Instant;
 
-use afterlight::frame::{self, Picture, Pixels, Renderer, capabilities, edges};
+use afterlight::frame::{self, Picture, Pixels, Renderer, capabilities, rows};
 use afterlight::gpu::{self, Device, DeviceChoice, MemoryReport};
 use afterlight::plan::{self, Capabilities, FramePlan};
 use afterlight::scene::{
@@ -421,7 +421,7 @@ fn hash(picture: &Picture) -> String {
 
 /// The names of a plan's dependencies, for a bundle.
 pub fn dependencies(plan: &FramePlan) -> String {
-    edges::table(plan).iter().map(|edge| format!("  {}: {} -> {}\n", edge.name, edge.from, edge.to)).collect()
+    rows::table(plan).iter().map(|edge| format!("  {}: {} -> {}\n", edge.name, edge.from, edge.to)).collect()
 }
 
 #[cfg(test)]

@@ -99,7 +99,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         let begun = Instant::now();
         let report = examine::examine(case, &place, &Evidence::new(folder));
-        say(&told(&report, begun.elapsed().as_millis()))?;
+        say(&result_lines(&report, begun.elapsed().as_millis()))?;
         if report.verdict.is_bad() {
             failed.push(case.name.as_str());
         }
@@ -120,7 +120,7 @@ fn say(text: &str) -> Result<(), Failure> {
     output::write_stdout(text.as_bytes())
 }
 
-fn told(report: &CaseReport, milliseconds: u128) -> String {
+fn result_lines(report: &CaseReport, milliseconds: u128) -> String {
     let (name, reason) = (&report.case, report.reason.as_deref().unwrap_or_default());
     match report.verdict {
         Verdict::Pass => format!("[       OK ] {name} ({milliseconds} ms)\n"),

@@ -399,7 +399,7 @@ fn all(args: &Args, suite: &Suite, cases: &[&Case], folder: &Path) -> Result<(),
     if !args.quiet {
         let compares = known.baseline.is_some() && !args.bless;
         let more: Vec<String> = uncompared(&tried).filter(|_| compares).into_iter().chain(changes).collect();
-        output::print(&told(suite, folder, begun, &judged, &more), false)?;
+        output::print(&closing_words(suite, folder, begun, &judged, &more), false)?;
     }
     conclude(&judged)
 }
@@ -537,7 +537,7 @@ fn uncompared(tried: &[&Case]) -> Option<String> {
 }
 
 /// `more` are lines about the run, before the last one.
-fn told(suite: &Suite, folder: &Path, begun: Instant, judged: &[Judged], more: &[String]) -> String {
+fn closing_words(suite: &Suite, folder: &Path, begun: Instant, judged: &[Judged], more: &[String]) -> String {
     let mut text = reports::table(judged);
     text.extend(reports::skipped_checks(judged).iter().map(|line| format!("{line}\n")));
     text.extend(more.iter().map(|line| format!("{line}\n")));

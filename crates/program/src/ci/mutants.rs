@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use afterlight::frame::capabilities;
-use afterlight::frame::edges::unreported_mutants::Part;
+use afterlight::frame::rows::unreported_mutants::Part;
 use afterlight::gpu::{DeviceChoice, PhysicalDevice};
 use afterlight::plan::FramePlan;
 use afterlight::scene::counted;

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use afterlight::frame::experiment::Way;
+use afterlight::frame::experiment::PresentPath;
 use afterlight::gpu::Validation;
 use afterlight::scene::{SettingsPatch, builtin, nearest, unknown};
 use afterlight_files::regular_file::read_regular;
@@ -83,7 +83,7 @@ pub struct Checks {
     /// So many sizes of a surface without a display are drawn into, one after the other.
     pub resizes: u32,
     /// Frames are shown in a window's ways, on a surface without a display, also under the checks of `validate`.
-    pub window: Vec<Way>,
+    pub window: Vec<PresentPath>,
     /// So many frames while everything changes at random.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub soak: Option<Soak>,
@@ -202,7 +202,7 @@ struct Keys {
     validate: Option<Vec<Mode>>,
     steady_frames: Option<u32>,
     resizes: Option<u32>,
-    window: Option<Vec<Way>>,
+    window: Option<Vec<PresentPath>>,
     soak: Option<Soak>,
     slower: Option<f64>,
     /// Keys that do not exist: serde refuses them in no flattened structure.

@@ -1,6 +1,6 @@
 //! Frames as a window has them, on a surface without a display: with a view beside the picture, panels over it, and copies of it.
 
-use afterlight::frame::experiment::{self, Way};
+use afterlight::frame::experiment::{self, PresentPath};
 use afterlight::frame::{Picture, Pixels};
 
 use super::evidence::Evidence;
@@ -45,22 +45,22 @@ pub fn show(
     Ok(())
 }
 
-fn name(way: Way) -> &'static str {
+fn name(way: PresentPath) -> &'static str {
     match way {
-        Way::Straight => "straight",
-        Way::Enlarged => "enlarged",
-        Way::Encoded => "encoded",
-        Way::EncodedKept => "encoded-kept",
+        PresentPath::Straight => "straight",
+        PresentPath::Enlarged => "enlarged",
+        PresentPath::Encoded => "encoded",
+        PresentPath::EncodedKept => "encoded-kept",
     }
 }
 
-fn is_encoded(way: Way) -> bool {
-    matches!(way, Way::Encoded | Way::EncodedKept)
+fn is_encoded(way: PresentPath) -> bool {
+    matches!(way, PresentPath::Encoded | PresentPath::EncodedKept)
 }
 
 /// Returns true if the picture must be the one without a window. A window shows frames as they come, and not the average of many; GPU-assisted validation
 /// adds code to shaders; FXAA and TAA find differences that 8 bits round away and ENCODE does not.
-fn is_comparable(drawing: &Drawing, mode: Option<Mode>, way: Way) -> bool {
+fn is_comparable(drawing: &Drawing, mode: Option<Mode>, way: PresentPath) -> bool {
     let settings = &drawing.settings;
     let is_rounded = is_encoded(way) && settings.smooths_picture();
     mode != Some(Mode::GpuAssisted)
@@ -71,7 +71,7 @@ fn is_comparable(drawing: &Drawing, mode: Option<Mode>, way: Way) -> bool {
 }
 
 /// ENCODE reads light that was never rounded to 8 bits: there values may differ by one.
-fn differ(one: &Picture, other: &Picture, way: Way) -> bool {
+fn differ(one: &Picture, other: &Picture, way: PresentPath) -> bool {
     match (&one.pixels, &other.pixels) {
         (Pixels::Srgb8(one), Pixels::Srgb8(other)) if is_encoded(way) && one.len() == other.len() => {
             one.iter().zip(other).any(|(one, other)| one.abs_diff(*other) > 1)

@@ -22,7 +22,7 @@ pub struct Export {
 }
 
 /// The scene that is looked at, and how.
-pub struct Shot<'a> {
+pub struct MitsubaScene<'a> {
     pub scene: &'a Scene,
     pub camera: Camera,
     /// Width and height in pixels.
@@ -32,7 +32,7 @@ pub struct Shot<'a> {
 }
 
 /// Writes the scene, in direct light alone and with a box for a pixel's filter.
-pub fn export(shot: &Shot) -> Result<Export, String> {
+pub fn export(shot: &MitsubaScene) -> Result<Export, String> {
     let scene = shot.scene;
     if scene.environment.is_lit() {
         return Err("ambient light cannot be expressed: set the environment's `ambient` to 0".into());
@@ -236,7 +236,7 @@ mod tests {
     }
 
     fn exported(scene: &Scene) -> Result<Export, String> {
-        export(&Shot { scene, camera: scene.camera, size: [8, 4], brdf: None })
+        export(&MitsubaScene { scene, camera: scene.camera, size: [8, 4], brdf: None })
     }
 
     #[test]

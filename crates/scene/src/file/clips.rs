@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use glam::{DQuat, DVec3};
 
-use super::models::Dress;
+use super::models::ModelMaterials;
 use super::node::{CONE_ANGLE, COORDINATE, FACTOR, FIELD_OF_VIEW, LENGTH, Limit, Node, RADIUS, STRENGTH, TIME, Table};
 use super::{place, schema};
 use crate::suggest::unknown;
@@ -93,7 +93,7 @@ pub(super) fn moved_models(root: &Table) -> Result<HashSet<String>, Error> {
 }
 
 /// Adds the clips of the file. Models have their nodes already; lights from `first_light` on are the file's own, and the last of a name counts.
-pub(super) fn add(root: &Table, scene: &mut Scene, models: &[Dress], first_light: usize) -> Result<(), Error> {
+pub(super) fn add(root: &Table, scene: &mut Scene, models: &[ModelMaterials], first_light: usize) -> Result<(), Error> {
     let mut stage = Stage { scene, models, first_light };
     for (index, node) in root.list("clips")?.iter().enumerate() {
         let table = node.table(schema::CLIP)?;
@@ -115,7 +115,7 @@ pub(super) fn add(root: &Table, scene: &mut Scene, models: &[Dress], first_light
 /// The scene whose things clips move.
 struct Stage<'a> {
     scene: &'a mut Scene,
-    models: &'a [Dress<'a>],
+    models: &'a [ModelMaterials<'a>],
     first_light: usize,
 }
 

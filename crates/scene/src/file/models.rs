@@ -33,7 +33,7 @@ pub(super) struct Models<'a> {
 }
 
 /// A model's objects wear materials that are known by name only when all have been read.
-pub(super) struct Dress<'a> {
+pub(super) struct ModelMaterials<'a> {
     pub objects: Range<usize>,
     table: Table<'a>,
     pub name: Option<&'a str>,
@@ -47,7 +47,7 @@ impl<'a> Models<'a> {
         Self { folder, options, templates: HashMap::new(), moved }
     }
 
-    pub fn add<'n>(&mut self, node: &Node<'n>, scene: &mut Scene) -> Result<Dress<'n>, Error> {
+    pub fn add<'n>(&mut self, node: &Node<'n>, scene: &mut Scene) -> Result<ModelMaterials<'n>, Error> {
         let table = node.table(schema::MODEL)?;
         let sources = ["path", "builtin", "shape"].map(|key| table.get(key));
         if sources.iter().flatten().count() != 1 {
@@ -103,7 +103,7 @@ impl<'a> Models<'a> {
         if !bounds.filter(|bounds| !bounds.is_empty()).all(|bounds| is_near(bounds.min) && is_near(bounds.max)) {
             return Err(table.wrong(&format!("reaches farther than {FARTHEST:e} metres from zero")));
         }
-        Ok(Dress { objects: first..scene.objects.len(), table, name, node })
+        Ok(ModelMaterials { objects: first..scene.objects.len(), table, name, node })
     }
 
     fn read_file(&mut self, table: &Table, node: &Node, scene: &mut Scene) -> Result<Imported, Error> {
@@ -313,7 +313,7 @@ fn grid(node: &Node) -> Result<Vec<DVec3>, Error> {
     Ok(steps.map(|step| step * spacing).collect())
 }
 
-impl Dress<'_> {
+impl ModelMaterials<'_> {
     /// Gives the model's objects the materials that the file names for them.
     pub fn put_on(&self, scene: &mut Scene) -> Result<(), Error> {
         if let Some(node) = self.table.get("material") {

@@ -12,7 +12,7 @@ use crate::Interpolation;
 const MOST_VALUE: f64 = 1e18;
 
 /// An animation of the file.
-pub(super) struct Take {
+pub(super) struct FileAnimation {
     pub name: String,
     pub keys: Vec<Keys>,
 }
@@ -26,7 +26,7 @@ pub(super) struct Keys {
 }
 
 /// Reads all animations.
-pub(super) fn read(document: &Document, accessors: &Accessors, warnings: &mut Vec<String>) -> Vec<Take> {
+pub(super) fn read(document: &Document, accessors: &Accessors, warnings: &mut Vec<String>) -> Vec<FileAnimation> {
     let mut names = BTreeSet::new();
     let take = |(index, animation): (usize, &Animation)| {
         let own = animation.name.clone().filter(|name| !name.is_empty()).unwrap_or_else(|| format!("clip {index}"));
@@ -55,7 +55,7 @@ pub(super) fn read(document: &Document, accessors: &Accessors, warnings: &mut Ve
         // Products of a file's values may exceed the limit of values.
         let all = keys.iter_mut().flat_map(|keys| &mut keys.values);
         all.for_each(|value| *value = value.clamp(-MOST_VALUE, MOST_VALUE));
-        Take { name, keys }
+        FileAnimation { name, keys }
     };
     document.animations.iter().enumerate().map(take).collect()
 }

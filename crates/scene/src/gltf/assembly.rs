@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
-use super::animation::{Keys, Take};
+use super::animation::{FileAnimation, Keys};
 use super::drawables::{self, Drawable, Drawables, Sources};
 use super::json::{Document, named};
 use super::materials::Pending;
@@ -256,8 +256,8 @@ impl Assembly {
     }
 
     /// Lists the clips, each channel with the target that it moves in the scene, if it has one.
-    pub fn clips(&mut self, takes: Vec<Take>) {
-        for Take { name, keys } in takes {
+    pub fn clips(&mut self, takes: Vec<FileAnimation>) {
+        for FileAnimation { name, keys } in takes {
             let mut clip = Clip { name, channels: Vec::new() };
             for Keys { aim, times, values, interpolation } in keys {
                 for target in self.targets(aim) {

@@ -11,7 +11,7 @@ use super::buffers::Buffers;
 use super::instances;
 use super::json::{Attributes, Document, Primitive, Whole, entry, gathered, named};
 use super::json_extensions::Draco;
-use super::materials::{self, Dress};
+use super::materials::{self, DrawnMaterial};
 use super::movement::{self, Joints, Movement};
 use super::nodes::{self, Nodes};
 use super::primitive::{Needs, Order, Shapes};
@@ -63,7 +63,7 @@ pub(super) struct Drawables {
     pub list: Vec<Drawable>,
     pub orders: Vec<MeshOrder>,
     /// By material of the file, those that are used.
-    pub dresses: BTreeMap<Option<usize>, Dress>,
+    pub dresses: BTreeMap<Option<usize>, DrawnMaterial>,
     /// By skin of the file, those that are used.
     pub skins: BTreeMap<usize, Joints>,
     /// Sets of instances, which drawables name by their index; the first is one in the node itself.

@@ -53,7 +53,7 @@ pub(super) fn read(source: &Source, vertices: usize, joints_of_skin: usize, warn
     if is_odd {
         warnings.push("weights of joints are negative, not finite or all 0, mended".into());
     }
-    warnings.extend(cut.told());
+    warnings.extend(cut.warning());
     Influences { per_vertex, joints, weights }
 }
 
@@ -116,7 +116,7 @@ impl Cut {
         }
     }
 
-    fn told(&self) -> Option<String> {
+    fn warning(&self) -> Option<String> {
         let Self { vertices, most: (lost, vertex) } = *self;
         (vertices > 0).then(|| {
             let who = if vertices == 1 { "1 vertex hangs".to_owned() } else { format!("{vertices} vertices hang") };
@@ -174,11 +174,11 @@ mod tests {
         assert_eq!(own.iter().map(|(joint, _)| *joint).collect::<Vec<_>>(), [0, 1, 2, 3, 4, 5, 6, 11]);
         normalize(&mut own);
         assert!((own[7].1 - 0.5 / 0.76).abs() < 1e-12, "{own:?}");
-        assert!(cut.told().unwrap().contains("vertex 7 loses the most, 5.0%"), "{:?}", cut.told());
+        assert!(cut.warning().unwrap().contains("vertex 7 loses the most, 5.0%"), "{:?}", cut.warning());
         // Joints without a weight are no loss.
         let mut own: Vec<(u32, f64)> = (0..12).map(|joint| (joint, f64::from(joint / 4) * 0.125)).collect();
         let mut cut = Cut::default();
         cut.keep_heaviest(&mut own, 8, 0);
-        assert_eq!((own[0].0, cut.told()), (4, None));
+        assert_eq!((own[0].0, cut.warning()), (4, None));
     }
 }

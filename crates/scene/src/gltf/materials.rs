@@ -15,7 +15,7 @@ const MOST_MOVED: f64 = 1e15;
 
 /// A material of the file, or the one that primitives without any have, as it is drawn.
 #[derive(Debug, Default)]
-pub(super) struct Dress {
+pub(super) struct DrawnMaterial {
     pub base: Pending,
     /// The lacquer that lies on it.
     pub coat: Option<Pending>,
@@ -40,14 +40,14 @@ pub(super) fn read(
     index: Option<usize>,
     movement: &Movement,
     warnings: &mut Vec<String>,
-) -> Dress {
+) -> DrawnMaterial {
     let plain = JsonMaterial::default();
     let json = index.and_then(|index| document.materials.get(index)).unwrap_or(&plain);
     let name = index.map_or("the default material".into(), |index| named("material", index, json.name.as_ref()));
     let nothing = BTreeSet::new();
     let moving = index.and_then(|index| movement.materials.get(&index)).unwrap_or(&nothing);
     let mut reader = Reader { document, json, moving, warnings: Vec::new(), used: Vec::new() };
-    let mut dress = Dress::default();
+    let mut dress = DrawnMaterial::default();
     dress.base.material = reader.factors(index);
     reader.textures(&mut dress.base);
     if let Some(own) = &json.extensions.clearcoat {
@@ -355,7 +355,7 @@ impl Reader<'_> {
 
     /// Decides which sets of the file become a mesh's two. The normal map's comes first, since tangents run along it. If there are more than two,
     /// the sets of colour and emission come next.
-    fn map_sets(&mut self, dress: &mut Dress) {
+    fn map_sets(&mut self, dress: &mut DrawnMaterial) {
         let mut sets: Vec<usize> =
             self.used.iter().filter(|used| used.slot == TextureSlot::Normal).map(|used| used.set).take(1).collect();
         let all: BTreeSet<usize> = self.used.iter().map(|used| used.set).collect();

@@ -64,9 +64,9 @@ use self::drawables::{Drawables, Sources};
 use self::json::Document;
 use self::movement::Movement;
 use self::nodes::Nodes;
-use self::textures::{Images, Made, Request};
+use self::textures::{Images, ReadTextures, Request};
 use self::uri::Resources;
-pub use self::write::{Exported, Shot, write};
+pub use self::write::{Exported, ExportedView, write};
 use super::{Error, Imported, LoadOptions};
 use afterlight_files::regular_file::read_regular;
 
@@ -204,7 +204,7 @@ fn requests(drawables: &Drawables) -> Vec<Request> {
 }
 
 /// Adds the textures that could be made, and says which is which.
-fn take_textures(imported: &mut Imported, requests: &[Request], made: Made) -> HashMap<Request, usize> {
+fn take_textures(imported: &mut Imported, requests: &[Request], made: ReadTextures) -> HashMap<Request, usize> {
     let mut numbers = HashMap::new();
     for (request, texture) in requests.iter().zip(made.textures) {
         if let Some(texture) = texture {

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::DAffine3;
 
 use super::accessor::Accessors;
-use super::animation::Take;
+use super::animation::FileAnimation;
 use super::json::{Document, Whole, named};
 use super::nodes::Nodes;
 use super::pointer::Aim;
@@ -47,7 +47,7 @@ pub(super) struct Movement {
 }
 
 impl Movement {
-    pub fn of(takes: &[Take], nodes: &Nodes) -> Self {
+    pub fn of(takes: &[FileAnimation], nodes: &Nodes) -> Self {
         let count = nodes.world.len();
         let materials = BTreeMap::new();
         let mut movement = Self { places: vec![false; count], weights: vec![false; count], materials };

@@ -161,7 +161,7 @@ pub(super) struct Images<'a> {
 
 /// Textures by request, warnings, and the files that images came from.
 #[derive(Default)]
-pub(super) struct Made {
+pub(super) struct ReadTextures {
     pub textures: Vec<Option<Texture>>,
     pub warnings: Vec<String>,
     pub files: Vec<PathBuf>,
@@ -222,7 +222,7 @@ struct Decoded {
 
 impl Images<'_> {
     /// Makes textures. One whose images cannot be read is none, with a warning.
-    pub fn make(&self, requests: &[Request], options: &LoadOptions) -> Made {
+    pub fn make(&self, requests: &[Request], options: &LoadOptions) -> ReadTextures {
         let mut left: HashMap<Picture, usize> = HashMap::new();
         let mut pictures = Vec::new();
         for picture in requests.iter().flat_map(|request| request.recipe.pictures()) {
@@ -250,7 +250,7 @@ impl Images<'_> {
             (decoded, warnings)
         };
         let decoded: Vec<_> = pictures.par_iter().map(decode).collect();
-        let mut made = Made::default();
+        let mut made = ReadTextures::default();
         let mut images = HashMap::new();
         for (picture, decoded) in pictures.into_iter().zip(decoded) {
             let (image, warnings) = decoded;
@@ -273,7 +273,7 @@ impl Images<'_> {
         };
         let found: Vec<Vec<Option<Pixels>>> = requests.iter().map(&mut pixels_of).collect();
         let textures = requests.par_iter().zip(found).map(|(request, found)| self.texture(request, found));
-        Made { textures: textures.collect(), ..made }
+        ReadTextures { textures: textures.collect(), ..made }
     }
 
     fn texture(&self, request: &Request, found: Vec<Option<Pixels>>) -> Option<Texture> {

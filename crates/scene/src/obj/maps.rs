@@ -43,7 +43,7 @@ pub(super) enum Opacity {
 
 /// The result of a request.
 #[derive(Default)]
-pub(super) struct Made {
+pub(super) struct MapTexture {
     /// `None` if no image could be used; a warning says why.
     pub texture: Option<Texture>,
     pub warnings: Vec<String>,
@@ -70,8 +70,8 @@ impl Request {
     }
 
     /// Reads the images and makes the texture from the readable ones.
-    pub fn make(&self) -> Made {
-        let mut made = Made::default();
+    pub fn make(&self) -> MapTexture {
+        let mut made = MapTexture::default();
         let mut read = |source: Option<&Source>| {
             let picture = read_image(&source?.path);
             let picture = picture.map_err(|error| made.warnings.push(format!("{error}; drawn without this texture")));

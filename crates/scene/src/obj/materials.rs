@@ -8,7 +8,7 @@ use glam::{DVec2, Vec3};
 use rayon::prelude::*;
 
 use super::geometry::MaterialNeeds;
-use super::maps::{Made, Opacity, Request, Source, roughness_of_shininess};
+use super::maps::{MapTexture, Opacity, Request, Source, roughness_of_shininess};
 use super::mtl::{Definition, Map};
 use super::normal_maps::{CLEARLY_DOWN, turn_green_over};
 use super::text;
@@ -269,10 +269,10 @@ pub(super) fn finish(
         options.report("textures", done.fetch_add(1, Ordering::Relaxed) + 1, requests.len());
         made
     };
-    let made: Vec<Made> = requests.par_iter().map(make).collect();
+    let made: Vec<MapTexture> = requests.par_iter().map(make).collect();
     let mut textures = Vec::new();
     let mut outcomes = Vec::new();
-    for Made { texture, warnings: own, lost, opacity, downwardness } in made {
+    for MapTexture { texture, warnings: own, lost, opacity, downwardness } in made {
         for warning in own {
             // An image that several maps name is named once.
             if !warnings.contains(&warning) {

@@ -62,7 +62,7 @@ pub(super) enum Points {
 }
 
 /// The light of a sample, and the triangle seen there, if any.
-struct Seen {
+struct TracedSample {
     radiance: DVec3,
     triangle: Option<TriangleId>,
 }
@@ -285,7 +285,7 @@ impl<'a> Reference<'a> {
         smith: Smith,
         points: Points,
         transparent: &mut Vec<Hit>,
-    ) -> Seen {
+    ) -> TracedSample {
         let nearest = self.geometry.seen(ray, billboards.near(), transparent);
         let behind = nearest.map_or_else(
             || self.background(ray.direction),
@@ -312,7 +312,7 @@ impl<'a> Reference<'a> {
             radiance = over(through(radiance, hit.crossing.distance), hit);
         }
         let radiance = through(radiance, 0.0);
-        Seen { radiance, triangle: nearest.map(|hit| self.geometry.triangles[hit.triangle].id) }
+        TracedSample { radiance, triangle: nearest.map(|hit| self.geometry.triangles[hit.triangle].id) }
     }
 
     /// Returns the background along a direction of any length.

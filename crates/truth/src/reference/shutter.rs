@@ -13,7 +13,7 @@ const MOMENTS: u32 = 4;
 
 /// A scene in which something moves, or whose camera does, and for how long it is looked at.
 #[derive(Debug, Clone)]
-pub struct Shot<'a> {
+pub struct ShutterScene<'a> {
     /// As it was read, with all that moves in it.
     pub scene: &'a Scene,
     /// The moment at which the shutter opens, and the clips.
@@ -24,7 +24,7 @@ pub struct Shot<'a> {
     pub seconds: f64,
 }
 
-impl Shot<'_> {
+impl ShutterScene<'_> {
     /// The scene as it stands at a share of the time, with its camera.
     fn at(&self, share: f64) -> Scene {
         let seconds = share * self.seconds;
@@ -51,7 +51,12 @@ pub struct Exposure {
 ///
 /// # Errors
 /// When [`Scene::check`] finds a fault at some moment.
-pub fn render(shot: &Shot, exposure: &Exposure, settings: &Settings, progress: Progress) -> Result<Truth, Error> {
+pub fn render(
+    shot: &ShutterScene,
+    exposure: &Exposure,
+    settings: &Settings,
+    progress: Progress,
+) -> Result<Truth, Error> {
     let Exposure { size, samples, smith } = *exposure;
     let mut accumulation = Accumulation::new(size);
     let pixels = accumulation.mean.len() as u64;

@@ -6,7 +6,7 @@ use super::Step;
 use afterlight::frame::Drawn;
 use afterlight::frame::list::List;
 use afterlight::gpu::vk;
-use afterlight::passes::Place;
+use afterlight::passes::PassName;
 use afterlight::plan::{DEPTH, FramePlan, Gbuffer, ToneMapping, effects};
 use afterlight::scene::{Light, LightForm, LightPath, Resolve, Scene, View, counted};
 
@@ -75,7 +75,7 @@ impl Step {
 }
 
 /// Describes a pass over the picture.
-fn effect(plan: &FramePlan, place: Place) -> String {
+fn effect(plan: &FramePlan, place: PassName) -> String {
     let what = List::of(plan).passes_at(place).first().map_or("", |pass| pass.what);
     let mut letters = what.chars();
     letters.next().map_or_else(String::new, |first| format!("{}{}.", first.to_uppercase(), letters.as_str()))

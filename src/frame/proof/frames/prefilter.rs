@@ -3,8 +3,8 @@
 use ash::vk::ImageLayout as L;
 
 use super::{Frames, TEXTURE};
-use crate::frame::edges::{Place, RowName};
 use crate::frame::proof::program::Memory;
+use crate::frame::rows::{PassName, RowName};
 use crate::passes::{Resource, prefilter};
 
 impl Frames<'_> {
@@ -16,7 +16,7 @@ impl Frames<'_> {
         self.image_barrier(RowName::SKY_LIGHT_TO_PREFILTER, Memory::of(Resource::SkyLight));
         let sky = (TEXTURE, L::SHADER_READ_ONLY_OPTIMAL, prefilter::SKY_READ);
         self.program
-            .command(Place::PREFILTER, &[sky, (Memory::of(Resource::SkyLight), L::GENERAL, prefilter::LIGHT_WRITE)]);
+            .command(PassName::PREFILTER, &[sky, (Memory::of(Resource::SkyLight), L::GENERAL, prefilter::LIGHT_WRITE)]);
         self.image_barrier(RowName::PREFILTER_TO_LIGHTING, Memory::of(Resource::SkyLight));
     }
 }

@@ -7,7 +7,7 @@ fn dependencies_are_the_rows_of_the_table() {
     for (name, plan) in samples::plans() {
         let last = main_pass(&plan).subpasses.len() as u32 - 1;
         let all = dependencies(&plan, main_name(&plan));
-        let rows = edges::table(&plan).of(Carrier::Subpass(main_name(&plan))).count();
+        let rows = rows::table(&plan).of(SyncKind::Subpass(main_name(&plan))).count();
         assert_eq!(all.len(), rows, "{name}");
         for &(ref edge, [from, to]) in &all {
             let inside = |index| index <= last || index == vk::SUBPASS_EXTERNAL;
@@ -29,7 +29,7 @@ fn dependencies_are_the_rows_of_the_table() {
 #[test]
 fn the_list_and_the_rows_of_every_plan_agree() {
     for (name, plan) in samples::of_every_kind() {
-        List::of(&plan).check(&plan, &edges::table(&plan)).unwrap_or_else(|error| panic!("{name}: {error}"));
+        List::of(&plan).check(&plan, &rows::table(&plan)).unwrap_or_else(|error| panic!("{name}: {error}"));
         let touched: BTreeSet<Target> = List::of(&plan)
             .0
             .iter()
@@ -44,7 +44,7 @@ fn the_list_and_the_rows_of_every_plan_agree() {
 }
 
 /// A render pass of two subpasses with these touches, called GEOMETRY and LIGHTING.
-fn two(first: Vec<Touch>, second: Vec<Touch>) -> List {
+fn two(first: Vec<ResourceUse>, second: Vec<ResourceUse>) -> List {
     let subpass = |place, touches| Listed { place, passes: Vec::new(), touches };
     let subpasses = vec![subpass(geometry::PASS.place, first), subpass(lighting::PASS.place, second)];
     List(vec![Step::RenderPass(RenderPassName::of(geometry::PASS.place), subpasses)])
@@ -55,31 +55,31 @@ fn passes_that_cannot_be_one_render_pass_are_refused_with_their_names() {
     use First::Undefined;
     let (_, plan) =
         samples::plans().into_iter().find(|(_, plan)| plan.gbuffer.is_some() && plan.hdr.is_none()).expect("a plan");
-    let rows = edges::formulas();
-    let depth = || Touch::depth(First::Clear, geometry::DEPTH_TEST);
-    let color = |location, target| Touch::color(location, target, Undefined, geometry::COLOR_WRITE);
-    let input = |target| Touch::input(0, target, lighting::GBUFFER_READ);
+    let rows = rows::formulas();
+    let depth = || ResourceUse::depth(First::Clear, geometry::DEPTH_TEST);
+    let color = |location, target| ResourceUse::color(location, target, Undefined, geometry::COLOR_WRITE);
+    let input = |target| ResourceUse::input(0, target, lighting::GBUFFER_READ);
     let (albedo, normal) = (Target::Albedo, Target::Normal);
     let cases = [
         (
             vec![color(0, albedo)],
-            vec![Touch::sampled(0, albedo, fxaa::OUTPUT_READ)],
+            vec![ResourceUse::sampled(0, albedo, fxaa::OUTPUT_READ)],
             ["LIGHTING", "neighbours", "albedo"],
         ),
         (vec![color(0, Target::Hdr)], vec![], ["GEOMETRY", "does not have", "hdr"]),
         (vec![color(0, albedo)], vec![input(normal)], ["LIGHTING", "no pass before", "normal"]),
-        (vec![], vec![Touch::depth(Undefined, lighting::DEPTH_READ)], ["LIGHTING", "no pass before", "depth"]),
+        (vec![], vec![ResourceUse::depth(Undefined, lighting::DEPTH_READ)], ["LIGHTING", "no pass before", "depth"]),
         (vec![color(0, albedo)], vec![input(albedo), color(0, albedo)], ["LIGHTING", "two layouts", "albedo"]),
         (vec![depth()], vec![input(Target::Depth), depth()], ["LIGHTING", "two layouts", "depth"]),
         (vec![color(1, albedo), color(1, normal)], vec![], ["GEOMETRY", "location 1", "normal"]),
         (
-            vec![Touch::color(0, albedo, Undefined, lighting::GBUFFER_READ)],
+            vec![ResourceUse::color(0, albedo, Undefined, lighting::GBUFFER_READ)],
             vec![],
             ["GEOMETRY", "says of its access", "albedo"],
         ),
         (
             vec![color(0, albedo)],
-            vec![Touch::input(0, albedo, geometry::COLOR_WRITE)],
+            vec![ResourceUse::input(0, albedo, geometry::COLOR_WRITE)],
             ["LIGHTING", "says of its access", "albedo"],
         ),
     ];
@@ -87,7 +87,7 @@ fn passes_that_cannot_be_one_render_pass_are_refused_with_their_names() {
         let refused = two(first, second).check(&plan, &rows).expect_err("refused").to_string();
         assert!(words.iter().all(|word| refused.contains(word)), "{refused}");
     }
-    let fits = two(vec![depth()], vec![input(Target::Depth), Touch::depth(Undefined, lighting::DEPTH_READ)]);
+    let fits = two(vec![depth()], vec![input(Target::Depth), ResourceUse::depth(Undefined, lighting::DEPTH_READ)]);
     fits.check(&plan, &rows).expect("reads what was written");
 }
 
@@ -100,7 +100,7 @@ fn a_row_that_names_no_pass_of_the_plan_is_refused() {
     for (plan, rows, words) in
         [(&forward, &deferred, ["geometry-reuse", "GEOMETRY"]), (&deferred, &tiled, ["output-reuse", "TILED"])]
     {
-        let error = List::of(plan).check(plan, &edges::table(rows)).expect_err("rows of another plan").to_string();
+        let error = List::of(plan).check(plan, &rows::table(rows)).expect_err("rows of another plan").to_string();
         assert!(words.iter().any(|word| error.contains(word)) && error.contains("the row"), "{error}");
     }
 }
@@ -109,7 +109,7 @@ fn a_row_that_names_no_pass_of_the_plan_is_refused() {
 fn every_change_of_layout_is_ordered_by_a_row_between_the_uses_that_it_is_between() {
     let all = samples::of_every_kind();
     for (name, plan) in all {
-        let edges = edges::table(&plan);
+        let edges = rows::table(&plan);
         let passes = PassDescription::all(&plan, &edges);
         let mut changed = 0;
         for pass in &passes {
@@ -122,7 +122,7 @@ fn every_change_of_layout_is_ordered_by_a_row_between_the_uses_that_it_is_betwee
         let rows = edges.iter().filter(|edge| edge.carrier.is_render_pass());
         let told: usize = rows.map(|edge| layout_changes(&plan, &edges, edge).len()).sum();
         assert_eq!(told, changed, "{name}");
-        let read_back = layout_changes(&plan, &edges, edges.find(edges::RowName::READ_BACK).expect("a row"));
+        let read_back = layout_changes(&plan, &edges, edges.find(rows::RowName::READ_BACK).expect("a row"));
         assert_eq!(read_back.last().map(|change| change.new), Some(vk::ImageLayout::TRANSFER_SRC_OPTIMAL), "{name}");
     }
 }

@@ -6,8 +6,8 @@
 use std::fmt::Debug;
 
 use super::svg::{Anchor, Font, Rect, Svg, wrap};
-use afterlight::frame::edges::{Edge, Edges};
 use afterlight::frame::proof::{Clash, End, Frames, HazardKind, clashes};
+use afterlight::frame::rows::{Row, Rows};
 use afterlight::gpu::sync::Use;
 use afterlight::plan::FramePlan;
 
@@ -54,7 +54,7 @@ pub struct Arrow {
 type Lines = Vec<(&'static str, String)>;
 
 impl Strip {
-    pub fn of(plan: &FramePlan, edges: &Edges, row: &Edge) -> Self {
+    pub fn of(plan: &FramePlan, edges: &Rows, row: &Row) -> Self {
         let region = row.region();
         let heading = format!("{} -> {}, {}{region}", row.from, row.to, row.carrier);
         let strip = Self { name: row.name.name(), heading, pairs: Vec::new(), below: vec![row.why.clone()] };
@@ -66,7 +66,7 @@ impl Strip {
 
     fn with_hazards(mut self, frames: &Frames) -> Self {
         for clash in clashes(&frames.hazards()) {
-            let (who, arrow) = ([told(&clash), clash.second.who.clone()], Arrow::of(&clash));
+            let (who, arrow) = ([describe_clash(&clash), clash.second.who.clone()], Arrow::of(&clash));
             match self.pairs.iter_mut().find(|pair| pair.who == who) {
                 Some(pair) => pair.arrows.push(arrow),
                 None => self.pairs.push(Pair { who, arrows: vec![arrow] }),
@@ -78,7 +78,7 @@ impl Strip {
         self
     }
 
-    fn with_masks(mut self, row: &Edge) -> Self {
+    fn with_masks(mut self, row: &Row) -> Self {
         let arrow = Arrow {
             kind: None,
             label: row.carrier.to_string(),
@@ -99,7 +99,7 @@ impl Strip {
 }
 
 /// The earlier use's author, with the frame where that is another one.
-fn told(clash: &Clash) -> String {
+fn describe_clash(clash: &Clash) -> String {
     let who = &clash.first.who;
     match clash.frames_apart {
         0 => who.clone(),

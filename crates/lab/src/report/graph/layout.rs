@@ -8,7 +8,7 @@ use ash::vk;
 
 use super::model::{Graph, Image, Stop, When};
 use super::svg::{Anchor, COLORS, Font, Rect, Svg, wrap};
-use afterlight::frame::edges::Edge;
+use afterlight::frame::rows::Row;
 use afterlight::plan::FramePlan;
 
 const MARGIN: f64 = 24.0;
@@ -193,7 +193,7 @@ fn tracks(graph: &Graph) -> Vec<usize> {
     tracks
 }
 
-fn note_lines(edge: &Edge) -> Vec<Line> {
+fn note_lines(edge: &Row) -> Vec<Line> {
     let masks = INDENT + Font::Code.width("before ");
     let region = edge.region();
     let head = format!("{}: {} -> {}{region}", edge.name, edge.from, edge.to);

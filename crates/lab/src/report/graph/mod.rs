@@ -1,7 +1,7 @@
 //! A frame as a drawing: passes and subpasses, their targets, and every dependency with its stages and accesses.
 //!
 //! It is made from the values that the render passes and barriers are made from ([`afterlight::frame::render_pass`] and
-//! [`afterlight::frame::edges`]), so that it cannot differ from them.
+//! [`afterlight::frame::rows`]), so that it cannot differ from them.
 
 mod hazards;
 mod layout;
@@ -12,17 +12,17 @@ mod tests;
 
 pub use svg::escape;
 
-use afterlight::frame::edges::{Edge, Edges};
+use afterlight::frame::rows::{Row, Rows};
 use afterlight::plan::FramePlan;
 
 /// The frames of a plan as SVG. `title` names their scene.
-pub fn draw(title: &str, plan: &FramePlan, edges: &Edges) -> String {
+pub fn draw(title: &str, plan: &FramePlan, edges: &Rows) -> String {
     let graph = model::Graph::of(plan, edges);
     layout::draw(title, plan, &graph)
 }
 
 /// A strip for each of these rows of a plan's table: the uses that the row orders, and the hazard between them without it.
-pub fn draw_hazards(title: &str, plan: &FramePlan, edges: &Edges, rows: &[&Edge]) -> String {
+pub fn draw_hazards(title: &str, plan: &FramePlan, edges: &Rows, rows: &[&Row]) -> String {
     let strips: Vec<_> = rows.iter().map(|row| hazards::Strip::of(plan, edges, row)).collect();
     hazards::draw(title, &strips)
 }

@@ -3,17 +3,17 @@
 
 use ash::vk;
 
-use afterlight::frame::edges::{Edge, Edges, Place};
 use afterlight::frame::list::{List, RenderPassName, Step};
 use afterlight::frame::render_pass::{LayoutChange, PassDescription, Subpass, layout_changes};
-use afterlight::passes::{How, ONCE, Resource, copy};
+use afterlight::frame::rows::{PassName, Row, Rows};
+use afterlight::passes::{ONCE, Resource, UseKind, copy};
 use afterlight::plan::{FramePlan, format_bytes};
 
 /// An event of the frame, or one that stands for all events before or after it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stop {
     /// The pass.
-    pub place: Place,
+    pub place: PassName,
     /// The part of the frame's time in which the dependency meets it.
     pub when: When,
     /// Its name in the drawing.
@@ -21,7 +21,7 @@ pub struct Stop {
     pub what: &'static str,
     /// The render pass that it is a subpass of.
     pub pass: Option<RenderPassName>,
-    pub touches: Vec<Touch>,
+    pub touches: Vec<PassUse>,
 }
 
 /// A part of the frame's time.
@@ -34,7 +34,7 @@ pub enum When {
 
 /// A stop's use of an image, by the image's index.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Touch {
+pub struct PassUse {
     pub image: usize,
     pub how: String,
     pub writes: bool,
@@ -63,18 +63,20 @@ pub struct Graph {
     pub stops: Vec<Stop>,
     pub images: Vec<Image>,
     /// Each with the indices of the stops that it is between.
-    pub edges: Vec<(Edge, [usize; 2])>,
+    pub edges: Vec<(Row, [usize; 2])>,
     /// The layout changes that each of `edges` makes.
     pub layouts: Vec<Vec<LayoutChange>>,
 }
 
 /// The order of places before a frame, on both sides of [`ONCE`].
-const BEFORE: [&[Place]; 2] = [&[Place::PRESENTATION, Place::HOST, Place::DEVICE, Place::OUTSIDE], &[Place::DRAWS]];
+const BEFORE: [&[PassName]; 2] =
+    [&[PassName::PRESENTATION, PassName::HOST, PassName::DEVICE, PassName::OUTSIDE], &[PassName::DRAWS]];
 /// The order of places after a frame.
-const AFTER: [Place; 5] = [Place::OUTSIDE, copy::PASS.place, Place::DEVICE, Place::PRESENTATION, Place::HOST];
+const AFTER: [PassName; 5] =
+    [PassName::OUTSIDE, copy::PASS.place, PassName::DEVICE, PassName::PRESENTATION, PassName::HOST];
 
 impl Graph {
-    pub fn of(plan: &FramePlan, edges: &Edges) -> Self {
+    pub fn of(plan: &FramePlan, edges: &Rows) -> Self {
         let (list, passes) = (List::of(plan), PassDescription::all(plan, edges));
         let mut images: Vec<Image> = Vec::new();
         for (resource, attachment) in passes.iter().flat_map(|pass| &pass.attachments) {
@@ -114,7 +116,7 @@ impl Graph {
             order.iter().position(|&own| own == stop.place).unwrap_or(0)
         };
         graph.stops.sort_by_key(|stop| (stop.when, rank(stop)));
-        let between = |edge: &Edge| {
+        let between = |edge: &Row| {
             // Added above, where it was not there.
             let [from, to] = ends(edge).map(|(place, when)| graph.find(place, when).unwrap_or(0));
             (edge.clone(), [from, to])
@@ -124,7 +126,7 @@ impl Graph {
         graph
     }
 
-    fn find(&self, place: Place, when: When) -> Option<usize> {
+    fn find(&self, place: PassName, when: When) -> Option<usize> {
         self.stops.iter().position(|stop| (stop.place, stop.when) == (place, when))
     }
 
@@ -133,13 +135,13 @@ impl Graph {
     }
 
     /// All references of a subpass, in the words of the drawing.
-    fn touches(&self, pass: &PassDescription, subpass: &Subpass) -> Vec<Touch> {
+    fn touches(&self, pass: &PassDescription, subpass: &Subpass) -> Vec<PassUse> {
         let mut touches = Vec::new();
         let mut add = |attachment: u32, how: String, writes| {
             // Past the end: `vk::ATTACHMENT_UNUSED`, a gap between locations.
             let resource = pass.attachments.get(attachment as usize).map(|&(resource, _)| resource);
             if let Some(image) = resource.and_then(|resource| self.image(resource)) {
-                touches.push(Touch { image, how, writes, attached: true });
+                touches.push(PassUse { image, how, writes, attached: true });
             }
         };
         for (index, reference) in subpass.input.iter().enumerate() {
@@ -177,17 +179,17 @@ impl Graph {
             let Some(stop) = self.find(place, when(place, When::After)) else { continue };
             for touch in touches {
                 let how = match touch.how {
-                    How::Sampled { .. } => "sampled",
-                    How::Storage { .. } => "stored to",
-                    How::CopiedFrom => "copied",
-                    How::CopiedTo => "copied to",
+                    UseKind::Sampled { .. } => "sampled",
+                    UseKind::Storage { .. } => "stored to",
+                    UseKind::CopiedFrom => "copied",
+                    UseKind::CopiedTo => "copied to",
                     // Of OVERLAY and ENCODE, which begin render passes of their own.
-                    How::Color { .. } if self.stops[stop].pass.is_none() => "drawn over",
+                    UseKind::Color { .. } if self.stops[stop].pass.is_none() => "drawn over",
                     _ => continue,
                 };
                 if let Some(image) = self.image(touch.resource) {
                     let (how, writes) = (how.into(), touch.writes());
-                    self.stops[stop].touches.push(Touch { image, how, writes, attached: false });
+                    self.stops[stop].touches.push(PassUse { image, how, writes, attached: false });
                 }
             }
         }
@@ -221,26 +223,26 @@ fn image(
 }
 
 /// Returns the begin and the end of a row. Places outside of the frame lie before those that wait for them, and after those that they wait for.
-fn ends(edge: &Edge) -> [(Place, When); 2] {
+fn ends(edge: &Row) -> [(PassName, When); 2] {
     // Data that the CPU hands over come before everything that a submission does, and data that it waits for after all of that.
     let (from, to) = match (edge.from, edge.to) {
-        (Place::DEVICE, _) => (When::After, When::After),
-        (_, Place::DEVICE) => (When::Before, When::Before),
+        (PassName::DEVICE, _) => (When::After, When::After),
+        (_, PassName::DEVICE) => (When::Before, When::Before),
         _ => (When::Before, When::After),
     };
     [(edge.from, when(edge.from, from)), (edge.to, when(edge.to, to))]
 }
 
 /// Returns the work of a place that works once.
-fn once_at(place: Place) -> Option<&'static str> {
+fn once_at(place: PassName) -> Option<&'static str> {
     ONCE.iter().find(|(own, _)| *own == place).map(|&(_, what)| what)
 }
 
 /// `outside` is that of places on either side of a frame.
-fn when(place: Place, outside: When) -> When {
+fn when(place: PassName, outside: When) -> When {
     match place {
-        Place::OUTSIDE | Place::HOST | Place::DEVICE | Place::PRESENTATION => outside,
-        Place::DRAWS => When::Before,
+        PassName::OUTSIDE | PassName::HOST | PassName::DEVICE | PassName::PRESENTATION => outside,
+        PassName::DRAWS => When::Before,
         place if once_at(place).is_some() => When::Before,
         // A submission of its own.
         place if place == copy::PASS.place => When::After,
@@ -249,7 +251,7 @@ fn when(place: Place, outside: When) -> When {
 }
 
 /// The places of the frame in their order.
-fn places(list: &List) -> impl Iterator<Item = Place> {
+fn places(list: &List) -> impl Iterator<Item = PassName> {
     list.0.iter().flat_map(|step| match step {
         Step::RenderPass(_, subpasses) => subpasses.iter().map(|own| own.place).collect(),
         Step::Commands(own) => vec![own.pass.place],
@@ -257,17 +259,17 @@ fn places(list: &List) -> impl Iterator<Item = Place> {
     })
 }
 
-fn stop(list: &List, place: Place, when: When) -> Stop {
+fn stop(list: &List, place: PassName, when: When) -> Stop {
     let passes = list.passes_at(place);
     // DEPTH and PER_LIGHT draw beside another pass, which gives the stop its name.
     let named = passes.iter().find(|pass| pass.place == place).or(passes.first());
     let what = match (place, when) {
-        (Place::OUTSIDE, When::After) => "later commands of this frame or another, as COPY",
-        (Place::OUTSIDE, _) => "earlier commands, of the frames before",
-        (Place::DRAWS, _) => "every pass below that draws the scene's meshes with its textures",
-        (Place::DEVICE, _) => "everything that one submission does",
-        (Place::HOST, _) => "the CPU",
-        (Place::PRESENTATION, _) => "shows the swapchain's images",
+        (PassName::OUTSIDE, When::After) => "later commands of this frame or another, as COPY",
+        (PassName::OUTSIDE, _) => "earlier commands, of the frames before",
+        (PassName::DRAWS, _) => "every pass below that draws the scene's meshes with its textures",
+        (PassName::DEVICE, _) => "everything that one submission does",
+        (PassName::HOST, _) => "the CPU",
+        (PassName::PRESENTATION, _) => "shows the swapchain's images",
         _ => named.map(|pass| pass.what).or_else(|| once_at(place)).unwrap_or_default(),
     };
     let name = named.map_or(place, |pass| pass.place).to_string();

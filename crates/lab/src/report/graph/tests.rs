@@ -3,21 +3,21 @@ use std::sync::LazyLock;
 
 use super::model::Graph;
 use super::{draw, draw_hazards, hazards, layout};
-use afterlight::frame::edges::{self, Edges};
 use afterlight::frame::render_pass::PassDescription;
+use afterlight::frame::rows::{self, Rows};
 use afterlight::plan::{FramePlan, samples};
 use afterlight::scene::{LightPath, Settings, View};
 
 /// One plan for each different frame: many samples differ only in facts that no drawing shows.
-fn plans() -> &'static [(String, FramePlan, Edges)] {
-    static PLANS: LazyLock<Vec<(String, FramePlan, Edges)>> = LazyLock::new(|| {
+fn plans() -> &'static [(String, FramePlan, Rows)] {
+    static PLANS: LazyLock<Vec<(String, FramePlan, Rows)>> = LazyLock::new(|| {
         let mut seen = BTreeSet::new();
         // `make test-all` looks at each of them.
         let every = if std::env::var("AFTERLIGHT_TESTS").is_ok_and(|value| value == "all") { 1 } else { 61 };
         let all = samples::of_every_kind();
         let all = all.into_iter().step_by(every);
         let with_edges = all.map(|(name, plan)| {
-            let edges = edges::table(&plan);
+            let edges = rows::table(&plan);
             (name, plan, edges)
         });
         with_edges.filter(|(_, plan, edges)| seen.insert(draw("x", plan, edges))).collect()
@@ -116,10 +116,10 @@ fn a_view_is_not_called_lighting() {
     let settings = Settings { view: View::Normal, ..Settings::default() };
     let scene = samples::scene(vec![samples::emissive()], vec![samples::sun()]);
     let plan = FramePlan::of(&scene, &settings, &samples::device()).expect("a plan");
-    assert!(draw("x", &plan, &edges::table(&plan)).contains("shows a buffer"));
+    assert!(draw("x", &plan, &rows::table(&plan)).contains("shows a buffer"));
 }
 
-fn strips(plan: &FramePlan, edges: &Edges) -> Vec<hazards::Strip> {
+fn strips(plan: &FramePlan, edges: &Rows) -> Vec<hazards::Strip> {
     edges.iter().map(|row| hazards::Strip::of(plan, edges, row)).collect()
 }
 
@@ -167,7 +167,7 @@ fn a_strip_shows_the_earlier_use_of_another_frame() {
     let scene = samples::scene(vec![samples::emissive()], vec![samples::sun()]);
     let settings = Settings { light_path: LightPath::Loop, ..Settings::default() };
     let plan = FramePlan::of(&scene, &settings, &samples::device()).expect("a plan");
-    let edges = edges::table(&plan);
+    let edges = rows::table(&plan);
     let drawn = |name| draw_hazards("x", &plan, &edges, &[edges.named(name, |_| true).expect("a row")]);
     let reuse = drawn("geometry-reuse");
     assert!(reuse.contains("LIGHTING of the last frame") && reuse.contains("(store operation)"), "{reuse}");

@@ -27,7 +27,7 @@ const LEAST_TURN_DEGREES: f64 = 15.0;
 const LEAST_MOVE: f64 = 0.15;
 
 /// The surfaces that a camera sees.
-struct Sight {
+struct VisibleSurfaces {
     /// Relative to it, in metres: where each ray ends that meets a surface.
     hits: Vec<DVec3>,
     /// Share of the rays that meet one.
@@ -36,7 +36,7 @@ struct Sight {
     objects: usize,
 }
 
-impl Sight {
+impl VisibleSurfaces {
     fn of(reference: &Reference, view: &View) -> Self {
         let size = DVec2::new(f64::from(view.size[0]), f64::from(view.size[1]));
         let grid = DVec2::new(f64::from(GRID[0]), f64::from(GRID[1]));
@@ -88,7 +88,7 @@ pub fn moments(path: &CameraPath, count: usize) -> Vec<(f64, Elsewhere)> {
 
 /// Up to `count` cameras; fewer where the scene has no room for more, as where the camera sees nothing.
 pub fn held_out(reference: &Reference, view: &View, count: usize) -> Vec<Elsewhere> {
-    let own = Sight::of(reference, view);
+    let own = VisibleSurfaces::of(reference, view);
     let usual = own.usual();
     let mut found: Vec<Elsewhere> = Vec::new();
     if own.hits.is_empty() {
@@ -104,7 +104,7 @@ pub fn held_out(reference: &Reference, view: &View, count: usize) -> Vec<Elsewhe
         if !is_new {
             continue;
         }
-        let sight = Sight::of(reference, &View { camera, ..*view });
+        let sight = VisibleSurfaces::of(reference, &View { camera, ..*view });
         let is_full = sight.seen >= LEAST_SEEN * own.seen && sight.objects as f64 >= LEAST_OBJECTS * own.objects as f64;
         if is_full && sight.in_the_way(usual) <= MOST_IN_THE_WAY {
             found.push(Elsewhere { camera, text });
@@ -114,7 +114,7 @@ pub fn held_out(reference: &Reference, view: &View, count: usize) -> Vec<Elsewhe
 }
 
 /// One of the sequence: how far towards which hit, and turned by how much, by additive recurrence of the plastic number's powers.
-fn candidate(view: &View, own: &Sight, index: u32) -> Option<Elsewhere> {
+fn candidate(view: &View, own: &VisibleSurfaces, index: u32) -> Option<Elsewhere> {
     let share = |step: f64| (0.5 + step * f64::from(index + 1)).fract();
     let [target, way, yaw, pitch] = [0.856_674_883_8, 0.733_891_856_6, 0.628_706_721_0, 0.538_597_257_2].map(share);
     let hit = *own.hits.get((target * own.hits.len() as f64) as usize)?;
@@ -171,10 +171,10 @@ mod tests {
             let (reference, view) = (Reference::new(&scene).expect("a scene"), view(&scene));
             let cameras = held_out(&reference, &view, 3);
             assert_eq!(cameras.len(), 3, "{spec}");
-            let own = Sight::of(&reference, &view);
+            let own = VisibleSurfaces::of(&reference, &view);
             let cameras: Vec<Camera> = cameras.into_iter().map(|elsewhere| elsewhere.camera).collect();
             for (index, camera) in cameras.iter().enumerate() {
-                let sight = Sight::of(&reference, &View { camera: *camera, ..view });
+                let sight = VisibleSurfaces::of(&reference, &View { camera: *camera, ..view });
                 assert!(sight.objects * 2 >= own.objects, "{spec} {index}: {} of {}", sight.objects, own.objects);
                 assert!(sight.seen >= LEAST_SEEN * own.seen, "{spec} {index}: {} of {}", sight.seen, own.seen);
                 let others = std::iter::once(&view.camera).chain(&cameras[..index]);

@@ -6,7 +6,7 @@ use ash::vk;
 use bytemuck::Zeroable;
 
 use super::{Input, Output, Trial};
-use afterlight::frame::edges::{self, RowName};
+use afterlight::frame::rows::{self, RowName};
 use afterlight::gpu::{
     self, Buffer, CommandBuffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter,
     ShaderStage, barrier, binding, compute_pipeline, pipeline_layout,
@@ -96,7 +96,7 @@ pub fn evaluate(device: &Arc<Device>, trial: &Trial) -> gpu::Result<Vec<Output>>
     }
     device.end_label(cmd.raw);
     // The CPU reads the outputs of FORMULAS. The CPU's own writes before the submission are visible to FORMULAS without a barrier.
-    if let Some(row) = edges::formulas().find(RowName::RESULTS_TO_HOST) {
+    if let Some(row) = rows::formulas().find(RowName::RESULTS_TO_HOST) {
         barrier::buffer_barrier(device, cmd.raw, &buffers.outputs, row.order());
     }
     cmd.end()?;

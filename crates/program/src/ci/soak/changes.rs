@@ -35,7 +35,7 @@ impl<'a> Changes<'a> {
     }
 
     /// Returns the number of changes of each kind, in words.
-    pub fn told(&self) -> String {
+    pub fn summary_line(&self) -> String {
         let Self { made, of_settings, refused, slow, .. } = self;
         format!(
             "{}, {of_settings} of settings; {refused} refused by the plan, and {slow} left as too slow",

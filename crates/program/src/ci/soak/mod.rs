@@ -81,7 +81,7 @@ pub fn soak(
     let told = format!(
         "{}, {}: at home all {} are equal",
         counted(drawn, "frame"),
-        changes.told(),
+        changes.summary_line(),
         counted(samples.len(), "picture")
     );
     report.hold(Check::Determinism, true, told);

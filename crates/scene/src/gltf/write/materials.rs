@@ -11,13 +11,13 @@ use super::{Document, number, surfaces};
 use crate::{AlphaMode, DIELECTRIC, Error, Material, Scene, TextureSlot, UvMap};
 
 /// A material, and the coat that lies on it: by their numbers in the scene.
-pub(super) type Worn = (usize, Option<usize>);
+pub(super) type CoatedMaterial = (usize, Option<usize>);
 
 /// The materials of a file.
 pub(super) struct Materials {
-    numbers: HashMap<Worn, usize>,
+    numbers: HashMap<CoatedMaterial, usize>,
     /// By object: the material that it wears; `None` for a coat, which is a part of the object before it.
-    pub worn: Vec<Option<Worn>>,
+    pub worn: Vec<Option<CoatedMaterial>>,
 }
 
 impl Materials {
@@ -27,7 +27,7 @@ impl Materials {
     /// As [`images::write`].
     pub fn write(scene: &Scene, document: &mut Document) -> Result<Self, Error> {
         let is_coat = |index: usize| surfaces::is_coat(&scene.materials[scene.objects[index].material]);
-        let worn: Vec<Option<Worn>> = (0..scene.objects.len())
+        let worn: Vec<Option<CoatedMaterial>> = (0..scene.objects.len())
             .map(|index| {
                 let coat = (index + 1 < scene.objects.len() && is_coat(index + 1)).then_some(index + 1);
                 let material = |index: usize| scene.objects[index].material;
@@ -48,7 +48,7 @@ impl Materials {
     }
 
     /// The number in the file of a worn material.
-    pub fn number(&self, worn: Worn) -> Option<usize> {
+    pub fn number(&self, worn: CoatedMaterial) -> Option<usize> {
         self.numbers.get(&worn).copied()
     }
 }
@@ -61,7 +61,7 @@ struct Writer<'a, 'b> {
 }
 
 impl Writer<'_, '_> {
-    fn material(&mut self, (base, coat): Worn) -> Value {
+    fn material(&mut self, (base, coat): CoatedMaterial) -> Value {
         let scene = self.scene;
         let material = &scene.materials[base];
         let [red, green, blue] = material.base_color.to_array().map(number);

@@ -34,7 +34,7 @@ use crate::{Environment, Error, SETTINGS, Scene, SettingsPatch, exposure_scale, 
 
 /// The picture's data in the file, besides the scene.
 #[derive(Debug, Clone)]
-pub struct Shot {
+pub struct ExportedView {
     /// Width and height in pixels; both at least 1.
     pub size: [u32; 2],
     /// EV100.
@@ -62,7 +62,7 @@ pub struct Exported {
 ///
 /// # Errors
 /// [`Error::Scene`] for a fault of the scene, for a picture without pixels, for a scene without a triangle, and for one that is too large for a `.glb`.
-pub fn write(scene: Scene, shot: &Shot) -> Result<Exported, Error> {
+pub fn write(scene: Scene, shot: &ExportedView) -> Result<Exported, Error> {
     scene.check()?;
     if shot.size.contains(&0) {
         return Err(Error::Scene(format!(
@@ -123,7 +123,7 @@ impl Document {
     }
 
     /// The bytes of the file.
-    fn finish(&mut self, shot: &Shot, surroundings: Value) -> Result<Vec<u8>, String> {
+    fn finish(&mut self, shot: &ExportedView, surroundings: Value) -> Result<Vec<u8>, String> {
         let mut asset = json!({ "version": "2.0", "generator": concat!("afterlight ", env!("CARGO_PKG_VERSION")) });
         if let Some(copyright) = &shot.copyright {
             asset["copyright"] = copyright.as_str().into();
@@ -144,13 +144,13 @@ impl Document {
 }
 
 /// Returns the exposure that a renderer needs to draw the same picture.
-fn exposure(shot: &Shot) -> Value {
+fn exposure(shot: &ExportedView) -> Value {
     json!({ "exposure_ev100": number(shot.exposure), "exposure_scale": number(exposure_scale(shot.exposure)) })
 }
 
 /// The exposure, and everything else that glTF has no property for, as [`surroundings`](super::surroundings) reads it. A scene without light says that
 /// it is meant to be dark, or a reader would light it.
-fn extras(shot: &Shot, environment: &Environment, is_dark: bool) -> Value {
+fn extras(shot: &ExportedView, environment: &Environment, is_dark: bool) -> Value {
     let color = |color: glam::Vec3| color.to_array().map(number);
     let mut extras = exposure(shot);
     extras["size"] = json!(shot.size);

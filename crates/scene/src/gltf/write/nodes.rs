@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use glam::{DAffine3, DVec3};
 use serde_json::{Value, json};
 
-use super::materials::{Materials, Worn};
+use super::materials::{CoatedMaterial, Materials};
 use super::placing::{Placing, aimed, placing, turned};
 use super::{Document, number};
 use crate::{Camera, Light, LightKind, Mesh, Object, Outline, Projection, Scene, unit};
@@ -22,7 +22,7 @@ impl Nodes<'_> {
     /// Writes objects, then cameras, then lights. `exposure` goes with the first camera.
     pub fn write(&self, document: &mut Document, exposure: Value) {
         let mut primitives = HashMap::new();
-        let mut meshes: HashMap<(usize, Worn), usize> = HashMap::new();
+        let mut meshes: HashMap<(usize, CoatedMaterial), usize> = HashMap::new();
         for (object, worn) in self.scene.objects.iter().zip(&self.materials.worn) {
             let Some(worn) = *worn else { continue };
             let mesh = *meshes.entry((object.mesh, worn)).or_insert_with(|| {

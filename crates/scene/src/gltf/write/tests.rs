@@ -13,8 +13,8 @@ use crate::{
     Material, NamedCamera, Object, Projection, Sampler, Texture, TextureSlot, UvMap, Wrap,
 };
 
-fn shot() -> Shot {
-    Shot { size: [16, 9], exposure: 7.3, settings: SettingsPatch::default(), copyright: None }
+fn shot() -> ExportedView {
+    ExportedView { size: [16, 9], exposure: 7.3, settings: SettingsPatch::default(), copyright: None }
 }
 
 fn exported(scene: Scene) -> Exported {
@@ -293,7 +293,8 @@ fn every_built_in_scene_is_read_with_its_light_background_and_exposure() {
         };
         let scene = crate::builtin::open(&spec).unwrap_or_else(|error| panic!("{error}"));
         let exposure = scene.settings.exposure.unwrap_or_else(|| crate::metered_ev100(&scene));
-        let exported = write(scene.clone(), &Shot { exposure, ..shot() }).unwrap_or_else(|error| panic!("{error}"));
+        let exported =
+            write(scene.clone(), &ExportedView { exposure, ..shot() }).unwrap_or_else(|error| panic!("{error}"));
         let file = folder.path().join("scene.glb");
         std::fs::write(&file, &exported.bytes).expect("written");
         let options = crate::OpenOptions::default();
@@ -314,7 +315,7 @@ fn every_built_in_scene_is_read_with_its_light_background_and_exposure() {
 #[test]
 fn settings_that_were_said_are_read_and_a_dark_scene_stays_dark() {
     let open = |scene: Scene, settings: &str| {
-        let shot = Shot { settings: settings.parse().expect("settings"), ..shot() };
+        let shot = ExportedView { settings: settings.parse().expect("settings"), ..shot() };
         let exported = write(scene, &shot).unwrap_or_else(|error| panic!("{error}"));
         let folder = tempfile::tempdir().expect("a folder");
         let file = folder.path().join("scene.glb");

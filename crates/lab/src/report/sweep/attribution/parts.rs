@@ -25,7 +25,7 @@ const OUTPUT_PART: usize = 6;
 
 /// A surface in a pixel: as it is, and as the device has it.
 #[derive(Debug, Clone, Copy)]
-pub struct Seen<'a> {
+pub struct PixelSurface<'a> {
     pub truth: &'a Surface,
     pub own: &'a Stored,
     pub unquantized: &'a Stored,
@@ -87,7 +87,7 @@ impl Shades {
     }
 }
 
-impl Seen<'_> {
+impl PixelSurface<'_> {
     /// A pixel's light in nits.
     pub fn shades(&self, illumination: &Illumination, visibility: &mut dyn Visibility) -> Shades {
         Shades(std::array::from_fn(|set| self.shade(set, illumination, visibility)))
@@ -214,7 +214,7 @@ mod tests {
             sky: None,
             smith: Smith::default(),
         };
-        Seen { truth, own, unquantized }.shades(&illumination, &mut Half)
+        PixelSurface { truth, own, unquantized }.shades(&illumination, &mut Half)
     }
 
     /// Nothing is rounded.

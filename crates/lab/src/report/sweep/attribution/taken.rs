@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 
 use super::device::Captured;
 use super::formats::Formats;
-use super::parts::{Measured, SWITCHES, Seen, Shades, Visibility};
+use super::parts::{Measured, PixelSurface, SWITCHES, Shades, Visibility};
 use super::{Subject, Truths, illumination, place, sky};
 use afterlight::scene::{Settings, counted};
 use afterlight_truth::reference::tonemap::input_referred;
@@ -149,7 +149,7 @@ impl Taken<'_> {
             return Shades([background * self.exposure; _]);
         };
         let mut shares = Shares { taken: self, at, place: place(self.subject.view, pixel), exact: BTreeMap::new() };
-        let seen = Seen { truth, own: &self.captured.own[at], unquantized: &self.captured.unquantized[at] };
+        let seen = PixelSurface { truth, own: &self.captured.own[at], unquantized: &self.captured.unquantized[at] };
         let nits = seen.shades(&illumination(self.subject), &mut shares);
         Shades(nits.0.map(|nits| nits * self.exposure + of_sky))
     }

@@ -76,7 +76,7 @@ fn axis(base: &Base, setting: &Setting, quick: bool) -> Axis {
         (None, values) => values.all(),
     };
     let mut candidates: Vec<_> = texts.iter().filter_map(|text| Candidate::of(setting, text)).collect();
-    suit(base, setting, quick, &mut candidates);
+    add_candidates_for(base, setting, quick, &mut candidates);
     let mut title = setting.label();
     if let Some(first) = title.get_mut(..1) {
         first.make_ascii_uppercase();
@@ -85,7 +85,7 @@ fn axis(base: &Base, setting: &Setting, quick: bool) -> Axis {
 }
 
 /// Adapts the values of some settings to the scene, to `--quick` and to the settings as given.
-fn suit(base: &Base, setting: &Setting, quick: bool, candidates: &mut Vec<Candidate>) {
+fn add_candidates_for(base: &Base, setting: &Setting, quick: bool, candidates: &mut Vec<Candidate>) {
     match setting.key {
         "gbuffer" if !quick => candidates.extend(single_targets()),
         // The plan's own choice is one of the others.

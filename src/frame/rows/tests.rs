@@ -8,10 +8,10 @@ use ash::vk::{AccessFlags as A, PipelineStageFlags as S};
 use super::masks::SUPPORTED;
 use super::*;
 use crate::frame::list::List;
-use crate::passes::{How, Resource, geometry, lighting};
+use crate::passes::{Resource, UseKind, geometry, lighting};
 use crate::plan::samples;
 
-fn each_plan(check: impl Fn(&str, &FramePlan, &Edges)) {
+fn each_plan(check: impl Fn(&str, &FramePlan, &Rows)) {
     for (name, plan) in samples::of_every_kind() {
         check(&name, &plan, &table(&plan));
     }
@@ -34,7 +34,7 @@ fn names_are_unique_and_every_row_says_why() {
 fn one_row_a_pair_of_places() {
     each_plan(|name, _, table| {
         for (index, edge) in table.iter().enumerate().filter(|(_, edge)| edge.carrier.is_render_pass()) {
-            let same = |other: &&Edge| {
+            let same = |other: &&Row| {
                 (other.from, other.to) == (edge.from, edge.to)
                     && std::mem::discriminant(&other.carrier) == std::mem::discriminant(&edge.carrier)
             };
@@ -87,7 +87,7 @@ fn rows_are_across_samples_where_one_side_reads_them_all_and_both_draw_as_many()
         let drawn = |place| {
             let touches = list.passes_at(place).into_iter().flat_map(|pass| (pass.touches)(plan));
             let mut targets = touches.filter_map(|own| match (own.how, own.resource) {
-                (How::Color { .. }, Resource::Target(target)) => Some(plan.samples_of(target)),
+                (UseKind::Color { .. }, Resource::Target(target)) => Some(plan.samples_of(target)),
                 _ => None,
             });
             targets.next()

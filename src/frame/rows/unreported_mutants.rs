@@ -9,10 +9,10 @@
 
 use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
 
-use super::{Carrier, Edge, Side};
+use super::{Row, Side, SyncKind};
 use crate::frame::list::RenderPassName;
 use crate::gpu::sync::Use;
-use crate::passes::{Place, forward, geometry, lighting, pyramid, shadow, tonemap};
+use crate::passes::{PassName, forward, geometry, lighting, pyramid, shadow, tonemap};
 use crate::plan::FramePlan;
 
 /// The first layer that sees wrong masks of subpass dependencies.
@@ -24,7 +24,7 @@ pub const NEWEST: u32 = vk::make_api_version(0, 1, 4, 363);
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
     /// All of it.
-    Row,
+    RowBuilder,
     /// The reach across the samples of a pixel: the row becomes one by region.
     AcrossSamples,
     /// Some bits of one side.
@@ -46,14 +46,14 @@ pub struct UnreportedMutants {
 }
 
 /// Why the layer does not notice that a part of a row is missing; `None` where it does. An entry that is further up in the list comes first.
-pub fn reason(plan: &FramePlan, edge: &Edge, part: Part) -> Option<&'static UnreportedMutants> {
+pub fn reason(plan: &FramePlan, edge: &Row, part: Part) -> Option<&'static UnreportedMutants> {
     UNREPORTED_MUTANTS.iter().find(|entry| (entry.is_about)(&Missing { plan, edge, part }))
 }
 
 /// A part that is missing, of a row of a plan's table.
 struct Missing<'a> {
     plan: &'a FramePlan,
-    edge: &'a Edge,
+    edge: &'a Row,
     part: Part,
 }
 
@@ -78,13 +78,13 @@ impl Missing<'_> {
     }
 
     /// Returns true if the render pass of the row begins with this place.
-    fn begins_with(&self, place: Place) -> bool {
-        self.edge.carrier == Carrier::Subpass(RenderPassName::of(place))
+    fn begins_with(&self, place: PassName) -> bool {
+        self.edge.carrier == SyncKind::Subpass(RenderPassName::of(place))
     }
 
     /// Returns true if the row waits for something outside of its frame, mostly for the frame before.
     fn is_from_outside(&self) -> bool {
-        self.edge.from == Place::OUTSIDE
+        self.edge.from == PassName::OUTSIDE
     }
 
     /// Returns true if a render pass waits by this row for an earlier pass of the same frame.
@@ -94,7 +94,7 @@ impl Missing<'_> {
 
     /// Returns true for a bit of a row between two subpasses that would not be needed within one, where uses of an attachment are in rasterization order.
     fn is_of_attachment(&self) -> bool {
-        let Edge { from, before, after, .. } = self.edge;
+        let Row { from, before, after, .. } = self.edge;
         let tests = A::DEPTH_STENCIL_ATTACHMENT_READ | A::DEPTH_STENCIL_ATTACHMENT_WRITE;
         // What LIGHTING writes of the G-buffer besides are drops, which the layer notices.
         let blends = after.access.contains(A::COLOR_ATTACHMENT_READ) && *from != geometry::PASS.place;
@@ -126,10 +126,10 @@ impl Missing<'_> {
             return false;
         }
         let table = super::table(self.plan);
-        let last = |row: &&Edge| row.is_between_subpasses() && row.to == edge.to && row.from != edge.from;
+        let last = |row: &&Row| row.is_between_subpasses() && row.to == edge.to && row.from != edge.from;
         // LIGHTING's render pass changes the layout of the depth that it loads, and the layer takes that for an order.
         let is_ordered = is_between || self.begins_with(lighting::PASS.place);
-        let is_led_to = |last: &Edge| {
+        let is_led_to = |last: &Row| {
             let mut firsts = table.iter().filter(|row| row.from == edge.from && row.waiting.contains(&last.from));
             firsts.any(|first| is_ordered || first.after.stage.intersects(last.before.stage))
         };
@@ -173,10 +173,10 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: Some(NEWEST),
         is_about: |missing| {
-            let Edge { carrier, before, after, .. } = missing.edge;
+            let Row { carrier, before, after, .. } = missing.edge;
             let is_of_dispatches = before.stage == S::COMPUTE_SHADER && after.stage == S::COMPUTE_SHADER;
             let writes = after.access.contains(A::SHADER_WRITE);
-            *carrier == Carrier::BufferBarrier && is_of_dispatches && writes && !missing.is_from_outside()
+            *carrier == SyncKind::BufferBarrier && is_of_dispatches && writes && !missing.is_from_outside()
         },
         section: "Synchronization and Cache Control",
         says: FEW_GUARANTEES,
@@ -186,9 +186,9 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: None,
         is_about: |missing| {
-            let Edge { from, to, before, after, .. } = missing.edge;
+            let Row { from, to, before, after, .. } = missing.edge;
             let both = S::FRAGMENT_SHADER | S::COMPUTE_SHADER;
-            let is_written = [Place::CLEAR, shadow::PASS.place].contains(from) && after.stage == both;
+            let is_written = [PassName::CLEAR, shadow::PASS.place].contains(from) && after.stage == both;
             let is_read = *to == shadow::PASS.place && before.stage == both;
             is_written && missing.is_after(S::FRAGMENT_SHADER, A::empty())
                 || is_read && missing.is_before(S::COMPUTE_SHADER, A::empty())
@@ -261,7 +261,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     },
     UnreportedMutants {
         seen_from: None,
-        is_about: |missing| missing.edge.to == Place::HOST,
+        is_about: |missing| missing.edge.to == PassName::HOST,
         section: "Fences",
         says: "Signaling a fence and waiting on the host does not guarantee that the results of memory accesses will be visible to the host, \
                as the access scope of a memory dependency defined by a fence only includes device access",
@@ -282,11 +282,11 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: Some(NEWEST),
         is_about: |missing| {
-            let Edge { carrier, to, before, .. } = missing.edge;
+            let Row { carrier, to, before, .. } = missing.edge;
             let is_drawn = carrier.is_render_pass();
             // Where GEOMETRY waits for the copy alone, the layer sees that nothing holds it back.
             let is_alone = *to == geometry::PASS.place && before.stage == S::TRANSFER;
-            let is_written = *carrier == Carrier::ImageBarrier(vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL);
+            let is_written = *carrier == SyncKind::ImageBarrier(vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL);
             let is_of_copy = missing.is_before(S::TRANSFER, A::empty()) && (is_drawn && !is_alone || is_written)
                 || missing.is_row() && is_drawn && before.stage == S::TRANSFER;
             missing.is_from_outside() && is_of_copy
@@ -303,7 +303,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
             let is_read = missing.edge.before.stage == S::FRAGMENT_SHADER && missing.is_from_outside();
             let is_about = missing.is_row() || missing.is_before(S::FRAGMENT_SHADER, A::empty());
             // After a dispatch that has written the light, the layer sees that nothing orders the change.
-            let follows_write = |row: &Edge| row.before.access.contains(A::SHADER_WRITE);
+            let follows_write = |row: &Row| row.before.access.contains(A::SHADER_WRITE);
             is_read
                 && is_about
                 && missing.begins_with(tonemap::PASS.place)
@@ -317,8 +317,8 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: None,
         is_about: |missing| {
-            let Edge { label, carrier, after, .. } = missing.edge;
-            let is_presented = matches!(carrier, Carrier::ImageBarrier(vk::ImageLayout::PRESENT_SRC_KHR, _));
+            let Row { label, carrier, after, .. } = missing.edge;
+            let is_presented = matches!(carrier, SyncKind::ImageBarrier(vk::ImageLayout::PRESENT_SRC_KHR, _));
             // Where COPY takes the picture as it lies, no layout change comes between, and the layer sees that OVERLAY waits for the copy.
             let follows_change = ["picture-to-split", "picture-to-copy"].contains(label)
                 || *label == "picture-to-overlay" && is_presented;
@@ -334,8 +334,8 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: None,
         is_about: |missing| {
-            let Edge { carrier, to, after, .. } = missing.edge;
-            let leaves = carrier.is_render_pass() && *to == Place::OUTSIDE;
+            let Row { carrier, to, after, .. } = missing.edge;
+            let leaves = carrier.is_render_pass() && *to == PassName::OUTSIDE;
             // A row with an access is one for the copy that follows.
             missing.is_row() && leaves && after.access.is_empty()
         },
@@ -367,7 +367,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: Some(NEWEST),
         is_about: |missing| {
-            let Edge { before, after, .. } = missing.edge;
+            let Row { before, after, .. } = missing.edge;
             let is_rewritten = before.access.contains(A::SHADER_WRITE) && after.access == A::SHADER_WRITE;
             is_rewritten && missing.is_from_outside() && missing.is_after(S::empty(), A::SHADER_WRITE)
         },
@@ -378,7 +378,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: Some(NEWEST),
         is_about: |missing| {
-            let is_barrier = matches!(missing.edge.carrier, Carrier::ImageBarrier(..));
+            let is_barrier = matches!(missing.edge.carrier, SyncKind::ImageBarrier(..));
             let blends = missing.edge.after.access.contains(A::COLOR_ATTACHMENT_READ);
             is_barrier && blends && missing.is_after(S::empty(), A::COLOR_ATTACHMENT_WRITE)
         },
@@ -403,7 +403,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: Some(NEWEST),
         is_about: |missing| {
-            let Edge { to, before, .. } = missing.edge;
+            let Row { to, before, .. } = missing.edge;
             // Where the light or the G-buffer is drawn by an earlier subpass of the render pass.
             let firsts = [geometry::PASS.place, lighting::PASS.place, forward::PASS.place];
             let is_later = firsts.into_iter().any(|first| first != *to && missing.begins_with(first));

@@ -1,12 +1,12 @@
 //! Names that rows had when each was written for a pair of passes, so that commands which name them still work, and the reason why a plan has no row of a name.
 
-use super::{Edge, Edges};
+use super::{Row, Rows};
 use crate::frame::list;
 use crate::gpu::vk;
-use crate::passes::{Place, Presence};
+use crate::passes::{PassName, Presence};
 use crate::plan::effect::FormerRow;
 use crate::plan::effects::EFFECTS;
-use crate::plan::{Canvas, Encoding, FramePlan, Transfer};
+use crate::plan::{Encoding, FramePlan, PresentTarget, Transfer};
 
 /// The passes of no effect that draw light or the picture.
 const DRAWS: [&str; 5] = ["tonemap", "composite", "transparent", "lighting", "forward"];
@@ -46,7 +46,7 @@ fn last_draws() -> impl Iterator<Item = String> {
 }
 
 /// The row between two passes, or to one from the frame before. Where several passes wait for one by the same row, each of their pairs has that row.
-pub(super) fn row_of<'a>(table: &'a Edges, name: &str) -> Option<&'a Edge> {
+pub(super) fn row_of<'a>(table: &'a Rows, name: &str) -> Option<&'a Row> {
     table.iter().find(|edge| edge.label == name).or_else(|| {
         let (from, to) = name.split_once("-to-")?;
         let readers = format!("{from}-to-readers");
@@ -55,7 +55,7 @@ pub(super) fn row_of<'a>(table: &'a Edges, name: &str) -> Option<&'a Edge> {
 }
 
 /// The row that has taken the place of one which had this name.
-pub(super) fn successor<'a>(table: &'a Edges, name: &str) -> Option<&'a Edge> {
+pub(super) fn successor<'a>(table: &'a Rows, name: &str) -> Option<&'a Row> {
     let (_, patterns) = former_rows().find(|(former, _)| *former == name)?;
     patterns.iter().find_map(|pattern| match pattern.strip_prefix('*') {
         Some(rest) => last_draws().find_map(|from| row_of(table, &format!("{from}{rest}"))),
@@ -67,7 +67,7 @@ pub(super) fn successor<'a>(table: &'a Edges, name: &str) -> Option<&'a Edge> {
 pub fn lack(plan: &FramePlan, name: &str) -> Option<String> {
     let format = vk::Format::B8G8R8A8_SRGB;
     let encoding = Encoding { transfer: Transfer::Srgb, headroom: 1.0 };
-    let presented = [Canvas::Straight(format), Canvas::Enlarge(format), Canvas::Encode(encoding)];
+    let presented = [PresentTarget::Straight(format), PresentTarget::Enlarge(format), PresentTarget::Encode(encoding)];
     let has = |canvas| super::table(&plan.clone().presented_as(canvas)).iter().any(|edge| edge.label == name);
     if plan.presented.is_none() && presented.into_iter().any(has) {
         return Some("no window".into());
@@ -84,14 +84,14 @@ pub fn lack(plan: &FramePlan, name: &str) -> Option<String> {
 }
 
 /// A place as rows' names have it: `ao-denoise`.
-pub(super) fn spelled(place: Place) -> String {
+pub(super) fn spelled(place: PassName) -> String {
     place.name().to_lowercase().replace('_', "-")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::edges;
+    use crate::frame::rows;
     use crate::plan::samples;
 
     /// The pass that a former name spoke of, where it did so: `light-to-taa` of TAA.
@@ -104,7 +104,7 @@ mod tests {
     fn a_former_name_stands_for_a_row_of_the_pass_that_it_spoke_of() {
         let mut found = 0;
         for (plan_name, plan) in samples::of_every_kind() {
-            let table = edges::table(&plan);
+            let table = rows::table(&plan);
             for (former, _) in former_rows() {
                 let Some(edge) = successor(&table, former) else { continue };
                 found += 1;
@@ -122,7 +122,7 @@ mod tests {
     #[test]
     fn each_former_name_stands_for_a_row_of_some_plan() {
         let plans = samples::of_every_kind();
-        let tables: Vec<_> = plans.iter().map(|(_, plan)| edges::table(plan)).collect();
+        let tables: Vec<_> = plans.iter().map(|(_, plan)| rows::table(plan)).collect();
         let is_lost = |former: &str| tables.iter().all(|table| successor(table, former).is_none());
         let former = former_rows().map(|(former, _)| *former).filter(|former| !UNSAMPLED.contains(former));
         let lost: Vec<_> = former.filter(|former| is_lost(former)).collect();

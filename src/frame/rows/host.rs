@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{Carrier, Edge, Place, RowName, row};
+use super::{PassName, Row, RowName, SyncKind, row};
 use crate::gpu::sync::{DEVICE_ACCESS, HOST_WRITE, Use};
 use crate::passes::copy;
 
@@ -22,48 +22,48 @@ pub(in crate::frame) const FORMULA_WRITE: Use =
     Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE);
 
 /// Returns the rows by which FORMULAS reads its inputs and the CPU its results.
-pub(super) fn formulas() -> [Edge; 3] {
+pub(super) fn formulas() -> [Row; 3] {
     [
-        row(RowName::HOST_TO_FRAME, Carrier::Submission)
-            .from(Place::HOST, &[HOST_WRITE])
-            .to(Place::DEVICE, &[DEVICE_ACCESS])
+        row(RowName::HOST_TO_FRAME, SyncKind::Submission)
+            .from(PassName::HOST, &[HOST_WRITE])
+            .to(PassName::DEVICE, &[DEVICE_ACCESS])
             .because("the dispatch reads inputs that the CPU wrote"),
-        row(RowName::RESULTS_TO_HOST, Carrier::BufferBarrier)
-            .from(Place::DEVICE, &[FORMULA_WRITE])
-            .to(Place::HOST, &[copy::HOST_READ])
+        row(RowName::RESULTS_TO_HOST, SyncKind::BufferBarrier)
+            .from(PassName::DEVICE, &[FORMULA_WRITE])
+            .to(PassName::HOST, &[copy::HOST_READ])
             .because("a fence alone does not make the dispatch's writes visible to the CPU"),
-        row(RowName::COPY_TO_HOST, Carrier::Fence)
-            .from(Place::DEVICE, &[DEVICE_ACCESS])
-            .to(Place::HOST, &[copy::HOST_READ])
+        row(RowName::COPY_TO_HOST, SyncKind::Fence)
+            .from(PassName::DEVICE, &[DEVICE_ACCESS])
+            .to(PassName::HOST, &[copy::HOST_READ])
             .because("the CPU reads the results when the dispatch is done; a barrier does not make it wait"),
     ]
 }
 
-pub(super) fn rows() -> [Edge; 5] {
-    let wait = |name, from| row(name, Carrier::Fence).from(from, &[DEVICE_ACCESS]);
+pub(super) fn rows() -> [Row; 5] {
+    let wait = |name, from| row(name, SyncKind::Fence).from(from, &[DEVICE_ACCESS]);
     [
-        row(RowName::HOST_TO_FRAME, Carrier::Submission)
-            .from(Place::HOST, &[HOST_WRITE])
-            .to(Place::DEVICE, &[DEVICE_ACCESS])
+        row(RowName::HOST_TO_FRAME, SyncKind::Submission)
+            .from(PassName::HOST, &[HOST_WRITE])
+            .to(PassName::DEVICE, &[DEVICE_ACCESS])
             .because(
                 "a frame reads cameras, lights, maps' places and sorted indices that the CPU wrote, and uploads read \
                  staging buffers",
             ),
-        wait(RowName::FRAME_TO_HOST, Place::DEVICE)
-            .to(Place::HOST, &[HOST_WRITE])
+        wait(RowName::FRAME_TO_HOST, PassName::DEVICE)
+            .to(PassName::HOST, &[HOST_WRITE])
             .because("the CPU writes buffers and commands of a frame anew when the last frame that used them is done"),
-        wait(RowName::LAST_USE_TO_DESTROY, Place::DEVICE)
-            .to(Place::HOST, &[Use::new(vk::PipelineStageFlags::HOST, vk::AccessFlags::empty())])
+        wait(RowName::LAST_USE_TO_DESTROY, PassName::DEVICE)
+            .to(PassName::HOST, &[Use::new(vk::PipelineStageFlags::HOST, vk::AccessFlags::empty())])
             .because(
                 "an object is destroyed once the last submission made before it was dropped is done (the retire queue)",
             ),
         // ANCHOR: picture-to-host
-        row(RowName::PICTURE_TO_HOST, Carrier::BufferBarrier)
+        row(RowName::PICTURE_TO_HOST, SyncKind::BufferBarrier)
             .from(copy::PASS.place, &[copy::WRITE])
-            .to(Place::HOST, &[copy::HOST_READ])
+            .to(PassName::HOST, &[copy::HOST_READ])
             .because("a fence alone does not make the copy's writes visible to the CPU"),
         wait(RowName::COPY_TO_HOST, copy::PASS.place)
-            .to(Place::HOST, &[copy::HOST_READ])
+            .to(PassName::HOST, &[copy::HOST_READ])
             .because("the CPU reads the picture when the copy is done; a barrier does not make it wait"),
         // ANCHOR_END: picture-to-host
     ]

@@ -9,14 +9,14 @@
 
 use ash::vk;
 
-use super::{Carrier, Edge, Edges, Place, RowName, barrier, row, waits};
+use super::{PassName, Row, RowName, Rows, SyncKind, barrier, row, waits};
 use crate::frame::list::Step;
 use crate::gpu::UploadOrder;
 use crate::gpu::sync::{DEVICE_ACCESS, Use};
 use crate::gpu::upload::COPY_WRITE;
 use crate::passes::present::{ATTACH, BEGIN, WRITE};
 use crate::passes::{Resource, copy, encode, overlay, present, split};
-use crate::plan::{Canvas, FramePlan};
+use crate::plan::{FramePlan, PresentTarget};
 
 impl RowName {
     pub(crate) const ACQUIRE: Self = Self::Own("acquire");
@@ -47,29 +47,29 @@ const SAMPLED: vk::ImageLayout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
 pub(super) const IN_TURN: Use = Use::new(vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::empty());
 
 /// None where nothing is presented.
-pub(super) fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Edge> {
+pub(super) fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Row> {
     let mut rows = match plan.presented {
         None => return Vec::new(),
-        Some(Canvas::Straight(_) | Canvas::Enlarge(_)) => straight(plan, steps),
-        Some(Canvas::Encode(_) | Canvas::EncodeKept(_)) => encoded(plan),
+        Some(PresentTarget::Straight(_) | PresentTarget::Enlarge(_)) => straight(plan, steps),
+        Some(PresentTarget::Encode(_) | PresentTarget::EncodeKept(_)) => encoded(plan),
     };
     rows.extend([
         barrier(RowName::PANEL_TO_COPY, vk::ImageLayout::UNDEFINED, WRITTEN)
-            .from(Place::OUTSIDE, &[Use::START])
-            .to(Place::UPLOAD, &[COPY_WRITE])
+            .from(PassName::OUTSIDE, &[Use::START])
+            .to(PassName::UPLOAD, &[COPY_WRITE])
             .because(
                 "only while panels are shown: each change of a texture is a new image, whose layout changes before \
                  the write",
             ),
         barrier(RowName::UPLOAD_TO_PANELS, WRITTEN, SAMPLED)
-            .from(Place::UPLOAD, &[COPY_WRITE])
+            .from(PassName::UPLOAD, &[COPY_WRITE])
             .to(overlay::PASS.place, &[overlay::TEXTURE_READ])
             .because("only while panels are shown: OVERLAY samples what was copied"),
     ]);
     rows.push(
-        row(RowName::PRESENT, Carrier::Semaphore)
-            .from(Place::DEVICE, &[DEVICE_ACCESS])
-            .to(Place::PRESENTATION, &[Use::END])
+        row(RowName::PRESENT, SyncKind::Semaphore)
+            .from(PassName::DEVICE, &[DEVICE_ACCESS])
+            .to(PassName::PRESENTATION, &[Use::END])
             .because(
                 "presentation reads the image when the frame is done; a semaphore makes all that was written \
                  available, and presentation sees it by itself",
@@ -78,15 +78,15 @@ pub(super) fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Edge> {
     rows
 }
 
-fn acquire((first, first_use): (Place, Use), why: &'static str) -> Edge {
-    row(RowName::ACQUIRE, Carrier::Semaphore)
-        .from(Place::PRESENTATION, &[Use::START])
+fn acquire((first, first_use): (PassName, Use), why: &'static str) -> Row {
+    row(RowName::ACQUIRE, SyncKind::Semaphore)
+        .from(PassName::PRESENTATION, &[Use::START])
         .to(first, &[first_use])
         .because(why)
 }
 
 /// The picture is the swapchain's image, or is copied into it.
-fn straight(plan: &FramePlan, steps: &[Step]) -> Vec<Edge> {
+fn straight(plan: &FramePlan, steps: &[Step]) -> Vec<Row> {
     let drawn = waits::first_user(plan, steps, Resource::Target(plan.picture()));
     let first = match drawn.filter(|_| !plan.is_copied_to_be_shown()) {
         None => (present::PASS.place, BEGIN),
@@ -99,13 +99,13 @@ fn straight(plan: &FramePlan, steps: &[Step]) -> Vec<Edge> {
         rows.extend([
             // ANCHOR: swapchain-image
             barrier(RowName::SWAPCHAIN_TO_PRESENT, vk::ImageLayout::UNDEFINED, WRITTEN)
-                .from(Place::OUTSIDE, &[BEGIN])
+                .from(PassName::OUTSIDE, &[BEGIN])
                 .to(present::PASS.place, &[WRITE])
                 .because("the image's layout changes when it is acquired, before PRESENT writes all of it"),
             // ANCHOR_END: swapchain-image
             barrier(RowName::PRESENT_TO_SWAPCHAIN, WRITTEN, READ_BY_PRESENTATION)
                 .from(present::PASS.place, &[WRITE])
-                .to(Place::PRESENTATION, &[IN_TURN])
+                .to(PassName::PRESENTATION, &[IN_TURN])
                 .because(
                     "presentation reads the image in its own layout, and sees it by the semaphore; OVERLAY before it \
                      waits for TRANSFER",
@@ -115,7 +115,7 @@ fn straight(plan: &FramePlan, steps: &[Step]) -> Vec<Edge> {
     // Each of these may be there or not, and leaves the image to the next one by TRANSFER.
     rows.extend([
         barrier(RowName::PICTURE_TO_SPLIT, READ_BY_PRESENTATION, WRITTEN)
-            .from(Place::OUTSIDE, &[IN_TURN])
+            .from(PassName::OUTSIDE, &[IN_TURN])
             .to(split::PASS.place, &[split::WRITE])
             .because(
                 "only while the window is split: the layout changes when the picture is there, which a row before \
@@ -123,13 +123,13 @@ fn straight(plan: &FramePlan, steps: &[Step]) -> Vec<Edge> {
             ),
         barrier(RowName::SPLIT_TO_PICTURE, WRITTEN, READ_BY_PRESENTATION)
             .from(split::PASS.place, &[split::WRITE])
-            .to(Place::PRESENTATION, &[IN_TURN])
+            .to(PassName::PRESENTATION, &[IN_TURN])
             .because(
                 "only while the window is split: the layout changes back when SPLIT has written, before COPY and \
                  OVERLAY, which wait for TRANSFER",
             ),
         barrier(RowName::PICTURE_TO_COPY, READ_BY_PRESENTATION, COPIED)
-            .from(Place::OUTSIDE, &[IN_TURN])
+            .from(PassName::OUTSIDE, &[IN_TURN])
             .to(copy::PASS.place, &[copy::READ])
             .because(
                 "only for a screenshot: the layout changes when the picture is there, which a row before this orders \
@@ -137,27 +137,27 @@ fn straight(plan: &FramePlan, steps: &[Step]) -> Vec<Edge> {
             ),
         barrier(RowName::COPY_TO_PICTURE, COPIED, READ_BY_PRESENTATION)
             .from(copy::PASS.place, &[copy::READ])
-            .to(Place::PRESENTATION, &[IN_TURN])
+            .to(PassName::PRESENTATION, &[IN_TURN])
             .because(
                 "only for a screenshot: the layout changes back when the image is copied, before OVERLAY, which \
                  waits for TRANSFER",
             ),
         barrier(RowName::PICTURE_TO_OVERLAY, READ_BY_PRESENTATION, DRAWN_INTO)
-            .from(Place::OUTSIDE, &[IN_TURN])
+            .from(PassName::OUTSIDE, &[IN_TURN])
             .to(overlay::PASS.place, &[overlay::BLEND])
             .because(
                 "only while panels are shown: the picture is whole, for a copy or not, when OVERLAY blends over it",
             ),
         barrier(RowName::OVERLAY_TO_PICTURE, DRAWN_INTO, READ_BY_PRESENTATION)
             .from(overlay::PASS.place, &[overlay::BLEND.writes()])
-            .to(Place::PRESENTATION, &[Use::END])
+            .to(PassName::PRESENTATION, &[Use::END])
             .because("only while panels are shown: the layout changes back when OVERLAY has drawn"),
     ]);
     rows
 }
 
 /// The picture is the frame's own, or is copied into an image that panels are drawn over, and is encoded into the swapchain's image.
-fn encoded(plan: &FramePlan) -> Vec<Edge> {
+fn encoded(plan: &FramePlan) -> Vec<Row> {
     let mut rows = vec![
         acquire(
             (encode::PASS.place, ATTACH),
@@ -165,7 +165,7 @@ fn encoded(plan: &FramePlan) -> Vec<Edge> {
         ),
         // As above, but that COPY takes the picture as it lies.
         barrier(RowName::PICTURE_TO_SPLIT, COPIED, WRITTEN)
-            .from(Place::OUTSIDE, &[IN_TURN])
+            .from(PassName::OUTSIDE, &[IN_TURN])
             .to(split::PASS.place, &[split::WRITE])
             .because(
                 "only while the window is split: the layout changes when the picture is there, which a row before \
@@ -173,13 +173,13 @@ fn encoded(plan: &FramePlan) -> Vec<Edge> {
             ),
         barrier(RowName::SPLIT_TO_PICTURE, WRITTEN, COPIED)
             .from(split::PASS.place, &[split::WRITE])
-            .to(Place::OUTSIDE, &[copy::READ])
+            .to(PassName::OUTSIDE, &[copy::READ])
             .because(
                 "only while the window is split: COPY reads what SPLIT has written; OVERLAY and ENCODE wait for \
                  TRANSFER",
             ),
         barrier(RowName::PICTURE_TO_OVERLAY, COPIED, DRAWN_INTO)
-            .from(Place::OUTSIDE, &[IN_TURN])
+            .from(PassName::OUTSIDE, &[IN_TURN])
             .to(overlay::PASS.place, &[overlay::BLEND])
             .because(
                 "only while panels are shown: the picture is whole, and copied where that was asked for, when \
@@ -187,37 +187,37 @@ fn encoded(plan: &FramePlan) -> Vec<Edge> {
             ),
         barrier(RowName::OVERLAY_TO_PICTURE, DRAWN_INTO, COPIED)
             .from(overlay::PASS.place, &[overlay::BLEND.writes()])
-            .to(Place::OUTSIDE, &[IN_TURN])
+            .to(PassName::OUTSIDE, &[IN_TURN])
             .because(
                 "only while panels are shown: the layout changes back when OVERLAY has drawn, before ENCODE, which \
                  waits for TRANSFER",
             ),
         barrier(RowName::PICTURE_TO_ENCODE, COPIED, SAMPLED)
-            .from(Place::OUTSIDE, &[IN_TURN])
+            .from(PassName::OUTSIDE, &[IN_TURN])
             .to(encode::PASS.place, &[encode::READ])
             .because(
                 "ENCODE reads the picture with all that lies over it, and when it is copied where that was asked for",
             ),
         barrier(RowName::SWAPCHAIN_TO_ENCODE, vk::ImageLayout::UNDEFINED, DRAWN_INTO)
-            .from(Place::PRESENTATION, &[ATTACH])
+            .from(PassName::PRESENTATION, &[ATTACH])
             .to(encode::PASS.place, &[encode::WRITE])
             .because("the image's layout changes when it is acquired, before ENCODE writes all of it"),
         barrier(RowName::ENCODE_TO_PICTURE, SAMPLED, COPIED)
             .from(encode::PASS.place, &[encode::READ])
-            .to(Place::OUTSIDE, &[IN_TURN])
+            .to(PassName::OUTSIDE, &[IN_TURN])
             .because(
                 "the next frame draws its picture over this one when ENCODE has read it: that waits for TRANSFER, as \
                  for a copy",
             ),
         barrier(RowName::ENCODE_TO_SWAPCHAIN, DRAWN_INTO, READ_BY_PRESENTATION)
             .from(encode::PASS.place, &[encode::WRITE])
-            .to(Place::PRESENTATION, &[Use::END])
+            .to(PassName::PRESENTATION, &[Use::END])
             .because("presentation reads the image in its own layout, and sees it by the semaphore"),
     ];
     if plan.is_copied_to_be_shown() {
         rows.extend([
             barrier(RowName::SWAPCHAIN_TO_PRESENT, vk::ImageLayout::UNDEFINED, WRITTEN)
-                .from(Place::OUTSIDE, &[BEGIN])
+                .from(PassName::OUTSIDE, &[BEGIN])
                 .to(present::PASS.place, &[WRITE])
                 .because(
                     "the layout of the image that ENCODE reads changes when the last ENCODE has read it, which waits \
@@ -225,17 +225,17 @@ fn encoded(plan: &FramePlan) -> Vec<Edge> {
                 ),
             barrier(RowName::PRESENT_TO_SWAPCHAIN, WRITTEN, COPIED)
                 .from(present::PASS.place, &[WRITE])
-                .to(Place::OUTSIDE, &[copy::READ])
+                .to(PassName::OUTSIDE, &[copy::READ])
                 .because("COPY reads what PRESENT has written; SPLIT, OVERLAY and ENCODE wait for TRANSFER"),
         ]);
     }
     rows
 }
 
-impl Edges {
+impl Rows {
     /// The rows by which OVERLAY gets its textures.
     pub(in crate::frame) fn panel_order(&self) -> UploadOrder {
-        let order = |name| self.find(name).map(Edge::order);
+        let order = |name| self.find(name).map(Row::order);
         UploadOrder {
             first: order(RowName::PANEL_TO_COPY),
             written: order(RowName::UPLOAD_TO_PANELS),
@@ -248,7 +248,7 @@ impl Edges {
 mod tests {
     use ash::vk::PipelineStageFlags as S;
 
-    use super::super::{Edges, table};
+    use super::super::{Rows, table};
     use super::*;
     use crate::frame::render_pass::PassDescription;
     use crate::passes::Resource;
@@ -261,29 +261,29 @@ mod tests {
     }
 
     /// The same as a window has them whose images are drawn into straight.
-    fn each_plan(check: impl Fn(&str, &FramePlan, &Edges)) {
+    fn each_plan(check: impl Fn(&str, &FramePlan, &Rows)) {
         for (name, plan) in pictures() {
             let format = if plan.is_tiled() { vk::Format::B8G8R8A8_UNORM } else { vk::Format::B8G8R8A8_SRGB };
             assert!(rows(&plan, &[]).is_empty(), "{name}: nothing is presented without a window");
-            let plan = plan.presented_as(Canvas::Straight(format));
+            let plan = plan.presented_as(PresentTarget::Straight(format));
             check(&name, &plan, &table(&plan));
         }
     }
 
     /// The plans of windows whose images ENCODE writes, with pictures that are kept and that are not.
-    fn each_encoded_plan(check: impl Fn(&str, &FramePlan, &Edges)) {
+    fn each_encoded_plan(check: impl Fn(&str, &FramePlan, &Rows)) {
         let encoded = Encoding { transfer: Transfer::Srgb, headroom: 1.0 };
         for (name, plan) in pictures() {
-            for canvas in [Canvas::Encode(encoded), Canvas::EncodeKept(encoded)] {
+            for canvas in [PresentTarget::Encode(encoded), PresentTarget::EncodeKept(encoded)] {
                 let plan = plan.clone().presented_as(canvas);
                 check(&name, &plan, &table(&plan));
             }
         }
     }
 
-    fn layouts(edge: &Edge) -> (vk::ImageLayout, vk::ImageLayout) {
+    fn layouts(edge: &Row) -> (vk::ImageLayout, vk::ImageLayout) {
         match edge.carrier {
-            Carrier::ImageBarrier(old, new) => (old, new),
+            SyncKind::ImageBarrier(old, new) => (old, new),
             other => panic!("{}: {other}", edge.name),
         }
     }
@@ -321,7 +321,7 @@ mod tests {
                 false => {
                     let (_, picture) = picture.unwrap_or_else(|| panic!("{name}: no picture"));
                     assert_eq!(picture.final_layout, READ_BY_PRESENTATION, "{name}");
-                    assert_eq!(Some(Canvas::Straight(picture.format)), plan.presented, "{name}");
+                    assert_eq!(Some(PresentTarget::Straight(picture.format)), plan.presented, "{name}");
                     assert!(table.find(RowName::PICTURE_TO_COPY).is_some(), "{name}");
                 }
             }
@@ -330,7 +330,7 @@ mod tests {
 
     #[test]
     fn a_presented_frame_has_each_row_once_and_both_semaphores_stay() {
-        let check = |name: &str, _: &FramePlan, table: &Edges| {
+        let check = |name: &str, _: &FramePlan, table: &Rows| {
             let mut names: Vec<_> = table.iter().map(|edge| edge.name).collect();
             names.sort_unstable();
             assert!(names.windows(2).all(|pair| pair[0] != pair[1]), "{name}: {names:?}");

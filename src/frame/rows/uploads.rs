@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{Carrier, Edge, Edges, Place, RowName, barrier, row};
+use super::{PassName, Row, RowName, Rows, SyncKind, barrier, row};
 use crate::gpu::UploadOrder;
 use crate::gpu::sync::Use;
 use crate::gpu::upload::{BLIT_READ, COPY_WRITE};
@@ -23,7 +23,7 @@ const BLITTED: vk::ImageLayout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
 const READABLE: vk::ImageLayout = vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL;
 
 /// Those that the plan uploads anything for.
-pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
+pub(super) fn rows(plan: &FramePlan) -> Vec<Row> {
     let mut rows = Vec::new();
     let uploads = plan.uploads;
     let looked_up = |drawn| if plan.triangles.is_some() { LOOK_UP } else { drawn };
@@ -31,32 +31,32 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         let indices = if uploads.vertices { INDEX_READ } else { VERTEX_READ };
         let rest = if plan.deforms() { skin::SOURCE_READ } else { VERTEX_READ };
         rows.push(
-            row(RowName::UPLOAD_TO_VERTICES, Carrier::MemoryBarrier)
-                .from(Place::UPLOAD, &[COPY_WRITE])
-                .to(Place::DRAWS, &[VERTEX_READ, indices, rest, looked_up(VERTEX_READ)])
+            row(RowName::UPLOAD_TO_VERTICES, SyncKind::MemoryBarrier)
+                .from(PassName::UPLOAD, &[COPY_WRITE])
+                .to(PassName::DRAWS, &[VERTEX_READ, indices, rest, looked_up(VERTEX_READ)])
                 .because("draws fetch vertices and indices that were copied; the same barrier serves all buffers"),
         );
     }
     if uploads.textures {
         rows.push(
             barrier(RowName::TEXTURE_TO_COPY, vk::ImageLayout::UNDEFINED, WRITTEN)
-                .from(Place::OUTSIDE, &[Use::START])
-                .to(Place::UPLOAD, &[COPY_WRITE])
+                .from(PassName::OUTSIDE, &[Use::START])
+                .to(PassName::UPLOAD, &[COPY_WRITE])
                 .because("the image is new: there is nothing to wait for, but its layout changes before the write"),
         );
     }
     if uploads.mip_levels {
         rows.push(
             barrier(RowName::LEVEL_TO_BLIT, WRITTEN, BLITTED)
-                .from(Place::UPLOAD, &[COPY_WRITE])
-                .to(Place::UPLOAD, &[BLIT_READ])
+                .from(PassName::UPLOAD, &[COPY_WRITE])
+                .to(PassName::UPLOAD, &[BLIT_READ])
                 .because("each level of a texture is made from the one above it, which a copy or the last blit wrote"),
         );
         rows.push(
             barrier(RowName::BLIT_TO_TEXTURES, BLITTED, READABLE)
-                .from(Place::UPLOAD, &[BLIT_READ])
+                .from(PassName::UPLOAD, &[BLIT_READ])
                 // TILED needs no use here: `geometry-to-tiled` orders it after GEOMETRY.
-                .to(Place::DRAWS, &[TEXTURE_READ])
+                .to(PassName::DRAWS, &[TEXTURE_READ])
                 .because("shaders sample a level when the blit that reads it is over; its layout changes in between"),
         );
     }
@@ -64,18 +64,18 @@ pub(super) fn rows(plan: &FramePlan) -> Vec<Edge> {
         let sky = if plan.is_lit_by_sky() { prefilter::SKY_READ } else { TEXTURE_READ };
         rows.push(
             barrier(RowName::UPLOAD_TO_TEXTURES, WRITTEN, READABLE)
-                .from(Place::UPLOAD, &[COPY_WRITE])
-                .to(Place::DRAWS, &[TEXTURE_READ, sky, looked_up(TEXTURE_READ)])
+                .from(PassName::UPLOAD, &[COPY_WRITE])
+                .to(PassName::DRAWS, &[TEXTURE_READ, sky, looked_up(TEXTURE_READ)])
                 .because("shaders sample the levels that a copy wrote, and the last one that a blit wrote"),
         );
     }
     rows
 }
 
-impl Edges {
+impl Rows {
     /// The rows that an uploader carries out; none for kinds of data that the plan does not upload.
     pub(in crate::frame) fn upload_order(&self) -> UploadOrder {
-        let order = |name| self.find(name).map(Edge::order);
+        let order = |name| self.find(name).map(Row::order);
         UploadOrder {
             buffers: order(RowName::UPLOAD_TO_VERTICES),
             first: order(RowName::TEXTURE_TO_COPY),

@@ -2,7 +2,7 @@
 //!
 //! A row orders uses of one place before uses of another. Two subpasses of a render pass have one row between them, because dependencies of the same pair
 //! overlap and would hide each other's missing bits. Passes declare stages, accesses and layouts, and [`waits`] makes rows of these; the others are written by hand
-//! here. [`table`] is a pure function of the plan. The render passes and the barriers are made from its value, an [`Edges`]. `afterlight inspect` prints it.
+//! here. [`table`] is a pure function of the plan. The render passes and the barriers are made from its value, an [`Rows`]. `afterlight inspect` prints it.
 //!
 //! [`super::proof`] computes that the rows suffice, and which of their parts others order as well. All of a renderer is made from the value, so another value makes another
 //! renderer: with a row dropped, or one bit. `tests/sync/necessity.rs` compares the proof with a layer's reports in this way, and `afterlight inspect
@@ -17,7 +17,7 @@ use ash::vk;
 use super::list;
 use super::list::{RenderPassName, Step};
 use crate::gpu::sync::{Dependency, Use};
-pub use crate::passes::Place;
+pub use crate::passes::PassName;
 use crate::passes::Resource;
 use crate::plan::{FramePlan, Target};
 use crate::scene;
@@ -40,7 +40,7 @@ pub(super) use waits::Barrier;
 
 /// The Vulkan mechanism that carries a row. One queue does everything, so only frames and presentation are ordered by semaphores.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Carrier {
+pub enum SyncKind {
     /// A subpass dependency of a render pass.
     Subpass(RenderPassName),
     /// A pipeline barrier on an image, with its layouts before and after.
@@ -59,7 +59,7 @@ pub enum Carrier {
     Semaphore,
 }
 
-impl Carrier {
+impl SyncKind {
     /// Returns true if rows of this kind are dependencies of a render pass.
     pub fn is_render_pass(self) -> bool {
         matches!(self, Self::Subpass(_))
@@ -81,7 +81,7 @@ impl Carrier {
     }
 }
 
-impl fmt::Display for Carrier {
+impl fmt::Display for SyncKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Subpass(pass) => write!(f, "dependency of the {pass}"),
@@ -101,19 +101,19 @@ pub enum RowName {
     /// A row that is written by hand.
     Own(&'static str),
     /// A wait of one pass for another: `lighting-to-fog`.
-    Pair(Place, Place),
+    Pair(PassName, PassName),
     /// A wait of all passes that read a buffer for the one that wrote it: `skin-to-readers`.
-    Readers(Place),
+    Readers(PassName),
     /// A wait of a pass for an image, outside of render passes: `rays-to-reflect-resolve`. The first word is the image's, and not a pass's.
-    Image(Target, Place),
+    Image(Target, PassName),
     /// A wait of a pass for the frame before: `geometry-reuse`.
-    Reuse(Place),
+    Reuse(PassName),
     /// A wait for an image that the frame before has used: `hiz-reuse`.
     ImageReuse(Target),
 }
 
 impl RowName {
-    /// As `afterlight inspect` prints it and [`Edges::named`] takes it: `geometry-to-lighting`. Each name is kept for the rest of the program: there are only
+    /// As `afterlight inspect` prints it and [`Rows::named`] takes it: `geometry-to-lighting`. Each name is kept for the rest of the program: there are only
     /// as many as pairs of passes.
     pub fn name(self) -> &'static str {
         static NAMES: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
@@ -129,7 +129,7 @@ impl RowName {
 
 impl fmt::Display for RowName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let of = |place: &Place| renamed::spelled(*place);
+        let of = |place: &PassName| renamed::spelled(*place);
         let image = |target: &Target| Resource::Target(*target).to_string();
         match self {
             Self::Own(name) => f.pad(name),
@@ -144,19 +144,19 @@ impl fmt::Display for RowName {
 
 /// A row of the table.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Edge {
+pub struct Row {
     /// Unique within a table.
     pub name: RowName,
     /// The name as it is spelled.
     pub label: &'static str,
     /// The Vulkan construct that the row becomes.
-    pub carrier: Carrier,
+    pub carrier: SyncKind,
     /// The subpass or step that must be over.
-    pub from: Place,
+    pub from: PassName,
     /// The subpass or step that must wait, or the first of them.
-    pub to: Place,
+    pub to: PassName,
     /// All subpasses and steps that wait; none where the row is written by hand.
-    pub waiting: Vec<Place>,
+    pub waiting: Vec<PassName>,
     /// The first scope, the union of all uses that must be complete: their stages, and their write accesses.
     pub before: Use,
     /// The second scope, the union of all uses that wait.
@@ -179,7 +179,7 @@ pub enum Side {
     After,
 }
 
-impl Edge {
+impl Row {
     /// Both sides' masks, as a barrier takes them.
     pub fn order(&self) -> Dependency {
         Dependency { row: self.label, before: self.before, after: self.after }
@@ -230,21 +230,21 @@ pub struct Refused(String);
 
 /// The dependencies of a plan's frames, or all but some of them.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Edges(Vec<Edge>);
+pub struct Rows(Vec<Row>);
 
-impl Edges {
+impl Rows {
     /// All rows in the order of a frame; those between the CPU and the device come last.
-    pub fn iter(&self) -> impl Iterator<Item = &Edge> {
+    pub fn iter(&self) -> impl Iterator<Item = &Row> {
         self.0.iter()
     }
 
     /// The rows of one carrier.
-    pub fn of(&self, carrier: Carrier) -> impl Iterator<Item = &Edge> {
+    pub fn of(&self, carrier: SyncKind) -> impl Iterator<Item = &Row> {
         self.iter().filter(move |edge| edge.carrier == carrier)
     }
 
     /// The row of this name. A frame that asks for one which its plan has not gets none, orders nothing, and [`super::proof`] finds the hazard.
-    pub fn find(&self, name: RowName) -> Option<&Edge> {
+    pub fn find(&self, name: RowName) -> Option<&Row> {
         self.iter().find(|edge| edge.name == name)
     }
 
@@ -252,7 +252,7 @@ impl Edges {
     ///
     /// # Errors
     /// When the plan has none. The message lists the rows for which `is_listed` returns true.
-    pub fn named(&self, name: &str, is_listed: impl Fn(&Edge) -> bool) -> Result<&Edge, Refused> {
+    pub fn named(&self, name: &str, is_listed: impl Fn(&Row) -> bool) -> Result<&Row, Refused> {
         let own = renamed::row_of(self, name).or_else(|| renamed::successor(self, name));
         own.ok_or_else(|| {
             let names: Vec<_> = self.iter().filter(|edge| is_listed(edge)).map(|edge| edge.label).collect();
@@ -279,7 +279,7 @@ impl Edges {
     /// All but a part of a row.
     ///
     /// # Errors
-    /// As [`Edges::without`].
+    /// As [`Rows::without`].
     pub fn without_part(&self, name: RowName, part: Part) -> Result<Self, Refused> {
         match part {
             Part::Row => self.without(name),
@@ -322,12 +322,12 @@ impl Edges {
 }
 
 /// The dependencies of the program that evaluates formulas for `afterlight stress`: one dispatch.
-pub fn formulas() -> Edges {
-    Edges(host::formulas().into())
+pub fn formulas() -> Rows {
+    Rows(host::formulas().into())
 }
 
 /// The dependencies of a plan's frames.
-pub fn table(plan: &FramePlan) -> Edges {
+pub fn table(plan: &FramePlan) -> Rows {
     let steps = list::steps(plan);
     let mut rows = uploads::rows(plan);
     rows.extend(prefilter::rows(plan, &steps));
@@ -335,20 +335,20 @@ pub fn table(plan: &FramePlan) -> Edges {
     rows.extend(waits(plan, &steps).into_iter().map(|(edge, _)| edge));
     rows.extend(presentation::rows(plan, &steps));
     rows.extend(host::rows());
-    Edges(rows)
+    Rows(rows)
 }
 
 /// The rows between the passes of a frame; a row that is a barrier comes with its place in the list.
-pub(super) fn waits(plan: &FramePlan, steps: &[Step]) -> Vec<(Edge, Option<Barrier>)> {
+pub(super) fn waits(plan: &FramePlan, steps: &[Step]) -> Vec<(Row, Option<Barrier>)> {
     waits::rows(plan, steps).into_iter().map(|wait| (wait.edge, wait.barrier)).collect()
 }
 
 /// A row that is being written: the uses that must be over, the uses that wait, and why.
-struct Row(Edge);
+struct RowBuilder(Row);
 
-fn row(name: RowName, carrier: Carrier) -> Row {
-    let (from, to, before, after) = (Place::OUTSIDE, Place::OUTSIDE, Use::START, Use::END);
-    Row(Edge {
+fn row(name: RowName, carrier: SyncKind) -> RowBuilder {
+    let (from, to, before, after) = (PassName::OUTSIDE, PassName::OUTSIDE, Use::START, Use::END);
+    RowBuilder(Row {
         name,
         label: name.name(),
         carrier,
@@ -364,28 +364,28 @@ fn row(name: RowName, carrier: Carrier) -> Row {
 }
 
 /// A row that changes an image's layout.
-fn barrier(name: RowName, old: vk::ImageLayout, new: vk::ImageLayout) -> Row {
-    row(name, Carrier::ImageBarrier(old, new))
+fn barrier(name: RowName, old: vk::ImageLayout, new: vk::ImageLayout) -> RowBuilder {
+    row(name, SyncKind::ImageBarrier(old, new))
 }
 
-impl Row {
+impl RowBuilder {
     // ANCHOR: first-scope
     /// Sets the first scope: uses that must be complete.
-    fn from(self, from: Place, uses: &[Use]) -> Self {
+    fn from(self, from: PassName, uses: &[Use]) -> Self {
         // Only writes have to be made available (specification, "Execution and Memory Dependencies"): a read access in the first scope
         // does nothing, and an earlier stage does nothing beside a later one.
-        Self(Edge { from, before: masks::latest(Use::all(uses).writes()), ..self.0 })
+        Self(Row { from, before: masks::latest(Use::all(uses).writes()), ..self.0 })
     }
     // ANCHOR_END: first-scope
 
     /// Sets the second scope: uses that wait.
-    fn to(self, to: Place, uses: &[Use]) -> Self {
-        Self(Edge { to, after: Use::all(uses), ..self.0 })
+    fn to(self, to: PassName, uses: &[Use]) -> Self {
+        Self(Row { to, after: Use::all(uses), ..self.0 })
     }
 
     /// Names all that wait.
-    fn for_all(self, reasons: &[(Place, Vec<&'static str>)]) -> Self {
-        Self(Edge { waiting: reasons.iter().map(|(place, _)| *place).collect(), ..self.0 })
+    fn for_all(self, reasons: &[(PassName, Vec<&'static str>)]) -> Self {
+        Self(Row { waiting: reasons.iter().map(|(place, _)| *place).collect(), ..self.0 })
     }
 
     /// Between two subpasses each pixel waits for itself alone. Where `reads_all`, invocations for one sample read the others of their pixel, so the row is
@@ -393,11 +393,11 @@ impl Row {
     /// sample) coordinate in the first synchronization scope corresponds to a region containing the same sample at the same coordinate in the second"
     /// (specification, "Framebuffer Region Dependencies").
     fn between(self, is_between: bool, reads_all: bool) -> Self {
-        Self(Edge { by_region: is_between && !reads_all, across_samples: is_between && reads_all, ..self.0 })
+        Self(Row { by_region: is_between && !reads_all, across_samples: is_between && reads_all, ..self.0 })
     }
 
-    fn because(self, why: impl Into<String>) -> Edge {
-        Edge { why: why.into(), ..self.0 }
+    fn because(self, why: impl Into<String>) -> Row {
+        Row { why: why.into(), ..self.0 }
     }
 }
 

@@ -1,6 +1,6 @@
 //! The rows between the passes of a frame.
 //!
-//! A pass declares in its own file how it uses each resource ([`Touch`]): stages, accesses, layout, and why. The pass that it follows is looked up here,
+//! A pass declares in its own file how it uses each resource ([`ResourceUse`]): stages, accesses, layout, and why. The pass that it follows is looked up here,
 //! in the order of the frame, for one resource after the other:
 //!
 //! - a use that only reads waits for the last write;
@@ -24,10 +24,10 @@ use std::cmp::Reverse;
 use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
 
 use super::presentation::IN_TURN;
-use super::{Carrier, Edge, Place, RowName, row};
-use crate::frame::list::{Occasion, RESOLVE, RenderPassName, SHADOW_PASS, Step};
+use super::{PassName, Row, RowName, SyncKind, row};
+use crate::frame::list::{Condition, RESOLVE, RenderPassName, SHADOW_PASS, Step};
 use crate::gpu::sync::Use;
-use crate::passes::{How, Resource, Touch, copy, present};
+use crate::passes::{Resource, ResourceUse, UseKind, copy, present};
 use crate::plan::{FramePlan, Target};
 
 impl RowName {
@@ -44,7 +44,7 @@ const DEPTH_STORE: Use = Use::new(S::LATE_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTAC
 
 /// A row, and its barrier's place in the list if it is one.
 pub struct Wait {
-    pub edge: Edge,
+    pub edge: Row,
     pub barrier: Option<Barrier>,
 }
 
@@ -58,11 +58,11 @@ pub struct Barrier {
 
 /// A subpass, or a pass outside of render passes.
 struct Stop<'a> {
-    place: Place,
+    place: PassName,
     /// The index of its step in the list.
     step: usize,
     render_pass: Option<RenderPassName>,
-    touches: Cow<'a, [Touch]>,
+    touches: Cow<'a, [ResourceUse]>,
     /// Samples that it draws of each pixel.
     samples: u32,
     /// Some frames go without it: SHADOW draws only maps that have changed, and SKIN follows only new poses.
@@ -74,7 +74,7 @@ struct Stop<'a> {
 struct Visit {
     /// The index of the stop, or the number of stops for uses after the frame's own passes.
     stop: usize,
-    place: Place,
+    place: PassName,
     render_pass: Option<RenderPassName>,
     /// Uses by passes, load operations and store operations, all of which wait for earlier ones.
     waits: Use,
@@ -101,7 +101,7 @@ struct Draft {
     after: Vec<Use>,
     to: Visit,
     /// Who waits, each for its own reasons.
-    reasons: Vec<(Place, Vec<&'static str>)>,
+    reasons: Vec<(PassName, Vec<&'static str>)>,
     layouts: [vk::ImageLayout; 2],
     resources: Vec<Resource>,
     all_samples: bool,
@@ -162,15 +162,15 @@ pub fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Wait> {
 }
 
 /// All uses of a resource by passes that only read it, and the first of these; `None` if no pass reads it.
-pub fn readers(plan: &FramePlan, steps: &[Step], resource: Resource) -> Option<(Place, Use)> {
+pub fn readers(plan: &FramePlan, steps: &[Step], resource: Resource) -> Option<(PassName, Use)> {
     let stops = stops(plan, steps);
-    let reads = |touch: &&Touch| touch.resource == resource && !touch.writes();
+    let reads = |touch: &&ResourceUse| touch.resource == resource && !touch.writes();
     let of = |stop: &Stop| stop.touches.iter().filter(reads).map(|touch| (stop.place, touch.uses)).collect::<Vec<_>>();
     stops.iter().flat_map(of).reduce(|(first, all), (_, uses)| (first, all.or(uses)))
 }
 
 /// The first place that touches a resource.
-pub fn first_user(plan: &FramePlan, steps: &[Step], resource: Resource) -> Option<Place> {
+pub fn first_user(plan: &FramePlan, steps: &[Step], resource: Resource) -> Option<PassName> {
     let touches = |stop: &Stop| stop.touches.iter().any(|touch| touch.resource == resource);
     stops(plan, steps).iter().find(|stop| touches(stop)).map(|stop| stop.place)
 }
@@ -194,7 +194,7 @@ fn stops<'a>(plan: &FramePlan, steps: &'a [Step]) -> Vec<Stop<'a>> {
             })),
             Step::Commands(own) => {
                 let touches = Cow::Owned((own.pass.touches)(plan));
-                let is_occasional = own.when != Occasion::Always;
+                let is_occasional = own.when != Condition::Always;
                 stops.push(Stop { place: own.pass.place, step, render_pass: None, touches, samples: 1, is_occasional });
             }
             Step::Presentation => {}
@@ -204,9 +204,9 @@ fn stops<'a>(plan: &FramePlan, steps: &'a [Step]) -> Vec<Stop<'a>> {
 }
 
 /// The samples that a subpass draws of each pixel: its colour and depth attachments have the same number.
-fn samples(plan: &FramePlan, touches: &[Touch]) -> u32 {
+fn samples(plan: &FramePlan, touches: &[ResourceUse]) -> u32 {
     let drawn = touches.iter().find_map(|touch| match (touch.how, touch.resource) {
-        (How::Color { .. } | How::Depth { .. }, Resource::Target(target)) => Some(plan.samples_of(target)),
+        (UseKind::Color { .. } | UseKind::Depth { .. }, Resource::Target(target)) => Some(plan.samples_of(target)),
         _ => None,
     });
     drawn.unwrap_or(1)
@@ -217,7 +217,7 @@ fn resources(stops: &[Stop]) -> Vec<Resource> {
     let mut all = Vec::new();
     for touch in stops.iter().flat_map(|stop| stop.touches.iter()) {
         let resource = touch.resource;
-        let written = |touch: &&Touch| touch.resource == resource && (touch.writes() || touch.is_attachment());
+        let written = |touch: &&ResourceUse| touch.resource == resource && (touch.writes() || touch.is_attachment());
         let is_written = stops.iter().flat_map(|stop| stop.touches.iter()).any(|touch| written(&touch));
         if is_written && !all.contains(&resource) {
             all.push(resource);
@@ -228,26 +228,26 @@ fn resources(stops: &[Stop]) -> Vec<Resource> {
 
 /// The uses of a resource, stop by stop.
 fn visits(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Vec<Visit> {
-    let own = |stop: &Stop| -> Vec<Touch> {
+    let own = |stop: &Stop| -> Vec<ResourceUse> {
         stop.touches.iter().filter(|touch| touch.resource == resource).copied().collect()
     };
-    let all: Vec<(usize, Vec<Touch>)> =
+    let all: Vec<(usize, Vec<ResourceUse>)> =
         stops.iter().map(own).enumerate().filter(|(_, touches)| !touches.is_empty()).collect();
     let visit = |index: usize| {
         let (stop, touches) = &all[index];
         let at = &stops[*stop];
-        let is_attachment = touches.iter().any(Touch::is_attachment);
-        let beside = |other: Option<&(usize, Vec<Touch>)>| {
+        let is_attachment = touches.iter().any(ResourceUse::is_attachment);
+        let beside = |other: Option<&(usize, Vec<ResourceUse>)>| {
             is_attachment && other.is_some_and(|(index, _)| stops[*index].render_pass == at.render_pass)
         };
         let (is_first, is_last) =
             (!beside(index.checked_sub(1).map(|before| &all[before])), !beside(all.get(index + 1)));
         let mut uses = Use::all(&touches.iter().map(|touch| touch.uses).collect::<Vec<_>>());
         // Samples are read when they are resolved.
-        let draws = touches.iter().any(|touch| matches!(touch.how, How::Color { .. }));
+        let draws = touches.iter().any(|touch| matches!(touch.how, UseKind::Color { .. }));
         if resource == Resource::Target(Target::Samples)
             && draws
-            && at.touches.iter().any(|own| own.how == How::Resolve)
+            && at.touches.iter().any(|own| own.how == UseKind::Resolve)
         {
             uses = uses.or(RESOLVE);
         }
@@ -302,20 +302,20 @@ fn visits(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Vec<Visit> {
 fn after_the_passes(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Option<Visit> {
     let (place, waits, done, why) = match resource {
         Resource::FoundCounts => (
-            Place::HOST,
+            PassName::HOST,
             copy::HOST_READ,
             copy::HOST_READ,
             "reads the counts: a fence alone does not make them visible to it",
         ),
         Resource::Target(target) if target == plan.picture() => match plan.draws_into_swapchain() {
             true => (
-                Place::OUTSIDE,
+                PassName::OUTSIDE,
                 IN_TURN,
                 present::ATTACH,
                 "whatever comes over the picture waits for TRANSFER, and so for the layout that the picture is left in",
             ),
             false => (
-                Place::OUTSIDE,
+                PassName::OUTSIDE,
                 copy::READ,
                 copy::READ,
                 "whatever copies or shows the picture reads it in the layout that it is left in",
@@ -329,7 +329,11 @@ fn after_the_passes(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Opt
         render_pass: None,
         waits,
         done,
-        layout: if place == Place::HOST { vk::ImageLayout::UNDEFINED } else { vk::ImageLayout::TRANSFER_SRC_OPTIMAL },
+        layout: if place == PassName::HOST {
+            vk::ImageLayout::UNDEFINED
+        } else {
+            vk::ImageLayout::TRANSFER_SRC_OPTIMAL
+        },
         writes: false,
         samples: 1,
         all_samples: false,
@@ -341,14 +345,14 @@ fn after_the_passes(plan: &FramePlan, stops: &[Stop], resource: Resource) -> Opt
 }
 
 /// The way by which a use follows another: the layouts before and after, and the stop whose barrier has the wait, if another's has.
-struct Way {
+struct Handover {
     /// The later use replaces what the earlier one left.
     replaces: bool,
     layouts: [vk::ImageLayout; 2],
     barrier: Option<usize>,
 }
 
-impl Way {
+impl Handover {
     fn is_about_buffer(&self) -> bool {
         self.layouts == [vk::ImageLayout::UNDEFINED; 2]
     }
@@ -356,7 +360,7 @@ impl Way {
 
 impl Past {
     /// Adds the visits of one frame after the other.
-    fn live_through(&mut self, spans: &[Vec<Visit>], mut wait: impl FnMut(&Visit, &Visit, Way)) {
+    fn live_through(&mut self, spans: &[Vec<Visit>], mut wait: impl FnMut(&Visit, &Visit, Handover)) {
         for visits in spans {
             visits.iter().for_each(|visit| self.take(visit, &mut wait));
             self.writes.iter_mut().chain(&mut self.reads).for_each(|visit| visit.is_last_frame = true);
@@ -365,7 +369,7 @@ impl Past {
     }
 
     /// Adds a visit, and hands each pair of uses that must come one after the other to `wait`.
-    fn take(&mut self, visit: &Visit, mut wait: impl FnMut(&Visit, &Visit, Way)) {
+    fn take(&mut self, visit: &Visit, mut wait: impl FnMut(&Visit, &Visit, Handover)) {
         let changes = self.layout.is_some_and(|layout| layout != visit.layout);
         let old = self.layout.unwrap_or(vk::ImageLayout::UNDEFINED);
         let replaces = visit.writes || changes;
@@ -386,7 +390,7 @@ impl Past {
             wait(
                 from,
                 visit,
-                Way { replaces, layouts: [old, visit.layout], barrier: barrier.filter(|_| is_barrier(from)) },
+                Handover { replaces, layouts: [old, visit.layout], barrier: barrier.filter(|_| is_barrier(from)) },
             );
         }
         // Within a render pass this use changes the layout, and later readers wait for it. Out of an earlier render pass its `finalLayout` has changed it already, and the row carries that.
@@ -406,7 +410,7 @@ impl Past {
     }
 }
 
-fn add(drafts: &mut Vec<Draft>, resource: Resource, (from, to): (&Visit, &Visit), way: Way) {
+fn add(drafts: &mut Vec<Draft>, resource: Resource, (from, to): (&Visit, &Visit), way: Handover) {
     let key = match (from.render_pass, to.render_pass) {
         (_, Some(run)) if from.is_last_frame => Key::Reuse(run, to.stop),
         (_, None) if from.is_last_frame => Key::BarrierReuse(resource, to.stop),
@@ -467,17 +471,17 @@ impl Draft {
         let Self { key, from, before, after, to, reasons, layouts, resources, all_samples } = self;
         let is_after = to.is_after_the_passes;
         let of_image = |resource: Resource| match resource {
-            Resource::Target(_) => Carrier::ImageBarrier(layouts[0], layouts[1]),
-            _ => Carrier::BufferBarrier,
+            Resource::Target(_) => SyncKind::ImageBarrier(layouts[0], layouts[1]),
+            _ => SyncKind::BufferBarrier,
         };
         let (carrier, barrier) = match key {
             Key::Between(run, ..)
             | Key::OutOf(run, _)
             | Key::OutOfFrame(run, _)
             | Key::Into(run, _)
-            | Key::Reuse(run, _) => (Carrier::Subpass(run), None),
+            | Key::Reuse(run, _) => (SyncKind::Subpass(run), None),
             Key::AfterWriter(resource, stop) => {
-                (Carrier::BufferBarrier, Some(Barrier { step: stops[stop].step, is_after: true, resource }))
+                (SyncKind::BufferBarrier, Some(Barrier { step: stops[stop].step, is_after: true, resource }))
             }
             Key::Barrier(resource, _) if is_after => {
                 (of_image(resource), Some(Barrier { step: stops[from.stop].step, is_after, resource }))
@@ -487,7 +491,7 @@ impl Draft {
             }
         };
         let name = match key {
-            _ if is_after && to.place == Place::HOST => RowName::FOUND_TO_HOST,
+            _ if is_after && to.place == PassName::HOST => RowName::FOUND_TO_HOST,
             _ if is_after => RowName::READ_BACK,
             Key::AfterWriter(..) => RowName::Readers(from.place),
             Key::OutOf(..) if reasons.len() > 1 => RowName::Readers(from.place),
@@ -496,7 +500,7 @@ impl Draft {
             Key::Reuse(..) | Key::BarrierReuse(..) => RowName::Reuse(to.place),
             _ => RowName::Pair(from.place, to.place),
         };
-        let outside = if from.is_last_frame { Place::OUTSIDE } else { from.place };
+        let outside = if from.is_last_frame { PassName::OUTSIDE } else { from.place };
         let why = why(&from, &reasons, &resources);
         let own = row(name, carrier).from(outside, &before).to(to.place, &after).for_all(&reasons);
         let is_between = matches!(key, Key::Between(..));
@@ -505,13 +509,13 @@ impl Draft {
 }
 
 /// The reason of a row in a sentence: why each waiting pass uses the resource, and which memory frames share.
-fn why(from: &Visit, reasons: &[(Place, Vec<&'static str>)], resources: &[Resource]) -> String {
-    let of_one = |(place, why): &(Place, Vec<&str>)| {
+fn why(from: &Visit, reasons: &[(PassName, Vec<&'static str>)], resources: &[Resource]) -> String {
+    let of_one = |(place, why): &(PassName, Vec<&str>)| {
         let does = match &why[..] {
             [most @ .., last] if most.len() > 1 => format!("{}, and {last}", most.join(", ")),
             _ => why.join(", and "),
         };
-        if *place == Place::OUTSIDE { does } else { format!("{place} {does}") }
+        if *place == PassName::OUTSIDE { does } else { format!("{place} {does}") }
     };
     let does = reasons.iter().map(of_one).collect::<Vec<_>>().join("; ");
     if !from.is_last_frame {

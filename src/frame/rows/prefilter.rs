@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{Edge, Edges, Place, RowName, barrier, waits};
+use super::{PassName, Row, RowName, Rows, barrier, waits};
 use crate::frame::list::Step;
 use crate::gpu::sync::Use;
 use crate::passes::Resource;
@@ -15,22 +15,22 @@ impl RowName {
 }
 
 /// None where no pass reads the light.
-pub(super) fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Edge> {
+pub(super) fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Row> {
     let Some((reader, read)) = waits::readers(plan, steps, Resource::SkyLight) else { return Vec::new() };
     let (written, readable) = (vk::ImageLayout::GENERAL, vk::ImageLayout::SHADER_READ_ONLY_OPTIMAL);
     vec![
         barrier(RowName::SKY_LIGHT_TO_PREFILTER, vk::ImageLayout::UNDEFINED, written)
-            .from(Place::OUTSIDE, &[Use::START])
-            .to(Place::PREFILTER, &[prefilter::LIGHT_WRITE])
+            .from(PassName::OUTSIDE, &[Use::START])
+            .to(PassName::PREFILTER, &[prefilter::LIGHT_WRITE])
             .because("the image is new: there is nothing to wait for, but its layout changes before the write"),
         barrier(RowName::PREFILTER_TO_LIGHTING, written, readable)
-            .from(Place::PREFILTER, &[prefilter::LIGHT_WRITE])
+            .from(PassName::PREFILTER, &[prefilter::LIGHT_WRITE])
             .to(reader, &[read])
             .because("surfaces sample what PREFILTER wrote, in every frame after it; its layout changes in between"),
     ]
 }
 
-impl Edges {
+impl Rows {
     /// The rows that PREFILTER is submitted with; `None` where no sky lights the scene.
     pub(in crate::frame) fn prefilter_order(&self) -> Option<PrefilterOrder> {
         let begin = self.find(RowName::SKY_LIGHT_TO_PREFILTER)?.order();
