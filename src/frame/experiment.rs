@@ -61,7 +61,7 @@ pub enum PresentPath {
 }
 
 /// The same of frames that are presented, on a surface without a display, with and without whatever may lie over the picture: another one beside it,
-/// panels, and a copy of it all.
+/// panels, and a copy of it all. The first picture, with nothing beside it or over it.
 ///
 /// # Safety
 /// As of [`Renderer::with_edges`].
@@ -75,23 +75,20 @@ pub unsafe fn present(
     settings: &Settings,
     edges: Rows,
     way: PresentPath,
-) -> Result<(), Error> {
+) -> Result<Picture, Error> {
     let presenter = presenter(device, scene, settings, way)?;
     // SAFETY: the caller's promise.
     let presenter = unsafe { presenter.with_edges(move |_| edges.clone()) };
-    show_all(presenter, scene, settings, way)?;
-    Ok(device.wait_idle()?)
+    show_all(device, presenter, scene, settings, way)
 }
 
-/// [`present`] with the dependencies that [`super::rows::table`] has for the plan. Returns the first picture, with nothing beside it or over it.
+/// [`present`] with the dependencies that [`super::rows::table`] has for the plan.
 ///
 /// # Errors
 /// As there.
 #[cfg(feature = "present")]
 pub fn show(device: &Arc<Device>, scene: &Scene, settings: &Settings, way: PresentPath) -> Result<Picture, Error> {
-    let picture = show_all(presenter(device, scene, settings, way)?, scene, settings, way)?;
-    device.wait_idle()?;
-    Ok(picture)
+    show_all(device, presenter(device, scene, settings, way)?, scene, settings, way)
 }
 
 #[cfg(feature = "present")]
@@ -106,7 +103,13 @@ fn presenter(device: &Arc<Device>, scene: &Scene, settings: &Settings, way: Pres
 }
 
 #[cfg(feature = "present")]
-fn show_all(mut presenter: Presenter, scene: &Scene, settings: &Settings, way: PresentPath) -> Result<Picture, Error> {
+fn show_all(
+    device: &Device,
+    mut presenter: Presenter,
+    scene: &Scene,
+    settings: &Settings,
+    way: PresentPath,
+) -> Result<Picture, Error> {
     let mut first = None;
     for beside in [None, Some(settings.view)] {
         presenter.show_beside(beside);
@@ -131,6 +134,8 @@ fn show_all(mut presenter: Presenter, scene: &Scene, settings: &Settings, way: P
             }
         }
     }
+    drop(presenter);
+    device.wait_idle()?;
     first.ok_or_else(|| GpuError::Misuse("no picture was copied".into()).into())
 }
 

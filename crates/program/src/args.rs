@@ -14,6 +14,7 @@ use clap::{Arg, ArgAction, ArgGroup, ArgMatches, Args, Command, FromArgMatches, 
 
 mod sky;
 
+use super::failure::Failure;
 use sky::SkyArgs;
 
 /// The device that draws, and the checks of its use.
@@ -266,6 +267,14 @@ impl SettingsArgs {
     pub fn camera_text(&self) -> Option<String> {
         let (_, text) = self.written.iter().find(|(name, _)| name == "camera")?;
         text.as_ref().map(|text| text.to_string_lossy().into_owned())
+    }
+
+    /// Refuses what changes a shown picture alone, for a picture of linear light.
+    pub fn refuse_shown(&self) -> Result<(), Failure> {
+        if self.said.exposure.is_none() && self.said.tonemap.is_none() {
+            return Ok(());
+        }
+        Err(Failure::usage("an .exr picture holds linear light in nits: --exposure and --tonemap do not apply to it"))
     }
 
     /// The options that no settings file can hold, by name.

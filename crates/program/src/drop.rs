@@ -3,15 +3,15 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::sync::Arc;
 
 use afterlight::frame::proof::{self, Frames, Hazard};
 use afterlight::frame::rows::unreported_mutants::{LAYER, Part, reason};
 use afterlight::frame::rows::{self, Row, Rows};
-use afterlight::frame::{Picture, Pixels, experiment, plan_for};
-use afterlight::gpu::{Device, Error, Instance, InstanceOptions, Message, Validation, vk};
+use afterlight::frame::{Picture, Pixels, plan_for};
+use afterlight::gpu::{DeviceChoice, Error, Message};
 use afterlight::plan::FramePlan;
 use afterlight::scene::{Settings, SettingsPatch, counted};
+use afterlight_lab::mutants::{Drawn, NO_EXTENSIONS, Watched};
 
 use super::args::{DeviceArgs, SettingsArgs};
 use super::compare::differing;
@@ -19,9 +19,6 @@ use super::failure::{Exit, Failure};
 use super::table::{Table, version};
 use super::workload::Workload;
 use super::{output, progress};
-
-/// From this version on the layer has its shader heuristic.
-const HEURISTIC: u32 = vk::make_api_version(0, 1, 4, 304);
 
 /// The table without the row of this name.
 ///
@@ -83,22 +80,13 @@ pub fn run(
 /// The device, watched by the synchronization layer where that is installed, and its picture with all dependencies.
 struct Laboratory<'a> {
     workload: &'a Workload,
-    instance: Arc<Instance>,
-    device: Arc<Device>,
+    watched: Watched,
     /// The layer's version, or why no layer watches.
     layer: Result<u32, String>,
     settings: Settings,
     plan: FramePlan,
     table: Rows,
     picture: Picture,
-}
-
-/// The picture and the messages of some frames.
-struct Found {
-    picture: Picture,
-    messages: Vec<Message>,
-    /// Messages that were not kept.
-    more: u64,
 }
 
 impl<'a> Laboratory<'a> {
@@ -109,20 +97,18 @@ impl<'a> Laboratory<'a> {
         args: &DeviceArgs,
         sync_shader_heuristic: bool,
     ) -> Result<Option<Self>, Failure> {
-        let (instance, layer) = watched(sync_shader_heuristic)?;
-        if sync_shader_heuristic && layer.as_ref().map_or(true, |&layer| layer < HEURISTIC) {
+        let Some((watched, layer)) = watched(&args.device.clone().unwrap_or_default(), sync_shader_heuristic)? else {
             return Ok(None);
-        }
-        let device = Device::new(&instance, &args.device.clone().unwrap_or_default())?;
-        let mut settings = workload.settings(variation, &device.physical)?;
+        };
+        let mut settings = workload.settings(variation, &watched.device().physical)?;
         // Each frame draws its maps, so that their rows have something to order.
         settings.shadows.cache = false;
-        let plan = plan_for(&device, &workload.scene, &settings)?;
+        let plan = plan_for(watched.device(), &workload.scene, &settings)?;
         let table = rows::table(&plan);
         let picture = Picture { size: settings.size, pixels: Pixels::Srgb8(Vec::new()) };
-        let mut own = Self { workload, instance, device, layer, settings, plan, table, picture };
+        let mut own = Self { workload, watched, layer, settings, plan, table, picture };
         // Messages about the whole table are not about a dropped row.
-        let Found { picture, messages, .. } = own.draw(own.table.clone())?;
+        let Drawn { picture, messages, .. } = own.draw(own.table.clone())?;
         if let Some(first) = messages.first() {
             let message = format!("with all its dependencies the layer already says {}", first.id_name);
             return Err(Failure::new(Exit::FailedCheck, message).with_hint("--validate lists all of it"));
@@ -131,35 +117,30 @@ impl<'a> Laboratory<'a> {
         Ok(Some(own))
     }
 
-    fn draw(&self, edges: Rows) -> Result<Found, Failure> {
-        self.instance.take_messages();
+    fn draw(&self, edges: Rows) -> Result<Drawn, Failure> {
         // SAFETY: only whether their picture is another one is asked of these frames, and nothing else is on the device; the layer speaks of
         // them before the driver runs them.
-        let picture = unsafe { experiment::draw(&self.device, &self.workload.scene, &self.settings, edges) }?;
-        let more = self.instance.message_log().dropped();
-        let ours = self.instance.take_messages().into_iter().filter(Message::is_about_this_program);
-        Ok(Found { picture, messages: ours.collect(), more })
+        Ok(unsafe { self.watched.draw(&self.workload.scene, &self.settings, edges, None) }?)
     }
 
     fn heading(&self, without: &str) -> String {
         let [width, height] = self.settings.size;
-        let (scene, gpu) = (&self.workload.scene.name, &self.device.physical.name);
+        let (scene, gpu) = (&self.workload.scene.name, &self.watched.device().physical.name);
         format!("{scene}: {width}x{height} on {gpu}, frames without {without}\n")
     }
 }
 
-/// An instance under the synchronization layer, with the layer's version; where the layer is not installed or too old for that check, an instance
-/// without it, with the reason. The proof and the picture need no layer.
-fn watched(sync_shader_heuristic: bool) -> Result<(Arc<Instance>, Result<u32, String>), Failure> {
-    let validation = Validation::Synchronization;
-    let options = InstanceOptions { validation, sync_shader_heuristic, ..InstanceOptions::default() };
-    match Instance::new(&options) {
-        Ok(instance) => {
-            let layer = instance.validation_layer().unwrap_or_default();
-            Ok((instance, Ok(layer)))
-        }
+/// A device under the synchronization layer, with the layer's version; where the layer is not installed or too old for that check, a device without it,
+/// with the reason. The proof and the picture need no layer. `None` where no layer has the heuristic.
+fn watched(choice: &DeviceChoice, heuristic: bool) -> Result<Option<(Watched, Result<u32, String>)>, Failure> {
+    match Watched::open(choice, heuristic, NO_EXTENSIONS) {
+        Ok(watched) => Ok(watched.map(|watched| {
+            let layer = watched.layer();
+            (watched, Ok(layer))
+        })),
+        Err(Error::MissingLayer { .. } | Error::Unsupported(_)) if heuristic => Ok(None),
         Err(why @ (Error::MissingLayer { .. } | Error::Unsupported(_))) => {
-            Ok((Instance::new(&InstanceOptions::default())?, Err(why.to_string())))
+            Ok(Some((Watched::without_layer(choice)?, Err(why.to_string()))))
         }
         Err(error) => Err(error.into()),
     }
@@ -248,8 +229,10 @@ fn all(workload: &Workload, variation: &SettingsPatch, args: &DeviceArgs) -> Res
         let short = |rule: &str| {
             ["SYNC-HAZARD-", "DrawState-"].iter().find_map(|start| Some(rule.split_once(start)?.1.to_owned()))
         };
-        let rules: Vec<_> =
-            found.rules().into_iter().map(|(rule, _)| short(rule).unwrap_or_else(|| rule.to_owned())).collect();
+        let rules: Vec<_> = rules(&found.messages)
+            .into_iter()
+            .map(|(rule, _)| short(rule).unwrap_or_else(|| rule.to_owned()))
+            .collect();
         table.row([
             edge.label.to_owned(),
             if words.is_empty() { "nothing" } else { "hazard" }.to_owned(),
@@ -299,27 +282,24 @@ fn unwatched(plan: &FramePlan, edge: &Row, why: &str) -> String {
     format!("No validation layer watched: {why}. The verdict above needs none. What a layer would add:\n  {adds}\n")
 }
 
-impl Found {
-    /// The layer's rules, in the order in which it found them broken, with how often.
-    fn rules(&self) -> Vec<(&str, usize)> {
-        let mut rules: Vec<(&str, usize)> = Vec::new();
-        for message in &self.messages {
-            match rules.iter_mut().find(|(rule, _)| *rule == message.id_name) {
-                Some((_, count)) => *count += 1,
-                None => rules.push((&message.id_name, 1)),
-            }
+/// The layer's rules, in the order in which it found them broken, with how often.
+fn rules(messages: &[Message]) -> Vec<(&str, usize)> {
+    let mut rules: Vec<(&str, usize)> = Vec::new();
+    for message in messages {
+        match rules.iter_mut().find(|(rule, _)| *rule == message.id_name) {
+            Some((_, count)) => *count += 1,
+            None => rules.push((&message.id_name, 1)),
         }
-        rules
     }
+    rules
 }
 
 /// Lists the layer's messages: their rules, or its own words.
-fn listing(found: &Found, is_verbose: bool) -> String {
+fn listing(found: &Drawn, is_verbose: bool) -> String {
     let mut text = match found.messages.is_empty() {
         true => "  nothing\n".to_owned(),
         false if is_verbose => texts(&found.messages),
-        false => found
-            .rules()
+        false => rules(&found.messages)
             .iter()
             .fold(String::new(), |text, (rule, count)| format!("{text}  {rule}, {}\n", counted(*count, "time"))),
     };

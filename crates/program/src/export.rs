@@ -5,7 +5,7 @@ use std::path::Path;
 
 use afterlight::scene::builtin;
 use afterlight::scene::gltf::{self, ExportedView};
-use afterlight::scene::{SETTINGS, Setting, Settings, SettingsPatch, metered_ev100};
+use afterlight::scene::{SETTINGS, Setting, Settings, SettingsPatch, ev100_of};
 
 use super::args::SettingsArgs;
 use super::failure::Failure;
@@ -45,7 +45,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut workload = Workload::open(&args.scene, &args.settings, args.quiet)?;
     workload.spare([&args.output])?;
     let settings = workload.decided(&SettingsPatch::default());
-    let exposure = settings.exposure.unwrap_or_else(|| metered_ev100(&workload.scene));
+    let exposure = ev100_of(&workload.scene, &settings);
     let place = workload.place(&settings);
     let copyright = args.scene.starts_with(builtin::PREFIX).then(|| CC0.to_owned());
     let shot = ExportedView { size: settings.size, exposure, settings: workload.patch(), copyright };

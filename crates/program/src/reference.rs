@@ -7,12 +7,10 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use afterlight::frame::{Picture, Pixels};
-use afterlight::scene::{SETTINGS, Setting, Settings, SettingsPatch, counted, exposure_scale, metered_ev100};
-use afterlight_truth::reference::shown::shown_picture;
+use afterlight::scene::{SETTINGS, Setting, Settings, SettingsPatch, counted, ev100_of, exposure_scale};
 use afterlight_truth::reference::shutter::{self, Exposure, ShutterScene};
 use afterlight_truth::reference::{Cache, Cached, Mode, Options, Reference, Smith, Source, Truth, View};
 use clap::ValueEnum;
-use glam::DVec3;
 
 use super::args::{SettingsArgs, samples};
 use super::failure::{Exit, Failure};
@@ -78,11 +76,8 @@ const MOST_PIXELS: u64 = 1 << 26;
 
 /// Computes and writes the truth.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    if args.output.format == Format::Exr
-        && (args.settings.said.exposure.is_some() || args.settings.said.tonemap.is_some())
-    {
-        let why = "an .exr picture holds linear light in nits: --exposure and --tonemap do not apply to it";
-        return Err(Failure::usage(why));
+    if args.output.format == Format::Exr {
+        args.settings.refuse_shown()?;
     }
     refuse_approximations(&args.settings)?;
     if let Some(folder) = &args.export {
@@ -128,8 +123,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let start = Instant::now();
     let cached = match moving {
         Some(shot) => {
-            let (brdf, shadows) = (settings.brdf, settings.shadows.enabled);
-            let exposure = Exposure { size: view.size, samples: samples_of(mode) as u32, brdf, shadows, smith };
+            let exposure = Exposure { size: view.size, samples: samples_of(mode) as u32, smith };
             expose(args, &shot, &exposure, &settings)?
         }
         None => compute(args, &reference, &view, &Options { mode, smith }),
@@ -170,31 +164,22 @@ fn samples_of(mode: Mode) -> u64 {
 fn expose(args: &Args, shot: &ShutterScene, exposure: &Exposure, settings: &Settings) -> Result<Cached, Failure> {
     let pixels = u64::from(exposure.size[0]) * u64::from(exposure.size[1]);
     let bar = progress::shares(format!("{}: samples", args.scene), pixels * u64::from(exposure.samples), args.quiet);
-    let truth = shutter::render(shot, exposure, settings, &|done, _| bar.at(done))?;
-    Ok(Cached { truth, source: Source::Computed, warnings: Vec::new() })
+    Ok(Cached::computed(shutter::render(shot, exposure, settings, &|done, _| bar.at(done))?))
 }
 
 fn compute(args: &Args, reference: &Reference, view: &View, options: &Options) -> Cached {
     let pixels = u64::from(view.size[0]) * u64::from(view.size[1]);
     let bar = progress::shares(format!("{}: samples", args.scene), pixels * samples_of(options.mode), args.quiet);
-    let tell = |done: u64, _: u64| bar.at(done);
-    match Cache::of_user().filter(|_| !args.no_cache) {
-        Some(cache) => cache.render(reference, view, options, &tell),
-        None => {
-            let truth = reference.render(view, options, &tell);
-            Cached { truth, source: Source::Computed, warnings: Vec::new() }
-        }
-    }
+    let cache = Cache::of_user().filter(|_| !args.no_cache);
+    Cached::render(cache.as_ref(), reference, view, options, &|done, _| bar.at(done))
 }
 
 fn picture(args: &Args, truth: &Truth, workload: &Workload, settings: &Settings) -> Picture {
     let pixels = match args.output.format {
         Format::Exr => linear(&truth.radiance),
         Format::Png => {
-            let ev100 = settings.exposure.unwrap_or_else(|| metered_ev100(&workload.scene));
-            let exposure = f64::from(exposure_scale(ev100));
-            let exposed: Vec<DVec3> = truth.radiance.iter().map(|light| DVec3::from_array(*light) * exposure).collect();
-            let codes = shown_picture(&exposed, truth.size, settings);
+            let exposure = f64::from(exposure_scale(ev100_of(&workload.scene, settings)));
+            let codes = truth.shown(exposure, settings);
             Pixels::Srgb8(codes.into_iter().flat_map(|[r, g, b]| [r, g, b, 255]).collect())
         }
     };

@@ -135,11 +135,8 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
     if args.view == Some(ViewChoice::All) && args.output.format == Format::Exr {
         return Err(Failure::usage("--view all makes a PNG picture: the views have no common unit for an .exr file"));
     }
-    if args.output.format == Format::Exr
-        && (args.settings.said.exposure.is_some() || args.settings.said.tonemap.is_some())
-    {
-        let why = "an .exr picture holds linear light in nits: --exposure and --tonemap do not apply to it";
-        return Err(Failure::usage(why));
+    if args.output.format == Format::Exr {
+        args.settings.refuse_shown()?;
     }
     if args.view == Some(ViewChoice::All) && args.samples.is_some() {
         return Err(Failure::usage("--view all draws each view once: --samples does not apply to it"));

@@ -163,7 +163,13 @@ fn list(cases: &[Case]) -> String {
     table.row(["case", "values", "claimed", "bound", "what is extreme"]);
     for case in cases {
         let count = case.values.all().len().to_string();
-        table.row([case.name.into(), count, range(Some(case.claim), case.unit), bound(case), case.extreme.into()]);
+        table.row([
+            case.name.into(),
+            count,
+            range(Some(case.claim), case.unit),
+            case.bound.to_string(),
+            case.extreme.into(),
+        ]);
     }
     table.render()
 }
@@ -172,20 +178,12 @@ fn text(run: &RunInfo, verdicts: &[Verdict]) -> String {
     let mut table = Table::new();
     table.row(["case", "tried", "claimed", "holds", "worst", "mean", "bound", "not finite", "negative", "verdict"]);
     for verdict in verdicts {
-        let (case, worst) = (&verdict.case, verdict.worst());
+        let case = &verdict.case;
         let tried = verdict.findings.first().zip(verdict.findings.last());
-        table.row([
-            case.name.to_owned(),
-            range(tried.map(|(first, last)| [first.value, last.value]), case.unit),
-            range(Some(case.claim), case.unit),
-            range(verdict.holds(), case.unit),
-            format!("{:.1e}", worst.worst),
-            format!("{:.1e}", worst.mean),
-            bound(case),
-            worst.not_finite.to_string(),
-            worst.negative.to_string(),
-            if verdict.passes() { "holds" } else { "BROKEN" }.to_owned(),
-        ]);
+        let tried = range(tried.map(|(first, last)| [first.value, last.value]), case.unit);
+        let outcome = if verdict.passes() { "holds" } else { "BROKEN" };
+        let begin = [case.name.to_owned(), tried];
+        table.row(begin.into_iter().chain(verdict.cells()).chain([outcome.to_owned()]));
     }
     let mut text = table.render();
     for verdict in verdicts.iter().filter(|verdict| !verdict.passes()) {
@@ -225,10 +223,6 @@ fn sentence(finding: &Finding, case: &Case) -> String {
 fn worst_place(errors: &Errors) -> Option<String> {
     let input = errors.worst_input.map(|input| input.to_string());
     input.or_else(|| errors.worst_pixel.map(|pixel| pixel.to_string())).map(|place| format!("\n    worst at {place}"))
-}
-
-fn bound(case: &Case) -> String {
-    format!("{:e} / {:e}", case.bound.worst, case.bound.mean)
 }
 
 /// The output of `--json`.

@@ -21,7 +21,7 @@ use afterlight_lab::report::tune::evidence::{self, Evidence, Search, Walk, error
 use afterlight_lab::report::tune::probe::{Awaited, BEST_SAMPLES};
 use afterlight_lab::report::tune::{Tuned, Tuning, Within};
 use afterlight_truth::measure::{LEAST_FOR_95, what_moves};
-use afterlight_truth::reference::{Cache, Mode, Options, Reference, Smith, View};
+use afterlight_truth::reference::{Cache, Mode, Options, Reference, View};
 use tempfile::TempDir;
 
 use super::args::{DeviceArgs, MotionArgs, SettingsArgs, samples, size, whole};
@@ -286,8 +286,8 @@ impl PlannedTruth {
         let known = args.truth_size.or_else(|| sizes(view.size).find(is_there));
         let size = known.unwrap_or_else(|| affordable_size(&reference, &view, samples, TRUTH_TIME));
         let view = View { camera, size };
-        let options = Options { mode: Mode::Converged { samples }, smith: Smith::default() };
-        Ok(Self { view, samples, hash: reference.fingerprint(&view, &options) })
+        let hash = reference.fingerprint(&view, &Options::of(Mode::Converged { samples }));
+        Ok(Self { view, samples, hash })
     }
 
     /// Renders the truth in another thread, without a progress bar.

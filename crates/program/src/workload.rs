@@ -66,44 +66,37 @@ pub struct Workload {
 impl Workload {
     /// Loads the scene as it is at the moment that the command line asks for, in which nothing moves, and prints its warnings.
     pub fn open(spec: &str, args: &SettingsArgs, quiet: bool) -> Result<Self, Failure> {
+        Self::open_unless(spec, args, quiet, |_| false)
+    }
+
+    /// Loads the scene as it is at one moment, or with all that moves in it if `moves` returns true.
+    fn open_unless(
+        spec: &str,
+        args: &SettingsArgs,
+        quiet: bool,
+        moves: impl Fn(&Settings) -> bool,
+    ) -> Result<Self, Failure> {
         let mut workload = Self::open_moving(spec, args, quiet)?;
         if workload.scene.moves() {
-            // Plan and renderer get a still scene, and would not see a fault of its clips.
+            // Plan and renderer may get a still scene, and would not see a fault of its clips.
             workload.scene.check()?;
-            workload.scene = workload.scene.into_still(&workload.playing);
+            if !moves(&workload.patch().decide()) {
+                workload.scene = workload.scene.into_still(&workload.playing);
+            }
         }
         Ok(workload)
     }
 
     /// Loads the scene as [`Workload::open`] does, but with all that moves in it where the shutter is open for some time.
     pub fn open_for_shutter(spec: &str, args: &SettingsArgs, quiet: bool) -> Result<Self, Failure> {
-        let mut workload = Self::open_moving(spec, args, quiet)?;
-        if workload.scene.moves() {
-            workload.scene.check()?;
-            if workload.shutter() == 0.0 {
-                workload.scene = workload.scene.into_still(&workload.playing);
-            }
-        }
-        Ok(workload)
+        Self::open_unless(spec, args, quiet, |settings| settings.shutter != 0.0)
     }
 
     /// The same with all that moves also where frames are averaged over time, or where a view asks for the frame before.
     pub fn open_for_frames(spec: &str, args: &SettingsArgs, view: Option<View>, quiet: bool) -> Result<Self, Failure> {
-        let mut workload = Self::open_moving(spec, args, quiet)?;
-        if workload.scene.moves() {
-            workload.scene.check()?;
-            let settings = workload.patch().decide();
-            let shown = view.unwrap_or(settings.view);
-            if settings.shutter == 0.0 && !settings.follows_time(shown) {
-                workload.scene = workload.scene.into_still(&workload.playing);
-            }
-        }
-        Ok(workload)
-    }
-
-    /// Returns the time for which the shutter is open, in seconds.
-    pub fn shutter(&self) -> f64 {
-        f64::from(self.patch().decide().shutter)
+        Self::open_unless(spec, args, quiet, |settings| {
+            settings.shutter != 0.0 || settings.follows_time(view.unwrap_or(settings.view))
+        })
     }
 
     /// Refuses an open shutter where a command looks at one moment.
@@ -188,7 +181,7 @@ impl Workload {
             (_, None, true) => "fitted to the model",
             (_, None, false) => "the scene's",
         };
-        let exposure = settings.exposure.unwrap_or_else(|| scene::metered_ev100(&self.scene));
+        let exposure = scene::ev100_of(&self.scene, settings);
         format!("camera {camera_text} ({of_camera}{roll}); exposure {exposure:.2} EV100 ({of_exposure})")
     }
 

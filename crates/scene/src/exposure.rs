@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 
-use super::{Scene, Sky};
+use super::{Scene, Settings, Sky};
 
 /// Incident-light meter constant C, in lux seconds, for a flat-receptor meter.
 const CALIBRATION: f64 = 250.0;
@@ -37,6 +37,11 @@ pub fn metered_ev100(scene: &Scene) -> f32 {
     let lights: f64 = scene.lights.iter().map(|light| light.illuminance(point, bounds.radius())).sum();
     let ev100 = ((ambient + lights) * 100.0 / CALIBRATION).log2();
     if ev100.is_finite() { ev100.clamp(-100.0, 100.0) as f32 } else { 0.0 }
+}
+
+/// Returns the EV100 of a picture: its settings' own, or that of the meter.
+pub fn ev100_of(scene: &Scene, settings: &Settings) -> f32 {
+    settings.exposure.unwrap_or_else(|| metered_ev100(scene))
 }
 
 #[cfg(test)]

@@ -60,7 +60,7 @@ pub use counted::{counted, plural};
 pub use emitter::Emitter;
 pub use error::Error;
 pub use error::without_controls;
-pub use exposure::{exposure_scale, luminance, metered_ev100};
+pub use exposure::{ev100_of, exposure_scale, luminance, metered_ev100};
 pub use fit::{add_daylight, add_studio, fit_camera};
 #[cfg(feature = "readers")]
 pub use import::{Imported, LoadOptions, Progress, Surroundings};

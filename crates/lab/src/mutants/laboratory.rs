@@ -1,15 +1,17 @@
 //! A device under each mode of the validation layer, and the layer's messages about frames on it.
 
 use std::collections::BTreeSet;
-use std::ffi::CStr;
-use std::sync::Arc;
+use std::panic::resume_unwind;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::Instant;
 
+use super::watched::{Extensions, NO_EXTENSIONS, Watched};
 use super::{Case, Mutant};
+use afterlight::frame;
 use afterlight::frame::rows::{self, Rows};
-use afterlight::frame::{self, experiment};
-use afterlight::gpu::{self, Device, DeviceChoice, Instance, InstanceOptions, Message, Validation};
+use afterlight::gpu::{self, Device, DeviceChoice};
 use afterlight::plan::FramePlan;
 
 /// Frames that could not be drawn, or a layer that says something of frames that lack nothing.
@@ -59,21 +61,24 @@ impl Heard {
     }
 }
 
-/// One mode of the layer.
-struct Mode {
-    instance: Arc<Instance>,
-    device: Arc<Device>,
-}
-
 /// A device for each mode of the layer: neither mode notices all that the other does.
 pub struct Laboratory {
-    modes: Vec<Mode>,
-    presents: bool,
+    choice: DeviceChoice,
+    extensions: Extensions,
+    /// Without the heuristic of accesses by shaders, and with it where the layer has it.
+    modes: Vec<Watched>,
+    jobs: usize,
 }
 
-/// The extensions of instance and device that presented frames need.
+/// The extensions that presented frames need.
 #[cfg(feature = "present")]
-const PRESENTING: (&[&CStr], &[&CStr]) = (&gpu::HEADLESS, &[ash::khr::swapchain::NAME]);
+const PRESENTING: Extensions = (&gpu::HEADLESS, &[ash::khr::swapchain::NAME]);
+
+/// Mutants that a device draws before it takes others. They are in the order of their cases, each of which is drawn whole before its mutants.
+const AT_A_TIME: usize = 24;
+
+/// The rules that one mode finds broken in a mutant's frames, and the seconds that drawing them took.
+type Judged = (BTreeSet<String>, f64);
 
 impl Laboratory {
     /// A device for each mode. Frames are presented where there are surfaces without a display.
@@ -83,46 +88,36 @@ impl Laboratory {
     pub fn open(choice: &DeviceChoice) -> Result<Self, gpu::Error> {
         #[cfg(feature = "present")]
         match Self::with_extensions(choice, PRESENTING) {
-            Ok(modes) => return Ok(Self { modes, presents: true }),
             Err(gpu::Error::Unsupported(_)) => {}
-            Err(error) => return Err(error),
+            opened => return opened,
         }
-        Ok(Self { modes: Self::with_extensions(choice, (&[], &[]))?, presents: false })
+        Self::with_extensions(choice, NO_EXTENSIONS)
     }
 
-    fn with_extensions(
-        choice: &DeviceChoice,
-        (of_instance, of_device): (&[&'static CStr], &[&'static CStr]),
-    ) -> Result<Vec<Mode>, gpu::Error> {
-        let mut modes = Vec::new();
-        for sync_shader_heuristic in [false, true] {
-            let options = InstanceOptions {
-                validation: Validation::Synchronization,
-                sync_shader_heuristic,
-                ..InstanceOptions::default()
-            };
-            let instance = Instance::with_extensions(&options, of_instance)?;
-            if instance.sync_shader_heuristic() == sync_shader_heuristic {
-                let device = Device::with_extensions(&instance, choice, of_device)?;
-                modes.push(Mode { instance, device });
-            }
-        }
-        Ok(modes)
+    fn with_extensions(choice: &DeviceChoice, extensions: Extensions) -> Result<Self, gpu::Error> {
+        let modes = [false, true].into_iter().filter_map(|mode| Watched::open(choice, mode, extensions).transpose());
+        let modes = modes.collect::<Result<Vec<_>, _>>()?;
+        Ok(Self { choice: choice.clone(), extensions, jobs: modes.len(), modes })
+    }
+
+    /// Draws so many mutants at a time, each on a device of its own, but in each mode at least one.
+    pub fn with_jobs(self, jobs: usize) -> Self {
+        Self { jobs, ..self }
     }
 
     /// The layer's version, packed as Vulkan packs it.
     pub fn layer(&self) -> u32 {
-        self.modes[0].instance.validation_layer().unwrap_or_default()
+        self.modes[0].layer()
     }
 
     /// The device that frames are drawn on.
     pub fn device(&self) -> &Device {
-        &self.modes[0].device
+        self.modes[0].device()
     }
 
     /// Returns true if cases that are presented can be drawn.
     pub fn presents(&self) -> bool {
-        self.presents
+        self.extensions != NO_EXTENSIONS
     }
 
     /// Returns the layer's messages about each mutant. The layer has none about the whole tables, so its messages are not noise. Calls `step` as each
@@ -139,29 +134,64 @@ impl Laboratory {
         mutants: &[Mutant],
         step: &(dyn Fn() + Sync),
     ) -> Result<Vec<Heard>, Error> {
-        // SAFETY: the caller's promise.
-        let judge = |mode: &Mode| unsafe { mode.judge(cases, mutants, step) };
-        let heard: Result<Vec<_>, Error> = thread::scope(|scope| {
-            let threads: Vec<_> = self.modes.iter().map(|mode| scope.spawn(|| judge(mode))).collect();
-            let join = |thread: thread::ScopedJoinHandle<'_, _>| {
-                thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-            };
-            threads.into_iter().map(join).collect()
+        let is_of = |mutants: &[Mutant], case: &Case| mutants.iter().any(|mutant| std::ptr::eq(mutant.case, case));
+        let found: Vec<[OnceLock<Judged>; 2]> = mutants.iter().map(|_| Default::default()).collect();
+        let next: [AtomicUsize; 2] = Default::default();
+        let work = |mode: usize, watched: &Watched| -> Result<(), Error> {
+            loop {
+                let begin = next[mode].fetch_add(AT_A_TIME, Ordering::Relaxed);
+                // The first part has the cases without a mutant as well.
+                if begin > 0 && begin >= mutants.len() {
+                    return Ok(());
+                }
+                let part = begin..mutants.len().min(begin + AT_A_TIME);
+                let is_drawn =
+                    |case: &Case| is_of(&mutants[part.clone()], case) || (begin == 0 && !is_of(mutants, case));
+                for (case, plan) in cases.iter().filter(|(case, _)| is_drawn(case)) {
+                    // SAFETY: nothing is missing.
+                    let rules = unsafe { broken(watched, case, rows::table(plan)) }?;
+                    if !rules.is_empty() {
+                        return Err(Error::Noise { case: case.name.clone(), rules });
+                    }
+                }
+                for (mutant, found) in mutants[part.clone()].iter().zip(&found[part]) {
+                    let begun = Instant::now();
+                    // SAFETY: the caller's promise.
+                    let rules = unsafe { broken(watched, mutant.case, mutant.edges.clone()) }?;
+                    let _ = found[mode].set((rules, begun.elapsed().as_secs_f64()));
+                    step();
+                }
+            }
+        };
+        self.on_all_devices(mutants.len().div_ceil(AT_A_TIME), &work)?;
+        let heard = found.into_iter().map(|modes| {
+            let [plain, heuristic] = modes.map(OnceLock::into_inner);
+            let seconds = plain.iter().chain(&heuristic).map(|(_, seconds)| seconds).sum();
+            let rules = |judged: Option<Judged>| judged.map(|(rules, _)| rules);
+            Heard { plain: rules(plain).unwrap_or_default(), heuristic: rules(heuristic), seconds }
         });
-        let mut modes = heard?.into_iter();
-        let plain = modes.next().unwrap_or_default();
-        let heuristic = modes.next();
-        let together = plain.into_iter().enumerate().map(|(index, (plain, seconds))| {
-            let other = heuristic.as_ref().map(|heuristic| &heuristic[index]);
-            let seconds = seconds + other.map_or(0.0, |other| other.1);
-            Heard { plain, heuristic: other.map(|other| other.0.clone()), seconds }
-        });
-        Ok(together.collect())
+        Ok(heard.collect())
     }
 
-    /// The number of the layer's modes. Each draws in its own thread, on its own device.
-    pub fn modes(&self) -> usize {
-        self.modes.len()
+    /// Works on the device of each mode, and on more of them if there are more jobs, but on no more of a mode than `most`.
+    fn on_all_devices(
+        &self,
+        most: usize,
+        work: &(dyn Fn(usize, &Watched) -> Result<(), Error> + Sync),
+    ) -> Result<(), Error> {
+        let devices = (self.jobs / self.modes.len()).clamp(1, most.max(1));
+        let on_another = move |mode: usize| match Watched::open(&self.choice, mode == 1, self.extensions)? {
+            Some(other) => work(mode, &other),
+            None => Ok(()),
+        };
+        thread::scope(|scope| {
+            let mut threads = Vec::new();
+            for (mode, watched) in self.modes.iter().enumerate() {
+                threads.push(scope.spawn(move || work(mode, watched)));
+                threads.extend((1..devices).map(|_| scope.spawn(move || on_another(mode))));
+            }
+            threads.into_iter().try_for_each(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic)))
+        })
     }
 
     /// Returns the number of times that [`Laboratory::judge`] calls its `step`.
@@ -170,55 +200,13 @@ impl Laboratory {
     }
 }
 
-impl Mode {
-    /// # Safety
-    /// As of [`Laboratory::judge`].
-    unsafe fn judge(
-        &self,
-        cases: &[(&Case, &FramePlan)],
-        mutants: &[Mutant],
-        step: &dyn Fn(),
-    ) -> Result<Vec<(BTreeSet<String>, f64)>, Error> {
-        for &(case, plan) in cases {
-            // SAFETY: nothing is missing.
-            let rules = unsafe { self.says(case, rows::table(plan)) }?;
-            if !rules.is_empty() {
-                return Err(Error::Noise { case: case.name.clone(), rules });
-            }
-        }
-        let judged = mutants.iter().map(|mutant| {
-            let begun = Instant::now();
-            // SAFETY: the caller's promise.
-            let rules = unsafe { self.says(mutant.case, mutant.edges.clone()) }?;
-            step();
-            Ok((rules, begun.elapsed().as_secs_f64()))
-        });
-        judged.collect()
-    }
-
-    /// The rules that the layer finds broken.
-    ///
-    /// # Safety
-    /// As of [`Laboratory::judge`].
-    unsafe fn says(&self, case: &Case, edges: Rows) -> Result<BTreeSet<String>, Error> {
-        self.instance.take_messages();
-        // SAFETY: the caller's promise.
-        let drawn = unsafe { self.draw(case, edges) };
-        drawn.map_err(|source| Error::Drawing { case: case.name.clone(), source })?;
-        let ours = self.instance.take_messages().into_iter().filter(Message::is_about_this_program);
-        Ok(ours.map(|message| message.id_name).collect())
-    }
-
-    /// # Safety
-    /// As of [`Laboratory::judge`].
-    unsafe fn draw(&self, case: &Case, edges: Rows) -> Result<(), frame::Error> {
-        // SAFETY: the caller's promise.
-        unsafe {
-            #[cfg(feature = "present")]
-            if let Some(way) = case.presented {
-                return experiment::present(&self.device, &case.scene, &case.settings, edges, way);
-            }
-            experiment::draw(&self.device, &case.scene, &case.settings, edges).map(drop)
-        }
-    }
+/// The rules that the layer finds broken.
+///
+/// # Safety
+/// As of [`Laboratory::judge`].
+unsafe fn broken(watched: &Watched, case: &Case, edges: Rows) -> Result<BTreeSet<String>, Error> {
+    // SAFETY: the caller's promise.
+    let drawn = unsafe { watched.draw(&case.scene, &case.settings, edges, case.presented) };
+    let drawn = drawn.map_err(|source| Error::Drawing { case: case.name.clone(), source })?;
+    Ok(drawn.messages.into_iter().map(|message| message.id_name).collect())
 }

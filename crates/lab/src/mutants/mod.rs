@@ -9,6 +9,7 @@ mod newer;
 mod older;
 mod scenes;
 mod verdict;
+mod watched;
 
 use std::fmt;
 
@@ -27,6 +28,7 @@ pub use laboratory::{Error, Heard, Laboratory};
 pub use newer::Hidden;
 pub use older::OlderLayers;
 pub use verdict::{Miss, Verdict, verdict};
+pub use watched::{Drawn, NO_EXTENSIONS, Watched};
 
 /// A plan to take dependencies from.
 #[derive(Debug, Clone)]

@@ -1,5 +1,7 @@
 //! A case: a quantity, its values, the claim on them, and how one is tried.
 
+use std::fmt;
+
 use super::formula::Trial;
 use super::pixel_errors::Subject;
 
@@ -78,6 +80,12 @@ impl Check {
     /// Returns the word for the things that errors are counted over.
     pub fn compared(&self) -> &'static str {
         if let Self::Formula(_) = self { "inputs" } else { "pixels" }
+    }
+}
+
+impl fmt::Display for Bound {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:e} / {:e}", self.worst, self.mean)
     }
 }
 

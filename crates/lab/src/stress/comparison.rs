@@ -6,7 +6,7 @@ use super::Error;
 use super::pixel_errors::{Pictures, Subject};
 use afterlight::frame;
 use afterlight::gpu::Device;
-use afterlight::scene::{Scene, View, exposure_scale, metered_ev100};
+use afterlight::scene::{Scene, View, ev100_of, exposure_scale};
 use afterlight_truth::reference::{Reference, View as Eye};
 
 pub(super) struct Comparison<'a> {
@@ -40,7 +40,7 @@ impl<'a> Comparison<'a> {
             drawn,
             reference: reference.with_settings(&settings, &truth.camera).with_occluded_sky(!subject.open_sky),
             eye: Eye { camera: truth.camera, size: settings.size },
-            exposure: f64::from(exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(truth)))),
+            exposure: f64::from(exposure_scale(ev100_of(truth, &settings))),
         })
     }
 }

@@ -6,7 +6,7 @@ use super::Error;
 use super::pixel_errors::{Errors, Evidence, FLOOR, Subject, saturation};
 use afterlight::frame::{Pixels, Renderer};
 use afterlight::gpu::Device;
-use afterlight::scene::metered_ev100;
+use afterlight::scene::ev100_of;
 
 /// Stops over the first exposure, in turn: light from 1e-6 to 1e6 times as bright. Whole ones, so that each picture is the first one
 /// times a power of two, to the last bit.
@@ -25,7 +25,7 @@ pub fn compare(device: &Arc<Device>, subject: &Subject, frames: usize) -> Result
     let (scene, camera) = (&subject.scene, &subject.scene.camera);
     let mut renderer = Renderer::new(device, scene, &settings)?;
     // To whole stops from it no digit is lost.
-    let ev100 = settings.exposure.unwrap_or_else(|| metered_ev100(scene)).round();
+    let ev100 = ev100_of(scene, &settings).round();
     let largest = saturation(renderer.plan());
     let mut errors = Errors::default();
     let first = drawn(&mut renderer, subject, ev100)?;

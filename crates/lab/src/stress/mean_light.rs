@@ -7,7 +7,7 @@ use super::comparison::Comparison;
 use super::pixel_errors::{Errors, Evidence, Subject};
 use afterlight::gpu::Device;
 use afterlight::scene::Scene;
-use afterlight_truth::reference::{Mode, Options, Smith};
+use afterlight_truth::reference::{Mode, Options};
 
 /// Samples of the truth, in each pixel.
 const SAMPLES: u32 = 64;
@@ -18,10 +18,8 @@ const SAMPLES: u32 = 64;
 /// A lost device, and a subject that a plan refuses.
 pub fn compare(device: &Arc<Device>, subject: &Subject, truth: &Scene) -> Result<(Errors, Evidence), Error> {
     let Comparison { drawn: light, reference, eye, exposure, .. } = Comparison::of(device, subject, truth, None)?;
-    let mode = Mode::Converged { samples: SAMPLES };
-    let rays = reference
-        .render(&eye, &Options { mode, smith: Smith::default() }, &|_, _| {})
-        .with_spread_light(&subject.decided());
+    let options = Options::of(Mode::Converged { samples: SAMPLES });
+    let rays = reference.render(&eye, &options, &|_, _| {}).with_spread_light(&subject.decided());
     let pixels = light.as_chunks::<4>().0;
     let count = pixels.len() as f64;
     let drawn = [0, 1, 2].map(|channel| pixels.iter().map(|pixel| f64::from(pixel[channel])).sum::<f64>() / count);

@@ -15,7 +15,7 @@ use afterlight::frame::{self, Pixels, Renderer};
 use afterlight::gpu::Device;
 use afterlight::plan::{FramePlan, ToneMapping};
 use afterlight::scene::{Output, Playing, Pose, Scene, Settings, SettingsPatch, View};
-use afterlight_truth::reference::{Mode, Options, Smith, TriangleId, spreading};
+use afterlight_truth::reference::{Mode, Options, TriangleId, spreading};
 
 /// A pixel darker than this share of the brightest one counts as that bright, unless the subject says another share: nobody sees an error
 /// relative to black.
@@ -149,7 +149,7 @@ pub fn compare(device: &Arc<Device>, subject: &Subject, truth: &Scene) -> Result
     let Comparison { mut pictures, drawn: light, reference, eye, exposure } =
         Comparison::of(device, subject, truth, None)?;
     let largest = pictures.largest;
-    let options = Options { mode: Mode::Point, smith: Smith::default() };
+    let options = Options::of(Mode::Point);
     let rays = reference.render(&eye, &options, &|_, _| {});
     let spans = grid::spans(grid::half_step(device), &reference, &eye, options.smith, &rays.radiance);
     let mut spans: Vec<Span> = spans.into_iter().map(|span| span.map(|light| light * exposure)).collect();

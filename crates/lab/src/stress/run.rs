@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::pixel_errors::{self, Errors, Evidence, Subject};
-use super::{Case, Check, Error, exposures, formula, mean_light, position};
+use super::{Case, Check, Error, exposures, formula, mean_light, position, range};
 use afterlight::gpu::Device;
 use afterlight::scene::Scene;
 
@@ -190,6 +190,20 @@ impl Verdict {
         let from = (0..first).rev().take_while(|&index| holds[index]).last().unwrap_or(first);
         let to = (last + 1..holds.len()).take_while(|&index| holds[index]).last().unwrap_or(last);
         Some([self.findings[from].value, self.findings[to].value])
+    }
+
+    /// Its row in a table: claim, range that holds, worst error, mean, bounds, and the numbers of values that are not finite and below zero.
+    pub fn cells(&self) -> [String; 7] {
+        let (case, worst) = (&self.case, self.worst());
+        [
+            range(Some(case.claim), case.unit),
+            range(self.holds(), case.unit),
+            format!("{:.1e}", worst.worst),
+            format!("{:.1e}", worst.mean),
+            case.bound.to_string(),
+            worst.not_finite.to_string(),
+            worst.negative.to_string(),
+        ]
     }
 
     /// Returns the greatest errors within the claim, and the pixels that are not sane of all values.

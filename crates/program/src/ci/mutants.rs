@@ -3,8 +3,7 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::Path;
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
-use std::thread;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use afterlight::frame::capabilities;
@@ -12,7 +11,9 @@ use afterlight::frame::rows::unreported_mutants::Part;
 use afterlight::gpu::{DeviceChoice, PhysicalDevice};
 use afterlight::plan::FramePlan;
 use afterlight::scene::counted;
-use afterlight_lab::mutants::{Case, Heard, Laboratory, Miss, Mutant, PartName, Verdict, cases, mutants, verdict};
+use afterlight_lab::mutants::{
+    Case, Error, Heard, Laboratory, Miss, Mutant, PartName, Verdict, cases, mutants, verdict,
+};
 use rayon::prelude::*;
 use regex::Regex;
 use serde::Serialize;
@@ -75,7 +76,7 @@ pub fn run(choice: &Choice, folder: Option<&Path>, quiet: bool) -> Result<(), Fa
         // Nobody takes them for those of a run that is stopped.
         RESULTS.into_iter().try_for_each(|name| super::remove_file(&folder.join(name)))?;
     }
-    let laboratory = Laboratory::open(choice.device)?;
+    let laboratory = Laboratory::open(choice.device)?.with_jobs(choice.jobs);
     let device = capabilities(&laboratory.device().physical);
     let cases = cases();
     let refused = |case: &Case, error| Failure::new(Exit::BadInput, format!("cannot plan \"{}\": {error}", case.name));
@@ -118,7 +119,15 @@ fn judge<'a>(
     let bar = progress::shares(what, laboratory.steps(drawn.len()) as u64, quiet);
     let done = AtomicU64::new(0);
     let step = || bar.at(done.fetch_add(1, Ordering::Relaxed) + 1);
-    let mut heard = heard(laboratory, choice, &whole, &drawn, &step)?.into_iter();
+    // SAFETY: nothing of these frames is looked at, and the layer speaks of them before the driver runs them. The help text says what a real GPU may make
+    // of them.
+    let heard = unsafe { laboratory.judge(&whole, &drawn, &step) };
+    let mut heard = heard
+        .map_err(|error| match error {
+            Error::Gpu(error) => error.into(),
+            error => Failure::new(Exit::FailedCheck, with_causes(&error)),
+        })?
+        .into_iter();
     drop(bar);
     let layer = laboratory.layer();
     let must_follow = |mutant: &Mutant| mutant.hazards().iter().map(|hazard| hazard.kind.to_string()).collect();
@@ -132,47 +141,6 @@ fn judge<'a>(
         Judged { name, mutant, must_follow, heard }
     });
     Ok(judged.collect())
-}
-
-/// Mutants that a laboratory draws before it takes others. They are in the order of their cases, each of which is drawn whole before its mutants.
-const AT_A_TIME: usize = 24;
-
-/// Returns the layer's messages about each mutant, in as many laboratories as the choice has jobs for.
-fn heard(
-    laboratory: &Laboratory,
-    choice: &Choice,
-    whole: &[(&Case, &FramePlan)],
-    drawn: &[Mutant],
-    step: &(dyn Fn() + Sync),
-) -> Result<Vec<Heard>, Failure> {
-    let parts: Vec<&[Mutant]> = drawn.chunks(AT_A_TIME).collect();
-    let next = AtomicUsize::new(0);
-    let work = |laboratory: &Laboratory| -> Result<Vec<(usize, Vec<Heard>)>, Failure> {
-        let mut own = Vec::new();
-        loop {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            let Some(&part) = parts.get(index) else { return Ok(own) };
-            let is_used = |case: &Case| part.iter().any(|mutant| std::ptr::eq(mutant.case, case));
-            let whole: Vec<_> = whole.iter().copied().filter(|(case, _)| is_used(case)).collect();
-            // SAFETY: nothing of these frames is looked at, and the layer speaks of them before the driver runs them. The help text says what a real
-            // GPU may make of them.
-            let heard = unsafe { laboratory.judge(&whole, part, step) };
-            own.push((index, heard.map_err(|error| Failure::new(Exit::FailedCheck, with_causes(&error)))?));
-        }
-    };
-    let others = (choice.jobs / laboratory.modes()).clamp(1, parts.len().max(1)) - 1;
-    let found: Result<Vec<_>, Failure> = thread::scope(|scope| {
-        let other = || work(&Laboratory::open(choice.device)?);
-        let threads: Vec<_> = (0..others).map(|_| scope.spawn(other)).collect();
-        let own = work(laboratory);
-        let join = |thread: thread::ScopedJoinHandle<'_, _>| {
-            thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-        };
-        [own].into_iter().chain(threads.into_iter().map(join)).collect()
-    });
-    let mut found: Vec<_> = found?.into_iter().flatten().collect();
-    found.sort_by_key(|(index, _)| *index);
-    Ok(found.into_iter().flat_map(|(_, heard)| heard).collect())
 }
 
 struct Report<'a> {

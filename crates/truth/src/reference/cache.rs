@@ -16,7 +16,7 @@ use afterlight_files::user_cache::user_cache;
 use afterlight_files::whole_file::WholeFile;
 
 use super::render::{Accumulation, PASS, Progress, Reference};
-use super::{Mode, Options, Smith, TriangleId, Truth, View, fingerprint};
+use super::{Mode, Options, TriangleId, Truth, View, fingerprint};
 
 const MAGIC: [u8; 8] = *b"AFTLTR01";
 /// Magic, the hash of what the truth depends on, and the hash of the rest.
@@ -61,6 +61,27 @@ pub struct Cached {
     pub warnings: Vec<String>,
 }
 
+impl Cached {
+    /// A truth that no cache was asked for.
+    pub fn computed(truth: Truth) -> Self {
+        Self { truth, source: Source::Computed, warnings: Vec::new() }
+    }
+
+    /// [`Cache::render`] if there is a cache, else [`Reference::render`].
+    pub fn render(
+        cache: Option<&Cache>,
+        reference: &Reference,
+        view: &View,
+        options: &Options,
+        progress: Progress,
+    ) -> Self {
+        match cache {
+            Some(cache) => cache.render(reference, view, options, progress),
+            None => Self::computed(reference.render(view, options, progress)),
+        }
+    }
+}
+
 impl Cache {
     /// The cache in a folder, which is made when something is written.
     pub fn at(folder: impl Into<PathBuf>) -> Self {
@@ -83,7 +104,7 @@ impl Cache {
 
     /// Returns true if a converged truth of this many samples is there.
     pub fn has(&self, reference: &Reference, view: &View, samples: u32) -> bool {
-        let options = Options { mode: Mode::Converged { samples }, smith: Smith::default() };
+        let options = Options::of(Mode::Converged { samples });
         let work = Work { cache: self, key: fingerprint::of(reference, view, &options), warnings: Vec::new() };
         work.file(samples, FINISHED).is_file()
     }

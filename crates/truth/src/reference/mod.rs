@@ -86,6 +86,13 @@ pub struct Options {
     pub smith: Smith,
 }
 
+impl Options {
+    /// With the renderer's own masking and shadowing.
+    pub fn of(mode: Mode) -> Self {
+        Self { mode, smith: Smith::default() }
+    }
+}
+
 /// A finished truth, rows from the top.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {

@@ -3,6 +3,7 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::Truth;
 use super::aberration;
 use super::tonemap::{encode_srgb, tone_map};
 use afterlight_scene::Settings;
@@ -32,12 +33,15 @@ pub fn shown_at(exposed: impl Fn(DVec2) -> DVec3, settings: &Settings, pixel: Pi
     finished(light, settings, pixel)
 }
 
-/// The sRGB codes of a picture of exposed light.
-pub fn shown_picture(exposed: &[DVec3], size: [u32; 2], settings: &Settings) -> Vec<[u8; 3]> {
-    let toned: Vec<DVec3> = exposed.par_iter().map(|light| tone_map::<f64>(*light, settings.tonemap)).collect();
-    let apart = aberration::apart(&toned, size, f64::from(settings.aberration));
-    let pixels = apart.par_iter().enumerate();
-    pixels.map(|(index, light)| finished(*light, settings, Pixel::numbered(index, size))).collect()
+impl Truth {
+    /// The sRGB codes of the picture. `exposure` is the light of a nit: 1 is where the sensor saturates.
+    pub fn shown(&self, exposure: f64, settings: &Settings) -> Vec<[u8; 3]> {
+        let exposed = self.radiance.par_iter().map(|light| DVec3::from_array(*light) * exposure);
+        let toned: Vec<DVec3> = exposed.map(|light| tone_map::<f64>(light, settings.tonemap)).collect();
+        let apart = aberration::apart(&toned, self.size, f64::from(settings.aberration));
+        let pixels = apart.par_iter().enumerate();
+        pixels.map(|(index, light)| finished(*light, settings, Pixel::numbered(index, self.size))).collect()
+    }
 }
 
 /// The sRGB codes of exposed light that lies around a pixel, too.

@@ -6,7 +6,7 @@
 
 use super::render::{Accumulation, Progress};
 use super::{Reference, Smith, Truth, View, sampling};
-use afterlight_scene::{Brdf, Camera, CameraPath, Error, Playing, Scene, Settings, ThinLens};
+use afterlight_scene::{Camera, CameraPath, Error, Playing, Scene, Settings};
 
 /// Moments in the part of the time that one sample has.
 const MOMENTS: u32 = 4;
@@ -36,17 +36,13 @@ impl ShutterScene<'_> {
     }
 }
 
-/// The other parameters that a truth of it depends on.
+/// The other parameters that a truth of it depends on, beside the settings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exposure {
     /// Width and height in pixels.
     pub size: [u32; 2],
     /// Of each pixel.
     pub samples: u32,
-    /// Of all materials, if any.
-    pub brdf: Option<Brdf>,
-    /// With shadows.
-    pub shadows: bool,
     /// The masking and shadowing function.
     pub smith: Smith,
 }
@@ -61,7 +57,7 @@ pub fn render(
     settings: &Settings,
     progress: Progress,
 ) -> Result<Truth, Error> {
-    let Exposure { size, samples, brdf, shadows, smith } = *exposure;
+    let Exposure { size, samples, smith } = *exposure;
     let mut accumulation = Accumulation::new(size);
     let pixels = accumulation.mean.len() as u64;
     for sample in 0..samples {
@@ -69,9 +65,7 @@ pub fn render(
             let part = f64::from(sample) + (f64::from(moment) + 0.5) / f64::from(MOMENTS);
             let scene = shot.at(part / f64::from(samples));
             let camera: Camera = scene.camera;
-            let lens = ThinLens::of(settings, &camera);
             let reference = Reference::new(&scene)?.with_settings(settings, &camera);
-            let reference = reference.with_brdf(brdf).with_shadows(shadows).with_lens(lens);
             let is_now = |pixel: u64| sampling::part_of_time(sample, pixel, MOMENTS) == moment;
             let view = View { camera, size };
             reference.accumulate_some(&view, (smith, 1), &is_now, &mut accumulation, &|_| ());

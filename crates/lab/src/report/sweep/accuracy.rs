@@ -7,16 +7,13 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use glam::DVec3;
-
 use super::error::Error;
 use super::model::{Errors, ErrorsByTruth, TruthInfo};
 use afterlight::frame::{self, Pixels, Renderer};
 use afterlight::gpu::Device;
-use afterlight::scene::{Camera, Output, Scene, Settings, exposure_scale, metered_ev100};
+use afterlight::scene::{Camera, Output, Scene, Settings, ev100_of, exposure_scale};
 use afterlight_truth::measure::{LinearImage, RELATIVE_EPSILON, Srgb8Image, errors, flip, shown_errors};
-use afterlight_truth::reference::shown::shown_picture;
-use afterlight_truth::reference::{Cache, Mode, Options, Reference, Smith, Truth, View};
+use afterlight_truth::reference::{Cache, Cached, Mode, Options, Reference, Truth, View};
 
 /// The truths that a point's pictures are compared with.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,25 +60,17 @@ pub struct Shown {
     pub gbuffer_bytes_per_pixel: u32,
 }
 
-/// From nits to exposed light, which is tone-mapped.
-pub fn exposure_of(scene: &Scene, settings: &Settings) -> f64 {
-    f64::from(exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(scene))))
-}
-
 impl Expected {
     fn of(truth: &Truth, exposure: f64, settings: &Settings) -> Self {
         let light = LinearImage { size: truth.size, pixels: truth.radiance.clone() }.scaled(exposure);
-        let size = truth.size;
-        let exposed: Vec<DVec3> = light.pixels.iter().copied().map(DVec3::from_array).collect();
-        let pixels = shown_picture(&exposed, size, settings);
-        Self { shown: Srgb8Image { size, pixels }, light }
+        Self { shown: Srgb8Image { size: truth.size, pixels: truth.shown(exposure, settings) }, light }
     }
 }
 
 impl Raw {
     /// The same by a reference without fog and reflections.
     pub(super) fn plain(reference: &Reference, view: &View, samples: u32) -> Self {
-        let render = |mode| reference.render(view, &Options { mode, smith: Smith::default() }, &|_, _| {});
+        let render = |mode| reference.render(view, &Options::of(mode), &|_, _| {});
         Self { point: render(Mode::Point), converged: render(Mode::Converged { samples }) }
     }
 }
@@ -106,26 +95,19 @@ impl Truths {
         let cache = Cache::of_user();
         let mut warnings = Vec::new();
         let mut render = |mode, what: &str| {
-            let options = Options { mode, smith: Smith::default() };
             let tell = |done, total| progress(what, done, total);
-            match &cache {
-                Some(cache) => {
-                    let cached = cache.render(&reference, view, &options, &tell);
-                    warnings.extend(cached.warnings);
-                    cached.truth
-                }
-                None => reference.render(view, &options, &tell),
-            }
+            let cached = Cached::render(cache.as_ref(), &reference, view, &Options::of(mode), &tell);
+            warnings.extend(cached.warnings);
+            cached.truth
         };
         let point = render(Mode::Point, "point");
         let converged = render(Mode::Converged { samples }, Self::CONVERGED);
-        let options = Options { mode: Mode::Converged { samples }, smith: Smith::default() };
-        let exposure = exposure_of(scene, settings);
+        let exposure = f64::from(exposure_scale(ev100_of(scene, settings)));
         Ok(Self {
             point: Expected::of(&point.clone().with_spread_light(settings), exposure, settings),
             converged: Expected::of(&converged.clone().with_spread_light(settings), exposure, settings),
             info: info(&point, &converged, exposure, samples),
-            hash: reference.fingerprint(view, &options),
+            hash: reference.fingerprint(view, &Options::of(Mode::Converged { samples })),
             raw: Raw { point, converged },
             warnings,
         })
@@ -226,7 +208,7 @@ pub fn affordable_size(reference: &Reference, view: &View, samples: u32, most: D
     }
     let mut tried = PILOT.1;
     let seconds_a_ray = loop {
-        let options = Options { mode: Mode::Converged { samples: tried }, smith: Smith::default() };
+        let options = Options::of(Mode::Converged { samples: tried });
         let begun = Instant::now();
         reference.render(&View { size: PILOT.0, ..*view }, &options, &|_, _| {});
         if begun.elapsed() >= LEAST_PILOT || tried >= samples {

@@ -192,37 +192,38 @@ pub fn take_turns<E>(
     contenders: usize,
     effort: &Effort,
     random: &mut fastrand::Rng,
-    mut draw: impl FnMut(usize) -> Result<Sample, E>,
+    draw: impl FnMut(usize) -> Result<Sample, E>,
 ) -> Result<Rounds, E> {
     let begun = Instant::now();
-    let mut times: Vec<Vec<Sample>> = vec![Vec::new(); contenders];
-    let mut order: Vec<usize> = (0..contenders).collect();
-    for round in 0..effort.rounds * MORE_ROUNDS {
+    rounds_of(contenders, random, draw, |round, times| {
         let is_enough = || times[1..].iter().all(|own| !is_unsure(own, &times[0]));
         let is_late = begun.elapsed() >= effort.longest;
-        if round >= LEAST_ROUNDS && (is_late || (round >= effort.rounds && is_enough())) {
-            break;
-        }
-        random.shuffle(&mut order);
-        for &contender in &order {
-            times[contender].push(draw(contender)?);
-        }
-    }
-    let anchor = times.remove(0);
-    Ok(Rounds { anchor, others: times, moving: false })
+        round >= effort.rounds * MORE_ROUNDS
+            || (round >= LEAST_ROUNDS && (is_late || (round >= effort.rounds && is_enough())))
+    })
 }
 
 /// The same for a first look: few rounds where they take long, and as many as an interval needs where they do not.
 pub fn glance<E>(
     contenders: usize,
     random: &mut fastrand::Rng,
-    mut draw: impl FnMut(usize) -> Result<Sample, E>,
+    draw: impl FnMut(usize) -> Result<Sample, E>,
 ) -> Result<Rounds, E> {
     let begun = Instant::now();
+    let is_long = || begun.elapsed() >= LONG_GLANCE;
+    rounds_of(contenders, random, draw, |round, _| round >= LEAST_ROUNDS || (round >= LEAST_GLANCES && is_long()))
+}
+
+fn rounds_of<E>(
+    contenders: usize,
+    random: &mut fastrand::Rng,
+    mut draw: impl FnMut(usize) -> Result<Sample, E>,
+    is_over: impl Fn(usize, &[Vec<Sample>]) -> bool,
+) -> Result<Rounds, E> {
     let mut times: Vec<Vec<Sample>> = vec![Vec::new(); contenders];
     let mut order: Vec<usize> = (0..contenders).collect();
-    for round in 0..LEAST_ROUNDS {
-        if round >= LEAST_GLANCES && begun.elapsed() >= LONG_GLANCE {
+    for round in 0.. {
+        if is_over(round, &times) {
             break;
         }
         random.shuffle(&mut order);

@@ -3,10 +3,10 @@
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 use super::super::{Bound, Case, Check, Subject, Values, case};
-use super::stage::float32;
+use super::stage::{float32, texture};
 use afterlight::scene::builtin::shapes::{MeshBuilder, WHOLE_IMAGE};
 use afterlight::scene::builtin::stage::{Stage, hue};
-use afterlight::scene::{Brdf, Camera, ColorSpace, LightPath, Look, Material, SettingsPatch, Texture};
+use afterlight::scene::{Brdf, Camera, LightPath, Look, Material, SettingsPatch};
 
 pub const CASES: &[Case] = &[
     case(
@@ -57,20 +57,11 @@ fn sprites([edge, texels]: [u32; 2], color: impl Fn(u32) -> Vec3, look: impl Fn(
         // One texel differs: a constant texture would be folded into the material.
         [red, green, blue, if index == 0 { 254 } else { 255 }]
     };
-    let image = (0..width * width).flat_map(texel).collect();
-    let size = [width; 2];
-    let atlas = Texture {
-        name: "atlas".into(),
-        size,
-        color_space: ColorSpace::Linear,
-        sampler: Default::default(),
-        texels: image,
-    };
     let mut stage = Stage::default();
     let material = Material {
         brdf: Brdf::Lambert,
         base_color: Vec3::ONE,
-        base_color_texture: stage.texture(atlas),
+        base_color_texture: stage.texture(texture("atlas", width, texel)),
         atlas: [edge; 2],
         ..Material::default()
     };

@@ -4,12 +4,10 @@
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 
 use super::super::{Bound, Case, Check, Subject, Values, case};
-use super::stage::{float32, lamp, sphere_on_floor, waves};
+use super::stage::{float32, lamp, sphere_on_floor, texture, waves};
 use afterlight::scene::builtin::shapes::{self, MeshBuilder};
 use afterlight::scene::builtin::stage::Stage;
-use afterlight::scene::{
-    AlphaMode, Brdf, Camera, ColorSpace, Environment, Material, SettingsPatch, Texture, TextureSlot, UvMap,
-};
+use afterlight::scene::{AlphaMode, Brdf, Camera, Environment, Material, SettingsPatch, TextureSlot, UvMap};
 
 pub const CASES: &[Case] = &[
     case("sampling/color", "a floor whose texture repeats so often in a metre: its light in the mean")
@@ -105,15 +103,7 @@ fn mask(repeats: f64) -> Subject {
             let at = DVec2::new(f64::from(index % EDGE), f64::from(index / EDGE)) + 0.5 - f64::from(EDGE) * 0.5;
             [255, 200, 100, if at.length() < 25.5 { 0 } else { 255 }]
         };
-        let texels = (0..EDGE * EDGE).flat_map(texel).collect();
-        let grille = Texture {
-            name: "grille".into(),
-            size: [EDGE; 2],
-            color_space: ColorSpace::Linear,
-            sampler: Default::default(),
-            texels,
-        };
-        let alpha_mode = AlphaMode::Mask { cutoff: 0.5 };
+        let (grille, alpha_mode) = (texture("grille", EDGE, texel), AlphaMode::Mask { cutoff: 0.5 });
         Material { base_color_texture: stage.texture(grille), alpha_mode, ..Material::default() }
     });
     subject.scene.environment = Environment { background: Vec3::new(20.0, 60.0, 90.0), ..Environment::default() };
@@ -128,15 +118,8 @@ fn bumps(repeats: f64) -> Subject {
             let normal = DVec3::new(slope(index % EDGE), slope(index / EDGE), 1.0).normalize() * 127.0 + 128.0;
             [normal.x.round() as u8, normal.y.round() as u8, normal.z.round() as u8, 255]
         };
-        let texels = (0..EDGE * EDGE).flat_map(texel).collect();
-        let map = Texture {
-            name: "bumps".into(),
-            size: [EDGE; 2],
-            color_space: ColorSpace::Linear,
-            sampler: Default::default(),
-            texels,
-        };
-        Material { normal_texture: stage.texture(map), roughness: 0.3, metallic: 1.0, ..Material::default() }
+        let map = stage.texture(texture("bumps", EDGE, texel));
+        Material { normal_texture: map, roughness: 0.3, metallic: 1.0, ..Material::default() }
     })
 }
 

@@ -42,18 +42,21 @@ pub fn kept_in(gbuffer: GbufferChoice) -> SettingsPatch {
     SettingsPatch { gbuffer: Some(gbuffer), ..SettingsPatch::default() }
 }
 
-/// A linear texture that is the same everywhere, but not so that a plan could put its colour into the material: its last texel differs by
-/// a code of alpha.
-pub fn even_texture(texel: [u8; 4]) -> Texture {
-    let mut texels = texel.repeat(16);
-    texels[63] = texel[3] ^ 1;
+/// A square texture of linear values; `texel` has the index of each, row by row.
+pub fn texture(name: &str, edge: u32, texel: impl FnMut(u32) -> [u8; 4]) -> Texture {
     Texture {
-        name: "even".into(),
-        size: [4, 4],
+        name: name.into(),
+        size: [edge; 2],
         color_space: ColorSpace::Linear,
         sampler: Default::default(),
-        texels: texels.into(),
+        texels: (0..edge * edge).flat_map(texel).collect(),
     }
+}
+
+/// A linear texture that is the same everywhere, but not so that a plan could put its colour into the material: its last texel differs by
+/// a code of alpha.
+pub fn even_texture([red, green, blue, alpha]: [u8; 4]) -> Texture {
+    texture("even", 4, |index| [red, green, blue, if index == 15 { alpha ^ 1 } else { alpha }])
 }
 
 /// A texture of smooth waves that goes on without a seam where it repeats.
@@ -64,12 +67,5 @@ pub fn waves() -> Texture {
     };
     let texel =
         |index: u32| [wave(index % EDGE, 1.0), wave(index / EDGE, 2.0), wave(index % EDGE + index / EDGE, 1.0), 255];
-    let texels = (0..EDGE * EDGE).flat_map(texel).collect();
-    Texture {
-        name: "waves".into(),
-        size: [EDGE; 2],
-        color_space: ColorSpace::Linear,
-        sampler: Default::default(),
-        texels,
-    }
+    texture("waves", EDGE, texel)
 }

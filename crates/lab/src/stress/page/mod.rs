@@ -46,16 +46,9 @@ fn table(verdicts: &[Verdict]) -> Markup {
         div.scroll { table {
             thead { tr { th.words { "case" } th { "claimed" } th { "holds" } th { "worst" } th { "mean" } th { "bound" } th { "not finite" } th { "negative" } th.words { "verdict" } } }
             tbody { @for verdict in verdicts {
-                @let (case, worst) = (&verdict.case, verdict.worst());
                 tr {
-                    td.words { a href=(format!("#{}", uid(verdict))) { (case.name) } }
-                    td { (range(Some(case.claim), case.unit)) }
-                    td { (range(verdict.holds(), case.unit)) }
-                    td { (format!("{:.1e}", worst.worst)) }
-                    td { (format!("{:.1e}", worst.mean)) }
-                    td { (format!("{:e} / {:e}", case.bound.worst, case.bound.mean)) }
-                    td { (worst.not_finite) }
-                    td { (worst.negative) }
+                    td.words { a href=(format!("#{}", uid(verdict))) { (verdict.case.name) } }
+                    @for cell in verdict.cells() { td { (cell) } }
                     td.words { (pill(verdict)) }
                 }
             } }

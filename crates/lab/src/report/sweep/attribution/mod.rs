@@ -51,7 +51,7 @@ use crate::report::sweep::model::Attribution;
 use afterlight::frame;
 use afterlight::gpu::Device;
 use afterlight::plan::effects;
-use afterlight::scene::{Scene, Settings, exposure_scale, metered_ev100};
+use afterlight::scene::{Scene, Settings, ev100_of, exposure_scale};
 use afterlight_truth::reference::light::{Illumination, radiance};
 use afterlight_truth::reference::{Reference, Smith, Surface, TriangleId, Truth, View};
 use device::Drawing;
@@ -110,14 +110,13 @@ pub fn attribute(
     let lights = shadowed_lights(subject, &surfaces);
     let (chosen, rest) = lights.split_at(lights.len().min(limits.shadowed_lights));
     let shares = visibility::measured(&drawing, &settings, chosen)?;
-    let exposure = exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(subject.scene)));
     let taken = Taken {
         subject,
         truths,
         settings: &settings,
         captured: &captured,
         measured: chosen.iter().copied().zip(shares).collect(),
-        exposure: f64::from(exposure),
+        exposure: f64::from(exposure_scale(ev100_of(subject.scene, &settings))),
     };
     let apart = |(at, surface)| taken.pixel(at, pixels[at], surface);
     let rows: Vec<_> = surfaces.par_iter().map(Option::as_ref).enumerate().map(apart).collect();

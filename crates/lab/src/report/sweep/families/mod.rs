@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use super::model::{LeftOut, Member, Shard};
 use afterlight::plan::{Capabilities, FramePlan};
-use afterlight::scene::{SETTINGS, Scene, Settings, SettingsPatch, counted, exposure_scale, metered_ev100};
+use afterlight::scene::{SETTINGS, Scene, Settings, SettingsPatch, counted, ev100_of, exposure_scale};
 use afterlight::visible::World;
 use axes::Axis;
 
@@ -144,7 +144,7 @@ impl<'a> Base<'a> {
 
     /// Returns true if lights reach as far as with the settings as given.
     fn reaches(&self, settings: &Settings, plan: &FramePlan) -> bool {
-        let exposure = exposure_scale(settings.exposure.unwrap_or_else(|| metered_ev100(self.scene)));
+        let exposure = exposure_scale(ev100_of(self.scene, settings));
         let of = |settings: &Settings, plan: &FramePlan| World::of(self.scene, settings, plan, exposure).reaches;
         of(settings, plan) == of(&self.settings, &self.plan)
     }
