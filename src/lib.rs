@@ -51,12 +51,6 @@ pub mod gpu_scene;
 pub mod passes;
 #[doc(hidden)]
 pub mod shaders;
-#[doc(hidden)]
-pub mod targets;
+mod targets;
 #[doc(hidden)]
 pub mod visible;
-
-/// The README's Rust, compiled and run by the tests.
-#[cfg(doctest)]
-#[doc = include_str!("../README.md")]
-struct Readme;

@@ -21,7 +21,7 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// Sets variables that `src/version.rs` reads when it is compiled; those that cannot be found out stay unset.
+/// Sets the variables that `src/version.rs` is compiled with. One whose value cannot be found out stays unset.
 fn tell_what_is_built() {
     for (variable, of_cargo) in [("AFTERLIGHT_TARGET", "TARGET"), ("AFTERLIGHT_FEATURES", "CARGO_CFG_FEATURE")] {
         if let Ok(value) = std::env::var(of_cargo) {

@@ -1,5 +1,5 @@
 //! The documents hold what they promise: links lead somewhere, examples work when pasted, and lists name all that there is. (The Rust of README.md is
-//! a doctest of the library.)
+//! the example `readme`, which `examples` runs.)
 
 use std::collections::BTreeSet;
 use std::fs;

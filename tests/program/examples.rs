@@ -19,6 +19,21 @@ fn picture(path: &Path) -> image::RgbaImage {
     image::open(path).unwrap_or_else(|error| panic!("{}: {error}", path.display())).into_rgba8()
 }
 
+/// What a reader pastes is what is compiled here.
+#[test]
+fn the_program_of_the_readme_is_an_example_and_draws() {
+    let root = Path::new(env!("AFTERLIGHT_ROOT"));
+    let text = |name: &str| std::fs::read_to_string(root.join(name)).expect("a text");
+    let example = text("examples/readme.rs");
+    let (_, code) = example.split_once("\n\n").expect("a head");
+    assert!(
+        text("README.md").contains(&format!("```rust\n{code}```")),
+        "README.md has another program than examples/readme.rs"
+    );
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    assert_eq!(run("readme", folder.path(), &[]), "[1280, 720]\n");
+}
+
 #[test]
 fn the_triangle_is_lit_before_a_dark_background() {
     let folder = tempfile::tempdir().expect("a temporary folder");

@@ -117,7 +117,8 @@ fn scan(tokens: TokenStream, module: &[String], found: &mut Vec<Import>) {
                 if ["crate", "afterlight"].contains(&root.to_string().as_str()) && alias == "as" =>
             {
                 let line = root.span().start().line;
-                found.push(Import { line, path: Vec::new(), of_renderer: false, vulkan: false });
+                let of_renderer = root == "afterlight";
+                found.push(Import { line, path: Vec::new(), of_renderer, vulkan: false });
             }
             [TokenTree::Ident(first), ..] if !continues_a_path(&tokens, at) && is_colons(&tokens, at + 1) => {
                 let name = first.to_string();

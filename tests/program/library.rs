@@ -37,7 +37,6 @@ fn each_feature_brings_what_it_needs_and_the_library_alone_no_program_and_no_win
         ("afterlight-lab", "", [&vulkan[..], &rays].concat()),
         ("afterlight-lab", "report", [&vulkan[..], &rays, &report].concat()),
         ("afterlight-cli", "", [&vulkan[..], &rays, &program].concat()),
-        ("afterlight-cli", "present", [&vulkan[..], &rays, &program, &surface].concat()),
         ("afterlight-cli", "report", [&vulkan[..], &rays, &program, &report].concat()),
         ("afterlight-cli", "window", [&vulkan[..], &rays, &program, &surface, &window].concat()),
         ("afterlight-cli", "default", all.clone()),

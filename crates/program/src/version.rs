@@ -42,7 +42,6 @@ mod tests {
         let known = [
             ("ci", cfg!(feature = "ci")),
             ("hot-reload", cfg!(feature = "hot-reload")),
-            ("present", cfg!(feature = "present")),
             ("report", cfg!(feature = "report")),
             ("window", cfg!(feature = "window")),
         ];

@@ -17,7 +17,8 @@ pub const HAS_LEVELS: bool = cfg!(feature = "readers");
 pub struct Level {
     /// Three a triangle, of the mesh's vertices.
     pub indices: Vec<u32>,
-    /// The largest distance between it and the mesh, from any point of either, in metres of mesh space; never less than that of the level before.
+    /// The Hausdorff distance to the mesh (how far any point of the one is from the other at most), in metres of mesh space. It is measured at
+    /// vertices, edges and faces, and taken a tenth larger. It never falls from a level to the next coarser one.
     pub error: f64,
 }
 
@@ -27,7 +28,7 @@ pub struct Levels(#[cfg(feature = "readers")] make::Made);
 
 #[cfg(not(feature = "readers"))]
 impl super::Mesh {
-    /// Its levels of detail: none without the feature `readers`, which makes them.
+    /// The levels of detail of the mesh. Only the feature `readers` makes any.
     pub fn levels_of_detail(&self) -> std::sync::Arc<[Level]> {
         Default::default()
     }

@@ -109,7 +109,8 @@ impl Texture {
         cfg!(feature = "readers") || !matches!(self.texels, Texels::Blocks { .. })
     }
 
-    /// The texels of a level that the texture has, 8-bit RGBA. Blocks are decoded each time.
+    /// The texels of a level that the texture has, 8-bit RGBA. Blocks are decoded each time; without the feature `readers` they are read as 0
+    /// ([`Texture::is_readable`]).
     pub fn rgba8(&self, level: usize) -> Cow<'_, [u8]> {
         match &self.texels {
             Texels::Rgba8(texels) => texels.as_slice().into(),
@@ -120,7 +121,7 @@ impl Texture {
         }
     }
 
-    /// The texels of level 0, to be changed: blocks become texels, and the other levels are gone.
+    /// The texels of level 0, to be changed: blocks become texels, as [`Texture::rgba8`] reads them, and the other levels are gone.
     pub fn rgba8_mut(&mut self) -> &mut Vec<u8> {
         let level_0 = match &mut self.texels {
             Texels::Rgba8(texels) => std::mem::take(texels),

@@ -8,7 +8,7 @@ use crate::{Light, LightKind, Material, Object, Scene, Texture};
 /// A scene on its way.
 #[derive(Default)]
 pub struct Stage {
-    /// What it has so far.
+    /// All that was added so far.
     pub scene: Scene,
 }
 

@@ -3,7 +3,7 @@
 use super::CameraPlace;
 use crate::{Scene, exposure_scale, metered_ev100};
 
-/// The shade of a hall is darker than the open by so many stops.
+/// Stops by which the exposure opens indoors, where most surfaces lie in the shade.
 const SHADE_STOPS: f32 = 2.0;
 
 /// Exposes a lit model for where its fitted camera stands. Metering knows no shadows, so that inside, where most lies in the

@@ -1,4 +1,4 @@
-//! Cameras. Their aspect ratio and far plane are left out: the picture has the one, and no camera of [`Scene`](crate::Scene) has the other.
+//! Cameras. A camera's aspect ratio is ignored, because the picture's size gives it, and so is its far plane, because depth is infinite here.
 
 use glam::{DQuat, DVec3};
 

@@ -1,7 +1,7 @@
 //! A strip for each row of the table: on the left the use that must be over, on the right the one that waits, and between them the hazard that the
 //! row prevents.
 //!
-//! The hazards are those that [`proof`](afterlight::frame::proof) finds in frames without the row.
+//! [`proof`](afterlight::frame::proof) finds the hazards of frames from which the row is left out.
 
 use std::fmt::Debug;
 

@@ -20,7 +20,7 @@ pub fn pairs(scene: &SceneReport, pictures: Pictures) -> Markup {
 
 fn card(scene: &SceneReport, point: &Point, pictures: Pictures) -> Markup {
     let of_default = scene.points.get(scene.default).is_some_and(|default| default.name == point.name);
-    // The picture itself before those that are made from it.
+    // First the picture, then the pictures of its error.
     let mut files: Vec<(&String, &String)> = point.pictures.iter().collect();
     files.sort_by_key(|(shows, _)| (shows.as_str() != "picture", shows.as_str()));
     html! {
