@@ -54,7 +54,7 @@ impl Glyph {
         Self { shape: SHAPES[(index + round * 3) % SHAPES.len()], color: Some(index % COLORS) }
     }
 
-    /// Its classes in the style sheet.
+    /// Returns the classes of the style sheet that draw it.
     pub fn class(self, is_hollow: bool) -> String {
         let hollow = if is_hollow { " hollow" } else { "" };
         match self.color {

@@ -59,10 +59,10 @@ impl Axis {
 /// A shaded area under a level of error, down to the plot's lower edge.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Area {
-    /// Of the style sheet.
+    /// A class of the style sheet.
     pub class: &'static str,
     pub level: f64,
-    /// Its ends along the other axis; `None`: those of the plot.
+    /// The ends along the other axis; `None`: the edges of the plot.
     pub between: Option<[f64; 2]>,
     /// The text over its right end.
     pub note: &'static str,
@@ -75,7 +75,7 @@ pub enum Stroke {
     Curve,
     /// Of the lesser of two truths.
     Faint,
-    /// Of the worst of the errors whose mean is a curve.
+    /// The greatest errors, beside a curve of their mean.
     Worst,
 }
 
