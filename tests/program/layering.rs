@@ -35,7 +35,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
 ];
 
 const RENDERER: &[&str] = &["frame", "passes", "gpu_scene", "targets", "visible", "plan", "gpu", "scene", "shaders"];
-/// Those who draw pages.
+/// The imports of parts that draw pages.
 const PAGES: &[&str] =
     &["lab/page", "frame", "passes", "gpu_scene", "targets", "visible", "plan", "gpu", "scene", "shaders"];
 

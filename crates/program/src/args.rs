@@ -269,7 +269,7 @@ impl SettingsArgs {
         text.as_ref().map(|text| text.to_string_lossy().into_owned())
     }
 
-    /// Refuses what changes a shown picture alone, for a picture of linear light.
+    /// Refuses `--exposure` and `--tonemap`, for a picture of linear light.
     pub fn refuse_shown(&self) -> Result<(), Failure> {
         if self.said.exposure.is_none() && self.said.tonemap.is_none() {
             return Ok(());

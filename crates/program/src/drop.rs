@@ -77,12 +77,14 @@ pub fn run(
     output::print(&text, false)
 }
 
+/// The layer's version, or why no layer watches.
+type Layer = Result<u32, String>;
+
 /// The device, watched by the synchronization layer where that is installed, and its picture with all dependencies.
 struct Laboratory<'a> {
     workload: &'a Workload,
     watched: Watched,
-    /// The layer's version, or why no layer watches.
-    layer: Result<u32, String>,
+    layer: Layer,
     settings: Settings,
     plan: FramePlan,
     table: Rows,
@@ -132,7 +134,7 @@ impl<'a> Laboratory<'a> {
 
 /// A device under the synchronization layer, with the layer's version; where the layer is not installed or too old for that check, a device without it,
 /// with the reason. The proof and the picture need no layer. `None` where no layer has the heuristic.
-fn watched(choice: &DeviceChoice, heuristic: bool) -> Result<Option<(Watched, Result<u32, String>)>, Failure> {
+fn watched(choice: &DeviceChoice, heuristic: bool) -> Result<Option<(Watched, Layer)>, Failure> {
     match Watched::open(choice, heuristic, NO_EXTENSIONS) {
         Ok(watched) => Ok(watched.map(|watched| {
             let layer = watched.layer();

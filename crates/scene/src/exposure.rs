@@ -39,7 +39,7 @@ pub fn metered_ev100(scene: &Scene) -> f32 {
     if ev100.is_finite() { ev100.clamp(-100.0, 100.0) as f32 } else { 0.0 }
 }
 
-/// Returns the EV100 of a picture: its settings' own, or that of the meter.
+/// Returns the exposure of a picture as EV100: as the settings have it, else metered.
 pub fn ev100_of(scene: &Scene, settings: &Settings) -> f32 {
     settings.exposure.unwrap_or_else(|| metered_ev100(scene))
 }

@@ -100,7 +100,7 @@ impl Laboratory {
         Ok(Self { choice: choice.clone(), extensions, jobs: modes.len(), modes })
     }
 
-    /// Draws so many mutants at a time, each on a device of its own, but in each mode at least one.
+    /// Sets how many mutants are drawn at a time, each on another device. Every mode draws at least one.
     pub fn with_jobs(self, jobs: usize) -> Self {
         Self { jobs, ..self }
     }

@@ -11,7 +11,7 @@ use afterlight::scene::{Scene, Settings};
 
 /// Extensions of the instance and of the device.
 pub type Extensions = (&'static [&'static CStr], &'static [&'static CStr]);
-/// Those of frames that nobody presents.
+/// No extensions: enough for frames that are not presented.
 pub const NO_EXTENSIONS: Extensions = (&[], &[]);
 
 /// A device under the layer.

@@ -192,7 +192,7 @@ impl Verdict {
         Some([self.findings[from].value, self.findings[to].value])
     }
 
-    /// Its row in a table: claim, range that holds, worst error, mean, bounds, and the numbers of values that are not finite and below zero.
+    /// The cells of a table: claim, range that holds, worst error, mean, bounds, and the numbers of values that are not finite and below zero.
     pub fn cells(&self) -> [String; 7] {
         let (case, worst) = (&self.case, self.worst());
         [

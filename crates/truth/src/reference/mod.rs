@@ -87,7 +87,7 @@ pub struct Options {
 }
 
 impl Options {
-    /// With the renderer's own masking and shadowing.
+    /// Options with the renderer's own masking and shadowing.
     pub fn of(mode: Mode) -> Self {
         Self { mode, smith: Smith::default() }
     }
