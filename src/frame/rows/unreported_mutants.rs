@@ -24,7 +24,7 @@ pub const NEWEST: u32 = vk::make_api_version(0, 1, 4, 363);
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
     /// All of it.
-    RowBuilder,
+    Row,
     /// The reach across the samples of a pixel: the row becomes one by region.
     AcrossSamples,
     /// Some bits of one side.
