@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use afterlight_shader_compiler::{Error, Shader, compile_directory, count_variants, variants_growth, write_rust};
+use afterlight_shader_compiler::{
+    CompiledShader, Error, compile_directory, count_variants, variants_growth, write_rust,
+};
 
 /// The most different SPIR-V modules that the program may hold. A new flag can double a shader's: then ask whether a specialization constant
 /// does as well, or whether `requires:` and `excludes:` rule variants out.
@@ -40,7 +42,7 @@ fn build(out: &Path) -> Result<(), Vec<Error>> {
 }
 
 /// Warns of each shader whose line `// counts:` does not state its numbers of variants, and returns how they have grown.
-fn tell_growth(shaders: &[Shader]) -> Vec<String> {
+fn tell_growth(shaders: &[CompiledShader]) -> Vec<String> {
     let mut all = Vec::new();
     for shader in shaders {
         let Some(grown) = variants_growth(shader) else { continue };

@@ -14,17 +14,17 @@ use std::ffi::CStr;
 use std::sync::Arc;
 use std::time::Instant;
 
-use afterlight::frame::{Fitted, Presenter, Renderer, Wake};
+use afterlight::frame::{FitOutcome, Presenter, Renderer, Wake};
 use afterlight::gpu::{self, Device, DeviceChoice, HEADLESS, Instance, InstanceOptions, Surface, Validation, Vsync};
 use afterlight::scene::{GbufferChoice, GbufferPreset, LightPath, OpenOptions, Scene, Settings, View, open};
 use afterlight_truth::measure::Distribution;
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
-type Change = fn(&mut Settings);
+type SettingsEdit = fn(&mut Settings);
 
 const SWAPCHAIN: &CStr = c"VK_KHR_swapchain";
 /// Changes that a user may make on the panels. Each is made, and taken back.
-const CHANGES: [(&str, Change); 7] = [
+const CHANGES: [(&str, SettingsEdit); 7] = [
     ("view of the normals", |settings| settings.view = View::Normal),
     ("forward", |settings| settings.light_path = LightPath::Forward),
     ("clustered", |settings| settings.light_path = LightPath::Clustered),
@@ -199,7 +199,7 @@ impl Changes for Shown<'_> {
             self.draw()?;
             self.device.wait_idle()?;
             frames.push(milliseconds(frame));
-            if made != Fitted::Pending {
+            if made != FitOutcome::Pending {
                 return Ok(Meanwhile { all: milliseconds(begun), frames });
             }
         }

@@ -45,7 +45,7 @@ pub use cost_model::{ABSENT, Basis, COMPARED, CostModel, CullingCost, Load, Path
 pub use effect::Variation;
 pub use effects::types::*;
 pub use effects::{EffectPlans, averages_samples, shows_effect, variations};
-pub use error::{Error, Refusal, Why};
+pub use error::{PlanError, Refusal, RefusalReason};
 pub use gbuffer::{Gbuffer, NormalEncoding, format_bytes};
 pub use lights::{PlannedLights, UNIFORM_LIGHTS};
 pub use output::{Encoding, HDR, OUTPUT_PLAIN, OUTPUT_SRGB, PresentTarget, ToneMapping, Transfer};
@@ -64,8 +64,8 @@ pub use visibility::TriangleCode;
 pub(crate) use culling::{CULL_BUFFERS, CULL_SHARED_BYTES};
 #[cfg(test)]
 pub(crate) use lights::steepest;
-pub(crate) use lights::{Cut, IdleLights, LightOrder, box_tree, range_of, shows_all, sphere_of, weakens};
 pub(crate) use lights::{Grid, Reach, SLICES, TILE};
+pub(crate) use lights::{IdleLights, LightCutoff, LightOrder, box_tree, range_of, shows_all, sphere_of, weakens};
 #[cfg(test)]
 pub(crate) use occlusion::MANY_OBJECTS;
 pub(crate) use shadows::MAX_SHADOW_VIEWS;

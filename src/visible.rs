@@ -24,7 +24,7 @@ use std::sync::Arc;
 
 pub use active_lights::ActiveLights;
 pub use clusters::Clusters;
-pub use depth::{Depth, Eye};
+pub use depth::{DepthMapping, Eye};
 pub use emitters::{EmitterRecord, Emitters};
 pub use instances::{CullView, Draw, InstanceList, InstanceTransform, STEPS};
 pub use levels::{LevelChoice, squared_error};
@@ -103,7 +103,7 @@ pub struct Visible {
     /// Objects in view that others hide.
     pub occluded: usize,
     /// The mapping from distances to depths.
-    pub depth: Depth,
+    pub depth: DepthMapping,
 }
 
 impl Visible {
@@ -111,7 +111,7 @@ impl Visible {
     pub fn of(world: &World, camera: &Camera, plan: &FramePlan) -> Self {
         let aspect = f64::from(plan.size[0]) / f64::from(plan.size[1]);
         let frustum = Frustum::of(camera, aspect);
-        let depth = Depth::of(world, plan, camera);
+        let depth = DepthMapping::of(world, plan, camera);
         let beside = Misplacement::of(plan, camera, &depth);
         let list = &world.instances;
         let culling = plan.culls_on_device.then(|| list.cull_view(&frustum, camera, world));
@@ -124,7 +124,7 @@ impl Visible {
         let in_view = seen.iter().filter(|&&seen| seen).count();
         if let Some(occluders) = &world.occluders {
             let places = (0..seen.len()).filter(|&place| seen[place]).map(|place| list.object(place));
-            let picture = occlusion::Picture::of(world, occluders, (camera, &depth), plan.size, places);
+            let picture = occlusion::OcclusionBuffer::of(world, occluders, (camera, &depth), plan.size, places);
             if picture.hides_something() {
                 for (place, seen) in seen.iter_mut().enumerate().filter(|(_, seen)| **seen) {
                     *seen = !picture.hides(&world.objects[list.object(place)].bounds);

@@ -7,10 +7,10 @@ use meshoptimizer_rs::codec::{IndexEncoding, VertexEncoding, encode_index_buffer
 use serde_json::{Map, Value, json};
 
 use super::model::{Model, Part};
-use super::paint::Picture;
+use super::paint::EncodedImage;
 
 /// One property of a node that a clip moves, with its keys.
-pub struct Channel {
+pub struct NodeChannel {
     pub target: Target,
     pub times: Vec<f64>,
     /// All components of the first key, then those of the next.
@@ -55,7 +55,7 @@ fn numbers(values: &[f64]) -> Value {
 }
 
 impl Glb {
-    pub fn pictures(&mut self, pictures: &[Picture]) {
+    pub fn pictures(&mut self, pictures: &[EncodedImage]) {
         for picture in pictures {
             let view = self.view(&picture.bytes);
             self.images.push(json!({"name": picture.name, "mimeType": picture.mime, "bufferView": view}));
@@ -276,7 +276,7 @@ impl Glb {
         self.lights.push(light);
     }
 
-    pub fn clip(&mut self, name: &str, channels: Vec<Channel>) {
+    pub fn clip(&mut self, name: &str, channels: Vec<NodeChannel>) {
         let (mut samplers, mut list) = (Vec::new(), Vec::new());
         for channel in channels {
             let (kind, width, target) = match &channel.target {

@@ -5,17 +5,17 @@ use std::f64::consts::TAU;
 use glam::{DAffine3, DQuat, DVec2, DVec3};
 use serde_json::json;
 
-use super::glb::{Channel, Glb, Target};
+use super::glb::{Glb, NodeChannel, Target};
 use super::model::{Model, at, colour, smooth, turned};
 use super::shore::{EAST, LIGHT, PIER, PIER_DECK, QUAY};
 use super::{CHURCH, boats, houses, put, things};
 
 /// Clips in the order of the file.
 #[derive(Default)]
-pub struct Clips(pub Vec<(&'static str, Vec<Channel>)>);
+pub struct Clips(pub Vec<(&'static str, Vec<NodeChannel>)>);
 
 impl Clips {
-    fn add(&mut self, name: &'static str, channel: Channel) {
+    fn add(&mut self, name: &'static str, channel: NodeChannel) {
         match self.0.iter_mut().find(|(other, _)| *other == name) {
             Some((_, channels)) => channels.push(channel),
             None => self.0.push((name, vec![channel])),
@@ -24,7 +24,7 @@ impl Clips {
 }
 
 /// Keys of a swing about X and Z that closes after `seconds`.
-fn rocking(node: usize, rest: DQuat, seconds: f64, (roll, pitch): (f64, f64), phase: f64) -> Channel {
+fn rocking(node: usize, rest: DQuat, seconds: f64, (roll, pitch): (f64, f64), phase: f64) -> NodeChannel {
     let steps = 16;
     let times: Vec<f64> = (0..=steps).map(|i| seconds * f64::from(i) / f64::from(steps)).collect();
     let values = times
@@ -37,17 +37,17 @@ fn rocking(node: usize, rest: DQuat, seconds: f64, (roll, pitch): (f64, f64), ph
             .to_array()
         })
         .collect();
-    Channel { target: Target::Rotation(node), times, values }
+    NodeChannel { target: Target::Rotation(node), times, values }
 }
 
-fn heaving(node: usize, rest: DVec3, seconds: f64, by: f64, phase: f64) -> Channel {
+fn heaving(node: usize, rest: DVec3, seconds: f64, by: f64, phase: f64) -> NodeChannel {
     let steps = 16;
     let times: Vec<f64> = (0..=steps).map(|i| seconds * f64::from(i) / f64::from(steps)).collect();
     let values = times
         .iter()
         .flat_map(|time| (rest + DVec3::Y * by * (time / seconds * TAU + phase).sin()).to_array())
         .collect();
-    Channel { target: Target::Translation(node), times, values }
+    NodeChannel { target: Target::Translation(node), times, values }
 }
 
 /// Places of the boats, and the directions of their bows in degrees from +X to -Z.
@@ -120,7 +120,7 @@ pub fn put_flags(file: &mut Glb, clips: &mut Clips) {
         let times: Vec<f64> = (0..=12).map(|i| seconds * f64::from(i) / 12.0).collect();
         let values =
             times.iter().flat_map(|time| [(time / seconds * TAU).cos(), (time / seconds * TAU).sin()]).collect();
-        clips.add("wind", Channel { target: Target::Weights(node), times, values });
+        clips.add("wind", NodeChannel { target: Target::Weights(node), times, values });
     };
     raise(
         "harbour's flag",
@@ -143,7 +143,7 @@ pub fn put_flags(file: &mut Glb, clips: &mut Clips) {
 }
 
 pub fn put_machines(file: &mut Glb, clips: &mut Clips) {
-    let whole = |times: Vec<f64>, degrees: Vec<f64>, node: usize, base: f64| Channel {
+    let whole = |times: Vec<f64>, degrees: Vec<f64>, node: usize, base: f64| NodeChannel {
         target: Target::Rotation(node),
         values: degrees
             .iter()
@@ -208,7 +208,7 @@ pub fn put_gulls(file: &mut Glb, clips: &mut Clips) {
         let times: Vec<f64> = (0..=8).map(|k| seconds * f64::from(k) / 8.0).collect();
         let turns =
             (0..=8).flat_map(|k| DQuat::from_rotation_y(way * (f64::from(k) / 8.0 + phase) * TAU).to_array()).collect();
-        clips.add("gulls", Channel { target: Target::Rotation(pivot), times, values: turns });
+        clips.add("gulls", NodeChannel { target: Target::Rotation(pivot), times, values: turns });
         // Beats, then a glide.
         let beats = 24;
         let times: Vec<f64> = (0..=beats * 4).map(|k| seconds * f64::from(k) / f64::from(beats * 4)).collect();
@@ -221,7 +221,7 @@ pub fn put_gulls(file: &mut Glb, clips: &mut Clips) {
                 (1.0 - glide) * (t * TAU * count.round()).sin() + 0.35 * glide
             })
             .collect();
-        clips.add("gulls", Channel { target: Target::Weights(node), times, values: weights });
+        clips.add("gulls", NodeChannel { target: Target::Weights(node), times, values: weights });
     }
     // One stands on a post.
     let sitting = file.mesh("gull at rest", &resting(), &[]);

@@ -9,7 +9,7 @@ use image::{ExtendedColorType, ImageEncoder};
 use super::model::smooth;
 
 /// An image file in memory.
-pub struct Picture {
+pub struct EncodedImage {
     pub name: String,
     pub mime: &'static str,
     pub bytes: Vec<u8>,
@@ -89,7 +89,7 @@ fn mix(from: DVec3, to: DVec3, part: f64) -> DVec3 {
 }
 
 /// Draws colours (as sRGB shows them, 0 to 1) and heights (metres) of a square of `metres`, and makes a base colour and a normal map of them.
-fn surface(name: &str, size: u32, metres: f64, at: impl Fn(DVec2) -> (DVec3, f64)) -> [Picture; 2] {
+fn surface(name: &str, size: u32, metres: f64, at: impl Fn(DVec2) -> (DVec3, f64)) -> [EncodedImage; 2] {
     let place = |i: u32| (f64::from(i) + 0.5) / f64::from(size);
     let texels: Vec<(DVec3, f64)> =
         (0..size * size).map(|i| at(DVec2::new(place(i % size), place(i / size)))).collect();
@@ -112,19 +112,19 @@ fn bytes(value: DVec3) -> [u8; 3] {
     value.to_array().map(|channel| (channel.clamp(0.0, 1.0) * 255.0).round() as u8)
 }
 
-fn jpeg(name: &str, size: u32, rgb: &[u8], quality: u8) -> Picture {
+fn jpeg(name: &str, size: u32, rgb: &[u8], quality: u8) -> EncodedImage {
     let mut bytes = Vec::new();
     JpegEncoder::new_with_quality(&mut bytes, quality)
         .encode(rgb, size, size, ExtendedColorType::Rgb8)
         .expect("a picture of that size in memory");
-    Picture { name: name.into(), mime: "image/jpeg", bytes }
+    EncodedImage { name: name.into(), mime: "image/jpeg", bytes }
 }
 
 fn rgb(hex: u32) -> DVec3 {
     DVec3::new(f64::from(hex >> 16), f64::from((hex >> 8) & 255), f64::from(hex & 255)) / 255.0
 }
 
-fn stone() -> [Picture; 2] {
+fn stone() -> [EncodedImage; 2] {
     surface("stone", 512, 3.0, |at| {
         let bent = at + 0.008 * (clouds(at, (6, 6), 3, 5) - 0.5);
         let (_, edge, piece) = courses(bent, 6, 3, 11);
@@ -137,7 +137,7 @@ fn stone() -> [Picture; 2] {
     })
 }
 
-fn cobble() -> [Picture; 2] {
+fn cobble() -> [EncodedImage; 2] {
     surface("cobble", 512, 1.6, |at| {
         let (near, gap, piece) = pebbles(at, 9, 3);
         let grain = clouds(at, (40, 40), 3, 8);
@@ -149,7 +149,7 @@ fn cobble() -> [Picture; 2] {
 }
 
 /// Near white, so that tints colour it.
-fn plaster() -> [Picture; 2] {
+fn plaster() -> [EncodedImage; 2] {
     surface("plaster", 512, 4.0, |at| {
         let broad = clouds(at, (3, 3), 4, 41);
         let fine = clouds(at, (48, 48), 3, 45);
@@ -162,7 +162,7 @@ fn plaster() -> [Picture; 2] {
     })
 }
 
-fn roof() -> [Picture; 2] {
+fn roof() -> [EncodedImage; 2] {
     surface("roof", 512, 2.0, |at| {
         let (inside, _, piece) = courses(DVec2::new(at.x, at.y), 8, 9, 71);
         let grain = clouds(at, (32, 32), 3, 75);
@@ -179,7 +179,7 @@ fn roof() -> [Picture; 2] {
 }
 
 /// Boards along u. Near grey, so that tints colour it.
-fn wood() -> [Picture; 2] {
+fn wood() -> [EncodedImage; 2] {
     surface("wood", 512, 1.2, |at| {
         let rows = 6.0;
         let row = (at.y * rows).floor();
@@ -193,7 +193,7 @@ fn wood() -> [Picture; 2] {
     })
 }
 
-fn brick() -> [Picture; 2] {
+fn brick() -> [EncodedImage; 2] {
     surface("brick", 512, 1.5, |at| {
         let (_, edge, piece) = courses(at + 0.003 * (noise(at, (24, 24), 2) - 0.5), 20, 6, 111);
         let grain = clouds(at, (40, 40), 3, 115);
@@ -204,7 +204,7 @@ fn brick() -> [Picture; 2] {
     })
 }
 
-fn rock() -> [Picture; 2] {
+fn rock() -> [EncodedImage; 2] {
     surface("rock", 512, 3.0, |at| {
         let broad = clouds(at, (3, 3), 6, 131);
         let fine = clouds(at, (20, 20), 4, 141);
@@ -217,7 +217,7 @@ fn rock() -> [Picture; 2] {
 }
 
 /// Grass and scrub. Near grey-green, so that tints colour it.
-fn ground() -> [Picture; 2] {
+fn ground() -> [EncodedImage; 2] {
     surface("ground", 512, 9.0, |at| {
         let broad = clouds(at, (5, 5), 4, 161);
         let fine = clouds(at, (64, 64), 3, 171);
@@ -231,7 +231,7 @@ fn ground() -> [Picture; 2] {
 }
 
 /// The sea's ripples: waves of whole numbers along both edges, steeper where they are long, mostly with the wind.
-fn water() -> Picture {
+fn water() -> EncodedImage {
     const SIZE: u32 = 512;
     let waves: Vec<(DVec2, f64, f64)> = (0..34)
         .map(|i| {
@@ -258,7 +258,7 @@ fn water() -> Picture {
 }
 
 /// A spray of leaves, cut out by alpha. Near white-green, so that tints colour it.
-fn leaves() -> Picture {
+fn leaves() -> EncodedImage {
     const SIZE: u32 = 256;
     let leaves: Vec<(DVec2, DVec2, f64, f64)> = (0..58)
         .map(|i| {
@@ -294,10 +294,10 @@ fn leaves() -> Picture {
     )
     .write_image(&texels, SIZE, SIZE, ExtendedColorType::Rgba8)
     .expect("a picture of that size in memory");
-    Picture { name: "leaves".into(), mime: "image/png", bytes: packed }
+    EncodedImage { name: "leaves".into(), mime: "image/png", bytes: packed }
 }
 
-fn painted(surfaces: &[fn() -> [Picture; 2]]) -> Vec<Picture> {
+fn painted(surfaces: &[fn() -> [EncodedImage; 2]]) -> Vec<EncodedImage> {
     std::thread::scope(|scope| {
         let painting: Vec<_> = surfaces.iter().map(|paint| scope.spawn(paint)).collect();
         painting.into_iter().flat_map(|one| one.join().expect("a texture is painted")).collect()
@@ -305,14 +305,14 @@ fn painted(surfaces: &[fn() -> [Picture; 2]]) -> Vec<Picture> {
 }
 
 /// The textures of the harbour; materials find them by name.
-pub fn of_the_harbour() -> Vec<Picture> {
+pub fn of_the_harbour() -> Vec<EncodedImage> {
     let mut all = painted(&[stone, cobble, plaster, roof, wood, brick, rock]);
     all.push(leaves());
     all
 }
 
 /// The textures of hills and sea.
-pub fn of_the_surroundings() -> Vec<Picture> {
+pub fn of_the_surroundings() -> Vec<EncodedImage> {
     let mut all = painted(&[ground]);
     all.push(water());
     all

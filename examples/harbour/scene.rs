@@ -14,7 +14,7 @@ use std::f64::consts::TAU;
 use glam::{DAffine3, DVec2, DVec3};
 use serde_json::json;
 
-use glb::{Channel, Glb, Target};
+use glb::{Glb, NodeChannel, Target};
 use houses::House;
 use model::{Dice, Model, at, colour, turned};
 use moving::Clips;
@@ -75,7 +75,11 @@ fn surroundings() -> Vec<u8> {
         format!("/materials/{}/normalTexture/extensions/KHR_texture_transform/offset", file.material_number("water"));
     file.clip(
         "ripples",
-        vec![Channel { target: Target::Pointer(pointer), times: vec![0.0, 30.0], values: vec![0.0, 0.0, 1.0, 1.0] }],
+        vec![NodeChannel {
+            target: Target::Pointer(pointer),
+            times: vec![0.0, 30.0],
+            values: vec![0.0, 0.0, 1.0, 1.0],
+        }],
     );
     file.finish("surroundings")
 }

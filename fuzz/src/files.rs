@@ -8,11 +8,11 @@ use afterlight::gpu::{DriverHeader, decode_device_file, encode_device_file};
 use afterlight::scene::{Scene, open};
 use afterlight_lab::report::sweep::journal::Contents;
 use afterlight_lab::report::sweep::line::with_checksums;
-use afterlight_lab::report::sweep::merge::{Part, join};
+use afterlight_lab::report::sweep::merge::{ShardJournal, join};
 use afterlight_lab::report::sweep::model::Shard;
 use afterlight_lab::report::sweep::{assemble, table};
 use afterlight_lab::report::{advice, page};
-use afterlight_truth::reference::{Cache, Cached, Mode, Options, Reference, Smith, Truth, View};
+use afterlight_truth::reference::{Cache, Cached, CameraView, Mode, Reference, Smith, Truth, TruthOptions};
 
 use super::{folder, is_one_line};
 
@@ -36,7 +36,7 @@ fn journal_of(bytes: &[u8]) {
     // A journal's own report, and that of the parts.
     let mut parts = Vec::new();
     for index in 1..=2 {
-        let mut part = Part { folder: format!("part-{index}"), contents: contents.clone() };
+        let mut part = ShardJournal { folder: format!("part-{index}"), contents: contents.clone() };
         part.contents.header.shard = Some(Shard { index, count: 2 });
         parts.push(part);
     }
@@ -94,9 +94,9 @@ static KNOWN: LazyLock<Known> = LazyLock::new(|| {
 });
 
 fn render(scene: &Scene) -> Cached {
-    let options = Options { mode: Mode::Converged { samples: SAMPLES }, smith: Smith::default() };
+    let options = TruthOptions { mode: Mode::Converged { samples: SAMPLES }, smith: Smith::default() };
     let reference = Reference::new(scene).expect("a scene");
-    let view = View { camera: scene.camera, size: [3, 2] };
+    let view = CameraView { camera: scene.camera, size: [3, 2] };
     Cache::at(FOLDER.join("truths")).render(&reference, &view, &options, &|_, _| {})
 }
 

@@ -5,13 +5,13 @@ use std::time::Instant;
 
 use ash::vk;
 
-use super::list::List;
+use super::list::StepList;
 use super::rows::Rows;
-use super::{BuildContext, Drawn, Error, Frame, IN_FLIGHT, InFlight, Renderer, Timeline};
+use super::{BuildContext, DrawCounts, Error, Frame, IN_FLIGHT, InFlight, Renderer, Timeline};
 use crate::gpu::{self, CommandBuffer, Device, Timestamps};
 use crate::gpu_scene::{
-    Culling, GpuScene, Instances, PoseBuffer, SceneSource, ShadowAtlas, SortedIndices, ViewBuffers, VisibilityLookup,
-    view_set_layout,
+    CullingBuffers, GpuScene, Instances, PoseBuffer, ShadowAtlas, SortedIndices, UploadSource, ViewBuffers,
+    VisibilityLookup, view_set_layout,
 };
 use crate::passes::{air, prefilter};
 use crate::plan::FramePlan;
@@ -35,7 +35,7 @@ impl RendererBuilder {
     /// When the device lacks the memory or is lost.
     pub(super) fn new<'a>(
         device: &Arc<Device>,
-        source: impl Into<SceneSource<'a>>,
+        source: impl Into<UploadSource<'a>>,
         settings: &Settings,
         (plan, edges): (FramePlan, Rows),
         uploaded: Option<Arc<GpuScene>>,
@@ -87,7 +87,7 @@ impl RendererBuilder {
         let deforms = &plan.meshes.deforms;
         let poses = (0..IN_FLIGHT).map(|index| PoseBuffer::new(&device, index, deforms));
         let poses: Vec<_> = poses.filter_map(Result::transpose).collect::<gpu::Result<_>>()?;
-        let culling = Culling::new(&device, &plan, IN_FLIGHT)?;
+        let culling = CullingBuffers::new(&device, &plan, IN_FLIGHT)?;
         let seen = VisibilityLookup::new(&device, &plan, &scene, IN_FLIGHT)?;
         let frame = Frame::new(&BuildContext {
             device: &device,
@@ -103,7 +103,7 @@ impl RendererBuilder {
             swapchain,
         })?;
         // The begin of a frame, the end of each of its passes, and of those over the picture.
-        let times = List::of(&plan).passes().count() as u32 + 2;
+        let times = StepList::of(&plan).passes().count() as u32 + 2;
         let of_world = (&world, scene.sky.as_ref(), frame.buffer(air::LIGHT));
         let in_flight = |index| {
             Ok(InFlight {
@@ -115,7 +115,7 @@ impl RendererBuilder {
                 ticket: None,
                 begun: Instant::now(),
                 record_ms: 0.0,
-                drawn: Drawn::default(),
+                drawn: DrawCounts::default(),
             })
         };
         let frames = (0..IN_FLIGHT).map(in_flight).collect::<gpu::Result<_>>()?;

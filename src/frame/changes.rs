@@ -6,7 +6,7 @@ use glam::DAffine3;
 
 use super::builder::RendererBuilder;
 use super::{Error, Renderer, plan_for, rows};
-use crate::gpu_scene::{Culling, VisibilityLookup};
+use crate::gpu_scene::{CullingBuffers, VisibilityLookup};
 use crate::plan;
 use crate::scene::{Light, Look, Pose, Scene, Settings, SettingsPatch, exposure_scale};
 use crate::visible::ShadowCache;
@@ -81,7 +81,9 @@ impl Renderer {
             if !self.world.set_light(index, &pose.light(scene, index))? {
                 let what = "its kind, whether it casts a shadow or has a range, and how wide a spot opens";
                 let name = &scene.lights[index].name;
-                return Err(plan::Error::Change(format!("light {index} (`{name}`): {what} must stay in a clip")).into());
+                return Err(
+                    plan::PlanError::Change(format!("light {index} (`{name}`): {what} must stay in a clip")).into()
+                );
             }
         }
         Ok(())
@@ -119,7 +121,7 @@ impl Renderer {
             self.shadow_cache = ShadowCache::default();
             self.posed = 0;
             self.cut();
-            self.culling.iter_mut().for_each(Culling::forget);
+            self.culling.iter_mut().for_each(CullingBuffers::forget);
             self.seen.iter_mut().for_each(VisibilityLookup::forget);
             self.frame.expose(&self.plan, &self.world);
         } else {
@@ -129,7 +131,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// Halts frames, from the next one on, after the first so many lights of [`FramePlan::light_numbers`], or as many as there are, and before
+    /// Halts frames, from the next one on, after the first so many lights of [`FramePlan::light_numbers`](crate::plan::FramePlan::light_numbers), or as many as there are, and before
     /// anything transparent is drawn: their picture shows what the frame has lit so far. Shadow maps of other lights are not drawn. With `None`
     /// frames are whole, and the same to the last bit as if none had been halted.
     pub fn halt_after(&mut self, lights: Option<usize>) {
@@ -142,9 +144,9 @@ impl Renderer {
     /// When the value is not an EV100 from -100 to 100, or pictures are in nits.
     pub fn set_exposure(&mut self, ev100: f32) -> Result<(), Error> {
         let asked = SettingsPatch { exposure: Some(ev100), ..SettingsPatch::default() };
-        asked.check().map_err(|error| plan::Error::Change(error.to_string()))?;
+        asked.check().map_err(|error| plan::PlanError::Change(error.to_string()))?;
         if !self.plan.exposes {
-            return Err(plan::Error::Change("light in nits has no exposure that could change".into()).into());
+            return Err(plan::PlanError::Change("light in nits has no exposure that could change".into()).into());
         }
         // Frames that are made anew have it as well.
         self.settings.exposure = Some(ev100);

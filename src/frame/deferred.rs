@@ -4,7 +4,7 @@
 //! order. What follows from the order is found elsewhere: which passes share a render pass, with loads, stores and layouts ([`super::list`]); whom each pass
 //! waits for ([`super::rows`]); and that every use waits for the one before it ([`super::proof`]).
 
-use super::list::Line::{self, Draw, DrawApart, Run, RunPosed, SplitIf};
+use super::list::OrderEntry::{self, Draw, DrawApart, Run, RunPosed, SplitIf};
 use crate::passes::{
     aberration, ambient, ao, ao_denoise, arrange, bloom, composite, cull, depth, fill, fog, forward, fxaa, geometry,
     hiz, integrate, lighting, occluders, particles, per_light, pyramid, reflect, reflect_resolve, scatter, shadow,
@@ -16,7 +16,7 @@ use crate::scene::OptionalPart;
 /// The passes of a frame. `Run` records a compute pass. `Draw` is a subpass: its first argument gives it a name, and the passes of the list draw in it. One subpass
 /// after the other joins the same render pass, until a compute pass comes, a subpass that samples what was drawn, or `SplitIf`. `DrawApart` is a render pass by itself.
 #[rustfmt::skip]
-pub(super) const ORDER: &[Line] = &[
+pub(super) const ORDER: &[OrderEntry] = &[
     // All that must be ready before surfaces are drawn.
     RunPosed(&skin::PASS),                       // vertices of meshes that skins and shapes deform, when their pose has changed
     DrawApart(&occluders::PASS),                 // depth of the largest objects, to find out what they hide

@@ -10,7 +10,7 @@ use crate::gpu::Device;
 #[cfg(feature = "present")]
 use crate::gpu::{Error as GpuError, Surface, Vsync, vk};
 #[cfg(feature = "present")]
-use crate::passes::overlay::{Draw, Panels, Texture, Vertex};
+use crate::passes::overlay::{PanelDraw, PanelTexture, PanelVertex, Panels};
 use crate::scene::{Playing, Scene, Settings};
 
 /// Draws so much that each dependency has something to order: frames in flight, in each of whose places another one follows, and copies of
@@ -142,14 +142,15 @@ fn show_all(
 /// A triangle over a part of the picture, with its texture where that is not on the device yet.
 #[cfg(feature = "present")]
 fn panels([width, height]: [u32; 2], with_texture: bool) -> Panels {
-    let corner = |x: u32, y: u32| Vertex { position: [x as f32, y as f32], uv: [0.5; 2], color: [90, 60, 30, 128] };
-    let white = Texture { id: 0, size: [1; 2], rgba: vec![255; 4] };
+    let corner =
+        |x: u32, y: u32| PanelVertex { position: [x as f32, y as f32], uv: [0.5; 2], color: [90, 60, 30, 128] };
+    let white = PanelTexture { id: 0, size: [1; 2], rgba: vec![255; 4] };
     let scissor = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
     Panels {
         pixels_per_point: 1.0,
         vertices: vec![corner(0, 0), corner(width, 0), corner(0, height)],
         indices: vec![0, 1, 2],
-        draws: vec![Draw { texture: 0, scissor, indices: 0..3 }],
+        draws: vec![PanelDraw { texture: 0, scissor, indices: 0..3 }],
         textures: if with_texture { vec![white] } else { Vec::new() },
         ..Panels::default()
     }

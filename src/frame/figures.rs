@@ -2,7 +2,7 @@
 
 /// The figures of a frame that was drawn.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Drawn {
+pub struct DrawCounts {
     /// Opaque objects that were drawn, but for those of `on_device`.
     pub objects: usize,
     /// Opaque objects among which the device finds the visible ones, and draws them. Their triangles are not counted.
@@ -43,5 +43,5 @@ pub struct FrameTimes {
     /// By pass, by the device's own clock. Empty on CPU devices: they shade when they like, whatever subpass is recorded.
     pub passes: Vec<(String, f64)>,
     /// The frame's figures.
-    pub drawn: Drawn,
+    pub drawn: DrawCounts,
 }

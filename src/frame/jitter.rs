@@ -27,13 +27,13 @@ pub fn sample_offset(index: u32, count: u32) -> [f64; 2] {
 /// The places of `count` frames in an order in which also a part of them, from whichever on, fills the pixel evenly: [`sample_offset`]'s own goes from left
 /// to right. All of them are the same places, so that their mean is that of as many samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Order {
+pub struct JitterSequence {
     count: u32,
     /// From one to the next: a number without a common divisor with the count.
     step: u32,
 }
 
-impl Order {
+impl JitterSequence {
     /// Places that follow each other soon lie far apart: of all steps, this one has the least sum, over pairs, of one divided by the frames between them and
     /// the square of their distance, in a pixel that repeats itself.
     pub fn of(count: u32) -> Self {
@@ -152,7 +152,7 @@ mod tests {
     }
 
     /// The mean error over edges, for the first so many places.
-    fn edge_error(order: &Order, first: u32, count: u32) -> f64 {
+    fn edge_error(order: &JitterSequence, first: u32, count: u32) -> f64 {
         let (mut squares, mut edges) = (0.0, 0.0);
         for (angle, place) in (0..45).flat_map(|a| (0..35).map(move |b| (a, b))) {
             let (sin, cos) = (f64::from(angle) * 4.0).to_radians().sin_cos();
@@ -171,7 +171,7 @@ mod tests {
     #[test]
     fn parts_of_a_row_fill_the_pixel_too() {
         for count in [1u32, 2, 3, 4, 7, 8, 16, 24, 32, 64, 128, 1024] {
-            let order = Order::of(count);
+            let order = JitterSequence::of(count);
             let mut places: Vec<_> = (0..count).map(|index| order.offset(index)).collect();
             places.sort_by(|a, b| a[0].total_cmp(&b[0]));
             assert_eq!(places, (0..count).map(|index| sample_offset(index, count)).collect::<Vec<_>>(), "{count}");

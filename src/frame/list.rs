@@ -8,11 +8,12 @@ use std::fmt;
 use ash::vk;
 
 use super::deferred::ORDER;
-use super::rows::{self, Barrier, RowName, Rows, SyncKind};
+use super::rows::{self, BarrierPosition, RowName, Rows, SyncKind};
 use crate::gpu;
 use crate::gpu::sync::Use;
 use crate::passes::{
-    First, Pass, PassName, Resource, ResourceUse, UseKind, copy, encode, overlay, present, shadow, shown, split,
+    InitialContents, Pass, PassName, Resource, ResourceUse, UseKind, copy, encode, overlay, present, shadow, shown,
+    split,
 };
 use crate::plan::{FramePlan, Part, PartGroup, PresentTarget, Target};
 
@@ -50,7 +51,7 @@ impl fmt::Display for RenderPassName {
 }
 
 /// A line of the frame's order.
-pub(super) enum Line {
+pub(super) enum OrderEntry {
     /// Passes that draw in one subpass, which has the name of the first argument.
     Draw(&'static Pass, &'static [&'static Pass]),
     /// A pass that draws into images of another size: a render pass of its own.
@@ -111,7 +112,7 @@ pub enum Condition {
 }
 
 /// The steps of a plan's frames.
-pub struct List(pub Vec<Step>);
+pub struct StepList(pub Vec<Step>);
 
 /// A line of the order in a plan's frames.
 enum Planned {
@@ -154,7 +155,7 @@ pub(super) fn steps(plan: &FramePlan) -> Vec<Step> {
     steps
 }
 
-impl Line {
+impl OrderEntry {
     fn passes(&self) -> Vec<&'static Pass> {
         match *self {
             Self::Draw(_, passes) => passes.to_vec(),
@@ -198,7 +199,7 @@ fn samples_any_of(subpass: &Subpass, drawn: &[Subpass]) -> bool {
 /// Adds to each step the barriers that stand before and after it.
 fn add_barriers(plan: &FramePlan, steps: &mut [Step]) {
     for (edge, barrier) in rows::waits(plan, steps) {
-        let Some(Barrier { step, is_after, resource }) = barrier else { continue };
+        let Some(BarrierPosition { step, is_after, resource }) = barrier else { continue };
         if let Step::Commands(own) = &mut steps[step] {
             let rows = if is_after { &mut own.after } else { &mut own.before };
             rows.push((edge.name, resource));
@@ -335,7 +336,7 @@ impl Step {
     }
 }
 
-impl List {
+impl StepList {
     /// The steps in the order in which a frame records them; `proof` and the renderer both follow this list.
     pub fn of(plan: &FramePlan) -> Self {
         Self(steps(plan).into_iter().chain(after_the_picture(plan).into_iter().flatten()).collect())
@@ -407,9 +408,10 @@ impl List {
         let is_loaded = before.iter().any(touches);
         let load = match (is_loaded, first.how) {
             (true, _) => vk::AttachmentLoadOp::LOAD,
-            (false, UseKind::Color { first: First::Clear, .. } | UseKind::Depth { first: First::Clear }) => {
-                vk::AttachmentLoadOp::CLEAR
-            }
+            (
+                false,
+                UseKind::Color { first: InitialContents::Clear, .. } | UseKind::Depth { first: InitialContents::Clear },
+            ) => vk::AttachmentLoadOp::CLEAR,
             (false, _) => vk::AttachmentLoadOp::DONT_CARE,
         };
         let store = match after.iter().any(touches) {
@@ -585,7 +587,7 @@ fn needed_access(how: UseKind) -> vk::AccessFlags {
 pub fn passes() -> Vec<&'static Pass> {
     let mut all: Vec<&'static Pass> = Vec::new();
     let shown = [&present::PASS, &split::PASS, &copy::PASS, &overlay::PASS, &encode::PASS];
-    for pass in ORDER.iter().flat_map(Line::passes).chain(shown) {
+    for pass in ORDER.iter().flat_map(OrderEntry::passes).chain(shown) {
         if !all.iter().any(|own| own.place == pass.place) {
             all.push(pass);
         }

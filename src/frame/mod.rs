@@ -36,11 +36,11 @@ pub use accumulate::Accumulator;
 pub use capabilities::capabilities;
 pub use changes::Changed;
 pub use complexity::Complexity;
-pub use figures::{Drawn, FrameTimes};
-pub use jitter::{Order, lens_point, moment, sample_offset};
+pub use figures::{DrawCounts, FrameTimes};
+pub use jitter::{JitterSequence, lens_point, moment, sample_offset};
 pub use picture::{Picture, Pixels};
 #[cfg(feature = "present")]
-pub use present::{Fitted, Outcome, Presenter};
+pub use present::{FitOutcome, Outcome, Presenter};
 #[cfg(feature = "present")]
 pub use rebuild::Wake;
 pub use render_pass::{LayoutChange, layout_changes};
@@ -58,9 +58,10 @@ use std::time::Instant;
 
 use ash::vk;
 
-use crate::gpu::{self, Around, CommandBuffer, Device, Owned, Ticket, Timestamps};
+use crate::gpu::{self, CommandBuffer, Device, Owned, SubmitOptions, Ticket, Timestamps};
 use crate::gpu_scene::{
-    Culling, FrameUniform, GpuScene, Instances, PoseBuffer, ShadowAtlas, SortedIndices, ViewBuffers, VisibilityLookup,
+    CullingBuffers, FrameUniform, GpuScene, Instances, PoseBuffer, ShadowAtlas, SortedIndices, ViewBuffers,
+    VisibilityLookup,
 };
 use crate::passes::FrameContext;
 use crate::passes::copy::Copy;
@@ -76,7 +77,7 @@ const IN_FLIGHT: usize = 2;
 pub enum Error {
     /// The settings cannot be planned for this scene and device.
     #[error(transparent)]
-    Plan(#[from] plan::Error),
+    Plan(#[from] plan::PlanError),
     /// The device failed.
     #[error(transparent)]
     Gpu(#[from] gpu::Error),
@@ -98,7 +99,7 @@ struct InFlight {
     ticket: Option<Ticket>,
     begun: Instant,
     record_ms: f64,
-    drawn: Drawn,
+    drawn: DrawCounts,
 }
 
 impl InFlight {
@@ -115,7 +116,7 @@ impl InFlight {
             wall_ms: 0.0,
             gpu_ms: stamps.last().map(|(_, ms)| *ms),
             passes: if on_cpu { Vec::new() } else { passes.collect() },
-            drawn: Drawn { found, ..self.drawn },
+            drawn: DrawCounts { found, ..self.drawn },
         })
     }
 }
@@ -148,7 +149,7 @@ pub struct Renderer {
     /// The world's pose that the deformed vertices have; 0: none yet.
     posed: u64,
     /// Present if the plan culls on the device.
-    culling: Option<Culling>,
+    culling: Option<CullingBuffers>,
     /// Present if TILED looks up the surfaces that pixels show.
     seen: Option<VisibilityLookup>,
     next: usize,
@@ -162,7 +163,7 @@ pub struct Renderer {
 ///
 /// # Errors
 /// When the device cannot do what the settings ask for, or a view shows what the scene does not have.
-pub fn plan_for(device: &Device, scene: &Scene, settings: &Settings) -> Result<FramePlan, plan::Error> {
+pub fn plan_for(device: &Device, scene: &Scene, settings: &Settings) -> Result<FramePlan, plan::PlanError> {
     FramePlan::of(scene, settings, &capabilities(&device.physical))
 }
 
@@ -238,7 +239,7 @@ impl Renderer {
     pub fn render_jittered(&mut self, camera: &Camera, jitter: [f64; 2]) -> Result<(), Error> {
         let recorded = self.record(camera, jitter, None)?;
         let ends_frame = self.frame.output(&self.plan).map(|output| output.raw);
-        self.submit(recorded, &Around { ends_frame, ..Around::default() })
+        self.submit(recorded, &SubmitOptions { ends_frame, ..SubmitOptions::default() })
     }
 
     /// Waits until the place of the next frame is free: its buffers are written anew, and so is its semaphore used. The times of the frame that
@@ -340,7 +341,7 @@ impl Renderer {
             },
             &mut frame.times,
         );
-        frame.drawn = Drawn {
+        frame.drawn = DrawCounts {
             objects: visible.opaque_count(),
             found: None,
             on_device: visible.culling.map_or(0, |_| self.world.instances.opaque_count()),
@@ -361,7 +362,7 @@ impl Renderer {
     }
 
     /// Submits what was recorded.
-    fn submit(&mut self, recorded: Recorded, around: &Around) -> Result<(), Error> {
+    fn submit(&mut self, recorded: Recorded, around: &SubmitOptions) -> Result<(), Error> {
         let Recorded { camera, visible, stale_maps, pose, since } = recorded;
         let frame = &mut self.frames[self.next];
         frame.cmd.end()?;

@@ -5,7 +5,7 @@ mod draw;
 mod fit;
 mod over;
 
-pub use fit::Fitted;
+pub use fit::FitOutcome;
 
 use std::sync::Arc;
 
@@ -15,18 +15,18 @@ use super::builder::RendererBuilder;
 use super::rebuild::Rebuild;
 use super::rows::{self, Rows};
 use super::split::Split;
-use super::{BuildContext, Drawn, Error, FrameTimes, IN_FLIGHT, Picture, Renderer, list, plan_for};
+use super::{BuildContext, DrawCounts, Error, FrameTimes, IN_FLIGHT, Picture, Renderer, list, plan_for};
 use crate::gpu::{
     self, Device, Fit, Image, ImageFormats, ImageWish, Owned, Surface, Swapchain, SwapchainDesc, Vsync, semaphore,
 };
 use crate::gpu_scene::GpuScene;
 use crate::passes::copy::Copy;
 use crate::passes::encode::{Encode, WHITE_NITS};
-use crate::passes::overlay::{self, Overlay};
+use crate::passes::overlay::{self, OverlayPass};
 use crate::passes::split;
 use crate::plan::{self, Encoding, FramePlan, Part, PresentTarget, Transfer};
 use crate::scene::{Camera, Light, Pose, Scene, Settings, View};
-use again::{Again, Kept};
+use again::{Again, CachedPicture};
 
 /// The outcome of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,13 +63,13 @@ pub struct Presenter {
     /// It holds, or will hold, a picture that nobody has read.
     is_copied: bool,
     /// The picture of the last frame, where the frame's own image still has it.
-    kept: Option<Kept>,
+    cached_picture: Option<CachedPicture>,
     /// The copy of it that panels are drawn over, where ENCODE reads that.
     beside_kept: Option<Image>,
     /// Made when a picture is first shown again.
     again: Option<Again>,
     /// Only while something is shown over the picture.
-    overlay: Option<Overlay>,
+    overlay: Option<OverlayPass>,
     /// Only where no hardware encodes the swapchain's images.
     encode: Option<Encode>,
     /// The moment of the scene's motion that was asked for last.
@@ -116,7 +116,7 @@ impl Presenter {
             changed: None,
             screenshot: None,
             is_copied: false,
-            kept: None,
+            cached_picture: None,
             beside_kept: None,
             again: None,
             overlay: None,
@@ -184,7 +184,7 @@ impl Presenter {
         let size = self.size_in(swapchain, canvas);
         if size != renderer.plan.size {
             let plan = renderer.plan.clone().of_size(size);
-            (self.screenshot, self.kept) = (None, None);
+            (self.screenshot, self.cached_picture) = (None, None);
             self.renderer = self.renderer.take().map(|own| own.resized(plan, &[])).transpose()?;
         }
         Ok(self.split.is_none())
@@ -350,9 +350,9 @@ impl Presenter {
     }
 
     /// Returns the last frame's figures.
-    pub fn drawn(&self) -> Drawn {
+    pub fn drawn(&self) -> DrawCounts {
         let last = |renderer: &Renderer| renderer.frames[(renderer.next + IN_FLIGHT - 1) % IN_FLIGHT].drawn;
-        self.renderer.as_ref().map_or_else(Drawn::default, last)
+        self.renderer.as_ref().map_or_else(DrawCounts::default, last)
     }
 
     /// Returns true if what lies over the picture is on the device: if not, its textures must be sent with the next panels.
@@ -406,7 +406,7 @@ impl Presenter {
     ///
     /// # Errors
     /// The reason why it cannot.
-    pub fn check_camera(&self, camera: &Camera) -> Result<(), plan::Error> {
+    pub fn check_camera(&self, camera: &Camera) -> Result<(), plan::PlanError> {
         self.plan().map_or(Ok(()), |plan| plan.check_camera(camera))?;
         self.split.as_ref().map_or(Ok(()), |split| split.check_camera(camera))
     }

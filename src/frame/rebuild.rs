@@ -35,7 +35,7 @@ impl Begun {
         for (index, (_, new)) in self.lights.iter().zip(&scene.lights).enumerate().filter(|(_, (old, new))| old != new)
         {
             if !renderer.world.set_light(index, new)? {
-                return Err(plan::Error::Change(format!("light {index} needs other frames")).into());
+                return Err(plan::PlanError::Change(format!("light {index} needs other frames")).into());
             }
         }
         match settings.exposure.filter(|_| settings.exposure != self.exposure && renderer.plan.exposes) {
@@ -62,13 +62,13 @@ impl Rebuilt {
 }
 
 /// The window's own frames and those beside, each where they were to be others.
-type Answer = [Option<Result<Renderer, Error>>; 2];
+type RebuiltRenderers = [Option<Result<Renderer, Error>>; 2];
 
 /// Frames that are being made.
 pub(super) struct Rebuild {
     pub(super) begun: Begun,
-    told: Receiver<Answer>,
-    made: Option<Answer>,
+    told: Receiver<RebuiltRenderers>,
+    made: Option<RebuiltRenderers>,
     _thread: Thread,
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::list::{List, RenderPassName, Subpass as Listed};
+use super::list::{RenderPassName, StepList, Subpass as Listed};
 use super::rows::{Row, Rows, SyncKind};
 use crate::gpu::{self, Device, RenderPass, SubpassDesc};
 use crate::passes::{PassName, Resource, ResourceUse, UseKind, shadow};
@@ -16,7 +16,7 @@ use crate::plan::{FramePlan, Target};
 pub struct PassDescription {
     pub name: RenderPassName,
     pub attachments: Vec<(Resource, vk::AttachmentDescription)>,
-    pub subpasses: Vec<Subpass>,
+    pub subpasses: Vec<SubpassAttachments>,
     /// Rows of the table, each with the subpasses that it is between.
     pub dependencies: Vec<(Row, [u32; 2])>,
 }
@@ -52,7 +52,7 @@ pub fn layout_changes(plan: &FramePlan, edges: &Rows, edge: &Row) -> Vec<LayoutC
     let Some(&(_, ends)) = pass.dependencies.iter().find(|(own, _)| own.name == edge.name) else { return Vec::new() };
     let rows: Vec<&Row> = pass.dependencies.iter().filter(|(_, own)| *own == ends).map(|(row, _)| row).collect();
     // Of rows that leave a render pass together, each is told with the images that its own passes use.
-    let list = List::of(plan);
+    let list = StepList::of(plan);
     let uses = |row: &Row, image: Option<Resource>| {
         let touches = list.passes_at(row.to).into_iter().flat_map(|pass| (pass.touches)(plan));
         touches.into_iter().any(|touch| Some(touch.resource) == image)
@@ -67,7 +67,7 @@ pub fn layout_changes(plan: &FramePlan, edges: &Rows, edge: &Row) -> Vec<LayoutC
 
 /// The attachments of a subpass; references count them in the order of the pass, and `vk::ATTACHMENT_UNUSED` is a gap.
 #[derive(Debug, Clone)]
-pub struct Subpass {
+pub struct SubpassAttachments {
     pub place: PassName,
     /// Read by `InputAttachmentIndex`.
     pub input: Vec<vk::AttachmentReference>,
@@ -83,7 +83,7 @@ pub struct Subpass {
     pub touches: Vec<ResourceUse>,
 }
 
-impl Subpass {
+impl SubpassAttachments {
     fn of(listed: &Listed, order: &[Resource]) -> Self {
         let (place, touches) = (listed.place, listed.touches.clone());
         let (input, color, resolve, preserve) = Default::default();
@@ -118,7 +118,7 @@ impl Subpass {
 impl PassDescription {
     /// All render passes of a plan's frames in their order.
     pub fn all(plan: &FramePlan, edges: &Rows) -> Vec<Self> {
-        let list = List::of(plan);
+        let list = StepList::of(plan);
         let of = |(name, subpasses): (RenderPassName, &[Listed])| Self::of(plan, edges, &list, (name, subpasses));
         list.render_passes().map(of).collect()
     }
@@ -128,7 +128,7 @@ impl PassDescription {
         Self::all(plan, edges).into_iter().find(|pass| pass.name == name)
     }
 
-    fn of(plan: &FramePlan, edges: &Rows, list: &List, (name, listed): (RenderPassName, &[Listed])) -> Self {
+    fn of(plan: &FramePlan, edges: &Rows, list: &StepList, (name, listed): (RenderPassName, &[Listed])) -> Self {
         let draws_maps = listed.iter().any(|own| own.place == shadow::PASS.place);
         let attachments: Vec<_> = match draws_maps {
             // A square of a layer that has others: it is readable before and after.
@@ -139,10 +139,10 @@ impl PassDescription {
             }
         };
         let order: Vec<_> = attachments.iter().map(|&(image, _)| image).collect();
-        let mut subpasses: Vec<_> = listed.iter().map(|own| Subpass::of(own, &order)).collect();
+        let mut subpasses: Vec<_> = listed.iter().map(|own| SubpassAttachments::of(own, &order)).collect();
         for index in 0..subpasses.len() {
             // The images that the subpasses before and after it use, and it does not.
-            let used = |some: &[Subpass], image| some.iter().any(|own| own.uses(image));
+            let used = |some: &[SubpassAttachments], image| some.iter().any(|own| own.uses(image));
             let passes_by = |image: Resource| {
                 !subpasses[index].uses(image)
                     && used(&subpasses[..index], image)

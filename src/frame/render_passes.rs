@@ -4,7 +4,7 @@ use ash::vk;
 use glam::Vec3;
 
 use super::BuildContext;
-use super::list::{List, RenderPassName, SHADOW_PASS, Subpass};
+use super::list::{RenderPassName, SHADOW_PASS, StepList, Subpass};
 use super::render_pass::PassDescription;
 use super::rows::{Row, RowName, SyncKind};
 use crate::gpu::barrier::{self, ImageRange};
@@ -19,15 +19,15 @@ use crate::visible::World;
 /// The targets of a frame, and the render passes that draw into them.
 pub struct RenderPasses {
     pub targets: Targets,
-    pub list: List,
-    passes: Vec<OnDevice>,
+    pub list: StepList,
+    passes: Vec<DevicePass>,
     /// SHADOW's, whose framebuffers are the pass's own.
     shadow: Option<RenderPass>,
     present: Option<PresentStage>,
 }
 
 /// A render pass on the device.
-struct OnDevice {
+struct DevicePass {
     name: RenderPassName,
     targets: Vec<Target>,
     /// Some attachment is cleared.
@@ -51,7 +51,7 @@ impl RenderPasses {
     /// When the device lacks the memory or cannot compile a pipeline, or the list of passes and the rows contradict each other.
     pub fn new(parts: &BuildContext) -> gpu::Result<Self> {
         let &BuildContext { device, plan, edges, world, swapchain, .. } = parts;
-        let list = List::of(plan);
+        let list = StepList::of(plan);
         list.check(plan, edges)?;
         let targets = Targets::new(device, plan, |target| list.usage(plan, target))?;
         let mut passes = Vec::new();
@@ -65,7 +65,7 @@ impl RenderPasses {
             let framebuffers = targets.framebuffers(plan, (device, &pass), &own, swapchain)?;
             let cleared = |own: &vk::AttachmentDescription| own.load_op == vk::AttachmentLoadOp::CLEAR;
             let clears_some = description.attachments.iter().any(|(_, own)| cleared(own));
-            passes.push(OnDevice { name, pass, framebuffers, clears_some, clears: Vec::new(), targets: own });
+            passes.push(DevicePass { name, pass, framebuffers, clears_some, clears: Vec::new(), targets: own });
         }
         let shadow = PassDescription::named(plan, edges, SHADOW_PASS).map(|own| own.make(device)).transpose()?;
         let row = |name| edges.find(name).cloned();
@@ -111,7 +111,7 @@ impl RenderPasses {
         self.list.render_passes().find_map(|(name, subpasses)| draws(name, subpasses))
     }
 
-    fn find(&self, name: RenderPassName) -> Option<&OnDevice> {
+    fn find(&self, name: RenderPassName) -> Option<&DevicePass> {
         self.passes.iter().find(|made| made.name == name)
     }
 

@@ -1,7 +1,7 @@
 //! Every dependency of the program, in one table for a plan.
 //!
 //! A row orders uses of one place before uses of another. Two subpasses of a render pass have one row between them, because dependencies of the same pair
-//! overlap and would hide each other's missing bits. Passes declare stages, accesses and layouts, and [`waits`] makes rows of these; the others are written by hand
+//! overlap and would hide each other's missing bits. Passes declare stages, accesses and layouts, and [`mod@waits`] makes rows of these; the others are written by hand
 //! here. [`table`] is a pure function of the plan. The render passes and the barriers are made from its value, a [`Rows`]. `afterlight inspect` prints it.
 //!
 //! [`super::proof`] computes that the rows suffice, and which of their parts others order as well. All of a renderer is made from the value, so another value makes another
@@ -35,8 +35,8 @@ mod waits;
 pub(super) use host::FORMULA_WRITE;
 pub(super) use masks::SUPPORTED;
 pub use renamed::lack;
-use unreported_mutants::Part;
-pub(super) use waits::Barrier;
+use unreported_mutants::RowPart;
+pub(super) use waits::BarrierPosition;
 
 /// The Vulkan mechanism that carries a row. One queue does everything, so only frames and presentation are ordered by semaphores.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -191,11 +191,11 @@ impl Row {
     }
 
     /// Each part of the row that can be taken away: all of it, its reach across samples, and each stage and access of both sides.
-    pub fn parts(&self) -> Vec<Part> {
-        let mut parts = vec![Part::Row];
-        parts.extend(self.across_samples.then_some(Part::AcrossSamples));
+    pub fn parts(&self) -> Vec<RowPart> {
+        let mut parts = vec![RowPart::Row];
+        parts.extend(self.across_samples.then_some(RowPart::AcrossSamples));
         for side in [Side::Before, Side::After] {
-            parts.extend(masks::bits(self.side(side)).map(|bit| Part::Bits(side, bit)));
+            parts.extend(masks::bits(self.side(side)).map(|bit| RowPart::Bits(side, bit)));
         }
         parts
     }
@@ -226,7 +226,7 @@ impl Row {
 /// A row that cannot be changed: a name that the plan has not, or one that stays.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
-pub struct Refused(String);
+pub struct RowError(String);
 
 /// The dependencies of a plan's frames, or all but some of them.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -252,11 +252,11 @@ impl Rows {
     ///
     /// # Errors
     /// When the plan has none. The message lists the rows for which `is_listed` returns true.
-    pub fn named(&self, name: &str, is_listed: impl Fn(&Row) -> bool) -> Result<&Row, Refused> {
+    pub fn named(&self, name: &str, is_listed: impl Fn(&Row) -> bool) -> Result<&Row, RowError> {
         let own = renamed::row_of(self, name).or_else(|| renamed::successor(self, name));
         own.ok_or_else(|| {
             let names: Vec<_> = self.iter().filter(|edge| is_listed(edge)).map(|edge| edge.label).collect();
-            Refused(scene::unknown("dependency of this plan", name, &names))
+            RowError(scene::unknown("dependency of this plan", name, &names))
         })
     }
 
@@ -265,7 +265,7 @@ impl Rows {
     ///
     /// # Errors
     /// When there is no such row, or it cannot be dropped.
-    pub fn without(&self, name: RowName) -> Result<Self, Refused> {
+    pub fn without(&self, name: RowName) -> Result<Self, RowError> {
         let index = self.changeable(name)?;
         let mut rows = self.0.clone();
         if rows[index].carrier.is_render_pass() {
@@ -280,16 +280,16 @@ impl Rows {
     ///
     /// # Errors
     /// As [`Rows::without`].
-    pub fn without_part(&self, name: RowName, part: Part) -> Result<Self, Refused> {
+    pub fn without_part(&self, name: RowName, part: RowPart) -> Result<Self, RowError> {
         match part {
-            Part::Row => self.without(name),
-            Part::AcrossSamples => {
+            RowPart::Row => self.without(name),
+            RowPart::AcrossSamples => {
                 let index = self.changeable(name)?;
                 let mut rows = self.0.clone();
                 (rows[index].by_region, rows[index].across_samples) = (true, false);
                 Ok(Self(rows))
             }
-            Part::Bits(side, bits) => self.without_bits(name, side, bits),
+            RowPart::Bits(side, bits) => self.without_bits(name, side, bits),
         }
     }
 
@@ -298,7 +298,7 @@ impl Rows {
     ///
     /// # Errors
     /// When there is no such row, or it cannot be changed.
-    pub fn without_bits(&self, name: RowName, side: Side, bits: Use) -> Result<Self, Refused> {
+    pub fn without_bits(&self, name: RowName, side: Side, bits: Use) -> Result<Self, RowError> {
         let index = self.changeable(name)?;
         let mut rows = self.0.clone();
         let row = &mut rows[index];
@@ -310,12 +310,12 @@ impl Rows {
     }
 
     /// Returns the index of a row that an experiment may change.
-    fn changeable(&self, name: RowName) -> Result<usize, Refused> {
+    fn changeable(&self, name: RowName) -> Result<usize, RowError> {
         let Some(index) = self.0.iter().position(|edge| edge.name == name) else {
-            return Err(Refused(format!("this plan has no dependency {name}")));
+            return Err(RowError(format!("this plan has no dependency {name}")));
         };
         match self.0[index].carrier.stays() {
-            Some(why) => Err(Refused(format!("the dependency {name} cannot be dropped: {why}"))),
+            Some(why) => Err(RowError(format!("the dependency {name} cannot be dropped: {why}"))),
             None => Ok(index),
         }
     }
@@ -339,7 +339,7 @@ pub fn table(plan: &FramePlan) -> Rows {
 }
 
 /// The rows between the passes of a frame; a row that is a barrier comes with its place in the list.
-pub(super) fn waits(plan: &FramePlan, steps: &[Step]) -> Vec<(Row, Option<Barrier>)> {
+pub(super) fn waits(plan: &FramePlan, steps: &[Step]) -> Vec<(Row, Option<BarrierPosition>)> {
     waits::rows(plan, steps).into_iter().map(|wait| (wait.edge, wait.barrier)).collect()
 }
 

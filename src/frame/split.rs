@@ -141,7 +141,7 @@ impl Split {
     }
 
     /// Checks that a camera can be drawn with its plan.
-    pub(super) fn check_camera(&self, camera: &Camera) -> Result<(), plan::Error> {
+    pub(super) fn check_camera(&self, camera: &Camera) -> Result<(), plan::PlanError> {
         self.renderer.as_ref().map_or(Ok(()), |renderer| renderer.plan.check_camera(camera))
     }
 }

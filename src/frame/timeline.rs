@@ -1,6 +1,6 @@
 //! A renderer's memory of the frame before, where frames are averaged over time.
 
-use super::jitter::Order;
+use super::jitter::JitterSequence;
 use crate::visible::{Eye, FrameProjection, PreviousFrame, Visible, World};
 
 /// Frames a second of which a picture's frames are taken to be.
@@ -12,7 +12,7 @@ pub(super) struct Timeline {
     /// The number of frames so far.
     count: u32,
     /// Of their places in the pixel.
-    order: Order,
+    order: JitterSequence,
     last: Option<Last>,
     /// The number of frames in a row that have changed nothing.
     still: u32,
@@ -31,12 +31,12 @@ struct Last {
 impl Timeline {
     /// A timeline whose frames have so many places in the pixel before the first comes again.
     pub fn of(places: u32) -> Self {
-        Self { count: 0, order: Order::of(places), last: None, still: 0 }
+        Self { count: 0, order: JitterSequence::of(places), last: None, still: 0 }
     }
 
     /// Makes the next frame the first: the frames before showed something else, or had another size.
     pub fn begin(&mut self, places: u32) {
-        let order = if self.order.count() == places.max(1) { self.order } else { Order::of(places) };
+        let order = if self.order.count() == places.max(1) { self.order } else { JitterSequence::of(places) };
         *self = Self { count: 0, order, last: None, still: 0 };
     }
 

@@ -18,7 +18,7 @@ pub fn triangles(
     settings: &Settings,
 ) -> Result<Option<Vec<Option<TriangleId>>>, Error> {
     let mut renderer = match Renderer::new(device, scene, &settings.showing(View::Triangle)) {
-        Err(Error::Plan(plan::Error::NoTriangles)) => return Ok(None),
+        Err(Error::Plan(plan::PlanError::NoTriangles)) => return Ok(None),
         made => made?,
     };
     if let Some(pose) = pose {

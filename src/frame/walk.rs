@@ -11,9 +11,9 @@ use super::render_passes::RenderPasses;
 use super::rows::{RowName, Rows, SyncKind};
 use crate::gpu::barrier::{self, ImageRange};
 use crate::gpu::{self, Buffer, Device, Image, Timestamps};
-use crate::gpu_scene::{Culling, GpuScene, PoseBuffer, ShadowAtlas, VisibilityLookup};
+use crate::gpu_scene::{CullingBuffers, GpuScene, PoseBuffer, ShadowAtlas, VisibilityLookup};
 use crate::passes::object::buffers;
-use crate::passes::{FrameContext, Making, Object, Pass, PassObject, Resource, SetLayouts};
+use crate::passes::{FrameContext, Making, Pass, PassObject, PassRecorder, Resource, SetLayouts};
 use crate::plan::FramePlan;
 use crate::visible::{Visible, World};
 
@@ -35,7 +35,7 @@ pub(crate) struct BuildContext<'a> {
     /// The poses of the frames in flight, in their order, if the plan deforms objects.
     pub poses: &'a [PoseBuffer],
     /// Present if the plan culls on the device.
-    pub culling: Option<&'a Culling>,
+    pub culling: Option<&'a CullingBuffers>,
     /// Present if TILED looks up the surfaces that pixels show.
     pub seen: Option<&'a VisibilityLookup>,
     /// Views of the swapchain's images; none where pictures are not presented.
@@ -214,7 +214,7 @@ impl Frame {
         frame.end(times, pass);
     }
 
-    fn object(&self, pass: &Pass) -> Option<&dyn Object> {
+    fn object(&self, pass: &Pass) -> Option<&dyn PassRecorder> {
         self.objects.iter().find(|made| made.pass.place == pass.place).map(|made| &*made.object)
     }
 

@@ -108,7 +108,7 @@ const _: () = {
 
 /// The offsets, in words, of the parts of the buffer that CULL, ARRANGE and FILL write.
 #[derive(Debug, Clone, Copy, Default)]
-struct Extent {
+struct CullingLayout {
     groups: usize,
     /// Counts of a step: one for each level of each group.
     slots: usize,
@@ -123,7 +123,7 @@ struct Extent {
     words: usize,
 }
 
-impl Extent {
+impl CullingLayout {
     fn of(list: &InstanceList, own: &Groups, has_looks: bool) -> Self {
         let &Groups { count: groups, slots, commands, levels_at, .. } = own;
         let counts_at = groups * LANES;
@@ -137,7 +137,7 @@ impl Extent {
 }
 
 /// The buffers of the passes that cull on the device, and the sets that name them.
-pub struct Culling {
+pub struct CullingBuffers {
     pub set_layout: SetLayout,
     /// Their output, which draws read. Frames share it.
     pub culled: Buffer,
@@ -146,8 +146,8 @@ pub struct Culling {
     /// Width and height of the picture.
     size: [u32; 2],
     has_levels: bool,
-    inputs: Vec<Inputs>,
-    extent: Extent,
+    inputs: Vec<CullingInputs>,
+    extent: CullingLayout,
     pub states: Vec<CulledState>,
     /// Of the list that `extent` and `states` are of; none yet.
     arranged: Option<u64>,
@@ -155,7 +155,7 @@ pub struct Culling {
 }
 
 /// The CPU's data for a frame in flight.
-struct Inputs {
+struct CullingInputs {
     index: usize,
     uniform: Buffer,
     groups: Option<Buffer>,
@@ -183,7 +183,7 @@ const LOOKS: u32 = 5;
 const PYRAMID: u32 = 6;
 const FOUND: u32 = 7;
 
-impl Culling {
+impl CullingBuffers {
     /// Of so many frames in flight; none where the plan does not cull on the device.
     ///
     /// # Errors
@@ -211,7 +211,7 @@ impl Culling {
         let pool = DescriptorPool::new(device, "culling", count, &kinds)?;
         let inputs = |index| {
             let size = size_of::<Uniform>() as u64;
-            Ok(Inputs {
+            Ok(CullingInputs {
                 index,
                 uniform: upload_buffer(
                     device,
@@ -236,7 +236,7 @@ impl Culling {
             size: plan.size,
             has_levels: plan.meshes.has_levels(),
             set_layout,
-            extent: Extent::default(),
+            extent: CullingLayout::default(),
             states: Vec::new(),
             arranged: None,
             _pool: pool,
@@ -288,7 +288,7 @@ impl Culling {
             }
             None => {
                 let groups = Groups::of(world, scene);
-                let extent = Extent::of(list, &groups, own.has_looks);
+                let extent = CullingLayout::of(list, &groups, own.has_looks);
                 check(device, extent.words)?;
                 if self.arranged != Some(list.arranged()) {
                     // Frames in flight keep the old one until they are done.
@@ -303,8 +303,9 @@ impl Culling {
         }
         own.holds = Some((list.arranged(), list.moves().len()));
         let at = |words: usize| words as u32;
-        let Extent { groups, slots, commands, levels_at, counts_at, totals_at, draws_at, rows_at, looks_at, .. } =
-            self.extent;
+        let CullingLayout {
+            groups, slots, commands, levels_at, counts_at, totals_at, draws_at, rows_at, looks_at, ..
+        } = self.extent;
         let uniform = Uniform {
             planes: view.planes,
             camera: view.camera.large,
@@ -394,7 +395,7 @@ impl Culling {
     }
 }
 
-impl Inputs {
+impl CullingInputs {
     fn write_at(&mut self, world: &World, place: usize) -> gpu::Result<()> {
         if let (Some(stands), Some(boxes)) = (&self.stands, &self.boxes) {
             stands.write((place * size_of::<InstanceTransform>()) as u64, &world.instances.stands()[place..=place])?;

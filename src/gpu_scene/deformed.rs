@@ -80,7 +80,7 @@ impl Deformed {
         let (starts, end) = starts(plan);
         let before = plan.keeps_positions.then_some(end);
         let words = |stream: u32| starts[stream as usize].map_or(NONE, |bytes| (bytes / 4) as u32);
-        let sources = Sources::of(scene, plan);
+        let sources = SkinInput::of(scene, plan);
         let limit = u64::from(device.physical.limits.max_storage_buffer_range);
         let source_bytes = size_of_val(&sources.words[..]) as u64;
         for (what, asked) in [("deformed vertices", plan.vertex_bytes()), ("deformed meshes at rest", source_bytes)] {
@@ -167,7 +167,7 @@ fn starts(plan: &DeformPlan) -> ([Option<u64>; STREAMS], u64) {
 }
 
 /// Everything that SKIN reads of meshes, in words.
-struct Sources {
+struct SkinInput {
     words: Vec<u32>,
     groups: u32,
 }
@@ -187,7 +187,7 @@ struct Rest {
     changes: u32,
 }
 
-impl Sources {
+impl SkinInput {
     fn of(scene: &Scene, plan: &DeformPlan) -> Self {
         let mut words = Vec::new();
         for (record, deform) in plan.meshes.iter().enumerate() {

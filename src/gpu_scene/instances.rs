@@ -15,19 +15,19 @@ use crate::visible::{MapDraw, Visible, World};
 /// The instances of one frame in flight.
 pub struct Instances {
     /// Three rows each, from the mesh to the world around the camera.
-    pub(super) rows: List,
+    pub(super) rows: GrowingBuffer,
     /// Four rows each, from the mesh to a map's clip space: of one map after the other. None without shadow maps.
-    casters: Option<List>,
+    casters: Option<GrowingBuffer>,
     /// The number of each one's object and 1, in the view of triangles; where they are looked up, the code of its first triangle, less the vertex with which that
     /// begins.
-    numbers: Option<List>,
+    numbers: Option<GrowingBuffer>,
     /// The look of each one, and of each caster, where the plan has looks.
-    pub(super) looks: Option<List>,
-    caster_looks: Option<List>,
+    pub(super) looks: Option<GrowingBuffer>,
+    caster_looks: Option<GrowingBuffer>,
 }
 
 /// A buffer that grows with its content.
-pub(super) struct List {
+pub(super) struct GrowingBuffer {
     pub name: String,
     pub usage: vk::BufferUsageFlags,
     pub buffer: Option<Buffer>,
@@ -39,7 +39,7 @@ impl Instances {
         // A compute pass looks them up, too, where it is told the instance of each pixel.
         let looked_up = plan.triangles.map_or(vk::BufferUsageFlags::empty(), |_| vk::BufferUsageFlags::STORAGE_BUFFER);
         let usage = vk::BufferUsageFlags::VERTEX_BUFFER | looked_up;
-        let list = |name: &str| List { name: format!("{name} of frame {index}"), usage, buffer: None };
+        let list = |name: &str| GrowingBuffer { name: format!("{name} of frame {index}"), usage, buffer: None };
         Self {
             rows: list("instances"),
             casters: plan.shadow.is_some().then(|| list("casters")),
@@ -122,7 +122,7 @@ fn codes(code: TriangleCode, world: &World, scene: &GpuScene, visible: &Visible)
     codes
 }
 
-impl List {
+impl GrowingBuffer {
     /// Writes a list, into a longer buffer where it no longer fits. Nothing uses the old one: its frame is done.
     pub fn write<T: Pod>(&mut self, device: &Arc<Device>, list: &[T]) -> gpu::Result<()> {
         let needed = size_of_val(list) as u64;

@@ -6,10 +6,10 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::SceneSource;
+use super::UploadSource;
 use crate::gpu::{
-    self, DescriptorPool, Device, Image, ImageDesc, Location, MemoryKind, Owned, Sampler, SetLayout, SetLayoutBinding,
-    SetWriter, Uploader, binding,
+    self, DescriptorPool, Device, Image, ImageDesc, Location, MemoryKind, Owned, OwnedSampler, SetLayout,
+    SetLayoutBinding, SetWriter, Uploader, binding,
 };
 use crate::plan::{FramePlan, GeometryKey, PlannedTexture, SetSamplers, TextureMask, TexturePlan, TextureSource};
 use crate::scene::{self, Filter, Scene, Texels, TextureSlot, Wrap};
@@ -46,7 +46,7 @@ pub struct Materials {
     _pool: Option<DescriptorPool>,
     _samplers: Vec<Owned<vk::Sampler>>,
     /// By the plan's images, the sheets of each: one, but of atlases with more cells than an array has layers.
-    images: Vec<Vec<Sheet>>,
+    images: Vec<Vec<MaterialImage>>,
 }
 
 /// All textures and samplers, by their numbers.
@@ -84,7 +84,7 @@ impl PlannedSet<'_> {
 }
 
 /// An image with the view that pipelines sample.
-pub(super) struct Sheet {
+pub(super) struct MaterialImage {
     pub view: vk::ImageView,
     /// Present if the image's own is of another type.
     _view: Option<Owned<vk::ImageView>>,
@@ -96,7 +96,7 @@ impl Materials {
     pub(super) fn new(
         device: &Arc<Device>,
         uploader: &mut Uploader,
-        source: &mut SceneSource,
+        source: &mut UploadSource,
         plan: &FramePlan,
     ) -> gpu::Result<Option<Self>> {
         let planned = &plan.textures;
@@ -330,7 +330,7 @@ impl Samplers<'_> {
             scene::Sampler::DEFAULT => "material sampler".to_owned(),
             other => format!("material sampler, {other:?}"),
         };
-        let sampler = Sampler::new(self.device, &name, &sampler_info(how, self.anisotropy))?;
+        let sampler = OwnedSampler::new(self.device, &name, &sampler_info(how, self.anisotropy))?;
         let raw = sampler.raw;
         self.all.insert(how, sampler);
         Ok(raw)
@@ -370,7 +370,7 @@ pub(super) fn upload(
     uploader: &mut Uploader,
     scene: &Scene,
     (planned, most): (&PlannedTexture, u32),
-) -> gpu::Result<Vec<Sheet>> {
+) -> gpu::Result<Vec<MaterialImage>> {
     let name = match planned.source {
         TextureSource::Scene(index) => format!("texture {}", scene.textures[index].name),
         neutral => format!("neutral texture, {neutral:?}"),
@@ -380,7 +380,7 @@ pub(super) fn upload(
     let Some(cells) = planned.cells else {
         let image = image(device, planned, &name, 1)?;
         uploader.texture(&image, &levels)?;
-        return Ok(vec![Sheet { view: image.view, _view: None, image }]);
+        return Ok(vec![MaterialImage { view: image.view, _view: None, image }]);
     };
     let width = match planned.source {
         TextureSource::Scene(index) => scene.textures[index].size[0],
@@ -396,7 +396,7 @@ pub(super) fn upload(
         // An image of one layer has a plain view, but the shader's is an array all the same.
         let array = (last - first == 1).then(|| image.array_view()).transpose()?;
         let view = array.as_ref().map_or(image.view, |view| view.raw);
-        Ok(Sheet { view, _view: array, image })
+        Ok(MaterialImage { view, _view: array, image })
     };
     (0..cells).step_by(most as usize).map(sheet).collect()
 }
@@ -468,18 +468,18 @@ mod tests {
         assert!((1..scene.textures.len()).contains(&uploaded.len()), "some, and not all: {uploaded:?}");
         let before = held(&scene);
         assert!(before.iter().all(|&bytes| bytes >= 16), "{before:?}");
-        let upload = |source: &mut SceneSource| {
+        let upload = |source: &mut UploadSource| {
             let mut uploader = Uploader::new(&device, 1 << 20, UploadOrder::before(VERTEX_READ, TEXTURE_READ))?;
             let materials = Materials::new(&device, &mut uploader, source, &plan)?;
             uploader.finish()?;
             Ok::<_, gpu::Error>(materials.map_or(0, |own| own.images.len()))
         };
-        assert_eq!(upload(&mut SceneSource::Kept(&scene))?, uploaded.len());
+        assert_eq!(upload(&mut UploadSource::Kept(&scene))?, uploaded.len());
         assert_eq!(held(&scene), before, "others need it");
-        assert_eq!(upload(&mut SceneSource::Taken(&mut scene))?, uploaded.len());
+        assert_eq!(upload(&mut UploadSource::Taken(&mut scene))?, uploaded.len());
         let left = before.iter().enumerate().map(|(index, &bytes)| if is_uploaded(index) { 0 } else { bytes });
         assert_eq!(held(&scene), left.collect::<Vec<_>>());
-        let mut source = SceneSource::Taken(&mut scene);
+        let mut source = UploadSource::Taken(&mut scene);
         source.forget_all_but_textures();
         source.forget_textures();
         assert!(scene.textures.is_empty() && scene.meshes.is_empty() && scene.sky.is_none());

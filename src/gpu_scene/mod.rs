@@ -15,7 +15,7 @@ mod sorted;
 mod source;
 mod view;
 
-pub use culling::{CulledState, Culling};
+pub use culling::{CulledState, CullingBuffers};
 pub use deformed::{Deformed, PoseBuffer, SkinPush};
 pub use instances::Instances;
 pub use material::{HOLES, Materials, OWN_SAMPLERS, SAMPLER, SetForm};
@@ -25,7 +25,7 @@ pub use shadows::{ATLAS_LAYOUT, ClearOrder, ShadowAtlas, clear as shadow_clear};
 pub use sheets::Sheets;
 pub use sky::{BASE_EDGE, LOBE_EDGE, LOBE_LEVELS, SKY_READ, SkyMaps, TABLE_EDGE};
 pub use sorted::SortedIndices;
-pub use source::SceneSource;
+pub use source::UploadSource;
 pub use view::{ViewBuffers, set_layout as view_set_layout};
 
 use std::borrow::Cow;
@@ -148,12 +148,12 @@ fn stride(stream: u32) -> u32 {
 }
 
 /// Vertex input state: a binding for each stream, an attribute for each input of the shader.
-pub type VertexInput = (Vec<vk::VertexInputBindingDescription>, Vec<vk::VertexInputAttributeDescription>);
+pub type VertexInputState = (Vec<vk::VertexInputBindingDescription>, Vec<vk::VertexInputAttributeDescription>);
 
 /// Vertex input state for the inputs of a shader, by their locations: each is a stream in a buffer of its own, but for an instance's rows, which
 /// share one. Vulkan wants an attribute for each declared input; those that a mesh without such `extras` lacks, and the shader's constants
 /// leave unread, are read of a stream that is there.
-pub fn vertex_input(locations: &[u32], extras: Extras) -> VertexInput {
+pub fn vertex_input(locations: &[u32], extras: Extras) -> VertexInputState {
     let stream_of = |location| match location {
         COLOR if !extras.colors => POSITION,
         SECOND_UV if !extras.second_uvs => UV,
@@ -191,7 +191,7 @@ impl GpuScene {
     /// When there is no memory for it, or the device is lost.
     pub fn new(
         device: &Arc<Device>,
-        source: &mut SceneSource,
+        source: &mut UploadSource,
         plan: &FramePlan,
         order: UploadOrder,
     ) -> gpu::Result<Self> {

@@ -6,7 +6,7 @@ use glam::{DVec3, Mat4, Vec2, Vec3, Vec4};
 use super::air::AirRecord;
 use crate::plan::{FramePlan, Grid, ShadowPlan};
 use crate::scene::{Camera, Light};
-use crate::visible::{Depth, Eye, Visible, VolumeRecord, World, clip_from_world};
+use crate::visible::{DepthMapping, Eye, Visible, VolumeRecord, World, clip_from_world};
 
 /// `Frame` of `shaders/shared/frame.wgsl`.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
@@ -78,8 +78,8 @@ impl FrameUniform {
         let aside = right * (half_x * offset_x) - up * (half_y * offset_y);
         let sky = world.sky.unwrap_or_default();
         let (near, depth_range) = match visible.depth {
-            Depth::Reciprocal { near } => (near, 0.0),
-            Depth::Linear { begin, end } => (begin, end - begin),
+            DepthMapping::Reciprocal { near } => (near, 0.0),
+            DepthMapping::Linear { begin, end } => (begin, end - begin),
         };
         Self {
             clip_from_world: clip_from_world(camera, &visible.depth, [half_x, half_y], [offset_x, offset_y]).as_mat4(),

@@ -7,7 +7,7 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-use super::instances::List;
+use super::instances::GrowingBuffer;
 use super::{GpuScene, Instances};
 use crate::gpu::sync::Use;
 use crate::gpu::{self, Buffer, DescriptorPool, Device, SetLayout, SetLayoutBinding, SetWriter, binding};
@@ -38,7 +38,7 @@ const SAMPLERS: u32 = 14;
 /// `SeenMaterial` of the shader.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-struct Record {
+struct SeenMaterial {
     base_color: Vec3,
     alpha: f32,
     emissive: Vec3,
@@ -56,19 +56,19 @@ struct Record {
 const _: () = {
     use crate::shaders::tiled::structs::seen_material as wgsl;
     use std::mem::offset_of;
-    assert!(size_of::<Record>() == wgsl::SIZE);
-    assert!(offset_of!(Record, base_color) == wgsl::BASE_COLOR);
-    assert!(offset_of!(Record, alpha) == wgsl::ALPHA);
-    assert!(offset_of!(Record, emissive) == wgsl::EMISSIVE);
-    assert!(offset_of!(Record, normal_scale) == wgsl::NORMAL_SCALE);
-    assert!(offset_of!(Record, specular) == wgsl::SPECULAR);
-    assert!(offset_of!(Record, grazing) == wgsl::GRAZING);
-    assert!(offset_of!(Record, metallic) == wgsl::METALLIC);
-    assert!(offset_of!(Record, roughness) == wgsl::ROUGHNESS);
-    assert!(offset_of!(Record, ambient) == wgsl::AMBIENT);
-    assert!(offset_of!(Record, first_uv_map) == wgsl::FIRST_UV_MAP);
-    assert!(offset_of!(Record, traits) == wgsl::TRAITS);
-    assert!(offset_of!(Record, slots) == wgsl::SLOTS);
+    assert!(size_of::<SeenMaterial>() == wgsl::SIZE);
+    assert!(offset_of!(SeenMaterial, base_color) == wgsl::BASE_COLOR);
+    assert!(offset_of!(SeenMaterial, alpha) == wgsl::ALPHA);
+    assert!(offset_of!(SeenMaterial, emissive) == wgsl::EMISSIVE);
+    assert!(offset_of!(SeenMaterial, normal_scale) == wgsl::NORMAL_SCALE);
+    assert!(offset_of!(SeenMaterial, specular) == wgsl::SPECULAR);
+    assert!(offset_of!(SeenMaterial, grazing) == wgsl::GRAZING);
+    assert!(offset_of!(SeenMaterial, metallic) == wgsl::METALLIC);
+    assert!(offset_of!(SeenMaterial, roughness) == wgsl::ROUGHNESS);
+    assert!(offset_of!(SeenMaterial, ambient) == wgsl::AMBIENT);
+    assert!(offset_of!(SeenMaterial, first_uv_map) == wgsl::FIRST_UV_MAP);
+    assert!(offset_of!(SeenMaterial, traits) == wgsl::TRAITS);
+    assert!(offset_of!(SeenMaterial, slots) == wgsl::SLOTS);
 };
 
 /// Bits of a record's traits above those of its textures.
@@ -122,8 +122,8 @@ pub struct VisibilityLookup {
 
 /// The CPU's data for a frame in flight.
 struct PlaceBuffers {
-    instances: List,
-    materials: List,
+    instances: GrowingBuffer,
+    materials: GrowingBuffer,
     set: vk::DescriptorSet,
     /// The buffers that the set names, which grow.
     names: Vec<vk::Buffer>,
@@ -150,7 +150,7 @@ impl VisibilityLookup {
         ];
         let pool = DescriptorPool::new(device, "seen surfaces", count, &kinds)?;
         let place = |index| {
-            let list = |name: &str| List {
+            let list = |name: &str| GrowingBuffer {
                 name: format!("{name} of frame {index}"),
                 usage: vk::BufferUsageFlags::STORAGE_BUFFER,
                 buffer: None,
@@ -212,12 +212,12 @@ impl VisibilityLookup {
         let material = |&index: &usize| {
             let object = &world.objects[index];
             let slots = numbered.map_or_else(Default::default, |own| own.slots(object.material_set()));
-            Record::of(world, plan, object, slots)
+            SeenMaterial::of(world, plan, object, slots)
         };
-        let mut materials: Vec<Record> = self.states.iter().map(material).collect();
+        let mut materials: Vec<SeenMaterial> = self.states.iter().map(material).collect();
         if materials.is_empty() {
             // A set names a buffer, though nothing is drawn.
-            materials.push(Record::zeroed());
+            materials.push(SeenMaterial::zeroed());
         }
         own.materials.write(device, &materials)?;
         own.name(device, scene, instances, uv_maps);
@@ -302,7 +302,7 @@ impl PlaceBuffers {
     }
 }
 
-impl Record {
+impl SeenMaterial {
     fn of(world: &World, plan: &FramePlan, object: &WorldObject, slots: [u32; TextureSlot::ALL.len()]) -> Self {
         let material: &Material = &world.materials[object.material];
         let (key, brdf) = (object.key, material.model(plan.brdf_override));

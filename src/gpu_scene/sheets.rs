@@ -4,16 +4,16 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::material::{Sheet, upload};
-use crate::gpu::{self, Device, Owned, Sampler, Uploader};
+use super::material::{MaterialImage, upload};
+use crate::gpu::{self, Device, Owned, OwnedSampler, Uploader};
 use crate::plan::PlannedTexture;
 use crate::scene::Scene;
 use crate::scene::emitter::MOST_FRAMES;
 
 /// The textures of an effect, with the sampler that all are sampled by.
 pub struct Sheets {
-    pub sampler: Sampler,
-    sheets: Vec<Sheet>,
+    pub sampler: OwnedSampler,
+    sheets: Vec<MaterialImage>,
     /// Array views of images that are no arrays by themselves.
     arrays: Vec<Option<Owned<vk::ImageView>>>,
 }
@@ -39,7 +39,7 @@ impl Sheets {
             .address_mode_w(edge)
             .max_lod(vk::LOD_CLAMP_NONE);
         let mut own = Self {
-            sampler: Sampler::new(device, "sampler of sheets", &trilinear)?,
+            sampler: OwnedSampler::new(device, "sampler of sheets", &trilinear)?,
             sheets: Vec::new(),
             arrays: Vec::new(),
         };

@@ -8,7 +8,7 @@ use half::f16;
 use rayon::prelude::*;
 
 use crate::gpu::{
-    self, Device, Image, ImageDesc, Location, MemoryKind, Owned, Sampler, SetLayoutBinding, SetWriter, Uploader,
+    self, Device, Image, ImageDesc, Location, MemoryKind, Owned, OwnedSampler, SetLayoutBinding, SetWriter, Uploader,
     binding, sync::Use,
 };
 use crate::plan::{FramePlan, SkyPlan, effects};
@@ -41,7 +41,7 @@ pub struct SkyMaps {
     pub cube: Image,
     pub cube_view: Owned<vk::ImageView>,
     pub light: Option<SkyLight>,
-    pub sampler: Sampler,
+    pub sampler: OwnedSampler,
 }
 
 /// PREFILTER's output, written once.
@@ -110,7 +110,7 @@ impl SkyMaps {
             .address_mode_v(edge)
             .address_mode_w(edge)
             .max_lod(vk::LOD_CLAMP_NONE);
-        let sampler = Sampler::new(device, "sky sampler", &trilinear)?;
+        let sampler = OwnedSampler::new(device, "sky sampler", &trilinear)?;
         Ok(Self { cube_view: cube_view(&cube)?, cube, light, sampler })
     }
 

@@ -3,26 +3,26 @@
 use crate::scene::{Scene, Texels};
 
 /// A scene that stays as it is, or that goes while it is uploaded.
-pub enum SceneSource<'a> {
+pub enum UploadSource<'a> {
     /// Others need it, too.
     Kept(&'a Scene),
     /// Staged data is freed at once, so that the peak of memory is one scene and not two: on devices whose memory is the process's own.
     Taken(&'a mut Scene),
 }
 
-impl<'a> From<&'a Scene> for SceneSource<'a> {
+impl<'a> From<&'a Scene> for UploadSource<'a> {
     fn from(scene: &'a Scene) -> Self {
         Self::Kept(scene)
     }
 }
 
-impl<'a> From<&'a mut Scene> for SceneSource<'a> {
+impl<'a> From<&'a mut Scene> for UploadSource<'a> {
     fn from(scene: &'a mut Scene) -> Self {
         Self::Taken(scene)
     }
 }
 
-impl SceneSource<'_> {
+impl UploadSource<'_> {
     /// Returns the scene, or what is left of it.
     pub fn scene(&self) -> &Scene {
         match self {

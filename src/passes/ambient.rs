@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::screen::{Input, Inputs, Screen, ScreenDesc, add};
+use super::screen::{InputDescriptor, InputSet, Screen, ScreenDesc, add};
 use super::{
-    FrameContext, Making, Object, Pass, PassName, Presence, Resource, ResourceUse, SetLayouts, Slot, frame_data, needed,
+    FrameContext, Making, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SetLayouts, Slot, frame_data,
+    needed,
 };
 use crate::gpu::{self, Device};
 use crate::gpu_scene::SKY_READ;
@@ -26,26 +27,26 @@ pub const PASS: Pass = Pass {
     // It draws into the attachments of the pass before it.
     touches: |_| vec![frame_data(), ResourceUse::resource(Resource::SkyLight, SKY_READ)],
     leave_out: Some(|settings| settings.sky_light = false),
-    make: Some(|own| Ok(Box::new(Ambient::new(own.device, own.plan, own.slot()?, own.layouts, &own.inputs())?))),
+    make: Some(|own| Ok(Box::new(AmbientPass::new(own.device, own.plan, own.slot()?, own.layouts, &own.inputs())?))),
 };
 
 /// The pass: its constants set by the plan.
-pub struct Ambient {
+pub struct AmbientPass {
     /// As LIGHTING's.
     screens: Vec<Screen>,
-    pub inputs: Inputs,
+    pub inputs: InputSet,
 }
 
-impl Ambient {
+impl AmbientPass {
     /// `inputs` are the G-buffer's views.
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
         slot: Slot,
         layouts: SetLayouts,
-        inputs: &[Input],
+        inputs: &[InputDescriptor],
     ) -> gpu::Result<Self> {
-        let inputs = Inputs::new(device, "G-buffer inputs of AMBIENT", inputs)?;
+        let inputs = InputSet::new(device, "G-buffer inputs of AMBIENT", inputs)?;
         let set_layouts = [layouts.frame, inputs.set_layout.raw];
         let screen = |name, flags| {
             let shader = needed("ambient", shader::variant, flags)?;
@@ -62,7 +63,7 @@ impl Ambient {
     }
 }
 
-impl Object for Ambient {
+impl PassRecorder for AmbientPass {
     /// Adds the light. Runs inside LIGHTING's subpass, after all other light.
     fn record(&self, recording: &FrameContext) {
         let sets = [(0, recording.frame_set), (1, self.inputs.set)];

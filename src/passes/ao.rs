@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::per_pixel::{Bound, PerPixel, PerPixelDesc};
-use super::{FrameContext, Making, Object, Pass, PassName, Presence, ResourceUse, frame_data, needed};
+use super::per_pixel::{ImageBinding, PerPixelDesc, PerPixelPass};
+use super::{FrameContext, Making, Pass, PassName, PassRecorder, Presence, ResourceUse, frame_data, needed};
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Target, VISIBILITY};
 use crate::scene::AmbientOcclusion;
@@ -36,22 +36,22 @@ pub const PASS: Pass = Pass {
         ]
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(Ao::new(own.device, own.plan, own.layouts.frame, &own.images())?))),
+    make: Some(|own| Ok(Box::new(AoPass::new(own.device, own.plan, own.layouts.frame, &own.images())?))),
 };
 
 /// The pass.
-pub struct Ao {
-    pass: PerPixel,
+pub struct AoPass {
+    pass: PerPixelPass,
     size: [u32; 2],
 }
 
-impl Ao {
+impl AoPass {
     /// `images` are depth, normals and the output.
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
         frame_layout: vk::DescriptorSetLayout,
-        images: &[Bound],
+        images: &[ImageBinding],
     ) -> gpu::Result<Self> {
         let desc = PerPixelDesc {
             name: "ao",
@@ -59,11 +59,11 @@ impl Ao {
             constants: &constants_of(plan),
             frame_layout,
         };
-        Ok(Self { pass: PerPixel::new(device, &desc, images)?, size: plan.extent_of(VISIBILITY) })
+        Ok(Self { pass: PerPixelPass::new(device, &desc, images)?, size: plan.extent_of(VISIBILITY) })
     }
 }
 
-impl Object for Ao {
+impl PassRecorder for AoPass {
     /// Runs outside any render pass.
     fn record(&self, recording: &FrameContext) {
         self.pass.dispatch(recording, self.size);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::per_pixel::{Bound, PerPixel, PerPixelDesc};
+use super::per_pixel::{ImageBinding, PerPixelDesc, PerPixelPass};
 use super::{Pass, PassName, Presence, ResourceUse, frame_data, needed};
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Target, VISIBILITY};
@@ -53,15 +53,15 @@ pub fn new(
     device: &Arc<Device>,
     plan: &FramePlan,
     frame_layout: vk::DescriptorSetLayout,
-    images: &[Bound],
-) -> gpu::Result<PerPixel> {
+    images: &[ImageBinding],
+) -> gpu::Result<PerPixelPass> {
     let desc = PerPixelDesc {
         name: "ao_denoise",
         shader: needed("ao_denoise", shader::variant, flags(plan))?,
         constants: &constants_of(plan),
         frame_layout,
     };
-    PerPixel::new(device, &desc, images)
+    PerPixelPass::new(device, &desc, images)
 }
 
 /// Returns the shader variant of a plan.

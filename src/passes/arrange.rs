@@ -5,9 +5,9 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::culling::CullingPipeline;
-use super::{FrameContext, Object, Pass, PassName, Resource, ResourceUse, culling};
+use super::{FrameContext, Pass, PassName, PassRecorder, Resource, ResourceUse, culling};
 use crate::gpu::{self, Device, sync::Use};
-use crate::gpu_scene::Culling;
+use crate::gpu_scene::CullingBuffers;
 use crate::shaders::arrange::{self as shader, Flags};
 use crate::visible::STEPS;
 
@@ -33,22 +33,22 @@ pub const PASS: Pass = Pass {
         ]
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(Arrange::new(own.device, own.needed(own.culling)?)?))),
+    make: Some(|own| Ok(Box::new(ArrangePass::new(own.device, own.needed(own.culling)?)?))),
 };
 
 /// The pass.
-pub struct Arrange(CullingPipeline);
+pub struct ArrangePass(CullingPipeline);
 
-impl Arrange {
+impl ArrangePass {
     /// # Errors
     /// When the device cannot compile the pipeline.
-    pub fn new(device: &Arc<Device>, culling: &Culling) -> gpu::Result<Self> {
+    pub fn new(device: &Arc<Device>, culling: &CullingBuffers) -> gpu::Result<Self> {
         let entry = shader::variant(Flags::NONE).and_then(|variant| variant.compute());
         Ok(Self(CullingPipeline::new(device, "arrange", entry, culling)?))
     }
 }
 
-impl Object for Arrange {
+impl PassRecorder for ArrangePass {
     /// Runs outside any render pass.
     fn record(&self, recording: &FrameContext) {
         let Some(culling) = recording.culling else { return };

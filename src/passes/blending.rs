@@ -3,15 +3,18 @@
 use ash::vk;
 
 use super::surface::Limits;
-use super::{COLOR_BLEND, DEPTH_COMPARE, First, ResourceUse};
+use super::{COLOR_BLEND, DEPTH_COMPARE, InitialContents, ResourceUse};
 use crate::plan::{FramePlan, OitTargets, Target, ToneMapping, effects};
 use crate::scene::Transparency;
 
 /// The attachments of the subpass.
 pub fn targets(plan: &FramePlan) -> Vec<ResourceUse> {
-    let color = |location, target, why| ResourceUse::color(location, target, First::Clear, COLOR_BLEND).because(why);
-    let mut touches =
-        vec![ResourceUse::depth(First::Undefined, DEPTH_COMPARE).because("tests against the depth of opaque surfaces")];
+    let color =
+        |location, target, why| ResourceUse::color(location, target, InitialContents::Clear, COLOR_BLEND).because(why);
+    let mut touches = vec![
+        ResourceUse::depth(InitialContents::Undefined, DEPTH_COMPARE)
+            .because("tests against the depth of opaque surfaces"),
+    ];
     touches.extend(match plan.transparency {
         Some(Transparency::Oit) => {
             let why = "clears the sums and adds to them";

@@ -11,12 +11,14 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
-use super::{FrameContext, Input, Making, Object, Pass, PassName, Presence, Resource, ResourceUse, needed};
+use super::{
+    FrameContext, InputDescriptor, Making, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, needed,
+};
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, ShaderStage, binding,
     compute_pipeline, pipeline_layout, sync::Use,
 };
-use crate::plan::{BLOOM_LEVELS, Bloom as Planned, BloomLevel, FramePlan, Target};
+use crate::plan::{BLOOM_LEVELS, BloomLevel, BloomPlan as Planned, FramePlan, Target};
 use crate::shaders::bloom::{self as shader, Flags, constants};
 
 /// Reads the light of the picture.
@@ -44,8 +46,8 @@ pub const PASS: Pass = Pass {
     make: Some(|own| {
         let planned = own.needed(own.plan.effects.bloom)?;
         let levels = buffer(own.device, own.plan, &planned)?;
-        let steps = Steps::new(own, (planned, &[Kind::First]), (&levels, &own.inputs()))?;
-        Ok(Box::new(Bloom { levels, steps }))
+        let steps = Steps::new(own, (planned, &[BloomStage::First]), (&levels, &own.inputs()))?;
+        Ok(Box::new(BloomPass { levels, steps }))
     }),
 };
 
@@ -64,7 +66,7 @@ pub const SPREAD: Pass = Pass {
     leave_out: Some(|settings| settings.bloom = 0.0),
     make: Some(|own| {
         let (planned, levels) = (own.needed(own.plan.effects.bloom)?, own.buffer(Resource::Buffers(BLOOM_LEVELS))?);
-        Ok(Box::new(Spread(Steps::new(own, (planned, &[Kind::Down, Kind::Up]), (levels, &[]))?)))
+        Ok(Box::new(SpreadPass(Steps::new(own, (planned, &[BloomStage::Down, BloomStage::Up]), (levels, &[]))?)))
     }),
 };
 
@@ -80,7 +82,7 @@ const GROUP: u32 = 8;
 
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-struct Push {
+struct BloomPush {
     picture: [u32; 2],
     level: u32,
     finer_at: u32,
@@ -90,47 +92,50 @@ struct Push {
 
 const _: () = {
     use std::mem::offset_of;
-    assert!(size_of::<Push>() == shader::push::SIZE);
-    assert!(offset_of!(Push, picture) == shader::push::PICTURE && offset_of!(Push, level) == shader::push::LEVEL);
+    assert!(size_of::<BloomPush>() == shader::push::SIZE);
     assert!(
-        offset_of!(Push, finer_at) == shader::push::FINER_AT && offset_of!(Push, wider_at) == shader::push::WIDER_AT
+        offset_of!(BloomPush, picture) == shader::push::PICTURE && offset_of!(BloomPush, level) == shader::push::LEVEL
     );
-    assert!(offset_of!(Push, share) == shader::push::SHARE);
+    assert!(
+        offset_of!(BloomPush, finer_at) == shader::push::FINER_AT
+            && offset_of!(BloomPush, wider_at) == shader::push::WIDER_AT
+    );
+    assert!(offset_of!(BloomPush, share) == shader::push::SHARE);
 };
 
 /// BLOOM's step, and the levels that it writes.
-struct Bloom {
+struct BloomPass {
     levels: Buffer,
     steps: Steps,
 }
 
 /// The steps of SPREAD.
-struct Spread(Steps);
+struct SpreadPass(Steps);
 
 /// Dispatches over levels, with the buffer and the picture that they read.
 struct Steps {
     planned: Planned,
-    all: Vec<Step>,
+    all: Vec<BloomDispatch>,
     layout: Owned<vk::PipelineLayout>,
     /// A pipeline for each kind of step.
-    pipelines: Vec<(Kind, Owned<vk::Pipeline>)>,
+    pipelines: Vec<(BloomStage, Owned<vk::Pipeline>)>,
     set_layout: SetLayout,
     pool: DescriptorPool,
     set: vk::DescriptorSet,
 }
 
 /// A dispatch: its kind, its push constants, and the texels that it writes across and down.
-type Step = (Kind, Push, [u32; 2]);
+type BloomDispatch = (BloomStage, BloomPush, [u32; 2]);
 
 /// The kind of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum BloomStage {
     First,
     Down,
     Up,
 }
 
-impl Object for Bloom {
+impl PassRecorder for BloomPass {
     fn record(&self, recording: &FrameContext) {
         self.steps.record(recording);
     }
@@ -145,7 +150,7 @@ impl Object for Bloom {
     }
 }
 
-impl Object for Spread {
+impl PassRecorder for SpreadPass {
     fn record(&self, recording: &FrameContext) {
         self.0.record(recording);
     }
@@ -159,8 +164,8 @@ impl Steps {
     /// Makes the steps of these kinds. `inputs` is the picture's light for steps that read it.
     fn new(
         own: &Making,
-        (planned, kinds): (Planned, &[Kind]),
-        (levels, inputs): (&Buffer, &[Input]),
+        (planned, kinds): (Planned, &[BloomStage]),
+        (levels, inputs): (&Buffer, &[InputDescriptor]),
     ) -> gpu::Result<Self> {
         let (device, plan) = (own.device, own.plan);
         let picture = inputs.iter().map(|input| binding(input.0, vk::DescriptorType::SAMPLED_IMAGE, COMPUTE));
@@ -170,7 +175,7 @@ impl Steps {
         let range = vk::PushConstantRange { stage_flags: COMPUTE, offset: 0, size: shader::push::SIZE as u32 };
         let layout = pipeline_layout(device, "bloom", &[set_layout.raw], &[range])?;
         let constants = [(constants::TAPS, planned.taps), (constants::LARGEST, plan.largest_shown().to_bits())];
-        let pipeline = |&kind: &Kind| {
+        let pipeline = |&kind: &BloomStage| {
             let Some(entry) = needed("bloom", shader::variant, flags(plan, kind))?.compute() else {
                 return Err(gpu::Error::Unsupported("bloom.wgsl has no compute entry".into()));
             };
@@ -185,7 +190,7 @@ impl Steps {
         Ok(Self { planned, all, layout, pipelines, set_layout, pool, set })
     }
 
-    fn rebind(&mut self, own: &Making, levels: &Buffer, inputs: &[Input]) -> gpu::Result<()> {
+    fn rebind(&mut self, own: &Making, levels: &Buffer, inputs: &[InputDescriptor]) -> gpu::Result<()> {
         (self.pool, self.set) = bound(own.device, &self.set_layout, levels, inputs)?;
         self.all = steps(own.plan.size, &self.planned);
         let Self { all, pipelines, .. } = self;
@@ -216,12 +221,12 @@ impl Steps {
 }
 
 /// Down to each level, and up again to each but the widest; each with the texels that it writes.
-fn steps(size: [u32; 2], planned: &Planned) -> Vec<Step> {
+fn steps(size: [u32; 2], planned: &Planned) -> Vec<BloomDispatch> {
     let (levels, shares) = (planned.levels(size), planned.shares(size));
     let push = |level: usize, share: f32| {
         // The picture is in no buffer.
         let at = |index: Option<usize>| index.and_then(|index| levels.get(index)).map_or(0, |own: &BloomLevel| own.at);
-        Push {
+        BloomPush {
             picture: size,
             level: level as u32,
             finer_at: at(level.checked_sub(1)),
@@ -229,9 +234,10 @@ fn steps(size: [u32; 2], planned: &Planned) -> Vec<Step> {
             share,
         }
     };
-    let first = (Kind::First, push(0, planned.strength * shares[0]), levels[0].extent);
-    let down = (1..levels.len()).map(|level| (Kind::Down, push(level, 0.0), levels[level].extent));
-    let up = (1..levels.len()).rev().map(|level| (Kind::Up, push(level, shares[level]), levels[level - 1].extent));
+    let first = (BloomStage::First, push(0, planned.strength * shares[0]), levels[0].extent);
+    let down = (1..levels.len()).map(|level| (BloomStage::Down, push(level, 0.0), levels[level].extent));
+    let up =
+        (1..levels.len()).rev().map(|level| (BloomStage::Up, push(level, shares[level]), levels[level - 1].extent));
     [first].into_iter().chain(down).chain(up).collect()
 }
 
@@ -245,7 +251,7 @@ fn bound(
     device: &Arc<Device>,
     layout: &SetLayout,
     levels: &Buffer,
-    inputs: &[Input],
+    inputs: &[InputDescriptor],
 ) -> gpu::Result<(DescriptorPool, vk::DescriptorSet)> {
     let kinds = [(vk::DescriptorType::STORAGE_BUFFER, 1), (vk::DescriptorType::SAMPLED_IMAGE, 1)];
     let pool = DescriptorPool::new(device, "bloom", 1, &kinds)?;
@@ -257,10 +263,10 @@ fn bound(
 }
 
 /// Returns the shader variant of a step.
-fn flags(plan: &FramePlan, kind: Kind) -> Flags {
+fn flags(plan: &FramePlan, kind: BloomStage) -> Flags {
     match kind {
-        Kind::First => Flags::FIRST | Flags::MSAA.when(plan.msaa > 1),
-        Kind::Down => Flags::NONE,
-        Kind::Up => Flags::UP,
+        BloomStage::First => Flags::FIRST | Flags::MSAA.when(plan.msaa > 1),
+        BloomStage::Down => Flags::NONE,
+        BloomStage::Up => Flags::UP,
     }
 }

@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
-use super::screen::{Input, Inputs, Screen, ScreenDesc, over};
+use super::screen::{InputDescriptor, InputSet, Screen, ScreenDesc, over};
 use super::{
-    COLOR_BLEND, First, FrameContext, INPUT_READ, Making, Object, Pass, PassName, Presence, ResourceUse, Slot, needed,
+    COLOR_BLEND, FrameContext, INPUT_READ, InitialContents, Making, Pass, PassName, PassRecorder, Presence,
+    ResourceUse, Slot, needed,
 };
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, OitTargets, Target};
@@ -26,23 +27,24 @@ pub const PASS: Pass = Pass {
         vec![
             ResourceUse::input(0, Target::Accumulation, SUM_READ).because("reads the sums of its pixel"),
             ResourceUse::input(1, Target::Weights, SUM_READ).because("reads the sums of its pixel"),
-            ResourceUse::color(0, plan.light_target(), First::Clear, LIGHT_BLEND).because("blends over the light"),
+            ResourceUse::color(0, plan.light_target(), InitialContents::Clear, LIGHT_BLEND)
+                .because("blends over the light"),
         ]
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(Composite::new(own.device, own.plan, own.slot()?, &own.inputs())?))),
+    make: Some(|own| Ok(Box::new(CompositePass::new(own.device, own.plan, own.slot()?, &own.inputs())?))),
 };
 
 /// The pass.
-pub struct Composite {
+pub struct CompositePass {
     screen: Screen,
-    pub inputs: Inputs,
+    pub inputs: InputSet,
 }
 
-impl Composite {
+impl CompositePass {
     /// `inputs` are the sums.
-    pub fn new(device: &Arc<Device>, plan: &FramePlan, slot: Slot, inputs: &[Input]) -> gpu::Result<Self> {
-        let inputs = Inputs::new(device, "sums of transparent surfaces", inputs)?;
+    pub fn new(device: &Arc<Device>, plan: &FramePlan, slot: Slot, inputs: &[InputDescriptor]) -> gpu::Result<Self> {
+        let inputs = InputSet::new(device, "sums of transparent surfaces", inputs)?;
         let shader = needed("composite", shader::variant, flags(plan))?;
         let screen = Screen::multisampled(
             device,
@@ -65,7 +67,7 @@ impl Composite {
     }
 }
 
-impl Object for Composite {
+impl PassRecorder for CompositePass {
     /// Lays the layer over the picture. Runs inside its subpass.
     fn record(&self, recording: &FrameContext) {
         self.screen.record(recording, &[(0, self.inputs.set)]);

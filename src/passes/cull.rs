@@ -6,9 +6,9 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::culling::CullingPipeline;
-use super::{FrameContext, Object, Pass, PassName, Resource, ResourceUse, culling};
+use super::{FrameContext, Pass, PassName, PassRecorder, Resource, ResourceUse, culling};
 use crate::gpu::{self, Device, sync::Use};
-use crate::gpu_scene::Culling;
+use crate::gpu_scene::CullingBuffers;
 use crate::shaders::cull::{self as shader, Flags};
 
 /// Reads the CPU's data.
@@ -34,23 +34,23 @@ pub const PASS: Pass = Pass {
         lists.into_iter().chain(pyramid).collect()
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(Cull::new(own.device, own.needed(own.culling)?)?))),
+    make: Some(|own| Ok(Box::new(CullPass::new(own.device, own.needed(own.culling)?)?))),
 };
 
 /// The pass.
-pub struct Cull(CullingPipeline);
+pub struct CullPass(CullingPipeline);
 
-impl Cull {
+impl CullPass {
     /// # Errors
     /// When the device cannot compile the pipeline.
-    pub fn new(device: &Arc<Device>, culling: &Culling) -> gpu::Result<Self> {
+    pub fn new(device: &Arc<Device>, culling: &CullingBuffers) -> gpu::Result<Self> {
         let entry = shader::variant(Flags::HIDES.when(culling.hides()) | Flags::LEVELS.when(culling.has_levels()))
             .and_then(|variant| variant.compute());
         Ok(Self(CullingPipeline::new(device, "cull", entry, culling)?))
     }
 }
 
-impl Object for Cull {
+impl PassRecorder for CullPass {
     /// Runs outside any render pass.
     fn record(&self, recording: &FrameContext) {
         let Some(culling) = recording.culling else { return };

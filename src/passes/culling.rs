@@ -6,7 +6,7 @@ use ash::vk;
 
 use super::{FrameContext, Presence};
 use crate::gpu::{self, Device, Owned, ShaderStage, compute_pipeline, pipeline_layout};
-use crate::gpu_scene::Culling;
+use crate::gpu_scene::CullingBuffers;
 use crate::plan::FramePlan;
 use crate::shaders::EntryPoint;
 
@@ -22,14 +22,19 @@ pub fn hiding(plan: &FramePlan) -> Presence {
     Presence::when(plan.hides_on_device, &plan.reasons.hiding, &plan.reasons.hiding)
 }
 
-/// A compute pipeline that takes nothing but the set of [`Culling`].
+/// A compute pipeline that takes nothing but the set of [`CullingBuffers`].
 pub struct CullingPipeline {
     layout: Owned<vk::PipelineLayout>,
     pipeline: Owned<vk::Pipeline>,
 }
 
 impl CullingPipeline {
-    pub fn new(device: &Arc<Device>, name: &str, entry: Option<&EntryPoint>, culling: &Culling) -> gpu::Result<Self> {
+    pub fn new(
+        device: &Arc<Device>,
+        name: &str,
+        entry: Option<&EntryPoint>,
+        culling: &CullingBuffers,
+    ) -> gpu::Result<Self> {
         let Some(entry) = entry else {
             return Err(gpu::Error::Unsupported(format!("{name}.wgsl has no compute entry")));
         };
@@ -40,7 +45,7 @@ impl CullingPipeline {
     }
 
     /// So many work groups across and down.
-    pub fn dispatch(&self, recording: &FrameContext, culling: &Culling, [across, down]: [u32; 2]) {
+    pub fn dispatch(&self, recording: &FrameContext, culling: &CullingBuffers, [across, down]: [u32; 2]) {
         let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
         let set = culling.set(recording.place);
         // SAFETY: `cmd` is being recorded outside a render pass; the set is of the layout. The buffers in it live until the frame is done, and no

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::depth_only::DepthOnly;
-use super::{FrameContext, Object, Pass, PassName, Presence, Slot, frame_data, meshes};
+use super::{FrameContext, Pass, PassName, PassRecorder, Presence, Slot, frame_data, meshes};
 use crate::gpu::{self, Device};
 use crate::plan::FramePlan;
 
@@ -24,14 +24,14 @@ pub const PASS: Pass = Pass {
     make: Some(|own| {
         // FORWARD writes light alone.
         let locations = if own.plan.is_forward() { 1 } else { own.plan.geometry_locations() };
-        Ok(Box::new(Depth::new(own.device, own.plan, own.slot()?, own.layouts.frame, locations)?))
+        Ok(Box::new(DepthPass::new(own.device, own.plan, own.slot()?, own.layouts.frame, locations)?))
     }),
 };
 
 /// The pass. It draws inside the subpass that shades afterwards.
-pub struct Depth(DepthOnly);
+pub struct DepthPass(DepthOnly);
 
-impl Depth {
+impl DepthPass {
     /// `colors`: the colour locations of the subpass, none of which is written.
     pub fn new(
         device: &Arc<Device>,
@@ -44,7 +44,7 @@ impl Depth {
     }
 }
 
-impl Object for Depth {
+impl PassRecorder for DepthPass {
     /// Draws visible opaque objects. Runs inside the subpass, before the draws that shade.
     fn record(&self, recording: &FrameContext) {
         self.0.record(recording, &recording.visible.draws);

@@ -15,9 +15,9 @@ use crate::shaders::depth::{self as shader, Flags};
 use crate::visible::Draw;
 
 /// The drawn faces, which are all that sets pipelines apart.
-type Faces = (bool, bool);
+type CullKey = (bool, bool);
 
-fn faces(key: &GeometryKey) -> Faces {
+fn cull_key(key: &GeometryKey) -> CullKey {
     // With both faces drawn, the winding of the front does not matter.
     (key.two_sided, key.mirrored && !key.two_sided)
 }
@@ -25,7 +25,7 @@ fn faces(key: &GeometryKey) -> Faces {
 /// A pipeline for the faces of each opaque [`GeometryKey`] of a plan.
 pub struct DepthOnly {
     layout: Owned<vk::PipelineLayout>,
-    pipelines: BTreeMap<Faces, Owned<vk::Pipeline>>,
+    pipelines: BTreeMap<CullKey, Owned<vk::Pipeline>>,
 }
 
 impl DepthOnly {
@@ -44,7 +44,7 @@ impl DepthOnly {
         let blend = vec![vk::PipelineColorBlendAttachmentState::default(); colors as usize];
         let mut pipelines = BTreeMap::new();
         for key in plan.geometry.iter().filter(|key| !key.masked) {
-            let (two_sided, mirrored) = faces(key);
+            let (two_sided, mirrored) = cull_key(key);
             if pipelines.contains_key(&(two_sided, mirrored)) {
                 continue;
             }
@@ -82,7 +82,7 @@ impl DepthOnly {
         for draw in draws {
             let object = &recording.world.objects[draw.object];
             // There is one for each opaque key of the plan.
-            let Some(pipeline) = self.pipelines.get(&faces(&object.key)).filter(|_| !object.key.masked) else {
+            let Some(pipeline) = self.pipelines.get(&cull_key(&object.key)).filter(|_| !object.key.masked) else {
                 continue;
             };
             if bound != Some(pipeline.raw) {

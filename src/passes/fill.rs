@@ -5,9 +5,9 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::culling::CullingPipeline;
-use super::{FrameContext, Object, Pass, PassName, Resource, ResourceUse, culling};
+use super::{FrameContext, Pass, PassName, PassRecorder, Resource, ResourceUse, culling};
 use crate::gpu::{self, Device, sync::Use};
-use crate::gpu_scene::Culling;
+use crate::gpu_scene::CullingBuffers;
 use crate::shaders::fill::{self as shader, Flags};
 
 /// Reads the CPU's data.
@@ -30,22 +30,22 @@ pub const PASS: Pass = Pass {
         ]
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(Fill::new(own.device, own.needed(own.culling)?)?))),
+    make: Some(|own| Ok(Box::new(FillPass::new(own.device, own.needed(own.culling)?)?))),
 };
 
 /// The pass.
-pub struct Fill(CullingPipeline);
+pub struct FillPass(CullingPipeline);
 
-impl Fill {
+impl FillPass {
     /// # Errors
     /// When the device cannot compile the pipeline.
-    pub fn new(device: &Arc<Device>, culling: &Culling) -> gpu::Result<Self> {
+    pub fn new(device: &Arc<Device>, culling: &CullingBuffers) -> gpu::Result<Self> {
         let entry = shader::variant(Flags::LOOKS.when(culling.has_looks())).and_then(|variant| variant.compute());
         Ok(Self(CullingPipeline::new(device, "fill", entry, culling)?))
     }
 }
 
-impl Object for Fill {
+impl PassRecorder for FillPass {
     /// Runs outside any render pass.
     fn record(&self, recording: &FrameContext) {
         let Some(culling) = recording.culling else { return };

@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::screen::{Input, Inputs, Screen, ScreenDesc, add, replace};
+use super::screen::{InputDescriptor, InputSet, Screen, ScreenDesc, add, replace};
 use super::{
-    COLOR_BLEND, First, FrameContext, INPUT_READ, Making, Object, Pass, PassName, Presence, ResourceUse, SetLayouts,
-    Slot, air, frame_data, needed,
+    COLOR_BLEND, FrameContext, INPUT_READ, InitialContents, Making, Pass, PassName, PassRecorder, Presence,
+    ResourceUse, SetLayouts, Slot, air, frame_data, needed,
 };
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Target};
@@ -32,7 +32,8 @@ pub const PASS: Pass = Pass {
     touches: |plan| {
         let own = [
             ResourceUse::input(0, Target::Depth, DEPTH_READ).because("reads the depth of its pixel"),
-            ResourceUse::color(0, plan.light_target(), First::Clear, LIGHT_BLEND).because("blends over the light"),
+            ResourceUse::color(0, plan.light_target(), InitialContents::Clear, LIGHT_BLEND)
+                .because("blends over the light"),
             frame_data(),
         ];
         own.into_iter().chain(air::touch(plan)).collect()
@@ -44,7 +45,7 @@ pub const PASS: Pass = Pass {
 /// The pass: its constants set by the plan.
 pub struct FogPass {
     screen: Screen,
-    pub inputs: Inputs,
+    pub inputs: InputSet,
 }
 
 impl FogPass {
@@ -54,9 +55,9 @@ impl FogPass {
         plan: &FramePlan,
         slot: Slot,
         layouts: SetLayouts,
-        inputs: &[Input],
+        inputs: &[InputDescriptor],
     ) -> gpu::Result<Self> {
-        let inputs = Inputs::new(device, "depth for FOG", inputs)?;
+        let inputs = InputSet::new(device, "depth for FOG", inputs)?;
         let mut constants = vec![
             (constants::LARGEST, plan.largest_light().to_bits()),
             (constants::ORTHOGRAPHIC, u32::from(plan.orthographic)),
@@ -79,7 +80,7 @@ impl FogPass {
     }
 }
 
-impl Object for FogPass {
+impl PassRecorder for FogPass {
     /// Lays the fog over the picture. Runs inside its subpass.
     fn record(&self, recording: &FrameContext) {
         recording.set_area();

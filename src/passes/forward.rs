@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use super::screen::replace;
-use super::surface::{Limits, LitDesc, Surfaces, lit_pipeline, opaque_depth};
+use super::surface::{Limits, LitDesc, SurfacePipelines, lit_pipeline, opaque_depth};
 use super::{
-    COLOR_WRITE, EARLY_DEPTH_READ, First, FrameContext, LATE_DEPTH_WRITE, Object, Pass, PassName, Presence,
-    ResourceUse, SAMPLED, SetLayouts, Slot, culled, frame_data, maps, meshes, sky_light,
+    COLOR_WRITE, EARLY_DEPTH_READ, FrameContext, InitialContents, LATE_DEPTH_WRITE, Pass, PassName, PassRecorder,
+    Presence, ResourceUse, SAMPLED, SetLayouts, Slot, culled, frame_data, maps, meshes, sky_light,
 };
 use crate::gpu::{self, Device, sync::Use};
 use crate::gpu_scene::GpuScene;
@@ -36,8 +36,9 @@ pub const PASS: Pass = Pass {
     },
     touches: |plan| {
         let drawn = [
-            ResourceUse::depth(First::Clear, DEPTH_TEST).because("clears depth, tests against it and writes it"),
-            ResourceUse::color(0, plan.light_target(), First::Clear, LIGHT_WRITE)
+            ResourceUse::depth(InitialContents::Clear, DEPTH_TEST)
+                .because("clears depth, tests against it and writes it"),
+            ResourceUse::color(0, plan.light_target(), InitialContents::Clear, LIGHT_WRITE)
                 .because("clears the light and draws it"),
             frame_data(),
         ];
@@ -50,15 +51,15 @@ pub const PASS: Pass = Pass {
             .collect()
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(Forward::new(own.device, own.plan, own.slot()?, own.layouts, own.scene)?))),
+    make: Some(|own| Ok(Box::new(ForwardPass::new(own.device, own.plan, own.slot()?, own.layouts, own.scene)?))),
 };
 
-/// The pass: a pipeline for each [`GeometryKey`] of the plan.
-pub struct Forward {
-    surfaces: Surfaces,
+/// The pass: a pipeline for each [`GeometryKey`](crate::plan::GeometryKey) of the plan.
+pub struct ForwardPass {
+    surfaces: SurfacePipelines,
 }
 
-impl Forward {
+impl ForwardPass {
     /// `layouts` are those of set 0 and, where the plan has shadow maps, of set 2.
     pub fn new(
         device: &Arc<Device>,
@@ -67,7 +68,7 @@ impl Forward {
         layouts: SetLayouts,
         scene: &GpuScene,
     ) -> gpu::Result<Self> {
-        let mut surfaces = Surfaces::new(device, plan, ("forward", &plan.geometry), layouts, scene)?;
+        let mut surfaces = SurfacePipelines::new(device, plan, ("forward", &plan.geometry), layouts, scene)?;
         for &key in &plan.geometry {
             let desc = LitDesc {
                 name: "forward",
@@ -84,7 +85,7 @@ impl Forward {
     }
 }
 
-impl Object for Forward {
+impl PassRecorder for ForwardPass {
     /// Draws visible objects. Runs inside its subpass.
     fn record(&self, recording: &FrameContext) {
         self.surfaces.record_opaque(recording);

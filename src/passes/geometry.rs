@@ -5,10 +5,10 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::screen::{add, replace};
-use super::surface::{SurfaceDesc, Surfaces, opaque_depth, surface_pipeline};
+use super::surface::{SurfaceDesc, SurfacePipelines, opaque_depth, surface_pipeline};
 use super::{
-    COLOR_BLEND, EARLY_DEPTH_READ, First, FrameContext, LATE_DEPTH_WRITE, Object, Pass, PassName, Presence,
-    ResourceUse, SetLayouts, Slot, culled, frame_data, meshes, needed,
+    COLOR_BLEND, EARLY_DEPTH_READ, FrameContext, InitialContents, LATE_DEPTH_WRITE, Pass, PassName, PassRecorder,
+    Presence, ResourceUse, SetLayouts, Slot, culled, frame_data, meshes, needed,
 };
 use crate::gpu::{self, Device, Owned, sync::Use};
 use crate::gpu_scene::GpuScene;
@@ -37,7 +37,7 @@ pub const PASS: Pass = Pass {
     },
     touches,
     leave_out: None,
-    make: Some(|own| Ok(Box::new(Geometry::new(own.device, own.plan, own.slot()?, own.layouts.frame, own.scene)?))),
+    make: Some(|own| Ok(Box::new(GeometryPass::new(own.device, own.plan, own.slot()?, own.layouts.frame, own.scene)?))),
 };
 
 fn touches(plan: &FramePlan) -> Vec<ResourceUse> {
@@ -45,19 +45,19 @@ fn touches(plan: &FramePlan) -> Vec<ResourceUse> {
     // adds up is cleared.
     // Except for AMBIENT, which finds its texels by normal, position and roughness: some drivers (lavapipe) filter several pixels in one way, which at a
     // silhouette may be that of a pixel of which nothing was written.
-    let finds_texels = if plan.adds_ambient() { First::Clear } else { First::Undefined };
+    let finds_texels = if plan.adds_ambient() { InitialContents::Clear } else { InitialContents::Undefined };
     let locations = [
-        (0, Target::Albedo, First::Undefined, COLOR_WRITE),
+        (0, Target::Albedo, InitialContents::Undefined, COLOR_WRITE),
         (1, Target::Normal, finds_texels, COLOR_WRITE),
         (2, Target::Material, finds_texels, COLOR_WRITE),
-        (4, Target::Specular, First::Undefined, COLOR_WRITE),
+        (4, Target::Specular, InitialContents::Undefined, COLOR_WRITE),
         (5, Target::Position, finds_texels, COLOR_WRITE),
-        (0, Target::Count, First::Clear, COUNT_BLEND),
-        (0, Target::Triangle, First::Undefined, COLOR_WRITE),
+        (0, Target::Count, InitialContents::Clear, COUNT_BLEND),
+        (0, Target::Triangle, InitialContents::Undefined, COLOR_WRITE),
     ];
     let drawn = locations.into_iter().filter(|&(_, target, ..)| plan.format_of(target).is_some());
     let mut touches = vec![
-        ResourceUse::depth(First::Clear, DEPTH_TEST).because("clears depth, tests against it and writes it"),
+        ResourceUse::depth(InitialContents::Clear, DEPTH_TEST).because("clears depth, tests against it and writes it"),
         frame_data(),
     ];
     touches.extend(drawn.map(|(location, target, first, uses)| {
@@ -69,7 +69,8 @@ fn touches(plan: &FramePlan) -> Vec<ResourceUse> {
     }));
     if plan.emissive {
         touches.push(
-            ResourceUse::color(3, plan.light_target(), First::Clear, COLOR_WRITE).because("writes emitted light"),
+            ResourceUse::color(3, plan.light_target(), InitialContents::Clear, COLOR_WRITE)
+                .because("writes emitted light"),
         );
     }
     touches.extend(meshes(plan));
@@ -78,11 +79,11 @@ fn touches(plan: &FramePlan) -> Vec<ResourceUse> {
 }
 
 /// The pass: a pipeline for each [`GeometryKey`] of the plan.
-pub struct Geometry {
-    surfaces: Surfaces,
+pub struct GeometryPass {
+    surfaces: SurfacePipelines,
 }
 
-impl Geometry {
+impl GeometryPass {
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
@@ -90,7 +91,7 @@ impl Geometry {
         frame_layout: vk::DescriptorSetLayout,
         scene: &GpuScene,
     ) -> gpu::Result<Self> {
-        let mut surfaces = Surfaces::new(
+        let mut surfaces = SurfacePipelines::new(
             device,
             plan,
             ("geometry", &plan.geometry),
@@ -105,7 +106,7 @@ impl Geometry {
     }
 }
 
-impl Object for Geometry {
+impl PassRecorder for GeometryPass {
     /// Draws visible objects. Runs inside its subpass.
     fn record(&self, recording: &FrameContext) {
         self.surfaces.record_opaque(recording);

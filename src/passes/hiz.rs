@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::per_pixel::{Bound, GROUP, PerPixel, PerPixelDesc};
-use super::{FrameContext, Making, Object, Pass, PassName, Presence, ResourceUse, needed};
+use super::per_pixel::{GROUP, ImageBinding, PerPixelDesc, PerPixelPass};
+use super::{FrameContext, Making, Pass, PassName, PassRecorder, Presence, ResourceUse, needed};
 use crate::gpu::{self, Device, sync::Use};
-use crate::plan::{FramePlan, HIZ, Hiz as Levels, Target};
+use crate::plan::{FramePlan, HIZ, Hiz, Target};
 use crate::shaders::hiz::{self as shader, Flags};
 
 /// Reads the depth of each pixel.
@@ -29,22 +29,22 @@ pub const PASS: Pass = Pass {
         ]
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(Hiz::new(own.device, own.plan, own.layouts.frame, &own.images())?))),
+    make: Some(|own| Ok(Box::new(HizPass::new(own.device, own.plan, own.layouts.frame, &own.images())?))),
 };
 
 /// The pass.
-pub struct Hiz {
-    pass: PerPixel,
+pub struct HizPass {
+    pass: PerPixelPass,
     tiles: [u32; 2],
 }
 
-impl Hiz {
+impl HizPass {
     /// `images` are depth and the pyramid.
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
         frame_layout: vk::DescriptorSetLayout,
-        images: &[Bound],
+        images: &[ImageBinding],
     ) -> gpu::Result<Self> {
         let desc = PerPixelDesc {
             name: "hiz",
@@ -52,11 +52,11 @@ impl Hiz {
             constants: &[],
             frame_layout,
         };
-        Ok(Self { pass: PerPixel::new(device, &desc, images)?, tiles: Levels::of(plan.size).tiles })
+        Ok(Self { pass: PerPixelPass::new(device, &desc, images)?, tiles: Hiz::of(plan.size).tiles })
     }
 }
 
-impl Object for Hiz {
+impl PassRecorder for HizPass {
     /// Runs outside any render pass.
     fn record(&self, recording: &FrameContext) {
         // A work group for each tile.
@@ -64,7 +64,7 @@ impl Object for Hiz {
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {
-        self.tiles = Levels::of(own.plan.size).tiles;
+        self.tiles = Hiz::of(own.plan.size).tiles;
         self.pass.rebind(own)
     }
 }

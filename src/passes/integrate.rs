@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{FrameContext, Object, Pass, PassName, Presence, ResourceUse, air, frame_data, needed};
+use super::{FrameContext, Pass, PassName, PassRecorder, Presence, ResourceUse, air, frame_data, needed};
 use crate::gpu::{self, Device, Owned, ShaderStage, compute_pipeline, pipeline_layout, sync::Use};
 use crate::plan::{FramePlan, FroxelPlan};
 use crate::shaders::integrate::{self as shader, Flags, constants};
@@ -29,7 +29,7 @@ pub const PASS: Pass = Pass {
     leave_out: None,
     make: Some(|own| {
         let planned = own.needed(own.plan.froxels())?;
-        Ok(Box::new(Integrate::new(own.device, (own.plan, planned), own.layouts.frame)?))
+        Ok(Box::new(IntegratePass::new(own.device, (own.plan, planned), own.layouts.frame)?))
     }),
 };
 
@@ -37,13 +37,13 @@ pub const PASS: Pass = Pass {
 const GROUP: u32 = 8;
 
 /// The pass.
-pub struct Integrate {
+pub struct IntegratePass {
     layout: Owned<vk::PipelineLayout>,
     pipeline: Owned<vk::Pipeline>,
     groups: [u32; 2],
 }
 
-impl Integrate {
+impl IntegratePass {
     /// # Errors
     /// When the device cannot compile the pipeline.
     pub fn new(
@@ -69,7 +69,7 @@ impl Integrate {
     }
 }
 
-impl Object for Integrate {
+impl PassRecorder for IntegratePass {
     /// Runs outside any render pass, after SCATTER.
     fn record(&self, recording: &FrameContext) {
         let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::screen::{Input, Inputs, Screen, ScreenDesc, add, replace};
+use super::screen::{InputDescriptor, InputSet, Screen, ScreenDesc, add, replace};
 use super::{
-    COLOR_BLEND, COLOR_WRITE, DEPTH_COMPARE, First, FrameContext, INPUT_READ, Making, Object, Pass, PassName, Presence,
-    ResourceUse, SAMPLED, SetLayouts, Slot, frame_data, gbuffer_inputs, maps, needed,
+    COLOR_BLEND, COLOR_WRITE, DEPTH_COMPARE, FrameContext, INPUT_READ, InitialContents, Making, Pass, PassName,
+    PassRecorder, Presence, ResourceUse, SAMPLED, SetLayouts, Slot, frame_data, gbuffer_inputs, maps, needed,
 };
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Shading, ToneMapping};
@@ -36,7 +36,7 @@ pub const PASS: Pass = Pass {
     },
     touches,
     leave_out: None,
-    make: Some(|own| Ok(Box::new(Lighting::new(own.device, own.plan, own.slot()?, own.layouts, &own.inputs())?))),
+    make: Some(|own| Ok(Box::new(LightingPass::new(own.device, own.plan, own.slot()?, own.layouts, &own.inputs())?))),
 };
 
 /// Returns true if an invocation reads all samples of its pixel, also where it lights one of them: whether all show one surface decides who lights them.
@@ -52,9 +52,11 @@ fn touches(plan: &FramePlan) -> Vec<ResourceUse> {
             .because("reads its own pixel of the G-buffer")
     };
     let mut touches: Vec<_> = gbuffer_inputs(plan).into_iter().map(input).collect();
-    touches.push(ResourceUse::color(0, plan.light_target(), First::Clear, light).because("writes the light"));
+    touches.push(ResourceUse::color(0, plan.light_target(), InitialContents::Clear, light).because("writes the light"));
     if plan.lighting_tests_depth() {
-        touches.push(ResourceUse::depth(First::Undefined, DEPTH_READ).because("compares with the depth of the sky"));
+        touches.push(
+            ResourceUse::depth(InitialContents::Undefined, DEPTH_READ).because("compares with the depth of the sky"),
+        );
     }
     touches.push(frame_data());
     touches.extend(maps(plan, MAP_READ));
@@ -62,29 +64,29 @@ fn touches(plan: &FramePlan) -> Vec<ResourceUse> {
 }
 
 /// Each element is its own index: the shader takes numbers of lights from here, so that lavapipe knows them to be the same in all invocations.
-type Places = [u32; 32];
+type LightIndices = [u32; 32];
 
-const _: () = assert!(size_of::<Places>() == shader::push::SIZE && size_of::<Places>() <= 128);
+const _: () = assert!(size_of::<LightIndices>() == shader::push::SIZE && size_of::<LightIndices>() <= 128);
 
 /// The pass: its constants set by the plan.
-pub struct Lighting {
+pub struct LightingPass {
     /// One pipeline; with several samples a pixel one for pixels whose samples agree, and one that shades the others' samples.
     screens: Vec<Screen>,
-    pub inputs: Inputs,
+    pub inputs: InputSet,
     /// Only where lights are taken four at a time has the shader push constants.
     pushes: bool,
 }
 
-impl Lighting {
+impl LightingPass {
     /// `layouts` are those of set 0 and, where the plan has shadow maps, of set 2; `inputs` are the G-buffer's views.
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
         slot: Slot,
         layouts: SetLayouts,
-        inputs: &[Input],
+        inputs: &[InputDescriptor],
     ) -> gpu::Result<Self> {
-        let inputs = Inputs::new(device, "G-buffer inputs", inputs)?;
+        let inputs = InputSet::new(device, "G-buffer inputs", inputs)?;
         let mut set_layouts = vec![layouts.frame, inputs.set_layout.raw];
         set_layouts.extend(layouts.shadows);
         let screen = |name, flags| {
@@ -108,14 +110,14 @@ impl Lighting {
     }
 }
 
-impl Object for Lighting {
+impl PassRecorder for LightingPass {
     /// Lights the picture. Runs inside its subpass.
     fn record(&self, recording: &FrameContext) {
         let mut sets = vec![(0, recording.frame_set), (1, self.inputs.set)];
         sets.extend(recording.shadow_set.map(|set| (2, set)));
         for screen in &self.screens {
             if self.pushes {
-                let places: Places = std::array::from_fn(|index| index as u32);
+                let places: LightIndices = std::array::from_fn(|index| index as u32);
                 recording.push(screen.layout.raw, vk::ShaderStageFlags::FRAGMENT, &places);
             }
             screen.record(recording, &sets);

@@ -93,17 +93,19 @@ mod spirv;
 pub mod spread;
 mod surface;
 
-pub use declaration::{First, Pass, PassName, Presence, Resource, ResourceUse, UseKind};
-pub use object::{Making, Object, PassObject};
-pub use per_pixel::{Bound, PerPixel};
-pub use screen::Input;
+pub use declaration::{InitialContents, Pass, PassName, Presence, Resource, ResourceUse, UseKind};
+pub use object::{Making, PassObject, PassRecorder};
+pub use per_pixel::{ImageBinding, PerPixelPass};
+pub use screen::InputDescriptor;
 
 use std::ops::Range;
 
 use ash::vk;
 
 use crate::gpu::{self, Device, Timestamps, sync::Use};
-use crate::gpu_scene::{CulledState, Culling, GpuScene, INDEX_READ, Instances, SKY_READ, TEXTURE_READ, VERTEX_READ};
+use crate::gpu_scene::{
+    CulledState, CullingBuffers, GpuScene, INDEX_READ, Instances, SKY_READ, TEXTURE_READ, VERTEX_READ,
+};
 use crate::plan::{FramePlan, IndexWidth, PresentTarget, Shading, Target, TexturePlan};
 use crate::shaders::Variant;
 use crate::visible::{MapDraw, PreviousFrame, Visible, World, WorldObject};
@@ -284,7 +286,7 @@ pub struct FrameContext<'a> {
     /// The placing of the drawn objects.
     pub instances: &'a Instances,
     /// The placing of opaque objects, where the device finds the visible ones among them.
-    pub culling: Option<&'a Culling>,
+    pub culling: Option<&'a CullingBuffers>,
     /// The frame before, where frames are averaged over time.
     pub since: Option<&'a PreviousFrame>,
     /// Shadow maps that this frame draws anew.
@@ -414,7 +416,7 @@ impl<'a> MeshDraws<'a> {
     }
 
     /// Draws the objects that the device found visible in a step of depth, by some of its commands.
-    fn draw_culled(&mut self, culling: &Culling, step: usize, state: &CulledState) {
+    fn draw_culled(&mut self, culling: &CullingBuffers, step: usize, state: &CulledState) {
         let FrameContext { device, cmd, scene, .. } = *self.recording;
         if self.deformed.is_none() {
             culling.bind(device, cmd);

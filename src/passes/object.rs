@@ -2,19 +2,19 @@
 
 use std::sync::Arc;
 
-use super::screen::Input;
-use super::{Bound, FrameContext, Pass, Resource, ResourceUse, SetLayouts, Slot, UseKind};
+use super::screen::InputDescriptor;
+use super::{FrameContext, ImageBinding, Pass, Resource, ResourceUse, SetLayouts, Slot, UseKind};
 use crate::gpu::{self, Buffer, Device};
-use crate::gpu_scene::{Culling, GpuScene, PoseBuffer, ShadowAtlas, VisibilityLookup};
+use crate::gpu_scene::{CullingBuffers, GpuScene, PoseBuffer, ShadowAtlas, VisibilityLookup};
 use crate::plan::FramePlan;
 use crate::targets::Targets;
 use crate::visible::{Visible, World};
 
 /// Makes the object of a pass.
-pub type Make = fn(&Making) -> gpu::Result<Box<dyn Object>>;
+pub type Make = fn(&Making) -> gpu::Result<Box<dyn PassRecorder>>;
 
 /// The object of a pass, as its [`Pass::make`] makes it.
-pub trait Object: Send + Sync {
+pub trait PassRecorder: Send + Sync {
     /// Records the pass: inside its subpass, or outside of render passes between its barriers.
     fn record(&self, recording: &FrameContext);
 
@@ -46,7 +46,7 @@ pub trait Object: Send + Sync {
 /// An object on the device, with its pass.
 pub struct PassObject {
     pub pass: &'static Pass,
-    pub object: Box<dyn Object>,
+    pub object: Box<dyn PassRecorder>,
 }
 
 /// All that the object of a pass is made from.
@@ -62,7 +62,7 @@ pub struct Making<'a> {
     /// The poses of the frames in flight, in their order, where the plan deforms objects.
     pub poses: &'a [PoseBuffer],
     /// Present where the plan culls on the device.
-    pub culling: Option<&'a Culling>,
+    pub culling: Option<&'a CullingBuffers>,
     /// Present where TILED looks up the surfaces that pixels show.
     pub seen: Option<&'a VisibilityLookup>,
     pub in_flight: usize,
@@ -95,7 +95,7 @@ impl<'a> Making<'a> {
     }
 
     /// The targets that the passes of its subpass read, at their bindings.
-    pub fn inputs(&self) -> Vec<Input> {
+    pub fn inputs(&self) -> Vec<InputDescriptor> {
         let all = self.touches.iter().filter_map(|touch| match (touch.how, touch.resource) {
             (UseKind::Input { binding } | UseKind::Sampled { binding }, Resource::Target(target)) => {
                 Some((binding, self.targets.image(target).view, touch.layout()))
@@ -106,7 +106,7 @@ impl<'a> Making<'a> {
     }
 
     /// The images that the pass reads and stores to, at its bindings.
-    pub fn images(&self) -> Vec<Bound> {
+    pub fn images(&self) -> Vec<ImageBinding> {
         let all = self.touches.iter().filter_map(|touch| {
             let Resource::Target(target) = touch.resource else { return None };
             let image = self.targets.image(target);

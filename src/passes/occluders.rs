@@ -7,8 +7,8 @@ use ash::vk;
 
 use super::depth_only::DepthOnly;
 use super::{
-    EARLY_DEPTH_READ, First, FrameContext, LATE_DEPTH_WRITE, Object, Pass, PassName, ResourceUse, Slot, culling,
-    frame_data, meshes,
+    EARLY_DEPTH_READ, FrameContext, InitialContents, LATE_DEPTH_WRITE, Pass, PassName, PassRecorder, ResourceUse, Slot,
+    culling, frame_data, meshes,
 };
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, Target};
@@ -22,18 +22,18 @@ pub const PASS: Pass = Pass {
     what: "depth of the largest objects, which may hide others",
     presence: culling::hiding,
     touches: |plan| {
-        let depth = ResourceUse::depth_of(Target::Occluders, First::Clear, DEPTH_TEST)
+        let depth = ResourceUse::depth_of(Target::Occluders, InitialContents::Clear, DEPTH_TEST)
             .because("clears the depth of large objects and draws it");
         [depth, frame_data()].into_iter().chain(meshes(plan)).collect()
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(Occluders::new(own.device, own.plan, own.slot()?, own.layouts.frame)?))),
+    make: Some(|own| Ok(Box::new(OccludersPass::new(own.device, own.plan, own.slot()?, own.layouts.frame)?))),
 };
 
 /// The pass, in a render pass of its own.
-pub struct Occluders(DepthOnly);
+pub struct OccludersPass(DepthOnly);
 
-impl Occluders {
+impl OccludersPass {
     /// # Errors
     /// When the device cannot compile a pipeline.
     pub fn new(
@@ -46,7 +46,7 @@ impl Occluders {
     }
 }
 
-impl Object for Occluders {
+impl PassRecorder for OccludersPass {
     /// Draws them. Runs inside its render pass.
     fn record(&self, recording: &FrameContext) {
         self.0.record(recording, &recording.visible.occluders);

@@ -11,11 +11,12 @@ use bytemuck::{Pod, Zeroable};
 
 use super::screen::{WindowPass, over, sampled_bindings, sampled_set, stages};
 use super::{
-    COLOR_BLEND, First, NO_WINDOW, Pass, PassName, Presence, Resource, ResourceUse, SAMPLED, UseKind, needed, shown,
+    COLOR_BLEND, InitialContents, NO_WINDOW, Pass, PassName, Presence, Resource, ResourceUse, SAMPLED, UseKind, needed,
+    shown,
 };
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Image, ImageDesc, Location,
-    MemoryKind, Owned, Sampler, SetLayout, UploadOrder, Uploader, pipeline_layout, sync::Use,
+    MemoryKind, Owned, OwnedSampler, SetLayout, UploadOrder, Uploader, pipeline_layout, sync::Use,
 };
 use crate::shaders::overlay::{self as shader, Flags, constants};
 
@@ -30,7 +31,7 @@ pub const PASS: Pass = Pass {
     what: "draws panels over the picture",
     presence: |plan| Presence::when(plan.presented.is_some(), "only while panels are shown", NO_WINDOW),
     touches: |plan| {
-        let drawn = UseKind::Color { location: 0, first: First::Undefined };
+        let drawn = UseKind::Color { location: 0, first: InitialContents::Undefined };
         vec![ResourceUse::new(shown(plan), drawn, BLEND), ResourceUse::resource(Resource::PanelTextures, TEXTURE_READ)]
     },
     leave_out: None,
@@ -40,7 +41,7 @@ pub const PASS: Pass = Pass {
 /// A corner of a triangle.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub struct Vertex {
+pub struct PanelVertex {
     /// In points from the top left of the window.
     pub position: [f32; 2],
     /// 0 to 1 from the top left of the texture.
@@ -51,7 +52,7 @@ pub struct Vertex {
 
 /// Triangles with one texture, within a part of the window.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Draw {
+pub struct PanelDraw {
     pub texture: u64,
     /// In pixels, within the window.
     pub scissor: vk::Rect2D,
@@ -61,7 +62,7 @@ pub struct Draw {
 
 /// A texture that is new or has changed.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Texture {
+pub struct PanelTexture {
     pub id: u64,
     pub size: [u32; 2],
     /// RGBA, sRGB-encoded, times alpha, rows from the top.
@@ -71,13 +72,13 @@ pub struct Texture {
 /// The panels of one frame.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Panels {
-    pub vertices: Vec<Vertex>,
+    pub vertices: Vec<PanelVertex>,
     pub indices: Vec<u32>,
     /// In the order in which they lie over each other.
-    pub draws: Vec<Draw>,
+    pub draws: Vec<PanelDraw>,
     pub pixels_per_point: f32,
     /// New ones, from this frame on.
-    pub textures: Vec<Texture>,
+    pub textures: Vec<PanelTexture>,
     /// Those that no frame after this one needs.
     pub spent: Vec<u64>,
 }
@@ -85,42 +86,42 @@ pub struct Panels {
 /// The shader's push constants.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-struct Push {
+struct OverlayPush {
     scale: [f32; 2],
 }
 
-const _: () = assert!(size_of::<Push>() == shader::push::SIZE);
-const _: () = assert!(size_of::<Vertex>() == 20);
+const _: () = assert!(size_of::<OverlayPush>() == shader::push::SIZE);
+const _: () = assert!(size_of::<PanelVertex>() == 20);
 
 const PUSH_STAGES: vk::ShaderStageFlags = vk::ShaderStageFlags::VERTEX;
 
 /// The pass, its pipeline, and the resources that it draws with.
-pub struct Overlay {
+pub struct OverlayPass {
     pass: WindowPass,
     pipeline: Owned<vk::Pipeline>,
     layout: Owned<vk::PipelineLayout>,
     set_layout: SetLayout,
-    sampler: Sampler,
+    sampler: OwnedSampler,
     uploads: UploadOrder,
-    textures: HashMap<u64, Bound>,
+    textures: HashMap<u64, OverlayTexture>,
     /// One for each frame in flight.
-    buffers: Vec<Option<Buffers>>,
+    buffers: Vec<Option<OverlayBuffers>>,
 }
 
 /// A texture with its set.
-struct Bound {
+struct OverlayTexture {
     set: vk::DescriptorSet,
     _pool: DescriptorPool,
     _image: Image,
 }
 
 /// Vertices and indices of a frame.
-struct Buffers {
+struct OverlayBuffers {
     vertices: Buffer,
     indices: Buffer,
 }
 
-impl Overlay {
+impl OverlayPass {
     /// For images of this format; `encodes` says whether that encodes sRGB by itself.
     pub fn new(
         device: &Arc<Device>,
@@ -131,7 +132,8 @@ impl Overlay {
     ) -> gpu::Result<Self> {
         let pass = WindowPass::new(device, "overlay", format, vk::AttachmentLoadOp::LOAD)?;
         let set_layout = SetLayout::new(device, "overlay set layout", &sampled_bindings())?;
-        let range = vk::PushConstantRange { stage_flags: PUSH_STAGES, offset: 0, size: size_of::<Push>() as u32 };
+        let range =
+            vk::PushConstantRange { stage_flags: PUSH_STAGES, offset: 0, size: size_of::<OverlayPush>() as u32 };
         let layout = pipeline_layout(device, "overlay layout", &[set_layout.raw], &[range])?;
         let pipeline = pipeline(device, layout.raw, pass.render_pass.raw, encodes)?;
         Ok(Self {
@@ -139,7 +141,7 @@ impl Overlay {
             pipeline,
             layout,
             set_layout,
-            sampler: Sampler::bilinear(device, "overlay sampler")?,
+            sampler: OwnedSampler::bilinear(device, "overlay sampler")?,
             uploads,
             textures: HashMap::new(),
             buffers: (0..in_flight).map(|_| None).collect(),
@@ -173,7 +175,7 @@ impl Overlay {
                 let size = (bytes.len() as u64).next_power_of_two().max(1 << 16);
                 Buffer::new(&self.pass.device, &name, size, usage, Location::Upload, MemoryKind::Geometry)
             };
-            self.buffers[frame] = Some(Buffers {
+            self.buffers[frame] = Some(OverlayBuffers {
                 vertices: buffer("vertices", vertices, vk::BufferUsageFlags::VERTEX_BUFFER)?,
                 indices: buffer("indices", indices, vk::BufferUsageFlags::INDEX_BUFFER)?,
             });
@@ -187,7 +189,7 @@ impl Overlay {
     }
 
     /// Each change makes a new image: textures that frames in flight still sample are left as they are, and go to the retire queue.
-    fn upload(&mut self, textures: &[Texture]) -> gpu::Result<()> {
+    fn upload(&mut self, textures: &[PanelTexture]) -> gpu::Result<()> {
         if textures.is_empty() {
             return Ok(());
         }
@@ -215,12 +217,12 @@ impl Overlay {
         Ok(())
     }
 
-    fn bind(&self, image: Image) -> gpu::Result<Bound> {
+    fn bind(&self, image: Image) -> gpu::Result<OverlayTexture> {
         let (pool, set) = sampled_set(&self.pass.device, "overlay", &self.set_layout, image.view, &self.sampler)?;
-        Ok(Bound { set, _pool: pool, _image: image })
+        Ok(OverlayTexture { set, _pool: pool, _image: image })
     }
 
-    /// Begins the render pass over one of its images, draws what [`Overlay::write`] took over for this frame, and ends it.
+    /// Begins the render pass over one of its images, draws what [`OverlayPass::write`] took over for this frame, and ends it.
     pub fn record(&self, cmd: vk::CommandBuffer, image: usize, frame: usize, panels: &Panels) {
         self.pass.device.begin_label(cmd, "OVERLAY");
         self.pass.record(cmd, image, |_| {
@@ -231,11 +233,11 @@ impl Overlay {
         self.pass.device.end_label(cmd);
     }
 
-    fn draw(&self, cmd: vk::CommandBuffer, buffers: &Buffers, panels: &Panels) {
+    fn draw(&self, cmd: vk::CommandBuffer, buffers: &OverlayBuffers, panels: &Panels) {
         let (gpu, layout) = (&self.pass.device.raw, self.layout.raw);
         let [width, height] = [self.pass.extent.width, self.pass.extent.height].map(|edge| edge as f32);
         let viewport = vk::Viewport { width, height, max_depth: 1.0, ..vk::Viewport::default() };
-        let push = Push { scale: [width, height].map(|edge| 2.0 * panels.pixels_per_point / edge) };
+        let push = OverlayPush { scale: [width, height].map(|edge| 2.0 * panels.pixels_per_point / edge) };
         let graphics = vk::PipelineBindPoint::GRAPHICS;
         // SAFETY: `cmd` is being recorded inside the pass that the pipeline was made for; the buffers live until their frame is done,
         // and hold what the draws name, as `write` put it there; sets have the layout of the pipeline.
@@ -270,7 +272,7 @@ fn pipeline(
     encodes: bool,
 ) -> gpu::Result<Owned<vk::Pipeline>> {
     let variant = needed("overlay", shader::variant, Flags::NONE)?;
-    let vertices = vk::VertexInputBindingDescription::default().stride(size_of::<Vertex>() as u32);
+    let vertices = vk::VertexInputBindingDescription::default().stride(size_of::<PanelVertex>() as u32);
     let attribute =
         |location, offset, format| vk::VertexInputAttributeDescription { location, binding: 0, format, offset };
     GraphicsPipeline::new(

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::blending::{blend, limits, targets};
-use super::screen::{Input, Inputs, stages};
+use super::screen::{InputDescriptor, InputSet, stages};
 use super::{
-    FrameContext, INPUT_READ, Making, Object, Pass, PassName, Presence, Resource, ResourceUse, Slot, air, frame_data,
-    needed,
+    FrameContext, INPUT_READ, Making, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, Slot, air,
+    frame_data, needed,
 };
 use crate::gpu::{
     self, Buffer, DepthState, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, SetLayout,
@@ -56,7 +56,7 @@ pub const PASS: Pass = Pass {
 
 /// The pass.
 pub struct ParticlePass {
-    pub inputs: Inputs,
+    pub inputs: InputSet,
     layout: Owned<vk::PipelineLayout>,
     pipeline: Owned<vk::Pipeline>,
     set: vk::DescriptorSet,
@@ -74,9 +74,9 @@ impl ParticlePass {
         (plan, planned): (&FramePlan, &ParticlePlan),
         (slot, frame_layout): (Slot, vk::DescriptorSetLayout),
         (buffers, textures): (impl Iterator<Item = &'a Buffer>, Option<&Sheets>),
-        inputs: &[Input],
+        inputs: &[InputDescriptor],
     ) -> gpu::Result<Self> {
-        let inputs = Inputs::new(device, "depth behind particles", inputs)?;
+        let inputs = InputSet::new(device, "depth behind particles", inputs)?;
         let (set_layout, pool, set) = described(device, buffers, textures)?;
         let layout = pipeline_layout(device, "particles", &[frame_layout, inputs.set_layout.raw, set_layout.raw], &[])?;
         let variant = needed("particles", shader::variant, flags(plan))?;
@@ -119,7 +119,7 @@ impl ParticlePass {
     }
 }
 
-impl Object for ParticlePass {
+impl PassRecorder for ParticlePass {
     /// Draws those that are alive. Runs inside its subpass.
     fn record(&self, recording: &FrameContext) {
         let count = recording.visible.emitters.count + u32::from(self.counts);

@@ -5,8 +5,10 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::screen::{Input, Inputs, add, stages};
-use super::{FrameContext, Making, Object, Pass, PassName, Presence, Resource, ResourceUse, SetLayouts, Slot, needed};
+use super::screen::{InputDescriptor, InputSet, add, stages};
+use super::{
+    FrameContext, Making, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SetLayouts, Slot, needed,
+};
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout};
 use crate::gpu_scene::{POSITION, VERTEX_READ, vertex_input};
 use crate::plan::{Extras, FramePlan, Shading};
@@ -34,26 +36,26 @@ pub const PASS: Pass = Pass {
         plan.uploads.volumes.then_some(ResourceUse::resource(Resource::Vertices, VERTEX_READ)).into_iter().collect()
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(PerLight::new(own.device, own.plan, own.slot()?, own.layouts, &own.inputs())?))),
+    make: Some(|own| Ok(Box::new(PerLightPass::new(own.device, own.plan, own.slot()?, own.layouts, &own.inputs())?))),
 };
 
 /// The pass. It draws inside LIGHTING's subpass.
-pub struct PerLight {
+pub struct PerLightPass {
     layout: Owned<vk::PipelineLayout>,
     pipeline: Owned<vk::Pipeline>,
-    pub inputs: Inputs,
+    pub inputs: InputSet,
 }
 
-impl PerLight {
+impl PerLightPass {
     /// `layouts` are those of set 0 and, where the plan has shadow maps, of set 2; `inputs` are the G-buffer's views.
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
         slot: Slot,
         layouts: SetLayouts,
-        inputs: &[Input],
+        inputs: &[InputDescriptor],
     ) -> gpu::Result<Self> {
-        let inputs = Inputs::new(device, "G-buffer inputs light by light", inputs)?;
+        let inputs = InputSet::new(device, "G-buffer inputs light by light", inputs)?;
         let flags = flags(plan);
         let volume = plan.light_path == LightPath::Volumes;
         let shader = needed("per_light", shader::variant, flags)?;
@@ -103,7 +105,7 @@ impl PerLight {
     }
 }
 
-impl Object for PerLight {
+impl PassRecorder for PerLightPass {
     /// Adds the lights. Runs inside LIGHTING's subpass, after its triangle.
     fn record(&self, recording: &FrameContext) {
         // Where no opaque surface is seen, every depth is that of the sky, which no light passes.

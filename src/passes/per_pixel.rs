@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{FrameContext, Making, Object, ResourceUse, gbuffer_inputs};
+use super::{FrameContext, Making, PassRecorder, ResourceUse, gbuffer_inputs};
 use crate::gpu::sync::Use;
 use crate::gpu::{
     self, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, binding, compute_pipeline, pipeline_layout,
@@ -18,7 +18,7 @@ const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
 pub(super) const GROUP: u32 = 8;
 
 /// An image of set 1: its binding, view and layout. In the layout GENERAL it is stored to.
-pub type Bound = (u32, vk::ImageView, vk::ImageLayout);
+pub type ImageBinding = (u32, vk::ImageView, vk::ImageLayout);
 
 /// The targets of the G-buffer as a pass samples them that finds places by depth in every layout (`STORED` in `shaders/shared/gbuffer.wgsl`).
 pub(super) fn sampled_gbuffer(plan: &FramePlan, read: Use) -> Vec<ResourceUse> {
@@ -38,7 +38,7 @@ pub struct PerPixelDesc<'a> {
 }
 
 /// A compute pipeline with its images.
-pub struct PerPixel {
+pub struct PerPixelPass {
     name: String,
     layout: Owned<vk::PipelineLayout>,
     pipeline: Owned<vk::Pipeline>,
@@ -47,8 +47,8 @@ pub struct PerPixel {
     set: vk::DescriptorSet,
 }
 
-impl PerPixel {
-    pub fn new(device: &Arc<Device>, desc: &PerPixelDesc, images: &[Bound]) -> gpu::Result<Self> {
+impl PerPixelPass {
+    pub fn new(device: &Arc<Device>, desc: &PerPixelDesc, images: &[ImageBinding]) -> gpu::Result<Self> {
         let name = desc.name;
         let Some(entry) = desc.shader.compute() else {
             return Err(gpu::Error::Unsupported(format!("{name}.wgsl has no compute entry")));
@@ -77,7 +77,7 @@ impl PerPixel {
     }
 }
 
-impl Object for PerPixel {
+impl PassRecorder for PerPixelPass {
     /// Dispatches an invocation for every pixel.
     fn record(&self, recording: &FrameContext) {
         self.dispatch(recording, recording.size);
@@ -89,7 +89,7 @@ impl Object for PerPixel {
     }
 }
 
-fn kind(&(_, _, layout): &Bound) -> vk::DescriptorType {
+fn kind(&(_, _, layout): &ImageBinding) -> vk::DescriptorType {
     match layout {
         vk::ImageLayout::GENERAL => vk::DescriptorType::STORAGE_IMAGE,
         _ => vk::DescriptorType::SAMPLED_IMAGE,
@@ -101,7 +101,7 @@ fn bound(
     device: &Arc<Device>,
     name: &str,
     layout: &SetLayout,
-    images: &[Bound],
+    images: &[ImageBinding],
 ) -> gpu::Result<(DescriptorPool, vk::DescriptorSet)> {
     let kinds: Vec<_> = images.iter().map(|image| (kind(image), 1)).collect();
     let pool = DescriptorPool::new(device, name, 1, &kinds)?;

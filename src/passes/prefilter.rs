@@ -43,7 +43,7 @@ pub struct PrefilterOrder {
 
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-struct Push {
+struct PrefilterPush {
     edge: u32,
     roughness: f32,
     samples: u32,
@@ -54,28 +54,28 @@ struct Push {
 const _: () = {
     use crate::shaders::prefilter::push as wgsl;
     use std::mem::offset_of;
-    assert!(size_of::<Push>() == wgsl::SIZE);
-    assert!(offset_of!(Push, edge) == wgsl::EDGE);
-    assert!(offset_of!(Push, roughness) == wgsl::ROUGHNESS);
-    assert!(offset_of!(Push, samples) == wgsl::SAMPLES);
-    assert!(offset_of!(Push, source_edge) == wgsl::SOURCE_EDGE);
-    assert!(offset_of!(Push, level) == wgsl::LEVEL);
+    assert!(size_of::<PrefilterPush>() == wgsl::SIZE);
+    assert!(offset_of!(PrefilterPush, edge) == wgsl::EDGE);
+    assert!(offset_of!(PrefilterPush, roughness) == wgsl::ROUGHNESS);
+    assert!(offset_of!(PrefilterPush, samples) == wgsl::SAMPLES);
+    assert!(offset_of!(PrefilterPush, source_edge) == wgsl::SOURCE_EDGE);
+    assert!(offset_of!(PrefilterPush, level) == wgsl::LEVEL);
 };
 
 /// One of its three programs.
-struct Program {
+struct PrefilterProgram {
     set_layout: SetLayout,
     layout: Owned<vk::PipelineLayout>,
     pipeline: Owned<vk::Pipeline>,
 }
 
 /// A dispatch over the layers of an image, from the sky as a program sees it.
-struct Work<'a> {
-    program: &'a Program,
+struct PrefilterDispatch<'a> {
+    program: &'a PrefilterProgram,
     source: Option<vk::ImageView>,
     output: vk::ImageView,
     layers: u32,
-    push: Push,
+    push: PrefilterPush,
 }
 
 /// Fills what a sky lights by, in a submission of its own; nothing is waited for.
@@ -84,33 +84,45 @@ struct Work<'a> {
 /// When there is no memory for it, or the device is lost.
 pub fn submit(device: &Arc<Device>, sky: &SkyMaps, plan: &SkyPlan, order: PrefilterOrder) -> gpu::Result<()> {
     let Some(light) = &sky.light else { return Ok(()) };
-    let [lobe, base, table] = [Flags::LOBE, Flags::BASE, Flags::NONE].map(|flags| Program::new(device, flags));
+    let [lobe, base, table] = [Flags::LOBE, Flags::BASE, Flags::NONE].map(|flags| PrefilterProgram::new(device, flags));
     let (lobe, base, table) = (lobe?, base?, table?);
     let levels = levels(&light.lobe)?;
     let source_edge = plan.edge.min(SOURCE_EDGE);
     let mut works = Vec::new();
     for (view, level) in levels.iter().zip(0..) {
         let roughness = level as f32 / (LOBE_LEVELS - 1) as f32;
-        let push = Push {
+        let push = PrefilterPush {
             edge: LOBE_EDGE >> level,
             roughness,
             samples: plan.samples,
             source_edge: plan.edge as f32,
             level: 0,
         };
-        works.push(Work { program: &lobe, source: Some(sky.cube_view.raw), output: view.raw, layers: 6, push });
+        works.push(PrefilterDispatch {
+            program: &lobe,
+            source: Some(sky.cube_view.raw),
+            output: view.raw,
+            layers: 6,
+            push,
+        });
     }
-    let push = Push {
+    let push = PrefilterPush {
         edge: BASE_EDGE,
         roughness: 0.0,
         samples: 0,
         source_edge: source_edge as f32,
         level: (plan.edge / source_edge).ilog2(),
     };
-    works.push(Work { program: &base, source: Some(sky.cube.view), output: light.base.view, layers: 6, push });
+    works.push(PrefilterDispatch {
+        program: &base,
+        source: Some(sky.cube.view),
+        output: light.base.view,
+        layers: 6,
+        push,
+    });
     let array = light.table.array_view()?;
-    let push = Push { edge: TABLE_EDGE, roughness: 0.0, samples: TABLE_SAMPLES, source_edge: 0.0, level: 0 };
-    works.push(Work { program: &table, source: None, output: array.raw, layers: 1, push });
+    let push = PrefilterPush { edge: TABLE_EDGE, roughness: 0.0, samples: TABLE_SAMPLES, source_edge: 0.0, level: 0 };
+    works.push(PrefilterDispatch { program: &table, source: None, output: array.raw, layers: 1, push });
 
     let kinds = [vk::DescriptorType::SAMPLED_IMAGE, vk::DescriptorType::SAMPLER, vk::DescriptorType::STORAGE_IMAGE];
     let count = works.len() as u32;
@@ -153,7 +165,7 @@ fn levels(lobe: &Image) -> gpu::Result<Vec<Owned<vk::ImageView>>> {
     (0..lobe.mip_levels).map(level).collect()
 }
 
-impl Program {
+impl PrefilterProgram {
     fn new(device: &Arc<Device>, flags: Flags) -> gpu::Result<Self> {
         let entry = needed("prefilter", shader::variant, flags)?.compute();
         let entry = entry.ok_or_else(|| gpu::Error::Unsupported("prefilter.wgsl has no compute entry".into()))?;
@@ -166,7 +178,7 @@ impl Program {
         }
         let name = format!("prefilter {flags:?}");
         let set_layout = SetLayout::new(device, &name, &bindings)?;
-        let range = vk::PushConstantRange { stage_flags: COMPUTE, offset: 0, size: size_of::<Push>() as u32 };
+        let range = vk::PushConstantRange { stage_flags: COMPUTE, offset: 0, size: size_of::<PrefilterPush>() as u32 };
         let layout = pipeline_layout(device, &name, &[set_layout.raw], &[range])?;
         let stage = ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage: COMPUTE, constants: &[] };
         let pipeline = compute_pipeline(device, &name, &stage, layout.raw)?;
@@ -174,7 +186,7 @@ impl Program {
     }
 }
 
-impl Work<'_> {
+impl PrefilterDispatch<'_> {
     fn record(
         &self,
         device: &Arc<Device>,

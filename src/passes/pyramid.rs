@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{FrameContext, Input, Making, Object, Pass, PassName, Resource, ResourceUse, culling};
+use super::{FrameContext, InputDescriptor, Making, Pass, PassName, PassRecorder, Resource, ResourceUse, culling};
 use crate::gpu::{
     self, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, binding, compute_pipeline, pipeline_layout,
     sync::Use,
 };
-use crate::gpu_scene::Culling;
+use crate::gpu_scene::CullingBuffers;
 use crate::plan::{FramePlan, Target};
 use crate::shaders::pyramid::{self as shader, Flags};
 
@@ -34,7 +34,7 @@ pub const PASS: Pass = Pass {
     leave_out: None,
     make: Some(|own| {
         let culling = own.needed(own.culling)?;
-        Ok(Box::new(Pyramid::new(own.device, own.plan, culling, &own.inputs())?))
+        Ok(Box::new(PyramidPass::new(own.device, own.plan, culling, &own.inputs())?))
     }),
 };
 
@@ -42,7 +42,7 @@ const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
 const KINDS: [vk::DescriptorType; 2] = [vk::DescriptorType::SAMPLED_IMAGE, vk::DescriptorType::STORAGE_BUFFER];
 
 /// The pass.
-pub struct Pyramid {
+pub struct PyramidPass {
     layout: Owned<vk::PipelineLayout>,
     pipeline: Owned<vk::Pipeline>,
     set_layout: SetLayout,
@@ -50,12 +50,17 @@ pub struct Pyramid {
     set: vk::DescriptorSet,
 }
 
-impl Pyramid {
+impl PyramidPass {
     /// `inputs` has the depths.
     ///
     /// # Errors
     /// When the device cannot compile the pipeline.
-    pub fn new(device: &Arc<Device>, plan: &FramePlan, culling: &Culling, inputs: &[Input]) -> gpu::Result<Self> {
+    pub fn new(
+        device: &Arc<Device>,
+        plan: &FramePlan,
+        culling: &CullingBuffers,
+        inputs: &[InputDescriptor],
+    ) -> gpu::Result<Self> {
         let entry = shader::variant(Flags::SAMPLES.when(plan.msaa > 1)).and_then(|variant| variant.compute());
         let Some(entry) = entry else {
             return Err(gpu::Error::Unsupported("pyramid.wgsl has no compute entry".into()));
@@ -70,7 +75,7 @@ impl Pyramid {
     }
 }
 
-impl Object for Pyramid {
+impl PassRecorder for PyramidPass {
     /// Runs outside any render pass.
     fn record(&self, recording: &FrameContext) {
         let Some(culling) = recording.culling else { return };
@@ -94,8 +99,8 @@ impl Object for Pyramid {
 fn bound(
     device: &Arc<Device>,
     layout: &SetLayout,
-    culling: &Culling,
-    inputs: &[Input],
+    culling: &CullingBuffers,
+    inputs: &[InputDescriptor],
 ) -> gpu::Result<(DescriptorPool, vk::DescriptorSet)> {
     let pool = DescriptorPool::new(device, "pyramid", 1, &KINDS.map(|kind| (kind, 1)))?;
     let set = pool.allocate("pyramid", layout.raw)?;

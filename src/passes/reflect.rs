@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::per_pixel::{Bound, PerPixel, PerPixelDesc, sampled_gbuffer};
+use super::per_pixel::{ImageBinding, PerPixelDesc, PerPixelPass, sampled_gbuffer};
 use super::{Pass, PassName, Presence, ResourceUse, frame_data, needed};
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, HIZ, RAYS, ReflectionPlan, Target};
@@ -47,15 +47,15 @@ pub fn new(
     device: &Arc<Device>,
     plan: &FramePlan,
     frame_layout: vk::DescriptorSetLayout,
-    images: &[Bound],
-) -> gpu::Result<PerPixel> {
+    images: &[ImageBinding],
+) -> gpu::Result<PerPixelPass> {
     let desc = PerPixelDesc {
         name: "reflect",
         shader: needed("reflect", shader::variant, flags(plan))?,
         constants: &constants_of(plan),
         frame_layout,
     };
-    PerPixel::new(device, &desc, images)
+    PerPixelPass::new(device, &desc, images)
 }
 
 /// Returns the shader variant of a plan.

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::{
-    FrameContext, Object, Pass, PassName, Presence, Resource, ResourceUse, SetLayouts, air, frame_data, maps, needed,
+    FrameContext, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SetLayouts, air, frame_data, maps,
+    needed,
 };
 use crate::gpu::{
     self, Buffer, Device, Location, MemoryKind, Owned, SetLayout, ShaderStage, compute_pipeline, pipeline_layout,
@@ -32,7 +33,7 @@ pub const PASS: Pass = Pass {
     leave_out: Some(|settings| settings.fog = Fog::Height),
     make: Some(|own| {
         let planned = own.needed(own.plan.froxels())?;
-        Ok(Box::new(Scatter::new(own.device, (own.plan, planned), own.layouts)?))
+        Ok(Box::new(ScatterPass::new(own.device, (own.plan, planned), own.layouts)?))
     }),
 };
 
@@ -40,7 +41,7 @@ pub const PASS: Pass = Pass {
 const GROUP: u32 = 4;
 
 /// The pass.
-pub struct Scatter {
+pub struct ScatterPass {
     /// Set 0 names it.
     froxels: Buffer,
     layout: Owned<vk::PipelineLayout>,
@@ -49,7 +50,7 @@ pub struct Scatter {
     _empty: SetLayout,
 }
 
-impl Scatter {
+impl ScatterPass {
     /// # Errors
     /// When the device cannot compile the pipeline.
     pub fn new(
@@ -79,7 +80,7 @@ impl Scatter {
     }
 }
 
-impl Object for Scatter {
+impl PassRecorder for ScatterPass {
     /// Runs outside any render pass.
     fn record(&self, recording: &FrameContext) {
         let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{FrameContext, Making, Object, Slot};
+use super::{FrameContext, Making, PassRecorder, Slot};
 use crate::gpu::{
-    self, DepthState, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, RenderPass, Sampler,
+    self, DepthState, DescriptorPool, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, OwnedSampler, RenderPass,
     SetLayout, SetLayoutBinding, SetWriter, ShaderStage, SubpassDesc, binding, framebuffer, pipeline_layout,
 };
 use crate::plan::Target;
@@ -117,7 +117,7 @@ pub fn stages<'a>(variant: &'a Variant, constants: &'a [(u32, u32)]) -> Vec<Shad
 }
 
 /// A set of input attachments.
-pub struct Inputs {
+pub struct InputSet {
     name: String,
     pub set_layout: Owned<vk::DescriptorSetLayout>,
     pub set: vk::DescriptorSet,
@@ -125,12 +125,13 @@ pub struct Inputs {
 }
 
 /// An input attachment as a descriptor: its binding, view, and layout in the subpass.
-pub type Input = (u32, vk::ImageView, vk::ImageLayout);
+pub type InputDescriptor = (u32, vk::ImageView, vk::ImageLayout);
 
-impl Inputs {
-    pub fn new(device: &Arc<Device>, name: &str, inputs: &[Input]) -> gpu::Result<Self> {
-        let input =
-            |&(index, ..): &Input| binding(index, vk::DescriptorType::INPUT_ATTACHMENT, vk::ShaderStageFlags::FRAGMENT);
+impl InputSet {
+    pub fn new(device: &Arc<Device>, name: &str, inputs: &[InputDescriptor]) -> gpu::Result<Self> {
+        let input = |&(index, ..): &InputDescriptor| {
+            binding(index, vk::DescriptorType::INPUT_ATTACHMENT, vk::ShaderStageFlags::FRAGMENT)
+        };
         let bindings: Vec<_> = inputs.iter().map(input).collect();
         let set_layout = SetLayout::new(device, name, &bindings)?;
         let count = inputs.len().max(1) as u32;
@@ -140,7 +141,7 @@ impl Inputs {
     }
 
     /// The same attachments, but other images. The set is a new one: frames that are under way may still read the old.
-    pub fn rebind(&mut self, device: &Arc<Device>, inputs: &[Input]) -> gpu::Result<()> {
+    pub fn rebind(&mut self, device: &Arc<Device>, inputs: &[InputDescriptor]) -> gpu::Result<()> {
         let pool = input_pool(device, &self.name, inputs.len().max(1) as u32)?;
         self.set = input_set(device, &self.name, (&pool, &self.set_layout), inputs)?;
         self.pool = pool;
@@ -156,7 +157,7 @@ fn input_set(
     device: &Arc<Device>,
     name: &str,
     (pool, layout): (&DescriptorPool, &SetLayout),
-    inputs: &[Input],
+    inputs: &[InputDescriptor],
 ) -> gpu::Result<vk::DescriptorSet> {
     let set = pool.allocate(name, layout.raw)?;
     let mut writer = SetWriter::new();
@@ -240,7 +241,7 @@ pub fn sampled_set(
     name: &str,
     layout: &SetLayout,
     image: vk::ImageView,
-    sampler: &Sampler,
+    sampler: &OwnedSampler,
 ) -> gpu::Result<(DescriptorPool, vk::DescriptorSet)> {
     let pool = DescriptorPool::new(device, &format!("{name} pool"), 1, &SAMPLED.map(|kind| (kind, 1)))?;
     let set = pool.allocate(&format!("{name} set"), layout.raw)?;
@@ -250,7 +251,7 @@ pub fn sampled_set(
 }
 
 /// A pass that draws the picture anew from the picture before it, of which each pixel reads others.
-pub struct Redraw {
+pub struct RedrawPass {
     name: &'static str,
     /// The target that it draws.
     target: Target,
@@ -258,10 +259,10 @@ pub struct Redraw {
     set: vk::DescriptorSet,
     set_layout: SetLayout,
     pool: DescriptorPool,
-    sampler: Sampler,
+    sampler: OwnedSampler,
 }
 
-impl Redraw {
+impl RedrawPass {
     /// `name` is the pass's, for the names of its objects; shader and constants are its own.
     pub fn new(
         own: &Making,
@@ -270,7 +271,7 @@ impl Redraw {
         constants: &[(u32, u32)],
     ) -> gpu::Result<Self> {
         let set_layout = SetLayout::new(own.device, &format!("{name} set layout"), &sampled_bindings())?;
-        let sampler = Sampler::bilinear(own.device, &format!("{name} sampler"))?;
+        let sampler = OwnedSampler::bilinear(own.device, &format!("{name} sampler"))?;
         let (pool, set) = sampled_set(own.device, name, &set_layout, picture_before(own, target), &sampler)?;
         let screen = Screen::new(
             own.device,
@@ -293,7 +294,7 @@ fn picture_before(own: &Making, target: Target) -> vk::ImageView {
     own.targets.image(own.plan.picture_before(target)).view
 }
 
-impl Object for Redraw {
+impl PassRecorder for RedrawPass {
     /// Draws the picture. Runs inside its render pass.
     fn record(&self, recording: &FrameContext) {
         recording.set_area();

@@ -10,8 +10,8 @@ use glam::Vec4;
 use super::spirv::with_cells;
 use super::surface::textured_stages;
 use super::{
-    EARLY_DEPTH_WRITE, First, FrameContext, LATE_DEPTH_WRITE, MeshDraws, Object, Pass, PassName, Presence, Resource,
-    ResourceUse, Slot, UseKind, frame_data, meshes, needed,
+    EARLY_DEPTH_WRITE, FrameContext, InitialContents, LATE_DEPTH_WRITE, MeshDraws, Pass, PassName, PassRecorder,
+    Presence, Resource, ResourceUse, Slot, UseKind, frame_data, meshes, needed,
 };
 use crate::gpu::{
     self, DepthState, Device, Framebuffer, GraphicsPipeline, GraphicsPipelineDesc, Owned, framebuffer, pipeline_layout,
@@ -40,7 +40,7 @@ pub const PASS: Pass = Pass {
         None => Presence::Out(plan.reasons.shadow.clone()),
     },
     touches: |plan| {
-        let how = UseKind::Depth { first: First::Clear };
+        let how = UseKind::Depth { first: InitialContents::Clear };
         let map = ResourceUse::new(Resource::ShadowMaps, how, MAP_CLEAR.or(MAP_STORE))
             .because("clears and draws the maps that have changed");
         [map, frame_data()].into_iter().chain(meshes(plan)).collect()
@@ -48,7 +48,7 @@ pub const PASS: Pass = Pass {
     leave_out: None,
     make: Some(|own| {
         let (planned, atlas) = (own.needed(own.plan.shadow.as_ref())?, own.needed(own.atlas)?);
-        Ok(Box::new(Shadow::new(own.device, planned, atlas, own.slot()?, own.scene, own.world)?))
+        Ok(Box::new(ShadowPass::new(own.device, planned, atlas, own.slot()?, own.scene, own.world)?))
     }),
 };
 
@@ -57,7 +57,7 @@ const PUSH_STAGES: vk::ShaderStageFlags =
 
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-struct Push {
+struct ShadowPush {
     alpha: f32,
     alpha_cutoff: f32,
     _padding: [f32; 2],
@@ -67,10 +67,10 @@ struct Push {
 const _: () = {
     use crate::shaders::shadow::push as wgsl;
     use std::mem::offset_of;
-    assert!(size_of::<Push>() == wgsl::SIZE);
-    assert!(offset_of!(Push, alpha) == wgsl::ALPHA);
-    assert!(offset_of!(Push, alpha_cutoff) == wgsl::ALPHA_CUTOFF);
-    assert!(offset_of!(Push, uv_rows) == wgsl::UV_X);
+    assert!(size_of::<ShadowPush>() == wgsl::SIZE);
+    assert!(offset_of!(ShadowPush, alpha) == wgsl::ALPHA);
+    assert!(offset_of!(ShadowPush, alpha_cutoff) == wgsl::ALPHA_CUTOFF);
+    assert!(offset_of!(ShadowPush, uv_rows) == wgsl::UV_X);
 };
 
 /// All that sets one pipeline of the pass apart from another.
@@ -108,7 +108,7 @@ impl CasterKey {
 }
 
 /// The pass: a pipeline for each kind of caster, a framebuffer for each layer of the atlas.
-pub struct Shadow {
+pub struct ShadowPass {
     render_pass: vk::RenderPass,
     framebuffers: Vec<Framebuffer>,
     plain_layout: Owned<vk::PipelineLayout>,
@@ -133,7 +133,7 @@ pub fn attachment() -> vk::AttachmentDescription {
         .final_layout(ATLAS_LAYOUT)
 }
 
-impl Shadow {
+impl ShadowPass {
     pub fn new(
         device: &Arc<Device>,
         plan: &ShadowPlan,
@@ -147,7 +147,7 @@ impl Shadow {
             framebuffer(device, &name, slot.render_pass, &[view.raw], atlas.image.extent)
         };
         let framebuffers = atlas.layers.iter().enumerate().map(layer).collect::<gpu::Result<_>>()?;
-        let range = vk::PushConstantRange { stage_flags: PUSH_STAGES, offset: 0, size: size_of::<Push>() as u32 };
+        let range = vk::PushConstantRange { stage_flags: PUSH_STAGES, offset: 0, size: size_of::<ShadowPush>() as u32 };
         let plain_layout = pipeline_layout(device, "shadow layout", &[], &[range])?;
         let holes = scene.materials.as_ref().and_then(|materials| materials.layout(HOLES));
         // Without holes there is no set to bind, though a material that samples its base colour has one of the same layout.
@@ -228,8 +228,9 @@ impl Shadow {
         let mut meshes = MeshDraws::of_casters(recording, &streams);
         let mut bound: (Option<CasterKey>, Option<(usize, u32)>) = (None, None);
         let object_of = |caster: &Caster| &recording.world.objects[caster.object];
-        let one_draw =
-            |a: &Caster, b: &Caster| a.level == b.level && Batch::of(object_of(a)) == Batch::of(object_of(b));
+        let one_draw = |a: &Caster, b: &Caster| {
+            a.level == b.level && ShadowBatch::of(object_of(a)) == ShadowBatch::of(object_of(b))
+        };
         for casters in casters.chunk_by(one_draw) {
             let (object, count) = (object_of(&casters[0]), casters.len() as u32);
             let key = CasterKey::of(object, self.clamp && view.clamps);
@@ -256,7 +257,7 @@ impl Shadow {
     }
 }
 
-impl Object for Shadow {
+impl PassRecorder for ShadowPass {
     /// Draws the maps that the frame has to draw anew.
     fn record(&self, recording: &FrameContext) {
         let mut first = 0;
@@ -271,7 +272,7 @@ impl Object for Shadow {
 
 /// The state shared by casters that one command draws.
 #[derive(PartialEq)]
-struct Batch {
+struct ShadowBatch {
     key: CasterKey,
     mesh: usize,
     deform: Option<usize>,
@@ -279,7 +280,7 @@ struct Batch {
     material: Option<(usize, u32)>,
 }
 
-impl Batch {
+impl ShadowBatch {
     fn of(object: &WorldObject) -> Self {
         let key = CasterKey::of(object, false);
         let material = key.has_holes().then_some(object.material_set());
@@ -288,9 +289,9 @@ impl Batch {
 }
 
 /// Returns the push constants by which a caster's material cuts holes.
-fn push(recording: &FrameContext, object: &WorldObject) -> Push {
+fn push(recording: &FrameContext, object: &WorldObject) -> ShadowPush {
     let material = &recording.world.materials[object.material];
-    Push {
+    ShadowPush {
         alpha: material.alpha,
         alpha_cutoff: match material.alpha_mode {
             AlphaMode::Mask { cutoff } => cutoff,

@@ -7,8 +7,8 @@ use ash::vk;
 
 use super::screen::{Screen, ScreenDesc, replace};
 use super::{
-    COLOR_READ, COLOR_WRITE, First, FrameContext, Making, Object, Pass, PassName, Presence, Resource, ResourceUse,
-    SAMPLED, Slot, needed,
+    COLOR_READ, COLOR_WRITE, FrameContext, InitialContents, Making, Pass, PassName, PassRecorder, Presence, Resource,
+    ResourceUse, SAMPLED, Slot, needed,
 };
 use crate::gpu::{self, Buffer, DescriptorPool, Device, SetLayout, SetWriter, binding, sync::Use};
 use crate::plan::{FramePlan, TAA_MEAN, TaaPlan, Target};
@@ -27,19 +27,19 @@ pub const PASS: Pass = Pass {
     touches: |_| {
         vec![
             ResourceUse::resource(Resource::Kept(TAA_MEAN), HISTORY_READ).because("reads what TAA averaged"),
-            ResourceUse::color(0, Target::Hdr, First::Undefined, LIGHT_WRITE)
+            ResourceUse::color(0, Target::Hdr, InitialContents::Undefined, LIGHT_WRITE)
                 .because("overwrites the light that TAA has read"),
         ]
     },
     leave_out: None,
     make: Some(|own| {
         let planned = own.needed(own.plan.effects.taa.as_ref())?;
-        Ok(Box::new(Sharpen::new(own.device, own.plan, planned, own.slot()?, histories(own)?)?))
+        Ok(Box::new(SharpenPass::new(own.device, own.plan, planned, own.slot()?, histories(own)?)?))
     }),
 };
 
 /// The pass.
-pub struct Sharpen {
+pub struct SharpenPass {
     screen: Screen,
     layout: SetLayout,
     pool: DescriptorPool,
@@ -47,7 +47,7 @@ pub struct Sharpen {
     sets: [vk::DescriptorSet; 2],
 }
 
-impl Sharpen {
+impl SharpenPass {
     /// # Errors
     /// When the device cannot compile a pipeline.
     pub fn new(
@@ -81,7 +81,7 @@ impl Sharpen {
     }
 }
 
-impl Object for Sharpen {
+impl PassRecorder for SharpenPass {
     /// Runs inside its subpass.
     fn record(&self, recording: &FrameContext) {
         // TAA has left no viewport.

@@ -6,7 +6,7 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
 use super::{
-    FrameContext, Object, Pass, PassName, Presence, Resource, ResourceUse, SetLayouts, frame_data, maps, needed,
+    FrameContext, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SetLayouts, frame_data, maps, needed,
 };
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, ShaderStage, binding,
@@ -33,7 +33,7 @@ pub const PASS: Pass = Pass {
     leave_out: None,
     make: Some(|own| {
         let planned = own.needed(own.plan.effects.particles.as_ref())?;
-        Ok(Box::new(Simulate::new(own.device, (own.plan, planned), own.layouts, own.in_flight)?))
+        Ok(Box::new(SimulatePass::new(own.device, (own.plan, planned), own.layouts, own.in_flight)?))
     }),
 };
 
@@ -43,7 +43,7 @@ const GROUP: u32 = 128;
 
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-struct Push {
+struct SimulatePush {
     count: u32,
     places: u32,
     emitters: u32,
@@ -52,8 +52,13 @@ struct Push {
 const _: () = {
     use shader::structs::emitter as wgsl;
     use std::mem::offset_of;
-    assert!(size_of::<Push>() == shader::push::SIZE && offset_of!(Push, emitters) == shader::push::EMITTERS);
-    assert!(offset_of!(Push, count) == shader::push::COUNT && offset_of!(Push, places) == shader::push::PLACES);
+    assert!(
+        size_of::<SimulatePush>() == shader::push::SIZE && offset_of!(SimulatePush, emitters) == shader::push::EMITTERS
+    );
+    assert!(
+        offset_of!(SimulatePush, count) == shader::push::COUNT
+            && offset_of!(SimulatePush, places) == shader::push::PLACES
+    );
     assert!(size_of::<EmitterRecord>() == wgsl::SIZE);
     assert!(offset_of!(EmitterRecord, life) == wgsl::LIFE && offset_of!(EmitterRecord, drag) == wgsl::DRAG);
     assert!(offset_of!(EmitterRecord, velocity) == wgsl::VELOCITY && offset_of!(EmitterRecord, step) == wgsl::STEP);
@@ -91,7 +96,7 @@ impl ParticleBuffers {
 }
 
 /// The pass, with the emitters of each frame in flight.
-pub struct Simulate {
+pub struct SimulatePass {
     buffers: ParticleBuffers,
     emitters: Vec<Buffer>,
     sets: Vec<vk::DescriptorSet>,
@@ -101,7 +106,7 @@ pub struct Simulate {
     _pool: DescriptorPool,
 }
 
-impl Simulate {
+impl SimulatePass {
     pub fn new(
         device: &Arc<Device>,
         (plan, planned): (&FramePlan, &ParticlePlan),
@@ -155,7 +160,7 @@ impl Simulate {
     }
 }
 
-impl Object for Simulate {
+impl PassRecorder for SimulatePass {
     /// Runs outside any render pass.
     fn record(&self, recording: &FrameContext) {
         let count = recording.visible.emitters.count;
@@ -165,7 +170,7 @@ impl Object for Simulate {
         let places = if self.buffers.keys.is_some() { sort_places(count) } else { 0 };
         let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
         let particles = &recording.visible.emitters;
-        let push = Push { count: particles.count, places, emitters: particles.records.len() as u32 };
+        let push = SimulatePush { count: particles.count, places, emitters: particles.records.len() as u32 };
         let sets: Vec<_> =
             [recording.frame_set, self.sets[recording.place]].into_iter().chain(recording.shadow_set).collect();
         let groups = particles.count.max(places).div_ceil(GROUP);

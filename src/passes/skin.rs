@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::{FrameContext, Object, Pass, PassName, Presence, Resource, ResourceUse};
+use super::{FrameContext, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse};
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, binding, compute_pipeline,
     pipeline_layout, sync::Use,
@@ -40,7 +40,9 @@ pub const PASS: Pass = Pass {
         ]
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(Skin::new(own.device, own.needed(own.scene.deformed.as_ref())?, own.poses.iter())?))),
+    make: Some(|own| {
+        Ok(Box::new(SkinPass::new(own.device, own.needed(own.scene.deformed.as_ref())?, own.poses.iter())?))
+    }),
 };
 
 /// Returns its use of the vertices.
@@ -51,7 +53,7 @@ fn vertex_use(plan: &FramePlan) -> Use {
 const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
 
 /// The pass, with a set for each frame in flight.
-pub struct Skin {
+pub struct SkinPass {
     layout: Owned<vk::PipelineLayout>,
     pipeline: Owned<vk::Pipeline>,
     sets: Vec<vk::DescriptorSet>,
@@ -60,7 +62,7 @@ pub struct Skin {
     _pool: DescriptorPool,
 }
 
-impl Skin {
+impl SkinPass {
     /// `poses` are the buffers of frames in flight, in their order.
     pub fn new<'a>(
         device: &Arc<Device>,
@@ -89,7 +91,7 @@ impl Skin {
     }
 }
 
-impl Object for Skin {
+impl PassRecorder for SkinPass {
     /// Writes the vertices of the frame's pose. Runs outside any render pass.
     fn record(&self, recording: &FrameContext) {
         let (raw, cmd) = (&recording.device.raw, recording.cmd);

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::screen::{Screen, ScreenDesc, replace};
 use super::{
-    FrameContext, Object, Pass, PassName, Presence, Resource, ResourceUse, SetLayouts, Slot, frame_data, needed,
+    FrameContext, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SetLayouts, Slot, frame_data, needed,
 };
 use crate::gpu::{self, Device};
 use crate::gpu_scene::TEXTURE_READ;
@@ -62,7 +62,7 @@ impl SkyPass {
     }
 }
 
-impl Object for SkyPass {
+impl PassRecorder for SkyPass {
     /// Draws the sky. Runs inside its subpass.
     fn record(&self, recording: &FrameContext) {
         recording.set_area();

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
 
-use super::{FrameContext, Object, Pass, PassName, Presence, Resource, ResourceUse, needed};
+use super::{FrameContext, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, needed};
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, Owned, SetLayout, SetWriter, ShaderStage, binding, compute_pipeline,
     pipeline_layout, sync::Use,
@@ -37,7 +37,7 @@ pub const PASS: Pass = Pass {
     make: Some(|own| {
         // The keys are the second buffer, after the particles.
         let keys = own.needed(own.buffers(Resource::Buffers(PARTICLES)).nth(1))?;
-        Ok(Box::new(Sort::new(own.device, keys)?))
+        Ok(Box::new(SortPass::new(own.device, keys)?))
     }),
 };
 
@@ -47,7 +47,7 @@ const GROUP: u32 = 128;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
-struct Push {
+struct SortPush {
     first: u32,
     last: u32,
     apart: u32,
@@ -55,15 +55,15 @@ struct Push {
 
 const _: () = {
     use std::mem::offset_of;
-    assert!(size_of::<Push>() == shader::push::SIZE && offset_of!(Push, first) == shader::push::FIRST);
-    assert!(offset_of!(Push, last) == shader::push::LAST && offset_of!(Push, apart) == shader::push::APART);
+    assert!(size_of::<SortPush>() == shader::push::SIZE && offset_of!(SortPush, first) == shader::push::FIRST);
+    assert!(offset_of!(SortPush, last) == shader::push::LAST && offset_of!(SortPush, apart) == shader::push::APART);
 };
 
 /// A dispatch: true if it is within blocks, false over all keys; and its push constants.
-type Step = (bool, Push);
+type SortDispatch = (bool, SortPush);
 
 /// The pass.
-pub struct Sort {
+pub struct SortPass {
     layout: Owned<vk::PipelineLayout>,
     /// Over all keys, and within blocks.
     pipelines: [Owned<vk::Pipeline>; 2],
@@ -72,7 +72,7 @@ pub struct Sort {
     _pool: DescriptorPool,
 }
 
-impl Sort {
+impl SortPass {
     pub fn new(device: &Arc<Device>, keys: &Buffer) -> gpu::Result<Self> {
         let set_layout = SetLayout::new(device, "sort", &[binding(0, vk::DescriptorType::STORAGE_BUFFER, COMPUTE)])?;
         let pool = DescriptorPool::new(device, "sort", 1, &[(vk::DescriptorType::STORAGE_BUFFER, 1)])?;
@@ -93,7 +93,7 @@ impl Sort {
     }
 }
 
-impl Object for Sort {
+impl PassRecorder for SortPass {
     /// Sorts the first so many keys, a power of two. `between` records the barrier before each step but the first. Runs outside any render pass.
     fn record(&self, recording: &FrameContext) {
         let count = recording.visible.emitters.count;
@@ -121,16 +121,16 @@ impl Object for Sort {
 }
 
 /// All runs of a block at once; then for each longer run a step for each distance that reaches out of a block, and the rest at once.
-fn steps(places: u32) -> Vec<Step> {
-    let mut steps = vec![(true, Push { first: 2, last: SORT_BLOCK, apart: 0 })];
+fn steps(places: u32) -> Vec<SortDispatch> {
+    let mut steps = vec![(true, SortPush { first: 2, last: SORT_BLOCK, apart: 0 })];
     let mut run = 2 * SORT_BLOCK;
     while run <= places {
         let mut apart = run / 2;
         while apart >= SORT_BLOCK {
-            steps.push((false, Push { first: run, last: run, apart }));
+            steps.push((false, SortPush { first: run, last: run, apart }));
             apart /= 2;
         }
-        steps.push((true, Push { first: run, last: run, apart: 0 }));
+        steps.push((true, SortPush { first: run, last: run, apart: 0 }));
         run *= 2;
     }
     steps

@@ -14,7 +14,9 @@ use super::{FrameContext, MeshDraws, SetLayouts, Slot, needed};
 use crate::gpu::{
     self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, SetLayout, ShaderStage, pipeline_layout,
 };
-use crate::gpu_scene::{COLOR, Culling, GpuScene, NORMAL, POSITION, SECOND_UV, SetForm, TANGENT, UV, vertex_input};
+use crate::gpu_scene::{
+    COLOR, CullingBuffers, GpuScene, NORMAL, POSITION, SECOND_UV, SetForm, TANGENT, UV, vertex_input,
+};
 use crate::plan::{FramePlan, GeometryKey, Opacity, Shading, ToneMapping};
 use crate::scene::{AlphaMode, Brdf, Material, TextureSlot};
 use crate::shaders::Variant;
@@ -27,7 +29,7 @@ pub const PUSH_STAGES: vk::ShaderStageFlags =
 /// The push constants, which change from draw to draw: 68 of the 128 bytes that every device has.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-pub struct Push {
+pub struct SurfacePush {
     base_color: Vec3,
     alpha: f32,
     emissive: Vec3,
@@ -45,31 +47,31 @@ pub struct Push {
 const _: () = {
     use crate::shaders::geometry::push as wgsl;
     use std::mem::offset_of;
-    assert!(size_of::<Push>() <= 128);
-    assert!(size_of::<Push>() == wgsl::SIZE);
-    assert!(size_of::<Push>() == crate::shaders::forward::push::SIZE);
-    assert!(offset_of!(Push, base_color) == wgsl::BASE_COLOR);
-    assert!(offset_of!(Push, alpha) == wgsl::ALPHA);
-    assert!(offset_of!(Push, emissive) == wgsl::EMISSIVE);
-    assert!(offset_of!(Push, alpha_cutoff) == wgsl::ALPHA_CUTOFF);
-    assert!(offset_of!(Push, specular) == wgsl::SPECULAR);
-    assert!(offset_of!(Push, brdf) == wgsl::BRDF);
-    assert!(offset_of!(Push, metallic) == wgsl::METALLIC);
-    assert!(offset_of!(Push, roughness) == wgsl::ROUGHNESS);
-    assert!(offset_of!(Push, ambient) == wgsl::AMBIENT);
-    assert!(offset_of!(Push, normal_scale) == wgsl::NORMAL_SCALE);
-    assert!(offset_of!(Push, first_uv_map) == wgsl::FIRST_UV_MAP);
+    assert!(size_of::<SurfacePush>() <= 128);
+    assert!(size_of::<SurfacePush>() == wgsl::SIZE);
+    assert!(size_of::<SurfacePush>() == crate::shaders::forward::push::SIZE);
+    assert!(offset_of!(SurfacePush, base_color) == wgsl::BASE_COLOR);
+    assert!(offset_of!(SurfacePush, alpha) == wgsl::ALPHA);
+    assert!(offset_of!(SurfacePush, emissive) == wgsl::EMISSIVE);
+    assert!(offset_of!(SurfacePush, alpha_cutoff) == wgsl::ALPHA_CUTOFF);
+    assert!(offset_of!(SurfacePush, specular) == wgsl::SPECULAR);
+    assert!(offset_of!(SurfacePush, brdf) == wgsl::BRDF);
+    assert!(offset_of!(SurfacePush, metallic) == wgsl::METALLIC);
+    assert!(offset_of!(SurfacePush, roughness) == wgsl::ROUGHNESS);
+    assert!(offset_of!(SurfacePush, ambient) == wgsl::AMBIENT);
+    assert!(offset_of!(SurfacePush, normal_scale) == wgsl::NORMAL_SCALE);
+    assert!(offset_of!(SurfacePush, first_uv_map) == wgsl::FIRST_UV_MAP);
 };
 
 /// The pipeline and the material that are bound.
 #[derive(Default)]
-struct Bound {
+struct BoundState {
     key: Option<GeometryKey>,
     material: Option<(usize, u32)>,
 }
 
 /// A pipeline for each [`GeometryKey`] of a pass.
-pub struct Surfaces {
+pub struct SurfacePipelines {
     /// By the textures that a pipeline samples.
     layouts: BTreeMap<SetForm, Owned<vk::PipelineLayout>>,
     pipelines: BTreeMap<GeometryKey, Owned<vk::Pipeline>>,
@@ -83,7 +85,7 @@ pub struct Surfaces {
     after_prepass: bool,
 }
 
-impl Surfaces {
+impl SurfacePipelines {
     /// No pipelines yet, but the layouts of those that the pass of this `name` has for `keys`. `layouts` are those of set 0 and, for passes
     /// that light what they draw, of set 2.
     pub fn new(
@@ -93,7 +95,8 @@ impl Surfaces {
         layouts: SetLayouts,
         scene: &GpuScene,
     ) -> gpu::Result<Self> {
-        let range = vk::PushConstantRange { stage_flags: PUSH_STAGES, offset: 0, size: size_of::<Push>() as u32 };
+        let range =
+            vk::PushConstantRange { stage_flags: PUSH_STAGES, offset: 0, size: size_of::<SurfacePush>() as u32 };
         let forms: BTreeSet<SetForm> = keys.iter().map(|&key| SetForm::of(key)).collect();
         // Shadow maps are in set 2: where nothing is in set 1, its place in the layout is empty.
         let skips = layouts.shadows.is_some() && forms.iter().any(|form| form.textures.is_empty());
@@ -148,7 +151,7 @@ impl Surfaces {
     pub fn record<'a>(&self, recording: &FrameContext, draws: impl Iterator<Item = (&'a Draw, Option<u32>)>) {
         recording.set_area();
         let mut meshes = MeshDraws::new(recording, &self.streams);
-        let mut bound = Bound::default();
+        let mut bound = BoundState::default();
         for (draw, first_index) in draws {
             let object = &recording.world.objects[draw.object];
             self.bind(recording, object, &mut bound);
@@ -157,10 +160,10 @@ impl Surfaces {
     }
 
     /// Draws the objects that the device found visible, near ones first.
-    fn record_culled(&self, recording: &FrameContext, culling: &Culling) {
+    fn record_culled(&self, recording: &FrameContext, culling: &CullingBuffers) {
         recording.set_area();
         let mut meshes = MeshDraws::new(recording, &self.streams);
-        let mut bound = Bound::default();
+        let mut bound = BoundState::default();
         for step in 0..STEPS {
             for state in &culling.states {
                 self.bind(recording, &recording.world.objects[state.object], &mut bound);
@@ -170,7 +173,7 @@ impl Surfaces {
     }
 
     /// Binds the pipeline and the material of an object, where others are bound, and pushes its values.
-    fn bind(&self, recording: &FrameContext, object: &WorldObject, bound: &mut Bound) {
+    fn bind(&self, recording: &FrameContext, object: &WorldObject, bound: &mut BoundState) {
         let key = object.key;
         // The plan has a key for each object of the scene (plan.rs), and the pass a pipeline for each key.
         let pipeline = &self.pipelines[&key];
@@ -183,7 +186,7 @@ impl Surfaces {
             if let Some(set) = recording.shadow_set.filter(|_| self.shadows) {
                 recording.bind_set(layout, 2, set);
             }
-            *bound = Bound { key: Some(key), material: None };
+            *bound = BoundState { key: Some(key), material: None };
         }
         let material = object.material_set();
         if bound.material != Some(material) {
@@ -206,9 +209,9 @@ impl Surfaces {
         self.record(recording, draws.iter().map(|draw| (draw, None)));
     }
 
-    fn push(&self, recording: &FrameContext, object: &WorldObject) -> Push {
+    fn push(&self, recording: &FrameContext, object: &WorldObject) -> SurfacePush {
         let material = &recording.world.materials[object.material];
-        Push {
+        SurfacePush {
             base_color: material.base_color,
             alpha: material.alpha,
             // Cut off here as well: infinity times a black texel would be no number.
@@ -229,7 +232,7 @@ impl Surfaces {
     }
 }
 
-impl Surfaces {
+impl SurfacePipelines {
     /// The value for the specular target's alpha.
     fn brdf_code(&self, material: &Material, object: &WorldObject) -> f32 {
         let index = material.model(self.brdf_override) as u32 as f32;

@@ -9,7 +9,9 @@ use ash::vk;
 use bytemuck::{Pod, Zeroable};
 use glam::Mat4;
 
-use super::{FrameContext, Input, Making, Object, Pass, PassName, Presence, Resource, ResourceUse, needed};
+use super::{
+    FrameContext, InputDescriptor, Making, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, needed,
+};
 use crate::gpu::{
     self, Buffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter, ShaderStage, binding,
     compute_pipeline, pipeline_layout, sync::Use,
@@ -47,7 +49,7 @@ pub const PASS: Pass = Pass {
     leave_out: Some(|settings| settings.taa = false),
     make: Some(|own| {
         let planned = own.needed(own.plan.effects.taa.as_ref())?;
-        Ok(Box::new(Taa::new(own.device, own.plan, planned, &own.inputs())?))
+        Ok(Box::new(TaaPass::new(own.device, own.plan, planned, &own.inputs())?))
     }),
 };
 
@@ -66,7 +68,7 @@ const LOOKS_ELSEWHERE: u32 = 4;
 
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-struct Push {
+struct TaaPush {
     moved: Mat4,
     jitter: [f32; 2],
     depths: [f32; 2],
@@ -77,15 +79,15 @@ struct Push {
 
 const _: () = {
     use std::mem::offset_of;
-    assert!(size_of::<Push>() == shader::push::SIZE && size_of::<Push>() <= 128);
-    assert!(offset_of!(Push, moved) == shader::push::MOVED && offset_of!(Push, jitter) == shader::push::JITTER);
-    assert!(offset_of!(Push, depths) == shader::push::DEPTHS);
-    assert!(offset_of!(Push, depths_before) == shader::push::DEPTHS_BEFORE);
-    assert!(offset_of!(Push, flags) == shader::push::FLAGS && offset_of!(Push, exposed) == shader::push::EXPOSED);
+    assert!(size_of::<TaaPush>() == shader::push::SIZE && size_of::<TaaPush>() <= 128);
+    assert!(offset_of!(TaaPush, moved) == shader::push::MOVED && offset_of!(TaaPush, jitter) == shader::push::JITTER);
+    assert!(offset_of!(TaaPush, depths) == shader::push::DEPTHS);
+    assert!(offset_of!(TaaPush, depths_before) == shader::push::DEPTHS_BEFORE);
+    assert!(offset_of!(TaaPush, flags) == shader::push::FLAGS && offset_of!(TaaPush, exposed) == shader::push::EXPOSED);
 };
 
 /// The pass, and the histories of two frames: each reads that of the other.
-pub struct Taa {
+pub struct TaaPass {
     /// Of frames in flight, by their places.
     pub histories: [Buffer; 2],
     layout: Owned<vk::PipelineLayout>,
@@ -95,17 +97,22 @@ pub struct Taa {
     sets: [vk::DescriptorSet; 2],
 }
 
-impl Taa {
+impl TaaPass {
     /// `inputs` are light, depth and vectors.
     ///
     /// # Errors
     /// When the device lacks the memory or cannot compile a pipeline.
-    pub fn new(device: &Arc<Device>, plan: &FramePlan, planned: &TaaPlan, inputs: &[Input]) -> gpu::Result<Self> {
+    pub fn new(
+        device: &Arc<Device>,
+        plan: &FramePlan,
+        planned: &TaaPlan,
+        inputs: &[InputDescriptor],
+    ) -> gpu::Result<Self> {
         let storage = [BEFORE, AFTER].map(|index| binding(index, vk::DescriptorType::STORAGE_BUFFER, COMPUTE));
         let images = inputs.iter().map(|input| binding(input.0, vk::DescriptorType::SAMPLED_IMAGE, COMPUTE));
         let bindings: Vec<_> = storage.into_iter().chain(images).collect();
         let set_layout = SetLayout::new(device, "taa", &bindings)?;
-        let range = vk::PushConstantRange { stage_flags: COMPUTE, offset: 0, size: size_of::<Push>() as u32 };
+        let range = vk::PushConstantRange { stage_flags: COMPUTE, offset: 0, size: size_of::<TaaPush>() as u32 };
         let layout = pipeline_layout(device, "taa", &[set_layout.raw], &[range])?;
         let Some(entry) = needed("taa", shader::variant, flags(plan))?.compute() else {
             return Err(gpu::Error::Unsupported("taa.wgsl has no compute entry".into()));
@@ -131,7 +138,7 @@ impl Taa {
     }
 }
 
-impl Object for Taa {
+impl PassRecorder for TaaPass {
     /// Runs outside any render pass.
     fn record(&self, recording: &FrameContext) {
         let Some(since) = recording.since else { return };
@@ -160,10 +167,10 @@ impl Object for Taa {
     }
 }
 
-fn push(since: &PreviousFrame) -> Push {
+fn push(since: &PreviousFrame) -> TaaPush {
     let before = since.before.as_ref().unwrap_or(&since.now);
     let flag = |bit, is_set| if is_set { bit } else { 0 };
-    Push {
+    TaaPush {
         moved: before.moved_from(&since.now),
         jitter: since.jitter.map(|offset| offset as f32),
         depths: since.now.depths(),
@@ -194,7 +201,7 @@ fn bound(
     device: &Arc<Device>,
     layout: &SetLayout,
     histories: &[Buffer; 2],
-    inputs: &[Input],
+    inputs: &[InputDescriptor],
 ) -> gpu::Result<(DescriptorPool, [vk::DescriptorSet; 2])> {
     let images = 2 * inputs.len() as u32;
     let kinds = [(vk::DescriptorType::STORAGE_BUFFER, 4), (vk::DescriptorType::SAMPLED_IMAGE, images)];

@@ -10,7 +10,7 @@ use super::background::{background, exposed_background};
 use super::curves::encode_srgb;
 use super::spirv::with_lengths;
 use super::{
-    FrameContext, Making, Object, Pass, PassName, Presence, Resource, ResourceUse, SetLayouts, frame_data,
+    FrameContext, Making, Pass, PassName, PassRecorder, Presence, Resource, ResourceUse, SetLayouts, frame_data,
     gbuffer_inputs, maps,
 };
 use crate::gpu::{
@@ -61,7 +61,7 @@ pub const PASS: Pass = Pass {
     make: Some(|own| {
         let (stored, output) = (own.inputs(), own.targets.image(Target::Output).view);
         let background = Background::of(own.plan, own.world);
-        Ok(Box::new(Tiled::new(own.device, own.plan, own.layouts, own.seen, (&stored, output), background)?))
+        Ok(Box::new(TiledPass::new(own.device, own.plan, own.layouts, own.seen, (&stored, output), background)?))
     }),
 };
 
@@ -95,16 +95,16 @@ const TILE: u32 = 16;
 
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-struct Push {
+struct TiledPush {
     background: Vec3,
     padding: u32,
     sample_background: Vec3,
 }
 
 const _: () = {
-    assert!(std::mem::offset_of!(Push, background) == shader::push::BACKGROUND);
-    assert!(std::mem::offset_of!(Push, sample_background) == shader::push::SAMPLE_BACKGROUND);
-    assert!(size_of::<Push>() <= shader::push::SIZE);
+    assert!(std::mem::offset_of!(TiledPush, background) == shader::push::BACKGROUND);
+    assert!(std::mem::offset_of!(TiledPush, sample_background) == shader::push::SAMPLE_BACKGROUND);
+    assert!(size_of::<TiledPush>() <= shader::push::SIZE);
 };
 
 /// The light where nothing is seen.
@@ -129,7 +129,7 @@ impl Background {
 }
 
 /// The pass.
-pub struct Tiled {
+pub struct TiledPass {
     layout: Owned<vk::PipelineLayout>,
     pipeline: Owned<vk::Pipeline>,
     set_layout: SetLayout,
@@ -141,16 +141,16 @@ pub struct Tiled {
 }
 
 /// A stored target as a descriptor: its binding, view and layout.
-pub type Stored = (u32, vk::ImageView, vk::ImageLayout);
+pub type StoredTarget = (u32, vk::ImageView, vk::ImageLayout);
 
-impl Tiled {
+impl TiledPass {
     /// `stored` are the views of the G-buffer, `output` that of the picture.
     pub fn new(
         device: &Arc<Device>,
         plan: &FramePlan,
         layouts: SetLayouts,
         seen: Option<&VisibilityLookup>,
-        (stored, output): (&[Stored], vk::ImageView),
+        (stored, output): (&[StoredTarget], vk::ImageView),
         background: Background,
     ) -> gpu::Result<Self> {
         let mut bindings: Vec<_> =
@@ -183,7 +183,7 @@ impl Tiled {
     }
 }
 
-impl Object for Tiled {
+impl PassRecorder for TiledPass {
     /// Lights the picture. Runs outside any render pass.
     fn record(&self, recording: &FrameContext) {
         let (raw, cmd) = (&recording.device.raw, recording.cmd);
@@ -192,8 +192,8 @@ impl Object for Tiled {
         sets.extend(recording.shadow_set);
         let mut push = [0u8; shader::push::SIZE];
         let Background { of_pixel, of_sample } = self.background;
-        let background = Push { background: of_pixel, padding: 0, sample_background: of_sample };
-        push[..size_of::<Push>()].copy_from_slice(bytemuck::bytes_of(&background));
+        let background = TiledPush { background: of_pixel, padding: 0, sample_background: of_sample };
+        push[..size_of::<TiledPush>()].copy_from_slice(bytemuck::bytes_of(&background));
         let groups = recording.size.map(|edge| edge.div_ceil(TILE));
         // SAFETY: `cmd` is being recorded outside a render pass; sets and push constants are those of the layout, and the pass owns
         // all of them and outlives the submission.
@@ -226,7 +226,7 @@ const SEEN_SET: u32 = 3;
 fn bound(
     device: &Arc<Device>,
     layout: &SetLayout,
-    stored: &[Stored],
+    stored: &[StoredTarget],
     output: vk::ImageView,
 ) -> gpu::Result<(DescriptorPool, vk::DescriptorSet)> {
     let kinds = [(vk::DescriptorType::SAMPLED_IMAGE, stored.len() as u32), (vk::DescriptorType::STORAGE_IMAGE, 1)];

@@ -6,8 +6,8 @@ use ash::vk;
 
 use super::screen::{Screen, ScreenDesc, replace};
 use super::{
-    COLOR_BLEND, First, FrameContext, Object, Pass, PassName, Presence, ResourceUse, SetLayouts, Slot, frame_data,
-    needed,
+    COLOR_BLEND, FrameContext, InitialContents, Pass, PassName, PassRecorder, Presence, ResourceUse, SetLayouts, Slot,
+    frame_data, needed,
 };
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::FramePlan;
@@ -25,13 +25,13 @@ pub const PASS: Pass = Pass {
     },
     touches: |plan| {
         vec![
-            ResourceUse::color(0, plan.picture(), First::Undefined, PICTURE_BLEND)
+            ResourceUse::color(0, plan.picture(), InitialContents::Undefined, PICTURE_BLEND)
                 .because("multiplies what is finished of its pixel"),
             frame_data(),
         ]
     },
     leave_out: Some(|settings| (settings.vignette, settings.grain) = (0.0, 0.0)),
-    make: Some(|own| Ok(Box::new(Tone::new(own.device, own.plan, own.slot()?, own.layouts)?))),
+    make: Some(|own| Ok(Box::new(TonePass::new(own.device, own.plan, own.slot()?, own.layouts)?))),
 };
 
 fn is_in(plan: &FramePlan) -> bool {
@@ -39,11 +39,11 @@ fn is_in(plan: &FramePlan) -> bool {
 }
 
 /// The pass.
-pub struct Tone {
+pub struct TonePass {
     screen: Screen,
 }
 
-impl Tone {
+impl TonePass {
     pub fn new(device: &Arc<Device>, plan: &FramePlan, slot: Slot, layouts: SetLayouts) -> gpu::Result<Self> {
         let shader = needed("tone", shader::variant, Flags::NONE)?;
         let screen = Screen::new(
@@ -66,7 +66,7 @@ impl Tone {
     }
 }
 
-impl Object for Tone {
+impl PassRecorder for TonePass {
     /// Darkens the picture. Runs inside its subpass.
     fn record(&self, recording: &FrameContext) {
         recording.set_area();

@@ -1,9 +1,10 @@
 //! TONEMAP: the HDR target to the output.
 
-use super::screen::{Inputs, Screen, ScreenDesc, replace};
+use super::screen::{InputSet, Screen, ScreenDesc, replace};
 use super::spread::{self, SpreadLight};
 use super::{
-    COLOR_WRITE, First, FrameContext, INPUT_READ, Making, Object, Pass, PassName, Presence, ResourceUse, needed,
+    COLOR_WRITE, FrameContext, INPUT_READ, InitialContents, Making, Pass, PassName, PassRecorder, Presence,
+    ResourceUse, needed,
 };
 use crate::gpu::{self, sync::Use};
 use crate::plan::{FramePlan, Target, ToneMapping};
@@ -33,7 +34,8 @@ pub const PASS: Pass = Pass {
         let light = ResourceUse::input(0, Target::Hdr, HDR_READ)
             .of_all_samples(plan.msaa > 1)
             .because("reads the light of its pixel");
-        let output = ResourceUse::color(0, Target::Output, First::Undefined, OUTPUT_WRITE).because("draws the picture");
+        let output = ResourceUse::color(0, Target::Output, InitialContents::Undefined, OUTPUT_WRITE)
+            .because("draws the picture");
         [light, output].into_iter().chain(spread::touch(plan)).collect()
     },
     leave_out: None,
@@ -44,7 +46,7 @@ pub const PASS: Pass = Pass {
 /// The pass.
 pub struct TonemapPass {
     screen: Screen,
-    pub inputs: Inputs,
+    pub inputs: InputSet,
     /// Light to add, where there is some.
     spread: Option<SpreadLight>,
 }
@@ -58,7 +60,7 @@ impl TonemapPass {
             _ if plan.has_tonemap_subpass() => (0, 1),
             _ => return Err(gpu::Error::Unsupported("a TONEMAP subpass that the plan does not have".into())),
         };
-        let inputs = Inputs::new(device, "HDR input", &own.inputs())?;
+        let inputs = InputSet::new(device, "HDR input", &own.inputs())?;
         let spread = SpreadLight::new(own)?;
         let sets = [Some(inputs.set_layout.raw), spread.as_ref().map(SpreadLight::layout)];
         let shader = needed("tonemap", shader::variant, flags(plan))?;
@@ -87,7 +89,7 @@ impl TonemapPass {
     }
 }
 
-impl Object for TonemapPass {
+impl PassRecorder for TonemapPass {
     /// Tone-maps the picture. Runs inside its subpass.
     fn record(&self, recording: &FrameContext) {
         // The passes that spread light have left no viewport.

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::blending::{blend, limits, targets};
-use super::surface::{LitDesc, Surfaces, lit_pipeline};
+use super::surface::{LitDesc, SurfacePipelines, lit_pipeline};
 use super::{
-    FrameContext, Object, Pass, PassName, Presence, ResourceUse, SAMPLED, SetLayouts, Slot, air, frame_data, maps,
-    meshes, sky_light,
+    FrameContext, Pass, PassName, PassRecorder, Presence, ResourceUse, SAMPLED, SetLayouts, Slot, air, frame_data,
+    maps, meshes, sky_light,
 };
 use crate::gpu::{self, DepthState, Device, sync::Use};
 use crate::gpu_scene::GpuScene;
@@ -36,7 +36,7 @@ pub const PASS: Pass = Pass {
     },
     touches,
     leave_out: None,
-    make: Some(|own| Ok(Box::new(Transparent::new(own.device, own.plan, own.slot()?, own.layouts, own.scene)?))),
+    make: Some(|own| Ok(Box::new(TransparentPass::new(own.device, own.plan, own.slot()?, own.layouts, own.scene)?))),
 };
 
 /// The effect that is blended where no transparent surface is.
@@ -56,11 +56,11 @@ fn touches(plan: &FramePlan) -> Vec<ResourceUse> {
 }
 
 /// The pass: a pipeline for each transparent [`GeometryKey`] of the plan.
-pub struct Transparent {
-    surfaces: Surfaces,
+pub struct TransparentPass {
+    surfaces: SurfacePipelines,
 }
 
-impl Transparent {
+impl TransparentPass {
     /// `layouts` are those of set 0 and, where the plan has shadow maps, of set 2.
     pub fn new(
         device: &Arc<Device>,
@@ -69,7 +69,7 @@ impl Transparent {
         layouts: SetLayouts,
         scene: &GpuScene,
     ) -> gpu::Result<Self> {
-        let mut surfaces = Surfaces::new(device, plan, ("transparent", &plan.transparent), layouts, scene)?;
+        let mut surfaces = SurfacePipelines::new(device, plan, ("transparent", &plan.transparent), layouts, scene)?;
         for &key in &plan.transparent {
             let desc = LitDesc {
                 name: "transparent",
@@ -86,7 +86,7 @@ impl Transparent {
     }
 }
 
-impl Object for Transparent {
+impl PassRecorder for TransparentPass {
     /// Draws visible objects, the farthest first. Runs inside its subpass.
     fn record(&self, recording: &FrameContext) {
         let draws = recording.visible.transparent.iter().map(|own| (&own.draw, own.first_index));

@@ -12,8 +12,8 @@ use glam::Vec4;
 
 use super::screen::{replace, stages};
 use super::{
-    COLOR_WRITE, DEPTH_COMPARE, EARLY_DEPTH_READ, First, FrameContext, MeshDraws, Object, Pass, PassName, Presence,
-    Resource, ResourceUse, Slot, frame_data, meshes, needed,
+    COLOR_WRITE, DEPTH_COMPARE, EARLY_DEPTH_READ, FrameContext, InitialContents, MeshDraws, Pass, PassName,
+    PassRecorder, Presence, Resource, ResourceUse, Slot, frame_data, meshes, needed,
 };
 use crate::gpu::{self, DepthState, Device, GraphicsPipeline, GraphicsPipelineDesc, Owned, pipeline_layout, sync::Use};
 use crate::gpu_scene::{POSITION, POSITION_BEFORE, ROWS, vertex_input};
@@ -39,22 +39,24 @@ pub const PASS: Pass = Pass {
     },
     touches: |plan| {
         let own = [
-            ResourceUse::depth(First::Undefined, DEPTH_READ).because("draws where depth is that of the picture"),
-            ResourceUse::color(0, VECTORS, First::Clear, VECTOR_WRITE).because("clears the vectors and writes them"),
+            ResourceUse::depth(InitialContents::Undefined, DEPTH_READ)
+                .because("draws where depth is that of the picture"),
+            ResourceUse::color(0, VECTORS, InitialContents::Clear, VECTOR_WRITE)
+                .because("clears the vectors and writes them"),
             frame_data(),
         ];
         let textured = |touch: &ResourceUse| touch.resource == Resource::Textures;
         own.into_iter().chain(meshes(plan).filter(|touch| !textured(touch))).collect()
     },
     leave_out: None,
-    make: Some(|own| Ok(Box::new(Velocity::new(own.device, own.plan, own.slot()?, own.layouts.frame)?))),
+    make: Some(|own| Ok(Box::new(VelocityPass::new(own.device, own.plan, own.slot()?, own.layouts.frame)?))),
 };
 
 const STAGES: vk::ShaderStageFlags = vk::ShaderStageFlags::VERTEX;
 
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-struct Push {
+struct VelocityPush {
     before: [Vec4; 3],
     distance: Vec4,
     distance_before: Vec4,
@@ -62,20 +64,20 @@ struct Push {
 
 const _: () = {
     use std::mem::offset_of;
-    assert!(size_of::<Push>() == shader::push::SIZE && size_of::<Push>() <= 128);
-    assert!(offset_of!(Push, before) == shader::push::BEFORE_X);
-    assert!(offset_of!(Push, distance) == shader::push::DISTANCE);
-    assert!(offset_of!(Push, distance_before) == shader::push::DISTANCE_BEFORE);
+    assert!(size_of::<VelocityPush>() == shader::push::SIZE && size_of::<VelocityPush>() <= 128);
+    assert!(offset_of!(VelocityPush, before) == shader::push::BEFORE_X);
+    assert!(offset_of!(VelocityPush, distance) == shader::push::DISTANCE);
+    assert!(offset_of!(VelocityPush, distance_before) == shader::push::DISTANCE_BEFORE);
 };
 
 /// The pass, with a pipeline for meshes as they are, and one for those that SKIN deforms, where the plan has some.
-pub struct Velocity {
+pub struct VelocityPass {
     layout: Owned<vk::PipelineLayout>,
     plain: Owned<vk::Pipeline>,
     deformed: Option<Owned<vk::Pipeline>>,
 }
 
-impl Velocity {
+impl VelocityPass {
     /// # Errors
     /// When the device cannot compile a pipeline.
     pub fn new(
@@ -84,7 +86,7 @@ impl Velocity {
         slot: Slot,
         frame_layout: vk::DescriptorSetLayout,
     ) -> gpu::Result<Self> {
-        let range = vk::PushConstantRange { stage_flags: STAGES, offset: 0, size: size_of::<Push>() as u32 };
+        let range = vk::PushConstantRange { stage_flags: STAGES, offset: 0, size: size_of::<VelocityPush>() as u32 };
         let layout = pipeline_layout(device, "velocity layout", &[frame_layout], &[range])?;
         let pipeline = |flags: Flags| {
             let mut locations = vec![POSITION, ROWS, ROWS + 1, ROWS + 2];
@@ -116,7 +118,7 @@ impl Velocity {
     }
 }
 
-impl Object for Velocity {
+impl PassRecorder for VelocityPass {
     /// Draws the objects that have moved since the frame before. Runs inside its subpass.
     fn record(&self, recording: &FrameContext) {
         let Some(since) = recording.since else { return };
@@ -138,7 +140,7 @@ impl Object for Velocity {
             for moved in own {
                 let object = object(moved.draw.object);
                 let (was, is) = (before.rows(&moved.before), since.now.rows(&object.transform));
-                let push = Push { before: was.place, distance: is.distance, distance_before: was.distance };
+                let push = VelocityPush { before: was.place, distance: is.distance, distance_before: was.distance };
                 recording.push(self.layout.raw, STAGES, &push);
                 meshes.draw(object, moved.draw.level, None, moved.draw.instances());
             }

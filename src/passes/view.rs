@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::screen::{Input, Inputs, Screen, ScreenDesc, replace};
+use super::screen::{InputDescriptor, InputSet, Screen, ScreenDesc, replace};
 use super::{
-    COLOR_WRITE, DEPTH_COMPARE, First, FrameContext, INPUT_READ, Making, Object, Pass, PassName, Presence, ResourceUse,
-    SAMPLED, SetLayouts, Slot, frame_data, gbuffer_inputs, maps, needed,
+    COLOR_WRITE, DEPTH_COMPARE, FrameContext, INPUT_READ, InitialContents, Making, Pass, PassName, PassRecorder,
+    Presence, ResourceUse, SAMPLED, SetLayouts, Slot, frame_data, gbuffer_inputs, maps, needed,
 };
 use crate::gpu::{self, Device, SetLayout, sync::Use};
 use crate::plan::{FramePlan, Gbuffer, Shading, Target, effects};
@@ -41,9 +41,12 @@ fn touches(plan: &FramePlan) -> Vec<ResourceUse> {
             .because("reads the buffer that it shows")
     };
     let mut touches: Vec<_> = gbuffer_inputs(plan).into_iter().map(input).collect();
-    touches.push(ResourceUse::color(0, Target::Output, First::Clear, OUTPUT_WRITE).because("draws the picture"));
+    touches
+        .push(ResourceUse::color(0, Target::Output, InitialContents::Clear, OUTPUT_WRITE).because("draws the picture"));
     if plan.lighting_tests_depth() {
-        touches.push(ResourceUse::depth(First::Undefined, DEPTH_READ).because("compares with the depth of the sky"));
+        touches.push(
+            ResourceUse::depth(InitialContents::Undefined, DEPTH_READ).because("compares with the depth of the sky"),
+        );
     }
     touches.push(frame_data());
     touches.extend(maps(plan, MAP_READ));
@@ -53,7 +56,7 @@ fn touches(plan: &FramePlan) -> Vec<ResourceUse> {
 /// The pass.
 pub struct ViewPass {
     screen: Screen,
-    pub inputs: Option<Inputs>,
+    pub inputs: Option<InputSet>,
     _empty: Option<SetLayout>,
 }
 
@@ -64,9 +67,9 @@ impl ViewPass {
         plan: &FramePlan,
         slot: Slot,
         layouts: SetLayouts,
-        inputs: &[Input],
+        inputs: &[InputDescriptor],
     ) -> gpu::Result<Self> {
-        let inputs = if inputs.is_empty() { None } else { Some(Inputs::new(device, "view inputs", inputs)?) };
+        let inputs = if inputs.is_empty() { None } else { Some(InputSet::new(device, "view inputs", inputs)?) };
         // The shadow maps are in set 2: where nothing is in set 1, its place in the layout is empty.
         let empty = match &inputs {
             None => Some(SetLayout::new(device, "no inputs", &[])?),
@@ -95,7 +98,7 @@ impl ViewPass {
     }
 }
 
-impl Object for ViewPass {
+impl PassRecorder for ViewPass {
     /// Draws the view. Runs inside its subpass.
     fn record(&self, recording: &FrameContext) {
         recording.set_area();

@@ -2,7 +2,7 @@
 //! leads to the next refusal.
 
 use super::effect::Effect;
-use super::{Error, effects};
+use super::{PlanError, effects};
 use crate::scene::{GbufferChoice, LightPath, Scene, Settings, Transparency, View};
 
 /// A G-buffer of more attachments than a subpass of the device can have.
@@ -25,12 +25,12 @@ impl TooFew {
 }
 
 /// Why a frame whose light path nobody chose is lit as it is drawn.
-pub(super) fn reason(error: &Error) -> String {
+pub(super) fn reason(error: &PlanError) -> String {
     match error {
-        Error::ColorAttachments(TooFew { needed, most, .. }) => {
+        PlanError::ColorAttachments(TooFew { needed, most, .. }) => {
             format!("a G-buffer needs {needed} colour attachments in one subpass, and the device has {most}")
         }
-        Error::InputAttachments(TooFew { needed, most, .. }) => {
+        PlanError::InputAttachments(TooFew { needed, most, .. }) => {
             format!("a G-buffer is read through {needed} input attachments, and the device has {most}")
         }
         other => other.to_string(),
@@ -38,7 +38,7 @@ pub(super) fn reason(error: &Error) -> String {
 }
 
 /// A change of one setting.
-struct Change {
+struct SettingChange {
     option: &'static str,
     /// The part of the frame that is left out, if it reads a G-buffer.
     leaves_out: Option<&'static Effect>,
@@ -46,8 +46,8 @@ struct Change {
 }
 
 /// The changes that alter anything, those first that change the picture least.
-fn changes(scene: &Scene, settings: &Settings) -> Vec<Change> {
-    let change = |option, leaves_out, apply| Change { option, leaves_out, apply };
+fn changes(scene: &Scene, settings: &Settings) -> Vec<SettingChange> {
+    let change = |option, leaves_out, apply| SettingChange { option, leaves_out, apply };
     let asked_for =
         |is_meant: fn(&Effect) -> bool| effects::asked_for(scene, settings).filter(move |own| is_meant(own));
     let without = |effect: &'static Effect| {
@@ -74,7 +74,12 @@ fn changes(scene: &Scene, settings: &Settings) -> Vec<Change> {
 }
 
 /// Adds to an error of [`TooFew`] who needs the G-buffer, and the options that do without it. `draws` tries settings.
-pub(super) fn advise(error: Error, scene: &Scene, settings: &Settings, draws: impl Fn(&Settings) -> bool) -> Error {
+pub(super) fn advise(
+    error: PlanError,
+    scene: &Scene,
+    settings: &Settings,
+    draws: impl Fn(&Settings) -> bool,
+) -> PlanError {
     let changes = changes(scene, settings);
     let chosen = |set: u32| changes.iter().enumerate().filter(move |(bit, _)| set >> bit & 1 == 1).map(|(_, own)| own);
     let with = |set: u32| {
@@ -100,8 +105,8 @@ pub(super) fn advise(error: Error, scene: &Scene, settings: &Settings, draws: im
     let advice = if ways.is_empty() { ways } else { format!(": choose {ways}") };
     let told = |few: TooFew| TooFew { who, advice, ..few };
     match error {
-        Error::ColorAttachments(few) => Error::ColorAttachments(told(few)),
-        Error::InputAttachments(few) => Error::InputAttachments(told(few)),
+        PlanError::ColorAttachments(few) => PlanError::ColorAttachments(told(few)),
+        PlanError::InputAttachments(few) => PlanError::InputAttachments(told(few)),
         other => other,
     }
 }

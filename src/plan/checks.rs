@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{Capabilities, Error, FramePlan, Gbuffer, Refusal, TextureSource, TooFew, effects};
+use super::{Capabilities, FramePlan, Gbuffer, PlanError, Refusal, TextureSource, TooFew, effects};
 use crate::scene::{Camera, LightPath, MSAA, SETTINGS, Scene, Settings, View};
 
 /// The name of all that smooths edges, in refusals.
@@ -11,9 +11,9 @@ pub(super) const ANTI_ALIASING: &str = "anti-aliasing";
 /// Bytes that a work group of TILED shares with several samples a pixel (`shaders/tiled.wgsl`): lists of lights, and the light of 256 samples.
 pub(super) const TILE_SHARED_BYTES: u32 = 8192;
 
-pub(super) fn check_size([width, height]: [u32; 2], device: &Capabilities) -> Result<(), Error> {
+pub(super) fn check_size([width, height]: [u32; 2], device: &Capabilities) -> Result<(), PlanError> {
     match width == 0 || height == 0 || width.max(height) > device.max_extent {
-        true => Err(Error::Size(width, height, device.max_extent)),
+        true => Err(PlanError::Size(width, height, device.max_extent)),
         false => Ok(()),
     }
 }
@@ -33,26 +33,26 @@ pub(super) fn check_attachments(
     gbuffer: Option<&Gbuffer>,
     msaa: u32,
     device: &Capabilities,
-) -> Result<(), Error> {
+) -> Result<(), PlanError> {
     if locations > device.max_color_attachments {
-        return Err(Error::ColorAttachments(TooFew::new(locations, device.max_color_attachments)));
+        return Err(PlanError::ColorAttachments(TooFew::new(locations, device.max_color_attachments)));
     }
     // Depth or position, and the other targets; with several samples depth in any case.
     let depth = |gbuffer: &Gbuffer| gbuffer.position.is_none() || msaa > 1;
     let read = gbuffer.map_or(0, |gbuffer| gbuffer.formats().count() as u32 + u32::from(depth(gbuffer)));
     if read > device.max_input_attachments {
-        return Err(Error::InputAttachments(TooFew::new(read, device.max_input_attachments)));
+        return Err(PlanError::InputAttachments(TooFew::new(read, device.max_input_attachments)));
     }
     Ok(())
 }
 
 /// Refuses textures that have to be decoded where the library cannot decode them.
-pub(super) fn check_blocks(scene: &Scene, plan: &FramePlan) -> Result<(), Error> {
+pub(super) fn check_blocks(scene: &Scene, plan: &FramePlan) -> Result<(), PlanError> {
     let of_effects = plan.effects.present().flat_map(|effect| (effect.textures)(&plan.effects));
     let undecodable = plan.textures.images.iter().chain(of_effects).find_map(|image| match image.source {
         TextureSource::Scene(index) if image.blocks.is_none() => {
             let texture = scene.textures.get(index).filter(|texture| !texture.is_readable())?;
-            Some(Error::Blocks(texture.name.clone(), image.compressed?))
+            Some(PlanError::Blocks(texture.name.clone(), image.compressed?))
         }
         _ => None,
     });
@@ -60,7 +60,7 @@ pub(super) fn check_blocks(scene: &Scene, plan: &FramePlan) -> Result<(), Error>
 }
 
 /// Anti-aliasing and effects work on pictures, and views show values.
-pub(super) fn check_antialiasing(settings: &Settings, lit: bool) -> Result<(), Error> {
+pub(super) fn check_antialiasing(settings: &Settings, lit: bool) -> Result<(), PlanError> {
     let refuse = |why: String| Err(Refusal::of(ANTI_ALIASING, why));
     let view = settings.view;
     if settings.samples == 0 {
@@ -90,7 +90,7 @@ pub(super) fn check_msaa(
     gbuffer: Option<&Gbuffer>,
     light_path: LightPath,
     device: &Capabilities,
-) -> Result<(), Error> {
+) -> Result<(), PlanError> {
     let refuse = |why: String| Err(Refusal::of(ANTI_ALIASING, why));
     let (msaa, view) = (settings.msaa, settings.view);
     if msaa == 1 {
@@ -142,9 +142,9 @@ impl FramePlan {
     ///
     /// # Errors
     /// When its projection is of the other kind, or one of its numbers is out of range.
-    pub fn check_camera(&self, camera: &Camera) -> Result<(), Error> {
+    pub fn check_camera(&self, camera: &Camera) -> Result<(), PlanError> {
         if let Some(fault) = camera.fault() {
-            return Err(Error::Change(format!("the camera: {fault}")));
+            return Err(PlanError::Change(format!("the camera: {fault}")));
         }
         if camera.is_orthographic() == self.orthographic {
             return Ok(());
@@ -153,6 +153,6 @@ impl FramePlan {
             true => "orthographic",
             false => "perspective",
         });
-        Err(Error::Change(format!("this camera is {own}, and the frames are planned for a {planned} one")))
+        Err(PlanError::Change(format!("this camera is {own}, and the frames are planned for a {planned} one")))
     }
 }

@@ -1,6 +1,6 @@
 //! The cost of a plan's parts, and the saving of leaving one out: found by planning once more with that part kept.
 
-use super::{Capabilities, Error, FramePlan, Reasons};
+use super::{Capabilities, FramePlan, PlanError, Reasons};
 use crate::scene::{Keep, OptionalPart, Scene, Settings};
 
 /// The extra cost of a frame if the settings kept a part without need.
@@ -30,7 +30,7 @@ impl FramePlan {
         scene: &Scene,
         settings: &Settings,
         device: &Capabilities,
-    ) -> Result<Cost, Error> {
+    ) -> Result<Cost, PlanError> {
         self.cost_of_all(settings.keep.with(part), scene, settings, device)
     }
 
@@ -44,7 +44,7 @@ impl FramePlan {
         scene: &Scene,
         settings: &Settings,
         device: &Capabilities,
-    ) -> Result<Cost, Error> {
+    ) -> Result<Cost, PlanError> {
         // ANCHOR: cost-of-a-part
         let kept = Self::of(scene, &Settings { keep, ..settings.clone() }, device)?.presented_like(self);
         let bytes_per_pixel = |plan: &Self| plan.target_bytes_per_pixel().cast_signed();

@@ -2,15 +2,15 @@
 
 use ash::vk;
 
-use super::effect::Request;
-use super::gbuffer::Stored;
-use super::lights::{Lighting, adds_lights};
+use super::effect::EffectRequest;
+use super::gbuffer::GbufferNeeds;
+use super::lights::{LightingPlan, adds_lights};
 use super::output::{Blending, OutputChain};
 use super::reasons::either;
 use super::shadows::shadow_reason;
-use super::surfaces::{FilteredTextures, Surfaces};
+use super::surfaces::{FilteredTextures, SurfacePlan};
 use super::{
-    Capabilities, EffectPlans, Error, FramePlan, Gbuffer, MeshPlan, OitTargets, Reasons, Shading, SurfaceRules,
+    Capabilities, EffectPlans, FramePlan, Gbuffer, MeshPlan, OitTargets, PlanError, Reasons, Shading, SurfaceRules,
     Uploads, attachments, checks, culling, effects, geometry_locations, is_forward, is_tiled, lacks_gbuffer, lens,
     occlusion, parts, visibility,
 };
@@ -19,8 +19,8 @@ use crate::scene::{GbufferChoice, Keep, LightPath, OptionalPart, Output, Scene, 
 /// The choices by settings, device and scene. Pipelines, meshes and textures follow from them.
 struct Choices {
     shading: Shading,
-    lighting: Lighting,
-    surfaces: Surfaces,
+    lighting: LightingPlan,
+    surfaces: SurfacePlan,
     gbuffer: Option<Gbuffer>,
     stores_gbuffer: bool,
     effects: EffectPlans,
@@ -29,20 +29,20 @@ struct Choices {
 
 impl Choices {
     /// `view`: the view that was asked for.
-    fn of(scene: &Scene, settings: &Settings, device: &Capabilities, view: View) -> Result<Self, Error> {
+    fn of(scene: &Scene, settings: &Settings, device: &Capabilities, view: View) -> Result<Self, PlanError> {
         checks::check_size(settings.size, device)?;
         let shading = Shading::of(settings.view, device)?;
-        let mut lighting = Lighting::of(scene, settings, device, shading)?;
-        let request = Request { scene, settings, view, shading, path: lighting.path, device };
+        let mut lighting = LightingPlan::of(scene, settings, device, shading)?;
+        let request = EffectRequest { scene, settings, view, shading, path: lighting.path, device };
         effects::check(&request)?;
-        let surfaces = Surfaces::of(scene, settings, lighting.path)?;
+        let surfaces = SurfacePlan::of(scene, settings, lighting.path)?;
         let rules = SurfaceRules::of(settings, shading, &lighting, &surfaces);
         let effects = EffectPlans::of(&request, &rules, lighting.lights.any());
         // The view of the complexity compares the values that LIGHTING would read, so they must be stored as for LIGHTING.
         let shadowed = lighting.shadow.is_some()
             || (settings.view == View::Complexity && shadow_reason(scene, settings, &lighting.order.order).is_ok());
         let gbuffer = (!lacks_gbuffer(lighting.path) && shading.reads_gbuffer()).then(|| {
-            let stored = Stored {
+            let stored = GbufferNeeds {
                 brdf: surfaces.brdf,
                 metal: surfaces.opaque_metal,
                 reflectance: surfaces.reflectance,
@@ -92,7 +92,7 @@ impl FramePlan {
     ///
     /// # Errors
     /// When the device cannot do what the settings ask for, a view shows what the scene does not have, or [`Scene::check`] finds a fault.
-    pub fn of(scene: &Scene, settings: &Settings, device: &Capabilities) -> Result<Self, Error> {
+    pub fn of(scene: &Scene, settings: &Settings, device: &Capabilities) -> Result<Self, PlanError> {
         scene.check()?;
         let (asked, view) = (settings, settings.view);
         let settings = effects::effective_settings(asked);
@@ -116,11 +116,11 @@ impl FramePlan {
     ///
     /// Where a device has too few attachments for the G-buffer and nobody asked for a light path, surfaces are lit as they are drawn. Where that path fails
     /// as well, the error tells what needs the G-buffer and which options do without.
-    fn decide(scene: &Scene, settings: &Settings, device: &Capabilities, view: View) -> Result<Self, Error> {
+    fn decide(scene: &Scene, settings: &Settings, device: &Capabilities, view: View) -> Result<Self, PlanError> {
         let of = |settings: &Settings| {
             let of = |settings: &Settings| Self::decide_as_asked(scene, settings, device, view);
             match of(settings) {
-                Err(Error::FragmentResources(path, needed, most)) if settings.light_path == LightPath::Auto => {
+                Err(PlanError::FragmentResources(path, needed, most)) if settings.light_path == LightPath::Auto => {
                     let light_path = format!(
                         "{path} names {needed} storage buffers and colour attachments in a fragment shader, and the device has room for {most}"
                     );
@@ -132,10 +132,10 @@ impl FramePlan {
         };
         let along = |light_path| Settings { light_path, ..settings.clone() };
         let error = match of(settings) {
-            Err(error @ (Error::ColorAttachments(_) | Error::InputAttachments(_))) => error,
+            Err(error @ (PlanError::ColorAttachments(_) | PlanError::InputAttachments(_))) => error,
             // Other paths are no way out where the device cannot have their G-buffer.
             Err(error) if error.lacks_gbuffer() => match of(&along(LightPath::Loop)) {
-                Err(few @ (Error::ColorAttachments(_) | Error::InputAttachments(_))) => few,
+                Err(few @ (PlanError::ColorAttachments(_) | PlanError::InputAttachments(_))) => few,
                 _ => return Err(error),
             },
             decided => return decided,
@@ -159,7 +159,12 @@ impl FramePlan {
         }))
     }
 
-    fn decide_as_asked(scene: &Scene, settings: &Settings, device: &Capabilities, view: View) -> Result<Self, Error> {
+    fn decide_as_asked(
+        scene: &Scene,
+        settings: &Settings,
+        device: &Capabilities,
+        view: View,
+    ) -> Result<Self, PlanError> {
         let Choices { shading, lighting, surfaces, gbuffer, stores_gbuffer, effects, way } =
             Choices::of(scene, settings, device, view)?;
         let rules = SurfaceRules::of(settings, shading, &lighting, &surfaces);

@@ -5,8 +5,8 @@
 //! works on light: it has a view, refusals and targets.
 
 use super::{
-    Capabilities, EffectPlans, Error, FramePlan, OwnTarget, Part, PlannedTexture, Refusal, Shading, Target, Uploads,
-    Why, is_tiled, lacks_gbuffer,
+    Capabilities, EffectPlans, FramePlan, OwnTarget, Part, PlanError, PlannedTexture, Refusal, RefusalReason, Shading,
+    Target, Uploads, is_tiled, lacks_gbuffer,
 };
 use crate::scene::{LightPath, Scene, Settings, View};
 
@@ -38,9 +38,9 @@ pub struct Effect {
     pub names_many_buffers: bool,
     /// Refuses the settings, light paths and devices that it does not go with. Ranges of settings are checked by their rows, and what works on the finished picture (`on_picture` of
     /// its row) is refused by light paths, samples and outputs without a word here.
-    pub check: fn(&Request) -> Result<(), Error>,
+    pub check: fn(&EffectRequest) -> Result<(), PlanError>,
     /// Refuses devices that are too small for a whole plan.
-    pub check_plan: fn(&FramePlan, &Capabilities) -> Result<(), Error>,
+    pub check_plan: fn(&FramePlan, &Capabilities) -> Result<(), PlanError>,
 
     /// Why it needs an HDR target.
     pub hdr: Option<Hdr>,
@@ -168,18 +168,18 @@ impl Effect {
     };
 
     /// The error of settings that it does not go with.
-    pub fn refuse<T>(&self, why: impl Into<String>) -> Result<T, Error> {
+    pub fn refuse<T>(&self, why: impl Into<String>) -> Result<T, PlanError> {
         Err(Refusal::of(self.name, why))
     }
 
     /// Refuses light paths that cannot draw it.
-    pub fn check_path(&self, path: LightPath) -> Result<(), Error> {
+    pub fn check_path(&self, path: LightPath) -> Result<(), PlanError> {
         let why = match path {
-            _ if self.not_by_compute.is_some() && is_tiled(path) => Why::WritesPicture(path),
-            _ if self.reads_gbuffer.is_some() && lacks_gbuffer(path) => Why::NoGbuffer(path),
+            _ if self.not_by_compute.is_some() && is_tiled(path) => RefusalReason::WritesPicture(path),
+            _ if self.reads_gbuffer.is_some() && lacks_gbuffer(path) => RefusalReason::NoGbuffer(path),
             _ => return Ok(()),
         };
-        Err(Error::Refused(Refusal { what: self.name, why }))
+        Err(PlanError::Refused(Refusal { what: self.name, why }))
     }
 }
 
@@ -263,7 +263,7 @@ pub struct Absence<'a> {
 }
 
 /// The facts by which effects are chosen and refused.
-pub struct Request<'a> {
+pub struct EffectRequest<'a> {
     pub scene: &'a Scene,
     /// The settings that are planned.
     pub settings: &'a Settings,

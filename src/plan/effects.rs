@@ -15,7 +15,7 @@ mod taa;
 pub mod types {
     pub use super::aberration::APART;
     pub use super::ao::{AoPlan, VISIBILITY};
-    pub use super::bloom::{BLOOM_LEVELS, Bloom, BloomLevel};
+    pub use super::bloom::{BLOOM_LEVELS, BloomLevel, BloomPlan};
     pub use super::fog::FogPlan;
     pub use super::froxels::{FROXELS, FroxelPlan};
     pub use super::fxaa::SMOOTHED;
@@ -27,13 +27,13 @@ pub mod types {
 
 use std::borrow::Cow;
 
-use super::effect::{Effect, EffectView, Hdr, LightReaders, LitAir, Request, Shows, Variation};
+use super::effect::{Effect, EffectRequest, EffectView, Hdr, LightReaders, LitAir, Shows, Variation};
 use super::{
-    Capabilities, Error, FramePlan, OwnTarget, Part, PartGroup, PlannedTexture, SurfaceRules, Target, Uploads,
+    Capabilities, FramePlan, OwnTarget, Part, PartGroup, PlanError, PlannedTexture, SurfaceRules, Target, Uploads,
     is_forward,
 };
 use crate::scene::{LightPath, Scene, Settings, View};
-use types::{AoPlan, Bloom, FogPlan, ParticlePlan, ReflectionPlan, SkyPlan, TaaPlan};
+use types::{AoPlan, BloomPlan, FogPlan, ParticlePlan, ReflectionPlan, SkyPlan, TaaPlan};
 
 /// Every effect, in the order in which `inspect` lists them. Settings that work on the finished picture say so in their own table (`on_picture`).
 pub const EFFECTS: &[&Effect] = &[
@@ -67,7 +67,7 @@ pub struct EffectPlans {
     /// Fog lies between the eye and the surfaces.
     pub fog: Option<FogPlan>,
     /// Light is spread before it is tone-mapped.
-    pub bloom: Option<Bloom>,
+    pub bloom: Option<BloomPlan>,
     /// Frames are averaged over time.
     pub taa: Option<TaaPlan>,
     /// A pass after the main one smooths edges.
@@ -78,14 +78,14 @@ pub struct EffectPlans {
 
 impl EffectPlans {
     /// Decides on all of them. `any_light`: the frames have lights.
-    pub(super) fn of(request: &Request, rules: &SurfaceRules, any_light: bool) -> Self {
+    pub(super) fn of(request: &EffectRequest, rules: &SurfaceRules, any_light: bool) -> Self {
         Self {
             sky: SkyPlan::of(request),
             ao: AoPlan::of(request),
             reflections: ReflectionPlan::of(request),
             particles: ParticlePlan::of(request),
             fog: FogPlan::of(request, any_light),
-            bloom: Bloom::of(request.settings, request.shading),
+            bloom: BloomPlan::of(request.settings, request.shading),
             taa: TaaPlan::of(request, rules),
             fxaa: request.settings.fxaa,
             aberration: Some(request.settings.aberration).filter(|share| *share > 0.0),
@@ -142,12 +142,12 @@ impl EffectPlans {
 }
 
 /// Refuses devices that are too small for the effects of a plan.
-pub(super) fn check_plan(plan: &FramePlan, device: &Capabilities) -> Result<(), Error> {
+pub(super) fn check_plan(plan: &FramePlan, device: &Capabilities) -> Result<(), PlanError> {
     EFFECTS.iter().try_for_each(|effect| (effect.check_plan)(plan, device))
 }
 
 /// Refuses effects that do not go with the settings, the light path or the device.
-pub(super) fn check(request: &Request) -> Result<(), Error> {
+pub(super) fn check(request: &EffectRequest) -> Result<(), PlanError> {
     EFFECTS.iter().try_for_each(|effect| (effect.check)(request))
 }
 

@@ -7,7 +7,7 @@ use crate::scene::{self, BlockFormat, HdrFormat, LightPath};
 
 /// A frame that cannot be planned. One line that names the setting and the limit.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum Error {
+pub enum PlanError {
     /// `Scene::check` found a fault.
     #[error("{0}")]
     Scene(String),
@@ -87,12 +87,12 @@ pub struct Refusal {
     /// The part, as sentences name it.
     pub what: &'static str,
     /// The reason.
-    pub why: Why,
+    pub why: RefusalReason,
 }
 
 /// Why a part of the frame is refused.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Why {
+pub enum RefusalReason {
     /// It reads a G-buffer, and the light path has none.
     NoGbuffer(LightPath),
     /// It comes after lighting, and the light path ends with a compute pass that writes the tone-mapped picture.
@@ -104,8 +104,8 @@ pub enum Why {
 }
 
 impl Refusal {
-    pub(super) fn of(what: &'static str, why: impl Into<String>) -> Error {
-        Error::Refused(Self { what, why: Why::Other(why.into()) })
+    pub(super) fn of(what: &'static str, why: impl Into<String>) -> PlanError {
+        PlanError::Refused(Self { what, why: RefusalReason::Other(why.into()) })
     }
 }
 
@@ -113,32 +113,32 @@ impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let what = self.what;
         match &self.why {
-            Why::NoGbuffer(path) => {
+            RefusalReason::NoGbuffer(path) => {
                 write!(f, "{what}: a G-buffer is needed, and the light path {path} has none: choose another, as loop")
             }
-            Why::WritesPicture(path) => write!(
+            RefusalReason::WritesPicture(path) => write!(
                 f,
                 "--light-path {path} cannot draw {what}: it writes the tone-mapped picture itself. Use --light-path clustered"
             ),
-            Why::NothingToShow(why) | Why::Other(why) => write!(f, "{what}: {why}"),
+            RefusalReason::NothingToShow(why) | RefusalReason::Other(why) => write!(f, "{what}: {why}"),
         }
     }
 }
 
-impl Error {
+impl PlanError {
     /// Returns true if only the view is refused, because the scene or the device has nothing that it could show.
     pub fn shows_nothing(&self) -> bool {
-        let nothing = |own: &Refusal| matches!(own.why, Why::NothingToShow(_));
+        let nothing = |own: &Refusal| matches!(own.why, RefusalReason::NothingToShow(_));
         matches!(self, Self::NoShadowMap(_) | Self::NoTriangles) || matches!(self, Self::Refused(own) if nothing(own))
     }
 
     /// Returns true if the light path lacks the G-buffer that a view or an effect reads.
     pub(super) fn lacks_gbuffer(&self) -> bool {
-        matches!(self, Self::NoGbuffer(_) | Self::Refused(Refusal { why: Why::NoGbuffer(_), .. }))
+        matches!(self, Self::NoGbuffer(_) | Self::Refused(Refusal { why: RefusalReason::NoGbuffer(_), .. }))
     }
 }
 
-impl From<scene::Error> for Error {
+impl From<scene::Error> for PlanError {
     fn from(error: scene::Error) -> Self {
         Self::Scene(error.to_string())
     }

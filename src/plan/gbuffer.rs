@@ -45,7 +45,7 @@ pub struct Gbuffer {
 
 /// The properties of surfaces that a G-buffer has to store.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Stored {
+pub(super) struct GbufferNeeds {
     pub brdf: PlannedBrdf,
     /// Some surface is a metal.
     pub metal: bool,
@@ -59,7 +59,7 @@ pub(super) struct Stored {
 }
 
 impl Gbuffer {
-    pub(super) fn choose(choice: &GbufferChoice, stored: Stored, device: &Capabilities) -> Self {
+    pub(super) fn choose(choice: &GbufferChoice, stored: GbufferNeeds, device: &Capabilities) -> Self {
         use TargetChoice as T;
         // ANCHOR: formats
         let (position, normal, rest) = match choice.preset {

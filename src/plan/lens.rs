@@ -1,20 +1,20 @@
 //! The lens and the shutter, which only pictures of several frames have.
 
-use super::{Error, Part, parts::part};
+use super::{Part, PlanError, parts::part};
 use crate::scene::{Scene, Settings, ThinLens};
 
 /// Refuses a lens that no camera of the kind has, and one that is sharp nowhere.
-pub(super) fn check(scene: &Scene, settings: &Settings) -> Result<(), Error> {
+pub(super) fn check(scene: &Scene, settings: &Settings) -> Result<(), PlanError> {
     let aperture = settings.aperture;
     if aperture.is_pinhole() {
         return Ok(());
     }
-    let refuse = |why| Err(Error::Lens(format!("an aperture of {aperture}: {why}")));
+    let refuse = |why| Err(PlanError::Lens(format!("an aperture of {aperture}: {why}")));
     if scene.camera.is_orthographic() {
         return refuse("an orthographic camera has no lens, for its rays are parallel: leave the aperture out");
     }
     if settings.focus.is_none() {
-        return Err(Error::Lens(format!("--aperture {aperture} needs a focus distance: add --focus METRES")));
+        return Err(PlanError::Lens(format!("--aperture {aperture} needs a focus distance: add --focus METRES")));
     }
     Ok(())
 }

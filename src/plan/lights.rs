@@ -16,10 +16,10 @@ pub use reach::Reach;
 use reach::bounded;
 #[cfg(test)]
 pub use reach::steepest;
-pub(crate) use reach::{Cut, range_of, sphere_of, weakens};
+pub(crate) use reach::{LightCutoff, range_of, sphere_of, weakens};
 
 use super::shadows::ShadowPlan;
-use super::{Capabilities, Error, FramePlan, Shading, effects};
+use super::{Capabilities, FramePlan, PlanError, Shading, effects};
 use crate::scene::{Keep, Light, LightPath, OptionalPart, Scene, Settings, TRAITS, Transparency, View};
 
 /// Lights that fit into the least uniform buffer that a device must have; `shaders/shared/lights.wgsl` has the same number.
@@ -33,7 +33,7 @@ const BY_FOURS: RangeInclusive<usize> = 8..=4096;
 pub(super) const MIXED_FALLOFF: u32 = 3;
 
 /// The lights of frames, the light path, and their shadow maps.
-pub(super) struct Lighting {
+pub(super) struct LightingPlan {
     pub order: LightOrder,
     pub lights: PlannedLights,
     pub path: LightPath,
@@ -43,13 +43,13 @@ pub(super) struct Lighting {
     pub shadow_warnings: Vec<String>,
 }
 
-impl Lighting {
+impl LightingPlan {
     pub(super) fn of(
         scene: &Scene,
         settings: &Settings,
         device: &Capabilities,
         shading: Shading,
-    ) -> Result<Self, Error> {
+    ) -> Result<Self, PlanError> {
         let keep = settings.keep;
         let order = LightOrder::of(scene, settings);
         let needed = planned_lights(scene, settings, shading, order.needed());
@@ -73,7 +73,7 @@ impl Lighting {
         let kept = shading.is_lit() && lights.any() && possible && keep.has(OptionalPart::ShadowMaps);
         let shadow = shadow.or_else(|| kept.then(|| ShadowPlan::without_lights(settings, device)));
         if settings.depth_prepass == Some(true) && path == LightPath::ForwardNaive {
-            return Err(Error::NaivePrepass);
+            return Err(PlanError::NaivePrepass);
         }
         Ok(Self { order, lights, path, reason, shadow, shadow_warnings })
     }
@@ -97,13 +97,13 @@ impl FramePlan {
     /// go over all lights then.
     ///
     /// # Errors
-    /// [`Error::FragmentResources`] where the light path itself needs more.
-    pub(super) fn within_fragment_resources(mut self, device: &Capabilities) -> Result<Self, Error> {
+    /// [`PlanError::FragmentResources`] where the light path itself needs more.
+    pub(super) fn within_fragment_resources(mut self, device: &Capabilities) -> Result<Self, PlanError> {
         let most = device.fragment_resources;
         self.lists_as_drawn = self.lit_resources() <= most;
         match self.lit_resources() {
             needed if needed <= most => Ok(self),
-            needed => Err(Error::FragmentResources(self.light_path, needed, most)),
+            needed => Err(PlanError::FragmentResources(self.light_path, needed, most)),
         }
     }
 
@@ -242,7 +242,7 @@ mod tests {
         assert_eq!(has_lists(LightPath::Forward, Transparency::Sorted, 4), Ok(false));
         assert_eq!(has_lists(clustered, Transparency::Sorted, 5), Ok(true));
         let refused = planned(clustered, Transparency::Sorted, 4).map(|_| ()).expect_err("too little room");
-        assert_eq!(refused, Error::FragmentResources(clustered, 5, 4));
+        assert_eq!(refused, PlanError::FragmentResources(clustered, 5, 4));
         assert!(refused.to_string().ends_with("has room for 4: choose loop"), "{refused}");
         // Nobody asked for it: another path is taken.
         let costs = CostModel::CPU;

@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::{Capabilities, Error, FramePlan, parts};
+use super::{Capabilities, FramePlan, PlanError, parts};
 use crate::scene::{HdrFormat, OptionalPart, Output, Resolve, Settings, Tonemap};
 
 /// The place where scene light becomes display light.
@@ -64,13 +64,13 @@ pub enum PresentTarget {
 }
 
 /// The format asked for, which must blend.
-fn hdr_format(asked: HdrFormat, device: &Capabilities) -> Result<vk::Format, Error> {
+fn hdr_format(asked: HdrFormat, device: &Capabilities) -> Result<vk::Format, PlanError> {
     let (format, blends) = match asked {
         HdrFormat::Rgba16f => (HDR, true),
         HdrFormat::B10g11r11 => (vk::Format::B10G11R11_UFLOAT_PACK32, device.packed_float_blends),
         HdrFormat::Rgba32f => (vk::Format::R32G32B32A32_SFLOAT, device.float32_blends),
     };
-    if blends { Ok(format) } else { Err(Error::HdrFormat(asked)) }
+    if blends { Ok(format) } else { Err(PlanError::HdrFormat(asked)) }
 }
 
 impl FramePlan {
@@ -206,7 +206,7 @@ pub(super) struct OutputChain {
 }
 
 impl OutputChain {
-    pub(super) fn of(settings: &Settings, device: &Capabilities, what: Blending) -> Result<Self, Error> {
+    pub(super) fn of(settings: &Settings, device: &Capabilities, what: Blending) -> Result<Self, PlanError> {
         // Light that is averaged from frame to frame must not be cut off before.
         let linear =
             settings.output == Output::Nits || settings.samples > 1 || !what.lit && settings.output.is_linear();
@@ -232,7 +232,7 @@ impl OutputChain {
         device: &Capabilities,
         what: Blending,
         linear: bool,
-    ) -> Result<(Option<vk::Format>, vk::Format), Error> {
+    ) -> Result<(Option<vk::Format>, vk::Format), PlanError> {
         let blends = what.emissive || what.adds_lights || what.transparent || what.by_effects;
         // Samples are averaged before they are tone-mapped, and so kept until then.
         let averaged = what.lit && settings.msaa > 1 && settings.resolve == Resolve::Linear;
@@ -258,7 +258,7 @@ impl OutputChain {
         device: &Capabilities,
         what: Blending,
         linear: bool,
-    ) -> Result<(Option<vk::Format>, vk::Format), Error> {
+    ) -> Result<(Option<vk::Format>, vk::Format), PlanError> {
         Ok(match (linear, what.emissive) {
             (true, false) => (None, vk::Format::R32G32B32A32_SFLOAT),
             (true, true) => {

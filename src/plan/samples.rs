@@ -6,11 +6,14 @@ pub use plans::{forward_plans, of_every_kind, plans, plans_of_effects, tiled_pla
 
 use glam::{DAffine3, DVec3, Vec3};
 
-use super::{Capabilities, CostModel, Error, FramePlan, Refusal, Variation, Why, shows_effect, variations};
+use super::{
+    Capabilities, CostModel, FramePlan, PlanError, Refusal, RefusalReason, Variation, shows_effect, variations,
+};
 use crate::scene::{
-    AlphaMode, Brdf, Channel, Clip, Culling, Falloff, GbufferChoice, GbufferPreset, Influences, Interpolation, Light,
-    LightKind, LightPath, Local, Material, Mesh, Morph, Motion, Node, Object, OptionalPart, Output, Placement, Resolve,
-    Scene, Settings, Skin, Target, TargetChoice, Texture, TextureSlot, Transparency, UvMap, View, Wrap,
+    AlphaMode, Brdf, Channel, ChannelTarget, Clip, Culling, Falloff, GbufferChoice, GbufferPreset, Influences,
+    Interpolation, Light, LightKind, LightPath, Local, Material, Mesh, Morph, Motion, Node, Object, OptionalPart,
+    Output, Placement, Resolve, Scene, Settings, Skin, TargetChoice, Texture, TextureSlot, Transparency, UvMap, View,
+    Wrap,
 };
 
 /// All views but the complexity, which needs several samples a pixel, and the views of effects, which are planned as the lit picture.
@@ -208,7 +211,7 @@ pub fn deformed() -> Scene {
     };
     let skin = Skin { name: "skin".into(), joints: vec![0], inverse_bind: vec![DAffine3::IDENTITY] };
     let turn = Channel {
-        target: Target::Rotation(0),
+        target: ChannelTarget::Rotation(0),
         times: vec![0.0, 1.0],
         values: vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.6, 0.8],
         interpolation: Interpolation::Linear,

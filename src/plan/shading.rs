@@ -1,6 +1,6 @@
 //! The work of the subpass after GEOMETRY: light, or a value to show.
 
-use super::{Capabilities, Error, effects};
+use super::{Capabilities, PlanError, effects};
 use crate::scene::View;
 
 /// The work of the subpass after GEOMETRY.
@@ -22,12 +22,12 @@ pub enum Shading {
 }
 
 impl Shading {
-    pub(super) fn of(view: View, device: &Capabilities) -> Result<Self, Error> {
+    pub(super) fn of(view: View, device: &Capabilities) -> Result<Self, PlanError> {
         Ok(match view {
             View::Lighting => Self::Light { light_only: true },
             lit if effects::is_lit(lit) => Self::Light { light_only: false },
             View::Overdraw => Self::ShowOverdraw,
-            View::Triangle if !device.primitive_index => return Err(Error::NoTriangles),
+            View::Triangle if !device.primitive_index => return Err(PlanError::NoTriangles),
             View::Triangle => Self::ShowTriangle,
             View::ShadowMap => Self::ShowShadowMap,
             other => Self::ShowGbuffer(other),

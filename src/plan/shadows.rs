@@ -2,7 +2,7 @@
 //! a frame (`src/visible/shadows/views.rs`).
 
 use super::lights::LightOrder;
-use super::{Capabilities, Error, Shading};
+use super::{Capabilities, PlanError, Shading};
 use crate::scene::{CastsShadow, Light, Scene, Settings, ShadowFilter, ShadowProjection, ShadowSettings, luminance};
 
 /// Maps that all lights may have together; `shaders/shared/shadows.wgsl` has the same number.
@@ -89,20 +89,20 @@ impl ShadowPlan {
         device: &Capabilities,
         shading: Shading,
         lights: &LightOrder,
-    ) -> Result<(Option<Self>, Vec<String>), Error> {
+    ) -> Result<(Option<Self>, Vec<String>), PlanError> {
         let is_shown = shading == Shading::ShowShadowMap;
         match shadow_reason(scene, settings, &lights.order) {
-            Err(why) if is_shown => return Err(Error::NoShadowMap(why)),
+            Err(why) if is_shown => return Err(PlanError::NoShadowMap(why)),
             Ok(()) if is_shown || shading.is_lit() => {}
             _ => return Ok((None, Vec::new())),
         }
         let size = settings.shadows.size;
         if size == 0 || size > device.max_extent {
-            return Err(Error::ShadowSize(size, device.max_extent));
+            return Err(PlanError::ShadowSize(size, device.max_extent));
         }
         let (plan, warnings) = Self::of(scene, settings, lights, device);
         if plan.is_none() && is_shown {
-            return Err(Error::NoShadowMap(warnings.join("; ")));
+            return Err(PlanError::NoShadowMap(warnings.join("; ")));
         }
         Ok((plan, warnings))
     }

@@ -21,7 +21,7 @@ pub(crate) use rules::{Cuts, SurfaceRules};
 pub use textures::{PlannedTexture, SetSamplers, TexturePlan, TextureSource, texture_format};
 pub use uploads::Uploads;
 
-use super::{Capabilities, Error, FramePlan, Refusal, Why, is_tiled, lacks_gbuffer};
+use super::{Capabilities, FramePlan, PlanError, Refusal, RefusalReason, is_tiled, lacks_gbuffer};
 use crate::scene::{Brdf, LightPath, Material, Object, OptionalPart, Scene, Settings, Transparency, View};
 
 /// The reflection models that LIGHTING evaluates.
@@ -44,7 +44,7 @@ impl PlannedBrdf {
 }
 
 /// The choices for the surfaces that can be drawn.
-pub(super) struct Surfaces {
+pub(super) struct SurfacePlan {
     pub materials: EffectiveMaterials,
     pub brdf: PlannedBrdf,
     pub emissive: bool,
@@ -58,16 +58,16 @@ pub(super) struct Surfaces {
     pub two_normals: bool,
 }
 
-impl Surfaces {
-    pub(super) fn of(scene: &Scene, settings: &Settings, path: LightPath) -> Result<Self, Error> {
+impl SurfacePlan {
+    pub(super) fn of(scene: &Scene, settings: &Settings, path: LightPath) -> Result<Self, PlanError> {
         let (keep, is_final, tiled) = (settings.keep, settings.view == View::Final, is_tiled(path));
         let materials = EffectiveMaterials::of(scene, settings);
         let material = |object: &Object| &materials.all[object.material];
         let (transparent, opaque): (Vec<_>, Vec<_>) =
             scene.objects.iter().partition(|object| material(object).is_transparent());
         if tiled && is_final && !transparent.is_empty() {
-            let (what, why) = ("transparent surfaces", Why::WritesPicture(path));
-            return Err(Error::Refused(Refusal { what, why }));
+            let (what, why) = ("transparent surfaces", RefusalReason::WritesPicture(path));
+            return Err(PlanError::Refused(Refusal { what, why }));
         }
         let brdf = |material: &Material| material.model(settings.brdf);
         let metal = |object: &&Object| brdf(material(object)) == Brdf::CookTorrance && material(object).metallic > 0.0;

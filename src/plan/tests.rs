@@ -212,7 +212,7 @@ fn triangles_are_shown_where_the_device_numbers_them_and_nothing_of_a_surface_is
     assert_eq!((plan.streams.normals, plan.streams.uvs, plan.textures.images.len()), (false, false, 0));
     let settings = Settings { view: View::Triangle, ..Settings::default() };
     let poor = Capabilities { primitive_index: false, ..device() };
-    assert_eq!(FramePlan::of(&lit, &settings, &poor), Err(Error::NoTriangles));
+    assert_eq!(FramePlan::of(&lit, &settings, &poor), Err(PlanError::NoTriangles));
 }
 
 #[test]
@@ -472,16 +472,16 @@ fn what_cannot_be_is_refused_in_one_line_that_names_it() {
     };
     for size in [[0, 0], [0, 720], [1280, 0], [16385, 1], [1, 16385], [u32::MAX, u32::MAX]] {
         let (error, text) = refuse(&lit, &Settings { size, ..samples::deferred() }, &device());
-        assert_eq!(error, Error::Size(size[0], size[1], 16384));
+        assert_eq!(error, PlanError::Size(size[0], size[1], 16384));
         assert!(text.contains(&format!("{}x{}", size[0], size[1])) && text.contains("16384"), "{text}");
     }
     for size in [0, 16385] {
-        assert_eq!(refuse(&lit, &shadows(true, size), &device()).0, Error::ShadowSize(size, 16384));
+        assert_eq!(refuse(&lit, &shadows(true, size), &device()).0, PlanError::ShadowSize(size, 16384));
     }
     let few = Capabilities { max_color_attachments: 4, ..device() };
     let fat = Settings { gbuffer: preset(GbufferPreset::Fat), ..samples::deferred() };
     let (error, text) = refuse(&lit, &fat, &few);
-    assert!(matches!(error, Error::ColorAttachments(TooFew { needed: 6, most: 4, .. })));
+    assert!(matches!(error, PlanError::ColorAttachments(TooFew { needed: 6, most: 4, .. })));
     assert!(text.ends_with("has 4: choose `--gbuffer lean`, or `--light-path forward`"), "{text}");
     assert!(FramePlan::of(&lit, &samples::deferred(), &few).is_ok());
     // Nobody asked for a light path, or for these targets: surfaces are lit as they are drawn. Settings that need a G-buffer are refused.
@@ -491,7 +491,7 @@ fn what_cannot_be_is_refused_in_one_line_that_names_it() {
     assert_eq!(planned.light_path, LightPath::Forward);
     assert!(planned.reasons.light_path.contains("input attachments, and the device has 2"));
     let normals = Settings { view: View::Normal, ..usual };
-    assert!(matches!(refuse(&lamps, &normals, &none).0, Error::InputAttachments(TooFew { most: 2, .. })));
+    assert!(matches!(refuse(&lamps, &normals, &none).0, PlanError::InputAttachments(TooFew { most: 2, .. })));
     let map = Settings { view: View::ShadowMap, ..samples::deferred() };
     assert!(refuse(&scene(vec![material(CT)], vec![sky()]), &map, &device()).1.contains("no light casts"));
     let off = Settings { view: View::ShadowMap, ..shadows(false, 64) };

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Capabilities, Error, MeshPlan, SurfaceRules, TexturePlan, effects};
+use super::{Capabilities, MeshPlan, PlanError, SurfaceRules, TexturePlan, effects};
 use crate::scene::{Culling, GbufferChoice, Mesh, Sampler, Scene, Settings};
 
 /// The code of 32 bits for the triangle that a pixel shows: in the low bits its number in its mesh or level of detail, above them the place of its instance in
@@ -79,8 +79,8 @@ pub(super) fn choose(
     rules: &SurfaceRules,
     (meshes, textures): (&MeshPlan, &TexturePlan),
     device: &Capabilities,
-) -> Result<TriangleCode, Error> {
-    let refuse = |why: String| Err(Error::Visibility(why));
+) -> Result<TriangleCode, PlanError> {
+    let refuse = |why: String| Err(PlanError::Visibility(why));
     let images = textures.images.iter().map(|image| u64::from(image.sheets(textures.sheet))).sum::<u64>();
     if images > 0 && device.non_uniform_textures == 0 {
         return refuse(

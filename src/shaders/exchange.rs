@@ -17,21 +17,21 @@ use super::{
 };
 
 /// The key of a variant: its shader, and its flags as bits.
-type Key = (&'static str, u32);
+type VariantKey = (&'static str, u32);
 
 /// Variants that were compiled, in the places of those that the program was built with.
 #[derive(Clone, Default)]
-pub struct Replacements(HashMap<Key, &'static Variant>);
+pub struct Replacements(HashMap<VariantKey, &'static Variant>);
 
 /// The variants in use, and those that passes have asked for.
 #[derive(Default)]
-struct State {
-    asked: HashSet<Key>,
+struct ExchangeState {
+    asked: HashSet<VariantKey>,
     replacements: Replacements,
 }
 
-fn state() -> MutexGuard<'static, Option<State>> {
-    static STATE: Mutex<Option<State>> = Mutex::new(None);
+fn state() -> MutexGuard<'static, Option<ExchangeState>> {
+    static STATE: Mutex<Option<ExchangeState>> = Mutex::new(None);
     // No invariant spans two of its fields.
     STATE.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -43,7 +43,7 @@ pub(super) fn current(shader: &'static str, built: &'static Variant) -> &'static
     replaced(key).unwrap_or(built)
 }
 
-fn replaced(key: Key) -> Option<&'static Variant> {
+fn replaced(key: VariantKey) -> Option<&'static Variant> {
     state().as_ref()?.replacements.0.get(&key).copied()
 }
 
@@ -85,7 +85,7 @@ fn words(variant: &Variant) -> Vec<&'static [u32]> {
 /// # Errors
 /// All that is wrong with the sources, with places and carets; or a change for which Rust would have to be built anew.
 pub fn compile(directory: &Path) -> Result<Replacements, String> {
-    let asked: HashSet<Key> = state().as_ref().map(|state| state.asked.clone()).unwrap_or_default();
+    let asked: HashSet<VariantKey> = state().as_ref().map(|state| state.asked.clone()).unwrap_or_default();
     let compiled =
         compiler::compile_variants(directory, &|name, bits| asked.contains(&(name, bits))).map_err(|errors| {
             let errors: Vec<String> = errors.iter().map(ToString::to_string).collect();
@@ -111,7 +111,7 @@ fn stale(shader: &Shader, what: String) -> String {
     format!("error: {what}\n --> {}.wgsl\n = the program has to be built anew for that", shader.name)
 }
 
-fn check_interface(shader: &Shader, own: &compiler::Shader) -> Result<(), String> {
+fn check_interface(shader: &Shader, own: &compiler::CompiledShader) -> Result<(), String> {
     let interface = compiler::host_interface(own);
     match interface.lines().find(|line| !shader.interface.lines().any(|built| built == *line)) {
         Some(line) => Err(stale(shader, format!("the program was not built with this: {line}"))),
@@ -119,7 +119,11 @@ fn check_interface(shader: &Shader, own: &compiler::Shader) -> Result<(), String
     }
 }
 
-fn replacement(shader: &Shader, built: &'static Variant, own: &compiler::Variant) -> Result<&'static Variant, String> {
+fn replacement(
+    shader: &Shader,
+    built: &'static Variant,
+    own: &compiler::CompiledVariant,
+) -> Result<&'static Variant, String> {
     // A known variant is not kept twice. The build has given its ids other numbers.
     let same = |known: &&Variant| {
         let mut pairs = known.entry_points.iter().zip(&own.entry_points);
@@ -160,7 +164,7 @@ fn takes_and_gives(new: &EntryPoint, old: &EntryPoint) -> bool {
 }
 
 /// In the types that generated shaders have; `None` for a vertex attribute of more than four components.
-fn entry_point(own: &compiler::EntryPoint) -> Option<EntryPoint> {
+fn entry_point(own: &compiler::CompiledEntryPoint) -> Option<EntryPoint> {
     let vertex_inputs: Option<Vec<VertexInput>> = own
         .vertex_inputs
         .iter()
@@ -178,9 +182,9 @@ fn entry_point(own: &compiler::EntryPoint) -> Option<EntryPoint> {
     Some(EntryPoint {
         name: Box::leak(CString::new(own.name.as_str()).ok()?.into_boxed_c_str()),
         stage: match own.stage {
-            compiler::Stage::Vertex => Stage::Vertex,
-            compiler::Stage::Fragment => Stage::Fragment,
-            compiler::Stage::Compute => Stage::Compute,
+            compiler::StageKind::Vertex => Stage::Vertex,
+            compiler::StageKind::Fragment => Stage::Fragment,
+            compiler::StageKind::Compute => Stage::Compute,
         },
         spirv: Spirv::Plain(kept(own.spirv.iter().copied())),
         bindings: kept(own.bindings.iter().map(binding)),
@@ -191,7 +195,7 @@ fn entry_point(own: &compiler::EntryPoint) -> Option<EntryPoint> {
     })
 }
 
-fn binding(own: &compiler::reflect::Binding) -> Binding {
+fn binding(own: &compiler::reflect::ReflectedBinding) -> Binding {
     use compiler::reflect::BindingKind as Own;
     let kind = match own.kind {
         Own::UniformBuffer => BindingKind::UniformBuffer,
@@ -206,11 +210,11 @@ fn binding(own: &compiler::reflect::Binding) -> Binding {
     Binding { name, set: own.set, binding: own.binding, kind, count: own.count, word: own.word }
 }
 
-fn kind(own: compiler::reflect::NumberKind) -> NumberKind {
+fn kind(own: compiler::reflect::NumericType) -> NumberKind {
     match own {
-        compiler::reflect::NumberKind::Float => NumberKind::Float,
-        compiler::reflect::NumberKind::Uint => NumberKind::Uint,
-        compiler::reflect::NumberKind::Sint => NumberKind::Sint,
+        compiler::reflect::NumericType::Float => NumberKind::Float,
+        compiler::reflect::NumericType::Uint => NumberKind::Uint,
+        compiler::reflect::NumericType::Sint => NumberKind::Sint,
     }
 }
 

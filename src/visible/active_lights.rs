@@ -3,7 +3,7 @@
 use ash::vk;
 
 use super::frustum::Frustum;
-use super::{Depth, World};
+use super::{DepthMapping, World};
 use crate::plan::effect::LitAir;
 use crate::plan::{FramePlan, Reach, Shading, effects, range_of, shows_all, sphere_of};
 use crate::scene::{Camera, LightPath, OptionalPart};
@@ -24,15 +24,15 @@ pub(super) struct Misplacement {
 }
 
 impl Misplacement {
-    pub(super) fn of(plan: &FramePlan, camera: &Camera, depth: &Depth) -> Self {
+    pub(super) fn of(plan: &FramePlan, camera: &Camera, depth: &DepthMapping) -> Self {
         let half = plan.gbuffer.is_some_and(|gbuffer| gbuffer.position == Some(vk::Format::R16G16B16A16_SFLOAT));
         let rounding = if half { HALF_ROUNDING } else { ROUNDING };
         // A pixel, where samples of several are shaded once, in its middle.
         let pixel = if plan.msaa > 1 { 2.0 * camera.half_height() / f64::from(plan.size[1]) } else { 0.0 };
         match *depth {
-            Depth::Reciprocal { .. } => Self { share: pixel + rounding, metres: 0.0 },
+            DepthMapping::Reciprocal { .. } => Self { share: pixel + rounding, metres: 0.0 },
             // A linear depth is equally coarse everywhere.
-            Depth::Linear { end, .. } => Self { share: rounding, metres: pixel + LINEAR_ROUNDING * end },
+            DepthMapping::Linear { end, .. } => Self { share: rounding, metres: pixel + LINEAR_ROUNDING * end },
         }
     }
 

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use super::Depth;
+use super::DepthMapping;
 use crate::plan::{Grid, Reach, SLICES, TILE};
 use crate::scene::Camera;
 
@@ -31,7 +31,7 @@ pub struct Clusters {
     pub lights: Vec<u32>,
 }
 
-impl Depth {
+impl DepthMapping {
     /// The slice of a reversed depth, as the shader computes it.
     pub fn slice_of(&self, depth: f32) -> u32 {
         let depth = depth.clamp(0.0, 1.0);
@@ -64,23 +64,23 @@ impl Depth {
 ///
 /// So many lights that reach so much that their lists exceed `MOST_ENTRIES` gain nothing from lists: then one list, of all, is
 /// every cluster's.
-pub fn bin(reaches: &[Reach], first: u32, (camera, depth): (&Camera, &Depth), size: [u32; 2]) -> Clusters {
+pub fn bin(reaches: &[Reach], first: u32, (camera, depth): (&Camera, &DepthMapping), size: [u32; 2]) -> Clusters {
     bin_within(reaches, first, (camera, depth), size, MOST_ENTRIES)
 }
 
 fn bin_within(
     reaches: &[Reach],
     first: u32,
-    (camera, depth): (&Camera, &Depth),
+    (camera, depth): (&Camera, &DepthMapping),
     size: [u32; 2],
     most: usize,
 ) -> Clusters {
-    let view = View::of(camera, depth, size);
-    let spheres: Vec<Sphere> =
-        (first..).zip(reaches).filter_map(|(light, reach)| Sphere::seen(light, reach, camera, &view)).collect();
+    let view = ClusterView::of(camera, depth, size);
+    let spheres: Vec<LightSphere> =
+        (first..).zip(reaches).filter_map(|(light, reach)| LightSphere::seen(light, reach, camera, &view)).collect();
     let room = Room { entries: AtomicUsize::new(0), most };
-    let slices: Vec<Slice> =
-        (0..SLICES).into_par_iter().map(|slice| Slice::of(slice, &spheres, &view, &room)).collect();
+    let slices: Vec<ClusterSlice> =
+        (0..SLICES).into_par_iter().map(|slice| ClusterSlice::of(slice, &spheres, &view, &room)).collect();
     if room.is_full() {
         let all = reaches.len() as u32;
         return Clusters { heads: vec![[0, all]; view.grid.clusters()], lights: (first..first + all).collect() };
@@ -107,18 +107,18 @@ impl Room {
 }
 
 /// The picture's geometry, with y down as rows of pixels go.
-struct View<'a> {
+struct ClusterView<'a> {
     grid: Grid,
     camera: &'a Camera,
-    depth: &'a Depth,
+    depth: &'a DepthMapping,
     axes: DMat3,
     /// Pixels a unit of x or y over w, and the pixel of the axis.
     scale: f64,
     center: [f64; 2],
 }
 
-impl<'a> View<'a> {
-    fn of(camera: &'a Camera, depth: &'a Depth, size: [u32; 2]) -> Self {
+impl<'a> ClusterView<'a> {
+    fn of(camera: &'a Camera, depth: &'a DepthMapping, size: [u32; 2]) -> Self {
         let scale = f64::from(size[1]) * 0.5 / camera.half_height();
         Self {
             grid: Grid::of(size),
@@ -159,14 +159,14 @@ pub(super) fn screen_span((low, high): (f64, f64), (near, far): (f64, f64), scal
 }
 
 /// A light's sphere relative to the camera: x to the right, y down, z along the view.
-struct Sphere {
+struct LightSphere {
     light: u32,
     center: DVec3,
     radius: f64,
 }
 
-impl Sphere {
-    fn seen(light: u32, reach: &Reach, camera: &Camera, view: &View) -> Option<Self> {
+impl LightSphere {
+    fn seen(light: u32, reach: &Reach, camera: &Camera, view: &ClusterView) -> Option<Self> {
         let center = view.axes * (reach.center - camera.position);
         let radius = reach.radius + SLACK * (reach.radius + center.length());
         (center.z + radius > view.camera.near).then_some(Self { light, center, radius })
@@ -174,13 +174,13 @@ impl Sphere {
 }
 
 /// The lists of the clusters of one slice.
-struct Slice {
+struct ClusterSlice {
     heads: Vec<[u32; 2]>,
     lights: Vec<u32>,
 }
 
-impl Slice {
-    fn of(slice: u32, spheres: &[Sphere], view: &View, room: &Room) -> Self {
+impl ClusterSlice {
+    fn of(slice: u32, spheres: &[LightSphere], view: &ClusterView, room: &Room) -> Self {
         let (begin, end) = view.depth.slice_bounds(slice);
         let mut entries: Vec<(u32, u32)> = Vec::new();
         for sphere in spheres {
@@ -213,9 +213,9 @@ impl Slice {
     }
 }
 
-impl Sphere {
+impl LightSphere {
     /// Calls `add` for each cluster of a slice that the sphere may reach into.
-    fn touch(&self, begin: f64, end: f64, view: &View, mut add: impl FnMut(u32)) {
+    fn touch(&self, begin: f64, end: f64, view: &ClusterView, mut add: impl FnMut(u32)) {
         let (near, far) = (begin.max(self.center.z - self.radius), end.min(self.center.z + self.radius));
         if near > far {
             return;
@@ -247,7 +247,7 @@ impl Sphere {
     }
 
     /// Returns the distance of the centre, in metres, from the wedge of a row of tiles (from the slab, if orthographic); 0 inside.
-    fn distance_to_row(&self, row: u32, view: &View) -> f64 {
+    fn distance_to_row(&self, row: u32, view: &ClusterView) -> f64 {
         let edge = |pixel: f64| (pixel - view.center[1]) / view.scale;
         let top = edge(f64::from(row * TILE) - SLACK_PIXELS);
         let bottom = edge(f64::from((row + 1) * TILE) + SLACK_PIXELS);
@@ -268,7 +268,7 @@ mod tests {
 
     #[test]
     fn slices_cover_every_depth_and_end_where_the_next_begins() {
-        for depth in [Depth::Reciprocal { near: 0.25 }, Depth::Linear { begin: 0.25, end: 60.0 }] {
+        for depth in [DepthMapping::Reciprocal { near: 0.25 }, DepthMapping::Linear { begin: 0.25, end: 60.0 }] {
             for slice in 0..SLICES {
                 let (begin, end) = depth.slice_bounds(slice);
                 let inside = |distance: f64| depth.slice_of(depth.of_distance(distance) as f32);
@@ -295,8 +295,8 @@ mod tests {
             let projection = if parallel { Projection::orthographic(fov * 0.1) } else { Projection::perspective(fov) };
             let camera = Camera { projection, near: 0.05, ..Camera::looking_at(position + shift, target + shift, DVec3::Y) };
             let depths = match parallel {
-                true => Depth::Linear { begin: 0.05, end: 30.0 },
-                false => Depth::Reciprocal { near: 0.05 },
+                true => DepthMapping::Linear { begin: 0.05, end: 30.0 },
+                false => DepthMapping::Reciprocal { near: 0.05 },
             };
             let reaches: Vec<Reach> =
                 lights.iter().map(|&(center, radius)| Reach { center: center + shift, radius }).collect();
@@ -327,7 +327,7 @@ mod tests {
     fn too_many_entries_become_one_list_of_all() {
         let camera = Camera { position: DVec3::ZERO, near: 0.1, ..Camera::default() };
         let reaches: Vec<Reach> = (0..9).map(|i| Reach { center: DVec3::X * f64::from(i), radius: 1e3 }).collect();
-        let depth = Depth::Reciprocal { near: 0.1 };
+        let depth = DepthMapping::Reciprocal { near: 0.1 };
         let all = bin_within(&reaches, 4, (&camera, &depth), [640, 360], 1000);
         assert_eq!(all.lights, (4..13).collect::<Vec<_>>());
         assert_eq!(all.heads, vec![[0, 9]; Grid::of([640, 360]).clusters()]);
@@ -339,7 +339,8 @@ mod tests {
     fn a_small_light_is_in_few_lists_and_one_behind_the_camera_in_none() {
         let camera = Camera { position: DVec3::ZERO, near: 0.1, ..Camera::default() };
         let lamp = |z: f64, radius| Reach { center: DVec3::new(0.0, 0.0, z), radius };
-        let entries = |reach| bin(&[reach], 0, (&camera, &Depth::Reciprocal { near: 0.1 }), [1280, 720]).lights.len();
+        let entries =
+            |reach| bin(&[reach], 0, (&camera, &DepthMapping::Reciprocal { near: 0.1 }), [1280, 720]).lights.len();
         let few = entries(lamp(-10.0, 0.1));
         assert!((1..=16).contains(&few), "{few}");
         assert_eq!(entries(lamp(10.0, 5.0)), 0);

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 
 use super::{Eye, Visible, World};
 use crate::plan::samples::{self, device, emissive, masked, point, scene, sky, spot, sun, textured};
-use crate::plan::{Error, FramePlan};
+use crate::plan::{FramePlan, PlanError};
 use crate::scene::{AlphaMode, Brdf, Falloff, Light, LightKind, LightPath, Projection, Scene, Settings, TextureSlot};
 
 /// Values that arithmetic on a scene may trip over.
@@ -87,7 +87,7 @@ proptest! {
         let refused = scene.check().is_err();
         for device in [device(), samples::software()] {
             let plan = FramePlan::of(&scene, &settings, &device);
-            prop_assert_eq!(matches!(plan, Err(Error::Scene(_))), refused);
+            prop_assert_eq!(matches!(plan, Err(PlanError::Scene(_))), refused);
             let Ok(plan) = plan else { continue };
             let world = World::of(&scene, &settings, &plan, 1.0);
             let eye = Eye::of(&scene.camera, &world.bounds);

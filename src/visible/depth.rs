@@ -45,14 +45,14 @@ const VOLUME: f64 = 2.0;
 
 /// Two ways from distances to depths.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Depth {
+pub enum DepthMapping {
     /// Of a perspective camera: near / distance, without a far plane.
     Reciprocal { near: f64 },
     /// Of an orthographic camera, whose clip space has no division: (end - distance) / (end - begin).
     Linear { begin: f64, end: f64 },
 }
 
-impl Depth {
+impl DepthMapping {
     /// A linear one goes from the first to the last thing that there is before the camera.
     pub(super) fn of(world: &World, plan: &FramePlan, camera: &Camera) -> Self {
         if !camera.is_orthographic() {
@@ -140,7 +140,7 @@ mod tests {
             let world = World::of(&scene, &settings, &plan, 1.0);
             let (first, last) = along(&world.bounds, &camera);
             let distance = first + (last - first) * share;
-            let depth = Depth::of(&world, &plan, &camera);
+            let depth = DepthMapping::of(&world, &plan, &camera);
             let own = depth.of_distance(distance);
             prop_assert!(distance < camera.near || (own > 0.0 && own <= 1.0), "{own}");
             prop_assert!((depth.distance(own) - distance).abs() < 1e-12 * (1.0 + distance.abs()));

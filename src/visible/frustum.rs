@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3, Vec4};
 
 use crate::plan::Reach;
-use crate::plan::box_tree::Side;
+use crate::plan::box_tree::Containment;
 use crate::scene::{Aabb, Camera};
 
 /// The planes of a view volume without far plane; normals point inside.
@@ -41,17 +41,17 @@ impl Frustum {
     }
 
     /// Outside only if the box is wholly behind one plane. The slack keeps rounding from cutting boxes that touch a plane.
-    pub fn side(&self, bounds: &Aabb) -> Side {
+    pub fn side(&self, bounds: &Aabb) -> Containment {
         let (center, half) = (bounds.center(), bounds.size() * 0.5);
         let slack = 1e-9 * (center.length() + half.length());
-        let mut side = Side::Inside;
+        let mut side = Containment::Inside;
         for (normal, distance) in &self.planes {
             let (at, reach) = (normal.dot(center) + distance, normal.abs().dot(half));
             if at + reach < -slack {
-                return Side::Outside;
+                return Containment::Outside;
             }
             if at - reach < slack {
-                side = Side::Across;
+                side = Containment::Across;
             }
         }
         side
@@ -59,7 +59,7 @@ impl Frustum {
 
     /// False only if the box is wholly behind one plane.
     pub fn may_see(&self, bounds: &Aabb) -> bool {
-        self.side(bounds) != Side::Outside
+        self.side(bounds) != Containment::Outside
     }
 
     /// False only if the sphere is wholly behind one plane.

@@ -1,7 +1,7 @@
 //! Looks of instances: the part of [`Look`] that shaders read, and its changes between frames.
 
 use super::{MapDraw, Visible, World, WorldObject};
-use crate::plan::{Error, TexturePlan};
+use crate::plan::{PlanError, TexturePlan};
 use crate::scene::{CastsShadow, Look, Material};
 
 /// A look as shaders have it (`Vertex.look` in `shaders/geometry.wgsl`): the tint in 65535ths, so that no channel of a picture is off by more than
@@ -54,12 +54,12 @@ impl World {
     ///
     /// # Errors
     /// When there is no such object, its material has no such cell, or the tint is not from 0 to 1.
-    pub fn set_look(&mut self, index: usize, look: &Look, textures: &TexturePlan) -> Result<bool, Error> {
+    pub fn set_look(&mut self, index: usize, look: &Look, textures: &TexturePlan) -> Result<bool, PlanError> {
         let own = self.place_of(index)?;
         let Some(own) = own else { return Ok(true) };
         let object = &self.objects[own];
         if let Some(fault) = look.fault(&self.materials[object.material]) {
-            return Err(Error::Change(format!("object {index}: {fault}")));
+            return Err(PlanError::Change(format!("object {index}: {fault}")));
         }
         if object.look.look == *look {
             return Ok(true);

@@ -19,8 +19,8 @@ use glam::{DVec2, DVec3};
 pub(super) use self::largest::largest;
 use self::mesh::OccluderMesh;
 use self::sketch::Sketch;
-use self::view::{Cells, View};
-use super::{Depth, World, WorldObject};
+use self::view::{Cells, OcclusionView};
+use super::{DepthMapping, World, WorldObject};
 use crate::plan::FramePlan;
 use crate::scene::{Aabb, Camera, Scene};
 
@@ -62,22 +62,22 @@ fn is_opaque(object: &WorldObject) -> bool {
 }
 
 /// The coarse picture: for each of its cells, the distance behind which everything is certain to be hidden.
-pub(super) struct Picture {
-    view: View,
+pub(super) struct OcclusionBuffer {
+    view: OcclusionView,
     /// Metres along the view; infinite where nothing is certain.
     hidden_from: Vec<f64>,
 }
 
-impl Picture {
+impl OcclusionBuffer {
     /// Of the objects that a camera may see.
     pub(super) fn of(
         world: &World,
         occluders: &Occluders,
-        (camera, depth): (&Camera, &Depth),
+        (camera, depth): (&Camera, &DepthMapping),
         size: [u32; 2],
         seen: impl Iterator<Item = usize>,
     ) -> Self {
-        let view = View::of(camera, depth, size);
+        let view = OcclusionView::of(camera, depth, size);
         let all = Cells { columns: (0, view.columns - 1), rows: (0, view.rows - 1) };
         let least = LEAST_SHARE * all.count() as f64;
         let candidate = |index: usize| {

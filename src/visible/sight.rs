@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat4, DVec3, DVec4, Mat4, Vec4};
 
-use super::{Depth, Eye};
+use super::{DepthMapping, Eye};
 use crate::scene::Camera;
 
 /// Rotation into the camera and projection with reversed Z. Perspective: an infinite far plane, z = near, w = distance. Orthographic: w = 1, and z
@@ -10,14 +10,14 @@ use crate::scene::Camera;
 /// is 1.
 pub fn clip_from_world(
     camera: &Camera,
-    depth: &Depth,
+    depth: &DepthMapping,
     [half_x, half_y]: [f64; 2],
     [offset_x, offset_y]: [f64; 2],
 ) -> DMat4 {
     let forward = camera.forward();
     let (z, w) = match *depth {
-        Depth::Reciprocal { near } => (DVec4::W * near, forward.extend(0.0)),
-        Depth::Linear { begin, end } => ((-forward).extend(end) / (end - begin), DVec4::W),
+        DepthMapping::Reciprocal { near } => (DVec4::W * near, forward.extend(0.0)),
+        DepthMapping::Linear { begin, end } => ((-forward).extend(end) / (end - begin), DVec4::W),
     };
     let (right, down) = ((camera.right() / half_x).extend(0.0), (-camera.up() / half_y).extend(0.0));
     DMat4::from_cols(right - w * offset_x, down - w * offset_y, z, w).transpose()
@@ -27,7 +27,7 @@ pub fn clip_from_world(
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrameProjection {
     camera: Camera,
-    depth: Depth,
+    depth: DepthMapping,
     /// From the world around the camera to pixels from the upper left corner, depth, and w.
     pixels: DMat4,
 }
@@ -43,7 +43,7 @@ pub struct ProjectionRows {
 
 impl FrameProjection {
     /// Of a picture of so many pixels.
-    pub fn of(eye: &Eye, depth: &Depth, size: [u32; 2]) -> Self {
+    pub fn of(eye: &Eye, depth: &DepthMapping, size: [u32; 2]) -> Self {
         let camera = eye.camera;
         let [width, height] = size.map(f64::from);
         let half_y = camera.half_height();
@@ -92,8 +92,8 @@ impl FrameProjection {
     /// Metres along the view at a depth of 1, and from there to a depth of 0 where it is linear: as shaders take them.
     pub fn depths(&self) -> [f32; 2] {
         match self.depth {
-            Depth::Reciprocal { near } => [near as f32, 0.0],
-            Depth::Linear { begin, end } => [begin as f32, (end - begin) as f32],
+            DepthMapping::Reciprocal { near } => [near as f32, 0.0],
+            DepthMapping::Linear { begin, end } => [begin as f32, (end - begin) as f32],
         }
     }
 }
@@ -117,7 +117,7 @@ mod tests {
         for far in [0.0, 1e7] {
             let at = DVec3::new(far, 3.0, -far);
             let size = [1920, 1080];
-            let depth = Depth::Reciprocal { near: 0.05 };
+            let depth = DepthMapping::Reciprocal { near: 0.05 };
             let sight = |position: DVec3, to: DVec3| {
                 FrameProjection::of(&eye(Camera::looking_at(position, to, DVec3::Y)), &depth, size)
             };

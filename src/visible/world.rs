@@ -12,8 +12,8 @@ use super::pose::WorldPose;
 use super::shadows::{Changes, ShadowView, lamp_views, widened};
 use super::trail::PreviousTransforms;
 use crate::plan::{
-    Cut, Cuts, Error, FramePlan, GeometryKey, IdleLights, LightOrder, MapProjection, PlannedLevel, SurfaceRules,
-    weakens,
+    Cuts, FramePlan, GeometryKey, IdleLights, LightCutoff, LightOrder, MapProjection, PlanError, PlannedLevel,
+    SurfaceRules, weakens,
 };
 use crate::scene::check::fits;
 use crate::scene::{
@@ -33,7 +33,7 @@ pub struct World {
     /// The reach of each light, in metres.
     pub reaches: Vec<f64>,
     /// The cut-off of lights without a range.
-    cut: Cut,
+    cut: LightCutoff,
     /// The code of each light's shadow maps in its record; see `ShadowPlan::code`.
     pub shadow_codes: Vec<u32>,
     /// Maps that only change when something moves, by their index.
@@ -154,7 +154,7 @@ impl World {
         let objects: Vec<WorldObject> =
             drawn.map(|index| WorldObject::of(scene, (plan, &rules), mirrors, index)).collect();
         let LightOrder { order, idle, .. } = &plan.light_order;
-        let cut = Cut::of(scene, settings, exposure);
+        let cut = LightCutoff::of(scene, settings, exposure);
         let sorts = plan.transparency == Some(Transparency::Sorted);
         let sorted: BTreeSet<usize> =
             objects.iter().filter(|own| sorts && own.transparent && own.deform.is_none()).map(|own| own.mesh).collect();
@@ -232,9 +232,9 @@ impl World {
     ///
     /// # Errors
     /// When there is no such object, or a number is not finite.
-    pub fn move_object(&mut self, index: usize, transform: &DAffine3) -> Result<bool, Error> {
+    pub fn move_object(&mut self, index: usize, transform: &DAffine3) -> Result<bool, PlanError> {
         if !fits(transform) {
-            return Err(Error::Change(format!("object {index}: its transform is not finite")));
+            return Err(PlanError::Change(format!("object {index}: its transform is not finite")));
         }
         let Some(own) = self.place_of(index)? else { return Ok(true) };
         let object = &self.objects[own];
@@ -250,9 +250,9 @@ impl World {
     }
 
     /// Returns the index into [`World::objects`] of an object of the scene, by its index there; none where it is not drawn.
-    pub(super) fn place_of(&self, index: usize) -> Result<Option<usize>, Error> {
+    pub(super) fn place_of(&self, index: usize) -> Result<Option<usize>, PlanError> {
         let count = self.object_of.len();
-        let none = || Error::Change(format!("there is no object {index}: the scene has {count}"));
+        let none = || PlanError::Change(format!("there is no object {index}: the scene has {count}"));
         self.object_of.get(index).copied().ok_or_else(none)
     }
 
@@ -261,13 +261,13 @@ impl World {
     ///
     /// # Errors
     /// When there is no such light, or a number is not finite.
-    pub fn set_light(&mut self, index: usize, light: &Light) -> Result<bool, Error> {
+    pub fn set_light(&mut self, index: usize, light: &Light) -> Result<bool, PlanError> {
         if let Some(fault) = light.fault() {
-            return Err(Error::Change(format!("light {index}: {fault}")));
+            return Err(PlanError::Change(format!("light {index}: {fault}")));
         }
         let light = &light.aimed();
         let Some(own) = self.light_of.get(index) else {
-            return Err(Error::Change(format!("there is no light {index}: the scene has {}", self.light_of.len())));
+            return Err(PlanError::Change(format!("there is no light {index}: the scene has {}", self.light_of.len())));
         };
         if self.idle_lights.has(index) {
             return Ok(self.idle_lights.set(index, light, self.objects.iter().map(|object| object.bounds)));
@@ -464,7 +464,7 @@ mod tests {
         let plan = |scene: &Scene| FramePlan::of(scene, &settings, &samples::device());
         let mut world = World::of(&scene, &settings, &plan(&scene).expect("a plan"), 1.0);
         let bad = Light { color: Vec3::new(f32::NAN, 1.0, 1.0), ..samples::sun() };
-        let refused = |error: Result<bool, Error>| error.expect_err("refused").to_string();
+        let refused = |error: Result<bool, PlanError>| error.expect_err("refused").to_string();
         assert_eq!(refused(world.set_light(0, &bad)), "light 0: color is not finite");
         let moved = DAffine3::from_translation(DVec3::Y * f64::INFINITY);
         assert_eq!(refused(world.move_object(0, &moved)), "object 0: its transform is not finite");
@@ -485,7 +485,7 @@ mod tests {
         let plan = samples::plan(&scene, &settings);
         let world = |exposure: f32| World::of(&scene, &settings, &plan, exposure);
         let (mut brighter, darker) = (world(2.0), world(0.25));
-        let cut = Cut::of(&scene, &settings, 2.0);
+        let cut = LightCutoff::of(&scene, &settings, 2.0);
         assert_eq!(brighter.reaches, scene.lights.iter().map(|light| cut.reach(light)).collect::<Vec<_>>());
         assert!(brighter.reaches[0] > 2.0 * darker.reaches[0]);
         brighter.set_exposure(0.25);

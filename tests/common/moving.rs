@@ -3,8 +3,8 @@
 
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
-    AlphaMode, Channel, Clip, ColorSpace, Influences, Interpolation, Local, Material, Mesh, Morph, Motion, Node,
-    Object, Placement, Scene, Skin, Target, Texture,
+    AlphaMode, Channel, ChannelTarget, Clip, ColorSpace, Influences, Interpolation, Local, Material, Mesh, Morph,
+    Motion, Node, Object, Placement, Scene, Skin, Texture,
 };
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
@@ -18,7 +18,7 @@ fn node(name: &str, parent: Option<usize>, translation: DVec3) -> Node {
     Node { name: name.into(), parent, local, weights: Vec::new() }
 }
 
-fn channel(target: Target, times: &[f64], values: &[f64]) -> Channel {
+fn channel(target: ChannelTarget, times: &[f64], values: &[f64]) -> Channel {
     Channel { target, times: times.into(), values: values.into(), interpolation: Interpolation::Linear }
 }
 
@@ -99,13 +99,13 @@ fn motion(place: DVec3, height: f64) -> Motion {
     nodes.push(node("box", Some(0), DVec3::new(0.3, 0.5, 0.0)));
     nodes.push(node("lamp", Some(0), DVec3::new(0.0, 0.4, 1.2)));
     let mut channels = vec![
-        channel(Target::Weights(2), &[0.0, 1.0, 2.0], &[0.0, 0.0, 1.0, 0.25, 0.0, 1.0]),
-        channel(Target::Scale(3), &[0.0, 2.0], &[1.0, 1.0, 1.0, -1.5, 1.0, 0.5]),
-        channel(Target::Translation(4), &[0.0, 2.0], &[-0.5, 0.4, 1.2, 0.6, -0.2, 1.0]),
+        channel(ChannelTarget::Weights(2), &[0.0, 1.0, 2.0], &[0.0, 0.0, 1.0, 0.25, 0.0, 1.0]),
+        channel(ChannelTarget::Scale(3), &[0.0, 2.0], &[1.0, 1.0, 1.0, -1.5, 1.0, 0.5]),
+        channel(ChannelTarget::Translation(4), &[0.0, 2.0], &[-0.5, 0.4, 1.2, 0.6, -0.2, 1.0]),
     ];
     let turned = |axis: DVec3, angle: f64| DQuat::from_axis_angle(axis, angle).to_array();
     let quarter = [turned(DVec3::Z, 0.0), turned(DVec3::new(0.6, 0.8, 0.0), 2.0)].concat();
-    channels.push(channel(Target::Rotation(3), &[0.0, 2.0], &quarter));
+    channels.push(channel(ChannelTarget::Rotation(3), &[0.0, 2.0], &quarter));
     let mut skins = Vec::new();
     for (tube, parent, start) in [(0, 0, DVec3::new(-0.2, -0.7, 0.1)), (1, 1, DVec3::ZERO)] {
         let first = nodes.len();
@@ -113,7 +113,7 @@ fn motion(place: DVec3, height: f64) -> Motion {
             let (parent, at) = if joint == 0 { (parent, start) } else { (first + joint - 1, DVec3::Y * step) };
             nodes.push(node(&format!("joint {joint} of tube {tube}"), Some(parent), at));
             let bent = [turned(DVec3::Z, 0.0), turned(DVec3::new(0.3, 0.2, 1.0).normalize(), 0.35)].concat();
-            channels.push(channel(Target::Rotation(first + joint), &[0.0, 2.0], &bent));
+            channels.push(channel(ChannelTarget::Rotation(first + joint), &[0.0, 2.0], &bent));
         }
         let bind = |joint: usize| DAffine3::from_translation(DVec3::NEG_Y * (step * joint as f64));
         skins.push(Skin {

@@ -4,8 +4,9 @@
 use afterlight::frame::{Error, Renderer};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
-    AlphaMode, Brdf, Camera, Channel, Clip, ColorSpace, Emitter, Environment, Falloff, Interpolation, LightPath, Look,
-    Material, Output, Playing, Scene, Settings, ShadowFilter, ShadowSettings, Target, Texture, Transparency, View,
+    AlphaMode, Brdf, Camera, Channel, ChannelTarget, Clip, ColorSpace, Emitter, Environment, Falloff, Interpolation,
+    LightPath, Look, Material, Output, Playing, Scene, Settings, ShadowFilter, ShadowSettings, Texture, Transparency,
+    View,
 };
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
@@ -247,7 +248,7 @@ pub fn sprites() -> Scene {
     add(&mut scene, rectangle([-0.4, -0.4], [0.4, 0.4], 0.0), pane, place);
     scene.objects[13].look = Some(Look { cell: 5, ..Look::PLAIN });
     let channel = Channel {
-        target: Target::Cell(1),
+        target: ChannelTarget::Cell(1),
         times: vec![0.0, 0.25, 0.5, 0.75],
         values: vec![0.0, 1.0, 2.0, 3.0],
         interpolation: Interpolation::Step,

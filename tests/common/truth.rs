@@ -2,12 +2,12 @@
 
 use afterlight::scene::{Environment, Light, Material};
 use afterlight_truth::reference::light::{self, Illumination};
-use afterlight_truth::reference::{Smith, Surface};
+use afterlight_truth::reference::{ShadingPoint, Smith};
 use glam::DVec3;
 
 /// Light that a point sends towards the eye, in nits.
 pub fn radiance(material: &Material, lights: &[Light], point: DVec3, normal: DVec3, eye: DVec3) -> DVec3 {
-    let surface = Surface {
+    let surface = ShadingPoint {
         position: point - eye,
         ray: None,
         normal,

@@ -115,7 +115,7 @@ fn own_error(gpu: &Gpu, scene: &Scene, settings: &Settings) -> f64 {
         .iter()
         .map(|at| if at[0] > 0.0 { at[0] } else { f64::INFINITY })
         .collect();
-    let view = reference::View { camera: scene.camera, size: settings.size };
+    let view = reference::CameraView { camera: scene.camera, size: settings.size };
     let depths = DepthBuffer { view, distances: &distances };
     let march = March::fine(f64::from(settings.ao_radius));
     let (mut squares, mut count) = (0.0, 0);

@@ -4,7 +4,7 @@ use crate::common::compare::assert_identical;
 use crate::common::gpu::{Gpu, on_gpu};
 use crate::common::stage::{add, exact, gbuffer, lambert, open, point, rectangle, spot, stage, sun};
 use crate::common::{one_of, some_in_turn, some_of, tries_all};
-use afterlight::frame::{Changed, Drawn, Picture, Renderer};
+use afterlight::frame::{Changed, DrawCounts, Picture, Renderer};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
     AlphaMode, Camera, Culling, Falloff, Keep, Light, LightKind, LightPath, Material, OptionalPart, Output, Projection,
@@ -15,7 +15,7 @@ use glam::{DAffine3, DQuat, DVec3, Vec3};
 /// Odd, so that no tile divides it.
 const SIZE: (u32, u32) = (131, 75);
 
-fn frame(renderer: &mut Renderer, camera: &Camera) -> (Picture, Drawn) {
+fn frame(renderer: &mut Renderer, camera: &Camera) -> (Picture, DrawCounts) {
     renderer.render(camera).unwrap_or_else(|error| panic!("{error}"));
     let drawn = renderer.wait().unwrap_or_else(|error| panic!("{error}")).drawn;
     (renderer.read_back().unwrap_or_else(|error| panic!("{error}")), drawn)
@@ -94,7 +94,7 @@ fn parallel_cameras(height: f64) -> [Camera; 4] {
 }
 
 /// Draws each view with the part and without it, and returns what the frames drew: lean first.
-fn both(gpu: &Gpu, scene: &Scene, settings: &Settings, part: OptionalPart, cameras: &[Camera]) -> Vec<[Drawn; 2]> {
+fn both(gpu: &Gpu, scene: &Scene, settings: &Settings, part: OptionalPart, cameras: &[Camera]) -> Vec<[DrawCounts; 2]> {
     let mut lean = gpu.renderer(scene, settings);
     let mut full = gpu.renderer(scene, &keeping(part, settings));
     let compare = |(index, camera): (usize, &Camera)| {

@@ -8,7 +8,7 @@ use afterlight::scene::{
     Projection, Reflections, Resolve, Scene, Settings, Sky, SkyImage, Transparency, View,
 };
 use afterlight_truth::reference::fog::Medium;
-use afterlight_truth::reference::{Mode, Options, Reference, Smith, View as Eye};
+use afterlight_truth::reference::{CameraView as Eye, Mode, Reference, Smith, TruthOptions};
 use glam::{DAffine3, DVec3, Vec3};
 
 fn light(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Vec<DVec3> {
@@ -134,7 +134,7 @@ fn fog_before_nothing_but_the_background_is_lit_as_well() {
 /// Returns the error against rays, relative to the brightest channel, that so many of 100 pixels do not exceed. Edges may fall to either side.
 fn against_rays(gpu: &Gpu, scene: &Scene, settings: &Settings, percent: usize) -> f64 {
     let reference = Reference::new(scene).expect("a scene").with_settings(settings, &scene.camera);
-    let options = Options { mode: Mode::Point, smith: Smith::default() };
+    let options = TruthOptions { mode: Mode::Point, smith: Smith::default() };
     let truth = reference.render(&Eye { camera: scene.camera, size: settings.size }, &options, &|_, _| {});
     let truth: Vec<DVec3> = truth.radiance.into_iter().map(DVec3::from).collect();
     let mut errors: Vec<f64> = light(gpu, scene, settings)

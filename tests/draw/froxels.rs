@@ -7,7 +7,7 @@ use afterlight::frame::Renderer;
 use afterlight::scene::{
     AlphaMode, Camera, Falloff, Fog, LightPath, Material, Projection, Scene, Settings, Transparency,
 };
-use afterlight_truth::reference::{Mode, Options, Reference, Smith, View as Eye};
+use afterlight_truth::reference::{CameraView as Eye, Mode, Reference, Smith, TruthOptions};
 use glam::{DAffine3, DVec3, Vec3};
 
 fn light(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Vec<DVec3> {
@@ -20,7 +20,7 @@ fn linear(rgba: &[f32]) -> Vec<DVec3> {
 
 fn truth(scene: &Scene, settings: &Settings) -> Vec<DVec3> {
     let reference = Reference::new(scene).expect("a scene").with_settings(settings, &scene.camera);
-    let options = Options { mode: Mode::Point, smith: Smith::default() };
+    let options = TruthOptions { mode: Mode::Point, smith: Smith::default() };
     let truth = reference.render(&Eye { camera: scene.camera, size: settings.size }, &options, &|_, _| {});
     truth.radiance.into_iter().map(DVec3::from).collect()
 }

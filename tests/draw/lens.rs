@@ -8,8 +8,8 @@ use crate::common::stage::{EDGE, exact, open, own};
 use afterlight::frame::{self, Picture};
 use afterlight::plan;
 use afterlight::scene::{
-    Aperture, Channel, Clip, Culling, Interpolation, Keep, LightPath, Local, Motion, Node, OptionalPart, Output,
-    Placement, Projection, Scene, Settings, Target,
+    Aperture, Channel, ChannelTarget, Clip, Culling, Interpolation, Keep, LightPath, Local, Motion, Node, OptionalPart,
+    Output, Placement, Projection, Scene, Settings,
 };
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -86,7 +86,7 @@ fn sliding() -> Scene {
     let local = Local::Parts(Placement::default());
     let node = Node { name: "slide".into(), parent: None, local, weights: Vec::new() };
     let slide = Channel {
-        target: Target::Translation(0),
+        target: ChannelTarget::Translation(0),
         times: vec![0.0, 1.0],
         values: vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0],
         interpolation: Interpolation::Linear,
@@ -144,7 +144,7 @@ fn a_lens_without_a_focus_and_one_before_parallel_rays_are_refused() {
         let mut scene = edge(0.0);
         let settings = Settings { samples: 4, aperture: Aperture::FNumber(2.8), ..exact(EDGE, EDGE) };
         let refused = |scene: &Scene, settings: &Settings| match frame::plan_for(&gpu.device, scene, settings) {
-            Err(plan::Error::Lens(why)) => why,
+            Err(plan::PlanError::Lens(why)) => why,
             other => panic!("{other:?}"),
         };
         let why = refused(&scene, &settings);

@@ -1,6 +1,6 @@
 //! Levels of detail: fewer triangles, a picture that hardly differs, and no shadow of a mesh on its own level.
 
-use afterlight::frame::{Drawn, Picture};
+use afterlight::frame::{DrawCounts, Picture};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
     Camera, Culling, Falloff, Keep, LightPath, OptionalPart, Projection, Scene, Settings, ShadowFilter, ShadowSettings,
@@ -16,7 +16,7 @@ use crate::common::stage::{add, lambert, open, own, point, stage, sun};
 
 const SIZE: (u32, u32) = (320, 180);
 
-fn frame(gpu: &Gpu, scene: &Scene, settings: &Settings) -> (Picture, Drawn) {
+fn frame(gpu: &Gpu, scene: &Scene, settings: &Settings) -> (Picture, DrawCounts) {
     let mut renderer = gpu.renderer(scene, settings);
     renderer.render(&scene.camera).unwrap_or_else(|error| panic!("{error}"));
     let drawn = renderer.wait().unwrap_or_else(|error| panic!("{error}")).drawn;

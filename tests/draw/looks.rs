@@ -2,8 +2,8 @@
 
 use afterlight::frame::{Picture, Renderer};
 use afterlight::scene::{
-    AlphaMode, Channel, Clip, ClipChoice, Culling, Filter, Interpolation, LightPath, Look, Playing, Scene, Settings,
-    Target,
+    AlphaMode, Channel, ChannelTarget, Clip, ClipChoice, Culling, Filter, Interpolation, LightPath, Look, Playing,
+    Scene, Settings,
 };
 use glam::Vec3;
 
@@ -129,7 +129,8 @@ fn a_clip_moves_the_cells_of_sprites_and_lets_go_of_them() {
 fn keys_of_cells_are_whole_and_change_at_once() {
     let fault = |values: [f64; 2], interpolation| {
         let mut scene = sprites();
-        let channel = Channel { target: Target::Cell(1), times: vec![0.0, 1.0], values: values.into(), interpolation };
+        let channel =
+            Channel { target: ChannelTarget::Cell(1), times: vec![0.0, 1.0], values: values.into(), interpolation };
         scene.motion.clips = vec![Clip { name: "bad".into(), channels: vec![channel] }];
         scene.check().err().map(|error| error.to_string())
     };

@@ -9,7 +9,7 @@ use afterlight::scene::{
     AlphaMode, Brdf, Camera, Falloff, LightPath, Material, Output, Projection, Scene, Settings, ShadowFilter,
     ShadowSettings, Transparency, View,
 };
-use afterlight_truth::reference::{Mode, Options, Reference, Smith, View as Eye};
+use afterlight_truth::reference::{CameraView as Eye, Mode, Reference, Smith, TruthOptions};
 use glam::{DAffine3, DVec3, Vec3};
 
 const SIZE: [u32; 2] = [133, 75];
@@ -48,7 +48,7 @@ fn still_life() -> Scene {
 }
 
 fn truth(scene: &Scene, shadows: bool) -> Vec<[f64; 3]> {
-    let options = Options { mode: Mode::Point, smith: Smith::default() };
+    let options = TruthOptions { mode: Mode::Point, smith: Smith::default() };
     let eye = Eye { camera: scene.camera, size: SIZE };
     Reference::new(scene).expect("a scene").with_shadows(shadows).render(&eye, &options, &|_, _| {}).radiance
 }

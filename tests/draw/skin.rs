@@ -2,7 +2,7 @@
 
 use afterlight::frame::Picture;
 use afterlight::scene::{
-    Channel, ClipChoice, Interpolation, LightValue, Local, MaterialValue, Playing, Scene, Settings, Target,
+    Channel, ChannelTarget, ClipChoice, Interpolation, LightValue, Local, MaterialValue, Playing, Scene, Settings,
 };
 use glam::DVec3;
 
@@ -74,9 +74,9 @@ fn materials_and_lights_change_with_their_clips_and_go_back() {
             interpolation: Interpolation::Linear,
         };
         scene.motion.clips[0].channels.extend([
-            channel(Target::Material(0, MaterialValue::BaseColor), &[0.1, 0.5, 0.2, 1.0, 0.9, 0.1, 0.4, 1.0]),
-            channel(Target::Material(3, MaterialValue::Emissive), &[0.0, 0.0, 0.0, 2.0, 1.0, 0.0]),
-            channel(Target::Light(0, LightValue::Intensity), &[3.0, 0.0]),
+            channel(ChannelTarget::Material(0, MaterialValue::BaseColor), &[0.1, 0.5, 0.2, 1.0, 0.9, 0.1, 0.4, 1.0]),
+            channel(ChannelTarget::Material(3, MaterialValue::Emissive), &[0.0, 0.0, 0.0, 2.0, 1.0, 0.0]),
+            channel(ChannelTarget::Light(0, LightValue::Intensity), &[3.0, 0.0]),
         ]);
         let settings = exact(80, 60);
         let mut renderer = gpu.renderer(&scene, &settings);

@@ -1,11 +1,11 @@
 //! Frames that are averaged over time: still ones come to the mean that `samples` have, vectors point to where surfaces were in f64, surfaces that
 //! come into view are not mixed with those that hid them, and nothing is left after a cut.
 
-use afterlight::frame::{Changed, Error, FRAMES_A_SECOND, Order, Renderer};
+use afterlight::frame::{Changed, Error, FRAMES_A_SECOND, JitterSequence, Renderer};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
-    AlphaMode, Camera, Channel, Clip, ColorSpace, Culling, Interpolation, LightPath, Local, Material, Motion, Node,
-    Output, Placement, Playing, Resolve, Scene, Settings, Target, Texture, View,
+    AlphaMode, Camera, Channel, ChannelTarget, Clip, ColorSpace, Culling, Interpolation, LightPath, Local, Material,
+    Motion, Node, Output, Placement, Playing, Resolve, Scene, Settings, Texture, View,
 };
 use afterlight_truth::measure::{LinearImage, errors};
 use glam::{DAffine3, DVec2, DVec3, Vec3};
@@ -134,7 +134,7 @@ fn vectors_are_from_where_surfaces_were() {
                 let found = at(gpu, &scene, &settings, time, camera);
                 let posed = |time| triangles(&scene, &scene.at(&Playing { time, looped: false, ..Playing::default() }));
                 let (now, before) = (posed(time), posed(time - 1.0 / FRAMES_A_SECOND));
-                let [jitter_x, jitter_y] = Order::of(2).offset(1);
+                let [jitter_x, jitter_y] = JitterSequence::of(2).offset(1);
                 let (mut differences, mut longest) = (Vec::new(), 0.0f64);
                 for (index, found) in found.iter().enumerate() {
                     let (x, y) = (index as u32 % size[0], index as u32 / size[0]);
@@ -164,7 +164,7 @@ fn carried(mut scene: Scene, object: usize, speed: f64) -> Scene {
     let node =
         Node { name: "carrier".into(), parent: None, local: Local::Parts(Placement::default()), weights: Vec::new() };
     let channel = Channel {
-        target: Target::Translation(0),
+        target: ChannelTarget::Translation(0),
         times: vec![0.0, 10.0],
         values: vec![0.0, 0.0, 0.0, 10.0 * speed, 0.0, 0.0],
         interpolation: Interpolation::Linear,
@@ -290,7 +290,7 @@ fn each_pixel_that_shows_what_moves_has_its_vector() {
             let mut renderer = gpu.renderer(&scene, &settings);
             let pose = scene.motion.pose(&Playing { time: 0.2, looped: false, ..Playing::default() });
             renderer.pose(&scene, &pose).expect("a pose");
-            renderer.render_jittered(&scene.camera, Order::of(2).offset(1)).expect("a frame");
+            renderer.render_jittered(&scene.camera, JitterSequence::of(2).offset(1)).expect("a frame");
             let shown = renderer.read_back().expect("a picture");
             let glows: Vec<bool> = floats(&shown).chunks_exact(4).map(|texel| texel[0] > 0.5).collect();
             let count = glows.iter().filter(|glows| **glows).count();

@@ -6,7 +6,7 @@ use crate::common::compare::assert_identical;
 use crate::common::gpu::{Gpu, bytes, nits, on_gpu, on_gpu_in_both_modes, places};
 use crate::common::stage::{add, directional, exact, gbuffer, lambert, plane, point, rectangle, spot, stage, sun};
 use crate::common::{one_of, some_in_turn};
-use afterlight::frame::{Drawn, Picture, Renderer};
+use afterlight::frame::{DrawCounts, Picture, Renderer};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{
     AlphaMode, Camera, CastsShadow, ColorSpace, Falloff, Keep, Light, LightKind, LightPath, Material, OptionalPart,
@@ -26,14 +26,14 @@ const BORDER: f64 = 6.0 * TEXEL;
 
 /// A block over a floor.
 #[derive(Clone, Copy)]
-struct Block {
+struct FloorBlock {
     low: DVec3,
     high: DVec3,
 }
 
-const BLOCK: Block = Block { low: DVec3::new(-0.75, 1.25, -0.6), high: DVec3::new(0.75, 1.75, 0.6) };
+const BLOCK: FloorBlock = FloorBlock { low: DVec3::new(-0.75, 1.25, -0.6), high: DVec3::new(0.75, 1.75, 0.6) };
 
-impl Block {
+impl FloorBlock {
     fn grown(&self, by: f64) -> Self {
         Self { low: self.low - by, high: self.high + by }
     }
@@ -489,7 +489,7 @@ fn yard() -> Scene {
     scene
 }
 
-fn frame(renderer: &mut Renderer, camera: &Camera) -> (Picture, Drawn) {
+fn frame(renderer: &mut Renderer, camera: &Camera) -> (Picture, DrawCounts) {
     renderer.render(camera).unwrap_or_else(|error| panic!("{error}"));
     let drawn = renderer.wait().unwrap_or_else(|error| panic!("{error}")).drawn;
     (renderer.read_back().unwrap_or_else(|error| panic!("{error}")), drawn)

@@ -84,12 +84,12 @@ impl Case {
 }
 
 /// The layer's folder, and the driver of a device that is Vulkan in part only: loaders list that for programs alone that ask for it.
-struct Stage {
+struct LayerSetup {
     folder: TempDir,
     partial_driver: Option<PathBuf>,
 }
 
-impl Stage {
+impl LayerSetup {
     fn new() -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let deps = Path::new(env!("CARGO_BIN_EXE_afterlight")).with_file_name("deps");
@@ -241,7 +241,7 @@ fn cases() -> Vec<Case> {
 
 #[test]
 fn devices_that_lack_much_draw_the_same_or_are_refused_in_a_sentence() {
-    let (stage, met) = (Stage::new(), Mutex::new(BTreeSet::new()));
+    let (stage, met) = (LayerSetup::new(), Mutex::new(BTreeSet::new()));
     let fault = |case: &Case| Some(format!("{case:?}: {}", stage.fault(case, &met)?));
     let faults: Vec<_> = cases().par_iter().filter_map(fault).collect();
     assert!(faults.is_empty(), "{}", faults.join("\n"));
@@ -259,7 +259,7 @@ fn devices_that_lack_much_draw_the_same_or_are_refused_in_a_sentence() {
 #[test]
 fn what_a_refusal_advises_draws() {
     let harbour = Path::new(env!("AFTERLIGHT_ROOT")).join("assets/harbour.toml");
-    let (stage, cornell) = (Stage::new(), "builtin:cornell");
+    let (stage, cornell) = (LayerSetup::new(), "builtin:cornell");
     let cases: [(&[&str], &str); 5] = [
         (&[cornell, "--ao", "bitmask"], "ambient occlusion needs a G-buffer of 5 colour attachments"),
         (
@@ -299,7 +299,7 @@ fn what_a_refusal_advises_draws() {
 /// Layer 1.4.363 has a message where one does.
 #[test]
 fn one_scene_after_another_is_silent_where_pipelines_are_not_kept() {
-    let (stage, scenes) = (Stage::new(), ["sky.toml", "sky-spheres.toml"].map(gallery));
+    let (stage, scenes) = (LayerSetup::new(), ["sky.toml", "sky-spheres.toml"].map(gallery));
     // Both are lit by their skies, whose prefilters are alike.
     let settings = ["--size", "64x36", "--anisotropy", "1", "--validate", "--warmup", "1", "--frames", "2"];
     let output = stage.run(Some("least"), &[&["bench", &scenes[0], &scenes[1]], &settings[..]].concat());
@@ -308,7 +308,7 @@ fn one_scene_after_another_is_silent_where_pipelines_are_not_kept() {
 
 #[test]
 fn a_played_device_is_what_the_program_sees() {
-    let stage = Stage::new();
+    let stage = LayerSetup::new();
     for (profile, says) in [
         ("portability", ["lazily allocated memory  no", "the view triangle        no"]),
         ("least", ["push constants           128 B", "timestamps               no"]),

@@ -367,7 +367,7 @@ fn an_arrow_that_runs_forward_is_left_alone() {
             "crates/lab/src/report/page.rs",
             "use crate::report::sweep; use afterlight::frame; use afterlight_truth::measure;",
         ),
-        ("crates/lab/src/stress/page/mod.rs", "use crate::page::plot::Plot; use crate::stress::Verdict;"),
+        ("crates/lab/src/stress/page/mod.rs", "use crate::page::plot::Plot; use crate::stress::StressResult;"),
         ("crates/window/src/app.rs", "use crate::keys; use super::steps; use afterlight::passes::overlay::Panels;"),
         ("crates/program/src/render.rs", "use crate::table::Table; use afterlight::{frame, gpu}; use ash::vk;"),
         ("crates/program/src/main.rs", "mod tests { use super::*; }"),

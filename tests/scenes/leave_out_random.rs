@@ -14,9 +14,9 @@ use glam::{DAffine3, DQuat, DVec3, Vec3};
 const SIZE: [u32; 2] = [96, 54];
 
 /// Random numbers from 0 up to 1.
-struct Random(fastrand::Rng);
+struct UnitRandom(fastrand::Rng);
 
-impl Random {
+impl UnitRandom {
     fn between(&mut self, least: f64, most: f64) -> f64 {
         least + (most - least) * self.0.f64()
     }
@@ -34,7 +34,7 @@ impl Random {
 /// A ring and a ball whose normals differ in every pixel, over a floor, with a sun and a lamp. Shadow maps are coarse, so that many pixels lie beside
 /// an edge of a texel.
 fn smooth(seed: u64) -> (Scene, Settings) {
-    let mut random = Random(fastrand::Rng::with_seed(seed));
+    let mut random = UnitRandom(fastrand::Rng::with_seed(seed));
     let slanted = DVec3::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), random.between(0.3, 1.0));
     let place = DVec3::new(random.between(-1.0, 1.0), random.between(-0.6, 0.6), random.between(0.8, 1.6));
     let lamp = Light { casts_shadow: true, ..point(place, 2.0, Some(6.0), Falloff::InverseSquare) };

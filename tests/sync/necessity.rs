@@ -10,14 +10,14 @@ use std::time::Instant;
 use crate::common::gpu::{not_run, on_gpu};
 use crate::common::{some_of, tries_all};
 use afterlight::frame::capabilities;
-use afterlight::frame::list::List;
-use afterlight::frame::proof::Frames;
-use afterlight::frame::rows::unreported_mutants::{LAYER, Part, UNREPORTED_MUTANTS};
+use afterlight::frame::list::StepList;
+use afterlight::frame::proof::FrameModel;
+use afterlight::frame::rows::unreported_mutants::{LAYER, RowPart, UNREPORTED_MUTANTS};
 use afterlight::frame::rows::{self, Row};
 use afterlight::gpu::{self, DeviceChoice, vk};
 use afterlight::plan::{FramePlan, OUTPUT_PLAIN, OUTPUT_SRGB, samples};
 use afterlight_lab::mutants::{
-    Case, Heard, Laboratory, Miss, Mutant, PresentPath, Verdict, cases, mutants, presented, verdict,
+    BrokenRules, Laboratory, Miss, Mutant, MutantCase, MutantVerdict, PresentPath, cases, mutants, presented, verdict,
 };
 
 /// A frame records the passes that the proof assumes, in the same order.
@@ -29,8 +29,8 @@ fn passes_are_recorded_in_the_order_of_the_list() {
         for case in some_of(cases().iter().filter(|case| case.presented.is_none()), 6) {
             let mut renderer = gpu.renderer(&case.scene, &case.settings);
             renderer.render(&case.scene.camera).unwrap_or_else(|error| panic!("{}: {error}", case.name));
-            let list = List::of(renderer.plan());
-            let places = Frames::of(renderer.plan(), &rows::table(renderer.plan())).passes();
+            let list = StepList::of(renderer.plan());
+            let places = FrameModel::of(renderer.plan(), &rows::table(renderer.plan())).passes();
             let times = |place| {
                 let mut own: Vec<_> = list.passes_at(place).into_iter().map(|pass| pass.time).collect();
                 // SPREAD and SORT stand in the list twice, and PER_LIGHT shares the time of LIGHTING.
@@ -79,7 +79,7 @@ fn untried(tried: &[FramePlan]) -> BTreeSet<String> {
 /// Needs no device.
 #[test]
 fn each_dependency_of_the_sample_plans_is_tried() {
-    let plan = |case: Case| case.plan(&samples::device()).expect("a plan");
+    let plan = |case: MutantCase| case.plan(&samples::device()).expect("a plan");
     let missing = untried(&cases().into_iter().map(plan).collect::<Vec<_>>());
     assert!(missing.is_empty(), "{} rows are not tried; draw plans that have them: {missing:#?}", missing.len());
 }
@@ -108,9 +108,9 @@ fn without_any_row_or_bit_the_layer_complains_or_the_specification_does() {
         ));
     }
     let device = capabilities(physical);
-    let cases: Vec<Case> =
+    let cases: Vec<MutantCase> =
         cases().into_iter().filter(|case| laboratory.presents() || case.presented.is_none()).collect();
-    let plan = |case: &Case| case.plan(&device).unwrap_or_else(|error| panic!("{}: {error}", case.name));
+    let plan = |case: &MutantCase| case.plan(&device).unwrap_or_else(|error| panic!("{}: {error}", case.name));
     let plans: Vec<FramePlan> = cases.iter().map(plan).collect();
     let missing = if laboratory.presents() || !cfg!(feature = "window") { untried(&plans) } else { BTreeSet::new() };
     assert!(missing.is_empty(), "on this device {} rows are not tried: {missing:#?}", missing.len());
@@ -134,7 +134,7 @@ fn without_any_row_or_bit_the_layer_complains_or_the_specification_does() {
         println!("{} of {all} mutants", mutants.len());
     }
     // The others are silent in `validation`.
-    let is_asked = |case: &Case| tries_all() || mutants.iter().any(|mutant| std::ptr::eq(mutant.case, case));
+    let is_asked = |case: &MutantCase| tries_all() || mutants.iter().any(|mutant| std::ptr::eq(mutant.case, case));
     let whole: Vec<_> = cases.iter().zip(&plans).filter(|(case, _)| is_asked(case)).collect();
     // SAFETY: nobody looks at the pictures, and the layer speaks before the driver runs a mutant. Software drivers, on which this runs, do one thing
     // after another.
@@ -149,11 +149,11 @@ fn without_any_row_or_bit_the_layer_complains_or_the_specification_does() {
         let verdict = verdict(layer, mutant, heard);
         summary.count(mutant, heard, &verdict);
         match verdict {
-            Verdict::Noticed => {}
-            Verdict::ExpectedMiss(Miss::Argued(reason)) => _ = argued.insert(std::ptr::from_ref(reason)),
-            Verdict::ExpectedMiss(Miss::Older(_) | Miss::Newer(_)) => {}
-            Verdict::UnexpectedMiss => unlisted.push(place()),
-            Verdict::UnexpectedNotice(_) => rotten.push(format!("{}: {heard:?}", place())),
+            MutantVerdict::Noticed => {}
+            MutantVerdict::ExpectedMiss(Miss::Argued(reason)) => _ = argued.insert(std::ptr::from_ref(reason)),
+            MutantVerdict::ExpectedMiss(Miss::Older(_) | Miss::Newer(_)) => {}
+            MutantVerdict::UnexpectedMiss => unlisted.push(place()),
+            MutantVerdict::UnexpectedNotice(_) => rotten.push(format!("{}: {heard:?}", place())),
         }
     }
     let names: BTreeSet<rows::RowName> =
@@ -194,13 +194,14 @@ struct Counts {
 }
 
 impl Summary {
-    fn count(&mut self, mutant: &Mutant, heard: &Heard, verdict: &Verdict) {
-        let counts = if mutant.part == Part::Row { &mut self.rows } else { &mut self.bits };
+    fn count(&mut self, mutant: &Mutant, heard: &BrokenRules, verdict: &MutantVerdict) {
+        let counts = if mutant.part == RowPart::Row { &mut self.rows } else { &mut self.bits };
         counts.tried += 1;
         counts.plain += usize::from(!heard.plain.is_empty());
         counts.heuristic += usize::from(heard.heuristic.as_ref().is_some_and(|rules| !rules.is_empty()));
         counts.noticed += usize::from(heard.anything());
-        counts.argued += usize::from(matches!(verdict, Verdict::ExpectedMiss(_) | Verdict::UnexpectedNotice(_)));
+        counts.argued +=
+            usize::from(matches!(verdict, MutantVerdict::ExpectedMiss(_) | MutantVerdict::UnexpectedNotice(_)));
         for rule in heard.rules() {
             *self.rules.entry(rule.to_owned()).or_default() += 1;
         }

@@ -3,8 +3,8 @@
 
 use std::collections::{BTreeMap, HashSet};
 
-use afterlight::frame::proof::{Frames, is_superfluous};
-use afterlight::frame::rows::unreported_mutants::Part;
+use afterlight::frame::proof::{FrameModel, is_superfluous};
+use afterlight::frame::rows::unreported_mutants::RowPart;
 use afterlight::frame::rows::{self, Row, Rows, Side};
 use afterlight::gpu::sync::Use;
 use afterlight::gpu::vk;
@@ -26,7 +26,7 @@ use afterlight_lab::mutants::{PresentPath, cases, presented};
 /// Plans whose frames differ in their accesses or in their synchronization.
 #[derive(Default)]
 struct Different {
-    seen: HashSet<(String, Frames)>,
+    seen: HashSet<(String, FrameModel)>,
     plans: Vec<(String, FramePlan, Rows)>,
     tried: usize,
 }
@@ -55,7 +55,7 @@ impl Different {
     fn add_one(&mut self, name: String, plan: FramePlan) {
         self.tried += 1;
         let rows = rows::table(&plan);
-        if self.seen.insert((rows.iter().map(masks).collect(), Frames::of(&plan, &rows))) {
+        if self.seen.insert((rows.iter().map(masks).collect(), FrameModel::of(&plan, &rows))) {
             self.plans.push((name, plan, rows));
         }
     }
@@ -64,7 +64,7 @@ impl Different {
     /// in all frames that have it.
     fn are_proved(&self) {
         let told = |(name, plan, rows): &(String, FramePlan, Rows)| -> Vec<String> {
-            Frames::of(plan, rows).hazards().iter().map(|hazard| format!("{name}: {hazard}")).collect()
+            FrameModel::of(plan, rows).hazards().iter().map(|hazard| format!("{name}: {hazard}")).collect()
         };
         let hazards: Vec<_> = self.plans.par_iter().flat_map_iter(told).collect();
         let mut asked = HashSet::new();
@@ -77,7 +77,7 @@ impl Different {
             );
         }
         parts.retain(|((_, plan, _), row, part)| !is_for_the_layer(plan, row, *part));
-        let orders_nothing = |((name, plan, rows), row, part): &(&(String, FramePlan, Rows), &Row, Part)| {
+        let orders_nothing = |((name, plan, rows), row, part): &(&(String, FramePlan, Rows), &Row, RowPart)| {
             let is_idle = is_superfluous(plan, rows, row.name, *part).unwrap_or_else(|error| panic!("{error}"));
             is_idle.then(|| (format!("{} {part:?}", row.name), name.clone()))
         };
@@ -99,10 +99,10 @@ impl Different {
 /// TILED looks up data that was copied, and waits for the copy through GEOMETRY: the upload's barrier makes GEOMETRY wait, and the render pass's
 /// dependency makes TILED wait. The layer of Debian 13 follows such a chain for attachments and not for buffers, so the barrier names TILED's reads
 /// as well.
-fn is_for_the_layer(plan: &FramePlan, row: &Row, part: Part) -> bool {
+fn is_for_the_layer(plan: &FramePlan, row: &Row, part: RowPart) -> bool {
     let reads = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_READ);
     let is_read = match part {
-        Part::Bits(Side::After, bits) => reads.stage.contains(bits.stage) && reads.access.contains(bits.access),
+        RowPart::Bits(Side::After, bits) => reads.stage.contains(bits.stage) && reads.access.contains(bits.access),
         _ => false,
     };
     plan.triangles.is_some() && row.name.name().starts_with("upload-to-") && is_read

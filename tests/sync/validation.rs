@@ -87,9 +87,9 @@ fn every_view_is_silent_or_says_why_there_is_none() {
                         let drawn = draw_frames(&mut renderer, &scene);
                         drawn.unwrap_or_else(|error| panic!("{} {name}: {error}", scene.name));
                     }
-                    Err(Error::Plan(plan::Error::NoTriangles)) if !gpu.shows(view) => {}
-                    Err(Error::Plan(plan::Error::NoShadowMap(_))) if view == View::ShadowMap && !shadowed => {}
-                    Err(Error::Plan(refused @ plan::Error::Refused(_)))
+                    Err(Error::Plan(plan::PlanError::NoTriangles)) if !gpu.shows(view) => {}
+                    Err(Error::Plan(plan::PlanError::NoShadowMap(_))) if view == View::ShadowMap && !shadowed => {}
+                    Err(Error::Plan(refused @ plan::PlanError::Refused(_)))
                         if refused.shows_nothing() && scene.emitters.is_empty() => {}
                     Err(error) => panic!("{} {name}: {error}", scene.name),
                 }
@@ -159,7 +159,7 @@ fn every_hdr_format_is_silent_or_refused() {
             let settings = Settings { hdr_format: *hdr_format, ..small(&scene) };
             match Renderer::new(&gpu.device, &scene, &settings) {
                 Ok(mut renderer) => draw_frames(&mut renderer, &scene).unwrap_or_else(|error| panic!("{error}")),
-                Err(Error::Plan(plan::Error::HdrFormat(refused))) => assert_eq!(refused, *hdr_format),
+                Err(Error::Plan(plan::PlanError::HdrFormat(refused))) => assert_eq!(refused, *hdr_format),
                 Err(error) => panic!("{name}: {error}"),
             }
         }

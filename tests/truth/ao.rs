@@ -11,7 +11,7 @@ use crate::common::gpu::{Gpu, floats, on_gpu};
 use crate::common::stage::{open, own};
 
 /// Pixels of a view with their truths.
-struct Truths {
+struct AoTruths {
     pixels: Vec<usize>,
     rays: Vec<f64>,
     march: Vec<f64>,
@@ -33,12 +33,12 @@ fn root_mean_square(differences: impl Iterator<Item = f64>) -> f64 {
     (sum / f64::from(count)).sqrt()
 }
 
-impl Truths {
+impl AoTruths {
     /// Takes every so many of the pixels with a surface: as many as a picture of 80 x 45 has.
     fn of(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Self {
         let [width, height] = settings.size;
         let (view, radius) =
-            (reference::View { camera: scene.camera, size: settings.size }, f64::from(settings.ao_radius));
+            (reference::CameraView { camera: scene.camera, size: settings.size }, f64::from(settings.ao_radius));
         let normals = shown(gpu, scene, settings, View::Normal);
         let depths = shown(gpu, scene, settings, View::Depth);
         let distances: Vec<f64> = depths.iter().map(|at| if at[0] > 0.0 { at[0] } else { f64::INFINITY }).collect();
@@ -78,7 +78,7 @@ impl Truths {
 fn table(gpu: &Gpu, spec: &str, [width, height]: [u32; 2], radius: f32) -> Vec<(String, Errors)> {
     let scene = open(spec);
     let base = Settings { ao: AmbientOcclusion::Bitmask, ao_radius: radius, samples: 1, ..own(&scene, width, height) };
-    let truths = Truths::of(gpu, &scene, &base);
+    let truths = AoTruths::of(gpu, &scene, &base);
     let mean = truths.rays.iter().sum::<f64>() / truths.rays.len() as f64;
     let none = root_mean_square(truths.rays.iter().map(|rays| 1.0 - rays));
     println!(

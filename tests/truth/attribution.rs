@@ -8,12 +8,12 @@ use afterlight::scene::{
     Falloff, HdrFormat, LightPath, Output, Scene, Settings, ShadowSettings, exposure_scale, metered_ev100,
 };
 use afterlight_lab::report::sweep::attribution::{
-    CUT_OFF, HDR, Limits, NOT_EXPLAINED, OTHER_TRIANGLE, OUTPUT, SAMPLING, SWITCHES, Subject, TRANSPARENT, Truths,
-    WHOLE, attribute,
+    AttributedFrame, AttributionLimits, CUT_OFF, HDR, NOT_EXPLAINED, OTHER_TRIANGLE, OUTPUT, SAMPLING, SWITCHES,
+    TRANSPARENT, TruthPair, WHOLE, attribute,
 };
 use afterlight_lab::report::sweep::model::{AttributedPart, Attribution};
 use afterlight_truth::reference::tonemap::{decode_srgb, input_referred};
-use afterlight_truth::reference::{Mode, Options, Reference, Smith, Truth, View};
+use afterlight_truth::reference::{CameraView, Mode, Reference, Smith, Truth, TruthOptions};
 use glam::DVec3;
 
 const TEXTURES: &str = SWITCHES[0];
@@ -44,7 +44,7 @@ fn small(scene: &Scene) -> Settings {
 struct Case<'a> {
     scene: &'a Scene,
     reference: Reference<'a>,
-    view: View,
+    view: CameraView,
     point: Truth,
     converged: Truth,
 }
@@ -55,16 +55,18 @@ impl<'a> Case<'a> {
     }
 
     fn with(scene: &'a Scene, reference: Reference<'a>) -> Self {
-        let view = View { camera: scene.camera, size: small(scene).size };
-        let render = |mode| reference.render(&view, &Options { mode, smith: Smith::default() }, &|_, _| ());
+        let view = CameraView { camera: scene.camera, size: small(scene).size };
+        let render = |mode| reference.render(&view, &TruthOptions { mode, smith: Smith::default() }, &|_, _| ());
         let (point, converged) = (render(Mode::Point), render(Mode::Converged { samples: 8 }));
         Self { scene, reference, view, point, converged }
     }
 
     fn apart(&self, gpu: &Gpu, settings: &Settings) -> Attribution {
-        let subject = Subject { scene: self.scene, reference: &self.reference, settings, view: &self.view, point: 3 };
-        let truths = Truths { point: &self.point, converged: &self.converged };
-        attribute(&gpu.device, &subject, &truths, &Limits::default()).unwrap_or_else(|error| panic!("{error}"))
+        let subject =
+            AttributedFrame { scene: self.scene, reference: &self.reference, settings, view: &self.view, point: 3 };
+        let truths = TruthPair { point: &self.point, converged: &self.converged };
+        attribute(&gpu.device, &subject, &truths, &AttributionLimits::default())
+            .unwrap_or_else(|error| panic!("{error}"))
     }
 }
 

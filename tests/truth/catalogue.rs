@@ -8,7 +8,7 @@ use std::process::Command;
 use crate::common::gpu::on_gpu;
 use crate::common::tries_all;
 use crate::stress::told;
-use afterlight_lab::stress::{self, Case, Values, catalogue};
+use afterlight_lab::stress::{self, Case, SweepValues, catalogue};
 use afterlight_truth::measure::cpu_seconds;
 
 /// The measured cost of each case: its name, and the milliseconds of processor time, on all threads, that its quick values took.
@@ -131,7 +131,7 @@ fn measure() {
         for case in catalogue::all() {
             let (before, mut cost) = (spent(), 0);
             for value in case.tried(true) {
-                let one = Case { values: Values::List(vec![value].leak()), ..case };
+                let one = Case { values: SweepValues::List(vec![value].leak()), ..case };
                 stress::run(&gpu.device, &one, false).unwrap_or_else(|error| panic!("{}: {error}", case.name));
                 cost = ((spent() - before) * 1e3).round() as u32;
                 if cost > CHEAP_MS {

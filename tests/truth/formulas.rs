@@ -1,11 +1,11 @@
 //! The cases of single formulas, which hold for the renderer's own (`tests/truth/catalogue.rs`), fail when a textbook's is planted in their place.
 
 use afterlight_lab::stress::formula::Trial;
-use afterlight_lab::stress::{Case, Check, Outcome, Verdict, catalogue, run};
+use afterlight_lab::stress::{Case, Check, StressOutcome, StressResult, catalogue, run};
 
 use crate::common::gpu::{Gpu, on_gpu};
 
-fn tried(gpu: &Gpu, name: &str, check: fn(f64) -> Trial) -> Verdict {
+fn tried(gpu: &Gpu, name: &str, check: fn(f64) -> Trial) -> StressResult {
     let cases = catalogue::named(name);
     let case = Case { check: Check::Formula(check), ..cases[0] };
     run(&gpu.device, &case, false).unwrap_or_else(|error| panic!("{error}"))
@@ -27,7 +27,9 @@ fn one_minus_the_square_of_a_cosine_and_a_bare_normalization_are_caught() {
         assert!(worst.not_finite > 0, "{worst:?}");
         // Sharp highlights err by far more than is claimed, and the case tells where.
         let sharp = verdict.findings.iter().find(|finding| finding.value == 0.01);
-        let Some(Outcome::Measured(errors)) = sharp.map(|finding| &finding.outcome) else { panic!("not measured") };
+        let Some(StressOutcome::Measured(errors)) = sharp.map(|finding| &finding.outcome) else {
+            panic!("not measured")
+        };
         assert!(errors.worst > 2.0 * verdict.case.bound.worst && errors.worst_input.is_some(), "{errors:?}");
     });
 }

@@ -7,7 +7,7 @@ use crate::common::stage::{exact, open};
 use afterlight::frame::Picture;
 use afterlight::scene::{Aperture, Brdf, Playing, Settings, ShadowSettings, ThinLens};
 use afterlight_truth::reference::shutter::{self, Exposure, ShutterScene};
-use afterlight_truth::reference::{Mode, Options, Reference, Smith, Truth, View};
+use afterlight_truth::reference::{CameraView, Mode, Reference, Smith, Truth, TruthOptions};
 use glam::DVec3;
 
 const SIZE: [u32; 2] = [48, 32];
@@ -49,8 +49,8 @@ fn a_lens_is_that_of_the_rays() {
             let lens = ThinLens::of(&own, &scene.camera);
             let reference =
                 Reference::new(&scene).expect("a scene").with_brdf(own.brdf).with_shadows(false).with_lens(lens);
-            let options = Options { mode: Mode::Converged { samples: TRUTH_SAMPLES }, smith: Smith::default() };
-            let truth = reference.render(&View { camera: scene.camera, size: SIZE }, &options, &|_, _| {});
+            let options = TruthOptions { mode: Mode::Converged { samples: TRUTH_SAMPLES }, smith: Smith::default() };
+            let truth = reference.render(&CameraView { camera: scene.camera, size: SIZE }, &options, &|_, _| {});
             let draw = |samples| {
                 let own = Settings { samples, ..own.clone() };
                 gpu.renderer(&scene, &own).picture(&scene.camera, || ()).expect("a picture")
@@ -91,8 +91,8 @@ fn a_shutter_is_that_of_the_rays_with_a_lens_and_without() {
 #[test]
 fn a_truth_through_a_lens_is_another_one_for_the_cache() {
     let scene = open("builtin:quad");
-    let view = View { camera: scene.camera, size: SIZE };
-    let options = Options { mode: Mode::Converged { samples: 4 }, smith: Smith::default() };
+    let view = CameraView { camera: scene.camera, size: SIZE };
+    let options = TruthOptions { mode: Mode::Converged { samples: 4 }, smith: Smith::default() };
     let hash = |lens| Reference::new(&scene).expect("a scene").with_lens(lens).fingerprint(&view, &options);
     let [near, far, wide] =
         [(0.1, 2.0), (0.1, 3.0), (0.2, 2.0)].map(|(radius, focus)| hash(Some(ThinLens { radius, focus })));

@@ -10,7 +10,7 @@ use afterlight::scene::{
     AlphaMode, Camera, ColorSpace, Filter, Keep, LightPath, Look, Material, Sampler, Scene, Settings, Texels, Texture,
     UvMap, Wrap,
 };
-use afterlight_truth::reference::{Mode, Options, Reference, Smith, View};
+use afterlight_truth::reference::{CameraView, Mode, Reference, Smith, TruthOptions};
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 
 /// A texture of cells, each of so many texels, by a function of the cell and of the texel in it.
@@ -136,8 +136,8 @@ fn bleeding(gpu: &Gpu, scene: &Scene, settings: &Settings) -> (usize, f64) {
 }
 
 fn bleeding_of(picture: Picture, scene: &Scene) -> (usize, f64) {
-    let view = View { camera: scene.camera, size: picture.size };
-    let options = Options { mode: Mode::Point, smith: Smith::HeightCorrelated };
+    let view = CameraView { camera: scene.camera, size: picture.size };
+    let options = TruthOptions { mode: Mode::Point, smith: Smith::HeightCorrelated };
     let reference = Reference::new(scene).expect("a scene");
     let truth = reference.render(&view, &options, &|_, _| {});
     let (mut seen, mut most) = (0, 0.0f64);

@@ -10,11 +10,11 @@ use afterlight::scene::{
     AlphaMode, Brdf, ColorSpace, Environment, Falloff, Filter, Keep, LightPath, Material, Mesh, Object, Sampler, Scene,
     Settings, Texture, TextureSlot, Transparency, UvMap, Wrap,
 };
-use afterlight_truth::reference::{Mode, Options, Reference, Smith, View};
+use afterlight_truth::reference::{CameraView, Mode, Reference, Smith, TruthOptions};
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 
 const SIZE: [u32; 2] = [97, 97];
-const POINT: Options = Options { mode: Mode::Point, smith: Smith::HeightCorrelated };
+const POINT: TruthOptions = TruthOptions { mode: Mode::Point, smith: Smith::HeightCorrelated };
 pub const PATHS: [LightPath; 6] = [
     LightPath::Forward,
     LightPath::Loop,
@@ -40,7 +40,7 @@ pub fn writes_the_picture(path: LightPath) -> bool {
 /// Returns the distances of pixels from the truth, relative to the brightest one, in order.
 pub fn differences(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Vec<f64> {
     let picture = gpu.draw(scene, settings);
-    let view = View { camera: scene.camera, size: picture.size };
+    let view = CameraView { camera: scene.camera, size: picture.size };
     let truth = Reference::new(scene).expect("a scene").render(&view, &POINT, &|_, _| {});
     let lit = |x: u32, y: u32| DVec3::from_array(truth.radiance[(y * picture.size[0] + x) as usize]);
     let brightest = places(&picture).map(|(x, y)| lit(x, y).max_element()).fold(0.0, f64::max);
@@ -292,7 +292,7 @@ fn a_normal_map_leans_as_far_at_any_scale() {
             mesh.compute_tangents();
             scaled.objects[0].transform.matrix3 *= scale;
             let reference = |scene: &Scene| {
-                let view = View { camera: scene.camera, size: [SIZE[0], SIZE[1]] };
+                let view = CameraView { camera: scene.camera, size: [SIZE[0], SIZE[1]] };
                 Reference::new(scene).expect("a scene").render(&view, &POINT, &|_, _| {}).radiance
             };
             let [before, after] = [&baked, &scaled].map(reference);

@@ -4,7 +4,7 @@ use afterlight::scene::{
     AlphaMode, ColorSpace, Emitter, HdrFormat, LightPath, Material, Playing, Sampler, Scene, Settings, Texture,
     Transparency, Wrap,
 };
-use afterlight_truth::reference::{Mode, Options, Reference, Smith, View};
+use afterlight_truth::reference::{CameraView, Mode, Reference, Smith, TruthOptions};
 use glam::{DAffine3, DVec3, Vec3};
 
 use crate::common::gpu::{Gpu, floats, on_gpu};
@@ -21,8 +21,8 @@ fn errors(gpu: &Gpu, scene: &Scene, settings: &Settings) -> Errors {
     let settings = Settings { hdr_format: HdrFormat::Rgba32f, ..settings.clone() };
     let drawn = floats(&gpu.draw(scene, &settings)).to_vec();
     let reference = Reference::new(scene).expect("a scene").with_settings(&settings, &scene.camera);
-    let view = View { camera: scene.camera, size: settings.size };
-    let options = Options { mode: Mode::Point, smith: Smith::HeightCorrelated };
+    let view = CameraView { camera: scene.camera, size: settings.size };
+    let options = TruthOptions { mode: Mode::Point, smith: Smith::HeightCorrelated };
     let truth = reference.render(&view, &options, &|_, _| ()).radiance;
     let peak = truth.iter().flatten().fold(0.0f64, |most, &channel| most.max(channel));
     assert!(peak > 0.0 && drawn.iter().all(|value| value.is_finite()));

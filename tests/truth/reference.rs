@@ -12,20 +12,20 @@ use afterlight::scene::{
     AlphaMode, Camera, CastsShadow, ColorSpace, Environment, Falloff, Light, LightKind, Material, Scene, Settings,
     ShadowSettings, Texture, TextureSlot,
 };
-use afterlight_truth::reference::{Mode, Options, Reference, Smith, TriangleId, Truth, View};
+use afterlight_truth::reference::{CameraView, Mode, Reference, Smith, TriangleId, Truth, TruthOptions};
 use glam::{DAffine3, DQuat, DVec2, DVec3, Vec3};
 
-const POINT: Options = Options { mode: Mode::Point, smith: Smith::HeightCorrelated };
+const POINT: TruthOptions = TruthOptions { mode: Mode::Point, smith: Smith::HeightCorrelated };
 
-fn view(scene: &Scene, edge: u32) -> View {
-    View { camera: scene.camera, size: [edge, edge] }
+fn view(scene: &Scene, edge: u32) -> CameraView {
+    CameraView { camera: scene.camera, size: [edge, edge] }
 }
 
-fn converged(samples: u32) -> Options {
-    Options { mode: Mode::Converged { samples }, ..POINT }
+fn converged(samples: u32) -> TruthOptions {
+    TruthOptions { mode: Mode::Converged { samples }, ..POINT }
 }
 
-fn render(scene: &Scene, edge: u32, options: &Options) -> Truth {
+fn render(scene: &Scene, edge: u32, options: &TruthOptions) -> Truth {
     Reference::new(scene).expect("a scene").render(&view(scene, edge), options, &|_, _| {})
 }
 
@@ -69,7 +69,7 @@ fn nothing_is_seen_before_the_near_plane() {
     add(&mut scene, rectangle([-4.0, -4.0], [4.0, 4.0], 0.0), lambert(0.5), DAffine3::IDENTITY);
     add(&mut scene, rectangle([-4.0, -4.0], [4.0, 4.0], 1.9), lambert(0.5), DAffine3::IDENTITY);
     let distance = |near: f64| {
-        let view = View { camera: Camera { near, ..camera() }, size: [9, 9] };
+        let view = CameraView { camera: Camera { near, ..camera() }, size: [9, 9] };
         Reference::new(&scene)
             .expect("a scene")
             .surface(&view, DVec2::new(1.3, 2.2))
@@ -424,7 +424,7 @@ fn transparent_objects_and_those_that_cast_none_leave_no_shadow() {
 #[test]
 fn the_number_of_threads_changes_no_bit() {
     let scene = open("builtin:hall");
-    let view = View { camera: scene.camera, size: [40, 24] };
+    let view = CameraView { camera: scene.camera, size: [40, 24] };
     let reference = Reference::new(&scene).expect("a scene");
     for options in [POINT, converged(5)] {
         let on = |threads: usize| {
@@ -436,7 +436,7 @@ fn the_number_of_threads_changes_no_bit() {
 }
 
 /// Pixels around which the truth sees one triangle: the rasterizer, which snaps corners to 1/256 pixel, sees the same there.
-fn agreed(reference: &Reference, view: &View, x: u32, y: u32) -> Option<TriangleId> {
+fn agreed(reference: &Reference, view: &CameraView, x: u32, y: u32) -> Option<TriangleId> {
     let offset = 0.02;
     let around = [[0.0, 0.0], [offset, offset], [-offset, offset], [offset, -offset], [-offset, -offset]];
     let mut seen = around.into_iter().map(|offset| {
@@ -448,7 +448,7 @@ fn agreed(reference: &Reference, view: &View, x: u32, y: u32) -> Option<Triangle
 
 /// Differences relative to the truth, in order, of all pixels on which both see the same.
 fn differences(scene: &Scene, picture: &Picture) -> Vec<f64> {
-    let view = View { camera: scene.camera, size: picture.size };
+    let view = CameraView { camera: scene.camera, size: picture.size };
     let reference = Reference::new(scene).expect("a scene").with_shadows(false);
     let truth = reference.render(&view, &POINT, &|_, _| {});
     let same = places(picture).filter(|&(x, y)| agreed(&reference, &view, x, y).is_some());

@@ -6,7 +6,7 @@ use afterlight_truth::reference::depth_march::DepthBuffer;
 use afterlight_truth::reference::light::Reflector;
 use afterlight_truth::reference::reflections::{all_points, ambient_lobe, mirrored, smooth_enough};
 use afterlight_truth::reference::screen_march::ScreenMarch;
-use afterlight_truth::reference::{self, Reference, Smith, Surface};
+use afterlight_truth::reference::{self, Reference, ShadingPoint, Smith};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -55,7 +55,7 @@ impl Counts {
 const WHITE: f64 = 4.0;
 
 /// Pixels of a view with their truths: the light, in nits, that each gains, or loses, by mirroring others.
-struct Truths {
+struct ReflectionTruths {
     pixels: Vec<usize>,
     /// Their light without reflections.
     plain: Vec<DVec3>,
@@ -84,11 +84,11 @@ fn is_right(truth: DVec3, found: DVec3, from: DVec3, pixel_width: f64) -> bool {
     (truth - found).length() <= 2.0 * pixel_width * truth.length() + 0.01 * (truth - from).length()
 }
 
-impl Truths {
+impl ReflectionTruths {
     /// Takes every so many of the pixels that mirror something: about as many as a picture of `across` pixels has.
     fn of(gpu: &Gpu, scene: &Scene, settings: &Settings, across: u32) -> Self {
         let [width, height] = settings.size;
-        let view = reference::View { camera: scene.camera, size: settings.size };
+        let view = reference::CameraView { camera: scene.camera, size: settings.size };
         let roughest = settings.mirrored_roughness().expect("reflections");
         let off = Settings { reflections: Reflections::Off, ..settings.clone() };
         let normals = shown(gpu, scene, settings, View::Normal);
@@ -108,7 +108,7 @@ impl Truths {
             (surface.brdf == Brdf::CookTorrance && amount > 0.0 && same).then_some((*index, surface, amount))
         };
         let all: Vec<usize> = (0..(width * height) as usize).filter(|&index| is_asked(index)).collect();
-        let chosen: Vec<(usize, Surface, f64)> = all.par_iter().filter_map(smooth).collect();
+        let chosen: Vec<(usize, ShadingPoint, f64)> = all.par_iter().filter_map(smooth).collect();
         let march = ScreenMarch {
             depth: DepthBuffer { view, distances: &distances },
             normals: &normals,
@@ -134,7 +134,7 @@ impl Truths {
             })
             .collect();
         let pixel_width = 2.0 * scene.camera.half_height() / f64::from(height);
-        let count = |(index, surface, _): &(usize, Surface, f64)| {
+        let count = |(index, surface, _): &(usize, ShadingPoint, f64)| {
             let pixel = at(*index, width);
             let lobe = Reflector::<f64>::new(surface, Smith::default()).collector();
             let mut counts = Counts::default();
@@ -209,9 +209,9 @@ fn reflecting(spec: &str, [width, height]: [u32; 2]) -> (Scene, Settings) {
     (scene, settings)
 }
 
-fn table(gpu: &Gpu, spec: &str, size: [u32; 2], steps: &[u32]) -> (Truths, Vec<[f64; 2]>) {
+fn table(gpu: &Gpu, spec: &str, size: [u32; 2], steps: &[u32]) -> (ReflectionTruths, Vec<[f64; 2]>) {
     let (scene, settings) = reflecting(spec, size);
-    let truths = Truths::of(gpu, &scene, &settings, 160);
+    let truths = ReflectionTruths::of(gpu, &scene, &settings, 160);
     let [right, wrong, missed, open] = truths.counts.shares().map(|share| 100.0 * share);
     println!(
         "{spec} {}x{}: {} pixels mirror; without {:.4}, the march {:.4}",

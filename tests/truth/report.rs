@@ -6,7 +6,7 @@ use std::process::Output;
 
 use crate::common::program::program;
 
-use afterlight_lab::report::sweep::model::{Against, Errors, LAYOUT, Metric, Report, SceneReport};
+use afterlight_lab::report::sweep::model::{Against, ErrorMetrics, LAYOUT, Metric, Report, SceneReport};
 use tempfile::TempDir;
 
 const SMALL: [&str; 10] =
@@ -43,7 +43,7 @@ fn read(folder: &Path, name: &str) -> Report {
     serde_json::from_str(&text).expect("as the model has it")
 }
 
-fn errors<'a>(scene: &'a SceneReport, point: &str, truth: Against) -> &'a Errors {
+fn errors<'a>(scene: &'a SceneReport, point: &str, truth: Against) -> &'a ErrorMetrics {
     let found = scene.points.iter().find(|one| one.name == point);
     found.unwrap_or_else(|| panic!("no point {point}")).errors.against(truth)
 }

@@ -12,10 +12,10 @@ use afterlight::scene::{
     AlphaMode, Atmosphere, Brdf, Camera, Keep, LightPath, Material, Scene, Settings, Sky, SkyImage, SunDisc,
 };
 use afterlight_truth::reference::light::{self, Illumination};
-use afterlight_truth::reference::{Mode, Options, Reference, SkyLight, Smith, View, share_of};
+use afterlight_truth::reference::{CameraView, Mode, Reference, SkySampler, Smith, TruthOptions, share_of};
 use glam::{DAffine3, DVec3, Vec3};
 
-const POINT: Options = Options { mode: Mode::Point, smith: Smith::HeightCorrelated };
+const POINT: TruthOptions = TruthOptions { mode: Mode::Point, smith: Smith::HeightCorrelated };
 
 fn sky(width: u32, radiance: impl Fn(DVec3) -> DVec3 + Sync) -> Sky {
     let image = Arc::new(SkyImage::of("test", width, radiance));
@@ -40,7 +40,7 @@ fn white_metal(roughness: f32) -> Material {
 
 /// Returns the truth with nothing before the sky, pixel by pixel, in nits.
 fn truth(scene: &Scene) -> Vec<DVec3> {
-    let view = View { camera: scene.camera, size: [EDGE, EDGE] };
+    let view = CameraView { camera: scene.camera, size: [EDGE, EDGE] };
     let reference = Reference::new(scene).expect("a scene").with_occluded_sky(false);
     reference.render(&view, &POINT, &|_, _| {}).radiance.into_iter().map(DVec3::from).collect()
 }
@@ -236,10 +236,10 @@ fn estimates_by_rays_converge_to_the_integral() {
     for (material, roughness) in [(white_metal(0.2), 0.2), (white_metal(0.8), 0.8), (Material::default(), 0.5)] {
         let bright = sky(128, |to| if to.x > 0.95 { DVec3::splat(200.0) } else { DVec3::new(1.0, 2.0, 3.0 + to.y) });
         let scene = ball(Material { roughness, ..material }, bright);
-        let view = View { camera: scene.camera, size: [9, 9] };
+        let view = CameraView { camera: scene.camera, size: [9, 9] };
         let render = |occluded: bool, mode| {
             let reference = Reference::new(&scene).expect("a scene").with_occluded_sky(occluded);
-            reference.render(&view, &Options { mode, ..POINT }, &|_, _| {})
+            reference.render(&view, &TruthOptions { mode, ..POINT }, &|_, _| {})
         };
         let exact = render(false, Mode::Point).radiance[4 * 9 + 4];
         // In the middle the ball faces the camera; nothing is before it.
@@ -255,7 +255,7 @@ fn estimates_by_rays_converge_to_the_integral() {
 fn what_stands_over_a_floor_hides_the_sky_from_it_in_the_truth() {
     let mut scene = plane(Material { brdf: Brdf::Lambert, base_color: Vec3::ONE, ..Material::default() }, Vec::new());
     scene.sky = Some(sky(64, |_| DVec3::ONE));
-    let view = View { camera: scene.camera, size: [3, 3] };
+    let view = CameraView { camera: scene.camera, size: [3, 3] };
     let middle = |scene: &Scene| {
         let reference = Reference::new(scene).expect("a scene");
         reference.render(&view, &POINT, &|_, _| {}).radiance[4][0]
@@ -277,10 +277,10 @@ fn what_stands_over_a_floor_hides_the_sky_from_it_in_the_truth() {
 #[test]
 fn half_a_sky_lights_by_the_cosine() {
     // Above the horizon of +X: a floor whose normal is at an angle t to it collects (1 + cos t) / 2.
-    let half = SkyLight::of(&sky(256, |to| if to.x > 0.0 { DVec3::ONE } else { DVec3::ZERO }));
+    let half = SkySampler::of(&sky(256, |to| if to.x > 0.0 { DVec3::ONE } else { DVec3::ZERO }));
     for degrees in [0.0f64, 30.0, 90.0, 150.0] {
         let normal = DVec3::new(degrees.to_radians().cos(), degrees.to_radians().sin(), 0.0);
-        let surface = afterlight_truth::reference::Surface {
+        let surface = afterlight_truth::reference::ShadingPoint {
             position: -normal,
             ray: None,
             normal,

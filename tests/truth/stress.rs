@@ -2,23 +2,23 @@
 
 use crate::common::gpu::{Gpu, on_gpu};
 use crate::common::tries_all;
-use afterlight::scene::{Channel, Environment, Local, Placement, Scene, Target};
+use afterlight::scene::{Channel, ChannelTarget, Environment, Local, Placement, Scene};
 use afterlight_lab::stress::catalogue::random::{Extremes, NUMBERS};
-use afterlight_lab::stress::{self, Case, Check, Finding, Outcome, Values, Verdict, catalogue};
+use afterlight_lab::stress::{self, Case, Check, StressOutcome, StressResult, SweepValues, ValueFinding, catalogue};
 use glam::{DQuat, DVec4, Vec3};
 use half::{bf16, f16};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 
 /// The values of a case that are not as claimed, in words.
-pub fn told(verdict: &Verdict) -> String {
+pub fn told(verdict: &StressResult) -> String {
     let broken = verdict.findings.iter().filter(|finding| !finding.is_as_claimed(&verdict.case));
     let lines: Vec<String> = broken.map(|finding| format!("{}: {:?}", finding.value, finding.outcome)).collect();
     format!("{} of {:?}:\n{}", verdict.case.name, verdict.case.bound, lines.join("\n"))
 }
 
 /// The worst of a case whose scenes are spoiled before they are drawn.
-fn spoiled(gpu: &Gpu, name: &str, spoil: &dyn Fn(&mut Scene)) -> Verdict {
+fn spoiled(gpu: &Gpu, name: &str, spoil: &dyn Fn(&mut Scene)) -> StressResult {
     let [case] = catalogue::named(name)[..] else { panic!("no case {name}") };
     stress::run_spoiled(&gpu.device, &case, true, spoil).unwrap_or_else(|error| panic!("{name}: {error}"))
 }
@@ -50,7 +50,11 @@ fn light_below_zero_and_light_that_is_no_number_are_not_even_drawn() {
             let words = format!("light 0 (`lamp`): color {fault}");
             assert!(!found.passes());
             for finding in &found.findings {
-                assert!(matches!(&finding.outcome, Outcome::Refused(why) if *why == words), "{:?}", finding.outcome);
+                assert!(
+                    matches!(&finding.outcome, StressOutcome::Refused(why) if *why == words),
+                    "{:?}",
+                    finding.outcome
+                );
             }
         }
         let right = painted(Vec3::ONE);
@@ -97,7 +101,7 @@ fn mistakes_of_what_moves_are_found() {
     // Quaternions are taken as they are, so that the way is the longer one.
     let the_long_way = |scene: &mut Scene| {
         channels(scene, &|own| {
-            if let (Target::Rotation(_), [x, y, z, w, a, b, c, d]) = (own.target, own.values.as_slice()) {
+            if let (ChannelTarget::Rotation(_), [x, y, z, w, a, b, c, d]) = (own.target, own.values.as_slice()) {
                 let (from, to) = (DQuat::from_xyzw(*x, *y, *z, *w), DQuat::from_xyzw(*a, *b, *c, *d));
                 let half = DQuat::from_vec4((DVec4::from(from) + DVec4::from(to)).normalize());
                 own.values.splice(4..4, half.to_array());
@@ -132,7 +136,7 @@ fn mistakes_of_what_moves_are_found() {
             let one = || {
                 let mut values = case.values.all();
                 values.retain(|own| *own == value);
-                Case { values: Values::List(Vec::leak(values)), claim: [value; 2], ..case }
+                Case { values: SweepValues::List(Vec::leak(values)), claim: [value; 2], ..case }
             };
             let tried = |spoil: &dyn Fn(&mut Scene)| {
                 stress::run_spoiled(&gpu.device, &one(), false, spoil).unwrap_or_else(|error| panic!("{name}: {error}"))
@@ -140,7 +144,7 @@ fn mistakes_of_what_moves_are_found() {
             let (right, wrong) = (tried(&|_| {}), tried(spoil));
             assert!(right.passes(), "{}", told(&right));
             assert!(!wrong.passes(), "{name} does not find its mistake: {:?}", wrong.findings[0].outcome);
-            let is_drawn = matches!(wrong.findings[0].outcome, Outcome::Measured(_));
+            let is_drawn = matches!(wrong.findings[0].outcome, StressOutcome::Measured(_));
             assert!(is_drawn, "{name}: {:?}", wrong.findings[0].outcome);
         }
     });
@@ -152,7 +156,7 @@ fn a_picture_of_nothing_is_not_taken_for_one_of_the_scene() {
         let found = spoiled(gpu, "targets/width", &|scene| scene.objects.clear());
         // A device may refuse the largest, which is beyond the claim.
         let mut claimed = found.findings.iter().filter(|finding| found.case.claims(finding.value));
-        assert!(claimed.all(|finding| matches!(finding.outcome, Outcome::Measured(_))));
+        assert!(claimed.all(|finding| matches!(finding.outcome, StressOutcome::Measured(_))));
         assert!(!found.passes(), "{}", told(&found));
     });
 }
@@ -179,11 +183,11 @@ fn scenes_that_nobody_thought_of_are_sane_and_tame_ones_near_the_truth() {
             let subject = scene.subject();
             let compare = if let Check::Sane(_) = case.check { stress::sane } else { stress::compare };
             let outcome = match compare(&gpu.device, &subject, &subject.scene) {
-                Ok((errors, _)) => Outcome::Measured(errors),
-                Err(stress::Error::Refused(why)) => Outcome::Refused(why),
+                Ok((errors, _)) => StressOutcome::Measured(errors),
+                Err(stress::StressError::Refused(why)) => StressOutcome::Refused(why),
                 Err(error) => panic!("{error}"),
             };
-            let finding = Finding { value: 0.0, outcome, evidence: None };
+            let finding = ValueFinding { value: 0.0, outcome, evidence: None };
             prop_assert!(finding.holds(&case), "{name}: {:?} of {scene:#?}", finding.outcome);
             Ok(())
         };

@@ -9,9 +9,9 @@ use std::time::Duration;
 use crate::common::compare::assert_identical;
 use crate::common::gpu::{Gpu, on_prepared_presenting_gpu, on_presenting_gpu};
 use crate::common::{one_of, tries_all};
-use afterlight::frame::{Fitted, Outcome, Picture, Pixels, Presenter, Renderer, Wake};
+use afterlight::frame::{FitOutcome, Outcome, Picture, Pixels, Presenter, Renderer, Wake};
 use afterlight::gpu::{Device, Surface, Vsync, vk};
-use afterlight::passes::overlay::{Draw, Panels, Texture, Vertex};
+use afterlight::passes::overlay::{PanelDraw, PanelTexture, PanelVertex, Panels};
 use afterlight::scene::{Light, LightPath, OpenOptions, Scene, Settings, Tonemap, View, open};
 
 const SIZES: [[u32; 2]; 4] = [[160, 90], [1, 1], [33, 71], [160, 90]];
@@ -138,14 +138,15 @@ fn an_encoded_frame_is_that_of_a_renderer_at_every_size_but_for_what_8_bits_roun
 
 /// A triangle over the upper left half of the picture, of this colour, with its texture where that is not on the device yet.
 fn panels([width, height]: [u32; 2], shade: u8, with_texture: bool) -> Panels {
-    let corner = |x: u32, y: u32| Vertex { position: [x as f32, y as f32], uv: [0.5; 2], color: [shade, 60, 30, 128] };
-    let white = Texture { id: 0, size: [1; 2], rgba: vec![255; 4] };
+    let corner =
+        |x: u32, y: u32| PanelVertex { position: [x as f32, y as f32], uv: [0.5; 2], color: [shade, 60, 30, 128] };
+    let white = PanelTexture { id: 0, size: [1; 2], rgba: vec![255; 4] };
     let scissor = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
     Panels {
         pixels_per_point: 1.0,
         vertices: vec![corner(0, 0), corner(width, 0), corner(0, height)],
         indices: vec![0, 1, 2],
-        draws: vec![Draw { texture: 0, scissor, indices: 0..3 }],
+        draws: vec![PanelDraw { texture: 0, scissor, indices: 0..3 }],
         textures: if with_texture { vec![white] } else { Vec::new() },
         ..Panels::default()
     }
@@ -318,8 +319,8 @@ fn take(presenter: &mut Presenter, (scene, settings): (&Scene, &Settings), (wake
     loop {
         match presenter.fit_later(scene, settings, wake).unwrap_or_else(|error| panic!("{error}")) {
             // Calls for frames that were taken before the call came are received here as well.
-            Fitted::Pending => woken.recv_timeout(Duration::from_secs(120)).expect("the other thread tells"),
-            fitted => return assert_eq!((fitted, presenter.is_pending()), (Fitted::Taken, false)),
+            FitOutcome::Pending => woken.recv_timeout(Duration::from_secs(120)).expect("the other thread tells"),
+            fitted => return assert_eq!((fitted, presenter.is_pending()), (FitOutcome::Taken, false)),
         }
     }
 }
@@ -338,7 +339,7 @@ fn frames_go_on_as_they_were_while_others_are_made() {
             for (name, _, settings) in ways.iter().cycle().skip(1).take(ways.len()) {
                 presenter.change(false);
                 let fitted = presenter.fit_later(scene, settings, &wake).expect("can be made");
-                assert_eq!(fitted, Fitted::Pending, "{name}, {way:?}");
+                assert_eq!(fitted, FitOutcome::Pending, "{name}, {way:?}");
                 assert_identical(&shown(&mut presenter, scene, name), &before, &format!("before {name}, {way:?}"));
                 take(&mut presenter, (scene, settings), (&wake, &woken));
                 let after = first(gpu, scene, &Settings { size, ..settings.clone() }, way);
@@ -361,7 +362,7 @@ fn what_changes_while_frames_are_made_is_in_them() {
 
         // A light and the exposure, which both the old frames and the new ones take as they are.
         presenter.change(false);
-        assert_eq!(presenter.fit_later(&scene, &second, &wake).expect("can be made"), Fitted::Pending);
+        assert_eq!(presenter.fit_later(&scene, &second, &wake).expect("can be made"), FitOutcome::Pending);
         scene.lights[0].intensity *= 0.25;
         assert!(presenter.set_light(0, &scene.lights[0]).expect("a light"), "needs nothing else");
         presenter.set_exposure(8.0).expect("is an exposure");
@@ -382,7 +383,7 @@ fn what_changes_while_frames_are_made_is_in_them() {
             let taken = presenter.set_light(last, &lit.lights[last]).expect("a light");
             assert!(!taken, "it was dark when its scene was planned");
             if intensity == 10.0 {
-                assert_eq!(presenter.fit_later(&lit, &second, &wake).expect("can be made"), Fitted::Pending);
+                assert_eq!(presenter.fit_later(&lit, &second, &wake).expect("can be made"), FitOutcome::Pending);
             }
         }
         take(&mut presenter, (&lit, &second), (&wake, &woken));
@@ -393,7 +394,7 @@ fn what_changes_while_frames_are_made_is_in_them() {
 
         // Others are asked for before these are made: they are never shown.
         presenter.change(false);
-        assert_eq!(presenter.fit_later(&scene, &first, &wake).expect("can be made"), Fitted::Pending);
+        assert_eq!(presenter.fit_later(&scene, &first, &wake).expect("can be made"), FitOutcome::Pending);
         presenter.change(false);
         let third = with(LightPath::Clustered, 8.0);
         take(&mut presenter, (&scene, &third), (&wake, &woken));
@@ -401,7 +402,7 @@ fn what_changes_while_frames_are_made_is_in_them() {
 
         // The window takes another size: it waits for the frames that are being made, and those have the new size.
         presenter.change(false);
-        assert_eq!(presenter.fit_later(&scene, &second, &wake).expect("can be made"), Fitted::Pending);
+        assert_eq!(presenter.fit_later(&scene, &second, &wake).expect("can be made"), FitOutcome::Pending);
         fit(&mut presenter, &scene, &second, SIZES[2]);
         assert!(!presenter.is_pending());
         assert_identical(&shown(&mut presenter, &scene, "sized"), &expected(&second, SIZES[2]), "at another size");
@@ -429,7 +430,7 @@ fn view_beside(gpu: &Gpu, way: PresentPath) {
     let mut presenter = presenter(gpu, &scene, &settings, way);
     fit(&mut presenter, &scene, &settings, size);
     presenter.show_beside(Some(View::Normal));
-    assert_eq!(presenter.fit_later(&scene, &settings, &wake).expect("can be made"), Fitted::Pending);
+    assert_eq!(presenter.fit_later(&scene, &settings, &wake).expect("can be made"), FitOutcome::Pending);
     assert_identical(&shown(&mut presenter, &scene, "alone"), &alone, "while the other is made");
     take(&mut presenter, (&scene, &settings), (&wake, &woken));
     presenter.divide_at(0.0);
@@ -438,7 +439,7 @@ fn view_beside(gpu: &Gpu, way: PresentPath) {
     let mapped = Settings { light_path: LightPath::Clustered, tonemap: Tonemap::Aces, ..settings.clone() };
     presenter.divide_at(1.0);
     presenter.change(false);
-    assert_eq!(presenter.fit_later(&scene, &mapped, &wake).expect("can be made"), Fitted::Pending);
+    assert_eq!(presenter.fit_later(&scene, &mapped, &wake).expect("can be made"), FitOutcome::Pending);
     assert_identical(&shown(&mut presenter, &scene, "before"), &alone, "left of the divider, as it was");
     take(&mut presenter, (&scene, &mapped), (&wake, &woken));
     assert_identical(&shown(&mut presenter, &scene, "left"), &first(gpu, &scene, &mapped, way), "left of it");

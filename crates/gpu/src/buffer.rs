@@ -139,7 +139,7 @@ impl Buffer {
         if len == 0 || memory.memory_properties().contains(vk::MemoryPropertyFlags::HOST_COHERENT) {
             return None;
         }
-        // Whole atoms, as Vulkan wants them. The allocation begins and ends with one (`Memory::in_whole_atoms`).
+        // Whole atoms, as Vulkan wants them. The allocation begins and ends with one (`MemoryAllocator::in_whole_atoms`).
         let atom = self.device().physical.limits.non_coherent_atom_size.max(1);
         let start = (memory.offset() + offset) / atom * atom;
         // SAFETY: only used to name the memory to Vulkan, while the allocation is borrowed.

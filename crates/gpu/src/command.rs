@@ -19,7 +19,7 @@ enum Phase {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct State {
+struct RecordingState {
     phase: Phase,
     last: Option<Ticket>,
 }
@@ -31,7 +31,7 @@ pub struct CommandBuffer {
     /// The handle, to record with between [`begin`](CommandBuffer::begin) and [`end`](CommandBuffer::end).
     pub raw: vk::CommandBuffer,
     pool: Owned<vk::CommandPool>,
-    state: Mutex<State>,
+    state: Mutex<RecordingState>,
 }
 
 impl CommandBuffer {
@@ -58,7 +58,7 @@ impl CommandBuffer {
             return Err(Error::vulkan("vkAllocateCommandBuffers", doing(), vk::Result::ERROR_UNKNOWN));
         };
         device.name_object(raw, name);
-        Ok(CommandBuffer { raw, pool, state: Mutex::new(State { phase: Phase::Empty, last: None }) })
+        Ok(CommandBuffer { raw, pool, state: Mutex::new(RecordingState { phase: Phase::Empty, last: None }) })
     }
 
     /// Starts recording, from nothing. If it was submitted, waits for that to be done first.
@@ -129,7 +129,7 @@ impl CommandBuffer {
         Ok(ticket)
     }
 
-    fn lock(&self) -> MutexGuard<'_, State> {
+    fn lock(&self) -> MutexGuard<'_, RecordingState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -131,7 +131,7 @@ impl From<std::ops::RangeFull> for BufferRange {
 }
 
 #[derive(Clone)]
-enum Resource {
+enum DescriptorInfo {
     Buffer(vk::DescriptorBufferInfo),
     /// An array, from its first element.
     Images(Vec<vk::DescriptorImageInfo>),
@@ -141,7 +141,7 @@ enum Resource {
 #[derive(Clone, Default)]
 #[must_use = "nothing is written before `update`"]
 pub struct SetWriter {
-    writes: Vec<(u32, vk::DescriptorType, Resource)>,
+    writes: Vec<(u32, vk::DescriptorType, DescriptorInfo)>,
 }
 
 impl SetWriter {
@@ -178,7 +178,7 @@ impl SetWriter {
     /// A sampler.
     pub fn sampler(mut self, binding: u32, sampler: vk::Sampler) -> SetWriter {
         let info = vk::DescriptorImageInfo::default().sampler(sampler);
-        self.writes.push((binding, vk::DescriptorType::SAMPLER, Resource::Images(vec![info])));
+        self.writes.push((binding, vk::DescriptorType::SAMPLER, DescriptorInfo::Images(vec![info])));
         self
     }
 
@@ -190,7 +190,7 @@ impl SetWriter {
         layout: vk::ImageLayout,
     ) -> SetWriter {
         let info = |view| vk::DescriptorImageInfo::default().image_view(view).image_layout(layout);
-        let all = Resource::Images(views.into_iter().map(info).collect());
+        let all = DescriptorInfo::Images(views.into_iter().map(info).collect());
         self.writes.push((binding, vk::DescriptorType::SAMPLED_IMAGE, all));
         self
     }
@@ -198,14 +198,14 @@ impl SetWriter {
     /// An array of samplers.
     pub fn samplers(mut self, binding: u32, samplers: impl IntoIterator<Item = vk::Sampler>) -> SetWriter {
         let info = |sampler| vk::DescriptorImageInfo::default().sampler(sampler);
-        let all = Resource::Images(samplers.into_iter().map(info).collect());
+        let all = DescriptorInfo::Images(samplers.into_iter().map(info).collect());
         self.writes.push((binding, vk::DescriptorType::SAMPLER, all));
         self
     }
 
     fn buffer(mut self, binding: u32, ty: vk::DescriptorType, buffer: &Buffer, range: BufferRange) -> SetWriter {
         let info = vk::DescriptorBufferInfo { buffer: buffer.raw, offset: range.offset, range: range.bytes };
-        self.writes.push((binding, ty, Resource::Buffer(info)));
+        self.writes.push((binding, ty, DescriptorInfo::Buffer(info)));
         self
     }
 
@@ -217,7 +217,7 @@ impl SetWriter {
         layout: vk::ImageLayout,
     ) -> SetWriter {
         let info = vk::DescriptorImageInfo::default().image_view(view).image_layout(layout);
-        self.writes.push((binding, ty, Resource::Images(vec![info])));
+        self.writes.push((binding, ty, DescriptorInfo::Images(vec![info])));
         self
     }
 
@@ -229,8 +229,8 @@ impl SetWriter {
             .map(|(binding, ty, resource)| {
                 let write = vk::WriteDescriptorSet::default().dst_set(set).dst_binding(*binding).descriptor_type(*ty);
                 match resource {
-                    Resource::Buffer(info) => write.buffer_info(std::slice::from_ref(info)),
-                    Resource::Images(infos) => write.image_info(infos),
+                    DescriptorInfo::Buffer(info) => write.buffer_info(std::slice::from_ref(info)),
+                    DescriptorInfo::Images(infos) => write.image_info(infos),
                 }
             })
             .collect();

@@ -15,7 +15,7 @@ use super::functions::Functions;
 use super::instance::{Instance, Validation};
 use super::instrumentation::Instrumentation;
 use super::journal::{Arguments, Command};
-use super::memory::{Memory, leak};
+use super::memory::{MemoryAllocator, leak};
 use super::owned::{Registry, RetireQueue};
 use super::physical::{DeviceChoice, PhysicalDevice, choose};
 use super::pipeline_cache::PipelineCache;
@@ -135,7 +135,7 @@ pub struct Device {
     pub(super) registry: Registry,
     pub(super) retired: RetireQueue,
     pub(super) reuse: Reuse,
-    pub(super) memory: Memory,
+    pub(super) memory: MemoryAllocator,
     pub(super) pipeline_cache: PipelineCache,
 }
 
@@ -169,7 +169,7 @@ impl Device {
         let features = EnabledFeatures::of(&physical, required);
         let raw = create(instance, &physical, queue_family, &features, required)?;
         // SAFETY: the device is new; destroyed once, here, if the rest of it cannot be had.
-        let memory = Memory::new(instance.raw(), &raw, &physical).inspect_err(|_| unsafe {
+        let memory = MemoryAllocator::new(instance.raw(), &raw, &physical).inspect_err(|_| unsafe {
             raw.destroy_device(None);
         })?;
         // SAFETY: the device was created with one queue of this family.

@@ -21,7 +21,7 @@ pub(super) const MOST_BYTES: u64 = 256 << 20;
 
 /// A kind of file that a device has.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Kind {
+pub(super) struct FileKind {
     /// The beginning of their names.
     pub name: &'static str,
     /// The variable that names their folder.
@@ -29,11 +29,11 @@ pub(super) struct Kind {
 }
 
 /// The driver's pipeline cache.
-pub(super) const PIPELINES: Kind = Kind { name: "pipelines", variable: "AFTERLIGHT_PIPELINE_CACHE" };
+pub(super) const PIPELINES: FileKind = FileKind { name: "pipelines", variable: "AFTERLIGHT_PIPELINE_CACHE" };
 /// The measured figures of the device.
-pub(super) const CALIBRATION: Kind = Kind { name: "calibration", variable: "AFTERLIGHT_CALIBRATION" };
+pub(super) const CALIBRATION: FileKind = FileKind { name: "calibration", variable: "AFTERLIGHT_CALIBRATION" };
 
-impl Kind {
+impl FileKind {
     fn folder(self) -> Option<PathBuf> {
         if let Some(dir) = env::var_os(self.variable) {
             return (!dir.is_empty()).then(|| PathBuf::from(dir));

@@ -7,17 +7,17 @@ use std::ops::Deref;
 
 use ash::vk;
 
-use super::journal::{Arguments, Journal};
+use super::journal::{Arguments, CommandJournal};
 
 /// `ash::Device`, with a journal of recorded commands.
 pub struct Functions {
     ash: ash::Device,
-    pub(super) journal: Journal,
+    pub(super) journal: CommandJournal,
 }
 
 impl From<ash::Device> for Functions {
     fn from(ash: ash::Device) -> Self {
-        Self { ash, journal: Journal::default() }
+        Self { ash, journal: CommandJournal::default() }
     }
 }
 

@@ -10,7 +10,7 @@ use super::error::{Doing, Error, Result};
 use super::instrumentation::ROBUST_IS_RIGHT;
 use super::message::{Message, MessageLog, messenger_info};
 use super::physical::{PhysicalDevice, version_text};
-use super::system::{self, Missing};
+use super::system::{self, VulkanComponent};
 
 /// The most times that devices are listed while their number changes.
 const LISTED_AGAIN: usize = 8;
@@ -261,13 +261,13 @@ fn validation_layer(layers: &[LayerInfo]) -> Option<u32> {
 }
 
 fn no_driver(reason: &str) -> Error {
-    Error::NoDriver { reason: reason.to_owned(), hint: system::hint(Missing::Driver) }
+    Error::NoDriver { reason: reason.to_owned(), hint: system::hint(VulkanComponent::Driver) }
 }
 
 fn load_entry() -> Result<ash::Entry> {
     // SAFETY: loading the system's Vulkan loader runs its initializers, as intended; the entry is kept as long as anything made from it.
     unsafe { ash::Entry::load() }
-        .map_err(|error| Error::NoLoader { reason: error.to_string(), hint: system::hint(Missing::Loader) })
+        .map_err(|error| Error::NoLoader { reason: error.to_string(), hint: system::hint(VulkanComponent::Loader) })
 }
 
 fn loader_version(entry: &ash::Entry) -> Result<u32> {
@@ -352,7 +352,7 @@ impl ValidationPlan {
         let name = KHRONOS_VALIDATION.to_string_lossy();
         let layer = layers.iter().find(|layer| layer.name == name).ok_or_else(|| Error::MissingLayer {
             layer: name.into_owned(),
-            hint: system::hint(Missing::ValidationLayer),
+            hint: system::hint(VulkanComponent::ValidationLayer),
         })?;
         plan.enabled = true;
         plan.extensions = enumerate_extensions(entry, Some(KHRONOS_VALIDATION))?;
@@ -495,7 +495,7 @@ fn create(
         // Its manifest is there, its library is not.
         Err(vk::Result::ERROR_LAYER_NOT_PRESENT) => Err(Error::MissingLayer {
             layer: KHRONOS_VALIDATION.to_string_lossy().into_owned(),
-            hint: system::hint(Missing::ValidationLayer),
+            hint: system::hint(VulkanComponent::ValidationLayer),
         }),
         created => created.doing("vkCreateInstance", || "creating the Vulkan instance"),
     }

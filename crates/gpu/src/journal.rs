@@ -76,7 +76,7 @@ pub(super) struct Barriers<'a> {
 }
 
 impl Barriers<'_> {
-    pub(super) fn arguments(&self, order: Dependency, names: &Names) -> Arguments {
+    pub(super) fn arguments(&self, order: Dependency, names: &ObjectNames) -> Arguments {
         let part = |object, src_access, dst_access, layouts| BarrierPart { object, src_access, dst_access, layouts };
         let memory = self.memory.iter().map(|own| part(None, own.src_access_mask, own.dst_access_mask, None));
         let buffers = self.buffers.iter().map(|own| {
@@ -99,9 +99,9 @@ impl Barriers<'_> {
 
 /// The names of objects, by type and handle. A handle that was used before has the name of its last object.
 #[derive(Default)]
-pub(super) struct Names(HashMap<(vk::ObjectType, u64), String>);
+pub(super) struct ObjectNames(HashMap<(vk::ObjectType, u64), String>);
 
-impl Names {
+impl ObjectNames {
     /// The name of an object; `?` for one that was never named, or was named before the journal was on.
     pub(super) fn of<H: Handle>(&self, object: H) -> String {
         self.0.get(&(H::TYPE, object.as_raw())).map_or_else(|| "?".to_owned(), Clone::clone)
@@ -113,20 +113,20 @@ impl Names {
 }
 
 #[derive(Default)]
-struct Kept {
-    names: Names,
+struct JournalEntries {
+    names: ObjectNames,
     commands: Vec<Command>,
 }
 
 /// The commands that are recorded on one device while the journal is on.
 #[derive(Default)]
-pub(super) struct Journal {
+pub(super) struct CommandJournal {
     /// Read before each command, without the lock: a journal that is off costs nothing.
     is_on: AtomicBool,
-    kept: Mutex<Kept>,
+    entries: Mutex<JournalEntries>,
 }
 
-impl Journal {
+impl CommandJournal {
     pub(super) fn start(&self) {
         self.lock().commands.clear();
         self.is_on.store(true, Ordering::Relaxed);
@@ -143,7 +143,12 @@ impl Journal {
         }
     }
 
-    pub(super) fn note(&self, cmd: vk::CommandBuffer, name: &'static str, arguments: impl FnOnce(&Names) -> Arguments) {
+    pub(super) fn note(
+        &self,
+        cmd: vk::CommandBuffer,
+        name: &'static str,
+        arguments: impl FnOnce(&ObjectNames) -> Arguments,
+    ) {
         if self.is_on.load(Ordering::Relaxed) {
             let mut kept = self.lock();
             let (command_buffer, arguments) = (kept.names.of(cmd), arguments(&kept.names));
@@ -151,7 +156,7 @@ impl Journal {
         }
     }
 
-    fn lock(&self) -> MutexGuard<'_, Kept> {
-        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock(&self) -> MutexGuard<'_, JournalEntries> {
+        self.entries.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

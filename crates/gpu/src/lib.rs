@@ -68,7 +68,7 @@ pub use journal::{Arguments, Barrier, BarrierPart, Command};
 pub use memory::{HeapReport, KindReport, MemoryKind, MemoryReport};
 pub use message::{Message, MessageKind, MessageLog, Severity};
 pub use physical::{DeviceChoice, PhysicalDevice, choose};
-pub use submission::Around;
+pub use submission::SubmitOptions;
 #[cfg(feature = "present")]
 pub use surface::{HEADLESS, Surface, surface_extensions};
 #[cfg(feature = "present")]
@@ -92,7 +92,7 @@ pub use pipeline::{
 pub use pipeline_cache::DriverHeader;
 pub use queries::Timestamps;
 pub use render_pass::{Framebuffer, RenderPass, SubpassDesc, framebuffer};
-pub use sampler::Sampler;
+pub use sampler::OwnedSampler;
 pub use submission::Ticket;
 #[cfg(feature = "present")]
 pub use swapchain::{Acquired, Swapchain, SwapchainDesc, semaphore};

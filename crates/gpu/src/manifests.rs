@@ -6,7 +6,7 @@ use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::system::Missing;
+use super::system::VulkanComponent;
 use afterlight_files::regular_file::read_regular;
 
 /// The most bytes of a manifest. A driver's has a few hundred.
@@ -79,29 +79,29 @@ fn find_with(variable: impl Fn(&str) -> Option<OsString>) -> (Vec<Manifest>, Opt
 
 /// Returns the environment variable that keeps the loader from a missing part of Vulkan, with the fault of its value. Returns `None` if no such variable
 /// is set.
-pub fn overriding_hint(what: Missing) -> Option<String> {
+pub fn overriding_hint(what: VulkanComponent) -> Option<String> {
     overriding_hint_with(what, |name| env::var_os(name))
 }
 
-fn overriding_hint_with(what: Missing, variable: impl Fn(&str) -> Option<OsString>) -> Option<String> {
+fn overriding_hint_with(what: VulkanComponent, variable: impl Fn(&str) -> Option<OsString>) -> Option<String> {
     let names: &[&str] = match what {
-        Missing::Loader => &[],
+        VulkanComponent::Loader => &[],
         // The newer name wins.
-        Missing::Driver => &["VK_DRIVER_FILES", "VK_ICD_FILENAMES"],
-        Missing::ValidationLayer => &["VK_LAYER_PATH"],
+        VulkanComponent::Driver => &["VK_DRIVER_FILES", "VK_ICD_FILENAMES"],
+        VulkanComponent::ValidationLayer => &["VK_LAYER_PATH"],
     };
     let (name, value) =
         names.iter().find_map(|&name| Some((name, variable(name).filter(|value| !value.is_empty())?)))?;
     let places: Vec<PathBuf> = env::split_paths(&value).collect();
     let faulty = places.iter().find_map(|place| match fs::metadata(place) {
         Err(error) => Some(format!("{name} names {}, which cannot be read: {error}", place.display())),
-        Ok(_) if what != Missing::Driver => None,
+        Ok(_) if what != VulkanComponent::Driver => None,
         Ok(_) => manifests_at(place.clone()).into_iter().find_map(|path| {
             let fault = Manifest::read(path.clone()).fault()?;
             Some(format!("{name} names {}: {fault}", path.display()))
         }),
     });
-    let wanted = if what == Missing::Driver { "drivers" } else { "layers" };
+    let wanted = if what == VulkanComponent::Driver { "drivers" } else { "layers" };
     let said = faulty.unwrap_or_else(|| format!("{name} is set to {}", value.display()));
     Some(format!("{said}; while {name} is set, no other {wanted} are looked for: correct it or unset it"))
 }
@@ -183,17 +183,17 @@ mod tests {
             let value = env::join_paths(names.iter().map(|name| at(name))).expect("joins");
             overriding_hint_with(what, |name| (name == set).then(|| value.clone()))
         };
-        let missing = hint(Missing::Driver, "VK_DRIVER_FILES", &["good.json", "gone.json"]).expect("a hint");
+        let missing = hint(VulkanComponent::Driver, "VK_DRIVER_FILES", &["good.json", "gone.json"]).expect("a hint");
         let named = format!("VK_DRIVER_FILES names {}, which cannot be read: ", at("gone.json").display());
         assert!(missing.starts_with(&named) && missing.ends_with("correct it or unset it"), "{missing}");
-        let odd = hint(Missing::Driver, "VK_ICD_FILENAMES", &["odd.json"]).expect("a hint");
+        let odd = hint(VulkanComponent::Driver, "VK_ICD_FILENAMES", &["odd.json"]).expect("a hint");
         assert!(odd.contains("odd.json: its library ./libgone.so does not exist"), "{odd}");
-        let good = hint(Missing::Driver, "VK_DRIVER_FILES", &["good.json"]).expect("a hint");
+        let good = hint(VulkanComponent::Driver, "VK_DRIVER_FILES", &["good.json"]).expect("a hint");
         assert!(good.starts_with("VK_DRIVER_FILES is set to ") && good.contains("no other drivers"), "{good}");
-        let layers = hint(Missing::ValidationLayer, "VK_LAYER_PATH", &["gone"]).expect("a hint");
+        let layers = hint(VulkanComponent::ValidationLayer, "VK_LAYER_PATH", &["gone"]).expect("a hint");
         assert!(layers.contains("VK_LAYER_PATH names ") && layers.contains("no other layers"), "{layers}");
-        assert_eq!(hint(Missing::Driver, "VK_LAYER_PATH", &["gone"]), None);
-        assert_eq!(hint(Missing::Loader, "VK_DRIVER_FILES", &["gone"]), None);
+        assert_eq!(hint(VulkanComponent::Driver, "VK_LAYER_PATH", &["gone"]), None);
+        assert_eq!(hint(VulkanComponent::Loader, "VK_DRIVER_FILES", &["gone"]), None);
     }
 
     #[test]

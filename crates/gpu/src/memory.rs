@@ -70,34 +70,34 @@ pub enum Location {
 
 /// Property flags to look for in a memory type.
 #[derive(Clone, Copy)]
-struct Wish {
+struct MemoryTypeFilter {
     has: vk::MemoryPropertyFlags,
     lacks: vk::MemoryPropertyFlags,
 }
 
-impl Wish {
-    const fn of(flags: &[vk::MemoryPropertyFlags]) -> Wish {
+impl MemoryTypeFilter {
+    const fn of(flags: &[vk::MemoryPropertyFlags]) -> MemoryTypeFilter {
         let (mut all, mut index) = (0, 0);
         while index < flags.len() {
             all |= flags[index].as_raw();
             index += 1;
         }
-        Wish { has: vk::MemoryPropertyFlags::from_raw(all), lacks: vk::MemoryPropertyFlags::empty() }
+        MemoryTypeFilter { has: vk::MemoryPropertyFlags::from_raw(all), lacks: vk::MemoryPropertyFlags::empty() }
     }
 }
 
 impl Location {
     /// The memory types to look for, best first.
-    fn wishes(self) -> &'static [Wish] {
+    fn type_filters(self) -> &'static [MemoryTypeFilter] {
         use vk::MemoryPropertyFlags as Flags;
-        const DEVICE: Wish = Wish::of(&[Flags::DEVICE_LOCAL]);
-        const ANY: Wish = Wish::of(&[]);
-        const MAPPED: Wish = Wish::of(&[Flags::HOST_VISIBLE, Flags::HOST_COHERENT]);
-        const MAPPED_DEVICE: Wish = Wish::of(&[MAPPED.has, DEVICE.has]);
-        const MAPPED_CACHED: Wish = Wish::of(&[MAPPED.has, Flags::HOST_CACHED]);
-        const CACHED: Wish = Wish::of(&[Flags::HOST_VISIBLE, Flags::HOST_CACHED]);
-        const LAZY: Wish = Wish::of(&[Flags::LAZILY_ALLOCATED]);
-        const FLUSHED: Wish = Wish { has: Flags::HOST_VISIBLE, lacks: Flags::HOST_COHERENT };
+        const DEVICE: MemoryTypeFilter = MemoryTypeFilter::of(&[Flags::DEVICE_LOCAL]);
+        const ANY: MemoryTypeFilter = MemoryTypeFilter::of(&[]);
+        const MAPPED: MemoryTypeFilter = MemoryTypeFilter::of(&[Flags::HOST_VISIBLE, Flags::HOST_COHERENT]);
+        const MAPPED_DEVICE: MemoryTypeFilter = MemoryTypeFilter::of(&[MAPPED.has, DEVICE.has]);
+        const MAPPED_CACHED: MemoryTypeFilter = MemoryTypeFilter::of(&[MAPPED.has, Flags::HOST_CACHED]);
+        const CACHED: MemoryTypeFilter = MemoryTypeFilter::of(&[Flags::HOST_VISIBLE, Flags::HOST_CACHED]);
+        const LAZY: MemoryTypeFilter = MemoryTypeFilter::of(&[Flags::LAZILY_ALLOCATED]);
+        const FLUSHED: MemoryTypeFilter = MemoryTypeFilter { has: Flags::HOST_VISIBLE, lacks: Flags::HOST_COHERENT };
         match self {
             Location::Device => &[DEVICE, ANY],
             // Vulkan promises each buffer coherent memory; where that is used up, memory that is flushed by hand serves.
@@ -123,7 +123,7 @@ pub(super) struct MemoryNeed<'a> {
 const MIB: u64 = 1 << 20;
 
 /// The allocator of one device.
-pub(super) struct Memory {
+pub(super) struct MemoryAllocator {
     types: Vec<vk::MemoryType>,
     /// Incoherent memory is flushed and invalidated in units of so many bytes: `nonCoherentAtomSize`.
     atom: u64,
@@ -131,8 +131,12 @@ pub(super) struct Memory {
     allocator: Mutex<Option<Allocator>>,
 }
 
-impl Memory {
-    pub(super) fn new(instance: &ash::Instance, device: &ash::Device, physical: &PhysicalDevice) -> Result<Memory> {
+impl MemoryAllocator {
+    pub(super) fn new(
+        instance: &ash::Instance,
+        device: &ash::Device,
+        physical: &PhysicalDevice,
+    ) -> Result<MemoryAllocator> {
         let mut debug_settings = AllocatorDebugSettings::default();
         // Leaks are reported by `close`, as messages that tests can fail on.
         debug_settings.log_leaks_on_shutdown = false;
@@ -151,12 +155,12 @@ impl Memory {
         .map_err(|source| Error::Allocator { doing: "starting the memory allocator".to_owned(), source })?;
         let types = physical.memory.memory_types_as_slice().to_vec();
         let atom = physical.limits.non_coherent_atom_size.max(1);
-        Ok(Memory { types, atom, allocator: Mutex::new(Some(allocator)) })
+        Ok(MemoryAllocator { types, atom, allocator: Mutex::new(Some(allocator)) })
     }
 
     pub(super) fn allocate(&self, need: &MemoryNeed<'_>) -> Result<Allocation> {
         let mut outcome = Err(AllocationError::NoCompatibleMemoryTypeFound);
-        for &wish in need.location.wishes() {
+        for &wish in need.location.type_filters() {
             let memory_type_bits = self.types_with(wish) & need.requirements.memory_type_bits;
             if memory_type_bits == 0 {
                 continue;
@@ -214,7 +218,7 @@ impl Memory {
     }
 
     /// The bits of the memory types that have these properties.
-    fn types_with(&self, Wish { has, lacks }: Wish) -> u32 {
+    fn types_with(&self, MemoryTypeFilter { has, lacks }: MemoryTypeFilter) -> u32 {
         let has = |(_, kind): &(usize, &vk::MemoryType)| {
             kind.property_flags.contains(has) && !kind.property_flags.intersects(lacks)
         };
@@ -401,10 +405,10 @@ mod tests {
 
     const MAPPED: vk::MemoryPropertyFlags = vk::MemoryPropertyFlags::HOST_VISIBLE;
 
-    fn memory() -> Memory {
+    fn memory() -> MemoryAllocator {
         let flags = [vk::MemoryPropertyFlags::DEVICE_LOCAL, MAPPED | vk::MemoryPropertyFlags::HOST_COHERENT, MAPPED];
         let types = flags.map(|property_flags| vk::MemoryType { property_flags, heap_index: 0 }).to_vec();
-        Memory { types, atom: 64, allocator: Mutex::new(None) }
+        MemoryAllocator { types, atom: 64, allocator: Mutex::new(None) }
     }
 
     fn need(dedicated_to: Option<vk::Image>) -> MemoryNeed<'static> {
@@ -431,7 +435,7 @@ mod tests {
     #[test]
     fn what_the_cpu_writes_lies_in_other_memory_than_coherent_only_where_that_is_used_up() {
         let memory = memory();
-        let wishes: Vec<u32> = Location::Upload.wishes().iter().map(|&wish| memory.types_with(wish)).collect();
+        let wishes: Vec<u32> = Location::Upload.type_filters().iter().map(|&wish| memory.types_with(wish)).collect();
         assert_eq!(wishes, [0, 0b010, 0b100]);
     }
 }

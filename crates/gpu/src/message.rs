@@ -90,11 +90,11 @@ const KEPT_MESSAGES: usize = 4096;
 /// A bounded list of messages, shared by an instance with its messenger. Outlives the instance while someone holds it.
 #[derive(Debug, Default)]
 pub struct MessageLog {
-    state: Mutex<State>,
+    state: Mutex<LogState>,
 }
 
 #[derive(Debug, Default)]
-struct State {
+struct LogState {
     kept: Vec<Message>,
     dropped: u64,
     file: Option<File>,
@@ -118,7 +118,7 @@ impl MessageLog {
     pub fn tell_to(&self, file: Option<File>) {
         let mut state = self.lock();
         state.file = file;
-        let State { kept, file, .. } = &mut *state;
+        let LogState { kept, file, .. } = &mut *state;
         kept.iter().for_each(|message| append(file, message));
     }
 
@@ -133,7 +133,7 @@ impl MessageLog {
         }
     }
 
-    fn lock(&self) -> MutexGuard<'_, State> {
+    fn lock(&self) -> MutexGuard<'_, LogState> {
         // A list of finished messages is whole even if a thread died while it held the lock.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -10,7 +10,7 @@ use gpu_allocator::vulkan::Allocation;
 
 use super::device::Device;
 use super::memory::MemoryKind;
-use super::reuse::Content;
+use super::reuse::ContentHash;
 
 /// A handle whose object is destroyed by one call on its device.
 pub trait Destroy: Handle + Copy {
@@ -56,13 +56,18 @@ pub struct Owned<H: Destroy> {
     name: Arc<str>,
     id: ObjectId,
     /// Of a pipeline that is kept when it is dropped.
-    content: Option<Box<Content>>,
+    content: Option<Box<ContentHash>>,
     device: Arc<Device>,
 }
 
 impl Owned<vk::Pipeline> {
     /// Owns a pipeline that was just made of this content, or that was kept.
-    pub(super) fn reusable(device: &Arc<Device>, name: &str, made: PipelineOrigin, content: Option<Content>) -> Self {
+    pub(super) fn reusable(
+        device: &Arc<Device>,
+        name: &str,
+        made: PipelineOrigin,
+        content: Option<ContentHash>,
+    ) -> Self {
         let (raw, id) = match made {
             PipelineOrigin::New(raw) => (raw, device.registry.add(name.into(), vk::ObjectType::PIPELINE)),
             PipelineOrigin::Kept(raw, id) => {

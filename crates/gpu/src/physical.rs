@@ -264,22 +264,22 @@ impl fmt::Display for DeviceChoice {
 /// # Errors
 /// [`Error::NoSuchDevice`] with the names of those that exist; [`Error::Unsupported`] if the device cannot be used.
 pub fn choose(devices: &[PhysicalDevice], choice: &DeviceChoice) -> Result<usize> {
-    let described: Vec<Candidate<'_>> = devices
+    let described: Vec<DeviceCandidate<'_>> = devices
         .iter()
-        .map(|device| Candidate { name: &device.name, kind: device.kind, unusable: device.unusable() })
+        .map(|device| DeviceCandidate { name: &device.name, kind: device.kind, unusable: device.unusable() })
         .collect();
     choose_among(&described, choice)
 }
 
 /// The properties of a device on which the choice depends.
-struct Candidate<'a> {
+struct DeviceCandidate<'a> {
     name: &'a str,
     kind: vk::PhysicalDeviceType,
     unusable: Option<String>,
 }
 
-fn choose_among(devices: &[Candidate<'_>], choice: &DeviceChoice) -> Result<usize> {
-    let matches = |index: usize, device: &Candidate<'_>| match choice {
+fn choose_among(devices: &[DeviceCandidate<'_>], choice: &DeviceChoice) -> Result<usize> {
+    let matches = |index: usize, device: &DeviceCandidate<'_>| match choice {
         DeviceChoice::Auto => true,
         DeviceChoice::Index(wanted) => index == *wanted,
         DeviceChoice::Name(part) => device.name.to_lowercase().contains(&part.to_lowercase()),
@@ -288,8 +288,8 @@ fn choose_among(devices: &[Candidate<'_>], choice: &DeviceChoice) -> Result<usiz
     // The first of equals, so that the loader's order (and what configures it) has the last word.
     let best = matching.min_by_key(|(_, device)| (device.unusable.is_some(), rank(device.kind)));
     match best {
-        Some((index, Candidate { unusable: None, .. })) => Ok(index),
-        Some((_, Candidate { unusable: Some(reason), .. })) => Err(Error::Unsupported(reason.clone())),
+        Some((index, DeviceCandidate { unusable: None, .. })) => Ok(index),
+        Some((_, DeviceCandidate { unusable: Some(reason), .. })) => Err(Error::Unsupported(reason.clone())),
         None => Err(Error::NoSuchDevice {
             wanted: choice.to_string(),
             available: devices.iter().map(|device| device.name.to_owned()).collect(),
@@ -311,8 +311,8 @@ fn rank(kind: vk::PhysicalDeviceType) -> u32 {
 mod tests {
     use super::*;
 
-    fn candidates() -> [Candidate<'static>; 4] {
-        let of = |name, kind| Candidate { name, kind, unusable: None };
+    fn candidates() -> [DeviceCandidate<'static>; 4] {
+        let of = |name, kind| DeviceCandidate { name, kind, unusable: None };
         [
             of("llvmpipe (LLVM 15)", vk::PhysicalDeviceType::CPU),
             of("Radeon 780M", vk::PhysicalDeviceType::INTEGRATED_GPU),

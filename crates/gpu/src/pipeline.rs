@@ -8,7 +8,7 @@ use ash::vk;
 use super::device::Device;
 use super::error::{Doing, Error, Result};
 use super::owned::{Owned, PipelineOrigin};
-use super::reuse::{Content, content_of};
+use super::reuse::{ContentHash, content_of};
 
 /// One shader of a pipeline.
 #[derive(Clone, Copy, Debug)]
@@ -83,7 +83,7 @@ impl GraphicsPipeline {
         if let Some(kept) = kept(device, desc.name, content) {
             return Ok(kept);
         }
-        let shaders = Shaders::new(device, desc.name, desc.stages)?;
+        let shaders = ShaderModules::new(device, desc.name, desc.stages)?;
         let specializations = shaders.specializations();
         let stages = shaders.stages(&specializations);
         let vertex_input = vk::PipelineVertexInputStateCreateInfo::default()
@@ -139,7 +139,7 @@ pub fn compute_pipeline(
     if let Some(kept) = kept(device, name, content) {
         return Ok(kept);
     }
-    let shaders = Shaders::new(device, name, std::slice::from_ref(stage))?;
+    let shaders = ShaderModules::new(device, name, std::slice::from_ref(stage))?;
     let specializations = shaders.specializations();
     let infos: Vec<vk::ComputePipelineCreateInfo<'_>> = shaders
         .stages(&specializations)
@@ -183,7 +183,7 @@ pub fn pipeline_layout(
 }
 
 impl ShaderStage<'_> {
-    fn content(&self) -> Content {
+    fn content(&self) -> ContentHash {
         let spirv = blake3::hash(bytemuck::cast_slice(self.spirv));
         content_of((spirv, self.entry, self.stage, self.constants))
     }
@@ -191,7 +191,7 @@ impl ShaderStage<'_> {
 
 impl GraphicsPipelineDesc<'_> {
     /// All of it but the name; none if the content of its layout or of its render pass is not known.
-    fn content(&self, device: &Device) -> Option<Content> {
+    fn content(&self, device: &Device) -> Option<ContentHash> {
         let Self {
             name: _,
             stages,
@@ -217,7 +217,7 @@ impl GraphicsPipelineDesc<'_> {
 }
 
 /// A pipeline of this content that was given up before.
-fn kept(device: &Arc<Device>, name: &str, content: Option<Content>) -> Option<Owned<vk::Pipeline>> {
+fn kept(device: &Arc<Device>, name: &str, content: Option<ContentHash>) -> Option<Owned<vk::Pipeline>> {
     let (raw, id) = device.reuse.take(content?)?;
     Some(Owned::reusable(device, name, PipelineOrigin::Kept(raw, id), content))
 }
@@ -237,7 +237,7 @@ fn owned_pipeline(
     device: &Arc<Device>,
     (command, name): (&str, &str),
     created: Created,
-    content: Option<Content>,
+    content: Option<ContentHash>,
 ) -> Result<Owned<vk::Pipeline>> {
     let (pipelines, result) = created.map_or_else(|failed| failed, |made| (made, vk::Result::ERROR_UNKNOWN));
     // One was asked for: a failure leaves a null handle or none.
@@ -250,7 +250,7 @@ fn owned_pipeline(
 }
 
 /// The shader modules of a pipeline with its stages; they go when the pipeline is compiled.
-struct Shaders<'a> {
+struct ShaderModules<'a> {
     stages: Vec<(ShaderStage<'a>, Owned<vk::ShaderModule>)>,
     constants: Vec<Constants>,
 }
@@ -263,8 +263,8 @@ struct Constants {
 
 const SPIRV_MAGIC: u32 = 0x0723_0203;
 
-impl<'a> Shaders<'a> {
-    fn new(device: &Arc<Device>, name: &str, stages: &[ShaderStage<'a>]) -> Result<Shaders<'a>> {
+impl<'a> ShaderModules<'a> {
+    fn new(device: &Arc<Device>, name: &str, stages: &[ShaderStage<'a>]) -> Result<ShaderModules<'a>> {
         let with_module = |stage: &ShaderStage<'a>| {
             if stage.spirv.first() != Some(&SPIRV_MAGIC) {
                 return Err(Error::Misuse(format!("the {:?} shader of '{name}' is no SPIR-V", stage.stage)));
@@ -278,7 +278,7 @@ impl<'a> Shaders<'a> {
         };
         let stages = stages.iter().map(with_module).collect::<Result<Vec<_>>>()?;
         let constants = stages.iter().map(|(stage, _)| Constants::new(stage.constants)).collect();
-        Ok(Shaders { stages, constants })
+        Ok(ShaderModules { stages, constants })
     }
 
     fn specializations(&self) -> Vec<vk::SpecializationInfo<'_>> {

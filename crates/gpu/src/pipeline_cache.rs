@@ -16,7 +16,7 @@ pub(super) struct PipelineCache {
     /// Null if the driver could not make one.
     pub(super) raw: vk::PipelineCache,
     #[cfg(feature = "caches")]
-    kept: kept::Kept,
+    cache_file: kept::CacheFile,
 }
 
 impl PipelineCache {

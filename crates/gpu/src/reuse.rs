@@ -15,25 +15,25 @@ use super::device::Device;
 use super::owned::{Destroy, ObjectId};
 
 /// The hash of everything that an object was made of.
-pub(super) type Content = blake3::Hash;
+pub(super) type ContentHash = blake3::Hash;
 
 /// The most pipelines that are kept. The hall's frame has six.
 const MOST: usize = 128;
 
 /// The pipelines that a device keeps for reuse.
 #[derive(Default)]
-pub(super) struct Reuse(Mutex<State>);
+pub(super) struct Reuse(Mutex<ReuseState>);
 
 #[derive(Default)]
-struct State {
+struct ReuseState {
     /// The contents of the layouts and render passes that pipelines are made with.
-    contents: HashMap<(vk::ObjectType, u64), Content>,
+    contents: HashMap<(vk::ObjectType, u64), ContentHash>,
     /// In the order in which they were given up.
-    kept: VecDeque<(Content, vk::Pipeline, ObjectId)>,
+    kept: VecDeque<(ContentHash, vk::Pipeline, ObjectId)>,
 }
 
 impl Reuse {
-    fn lock(&self) -> MutexGuard<'_, State> {
+    fn lock(&self) -> MutexGuard<'_, ReuseState> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -43,7 +43,7 @@ impl Reuse {
     }
 
     /// The content noted for an object, if any was.
-    pub(super) fn content<H: Handle>(&self, object: H) -> Option<Content> {
+    pub(super) fn content<H: Handle>(&self, object: H) -> Option<ContentHash> {
         self.lock().contents.get(&(H::TYPE, object.as_raw())).copied()
     }
 
@@ -53,7 +53,7 @@ impl Reuse {
     }
 
     /// A pipeline of this content that nobody owns.
-    pub(super) fn take(&self, content: Content) -> Option<(vk::Pipeline, ObjectId)> {
+    pub(super) fn take(&self, content: ContentHash) -> Option<(vk::Pipeline, ObjectId)> {
         let kept = &mut self.lock().kept;
         let index = kept.iter().rposition(|(own, ..)| *own == content)?;
         kept.remove(index).map(|(_, raw, id)| (raw, id))
@@ -61,13 +61,13 @@ impl Reuse {
 }
 
 /// The hash of a description. Numbers and flags are written whole.
-pub(super) fn content_of(parts: impl Debug) -> Content {
+pub(super) fn content_of(parts: impl Debug) -> ContentHash {
     blake3::hash(format!("{parts:?}").as_bytes())
 }
 
 impl Device {
     /// Keeps a pipeline that its owner gave up. The oldest goes if there are too many.
-    pub(super) fn keep(&self, content: Content, raw: vk::Pipeline, id: ObjectId) {
+    pub(super) fn keep(&self, content: ContentHash, raw: vk::Pipeline, id: ObjectId) {
         self.registry.mark_retired(id);
         let too_many = {
             let kept = &mut self.reuse.lock().kept;

@@ -9,15 +9,15 @@ use super::error::{Doing, Error, Result};
 use super::owned::Owned;
 
 /// The filtering and addressing of an image in shaders.
-pub type Sampler = Owned<vk::Sampler>;
+pub type OwnedSampler = Owned<vk::Sampler>;
 
-impl Sampler {
+impl OwnedSampler {
     /// A sampler as `info` has it.
     ///
     /// # Errors
     /// [`Error::Unsupported`] for anisotropy that is not enabled; [`Error::TooLarge`] for more than the device has; too
     /// many samplers.
-    pub fn new(device: &Arc<Device>, name: &str, info: &vk::SamplerCreateInfo<'_>) -> Result<Sampler> {
+    pub fn new(device: &Arc<Device>, name: &str, info: &vk::SamplerCreateInfo<'_>) -> Result<OwnedSampler> {
         if info.anisotropy_enable == vk::TRUE {
             let limit = device.physical.limits.max_sampler_anisotropy;
             if !device.features.sampler_anisotropy {
@@ -39,7 +39,7 @@ impl Sampler {
     ///
     /// # Errors
     /// Too many samplers.
-    pub fn bilinear(device: &Arc<Device>, name: &str) -> Result<Sampler> {
+    pub fn bilinear(device: &Arc<Device>, name: &str) -> Result<OwnedSampler> {
         let edge = vk::SamplerAddressMode::CLAMP_TO_EDGE;
         let filtered = vk::SamplerCreateInfo::default().mag_filter(vk::Filter::LINEAR).min_filter(vk::Filter::LINEAR);
         Self::new(device, name, &filtered.address_mode_u(edge).address_mode_v(edge).address_mode_w(edge))

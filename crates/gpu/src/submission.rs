@@ -18,7 +18,7 @@ pub struct Ticket(pub u64);
 
 /// The effects of a submission beside running its commands.
 #[derive(Clone, Copy, Default)]
-pub struct Around<'a> {
+pub struct SubmitOptions<'a> {
     /// Semaphores to wait for before the given stages.
     pub waits: &'a [(vk::Semaphore, vk::PipelineStageFlags)],
     /// Semaphores to signal when done.
@@ -35,10 +35,10 @@ pub struct Around<'a> {
 pub(super) struct Submissions {
     submitted: AtomicU64,
     completed: AtomicU64,
-    state: Mutex<State>,
+    state: Mutex<QueueState>,
 }
 
-struct State {
+struct QueueState {
     queue: vk::Queue,
     /// A thread that waits for a fence holds it too, and nobody resets it meanwhile.
     pending: VecDeque<(u64, Arc<vk::Fence>)>,
@@ -49,7 +49,7 @@ struct State {
 
 impl Submissions {
     pub(super) fn new(queue: vk::Queue) -> Submissions {
-        let state = State { queue, pending: VecDeque::new(), done: Vec::new(), free: Vec::new() };
+        let state = QueueState { queue, pending: VecDeque::new(), done: Vec::new(), free: Vec::new() };
         Submissions { submitted: AtomicU64::new(0), completed: AtomicU64::new(0), state: Mutex::new(state) }
     }
 
@@ -63,13 +63,13 @@ impl Submissions {
         self.completed.load(Ordering::Acquire)
     }
 
-    fn lock(&self) -> MutexGuard<'_, State> {
+    fn lock(&self) -> MutexGuard<'_, QueueState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Takes note of the fences that have signalled, up to that of submission `last`. Fences of later submissions are not asked: a layer takes an
     /// answer for a wait, and would then see no hazard with the finished work (`tests/sync/necessity.rs`).
-    fn poll(&self, device: &ash::Device, state: &mut State, last: u64) -> Result<()> {
+    fn poll(&self, device: &ash::Device, state: &mut QueueState, last: u64) -> Result<()> {
         while let Some((serial, fence)) = state.pending.front()
             && *serial <= last
         {
@@ -82,7 +82,7 @@ impl Submissions {
             state.done.extend(state.pending.pop_front().map(|(_, fence)| fence));
         }
         self.note_completed(state);
-        let State { done, free, .. } = state;
+        let QueueState { done, free, .. } = state;
         // Nobody begins to wait for one of these any more.
         while let Some(index) = done.iter().position(|fence| Arc::strong_count(fence) == 1) {
             // SAFETY: its submission is done, so the queue no longer uses it, and nobody waits for it.
@@ -92,7 +92,7 @@ impl Submissions {
         Ok(())
     }
 
-    fn note_completed(&self, state: &State) {
+    fn note_completed(&self, state: &QueueState) {
         let completed = state.pending.front().map_or(self.submitted(), |(serial, _)| serial - 1);
         self.completed.store(completed, Ordering::Release);
     }
@@ -116,14 +116,14 @@ impl Device {
     /// # Errors
     /// [`Error::Misuse`] if it is not recorded; a lost device; running out of memory.
     pub fn submit(&self, cmd: &CommandBuffer) -> Result<Ticket> {
-        self.submit_with(cmd, &Around::default())
+        self.submit_with(cmd, &SubmitOptions::default())
     }
 
     /// As [`Device::submit`], with waits before and signals after.
     ///
     /// # Errors
     /// As [`Device::submit`].
-    pub fn submit_with(&self, cmd: &CommandBuffer, around: &Around) -> Result<Ticket> {
+    pub fn submit_with(&self, cmd: &CommandBuffer, around: &SubmitOptions) -> Result<Ticket> {
         let doing = || format!("submitting '{}'", cmd.name());
         cmd.submitted_by(|| self.submit_raw(&[cmd.raw], around, doing))
     }
@@ -134,16 +134,16 @@ impl Device {
     /// A lost device; running out of memory.
     pub fn consume(&self, signalled: vk::Semaphore) -> Result<Ticket> {
         let waits = &[(signalled, vk::PipelineStageFlags::ALL_COMMANDS)];
-        self.submit_raw(&[], &Around { waits, ..Around::default() }, || "waiting for a semaphore".into())
+        self.submit_raw(&[], &SubmitOptions { waits, ..SubmitOptions::default() }, || "waiting for a semaphore".into())
     }
 
     fn submit_raw(
         &self,
         commands: &[vk::CommandBuffer],
-        around: &Around,
+        around: &SubmitOptions,
         doing: impl Fn() -> String,
     ) -> Result<Ticket> {
-        let Around { waits, signals, ends_frame } = *around;
+        let SubmitOptions { waits, signals, ends_frame } = *around;
         let (semaphores, stages): (Vec<_>, Vec<_>) = waits.iter().copied().unzip();
         let mut info = vk::SubmitInfo::default().command_buffers(commands);
         // The address of an empty list is not null, and best practices want it to be.

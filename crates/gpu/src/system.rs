@@ -7,7 +7,7 @@ use super::manifests;
 
 /// A part of Vulkan that can be missing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Missing {
+pub enum VulkanComponent {
     /// The loader library, `libvulkan.so.1` or `vulkan-1.dll`.
     Loader,
     /// A driver (ICD).
@@ -30,7 +30,7 @@ enum System {
 }
 
 /// Returns one line without a line end: the variable that keeps the loader from the missing part, or else the step that installs it on this system.
-pub fn hint(what: Missing) -> String {
+pub fn hint(what: VulkanComponent) -> String {
     #[cfg(feature = "caches")]
     if let Some(hint) = manifests::overriding_hint(what) {
         return hint;
@@ -69,7 +69,7 @@ fn system_of(os_release: &str) -> System {
     known.unwrap_or(System::Other)
 }
 
-fn hint_for(system: System, what: Missing) -> String {
+fn hint_for(system: System, what: VulkanComponent) -> String {
     let (manager, loader, driver, layer) = match system {
         System::Debian => ("sudo apt-get install", "libvulkan1", "mesa-vulkan-drivers", "vulkan-validationlayers"),
         System::Fedora => ("sudo dnf install", "vulkan-loader", "mesa-vulkan-drivers", "vulkan-validation-layers"),
@@ -82,26 +82,30 @@ fn hint_for(system: System, what: Missing) -> String {
     };
     match what {
         // A loader alone draws nothing: name the driver beside it.
-        Missing::Loader => format!("install it with: {manager} {loader} {driver}"),
-        Missing::Driver => {
+        VulkanComponent::Loader => format!("install it with: {manager} {loader} {driver}"),
+        VulkanComponent::Driver => {
             format!("install your GPU vendor's driver, or Mesa's or MoltenVK with: {manager} {driver}")
         }
-        Missing::ValidationLayer => format!("install it with: {manager} {layer}"),
+        VulkanComponent::ValidationLayer => format!("install it with: {manager} {layer}"),
     }
 }
 
-fn windows_hint(what: Missing) -> &'static str {
+fn windows_hint(what: VulkanComponent) -> &'static str {
     match what {
-        Missing::Loader | Missing::Driver => "install your GPU vendor's driver, which brings the Vulkan loader along",
-        Missing::ValidationLayer => "install the Vulkan SDK from https://vulkan.lunarg.com",
+        VulkanComponent::Loader | VulkanComponent::Driver => {
+            "install your GPU vendor's driver, which brings the Vulkan loader along"
+        }
+        VulkanComponent::ValidationLayer => "install the Vulkan SDK from https://vulkan.lunarg.com",
     }
 }
 
-fn other_hint(what: Missing) -> &'static str {
+fn other_hint(what: VulkanComponent) -> &'static str {
     match what {
-        Missing::Loader => "install your system's Vulkan loader (libvulkan.so.1) and a driver, such as Mesa's",
-        Missing::Driver => "install a Vulkan driver: your GPU vendor's, or Mesa's",
-        Missing::ValidationLayer => "install your system's Vulkan validation layers (VK_LAYER_KHRONOS_validation)",
+        VulkanComponent::Loader => "install your system's Vulkan loader (libvulkan.so.1) and a driver, such as Mesa's",
+        VulkanComponent::Driver => "install a Vulkan driver: your GPU vendor's, or Mesa's",
+        VulkanComponent::ValidationLayer => {
+            "install your system's Vulkan validation layers (VK_LAYER_KHRONOS_validation)"
+        }
     }
 }
 
@@ -123,7 +127,7 @@ mod tests {
     fn every_hint_is_one_line_that_says_what_to_install() {
         use System::*;
         for system in [Debian, Fedora, Suse, Arch, Alpine, MacOs, Windows, Other] {
-            for what in [Missing::Loader, Missing::Driver, Missing::ValidationLayer] {
+            for what in [VulkanComponent::Loader, VulkanComponent::Driver, VulkanComponent::ValidationLayer] {
                 let hint = hint_for(system, what);
                 assert!(hint.contains("install") || hint.contains("add"), "{hint}");
                 assert!(!hint.contains('\n'), "{hint}");

@@ -57,14 +57,14 @@ const LEAST_SLOT_BYTES: u64 = 1 << 20;
 /// fills the other.
 pub struct Uploader {
     device: Arc<Device>,
-    slots: [Slot; 2],
+    slots: [StagingSlot; 2],
     current: usize,
     order: UploadOrder,
     /// Some buffer was written.
     wrote_buffers: bool,
 }
 
-struct Slot {
+struct StagingSlot {
     cmd: CommandBuffer,
     staging: Buffer,
     used: u64,
@@ -86,10 +86,10 @@ impl Uploader {
     /// [`Error::OutOfMemory`].
     pub fn new(device: &Arc<Device>, staging_bytes: u64, order: UploadOrder) -> Result<Uploader> {
         let size = (staging_bytes / 2).max(LEAST_SLOT_BYTES);
-        let slot = |name: &str| -> Result<Slot> {
+        let slot = |name: &str| -> Result<StagingSlot> {
             let usage = vk::BufferUsageFlags::TRANSFER_SRC;
             let staging = Buffer::new(device, name, size, usage, Location::Upload, MemoryKind::Staging)?;
-            Ok(Slot { cmd: CommandBuffer::new(device, name)?, staging, used: 0, recording: false })
+            Ok(StagingSlot { cmd: CommandBuffer::new(device, name)?, staging, used: 0, recording: false })
         };
         Ok(Uploader {
             device: Arc::clone(device),
@@ -280,7 +280,7 @@ impl Uploader {
     /// `alignment`, and says where it lies and how much it is. Changes to the other staging buffer when one is full.
     fn stage(&mut self, data: &[u8], unit: usize, alignment: u64) -> Result<(Staged, usize)> {
         let unit = unit.max(1);
-        let room_from = |slot: &Slot| {
+        let room_from = |slot: &StagingSlot| {
             let offset = slot.used.next_multiple_of(alignment.max(1));
             let room = usize::try_from(slot.staging.size.saturating_sub(offset)).unwrap_or(usize::MAX);
             (offset, room / unit * unit)

@@ -7,7 +7,7 @@ use std::error::Error;
 use afterlight::frame::Renderer;
 use afterlight::gpu::{Device, DeviceChoice, Instance, InstanceOptions};
 use afterlight::scene::{OpenOptions, SettingsPatch, open};
-use afterlight_lab::report::tune::{Bound, Goal, Metric, Selection, tune};
+use afterlight_lab::report::tune::{Goal, GoalBound, Metric, Selection, tune};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let scene = open("builtin:spheres?columns=2&rows=1", &OpenOptions::default())?;
@@ -15,7 +15,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let device = Device::new(&instance, &DeviceChoice::Auto)?;
 
     // FLIP, a measure of differences that people see, of at most 0.3. A real bound is lower: 0.05 is hard to tell from the truth.
-    let goal = Goal { bound: Bound::Error(0.3), metric: Metric::Flip };
+    let goal = Goal { bound: GoalBound::Error(0.3), metric: Metric::Flip };
     // A small picture, and few settings to choose from, so that this takes seconds. `families: None` tries all.
     let given = SettingsPatch { size: Some([64, 36]), ..scene.settings.clone() };
     let families = Some(vec!["gbuffer".into(), "msaa".into()]);

@@ -21,7 +21,7 @@ use report::CommandReport;
 
 /// The output of `--commands --json`.
 #[derive(Serialize)]
-struct Report {
+struct CommandListing {
     scene: String,
     device: String,
     size: [u32; 2],
@@ -35,7 +35,7 @@ pub fn print(device: &Arc<Device>, workload: &Workload, settings: &Settings, jso
     let (scene, device) = (workload.scene.name.clone(), device.physical.name.clone());
     if json {
         let commands = lines.iter().map(CommandReport::of).collect();
-        return output::print(&output::json(&Report { scene, device, size: settings.size, commands })?, false);
+        return output::print(&output::json(&CommandListing { scene, device, size: settings.size, commands })?, false);
     }
     let [width, height] = settings.size;
     let count = lines.len();

@@ -4,7 +4,7 @@ use font8x8::UnicodeFonts;
 
 /// A picture with its label.
 #[derive(Debug)]
-pub struct Tile {
+pub struct SheetTile {
     pub label: String,
     /// Width and height in pixels.
     pub size: [u32; 2],
@@ -26,7 +26,7 @@ const PAPER: [u8; 4] = [24, 24, 28, 255];
 const INK: [u8; 4] = [235, 235, 235, 255];
 
 /// Lays the tiles out in rows of four, each under its label.
-pub fn compose(tiles: &[Tile]) -> Sheet {
+pub fn compose(tiles: &[SheetTile]) -> Sheet {
     let widest = tiles.iter().map(|tile| tile.size[0]).max().unwrap_or(0);
     let highest = tiles.iter().map(|tile| tile.size[1]).max().unwrap_or(0);
     // About as many lines of text as fit 16 times into a tile stay legible at any size.
@@ -49,7 +49,7 @@ pub fn compose(tiles: &[Tile]) -> Sheet {
 
 impl Sheet {
     /// Copies the tile's rows to where its upper left corner is to be; the sheet is large enough by construction.
-    fn paste(&mut self, [left, top]: [u32; 2], tile: &Tile) {
+    fn paste(&mut self, [left, top]: [u32; 2], tile: &SheetTile) {
         let row_bytes = tile.size[0] as usize * 4;
         if row_bytes == 0 {
             return;
@@ -85,8 +85,8 @@ impl Sheet {
 mod tests {
     use super::*;
 
-    fn tile(label: &str, size: [u32; 2], colour: [u8; 4]) -> Tile {
-        Tile { label: label.into(), size, rgba: colour.repeat((size[0] * size[1]) as usize) }
+    fn tile(label: &str, size: [u32; 2], colour: [u8; 4]) -> SheetTile {
+        SheetTile { label: label.into(), size, rgba: colour.repeat((size[0] * size[1]) as usize) }
     }
 
     fn count(sheet: &Sheet, colour: [u8; 4]) -> usize {
@@ -96,7 +96,7 @@ mod tests {
     #[test]
     fn every_tile_is_there_whole_and_labelled() {
         let colours: Vec<[u8; 4]> = (0..6).map(|i| [200, i * 10, 0, 255]).collect();
-        let tiles: Vec<Tile> = colours.iter().map(|&colour| tile("Ab", [40, 30], colour)).collect();
+        let tiles: Vec<SheetTile> = colours.iter().map(|&colour| tile("Ab", [40, 30], colour)).collect();
         let sheet = compose(&tiles);
         assert_eq!(sheet.rgba.len(), (sheet.size[0] * sheet.size[1] * 4) as usize);
         for colour in colours {

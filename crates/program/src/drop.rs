@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use afterlight::frame::proof::{self, Frames, Hazard};
-use afterlight::frame::rows::unreported_mutants::{LAYER, Part, reason};
+use afterlight::frame::proof::{self, FrameModel, Hazard};
+use afterlight::frame::rows::unreported_mutants::{LAYER, RowPart, reason};
 use afterlight::frame::rows::{self, Row, Rows};
 use afterlight::frame::{Picture, Pixels, plan_for};
 use afterlight::gpu::{DeviceChoice, Error, Message};
@@ -16,7 +16,7 @@ use afterlight_lab::mutants::{Drawn, NO_EXTENSIONS, Watched};
 use super::args::{DeviceArgs, SettingsArgs};
 use super::compare::differing;
 use super::failure::{Exit, Failure};
-use super::table::{Table, version};
+use super::table::{TextTable, version};
 use super::workload::Workload;
 use super::{output, progress};
 
@@ -31,7 +31,7 @@ pub fn without(plan: &FramePlan, table: &Rows, name: &str) -> Result<Rows, Failu
 
 /// Returns the hazards of frames with these dependencies in words, the worst first.
 pub fn in_words(plan: &FramePlan, edges: &Rows) -> Vec<String> {
-    describe_hazards(&Frames::of(plan, edges).hazards())
+    describe_hazards(&FrameModel::of(plan, edges).hazards())
 }
 
 fn describe_hazards(hazards: &[Hazard]) -> Vec<String> {
@@ -81,7 +81,7 @@ pub fn run(
 type Layer = Result<u32, String>;
 
 /// The device, watched by the synchronization layer where that is installed, and its picture with all dependencies.
-struct Laboratory<'a> {
+struct DropExperiment<'a> {
     workload: &'a Workload,
     watched: Watched,
     layer: Layer,
@@ -91,7 +91,7 @@ struct Laboratory<'a> {
     picture: Picture,
 }
 
-impl<'a> Laboratory<'a> {
+impl<'a> DropExperiment<'a> {
     /// `None` where the layer does not have the heuristic.
     fn open(
         workload: &'a Workload,
@@ -158,10 +158,10 @@ fn one(
     let mut text = String::new();
     let mut silent = None;
     for sync_shader_heuristic in [false, true] {
-        let Some(own) = Laboratory::open(workload, variation, args, sync_shader_heuristic)? else { break };
+        let Some(own) = DropExperiment::open(workload, variation, args, sync_shader_heuristic)? else { break };
         let without = without(&own.plan, &own.table, name)?;
         let edge = row(&own.plan, &own.table, name)?;
-        let hazards = Frames::of(&own.plan, &without).hazards();
+        let hazards = FrameModel::of(&own.plan, &without).hazards();
         let found = own.draw(without)?;
         if !sync_shader_heuristic {
             // A former name stands for the row that has taken its place.
@@ -203,12 +203,12 @@ fn described(edge: &Row, hazards: &[Hazard], is_verbose: bool) -> String {
 /// A row for each dependency.
 fn all(workload: &Workload, variation: &SettingsPatch, args: &DeviceArgs) -> Result<String, Failure> {
     // With its heuristic the layer knows all accesses that it knows without, and those of shaders besides.
-    let own = match Laboratory::open(workload, variation, args, true)? {
+    let own = match DropExperiment::open(workload, variation, args, true)? {
         Some(own) => own,
-        None => Laboratory::open(workload, variation, args, false)?
+        None => DropExperiment::open(workload, variation, args, false)?
             .ok_or_else(|| Failure::new(Exit::NoVulkan, "frames without a dependency cannot be drawn"))?,
     };
-    let mut table = Table::new();
+    let mut table = TextTable::new();
     let layer = own.layer.as_ref().map_or("no layer".into(), |&layer| format!("layer {}", version(layer)));
     table.row(["dependency", "by the rules", &layer, "picture", "what may go wrong"]);
     let bar = progress::bar("drawing without each".into(), own.table.iter().count() as u64, false);
@@ -273,7 +273,7 @@ fn without_layer(why: &str) -> String {
 
 /// What the layer would add to the verdict on one.
 fn unwatched(plan: &FramePlan, edge: &Row, why: &str) -> String {
-    let adds = match reason(plan, edge, Part::Row) {
+    let adds = match reason(plan, edge, RowPart::Row) {
         Some(_) => silence(plan, edge, LAYER),
         None => format!(
             "Layer {} names its rule (SYNC-HAZARD-...), and how often these frames break it, where they give {} something to order.",
@@ -340,7 +340,7 @@ fn proved(hazards: &[Hazard]) -> String {
 /// Explains why the layer says nothing.
 fn silence(plan: &FramePlan, edge: &Row, layer: u32) -> String {
     let (own, known) = (version(layer), version(LAYER));
-    match reason(plan, edge, Part::Row) {
+    match reason(plan, edge, RowPart::Row) {
         Some(reason) => {
             let notices = match reason.seen_from {
                 Some(newer) => format!("No layer before {} is known to notice", version(newer)),

@@ -179,10 +179,10 @@ impl From<gpu::Error> for Failure {
     }
 }
 
-impl From<plan::Error> for Failure {
-    fn from(error: plan::Error) -> Self {
+impl From<plan::PlanError> for Failure {
+    fn from(error: plan::PlanError) -> Self {
         let exit = match error {
-            plan::Error::Scene(_) => Exit::BadInput,
+            plan::PlanError::Scene(_) => Exit::BadInput,
             // The command line or a scene file asks for more than this device or this scene has.
             _ => Exit::Usage,
         };
@@ -190,11 +190,11 @@ impl From<plan::Error> for Failure {
     }
 }
 
-impl From<stress::Error> for Failure {
-    fn from(error: stress::Error) -> Self {
+impl From<stress::StressError> for Failure {
+    fn from(error: stress::StressError) -> Self {
         match error {
-            stress::Error::Refused(why) => Self::new(Exit::Usage, why),
-            stress::Error::Frame(error) => error.into(),
+            stress::StressError::Refused(why) => Self::new(Exit::Usage, why),
+            stress::StressError::Frame(error) => error.into(),
         }
     }
 }

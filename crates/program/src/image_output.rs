@@ -18,7 +18,7 @@ use super::output::Sink;
 
 /// The format of a picture's file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Format {
+pub enum PictureFormat {
     /// 8-bit sRGB.
     Png,
     /// Linear 32-bit floats, in nits.
@@ -27,21 +27,21 @@ pub enum Format {
 
 /// The destination of a picture, and its format there.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Target {
+pub struct Destination {
     pub sink: Sink,
-    pub format: Format,
+    pub format: PictureFormat,
 }
 
-impl Target {
+impl Destination {
     /// The format follows from the file's name; standard output is PNG.
     pub fn parse(text: &str) -> Result<Self, String> {
         let sink = Sink::parse(text)?;
         let extension = Path::new(text).extension().map(|extension| extension.to_string_lossy().to_lowercase());
         let format = match (&sink, extension.as_deref()) {
-            (Sink::Stdout, _) | (Sink::File(_), Some("png")) => Format::Png,
-            (Sink::File(_), Some("exr")) => Format::Exr,
+            (Sink::Stdout, _) | (Sink::File(_), Some("png")) => PictureFormat::Png,
+            (Sink::File(_), Some("exr")) => PictureFormat::Exr,
             // Writing refuses a folder as a folder; a message about its extension would mislead.
-            (Sink::File(path), _) if path.is_dir() => Format::Png,
+            (Sink::File(path), _) if path.is_dir() => PictureFormat::Png,
             (Sink::File(_), Some(other)) => return Err(format!("'.{other}' is not written; use .png or .exr")),
             (Sink::File(_), None) => return Err("the name must end in .png or .exr".into()),
         };
@@ -79,16 +79,16 @@ impl Target {
 const ORDERED: Encoding = Encoding { line_order: LineOrder::Increasing, ..Encoding::FAST_LOSSLESS };
 
 /// The bytes of a file with the picture. Pixels that are not of the format's kind are refused by the encoder.
-fn encode(picture: &Picture, format: Format) -> ImageResult<Vec<u8>> {
+fn encode(picture: &Picture, format: PictureFormat) -> ImageResult<Vec<u8>> {
     let [width, height] = picture.size;
     let mut file = Cursor::new(Vec::new());
     match (&picture.pixels, format) {
-        (Pixels::Srgb8(rgba), Format::Png) => {
+        (Pixels::Srgb8(rgba), PictureFormat::Png) => {
             // Pictures are opaque: a quarter of the bytes would say so.
             let rgb = without_alpha(rgba);
             PngEncoder::new(&mut file).write_image(&rgb, width, height, ExtendedColorType::Rgb8)?;
         }
-        (Pixels::LinearF32(rgba), Format::Exr) => {
+        (Pixels::LinearF32(rgba), PictureFormat::Exr) => {
             let [width, height] = [width as usize, height as usize];
             let channels = SpecificChannels::rgb(|Vec2(x, y)| {
                 let at = 4 * (y * width + x);
@@ -98,10 +98,10 @@ fn encode(picture: &Picture, format: Format) -> ImageResult<Vec<u8>> {
             let written = Image::from_layer(layer).write().to_buffered(&mut file);
             written.map_err(|error| ImageError::Encoding(EncodingError::new(ImageFormat::OpenExr.into(), error)))?;
         }
-        (Pixels::Srgb8(_), Format::Exr) => {
+        (Pixels::Srgb8(_), PictureFormat::Exr) => {
             return Err(mismatch("an EXR file needs linear pixels"));
         }
-        (Pixels::LinearF32(_), Format::Png) => {
+        (Pixels::LinearF32(_), PictureFormat::Png) => {
             return Err(mismatch("a PNG file needs 8-bit pixels"));
         }
     }
@@ -123,10 +123,10 @@ mod tests {
 
     #[test]
     fn the_format_follows_from_the_name() {
-        let format = |text| Target::parse(text).map(|target| target.format);
-        assert_eq!(format("a.png"), Ok(Format::Png));
-        assert_eq!(format("dir.x/a.EXR"), Ok(Format::Exr));
-        assert_eq!(format("-"), Ok(Format::Png));
+        let format = |text| Destination::parse(text).map(|target| target.format);
+        assert_eq!(format("a.png"), Ok(PictureFormat::Png));
+        assert_eq!(format("dir.x/a.EXR"), Ok(PictureFormat::Exr));
+        assert_eq!(format("-"), Ok(PictureFormat::Png));
         for text in ["", "a", "a.jpg", ".png"] {
             assert!(format(text).is_err(), "{text}");
         }
@@ -134,10 +134,11 @@ mod tests {
 
     #[test]
     fn pictures_of_several_are_numbered_before_the_extension() {
-        let name = |text, index, count| Target::parse(text).expect("is a name").numbered(index, count).sink.to_string();
+        let name =
+            |text, index, count| Destination::parse(text).expect("is a name").numbered(index, count).sink.to_string();
         assert_eq!(name("dir.x/walk.png", 7, 100), "dir.x/walk-0007.png");
         assert_eq!(name("a.b.EXR", 12_345, 100_001), "a.b-012345.EXR");
-        assert_eq!(Target::parse("-").map(|out| out.numbered(3, 9)), Target::parse("-"));
+        assert_eq!(Destination::parse("-").map(|out| out.numbered(3, 9)), Destination::parse("-"));
     }
 
     #[test]
@@ -148,9 +149,9 @@ mod tests {
             [value, value * 0.5, index as f32, 1.0]
         });
         let picture = Picture { size: [512, 512], pixels: Pixels::LinearF32(noise.collect()) };
-        let first = encode(&picture, Format::Exr).expect("encodes");
+        let first = encode(&picture, PictureFormat::Exr).expect("encodes");
         for _ in 0..10 {
-            assert!(encode(&picture, Format::Exr).expect("encodes") == first);
+            assert!(encode(&picture, PictureFormat::Exr).expect("encodes") == first);
         }
         let header = exr::meta::MetaData::read_from_buffered(Cursor::new(first), true).expect("is an EXR");
         assert_eq!(header.headers[0].line_order, LineOrder::Increasing);
@@ -159,12 +160,12 @@ mod tests {
     #[test]
     fn what_is_written_reads_back() {
         let png = Picture { size: [2, 1], pixels: Pixels::Srgb8(vec![1, 2, 3, 255, 4, 5, 6, 255]) };
-        let bytes = encode(&png, Format::Png).expect("encodes");
+        let bytes = encode(&png, PictureFormat::Png).expect("encodes");
         let back = image::load_from_memory(&bytes).expect("is a PNG").into_rgb8();
         assert_eq!((back.dimensions(), back.into_raw()), ((2, 1), vec![1, 2, 3, 4, 5, 6]));
 
         let exr = Picture { size: [1, 1], pixels: Pixels::LinearF32(vec![0.25, 70_000.0, 1e-6, 1.0]) };
-        let bytes = encode(&exr, Format::Exr).expect("encodes");
+        let bytes = encode(&exr, PictureFormat::Exr).expect("encodes");
         let back = image::load_from_memory(&bytes).expect("is an EXR").into_rgb32f();
         assert_eq!(back.into_raw(), vec![0.25, 70_000.0, 1e-6]);
     }
@@ -172,6 +173,6 @@ mod tests {
     #[test]
     fn pixels_of_the_wrong_kind_are_refused() {
         let picture = Picture { size: [1, 1], pixels: Pixels::LinearF32(vec![0.0; 4]) };
-        assert!(encode(&picture, Format::Png).is_err());
+        assert!(encode(&picture, PictureFormat::Png).is_err());
     }
 }

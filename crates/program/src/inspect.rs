@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use afterlight::frame::proof::covered;
-use afterlight::frame::rows::unreported_mutants::Part;
+use afterlight::frame::rows::unreported_mutants::RowPart;
 use afterlight::frame::rows::{self, Row, Rows, Side};
 use afterlight::frame::{LayoutChange, layout_changes};
 use afterlight::frame::{capabilities, plan_for};
@@ -18,7 +18,7 @@ use super::failure::Failure;
 use super::motion_report::MotionReport;
 use super::output::Sink;
 use super::plan_report::PlanReport;
-use super::table::Table;
+use super::table::TextTable;
 use super::workload::Workload;
 use super::{commands, drop, output, session};
 
@@ -111,7 +111,7 @@ impl InWindow {
 
 /// The output of `--json`.
 #[derive(Serialize)]
-struct Report {
+struct Inspection {
     scene: String,
     device: String,
     /// `null` for pictures that are read back.
@@ -156,7 +156,7 @@ struct LayoutReport {
 }
 
 impl EdgeReport {
-    pub(super) fn of(edge: &Row, changes: &[LayoutChange], covered: Option<&[Part]>) -> Self {
+    pub(super) fn of(edge: &Row, changes: &[LayoutChange], covered: Option<&[RowPart]>) -> Self {
         let layout = |change: &LayoutChange| LayoutReport {
             image: change.image.map(|image| image.to_string()),
             old: format!("{:?}", change.old),
@@ -266,7 +266,7 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
         let motion = MotionReport::of(&workload.motion);
         if args.json {
             let bounds = workload.scene.bounds();
-            let report = Report {
+            let report = Inspection {
                 scene: workload.scene.name.clone(),
                 device: device.physical.name.clone(),
                 window: args.window,
@@ -315,7 +315,7 @@ fn edge_list(plan: &FramePlan, edges: &Rows, layouts: impl Fn(&Row) -> Vec<Layou
     for edge in edges.iter() {
         let region = edge.region();
         let _ = writeln!(text, "  {}: {} -> {}, {}{region}", edge.name, edge.from, edge.to, edge.carrier);
-        let mut masks = Table::new();
+        let mut masks = TextTable::new();
         for (what, uses) in [("  after ", edge.before), ("  before", edge.after)] {
             masks.row([what.to_owned(), flags(&uses.stage), flags(&uses.access)]);
         }
@@ -325,19 +325,19 @@ fn edge_list(plan: &FramePlan, edges: &Rows, layouts: impl Fn(&Row) -> Vec<Layou
             let _ = writeln!(text, "    layout: {change}");
         }
         let covered = covered(plan, edges, edge);
-        if covered.contains(&Part::Row) {
+        if covered.contains(&RowPart::Row) {
             text.push_str("    other rows order all of this as well\n");
         } else if !covered.is_empty() {
             // The lines above call the first scope "after" and the second "before".
             let of = |side| {
                 let own = covered.iter().filter_map(move |part| match part {
-                    Part::Bits(own, bits) if *own == side && bits.access.is_empty() => Some(flags(&bits.stage)),
-                    Part::Bits(own, bits) if *own == side => Some(flags(&bits.access)),
+                    RowPart::Bits(own, bits) if *own == side && bits.access.is_empty() => Some(flags(&bits.stage)),
+                    RowPart::Bits(own, bits) if *own == side => Some(flags(&bits.access)),
                     _ => None,
                 });
                 own.collect::<Vec<_>>().join(" | ")
             };
-            let samples = if covered.contains(&Part::AcrossSamples) { ", across samples" } else { "" };
+            let samples = if covered.contains(&RowPart::AcrossSamples) { ", across samples" } else { "" };
             let told =
                 [("after", of(Side::Before)), ("before", of(Side::After))].map(|(word, bits)| match bits.is_empty() {
                     true => String::new(),

@@ -54,7 +54,7 @@ use typed::Typed;
 #[command(name = "afterlight", version, long_version = version::LONG, disable_version_flag = true, after_help = after_help())]
 struct Cli {
     #[command(subcommand)]
-    command: Command,
+    command: CliCommand,
     /// Log what is done, to standard error; -vv logs more. AFTERLIGHT_LOG takes a filter of its own, as
     /// `afterlight=debug`
     #[arg(short, long, action = ArgAction::Count, global = true)]
@@ -65,7 +65,7 @@ struct Cli {
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {
+enum CliCommand {
     Render(render::Args),
     Bench(bench::Args),
     Inspect(inspect::Args),
@@ -171,24 +171,24 @@ fn run() -> Result<(), Failure> {
     };
     logs::start(cli.verbose)?;
     match cli.command {
-        Command::Render(args) => render::run(&args, cli.verbose > 0),
-        Command::Bench(args) => bench::run(&args),
-        Command::Inspect(args) => inspect::run(&args, cli.verbose > 0),
-        Command::Compare(args) => compare::run(&args),
-        Command::Doctor(args) => doctor::run(&args),
-        Command::Reference(args) => reference::run(&args),
-        Command::Export(args) => export::run(&args),
-        Command::Stress(args) => stress::run(&args),
+        CliCommand::Render(args) => render::run(&args, cli.verbose > 0),
+        CliCommand::Bench(args) => bench::run(&args),
+        CliCommand::Inspect(args) => inspect::run(&args, cli.verbose > 0),
+        CliCommand::Compare(args) => compare::run(&args),
+        CliCommand::Doctor(args) => doctor::run(&args),
+        CliCommand::Reference(args) => reference::run(&args),
+        CliCommand::Export(args) => export::run(&args),
+        CliCommand::Stress(args) => stress::run(&args),
         #[cfg(feature = "ci")]
-        Command::Ci(args) => ci::run(&args),
+        CliCommand::Ci(args) => ci::run(&args),
         #[cfg(feature = "ci")]
-        Command::Gtest(args) => ci::gtest::run(&args),
+        CliCommand::Gtest(args) => ci::gtest::run(&args),
         #[cfg(feature = "report")]
-        Command::Report(args) => report::run(&args),
+        CliCommand::Report(args) => report::run(&args),
         #[cfg(feature = "report")]
-        Command::Tune(args) => tune::run(&args),
+        CliCommand::Tune(args) => tune::run(&args),
         #[cfg(feature = "window")]
-        Command::View(args) => view::run(&args),
+        CliCommand::View(args) => view::run(&args),
     }
 }
 

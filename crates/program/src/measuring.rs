@@ -7,13 +7,13 @@ use afterlight::gpu::Device;
 use afterlight::scene::{self, SettingsPatch, unknown};
 use afterlight_lab::report::sweep::accuracy::Truths;
 use afterlight_lab::report::sweep::families::{Selection, Sweep};
-use afterlight_lab::report::sweep::journal::{Asked, Header};
+use afterlight_lab::report::sweep::journal::{JournalHeader, SweepOptions};
 use afterlight_lab::report::sweep::machine;
 use afterlight_lab::report::sweep::model::{LAYOUT, Metric, Shard};
-use afterlight_lab::report::sweep::run::Step;
+use afterlight_lab::report::sweep::run::SceneProgress;
 use afterlight_lab::report::sweep::timing::Effort;
 use afterlight_truth::measure::LEAST_FOR_95;
-use afterlight_truth::reference::View;
+use afterlight_truth::reference::CameraView;
 
 use super::args::{MotionArgs, SettingsArgs, samples, whole};
 use super::failure::Failure;
@@ -81,17 +81,17 @@ impl MeasuringArgs {
         scenes: &[String],
         families: Option<Vec<String>>,
         shard: Option<Shard>,
-    ) -> Header {
+    ) -> JournalHeader {
         let Selection { families, joint, quick, seed } = self.selection(families);
         let (rounds, truth_samples) = (self.rounds(), self.truth_samples());
-        Header {
+        JournalHeader {
             layout: LAYOUT,
             version: env!("CARGO_PKG_VERSION").into(),
             build: machine::build(),
             machine: machine::here(&device.physical),
             shard,
             scenes: scenes.to_vec(),
-            asked: Asked { families, joint, quick, rounds, truth_samples, seed },
+            asked: SweepOptions { families, joint, quick, rounds, truth_samples, seed },
         }
     }
 }
@@ -127,7 +127,7 @@ pub fn sweep_of(
 /// Both truths of the scene in a view, with bars that are named after `what`. Prints the faults of their cache.
 pub fn truths(
     workload: &Workload,
-    view: &View,
+    view: &CameraView,
     base: &SettingsPatch,
     samples: u32,
     bars: &Bars,
@@ -156,7 +156,7 @@ pub fn metric(text: &str) -> Result<Metric, String> {
 pub struct Bars {
     what: String,
     quiet: bool,
-    shown: Option<(String, progress::Progress)>,
+    shown: Option<(String, progress::ProgressDisplay)>,
 }
 
 impl Bars {
@@ -165,7 +165,7 @@ impl Bars {
     }
 
     /// Shows the progress of a run. Off a terminal it prints a line for each step, which names its points.
-    pub fn step(&mut self, step: Step) {
+    pub fn step(&mut self, step: SceneProgress) {
         let what = format!("{}: {}", self.what, step.what);
         let now = if step.now.is_empty() { "default" } else { step.now };
         progress::line(&format!("{what} {}/{}: {now}", step.done + 1, step.total.max(1)), self.quiet);

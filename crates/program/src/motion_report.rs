@@ -3,10 +3,10 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use afterlight::scene::{Clip, ClipChoice, Interpolation, Motion, Node, Skin, Target, counted, decimal};
+use afterlight::scene::{ChannelTarget, Clip, ClipChoice, Interpolation, Motion, Node, Skin, counted, decimal};
 use serde::Serialize;
 
-use super::table::Table;
+use super::table::TextTable;
 
 /// Rows of a table that are printed without -v; the others are counted.
 const MOST_ROWS: usize = 20;
@@ -56,7 +56,8 @@ impl MotionReport {
         }
         let mut moves: Vec<bool> = vec![false; motion.nodes.len()];
         for channel in motion.clips.iter().flat_map(|clip| &clip.channels) {
-            if let Target::Translation(node) | Target::Rotation(node) | Target::Scale(node) = channel.target
+            if let ChannelTarget::Translation(node) | ChannelTarget::Rotation(node) | ChannelTarget::Scale(node) =
+                channel.target
                 && let Some(moves) = moves.get_mut(node)
             {
                 *moves = true;
@@ -88,7 +89,7 @@ impl MotionReport {
             if count == 0 {
                 return;
             }
-            let mut table = Table::new();
+            let mut table = TextTable::new();
             for index in 0..count.min(most) {
                 table.row(row(index));
             }
@@ -138,16 +139,16 @@ fn clip(clip: &Clip) -> ClipReport {
     }
 }
 
-fn kind(target: Target) -> &'static str {
+fn kind(target: ChannelTarget) -> &'static str {
     match target {
-        Target::Translation(_) => "translation",
-        Target::Rotation(_) => "rotation",
-        Target::Scale(_) => "scale",
-        Target::Weights(_) => "shapes",
-        Target::Light(..) => "lights",
-        Target::Camera(..) => "cameras",
-        Target::Material(..) => "materials",
-        Target::Cell(_) => "cells",
+        ChannelTarget::Translation(_) => "translation",
+        ChannelTarget::Rotation(_) => "rotation",
+        ChannelTarget::Scale(_) => "scale",
+        ChannelTarget::Weights(_) => "shapes",
+        ChannelTarget::Light(..) => "lights",
+        ChannelTarget::Camera(..) => "cameras",
+        ChannelTarget::Material(..) => "materials",
+        ChannelTarget::Cell(_) => "cells",
     }
 }
 

@@ -9,7 +9,7 @@ use afterlight::scene::{Keep, OptionalPart, Scene, Settings};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::table::{Table, bytes, bytes_more};
+use super::table::{TextTable, bytes, bytes_more};
 
 /// The parts of a plan, and the cost of keeping those that are out.
 #[derive(Serialize)]
@@ -108,7 +108,7 @@ impl PlanReport {
     }
 
     fn table(parts: &[PartReport]) -> String {
-        let mut table = Table::new();
+        let mut table = TextTable::new();
         // Every group is a table of its own, and all of them align.
         let heading = [("", 3), ("part", 36), ("takes", 10), ("if kept", 10), ("--plan", 27)];
         let heading = heading.map(|(name, width)| format!("{name:width$}"));

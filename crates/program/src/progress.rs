@@ -14,25 +14,25 @@ const LINE_EVERY: Duration = Duration::from_secs(10);
 const SHOWN_AFTER: Duration = Duration::from_millis(500);
 
 /// A spinner beside the name of the thing that is being loaded.
-pub fn loading(what: &str, quiet: bool) -> Progress {
+pub fn loading(what: &str, quiet: bool) -> ProgressDisplay {
     let bar = shown_late(None, target(quiet)).with_message(format!("loading {what}"));
     bar.enable_steady_tick(Duration::from_millis(100));
-    Progress { bar, lines: None }
+    ProgressDisplay { bar, lines: None }
 }
 
-/// A bar that [`Progress::step`] fills in `steps` steps.
-pub fn bar(what: String, steps: u64, quiet: bool) -> Progress {
+/// A bar that [`ProgressDisplay::step`] fills in `steps` steps.
+pub fn bar(what: String, steps: u64, quiet: bool) -> ProgressDisplay {
     let bar = shown_late(Some(steps), target(quiet)).with_message(what);
     // A template that does not parse leaves indicatif's own.
     if let Ok(style) = ProgressStyle::with_template("{msg} [{bar:30}] {pos}/{len} {eta}") {
         bar.set_style(style);
     }
-    Progress { bar, lines: None }
+    ProgressDisplay { bar, lines: None }
 }
 
 /// A bar of very many small steps. Off a terminal it is lines that say how much is done, one every ten seconds at most.
-pub fn shares(what: String, steps: u64, quiet: bool) -> Progress {
-    let lines = is_told_in_lines(quiet).then(|| Lines { what: what.clone(), steps, told: Mutex::new(None) });
+pub fn shares(what: String, steps: u64, quiet: bool) -> ProgressDisplay {
+    let lines = is_told_in_lines(quiet).then(|| ProgressLog { what: what.clone(), steps, told: Mutex::new(None) });
     let mut progress = bar(what, steps, quiet);
     progress.lines = lines;
     progress
@@ -91,20 +91,20 @@ fn shown_late(length: Option<u64>, target: ProgressDrawTarget) -> ProgressBar {
 }
 
 /// Progress that is being shown, and erased when dropped.
-pub struct Progress {
+pub struct ProgressDisplay {
     bar: ProgressBar,
-    lines: Option<Lines>,
+    lines: Option<ProgressLog>,
 }
 
 /// The lines that tell of work with very many steps where there is no terminal.
-struct Lines {
+struct ProgressLog {
     what: String,
     steps: u64,
     /// The moment at which the last line was printed.
     told: Mutex<Option<Instant>>,
 }
 
-impl Lines {
+impl ProgressLog {
     fn at(&self, done: u64) {
         // Another thread that holds it prints, or has died: neither is a reason to wait.
         let Ok(mut told) = self.told.try_lock() else { return };
@@ -115,7 +115,7 @@ impl Lines {
     }
 }
 
-impl Progress {
+impl ProgressDisplay {
     /// Says how far the loading of a scene has come.
     pub fn tell(&self, step: scene::Progress) {
         self.bar.set_message(format!("loading {} {}/{}", step.what, step.done, step.total));
@@ -135,7 +135,7 @@ impl Progress {
     }
 }
 
-impl Drop for Progress {
+impl Drop for ProgressDisplay {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
     }

@@ -9,14 +9,16 @@ use std::time::Instant;
 use afterlight::frame::{Picture, Pixels};
 use afterlight::scene::{SETTINGS, Setting, Settings, SettingsPatch, counted, ev100_of, exposure_scale};
 use afterlight_truth::reference::shutter::{self, Exposure, ShutterScene};
-use afterlight_truth::reference::{Cache, Cached, Mode, Options, Reference, Smith, Source, Truth, View};
+use afterlight_truth::reference::{
+    Cache, Cached, CameraView, Mode, Reference, Smith, Truth, TruthOptions, TruthOrigin,
+};
 use clap::ValueEnum;
 
 use super::args::{SettingsArgs, samples};
 use super::failure::{Exit, Failure};
-use super::image_output::{Format, Target};
+use super::image_output::{Destination, PictureFormat};
 use super::output::Sink;
-use super::table::{Table, milliseconds};
+use super::table::{TextTable, milliseconds};
 use super::workload::{Workload, milliseconds_since, warnings};
 use super::{output, progress};
 
@@ -37,8 +39,8 @@ pub struct Args {
     /// The scene: a model (.gltf, .glb, .obj), a .toml scene file, or `builtin:NAME?key=value&...`
     scene: String,
     /// The picture: .exr for linear light in nits, or .png, exposed and tone-mapped; - is standard output (PNG)
-    #[arg(short, long, value_name = "FILE", default_value = "truth.exr", value_parser = Target::parse)]
-    output: Target,
+    #[arg(short, long, value_name = "FILE", default_value = "truth.exr", value_parser = Destination::parse)]
+    output: Destination,
     /// Samples of each pixel that are averaged, 1 to 4096; a later run with more goes on from here [default: 16]
     #[arg(long, value_name = "N", value_parser = samples, allow_hyphen_values = true, conflicts_with = "point")]
     samples: Option<u32>,
@@ -52,8 +54,8 @@ pub struct Args {
     #[arg(long)]
     no_cache: bool,
     /// Write the standard error of each pixel's mean, in nits, as an .exr: that of independent samples, which bounds the truth's
-    #[arg(long, value_name = "FILE", value_parser = Target::parse, conflicts_with = "point")]
-    standard_error: Option<Target>,
+    #[arg(long, value_name = "FILE", value_parser = Destination::parse, conflicts_with = "point")]
+    standard_error: Option<Destination>,
     /// Compute nothing; write the scene into this folder as Mitsuba 3 reads it, to ask another renderer. What both do not have by
     /// the same formulas is refused
     #[arg(long, value_name = "DIR", conflicts_with_all = ["output", "standard_error", "point", "samples", "smith", "no_cache"])]
@@ -76,14 +78,15 @@ const MOST_PIXELS: u64 = 1 << 26;
 
 /// Computes and writes the truth.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    if args.output.format == Format::Exr {
+    if args.output.format == PictureFormat::Exr {
         args.settings.refuse_shown()?;
     }
     refuse_approximations(&args.settings)?;
     if let Some(folder) = &args.export {
         return export(args, folder);
     }
-    if args.standard_error.as_ref().is_some_and(|target| target.format != Format::Exr || target.sink.is_stdout()) {
+    if args.standard_error.as_ref().is_some_and(|target| target.format != PictureFormat::Exr || target.sink.is_stdout())
+    {
         return Err(Failure::usage("--standard-error is of light in nits: it is an .exr file"));
     }
     if args.standard_error.as_ref().is_some_and(|target| target.sink.is_same(&args.output.sink)) {
@@ -98,7 +101,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let settings = workload.decided(&SettingsPatch::default());
     // Of the moment at which the shutter opens.
     let scene = workload.scene.at(&workload.playing);
-    let view = View { camera: scene.camera, size: settings.size };
+    let view = CameraView { camera: scene.camera, size: settings.size };
     if u64::from(view.size[0]) * u64::from(view.size[1]) > MOST_PIXELS {
         let [width, height] = view.size;
         return Err(Failure::usage(format!("the size {width}x{height} is too large: a truth has at most 2^26 pixels")));
@@ -126,7 +129,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let exposure = Exposure { size: view.size, samples: samples_of(mode) as u32, smith };
             expose(args, &shot, &exposure, &settings)?
         }
-        None => compute(args, &reference, &view, &Options { mode, smith }),
+        None => compute(args, &reference, &view, &TruthOptions { mode, smith }),
     };
     let cached = Cached { truth: cached.truth.with_spread_light(&settings), ..cached };
     let computed_ms = milliseconds_since(start);
@@ -167,7 +170,7 @@ fn expose(args: &Args, shot: &ShutterScene, exposure: &Exposure, settings: &Sett
     Ok(Cached::computed(shutter::render(shot, exposure, settings, &|done, _| bar.at(done))?))
 }
 
-fn compute(args: &Args, reference: &Reference, view: &View, options: &Options) -> Cached {
+fn compute(args: &Args, reference: &Reference, view: &CameraView, options: &TruthOptions) -> Cached {
     let pixels = u64::from(view.size[0]) * u64::from(view.size[1]);
     let bar = progress::shares(format!("{}: samples", args.scene), pixels * samples_of(options.mode), args.quiet);
     let cache = Cache::of_user().filter(|_| !args.no_cache);
@@ -176,8 +179,8 @@ fn compute(args: &Args, reference: &Reference, view: &View, options: &Options) -
 
 fn picture(args: &Args, truth: &Truth, workload: &Workload, settings: &Settings) -> Picture {
     let pixels = match args.output.format {
-        Format::Exr => linear(&truth.radiance),
-        Format::Png => {
+        PictureFormat::Exr => linear(&truth.radiance),
+        PictureFormat::Png => {
             let exposure = f64::from(exposure_scale(ev100_of(&workload.scene, settings)));
             let codes = truth.shown(exposure, settings);
             Pixels::Srgb8(codes.into_iter().flat_map(|[r, g, b]| [r, g, b, 255]).collect())
@@ -227,7 +230,7 @@ fn export(args: &Args, folder: &Path) -> Result<(), Failure> {
 fn report(args: &Args, workload: &Workload, cached: &Cached, mode: Mode, times: &[(&str, f64)]) -> String {
     let (scene, truth) = (&workload.scene, &cached.truth);
     let [width, height] = truth.size;
-    let mut table = Table::with_figures_from(1);
+    let mut table = TextTable::with_figures_from(1);
     table.row([
         "samples a pixel".to_owned(),
         match mode {
@@ -238,9 +241,9 @@ fn report(args: &Args, workload: &Workload, cached: &Cached, mode: Mode, times: 
     table.row([
         "from the cache".to_owned(),
         match cached.source {
-            Source::Computed => "nothing".to_owned(),
-            Source::Continued(samples) => format!("the first {}", counted(samples, "sample")),
-            Source::Read => "all".to_owned(),
+            TruthOrigin::Computed => "nothing".to_owned(),
+            TruthOrigin::Continued(samples) => format!("the first {}", counted(samples, "sample")),
+            TruthOrigin::Read => "all".to_owned(),
         },
     ]);
     if let Some(triangles) = &truth.triangles {

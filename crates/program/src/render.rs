@@ -16,11 +16,11 @@ use afterlight::scene::{Output, Pose, Settings, SettingsPatch, View, counted, me
 use afterlight_truth::measure::{Shard, peak_memory_bytes};
 
 use super::args::{DeviceArgs, SettingsArgs, ViewChoice, fps, samples, seconds, shard, view, whole};
-use super::contact_sheet::{self, Tile};
+use super::contact_sheet::{self, SheetTile};
 use super::failure::Failure;
-use super::image_output::{Format, Target};
+use super::image_output::{Destination, PictureFormat};
 use super::output::Sink;
-use super::table::{Table, bytes, milliseconds};
+use super::table::{TextTable, bytes, milliseconds};
 use super::typed::Typed;
 use super::workload::{Workload, memory_table, milliseconds_since, plan_table};
 use super::{drop, memory, progress};
@@ -48,8 +48,8 @@ pub struct Args {
     scenes: Vec<String>,
     /// The picture: .png, or .exr for linear light in nits; - is standard output (PNG). {name} in it becomes the scene's name, which
     /// several scenes need
-    #[arg(short, long, value_name = "FILE", default_value = "afterlight.png", value_parser = Target::parse)]
-    output: Target,
+    #[arg(short, long, value_name = "FILE", default_value = "afterlight.png", value_parser = Destination::parse)]
+    output: Destination,
     /// Draw the picture this many times, and write the last one
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<u32>(1..=1_000_000), allow_negative_numbers = true)]
     frames: u32,
@@ -93,7 +93,7 @@ pub struct Args {
 }
 
 /// The result of drawing a scene.
-struct Drawn {
+struct RenderOutput {
     /// The text to print.
     text: String,
     /// The hazards without the dependency of `--drop`, a sentence each.
@@ -115,7 +115,7 @@ impl Args {
             _ => None,
         };
         let samples = (samples > 1).then(|| samples.to_string());
-        let is_linear = self.output.format == Format::Exr && self.drop.is_none();
+        let is_linear = self.output.format == PictureFormat::Exr && self.drop.is_none();
         let typed = Typed::new("inspect").about(scene).drawing(&self.settings).option_if("view", view);
         let typed = typed.option_if("samples", samples).flag("linear", is_linear);
         typed.flag("playing", self.is_sequence() && self.drop.is_none()).on(&self.device)
@@ -132,10 +132,10 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
     if args.drop.is_some() && args.device.validate.is_none() {
         return Err(Failure::usage("--drop needs --validate: nothing else would notice"));
     }
-    if args.view == Some(ViewChoice::All) && args.output.format == Format::Exr {
+    if args.view == Some(ViewChoice::All) && args.output.format == PictureFormat::Exr {
         return Err(Failure::usage("--view all makes a PNG picture: the views have no common unit for an .exr file"));
     }
-    if args.output.format == Format::Exr {
+    if args.output.format == PictureFormat::Exr {
         args.settings.refuse_shown()?;
     }
     if args.view == Some(ViewChoice::All) && args.samples.is_some() {
@@ -154,7 +154,7 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
 }
 
 /// Draws and writes the picture of one scene.
-fn draw_scene(args: &Args, scene: &str, device: &Arc<Device>, is_verbose: bool) -> Result<Drawn, Failure> {
+fn draw_scene(args: &Args, scene: &str, device: &Arc<Device>, is_verbose: bool) -> Result<RenderOutput, Failure> {
     let (settings, quiet) = (&args.settings, args.quiet);
     let workload = match args.view {
         _ if args.is_sequence() => Workload::open_moving(scene, settings, quiet)?,
@@ -170,7 +170,7 @@ fn draw_scene(args: &Args, scene: &str, device: &Arc<Device>, is_verbose: bool) 
         Some(ViewChoice::One(view)) => draw((args, scene), workload, device, Some(view), is_verbose),
         None => draw((args, scene), workload, device, None, is_verbose),
     };
-    Ok(Drawn { files, ..drawn? })
+    Ok(RenderOutput { files, ..drawn? })
 }
 
 /// Returns the renderer, and the hazards without the dependency of `--drop`. A scene that rests is uploaded once, and its meshes and textures are
@@ -207,7 +207,7 @@ fn draw(
     device: &Arc<Device>,
     view: Option<View>,
     is_verbose: bool,
-) -> Result<Drawn, Failure> {
+) -> Result<RenderOutput, Failure> {
     let mut settings = settings(args, &workload, device, view)?;
     let moves = workload.scene.moves();
     if moves && settings.output != Output::Nits && settings.exposure.is_none() {
@@ -222,7 +222,7 @@ fn draw(
         u64::from(args.frames) * u64::from(renderer.plan().frames_a_picture()),
         args.quiet,
     );
-    let mut times = Table::with_figures_from(1);
+    let mut times = TextTable::with_figures_from(1);
     times.row(["load".to_owned(), milliseconds(workload.load_ms)]);
     // The camera rests; without the cache maps are drawn as if all did not.
     let moving = if settings.shadows.cache { "nothing moving" } else { "everything moving" };
@@ -277,14 +277,14 @@ fn draw(
         let _ = writeln!(text, "{complex} of {covered} pixels with a surface, {share:.1}%, are shaded once a sample");
     }
     text.push_str(&costs((args, scene), renderer.plan(), &times, device, is_verbose));
-    Ok(Drawn { text, hazards, files: Vec::new() })
+    Ok(RenderOutput { text, hazards, files: Vec::new() })
 }
 
 /// The settings of the pictures.
 fn settings(args: &Args, workload: &Workload, device: &Device, view: Option<View>) -> Result<Settings, Failure> {
     let samples = workload.samples(args.samples.or(args.drop.is_some().then_some(1)), args.view.is_some());
     let variation = SettingsPatch { view, samples: Some(samples), ..SettingsPatch::default() };
-    let output = if args.output.format == Format::Exr { Output::Nits } else { Output::Srgb8 };
+    let output = if args.output.format == PictureFormat::Exr { Output::Nits } else { Output::Srgb8 };
     Ok(Settings { output, ..workload.settings(&variation, &device.physical)? })
 }
 
@@ -296,7 +296,13 @@ fn frames_in_words(plan: &FramePlan) -> String {
 }
 
 /// Tells the cost of the frames of a scene in three lines: plan, times and memory; or in a table each.
-fn costs((args, scene): (&Args, &str), plan: &FramePlan, times: &Table, device: &Device, is_verbose: bool) -> String {
+fn costs(
+    (args, scene): (&Args, &str),
+    plan: &FramePlan,
+    times: &TextTable,
+    device: &Device,
+    is_verbose: bool,
+) -> String {
     let report = device.memory_report();
     if is_verbose {
         let mut memory = memory_table(&report);
@@ -334,7 +340,7 @@ fn draw_more(
 }
 
 /// Draws every view at half the size and writes them as one picture. A view that this scene lacks has an empty tile.
-fn draw_sheet(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result<Drawn, Failure> {
+fn draw_sheet(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result<RenderOutput, Failure> {
     let start = Instant::now();
     let once = SettingsPatch { samples: Some(1), ..SettingsPatch::default() };
     let mut settings = workload.settings(&once, &device.physical)?;
@@ -350,11 +356,11 @@ fn draw_sheet(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result<
     let size = sheet.size;
     args.output.write(&Picture { size, pixels: Pixels::Srgb8(sheet.rgba) })?;
     let mut text = heading(workload, &settings, device, &args.output.sink.to_string());
-    let mut times = Table::with_figures_from(1);
+    let mut times = TextTable::with_figures_from(1);
     times.row(["load".to_owned(), milliseconds(workload.load_ms)]);
     times.row([format!("{} views", tiles.len()), milliseconds(milliseconds_since(start))]);
     let _ = write!(text, "\nTimes\n{}", times.render());
-    Ok(Drawn { text, hazards: Vec::new(), files: Vec::new() })
+    Ok(RenderOutput { text, hazards: Vec::new(), files: Vec::new() })
 }
 
 /// The settings with another view. Views of values drop multisampling and the effects on the finished picture.
@@ -371,9 +377,9 @@ fn draw_tile(
     device: &Arc<Device>,
     name: &str,
     settings: &Settings,
-) -> Result<Tile, Failure> {
+) -> Result<SheetTile, Failure> {
     let label = name.replace('-', " ");
-    let none = || Tile { label: format!("{label}: none"), size: settings.size, rgba: Vec::new() };
+    let none = || SheetTile { label: format!("{label}: none"), size: settings.size, rgba: Vec::new() };
     if settings.view == View::Complexity && settings.msaa == 1 {
         return Ok(none());
     }
@@ -390,7 +396,7 @@ fn draw_tile(
         // The settings do not ask for linear pixels.
         Pixels::LinearF32(_) => Vec::new(),
     };
-    Ok(Tile { label, size, rgba })
+    Ok(SheetTile { label, size, rgba })
 }
 
 /// Half the size, and at most 2048 pixels an edge: four of them stand side by side on the sheet.

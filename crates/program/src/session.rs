@@ -40,7 +40,7 @@ pub fn with_device_for(
 pub fn observe<T>(
     args: &DeviceArgs,
     work: impl FnOnce(Arc<Device>) -> Result<T, Failure>,
-) -> (Result<T, Failure>, Heard) {
+) -> (Result<T, Failure>, ValidationLog) {
     observe_with(args, (&[], &[]), work)
 }
 
@@ -48,8 +48,8 @@ fn observe_with<T>(
     args: &DeviceArgs,
     (of_instance, of_device): (&[&'static CStr], &[&'static CStr]),
     work: impl FnOnce(Arc<Device>) -> Result<T, Failure>,
-) -> (Result<T, Failure>, Heard) {
-    let mut heard = Heard { validation: args.validate.unwrap_or_default(), ..Heard::default() };
+) -> (Result<T, Failure>, ValidationLog) {
+    let mut heard = ValidationLog { validation: args.validate.unwrap_or_default(), ..ValidationLog::default() };
     let options = InstanceOptions { validation: heard.validation, calibrated: true, ..InstanceOptions::default() };
     let instance = match Instance::with_extensions(&options, of_instance) {
         Ok(instance) => instance,
@@ -87,7 +87,7 @@ pub fn own_program() -> Result<PathBuf, Failure> {
 
 /// The validation layer's messages on some work, and the checks that it made.
 #[derive(Debug, Default)]
-pub struct Heard {
+pub struct ValidationLog {
     validation: Validation,
     /// The device's name, if there was one.
     pub device: Option<String>,
@@ -109,7 +109,7 @@ pub struct MessageReport {
     text: String,
 }
 
-impl Heard {
+impl ValidationLog {
     /// Returns the kind of check and the layer; `None` without `--validate`, and where there was no device to check.
     pub fn checks(&self) -> Option<(&'static str, String)> {
         self.device.as_ref()?;
@@ -123,7 +123,7 @@ impl Heard {
         Some((checks, self.layer.map_or_else(|| "unknown".into(), version)))
     }
 
-    /// Checks, layer and number of messages in a line, as [`Heard::checks`].
+    /// Checks, layer and number of messages in a line, as [`ValidationLog::checks`].
     pub fn line(&self) -> Option<String> {
         let (checks, layer) = self.checks()?;
         let messages = match self.mistakes() {
@@ -236,14 +236,14 @@ mod tests {
         }
     }
 
-    fn heard(validation: Validation, messages: &[Message]) -> Heard {
+    fn heard(validation: Validation, messages: &[Message]) -> ValidationLog {
         let layer = Some(afterlight::gpu::vk::make_api_version(0, 1, 4, 309));
-        Heard { validation, device: Some("llvmpipe".into()), layer, messages: messages.to_vec(), dropped: 0 }
+        ValidationLog { validation, device: Some("llvmpipe".into()), layer, messages: messages.to_vec(), dropped: 0 }
     }
 
     #[test]
     fn a_repeated_message_is_listed_once_with_its_count() {
-        let heard = Heard { dropped: 7, ..heard(Validation::Off, &[message("b"), message("a"), message("b")]) };
+        let heard = ValidationLog { dropped: 7, ..heard(Validation::Off, &[message("b"), message("a"), message("b")]) };
         let text = heard.listing();
         assert_eq!(text.lines().count(), 3);
         assert!(text.starts_with("Error (Validation) VUID-x (2 times): b\n"), "{text}");

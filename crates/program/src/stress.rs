@@ -7,13 +7,15 @@ use std::time::Instant;
 use afterlight::scene::nearest;
 #[cfg(feature = "report")]
 use afterlight_lab::stress::page;
-use afterlight_lab::stress::{self, Case, Errors, Finding, Outcome, RunInfo, Verdict, catalogue, range};
+use afterlight_lab::stress::{
+    self, Case, Errors, RunInfo, StressOutcome, StressResult, ValueFinding, catalogue, range,
+};
 use serde::Serialize;
 
 use super::args::DeviceArgs;
 use super::failure::{Exit, Failure};
 use super::output::{self, Sink};
-use super::table::Table;
+use super::table::TextTable;
 use super::workload::milliseconds_since;
 use super::{progress, session};
 
@@ -92,7 +94,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let begun = Instant::now();
         let bar = progress::bar("cases".into(), cases.len() as u64, args.quiet);
         let lines = progress::Spaced::new(args.quiet);
-        let mut verdicts: Vec<Verdict> = Vec::new();
+        let mut verdicts: Vec<StressResult> = Vec::new();
         for (done, case) in cases.iter().enumerate() {
             bar.at(done as u64);
             // A line as each group begins, and within one now and then.
@@ -113,7 +115,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         };
         let on_stdout = sinks.iter().any(|sink| sink.is_stdout());
         if let Some(sink) = &args.json {
-            let report = Report { run: &run, cases: verdicts.iter().map(CaseReport::of).collect() };
+            let report = StressReport { run: &run, cases: verdicts.iter().map(StressCaseReport::of).collect() };
             sink.write(output::json(&report)?.as_bytes())?;
         }
         #[cfg(feature = "report")]
@@ -133,7 +135,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// A line off a terminal: how far the cases have come, and how many of them are not as claimed.
-fn so_far((done, cases): (usize, &[Case]), (value, values): (usize, usize), verdicts: &[Verdict]) -> String {
+fn so_far((done, cases): (usize, &[Case]), (value, values): (usize, usize), verdicts: &[StressResult]) -> String {
     let broken = verdicts.iter().filter(|verdict| !verdict.passes()).count();
     let broken = if broken == 0 { String::new() } else { format!("; {broken} not as claimed so far") };
     format!("case {}/{}: {}, value {}/{values}{broken}", done + 1, cases.len(), cases[done].name, value + 1)
@@ -159,7 +161,7 @@ fn chosen(args: &Args) -> Vec<Case> {
 }
 
 fn list(cases: &[Case]) -> String {
-    let mut table = Table::new();
+    let mut table = TextTable::new();
     table.row(["case", "values", "claimed", "bound", "what is extreme"]);
     for case in cases {
         let count = case.values.all().len().to_string();
@@ -174,8 +176,8 @@ fn list(cases: &[Case]) -> String {
     table.render()
 }
 
-fn text(run: &RunInfo, verdicts: &[Verdict]) -> String {
-    let mut table = Table::new();
+fn text(run: &RunInfo, verdicts: &[StressResult]) -> String {
+    let mut table = TextTable::new();
     table.row(["case", "tried", "claimed", "holds", "worst", "mean", "bound", "not finite", "negative", "verdict"]);
     for verdict in verdicts {
         let case = &verdict.case;
@@ -200,12 +202,12 @@ fn text(run: &RunInfo, verdicts: &[Verdict]) -> String {
     text
 }
 
-fn sentence(finding: &Finding, case: &Case) -> String {
+fn sentence(finding: &ValueFinding, case: &Case) -> String {
     let value = range(Some([finding.value; 2]), case.unit);
     let mark = if finding.holds(case) { "" } else { " <- breaks the bound" };
     match &finding.outcome {
-        Outcome::Refused(why) => format!("{value}: refused: {why}"),
-        Outcome::Measured(errors) => format!(
+        StressOutcome::Refused(why) => format!("{value}: refused: {why}"),
+        StressOutcome::Measured(errors) => format!(
             "{value}: worst {:.2e}, mean {:.2e} of {} {}, {} elsewhere, {} not finite, {} negative{mark}{}",
             errors.worst,
             errors.mean,
@@ -227,14 +229,14 @@ fn worst_place(errors: &Errors) -> Option<String> {
 
 /// The output of `--json`.
 #[derive(Serialize)]
-struct Report<'a> {
+struct StressReport<'a> {
     #[serde(flatten)]
     run: &'a RunInfo,
-    cases: Vec<CaseReport>,
+    cases: Vec<StressCaseReport>,
 }
 
 #[derive(Serialize)]
-struct CaseReport {
+struct StressCaseReport {
     name: &'static str,
     extreme: &'static str,
     unit: &'static str,
@@ -264,13 +266,13 @@ struct FindingReport {
     worst_pixel: Option<String>,
 }
 
-impl CaseReport {
-    fn of(verdict: &Verdict) -> Self {
+impl StressCaseReport {
+    fn of(verdict: &StressResult) -> Self {
         let case = &verdict.case;
-        let report = |finding: &Finding| {
+        let report = |finding: &ValueFinding| {
             let (errors, refused) = match &finding.outcome {
-                Outcome::Measured(errors) => (Some(errors), None),
-                Outcome::Refused(why) => (None, Some(why.clone())),
+                StressOutcome::Measured(errors) => (Some(errors), None),
+                StressOutcome::Refused(why) => (None, Some(why.clone())),
             };
             FindingReport {
                 value: finding.value,

@@ -6,13 +6,13 @@ use afterlight::gpu::vk;
 
 /// Rows of cells, printed with aligned columns.
 #[derive(Debug, Default)]
-pub struct Table {
+pub struct TextTable {
     rows: Vec<Vec<String>>,
     /// Columns from this one on are set flush right; they hold figures.
     figures_from: usize,
 }
 
-impl Table {
+impl TextTable {
     /// A table whose columns are flush left.
     pub fn new() -> Self {
         Self { rows: Vec::new(), figures_from: usize::MAX }
@@ -102,10 +102,10 @@ mod tests {
 
     #[test]
     fn columns_align_and_lines_have_no_trailing_blanks() {
-        let mut table = Table::with_figures_from(1);
+        let mut table = TextTable::with_figures_from(1);
         table.row(["load", "1.5 ms"]).row(["first frame", "12 ms"]);
         assert_eq!(table.render(), "  load         1.5 ms\n  first frame   12 ms\n");
-        let mut table = Table::new();
+        let mut table = TextTable::new();
         table.row(["a", "a long sentence"]).row(["bcd", "x", "y"]);
         assert_eq!(table.render(), "  a    a long sentence\n  bcd  x  y\n");
     }

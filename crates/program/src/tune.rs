@@ -10,25 +10,25 @@ use std::time::{Duration, Instant};
 use afterlight::gpu::{Device, vk};
 use afterlight::scene::{Camera, Scene, SettingsPatch, counted};
 use afterlight_lab::report::advice;
-use afterlight_lab::report::sweep::Error as SweepError;
+use afterlight_lab::report::sweep::SweepError;
 use afterlight_lab::report::sweep::accuracy::{Truths, affordable_size, sizes};
 use afterlight_lab::report::sweep::families::Sweep;
-use afterlight_lab::report::sweep::journal::{self, Header, Journal, SceneInfo};
+use afterlight_lab::report::sweep::journal::{self, Journal, JournalHeader, SceneInfo};
 use afterlight_lab::report::sweep::model::{Against, Metric, SceneReport, TruthInfo};
-use afterlight_lab::report::tune::cameras::{Elsewhere, held_out, moments};
-use afterlight_lab::report::tune::choice::{Attempt, Bound, Goal, Measurement};
-use afterlight_lab::report::tune::evidence::{self, Evidence, Search, Walk, error_text};
+use afterlight_lab::report::tune::cameras::{HeldOutCamera, held_out, moments};
+use afterlight_lab::report::tune::choice::{Attempt, Goal, GoalBound, Measurement};
+use afterlight_lab::report::tune::evidence::{self, Evidence, PathMoments, SearchContext, error_text};
 use afterlight_lab::report::tune::probe::{Awaited, BEST_SAMPLES};
 use afterlight_lab::report::tune::{Tuned, Tuning, Within};
 use afterlight_truth::measure::{LEAST_FOR_95, what_moves};
-use afterlight_truth::reference::{Cache, Mode, Options, Reference, View};
+use afterlight_truth::reference::{Cache, CameraView, Mode, Reference, TruthOptions};
 use tempfile::TempDir;
 
 use super::args::{DeviceArgs, MotionArgs, SettingsArgs, samples, size, whole};
 use super::failure::{Exit, Failure};
 use super::measuring::{Bars, MeasuringArgs, base_of, fix_driver_threads, metric, sweep_of, truths};
 use super::output::Sink;
-use super::table::{Table, milliseconds};
+use super::table::{TextTable, milliseconds};
 use super::typed::Typed;
 use super::workload::{Workload, warnings};
 use super::{output, session};
@@ -122,11 +122,11 @@ fn percent(text: &str) -> Result<f64, String> {
 const TRUTH_TIME: Duration = Duration::from_secs(10);
 
 /// The measurements on the device.
-struct Measured {
-    header: Header,
+struct TuneMeasurements {
+    header: JournalHeader,
     tuned: Tuned,
-    cameras: Vec<Elsewhere>,
-    walk: Option<Walk>,
+    cameras: Vec<HeldOutCamera>,
+    walk: Option<PathMoments>,
     /// Points that there are.
     points: usize,
     took: Duration,
@@ -146,7 +146,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let goal = args.goal();
         let measured = measure(args, &mut workload, (&device, begun), &goal)?;
         let texts: Vec<String> = measured.cameras.iter().map(|camera| camera.text.clone()).collect();
-        let search = Search {
+        let search = SearchContext {
             program: concat!("afterlight ", env!("CARGO_PKG_VERSION")),
             machine: &measured.header.machine,
             scene: &measured.tuned.scene,
@@ -179,10 +179,10 @@ impl Args {
 
     fn goal(&self) -> Goal {
         let bound = match (self.max_error, self.max_loss, self.max_ms) {
-            (Some(error), ..) => Bound::Error(error),
-            (_, Some(loss), _) => Bound::Loss(loss),
+            (Some(error), ..) => GoalBound::Error(error),
+            (_, Some(loss), _) => GoalBound::Loss(loss),
             // clap sees to it that one of them is given.
-            (.., ms) => Bound::Milliseconds(ms.unwrap_or(f64::INFINITY)),
+            (.., ms) => GoalBound::Milliseconds(ms.unwrap_or(f64::INFINITY)),
         };
         Goal { bound, metric: self.metric }
     }
@@ -206,7 +206,7 @@ fn measure(
     workload: &mut Workload,
     (device, begun): (&Arc<Device>, Instant),
     goal: &Goal,
-) -> Result<Measured, Failure> {
+) -> Result<TuneMeasurements, Failure> {
     let MeasuringArgs { seed, .. } = args.measuring;
     let walk = walk_of(args, workload)?;
     let workload = &*workload;
@@ -230,7 +230,7 @@ fn measure(
     let (mut journal, _folder) = journal_of(args, &header, &info)?;
     let mut bars = Bars::of(workload.scene.name.clone(), args.quiet);
     // Frames that a CPU draws, and a bound on the wall's clock, are timed while nothing else runs.
-    let is_beside = !software && !matches!(goal.bound, Bound::Milliseconds(_));
+    let is_beside = !software && !matches!(goal.bound, GoalBound::Milliseconds(_));
     let tuned = thread::scope(|threads| {
         let own = if is_beside {
             let (send, receive) = mpsc::channel();
@@ -245,20 +245,20 @@ fn measure(
         Ok::<_, Failure>(tuning.run(&mut journal, (info, own), &mut |step| bars.step(step), &places)?)
     })?;
     warn_of_noise(args, &goal, &tuned.scene.truth)?;
-    Ok(Measured { header, tuned, cameras, walk, points: sweep.points.len(), took: begun.elapsed() })
+    Ok(TuneMeasurements { header, tuned, cameras, walk, points: sweep.points.len(), took: begun.elapsed() })
 }
 
 /// Cameras that verify a choice, with the sizes of their pictures: a GPU draws them at the size of the scene's, and then the scene's own camera is the
 /// last of them where errors were measured at another size. A CPU draws pictures as large as the truth.
 fn places(
     workload: &Workload,
-    mut cameras: Vec<Elsewhere>,
+    mut cameras: Vec<HeldOutCamera>,
     (truth, own): ([u32; 2], [u32; 2]),
     software: bool,
-) -> (Vec<(Camera, [u32; 2])>, Vec<Elsewhere>) {
+) -> (Vec<(Camera, [u32; 2])>, Vec<HeldOutCamera>) {
     let camera = workload.scene.camera;
     if !software && truth != own {
-        cameras.push(Elsewhere { camera, text: camera.to_string() });
+        cameras.push(HeldOutCamera { camera, text: camera.to_string() });
     }
     let size = if software { truth } else { own };
     (cameras.iter().map(|other| (other.camera, size)).collect(), cameras)
@@ -266,7 +266,7 @@ fn places(
 
 /// The truth that errors are measured against, before it is rendered.
 struct PlannedTruth {
-    view: View,
+    view: CameraView,
     samples: u32,
     /// The hash of everything that the truth depends on.
     hash: String,
@@ -278,15 +278,15 @@ impl PlannedTruth {
         let (settings, camera) = (base.decide(), workload.scene.camera);
         let samples = args.measuring.truth_samples();
         let reference = Reference::new(&workload.scene)?.with_settings(&settings, &camera);
-        let view = View { camera, size: settings.size };
+        let view = CameraView { camera, size: settings.size };
         let cache = Cache::of_user();
         let is_there = |size: &[u32; 2]| {
-            cache.as_ref().is_some_and(|cache| cache.has(&reference, &View { size: *size, ..view }, samples))
+            cache.as_ref().is_some_and(|cache| cache.has(&reference, &CameraView { size: *size, ..view }, samples))
         };
         let known = args.truth_size.or_else(|| sizes(view.size).find(is_there));
         let size = known.unwrap_or_else(|| affordable_size(&reference, &view, samples, TRUTH_TIME));
-        let view = View { camera, size };
-        let hash = reference.fingerprint(&view, &Options::of(Mode::Converged { samples }));
+        let view = CameraView { camera, size };
+        let hash = reference.fingerprint(&view, &TruthOptions::of(Mode::Converged { samples }));
         Ok(Self { view, samples, hash })
     }
 
@@ -302,7 +302,7 @@ impl PlannedTruth {
 }
 
 /// The moments of `--path`, and the cameras there but for that in the middle, which is the scene's from here on.
-fn walk_of(args: &Args, workload: &mut Workload) -> Result<Option<(Walk, Vec<Elsewhere>)>, Failure> {
+fn walk_of(args: &Args, workload: &mut Workload) -> Result<Option<(PathMoments, Vec<HeldOutCamera>)>, Failure> {
     let Some(file) = &args.path else { return Ok(None) };
     let path = workload.follow(file)?;
     let mut moments = moments(&path, args.moments as usize).into_iter();
@@ -311,11 +311,11 @@ fn walk_of(args: &Args, workload: &mut Workload) -> Result<Option<(Walk, Vec<Els
         seconds
     });
     let (others, cameras) = moments.unzip();
-    Ok(Some((Walk { file: file.display().to_string(), own, others }, cameras)))
+    Ok(Some((PathMoments { file: file.display().to_string(), own, others }, cameras)))
 }
 
 /// Returns a sentence about the points that the time was not enough for.
-fn not_measured(args: &Args, measured: &Measured) -> Option<String> {
+fn not_measured(args: &Args, measured: &TuneMeasurements) -> Option<String> {
     const MOST: usize = 3;
     let left = &measured.tuned.not_measured;
     let named = left.iter().take(MOST).map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
@@ -332,7 +332,7 @@ fn not_measured(args: &Args, measured: &Measured) -> Option<String> {
 
 /// Opens the folder of measurements so far: in that of the truths, by everything that was asked but the bound. If none is kept, it is a temporary
 /// one.
-fn journal_of(args: &Args, header: &Header, info: &SceneInfo) -> Result<(Journal, Option<TempDir>), Failure> {
+fn journal_of(args: &Args, header: &JournalHeader, info: &SceneInfo) -> Result<(Journal, Option<TempDir>), Failure> {
     let failed = |error| Failure::new(Exit::BadInput, format!("cannot make a folder for measurements: {error}"));
     let key = blake3::hash(output::json(&(journal::FORMAT, header, info))?.as_bytes()).to_hex();
     let kept = Cache::of_user().map(|cache| cache.folder().join(format!("tune-{}", &key[..16])));
@@ -362,9 +362,9 @@ fn journal_of(args: &Args, header: &Header, info: &SceneInfo) -> Result<(Journal
     Ok((Journal::open(folder.path(), header, true)?, Some(folder)))
 }
 
-fn cameras_of(args: &Args, workload: &Workload, base: &SettingsPatch) -> Result<Vec<Elsewhere>, Failure> {
+fn cameras_of(args: &Args, workload: &Workload, base: &SettingsPatch) -> Result<Vec<HeldOutCamera>, Failure> {
     let reference = Reference::new(&workload.scene)?;
-    let view = View { camera: workload.scene.camera, size: base.decide().size };
+    let view = CameraView { camera: workload.scene.camera, size: base.decide().size };
     let cameras = held_out(&reference, &view, args.cameras as usize);
     if cameras.is_empty() && args.cameras > 0 {
         let why = format!("{} shows nothing from any other camera: a choice cannot be verified", args.scene);
@@ -402,8 +402,8 @@ fn recommendation(scene: &SceneReport, metric: Metric, point: usize) -> String {
 }
 
 /// The choice with its figures from every camera, those of the settings as given beside it, and the points that were passed over.
-fn report(args: &Args, measured: &Measured, search: &Search, chosen: &Attempt) -> String {
-    let Measured { header, tuned: Tuned { scene, outcome, .. }, .. } = measured;
+fn report(args: &Args, measured: &TuneMeasurements, search: &SearchContext, chosen: &Attempt) -> String {
+    let TuneMeasurements { header, tuned: Tuned { scene, outcome, .. }, .. } = measured;
     let [width, height] = scene.size;
     let mut text = format!("{} ({}), {}\n", header.machine.device, header.machine.driver, header.machine.cpu);
     let _ = writeln!(
@@ -431,7 +431,7 @@ fn report(args: &Args, measured: &Measured, search: &Search, chosen: &Attempt) -
         );
     }
     let _ = writeln!(text, "\n{}", recommendation(scene, args.metric, chosen.point));
-    let mut table = Table::with_figures_from(1);
+    let mut table = TextTable::with_figures_from(1);
     let metric = evidence::metric_key(args.metric);
     table.row([
         if measured.walk.is_some() { "moment" } else { "camera" },
@@ -484,13 +484,13 @@ mod tests {
     use clap::Parser;
 
     use super::*;
-    use crate::{Cli, Command};
+    use crate::{Cli, CliCommand};
 
     #[test]
     fn the_printed_command_reads_the_scene_as_this_one_did() {
         let words = "afterlight tune m.obj --max-loss 2% --scale 0.01 --camera fitted --shadows off --settings old.toml --device 0";
         let words = words.split(' ').chain(["--sky", "my sky.hdr"]);
-        let Ok(Cli { command: Command::Tune(args), .. }) = Cli::try_parse_from(words) else {
+        let Ok(Cli { command: CliCommand::Tune(args), .. }) = Cli::try_parse_from(words) else {
             panic!("it is a command")
         };
         // The given settings are in the file.

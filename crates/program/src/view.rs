@@ -13,14 +13,14 @@ use afterlight::frame::{Picture, Pixels};
 use afterlight::gpu::{Instance, PhysicalDevice, Vsync, vk};
 use afterlight::scene::file::{Model, Origin, to_toml};
 use afterlight::scene::{Camera, CameraPath, Scene, SettingsPatch, counted};
-use afterlight_window::{Error, Options, ReadAgain, ShaderFolder, Summary, WindowSystem, help};
+use afterlight_window::{Error, ReadAgain, ShaderFolder, Summary, WindowOptions, WindowSystem, help};
 
 use super::args::{DeviceArgs, SettingsArgs, whole};
 use super::failure::{Exit, Failure};
-use super::image_output::{Format, Target};
+use super::image_output::{Destination, PictureFormat};
 use super::output::{self, Sink};
 use super::session::{self, own_command};
-use super::table::{Table, milliseconds};
+use super::table::{TextTable, milliseconds};
 use super::typed::Typed;
 use super::workload::{LargestPicture, Workload};
 
@@ -111,7 +111,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     session::with_device_for(&args.device, &system.extensions()?, |device| {
         let workload = Workload::open_moving(&args.scene, &args.settings, args.quiet)?;
         let settings = workload.settings(&once(), &device.physical)?;
-        let options = Options {
+        let options = WindowOptions {
             icon: ICON,
             vsync: args.vsync,
             hdr: args.hdr,
@@ -230,10 +230,10 @@ fn end_without_display() -> ! {
 /// Writes a screenshot under the first name that is free: a shown picture as PNG, its light as EXR.
 fn keep(folder: &Path, picture: &Picture) -> Result<String, String> {
     let (extension, format) = match picture.pixels {
-        Pixels::Srgb8(_) => ("png", Format::Png),
-        Pixels::LinearF32(_) => ("exr", Format::Exr),
+        Pixels::Srgb8(_) => ("png", PictureFormat::Png),
+        Pixels::LinearF32(_) => ("exr", PictureFormat::Exr),
     };
-    let target = Target { sink: Sink::File(free(folder, extension)?), format };
+    let target = Destination { sink: Sink::File(free(folder, extension)?), format };
     target.write(picture).map_err(|failure| failure.message().to_owned())?;
     Ok(format!("screenshot: {}", target.sink))
 }
@@ -276,7 +276,7 @@ fn free(folder: &Path, extension: &str) -> Result<PathBuf, String> {
 }
 
 fn table(summary: &Summary) -> String {
-    let mut times = Table::with_figures_from(1);
+    let mut times = TextTable::with_figures_from(1);
     if let Some(ms) = summary.interval_ms {
         times.row(["from frame to frame, median".to_owned(), milliseconds(ms)]);
     }

@@ -20,7 +20,7 @@ use glam::DVec3;
 use super::args::{CameraChoice, FITTED, SettingsArgs};
 use super::failure::{Exit, Failure};
 use super::output::{self, Sink};
-use super::table::{Table, bytes};
+use super::table::{TextTable, bytes};
 use super::{memory, progress};
 
 /// Frames that make a picture where nothing else is said: edges look smooth from here on.
@@ -323,10 +323,10 @@ pub fn warnings(warnings: &[String]) -> String {
 }
 
 /// The parts of a plan, those that are in before those that are out.
-pub fn plan_table(plan: &FramePlan) -> Table {
+pub fn plan_table(plan: &FramePlan) -> TextTable {
     let mut parts = [list::parts(plan), plan.parts().to_vec()].concat();
     parts.sort_by_key(|part| !part.included);
-    let mut table = Table::new();
+    let mut table = TextTable::new();
     for part in parts {
         let state = if part.included { "in" } else { "out" };
         let size = if part.bytes > 0 { bytes(part.bytes) } else { String::new() };
@@ -336,8 +336,8 @@ pub fn plan_table(plan: &FramePlan) -> Table {
 }
 
 /// Device memory by kind, with the sum and this process's own peak.
-pub fn memory_table(memory: &MemoryReport) -> Table {
-    let mut table = Table::with_figures_from(1);
+pub fn memory_table(memory: &MemoryReport) -> TextTable {
+    let mut table = TextTable::with_figures_from(1);
     for (kind, report) in &memory.kinds {
         table.row([kind.to_string(), bytes(report.bytes)]);
     }

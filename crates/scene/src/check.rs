@@ -367,8 +367,8 @@ mod tests {
     #[test]
     fn a_number_that_is_not_finite_is_named_with_its_place() {
         assert!(checks().check().is_ok());
-        type Change = fn(&mut Scene, f32);
-        let changes: [(Change, &str); 16] = [
+        type FieldEdit = fn(&mut Scene, f32);
+        let changes: [(FieldEdit, &str); 16] = [
             (
                 |scene, bad| {
                     let mesh = &mut scene.meshes[0];
@@ -425,8 +425,8 @@ mod tests {
         };
         let (position, direction) = (DVec3::ZERO, DVec3::X);
         let beam = |radius, edge, range| LightKind::Beam { position, direction, radius, edge, range };
-        type Change<'a> = &'a dyn Fn(&mut Scene);
-        let changes: &[(Change, &str)] = &[
+        type SceneEdit<'a> = &'a dyn Fn(&mut Scene);
+        let changes: &[(SceneEdit, &str)] = &[
             (&|scene| scene.meshes[0].indices[4] = 60_000, "mesh 0 (`sphere`): index 4 is 60000, but there are only"),
             (&|scene| shorten(&mut scene.meshes[0].indices), "indices are not three a triangle"),
             (

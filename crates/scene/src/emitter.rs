@@ -96,7 +96,7 @@ impl Default for Emitter {
 
 /// The particles of an emitter that are alive at a moment: their numbers follow each other.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Alive {
+pub struct AliveParticles {
     /// The number of the oldest: particle `n` is born `n / rate` seconds after the start.
     pub first: i64,
     /// Number of particles that are alive.
@@ -126,7 +126,7 @@ pub struct Particle {
 
 /// Random numbers of a particle, the same as `shaders/simulate.wgsl` has, to the last bit (M. O'Neill's PCG as a hash: M. Jarzynski and M. Olano, "Hash
 /// Functions for GPU Rendering", 2020).
-struct Random(u32);
+struct PcgRandom(u32);
 
 fn pcg(input: u32) -> u32 {
     let state = input.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
@@ -134,7 +134,7 @@ fn pcg(input: u32) -> u32 {
     (word >> 22) ^ word
 }
 
-impl Random {
+impl PcgRandom {
     fn of(seed: u32, number: i64) -> Self {
         // Numbers are told by 32 bits: from then on the same come again.
         Self(pcg(pcg(seed) ^ number as u32))
@@ -179,7 +179,7 @@ pub fn over_life<T: Copy>(keys: &[T], share: f64, mix: impl Fn(T, T, f64) -> T) 
 
 impl Emitter {
     /// Returns the particles that are alive at a time: born by then, and not `life` seconds ago.
-    pub fn alive(&self, time: f64) -> Alive {
+    pub fn alive(&self, time: f64) -> AliveParticles {
         let since = time - self.start.unwrap_or(0.0);
         let mut last = (since * self.rate).floor();
         if let Some(end) = self.end {
@@ -191,7 +191,11 @@ impl Emitter {
             first = first.max(0.0);
         }
         let count = (last - first + 1.0).clamp(0.0, self.most_alive() as f64);
-        Alive { first: first as i64, count: count as u32, age: (since - first / self.rate).clamp(0.0, self.life) }
+        AliveParticles {
+            first: first as i64,
+            count: count as u32,
+            age: (since - first / self.rate).clamp(0.0, self.life),
+        }
     }
 
     /// The most that are ever alive at once.
@@ -203,7 +207,7 @@ impl Emitter {
     pub fn particle(&self, number: i64, time: f64) -> Particle {
         let age = (time - self.start.unwrap_or(0.0) - number as f64 / self.rate).clamp(0.0, self.life);
         let share = age / self.life;
-        let mut random = Random::of(self.seed, number);
+        let mut random = PcgRandom::of(self.seed, number);
         let born = self.position + self.extent * random.vector();
         let velocity = self.velocity + self.spread * random.vector();
         let (turn, spin, pick) = (random.both_ways(), random.both_ways(), random.share());

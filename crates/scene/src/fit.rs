@@ -116,7 +116,7 @@ fn hall_camera(scene: &Scene, bounds: &Aabb) -> Option<Camera> {
     if length < width * HALL_ELONGATION || size.y <= 0.0 {
         return None;
     }
-    let surface = Surface::of(scene);
+    let surface = TriangleSoup::of(scene);
     let mut best: Option<(f64, Camera)> = None;
     for (height, stand, side) in EYE_HEIGHTS
         .iter()
@@ -135,9 +135,9 @@ fn hall_camera(scene: &Scene, bounds: &Aabb) -> Option<Camera> {
 }
 
 /// All triangles in world space, for a handful of rays: no hierarchy pays for itself.
-struct Surface(Vec<[Vec3; 3]>, DVec3);
+struct TriangleSoup(Vec<[Vec3; 3]>, DVec3);
 
-impl Surface {
+impl TriangleSoup {
     fn of(scene: &Scene) -> Self {
         let center = scene.bounds().center();
         let triangles = scene.objects.par_iter().flat_map_iter(|object| {

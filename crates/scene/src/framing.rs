@@ -17,9 +17,9 @@ const CLOSER: f64 = 1.5;
 const MOST: usize = 300_000;
 
 /// Corners of triangles that face a camera, each with a third of the area that the triangle covers.
-struct Drawn(Vec<(DVec3, f64)>);
+struct WeightedCorners(Vec<(DVec3, f64)>);
 
-impl Drawn {
+impl WeightedCorners {
     /// From `toward_camera`, of length 1, infinitely far away. Backs of one-sided surfaces and wholly clear surfaces are not drawn.
     fn of(scene: &Scene, toward_camera: DVec3, moments: usize) -> Self {
         let step = scene.triangle_count().div_ceil(MOST / moments).max(1);
@@ -64,29 +64,31 @@ impl Drawn {
 /// A camera of 45 degrees that looks from `toward_camera`, of length 1, at the surfaces drawn from there at all these moments of a scene, from the
 /// least distance at which they are in view. `bounds` are the scene's, for one of which nothing is drawn from there.
 pub(super) fn frame(moments: &[Cow<Scene>], bounds: &Aabb, toward_camera: DVec3, aspect: f64) -> Camera {
-    let drawn: Vec<_> = moments.iter().flat_map(|scene| Drawn::of(scene, toward_camera, moments.len()).0).collect();
-    let drawn = Drawn(if drawn.is_empty() { bounds.corners().map(|corner| (corner, 1.0)).into() } else { drawn });
-    let [whole, most] = [0.0, OUTLIERS].map(|outliers| held(&drawn, outliers, toward_camera, aspect));
+    let drawn: Vec<_> =
+        moments.iter().flat_map(|scene| WeightedCorners::of(scene, toward_camera, moments.len()).0).collect();
+    let drawn =
+        WeightedCorners(if drawn.is_empty() { bounds.corners().map(|corner| (corner, 1.0)).into() } else { drawn });
+    let [whole, most] = [0.0, OUTLIERS].map(|outliers| framing(&drawn, outliers, toward_camera, aspect));
     let (camera, radius) = if whole.distance > CLOSER * most.distance { most } else { whole }.place(toward_camera);
     // Reversed depth loses nothing by a near plane that is very near.
     Camera { near: (bounds.radius() * 1e-3).min(radius * 1e-2).max(f64::from(f32::MIN_POSITIVE)), ..camera }
 }
 
 /// The least distance from which a camera holds what is drawn.
-struct Held {
+struct Framing {
     camera: Camera,
     center: DVec3,
     radius: f64,
     distance: f64,
 }
 
-impl Held {
+impl Framing {
     fn place(self, toward_camera: DVec3) -> (Camera, f64) {
         (Camera { position: self.center + toward_camera * self.distance, ..self.camera }, self.radius)
     }
 }
 
-fn held(drawn: &Drawn, outliers: f64, toward_camera: DVec3, aspect: f64) -> Held {
+fn framing(drawn: &WeightedCorners, outliers: f64, toward_camera: DVec3, aspect: f64) -> Framing {
     let camera = Camera {
         projection: Projection::perspective(45.0),
         ..Camera::looking_at(toward_camera, DVec3::ZERO, DVec3::Y)
@@ -105,5 +107,5 @@ fn held(drawn: &Drawn, outliers: f64, toward_camera: DVec3, aspect: f64) -> Held
         aside - offset.dot(forward)
     });
     let radius = DVec3::from(half).length().max(f64::MIN_POSITIVE);
-    Held { camera, center, radius, distance: needed.max(radius * 1.1) }
+    Framing { camera, center, radius, distance: needed.max(radius * 1.1) }
 }

@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use glam::DAffine3;
 
-use super::motion::First;
+use super::motion::FirstIndices;
 use super::{
-    Environment, Light, Material, Mesh, Motion, NamedCamera, Object, Scene, SettingsPatch, Target, Texture, TextureSlot,
+    ChannelTarget, Environment, Light, Material, Mesh, Motion, NamedCamera, Object, Scene, SettingsPatch, Texture,
+    TextureSlot,
 };
 
 /// Options for loading a model. They need the feature `readers`.
@@ -84,7 +85,7 @@ impl Imported {
         self.lights.clear();
         self.motion.light_nodes.clear();
         for clip in &mut self.motion.clips {
-            clip.channels.retain(|channel| !matches!(channel.target, Target::Light(..)));
+            clip.channels.retain(|channel| !matches!(channel.target, ChannelTarget::Light(..)));
         }
     }
 
@@ -135,7 +136,8 @@ impl Imported {
     fn add_motion(&self, scene: &mut Scene, place: DAffine3, clips: Option<usize>) -> Moved {
         let root = (!self.motion.nodes.is_empty()).then_some(scene.motion.nodes.len());
         let skin = scene.motion.skins.len();
-        let first = First { light: scene.lights.len(), camera: scene.cameras.len(), object: scene.objects.len() };
+        let first =
+            FirstIndices { light: scene.lights.len(), camera: scene.cameras.len(), object: scene.objects.len() };
         scene.motion.append(self.motion.clone(), place, first);
         if let Some(first_clip) = clips {
             scene.motion.merge_clips(first_clip, self.motion.clips.len());

@@ -78,8 +78,8 @@ pub use mesh::{CastsShadow, Mesh, Object, TriangleId};
 #[doc(hidden)]
 pub use mesh::{grid_indices, transformed_vertices};
 pub use motion::{
-    CameraValue, Channel, Clip, ClipChoice, DeformBounds, Influences, Interpolation, LightValue, Local, MaterialValue,
-    Morph, Motion, Node, Placement, Playing, Pose, Skin, Target, deform, deform_frame,
+    CameraValue, Channel, ChannelTarget, Clip, ClipChoice, DeformBounds, Influences, Interpolation, LightValue, Local,
+    MaterialValue, Morph, Motion, Node, Placement, Playing, Pose, Skin, deform, deform_frame,
 };
 pub use optional_parts::{Keep, OptionalPart};
 pub use path::{CameraKey, CameraPath};
@@ -133,7 +133,7 @@ pub struct Scene {
     /// The moment at which its particles stand still, in seconds; none where they go on, from 0.
     pub moment: Option<f64>,
     /// The parts of it that no file and no caller chose.
-    pub fitted: Fitted,
+    pub fitted: FittedParts,
     /// The settings that the scene file asks for; the command line overrides it.
     pub settings: SettingsPatch,
     /// Oddities of the input and how each was handled, a line each, naming file and line where there is one.
@@ -155,7 +155,7 @@ pub struct NamedCamera {
 
 /// The parts of a scene that were fitted to its objects, as nobody said them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Fitted {
+pub struct FittedParts {
     /// The camera.
     pub camera: bool,
     /// [`SettingsPatch::exposure`], opened for the shade of a hall.

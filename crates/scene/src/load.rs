@@ -77,12 +77,12 @@ const READS_MODELS: &str = "models from .gltf, .glb and .obj files (a scene file
 
 /// A model file by its extension.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Format {
+enum ModelFormat {
     Obj,
     Gltf,
 }
 
-impl Format {
+impl ModelFormat {
     fn of(path: &Path) -> Option<Self> {
         match extension(path).as_str() {
             "obj" => Some(Self::Obj),
@@ -111,12 +111,12 @@ pub fn open(spec: &str, options: &OpenOptions) -> Result<Scene, Error> {
 /// # Errors
 /// As [`open`].
 pub(super) fn open_base(spec: &str, options: &OpenOptions) -> Result<Scene, Error> {
-    let format = Format::of(Path::new(spec)).filter(|_| !spec.starts_with(builtin::PREFIX));
+    let format = ModelFormat::of(Path::new(spec)).filter(|_| !spec.starts_with(builtin::PREFIX));
     if options.placed() != DAffine3::IDENTITY && format.is_none() {
         let why = "--scale and --up are for a bare model (.gltf, .glb, .obj): a scene file has scale and rotation for each of its models";
         return Err(Error::Setting(why.into()));
     }
-    if (options.scene.is_some() || options.variant.is_some()) && format != Some(Format::Gltf) {
+    if (options.scene.is_some() || options.variant.is_some()) && format != Some(ModelFormat::Gltf) {
         let why = "--scene and --variant are for a bare glTF file (.gltf, .glb): a scene file has scene and variant for each of its models";
         return Err(Error::Setting(why.into()));
     }
@@ -134,7 +134,7 @@ fn open_file(path: &Path, options: &OpenOptions) -> Result<Scene, Error> {
             cause: format!("it is a directory; afterlight reads {READS}"),
         });
     }
-    match (extension(path).as_str(), Format::of(path)) {
+    match (extension(path).as_str(), ModelFormat::of(path)) {
         ("toml", _) => file::load(path, options),
         (_, Some(format)) => open_model(path, format, options),
         _ => Err(unreadable(path, READS)),
@@ -152,14 +152,14 @@ fn order_triangles(scene: &mut Scene) {
 }
 
 /// Opens a bare model; cameras and lights that its file leaves out are fitted to it.
-fn open_model(path: &Path, format: Format, options: &OpenOptions) -> Result<Scene, Error> {
+fn open_model(path: &Path, format: ModelFormat, options: &OpenOptions) -> Result<Scene, Error> {
     let mut scene = Scene { name: path.display().to_string(), ..Scene::default() };
     let chosen = Chosen { scene: options.scene, variant: options.variant };
     let mut model = load_model(path, &chosen, options)?;
     let surroundings = model.surroundings.take();
     model.append_to(&mut scene, options.placed());
     // Metres by its specification.
-    let doubt = if format == Format::Obj { doubt(&scene.bounds(), options) } else { None };
+    let doubt = if format == ModelFormat::Obj { doubt(&scene.bounds(), options) } else { None };
     scene.warnings.extend(doubt);
     let stand = fit::fit_camera(&mut scene, options.aspect);
     let surroundings = surroundings.filter(|own| own.is_lit || !scene.lights.is_empty());
@@ -169,12 +169,12 @@ fn open_model(path: &Path, format: Format, options: &OpenOptions) -> Result<Scen
             (scene.environment, scene.settings) = (own.environment, own.settings);
         }
         _ if !scene.lights.is_empty() => {}
-        Format::Obj => {
+        ModelFormat::Obj => {
             fit::add_daylight(&mut scene);
             fit::fit_exposure(&mut scene, stand);
             fit::fit_emission(&mut scene);
         }
-        Format::Gltf => fit::add_studio(&mut scene),
+        ModelFormat::Gltf => fit::add_studio(&mut scene),
     }
     if let Some(own) = scene.cameras.first() {
         (scene.camera, scene.fitted.camera, scene.looks_through) = (own.camera, false, Some(0));
@@ -200,13 +200,13 @@ pub(super) struct Chosen<'a> {
 
 /// Reads a model file.
 pub(super) fn load_model(path: &Path, chosen: &Chosen, options: &OpenOptions) -> Result<Imported, Error> {
-    match Format::of(path) {
-        Some(Format::Obj) if *chosen != Chosen::default() => {
+    match ModelFormat::of(path) {
+        Some(ModelFormat::Obj) if *chosen != Chosen::default() => {
             let what = "scene and variant are of glTF files, which an .obj file is not".into();
             Err(Error::Content { path: path.to_owned(), line: None, what })
         }
-        Some(Format::Obj) => obj::load(path, &options.load_options()),
-        Some(Format::Gltf) => {
+        Some(ModelFormat::Obj) => obj::load(path, &options.load_options()),
+        Some(ModelFormat::Gltf) => {
             let Chosen { scene, variant } = *chosen;
             let (allow_outside, load) = (options.allow_outside, options.load_options());
             gltf::load(path, &GltfOptions { scene, variant, allow_outside, load })

@@ -6,7 +6,7 @@ mod read;
 use super::Texels;
 
 #[cfg(feature = "readers")]
-pub use read::{Picture, decode, decode_image, read_image};
+pub use read::{DecodedImage, decode, decode_image, read_image};
 #[cfg(feature = "readers")]
 pub(super) use read::{decode_light, format_of, srgb_decode};
 

@@ -12,7 +12,7 @@ pub(super) fn wrapped(uvs: &[DVec2], indices: &[u32]) -> Vec<[f32; 2]> {
     if uvs.iter().all(is_near) {
         return uvs.iter().map(|uv| uv.as_vec2().to_array()).collect();
     }
-    let mut parts = Parts((0..uvs.len() as u32).collect());
+    let mut parts = DisjointSets((0..uvs.len() as u32).collect());
     indices.as_chunks::<3>().0.iter().for_each(|&[a, b, c]| {
         parts.join(a, b);
         parts.join(b, c);
@@ -34,9 +34,9 @@ pub(super) fn wrapped(uvs: &[DVec2], indices: &[u32]) -> Vec<[f32; 2]> {
 }
 
 /// Vertices that hang together: each points to another of its part, or to itself (Tarjan 1975).
-struct Parts(Vec<u32>);
+struct DisjointSets(Vec<u32>);
 
-impl Parts {
+impl DisjointSets {
     fn root(&mut self, mut vertex: u32) -> u32 {
         while self.0[vertex as usize] != vertex {
             let above = self.0[self.0[vertex as usize] as usize];

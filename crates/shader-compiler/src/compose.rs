@@ -8,7 +8,7 @@ use naga_oil::compose::{
     ComposableModuleDescriptor, Composer, ComposerError, ComposerErrorInner, NagaModuleDescriptor, ShaderDefValue,
 };
 
-use crate::error::{Error, Location};
+use crate::error::{Error, SourceSpan};
 use crate::scan;
 use crate::source::Source;
 
@@ -116,7 +116,7 @@ pub fn check_imports(source: &Source, modules: &[Source]) -> Result<(), Error> {
         let message = format!("no shared shader file has the import path `{import}`");
         let clean = scan::without_comments(&source.text);
         return Err(match clean.find(import.as_str()) {
-            Some(start) => Error::at(Location::of(&source.path, &source.text, start, import.len()), message),
+            Some(start) => Error::at(SourceSpan::of(&source.path, &source.text, start, import.len()), message),
             None => Error::in_file(&source.path, message),
         });
     }
@@ -253,19 +253,19 @@ fn position(error: &ComposerErrorInner) -> Option<usize> {
 
 /// The place in `file` of the text at `start` in `composed`, its preprocessed text: that has the same lines, but within a line
 /// imported names and overrides are longer. So the same occurrence of the same word is looked for.
-fn original_place(file: &Source, composed: &str, start: usize, length: usize) -> Location {
-    let inside = Location::of("", composed, start, length);
+fn original_place(file: &Source, composed: &str, start: usize, length: usize) -> SourceSpan {
+    let inside = SourceSpan::of("", composed, start, length);
     let line_start: usize = file.text.split_inclusive('\n').take(inside.line - 1).map(str::len).sum();
     let line = file.text[line_start..].lines().next().unwrap_or("");
     let before: String = inside.text.chars().take(inside.column - 1).collect();
     let marked: String = inside.text.chars().skip(inside.column - 1).take(inside.length).collect();
     let (whole, before, marked) =
         (undecorate_words(&inside.text), undecorate_words(&before), undecorate_words(&marked));
-    let at = |found: usize| Location::of(&file.path, &file.text, line_start + found, marked.len());
+    let at = |found: usize| SourceSpan::of(&file.path, &file.text, line_start + found, marked.len());
     let words = scan::tokens(&whole);
     let Some(word) = words.iter().find(|word| word.end() > before.len()) else {
         // The end of the line, or of the file.
-        return Location::of(&file.path, &file.text, line_start + line.len(), 1);
+        return SourceSpan::of(&file.path, &file.text, line_start + line.len(), 1);
     };
     let earlier = words.iter().filter(|other| other.start < word.start && other.text == word.text).count();
     match scan::tokens(line).iter().filter(|other| other.text == word.text).nth(earlier) {

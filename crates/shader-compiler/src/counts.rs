@@ -3,11 +3,11 @@
 
 use std::fmt::Write as _;
 
-use crate::shader::Shader;
+use crate::shader::CompiledShader;
 
 /// Counts the variants, as the line `// counts:` states them: `6; with LIGHTS 4, MSAA 3`. The number of a flag is that of the variants which have it.
 #[must_use]
-pub fn count_variants(shader: &Shader) -> String {
+pub fn count_variants(shader: &CompiledShader) -> String {
     let mut counts = shader.variants.len().to_string();
     for (bit, flag) in shader.flags.iter().enumerate() {
         let with = shader.variants.iter().filter(|variant| variant.bits & (1 << bit) != 0).count();
@@ -20,7 +20,7 @@ pub fn count_variants(shader: &Shader) -> String {
 
 /// Lists the numbers that a shader's file states wrongly, each with the right one: `226 -> 452; MSAA 108 -> 216`.
 #[must_use]
-pub fn variants_growth(shader: &Shader) -> Option<String> {
+pub fn variants_growth(shader: &CompiledShader) -> Option<String> {
     let (before, after) = (shader.counts.as_deref().unwrap_or(""), count_variants(shader));
     Some(changes(before, &after)).filter(|changes| !changes.is_empty())
 }

@@ -8,21 +8,21 @@ use naga::{Expression, Literal, ShaderStage};
 use crate::compose::{CAPABILITIES, Library, source_name};
 use crate::error::Error;
 use crate::patch::{Constant, Patch, PatchError, SubpassInput};
-use crate::reflect::{self, Binding, Located, PushConstants, StructLayout};
+use crate::reflect::{self, Located, PushConstants, ReflectedBinding, StructLayout};
 use crate::source::{SUBPASS_PREFIX, Source};
-use crate::{ConstantValue, SpecConstant};
+use crate::{CompiledConstant, OverrideValue};
 
 /// A compiled entry point.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct EntryPoint {
+pub struct CompiledEntryPoint {
     /// Its name.
     pub name: String,
     /// Its stage.
-    pub stage: Stage,
+    pub stage: StageKind,
     /// Its SPIR-V 1.3 module, in the words' native order.
     pub spirv: Vec<u32>,
     /// The resources that it uses, by set and binding.
-    pub bindings: Vec<Binding>,
+    pub bindings: Vec<ReflectedBinding>,
     /// Vertex attributes, by location; empty in other stages.
     pub vertex_inputs: Vec<Located>,
     /// Colours written, by location; empty in other stages.
@@ -35,7 +35,7 @@ pub struct EntryPoint {
 
 /// A shader stage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Stage {
+pub enum StageKind {
     /// `@vertex`
     Vertex,
     /// `@fragment`
@@ -46,21 +46,21 @@ pub enum Stage {
 
 /// The output of one variant.
 pub struct Emitted {
-    pub entry_points: Vec<EntryPoint>,
+    pub entry_points: Vec<CompiledEntryPoint>,
     pub structs: Vec<StructLayout>,
     pub push_constants: Option<PushConstants>,
-    pub constants: Vec<SpecConstant>,
+    pub constants: Vec<CompiledConstant>,
 }
 
 /// A shader, and the specialization constants that it and its imports can have.
-pub struct Emitter<'a> {
+pub struct SpirvEmitter<'a> {
     pub library: &'a Library,
     pub shader: &'a Source,
     pub constants: &'a [Constant],
     pub precise: bool,
 }
 
-impl Emitter<'_> {
+impl SpirvEmitter<'_> {
     /// Compiles every entry point of `module`, a variant of the shader.
     ///
     /// # Errors
@@ -117,12 +117,12 @@ impl Emitter<'_> {
     }
 
     /// `module` has one entry point.
-    fn entry_point(&self, module: &naga::Module, patch: &Patch) -> Result<EntryPoint, Error> {
+    fn entry_point(&self, module: &naga::Module, patch: &Patch) -> Result<CompiledEntryPoint, Error> {
         let entry = &module.entry_points[0];
         let stage = match entry.stage {
-            ShaderStage::Vertex => Stage::Vertex,
-            ShaderStage::Fragment => Stage::Fragment,
-            ShaderStage::Compute => Stage::Compute,
+            ShaderStage::Vertex => StageKind::Vertex,
+            ShaderStage::Fragment => StageKind::Fragment,
+            ShaderStage::Compute => StageKind::Compute,
             other => {
                 return Err(Error::in_file(
                     &self.shader.path,
@@ -140,7 +140,7 @@ impl Emitter<'_> {
         let input_index = |set, binding| {
             patch.inputs.iter().find(|input| (input.set, input.binding) == (set, binding)).map(|input| input.index)
         };
-        Ok(EntryPoint {
+        Ok(CompiledEntryPoint {
             name: entry.name.clone(),
             stage,
             bindings: reflect::bindings(module, &spirv, input_index),
@@ -153,7 +153,7 @@ impl Emitter<'_> {
     }
 
     /// The types and defaults of the overrides that this variant has.
-    fn spec_constants(&self, module: &naga::Module) -> Result<Vec<SpecConstant>, Error> {
+    fn spec_constants(&self, module: &naga::Module) -> Result<Vec<CompiledConstant>, Error> {
         let mut found = Vec::new();
         for (_, global) in module.global_variables.iter() {
             let constant = self.constants.iter().find(|constant| Some(&constant.symbol) == global.name.as_ref());
@@ -163,7 +163,7 @@ impl Emitter<'_> {
                     format!("the override `{}` must be a bool, u32, i32 or f32 with a constant default", constant.name);
                 self.at_variable(&constant.name, message)
             })?;
-            found.push(SpecConstant { name: constant.name.clone(), id: constant.id, default: value });
+            found.push(CompiledConstant { name: constant.name.clone(), id: constant.id, default: value });
         }
         Ok(found)
     }
@@ -197,18 +197,18 @@ fn constant_value(
     module: &naga::Module,
     ty: naga::Handle<naga::Type>,
     init: naga::Handle<Expression>,
-) -> Option<ConstantValue> {
+) -> Option<OverrideValue> {
     let naga::TypeInner::Scalar(scalar) = module.types[ty].inner else { return None };
     match module.global_expressions[init] {
-        Expression::Literal(Literal::Bool(value)) => Some(ConstantValue::Bool(value)),
-        Expression::Literal(Literal::U32(value)) => Some(ConstantValue::U32(value)),
-        Expression::Literal(Literal::I32(value)) => Some(ConstantValue::I32(value)),
-        Expression::Literal(Literal::F32(value)) => Some(ConstantValue::F32(value.to_bits())),
+        Expression::Literal(Literal::Bool(value)) => Some(OverrideValue::Bool(value)),
+        Expression::Literal(Literal::U32(value)) => Some(OverrideValue::U32(value)),
+        Expression::Literal(Literal::I32(value)) => Some(OverrideValue::I32(value)),
+        Expression::Literal(Literal::F32(value)) => Some(OverrideValue::F32(value.to_bits())),
         Expression::ZeroValue(_) => match scalar {
-            naga::Scalar::BOOL => Some(ConstantValue::Bool(false)),
-            naga::Scalar::U32 => Some(ConstantValue::U32(0)),
-            naga::Scalar::I32 => Some(ConstantValue::I32(0)),
-            naga::Scalar::F32 => Some(ConstantValue::F32(0)),
+            naga::Scalar::BOOL => Some(OverrideValue::Bool(false)),
+            naga::Scalar::U32 => Some(OverrideValue::U32(0)),
+            naga::Scalar::I32 => Some(OverrideValue::I32(0)),
+            naga::Scalar::F32 => Some(OverrideValue::F32(0)),
             _ => None,
         },
         Expression::Constant(constant) => constant_value(module, ty, module.constants[constant].init),

@@ -4,7 +4,7 @@ use std::fmt;
 
 /// A place in a shader file.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Location {
+pub struct SourceSpan {
     /// The file as it was named to the compiler.
     pub file: String,
     /// Line, from 1.
@@ -17,7 +17,7 @@ pub struct Location {
     pub text: String,
 }
 
-impl Location {
+impl SourceSpan {
     /// The place of the bytes `start..start + length` of `text`, which is the content of `file`.
     #[must_use]
     pub fn of(file: &str, text: &str, start: usize, length: usize) -> Self {
@@ -51,7 +51,7 @@ pub struct Error {
     /// The file, when no place in it is known.
     pub file: String,
     /// The place, when it is known.
-    pub location: Option<Box<Location>>,
+    pub location: Option<Box<SourceSpan>>,
     /// Further help: causes, the variant.
     pub notes: Vec<String>,
 }
@@ -65,7 +65,7 @@ impl Error {
 
     /// An error at a place.
     #[must_use]
-    pub fn at(location: Location, message: impl Into<String>) -> Self {
+    pub fn at(location: SourceSpan, message: impl Into<String>) -> Self {
         Self {
             message: message.into(),
             file: location.file.clone(),

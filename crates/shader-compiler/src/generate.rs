@@ -3,14 +3,14 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use crate::emit::EntryPoint;
+use crate::emit::CompiledEntryPoint;
 use crate::error::Error;
 use crate::host::host_interface;
 use crate::number::Numbering;
 use crate::pack::{Pool, pack};
 use crate::parallel;
-use crate::reflect::{BindingKind, Located, NumberKind, PushConstants, StructLayout};
-use crate::shader::{ConstantValue, Shader};
+use crate::reflect::{BindingKind, Located, NumericType, PushConstants, StructLayout};
+use crate::shader::{CompiledShader, OverrideValue};
 
 /// The file with all modules.
 const SPIRV_FILE: &str = "shaders.zst";
@@ -32,7 +32,7 @@ pub struct Written {
 ///
 /// # Errors
 /// A name that Rust cannot have, or a file that cannot be written.
-pub fn write_rust(shaders: &[Shader], directory: &Path) -> Result<Written, Error> {
+pub fn write_rust(shaders: &[CompiledShader], directory: &Path) -> Result<Written, Error> {
     let mut pool = Pool::default();
     let mut modules = String::new();
     for (shader, entries) in shaders.iter().zip(parallel::map(shaders, || (), |(), shader| Entries::of(shader))) {
@@ -72,7 +72,7 @@ fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Error> {
 
 /// A shader's different entry points: variants that differ in one stage only share those of the others.
 struct Entries<'a> {
-    all: Vec<&'a EntryPoint>,
+    all: Vec<&'a CompiledEntryPoint>,
     /// The indices of each variant's entry points in [`Entries::all`].
     of_variants: Vec<Vec<usize>>,
     /// The module of each entry point, with ids that mean the same in all of them.
@@ -80,8 +80,8 @@ struct Entries<'a> {
 }
 
 impl<'a> Entries<'a> {
-    fn of(shader: &'a Shader) -> Result<Self, String> {
-        let mut all: Vec<&EntryPoint> = Vec::new();
+    fn of(shader: &'a CompiledShader) -> Result<Self, String> {
+        let mut all: Vec<&CompiledEntryPoint> = Vec::new();
         let mut place = |entry| {
             all.iter().position(|known| *known == entry).unwrap_or_else(|| {
                 all.push(entry);
@@ -97,7 +97,7 @@ impl<'a> Entries<'a> {
     }
 }
 
-fn write_shader(out: &mut String, shader: &Shader, entries: &Entries, pool: &mut Pool) -> Result<(), String> {
+fn write_shader(out: &mut String, shader: &CompiledShader, entries: &Entries, pool: &mut Pool) -> Result<(), String> {
     let name = module_name(&shader.name)?;
     line(out, format_args!("\n/// `{}.wgsl`.\npub mod {name} {{\n    use super::*;\n", shader.name));
     let flags: Vec<_> = shader.flags.iter().enumerate().map(|(bit, flag)| format!("{flag} = {bit}")).collect();
@@ -129,7 +129,7 @@ fn write_shader(out: &mut String, shader: &Shader, entries: &Entries, pool: &mut
     Ok(())
 }
 
-fn write_entry(out: &mut String, index: usize, entry: &EntryPoint, module: &[u32], pool: &mut Pool) {
+fn write_entry(out: &mut String, index: usize, entry: &CompiledEntryPoint, module: &[u32], pool: &mut Pool) {
     let push_constants = entry.push_constants.as_ref().map_or(0, PushConstants::size);
     line(out, format_args!("    static ENTRY_{index}: EntryPoint = EntryPoint {{\n"));
     line(out, format_args!("        name: c\"{}\",\n        stage: Stage::{:?},\n", entry.name, entry.stage));
@@ -182,9 +182,9 @@ fn write_entry(out: &mut String, index: usize, entry: &EntryPoint, module: &[u32
 
 fn vertex_format(input: &Located) -> String {
     let kind = match input.kind {
-        NumberKind::Float => "Float32",
-        NumberKind::Uint => "Uint32",
-        NumberKind::Sint => "Sint32",
+        NumericType::Float => "Float32",
+        NumericType::Uint => "Uint32",
+        NumericType::Sint => "Sint32",
     };
     match input.components {
         1 => kind.to_owned(),
@@ -192,7 +192,7 @@ fn vertex_format(input: &Located) -> String {
     }
 }
 
-fn write_constants(out: &mut String, shader: &Shader) {
+fn write_constants(out: &mut String, shader: &CompiledShader) {
     out.push_str("\n    /// Ids of the specialization constants.\n    pub mod constants {\n");
     for constant in &shader.constants {
         line(out, format_args!("        pub const {}: u32 = {};\n", upper_snake(&constant.name), constant.id));
@@ -200,10 +200,10 @@ fn write_constants(out: &mut String, shader: &Shader) {
     out.push_str("    }\n\n    /// The specialization constants with their types and defaults, by id.\n    pub static CONSTANTS: &[SpecConstant] = &[\n");
     for constant in &shader.constants {
         let value = match constant.default {
-            ConstantValue::Bool(value) => format!("Bool({value})"),
-            ConstantValue::U32(value) => format!("U32({value})"),
-            ConstantValue::I32(value) => format!("I32({value})"),
-            ConstantValue::F32(bits) => format!("F32(f32::from_bits({bits}))"),
+            OverrideValue::Bool(value) => format!("Bool({value})"),
+            OverrideValue::U32(value) => format!("U32({value})"),
+            OverrideValue::I32(value) => format!("I32({value})"),
+            OverrideValue::F32(bits) => format!("F32(f32::from_bits({bits}))"),
         };
         let (name, id) = (&constant.name, constant.id);
         line(
@@ -214,7 +214,7 @@ fn write_constants(out: &mut String, shader: &Shader) {
     out.push_str("    ];\n");
 }
 
-fn write_layouts(out: &mut String, shader: &Shader) -> Result<(), String> {
+fn write_layouts(out: &mut String, shader: &CompiledShader) -> Result<(), String> {
     match &shader.push_constants {
         Some(PushConstants::Struct(layout)) => {
             out.push_str("\n    /// The push constants: bytes, and where members lie.\n");

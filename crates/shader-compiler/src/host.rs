@@ -3,22 +3,22 @@
 use std::fmt::Write as _;
 
 use crate::reflect::{PushConstants, StructLayout};
-use crate::shader::{ConstantValue, Shader, SpecConstant};
+use crate::shader::{CompiledConstant, CompiledShader, OverrideValue};
 
 /// The facts on which a program that was built with `shader` relies, one a line; bindings, inputs and outputs are told by its variants. A shader can
 /// replace the program's own if each of its lines is among those that the program was built with.
 #[must_use]
-pub fn host_interface(shader: &Shader) -> String {
+pub fn host_interface(shader: &CompiledShader) -> String {
     let mut text = String::new();
     for (bit, flag) in shader.flags.iter().enumerate() {
         let _ = writeln!(text, "flag {flag}: bit {bit}");
     }
-    for SpecConstant { name, id, default } in &shader.constants {
+    for CompiledConstant { name, id, default } in &shader.constants {
         let kind = match default {
-            ConstantValue::Bool(_) => "bool",
-            ConstantValue::U32(_) => "u32",
-            ConstantValue::I32(_) => "i32",
-            ConstantValue::F32(_) => "f32",
+            OverrideValue::Bool(_) => "bool",
+            OverrideValue::U32(_) => "u32",
+            OverrideValue::I32(_) => "i32",
+            OverrideValue::F32(_) => "f32",
         };
         let _ = writeln!(text, "override {name}: {kind}, id {id}");
     }

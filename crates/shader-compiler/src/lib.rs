@@ -32,12 +32,12 @@ use std::path::Path;
 
 use compose::{Composing, Library};
 pub use counts::{count_variants, variants_growth};
-pub use emit::{EntryPoint, Stage};
-pub use error::{Error, Location};
+pub use emit::{CompiledEntryPoint, StageKind};
+pub use error::{Error, SourceSpan};
 pub use generate::{Written, write_rust};
 pub use host::host_interface;
 pub use number::same_but_for_ids;
-pub use shader::{ConstantValue, Shader, SpecConstant, Variant};
+pub use shader::{CompiledConstant, CompiledShader, CompiledVariant, OverrideValue};
 use shader::{Plan, merge};
 use source::Source;
 
@@ -49,7 +49,7 @@ pub type NamedText<'a> = (&'a str, &'a str);
 ///
 /// # Errors
 /// All that is wrong with the shaders, each fault once; or a directory or file that cannot be read.
-pub fn compile_directory(directory: &Path) -> Result<Vec<Shader>, Vec<Error>> {
+pub fn compile_directory(directory: &Path) -> Result<Vec<CompiledShader>, Vec<Error>> {
     compile_variants(directory, &|_, _| true)
 }
 
@@ -58,7 +58,10 @@ pub fn compile_directory(directory: &Path) -> Result<Vec<Shader>, Vec<Error>> {
 ///
 /// # Errors
 /// As [`compile_directory`].
-pub fn compile_variants(directory: &Path, wanted: &dyn Fn(&str, u32) -> bool) -> Result<Vec<Shader>, Vec<Error>> {
+pub fn compile_variants(
+    directory: &Path,
+    wanted: &dyn Fn(&str, u32) -> bool,
+) -> Result<Vec<CompiledShader>, Vec<Error>> {
     let shared = read_all(&directory.join("shared")).map_err(|error| vec![error])?;
     let shaders = read_all(directory).map_err(|error| vec![error])?;
     compile(&shaders, &shared, wanted)
@@ -68,7 +71,7 @@ pub fn compile_variants(directory: &Path, wanted: &dyn Fn(&str, u32) -> bool) ->
 ///
 /// # Errors
 /// All that is wrong with it, each fault once.
-pub fn compile_source(shader: NamedText, shared: &[NamedText]) -> Result<Shader, Vec<Error>> {
+pub fn compile_source(shader: NamedText, shared: &[NamedText]) -> Result<CompiledShader, Vec<Error>> {
     let owned = |(path, text): &NamedText| ((*path).to_owned(), (*text).to_owned());
     let shared: Vec<_> = shared.iter().map(owned).collect();
     let mut shaders = compile(&[owned(&shader)], &shared, &|_, _| true)?;
@@ -101,7 +104,7 @@ fn compile(
     shaders: &[(String, String)],
     shared: &[(String, String)],
     wanted: &dyn Fn(&str, u32) -> bool,
-) -> Result<Vec<Shader>, Vec<Error>> {
+) -> Result<Vec<CompiledShader>, Vec<Error>> {
     let sources = collect(shared.iter().map(|(path, text)| Source::new(path, text)))?;
     let library = Library::new(sources).map_err(|error| vec![error])?;
     let mut plans = collect(shaders.iter().map(|(path, text)| Plan::new(path, text, &library)))?;
@@ -124,20 +127,20 @@ fn compile(
 }
 
 /// The errors of several faults stand as one list; see [`collect`].
-fn flatten<T>(result: Result<T, Vec<Error>>) -> Result<T, Faults> {
-    result.map_err(Faults)
+fn flatten<T>(result: Result<T, Vec<Error>>) -> Result<T, CompileErrors> {
+    result.map_err(CompileErrors)
 }
 
-struct Faults(Vec<Error>);
+struct CompileErrors(Vec<Error>);
 
-impl From<Error> for Faults {
+impl From<Error> for CompileErrors {
     fn from(error: Error) -> Self {
         Self(vec![error])
     }
 }
 
 /// All results, or all faults, each once.
-fn collect<T, E: Into<Faults>>(results: impl Iterator<Item = Result<T, E>>) -> Result<Vec<T>, Vec<Error>> {
+fn collect<T, E: Into<CompileErrors>>(results: impl Iterator<Item = Result<T, E>>) -> Result<Vec<T>, Vec<Error>> {
     let (mut values, mut faults) = (Vec::new(), Vec::<Error>::new());
     for result in results {
         match result {

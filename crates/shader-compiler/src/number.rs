@@ -23,7 +23,7 @@ impl Numbering {
     /// The module `words` with other ids: those of equal instructions in the modules before it, and the next free ones. None for words that are no
     /// module, or one whose execution modes or decorations have ids.
     pub fn renumber(&mut self, words: &[Word]) -> Option<Vec<Word>> {
-        let places = Places::of(words)?;
+        let places = IdPositions::of(words)?;
         let new = self.number(words, &places);
         let mut module = words.to_vec();
         for &id in &places.ids {
@@ -34,7 +34,7 @@ impl Numbering {
     }
 
     /// The new id of each old one.
-    fn number(&mut self, words: &[Word], places: &Places) -> HashMap<Word, Word> {
+    fn number(&mut self, words: &[Word], places: &IdPositions) -> HashMap<Word, Word> {
         let mut new = HashMap::new();
         let mut equal: HashMap<Vec<Word>, u32> = HashMap::new();
         for own in &places.results {
@@ -70,7 +70,7 @@ static OPERANDS: LazyLock<Vec<&[LogicalOperand]>> = LazyLock::new(|| {
 
 /// Where ids stand among a module's words.
 #[derive(Default)]
-struct Places {
+struct IdPositions {
     ids: Vec<usize>,
     /// The instructions that have an id of their own.
     results: Vec<InstructionWithId>,
@@ -78,13 +78,13 @@ struct Places {
 
 struct InstructionWithId {
     words: Range<usize>,
-    /// The instruction's part of [`Places::ids`].
+    /// The instruction's part of [`IdPositions::ids`].
     ids: Range<usize>,
     /// The place of the instruction's own id.
     id: usize,
 }
 
-impl Places {
+impl IdPositions {
     fn of(words: &[Word]) -> Option<Self> {
         let mut places = Self::default();
         let mut start = HEADER;
@@ -225,7 +225,7 @@ mod tests {
         let shader = compile_source(("demo.wgsl", text), &[]).unwrap_or_else(|errors| panic!("{}", errors[0]));
         let words = &shader.variants[0].entry_points[0].spirv;
         let mut found = words.clone();
-        Places::of(words).expect("a module").ids.iter().for_each(|&id| found[id] += 1000);
+        IdPositions::of(words).expect("a module").ids.iter().for_each(|&id| found[id] += 1000);
         let mut parsed = load_words(words).expect("a module");
         for instruction in parsed.all_inst_iter_mut() {
             for operand in &mut instruction.operands {

@@ -16,7 +16,7 @@ const LEVEL: i32 = if cfg!(debug_assertions) { 3 } else { 19 };
 
 /// The place of a module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct ModuleLocation {
     pub block: usize,
     /// Its first word in the block.
     pub start: usize,
@@ -26,12 +26,12 @@ pub struct Place {
 #[derive(Default)]
 pub struct Pool {
     blocks: Vec<Vec<u32>>,
-    known: HashMap<Vec<u32>, Place>,
+    known: HashMap<Vec<u32>, ModuleLocation>,
 }
 
 impl Pool {
     /// The place of `module`, which is added if it is new.
-    pub fn place(&mut self, module: &[u32]) -> Place {
+    pub fn place(&mut self, module: &[u32]) -> ModuleLocation {
         if let Some(place) = self.known.get(module) {
             return *place;
         }
@@ -39,7 +39,7 @@ impl Pool {
             self.blocks.push(Vec::new());
         }
         let block = self.blocks.len() - 1;
-        let place = Place { block, start: self.blocks[block].len() };
+        let place = ModuleLocation { block, start: self.blocks[block].len() };
         self.blocks[block].extend_from_slice(module);
         self.known.insert(module.to_vec(), place);
         place
@@ -57,7 +57,7 @@ impl Pool {
 }
 
 /// One packed block.
-pub struct Block {
+pub struct PackedBlock {
     /// Its place among the packed bytes.
     pub range: Range<usize>,
     /// The words that it unpacks to.
@@ -67,7 +67,7 @@ pub struct Block {
 /// All blocks, packed one after the other.
 pub struct Packed {
     pub bytes: Vec<u8>,
-    pub blocks: Vec<Block>,
+    pub blocks: Vec<PackedBlock>,
 }
 
 /// Packs each block by itself.
@@ -80,7 +80,7 @@ pub fn pack(pool: &Pool) -> io::Result<Packed> {
     for (part, block) in parts.into_iter().zip(&pool.blocks) {
         let start = packed.bytes.len();
         packed.bytes.extend(part?);
-        packed.blocks.push(Block { range: start..packed.bytes.len(), words: block.len() });
+        packed.blocks.push(PackedBlock { range: start..packed.bytes.len(), words: block.len() });
     }
     Ok(packed)
 }

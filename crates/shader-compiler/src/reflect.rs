@@ -34,7 +34,7 @@ pub enum BindingKind {
 
 /// A resource that an entry point uses.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub struct Binding {
+pub struct ReflectedBinding {
     /// Its name in the source.
     pub name: String,
     /// Descriptor set.
@@ -51,7 +51,7 @@ pub struct Binding {
 
 /// The numeric type of an input or output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum NumberKind {
+pub enum NumericType {
     /// `f32`
     Float,
     /// `u32`
@@ -68,7 +68,7 @@ pub struct Located {
     /// `@location`
     pub location: u32,
     /// Type of a component.
-    pub kind: NumberKind,
+    pub kind: NumericType,
     /// Components, 1 to 4.
     pub components: u32,
 }
@@ -119,7 +119,11 @@ impl PushConstants {
 
 /// The bindings of `module`, which was written as `spirv`, by set and binding; `input_index` tells which are subpass inputs.
 #[must_use]
-pub fn bindings(module: &naga::Module, spirv: &[u32], input_index: impl Fn(u32, u32) -> Option<u32>) -> Vec<Binding> {
+pub fn bindings(
+    module: &naga::Module,
+    spirv: &[u32],
+    input_index: impl Fn(u32, u32) -> Option<u32>,
+) -> Vec<ReflectedBinding> {
     let words = binding_words(spirv);
     let mut bindings = Vec::new();
     for (_, global) in module.global_variables.iter() {
@@ -147,7 +151,7 @@ pub fn bindings(module: &naga::Module, spirv: &[u32], input_index: impl Fn(u32, 
         };
         let name = source_name(global.name.as_deref().unwrap_or("")).to_owned();
         let word = words.get(&(place.group, place.binding)).copied().unwrap_or(0);
-        bindings.push(Binding { name, set: place.group, binding: place.binding, kind, count, word });
+        bindings.push(ReflectedBinding { name, set: place.group, binding: place.binding, kind, count, word });
     }
     bindings.sort_by_key(|binding| (binding.set, binding.binding));
     bindings
@@ -224,9 +228,9 @@ fn located(
                 _ => 1,
             };
             let kind = match scalar.kind {
-                ScalarKind::Uint => NumberKind::Uint,
-                ScalarKind::Sint => NumberKind::Sint,
-                _ => NumberKind::Float,
+                ScalarKind::Uint => NumericType::Uint,
+                ScalarKind::Sint => NumericType::Sint,
+                _ => NumericType::Float,
             };
             out.push(Located { name: name.unwrap_or("").to_owned(), location: *location, kind, components });
         }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::compose::{Composing, Library, check_imports, composed_name};
-use crate::emit::{Emitted, Emitter, EntryPoint};
+use crate::emit::{CompiledEntryPoint, Emitted, SpirvEmitter};
 use crate::error::Error;
 use crate::patch::Constant;
 use crate::reflect::{PushConstants, StructLayout};
@@ -12,17 +12,17 @@ use crate::variants::Head;
 
 /// A compiled shader.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Shader {
+pub struct CompiledShader {
     /// The file's name without `.wgsl`.
     pub name: String,
     /// Its flags; bit `i` of a variant's number is flag `i`.
     pub flags: Vec<String>,
     /// Its variants, ascending.
-    pub variants: Vec<Variant>,
+    pub variants: Vec<CompiledVariant>,
     /// The numbers of variants that its file states.
     pub counts: Option<String>,
     /// The specialization constants of all variants, by id.
-    pub constants: Vec<SpecConstant>,
+    pub constants: Vec<CompiledConstant>,
     /// The structs of its buffers, in all variants, sorted by name.
     pub structs: Vec<StructLayout>,
     /// Its push constants.
@@ -31,27 +31,27 @@ pub struct Shader {
 
 /// A shader with certain flags on.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Variant {
+pub struct CompiledVariant {
     /// Its flags, a bit each.
     pub bits: u32,
     /// Its entry points in the order of the source.
-    pub entry_points: Vec<EntryPoint>,
+    pub entry_points: Vec<CompiledEntryPoint>,
 }
 
 /// A specialization constant.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SpecConstant {
+pub struct CompiledConstant {
     /// Its name in the source.
     pub name: String,
     /// SpecId.
     pub id: u32,
     /// Its value if the pipeline sets none; it tells the type too.
-    pub default: ConstantValue,
+    pub default: OverrideValue,
 }
 
 /// The value of a specialization constant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ConstantValue {
+pub enum OverrideValue {
     /// `bool`; four bytes for Vulkan.
     Bool(bool),
     /// `u32`
@@ -92,7 +92,8 @@ impl Plan {
     /// A fault in it, with a note that names the flags.
     pub fn compile(&self, composing: &mut Composing, library: &Library, bits: u32) -> Result<Emitted, Error> {
         let flags: Vec<_> = self.head.names(bits).collect();
-        let emitter = Emitter { library, shader: &self.source, constants: &self.constants, precise: self.head.precise };
+        let emitter =
+            SpirvEmitter { library, shader: &self.source, constants: &self.constants, precise: self.head.precise };
         let result = composing.compose(&self.source, &flags).and_then(|module| emitter.emit(&module));
         result.map_err(|error| {
             if flags.is_empty() { error } else { error.note(format!("in the variant {}", flags.join(" | "))) }
@@ -114,7 +115,7 @@ fn check_conditions(source: &Source, head: &Head) -> Result<(), Error> {
             "define" => defined.push(name),
             "ifdef" | "ifndef" | "if" if !head.flags.iter().any(|flag| flag == name) && !defined.contains(&name) => {
                 let at = begin + line.find(name).unwrap_or(0);
-                let place = crate::error::Location::of(&source.path, &source.text, at, name.len());
+                let place = crate::error::SourceSpan::of(&source.path, &source.text, at, name.len());
                 return Err(Error::at(
                     place,
                     format!("no `// variants:` line in this shader's head declares `{name}`"),
@@ -168,8 +169,8 @@ fn assign_ids(files: &[&Source]) -> Result<Vec<Constant>, Error> {
 ///
 /// # Errors
 /// A struct, the push constants or an override's default that differ between variants: the host has one of each.
-pub fn merge(plan: &Plan, emitted: Vec<Emitted>) -> Result<Shader, Vec<Error>> {
-    let mut shader = Shader {
+pub fn merge(plan: &Plan, emitted: Vec<Emitted>) -> Result<CompiledShader, Vec<Error>> {
+    let mut shader = CompiledShader {
         name: plan.name.clone(),
         flags: plan.head.flags.clone(),
         variants: Vec::new(),
@@ -207,7 +208,7 @@ pub fn merge(plan: &Plan, emitted: Vec<Emitted>) -> Result<Shader, Vec<Error>> {
             (None, other) => shader.push_constants = other,
             _ => {}
         }
-        shader.variants.push(Variant { bits: *bits, entry_points: variant.entry_points });
+        shader.variants.push(CompiledVariant { bits: *bits, entry_points: variant.entry_points });
     }
     shader.structs.sort_by(|a, b| a.name.cmp(&b.name));
     shader.constants.sort_by_key(|constant| constant.id);

@@ -1,6 +1,6 @@
 //! One WGSL file: its overrides and subpass inputs, found in the text so that errors point at it, and the text that naga is given.
 
-use crate::error::{Error, Location};
+use crate::error::{Error, SourceSpan};
 use crate::scan::{self, Token};
 
 /// A texture variable whose name begins so is a subpass input.
@@ -14,7 +14,7 @@ pub struct OverrideDeclaration {
     /// The `n` of `@id(n)`.
     pub id: Option<u32>,
     /// Its place in the source.
-    pub location: Location,
+    pub location: SourceSpan,
 }
 
 /// A WGSL file, read.
@@ -33,7 +33,7 @@ pub struct Source {
     /// Its overrides, in order, those of all variants.
     pub overrides: Vec<OverrideDeclaration>,
     /// The variables that are named as subpass inputs, each with its place in the source.
-    pub subpass_inputs: Vec<(String, Location)>,
+    pub subpass_inputs: Vec<(String, SourceSpan)>,
 }
 
 impl Source {
@@ -62,8 +62,8 @@ impl Source {
     }
 
     /// The place of a token of this file.
-    fn place(&self, text: &str, token: &Token) -> Location {
-        Location::of(&self.path, text, token.start, token.text.len())
+    fn place(&self, text: &str, token: &Token) -> SourceSpan {
+        SourceSpan::of(&self.path, text, token.start, token.text.len())
     }
 
     fn find_overrides(&mut self, text: &str, tokens: &[Token]) -> Result<(), Error> {

@@ -9,7 +9,7 @@
 //! // counts: 5; with TEXTURED 4, NORMAL_MAP 2  the number of variants, and of those that have each flag (see `counts`)
 //! ```
 
-use crate::error::{Error, Location};
+use crate::error::{Error, SourceSpan};
 
 /// More flags or combinations than this in one shader are a mistake rather than a wish.
 const MOST_FLAGS: usize = 16;
@@ -42,7 +42,7 @@ impl Head {
         let mut in_head = true;
         let mut start = 0;
         for line in text.split_inclusive('\n') {
-            let at = Location::of(file, text, start + line.len() - line.trim_start().len(), line.trim().len());
+            let at = SourceSpan::of(file, text, start + line.len() - line.trim_start().len(), line.trim().len());
             start += line.len();
             let line = line.trim();
             match line.strip_prefix("//").map(str::trim) {
@@ -65,7 +65,7 @@ impl Head {
         Ok(head)
     }
 
-    fn line(&mut self, comment: &str, at: &Location) -> Result<(), Error> {
+    fn line(&mut self, comment: &str, at: &SourceSpan) -> Result<(), Error> {
         if let Some(names) = comment.strip_prefix("variants:") {
             for name in words(names) {
                 self.add_flag(name, at)?;
@@ -97,7 +97,7 @@ impl Head {
         Ok(())
     }
 
-    fn add_flag(&mut self, name: &str, at: &Location) -> Result<(), Error> {
+    fn add_flag(&mut self, name: &str, at: &SourceSpan) -> Result<(), Error> {
         check_name(name, at)?;
         if self.flags.iter().any(|flag| flag == name) {
             return Err(Error::at(at.clone(), format!("the flag {name} is declared twice")));
@@ -109,7 +109,7 @@ impl Head {
         Ok(())
     }
 
-    fn bits(&self, names: &str, at: &Location) -> Result<u32, Error> {
+    fn bits(&self, names: &str, at: &SourceSpan) -> Result<u32, Error> {
         let mut bits = 0;
         for name in words(names) {
             let index = self.flags.iter().position(|flag| flag == name);
@@ -137,7 +137,7 @@ impl Head {
     }
 }
 
-fn check_name(name: &str, at: &Location) -> Result<(), Error> {
+fn check_name(name: &str, at: &SourceSpan) -> Result<(), Error> {
     let upper = |c: char| c.is_ascii_uppercase() || c == '_' || c.is_ascii_digit();
     if !name.starts_with(|c: char| c.is_ascii_uppercase()) || !name.chars().all(upper) || name == "NONE" {
         return Err(Error::at(

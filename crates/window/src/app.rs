@@ -20,18 +20,18 @@ use winit::event_loop::ActiveEventLoop;
 use winit::platform::wayland::WindowAttributesExtWayland;
 use winit::window::Window;
 
-use super::camera::{CameraControl, Held};
+use super::camera::{CameraControl, HeldKeys};
 use super::clock::{Clock, Summary};
 use super::icon::icon;
 use super::messages::{Busy, Teller};
 use super::player::Player;
 use super::recorder::Recorder;
 use super::resolution::Resolution;
-use super::subject::Subject;
+use super::subject::LiveScene;
 use super::user_interface::UserInterface;
 use super::watch::Watch;
-use super::{Error, Options, surface_of};
-use afterlight::frame::{self, Fitted, Outcome, Presenter};
+use super::{Error, WindowOptions, surface_of};
+use afterlight::frame::{self, FitOutcome, Outcome, Presenter};
 use afterlight::gpu::{self, Device, Fit, Vsync, vk};
 use afterlight::passes::overlay::Panels;
 use afterlight::scene::{Scene, Settings};
@@ -55,7 +55,7 @@ struct Opened {
 
 /// The purposes for which a frame's picture is copied.
 #[derive(Clone, Copy)]
-struct Copies {
+struct CopyPurposes {
     kept: bool,
     compared: bool,
 }
@@ -63,8 +63,8 @@ struct Copies {
 /// A window and its subject.
 pub struct App<'a> {
     device: Arc<Device>,
-    subject: Subject,
-    options: Options<'a>,
+    subject: LiveScene,
+    options: WindowOptions<'a>,
     teller: Teller<'a>,
     /// The work in the background that has a sign.
     busy: Busy,
@@ -77,7 +77,7 @@ pub struct App<'a> {
     control: CameraControl,
     /// Before the scene was read again with another camera, until frames are made of it.
     control_before: Option<CameraControl>,
-    held: Held,
+    held: HeldKeys,
     with_control: bool,
     with_shift: bool,
     /// The last place of the mouse, while a button is held down.
@@ -134,11 +134,11 @@ impl<'a> App<'a> {
     pub fn new(
         device: &Arc<Device>,
         (scene, settings): (Scene, Settings),
-        options: Options<'a>,
+        options: WindowOptions<'a>,
         wake: Arc<dyn Fn() + Send + Sync>,
     ) -> Self {
         let control = CameraControl::of_scene(&scene);
-        let mut subject = Subject::new(scene, settings);
+        let mut subject = LiveScene::new(scene, settings);
         let player = Player::new(&subject.scene.motion, options.playing.clone(), options.rests);
         subject.player = player.emitting(!subject.scene.emitters.is_empty(), options.rests);
         Self {
@@ -154,7 +154,7 @@ impl<'a> App<'a> {
             options,
             control,
             control_before: None,
-            held: Held::default(),
+            held: HeldKeys::default(),
             with_control: false,
             with_shift: false,
             dragged: None,
@@ -293,8 +293,8 @@ impl<'a> App<'a> {
     }
 
     /// Returns the purposes for which the next picture is copied. Light is kept at once, and so is a picture that ends at white compared.
-    fn wanted_copies(&mut self, now: Instant) -> Copies {
-        let none = Copies { kept: false, compared: false };
+    fn wanted_copies(&mut self, now: Instant) -> CopyPurposes {
+        let none = CopyPurposes { kept: false, compared: false };
         let Some(Opened { presenter, interface, .. }) = &mut self.opened else { return none };
         // Pictures are of the frames that were asked for.
         if presenter.is_pending() {
@@ -317,10 +317,10 @@ impl<'a> App<'a> {
             self.teller.tell("warning: no picture: this window's images cannot be copied from");
             return none;
         }
-        Copies { kept, compared }
+        CopyPurposes { kept, compared }
     }
 
-    fn present(&mut self, now: Instant, mut panels: Option<Panels>, copies: Copies) -> Result<(), Error> {
+    fn present(&mut self, now: Instant, mut panels: Option<Panels>, copies: CopyPurposes) -> Result<(), Error> {
         let Some(Opened { window, presenter, interface }) = &mut self.opened else { return Ok(()) };
         let (camera, copied) = (*self.control.camera(), copies.kept || copies.compared);
         presenter.divide_at(interface.divider.at());
@@ -381,8 +381,8 @@ impl<'a> App<'a> {
         let PhysicalSize { width, height } = window.inner_size();
         let size = [width, height];
         match self.fit_or_take_back(size)? {
-            Fitted::Taken | Fitted::AtOnce => self.subject.player.show_again(),
-            Fitted::Pending => {
+            FitOutcome::Taken | FitOutcome::AtOnce => self.subject.player.show_again(),
+            FitOutcome::Pending => {
                 self.unfit = false;
                 if !was_pending {
                     // The panels of this frame do not tell of it yet.
@@ -390,7 +390,7 @@ impl<'a> App<'a> {
                 }
                 return Ok(true);
             }
-            Fitted::Nothing => {
+            FitOutcome::Nothing => {
                 self.clock.pause();
                 (self.advanced, self.again, self.hidden) = (None, None, true);
                 return Ok(false);
@@ -417,8 +417,8 @@ impl<'a> App<'a> {
         Ok(true)
     }
 
-    fn fit_or_take_back(&mut self, size: [u32; 2]) -> Result<Fitted, Error> {
-        let Some(Opened { window, presenter, interface }) = &mut self.opened else { return Ok(Fitted::Nothing) };
+    fn fit_or_take_back(&mut self, size: [u32; 2]) -> Result<FitOutcome, Error> {
+        let Some(Opened { window, presenter, interface }) = &mut self.opened else { return Ok(FitOutcome::Nothing) };
         let subject = &mut self.subject;
         subject.come_near(self.control.camera());
         let drawn = interface.stepper().drawn_settings(&subject.settings);
@@ -542,8 +542,8 @@ impl<'a> App<'a> {
     }
 }
 
-fn at_once(fits: bool) -> Fitted {
-    if fits { Fitted::AtOnce } else { Fitted::Nothing }
+fn at_once(fits: bool) -> FitOutcome {
+    if fits { FitOutcome::AtOnce } else { FitOutcome::Nothing }
 }
 
 /// Tells when frames are not shown as they were asked to be.

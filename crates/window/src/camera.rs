@@ -30,7 +30,7 @@ const HURRY: f64 = 4.0;
 
 /// The keys and buttons that are held down.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Held {
+pub struct HeldKeys {
     pub forward: bool,
     pub back: bool,
     pub left: bool,
@@ -41,7 +41,7 @@ pub struct Held {
     pub hurry: bool,
 }
 
-impl Held {
+impl HeldKeys {
     /// To the right, up, and forward: each from -1 to 1, together of length 1 at most.
     fn direction(self) -> DVec3 {
         let axis = |plus: bool, minus: bool| f64::from(i8::from(plus) - i8::from(minus));
@@ -52,7 +52,7 @@ impl Held {
 
 /// The way that the mouse turns the camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Mode {
+pub enum NavigationMode {
     /// It looks around from where it stands.
     Fly,
     /// It goes around the place that it looks at.
@@ -61,7 +61,7 @@ pub enum Mode {
 
 /// A camera, with the distance of the place that it goes around.
 #[derive(Debug, Clone, Copy)]
-struct Place {
+struct Viewpoint {
     camera: Camera,
     reach: f64,
 }
@@ -70,8 +70,8 @@ struct Place {
 #[derive(Debug, Clone)]
 pub struct CameraControl {
     camera: Camera,
-    first: Place,
-    mode: Mode,
+    first: Viewpoint,
+    mode: NavigationMode,
     /// The middle of the scene's box.
     middle: DVec3,
     /// Half the diagonal of the scene's box, in metres.
@@ -86,7 +86,7 @@ pub struct CameraControl {
     speed: f64,
     /// The distance of the orbit's centre ahead of the camera.
     reach: f64,
-    bookmarks: [Option<Place>; 9],
+    bookmarks: [Option<Viewpoint>; 9],
 }
 
 /// Returns true if a camera looks at a model that stands alone: turning the camera in its place would lose the model from view. A camera in a room
@@ -112,8 +112,8 @@ impl CameraControl {
         let middle = if bounds.is_empty() { camera.position } else { bounds.center() };
         let mut new = Self {
             camera,
-            first: Place { camera, reach: radius },
-            mode: Mode::Fly,
+            first: Viewpoint { camera, reach: radius },
+            mode: NavigationMode::Fly,
             middle,
             radius,
             velocity: DVec3::ZERO,
@@ -132,7 +132,7 @@ impl CameraControl {
     pub fn of_scene(scene: &Scene) -> Self {
         let bounds = scene.bounds();
         let is_alone = stands_before(&scene.camera, &bounds, scene.fitted.camera);
-        let mode = if is_alone { Mode::Orbit } else { Mode::Fly };
+        let mode = if is_alone { NavigationMode::Orbit } else { NavigationMode::Fly };
         Self { mode, ..Self::new(scene.camera, &bounds) }
     }
 
@@ -155,18 +155,19 @@ impl CameraControl {
         &self.camera
     }
 
-    pub fn mode(&self) -> Mode {
+    pub fn mode(&self) -> NavigationMode {
         self.mode
     }
 
     /// The speed that keys move at, in metres a second, where the wheel changes that.
     pub fn flying_speed(&self) -> Option<f64> {
-        let is_flying = matches!(self.camera.projection, Projection::Perspective { .. }) && self.mode == Mode::Fly;
+        let is_flying =
+            matches!(self.camera.projection, Projection::Perspective { .. }) && self.mode == NavigationMode::Fly;
         is_flying.then_some(self.speed)
     }
 
     /// Returns true if the next frame would be another one.
-    pub fn is_moving(&self, held: Held) -> bool {
+    pub fn is_moving(&self, held: HeldKeys) -> bool {
         held.direction() != DVec3::ZERO || self.velocity != DVec3::ZERO || self.turn != [0.0; 2] || self.zoom != 0.0
     }
 
@@ -180,7 +181,7 @@ impl CameraControl {
     /// The wheel was turned, away from the user: faster in flight, nearer in an orbit, and larger of an orthographic camera.
     pub fn wheel(&mut self, notches: f64) {
         match (self.camera.projection, self.mode) {
-            (Projection::Perspective { .. }, Mode::Fly) => {
+            (Projection::Perspective { .. }, NavigationMode::Fly) => {
                 self.speed = (self.speed * NOTCH.powf(notches)).clamp(1e-9, 1e12);
             }
             _ => self.zoom += notches * NOTCH.ln(),
@@ -190,11 +191,11 @@ impl CameraControl {
     /// Changes from flight to orbit, or back. The orbit's centre is as far ahead as the scene's middle is now.
     pub fn toggle_orbit(&mut self) {
         self.mode = match self.mode {
-            Mode::Fly => {
+            NavigationMode::Fly => {
                 self.reach = self.reach_of_middle();
-                Mode::Orbit
+                NavigationMode::Orbit
             }
-            Mode::Orbit => Mode::Fly,
+            NavigationMode::Orbit => NavigationMode::Fly,
         };
     }
 
@@ -206,7 +207,7 @@ impl CameraControl {
     /// Keeps this place under a number from 0 to 8.
     pub fn bookmark(&mut self, number: usize) {
         if let Some(place) = self.bookmarks.get_mut(number) {
-            *place = Some(Place { camera: self.camera, reach: self.reach });
+            *place = Some(Viewpoint { camera: self.camera, reach: self.reach });
         }
     }
 
@@ -217,13 +218,13 @@ impl CameraControl {
     }
 
     /// With the distance of that place: after a zoom another one would be gone around.
-    fn go(&mut self, Place { camera, reach }: Place) {
+    fn go(&mut self, Viewpoint { camera, reach }: Viewpoint) {
         (self.camera, self.reach) = (camera, reach);
         (self.velocity, self.turn, self.zoom) = (DVec3::ZERO, [0.0; 2], 0.0);
     }
 
     /// Lets so many seconds pass.
-    pub fn advance(&mut self, seconds: f64, held: Held) {
+    pub fn advance(&mut self, seconds: f64, held: HeldKeys) {
         let seconds = if seconds.is_finite() { seconds.clamp(0.0, LONGEST) } else { 0.0 };
         let steps = (seconds / STEP).ceil().max(1.0);
         for _ in 0..steps as usize {
@@ -231,7 +232,7 @@ impl CameraControl {
         }
     }
 
-    fn step(&mut self, seconds: f64, held: Held) {
+    fn step(&mut self, seconds: f64, held: HeldKeys) {
         let kept = (-seconds / EASING).exp();
         self.turn(kept);
         // The exact solution of a velocity that nears the wanted one, for any step.
@@ -251,7 +252,7 @@ impl CameraControl {
     }
 
     /// The velocity that is asked for.
-    fn wanted(&self, held: Held) -> DVec3 {
+    fn wanted(&self, held: HeldKeys) -> DVec3 {
         let direction = held.direction() * if held.hurry { HURRY } else { 1.0 };
         match self.camera.projection {
             Projection::Perspective { .. } => direction * self.speed,
@@ -271,7 +272,7 @@ impl CameraControl {
                 let nearer = self.reach * (1.0 - (-zoomed).exp());
                 self.camera.position += aside + forward * (moved.z + nearer);
                 self.reach -= nearer;
-                if self.mode == Mode::Orbit {
+                if self.mode == NavigationMode::Orbit {
                     // Keys that go nearer leave the orbit's centre where it is, until the camera has reached it.
                     let least = self.least_reach().min(self.reach);
                     self.reach = (self.reach - moved.z).max(least);
@@ -298,7 +299,7 @@ impl CameraControl {
         // About the world's vertical and the camera's own horizontal: the camera keeps its roll.
         let rotation = DQuat::from_rotation_y(left) * self.camera.rotation * DQuat::from_rotation_x(up);
         self.camera.rotation = rotation.normalize();
-        if self.mode == Mode::Orbit {
+        if self.mode == NavigationMode::Orbit {
             self.camera.position = pivot - self.camera.forward() * self.reach;
         }
     }
@@ -321,8 +322,8 @@ mod tests {
         CameraControl::new(Camera { projection, ..*control().camera() }, &bounds())
     }
 
-    const FORWARD: Held =
-        Held { forward: true, back: false, left: false, right: false, up: false, down: false, hurry: false };
+    const FORWARD: HeldKeys =
+        HeldKeys { forward: true, back: false, left: false, right: false, up: false, down: false, hurry: false };
 
     /// Two seconds at a frame rate: forward for one of them, with a drag of the mouse at each tenth of a second, and then to the left.
     fn path(mut control: CameraControl, rate: u32) -> Camera {
@@ -330,7 +331,7 @@ mod tests {
             if frame % (rate / 10) == 0 && frame < rate {
                 control.drag(0.05, 0.02);
             }
-            let held = if frame < rate { FORWARD } else { Held { left: true, ..Held::default() } };
+            let held = if frame < rate { FORWARD } else { HeldKeys { left: true, ..HeldKeys::default() } };
             control.advance(1.0 / f64::from(rate), held);
         }
         *control.camera()
@@ -363,13 +364,13 @@ mod tests {
         control.advance(0.01, FORWARD);
         assert!(control.velocity.z < control.speed * 0.2, "it does not start at once");
         control.advance(0.25, FORWARD);
-        assert!(control.is_moving(Held::default()));
+        assert!(control.is_moving(HeldKeys::default()));
         for _ in 0..20 {
-            control.advance(0.1, Held::default());
+            control.advance(0.1, HeldKeys::default());
         }
-        assert!(!control.is_moving(Held::default()) && control.is_moving(FORWARD));
+        assert!(!control.is_moving(HeldKeys::default()) && control.is_moving(FORWARD));
         let rest = *control.camera();
-        control.advance(1.0, Held::default());
+        control.advance(1.0, HeldKeys::default());
         assert_eq!(*control.camera(), rest);
     }
 
@@ -388,13 +389,13 @@ mod tests {
         control.toggle_orbit();
         for _ in 0..50 {
             control.drag(0.1, 0.0);
-            control.advance(0.02, Held::default());
+            control.advance(0.02, HeldKeys::default());
             let camera = control.camera();
             assert!((camera.position.length() - 20.0).abs() < 1e-9, "{}", camera.position);
             assert!((camera.forward() + camera.position.normalize()).length() < 1e-9);
         }
         control.wheel(10.0);
-        (0..50).for_each(|_| control.advance(0.1, Held::default()));
+        (0..50).for_each(|_| control.advance(0.1, HeldKeys::default()));
         let nearer = control.camera().position.length();
         assert!((nearer - 20.0 / NOTCH.powi(10)).abs() < 0.01, "{nearer}");
     }
@@ -403,7 +404,7 @@ mod tests {
     fn turns_around_the_middle(mut control: CameraControl, what: &str) {
         for _ in 0..5 {
             control.drag(0.13, 0.07);
-            (0..30).for_each(|_| control.advance(0.05, Held::default()));
+            (0..30).for_each(|_| control.advance(0.05, HeldKeys::default()));
             let to_middle = -control.camera().position.normalize();
             let off = control.camera().forward().angle_between(to_middle);
             assert!(off < 1e-6, "{what}: {off} radians off");
@@ -417,22 +418,22 @@ mod tests {
         turns_around_the_middle(orbit.clone(), "at first");
         let mut nearer = orbit.clone();
         nearer.advance(0.2, FORWARD);
-        (0..20).for_each(|_| nearer.advance(0.1, Held::default()));
+        (0..20).for_each(|_| nearer.advance(0.1, HeldKeys::default()));
         assert!(nearer.camera().position.z < 19.5, "W goes nearer");
         turns_around_the_middle(nearer.clone(), "after W");
         nearer.bookmark(3);
         nearer.wheel(12.0);
-        (0..50).for_each(|_| nearer.advance(0.1, Held::default()));
+        (0..50).for_each(|_| nearer.advance(0.1, HeldKeys::default()));
         turns_around_the_middle(nearer.clone(), "after the wheel");
         assert!(nearer.recall(3));
         turns_around_the_middle(nearer.clone(), "at a kept place");
         nearer.wheel(12.0);
-        (0..50).for_each(|_| nearer.advance(0.1, Held::default()));
+        (0..50).for_each(|_| nearer.advance(0.1, HeldKeys::default()));
         nearer.reset();
         turns_around_the_middle(nearer, "after a reset");
         let mut flown = control();
         flown.advance(0.25, FORWARD);
-        (0..20).for_each(|_| flown.advance(0.1, Held::default()));
+        (0..20).for_each(|_| flown.advance(0.1, HeldKeys::default()));
         flown.toggle_orbit();
         turns_around_the_middle(flown, "after a flight");
         // Through the centre, if a key is held so long, and not stuck before it.
@@ -445,12 +446,12 @@ mod tests {
         use afterlight::scene::{OpenOptions, open};
         let mode = |scene: &Scene| CameraControl::of_scene(scene).mode();
         let hall = open("builtin:hall", &OpenOptions::default()).expect("is built in");
-        assert_eq!(mode(&hall), Mode::Fly, "inside");
+        assert_eq!(mode(&hall), NavigationMode::Fly, "inside");
         let folder = tempfile::tempdir().expect("a temporary folder");
         let model = folder.path().join("model.obj");
         std::fs::write(&model, "v -1 0 0\nv 1 0 0\nv 0 2 1\nf 1 2 3\nf 1 3 2\n").expect("a file");
         let mut alone = open(model.to_str().expect("UTF-8"), &OpenOptions::default()).expect("a model");
-        assert_eq!(mode(&alone), Mode::Orbit, "a fitted camera");
+        assert_eq!(mode(&alone), NavigationMode::Orbit, "a fitted camera");
         // Beside it, and turned away.
         alone.fitted.camera = false;
         let at = |position: DVec3, target: DVec3| Camera {
@@ -459,29 +460,29 @@ mod tests {
         };
         let middle = alone.bounds().center();
         for (camera, expected) in [
-            (at(DVec3::new(0.0, 1.0, 6.0), middle), Mode::Orbit),
-            (at(DVec3::new(0.0, 1.0, 6.0), DVec3::new(0.0, 1.0, 12.0)), Mode::Fly),
-            (at(DVec3::new(0.0, 1.0, 6.0), DVec3::new(6.0, 1.0, 6.0)), Mode::Fly),
-            (at(DVec3::new(0.1, 2.2, 0.6), middle), Mode::Fly),
+            (at(DVec3::new(0.0, 1.0, 6.0), middle), NavigationMode::Orbit),
+            (at(DVec3::new(0.0, 1.0, 6.0), DVec3::new(0.0, 1.0, 12.0)), NavigationMode::Fly),
+            (at(DVec3::new(0.0, 1.0, 6.0), DVec3::new(6.0, 1.0, 6.0)), NavigationMode::Fly),
+            (at(DVec3::new(0.1, 2.2, 0.6), middle), NavigationMode::Fly),
         ] {
             alone.camera = camera;
             assert_eq!(mode(&alone), expected, "from {} along {}", camera.position, camera.forward());
         }
-        assert_eq!(mode(&Scene::default()), Mode::Fly, "nothing");
+        assert_eq!(mode(&Scene::default()), NavigationMode::Fly, "nothing");
     }
 
     #[test]
     fn an_orthographic_camera_zooms_by_its_height_and_stays_where_it_is() {
         let mut control = orthographic();
         control.wheel(5.0);
-        (0..50).for_each(|_| control.advance(0.1, Held::default()));
+        (0..50).for_each(|_| control.advance(0.1, HeldKeys::default()));
         let height = control.camera().half_height() * 2.0;
         assert!((height - 4.0 / NOTCH.powi(5)).abs() < 1e-3, "{height}");
         (0..20).for_each(|_| control.advance(0.1, FORWARD));
         assert!(control.camera().half_height() * 2.0 < height / 5.0, "forward goes nearer");
         assert_eq!(control.camera().position, DVec3::new(0.0, 0.0, 20.0));
         control.wheel(-1e6);
-        (0..500).for_each(|_| control.advance(0.1, Held::default()));
+        (0..500).for_each(|_| control.advance(0.1, HeldKeys::default()));
         assert!(HEIGHT.contains(&(control.camera().half_height() * 2.0)));
     }
 
@@ -489,9 +490,9 @@ mod tests {
     fn looking_up_ends_before_the_zenith() {
         let mut control = control();
         control.drag(0.0, -10.0);
-        (0..100).for_each(|_| control.advance(0.1, Held::default()));
+        (0..100).for_each(|_| control.advance(0.1, HeldKeys::default()));
         let pitch = control.camera().forward().y.asin();
-        assert!((pitch - STEEPEST).abs() < 1e-6 && !control.is_moving(Held::default()), "{pitch}");
+        assert!((pitch - STEEPEST).abs() < 1e-6 && !control.is_moving(HeldKeys::default()), "{pitch}");
         assert!(control.camera().up().y > 0.0, "not turned over");
     }
 
@@ -506,7 +507,7 @@ mod tests {
         control.advance(0.2, FORWARD);
         assert!(control.recall(0));
         assert_eq!(*control.camera(), kept);
-        assert!(!control.is_moving(Held::default()), "it stands still there");
+        assert!(!control.is_moving(HeldKeys::default()), "it stands still there");
         control.reset();
         assert_eq!(*control.camera(), control.first.camera);
     }

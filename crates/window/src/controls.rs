@@ -65,7 +65,7 @@ pub struct Selected {
 
 /// The values that panels can change, before and after they were shown.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Values {
+pub struct PanelValues {
     pub settings: Settings,
     /// EV100.
     pub exposure: f32,
@@ -120,7 +120,7 @@ impl Controls {
     }
 
     /// Builds the panels that are open.
-    pub fn show(&mut self, context: &Context, facts: &Facts, (values, player): (&mut Values, &mut Player)) {
+    pub fn show(&mut self, context: &Context, facts: &Facts, (values, player): (&mut PanelValues, &mut Player)) {
         let is_small = is_small(context);
         if self.keys && has_keys_alone(context) {
             return self.show_keys(context);
@@ -232,7 +232,7 @@ fn show_error(ui: &mut Ui, map: Option<&ErrorMap>) {
     });
 }
 
-fn panels(ui: &mut Ui, facts: &Facts, (values, player): (&mut Values, &mut Player)) {
+fn panels(ui: &mut Ui, facts: &Facts, (values, player): (&mut PanelValues, &mut Player)) {
     ui.horizontal_wrapped(|ui| {
         ui.label(facts.device);
         if facts.is_pending {
@@ -268,7 +268,7 @@ fn panels(ui: &mut Ui, facts: &Facts, (values, player): (&mut Values, &mut Playe
     }
 }
 
-fn picture(ui: &mut Ui, facts: &Facts, values: &mut Values) {
+fn picture(ui: &mut Ui, facts: &Facts, values: &mut PanelValues) {
     if facts.plan.is_some_and(|plan| plan.exposes) {
         // A scene may have one beyond, which stays until it is changed.
         let slider = Slider::new(&mut values.exposure, -6.0..=20.0).clamping(SliderClamping::Edits);
@@ -444,7 +444,8 @@ mod tests {
     /// The rectangles of the panels that are open in a window of this size, with their names.
     fn open_panels(size: Vec2, keys: bool, is_stepping: bool, name: &str) -> Vec<(&'static str, egui::Rect)> {
         let context = context();
-        let mut values = Values { settings: Settings::default(), exposure: 9.0, lights: Vec::new(), roughness: None };
+        let mut values =
+            PanelValues { settings: Settings::default(), exposure: 9.0, lights: Vec::new(), roughness: None };
         let mut controls = Controls { shown: true, keys, ..Controls::default() };
         let bounds = Aabb { min: DVec3::splat(-1234.5), max: DVec3::splat(987.654) };
         // Their sizes are known when they have been shown once.

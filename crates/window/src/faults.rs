@@ -4,12 +4,12 @@ use egui::{Align2, Context, RichText, ScrollArea};
 
 /// Errors, in lines.
 #[derive(Debug, Default, PartialEq, Eq)]
-pub struct Faults {
+pub struct ReloadErrors {
     pub scene: Option<String>,
     pub shaders: Option<String>,
 }
 
-impl Faults {
+impl ReloadErrors {
     pub fn is_any(&self) -> bool {
         self.scene.is_some() || self.shaders.is_some()
     }

@@ -2,7 +2,7 @@
 
 use winit::keyboard::KeyCode;
 
-use super::camera::Held;
+use super::camera::HeldKeys;
 
 /// The action of a key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -123,7 +123,7 @@ pub(super) fn action(key: KeyCode, control: bool, shift: bool) -> Option<Action>
 }
 
 /// Takes note of a key that moves the camera while it is held down. False for other keys.
-pub(super) fn hold(held: &mut Held, key: KeyCode, pressed: bool) -> bool {
+pub(super) fn hold(held: &mut HeldKeys, key: KeyCode, pressed: bool) -> bool {
     let state = match key {
         KeyCode::KeyW | KeyCode::ArrowUp => &mut held.forward,
         KeyCode::KeyS | KeyCode::ArrowDown => &mut held.back,
@@ -174,9 +174,9 @@ mod tests {
             KeyCode::KeyF,
             KeyCode::KeyZ,
         ]) {
-            assert!(action(key, false, false).is_some() && !hold(&mut Held::default(), key, true), "{key:?}");
+            assert!(action(key, false, false).is_some() && !hold(&mut HeldKeys::default(), key, true), "{key:?}");
         }
-        let mut held = Held::default();
+        let mut held = HeldKeys::default();
         assert!(hold(&mut held, KeyCode::KeyW, true) && held.forward && action(KeyCode::KeyW, false, false).is_none());
         assert!(hold(&mut held, KeyCode::KeyW, false) && !held.forward);
     }

@@ -68,7 +68,7 @@ impl From<gpu::Error> for Error {
 }
 
 /// Options of a window.
-pub struct Options<'a> {
+pub struct WindowOptions<'a> {
     /// The icon of the window and of task lists, as PNG.
     pub icon: &'a [u8],
     /// The synchronization of frames with the display's refresh.
@@ -138,7 +138,7 @@ impl WindowSystem {
         device: &Arc<Device>,
         scene: Scene,
         settings: Settings,
-        options: Options,
+        options: WindowOptions,
     ) -> Result<Summary, Error> {
         let proxy = self.events.create_proxy();
         // It only fails when the loop has ended, which then needs nobody to wake it.

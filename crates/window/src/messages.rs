@@ -23,13 +23,13 @@ const WIDEST: f32 = 720.0;
 
 /// A message over the picture.
 #[derive(Debug)]
-struct Message {
+struct Toast {
     text: String,
     /// The moment at which a frame first showed it.
     since: Option<Instant>,
 }
 
-impl Message {
+impl Toast {
     fn time(&self) -> Duration {
         if self.text.starts_with(WARNING) { SHOWN_WARNING } else { SHOWN }
     }
@@ -44,19 +44,19 @@ impl Message {
 
 /// Messages that are shown over the picture.
 #[derive(Debug, Default)]
-pub struct Messages(Vec<Message>);
+pub struct Messages(Vec<Toast>);
 
 impl Messages {
     fn add(&mut self, text: &str) {
         self.0.retain(|own| !own.is_replaced_by(text));
-        self.0.push(Message { text: text.to_owned(), since: None });
+        self.0.push(Toast { text: text.to_owned(), since: None });
         let spare = self.0.len().saturating_sub(MOST);
         self.0.drain(..spare);
     }
 
     /// Removes messages whose time is over. Returns the time until the next one's is.
     fn expire(&mut self, now: Instant) -> Option<Duration> {
-        let left = |own: &Message| own.since.map_or(own.time(), |since| (since + own.time()).duration_since(now));
+        let left = |own: &Toast| own.since.map_or(own.time(), |since| (since + own.time()).duration_since(now));
         self.0.retain(|own| !left(own).is_zero());
         self.0.iter().map(left).min()
     }

@@ -11,19 +11,19 @@ use rayon::prelude::*;
 
 use afterlight::scene::{Scene, Settings, exposure_scale};
 use afterlight_truth::reference::shown::{Pixel, shown_at};
-use afterlight_truth::reference::{Reference, Smith, View};
+use afterlight_truth::reference::{CameraView, Reference, Smith};
 
 /// A question.
 pub enum Question {
     /// The object at a place, in pixels from the upper left corner.
-    Pick(View, DVec2),
+    Pick(CameraView, DVec2),
     /// The picture's difference from the truth.
-    Error(Box<Drawn>),
+    Error(Box<RenderedFrame>),
 }
 
 /// A picture that was drawn, and how.
-pub struct Drawn {
-    pub view: View,
+pub struct RenderedFrame {
+    pub view: CameraView,
     pub settings: Settings,
     pub exposure: f32,
     /// RGBA, sRGB-encoded, rows from the top.
@@ -136,7 +136,12 @@ impl Drop for Oracle {
 }
 
 /// `None` if the answer is not wanted any more.
-fn compare(reference: &Reference, drawn: &Drawn, step: u32, is_wanted: &(dyn Fn() -> bool + Sync)) -> Option<ErrorMap> {
+fn compare(
+    reference: &Reference,
+    drawn: &RenderedFrame,
+    step: u32,
+    is_wanted: &(dyn Fn() -> bool + Sync),
+) -> Option<ErrorMap> {
     let [width, height] = drawn.view.size;
     let size = [width, height].map(|edge| edge.div_ceil(step));
     let exposure = f64::from(exposure_scale(drawn.exposure));
@@ -148,7 +153,7 @@ fn compare(reference: &Reference, drawn: &Drawn, step: u32, is_wanted: &(dyn Fn(
     Some(ErrorMap { step, size, codes: rows?.concat() })
 }
 
-fn code(reference: &Reference, drawn: &Drawn, [x, y]: [u32; 2], exposure: f64) -> u8 {
+fn code(reference: &Reference, drawn: &RenderedFrame, [x, y]: [u32; 2], exposure: f64) -> u8 {
     let exposed =
         |place: DVec2| DVec3::from_array(reference.light(&drawn.view, Smith::default(), place, place)) * exposure;
     let truth = shown_at(exposed, &drawn.settings, Pixel { place: [x, y], size: drawn.view.size });
@@ -181,7 +186,7 @@ mod tests {
     #[test]
     fn the_truth_differs_from_itself_by_nothing_and_from_black_by_its_light() {
         let scene = open("builtin:spheres", &OpenOptions::default()).expect("is built in");
-        let view = View { camera: scene.camera, size: SIZE };
+        let view = CameraView { camera: scene.camera, size: SIZE };
         let (settings, exposure) = (Settings::default(), metered_ev100(&scene));
         let reference = Reference::new(&scene).expect("a scene");
         let mut picture = Vec::new();
@@ -194,7 +199,12 @@ mod tests {
         }
         let oracle = Oracle::new(scene.clone(), || {});
         let ask = |picture: Vec<u8>| {
-            oracle.ask(Question::Error(Box::new(Drawn { view, settings: settings.clone(), exposure, picture })));
+            oracle.ask(Question::Error(Box::new(RenderedFrame {
+                view,
+                settings: settings.clone(),
+                exposure,
+                picture,
+            })));
             match wait(&oracle, |answer| matches!(answer, Answer::Error(map) if map.step == 1)) {
                 Answer::Error(map) => map,
                 Answer::Picked(_) => unreachable!("filtered"),
@@ -211,7 +221,7 @@ mod tests {
     #[test]
     fn a_place_is_answered_by_what_is_there_and_a_newer_question_takes_the_place_of_an_older() {
         let scene = open("builtin:spheres", &OpenOptions::default()).expect("is built in");
-        let view = View { camera: scene.camera, size: SIZE };
+        let view = CameraView { camera: scene.camera, size: SIZE };
         let oracle = Oracle::new(scene.clone(), || {});
         let place = DVec2::new(12.0, 14.0);
         let (_, id, _) = Reference::new(&scene).expect("a scene").surface(&view, place).expect("the floor");

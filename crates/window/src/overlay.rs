@@ -11,7 +11,7 @@ use winit::event::WindowEvent;
 use winit::window::Window;
 
 use afterlight::gpu::vk;
-use afterlight::passes::overlay::{Draw, Panels, Texture, Vertex};
+use afterlight::passes::overlay::{PanelDraw, PanelTexture, PanelVertex, Panels};
 
 /// The user interface of one window.
 pub struct Overlay {
@@ -28,7 +28,7 @@ pub struct Overlay {
 }
 
 /// The effect of an event on the panels.
-pub struct Taken {
+pub struct PanelResponse {
     /// Nobody else should act on it.
     pub consumed: bool,
     /// True if the panels may look different.
@@ -57,7 +57,7 @@ impl Overlay {
     }
 
     /// Hands an event of the window on, which is forgotten if nothing is shown.
-    pub fn event(&mut self, window: &Window, event: &WindowEvent, shown: bool) -> Taken {
+    pub fn event(&mut self, window: &Window, event: &WindowEvent, shown: bool) -> PanelResponse {
         let response = self.state.on_window_event(window, event);
         let consumed = match event {
             // A key that no text field waits for is the window's own.
@@ -76,7 +76,7 @@ impl Overlay {
         }
         // A frame that is drawn is none that must be drawn again, as egui-winit says of each.
         let changes = response.repaint && !matches!(event, WindowEvent::RedrawRequested);
-        Taken { consumed: consumed && shown, changes: changes && shown }
+        PanelResponse { consumed: consumed && shown, changes: changes && shown }
     }
 
     fn is_over_a_panel(&self) -> bool {
@@ -104,7 +104,7 @@ impl Overlay {
     }
 
     /// The textures that are new or have changed since the last call, or all of them for a device that has none.
-    pub fn textures(&mut self, anew: bool) -> Vec<Texture> {
+    pub fn textures(&mut self, anew: bool) -> Vec<PanelTexture> {
         let changed = std::mem::take(&mut self.changed);
         let sent = self.textures.iter().filter(|(id, _)| anew || changed.contains(id));
         sent.map(|(&id, image)| texture(id, image)).collect()
@@ -170,9 +170,9 @@ fn patch(image: &mut ColorImage, [left, top]: [usize; 2], part: &ColorImage) {
     }
 }
 
-fn texture(id: u64, image: &ColorImage) -> Texture {
+fn texture(id: u64, image: &ColorImage) -> PanelTexture {
     let rgba = image.pixels.iter().flat_map(|pixel| pixel.to_array()).collect();
-    Texture { id, size: image.size.map(|edge| edge as u32), rgba }
+    PanelTexture { id, size: image.size.map(|edge| edge as u32), rgba }
 }
 
 /// All meshes as one, each with the part of the window that it may cover.
@@ -183,14 +183,14 @@ fn triangles(primitives: &[ClippedPrimitive], pixels_per_point: f32, size: [u32;
         let Primitive::Mesh(mesh) = primitive else { continue };
         let Some(scissor) = scissor(*clip_rect, pixels_per_point, size) else { continue };
         let (base, first) = (panels.vertices.len() as u32, panels.indices.len() as u32);
-        panels.vertices.extend(mesh.vertices.iter().map(|vertex| Vertex {
+        panels.vertices.extend(mesh.vertices.iter().map(|vertex| PanelVertex {
             position: [vertex.pos.x, vertex.pos.y],
             uv: [vertex.uv.x, vertex.uv.y],
             color: vertex.color.to_array(),
         }));
         panels.indices.extend(mesh.indices.iter().map(|index| base + index));
         let indices = first..panels.indices.len() as u32;
-        panels.draws.push(Draw { texture: number(mesh.texture_id), scissor, indices });
+        panels.draws.push(PanelDraw { texture: number(mesh.texture_id), scissor, indices });
     }
     panels
 }

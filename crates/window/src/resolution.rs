@@ -22,7 +22,7 @@ const REST: Duration = Duration::from_millis(150);
 
 /// The state of a frame's picture, besides a camera that may have moved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Motion {
+pub enum PictureMotion {
     /// Nothing moves.
     Rests,
     /// Something moves.
@@ -54,17 +54,23 @@ impl Resolution {
 
     /// The share of the window's width and height for the frame that begins now, and when it is to be drawn anew because it will rest then. `took` is how
     /// long the last frame took that is known to be done.
-    pub fn choose(&mut self, now: Instant, camera: &Camera, motion: Motion, took: Duration) -> (f64, Option<Instant>) {
+    pub fn choose(
+        &mut self,
+        now: Instant,
+        camera: &Camera,
+        motion: PictureMotion,
+        took: Duration,
+    ) -> (f64, Option<Instant>) {
         if !self.follows {
             return (1.0, None);
         }
         // The first frame comes as soon as can be, too.
         let has_moved = self.camera.replace(*camera) != Some(*camera);
-        if motion == Motion::Moves || has_moved {
+        if motion == PictureMotion::Moves || has_moved {
             self.moved = Some(now);
         }
         let rests = self.moved.map(|moved| moved + REST).filter(|rests| *rests > now);
-        if motion == Motion::Kept || rests.is_none() {
+        if motion == PictureMotion::Kept || rests.is_none() {
             self.forget_times();
             return (1.0, rests);
         }
@@ -79,10 +85,10 @@ impl Resolution {
     }
 
     /// Returns true if the frame that begins now is whole.
-    pub fn is_whole(&self, now: Instant, camera: &Camera, motion: Motion) -> bool {
-        let moves = motion == Motion::Moves || self.camera != Some(*camera);
+    pub fn is_whole(&self, now: Instant, camera: &Camera, motion: PictureMotion) -> bool {
+        let moves = motion == PictureMotion::Moves || self.camera != Some(*camera);
         let rests = self.moved.is_none_or(|moved| moved + REST <= now);
-        !self.follows || motion == Motion::Kept || !moves && rests
+        !self.follows || motion == PictureMotion::Kept || !moves && rests
     }
 
     /// The next times are of frames that had another size.
@@ -122,7 +128,7 @@ mod tests {
             let took =
                 |frame: usize, share: f64| Duration::from_secs_f64((fixed + whole(frame) * share * share) * 1e-3);
             let known = frame.checked_sub(3).map_or(Duration::ZERO, |frame| took(frame, shares[frame]));
-            let (share, rests) = resolution.choose(now, &camera, Motion::Rests, known);
+            let (share, rests) = resolution.choose(now, &camera, PictureMotion::Rests, known);
             assert_eq!(rests, (share < 1.0).then_some(now + REST));
             shares.push(share);
             now += took(frame, share);
@@ -154,14 +160,14 @@ mod tests {
             assert_eq!(is_whole, chosen.0 == 1.0, "said before");
             chosen
         };
-        assert_eq!(choose(begin, Motion::Rests), (0.25, Some(begin + REST)));
+        assert_eq!(choose(begin, PictureMotion::Rests), (0.25, Some(begin + REST)));
         // A frame for another reason meanwhile is not finer, and does not put the rest off.
-        assert_eq!(choose(begin + REST / 2, Motion::Rests), (0.25, Some(begin + REST)));
-        assert_eq!(choose(begin + REST, Motion::Rests), (1.0, None));
-        assert_eq!(choose(begin + 2 * REST, Motion::Moves), (0.25, Some(begin + 3 * REST)));
+        assert_eq!(choose(begin + REST / 2, PictureMotion::Rests), (0.25, Some(begin + REST)));
+        assert_eq!(choose(begin + REST, PictureMotion::Rests), (1.0, None));
+        assert_eq!(choose(begin + 2 * REST, PictureMotion::Moves), (0.25, Some(begin + 3 * REST)));
         // One that is kept is whole while something moves, too.
-        assert_eq!(choose(begin + 2 * REST, Motion::Kept).0, 1.0);
-        assert_eq!(Resolution::new(false).choose(begin, &camera, Motion::Moves, took), (1.0, None));
+        assert_eq!(choose(begin + 2 * REST, PictureMotion::Kept).0, 1.0);
+        assert_eq!(Resolution::new(false).choose(begin, &camera, PictureMotion::Moves, took), (1.0, None));
     }
 
     #[test]
@@ -169,10 +175,10 @@ mod tests {
         let (begin, camera) = (Instant::now(), Camera::default());
         let mut resolution = Resolution::new(true);
         for frame in 0..LATE {
-            resolution.choose(begin + frame * AIM, &camera, Motion::Moves, 9 * AIM);
+            resolution.choose(begin + frame * AIM, &camera, PictureMotion::Moves, 9 * AIM);
         }
-        resolution.choose(begin + 20 * AIM, &camera, Motion::Rests, AIM);
-        resolution.choose(begin + 21 * AIM, &camera, Motion::Moves, AIM / 100);
+        resolution.choose(begin + 20 * AIM, &camera, PictureMotion::Rests, AIM);
+        resolution.choose(begin + 21 * AIM, &camera, PictureMotion::Moves, AIM / 100);
         assert_eq!((resolution.step, resolution.since), (COARSEST, 1));
     }
 }

@@ -5,7 +5,7 @@ mod stepper;
 
 pub use stepper::Stepper;
 
-use afterlight::frame::list::List;
+use afterlight::frame::list::StepList;
 use afterlight::passes::{
     Pass, PassName, Resource, UseKind, composite, forward, geometry, lighting, shadow, tiled, tonemap, transparent,
 };
@@ -17,7 +17,7 @@ const SINGLE_LIGHTS: usize = 24;
 
 /// A pass, or a part of its work, after which the picture is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Step {
+pub enum FrameStep {
     ShadowMaps,
     /// A buffer that GEOMETRY has written.
     Buffer(View),
@@ -39,10 +39,10 @@ pub enum Step {
     Effect(PassName),
 }
 
-impl Step {
+impl FrameStep {
     /// The steps of the frames of a plan. Those before the tone mapping are shown tone-mapped all the same, as far as nothing else is said.
     pub fn all(plan: &FramePlan) -> Vec<Self> {
-        let mut steps: Vec<_> = List::of(plan).passes().flat_map(|pass| Self::of(pass, plan)).collect();
+        let mut steps: Vec<_> = StepList::of(plan).passes().flat_map(|pass| Self::of(pass, plan)).collect();
         // A pass that is recorded several times is one step.
         steps.dedup();
         steps
@@ -83,7 +83,7 @@ impl Step {
         // Another view must not make another choice.
         let mut settings = Settings { light_path: plan.light_path, ..whole.clone() };
         // Effects that come later are left out.
-        let list = List::of(plan);
+        let list = StepList::of(plan);
         let is_own = |pass: &&Pass| pass.place.name() == self.pass(plan);
         let later = list.passes().skip_while(|pass| !is_own(pass)).skip_while(is_own);
         let mut later = later.filter_map(|pass| pass.leave_out).peekable();
@@ -237,7 +237,7 @@ mod tests {
 
     fn passes(scene: &Scene, settings: &Settings) -> Vec<&'static str> {
         let plan = FramePlan::of(scene, settings, &samples::device()).expect("a plan");
-        let mut passes: Vec<_> = Step::all(&plan).into_iter().map(|step| step.pass(&plan)).collect();
+        let mut passes: Vec<_> = FrameStep::all(&plan).into_iter().map(|step| step.pass(&plan)).collect();
         passes.dedup();
         passes
     }
@@ -285,7 +285,7 @@ mod tests {
         let whole =
             Settings { ao: AmbientOcclusion::Bitmask, bloom: 0.1, vignette: 0.5, fxaa: true, ..samples::deferred() };
         let plan = FramePlan::of(&plain, &whole, &samples::device()).expect("a plan");
-        let seen: Vec<_> = Step::all(&plan)
+        let seen: Vec<_> = FrameStep::all(&plan)
             .into_iter()
             .map(|step| {
                 let own = step.settings(&whole, &plan);
@@ -321,14 +321,15 @@ mod tests {
                     let whole = Settings { light_path, fxaa, msaa, transparency, ao, ..Settings::default() };
                     // Settings that do not go together are refused.
                     let Ok(plan) = FramePlan::of(&scene, &whole, &samples::device()) else { continue };
-                    for step in Step::all(&plan) {
+                    for step in FrameStep::all(&plan) {
                         let settings = step.settings(&whole, &plan);
                         let what = format!("{name}, FXAA {fxaa}, {msaa}: {step:?}");
                         let own = FramePlan::of(&scene, &settings, &samples::device());
                         let own = own.unwrap_or_else(|error| panic!("{what}: {error}"));
-                        let is_buffer = matches!(step, Step::ShadowMaps | Step::Buffer(_) | Step::Rewritten(..));
+                        let is_buffer =
+                            matches!(step, FrameStep::ShadowMaps | FrameStep::Buffer(_) | FrameStep::Rewritten(..));
                         assert!(is_buffer || own.light_path == plan.light_path, "{what}: {}", own.light_path);
-                        if matches!(step, Step::Lights { .. }) {
+                        if matches!(step, FrameStep::Lights { .. }) {
                             assert_eq!(
                                 (
                                     own.light_numbers(),
@@ -350,7 +351,7 @@ mod tests {
                             );
                         }
                     }
-                    let last = *Step::all(&plan).last().expect("a frame lights something");
+                    let last = *FrameStep::all(&plan).last().expect("a frame lights something");
                     let own = FramePlan::of(&scene, &last.settings(&whole, &plan), &samples::device()).expect("a plan");
                     assert_eq!(
                         (own.output, own.effects.fxaa, own.tone_mapping),

@@ -1,11 +1,11 @@
 //! The scene of a window, with the user's changes.
 
-use super::controls::Values;
+use super::controls::PanelValues;
 use super::player::Player;
 use afterlight::scene::{Aabb, Camera, Light, Output, Projection, Scene, Settings, View, metered_ev100};
 
 /// The scene that is drawn, of which a user may change more than the camera.
-pub struct Subject {
+pub struct LiveScene {
     pub scene: Scene,
     pub settings: Settings,
     /// The playback of its clips.
@@ -30,7 +30,7 @@ struct Own {
     camera: Camera,
 }
 
-impl Subject {
+impl LiveScene {
     pub fn new(scene: Scene, settings: Settings) -> Self {
         let own_roughness = scene.materials.iter().map(|material| material.roughness).collect();
         // It does not follow lights that are changed later.
@@ -85,8 +85,8 @@ impl Subject {
     }
 
     /// As they are: no light is changed.
-    pub(super) fn values(&self) -> Values {
-        Values {
+    pub(super) fn values(&self) -> PanelValues {
+        PanelValues {
             settings: self.settings.clone(),
             exposure: self.exposure,
             lights: Vec::new(),
@@ -94,7 +94,7 @@ impl Subject {
         }
     }
 
-    pub(super) fn set(&mut self, values: Values, lights: Vec<Light>) {
+    pub(super) fn set(&mut self, values: PanelValues, lights: Vec<Light>) {
         (self.settings, self.exposure, self.scene.lights) = (values.settings, values.exposure, lights);
         self.set_roughness(values.roughness);
     }
@@ -143,7 +143,7 @@ mod tests {
     #[test]
     fn what_was_changed_stays_until_the_files_say_something_else_of_it() {
         let scene = open("builtin:spheres", &OpenOptions::default()).expect("is built in");
-        let mut changed = Subject::new(scene.clone(), Settings::default());
+        let mut changed = LiveScene::new(scene.clone(), Settings::default());
         changed.settings = Settings { fxaa: true, view: View::Depth, ..changed.settings.clone() };
         changed.exposure += 2.0;
         changed.scene.lights[0].intensity *= 3.0;
@@ -153,7 +153,7 @@ mod tests {
         assert_eq!(
             (same.values(), &same.scene.lights),
             (
-                Values {
+                PanelValues {
                     settings: Settings { exposure: Some(changed.exposure), ..changed.settings.clone() },
                     ..changed.values()
                 },

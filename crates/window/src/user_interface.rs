@@ -8,15 +8,15 @@ use winit::event::WindowEvent;
 use winit::window::Window;
 
 use super::clock::Clock;
-use super::controls::{Controls, Facts, Selected, Values, has_keys_alone};
-use super::faults::Faults;
+use super::controls::{Controls, Facts, PanelValues, Selected, has_keys_alone};
+use super::faults::ReloadErrors;
 use super::marks::{HeatMap, draw_box};
 use super::messages::Notes;
-use super::oracle::{Answer, Drawn, ErrorMap, Oracle, Question};
-use super::overlay::{Overlay, Taken};
+use super::oracle::{Answer, ErrorMap, Oracle, Question, RenderedFrame};
+use super::overlay::{Overlay, PanelResponse};
 use super::split::{Divider, views_after};
 use super::steps::Stepper;
-use super::subject::Subject;
+use super::subject::LiveScene;
 use afterlight::frame::{self, Picture, Pixels, Presenter, plan_for};
 use afterlight::gpu::{self, Device, vk};
 use afterlight::passes::overlay::Panels;
@@ -51,11 +51,11 @@ pub struct UserInterface {
     error: Option<ErrorMap>,
     heat: HeatMap,
     /// The values and the lights that frames were last made for.
-    fitted: Option<(Values, Vec<Light>)>,
+    fitted: Option<(PanelValues, Vec<Light>)>,
     /// The state that frames were last made of, if it has changed since.
     before: Before,
     /// The errors in changed files.
-    pub faults: Faults,
+    pub faults: ReloadErrors,
     stepper: Stepper,
     /// An object was asked for, and no answer has come.
     is_picking: bool,
@@ -66,7 +66,7 @@ pub struct UserInterface {
 /// The state to go back to.
 #[derive(Default)]
 struct Before {
-    subject: Option<Subject>,
+    subject: Option<LiveScene>,
     #[cfg(feature = "hot-reload")]
     shaders: Option<Replacements>,
 }
@@ -89,7 +89,7 @@ impl UserInterface {
             heat: HeatMap::default(),
             fitted: None,
             before: Before::default(),
-            faults: Faults::default(),
+            faults: ReloadErrors::default(),
             stepper: Stepper::default(),
             is_picking: false,
             has_moved: false,
@@ -97,7 +97,7 @@ impl UserInterface {
     }
 
     /// Hands an event of the window on. Nothing is consumed while no panel is open.
-    pub fn event(&mut self, window: &Window, event: &WindowEvent) -> Taken {
+    pub fn event(&mut self, window: &Window, event: &WindowEvent) -> PanelResponse {
         let shown = self.is_shown();
         self.overlay.event(window, event, shown)
     }
@@ -108,7 +108,7 @@ impl UserInterface {
         &mut self,
         window: &Window,
         (presenter, clock): (&mut Presenter, &Clock),
-        (subject, camera): (&mut Subject, &Camera),
+        (subject, camera): (&mut LiveScene, &Camera),
         notes: &Notes,
     ) -> Option<(Panels, Duration, bool)> {
         match (self.is_shown(), notes.is_any()) {
@@ -184,7 +184,7 @@ impl UserInterface {
     }
 
     /// The frames are made for the subject as it is now. Why the window is not split any more, if it cannot be.
-    pub fn fitted(&mut self, presenter: &mut Presenter, subject: &Subject) -> Option<String> {
+    pub fn fitted(&mut self, presenter: &mut Presenter, subject: &LiveScene) -> Option<String> {
         self.fitted = Some((subject.values(), subject.scene.lights.clone()));
         self.before = Before::default();
         let why = format!("the window cannot be split so: {}", presenter.refusal()?);
@@ -194,7 +194,7 @@ impl UserInterface {
     }
 
     /// Takes the scene as it was read again. True if the camera that it names is another one than before.
-    pub fn renew(&mut self, presenter: &mut Presenter, subject: &mut Subject, read: (Scene, Settings)) -> bool {
+    pub fn renew(&mut self, presenter: &mut Presenter, subject: &mut LiveScene, read: (Scene, Settings)) -> bool {
         // Its steps are another frame's.
         self.stepper.end(presenter, &subject.settings);
         let new = subject.renewed(read.0, read.1);
@@ -224,7 +224,7 @@ impl UserInterface {
     }
 
     /// Takes back the changes since frames could last be made, if there are any and the device is not to blame. Tells why on the panels.
-    pub fn take_back(&mut self, presenter: &mut Presenter, subject: &mut Subject, error: &frame::Error) -> bool {
+    pub fn take_back(&mut self, presenter: &mut Presenter, subject: &mut LiveScene, error: &frame::Error) -> bool {
         use gpu::Error::{DeviceLost, Vulkan};
         if let frame::Error::Gpu(DeviceLost { .. } | Vulkan { result: vk::Result::ERROR_SURFACE_LOST_KHR, .. }) = error
         {
@@ -295,7 +295,7 @@ impl UserInterface {
     }
 
     /// Asks for the object at a place of the picture, in pixels from its upper left corner.
-    pub fn pick(&mut self, subject: &Subject, view: reference::View, place: DVec2) {
+    pub fn pick(&mut self, subject: &LiveScene, view: reference::CameraView, place: DVec2) {
         self.end_comparison();
         self.oracle(subject).ask(Question::Pick(view, place));
         self.is_picking = true;
@@ -317,13 +317,13 @@ impl UserInterface {
     }
 
     /// Asks for the difference of a picture from this camera from the truth; does nothing if the picture is not one of light.
-    pub fn compare(&mut self, subject: &Subject, camera: Camera, picture: &Picture) {
+    pub fn compare(&mut self, subject: &LiveScene, camera: Camera, picture: &Picture) {
         let Pixels::Srgb8(rgba) = &picture.pixels else { return };
         if self.refuses_comparison(subject) {
             return;
         }
-        let drawn = Drawn {
-            view: reference::View { camera, size: picture.size },
+        let drawn = RenderedFrame {
+            view: reference::CameraView { camera, size: picture.size },
             settings: subject.settings.clone(),
             exposure: subject.exposure,
             picture: rgba.clone(),
@@ -333,7 +333,7 @@ impl UserInterface {
     }
 
     /// Returns true if the shown picture cannot be compared, and tells so.
-    pub fn refuses_comparison(&mut self, subject: &Subject) -> bool {
+    pub fn refuses_comparison(&mut self, subject: &LiveScene) -> bool {
         let refuses = subject.settings.view != View::Final || self.stepper.is_open();
         if refuses {
             self.refused = Some("only the final picture of a whole frame can be compared with the truth".into());
@@ -359,7 +359,7 @@ impl UserInterface {
         was
     }
 
-    fn oracle(&mut self, subject: &Subject) -> &Oracle {
+    fn oracle(&mut self, subject: &LiveScene) -> &Oracle {
         let wake = Arc::clone(&self.wake);
         self.oracle.get_or_insert_with(|| Oracle::new(subject.still(), move || wake()))
     }
@@ -370,7 +370,7 @@ impl UserInterface {
     }
 
     /// Shows the next view that the scene has, or the one before it. True if the presenter must be fitted again.
-    pub fn turn_view(&mut self, presenter: &mut Presenter, subject: &mut Subject, back: bool) -> bool {
+    pub fn turn_view(&mut self, presenter: &mut Presenter, subject: &mut LiveScene, back: bool) -> bool {
         let ended = self.end_steps(presenter, subject);
         let own = subject.settings.view;
         for _ in 0..View::NAMES.len() {
@@ -386,7 +386,7 @@ impl UserInterface {
     }
 
     /// Shows the frame after its next step, or the one before. True if the presenter must be fitted again.
-    pub fn step(&mut self, presenter: &mut Presenter, subject: &Subject, back: bool) -> bool {
+    pub fn step(&mut self, presenter: &mut Presenter, subject: &LiveScene, back: bool) -> bool {
         self.end_comparison();
         // A step is of one picture.
         let ended = self.unsplit(presenter);
@@ -402,7 +402,7 @@ impl UserInterface {
     }
 
     /// Shows the whole frame again. True if the presenter must be fitted again.
-    pub fn end_steps(&mut self, presenter: &mut Presenter, subject: &Subject) -> bool {
+    pub fn end_steps(&mut self, presenter: &mut Presenter, subject: &LiveScene) -> bool {
         self.end_comparison();
         self.stepper.end(presenter, &subject.settings)
     }
@@ -414,7 +414,7 @@ impl UserInterface {
 
     /// Splits the window, to show the next view that can be drawn beside the picture, or ends that if no `next` one is asked for. True if the
     /// presenter must be fitted again.
-    pub fn split(&mut self, presenter: &mut Presenter, subject: &Subject, next: bool) -> bool {
+    pub fn split(&mut self, presenter: &mut Presenter, subject: &LiveScene, next: bool) -> bool {
         if !next && self.controls.beside.is_some() {
             return self.unsplit(presenter);
         }
@@ -450,7 +450,13 @@ impl UserInterface {
     }
 
     /// Makes a change. True if the presenter must be fitted again.
-    fn change(&mut self, presenter: &mut Presenter, subject: &mut Subject, before: &Values, after: Values) -> bool {
+    fn change(
+        &mut self,
+        presenter: &mut Presenter,
+        subject: &mut LiveScene,
+        before: &PanelValues,
+        after: PanelValues,
+    ) -> bool {
         let mut unfit = false;
         // The picture will be another one, and so will the truth.
         self.end_comparison();
@@ -498,7 +504,7 @@ impl UserInterface {
     }
 
     /// Takes other settings, if they can be planned.
-    fn set(&mut self, presenter: &mut Presenter, subject: &mut Subject, settings: Settings) -> bool {
+    fn set(&mut self, presenter: &mut Presenter, subject: &mut LiveScene, settings: Settings) -> bool {
         match plan_for(&self.device, &subject.scene, &settings) {
             Ok(_) => {
                 subject.settings = settings;

@@ -32,7 +32,7 @@ pub enum Reload {
 }
 
 /// An order to the thread.
-enum Order {
+enum WatchOrder {
     Changed(Vec<PathBuf>),
     /// Pipelines were made, perhaps of variants that are not compiled yet.
     #[cfg(feature = "hot-reload")]
@@ -42,7 +42,7 @@ enum Order {
 
 /// Watches until it is dropped.
 pub struct Watch {
-    orders: Sender<Order>,
+    orders: Sender<WatchOrder>,
     reloads: Receiver<Reload>,
     is_reading: Arc<AtomicBool>,
 }
@@ -74,11 +74,11 @@ impl Watch {
         let watcher = notify::recommended_watcher(move |event: notify::Result<Event>| {
             if let Some(paths) = event.ok().and_then(changed_by) {
                 // The thread only ends when it is not wanted any more.
-                let _ = changed.send(Order::Changed(paths));
+                let _ = changed.send(WatchOrder::Changed(paths));
             }
         });
         let is_reading = Arc::new(AtomicBool::new(false));
-        let mut reader = Reader {
+        let mut reader = WatchThread {
             is_reading: Arc::clone(&is_reading),
             watcher: watcher.map_err(|error| error.to_string())?,
             watched: BTreeSet::new(),
@@ -114,13 +114,13 @@ impl Watch {
     /// Pipelines were made: variants that they asked for are compiled too, if the sources are not those that the program was built with.
     #[cfg(feature = "hot-reload")]
     pub fn fitted(&self) {
-        let _ = self.orders.send(Order::Fitted);
+        let _ = self.orders.send(WatchOrder::Fitted);
     }
 }
 
 impl Drop for Watch {
     fn drop(&mut self) {
-        let _ = self.orders.send(Order::End);
+        let _ = self.orders.send(WatchOrder::End);
     }
 }
 
@@ -143,7 +143,7 @@ struct Noted {
 }
 
 /// The other thread.
-struct Reader {
+struct WatchThread {
     watcher: RecommendedWatcher,
     /// Folders that the system was asked about.
     watched: BTreeSet<PathBuf>,
@@ -153,14 +153,14 @@ struct Reader {
     is_wrong: bool,
     read: ReadAgain,
     #[cfg(feature = "hot-reload")]
-    shaders: Option<Shaders>,
+    shaders: Option<ShaderReloader>,
     told: Sender<Reload>,
     wake: Box<dyn Fn() + Send>,
     is_reading: Arc<AtomicBool>,
 }
 
 #[cfg(feature = "hot-reload")]
-struct Shaders {
+struct ShaderReloader {
     folder: PathBuf,
     /// They are not those that the program was built with.
     differ: bool,
@@ -169,8 +169,8 @@ struct Shaders {
     tried: usize,
 }
 
-impl Reader {
-    fn run(mut self, orders: &Receiver<Order>) {
+impl WatchThread {
+    fn run(mut self, orders: &Receiver<WatchOrder>) {
         while let Ok(order) = orders.recv() {
             let mut noted = Noted::default();
             let begun = Instant::now();
@@ -210,9 +210,9 @@ impl Reader {
     }
 
     /// Takes note of an order. True if more of its kind may follow at once.
-    fn note(&self, order: Order, noted: &mut Noted) -> bool {
+    fn note(&self, order: WatchOrder, noted: &mut Noted) -> bool {
         match order {
-            Order::Changed(paths) => {
+            WatchOrder::Changed(paths) => {
                 let scene = paths.iter().any(|path| self.is_of_scene(path));
                 let shaders = paths.iter().any(|path| self.is_shader(path));
                 noted.scene |= scene;
@@ -220,8 +220,8 @@ impl Reader {
                 scene || shaders
             }
             #[cfg(feature = "hot-reload")]
-            Order::Fitted => false,
-            Order::End => {
+            WatchOrder::Fitted => false,
+            WatchOrder::End => {
                 noted.ends = true;
                 false
             }
@@ -237,7 +237,7 @@ impl Reader {
 
     #[cfg(feature = "hot-reload")]
     fn is_shader(&self, path: &Path) -> bool {
-        let is_in = |shaders: &Shaders| path.starts_with(&shaders.folder);
+        let is_in = |shaders: &ShaderReloader| path.starts_with(&shaders.folder);
         path.extension() == Some("wgsl".as_ref()) && self.shaders.as_ref().is_some_and(is_in)
     }
 
@@ -294,7 +294,7 @@ impl Reader {
         let Some(ShaderFolder { path, differs }) = shaders else { return Ok(()) };
         let folder = path.canonicalize().map_err(|error| format!("{}: {error}", path.display()))?;
         self.watch(folder.clone(), RecursiveMode::Recursive)?;
-        self.shaders = Some(Shaders { folder, differ: differs, compiled: Replacements::default(), tried: 0 });
+        self.shaders = Some(ShaderReloader { folder, differ: differs, compiled: Replacements::default(), tried: 0 });
         Ok(())
     }
 

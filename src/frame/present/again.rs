@@ -11,7 +11,7 @@ use std::time::Duration;
 use super::over::{Over, encoded_image, overlay, record_encode};
 use super::{Outcome, Presenter};
 use crate::frame::{Error, FrameTimes, IN_FLIGHT};
-use crate::gpu::{self, Acquired, Around, CommandBuffer, Device, Fit, Owned, Ticket, semaphore, vk};
+use crate::gpu::{self, Acquired, CommandBuffer, Device, Fit, Owned, SubmitOptions, Ticket, semaphore, vk};
 use crate::passes::overlay::Panels;
 use crate::scene::Camera;
 
@@ -32,13 +32,13 @@ impl Again {
 
 /// The picture that the frame's own image holds.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Kept {
+pub(super) struct CachedPicture {
     camera: Camera,
     /// Something that it shows has changed since.
     is_stale: bool,
 }
 
-impl Kept {
+impl CachedPicture {
     pub(super) fn of(camera: &Camera) -> Self {
         Self { camera: *camera, is_stale: false }
     }
@@ -47,20 +47,20 @@ impl Kept {
 impl Presenter {
     /// Notes that the next frame shows something else than the last one.
     pub(super) fn outdate(&mut self) {
-        if let Some(kept) = &mut self.kept {
+        if let Some(kept) = &mut self.cached_picture {
             kept.is_stale = true;
         }
     }
 
     /// Returns true if [`Presenter::show_again`] can show the last picture, whether or not another would be drawn now.
     pub fn has_picture(&self) -> bool {
-        self.kept.is_some()
+        self.cached_picture.is_some()
     }
 
     /// Returns true if a frame from this camera would be the last picture again, and [`Presenter::show_again`] can show that. False
     /// while frames [converge](Presenter::converges), and without [`Presenter::with_kept_pictures`] unless a compute pass draws the picture.
     pub fn keeps(&self, camera: &Camera) -> bool {
-        self.kept.is_some_and(|kept| kept.camera == *camera && !kept.is_stale) && !self.converges()
+        self.cached_picture.is_some_and(|kept| kept.camera == *camera && !kept.is_stale) && !self.converges()
     }
 
     /// The time that the last frame took to be recorded and drawn; none if it is not done yet, or the device measures no times.
@@ -87,7 +87,7 @@ impl Presenter {
     /// # Errors
     /// As [`Presenter::draw`].
     pub fn show_again(&mut self, copied: bool, panels: Option<&Panels>) -> Result<Outcome, Error> {
-        if self.kept.is_none() || self.renderer.is_none() || self.swapchain.is_none() {
+        if self.cached_picture.is_none() || self.renderer.is_none() || self.swapchain.is_none() {
             return Ok(Outcome::Nothing(Fit::OutOfDate));
         }
         self.prepare_copy(copied)?;
@@ -142,7 +142,7 @@ impl Presenter {
         }
         again.cmd.end()?;
         let (waits, signals) = (&[(again.acquired.raw, self.acquire_stage())], &[image.drawn.raw]);
-        again.ticket = Some(self.device.submit_with(&again.cmd, &Around { waits, signals, ends_frame: None })?);
+        again.ticket = Some(self.device.submit_with(&again.cmd, &SubmitOptions { waits, signals, ends_frame: None })?);
         self.device.collect();
         Ok(())
     }

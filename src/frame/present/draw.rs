@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::again::Kept;
+use super::again::CachedPicture;
 use super::over::{Over, encoded_image, overlay, record_copy, record_encode};
 use super::{Outcome, Presenter, copies_whole};
 use crate::frame::read_back::{picture_of, picture_up_to_white};
@@ -10,7 +10,7 @@ use crate::frame::render_passes::image_barrier;
 use crate::frame::rows::RowName;
 use crate::frame::{Error, Picture};
 use crate::gpu::barrier::ImageRange;
-use crate::gpu::{self, Acquired, Around, Fit, Timestamps};
+use crate::gpu::{self, Acquired, Fit, SubmitOptions, Timestamps};
 use crate::passes::copy::Copy;
 use crate::passes::overlay::Panels;
 use crate::plan::FramePlan;
@@ -59,14 +59,15 @@ impl Presenter {
             Acquired::Image(index, fit) => (index, fit),
             Acquired::Nothing(fit) => return Ok(Outcome::Nothing(fit)),
         };
-        self.kept = None;
+        self.cached_picture = None;
         let shown = self.draw_into(index, camera, copied, panels);
         if shown.is_err() {
             // The image stays acquired, which only the end of its swapchain changes; the next fit makes another.
             self.swapchain = None;
         }
         let shown = shown?;
-        self.kept = self.plan().is_some_and(FramePlan::is_copied_to_be_shown).then(|| Kept::of(camera));
+        self.cached_picture =
+            self.plan().is_some_and(FramePlan::is_copied_to_be_shown).then(|| CachedPicture::of(camera));
         match (shown, fit) {
             (Fit::Exact, fit) | (fit, _) => Ok(Outcome::Shown(fit)),
         }
@@ -144,12 +145,12 @@ impl Presenter {
         }
         // The rows "acquire" and "present".
         let (waits, signals) = (&[(acquired, stage)], &[image.drawn.raw]);
-        let submitted = renderer.submit(recorded, &Around { waits, signals, ends_frame: None });
+        let submitted = renderer.submit(recorded, &SubmitOptions { waits, signals, ends_frame: None });
         submitted.inspect_err(|_| _ = self.device.consume(acquired))?;
         self.present(index, copied, panels)
     }
 
-    /// Records SPLIT, COPY and OVERLAY after the picture. `place` is where [`Overlay::write`](crate::passes::overlay::Overlay::write) has put the panels.
+    /// Records SPLIT, COPY and OVERLAY after the picture. `place` is where [`OverlayPass::write`](crate::passes::overlay::OverlayPass::write) has put the panels.
     pub(super) fn record_over(
         &self,
         cmd: vk::CommandBuffer,

@@ -14,7 +14,7 @@ use crate::scene::{Scene, Settings};
 
 /// The outcome of asking for other frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Fitted {
+pub enum FitOutcome {
     /// They are there, as another thread has made them.
     Taken,
     /// They are there, made by the thread that asked.
@@ -35,19 +35,19 @@ impl Presenter {
     pub fn fit(&mut self, scene: &Scene, settings: &Settings, size: [u32; 2]) -> Result<bool, Error> {
         let changes = self.changes;
         let begun = self.rebuild.take().filter(|rebuild| rebuild.begun.changes == changes);
-        Ok(self.fit_with(scene, settings, size, begun.map(Rebuild::wait))? != Fitted::Nothing)
+        Ok(self.fit_with(scene, settings, size, begun.map(Rebuild::wait))? != FitOutcome::Nothing)
     }
 
     /// The same for a window and a surface that are as they were. Another thread makes the parts for which a driver's compiler takes its time:
-    /// meanwhile, [`Fitted::Pending`], frames go on as they were, and once `wake` has been called the next call takes the new ones. Another scene
+    /// meanwhile, [`FitOutcome::Pending`], frames go on as they were, and once `wake` has been called the next call takes the new ones. Another scene
     /// than before is fitted at once, as a device may not hold two.
     ///
     /// # Errors
     /// As [`Presenter::fit`].
-    pub fn fit_later(&mut self, scene: &Scene, settings: &Settings, wake: &Wake) -> Result<Fitted, Error> {
+    pub fn fit_later(&mut self, scene: &Scene, settings: &Settings, wake: &Wake) -> Result<FitOutcome, Error> {
         if self.is_pending() && !self.is_made() && self.changed != Some(true) {
             // One at a time: dragging a slider would begin hundreds.
-            return Ok(Fitted::Pending);
+            return Ok(FitOutcome::Pending);
         }
         if self.rebuild.as_ref().is_none_or(|rebuild| rebuild.begun.changes != self.changes) {
             // These frames are of settings that are not asked for any more.
@@ -55,7 +55,7 @@ impl Presenter {
             let begun = Begun::new(self.changes, scene, settings);
             self.rebuild = self.builders(scene, settings)?.and_then(|builders| Rebuild::start(begun, builders, wake));
             if self.is_pending() {
-                return Ok(Fitted::Pending);
+                return Ok(FitOutcome::Pending);
             }
         }
         let made = self.rebuild.take().map(Rebuild::wait);
@@ -109,7 +109,7 @@ impl Presenter {
         settings: &Settings,
         size: [u32; 2],
         mut made: Option<Rebuilt>,
-    ) -> Result<Fitted, Error> {
+    ) -> Result<FitOutcome, Error> {
         let own = match made.as_mut().and_then(|made| made.own.take()).transpose() {
             // More memory is free without the old frames, and without those made beside.
             Err(error) if is_for_memory(&error) => {
@@ -119,10 +119,10 @@ impl Presenter {
             own => own?,
         };
         self.desc = SwapchainDesc { size, wishes: wishes(self.split.is_some() || self.keeps_pictures), ..self.desc };
-        let Some((settings, plan)) = self.fit_swapchain(scene, settings)? else { return Ok(Fitted::Nothing) };
-        let Some(swapchain) = &self.swapchain else { return Ok(Fitted::Nothing) };
+        let Some((settings, plan)) = self.fit_swapchain(scene, settings)? else { return Ok(FitOutcome::Nothing) };
+        let Some(swapchain) = &self.swapchain else { return Ok(FitOutcome::Nothing) };
         let views = swapchain.views();
-        (self.screenshot, self.kept) = (None, None);
+        (self.screenshot, self.cached_picture) = (None, None);
         let own = own.filter(|own| own.plan.differs_in_size_only(&plan));
         let own = own.and_then(|own| made.as_ref()?.caught_up(own, scene, &settings));
         let mut taken = own.is_some();
@@ -164,7 +164,7 @@ impl Presenter {
         }
         self.fit_over()?;
         self.changed = None;
-        Ok(if taken { Fitted::Taken } else { Fitted::AtOnce })
+        Ok(if taken { FitOutcome::Taken } else { FitOutcome::AtOnce })
     }
 
     /// A swapchain for the window as it is, and the settings and the plan of frames of its size. None while it has no pixels.

@@ -12,7 +12,7 @@ use crate::gpu::barrier::ImageRange;
 use crate::gpu::{self, Device, Image, ImageDesc, ImageWish, Swapchain, UploadOrder};
 use crate::passes::copy::Copy;
 use crate::passes::encode::Encode;
-use crate::passes::overlay::{Overlay, Panels};
+use crate::passes::overlay::{OverlayPass, Panels};
 use crate::plan::{FramePlan, PresentTarget};
 
 /// The image that panels are drawn into and that ENCODE reads; `None` if panels are drawn into the swapchain's image. If the picture is kept, this is
@@ -75,7 +75,7 @@ impl Over {
 /// Sees to it that there is an overlay where there are panels, and nowhere else, and that it has what this frame in flight shows.
 pub(super) fn overlay(
     device: &Arc<Device>,
-    overlay: &mut Option<Overlay>,
+    overlay: &mut Option<OverlayPass>,
     over: impl FnOnce() -> Over,
     panels: Option<&Panels>,
     frame: usize,
@@ -89,7 +89,7 @@ pub(super) fn overlay(
         None => {
             let Over { format, encodes, views, extent, uploads } = over();
             // One place more is for pictures that are shown again.
-            let mut new = Overlay::new(device, format, encodes, uploads, IN_FLIGHT + 1)?;
+            let mut new = OverlayPass::new(device, format, encodes, uploads, IN_FLIGHT + 1)?;
             new.resize(&views, extent)?;
             overlay.insert(new)
         }

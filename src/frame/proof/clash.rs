@@ -3,7 +3,7 @@
 use ash::vk::{AccessFlags as A, ImageLayout, PipelineStageFlags as S};
 
 use super::order::PRESENTATION;
-use super::program::{Kind, MemoryAccess};
+use super::program::{MemoryAccess, TouchKind};
 use super::words::noun;
 use super::{Hazard, HazardKind, kind_of};
 
@@ -77,10 +77,10 @@ impl Clash {
 impl End {
     fn of(touch: &MemoryAccess) -> Self {
         let (operation, changes) = match touch.kind {
-            Kind::Plain => (None, Vec::new()),
-            Kind::Load => (Some("load operation"), Vec::new()),
-            Kind::Store => (Some("store operation"), Vec::new()),
-            Kind::Transition { to, .. } => (None, vec![[touch.layout, to]]),
+            TouchKind::Plain => (None, Vec::new()),
+            TouchKind::Load => (Some("load operation"), Vec::new()),
+            TouchKind::Store => (Some("store operation"), Vec::new()),
+            TouchKind::Transition { to, .. } => (None, vec![[touch.layout, to]]),
         };
         let stages = if touch.stage == PRESENTATION { S::empty() } else { touch.stage };
         Self { who: touch.who.to_string(), stages, accesses: touch.access, operation, changes }

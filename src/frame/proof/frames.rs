@@ -7,7 +7,7 @@ use super::order::PRESENTATION;
 use super::program::{Memory, Program, Scope, Span, Sync, Time, Who};
 use super::render_pass::Besides;
 use crate::frame::IN_FLIGHT;
-use crate::frame::list::{Commands, Condition, List, RenderPassName, SHADOW_PASS, Step};
+use crate::frame::list::{Commands, Condition, RenderPassName, SHADOW_PASS, Step, StepList};
 use crate::frame::render_pass::PassDescription;
 use crate::frame::rows::{FORMULA_WRITE, PassName, Row, RowName, Rows, SyncKind};
 use crate::gpu::sync::{DEVICE_ACCESS, HOST_WRITE, Use};
@@ -59,9 +59,9 @@ impl Turn {
 
 /// The frames of a plan with these rows.
 pub(super) fn program(plan: &FramePlan, edges: &Rows) -> Program {
-    let list = List::of(plan);
+    let list = StepList::of(plan);
     let passes = PassDescription::all(plan, edges);
-    let mut frames = Frames { plan, edges, program: Program::default(), ends: Vec::new(), copied: None };
+    let mut frames = FrameModelBuilder { plan, edges, program: Program::default(), ends: Vec::new(), copied: None };
     let uploaded = frames.upload();
     frames.prefilter();
     frames.clear_maps();
@@ -131,7 +131,7 @@ pub(super) fn formulas(edges: &Rows) -> Program {
     program
 }
 
-struct Frames<'a> {
+struct FrameModelBuilder<'a> {
     plan: &'a FramePlan,
     edges: &'a Rows,
     program: Program,
@@ -141,7 +141,7 @@ struct Frames<'a> {
     copied: Option<Time>,
 }
 
-impl Frames<'_> {
+impl FrameModelBuilder<'_> {
     /// A barrier of the table, on all memory or some of it.
     fn barrier(&mut self, row: RowName, memory: Option<Memory>) {
         if let Some(edge) = self.edges.find(row) {
@@ -235,7 +235,7 @@ impl Frames<'_> {
     }
 
     /// Adds the submission of `Presenter::show_again`: PRESENT and the steps after it.
-    fn show_again(&mut self, turn: Turn, list: &List) {
+    fn show_again(&mut self, turn: Turn, list: &StepList) {
         if turn.copied {
             self.look();
         }
@@ -255,7 +255,7 @@ impl Frames<'_> {
         }
     }
 
-    fn frame(&mut self, index: usize, turn: Turn, list: &List, passes: &[PassDescription]) {
+    fn frame(&mut self, index: usize, turn: Turn, list: &StepList, passes: &[PassDescription]) {
         let place = index % IN_FLIGHT;
         if turn.copied {
             self.look();

@@ -9,12 +9,12 @@ use std::fmt;
 
 use ash::vk;
 
-use super::rows::unreported_mutants::Part;
-use super::rows::{PassName, Refused, Row, RowName, Rows};
+use super::rows::unreported_mutants::RowPart;
+use super::rows::{PassName, Row, RowError, RowName, Rows};
 use crate::passes::copy;
 use crate::plan::FramePlan;
-use order::Order;
-use program::{Kind, Memory, MemoryAccess, Program, Who};
+use order::HappensBefore;
+use program::{Memory, MemoryAccess, Program, TouchKind, Who};
 
 mod clash;
 mod frames;
@@ -85,9 +85,9 @@ impl fmt::Display for Hazard {
 
 /// A model of a plan's frames with these rows: touches of memory, and their synchronization. Different plans may have equal models.
 #[derive(Debug, PartialEq, Eq, Hash)]
-pub struct Frames(Program);
+pub struct FrameModel(Program);
 
-impl Frames {
+impl FrameModel {
     /// Models the frames of a plan with these dependencies.
     pub fn of(plan: &FramePlan, edges: &Rows) -> Self {
         Self(frames::program(plan, edges))
@@ -130,19 +130,19 @@ impl Frames {
 ///
 /// # Errors
 /// As [`Rows::without_part`].
-pub fn is_superfluous(plan: &FramePlan, edges: &Rows, name: RowName, part: Part) -> Result<bool, Refused> {
-    Ok(Frames::of(plan, &edges.without_part(name, part)?).are_safe())
+pub fn is_superfluous(plan: &FramePlan, edges: &Rows, name: RowName, part: RowPart) -> Result<bool, RowError> {
+    Ok(FrameModel::of(plan, &edges.without_part(name, part)?).are_safe())
 }
 
 /// The parts of a row without which the proof finds no hazard either, because other rows order the same. A row that cannot be dropped has none.
-pub fn covered(plan: &FramePlan, edges: &Rows, row: &Row) -> Vec<Part> {
-    let is_covered = |part: &Part| is_superfluous(plan, edges, row.name, *part).unwrap_or(false);
+pub fn covered(plan: &FramePlan, edges: &Rows, row: &Row) -> Vec<RowPart> {
+    let is_covered = |part: &RowPart| is_superfluous(plan, edges, row.name, *part).unwrap_or(false);
     if row.carrier.stays().is_some() { Vec::new() } else { row.parts().into_iter().filter(is_covered).collect() }
 }
 
 /// The touches of memory so far.
 #[derive(Default)]
-struct Past<'a> {
+struct AccessHistory<'a> {
     /// By the last group that wrote it.
     writes: Vec<&'a MemoryAccess>,
     /// Since then.
@@ -154,8 +154,8 @@ struct Past<'a> {
 
 /// The hazards of a program, as they are found.
 fn hazards_of(program: &Program) -> impl Iterator<Item = Hazard> {
-    let order = Order::new(program);
-    let mut past: HashMap<Memory, Past> = HashMap::new();
+    let order = HappensBefore::new(program);
+    let mut past: HashMap<Memory, AccessHistory> = HashMap::new();
     // The touches of one memory by one group come together.
     let mut groups: Vec<Vec<&MemoryAccess>> = Vec::new();
     let mut last: HashMap<Memory, usize> = HashMap::new();
@@ -171,9 +171,9 @@ fn hazards_of(program: &Program) -> impl Iterator<Item = Hazard> {
     groups.into_iter().flat_map(move |group| past.entry(group[0].memory).or_default().take(&order, &group))
 }
 
-impl<'a> Past<'a> {
+impl<'a> AccessHistory<'a> {
     /// Adds the touches of a group, and returns the hazards with those before it.
-    fn take(&mut self, order: &Order, group: &[&'a MemoryAccess]) -> Vec<Hazard> {
+    fn take(&mut self, order: &HappensBefore, group: &[&'a MemoryAccess]) -> Vec<Hazard> {
         let mut found = Vec::new();
         let mut report = |kind, first: String, second: &MemoryAccess, consequence, clash| {
             let (memory, second) = (second.memory.to_string(), describe_access(second));
@@ -184,13 +184,13 @@ impl<'a> Past<'a> {
                 let layout = format!("{:?}", self.layout);
                 report(HazardKind::Layout, layout.clone(), touch, Consequence::of_layout(&layout, touch), None);
             }
-            if let Kind::Transition { to, .. } = touch.kind {
+            if let TouchKind::Transition { to, .. } = touch.kind {
                 self.layout = to;
             }
         }
-        let of_kind = |kind: &Kind| group.iter().copied().filter(|touch| touch.kind == *kind).collect::<Vec<_>>();
+        let of_kind = |kind: &TouchKind| group.iter().copied().filter(|touch| touch.kind == *kind).collect::<Vec<_>>();
         // The load operation comes before all else that the group does. A group that only reads holds no earlier reader back.
-        let loads: Vec<_> = of_kind(&Kind::Load).into_iter().filter(|touch| touch.is_write()).collect();
+        let loads: Vec<_> = of_kind(&TouchKind::Load).into_iter().filter(|touch| touch.is_write()).collect();
         let mut overtaken = None;
         for second in if loads.is_empty() { group.to_vec() } else { loads } {
             let reads = self.reads.iter().filter(|_| second.is_write());
@@ -203,7 +203,7 @@ impl<'a> Past<'a> {
         }
         self.overtaken = overtaken.filter(|_| group.iter().any(|touch| touch.is_change()));
         // And before its store operation.
-        let stores = of_kind(&Kind::Store);
+        let stores = of_kind(&TouchKind::Store);
         let (writes, reads): (Vec<_>, Vec<_>) = group.iter().copied().partition(|touch| touch.is_write());
         match (stores.is_empty(), writes.is_empty()) {
             (false, _) => (self.writes, self.reads) = (stores, Vec::new()),
@@ -232,10 +232,12 @@ fn describe_access(touch: &MemoryAccess) -> String {
     };
     let who = touch.who;
     let what = match &touch.kind {
-        Kind::Transition { to, .. } => return format!("the change from {:?} to {to:?} by {who}{when}", touch.layout),
-        Kind::Load => ", loading,",
-        Kind::Store => ", storing,",
-        Kind::Plain => "",
+        TouchKind::Transition { to, .. } => {
+            return format!("the change from {:?} to {to:?} by {who}{when}", touch.layout);
+        }
+        TouchKind::Load => ", loading,",
+        TouchKind::Store => ", storing,",
+        TouchKind::Plain => "",
     };
     format!("{who}{when}{what} ({:?}, {:?})", touch.stage, touch.access)
 }

@@ -7,7 +7,7 @@ use std::rc::Rc;
 
 use ash::vk::{AccessFlags as A, PipelineStageFlags as S};
 
-use super::program::{Kind, MemoryAccess, Program, Scope, Sync};
+use super::program::{MemoryAccess, Program, Scope, Sync, TouchKind};
 
 /// A stage of our own: presentation, which the program orders by semaphores.
 pub(super) const PRESENTATION: S = S::from_raw(1 << 30);
@@ -95,10 +95,10 @@ struct Reached {
 
 /// What the result of two touches depends on: the first, whether the second is in the same instance of a render pass, and whether one of the two is of all
 /// samples of its pixel.
-type Pair = (*const MemoryAccess, bool, bool);
+type ReachKey = (*const MemoryAccess, bool, bool);
 
 /// The rules, applied to one program.
-pub(super) struct Order<'a> {
+pub(super) struct HappensBefore<'a> {
     program: &'a Program,
     /// The stages of each synchronization's first scope, with the logically earlier ones.
     firsts: Vec<S>,
@@ -107,10 +107,10 @@ pub(super) struct Order<'a> {
     /// For each synchronization those that it may follow in a chain.
     before: Vec<Bits>,
     /// Results so far.
-    reached: RefCell<HashMap<Pair, Rc<Reached>>>,
+    reached: RefCell<HashMap<ReachKey, Rc<Reached>>>,
 }
 
-impl<'a> Order<'a> {
+impl<'a> HappensBefore<'a> {
     pub(super) fn new(program: &'a Program) -> Self {
         let syncs = &program.syncs;
         // By their second scopes, so that a chain only leads on.
@@ -148,7 +148,7 @@ impl<'a> Order<'a> {
         let needs_memory = first.is_write();
         let from = if needs_memory { &reached.available } else { &reached.executed };
         match &second.kind {
-            Kind::Transition { by, .. } => by.iter().any(|&sync| from.has(sync)),
+            TouchKind::Transition { by, .. } => by.iter().any(|&sync| from.has(sync)),
             _ if second.stage == S::HOST => {
                 let waits = self.after(second, &reached.executed, |sync| sync.is_fence);
                 // A fence makes nothing visible to the CPU.
@@ -197,7 +197,7 @@ impl<'a> Order<'a> {
             }
             let scope = sync.first;
             let (executed, available) = match &first.kind {
-                Kind::Transition { by, .. } => {
+                TouchKind::Transition { by, .. } => {
                     // A wait for whole submissions includes their layout changes. The write of a layout change is available by itself.
                     let direct = by.contains(&index) || sync.is_whole && scope.span.contains(first.time);
                     (direct, direct)

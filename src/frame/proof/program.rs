@@ -71,7 +71,7 @@ impl Sync {
 
 /// The special kinds of touches.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub(super) enum Kind {
+pub(super) enum TouchKind {
     /// Nothing.
     Plain,
     /// A load operation: before all else that its subpass does to the attachment.
@@ -170,7 +170,7 @@ pub(super) struct MemoryAccess {
     pub(super) access: A,
     /// The layout that it needs; UNDEFINED for buffers.
     pub(super) layout: vk::ImageLayout,
-    pub(super) kind: Kind,
+    pub(super) kind: TouchKind,
     /// The instance of a render pass in which it touches its own pixel alone.
     pub(super) local: Option<u32>,
     /// True where it touches all samples of that pixel, although it belongs to the region of one.
@@ -182,7 +182,7 @@ pub(super) struct MemoryAccess {
 impl MemoryAccess {
     /// Returns true if it changes a layout.
     pub(super) fn is_change(&self) -> bool {
-        matches!(self.kind, Kind::Transition { .. })
+        matches!(self.kind, TouchKind::Transition { .. })
     }
 
     pub(super) fn is_write(&self) -> bool {
@@ -238,7 +238,7 @@ impl Program {
             stage: S::empty(),
             access: A::empty(),
             layout,
-            kind: Kind::Plain,
+            kind: TouchKind::Plain,
             local: None,
             all_samples: false,
             group: 0,
@@ -289,7 +289,7 @@ impl Program {
         local: Option<u32>,
     ) {
         if from != to {
-            let (group, kind) = (self.group(), Kind::Transition { by, to });
+            let (group, kind) = (self.group(), TouchKind::Transition { by, to });
             self.touches.push(MemoryAccess { kind, local, group, ..self.plain(memory, who, from) });
         }
     }

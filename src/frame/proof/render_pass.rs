@@ -3,7 +3,7 @@
 
 use ash::vk::{self, AccessFlags as A, PipelineStageFlags as S};
 
-use super::program::{Kind, Memory, MemoryAccess, MemorySet, Program, Scope, Span, Sync, Time, Who};
+use super::program::{Memory, MemoryAccess, MemorySet, Program, Scope, Span, Sync, Time, TouchKind, Who};
 use crate::frame::list::RESOLVE;
 use crate::frame::render_pass::PassDescription;
 use crate::gpu::sync::Use;
@@ -31,7 +31,7 @@ const IMPLICIT: A = A::from_raw(
 pub(super) type Besides = (Memory, vk::ImageLayout, Use);
 
 /// An instance of a render pass that is being added.
-struct Instance<'a> {
+struct RenderPassInstance<'a> {
     pass: &'a PassDescription,
     /// Of each attachment.
     memory: &'a [Memory],
@@ -61,7 +61,8 @@ impl Program {
         let besides: Vec<_> = pass.subpasses.iter().map(|subpass| besides(&subpass.touches)).collect();
         let touched = memory.iter().copied().chain(besides.iter().flatten().map(|(memory, ..)| *memory)).collect();
         let (id, end) = (self.instance(), self.step());
-        let mut instance = Instance { pass, memory, touched, id, begin, times, end, dependencies: Vec::new() };
+        let mut instance =
+            RenderPassInstance { pass, memory, touched, id, begin, times, end, dependencies: Vec::new() };
         instance.add_dependencies(self);
         for (index, (subpass, besides)) in (0..).zip(pass.subpasses.iter().zip(&besides)) {
             let (who, group) = (Who::At(subpass.place), self.group());
@@ -79,7 +80,7 @@ impl Program {
     }
 }
 
-impl Instance<'_> {
+impl RenderPassInstance<'_> {
     /// The layout in which a subpass uses an attachment, if it does.
     fn layout(&self, subpass: u32, attachment: u32) -> Option<vk::ImageLayout> {
         let own = &self.pass.subpasses[subpass as usize];
@@ -166,7 +167,7 @@ impl Instance<'_> {
             let all_samples = declared().any(|own| matches!(own.how, UseKind::Input { .. }) && own.all_samples);
             program.touch(&MemoryAccess { all_samples, ..own.clone() }, INPUT_READ);
         }
-        let mut touch = |uses: Use, kind: Kind| program.touch(&MemoryAccess { kind, ..own.clone() }, uses);
+        let mut touch = |uses: Use, kind: TouchKind| program.touch(&MemoryAccess { kind, ..own.clone() }, uses);
         let write = if is_depth { DEPTH_WRITE } else { COLOR_WRITE };
         if previous.is_none() {
             let load = match (description.load_op, is_depth) {
@@ -175,26 +176,26 @@ impl Instance<'_> {
                 _ => write,
             };
             let stage = if is_depth { S::EARLY_FRAGMENT_TESTS } else { COLOR };
-            touch(Use::new(stage, load.access), Kind::Load);
+            touch(Use::new(stage, load.access), TouchKind::Load);
         }
         if names(&subpass_of.color) {
             // As its pass declares: it overwrites, or blends.
             let drawn = declared().filter(|own| matches!(own.how, UseKind::Color { .. }));
-            drawn.for_each(|own| touch(own.uses, Kind::Plain));
+            drawn.for_each(|own| touch(own.uses, TouchKind::Plain));
             if !subpass_of.resolve.is_empty() {
-                touch(RESOLVE, Kind::Plain);
+                touch(RESOLVE, TouchKind::Plain);
             }
         }
         if names(&subpass_of.resolve) {
-            touch(COLOR_WRITE, Kind::Plain);
+            touch(COLOR_WRITE, TouchKind::Plain);
         }
         if let Some(depth) = subpass_of.depth.filter(|own| own.attachment == attachment) {
             let writes = depth.layout == vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
-            touch(if writes { DEPTH_READ.or(DEPTH_WRITE) } else { DEPTH_READ }, Kind::Plain);
+            touch(if writes { DEPTH_READ.or(DEPTH_WRITE) } else { DEPTH_READ }, TouchKind::Plain);
         }
         if users.last() == Some(&subpass) {
             let stage = if is_depth { S::LATE_FRAGMENT_TESTS } else { COLOR };
-            touch(Use::new(stage, write.access), Kind::Store);
+            touch(Use::new(stage, write.access), TouchKind::Store);
         }
     }
 

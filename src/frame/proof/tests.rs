@@ -235,7 +235,7 @@ fn a_hazard_is_told_with_both_touches_and_the_memory() {
     let blind = table(&plan)
         .without_bits(RowName::Pair(geometry::PASS.place, lighting::PASS.place), Side::After, input_read)
         .expect("a row");
-    let hazards = Frames::of(&plan, &blind).hazards();
+    let hazards = FrameModel::of(&plan, &blind).hazards();
     let told: Vec<String> = hazards.iter().map(ToString::to_string).collect();
     let begin = "use after layout change of the target Albedo: nothing orders the change from";
     let end = "before LIGHTING in frame 1 (FRAGMENT_SHADER, INPUT_ATTACHMENT_READ)";
@@ -245,10 +245,10 @@ fn a_hazard_is_told_with_both_touches_and_the_memory() {
 #[test]
 fn the_dispatch_of_formulas_has_what_it_needs_and_no_more() {
     let rows = rows::formulas();
-    assert!(Frames::of_formulas(&rows).are_safe());
+    assert!(FrameModel::of_formulas(&rows).are_safe());
     for part in rows.find(RowName::RESULTS_TO_HOST).expect("a row").parts() {
         let without = rows.without_part(RowName::RESULTS_TO_HOST, part).expect("it can be dropped");
-        let kinds: Vec<_> = Frames::of_formulas(&without).hazards().iter().map(|hazard| hazard.kind).collect();
+        let kinds: Vec<_> = FrameModel::of_formulas(&without).hazards().iter().map(|hazard| hazard.kind).collect();
         assert_eq!(kinds, [HazardKind::ReadAfterWrite], "{part:?}");
     }
 }
@@ -258,7 +258,7 @@ fn rows_of_another_plan_leave_hazards_and_name_them() {
     let plans = samples::plans();
     let of = |wanted: bool| plans.iter().find(|(_, plan)| plan.shadow.is_some() == wanted).expect("a plan");
     let (with, without) = (&of(true).1, table(&of(false).1));
-    let hazards = Frames::of(with, &without).hazards();
+    let hazards = FrameModel::of(with, &without).hazards();
     let told: Vec<String> = hazards.iter().map(ToString::to_string).collect();
     assert!(told.iter().any(|line| line.starts_with("wrong layout of shadow map 0: CLEAR")), "{told:#?}");
 }

@@ -7,7 +7,7 @@ use crate::plan::Target;
 
 /// The action of the later use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Action {
+enum LaterAction {
     Read,
     Overwrite,
     ChangeLayout,
@@ -17,7 +17,7 @@ enum Action {
 /// A sentence of which the memory is kept apart, so that hazards of several images become one sentence.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Consequence {
-    action: Action,
+    action: LaterAction,
     who: String,
     memory: &'static str,
     /// The fault.
@@ -45,9 +45,9 @@ impl Consequence {
     /// Of two touches that nothing orders; `overtaken` is a touch that the first, a layout change, does not wait for.
     pub(super) fn of(first: &MemoryAccess, overtaken: Option<&MemoryAccess>, second: &MemoryAccess) -> Self {
         let action = match second {
-            touch if touch.is_change() => Action::ChangeLayout,
-            touch if touch.is_write() => Action::Overwrite,
-            _ => Action::Read,
+            touch if touch.is_change() => LaterAction::ChangeLayout,
+            touch if touch.is_write() => LaterAction::Overwrite,
+            _ => LaterAction::Read,
         };
         let before = blamed(first, overtaken, second);
         let unfinished = |does: &str| format!("that {}{} has not finished {does}", who(before), when(before, second));
@@ -63,7 +63,7 @@ impl Consequence {
     /// Of an image in another layout than a touch needs.
     pub(super) fn of_layout(found: &str, touch: &MemoryAccess) -> Self {
         let clause = format!("in the layout {found} instead of {:?}", touch.layout);
-        Self { action: Action::Find, who: who(touch), memory: noun(touch.memory), clause }
+        Self { action: LaterAction::Find, who: who(touch), memory: noun(touch.memory), clause }
     }
 
     fn sentence(&self, memories: &[&str]) -> String {
@@ -73,10 +73,10 @@ impl Consequence {
             [most @ .., last] => format!("{} and {last}", most.join(", ")),
         };
         let verb = match self.action {
-            Action::Read => "read",
-            Action::Overwrite => "overwrite",
-            Action::ChangeLayout => "change the layout of",
-            Action::Find => "find",
+            LaterAction::Read => "read",
+            LaterAction::Overwrite => "overwrite",
+            LaterAction::ChangeLayout => "change the layout of",
+            LaterAction::Find => "find",
         };
         format!("{} may {verb} {what} {}", self.who, self.clause)
     }

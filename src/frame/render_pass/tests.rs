@@ -6,8 +6,8 @@ use super::*;
 use crate::frame::list::{SHADOW_PASS, Step};
 use crate::frame::rows;
 use crate::passes::{
-    First, Pass, Resource, UseKind, composite, forward, fxaa, gbuffer_inputs, geometry, lighting, tiled, tonemap,
-    transparent, view,
+    InitialContents, Pass, Resource, UseKind, composite, forward, fxaa, gbuffer_inputs, geometry, lighting, tiled,
+    tonemap, transparent, view,
 };
 use crate::plan::{self, Shading, samples};
 use crate::scene::{Keep, OptionalPart, Settings, Transparency};
@@ -38,13 +38,13 @@ fn reflected_inputs(variant: &Variant) -> BTreeMap<u32, (u32, u32)> {
 /// The targets, in their order, and the subpasses of the render pass that begins with GEOMETRY or FORWARD.
 struct References {
     order: Vec<Target>,
-    subpasses: Vec<Subpass>,
-    absent: Subpass,
+    subpasses: Vec<SubpassAttachments>,
+    absent: SubpassAttachments,
 }
 
 /// The render pass that lights opaque surfaces, or stores them for TILED.
 fn main_name(plan: &FramePlan) -> RenderPassName {
-    let list = List::of(plan);
+    let list = StepList::of(plan);
     let places = [lighting::PASS.place, forward::PASS.place, geometry::PASS.place];
     places.into_iter().find_map(|place| list.find(place)).expect("a main pass").0
 }
@@ -55,11 +55,11 @@ fn main_pass(plan: &FramePlan) -> PassDescription {
 }
 
 fn attachments(plan: &FramePlan) -> Vec<(Target, vk::AttachmentDescription)> {
-    List::of(plan).attachments(plan, main_name(plan))
+    StepList::of(plan).attachments(plan, main_name(plan))
 }
 
 fn has_subpass(plan: &FramePlan, place: PassName) -> bool {
-    List::of(plan).find(place).is_some()
+    StepList::of(plan).find(place).is_some()
 }
 
 fn samples_of(plan: &FramePlan, target: Target) -> vk::SampleCountFlags {
@@ -74,12 +74,13 @@ fn dependencies(plan: &FramePlan, name: RenderPassName) -> Vec<(Row, [u32; 2])> 
 impl References {
     fn of(plan: &FramePlan) -> Self {
         let pass = main_pass(plan);
-        let absent = Subpass::of(&Listed { place: PassName::OUTSIDE, passes: Vec::new(), touches: Vec::new() }, &[]);
+        let absent =
+            SubpassAttachments::of(&Listed { place: PassName::OUTSIDE, passes: Vec::new(), touches: Vec::new() }, &[]);
         Self { order: pass.targets(), subpasses: pass.subpasses, absent }
     }
 
     /// A subpass, or one that touches nothing.
-    fn at(&self, place: PassName) -> &Subpass {
+    fn at(&self, place: PassName) -> &SubpassAttachments {
         self.subpasses.iter().find(|own| own.place == place).unwrap_or(&self.absent)
     }
 
@@ -90,7 +91,7 @@ impl References {
     }
 
     /// The subpass that first lights opaque surfaces.
-    fn lit(&self) -> &Subpass {
+    fn lit(&self) -> &SubpassAttachments {
         self.subpasses
             .iter()
             .find(|own| own.place == forward::PASS.place)
@@ -239,8 +240,8 @@ fn transparent_surfaces_go_over_the_light_or_into_sums_that_composite_reads() {
 fn a_forward_frame_has_nothing_of_a_gbuffer() {
     for (name, plan) in samples::forward_plans() {
         let refs = References::of(&plan);
-        let indices =
-            [geometry::PASS.place, lighting::PASS.place, forward::PASS.place].map(|place| List::of(&plan).find(place));
+        let indices = [geometry::PASS.place, lighting::PASS.place, forward::PASS.place]
+            .map(|place| StepList::of(&plan).find(place));
         assert_eq!(indices, [None, None, Some((main_name(&plan), 0))], "{name}");
         assert!(refs.lit().input.is_empty(), "{name}");
         assert!(!plan.geometry.iter().any(|key| key.forward.is_none()), "{name}");
@@ -344,7 +345,7 @@ fn a_gap_between_locations_is_unused_and_not_another_target() {
 #[test]
 fn what_nothing_reads_after_the_pass_is_transient_and_only_the_output_is_kept() {
     for (name, plan) in samples::plans() {
-        let list = List::of(&plan);
+        let list = StepList::of(&plan);
         for (target, attachment) in attachments(&plan) {
             let kept = target == Target::Output;
             let (usage, transient) = (list.usage(&plan, target), vk::ImageUsageFlags::TRANSIENT_ATTACHMENT);
@@ -372,7 +373,7 @@ fn a_gbuffer_that_is_stored_lies_between_two_render_passes_and_nothing_else_chan
             let of = |keep| FramePlan::of(&scene, &Settings { keep, ..settings.clone() }, &samples::device());
             let (Ok(whole), Ok(parted)) = (of(Keep::NONE), of(keep)) else { continue };
             assert!(!whole.stores_gbuffer && parted.stores_gbuffer, "{name}");
-            let (list, edges) = (List::of(&parted), rows::table(&parted));
+            let (list, edges) = (StepList::of(&parted), rows::table(&parted));
             let first = list.attachments(&parted, RenderPassName::of(geometry::PASS.place));
             let second = list.attachments(&parted, RenderPassName::of(lighting::PASS.place));
             for (target, description) in &first {
@@ -439,7 +440,7 @@ fn a_tiled_frame_stores_what_its_compute_shader_binds_and_no_more() {
         assert_eq!(stored, attached, "{name}");
         for (target, attachment) in attachments(&plan) {
             assert_eq!(attachment.store_op, vk::AttachmentStoreOp::STORE, "{name}");
-            let usage = List::of(&plan).usage(&plan, target);
+            let usage = StepList::of(&plan).usage(&plan, target);
             assert!(usage.contains(vk::ImageUsageFlags::SAMPLED), "{name}");
             // Transient images may not be sampled (VUID-VkImageCreateInfo-usage-00963).
             assert!(!usage.contains(vk::ImageUsageFlags::TRANSIENT_ATTACHMENT), "{name}");
@@ -502,18 +503,18 @@ fn pictures_that_are_drawn_anew_have_the_numbers_of_their_passes_in_the_order() 
             _ => None,
         })
     };
-    let targets: Vec<Target> = List::of(&plan).passes().flat_map(drawn).collect();
+    let targets: Vec<Target> = StepList::of(&plan).passes().flat_map(drawn).collect();
     assert!(targets.len() >= 2 && targets.is_sorted(), "{targets:?}");
 }
 
 #[test]
 fn the_render_pass_stores_light_that_is_spread_and_the_next_one_loads_it_for_tonemap() {
-    let passes = |plan: &FramePlan| List::of(plan).passes().map(|pass| pass.place.name()).collect::<Vec<_>>();
+    let passes = |plan: &FramePlan| StepList::of(plan).passes().map(|pass| pass.place.name()).collect::<Vec<_>>();
     let is_alone = |plan: &FramePlan| plan.effects.bloom.is_some() && plan.effects.taa.is_none() && !plan.reflects();
     let plans: Vec<_> = samples::plans_of_effects().into_iter().filter(|(_, plan)| is_alone(plan)).collect();
     assert!(plans.len() > 100, "only {} plans", plans.len());
     for (name, plan) in plans {
-        let (list, all) = (List::of(&plan), passes(&plan));
+        let (list, all) = (StepList::of(&plan), passes(&plan));
         let at = all.iter().position(|own| *own == "BLOOM").unwrap_or_else(|| panic!("{name}: {all:?}"));
         assert_eq!(all[at..at + 4], ["BLOOM", "SPREAD", "SPREAD", "TONEMAP"], "{name}");
         let hdr = |pass| {
@@ -531,7 +532,7 @@ fn the_render_pass_stores_light_that_is_spread_and_the_next_one_loads_it_for_ton
     for (name, plan) in none {
         assert!(!passes(&plan).iter().any(|own| ["BLOOM", "SPREAD"].contains(own)), "{name}");
         assert!(
-            List::of(&plan).render_passes().all(|(own, _)| own != RenderPassName::of(tonemap::PASS.place)),
+            StepList::of(&plan).render_passes().all(|(own, _)| own != RenderPassName::of(tonemap::PASS.place)),
             "{name}"
         );
     }

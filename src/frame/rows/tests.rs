@@ -7,7 +7,7 @@ use ash::vk::{AccessFlags as A, PipelineStageFlags as S};
 
 use super::masks::SUPPORTED;
 use super::*;
-use crate::frame::list::List;
+use crate::frame::list::StepList;
 use crate::passes::{Resource, UseKind, geometry, lighting};
 use crate::plan::samples;
 
@@ -68,7 +68,7 @@ fn every_access_is_one_that_a_stage_of_its_mask_supports_and_every_stage_that_mu
 #[test]
 fn rows_are_by_region_between_subpasses_and_nowhere_else() {
     each_plan(|name, plan, table| {
-        let list = List::of(plan);
+        let list = StepList::of(plan);
         for edge in table.iter() {
             let ends = [edge.from, edge.to].map(|place| list.find(place).map(|(pass, _)| pass));
             let is_between = edge.carrier.is_render_pass() && ends[0].is_some() && ends[0] == ends[1];
@@ -81,7 +81,7 @@ fn rows_are_by_region_between_subpasses_and_nowhere_else() {
 fn rows_are_across_samples_where_one_side_reads_them_all_and_both_draw_as_many() {
     let tried = Cell::new(0);
     each_plan(|name, plan, table| {
-        let list = List::of(plan);
+        let list = StepList::of(plan);
         let reads_all =
             |place| list.passes_at(place).iter().any(|pass| (pass.touches)(plan).iter().any(|own| own.all_samples));
         let drawn = |place| {

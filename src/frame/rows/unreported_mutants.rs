@@ -22,7 +22,7 @@ pub const NEWEST: u32 = vk::make_api_version(0, 1, 4, 363);
 
 /// The part of a row that is removed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Part {
+pub enum RowPart {
     /// All of it.
     Row,
     /// The reach across the samples of a pixel: the row becomes one by region.
@@ -36,7 +36,7 @@ pub enum Part {
 pub struct UnreportedMutants {
     /// The first layer that was seen to notice them, packed as Vulkan packs it; none where all that were tried are silent. Layers between may notice them, too.
     pub seen_from: Option<u32>,
-    is_about: fn(&Missing) -> bool,
+    is_about: fn(&MissingPart) -> bool,
     /// The section of the specification.
     pub section: &'static str,
     /// A sentence of that section.
@@ -46,20 +46,20 @@ pub struct UnreportedMutants {
 }
 
 /// Why the layer does not notice that a part of a row is missing; `None` where it does. An entry that is further up in the list comes first.
-pub fn reason(plan: &FramePlan, edge: &Row, part: Part) -> Option<&'static UnreportedMutants> {
-    UNREPORTED_MUTANTS.iter().find(|entry| (entry.is_about)(&Missing { plan, edge, part }))
+pub fn reason(plan: &FramePlan, edge: &Row, part: RowPart) -> Option<&'static UnreportedMutants> {
+    UNREPORTED_MUTANTS.iter().find(|entry| (entry.is_about)(&MissingPart { plan, edge, part }))
 }
 
 /// A part that is missing, of a row of a plan's table.
-struct Missing<'a> {
+struct MissingPart<'a> {
     plan: &'a FramePlan,
     edge: &'a Row,
-    part: Part,
+    part: RowPart,
 }
 
-impl Missing<'_> {
+impl MissingPart<'_> {
     fn is_row(&self) -> bool {
-        self.part == Part::Row
+        self.part == RowPart::Row
     }
 
     /// Returns true for one of these stages or accesses of the first scope.
@@ -73,7 +73,7 @@ impl Missing<'_> {
     }
 
     fn is_bit(&self, side: Side, stages: S, accesses: A) -> bool {
-        let Part::Bits(own, bits) = self.part else { return false };
+        let RowPart::Bits(own, bits) = self.part else { return false };
         side == own && stages.contains(bits.stage) && accesses.contains(bits.access)
     }
 
@@ -152,7 +152,7 @@ const TRANSITION: &str = "Applications must ensure that layout transitions happe
 pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: None,
-        is_about: |missing| missing.part == Part::AcrossSamples,
+        is_about: |missing| missing.part == RowPart::AcrossSamples,
         section: "Framebuffer Region Dependencies",
         says: "If N equals M, and if the VkSubpassDescription::flags does not specify the VK_SUBPASS_DESCRIPTION_FRAGMENT_REGION_BIT_EXT flag, then a \
                framebuffer region containing a single (x, y, layer, sample) coordinate in the first synchronization scope corresponds to a region \

@@ -45,12 +45,12 @@ const DEPTH_STORE: Use = Use::new(S::LATE_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTAC
 /// A row, and its barrier's place in the list if it is one.
 pub struct Wait {
     pub edge: Row,
-    pub barrier: Option<Barrier>,
+    pub barrier: Option<BarrierPosition>,
 }
 
 /// The place of a pipeline barrier: before or after a step of the list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Barrier {
+pub struct BarrierPosition {
     pub step: usize,
     pub is_after: bool,
     pub resource: Resource,
@@ -129,7 +129,7 @@ enum Key {
 
 /// The uses of a resource since it was last written.
 #[derive(Debug, Clone, Default)]
-struct Past {
+struct UseHistory {
     writes: Vec<Visit>,
     reads: Vec<Visit>,
     layout: Option<vk::ImageLayout>,
@@ -148,7 +148,7 @@ pub fn rows(plan: &FramePlan, steps: &[Step]) -> Vec<Wait> {
         if let Resource::Kept(own) = resource {
             spans.push(visits(plan, &stops, Resource::KeptBefore(own)));
         }
-        let mut past = Past::default();
+        let mut past = UseHistory::default();
         // The next frame finds each resource as the last use of this one leaves it.
         if is_shared(resource) {
             past.live_through(&spans, |_, _, _| ());
@@ -358,7 +358,7 @@ impl Handover {
     }
 }
 
-impl Past {
+impl UseHistory {
     /// Adds the visits of one frame after the other.
     fn live_through(&mut self, spans: &[Vec<Visit>], mut wait: impl FnMut(&Visit, &Visit, Handover)) {
         for visits in spans {
@@ -481,13 +481,13 @@ impl Draft {
             | Key::Into(run, _)
             | Key::Reuse(run, _) => (SyncKind::Subpass(run), None),
             Key::AfterWriter(resource, stop) => {
-                (SyncKind::BufferBarrier, Some(Barrier { step: stops[stop].step, is_after: true, resource }))
+                (SyncKind::BufferBarrier, Some(BarrierPosition { step: stops[stop].step, is_after: true, resource }))
             }
             Key::Barrier(resource, _) if is_after => {
-                (of_image(resource), Some(Barrier { step: stops[from.stop].step, is_after, resource }))
+                (of_image(resource), Some(BarrierPosition { step: stops[from.stop].step, is_after, resource }))
             }
             Key::Barrier(resource, stop) | Key::BarrierReuse(resource, stop) => {
-                (of_image(resource), Some(Barrier { step: stops[stop].step, is_after, resource }))
+                (of_image(resource), Some(BarrierPosition { step: stops[stop].step, is_after, resource }))
             }
         };
         let name = match key {

@@ -5,9 +5,9 @@ use std::fmt;
 use ash::vk;
 use glam::Vec3;
 
-use crate::plan::effect::{Effect, EffectView, NOT_ASKED_FOR, Request, Shows, Variation};
+use crate::plan::effect::{Effect, EffectRequest, EffectView, NOT_ASKED_FOR, Shows, Variation};
 use crate::plan::parts::line_of_target;
-use crate::plan::{Error, FramePlan, OwnTarget, Target, TargetName};
+use crate::plan::{FramePlan, OwnTarget, PlanError, Target, TargetName};
 use crate::scene::{AmbientOcclusion, AoResolution, Scene, Settings, View, counted};
 
 /// AO's output: a share of the light from everywhere in 10 bits, and 22 of the depth of its pixel.
@@ -109,7 +109,7 @@ impl fmt::Display for AoPlan {
 
 impl AoPlan {
     /// `None` where frames find no ambient occlusion.
-    pub(super) fn of(request: &Request) -> Option<Self> {
+    pub(super) fn of(request: &EffectRequest) -> Option<Self> {
         let &Settings { ao: method, ao_radius: radius, ao_samples: samples, ao_resolution, .. } = request.settings;
         let scale = if ao_resolution == AoResolution::Half { 2 } else { 1 };
         is_used(request.scene, request.settings).then_some(Self { method, samples, radius, scale })
@@ -122,7 +122,7 @@ impl AoPlan {
     }
 }
 
-fn check(request: &Request) -> Result<(), Error> {
+fn check(request: &EffectRequest) -> Result<(), PlanError> {
     let &Settings { ao: method, ao_radius: radius, ao_samples: samples, msaa, .. } = request.settings;
     if method == AmbientOcclusion::Off {
         return Ok(());

@@ -64,7 +64,7 @@ pub(crate) const EFFECT: Effect = Effect {
 
 /// The parameters of BLOOM.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bloom {
+pub struct BloomPlan {
     /// The share of all light that is spread.
     pub strength: f32,
     /// The root of the mean square of how far it lands, as a part of the picture's height.
@@ -87,7 +87,7 @@ const LEAST_LEVELS: u32 = 3;
 /// With so many a texel covers every picture that a device can draw.
 const MOST_LEVELS: u32 = 15;
 
-impl Bloom {
+impl BloomPlan {
     /// Views of values have no light to spread. A value out of the ranges of the settings, as only a library's caller can have it, counts as the
     /// nearest one in it; one that is not a number spreads nothing, or as little as possible.
     pub(super) fn of(settings: &Settings, shading: Shading) -> Option<Self> {
@@ -164,9 +164,9 @@ mod tests {
 
     const SIZES: [[u32; 2]; 6] = [[1, 1], [7, 5], [33, 1], [320, 180], [1280, 720], [16384, 16384]];
 
-    fn all() -> impl Iterator<Item = Bloom> {
+    fn all() -> impl Iterator<Item = BloomPlan> {
         let radii = [0.001, 0.01, 0.05, 0.2, 1.0];
-        radii.into_iter().flat_map(|radius| [2, 4, 6].map(|taps| Bloom { strength: 0.5, radius, taps }))
+        radii.into_iter().flat_map(|radius| [2, 4, 6].map(|taps| BloomPlan { strength: 0.5, radius, taps }))
     }
 
     #[test]
@@ -189,7 +189,7 @@ mod tests {
     fn a_caller_may_ask_for_any_numbers() {
         let of = |bloom, bloom_radius, bloom_taps| {
             let settings = Settings { bloom, bloom_radius, bloom_taps, ..Settings::default() };
-            Bloom::of(&settings, Shading::Light { light_only: false })
+            BloomPlan::of(&settings, Shading::Light { light_only: false })
         };
         for strength in [0.0, -1.0, f32::NAN, f32::NEG_INFINITY] {
             assert_eq!(of(strength, 0.05, 6), None);
@@ -197,7 +197,7 @@ mod tests {
         for (asked, radius) in [(0.0, 0.001), (1e6, 1.0), (f32::INFINITY, 1.0), (-1.0, 0.001), (f32::NAN, 0.001)] {
             for (taps, own) in [(0, 2), (3, 2), (5, 4), (u32::MAX, 6)] {
                 let planned = of(f32::INFINITY, asked, taps).expect("bloom");
-                assert_eq!(planned, Bloom { strength: 1.0, radius, taps: own }, "{asked} {taps}");
+                assert_eq!(planned, BloomPlan { strength: 1.0, radius, taps: own }, "{asked} {taps}");
                 assert!(SIZES.iter().all(|&size| planned.weights(size).iter().all(|weight| weight.is_finite())));
             }
         }
@@ -205,7 +205,7 @@ mod tests {
 
     #[test]
     fn weights_change_smoothly_with_the_size() {
-        let bloom = Bloom { strength: 0.5, radius: 0.05, taps: 6 };
+        let bloom = BloomPlan { strength: 0.5, radius: 0.05, taps: 6 };
         for height in 100..3000 {
             let [before, after] = [height, height + 1].map(|height| bloom.weights([2 * height, height]));
             let at = |weights: &[f64], level: usize| weights.get(level).copied().unwrap_or(0.0);

@@ -2,7 +2,9 @@
 
 use super::froxels;
 use crate::plan::checks::out_of_range;
-use crate::plan::effect::{Effect, EffectView, Hdr, LightReaders, LitAir, NOT_ASKED_FOR, Request, Shows, Variation};
+use crate::plan::effect::{
+    Effect, EffectRequest, EffectView, Hdr, LightReaders, LitAir, NOT_ASKED_FOR, Shows, Variation,
+};
 use crate::plan::parts::{Part, part};
 use crate::plan::{FramePlan, FroxelPlan, PartGroup};
 use crate::scene::{Fog, Settings, View};
@@ -83,7 +85,7 @@ pub struct FogPlan {
 
 impl FogPlan {
     /// None where the air is clear, and where a view shows something else.
-    pub(super) fn of(request: &Request, any_light: bool) -> Option<Self> {
+    pub(super) fn of(request: &EffectRequest, any_light: bool) -> Option<Self> {
         let settings = request.settings;
         let alone = settings.view == View::Fog;
         if !is_asked_for(settings) || !is_shown(settings) {

@@ -4,10 +4,11 @@ use std::fmt;
 
 use glam::DVec3;
 
-use crate::plan::effect::{Blended, Effect, EffectView, LightReaders, LitAir, Request, Shows, Variation};
+use crate::plan::effect::{Blended, Effect, EffectRequest, EffectView, LightReaders, LitAir, Shows, Variation};
 use crate::plan::parts::{Part, part};
 use crate::plan::{
-    BufferName, Capabilities, EffectPlans, Error, FramePlan, PlannedTexture, Refusal, Shading, Uploads, Why,
+    BufferName, Capabilities, EffectPlans, FramePlan, PlanError, PlannedTexture, Refusal, RefusalReason, Shading,
+    Uploads,
 };
 use crate::scene::{Emitter, Scene, Settings, Transparency, View, counted};
 
@@ -112,12 +113,12 @@ fn are_shown(scene: &Scene, settings: &Settings) -> bool {
     settings.particles && settings.view == View::Final && !scene.emitters.is_empty()
 }
 
-fn check(request: &Request) -> Result<(), Error> {
-    let Request { scene, settings, device, .. } = *request;
+fn check(request: &EffectRequest) -> Result<(), PlanError> {
+    let EffectRequest { scene, settings, device, .. } = *request;
     let counts = request.view == View::Particles;
     if counts && scene.emitters.is_empty() {
         let why = "the scene has no emitters, so that the view particles has nothing to count";
-        return Err(Error::Refused(Refusal { what: EFFECT.name, why: Why::NothingToShow(why.into()) }));
+        return Err(PlanError::Refused(Refusal { what: EFFECT.name, why: RefusalReason::NothingToShow(why.into()) }));
     }
     if !are_shown(scene, settings) || request.shading != LIT {
         return Ok(());
@@ -146,8 +147,8 @@ fn textures(plans: &EffectPlans) -> &[PlannedTexture] {
 
 impl ParticlePlan {
     /// Returns `None` if frames draw no particles.
-    pub(super) fn of(request: &Request) -> Option<Self> {
-        let Request { scene, settings, device, .. } = *request;
+    pub(super) fn of(request: &EffectRequest) -> Option<Self> {
+        let EffectRequest { scene, settings, device, .. } = *request;
         if !are_shown(scene, settings) || request.shading != LIT {
             return None;
         }
@@ -181,7 +182,7 @@ impl ParticlePlan {
 
 /// Refuses particles whose shaders name more buffers than the device lets them: SIMULATE names those of the frame, the emitters, the particles and, where
 /// they are sorted, their keys.
-fn check_buffers(plan: &FramePlan, device: &Capabilities) -> Result<(), Error> {
+fn check_buffers(plan: &FramePlan, device: &Capabilities) -> Result<(), PlanError> {
     let sorts = u32::from(plan.sorts_particles());
     let (needed, most) = (plan.frame_buffers() + 2 + sorts, device.storage_buffers);
     if plan.effects.particles.is_none() || needed <= most {

@@ -5,9 +5,9 @@ use std::fmt;
 use ash::vk;
 
 use crate::plan::checks::out_of_range;
-use crate::plan::effect::{Effect, EffectView, Hdr, NOT_ASKED_FOR, Request, Shows, Variation};
+use crate::plan::effect::{Effect, EffectRequest, EffectView, Hdr, NOT_ASKED_FOR, Shows, Variation};
 use crate::plan::parts::line_of_target;
-use crate::plan::{Error, FramePlan, OwnTarget, Target, TargetName, format_bytes};
+use crate::plan::{FramePlan, OwnTarget, PlanError, Target, TargetName, format_bytes};
 use crate::scene::{Brdf, HdrFormat, Object, Reflections, Scene, Settings, TextureSlot, View};
 
 /// The nearest and the farthest depth of squares of pixels, in levels ([`Hiz`]).
@@ -147,7 +147,7 @@ impl Hiz {
     }
 }
 
-fn check(request: &Request) -> Result<(), Error> {
+fn check(request: &EffectRequest) -> Result<(), PlanError> {
     let settings = request.settings;
     if settings.reflections == Reflections::Off {
         return Ok(());
@@ -173,7 +173,7 @@ fn check(request: &Request) -> Result<(), Error> {
 
 impl ReflectionPlan {
     /// Returns `None` if no surface mirrors others.
-    pub(super) fn of(request: &Request) -> Option<Self> {
+    pub(super) fn of(request: &EffectRequest) -> Option<Self> {
         let settings = request.settings;
         is_used(request.scene, settings).then_some(Self {
             roughness: settings.reflection_roughness,

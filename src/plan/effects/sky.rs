@@ -2,9 +2,9 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::plan::effect::{Effect, Hdr, LightReaders, Request, Variation};
+use crate::plan::effect::{Effect, EffectRequest, Hdr, LightReaders, Variation};
 use crate::plan::parts::{Part, part};
-use crate::plan::{Error, FramePlan, PartGroup, Shading, Uploads};
+use crate::plan::{FramePlan, PartGroup, PlanError, Shading, Uploads};
 use crate::scene::{Scene, Settings, Sky, SkyCube, SkyImage, SunDisc};
 
 /// The scene's sky is seen, or lights surfaces.
@@ -24,7 +24,7 @@ pub(crate) const EFFECT: Effect = Effect {
         let Some(sky) = SkyPlan::of(request) else { return Ok(()) };
         EFFECT.check_path(request.path)?;
         let most = request.device.max_extent;
-        if sky.edge > most { Err(Error::Sky(sky.edge, most)) } else { Ok(()) }
+        if sky.edge > most { Err(PlanError::Sky(sky.edge, most)) } else { Ok(()) }
     },
     variations: &[Variation::with("under a sky", put_under_sky, |_| {})],
     ..Effect::PLAIN
@@ -57,8 +57,8 @@ pub struct SkyPlan {
 
 impl SkyPlan {
     /// None where frames do without.
-    pub(super) fn of(request: &Request) -> Option<Self> {
-        let Request { scene, settings, shading, .. } = *request;
+    pub(super) fn of(request: &EffectRequest) -> Option<Self> {
+        let EffectRequest { scene, settings, shading, .. } = *request;
         let Shading::Light { light_only } = shading else { return None };
         let sky = scene.sky.as_ref()?;
         let lights = lights(sky, settings);

@@ -3,10 +3,11 @@
 use ash::vk;
 
 use crate::plan::checks::ANTI_ALIASING;
-use crate::plan::effect::{Effect, EffectView, Hdr, NOT_ASKED_FOR, Request, Shows, Variation};
+use crate::plan::effect::{Effect, EffectRequest, EffectView, Hdr, NOT_ASKED_FOR, Shows, Variation};
 use crate::plan::parts::part;
 use crate::plan::{
-    BufferName, Error, FramePlan, OwnTarget, Part, PartGroup, Refusal, SurfaceRules, Target, TargetName, format_bytes,
+    BufferName, FramePlan, OwnTarget, Part, PartGroup, PlanError, Refusal, SurfaceRules, Target, TargetName,
+    format_bytes,
 };
 use crate::scene::{Local, Node, Placement, Resolve, Scene, Settings, Tonemap, View};
 
@@ -87,7 +88,7 @@ fn plan_vectors(settings: &mut Settings) {
     };
 }
 
-fn check(request: &Request) -> Result<(), Error> {
+fn check(request: &EffectRequest) -> Result<(), PlanError> {
     let Settings { taa, samples, msaa, .. } = *request.settings;
     if !taa || !request.shading.is_lit() {
         return Ok(());
@@ -143,8 +144,8 @@ fn frames(settings: &Settings) -> u32 {
 
 impl TaaPlan {
     /// Views of values have no mean.
-    pub(super) fn of(request: &Request, rules: &SurfaceRules) -> Option<Self> {
-        let Request { scene, settings, view, shading, .. } = *request;
+    pub(super) fn of(request: &EffectRequest, rules: &SurfaceRules) -> Option<Self> {
+        let EffectRequest { scene, settings, view, shading, .. } = *request;
         if !settings.taa || !shading.is_lit() {
             return None;
         }

@@ -10,13 +10,13 @@ use crate::scene::Aabb;
 #[derive(Debug, Clone, Default)]
 pub struct BoxTree {
     /// A node, then its first half, then its second.
-    nodes: Vec<Node>,
+    nodes: Vec<BoxNode>,
     /// By number: its leaf, if the box was not empty.
     leaves: Vec<Option<u32>>,
 }
 
 #[derive(Debug, Clone)]
-struct Node {
+struct BoxNode {
     bounds: Aabb,
     /// Half the diagonal of the largest box below.
     largest: f64,
@@ -30,7 +30,7 @@ struct Node {
 
 /// The position of a box relative to a volume that may hold it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
+pub enum Containment {
     Outside,
     Across,
     Inside,
@@ -56,7 +56,7 @@ impl BoxTree {
     fn add(&mut self, boxes: &mut [(usize, Aabb)], parent: usize) {
         let bounds = boxes.iter().fold(Aabb::EMPTY, |all, (_, bounds)| all.union(bounds));
         let own = self.nodes.len();
-        self.nodes.push(Node { bounds, largest: bounds.radius(), item: boxes[0].0, end: own + 1, parent });
+        self.nodes.push(BoxNode { bounds, largest: bounds.radius(), item: boxes[0].0, end: own + 1, parent });
         if boxes.len() > 1 {
             let (axis, middle) = (bounds.size().max_position(), boxes.len() / 2);
             boxes.select_nth_unstable_by(middle, |a, b| a.1.center()[axis].total_cmp(&b.1.center()[axis]));
@@ -126,13 +126,13 @@ impl BoxTree {
     }
 
     /// Calls `each` with the numbers of the boxes that are not outside. Boxes within one that is inside are not asked about.
-    pub fn sort_out(&self, side: impl Fn(&Aabb) -> Side, mut each: impl FnMut(usize)) {
+    pub fn sort_out(&self, side: impl Fn(&Aabb) -> Containment, mut each: impl FnMut(usize)) {
         let mut index = 0;
         while let Some(node) = self.nodes.get(index) {
             match side(&node.bounds) {
-                Side::Across if node.end > index + 1 => index += 1,
-                Side::Outside => index = node.end,
-                Side::Across | Side::Inside => {
+                Containment::Across if node.end > index + 1 => index += 1,
+                Containment::Outside => index = node.end,
+                Containment::Across | Containment::Inside => {
                     let below = self.nodes[index..node.end].iter().zip(index + 1..);
                     below.filter(|(node, next)| node.end == *next).for_each(|(leaf, _)| each(leaf.item));
                     index = node.end;
@@ -207,9 +207,9 @@ mod tests {
             found.sort_unstable();
             prop_assert_eq!(&found, &expected);
             let side = |bounds: &Aabb| match (sphere.touches(bounds), bounds.corners().iter().all(|&corner| corner.distance(center) <= radius)) {
-                (_, true) => Side::Inside,
-                (true, false) => Side::Across,
-                (false, false) => Side::Outside,
+                (_, true) => Containment::Inside,
+                (true, false) => Containment::Across,
+                (false, false) => Containment::Outside,
             };
             found.clear();
             tree.sort_out(side, |item| found.push(item));

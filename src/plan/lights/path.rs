@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::{PlannedLights, bounded};
 use crate::plan::checks::TILE_SHARED_BYTES;
 use crate::plan::shadows::shadow_reason;
-use crate::plan::{Basis, COMPARED, Capabilities, CostModel, Error, Load, Refusal, Why};
+use crate::plan::{Basis, COMPARED, Capabilities, CostModel, Load, PlanError, Refusal, RefusalReason};
 use crate::plan::{effects, lacks_gbuffer, visibility};
 use crate::scene::{GbufferChoice, HdrFormat, LightPath, Object, Output, Scene, Settings, View, counted};
 
@@ -19,7 +19,7 @@ pub(in crate::plan) fn choose(
     lights: &PlannedLights,
     planned: &[usize],
     device: &Capabilities,
-) -> Result<(LightPath, String), Error> {
+) -> Result<(LightPath, String), PlanError> {
     check(settings, device)?;
     if !effects::is_lit(settings.view) {
         return Ok((LightPath::Loop, "this view is not lit".into()));
@@ -136,23 +136,27 @@ fn milliseconds(value: f64) -> String {
 }
 
 /// Refuses a path that the device cannot take, or that does not go with the other settings.
-fn check(settings: &Settings, device: &Capabilities) -> Result<(), Error> {
+fn check(settings: &Settings, device: &Capabilities) -> Result<(), PlanError> {
     let path = settings.light_path;
     if settings.light_cutoff && settings.output == Output::Nits {
-        return Err(Error::CutoffWithoutSteps);
+        return Err(PlanError::CutoffWithoutSteps);
     }
     if !effects::is_lit(settings.view) {
-        return if lacks_gbuffer(path) && needs_gbuffer(settings.view) { Err(Error::NoGbuffer(path)) } else { Ok(()) };
+        return if lacks_gbuffer(path) && needs_gbuffer(settings.view) {
+            Err(PlanError::NoGbuffer(path))
+        } else {
+            Ok(())
+        };
     }
     match path {
-        LightPath::PerLight | LightPath::Volumes if !device.float32_blends => Err(Error::NoFloatBlending(path)),
+        LightPath::PerLight | LightPath::Volumes if !device.float32_blends => Err(PlanError::NoFloatBlending(path)),
         LightPath::PerLight | LightPath::Volumes if settings.hdr_format == HdrFormat::B10g11r11 => {
-            Err(Error::BlendedFormat(path, settings.hdr_format))
+            Err(PlanError::BlendedFormat(path, settings.hdr_format))
         }
         LightPath::Compute | LightPath::Visibility => match settings.first_effect() {
-            Some(what) => Err(Error::Refused(Refusal { what, why: Why::WritesPicture(path) })),
+            Some(what) => Err(PlanError::Refused(Refusal { what, why: RefusalReason::WritesPicture(path) })),
             None if device.compute_invocations < TILE_INVOCATIONS => {
-                Err(Error::WorkGroup(path, TILE_INVOCATIONS, device.compute_invocations))
+                Err(PlanError::WorkGroup(path, TILE_INVOCATIONS, device.compute_invocations))
             }
             None => Ok(()),
         },

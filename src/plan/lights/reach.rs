@@ -45,7 +45,7 @@ pub(crate) fn sphere_of(light: &Light, reach: f64) -> Reach {
 /// ([`largest_reflection`]). Half a step of 8 bits, 0.5 / 255, divided by the steepest slope of tone curve and sRGB encoding
 /// ([`steepest`]) may be dropped in all, an even share by each light.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Cut {
+pub(crate) struct LightCutoff {
     enabled: bool,
     /// Brightest pixel for each candela, at a metre, in nits.
     reflection: f64,
@@ -54,7 +54,7 @@ pub(crate) struct Cut {
     share: f64,
 }
 
-impl Cut {
+impl LightCutoff {
     pub(crate) fn of(scene: &Scene, settings: &Settings, exposure: f32) -> Self {
         let without = |light: &&Light| light.shines() && range_of(light).is_none() && bounded(light, settings);
         let count = scene.lights.iter().filter(without).count();
@@ -184,7 +184,7 @@ mod tests {
         let scene = samples::scene(vec![samples::material(Brdf::Lambert)], vec![lamp; 4]);
         let settings = Settings { light_cutoff: true, tonemap: Tonemap::None, ..Settings::default() };
         let reaches = |settings: &Settings| -> Vec<f64> {
-            let cut = Cut::of(&scene, settings, 2.0);
+            let cut = LightCutoff::of(&scene, settings, 2.0);
             scene.lights.iter().map(|light| cut.reach(light)).collect()
         };
         let off = reaches(&Settings::default());
@@ -196,7 +196,7 @@ mod tests {
         let mut glazed = scene.clone();
         let glass = Material { alpha_mode: AlphaMode::Glass, ..samples::material(Brdf::Lambert) };
         glazed.materials[0] = glass;
-        let far = Cut::of(&glazed, &settings, 2.0).reach(&glazed.lights[0]);
+        let far = LightCutoff::of(&glazed, &settings, 2.0).reach(&glazed.lights[0]);
         assert!((far / reaches[0] - 3f64.sqrt()).abs() < 1e-9, "{far}");
     }
 }

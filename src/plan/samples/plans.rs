@@ -89,8 +89,8 @@ fn multisampled_tiled() -> Named {
 }
 
 /// Returns true if the light path alone is refused.
-fn is_left_out(error: &Error) -> bool {
-    matches!(error, Error::Refused(Refusal { why: Why::WritesPicture(_), .. }) | Error::Visibility(_))
+fn is_left_out(error: &PlanError) -> bool {
+    matches!(error, PlanError::Refused(Refusal { why: RefusalReason::WritesPicture(_), .. }) | PlanError::Visibility(_))
 }
 
 /// Plans without a G-buffer: both paths, with and without what is drawn before and after FORWARD.
@@ -219,7 +219,7 @@ fn made_plans_of_effects() -> Named {
                 Ok(plan) => plans.push((name, plan)),
                 // A light path may lack what a view shows.
                 Err(_) if variations.iter().any(|variation| variation.is_alone) => {}
-                Err(error) => assert!(matches!(error, Error::Refused(_)), "{name}: {error}"),
+                Err(error) => assert!(matches!(error, PlanError::Refused(_)), "{name}: {error}"),
             }
         }
     };

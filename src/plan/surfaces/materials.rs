@@ -10,8 +10,8 @@ use glam::Vec3;
 
 use super::TextureMask;
 use crate::scene::{
-    AlphaMode, Brdf, ColorSpace, Material, MaterialValue, Mesh, Object, OptionalPart, Sampler, Scene, Settings, Target,
-    Texture, TextureSlot, View, scaled,
+    AlphaMode, Brdf, ChannelTarget, ColorSpace, Material, MaterialValue, Mesh, Object, OptionalPart, Sampler, Scene,
+    Settings, Texture, TextureSlot, View, scaled,
 };
 
 /// Materials as they are drawn, and the record of their simplification.
@@ -39,7 +39,8 @@ pub struct EffectiveMaterials {
 
 impl EffectiveMaterials {
     pub(in crate::plan) fn of(scene: &Scene, settings: &Settings) -> Self {
-        let mut texels = Texels { textures: &scene.textures, colors: BTreeMap::new(), alphas: BTreeMap::new() };
+        let mut texels =
+            TexelStatistics { textures: &scene.textures, colors: BTreeMap::new(), alphas: BTreeMap::new() };
         let white = |mesh: &Mesh| mesh.colors.iter().all(|color| *color == [1.0; 4]);
         let colored = (0..scene.meshes.len()).filter(|&mesh| !white(&scene.meshes[mesh]));
         let mut effective = Self {
@@ -115,7 +116,7 @@ impl EffectiveMaterials {
     }
 
     /// The material without a mask that cuts nothing, or all.
-    fn judge_mask(&mut self, mut material: Material, texels: &mut Texels) -> Material {
+    fn judge_mask(&mut self, mut material: Material, texels: &mut TexelStatistics) -> Material {
         let AlphaMode::Mask { cutoff } = material.alpha_mode else { return material };
         let range = material.base_color_texture.map_or(Some((255, 255)), |texture| texels.alphas(texture));
         let Some((least, most)) = range else { return material };
@@ -142,7 +143,7 @@ impl EffectiveMaterials {
     }
 
     /// The material with constant textures folded into its factors.
-    fn fold(&mut self, mut material: Material, texels: &mut Texels) -> Material {
+    fn fold(&mut self, mut material: Material, texels: &mut TexelStatistics) -> Material {
         for slot in TextureSlot::ALL {
             let form = slot.form();
             let is_covering = slot == TextureSlot::BaseColor;
@@ -208,30 +209,30 @@ fn moving_maps(scene: &Scene) -> BTreeSet<usize> {
         |value| matches!(value, MaterialValue::UvOffset(_) | MaterialValue::UvRotation(_) | MaterialValue::UvScale(_));
     targets
         .filter_map(|target| match target {
-            Target::Material(material, value) if moves(value) => Some(material),
+            ChannelTarget::Material(material, value) if moves(value) => Some(material),
             _ => None,
         })
         .collect()
 }
 
 /// Red, green, blue and alpha: which of them count.
-type Channels = [bool; 4];
+type ChannelMask = [bool; 4];
 
 /// Values that textures have all over; each texture is looked through once for each use that differs.
-struct Texels<'a> {
+struct TexelStatistics<'a> {
     textures: &'a [Texture],
-    colors: BTreeMap<(usize, Channels), Option<[f64; 4]>>,
+    colors: BTreeMap<(usize, ChannelMask), Option<[f64; 4]>>,
     alphas: BTreeMap<usize, Option<(u8, u8)>>,
 }
 
-impl<'a> Texels<'a> {
+impl<'a> TexelStatistics<'a> {
     /// A texture of which the plan can read the texels. Of others it supposes nothing.
     fn readable(&self, index: usize) -> Option<&'a Texture> {
         self.textures.get(index).filter(|texture| texture.is_readable())
     }
 
     /// The linear values that all texels have in these channels.
-    fn color(&mut self, texture: Option<usize>, channels: Channels) -> Option<[f64; 4]> {
+    fn color(&mut self, texture: Option<usize>, channels: ChannelMask) -> Option<[f64; 4]> {
         let index = texture?;
         let texture = self.readable(index)?;
         *self.colors.entry((index, channels)).or_insert_with(|| {

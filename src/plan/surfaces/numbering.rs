@@ -27,13 +27,13 @@ pub struct NumberedLevel {
 const NONE: u32 = u32::MAX;
 
 /// The vertices so far.
-struct Vertices {
+struct VertexCopies {
     sources: Vec<u32>,
     /// By vertex of the scene's mesh: its newest copy.
     latest: Vec<u32>,
 }
 
-impl Vertices {
+impl VertexCopies {
     fn push(&mut self, source: u32) -> u32 {
         let vertex = self.sources.len() as u32;
         self.latest[source as usize] = vertex;
@@ -82,8 +82,10 @@ fn nearest(own: u32, before: u32, after: u32) -> u32 {
 impl NumberedMesh {
     /// Numbers the triangles of a mesh, and of the first so many of its levels of detail.
     pub fn of(mesh: &Mesh, levels: usize) -> Self {
-        let mut vertices =
-            Vertices { sources: Vec::with_capacity(mesh.indices.len() / 3), latest: vec![NONE; mesh.positions.len()] };
+        let mut vertices = VertexCopies {
+            sources: Vec::with_capacity(mesh.indices.len() / 3),
+            latest: vec![NONE; mesh.positions.len()],
+        };
         let indices = vertices.add(&mesh.indices);
         let made = if levels > 0 { mesh.levels_of_detail() } else { Default::default() };
         let level = |level: &crate::scene::Level| {

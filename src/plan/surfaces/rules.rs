@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use super::{EffectiveMaterials, Extras, GeometryKey, Surfaces};
-use crate::plan::lights::Lighting;
+use super::{EffectiveMaterials, Extras, GeometryKey, SurfacePlan};
+use crate::plan::lights::LightingPlan;
 use crate::plan::{FramePlan, Shading, lacks_gbuffer};
 use crate::scene::{
     AlphaMode, Brdf, CastsShadow, Keep, LightPath, Material, Object, Scene, Settings, TextureSlot, Transparency, UvMap,
@@ -49,8 +49,8 @@ impl<'a> SurfaceRules<'a> {
     pub(in crate::plan) fn of(
         settings: &Settings,
         shading: Shading,
-        lighting: &Lighting,
-        surfaces: &'a Surfaces,
+        lighting: &LightingPlan,
+        surfaces: &'a SurfacePlan,
     ) -> Self {
         Self {
             materials: &surfaces.materials,

@@ -1,9 +1,9 @@
 //! The objects that cover the most of a picture: the device draws them first, as occluders of the others.
 
-use super::view::View;
+use super::view::OcclusionView;
 use crate::scene::{Aabb, Camera};
 use crate::visible::frustum::Frustum;
-use crate::visible::{Depth, World};
+use crate::visible::{DepthMapping, World};
 
 /// The occluders are the objects that cover this share of the picture or more, the largest first, until one of the sums is reached: objects, and
 /// triangles. A larger object is left out where its triangles are too many.
@@ -17,10 +17,10 @@ const MOST_TRIED: usize = 4 * MOST_OBJECTS;
 /// box's sphere.
 pub(in crate::visible) fn largest(
     world: &World,
-    (camera, frustum, depth): (&Camera, &Frustum, &Depth),
+    (camera, frustum, depth): (&Camera, &Frustum, &DepthMapping),
     size: [u32; 2],
 ) -> Vec<usize> {
-    let (view, list) = (View::of(camera, depth, size), &world.instances);
+    let (view, list) = (OcclusionView::of(camera, depth, size), &world.instances);
     let least = LEAST_SHARE * (view.columns * view.rows) as f64;
     let size = |bounds: &Aabb, largest: f64| {
         let size = view.size(bounds, largest);
@@ -66,9 +66,9 @@ mod tests {
             let settings = Settings { culling: Culling::Gpu, ..Settings::default() };
             let plan = FramePlan::of(&scene, &settings, &samples::device()).expect("a plan");
             let world = World::of(&scene, &settings, &plan, 1.0);
-            let (frustum, depth) = (Frustum::of(&scene.camera, 16.0 / 9.0), Depth::of(&world, &plan, &scene.camera));
+            let (frustum, depth) = (Frustum::of(&scene.camera, 16.0 / 9.0), DepthMapping::of(&world, &plan, &scene.camera));
             let found = largest(&world, (&scene.camera, &frustum, &depth), [1280, 720]);
-            let view = View::of(&scene.camera, &depth, [1280, 720]);
+            let view = OcclusionView::of(&scene.camera, &depth, [1280, 720]);
             let least = LEAST_SHARE * (view.columns * view.rows) as f64;
             let list = &world.instances;
             let size = |place: usize| {

@@ -50,7 +50,7 @@ impl Sketch {
         row((low - self.slack).floor())..row((high + self.slack).floor() + 1.0)
     }
 
-    /// A triangle whose corners are so near ([`View::nearness`]).
+    /// A triangle whose corners are so near ([`OcclusionView::nearness`]).
     pub(super) fn triangle(&mut self, points: [DVec2; 3], nearness: [f64; 3]) {
         let [a, b, c] = points;
         let slack = self.slack;

@@ -29,16 +29,16 @@ fn world(scene: &Scene) -> (World, FramePlan) {
     (World::of(scene, &settings, &plan, 1.0), plan)
 }
 
-fn picture(scene: &Scene, camera: &Camera) -> (World, Picture) {
+fn picture(scene: &Scene, camera: &Camera) -> (World, OcclusionBuffer) {
     let (world, plan) = world(scene);
     let occluders = Occluders::of(scene, &plan, &world.objects);
-    let depth = Depth::of(&world, &plan, camera);
-    let picture = Picture::of(&world, &occluders, (camera, &depth), SIZE, 0..world.objects.len());
+    let depth = DepthMapping::of(&world, &plan, camera);
+    let picture = OcclusionBuffer::of(&world, &occluders, (camera, &depth), SIZE, 0..world.objects.len());
     (world, picture)
 }
 
 /// Share of the cells that hide something.
-fn covered(picture: &Picture) -> f64 {
+fn covered(picture: &OcclusionBuffer) -> f64 {
     picture.hidden_from.iter().filter(|from| from.is_finite()).count() as f64 / picture.hidden_from.len() as f64
 }
 

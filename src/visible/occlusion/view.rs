@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec2, DVec3};
 
 use crate::scene::{Aabb, Camera};
-use crate::visible::Depth;
+use crate::visible::DepthMapping;
 use crate::visible::clusters::axis_pixel;
 
 /// Cells across the picture at most (twice as many take twice the time and find 1% more), and pixels across a cell at least.
@@ -13,10 +13,10 @@ const LEAST_CELL: u32 = 4;
 const SLACK_PIXELS: f64 = 2.0;
 
 /// From the world to cells, x to the right and y down.
-pub(super) struct View {
+pub(super) struct OcclusionView {
     axes: DMat3,
     pub(super) camera: Camera,
-    pub(super) depth: Depth,
+    pub(super) depth: DepthMapping,
     /// Cells a unit of x or y over w.
     scale: f64,
     center: DVec2,
@@ -43,8 +43,8 @@ impl Cells {
     }
 }
 
-impl View {
-    pub(super) fn of(camera: &Camera, depth: &Depth, size: [u32; 2]) -> Self {
+impl OcclusionView {
+    pub(super) fn of(camera: &Camera, depth: &DepthMapping, size: [u32; 2]) -> Self {
         let columns = (size[0] / LEAST_CELL).clamp(1, COLUMNS);
         let [width, height] = size.map(f64::from);
         let pixels = width / f64::from(columns);

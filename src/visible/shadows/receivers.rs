@@ -30,7 +30,7 @@ const DEPTH_SLACK: f64 = 1e-5;
 pub struct Receivers {
     pieces: Vec<Piece>,
     tree: BoxTree,
-    filter: Filter,
+    filter: FilterReach,
 }
 
 #[derive(Debug, Clone)]
@@ -42,14 +42,14 @@ struct Piece {
 
 /// The distance from a point at which its light is looked up.
 #[derive(Debug, Clone, Copy)]
-struct Filter {
+struct FilterReach {
     /// The offset along the normal, in texels.
     offset: f64,
     /// True if a texel may be compared with a depth far from the point's own: that of its plane, which may be seen from its edge.
     is_slanting: bool,
 }
 
-impl Filter {
+impl FilterReach {
     fn of(plan: &ShadowPlan, settings: &ShadowSettings) -> Self {
         let is_slanting = match plan.filter {
             ShadowFilter::None | ShadowFilter::Box2 | ShadowFilter::Box3 | ShadowFilter::Box5 => false,
@@ -81,7 +81,7 @@ impl Receivers {
         };
         let pieces: Vec<Piece> = whole.into_iter().map(piece).collect();
         let tree = BoxTree::of(pieces.iter().map(|piece| piece.bounds));
-        Self { pieces, tree, filter: Filter::of(plan, settings) }
+        Self { pieces, tree, filter: FilterReach::of(plan, settings) }
     }
 
     /// The pieces that look something up in a map.
@@ -100,7 +100,7 @@ impl Receivers {
     /// The map's casters without those that shadow nothing that is seen.
     pub(in crate::visible) fn needed(&self, world: &World, plan: &ShadowPlan, view: &ShadowView) -> Vec<Caster> {
         let margin = 2.0 * plan.margin(view.tile.edge, &world.shadows) + 2.0;
-        let mut grid = Grid::new(view);
+        let mut grid = ReceiverGrid::new(view);
         for piece in self.in_map(view) {
             grid.add(&Footprint::of(view, &piece.bounds), margin, &self.filter);
         }
@@ -166,14 +166,14 @@ impl Footprint {
 }
 
 /// For each cell of a map the farthest depth, reversed, that anything that is seen compares with there.
-struct Grid<'a> {
+struct ReceiverGrid<'a> {
     view: &'a ShadowView,
     /// Texels of a cell.
     cell: f64,
     farthest: Vec<f64>,
 }
 
-impl<'a> Grid<'a> {
+impl<'a> ReceiverGrid<'a> {
     fn new(view: &'a ShadowView) -> Self {
         Self { view, cell: f64::from(view.tile.edge) / CELLS as f64, farthest: vec![f64::INFINITY; CELLS * CELLS] }
     }
@@ -193,7 +193,7 @@ impl<'a> Grid<'a> {
     }
 
     /// Something that is seen.
-    fn add(&mut self, footprint: &Footprint, margin: f64, filter: &Filter) {
+    fn add(&mut self, footprint: &Footprint, margin: f64, filter: &FilterReach) {
         let view = self.view;
         let farthest = if filter.is_slanting {
             f64::NEG_INFINITY

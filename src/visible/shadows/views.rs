@@ -49,7 +49,7 @@ pub struct Caster {
 
 /// How far from the light the middle and the far end of a box lie: metres along the view of a map with perspective, parts of the depth of another's.
 #[derive(Debug, Clone, Copy)]
-struct Reach {
+struct BoxDepths {
     middle: f64,
     end: f64,
 }
@@ -169,12 +169,12 @@ impl ShadowView {
             object.casts != CastsShadow::No && self.may_shadow(&object.bounds)
         };
         let casters = (0..world.objects.len()).filter(casts);
-        let mut casters: Vec<(usize, Reach)> =
+        let mut casters: Vec<(usize, BoxDepths)> =
             casters.map(|index| (index, self.reach_of(&world.objects[index].bounds))).collect();
         // The farthest end would not do: a wide ground reaches far beyond all that stands on it, which would then share a step.
         let farthest = casters.iter().fold(0.0, |far: f64, (_, reach)| far.max(reach.middle));
         // Twice the middle clamps boxes around the light alone: one that is all on one side of it ends nearer than that.
-        let step = |reach: Reach| ((reach.end / farthest).min(2.0) * f64::from(CASTER_STEPS - 1)).round() as u32;
+        let step = |reach: BoxDepths| ((reach.end / farthest).min(2.0) * f64::from(CASTER_STEPS - 1)).round() as u32;
         // Casters that share a pipeline follow each other, those near the light first, so that early depth tests save the most: a map's time is that of the
         // texels that are written. Of those in a step of depth the ones that share a material and a mesh follow each other.
         casters.sort_by_cached_key(|&(index, reach)| {
@@ -186,12 +186,12 @@ impl ShadowView {
         Arc::new(self)
     }
 
-    fn reach_of(&self, bounds: &Aabb) -> Reach {
+    fn reach_of(&self, bounds: &Aabb) -> BoxDepths {
         let [.., depth, w] = self.rows;
         // Depth falls away from the light.
         let along = if self.is_perspective() { w } else { (DVec4::W * w.w - depth) / w.w };
         let middle = along.truncate().dot(bounds.center()) + along.w;
-        Reach { middle, end: middle + along.truncate().abs().dot(bounds.size() * 0.5) }
+        BoxDepths { middle, end: middle + along.truncate().abs().dot(bounds.size() * 0.5) }
     }
 
     /// Returns true if it sees the same part of the world in the same texels.
@@ -320,7 +320,7 @@ pub(in crate::visible) fn add_cascades(
             let tile = plan.tiles[own.first_view + cascade as usize];
             let end = split(camera.near, far, lambda, cascade + 1, count);
             let slice = Sphere::around(camera, aspect, begin, end);
-            let fit = Fit::of(world, plan, &axes, &slice);
+            let fit = CascadeFit::of(world, plan, &axes, &slice);
             let is_last = cascade + 1 == count || fit.is_whole;
             // In the last part of the one before, this one is looked up too.
             let blend = if is_last { f64::MAX } else { end - BLEND * (end - begin) };
@@ -412,7 +412,7 @@ impl Sphere {
 }
 
 /// The extent of a cascade, in the axes of its light.
-struct Fit {
+struct CascadeFit {
     /// It holds the whole scene, wherever the camera is.
     is_whole: bool,
     /// Edge of the square that is looked up, in metres, and its least corner, before it is snapped.
@@ -422,7 +422,7 @@ struct Fit {
     high: f64,
 }
 
-impl Fit {
+impl CascadeFit {
     /// Around a sphere, but never larger than a square that holds the scene. All sizes depend on the sphere's and the scene's alone.
     fn of(world: &World, plan: &ShadowPlan, axes: &DMat3, slice: &Sphere) -> Self {
         let scene = world.extent.transformed(&DAffine3::from_mat3(*axes));

@@ -7,7 +7,7 @@ use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 use ash::vk;
 
 use crate::loader::{self, DeviceLink, Dispatched, InstanceLink, Interface, take_link, typed};
-use crate::steering::{self, Answer, decide, within};
+use crate::steering::{self, CallFate, decide, within};
 use crate::{callbacks, commands, driver_cache, incoherent, table};
 
 /// An instance or a device below this layer, and its functions.
@@ -228,7 +228,7 @@ unsafe extern "system" fn create_instance(
     let Some(described) = (unsafe { info.as_ref() }) else { return FAILED };
     // SAFETY: as above; one thread creates this instance.
     let Some(link) = (unsafe { take_link::<InstanceLink>(described.p_next) }) else { return FAILED };
-    if let Answer::Instead(result) = decide("vkCreateInstance", None, false) {
+    if let CallFate::Instead(result) = decide("vkCreateInstance", None, false) {
         return result;
     }
     let get_proc_addr = link.get_instance_proc_addr;
@@ -277,7 +277,7 @@ unsafe extern "system" fn create_device(
     let Some(described) = (unsafe { info.as_ref() }) else { return FAILED };
     // SAFETY: as above; one thread creates this device.
     let Some(link) = (unsafe { take_link::<DeviceLink>(described.p_next) }) else { return FAILED };
-    if let Answer::Instead(result) = decide("vkCreateDevice", None, false) {
+    if let CallFate::Instead(result) = decide("vkCreateDevice", None, false) {
         return result;
     }
     let get_proc_addr = link.get_device_proc_addr;
@@ -328,20 +328,22 @@ unsafe extern "system" fn queue_present(queue: vk::Queue, info: *const vk::Prese
     // SAFETY: the handle is the caller's own.
     let device = unsafe { queue.key() };
     let result = match decide("vkQueuePresentKHR", device, false) {
-        Answer::After(result) => {
+        CallFate::After(result) => {
             // SAFETY: as this function was called.
             let real = within(c"vkQueuePresentKHR", || unsafe { present(queue, info) });
             if real == vk::Result::SUCCESS { result } else { return real }
         }
-        Answer::Instead(result) => result,
-        Answer::Lost { now } => {
+        CallFate::Instead(result) => result,
+        CallFate::Lost { now } => {
             if now {
                 lose(device);
             }
             vk::Result::ERROR_DEVICE_LOST
         }
         // SAFETY: as this function was called.
-        Answer::Pass | Answer::Shortened => return within(c"vkQueuePresentKHR", || unsafe { present(queue, info) }),
+        CallFate::Pass | CallFate::Shortened => {
+            return within(c"vkQueuePresentKHR", || unsafe { present(queue, info) });
+        }
     };
     // SAFETY: the structure is as the specification has it: as many places for results as swapchains, or none.
     unsafe {

@@ -6,11 +6,11 @@ use std::ffi::{c_char, c_void};
 
 use ash::vk;
 
-use crate::steering::{Answer, decide, read_environment};
+use crate::steering::{CallFate, decide, read_environment};
 
 /// `VkChainHeader` of vk_layer.h.
 #[repr(C)]
-struct Header {
+struct ChainHeader {
     kind: i32,
     version: u32,
     size: u32,
@@ -19,7 +19,7 @@ struct Header {
 /// `VkEnumerateInstanceVersionChain` and its like: the next layer's function, or the loader's own, and its first argument.
 #[repr(C)]
 pub struct Chain<F> {
-    header: Header,
+    header: ChainHeader,
     next: F,
     link: *const c_void,
 }
@@ -39,12 +39,12 @@ fn answer(
     // Words that mean nothing are told of when an instance is created: these functions have no result for them.
     let _ = read_environment();
     match decide(command, None, has_list) {
-        Answer::Instead(result) => result,
-        Answer::Shortened => {
+        CallFate::Instead(result) => result,
+        CallFate::Shortened => {
             shorten();
             call()
         }
-        Answer::Pass | Answer::After(_) | Answer::Lost { .. } => call(),
+        CallFate::Pass | CallFate::After(_) | CallFate::Lost { .. } => call(),
     }
 }
 

@@ -203,7 +203,7 @@ pub fn say_counts() {
 
 /// The fate of a call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Answer {
+pub enum CallFate {
     /// It is made as ever.
     Pass,
     /// It is not made.
@@ -218,7 +218,7 @@ pub enum Answer {
 
 /// Counts a call and decides what becomes of it. `device` is the key of its device, if it has one; `has_list` is true if the call asks for elements
 /// of a list, and not only for their number.
-pub fn decide(command: &'static str, device: Option<usize>, has_list: bool) -> Answer {
+pub fn decide(command: &'static str, device: Option<usize>, has_list: bool) -> CallFate {
     let mut state = state();
     let calls = state.calls.entry(command).or_default();
     *calls += 1;
@@ -227,24 +227,24 @@ pub fn decide(command: &'static str, device: Option<usize>, has_list: bool) -> A
         commands().any(|own| own.name == command && own.errors.iter().any(|own| own.1 == vk::Result::ERROR_DEVICE_LOST))
     };
     if device.is_some_and(|device| state.lost.contains(&device)) && can_be_lost() {
-        return Answer::Lost { now: false };
+        return CallFate::Lost { now: false };
     }
     let is_it = |told: &&mut Told| {
         let is_due = told.command == command && !told.done && calls >= told.nth;
         is_due && (told.result.1 != vk::Result::INCOMPLETE || has_list)
     };
-    let Some(told) = state.told.iter_mut().find(is_it) else { return Answer::Pass };
+    let Some(told) = state.told.iter_mut().find(is_it) else { return CallFate::Pass };
     told.done = true;
     let (name, result) = told.result;
     state.fired += 1;
     let answer = match (result, device) {
         (vk::Result::ERROR_DEVICE_LOST, Some(device)) => {
             state.lost.insert(device);
-            Answer::Lost { now: true }
+            CallFate::Lost { now: true }
         }
-        (vk::Result::INCOMPLETE, _) => Answer::Shortened,
-        _ if comes_after(command, result) => Answer::After(result),
-        _ => Answer::Instead(result),
+        (vk::Result::INCOMPLETE, _) => CallFate::Shortened,
+        _ if comes_after(command, result) => CallFate::After(result),
+        _ => CallFate::Instead(result),
     };
     drop(state);
     say(&format!("{command}, call {calls}: {name}"));

@@ -62,7 +62,7 @@ macro_rules! fallible {
             use ash::vk;
 
             use $crate::chain::{Level, lose, next};
-            use $crate::steering::{Answer, decide, within};
+            use $crate::steering::{CallFate, decide, within};
 
             $(pub unsafe extern "system" fn $name($first: $first_type $(, $argument: $type)*) -> vk::Result {
                 // SAFETY: the handle is the caller's own, and the type is that of the name.
@@ -75,23 +75,23 @@ macro_rules! fallible {
                 // SAFETY: the handle is the caller's own.
                 let device = unsafe { <$first_type as Level>::device_key($first) };
                 let failed = match decide(stringify!($name), device, has_list!($($count $array)?)) {
-                    Answer::Pass => return call(),
-                    Answer::After(result) => {
+                    CallFate::Pass => return call(),
+                    CallFate::After(result) => {
                         let real = call();
                         return if real == vk::Result::SUCCESS { result } else { real };
                     }
-                    Answer::Shortened => {
+                    CallFate::Shortened => {
                         // SAFETY: there is a list, and the number is the caller's own.
                         $(unsafe { $count.write($count.read() - 1) };)?
                         return call();
                     }
-                    Answer::Lost { now } => {
+                    CallFate::Lost { now } => {
                         if now {
                             lose(device);
                         }
                         vk::Result::ERROR_DEVICE_LOST
                     }
-                    Answer::Instead(result) => result,
+                    CallFate::Instead(result) => result,
                 };
                 // SAFETY: the caller's own place for so many handles.
                 $(unsafe { std::ptr::write_bytes($handles, 0, $length as usize) };)?

@@ -16,7 +16,7 @@ use afterlight::gpu::{self, Device, Message, MessageLog, vk};
 use afterlight_failures_layer::{Command, commands};
 
 use super::layer::{Layer, child_of};
-use super::play::{Play, Stage};
+use super::play::{Play, PlayStage};
 use crate::common::failures_layer::{environment, folder, implicit_environment};
 use crate::common::tries_all;
 
@@ -45,7 +45,7 @@ struct Case {
     result: &'static str,
     code: vk::Result,
     nth: u64,
-    stage: Stage,
+    stage: PlayStage,
 }
 
 impl Case {
@@ -83,7 +83,7 @@ type Counts = BTreeMap<&'static str, u64>;
 
 /// A run without any failure, which cases are held against.
 struct Dry {
-    order: Vec<(Stage, Counts)>,
+    order: Vec<(PlayStage, Counts)>,
     pictures: Vec<Picture>,
     /// Allocations of host memory that the driver never gives back.
     leaked: i64,
@@ -108,11 +108,11 @@ impl Stand {
         let before = self.layer.live_allocations();
         let mut order = vec![];
         let device = self.play.start().unwrap_or_else(|error| panic!("{error}"));
-        order.push((Stage::StartUp, self.counts()));
+        order.push((PlayStage::StartUp, self.counts()));
         let pictures = self.play.draw(&device, &mut |stage| order.push((stage, self.counts())));
         let pictures = pictures.unwrap_or_else(|error| panic!("{error}"));
         drop(device);
-        order.push((Stage::Shutdown, self.counts()));
+        order.push((PlayStage::Shutdown, self.counts()));
         Dry { order, pictures, leaked: self.layer.live_allocations() - before }
     }
 }
@@ -127,7 +127,7 @@ impl Dry {
     }
 
     /// The calls of a command in each stage: the number of the first and of the last.
-    fn calls(&self, command: &str) -> Vec<(Stage, u64, u64)> {
+    fn calls(&self, command: &str) -> Vec<(PlayStage, u64, u64)> {
         let mut before = 0;
         let mut calls = Vec::new();
         for (stage, counts) in &self.order {
@@ -168,7 +168,7 @@ impl Dry {
             let stage = calls
                 .iter()
                 .find(|(_, first, last)| (*first..=*last).contains(&nth))
-                .map_or(Stage::StartUp, |own| own.0);
+                .map_or(PlayStage::StartUp, |own| own.0);
             cases.push(Case { command: command.name, result, code, nth, stage });
         }
         cases
@@ -217,7 +217,7 @@ fn judge(stand: &Stand, dry: &Dry, case: &Case) -> Result<Passed, String> {
     let Played { device, outcome } = played;
     let log = device.as_ref().map(|device| device.instance.message_log());
     let lost = matches!(&outcome, Err(frame::Error::Gpu(gpu::Error::DeviceLost { .. })));
-    let at_shutdown = case.stage == Stage::Shutdown;
+    let at_shutdown = case.stage == PlayStage::Shutdown;
     if !at_shutdown && stand.layer.fired() == 0 {
         return Err(NEVER_MADE.into());
     }
@@ -255,7 +255,7 @@ fn judge(stand: &Stand, dry: &Dry, case: &Case) -> Result<Passed, String> {
     }));
     dropped.map_err(|cause| panicked(&*cause))??;
     check_messages(log.as_deref())?;
-    if failed && (lost || case.stage == Stage::StartUp) {
+    if failed && (lost || case.stage == PlayStage::StartUp) {
         let again = play(stand);
         same(dry, again.outcome, "the next renderer")?;
     }
@@ -419,7 +419,7 @@ fn say(line: &str) {
 
 /// A case with its outcome.
 #[derive(Clone, Debug)]
-struct Verdict {
+struct CallResult {
     command: String,
     result: String,
     nth: u64,
@@ -456,9 +456,9 @@ fn start(kind: &str, from: usize, layers: &tempfile::TempDir) -> Running {
 }
 
 /// Plays all cases of a kind, in as many children as it takes.
-fn verdicts(kind: &str) -> Vec<Verdict> {
+fn verdicts(kind: &str) -> Vec<CallResult> {
     let layers = folder();
-    let (mut verdicts, mut from) = (Vec::<Verdict>::new(), 0);
+    let (mut verdicts, mut from) = (Vec::<CallResult>::new(), 0);
     loop {
         let Running { mut process, lines } = start(kind, from, &layers);
         let mut begun = false;
@@ -474,7 +474,7 @@ fn verdicts(kind: &str) -> Vec<Verdict> {
                     match parts[..] {
                         ["begin", index, command, result, nth, stage] => {
                             (begun, patience, from) = (true, HANGS, index.parse::<usize>().expect("a number") + 1);
-                            verdicts.push(Verdict {
+                            verdicts.push(CallResult {
                                 command: command.into(),
                                 result: result.into(),
                                 nth: nth.parse().expect("a number"),
@@ -517,11 +517,11 @@ fn verdicts(kind: &str) -> Vec<Verdict> {
     }
 }
 
-fn hold(verdicts: &[Verdict]) {
+fn hold(verdicts: &[CallResult]) {
     let wrong: Vec<String> = verdicts
         .iter()
         .filter_map(|own| {
-            let Verdict { command, result, nth, stage, .. } = own;
+            let CallResult { command, result, nth, stage, .. } = own;
             Some(format!("{command}:{nth}:{result} ({stage}): {}", own.wrong.as_ref()?))
         })
         .collect();
@@ -542,7 +542,7 @@ fn every_call_that_fails_is_an_error_that_names_it_and_the_next_renderer_draws_t
 pub const OF_WINDOWS: [&str; 2] = ["vkCreateXlibSurfaceKHR", "vkCreateWaylandSurfaceKHR"];
 
 /// Writes the table of docs/FAILURES.md anew.
-fn write_table(verdicts: &[Verdict]) {
+fn write_table(verdicts: &[CallResult]) {
     let name = super::project().join("docs/FAILURES.md");
     let text = fs::read_to_string(&name).expect("the document");
     let start = text.find("| Command | Results |").expect("a table");
@@ -552,13 +552,13 @@ fn write_table(verdicts: &[Verdict]) {
 }
 
 /// A row for each command.
-fn table(verdicts: &[Verdict]) -> String {
-    let mut by_command: BTreeMap<&str, Vec<&Verdict>> = BTreeMap::new();
+fn table(verdicts: &[CallResult]) -> String {
+    let mut by_command: BTreeMap<&str, Vec<&CallResult>> = BTreeMap::new();
     for own in verdicts {
         by_command.entry(&own.command).or_default().push(own);
     }
     let mut text = String::from("| Command | Results | Stages | Cases | The program |\n|---|---|---|---|---|\n");
-    let passed = |own: &[&Verdict]| own.iter().filter(|own| own.wrong.is_none()).count();
+    let passed = |own: &[&CallResult]| own.iter().filter(|own| own.wrong.is_none()).count();
     let (mut pairs, mut passed_pairs) = (0, 0);
     for (command, own) in &by_command {
         let results: BTreeSet<&str> = own.iter().map(|own| own.result.as_str()).collect();
@@ -566,7 +566,7 @@ fn table(verdicts: &[Verdict]) -> String {
         passed_pairs +=
             results.iter().filter(|&&result| own.iter().all(|own| own.result != result || own.wrong.is_none())).count();
         let mut stages: Vec<&str> = own.iter().map(|own| own.stage.as_str()).collect();
-        stages.sort_unstable_by_key(|stage| Stage::ALL.iter().position(|own| own.to_string() == *stage));
+        stages.sort_unstable_by_key(|stage| PlayStage::ALL.iter().position(|own| own.to_string() == *stage));
         stages.dedup();
         let went_on = own.iter().filter(|own| own.went_on).count();
         let does = match went_on {
@@ -583,7 +583,7 @@ fn table(verdicts: &[Verdict]) -> String {
             own.len()
         );
     }
-    let all: Vec<&Verdict> = verdicts.iter().collect();
+    let all: Vec<&CallResult> = verdicts.iter().collect();
     text += &format!(
         "| {} commands | {passed_pairs} of {pairs} pairs | | {} of {} | |\n",
         by_command.len(),
@@ -608,10 +608,10 @@ const FENCED: [&str; 2] = [NO_COMMAND, "vkCreatePipelineLayout"];
 #[test]
 fn every_allocation_of_host_memory_that_fails_is_an_error_and_the_next_renderer_draws_the_same() {
     let verdicts = verdicts("allocations");
-    let is_fenced = |own: &Verdict| {
+    let is_fenced = |own: &CallResult| {
         own.wrong.as_ref().is_some_and(|why| FENCED.iter().any(|place| why.ends_with(&format!("{IN}{place}"))))
     };
-    let (fenced, others): (Vec<Verdict>, Vec<Verdict>) = verdicts.into_iter().partition(is_fenced);
+    let (fenced, others): (Vec<CallResult>, Vec<CallResult>) = verdicts.into_iter().partition(is_fenced);
     eprintln!("{} allocations: {} are fenced", others.len() + fenced.len(), fenced.len());
     hold(&others);
 }

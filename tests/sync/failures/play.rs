@@ -9,7 +9,7 @@ use afterlight::scene::{ColorSpace, LightPath, OpenOptions, Sampler, Scene, Sett
 
 /// A part of the play. The calls that are made in it are its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Stage {
+pub enum PlayStage {
     StartUp,
     Upload,
     Frame,
@@ -20,30 +20,30 @@ pub enum Stage {
     Shutdown,
 }
 
-impl Stage {
-    pub const ALL: [Stage; 8] = [
-        Stage::StartUp,
-        Stage::Upload,
-        Stage::Frame,
-        Stage::ReadBack,
-        Stage::Settings,
-        Stage::Presentation,
-        Stage::Resize,
-        Stage::Shutdown,
+impl PlayStage {
+    pub const ALL: [PlayStage; 8] = [
+        PlayStage::StartUp,
+        PlayStage::Upload,
+        PlayStage::Frame,
+        PlayStage::ReadBack,
+        PlayStage::Settings,
+        PlayStage::Presentation,
+        PlayStage::Resize,
+        PlayStage::Shutdown,
     ];
 }
 
-impl fmt::Display for Stage {
+impl fmt::Display for PlayStage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
-            Stage::StartUp => "start-up",
-            Stage::Upload => "upload",
-            Stage::Frame => "a frame",
-            Stage::ReadBack => "read-back",
-            Stage::Settings => "settings",
-            Stage::Presentation => "presentation",
-            Stage::Resize => "resize",
-            Stage::Shutdown => "shutdown",
+            PlayStage::StartUp => "start-up",
+            PlayStage::Upload => "upload",
+            PlayStage::Frame => "a frame",
+            PlayStage::ReadBack => "read-back",
+            PlayStage::Settings => "settings",
+            PlayStage::Presentation => "presentation",
+            PlayStage::Resize => "resize",
+            PlayStage::Shutdown => "shutdown",
         })
     }
 }
@@ -102,22 +102,22 @@ impl Play {
     }
 
     /// Draws the pictures of all stages but the first and the last, and calls `ended` after each stage.
-    pub fn draw(&self, device: &Arc<Device>, ended: &mut dyn FnMut(Stage)) -> Result<Vec<Picture>, frame::Error> {
+    pub fn draw(&self, device: &Arc<Device>, ended: &mut dyn FnMut(PlayStage)) -> Result<Vec<Picture>, frame::Error> {
         let mut pictures = Vec::new();
         {
             let mut renderer = Renderer::new(device, &self.scene, &self.settings)?;
-            ended(Stage::Upload);
+            ended(PlayStage::Upload);
             (0..3).try_for_each(|_| renderer.render(&self.scene.camera))?;
             renderer.wait()?;
-            ended(Stage::Frame);
+            ended(PlayStage::Frame);
             pictures.push(renderer.read_back()?);
-            ended(Stage::ReadBack);
+            ended(PlayStage::ReadBack);
         }
         {
             let mut renderer = Renderer::new(device, &self.scene, &self.others)?;
             pictures.push(renderer.picture(&self.scene.camera, || {})?);
         }
-        ended(Stage::Settings);
+        ended(PlayStage::Settings);
         #[cfg(feature = "window")]
         if self.presents {
             self.present(device, ended, &mut pictures)?;
@@ -129,7 +129,7 @@ impl Play {
     fn present(
         &self,
         device: &Arc<Device>,
-        ended: &mut dyn FnMut(Stage),
+        ended: &mut dyn FnMut(PlayStage),
         pictures: &mut Vec<Picture>,
     ) -> Result<(), frame::Error> {
         use afterlight::frame::Presenter;
@@ -138,11 +138,11 @@ impl Play {
         let surface = Surface::headless(device)?;
         let mut presenter = Presenter::new(device, surface, &self.scene, &self.settings, Vsync::On)?;
         for (settings, size, stage) in [
-            (&self.settings, SIZE, Stage::Presentation),
-            (&self.settings, [SIZE[0] + 7, SIZE[1] + 5], Stage::Resize),
-            (&self.others, SIZE, Stage::Settings),
+            (&self.settings, SIZE, PlayStage::Presentation),
+            (&self.settings, [SIZE[0] + 7, SIZE[1] + 5], PlayStage::Resize),
+            (&self.others, SIZE, PlayStage::Settings),
         ] {
-            if stage == Stage::Settings {
+            if stage == PlayStage::Settings {
                 presenter.change(false);
             }
             pictures.push(self.show(device, &mut presenter, (settings, size))?);

@@ -30,16 +30,16 @@ const FEW: usize = 5;
 const FRAMES: u32 = 3;
 
 #[derive(Debug, Clone, Copy)]
-struct Held {
+struct ProcessResources {
     memory: u64,
     files: usize,
     threads: usize,
 }
 
-impl Held {
+impl ProcessResources {
     /// The median of each number.
     fn median(all: &[Self]) -> Self {
-        fn middle<T: Ord + Copy>(all: &[Held], of: fn(&Held) -> T) -> T {
+        fn middle<T: Ord + Copy>(all: &[ProcessResources], of: fn(&ProcessResources) -> T) -> T {
             let mut values: Vec<T> = all.iter().map(of).collect();
             values.sort_unstable();
             values[values.len() / 2]
@@ -55,7 +55,7 @@ struct App {
     frames: u32,
     /// The presenter goes before its window: it keeps the surface, and that the window.
     shown: Option<(Presenter, Arc<Window>)>,
-    held: Vec<Held>,
+    held: Vec<ProcessResources>,
 }
 
 impl App {
@@ -87,7 +87,7 @@ impl App {
         self.shown = None;
         let memory = resident_memory_bytes().expect("Linux tells");
         let (files, threads) = (open_files().expect("Linux tells"), threads().expect("Linux tells"));
-        self.held.push(Held { memory, files, threads });
+        self.held.push(ProcessResources { memory, files, threads });
         self.left -= 1;
         if self.left == 0 { events.exit() } else { self.open(events) }
     }
@@ -119,7 +119,7 @@ fn windows_of_a_process_of_their_own() {
         println!("opening {index}: {held:?}");
     }
     assert_eq!(app.held.len(), count);
-    let last_before = |end: usize| Held::median(&app.held[end - FEW..end]);
+    let last_before = |end: usize| ProcessResources::median(&app.held[end - FEW..end]);
     let (begin, end) = (last_before(count / 2), last_before(count));
     assert_eq!((end.files, end.threads), (begin.files, begin.threads), "open files and threads");
     println!("half of {count}: {begin:?}, all: {end:?}");

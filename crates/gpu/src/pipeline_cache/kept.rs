@@ -13,7 +13,7 @@ use crate::device_file::{HEADER_BYTES, MOST_BYTES, PIPELINES, checksum, read, wr
 const DRIVER_HEADER_BYTES: usize = 16 + vk::UUID_SIZE;
 
 /// The file behind a pipeline cache.
-pub(super) struct Kept {
+pub(super) struct CacheFile {
     file: Option<PathBuf>,
     /// The checksum of the file's content.
     on_disk: Mutex<Option<u64>>,
@@ -33,19 +33,19 @@ impl PipelineCache {
             unsafe { device.create_pipeline_cache(&info, None) }
         };
         let created = create(data.as_deref().unwrap_or_default()).or_else(|_| create(&[]));
-        let kept = Kept { file, on_disk: Mutex::new(data.as_deref().map(checksum)) };
-        PipelineCache { raw: created.unwrap_or_default(), kept }
+        let kept = CacheFile { file, on_disk: Mutex::new(data.as_deref().map(checksum)) };
+        PipelineCache { raw: created.unwrap_or_default(), cache_file: kept }
     }
 
     /// Replaces the file, whole or not at all, if the cache holds anything else than it does.
     pub(crate) fn save(&self, device: &ash::Device) {
-        let Some(file) = &self.kept.file else { return };
+        let Some(file) = &self.cache_file.file else { return };
         if self.raw == vk::PipelineCache::null() {
             return;
         }
         // SAFETY: the cache belongs to this device and is alive.
         let Ok(data) = (unsafe { device.get_pipeline_cache_data(self.raw) }) else { return };
-        let mut on_disk = self.kept.on_disk.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut on_disk = self.cache_file.on_disk.lock().unwrap_or_else(PoisonError::into_inner);
         let sum = checksum(&data);
         // A driver that caches elsewhere returns its header only; a file of that would tell nothing.
         // One that is too large would not be read again.
@@ -108,7 +108,7 @@ mod tests {
             }
             let cache = PipelineCache::open_as(&device.raw, &device.physical, Some(file.clone()));
             assert_ne!(cache.raw, vk::PipelineCache::null());
-            assert_eq!(*cache.kept.on_disk.lock().unwrap_or_else(PoisonError::into_inner), None);
+            assert_eq!(*cache.cache_file.on_disk.lock().unwrap_or_else(PoisonError::into_inner), None);
             cache.destroy(&device.raw);
         }
         Ok(())

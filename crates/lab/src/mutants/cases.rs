@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use rayon::prelude::*;
 
-use super::Case;
+use super::MutantCase;
 use super::scenes::{deformed, glaze, glow, lamplit, plain, sunlit, textured};
 use afterlight::frame::rows::{self, Row};
 use afterlight::plan::{self, Capabilities, Variation};
@@ -60,7 +60,7 @@ const fn by_lamps(name: &'static str, settings: fn(&mut Settings)) -> Variation 
 }
 
 /// A plain frame with these variations, in their order.
-fn varied(variations: &[&Variation]) -> Case {
+fn varied(variations: &[&Variation]) -> MutantCase {
     let mut scene = plain();
     variations.iter().for_each(|variation| (variation.scene)(&mut scene));
     // Maps are drawn in each frame, so that their rows have something to order.
@@ -69,7 +69,7 @@ fn varied(variations: &[&Variation]) -> Case {
     variations.iter().for_each(|variation| (variation.settings)(&mut settings));
     let names: Vec<&str> = variations.iter().map(|variation| variation.name).collect();
     let name = if names.is_empty() { "plain".into() } else { names.join(", ") };
-    Case { name, scene, settings, presented: None }
+    MutantCase { name, scene, settings, presented: None }
 }
 
 /// All sets of variations that are tried, smaller ones first.
@@ -94,7 +94,7 @@ fn sets() -> Vec<Vec<&'static Variation>> {
 }
 
 /// The rows of a case's frames on a device that can do everything; none where the settings do not go together.
-fn rows(case: &Case) -> Vec<Row> {
+fn rows(case: &MutantCase) -> Vec<Row> {
     let table = case.plan(&Capabilities::ample()).map(|plan| rows::table(&plan));
     table.map_or(Vec::new(), |table| {
         table.iter().filter(|edge| edge.carrier.stays().is_none()).map(Row::masks).collect()
@@ -102,7 +102,7 @@ fn rows(case: &Case) -> Vec<Row> {
 }
 
 /// Leaves out cases of which each row is among those before. `seen` are the rows of these.
-fn with_new_rows(cases: Vec<Case>, seen: &mut Vec<Row>) -> Vec<Case> {
+fn with_new_rows(cases: Vec<MutantCase>, seen: &mut Vec<Row>) -> Vec<MutantCase> {
     let tables: Vec<Vec<Row>> = cases.par_iter().map(rows).collect();
     let mut has_new = |rows: Vec<Row>| {
         let before = seen.len();
@@ -117,12 +117,12 @@ fn with_new_rows(cases: Vec<Case>, seen: &mut Vec<Row>) -> Vec<Case> {
 }
 
 /// The cases: frames as they are read back, and as a window shows them.
-pub fn cases() -> Vec<Case> {
-    static FOUND: OnceLock<Vec<Case>> = OnceLock::new();
+pub fn cases() -> Vec<MutantCase> {
+    static FOUND: OnceLock<Vec<MutantCase>> = OnceLock::new();
     FOUND.get_or_init(find).clone()
 }
 
-fn find() -> Vec<Case> {
+fn find() -> Vec<MutantCase> {
     let mut seen = Vec::new();
     let mut cases = with_new_rows(sets().iter().map(|set| varied(set)).collect(), &mut seen);
     let shown = with_new_rows(shown(&cases), &mut seen);
@@ -132,18 +132,19 @@ fn find() -> Vec<Case> {
 
 /// The same frames as a window shows them, in both ways for a picture to come there.
 #[cfg(feature = "present")]
-fn shown(cases: &[Case]) -> Vec<Case> {
+fn shown(cases: &[MutantCase]) -> Vec<MutantCase> {
     use super::PresentPath;
 
     let tone_mapped = cases.iter().filter(|case| case.settings.output == Output::Srgb8);
-    let ways = |case: &Case| {
-        [("in a window", PresentPath::Straight), ("in a window by ENCODE", PresentPath::Encoded)]
-            .map(|(how, way)| Case { name: format!("{}, {how}", case.name), presented: Some(way), ..case.clone() })
+    let ways = |case: &MutantCase| {
+        [("in a window", PresentPath::Straight), ("in a window by ENCODE", PresentPath::Encoded)].map(|(how, way)| {
+            MutantCase { name: format!("{}, {how}", case.name), presented: Some(way), ..case.clone() }
+        })
     };
     tone_mapped.flat_map(ways).collect()
 }
 
 #[cfg(not(feature = "present"))]
-fn shown(_: &[Case]) -> Vec<Case> {
+fn shown(_: &[MutantCase]) -> Vec<MutantCase> {
     Vec::new()
 }

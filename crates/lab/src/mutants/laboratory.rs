@@ -8,7 +8,7 @@ use std::thread;
 use std::time::Instant;
 
 use super::watched::{Extensions, NO_EXTENSIONS, Watched};
-use super::{Case, Mutant};
+use super::{Mutant, MutantCase};
 use afterlight::frame;
 use afterlight::frame::rows::{self, Rows};
 use afterlight::gpu::{self, Device, DeviceChoice};
@@ -16,7 +16,7 @@ use afterlight::plan::FramePlan;
 
 /// Frames that could not be drawn, or a layer that says something of frames that lack nothing.
 #[derive(Debug, thiserror::Error)]
-pub enum Error {
+pub enum MutantError {
     /// A device under the layer could not be had.
     #[error(transparent)]
     Gpu(#[from] gpu::Error),
@@ -40,7 +40,7 @@ pub enum Error {
 
 /// The rules that the layer finds broken in a mutant's frames.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Heard {
+pub struct BrokenRules {
     /// Without the heuristic of accesses by shaders.
     pub plain: BTreeSet<String>,
     /// With it; `None` where the layer has none.
@@ -49,7 +49,7 @@ pub struct Heard {
     pub seconds: f64,
 }
 
-impl Heard {
+impl BrokenRules {
     /// Returns true if the layer says anything, in any mode.
     pub fn anything(&self) -> bool {
         !self.plain.is_empty() || self.heuristic.as_ref().is_some_and(|rules| !rules.is_empty())
@@ -130,14 +130,15 @@ impl Laboratory {
     /// When a case cannot be drawn, or the layer says something of it as it is.
     pub unsafe fn judge(
         &self,
-        cases: &[(&Case, &FramePlan)],
+        cases: &[(&MutantCase, &FramePlan)],
         mutants: &[Mutant],
         step: &(dyn Fn() + Sync),
-    ) -> Result<Vec<Heard>, Error> {
-        let is_of = |mutants: &[Mutant], case: &Case| mutants.iter().any(|mutant| std::ptr::eq(mutant.case, case));
+    ) -> Result<Vec<BrokenRules>, MutantError> {
+        let is_of =
+            |mutants: &[Mutant], case: &MutantCase| mutants.iter().any(|mutant| std::ptr::eq(mutant.case, case));
         let found: Vec<[OnceLock<Judged>; 2]> = mutants.iter().map(|_| Default::default()).collect();
         let next: [AtomicUsize; 2] = Default::default();
-        let work = |mode: usize, watched: &Watched| -> Result<(), Error> {
+        let work = |mode: usize, watched: &Watched| -> Result<(), MutantError> {
             loop {
                 let begin = next[mode].fetch_add(AT_A_TIME, Ordering::Relaxed);
                 // The first part has the cases without a mutant as well.
@@ -146,12 +147,12 @@ impl Laboratory {
                 }
                 let part = begin..mutants.len().min(begin + AT_A_TIME);
                 let is_drawn =
-                    |case: &Case| is_of(&mutants[part.clone()], case) || (begin == 0 && !is_of(mutants, case));
+                    |case: &MutantCase| is_of(&mutants[part.clone()], case) || (begin == 0 && !is_of(mutants, case));
                 for (case, plan) in cases.iter().filter(|(case, _)| is_drawn(case)) {
                     // SAFETY: nothing is missing.
                     let rules = unsafe { broken(watched, case, rows::table(plan)) }?;
                     if !rules.is_empty() {
-                        return Err(Error::Noise { case: case.name.clone(), rules });
+                        return Err(MutantError::Noise { case: case.name.clone(), rules });
                     }
                 }
                 for (mutant, found) in mutants[part.clone()].iter().zip(&found[part]) {
@@ -168,7 +169,7 @@ impl Laboratory {
             let [plain, heuristic] = modes.map(OnceLock::into_inner);
             let seconds = plain.iter().chain(&heuristic).map(|(_, seconds)| seconds).sum();
             let rules = |judged: Option<Judged>| judged.map(|(rules, _)| rules);
-            Heard { plain: rules(plain).unwrap_or_default(), heuristic: rules(heuristic), seconds }
+            BrokenRules { plain: rules(plain).unwrap_or_default(), heuristic: rules(heuristic), seconds }
         });
         Ok(heard.collect())
     }
@@ -177,8 +178,8 @@ impl Laboratory {
     fn on_all_devices(
         &self,
         most: usize,
-        work: &(dyn Fn(usize, &Watched) -> Result<(), Error> + Sync),
-    ) -> Result<(), Error> {
+        work: &(dyn Fn(usize, &Watched) -> Result<(), MutantError> + Sync),
+    ) -> Result<(), MutantError> {
         let devices = (self.jobs / self.modes.len()).clamp(1, most.max(1));
         let on_another = move |mode: usize| match Watched::open(&self.choice, mode == 1, self.extensions)? {
             Some(other) => work(mode, &other),
@@ -204,9 +205,9 @@ impl Laboratory {
 ///
 /// # Safety
 /// As of [`Laboratory::judge`].
-unsafe fn broken(watched: &Watched, case: &Case, edges: Rows) -> Result<BTreeSet<String>, Error> {
+unsafe fn broken(watched: &Watched, case: &MutantCase, edges: Rows) -> Result<BTreeSet<String>, MutantError> {
     // SAFETY: the caller's promise.
     let drawn = unsafe { watched.draw(&case.scene, &case.settings, edges, case.presented) };
-    let drawn = drawn.map_err(|source| Error::Drawing { case: case.name.clone(), source })?;
+    let drawn = drawn.map_err(|source| MutantError::Drawing { case: case.name.clone(), source })?;
     Ok(drawn.messages.into_iter().map(|message| message.id_name).collect())
 }

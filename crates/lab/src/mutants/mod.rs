@@ -1,7 +1,7 @@
 //! Mutants as a test of validation layers: frames from which one dependency is missing, or one bit of one, and a layer's reports of them.
 //!
 //! [`afterlight::frame::proof`] computes from the specification that each mutant loses something. A mutant that a layer does not report is expected
-//! where [`unreported_mutants`] argues it, or the layer is too old ([`older`]) or too new ([`newer`]), and a failure elsewhere.
+//! where [`unreported_mutants`](afterlight::frame::rows::unreported_mutants) argues it, or the layer is too old ([`older`]) or too new ([`newer`]), and a failure elsewhere.
 
 mod cases;
 mod laboratory;
@@ -15,8 +15,8 @@ use std::fmt;
 
 use rayon::prelude::*;
 
-use afterlight::frame::proof::{Frames, Hazard};
-use afterlight::frame::rows::unreported_mutants::Part;
+use afterlight::frame::proof::{FrameModel, Hazard};
+use afterlight::frame::rows::unreported_mutants::RowPart;
 use afterlight::frame::rows::{self, PassName, Row, Rows, Side, SyncKind};
 use afterlight::gpu::vk;
 use afterlight::plan::{self, Capabilities, Encoding, FramePlan, PresentTarget, Transfer};
@@ -24,15 +24,15 @@ use afterlight::scene::{Scene, Settings};
 
 pub use afterlight::frame::experiment::PresentPath;
 pub use cases::cases;
-pub use laboratory::{Error, Heard, Laboratory};
+pub use laboratory::{BrokenRules, Laboratory, MutantError};
 pub use newer::Hidden;
 pub use older::OlderLayers;
-pub use verdict::{Miss, Verdict, verdict};
+pub use verdict::{Miss, MutantVerdict, verdict};
 pub use watched::{Drawn, NO_EXTENSIONS, Watched};
 
 /// A plan to take dependencies from.
 #[derive(Debug, Clone)]
-pub struct Case {
+pub struct MutantCase {
     /// In words: `sunlit`.
     pub name: String,
     /// The scene that is drawn.
@@ -43,12 +43,12 @@ pub struct Case {
     pub presented: Option<PresentPath>,
 }
 
-impl Case {
+impl MutantCase {
     /// The plan of its frames on a device.
     ///
     /// # Errors
     /// As [`FramePlan::of`].
-    pub fn plan(&self, device: &Capabilities) -> Result<FramePlan, plan::Error> {
+    pub fn plan(&self, device: &Capabilities) -> Result<FramePlan, plan::PlanError> {
         let plan = FramePlan::of(&self.scene, &self.settings, device)?;
         Ok(match self.presented {
             Some(way) => presented(plan, way),
@@ -71,13 +71,13 @@ pub fn presented(plan: FramePlan, way: PresentPath) -> FramePlan {
 #[derive(Debug, Clone)]
 pub struct Mutant<'a> {
     /// The case whose table lacks it.
-    pub case: &'a Case,
+    pub case: &'a MutantCase,
     /// The plan of the case.
     pub plan: &'a FramePlan,
     /// The row as the plan has it.
     pub edge: Row,
     /// The part of the row that is missing.
-    pub part: Part,
+    pub part: RowPart,
     /// All rows that are left.
     pub edges: Rows,
 }
@@ -92,20 +92,20 @@ impl Mutant<'_> {
 
     /// Returns the hazards that the specification's rules find in its frames. There is always one.
     pub fn hazards(&self) -> Vec<Hazard> {
-        Frames::of(self.plan, &self.edges).hazards()
+        FrameModel::of(self.plan, &self.edges).hazards()
     }
 }
 
 /// `row`, `across-samples`, or the side and the bit: `after.SHADER_READ`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct PartName(pub Part);
+pub struct PartName(pub RowPart);
 
 impl fmt::Display for PartName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (side, bits) = match self.0 {
-            Part::Row => return f.write_str("row"),
-            Part::AcrossSamples => return f.write_str("across-samples"),
-            Part::Bits(side, bits) => (side, bits),
+            RowPart::Row => return f.write_str("row"),
+            RowPart::AcrossSamples => return f.write_str("across-samples"),
+            RowPart::Bits(side, bits) => (side, bits),
         };
         f.write_str(match side {
             Side::Before => "before.",
@@ -123,7 +123,7 @@ impl fmt::Display for PartName {
 ///
 /// # Panics
 /// Never: the rows that cannot be dropped are left out.
-pub fn mutants<'a>(cases: &'a [Case], plans: &'a [FramePlan]) -> Vec<Mutant<'a>> {
+pub fn mutants<'a>(cases: &'a [MutantCase], plans: &'a [FramePlan]) -> Vec<Mutant<'a>> {
     let mut mutants = Vec::new();
     let mut tried = Vec::new();
     for (case, plan) in cases.iter().zip(plans) {
@@ -137,7 +137,7 @@ pub fn mutants<'a>(cases: &'a [Case], plans: &'a [FramePlan]) -> Vec<Mutant<'a>>
             let is_new = !tried.contains(&masks);
             tried.push(masks);
             let hides = case.presented.is_some() || overwrites_buffers > 1;
-            let is_tried = |part: &Part| is_new || *part == Part::Row && !hides;
+            let is_tried = |part: &RowPart| is_new || *part == RowPart::Row && !hides;
             for part in edge.parts().into_iter().filter(is_tried) {
                 let edges = table.without_part(edge.name, part).expect("rows that stay are left out above");
                 mutants.push(Mutant { case, plan, edge: edge.clone(), part, edges });
@@ -145,6 +145,6 @@ pub fn mutants<'a>(cases: &'a [Case], plans: &'a [FramePlan]) -> Vec<Mutant<'a>>
         }
     }
     // A part is no mutant if other rows order the same.
-    let is_fault = |mutant: &Mutant| !Frames::of(mutant.plan, &mutant.edges).are_safe();
+    let is_fault = |mutant: &Mutant| !FrameModel::of(mutant.plan, &mutant.edges).are_safe();
     mutants.into_par_iter().filter(is_fault).collect()
 }

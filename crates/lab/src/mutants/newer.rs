@@ -5,7 +5,7 @@
 
 use super::Mutant;
 use afterlight::frame::rows::Side;
-use afterlight::frame::rows::unreported_mutants::{NEWEST, Part};
+use afterlight::frame::rows::unreported_mutants::{NEWEST, RowPart};
 use afterlight::gpu::vk::{AccessFlags, PipelineStageFlags};
 use afterlight::scene::View;
 
@@ -28,7 +28,7 @@ static HIDDEN: &[Hidden] = &[
     Hidden {
         from: NEWEST,
         is_about: |mutant| {
-            matches!(mutant.part, Part::Bits(Side::After, bits) if bits.access == AccessFlags::VERTEX_ATTRIBUTE_READ)
+            matches!(mutant.part, RowPart::Bits(Side::After, bits) if bits.access == AccessFlags::VERTEX_ATTRIBUTE_READ)
                 && ["upload-to-vertices", "skin-to-readers"].contains(&mutant.edge.label)
                 // A view of shadow maps has no other draws.
                 || mutant.edge.label == "skin-to-readers" && mutant.case.settings.view == View::ShadowMap
@@ -39,7 +39,7 @@ static HIDDEN: &[Hidden] = &[
         from: NEWEST,
         is_about: |mutant| {
             let is_read_before = mutant.edge.after.stage.contains(PipelineStageFlags::COMPUTE_SHADER);
-            matches!(mutant.part, Part::Bits(Side::After, bits) if bits.stage == PipelineStageFlags::FRAGMENT_SHADER)
+            matches!(mutant.part, RowPart::Bits(Side::After, bits) if bits.stage == PipelineStageFlags::FRAGMENT_SHADER)
                 && mutant.edge.label == "upload-to-textures"
                 && is_read_before
         },

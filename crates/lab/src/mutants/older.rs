@@ -2,7 +2,7 @@
 
 use super::Mutant;
 use afterlight::frame::list::RenderPassName;
-use afterlight::frame::rows::unreported_mutants::{LAYER, Part};
+use afterlight::frame::rows::unreported_mutants::{LAYER, RowPart};
 use afterlight::frame::rows::{PassName, Row, Side, SyncKind};
 use afterlight::gpu::vk::{AccessFlags, PipelineStageFlags};
 
@@ -30,7 +30,7 @@ pub static OLDER_LAYERS: &[OlderLayers] = &[
     },
     OlderLayers {
         seen_from: LAYER,
-        is_about: |mutant| matches!(mutant.part, Part::Bits(..)) && mutant.edge.is_between_subpasses(),
+        is_about: |mutant| matches!(mutant.part, RowPart::Bits(..)) && mutant.edge.is_between_subpasses(),
         why: "the layer does not look at the masks of a dependency between two subpasses: it takes each for one of all stages and accesses",
     },
     OlderLayers {
@@ -54,7 +54,7 @@ pub static OLDER_LAYERS: &[OlderLayers] = &[
         seen_from: LAYER,
         is_about: |mutant| {
             let reads = AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ;
-            let is_load = matches!(mutant.part, Part::Bits(Side::After, bits) if bits.access == reads);
+            let is_load = matches!(mutant.part, RowPart::Bits(Side::After, bits) if bits.access == reads);
             is_load && enters(&mutant.edge) && follows_dispatch(&mutant.edge)
         },
         why: "the layer does not notice that a load operation reads after a layout change that is not visible to it, where the same dependency makes the change \
@@ -87,12 +87,12 @@ fn is_in_another_submission(mutant: &Mutant) -> bool {
     let (begins_outside, ends_outside) = (edge.from == PassName::OUTSIDE, edge.to == PassName::OUTSIDE);
     let is_prepared = !edge.from.is_pass() && !begins_outside && edge.to != PassName::UPLOAD;
     match mutant.part {
-        Part::Row => {
+        RowPart::Row => {
             edge.carrier.is_render_pass() && (begins_outside || ends_outside) && !changes_after_dispatch(mutant)
         }
-        Part::Bits(Side::Before, _) => begins_outside,
-        Part::Bits(Side::After, _) => ends_outside || is_prepared,
-        Part::AcrossSamples => false,
+        RowPart::Bits(Side::Before, _) => begins_outside,
+        RowPart::Bits(Side::After, _) => ends_outside || is_prepared,
+        RowPart::AcrossSamples => false,
     }
 }
 

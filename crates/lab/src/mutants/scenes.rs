@@ -4,8 +4,8 @@ use glam::{DAffine3, DQuat, DVec3, Vec3};
 
 use afterlight::scene::builtin::shapes::{self, MeshBuilder, WHOLE_IMAGE};
 use afterlight::scene::{
-    AlphaMode, Brdf, Camera, Channel, Clip, ColorSpace, Environment, Falloff, Influences, Interpolation, Light,
-    LightKind, Local, Material, Mesh, Morph, Motion, Node, Object, Placement, Projection, Scene, Skin, Target, Texture,
+    AlphaMode, Brdf, Camera, Channel, ChannelTarget, Clip, ColorSpace, Environment, Falloff, Influences, Interpolation,
+    Light, LightKind, Local, Material, Mesh, Morph, Motion, Node, Object, Placement, Projection, Scene, Skin, Texture,
     TextureSlot,
 };
 
@@ -153,7 +153,7 @@ pub(super) fn deformed() -> Scene {
         Node { name: name.into(), parent: None, local, weights }
     };
     let turn = Channel {
-        target: Target::Rotation(0),
+        target: ChannelTarget::Rotation(0),
         times: vec![0.0, 1.0],
         values: vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.6, 0.8],
         interpolation: Interpolation::Linear,

@@ -1,6 +1,6 @@
 //! Verdicts on a layer: a mutant is noticed, or missed for a known reason, or not.
 
-use super::{Heard, Hidden, Mutant, OlderLayers, newer, older};
+use super::{BrokenRules, Hidden, Mutant, OlderLayers, newer, older};
 use afterlight::frame::rows::unreported_mutants::{self, UnreportedMutants};
 
 /// Why a layer's silence is expected.
@@ -27,7 +27,7 @@ impl Miss {
 
 /// Judges a layer's messages, or its silence, about a mutant.
 #[derive(Debug, Clone, Copy)]
-pub enum Verdict {
+pub enum MutantVerdict {
     /// The layer says so.
     Noticed,
     /// It does not, for a known reason.
@@ -39,15 +39,15 @@ pub enum Verdict {
 }
 
 /// The verdict on a layer of this version.
-pub fn verdict(layer: u32, mutant: &Mutant, heard: &Heard) -> Verdict {
+pub fn verdict(layer: u32, mutant: &Mutant, heard: &BrokenRules) -> MutantVerdict {
     let argued = unreported_mutants::reason(mutant.plan, &mutant.edge, mutant.part)
         .filter(|entry| entry.seen_from.is_none_or(|first| layer < first));
     let older = || older::reason(layer, mutant).map(Miss::Older);
     let newer = || newer::reason(layer, mutant).map(Miss::Newer);
     match (heard.anything(), argued.map(Miss::Argued).or_else(older).or_else(newer)) {
-        (true, None) => Verdict::Noticed,
-        (true, Some(miss)) => Verdict::UnexpectedNotice(miss),
-        (false, Some(miss)) => Verdict::ExpectedMiss(miss),
-        (false, None) => Verdict::UnexpectedMiss,
+        (true, None) => MutantVerdict::Noticed,
+        (true, Some(miss)) => MutantVerdict::UnexpectedNotice(miss),
+        (false, Some(miss)) => MutantVerdict::ExpectedMiss(miss),
+        (false, None) => MutantVerdict::UnexpectedMiss,
     }
 }

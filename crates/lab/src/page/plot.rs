@@ -115,7 +115,7 @@ pub struct Mark {
 
 /// The edges of the plot's area, in pixels.
 #[derive(Debug, Clone, Copy)]
-struct Frame {
+struct PlotFrame {
     left: f64,
     right: f64,
     top: f64,
@@ -123,7 +123,7 @@ struct Frame {
 }
 
 /// A mark in its place.
-struct Placed<'a> {
+struct PlacedMark<'a> {
     mark: &'a Mark,
     x: f64,
     y: f64,
@@ -150,7 +150,7 @@ impl Plot {
     }
 
     /// plotters' part, and where it put the marks.
-    fn axes_and_lines(&self, x: &Scale, y: &Scale) -> Result<Drawn<'_>, Box<dyn std::error::Error>> {
+    fn axes_and_lines(&self, x: &Scale, y: &Scale) -> Result<PlotLayout<'_>, Box<dyn std::error::Error>> {
         let mut svg = String::new();
         let (width, height) = (fine(self.size.0), fine(self.size.1));
         let drawn = {
@@ -160,7 +160,7 @@ impl Plot {
             drawn
         };
         let inner = svg.split_once('>').map_or("", |(_, rest)| rest).trim_end();
-        Ok(Drawn { axes: inner.trim_end_matches("</svg>").to_owned(), ..drawn })
+        Ok(PlotLayout { axes: inner.trim_end_matches("</svg>").to_owned(), ..drawn })
     }
 
     fn chart<'a>(
@@ -168,7 +168,7 @@ impl Plot {
         area: &DrawingArea<SVGBackend, Shift>,
         x: &Scale,
         y: &Scale,
-    ) -> Result<Drawn<'a>, Box<dyn std::error::Error>> {
+    ) -> Result<PlotLayout<'a>, Box<dyn std::error::Error>> {
         let widest = y.ticks().iter().map(|tick| y.label(*tick).chars().count()).max().unwrap_or(0);
         let mut chart = ChartBuilder::on(area)
             .margin_top(fine(24.0))
@@ -202,19 +202,19 @@ impl Plot {
             let at = pixel(time, error);
             let end = |time: f64| x.place(time).filter(|_| time > 0.0).map_or(at.0, |time| pixel(time, error).0);
             let (low, high) = (end(mark.whisker.start), end(mark.whisker.end));
-            Some(Placed { mark, x: at.0, y: at.1, low, high, floor: mark.y == 0.0 })
+            Some(PlacedMark { mark, x: at.0, y: at.1, low, high, floor: mark.y == 0.0 })
         };
         let (left, bottom) = pixel(x.range.start, y.range.start);
         let (right, top) = pixel(x.range.end, y.range.end);
-        Ok(Drawn {
+        Ok(PlotLayout {
             axes: String::new(),
-            frame: Frame { left, right, top, bottom },
+            frame: PlotFrame { left, right, top, bottom },
             marks: self.marks.iter().filter_map(place).collect(),
             area: self.area.as_ref().and_then(|area| {
                 let place = |value: f64| Some(pixel(x.place(value)?, y.range.start).0.clamp(left, right));
                 let [from, to] = area.between.map_or([None; 2], |ends| ends.map(place));
                 let level = pixel(x.range.start, y.place(area.level)?).1;
-                Some((area, Frame { left: from.unwrap_or(left), right: to.unwrap_or(right), top: level, bottom }))
+                Some((area, PlotFrame { left: from.unwrap_or(left), right: to.unwrap_or(right), top: level, bottom }))
             }),
             zero: x.zero.map(|zero| pixel(zero, y.range.start).0),
             floor: y.zero.map(|zero| pixel(x.range.start, zero).1),
@@ -242,8 +242,8 @@ impl Plot {
         runs
     }
 
-    fn assemble(&self, drawn: &Drawn) -> Markup {
-        let Frame { left, right, top, bottom } = drawn.frame;
+    fn assemble(&self, drawn: &PlotLayout) -> Markup {
+        let PlotFrame { left, right, top, bottom } = drawn.frame;
         let labels = labels(drawn);
         html! {
             svg.plot viewBox=(format!("0 0 {} {}", self.size.0, self.size.1)) role="img" aria-label=(self.label) {
@@ -256,7 +256,7 @@ impl Plot {
                     line.floor x1=(px(left)) x2=(px(right)) y1=(px(floor)) y2=(px(floor)) {}
                     text.note x=(px(left - 7.0)) y=(px(floor + 4.0)) text-anchor="end" { "0" }
                 }
-                @if let Some((Area { class, note, .. }, Frame { left, right, top, bottom })) = drawn.area {
+                @if let Some((Area { class, note, .. }, PlotFrame { left, right, top, bottom })) = drawn.area {
                     rect class=(class) x=(px(left)) width=(px(right - left)) y=(px(top)) height=(px((bottom - top).max(0.0))) {}
                     line class=(class) x1=(px(left)) x2=(px(right)) y1=(px(top)) y2=(px(top)) {}
                     text.note x=(px(right - 4.0)) y=(px(top - 5.5)) text-anchor="end" { (note) }
@@ -273,11 +273,11 @@ impl Plot {
 }
 
 /// The drawing that plotters made, and the marks to be put over it.
-struct Drawn<'a> {
+struct PlotLayout<'a> {
     axes: String,
-    frame: Frame,
-    marks: Vec<Placed<'a>>,
-    area: Option<(&'a Area, Frame)>,
+    frame: PlotFrame,
+    marks: Vec<PlacedMark<'a>>,
+    area: Option<(&'a Area, PlotFrame)>,
     /// The places of zeros along both axes.
     zero: Option<f64>,
     floor: Option<f64>,
@@ -320,8 +320,8 @@ fn along(corners: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
     along
 }
 
-fn mark(placed: &Placed) -> Markup {
-    let Placed { mark, x, y, low, high, floor } = placed;
+fn mark(placed: &PlacedMark) -> Markup {
+    let PlacedMark { mark, x, y, low, high, floor } = placed;
     html! {
         g class=(mark.glyph.class(mark.hollow)) {
             title { (mark.tooltip) }
@@ -347,15 +347,16 @@ fn overlap(a: &Extent, b: &Extent) -> f64 {
 }
 
 /// Extents that a label may hide, with how much each matters.
-struct Taken(Vec<(Extent, f64)>);
+struct LabelObstacles(Vec<(Extent, f64)>);
 
-impl Taken {
-    fn of(drawn: &Drawn) -> Self {
+impl LabelObstacles {
+    fn of(drawn: &PlotLayout) -> Self {
         let reach = RADIUS + 1.0;
         let marks = drawn.marks.iter().map(|own| ([own.x - reach, own.y - reach, own.x + reach, own.y + reach], 3.0));
         let whiskers = drawn.marks.iter().map(|own| ([own.low, own.y - 1.0, own.high, own.y + 1.0], 1.0));
         let strokes = drawn.strokes.iter().map(|(x, y)| ([x - 1.5, y - 1.5, x + 1.5, y + 1.5], 1.0));
-        let note = drawn.area.map(|(_, Frame { right, top, .. })| ([right - 160.0, top - 14.0, right, top + 1.0], 3.0));
+        let note =
+            drawn.area.map(|(_, PlotFrame { right, top, .. })| ([right - 160.0, top - 14.0, right, top + 1.0], 3.0));
         Self(marks.chain(whiskers).chain(strokes).chain(note).collect())
     }
 
@@ -365,9 +366,9 @@ impl Taken {
 }
 
 /// Places for the labels, each where it hides least: right, left, above or below its mark, at a corner, or a line further off.
-fn labels(drawn: &Drawn) -> Vec<(f64, f64, &'static str, String)> {
-    let Frame { left, right, top, bottom } = drawn.frame;
-    let mut taken = Taken::of(drawn);
+fn labels(drawn: &PlotLayout) -> Vec<(f64, f64, &'static str, String)> {
+    let PlotFrame { left, right, top, bottom } = drawn.frame;
+    let mut obstacles = LabelObstacles::of(drawn);
     let mut labels = Vec::new();
     for placed in &drawn.marks {
         let Some(text) = &placed.mark.label else { continue };
@@ -385,11 +386,11 @@ fn labels(drawn: &Drawn) -> Vec<(f64, f64, &'static str, String)> {
             let extent = extent(place);
             let outside = extent[0] < left || extent[2] > right || extent[1] < top || extent[3] > bottom;
             // Among places that are as good the first.
-            taken.hidden(&extent) + rank as f64 + if outside { 1e5 } else { 0.0 }
+            obstacles.hidden(&extent) + rank as f64 + if outside { 1e5 } else { 0.0 }
         };
         let places = places(placed, gap).into_iter().enumerate();
         if let Some((_, best)) = places.min_by(|a, b| cost(*a).total_cmp(&cost(*b))) {
-            taken.0.push((extent(best), 10.0));
+            obstacles.0.push((extent(best), 10.0));
             labels.push((best.0, best.1 + LINE - 3.0, best.2, text.clone()));
         }
     }
@@ -397,7 +398,7 @@ fn labels(drawn: &Drawn) -> Vec<(f64, f64, &'static str, String)> {
 }
 
 /// Returns the places that the label of a mark may have: its left end, middle or right end, and its upper edge. The best first.
-fn places(placed: &Placed, gap: f64) -> [(f64, f64, &'static str); 12] {
+fn places(placed: &PlacedMark, gap: f64) -> [(f64, f64, &'static str); 12] {
     let (x, y, aside) = (placed.x, placed.y, 0.7 * gap);
     let (above, level, below) = (y - gap - LINE, y - LINE / 2.0, y + gap);
     [

@@ -46,7 +46,7 @@ pub const KEEP: &str = "What to change: nothing. No settings that were measured 
 
 /// Returns the changes to make: the free ones first, then the trades. Empty if the settings as given have no error that can be compared.
 pub fn of(scene: &SceneReport, front: &Front) -> Vec<Advice> {
-    let change = |point: usize| Change::of(scene, front.metric, front.truth, point);
+    let change = |point: usize| Tradeoff::of(scene, front.metric, front.truth, point);
     let default = change(scene.default);
     let confirmed = front.points.iter().copied().filter(|&point| scene.points[point].time.confirmed);
     let others: Vec<usize> = confirmed.filter(|&point| point != scene.default).collect();
@@ -92,7 +92,7 @@ pub fn of(scene: &SceneReport, front: &Front) -> Vec<Advice> {
 
 /// Returns the gain and the cost of a point, as "half the time, the same error within 1%".
 pub fn gain(scene: &SceneReport, metric: Metric, truth: Against, point: usize) -> String {
-    let change = Change::of(scene, metric, truth, point);
+    let change = Tradeoff::of(scene, metric, truth, point);
     let time = match change.time {
         time if time.low <= 1.0 && time.high >= 1.0 => "the same time within noise".to_owned(),
         time => share(time.median, "time"),
@@ -108,7 +108,7 @@ pub fn gain(scene: &SceneReport, metric: Metric, truth: Against, point: usize) -
 }
 
 /// A point beside the settings as given.
-struct Change {
+struct Tradeoff {
     /// Over that of the settings as given.
     time: Interval,
     error: f64,
@@ -117,7 +117,7 @@ struct Change {
     noise: f64,
 }
 
-impl Change {
+impl Tradeoff {
     fn of(scene: &SceneReport, metric: Metric, truth: Against, point: usize) -> Self {
         let error = |point: usize| scene.points[point].errors.against(truth).comparable(metric);
         let noise = if truth == Against::Converged { scene.truth.noise(metric) } else { None };

@@ -27,13 +27,13 @@ const FIRST_LIMITED: usize = 3;
 const OBJECTS: [u32; 2] = [1024, 8192];
 
 /// One scene that is drawn with one choice, and the times of its frames.
-struct Contender {
+struct CalibrationRun {
     renderer: Renderer,
     camera: Camera,
     times: Vec<FrameTimes>,
 }
 
-impl Contender {
+impl CalibrationRun {
     fn new(device: &Arc<Device>, scene: &Scene, settings: &Settings) -> Result<Self, Error> {
         Ok(Self { renderer: Renderer::new(device, scene, settings)?, camera: scene.camera, times: Vec::new() })
     }
@@ -70,7 +70,7 @@ pub fn measure(
     let rounds = ROUNDS[usize::from(software)];
     let all = SCENES + if software { 0 } else { OBJECTS.len() };
     let first = open(&scenes()[0], &OpenOptions::default())?;
-    let mut anchor = Contender::new(device, &first, &settings(size, LightPath::Loop, Culling::Cpu))?;
+    let mut anchor = CalibrationRun::new(device, &first, &settings(size, LightPath::Loop, Culling::Cpu))?;
     let mut anchored = Vec::new();
     let mut triangles = [0.0; SCENES];
     // By scene and path, over the anchor's in the same rounds.
@@ -82,7 +82,7 @@ pub fn measure(
             // Without lights of limited reach it is the loop, command by command.
             match light_path == LightPath::Clustered && index < FIRST_LIMITED {
                 true => Ok(None),
-                false => of_device(Contender::new(device, &scene, &settings(size, light_path, Culling::Cpu))),
+                false => of_device(CalibrationRun::new(device, &scene, &settings(size, light_path, Culling::Cpu))),
             }
         };
         let mut own = COMPARED.into_iter().map(contender).collect::<Result<Vec<_>, _>>()?;
@@ -100,13 +100,14 @@ pub fn measure(
     let mut by_culling = Vec::new();
     for (index, count) in OBJECTS.into_iter().enumerate().filter(|_| !software) {
         let scene = open(&format!("builtin:field?objects={count}&lights=1&screens=2"), &OpenOptions::default())?;
-        let contender = |culling| of_device(Contender::new(device, &scene, &settings(size, LightPath::Loop, culling)));
+        let contender =
+            |culling| of_device(CalibrationRun::new(device, &scene, &settings(size, LightPath::Loop, culling)));
         let mut own = [Culling::Cpu, Culling::Gpu].into_iter().map(contender).collect::<Result<Vec<_>, _>>()?;
         take_turns(&mut anchor, &mut own, rounds, &mut warm_up)?;
         by_culling.append(&mut own);
         step(SCENES + index + 1, all);
     }
-    let frames = Frames { pixels: f64::from(size[0]) * f64::from(size[1]), triangles: [triangles[0], triangles[2]] };
+    let frames = FrameLoad { pixels: f64::from(size[0]) * f64::from(size[1]), triangles: [triangles[0], triangles[2]] };
     let times_of = |path: usize| ratios.map(|of_scene| of_scene[path] * anchor_ms * 1e9);
     let looped = times_of(0);
     let paths = std::array::from_fn(|path| frames.cost(times_of(path), looped));
@@ -116,13 +117,13 @@ pub fn measure(
 /// Draws frames of all in turn, so that a slow moment of the machine slows all of them. Stores the warm-up of these frames in `warm_up`, unless clocks
 /// moved in an earlier one.
 fn take_turns(
-    anchor: &mut Contender,
-    own: &mut [Option<Contender>],
+    anchor: &mut CalibrationRun,
+    own: &mut [Option<CalibrationRun>],
     rounds: usize,
     warm_up: &mut Option<WarmUp>,
 ) -> Result<(), Error> {
     anchor.times.clear();
-    let mut all: Vec<&mut Contender> = std::iter::once(&mut *anchor).chain(own.iter_mut().flatten()).collect();
+    let mut all: Vec<&mut CalibrationRun> = std::iter::once(&mut *anchor).chain(own.iter_mut().flatten()).collect();
     let software = all[0].renderer.plan().software;
     let settled = settle(software, 1, || {
         all.iter_mut().map(|contender| contender.draw().map(|times| whole(&times))).sum::<Result<f64, Error>>()
@@ -140,13 +141,13 @@ fn take_turns(
 }
 
 /// Pixels and triangles of the frames of [`scenes`].
-struct Frames {
+struct FrameLoad {
     pixels: f64,
     /// The triangle counts of the first scene and of the detailed one.
     triangles: [f64; 2],
 }
 
-impl Frames {
+impl FrameLoad {
     /// Solves for a path's figures from the times of the scenes, in picoseconds. The scenes with limited lights also differ otherwise; the loop's times in both
     /// tell that difference apart from the cost of lists. `None` where nothing was measured.
     fn cost(&self, times: [f64; SCENES], looped: [f64; SCENES]) -> Option<PathCost> {
@@ -178,14 +179,14 @@ fn whole(times: &FrameTimes) -> f64 {
 }
 
 /// Solves for the figures of culling from few objects culled by the CPU and by the device, and from many.
-fn culling_cost(contenders: &[Option<Contender>]) -> Option<CullingCost> {
+fn culling_cost(contenders: &[Option<CalibrationRun>]) -> Option<CullingCost> {
     let [Some(few_cpu), Some(few_device), Some(many_cpu), Some(many_device)] = contenders else { return None };
     // Wall clocks have the recording in them.
     few_cpu.times.first()?.gpu_ms?;
     // In nanoseconds. The device's longer frame counts as its cost of culling; objects that only the device finds hidden shorten the frame, and so
     // reduce that cost.
-    let on_cpu = |contender: &Contender| 1e6 * contender.median(|times| times.record_ms);
-    let on_device = |cpu: &Contender, device: &Contender| {
+    let on_cpu = |contender: &CalibrationRun| 1e6 * contender.median(|times| times.record_ms);
+    let on_device = |cpu: &CalibrationRun, device: &CalibrationRun| {
         let more = device.median(whole) - cpu.median(whole);
         on_cpu(device) + 1e6 * more
     };
@@ -238,7 +239,7 @@ mod tests {
 
     #[test]
     fn figures_come_back_from_the_times_that_they_make() {
-        let frames = Frames { pixels: 1000.0, triangles: [500.0, 4500.0] };
+        let frames = FrameLoad { pixels: 1000.0, triangles: [500.0, 4500.0] };
         // The scenes of limited lights take so much longer by themselves.
         let times = |known: PathCost, scene: f64| {
             let time = |triangles: f64, unlimited: u32, limited: u32| {

@@ -16,7 +16,7 @@ use afterlight::scene::{Playing, Scene, Settings};
 
 /// A recorded command with its reason.
 #[derive(Debug, Clone)]
-pub struct Line {
+pub struct ExplainedCommand {
     pub command: Command,
     /// The work of a label's pass, or the reason of a barrier's row; empty for other commands.
     pub reason: String,
@@ -47,7 +47,12 @@ pub struct ActingEdge {
 ///
 /// # Errors
 /// As [`Renderer::new`], [`Renderer::pose`] and [`Renderer::read_back`].
-pub fn record(device: &Arc<Device>, scene: &Scene, settings: &Settings, playing: &Playing) -> Result<Vec<Line>, Error> {
+pub fn record(
+    device: &Arc<Device>,
+    scene: &Scene,
+    settings: &Settings,
+    playing: &Playing,
+) -> Result<Vec<ExplainedCommand>, Error> {
     // The journal needs the names of all objects, which they get when they are made.
     device.keep_commands();
     let mut renderer = Renderer::new(device, scene, settings)?;
@@ -62,11 +67,11 @@ pub fn record(device: &Arc<Device>, scene: &Scene, settings: &Settings, playing:
     renderer.render(&camera)?;
     renderer.read_back()?;
     let plan = renderer.plan();
-    Ok(Reader::new(plan, &rows::table(plan)).lines(device.take_commands()))
+    Ok(CommandReader::new(plan, &rows::table(plan)).lines(device.take_commands()))
 }
 
 /// Reads commands in their order, and knows the render pass that is open.
-struct Reader<'a> {
+struct CommandReader<'a> {
     plan: &'a FramePlan,
     edges: &'a Rows,
     render_passes: Vec<PassDescription>,
@@ -74,18 +79,18 @@ struct Reader<'a> {
     open: Option<(usize, u32)>,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> CommandReader<'a> {
     fn new(plan: &'a FramePlan, edges: &'a Rows) -> Self {
         Self { plan, edges, render_passes: PassDescription::all(plan, edges), open: None }
     }
 
-    fn lines(mut self, commands: Vec<Command>) -> Vec<Line> {
+    fn lines(mut self, commands: Vec<Command>) -> Vec<ExplainedCommand> {
         commands.into_iter().map(|command| self.line(command)).collect()
     }
 
-    fn line(&mut self, command: Command) -> Line {
+    fn line(&mut self, command: Command) -> ExplainedCommand {
         let reason = self.reason(&command);
-        let mut line = Line { command, reason, attachments: Vec::new(), dependencies: Vec::new() };
+        let mut line = ExplainedCommand { command, reason, attachments: Vec::new(), dependencies: Vec::new() };
         match line.command.name {
             "vkCmdBeginRenderPass" => {
                 let name = line.command.arguments.objects.first();

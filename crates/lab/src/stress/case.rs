@@ -14,7 +14,7 @@ pub struct Case {
     pub extreme: &'static str,
     /// Of the values; empty for a plain number.
     pub unit: &'static str,
-    pub values: Values,
+    pub values: SweepValues,
     /// The first and the last value for which the bound is to hold.
     pub claim: [f64; 2],
     pub bound: Bound,
@@ -23,7 +23,7 @@ pub struct Case {
 
 /// The values that a case sweeps, from the least to the greatest.
 #[derive(Debug, Clone, Copy)]
-pub enum Values {
+pub enum SweepValues {
     /// Powers of ten, each exponent from the first to the second.
     Decades(i32, i32),
     /// As they stand.
@@ -89,7 +89,7 @@ impl fmt::Display for Bound {
     }
 }
 
-impl Values {
+impl SweepValues {
     pub fn all(&self) -> Vec<f64> {
         match *self {
             Self::Decades(first, last) => (first..=last).map(|exponent| 10f64.powi(exponent)).collect(),
@@ -104,13 +104,13 @@ pub struct Untried(Case);
 
 /// A case of this name, with its extreme in words. Values, claim and check must follow in a chain.
 pub const fn case(name: &'static str, extreme: &'static str) -> Untried {
-    let (values, bound) = (Values::List(&[]), Bound { worst: 0.0, mean: 0.0 });
+    let (values, bound) = (SweepValues::List(&[]), Bound { worst: 0.0, mean: 0.0 });
     Untried(Case { name, extreme, unit: "", values, claim: [0.0; 2], bound, check: Check::Whole(|_| unreachable!()) })
 }
 
 impl Untried {
     /// Sweeps these values, which have this unit.
-    pub const fn over(self, values: Values, unit: &'static str) -> Self {
+    pub const fn over(self, values: SweepValues, unit: &'static str) -> Self {
         Self(Case { values, unit, ..self.0 })
     }
 
@@ -143,9 +143,9 @@ impl Case {
     /// The same over other seeds, where it has seeds.
     pub fn with_seeds(self, first: u32, end: u32) -> Self {
         match self.values {
-            Values::Seeds { .. } => {
+            SweepValues::Seeds { .. } => {
                 let claim = [f64::from(first), f64::from(end.saturating_sub(1))];
-                Self { values: Values::Seeds { first, end }, claim, ..self }
+                Self { values: SweepValues::Seeds { first, end }, claim, ..self }
             }
             _ => self,
         }

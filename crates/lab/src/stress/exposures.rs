@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::Error;
-use super::pixel_errors::{Errors, Evidence, FLOOR, Subject, saturation};
+use super::StressError;
+use super::pixel_errors::{Errors, FLOOR, PicturePair, Subject, saturation};
 use afterlight::frame::{Pixels, Renderer};
 use afterlight::gpu::Device;
 use afterlight::scene::ev100_of;
@@ -20,7 +20,7 @@ const LOOKED_AT: usize = 16;
 ///
 /// # Errors
 /// A lost device, and a subject that a plan refuses.
-pub fn compare(device: &Arc<Device>, subject: &Subject, frames: usize) -> Result<(Errors, Evidence), Error> {
+pub fn compare(device: &Arc<Device>, subject: &Subject, frames: usize) -> Result<(Errors, PicturePair), StressError> {
     let settings = subject.decided();
     let (scene, camera) = (&subject.scene, &subject.scene.camera);
     let mut renderer = Renderer::new(device, scene, &settings)?;
@@ -41,16 +41,16 @@ pub fn compare(device: &Arc<Device>, subject: &Subject, frames: usize) -> Result
     let expected = scaled(&first, 1.0, f64::INFINITY);
     note(&mut errors, &last, &expected);
     errors.mean /= errors.compared.max(1) as f64;
-    Ok((errors, Evidence { size: settings.size, drawn: last, expected }))
+    Ok((errors, PicturePair { size: settings.size, drawn: last, expected }))
 }
 
-fn drawn(renderer: &mut Renderer, subject: &Subject, ev100: f32) -> Result<Vec<[f32; 3]>, Error> {
+fn drawn(renderer: &mut Renderer, subject: &Subject, ev100: f32) -> Result<Vec<[f32; 3]>, StressError> {
     renderer.set_exposure(ev100)?;
     renderer.render(&subject.scene.camera)?;
     read(renderer)
 }
 
-fn read(renderer: &mut Renderer) -> Result<Vec<[f32; 3]>, Error> {
+fn read(renderer: &mut Renderer) -> Result<Vec<[f32; 3]>, StressError> {
     Ok(match renderer.read_back()?.pixels {
         Pixels::LinearF32(rgba) => rgba.as_chunks::<4>().0.iter().map(|&[r, g, b, _]| [r, g, b]).collect(),
         Pixels::Srgb8(_) => unreachable!("a subject's picture is exposed light"),

@@ -9,7 +9,7 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use afterlight::gpu::{Device, vk};
-use afterlight_truth::reference::{Reference, Smith, View};
+use afterlight_truth::reference::{CameraView, Reference, Smith};
 
 /// Half a step of the device's grid, in pixels.
 pub fn half_step(device: &Device) -> f64 {
@@ -21,7 +21,7 @@ pub fn half_step(device: &Device) -> f64 {
 
 /// The light that a pixel may show, in each channel: the least and the most.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Span {
+pub struct ChannelRange {
     pub least: [f64; 3],
     pub most: [f64; 3],
 }
@@ -32,7 +32,7 @@ const FINE: i32 = 4;
 /// Share of its light by which it changes enough to be looked at more closely.
 const CHANGES: f64 = 1e-2;
 
-impl Span {
+impl ChannelRange {
     pub fn of(light: [f64; 3]) -> Self {
         Self { least: light, most: light }
     }
@@ -56,9 +56,15 @@ impl Span {
 }
 
 /// The light of each pixel, in nits, from anywhere up to half a step of the grid beside its middle, whose light is `middles`.
-pub fn spans(half_step: f64, reference: &Reference, view: &View, smith: Smith, middles: &[[f64; 3]]) -> Vec<Span> {
+pub fn spans(
+    half_step: f64,
+    reference: &Reference,
+    view: &CameraView,
+    smith: Smith,
+    middles: &[[f64; 3]],
+) -> Vec<ChannelRange> {
     if half_step == 0.0 {
-        return middles.iter().copied().map(Span::of).collect();
+        return middles.iter().copied().map(ChannelRange::of).collect();
     }
     let width = view.size[0] as usize;
     let span = |(index, &middle): (usize, &[f64; 3])| {
@@ -67,7 +73,7 @@ pub fn spans(half_step: f64, reference: &Reference, view: &View, smith: Smith, m
             let offsets = (-count..=count).flat_map(|y| (-count..=count).map(move |x| (x, y)));
             let places =
                 offsets.map(|(x, y)| place + DVec2::new(f64::from(x), f64::from(y)) * (half_step / f64::from(count)));
-            places.fold(Span::of(middle), |span, aside| span.with(reference.light(view, smith, aside, place)))
+            places.fold(ChannelRange::of(middle), |span, aside| span.with(reference.light(view, smith, aside, place)))
         };
         let coarse = among(COARSE);
         let changes =
@@ -78,7 +84,7 @@ pub fn spans(half_step: f64, reference: &Reference, view: &View, smith: Smith, m
 }
 
 /// Returns the allowed distance of the place that a pixel shows from the true one, in metres.
-pub fn place_allowance(half_step: f64, reference: &Reference, view: &View, pixel: DVec2) -> f64 {
+pub fn place_allowance(half_step: f64, reference: &Reference, view: &CameraView, pixel: DVec2) -> f64 {
     let place = |offset: DVec2| reference.surface(view, pixel + offset).map(|(surface, ..)| surface.position);
     let Some(middle) = place(DVec2::ZERO).filter(|_| half_step > 0.0) else { return 0.0 };
     let moved = |axis: DVec2| {
@@ -92,33 +98,33 @@ pub fn place_allowance(half_step: f64, reference: &Reference, view: &View, pixel
 mod tests {
     use super::*;
     use afterlight::scene::builtin;
-    use afterlight_truth::reference::{Mode, Options};
+    use afterlight_truth::reference::{Mode, TruthOptions};
 
     #[test]
     fn light_may_be_that_of_any_place_within_half_a_step() {
         let scene = builtin::open("builtin:overlap").expect("built in");
         let reference = Reference::new(&scene).expect("a scene");
-        let view = View { camera: scene.camera, size: [64, 36] };
+        let view = CameraView { camera: scene.camera, size: [64, 36] };
         let smith = Smith::default();
-        let middles = reference.render(&view, &Options { mode: Mode::Point, smith }, &|_, _| {}).radiance;
+        let middles = reference.render(&view, &TruthOptions { mode: Mode::Point, smith }, &|_, _| {}).radiance;
         let exact = spans(0.0, &reference, &view, smith, &middles);
-        assert!(exact.iter().zip(&middles).all(|(span, middle)| *span == Span::of(*middle)));
+        assert!(exact.iter().zip(&middles).all(|(span, middle)| *span == ChannelRange::of(*middle)));
         let [small, large] = [1.0 / 512.0, 0.25].map(|step| spans(step, &reference, &view, smith, &middles));
         assert!(small.iter().zip(&middles).all(|(span, middle)| span.distance(*middle) == 0.0));
-        let sum = |spans: &[Span]| {
+        let sum = |spans: &[ChannelRange]| {
             spans.iter().map(|span| span.distance([0.0; 3]).abs() + span.most[0] - span.least[0]).sum::<f64>()
         };
         assert!(sum(&exact) < sum(&small) && sum(&small) < sum(&large), "{} {}", sum(&small), sum(&large));
         // Half a pixel aside is beyond a quarter, and where light has a slope it shows.
         let place = DVec2::new(32.9, 18.5);
         let aside = reference.light(&view, smith, place, place);
-        let seen = |spans: &[Span]| spans[18 * 64 + 32].distance(aside);
+        let seen = |spans: &[ChannelRange]| spans[18 * 64 + 32].distance(aside);
         assert!(seen(&small) > 0.0 && seen(&large) < seen(&small), "{} {}", seen(&small), seen(&large));
     }
 
     #[test]
     fn what_lies_outside_of_a_span_is_as_far_from_it_as_its_worst_channel() {
-        let span = Span { least: [1.0, 2.0, 3.0], most: [2.0, 2.0, 5.0] };
+        let span = ChannelRange { least: [1.0, 2.0, 3.0], most: [2.0, 2.0, 5.0] };
         assert_eq!(span.distance([1.5, 2.0, 3.0]), 0.0);
         assert_eq!(span.distance([0.5, 2.25, 4.0]), 0.5);
         assert_eq!(span.map(|light| 2.0 * light).distance([2.0, 4.0, 11.0]), 1.0);
@@ -128,7 +134,7 @@ mod tests {
     fn a_place_may_be_off_by_its_slope_over_half_a_step() {
         let scene = builtin::open("builtin:overlap").expect("built in");
         let reference = Reference::new(&scene).expect("a scene");
-        let view = View { camera: scene.camera, size: [64, 36] };
+        let view = CameraView { camera: scene.camera, size: [64, 36] };
         let (small, middle) = (1.0 / 512.0, DVec2::new(32.0, 18.0));
         let place = place_allowance(small, &reference, &view, middle);
         // Two metres high, 36 pixels: half a step of each, to the side and up.

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use super::Error;
-use super::comparison::Comparison;
-use super::pixel_errors::{Errors, Evidence, Subject};
+use super::StressError;
+use super::comparison::ReferenceComparison;
+use super::pixel_errors::{Errors, PicturePair, Subject};
 use afterlight::gpu::Device;
 use afterlight::scene::Scene;
-use afterlight_truth::reference::{Mode, Options};
+use afterlight_truth::reference::{Mode, TruthOptions};
 
 /// Samples of the truth, in each pixel.
 const SAMPLES: u32 = 64;
@@ -16,9 +16,10 @@ const SAMPLES: u32 = 64;
 ///
 /// # Errors
 /// A lost device, and a subject that a plan refuses.
-pub fn compare(device: &Arc<Device>, subject: &Subject, truth: &Scene) -> Result<(Errors, Evidence), Error> {
-    let Comparison { drawn: light, reference, eye, exposure, .. } = Comparison::of(device, subject, truth, None)?;
-    let options = Options::of(Mode::Converged { samples: SAMPLES });
+pub fn compare(device: &Arc<Device>, subject: &Subject, truth: &Scene) -> Result<(Errors, PicturePair), StressError> {
+    let ReferenceComparison { drawn: light, reference, eye, exposure, .. } =
+        ReferenceComparison::of(device, subject, truth, None)?;
+    let options = TruthOptions::of(Mode::Converged { samples: SAMPLES });
     let rays = reference.render(&eye, &options, &|_, _| {}).with_spread_light(&subject.decided());
     let pixels = light.as_chunks::<4>().0;
     let count = pixels.len() as f64;
@@ -27,7 +28,7 @@ pub fn compare(device: &Arc<Device>, subject: &Subject, truth: &Scene) -> Result
         [0, 1, 2].map(|channel| rays.radiance.iter().map(|pixel| pixel[channel]).sum::<f64>() * exposure / count);
     let brightest = expected.iter().fold(0.0f64, |most, &channel| most.max(channel));
     if !(brightest > 0.0 && brightest.is_finite()) {
-        return Err(Error::Refused("the truth shows no light".into()));
+        return Err(StressError::Refused("the truth shows no light".into()));
     }
     let differences = drawn.iter().zip(expected).map(|(drawn, expected)| (drawn - expected).abs());
     let error = differences.fold(0.0, f64::max) / brightest;
@@ -42,5 +43,5 @@ pub fn compare(device: &Arc<Device>, subject: &Subject, truth: &Scene) -> Result
     };
     let drawn = pixels.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
     let expected = rays.radiance.iter().map(|light| light.map(|channel| channel * exposure)).collect();
-    Ok((errors, Evidence { size: eye.size, drawn, expected }))
+    Ok((errors, PicturePair { size: eye.size, drawn, expected }))
 }

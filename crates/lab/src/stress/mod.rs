@@ -17,16 +17,16 @@ mod pixel_errors;
 mod position;
 mod run;
 
-pub use case::{Bound, Case, Check, MOST_ELSEWHERE, Values, case, range};
-pub use pixel_errors::{Errors, Evidence, FLOOR, Subject, WorstPixel, compare};
-pub use run::{Finding, Outcome, RunInfo, Verdict, run, run_spoiled, run_told, sane};
+pub use case::{Bound, Case, Check, MOST_ELSEWHERE, SweepValues, case, range};
+pub use pixel_errors::{Errors, FLOOR, PicturePair, Subject, WorstPixel, compare};
+pub use run::{RunInfo, StressOutcome, StressResult, ValueFinding, run, run_spoiled, run_told, sane};
 
 use afterlight::frame;
 
 /// Why nothing was found out.
 #[derive(Debug, thiserror::Error)]
-pub enum Error {
-    /// A plan, which becomes an [`Outcome`] of its case.
+pub enum StressError {
+    /// A plan, which becomes a [`StressOutcome`] of its case.
     #[error("{0}")]
     Refused(String),
     /// The device is lost or out of memory.
@@ -34,7 +34,7 @@ pub enum Error {
     Frame(frame::Error),
 }
 
-impl From<frame::Error> for Error {
+impl From<frame::Error> for StressError {
     fn from(error: frame::Error) -> Self {
         match error {
             frame::Error::Plan(refusal) => Self::Refused(refusal.to_string()),

@@ -7,15 +7,15 @@
 use std::fmt;
 use std::sync::Arc;
 
-use super::Error;
-use super::comparison::Comparison;
+use super::StressError;
+use super::comparison::ReferenceComparison;
 use super::formula::WorstInput;
-use super::grid::{self, Span};
+use super::grid::{self, ChannelRange};
 use afterlight::frame::{self, Pixels, Renderer};
 use afterlight::gpu::Device;
 use afterlight::plan::{FramePlan, ToneMapping};
 use afterlight::scene::{Output, Playing, Pose, Scene, Settings, SettingsPatch, View};
-use afterlight_truth::reference::{Mode, Options, TriangleId, spreading};
+use afterlight_truth::reference::{Mode, TriangleId, TruthOptions, spreading};
 
 /// A pixel darker than this share of the brightest one counts as that bright, unless the subject says another share: nobody sees an error
 /// relative to black.
@@ -90,14 +90,14 @@ impl Errors {
 
 /// The picture that was drawn and the one that should have been, to be looked at. Exposed light, RGB, rows from the top.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Evidence {
+pub struct PicturePair {
     /// Width and height in pixels.
     pub size: [u32; 2],
     pub drawn: Vec<[f32; 3]>,
     pub expected: Vec<[f64; 3]>,
 }
 
-impl Evidence {
+impl PicturePair {
     /// Pixels that are black and should be bright.
     pub fn black(&self) -> usize {
         /// The least normal number of half floats: darker light may be lost in the target.
@@ -145,14 +145,14 @@ const TARGETS: [View; 4] = [View::Normal, View::Albedo, View::Metallic, View::Ro
 ///
 /// # Errors
 /// A lost device, and a subject that a plan refuses.
-pub fn compare(device: &Arc<Device>, subject: &Subject, truth: &Scene) -> Result<(Errors, Evidence), Error> {
-    let Comparison { mut pictures, drawn: light, reference, eye, exposure } =
-        Comparison::of(device, subject, truth, None)?;
+pub fn compare(device: &Arc<Device>, subject: &Subject, truth: &Scene) -> Result<(Errors, PicturePair), StressError> {
+    let ReferenceComparison { mut pictures, drawn: light, reference, eye, exposure } =
+        ReferenceComparison::of(device, subject, truth, None)?;
     let largest = pictures.largest;
-    let options = Options::of(Mode::Point);
+    let options = TruthOptions::of(Mode::Point);
     let rays = reference.render(&eye, &options, &|_, _| {});
     let spans = grid::spans(grid::half_step(device), &reference, &eye, options.smith, &rays.radiance);
-    let mut spans: Vec<Span> = spans.into_iter().map(|span| span.map(|light| light * exposure)).collect();
+    let mut spans: Vec<ChannelRange> = spans.into_iter().map(|span| span.map(|light| light * exposure)).collect();
     let mut expected: Vec<[f64; 3]> =
         rays.radiance.iter().map(|light| light.map(|channel| channel * exposure)).collect();
     let settings = subject.decided();
@@ -165,30 +165,30 @@ pub fn compare(device: &Arc<Device>, subject: &Subject, truth: &Scene) -> Result
         expected = spread(expected);
         // A pixel of spread light is a mean of the picture's pixels with weights that are not negative, so it grows with each of them. A picture whose
         // pixels lie within their spans becomes one between the spread least and the spread most.
-        let ends: [fn(&Span) -> [f64; 3]; 2] = [|span| span.least, |span| span.most];
+        let ends: [fn(&ChannelRange) -> [f64; 3]; 2] = [|span| span.least, |span| span.most];
         let [least, most] = ends.map(|end| spread(spans.iter().map(end).collect()));
-        spans = least.into_iter().zip(most).map(|(least, most)| Span { least, most }).collect();
+        spans = least.into_iter().zip(most).map(|(least, most)| ChannelRange { least, most }).collect();
     }
     if expected.iter().flatten().any(|channel| !channel.is_finite()) {
-        return Err(Error::Refused("the truth itself is not finite".into()));
+        return Err(StressError::Refused("the truth itself is not finite".into()));
     }
     let elsewhere = pictures.elsewhere(rays.triangles.as_deref().unwrap_or_default())?;
-    let scale = Scale { floor: subject.floor, largest };
+    let scale = ErrorScale { floor: subject.floor, largest };
     let width = eye.size[0];
-    let mut errors = against(&light, Expected { light: &expected, spans: &spans, width }, &elsewhere, scale);
+    let mut errors = against(&light, ExpectedLight { light: &expected, spans: &spans, width }, &elsewhere, scale);
     for view in TARGETS {
         match pictures.draw(view) {
             Ok(values) => errors.not_finite += values.iter().filter(|value| !value.is_finite()).count(),
             // A view that the subject has not.
-            Err(Error::Refused(_)) => {}
+            Err(StressError::Refused(_)) => {}
             Err(error) => return Err(error),
         }
     }
     let drawn = light.as_chunks::<4>().0.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
-    Ok((errors, Evidence { size: eye.size, drawn, expected }))
+    Ok((errors, PicturePair { size: eye.size, drawn, expected }))
 }
 
-pub(super) struct Pictures<'a> {
+pub(super) struct PictureRenderer<'a> {
     device: &'a Arc<Device>,
     subject: &'a Subject,
     settings: Settings,
@@ -198,7 +198,7 @@ pub(super) struct Pictures<'a> {
 
 /// The scale of relative errors.
 #[derive(Debug, Clone, Copy)]
-struct Scale {
+struct ErrorScale {
     floor: f64,
     /// Brighter light counts as this bright: it is white, and only has to be finite.
     largest: f64,
@@ -206,10 +206,10 @@ struct Scale {
 
 /// The light that a picture should show.
 #[derive(Clone, Copy)]
-struct Expected<'a> {
+struct ExpectedLight<'a> {
     light: &'a [[f64; 3]],
     /// The light that each pixel may show besides, as [`grid`] says.
-    spans: &'a [Span],
+    spans: &'a [ChannelRange],
     /// Pixels of a row.
     width: u32,
 }
@@ -220,13 +220,13 @@ pub(super) fn saturation(plan: &FramePlan) -> f64 {
     f64::from(plan.largest_light().min(most))
 }
 
-impl<'a> Pictures<'a> {
+impl<'a> PictureRenderer<'a> {
     pub fn of(device: &'a Arc<Device>, subject: &'a Subject, settings: &Settings) -> Self {
         Self { device, subject, settings: settings.clone(), largest: f64::INFINITY }
     }
 
     /// RGBA of a view.
-    pub fn draw(&mut self, view: View) -> Result<Vec<f32>, Error> {
+    pub fn draw(&mut self, view: View) -> Result<Vec<f32>, StressError> {
         let settings = if view == self.settings.view { self.settings.clone() } else { self.settings.showing(view) };
         let mut renderer = Renderer::new(self.device, &self.subject.scene, &settings)?;
         self.largest = saturation(renderer.plan());
@@ -240,12 +240,12 @@ impl<'a> Pictures<'a> {
         };
         match renderer.picture_while(show, || {})?.pixels {
             Pixels::LinearF32(rgba) => Ok(rgba),
-            Pixels::Srgb8(_) => Err(Error::Refused(format!("{view} has no values that could be compared"))),
+            Pixels::Srgb8(_) => Err(StressError::Refused(format!("{view} has no values that could be compared"))),
         }
     }
 
     /// Returns the pixels that show another triangle than the truth. Without numbers from the device, those next to where the truth changes.
-    pub fn elsewhere(&self, truth: &[Option<TriangleId>]) -> Result<Vec<bool>, Error> {
+    pub fn elsewhere(&self, truth: &[Option<TriangleId>]) -> Result<Vec<bool>, StressError> {
         let (scene, camera) = (&self.subject.scene, &self.subject.scene.camera);
         let pose = self.subject.pose();
         Ok(match frame::triangles(self.device, (scene, pose.as_ref()), camera, &self.settings)? {
@@ -265,7 +265,7 @@ impl<'a> Pictures<'a> {
     }
 }
 
-fn against(rgba: &[f32], expected: Expected, elsewhere: &[bool], scale: Scale) -> Errors {
+fn against(rgba: &[f32], expected: ExpectedLight, elsewhere: &[bool], scale: ErrorScale) -> Errors {
     let saturated = |light: f64| light.min(scale.largest);
     let light: Vec<_> = expected.light.iter().map(|light| light.map(saturated)).collect();
     let brightest = light.iter().flatten().fold(0.0f64, |most, &channel| most.max(channel));
@@ -304,20 +304,25 @@ fn against(rgba: &[f32], expected: Expected, elsewhere: &[bool], scale: Scale) -
 mod tests {
     use super::*;
 
-    const SCALE: Scale = Scale { floor: FLOOR, largest: 1e30 };
+    const SCALE: ErrorScale = ErrorScale { floor: FLOOR, largest: 1e30 };
 
     /// Allows no other light than this.
-    fn exactly(light: &[[f64; 3]]) -> (&[[f64; 3]], Vec<Span>) {
-        (light, light.iter().copied().map(Span::of).collect())
+    fn exactly(light: &[[f64; 3]]) -> (&[[f64; 3]], Vec<ChannelRange>) {
+        (light, light.iter().copied().map(ChannelRange::of).collect())
     }
 
-    fn held(rgba: &[f32], (light, spans): (&[[f64; 3]], Vec<Span>), elsewhere: &[bool], scale: Scale) -> Errors {
-        against(rgba, Expected { light, spans: &spans, width: 2 }, elsewhere, scale)
+    fn held(
+        rgba: &[f32],
+        (light, spans): (&[[f64; 3]], Vec<ChannelRange>),
+        elsewhere: &[bool],
+        scale: ErrorScale,
+    ) -> Errors {
+        against(rgba, ExpectedLight { light, spans: &spans, width: 2 }, elsewhere, scale)
     }
 
     #[test]
     fn what_lies_between_the_lights_beside_a_pixel_is_no_error() {
-        let span = |least, most| Span { least: [least; 3], most: [most; 3] };
+        let span = |least, most| ChannelRange { least: [least; 3], most: [most; 3] };
         let spans = vec![span(0.5, 1.25), span(1.0, 1.75)];
         let errors = held(&[1.5, 1.0, 1.0, 1.0, 1.5, 1.0, 1.0, 1.0], (&[[1.0; 3]; 2], spans), &[false; 2], SCALE);
         assert_eq!((errors.worst, errors.mean), (0.25, 0.125));
@@ -344,11 +349,11 @@ mod tests {
 
     #[test]
     fn what_is_brighter_than_the_target_holds_is_white_and_no_more() {
-        let scale = Scale { largest: 100.0, ..SCALE };
+        let scale = ErrorScale { largest: 100.0, ..SCALE };
         let rgba = [100.0, 100.0, 50.0, 1.0, 60.0, 0.0, 0.0, 1.0];
         let errors = held(&rgba, exactly(&[[1e9, 200.0, 50.0], [1e9, 0.0, 0.0]]), &[false; 2], scale);
         assert!((errors.worst - 0.4).abs() < 1e-9 && (errors.mean - 0.2).abs() < 1e-9, "{errors:?}");
-        let of_the_peak = Scale { floor: 1.0, ..SCALE };
+        let of_the_peak = ErrorScale { floor: 1.0, ..SCALE };
         assert!(
             (held(&[10.0, 1.0, 0.0, 1.0], exactly(&[[10.0, 2.0, 0.0]]), &[false], of_the_peak).worst - 0.1).abs()
                 < 1e-9
@@ -359,7 +364,7 @@ mod tests {
     fn black_is_what_is_bright_and_was_not_drawn() {
         let lit = |light: f64| [0.0, light, 0.0];
         let of = |drawn: Vec<[f32; 3]>, light: [f64; 3]| {
-            Evidence { size: [3, 1], drawn, expected: light.map(lit).to_vec() }.black()
+            PicturePair { size: [3, 1], drawn, expected: light.map(lit).to_vec() }.black()
         };
         assert_eq!(of(vec![[0.0; 3]; 3], [1.0, 0.1, 1e-3]), 2);
         assert_eq!(of(vec![[0.0, 1e-9, 0.0], [0.0; 3], [1.0; 3]], [1.0, 0.1, 1.0]), 1);

@@ -4,20 +4,20 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
-use super::comparison::Comparison;
-use super::pixel_errors::{Errors, Evidence, Subject};
-use super::{Error, grid};
+use super::comparison::ReferenceComparison;
+use super::pixel_errors::{Errors, PicturePair, Subject};
+use super::{StressError, grid};
 use afterlight::gpu::Device;
 use afterlight::scene::{Scene, View};
-use afterlight_truth::reference::{Surface, TriangleId};
+use afterlight_truth::reference::{ShadingPoint, TriangleId};
 
 /// Draws the subject's places. Errors are distances between the place and the true one, over that one's distance from the camera.
 ///
 /// # Errors
 /// A lost device, and a subject that a plan refuses.
-pub fn compare(device: &Arc<Device>, subject: &Subject, truth: &Scene) -> Result<(Errors, Evidence), Error> {
-    let Comparison { pictures, drawn: places, reference, eye, .. } =
-        Comparison::of(device, subject, truth, Some(View::Position))?;
+pub fn compare(device: &Arc<Device>, subject: &Subject, truth: &Scene) -> Result<(Errors, PicturePair), StressError> {
+    let ReferenceComparison { pictures, drawn: places, reference, eye, .. } =
+        ReferenceComparison::of(device, subject, truth, Some(View::Position))?;
     let [width, height] = eye.size;
     let pixels = (0..height).flat_map(|y| (0..width).map(move |x| DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)));
     let half_step = grid::half_step(device);
@@ -41,8 +41,9 @@ pub fn compare(device: &Arc<Device>, subject: &Subject, truth: &Scene) -> Result
     }
     errors.mean = sum / errors.compared.max(1) as f64;
     let drawn = places.as_chunks::<4>().0.iter().map(|&[x, y, z, _]| [x, y, z]).collect();
-    let place =
-        |seen: &Option<(Surface, TriangleId, f64)>| seen.map_or([0.0; 3], |(surface, ..)| surface.position.to_array());
+    let place = |seen: &Option<(ShadingPoint, TriangleId, f64)>| {
+        seen.map_or([0.0; 3], |(surface, ..)| surface.position.to_array())
+    };
     let expected = expected.iter().map(place).collect();
-    Ok((errors, Evidence { size: eye.size, drawn, expected }))
+    Ok((errors, PicturePair { size: eye.size, drawn, expected }))
 }

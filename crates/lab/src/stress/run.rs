@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use super::pixel_errors::{self, Errors, Evidence, Subject};
-use super::{Case, Check, Error, exposures, formula, mean_light, position, range};
+use super::pixel_errors::{self, Errors, PicturePair, Subject};
+use super::{Case, Check, StressError, exposures, formula, mean_light, position, range};
 use afterlight::gpu::Device;
 use afterlight::scene::Scene;
 
@@ -24,7 +24,7 @@ pub struct RunInfo {
 /// The outcome of one value.
 #[derive(Debug, Clone, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "a case has a few dozen, of which hardly one is refused")]
-pub enum Outcome {
+pub enum StressOutcome {
     Measured(Errors),
     /// The device or the plan refuses it, in words.
     Refused(String),
@@ -32,26 +32,26 @@ pub enum Outcome {
 
 /// A value with its outcome.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Finding {
+pub struct ValueFinding {
     pub value: f64,
-    pub outcome: Outcome,
+    pub outcome: StressOutcome,
     /// Pictures of a value whose claim does not hold, or which is not sane.
-    pub evidence: Option<Evidence>,
+    pub evidence: Option<PicturePair>,
 }
 
 /// A case, tried.
 #[derive(Debug, Clone)]
-pub struct Verdict {
+pub struct StressResult {
     pub case: Case,
     /// From the least value to the greatest.
-    pub findings: Vec<Finding>,
+    pub findings: Vec<ValueFinding>,
 }
 
 /// Tries a case.
 ///
 /// # Errors
 /// When the device is lost.
-pub fn run(device: &Arc<Device>, case: &Case, quick: bool) -> Result<Verdict, Error> {
+pub fn run(device: &Arc<Device>, case: &Case, quick: bool) -> Result<StressResult, StressError> {
     run_told(device, case, quick, &|_, _| {})
 }
 
@@ -59,12 +59,17 @@ pub fn run(device: &Arc<Device>, case: &Case, quick: bool) -> Result<Verdict, Er
 ///
 /// # Errors
 /// As [`run`].
-pub fn run_told(device: &Arc<Device>, case: &Case, quick: bool, told: &dyn Fn(usize, usize)) -> Result<Verdict, Error> {
+pub fn run_told(
+    device: &Arc<Device>,
+    case: &Case,
+    quick: bool,
+    told: &dyn Fn(usize, usize),
+) -> Result<StressResult, StressError> {
     run_with(device, case, quick, (&|_| {}, told))
 }
 
 /// Holds a subject against the truth of a scene.
-type Compare = fn(&Arc<Device>, &Subject, &Scene) -> Result<(Errors, Evidence), Error>;
+type Compare = fn(&Arc<Device>, &Subject, &Scene) -> Result<(Errors, PicturePair), StressError>;
 
 /// Tries a case, but spoils each scene before it is drawn: a planted mistake must be found.
 ///
@@ -75,7 +80,7 @@ pub fn run_spoiled(
     case: &Case,
     quick: bool,
     spoil: &dyn Fn(&mut Scene),
-) -> Result<Verdict, Error> {
+) -> Result<StressResult, StressError> {
     run_with(device, case, quick, (spoil, &|_, _| {}))
 }
 
@@ -87,7 +92,7 @@ fn run_with(
     case: &Case,
     quick: bool,
     (spoil, told): (&dyn Fn(&mut Scene), Told<'_>),
-) -> Result<Verdict, Error> {
+) -> Result<StressResult, StressError> {
     let values = case.tried(quick);
     let count = values.len();
     let attempt = |(index, value): (usize, f64)| {
@@ -110,12 +115,16 @@ fn run_with(
             Check::Exposures(subject) => exposures::compare(device, &drawn(subject).0, value as usize),
             Check::Formula(trial) => {
                 let errors = formula::compare(device, &trial(value))?;
-                return Ok(Finding { value, outcome: Outcome::Measured(errors), evidence: None });
+                return Ok(ValueFinding { value, outcome: StressOutcome::Measured(errors), evidence: None });
             }
         };
         let mut finding = match compared {
-            Ok((errors, evidence)) => Finding { value, outcome: Outcome::Measured(errors), evidence: Some(evidence) },
-            Err(Error::Refused(refusal)) => Finding { value, outcome: Outcome::Refused(refusal), evidence: None },
+            Ok((errors, evidence)) => {
+                ValueFinding { value, outcome: StressOutcome::Measured(errors), evidence: Some(evidence) }
+            }
+            Err(StressError::Refused(refusal)) => {
+                ValueFinding { value, outcome: StressOutcome::Refused(refusal), evidence: None }
+            }
             Err(error) => return Err(error),
         };
         if finding.is_as_claimed(case) {
@@ -123,8 +132,8 @@ fn run_with(
         }
         Ok(finding)
     };
-    let findings = values.into_iter().enumerate().map(attempt).collect::<Result<_, Error>>()?;
-    Ok(Verdict { case: *case, findings })
+    let findings = values.into_iter().enumerate().map(attempt).collect::<Result<_, StressError>>()?;
+    Ok(StressResult { case: *case, findings })
 }
 
 /// Draws the subject. Of its error only pixels that are black where they should be bright count; none count with shadows, which may lie anywhere, or
@@ -132,7 +141,7 @@ fn run_with(
 ///
 /// # Errors
 /// A lost device, and a subject that a plan refuses.
-pub fn sane(device: &Arc<Device>, subject: &Subject, truth: &Scene) -> Result<(Errors, Evidence), Error> {
+pub fn sane(device: &Arc<Device>, subject: &Subject, truth: &Scene) -> Result<(Errors, PicturePair), StressError> {
     let (errors, evidence) = pixel_errors::compare(device, subject, truth)?;
     let settings = subject.decided();
     let is_single = settings.samples == 1 && settings.msaa == 1;
@@ -142,25 +151,25 @@ pub fn sane(device: &Arc<Device>, subject: &Subject, truth: &Scene) -> Result<(E
     Ok((Errors { worst: share, mean: share, ..errors }, evidence))
 }
 
-impl Finding {
+impl ValueFinding {
     /// Returns true if all light is finite and none below zero; a refused value shows nothing.
     pub fn is_sane(&self) -> bool {
         match &self.outcome {
-            Outcome::Measured(errors) => errors.not_finite == 0 && errors.negative == 0,
-            Outcome::Refused(_) => true,
+            StressOutcome::Measured(errors) => errors.not_finite == 0 && errors.negative == 0,
+            StressOutcome::Refused(_) => true,
         }
     }
 
     /// Sane, and within the bound.
     pub fn holds(&self, case: &Case) -> bool {
         let within = match &self.outcome {
-            Outcome::Measured(errors) => {
+            StressOutcome::Measured(errors) => {
                 // Pixels that show another triangle were not compared: their share has a bound of its own.
                 errors.elsewhere_share() <= case.check.elsewhere()
                     && errors.worst <= case.bound.worst
                     && errors.mean <= case.bound.mean
             }
-            Outcome::Refused(_) => false,
+            StressOutcome::Refused(_) => false,
         };
         within && self.is_sane()
     }
@@ -171,7 +180,7 @@ impl Finding {
     }
 }
 
-impl Verdict {
+impl StressResult {
     /// Returns true if all that is claimed is so.
     pub fn passes(&self) -> bool {
         let is_claimed = self.findings.iter().any(|finding| self.case.claims(finding.value));
@@ -210,7 +219,7 @@ impl Verdict {
     pub fn worst(&self) -> Errors {
         let mut all = Errors::default();
         for finding in &self.findings {
-            let Outcome::Measured(errors) = &finding.outcome else { continue };
+            let StressOutcome::Measured(errors) = &finding.outcome else { continue };
             all.not_finite += errors.not_finite;
             all.negative += errors.negative;
             if self.case.claims(finding.value) {
@@ -229,20 +238,20 @@ impl Verdict {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Bound, Values, case};
+    use super::super::{Bound, SweepValues, case};
     use super::*;
 
-    fn verdict(worst: [f64; 6]) -> Verdict {
+    fn verdict(worst: [f64; 6]) -> StressResult {
         let case = case("group/quantity", "nothing")
-            .over(Values::Decades(-3, 2), "m")
+            .over(SweepValues::Decades(-3, 2), "m")
             .claim([0.1, 1.0], Bound { worst: 0.5, mean: 0.5 })
             .check(Check::Picture(|_| Subject::new(Scene::default())));
-        let finding = |(value, worst)| Finding {
+        let finding = |(value, worst)| ValueFinding {
             value,
-            outcome: Outcome::Measured(Errors { worst, compared: 1, ..Errors::default() }),
+            outcome: StressOutcome::Measured(Errors { worst, compared: 1, ..Errors::default() }),
             evidence: None,
         };
-        Verdict { case, findings: case.tried(false).into_iter().zip(worst).map(finding).collect() }
+        StressResult { case, findings: case.tried(false).into_iter().zip(worst).map(finding).collect() }
     }
 
     #[test]
@@ -260,16 +269,16 @@ mod tests {
         for (index, passes) in [(0, false), (3, false)] {
             let mut found = verdict([0.1; 6]);
             found.findings[index].outcome =
-                Outcome::Measured(Errors { not_finite: 1, compared: 1, ..Errors::default() });
+                StressOutcome::Measured(Errors { not_finite: 1, compared: 1, ..Errors::default() });
             assert_eq!(found.passes(), passes);
         }
         for (index, passes) in [(0, true), (3, false)] {
             let mut found = verdict([0.1; 6]);
-            found.findings[index].outcome = Outcome::Refused("no".into());
+            found.findings[index].outcome = StressOutcome::Refused("no".into());
             assert_eq!(found.passes(), passes);
         }
         let mut unseen = verdict([0.1; 6]);
-        unseen.findings[3].outcome = Outcome::Measured(Errors::default());
+        unseen.findings[3].outcome = StressOutcome::Measured(Errors::default());
         assert!(!unseen.passes());
     }
 
@@ -278,7 +287,7 @@ mod tests {
         let errors = |elsewhere| Errors { compared: 90, elsewhere, ..Errors::default() };
         let mut case = verdict([0.0; 6]).case;
         let holds = |case: &Case, elsewhere| {
-            Finding { value: 1.0, outcome: Outcome::Measured(errors(elsewhere)), evidence: None }.holds(case)
+            ValueFinding { value: 1.0, outcome: StressOutcome::Measured(errors(elsewhere)), evidence: None }.holds(case)
         };
         assert!(holds(&case, 10) && !holds(&case, 11));
         case.check = Check::Placed(|_| Subject::new(Scene::default()), 0.2);

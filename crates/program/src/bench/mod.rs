@@ -19,7 +19,7 @@ use super::output::Sink;
 use super::workload::Workload;
 use super::{output, progress, session};
 use contender::Contender;
-use report::{BenchReport, SceneReport};
+use report::{BenchReport, BenchScene};
 use walk::Walk;
 
 /// Frames that a clip plays between the settled clocks and the measured frames, without `--warmup`.
@@ -58,8 +58,8 @@ pub struct Args {
     /// Frames to draw before measuring, after the first [default: until the times of windows of frames agree, as the clocks of an idle GPU rise, and 3]
     #[arg(long, value_name = "N", value_parser = whole::<u32>(0..=1_000_000), allow_negative_numbers = true)]
     warmup: Option<u32>,
-    #[arg(long, value_name = "SETTINGS", value_parser = Variant::parse, help = vary_help())]
-    vary: Vec<Variant>,
+    #[arg(long, value_name = "SETTINGS", value_parser = BenchVariant::parse, help = vary_help())]
+    vary: Vec<BenchVariant>,
     /// Measure what each part would cost that the plan leaves out: drawn with it and without it in turn, two at a time
     #[arg(long, conflicts_with_all = ["vary", "plan"])]
     plan_cost: bool,
@@ -99,12 +99,12 @@ const SAMPLES: &str = "samples";
 
 /// Settings that differ from those given, and how they were written.
 #[derive(Debug, Clone, Default)]
-struct Variant {
+struct BenchVariant {
     name: String,
     patch: SettingsPatch,
 }
 
-impl Variant {
+impl BenchVariant {
     fn parse(text: &str) -> Result<Self, String> {
         let name = text.split_whitespace().collect::<Vec<_>>().join(" ");
         let keys = varied();
@@ -155,7 +155,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// Measures all variants of one scene. All of them are held at once, or they could not take turns.
-fn measure(args: &Args, spec: &str, device: &Arc<Device>) -> Result<SceneReport, Failure> {
+fn measure(args: &Args, spec: &str, device: &Arc<Device>) -> Result<BenchScene, Failure> {
     // Single costs and parts are measured at one moment.
     let rests = args.motion.is_still() || args.plan_cost || args.why;
     let open = if rests { Workload::open } else { Workload::open_moving };
@@ -170,7 +170,7 @@ fn measure(args: &Args, spec: &str, device: &Arc<Device>) -> Result<SceneReport,
         return why::measure(args, &workload, device);
     }
     let mut contenders = Vec::new();
-    for variant in std::iter::once(&Variant::base()).chain(&args.vary) {
+    for variant in std::iter::once(&BenchVariant::base()).chain(&args.vary) {
         // Frames are measured, however many of them a picture is made of.
         let settings = Settings { samples: 1, ..workload.settings(&variant.patch, &device.physical)? };
         contenders.push(Contender::new(&variant.name, device, &workload, settings)?);
@@ -201,5 +201,5 @@ fn measure(args: &Args, spec: &str, device: &Arc<Device>) -> Result<SceneReport,
         bar.step();
     }
     drop(bar);
-    Ok(SceneReport::of(&workload, &contenders, walk.as_ref()).after(warm_up))
+    Ok(BenchScene::of(&workload, &contenders, walk.as_ref()).after(warm_up))
 }

@@ -11,10 +11,10 @@ use afterlight_truth::measure::{Distribution, WarmUp};
 use serde::Serialize;
 
 use super::contender::{self, Contender};
-use super::{Args, report::SceneReport};
+use super::{Args, report::BenchScene};
 use crate::failure::Failure;
 use crate::progress;
-use crate::table::{Table, bytes_more, milliseconds};
+use crate::table::{TextTable, bytes_more, milliseconds};
 use crate::workload::Workload;
 
 /// The cost of keeping parts without need.
@@ -48,7 +48,7 @@ struct PartCost {
 }
 
 /// Measures one scene.
-pub fn measure(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result<SceneReport, Failure> {
+pub fn measure(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result<BenchScene, Failure> {
     let given = workload.settings(&Default::default(), &device.physical)?;
     // Frames are measured, however many of them a picture is made of.
     let lean = Settings { samples: 1, keep: Keep::NONE, ..given };
@@ -86,7 +86,7 @@ pub fn measure(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result
     } else {
         contenders[0].times.clear();
     }
-    let mut report = SceneReport::of(workload, &contenders, None).after(warm_up);
+    let mut report = BenchScene::of(workload, &contenders, None).after(warm_up);
     report.plan_cost = Some(costs);
     Ok(report)
 }
@@ -111,7 +111,7 @@ fn take_turns(
     args: &Args,
     mut pair: [&mut Contender; 2],
     workload: &Workload,
-    (bar, warm_up): (&progress::Progress, &mut Option<WarmUp>),
+    (bar, warm_up): (&progress::ProgressDisplay, &mut Option<WarmUp>),
 ) -> Result<(), Failure> {
     pair[0].times.clear();
     contender::warm_up(&mut pair, &workload.scene.camera, args.warmup, warm_up)?;
@@ -165,7 +165,7 @@ impl PartCost {
 impl PlanCost {
     /// Returns the table, and a list of the parts that change nothing.
     pub fn text(&self) -> String {
-        let mut table = Table::with_figures_from(1);
+        let mut table = TextTable::with_figures_from(1);
         table.row([
             "kept without need",
             "with it",

@@ -13,8 +13,8 @@ use super::Args;
 use super::contender::Contender;
 use super::plan_cost::PlanCost;
 use super::walk::{Moment, Walk};
-use super::why::Why;
-use crate::table::{Table, bytes, milliseconds};
+use super::why::CostBreakdown;
+use crate::table::{TextTable, bytes, milliseconds};
 use crate::workload::Workload;
 
 /// Everything that one `bench` measured.
@@ -22,17 +22,17 @@ use crate::workload::Workload;
 pub struct BenchReport {
     /// The program's version.
     afterlight: &'static str,
-    pub device: DeviceReport,
+    pub device: DeviceSummary,
     /// As `--warmup` has it; `null` where frames were drawn until their times had settled.
     warmup_frames: Option<u32>,
     measured_frames: u32,
-    pub scenes: Vec<SceneReport>,
+    pub scenes: Vec<BenchScene>,
     /// Of the process over all scenes and variants; `null` where the system does not tell.
     pub peak_memory_bytes: Option<u64>,
 }
 
 #[derive(Serialize)]
-pub struct DeviceReport {
+pub struct DeviceSummary {
     pub name: String,
     kind: String,
     driver: String,
@@ -40,7 +40,7 @@ pub struct DeviceReport {
 }
 
 #[derive(Serialize)]
-pub struct SceneReport {
+pub struct BenchScene {
     scene: String,
     triangles: usize,
     objects: usize,
@@ -51,17 +51,17 @@ pub struct SceneReport {
     /// Without `--warmup`: how long it took until times had settled; of several batches the last, or one in which they never did.
     warm_up: Option<WarmUp>,
     /// With `--path`.
-    path: Option<PathReport>,
+    path: Option<CameraPathReport>,
     /// The settings as given first, then the variants in their order; with `--plan-cost` the lean plan and the full one.
     runs: Vec<RunReport>,
     /// With `--plan-cost`.
     pub plan_cost: Option<PlanCost>,
     /// With `--why`.
-    pub why: Option<Why>,
+    pub why: Option<CostBreakdown>,
 }
 
 #[derive(Serialize)]
-struct PathReport {
+struct CameraPathReport {
     file: String,
     seconds: f64,
 }
@@ -130,7 +130,7 @@ impl DrawnReport {
 impl BenchReport {
     pub fn new(device: &PhysicalDevice, args: &Args) -> Self {
         let (warmup_frames, measured_frames) = (args.warmup, args.frames);
-        let device = DeviceReport {
+        let device = DeviceSummary {
             name: device.name.clone(),
             kind: format!("{:?}", device.kind),
             driver: device.driver_name.clone(),
@@ -155,7 +155,7 @@ impl BenchReport {
     }
 }
 
-impl SceneReport {
+impl BenchScene {
     pub fn of(workload: &Workload, contenders: &[Contender], walk: Option<&Walk>) -> Self {
         let scene = &workload.scene;
         let base = contenders.first().map_or(&[][..], |first| &first.times);
@@ -168,7 +168,7 @@ impl SceneReport {
             load_ms: workload.load_ms,
             moving: contenders.first().is_some_and(|first| !first.settings.shadows.cache),
             warm_up: None,
-            path: walk.map(|walk| PathReport { file: walk.file.clone(), seconds: walk.seconds() }),
+            path: walk.map(|walk| CameraPathReport { file: walk.file.clone(), seconds: walk.seconds() }),
             runs: contenders.iter().enumerate().map(run).collect(),
             plan_cost: None,
             why: None,
@@ -203,8 +203,8 @@ impl SceneReport {
         text
     }
 
-    fn times(&self) -> Table {
-        let mut table = Table::with_figures_from(1);
+    fn times(&self) -> TextTable {
+        let mut table = TextTable::with_figures_from(1);
         table.row(["", "median", "p5", "p95", "min", "CPU", "GPU", "first frame", "ratio"]);
         let figure = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), milliseconds);
         let median = |times: &Option<Distribution>| figure(times.map(|times| times.median));
@@ -290,7 +290,7 @@ impl RunReport {
 }
 
 /// A column for each run. A value that equals the first run's stands there alone; a dash is a value that a run does not have.
-fn details(runs: &[RunReport]) -> Table {
+fn details(runs: &[RunReport]) -> TextTable {
     let all: Vec<_> = runs.iter().map(RunReport::facts).collect();
     let mut names: Vec<&String> = Vec::new();
     for (name, _) in all.iter().flatten() {
@@ -298,7 +298,7 @@ fn details(runs: &[RunReport]) -> Table {
             names.push(name);
         }
     }
-    let mut table = Table::with_figures_from(1);
+    let mut table = TextTable::with_figures_from(1);
     if runs.len() > 1 {
         table.row(std::iter::once(String::new()).chain(runs.iter().map(|run| run.variant.clone())));
     }

@@ -16,10 +16,10 @@ use image::imageops::{FilterType, resize};
 use serde::Serialize;
 
 use super::contender::{self, Contender, decisive};
-use super::{Args, report::SceneReport};
+use super::{Args, report::BenchScene};
 use crate::failure::Failure;
 use crate::progress;
-use crate::table::{Table, milliseconds};
+use crate::table::{TextTable, milliseconds};
 use crate::workload::Workload;
 
 /// Renderers that take turns with the settings as given. Each has the scene on the device.
@@ -73,18 +73,18 @@ impl Switch {
 
 /// Switches that the frames of a scene feel, with their settings, and those that are refused.
 #[derive(Default)]
-struct Choice {
+struct SwitchSelection {
     felt: Vec<(Switch, Settings)>,
-    refused: Vec<Refused>,
+    refused: Vec<RefusedOption>,
 }
 
 #[derive(Debug, Serialize)]
-struct Refused {
+struct RefusedOption {
     option: String,
     reason: String,
 }
 
-impl Choice {
+impl SwitchSelection {
     fn of(scene: &Scene, given: &Settings, device: &Capabilities) -> Result<Self, Failure> {
         let plan = FramePlan::of(scene, given, device)?;
         let mut choice = Self::default();
@@ -98,7 +98,7 @@ impl Choice {
                 Err(error) => {
                     choice
                         .refused
-                        .push(Refused { option: switch.option(), reason: Failure::from(error).message().into() });
+                        .push(RefusedOption { option: switch.option(), reason: Failure::from(error).message().into() });
                 }
             }
         }
@@ -108,24 +108,24 @@ impl Choice {
 
 /// The costs of a frame, each measured by switching it to a cheaper value.
 #[derive(Debug, Serialize)]
-pub struct Why {
+pub struct CostBreakdown {
     /// The median time with the settings as given, in milliseconds.
     given_ms: Option<f64>,
     /// Costs whose cheaper value is faster come first, the fastest at the head.
-    costs: Vec<Cost>,
+    costs: Vec<SettingCost>,
     /// Values that the device or the scene cannot have.
-    refused: Vec<Refused>,
+    refused: Vec<RefusedOption>,
 }
 
 #[derive(Debug, Serialize)]
-struct Cost {
+struct SettingCost {
     setting: &'static str,
     as_given: String,
     value: String,
     #[serde(skip)]
     label: String,
     option: String,
-    verdict: Verdict,
+    verdict: SpeedChange,
     /// The median as given, times the ratio.
     ms: f64,
     saved_ms: f64,
@@ -136,14 +136,14 @@ struct Cost {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
-enum Verdict {
+enum SpeedChange {
     Faster,
     /// The interval of the ratio reaches to 1, or near it.
     WithinNoise,
     Slower,
 }
 
-impl Verdict {
+impl SpeedChange {
     fn of(ratio: &MedianInterval) -> Self {
         match ratio {
             ratio if ratio.count < LEAST_FOR_95 => Self::WithinNoise,
@@ -220,10 +220,11 @@ fn turn<'a>(base: &'a mut Contender, held: &'a mut [(&Switch, Contender)]) -> Ve
 }
 
 /// Measures one scene.
-pub fn measure(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result<SceneReport, Failure> {
+pub fn measure(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result<BenchScene, Failure> {
     // Frames are measured, however many of them a picture is made of.
     let given = Settings { samples: 1, ..workload.settings(&SettingsPatch::default(), &device.physical)? };
-    let Choice { felt, mut refused } = Choice::of(&workload.scene, &given, &capabilities(&device.physical))?;
+    let SwitchSelection { felt, mut refused } =
+        SwitchSelection::of(&workload.scene, &given, &capabilities(&device.physical))?;
     let mut base = Contender::new("as given", device, workload, given)?;
     let steps = felt.chunks(HELD).count() as u64 * u64::from(args.frames);
     let bar = progress::bar(workload.scene.name.clone(), steps, args.quiet);
@@ -233,7 +234,7 @@ pub fn measure(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result
         for (switch, settings) in batch {
             match Contender::new(&switch.option(), device, workload, settings.clone()) {
                 Ok(contender) => held.push((switch, contender)),
-                Err(why) => refused.push(Refused { option: switch.option(), reason: why.message().to_owned() }),
+                Err(why) => refused.push(RefusedOption { option: switch.option(), reason: why.message().to_owned() }),
             }
         }
         let begun = base.times.len();
@@ -264,31 +265,35 @@ pub fn measure(args: &Args, workload: &Workload, device: &Arc<Device>) -> Result
     drop(bar);
     let software = base.renderer.plan().software;
     let given = Distribution::of(base.times.iter().map(|times| decisive(times, software)));
-    let mut report = SceneReport::of(workload, &[base], None).after(warm_up);
-    report.why = Some(Why::of(given.map(|times| times.median), measured, refused));
+    let mut report = BenchScene::of(workload, &[base], None).after(warm_up);
+    report.why = Some(CostBreakdown::of(given.map(|times| times.median), measured, refused));
     Ok(report)
 }
 
-impl Why {
-    fn of(given_ms: Option<f64>, measured: Vec<(Switch, MedianInterval, Compared)>, refused: Vec<Refused>) -> Self {
+impl CostBreakdown {
+    fn of(
+        given_ms: Option<f64>,
+        measured: Vec<(Switch, MedianInterval, Compared)>,
+        refused: Vec<RefusedOption>,
+    ) -> Self {
         let cost = |(switch, ratio, picture): (Switch, MedianInterval, Compared)| {
             let given = given_ms.unwrap_or(f64::NAN);
-            Cost {
+            SettingCost {
                 option: switch.option(),
                 label: format!("{}: {}", switch.title, switch.as_given),
                 setting: switch.setting,
                 as_given: switch.as_given,
                 value: switch.value,
-                verdict: Verdict::of(&ratio),
+                verdict: SpeedChange::of(&ratio),
                 ms: given * ratio.median,
                 saved_ms: given * (1.0 - ratio.median),
                 ratio,
                 picture,
             }
         };
-        let mut costs: Vec<Cost> = measured.into_iter().map(cost).collect();
+        let mut costs: Vec<SettingCost> = measured.into_iter().map(cost).collect();
         // Those that tell nothing keep the order of the table.
-        let rank = |cost: &Cost| if cost.verdict == Verdict::Faster { cost.ratio.median } else { 1.0 };
+        let rank = |cost: &SettingCost| if cost.verdict == SpeedChange::Faster { cost.ratio.median } else { 1.0 };
         costs.sort_by(|a, b| a.verdict.cmp(&b.verdict).then(rank(a).total_cmp(&rank(b))));
         Self { given_ms, costs, refused }
     }
@@ -300,9 +305,9 @@ impl Why {
             "Why {} a frame? Each cost at its cheapest, in turn with the settings as given:\n",
             milliseconds(given)
         );
-        let mut table = Table::with_figures_from(2);
+        let mut table = TextTable::with_figures_from(2);
         table.row(["type", "as given", "a frame", "saved", "95%", "picture, to that as given"]);
-        for cost in self.costs.iter().filter(|cost| cost.verdict == Verdict::Faster) {
+        for cost in self.costs.iter().filter(|cost| cost.verdict == SpeedChange::Faster) {
             let saved = |ratio: f64| milliseconds(given * (1.0 - ratio));
             table.row([
                 cost.option.clone(),
@@ -313,7 +318,7 @@ impl Why {
                 cost.picture.text(),
             ]);
         }
-        if self.costs.iter().any(|cost| cost.verdict == Verdict::Faster) {
+        if self.costs.iter().any(|cost| cost.verdict == SpeedChange::Faster) {
             text += &table.render();
         }
         let line = |text: &mut String, what: &str, said: Vec<String>| {
@@ -323,7 +328,7 @@ impl Why {
         };
         let of = |verdict| self.costs.iter().filter(move |cost| cost.verdict == verdict);
         // A picture that is as good is worth a word where time does not tell.
-        let unsure = |cost: &Cost| match cost.picture.same {
+        let unsure = |cost: &SettingCost| match cost.picture.same {
             true => format!("{} ({})", cost.option, cost.picture.text()),
             false => cost.option.clone(),
         };
@@ -333,10 +338,10 @@ impl Why {
         } else {
             "less than 1% or within noise".into()
         };
-        line(&mut text, &noise, of(Verdict::WithinNoise).map(unsure).collect());
-        let slower = |cost: &Cost| format!("{} ({:.2} times as long)", cost.option, cost.ratio.median);
-        line(&mut text, "slower", of(Verdict::Slower).map(slower).collect());
-        for Refused { option, reason } in &self.refused {
+        line(&mut text, &noise, of(SpeedChange::WithinNoise).map(unsure).collect());
+        let slower = |cost: &SettingCost| format!("{} ({:.2} times as long)", cost.option, cost.ratio.median);
+        line(&mut text, "slower", of(SpeedChange::Slower).map(slower).collect());
+        for RefusedOption { option, reason } in &self.refused {
             let _ = writeln!(text, "  {option} cannot be: {reason}");
         }
         text
@@ -356,7 +361,7 @@ mod tests {
     fn options(scene: &str, settings: &str) -> Vec<String> {
         let scene = open(scene, &OpenOptions::default()).expect("a built-in scene");
         let given = settings.parse::<SettingsPatch>().expect("settings").or(&scene.settings).decide();
-        let choice = Choice::of(&scene, &given, &LAVAPIPE).expect("a plan");
+        let choice = SwitchSelection::of(&scene, &given, &LAVAPIPE).expect("a plan");
         choice.felt.iter().map(|(switch, _)| switch.option()).collect()
     }
 
@@ -401,14 +406,14 @@ mod tests {
             (switch("msaa", "1"), ratio(0.9, 0.01, 30), apart.clone()),
             (switch("cascades", "1"), ratio(0.5, 0.02, 30), apart),
         ];
-        let why = Why::of(Some(100.0), measured, Vec::new());
+        let why = CostBreakdown::of(Some(100.0), measured, Vec::new());
         let order: Vec<_> = why.costs.iter().map(|cost| (cost.setting, cost.verdict)).collect();
         let expected = [
-            ("cascades", Verdict::Faster),
-            ("msaa", Verdict::Faster),
-            ("fxaa", Verdict::WithinNoise),
-            ("anisotropy", Verdict::WithinNoise),
-            ("light-path", Verdict::Slower),
+            ("cascades", SpeedChange::Faster),
+            ("msaa", SpeedChange::Faster),
+            ("fxaa", SpeedChange::WithinNoise),
+            ("anisotropy", SpeedChange::WithinNoise),
+            ("light-path", SpeedChange::Slower),
         ];
         assert_eq!(order, expected);
         let text = why.text();
@@ -421,7 +426,7 @@ mod tests {
             "{text}"
         );
         assert!(text.contains("slower: --light-path loop (1.20 times as long)\n"), "{text}");
-        assert_eq!(Verdict::of(&ratio(0.5, 0.0, LEAST_FOR_95 - 1)), Verdict::WithinNoise);
+        assert_eq!(SpeedChange::of(&ratio(0.5, 0.0, LEAST_FOR_95 - 1)), SpeedChange::WithinNoise);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use std::io;
 use std::path::{Component, Path, PathBuf};
 
 use super::evidence::{SCENE_FILES, SUITE};
-use super::suite::{Case, SceneSource};
+use super::suite::{SceneSource, SuiteCase};
 use super::verdict::{CaseReport, Verdict};
 use super::{Args, evidence, make_own, remove_own, runner, suite};
 use crate::failure::Failure;
@@ -24,7 +24,7 @@ const SCENE: &str = "scene";
 /// When a bundle cannot be written. Files of a scene that cannot be copied are told of.
 pub fn keep(
     reports: &[CaseReport],
-    cases: &[&Case],
+    cases: &[&SuiteCase],
     (working, bundles): (&Path, &Path),
     args: &Args,
 ) -> Result<BTreeMap<String, PathBuf>, Failure> {
@@ -53,7 +53,7 @@ pub fn keep(
 /// Copies the files of the case's scene into its bundle, and lets the bundle's suite name them there. They keep their places below the deepest folder
 /// that has them all, so that they find each other by relative paths. `copies` are those of earlier bundles, by their origins: bundles share them
 /// where the file system can.
-fn keep_scene(case: &Case, bundle: &Path, copies: &mut BTreeMap<PathBuf, PathBuf>) -> io::Result<()> {
+fn keep_scene(case: &SuiteCase, bundle: &Path, copies: &mut BTreeMap<PathBuf, PathBuf>) -> io::Result<()> {
     let listed = match fs::read_to_string(bundle.join(SCENE_FILES)) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
         listed => listed?,
@@ -131,8 +131,8 @@ fn reproducing(args: &Args) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::evidence::Evidence;
-    use super::super::examine::Drawing;
+    use super::super::evidence::EvidenceFolder;
+    use super::super::examine::CaseSetup;
     use super::super::suite::Suite;
     use super::*;
 
@@ -169,12 +169,12 @@ each = { file = "" }
 
         let suite = Suite::open(&at("here/suites/own.toml").display().to_string()).expect("a suite");
         let mut copies = BTreeMap::new();
-        let open = |case: &Case| Drawing::open(case).unwrap_or_else(|stop| panic!("{}", stop.why)).scene;
+        let open = |case: &SuiteCase| CaseSetup::open(case).unwrap_or_else(|stop| panic!("{}", stop.why)).scene;
         let before: Vec<_> = suite.cases.iter().map(open).collect();
         for (case, scene) in suite.cases.iter().zip(&before) {
             let bundle = at("bundles").join(&case.name);
             fs::create_dir(&bundle).expect("made");
-            let evidence = Evidence::new(Some(bundle.clone()));
+            let evidence = EvidenceFolder::new(Some(bundle.clone()));
             evidence.write(SUITE, suite::alone(case, None).as_bytes());
             evidence.scene_files(&scene.files);
             keep_scene(case, &bundle, &mut copies).expect("copied");
@@ -196,6 +196,6 @@ each = { file = "" }
         }
         fs::remove_file(at("sent/scene.file/scene/quad.obj")).expect("removed");
         let suite = Suite::open(&at("sent/scene.file/suite.toml").display().to_string()).expect("a suite");
-        assert!(Drawing::open(&suite.cases[0]).is_err(), "it is read from the bundle");
+        assert!(CaseSetup::open(&suite.cases[0]).is_err(), "it is read from the bundle");
     }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use afterlight_files::regular_file::read_regular;
 
-use super::reports::Judged;
+use super::reports::CaseResult;
 use super::results::{self, MOST_BYTES};
 use super::verdict::{CaseReport, Status};
 use crate::failure::{Exit, Failure};
@@ -44,9 +44,9 @@ impl Earlier {
     }
 
     /// Returns a line for each difference.
-    pub fn changes(&self, judged: &[Judged]) -> Vec<String> {
+    pub fn changes(&self, judged: &[CaseResult]) -> Vec<String> {
         let mut changes = Vec::new();
-        for Judged { status, report, .. } in judged {
+        for CaseResult { status, report, .. } in judged {
             let case = &report.case;
             match self.statuses.get(case) {
                 None => changes.push(format!("{case}: new, {}", status.name())),
@@ -98,7 +98,7 @@ mod tests {
             CaseReport::new("g.h"),
         ];
         let judged: Vec<_> =
-            now.iter().map(|report| Judged { status: report.verdict.status(), report, bundle: None }).collect();
+            now.iter().map(|report| CaseResult { status: report.verdict.status(), report, bundle: None }).collect();
         assert_eq!(
             earlier.changes(&judged),
             [

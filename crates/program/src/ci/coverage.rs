@@ -4,14 +4,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
-use afterlight::frame::list::{self, List};
+use afterlight::frame::list::{self, StepList};
 use afterlight::frame::rows;
 use afterlight::plan::{Capabilities, CostModel, FramePlan, PartGroup};
 use afterlight::scene::{BlockFormat, LightPath, Settings, View};
 use afterlight_lab::mutants;
 
-use super::examine::Drawing;
-use super::suite::Case;
+use super::examine::CaseSetup;
+use super::suite::SuiteCase;
 use crate::failure::{Exit, Failure};
 
 /// A kind of which not all names are known.
@@ -19,9 +19,9 @@ const FORMATS: &str = "formats of attachments";
 
 /// All names of each kind, with the number of plans that use each.
 #[derive(Default)]
-struct Counted(BTreeMap<&'static str, BTreeMap<String, usize>>);
+struct UseCounts(BTreeMap<&'static str, BTreeMap<String, usize>>);
 
-impl Counted {
+impl UseCounts {
     fn count(&mut self, kind: &'static str, name: impl Into<String>, is_used: bool) {
         *self.0.entry(kind).or_default().entry(name.into()).or_default() += usize::from(is_used);
     }
@@ -41,9 +41,9 @@ impl Counted {
         for edge in table.iter() {
             self.count("dependencies", edge.name.name(), true);
         }
-        let formats: BTreeSet<String> = List::of(plan)
+        let formats: BTreeSet<String> = StepList::of(plan)
             .render_passes()
-            .flat_map(|(name, _)| List::of(plan).attachments(plan, name))
+            .flat_map(|(name, _)| StepList::of(plan).attachments(plan, name))
             .map(|(_, attachment)| format!("{:?}", attachment.format))
             .collect();
         for format in formats {
@@ -99,13 +99,13 @@ impl Counted {
     }
 }
 
-fn counted(cases: &[&Case]) -> Result<Counted, Failure> {
+fn counted(cases: &[&SuiteCase]) -> Result<UseCounts, Failure> {
     let devices =
         [Capabilities::ample(), Capabilities { software: true, costs: CostModel::CPU, ..Capabilities::ample() }];
-    let mut all = Counted::default();
+    let mut all = UseCounts::default();
     for case in cases {
         let wrong = |why: &str| Failure::new(Exit::BadInput, format!("{}: {why}", case.name));
-        let drawing = Drawing::open(case).map_err(|stop| wrong(&stop.why))?;
+        let drawing = CaseSetup::open(case).map_err(|stop| wrong(&stop.why))?;
         for device in &devices {
             let plan = FramePlan::of(&drawing.scene, &drawing.settings, device);
             let plan = plan.map_err(|error| wrong(&error.to_string()))?;
@@ -122,7 +122,7 @@ fn counted(cases: &[&Case]) -> Result<Counted, Failure> {
 ///
 /// # Errors
 /// When a case cannot be planned on any device.
-pub fn of(cases: &[&Case]) -> Result<String, Failure> {
+pub fn of(cases: &[&SuiteCase]) -> Result<String, Failure> {
     Ok(counted(cases)?.text())
 }
 

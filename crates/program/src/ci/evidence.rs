@@ -15,9 +15,9 @@ use afterlight_truth::measure::Srgb8Image;
 use afterlight_truth::reference::tonemap::encode_srgb;
 
 use super::baseline::Baseline;
-use super::examine::{self, Drawing};
+use super::examine::{self, CaseSetup};
 use crate::doctor::DeviceReport;
-use crate::image_output::{Format, Target};
+use crate::image_output::{Destination, PictureFormat};
 use crate::output::{self, Sink};
 use crate::session::listing;
 use crate::workload::plan_table;
@@ -51,11 +51,11 @@ const VARIABLES: [&str; 12] = [
 
 /// The folder that files are kept in; without one nothing is kept. A file that cannot be written is told of, and does not stop the case: its verdict
 /// is worth more.
-pub struct Evidence {
+pub struct EvidenceFolder {
     folder: Option<PathBuf>,
 }
 
-impl Evidence {
+impl EvidenceFolder {
     pub fn new(folder: Option<PathBuf>) -> Self {
         Self { folder }
     }
@@ -69,9 +69,9 @@ impl Evidence {
 
     pub fn picture(&self, name: &str, picture: &Picture) {
         let Some(folder) = &self.folder else { return };
-        let format = if matches!(picture.pixels, Pixels::Srgb8(_)) { Format::Png } else { Format::Exr };
-        let path = folder.join(name).with_extension(if format == Format::Png { "png" } else { "exr" });
-        if let Err(failure) = (Target { sink: Sink::File(path), format }).write(picture) {
+        let format = if matches!(picture.pixels, Pixels::Srgb8(_)) { PictureFormat::Png } else { PictureFormat::Exr };
+        let path = folder.join(name).with_extension(if format == PictureFormat::Png { "png" } else { "exr" });
+        if let Err(failure) = (Destination { sink: Sink::File(path), format }).write(picture) {
             tracing::warn!("{}", failure.one_line());
         }
     }
@@ -82,7 +82,7 @@ impl Evidence {
     }
 
     /// Writes the drawn light and the truth as pictures, without a tone mapper, and their difference.
-    pub fn compared(&self, seen: &stress::Evidence) {
+    pub fn compared(&self, seen: &stress::PicturePair) {
         let code = |light: f64| (encode_srgb(light.clamp(0.0, 1.0)) * 255.0).round() as u8;
         let shown = |pixels: Vec<[u8; 3]>| Srgb8Image { size: seen.size, pixels };
         let drawn = seen.drawn.iter().map(|light| light.map(|channel| code(f64::from(channel)))).collect();
@@ -147,7 +147,7 @@ impl Evidence {
         }
     }
 
-    pub fn of_plan(&self, plan: &FramePlan, drawing: &Drawing, device: &Arc<Device>) {
+    pub fn of_plan(&self, plan: &FramePlan, drawing: &CaseSetup, device: &Arc<Device>) {
         let [width, height] = drawing.settings.size;
         let mut text = format!("{}: {width}x{height} on {}\n", drawing.scene.name, device.physical.name);
         let _ = writeln!(text, "settings: {}\n", drawing.settings.patch());

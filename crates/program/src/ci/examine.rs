@@ -15,10 +15,10 @@ use afterlight_lab::stress::{self, Subject};
 use afterlight_truth::measure::{Distribution, flip, resident_memory_bytes};
 
 use super::baseline::Baseline;
-use super::evidence::Evidence;
-use super::stage::{Stage, with_device};
-use super::suite::{Case, Mode, SceneSource, Truth};
-use super::verdict::{CaseReport, Check, Verdict};
+use super::evidence::EvidenceFolder;
+use super::stage::{CaseStage, with_device};
+use super::suite::{SceneSource, SuiteCase, TruthTolerance, ValidationMode};
+use super::verdict::{CaseReport, CheckKind, Verdict};
 use super::{resizes, soak, window};
 use crate::compare::differing;
 use crate::failure::with_causes;
@@ -32,7 +32,7 @@ const WARM_FRAMES: u32 = 100;
 const SLACK_BYTES: u64 = 4 << 20;
 
 /// The surroundings of a case: its device, its baseline, and other cases beside it.
-pub struct Place<'a> {
+pub struct CaseContext<'a> {
     pub device: &'a DeviceChoice,
     pub baseline: Option<&'a Baseline>,
     /// Other cases run on the device meanwhile, so that times mean less.
@@ -40,18 +40,18 @@ pub struct Place<'a> {
 }
 
 /// Why the rest of a case cannot be tried.
-pub struct Stop {
+pub struct Abort {
     pub verdict: Verdict,
     pub why: String,
 }
 
-impl Stop {
+impl Abort {
     fn fail(why: impl Into<String>) -> Self {
         Self { verdict: Verdict::Fail, why: format!("drawing: {}", why.into()) }
     }
 }
 
-impl From<gpu::Error> for Stop {
+impl From<gpu::Error> for Abort {
     fn from(error: gpu::Error) -> Self {
         let why = with_causes(&error);
         match error {
@@ -65,7 +65,7 @@ impl From<gpu::Error> for Stop {
     }
 }
 
-impl From<frame::Error> for Stop {
+impl From<frame::Error> for Abort {
     fn from(error: frame::Error) -> Self {
         match error {
             frame::Error::Gpu(error) => error.into(),
@@ -74,24 +74,24 @@ impl From<frame::Error> for Stop {
     }
 }
 
-impl From<scene::Error> for Stop {
+impl From<scene::Error> for Abort {
     fn from(error: scene::Error) -> Self {
         Self::fail(with_causes(&error))
     }
 }
 
 /// A case's scene, moment and settings.
-pub struct Drawing {
+pub struct CaseSetup {
     pub scene: Scene,
     pub playing: Playing,
     pub settings: Settings,
 }
 
-impl Drawing {
+impl CaseSetup {
     /// Opens the scene and decides the settings.
-    pub fn open(case: &Case) -> Result<Self, Stop> {
+    pub fn open(case: &SuiteCase) -> Result<Self, Abort> {
         let patch: SettingsPatch =
-            case.settings.parse().map_err(|error: scene::Error| Stop::fail(error.to_string()))?;
+            case.settings.parse().map_err(|error: scene::Error| Abort::fail(error.to_string()))?;
         let size = patch.size.unwrap_or(Subject::SIZE);
         let aspect = f64::from(size[0]) / f64::from(size[1]);
         let options = OpenOptions { aspect, ..OpenOptions::default() };
@@ -112,19 +112,19 @@ impl Drawing {
     }
 
     /// Returns the plan, or the reason for having none: the device lacks something, or the case's settings do not go together.
-    fn plan(&self, device: &Device) -> Result<FramePlan, Stop> {
+    fn plan(&self, device: &Device) -> Result<FramePlan, Abort> {
         let of = |device: &Capabilities| FramePlan::of(&self.scene, &self.settings, device);
-        of(&capabilities(&device.physical)).map_err(|error: plan::Error| match of(&Capabilities::ample()) {
-            Ok(_) => Stop { verdict: Verdict::Skip, why: error.to_string() },
-            Err(_) => Stop::fail(error.to_string()),
+        of(&capabilities(&device.physical)).map_err(|error: plan::PlanError| match of(&Capabilities::ample()) {
+            Ok(_) => Abort { verdict: Verdict::Skip, why: error.to_string() },
+            Err(_) => Abort::fail(error.to_string()),
         })
     }
 
-    pub fn renderer(&self, device: &Arc<Device>) -> Result<Renderer, Stop> {
+    pub fn renderer(&self, device: &Arc<Device>) -> Result<Renderer, Abort> {
         Ok(Renderer::new(device, &self.scene, &self.settings)?)
     }
 
-    pub fn picture(&self, renderer: &mut Renderer) -> Result<Picture, Stop> {
+    pub fn picture(&self, renderer: &mut Renderer) -> Result<Picture, Abort> {
         let mut pose = Pose::default();
         let show = |renderer: &mut Renderer, seconds: f64| -> Result<_, frame::Error> {
             if !self.scene.moves() {
@@ -139,10 +139,10 @@ impl Drawing {
 }
 
 /// Makes all checks of the case.
-pub fn examine(case: &Case, place: &Place, evidence: &Evidence) -> CaseReport {
+pub fn examine(case: &SuiteCase, place: &CaseContext, evidence: &EvidenceFolder) -> CaseReport {
     let begun = Instant::now();
     let mut report = CaseReport::new(&case.name);
-    if let Err(Stop { verdict, why }) = try_all(case, place, evidence, &mut report)
+    if let Err(Abort { verdict, why }) = try_all(case, place, evidence, &mut report)
         && (report.verdict == Verdict::Pass || verdict == Verdict::Lost)
     {
         report.verdict = verdict;
@@ -152,13 +152,18 @@ pub fn examine(case: &Case, place: &Place, evidence: &Evidence) -> CaseReport {
     report
 }
 
-fn try_all(case: &Case, place: &Place, evidence: &Evidence, report: &mut CaseReport) -> Result<(), Stop> {
+fn try_all(
+    case: &SuiteCase,
+    place: &CaseContext,
+    evidence: &EvidenceFolder,
+    report: &mut CaseReport,
+) -> Result<(), Abort> {
     evidence.write(super::evidence::SUITE, super::suite::alone(case, None).as_bytes());
     evidence.write("environment.txt", super::evidence::environment().as_bytes());
     if let Some(baseline) = place.baseline {
         evidence.baseline(baseline, &case.name);
     }
-    let drawing = Drawing::open(case).inspect_err(|_| evidence.scene_files(&case.scene.named_file()))?;
+    let drawing = CaseSetup::open(case).inspect_err(|_| evidence.scene_files(&case.scene.named_file()))?;
     evidence.scene_files(&drawing.scene.files);
     let first = unobserved(case, place, &drawing, evidence, report)?;
     for &mode in &case.holds.validate {
@@ -173,13 +178,13 @@ fn try_all(case: &Case, place: &Place, evidence: &Evidence, report: &mut CaseRep
 
 /// Makes all checks that need no layer, and returns the first picture.
 fn unobserved(
-    case: &Case,
-    place: &Place,
-    drawing: &Drawing,
-    evidence: &Evidence,
+    case: &SuiteCase,
+    place: &CaseContext,
+    drawing: &CaseSetup,
+    evidence: &EvidenceFolder,
     report: &mut CaseReport,
-) -> Result<Picture, Stop> {
-    let picture = with_device(Stage { mode: None, shows: None }, place, evidence, report, |device, report| {
+) -> Result<Picture, Abort> {
+    let picture = with_device(CaseStage { mode: None, shows: None }, place, evidence, report, |device, report| {
         evidence.of_device(device);
         let plan = drawing.plan(device)?;
         evidence.of_plan(&plan, drawing, device);
@@ -208,19 +213,19 @@ fn unobserved(
         Ok(picture)
     })?;
     // Without a layer nothing is skipped.
-    picture.ok_or_else(|| Stop::fail("there is no device"))
+    picture.ok_or_else(|| Abort::fail("there is no device"))
 }
 
 /// One picture while the layer checks.
 fn observed(
-    mode: Mode,
-    place: &Place,
-    drawing: &Drawing,
+    mode: ValidationMode,
+    place: &CaseContext,
+    drawing: &CaseSetup,
     first: &Picture,
-    evidence: &Evidence,
+    evidence: &EvidenceFolder,
     report: &mut CaseReport,
-) -> Result<(), Stop> {
-    let picture = with_device(Stage { mode: Some(mode), shows: None }, place, evidence, report, |device, _| {
+) -> Result<(), Abort> {
+    let picture = with_device(CaseStage { mode: Some(mode), shows: None }, place, evidence, report, |device, _| {
         let mut renderer = drawing.renderer(device)?;
         // The second picture finds the first one's data in targets and buffers.
         drawing.picture(&mut renderer)?;
@@ -228,26 +233,26 @@ fn observed(
     })?;
     let Some(picture) = picture else { return Ok(()) };
     // GPU-assisted validation adds code to shaders, which may change their rounding.
-    if mode != Mode::GpuAssisted && drawing.settings.frames_over_time().is_none() {
+    if mode != ValidationMode::GpuAssisted && drawing.settings.frames_over_time().is_none() {
         let differ = differing(first, &picture);
         if differ > 0 {
             evidence.picture(&format!("picture-{}.png", mode.name()), &picture);
             let detail =
                 format!("the picture differs in {} while the layer checks ({})", counted(differ, "pixel"), mode.name());
-            report.hold(Check::Determinism, false, detail);
+            report.hold(CheckKind::Determinism, false, detail);
         }
     }
     Ok(())
 }
 
 fn identical(
-    case: &Case,
-    drawing: &Drawing,
+    case: &SuiteCase,
+    drawing: &CaseSetup,
     device: &Arc<Device>,
     first: &Picture,
-    evidence: &Evidence,
+    evidence: &EvidenceFolder,
     report: &mut CaseReport,
-) -> Result<(), Stop> {
+) -> Result<(), Abort> {
     let count = case.holds.identical;
     for index in 1..count {
         let picture = drawing.picture(&mut drawing.renderer(device)?)?;
@@ -256,18 +261,24 @@ fn identical(
             evidence.picture("picture-again.png", &picture);
             let detail =
                 format!("picture {} of {count} differs from the first in {}", index + 1, counted(differ, "pixel"));
-            report.hold(Check::Determinism, false, detail);
+            report.hold(CheckKind::Determinism, false, detail);
             return Ok(());
         }
     }
     if count > 1 {
-        report.hold(Check::Determinism, true, format!("{count} pictures are equal to the byte"));
+        report.hold(CheckKind::Determinism, true, format!("{count} pictures are equal to the byte"));
     }
     Ok(())
 }
 
 /// Compares with the baseline's picture, which is kept with the difference: a case that fails in another check can be looked at beside it.
-fn against_baseline(case: &Case, place: &Place, picture: &Picture, evidence: &Evidence, report: &mut CaseReport) {
+fn against_baseline(
+    case: &SuiteCase,
+    place: &CaseContext,
+    picture: &Picture,
+    evidence: &EvidenceFolder,
+    report: &mut CaseReport,
+) {
     let Some(baseline) = place.baseline else { return };
     let compared = baseline.picture(&case.name).and_then(|expected| {
         let pair = expected.zip(super::evidence::shown(picture));
@@ -280,20 +291,24 @@ fn against_baseline(case: &Case, place: &Place, picture: &Picture, evidence: &Ev
     let Some(bound) = case.holds.flip else { return };
     match compared {
         Ok(Some(mean)) => {
-            report.hold(Check::Picture, mean <= bound, format!("FLIP {mean:.4} against the baseline, at most {bound}"));
+            report.hold(
+                CheckKind::Picture,
+                mean <= bound,
+                format!("FLIP {mean:.4} against the baseline, at most {bound}"),
+            );
         }
         Ok(None) if super::evidence::shown(picture).is_none() => {
-            report.skip(Check::Picture, "the picture holds linear light");
+            report.skip(CheckKind::Picture, "the picture holds linear light");
         }
         Ok(None) => {
-            report.skip(Check::Picture, baseline.missing().unwrap_or("the baseline has no picture of this case"));
+            report.skip(CheckKind::Picture, baseline.missing().unwrap_or("the baseline has no picture of this case"));
         }
-        Err(why) => report.hold(Check::Picture, false, why),
+        Err(why) => report.hold(CheckKind::Picture, false, why),
     }
 }
 
 /// Median of the device's time for a frame.
-fn gpu_ms(drawing: &Drawing, renderer: &mut Renderer) -> Result<Option<f64>, Stop> {
+fn gpu_ms(drawing: &CaseSetup, renderer: &mut Renderer) -> Result<Option<f64>, Abort> {
     let mut times = Vec::new();
     for _ in 0..TIMED_FRAMES {
         renderer.render(&drawing.scene.camera)?;
@@ -302,29 +317,29 @@ fn gpu_ms(drawing: &Drawing, renderer: &mut Renderer) -> Result<Option<f64>, Sto
     Ok(Distribution::of(times).map(|times| times.median))
 }
 
-fn time(bound: f64, case: &Case, place: &Place, report: &mut CaseReport) {
+fn time(bound: f64, case: &SuiteCase, place: &CaseContext, report: &mut CaseReport) {
     if place.is_shared {
         return report
-            .skip(Check::Time, "other cases use the device meanwhile: --jobs 1 gives times that mean something");
+            .skip(CheckKind::Time, "other cases use the device meanwhile: --jobs 1 gives times that mean something");
     }
     let before = place.baseline.and_then(|baseline| baseline.gpu_ms(&case.name));
     let (Some(before), Some(now)) = (before, report.gpu_ms) else {
-        return report.skip(Check::Time, "the baseline or the device has no time");
+        return report.skip(CheckKind::Time, "the baseline or the device has no time");
     };
     let detail =
         format!("{now:.3} ms a frame on the device, {:.2} times the baseline's; at most {bound}", now / before);
-    report.hold(Check::Time, now <= before * bound, detail);
+    report.hold(CheckKind::Time, now <= before * bound, detail);
 }
 
 /// Memory that is held at some frame.
-struct Held {
+struct MemorySample {
     bytes: u64,
     objects: BTreeMap<String, usize>,
     /// The resident memory of the process; `None` where the system does not tell.
     resident: Option<u64>,
 }
 
-impl Held {
+impl MemorySample {
     fn by(device: &Device) -> Self {
         let MemoryReport { bytes, objects, .. } = device.memory_report();
         Self { bytes, objects, resident: resident_memory_bytes() }
@@ -343,35 +358,35 @@ impl Held {
             later.objects.values().sum::<usize>(),
             bytes(grown)
         );
-        report.hold(Check::Memory, is_same && grown <= SLACK_BYTES, detail);
+        report.hold(CheckKind::Memory, is_same && grown <= SLACK_BYTES, detail);
     }
 }
 
-fn steady(frames: u32, drawing: &Drawing, device: &Arc<Device>, report: &mut CaseReport) -> Result<(), Stop> {
+fn steady(frames: u32, drawing: &CaseSetup, device: &Arc<Device>, report: &mut CaseReport) -> Result<(), Abort> {
     let mut renderer = drawing.renderer(device)?;
     let warm = WARM_FRAMES.min(frames / 2);
     let mut before = None;
     for frame in 0..frames {
         if frame == warm {
             renderer.wait()?;
-            before = Some(Held::by(device));
+            before = Some(MemorySample::by(device));
         }
         renderer.render(&drawing.scene.camera)?;
     }
     renderer.wait()?;
     if let Some(before) = before {
-        before.hold_until(&Held::by(device), frames - warm, report);
+        before.hold_until(&MemorySample::by(device), frames - warm, report);
     }
     Ok(())
 }
 
 fn against_truth(
-    bound: &Truth,
-    drawing: &Drawing,
+    bound: &TruthTolerance,
+    drawing: &CaseSetup,
     device: &Arc<Device>,
-    evidence: &Evidence,
+    evidence: &EvidenceFolder,
     report: &mut CaseReport,
-) -> Result<(), Stop> {
+) -> Result<(), Abort> {
     let mut subject = Subject::with(drawing.scene.clone(), drawing.settings.patch());
     let truth = if drawing.scene.moves() {
         subject.playing = Some(drawing.playing.clone());
@@ -381,11 +396,11 @@ fn against_truth(
     };
     let (errors, seen) = match stress::compare(device, &subject, &truth) {
         Ok(compared) => compared,
-        Err(stress::Error::Refused(why)) => {
-            report.hold(Check::Truth, false, format!("there is none: {why}"));
+        Err(stress::StressError::Refused(why)) => {
+            report.hold(CheckKind::Truth, false, format!("there is none: {why}"));
             return Ok(());
         }
-        Err(stress::Error::Frame(error)) => return Err(error.into()),
+        Err(stress::StressError::Frame(error)) => return Err(error.into()),
     };
     let elsewhere = errors.elsewhere_share();
     // ANCHOR: truth
@@ -406,7 +421,7 @@ fn against_truth(
         at_most(Some(bound.elsewhere)),
         if is_sane { "" } else { ", and values that are negative or no number" }
     );
-    report.hold(Check::Truth, holds, detail);
+    report.hold(CheckKind::Truth, holds, detail);
     evidence.compared(&seen);
     Ok(())
 }
@@ -430,12 +445,12 @@ mod tests {
 
     #[test]
     fn memory_that_grows_fails_the_case_and_what_an_allocator_keeps_does_not() {
-        let held = |bytes, images, resident| Held {
+        let held = |bytes, images, resident| MemorySample {
             bytes,
             objects: [("IMAGE".to_owned(), images), ("BUFFER".to_owned(), 2)].into(),
             resident,
         };
-        let judged = |later: Held| {
+        let judged = |later: MemorySample| {
             let mut report = CaseReport::new("a.b");
             held(4096, 7, Some(1 << 30)).hold_until(&later, 900, &mut report);
             report

@@ -9,9 +9,9 @@ use afterlight::gpu::DeviceChoice;
 use afterlight::scene::counted;
 use regex::Regex;
 
-use super::evidence::Evidence;
-use super::examine::{self, Place};
-use super::suite::{Case, Suite};
+use super::evidence::EvidenceFolder;
+use super::examine::{self, CaseContext};
+use super::suite::{Suite, SuiteCase};
 use super::verdict::{CaseReport, Verdict};
 use crate::failure::{Exit, Failure};
 use crate::output;
@@ -39,18 +39,18 @@ pub struct Args {
     #[arg(long = "gtest_list_tests")]
     list: bool,
     /// Run the tests whose names match: patterns with * and ?, between colons; those behind a minus sign are left out
-    #[arg(long = "gtest_filter", value_name = "PATTERNS", default_value = "*", value_parser = Filter::parse)]
-    filter: Filter,
+    #[arg(long = "gtest_filter", value_name = "PATTERNS", default_value = "*", value_parser = TestFilter::parse)]
+    filter: TestFilter,
 }
 
 /// googletest's filter.
 #[derive(Debug, Clone)]
-struct Filter {
+struct TestFilter {
     taken: Vec<Regex>,
     left_out: Vec<Regex>,
 }
 
-impl Filter {
+impl TestFilter {
     fn parse(text: &str) -> Result<Self, String> {
         let (taken, left_out) =
             text.split_once('-').filter(|(before, _)| before.is_empty() || before.ends_with(':')).map_or_else(
@@ -82,12 +82,12 @@ fn pattern_of(pattern: &str) -> Result<Regex, regex::Error> {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let variable = |name: &str| env::var(name).ok().filter(|value| !value.is_empty());
     let suite = Suite::open(&variable(SUITE).unwrap_or_else(|| "quick".into()))?;
-    let cases: Vec<&Case> = suite.cases.iter().filter(|case| args.filter.takes(&case.name)).collect();
+    let cases: Vec<&SuiteCase> = suite.cases.iter().filter(|case| args.filter.takes(&case.name)).collect();
     if args.list {
         return output::print(&list(&cases), false);
     }
     let device: DeviceChoice = variable(DEVICE).unwrap_or_default().parse().unwrap_or_default();
-    let place = Place { device: &device, baseline: None, is_shared: true };
+    let place = CaseContext { device: &device, baseline: None, is_shared: true };
     let evidence = variable(EVIDENCE).map(PathBuf::from);
     say(&format!("[==========] Running {}.\n", counted(cases.len(), "test")))?;
     let mut failed = Vec::new();
@@ -98,7 +98,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             output::make_folder(folder)?;
         }
         let begun = Instant::now();
-        let report = examine::examine(case, &place, &Evidence::new(folder));
+        let report = examine::examine(case, &place, &EvidenceFolder::new(folder));
         say(&result_lines(&report, begun.elapsed().as_millis()))?;
         if report.verdict.is_bad() {
             failed.push(case.name.as_str());
@@ -129,7 +129,7 @@ fn result_lines(report: &CaseReport, milliseconds: u128) -> String {
     }
 }
 
-fn list(cases: &[&Case]) -> String {
+fn list(cases: &[&SuiteCase]) -> String {
     let mut groups: Vec<(&str, Vec<&str>)> = Vec::new();
     for case in cases {
         let (group, name) = case.name.split_once('.').unwrap_or(("", &case.name));
@@ -151,7 +151,7 @@ mod tests {
 
     #[test]
     fn filters_are_those_of_googletest() {
-        let takes = |filter: &str, name: &str| Filter::parse(filter).expect("a filter").takes(name);
+        let takes = |filter: &str, name: &str| TestFilter::parse(filter).expect("a filter").takes(name);
         for (filter, name, expected) in [
             ("*", "paths.loop", true),
             ("paths.loop", "paths.loop", true),

@@ -40,12 +40,12 @@ use super::failure::{Exit, Failure};
 use super::output::{self, Sink};
 use super::{progress, session};
 use baseline::{Baseline, DeviceKey};
-use evidence::Evidence;
-use examine::Place;
-use reports::Judged;
+use evidence::EvidenceFolder;
+use examine::CaseContext;
+use reports::CaseResult;
 use results::Expectations;
 use runner::Runner;
-use suite::{Case, Suite};
+use suite::{Suite, SuiteCase};
 use verdict::{CaseReport, Status};
 
 /// The most processes at a time where nothing is said: each has a device, pictures and a reference renderer of its own.
@@ -159,7 +159,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 fn run_suite(args: &Args) -> Result<(), Failure> {
     if args.mutants {
         let device = args.device.clone().unwrap_or_default();
-        let choice = mutants::Choice { device: &device, only: args.only.as_ref(), shard: args.shard, jobs: jobs(args) };
+        let choice =
+            mutants::MutantSelection { device: &device, only: args.only.as_ref(), shard: args.shard, jobs: jobs(args) };
         return mutants::run(&choice, args.output.as_deref(), args.quiet);
     }
     if args.of_run {
@@ -198,9 +199,9 @@ fn jobs(args: &Args) -> usize {
 }
 
 /// The cases that `--only` and `--shard` leave.
-fn chosen<'a>(args: &Args, suite: &'a Suite) -> Result<Vec<&'a Case>, Failure> {
-    let is_named = |case: &&Case| args.only.as_ref().is_none_or(|only| only.is_match(&case.name));
-    let named: Vec<&Case> = suite.cases.iter().filter(is_named).collect();
+fn chosen<'a>(args: &Args, suite: &'a Suite) -> Result<Vec<&'a SuiteCase>, Failure> {
+    let is_named = |case: &&SuiteCase| args.only.as_ref().is_none_or(|only| only.is_match(&case.name));
+    let named: Vec<&SuiteCase> = suite.cases.iter().filter(is_named).collect();
     if named.is_empty() {
         let only = args.only.as_ref().map_or("", Regex::as_str);
         return Err(Failure::new(Exit::BadInput, format!("--only {only}: no case of {} matches", suite.name)));
@@ -210,7 +211,7 @@ fn chosen<'a>(args: &Args, suite: &'a Suite) -> Result<Vec<&'a Case>, Failure> {
 }
 
 /// Tries a case in this process. A case of a bundle is compared with the bundle's own picture and time, unless `--baseline` names others.
-fn one(args: &Args, case: &Case, bundle: Option<&Path>) -> Result<CaseReport, Failure> {
+fn one(args: &Args, case: &SuiteCase, bundle: Option<&Path>) -> Result<CaseReport, Failure> {
     let choice = args.device.clone().unwrap_or_default();
     let baseline = match &args.baseline {
         Some(folder) if folder.is_dir() => Some(Baseline::open(folder, &key(&choice)?)?),
@@ -223,8 +224,8 @@ fn one(args: &Args, case: &Case, bundle: Option<&Path>) -> Result<CaseReport, Fa
     if let Some(folder) = &args.output {
         output::make_folder(folder)?;
     }
-    let place = Place { device: &choice, baseline: baseline.as_ref(), is_shared: args.shared };
-    Ok(examine::examine(case, &place, &Evidence::new(args.output.clone())))
+    let place = CaseContext { device: &choice, baseline: baseline.as_ref(), is_shared: args.shared };
+    Ok(examine::examine(case, &place, &EvidenceFolder::new(args.output.clone())))
 }
 
 /// Writes and prints the verdict on a case.
@@ -290,14 +291,14 @@ fn end_with_parent() {
 }
 
 /// Expectations of a run, read before its first case.
-struct Known {
+struct RunExpectations {
     baseline: Option<Baseline>,
     expectations: Expectations,
     /// Statuses of an earlier run, and its reports by case.
     since: Option<changes::Earlier>,
 }
 
-impl Known {
+impl RunExpectations {
     fn of(args: &Args, device: &DeviceKey) -> Result<Self, Failure> {
         let given = args.baseline.as_ref();
         if let Some(missing) = given.filter(|path| !path.exists() && !args.bless) {
@@ -336,7 +337,7 @@ impl Known {
 }
 
 /// Runs all cases, and writes their results.
-fn all(args: &Args, suite: &Suite, cases: &[&Case], folder: &Path) -> Result<(), Failure> {
+fn all(args: &Args, suite: &Suite, cases: &[&SuiteCase], folder: &Path) -> Result<(), Failure> {
     let begun = Instant::now();
     let choice = args.device.clone().unwrap_or_default();
     let mut command = match &args.runner {
@@ -347,7 +348,7 @@ fn all(args: &Args, suite: &Suite, cases: &[&Case], folder: &Path) -> Result<(),
         None => session::own_command()?,
     };
     let device = probe(&command, &choice)?;
-    let known = Known::of(args, &device)?;
+    let known = RunExpectations::of(args, &device)?;
     let missing = known.baseline.as_ref().and_then(Baseline::missing).filter(|_| !args.bless && !args.quiet);
     if let Some(why) = missing {
         output::print(&format!("warning: {why}\n"), true)?;
@@ -358,7 +359,7 @@ fn all(args: &Args, suite: &Suite, cases: &[&Case], folder: &Path) -> Result<(),
     }
     remove_results(folder)?;
     make_own(&working)?;
-    let (skipped, tried): (Vec<&Case>, Vec<&Case>) =
+    let (skipped, tried): (Vec<&SuiteCase>, Vec<&SuiteCase>) =
         cases.iter().partition(|case| known.expectations.skips(&case.name));
     let jobs = jobs(args);
     command.extend(arguments(args, suite, &choice, jobs > 1));
@@ -371,7 +372,7 @@ fn all(args: &Args, suite: &Suite, cases: &[&Case], folder: &Path) -> Result<(),
     let reports = runner.run(&tried, &|report| {
         bar.step();
         let status = known.expectations.status(report);
-        let line = reports::json_lines(&[Judged { status, report, bundle: None }]).unwrap_or_default();
+        let line = reports::json_lines(&[CaseResult { status, report, bundle: None }]).unwrap_or_default();
         // A line that cannot be written now fails the run at its end.
         let _ = lines.lock().unwrap_or_else(PoisonError::into_inner).write_all(line.as_bytes());
     });
@@ -391,9 +392,9 @@ fn all(args: &Args, suite: &Suite, cases: &[&Case], folder: &Path) -> Result<(),
     let kept = bundle::keep(&reports, &tried, (&working, &bundles), args)?;
     let judge = |report| {
         let status = if args.bless { blessed(report) } else { known.expectations.status(report) };
-        Judged { status, report, bundle: kept.get(&report.case).map(PathBuf::as_path) }
+        CaseResult { status, report, bundle: kept.get(&report.case).map(PathBuf::as_path) }
     };
-    let judged: Vec<Judged> = reports.iter().map(judge).collect();
+    let judged: Vec<CaseResult> = reports.iter().map(judge).collect();
     let changes = known.since.map(|earlier| earlier.changes(&judged)).unwrap_or_default();
     write(suite, folder, begun, &judged, &changes)?;
     if !args.quiet {
@@ -502,7 +503,13 @@ fn keep_curves(reports: &[CaseReport], working: &Path, curves: &Path) -> Result<
 }
 
 /// Writes all files of results, and adds to the summary of a GitHub workflow's step where there is one.
-fn write(suite: &Suite, folder: &Path, begun: Instant, judged: &[Judged], changes: &[String]) -> Result<(), Failure> {
+fn write(
+    suite: &Suite,
+    folder: &Path,
+    begun: Instant,
+    judged: &[CaseResult],
+    changes: &[String],
+) -> Result<(), Failure> {
     let statuses: Vec<(Status, &CaseReport)> = judged.iter().map(|own| (own.status, own.report)).collect();
     let summary = reports::markdown(&suite.name, begun.elapsed().as_secs_f64(), judged, changes);
     let texts = [
@@ -527,7 +534,7 @@ fn write(suite: &Suite, folder: &Path, begun: Instant, judged: &[Judged], change
 }
 
 /// Says how many cases no baseline's picture is compared with, if there are such cases.
-fn uncompared(tried: &[&Case]) -> Option<String> {
+fn uncompared(tried: &[&SuiteCase]) -> Option<String> {
     let told = |cases: &str, pictures: &str| format!("{cases} no `flip`: {pictures} not compared with the baseline's");
     match tried.iter().filter(|case| case.holds.flip.is_none()).count() {
         0 => None,
@@ -537,7 +544,7 @@ fn uncompared(tried: &[&Case]) -> Option<String> {
 }
 
 /// `more` are lines about the run, before the last one.
-fn closing_words(suite: &Suite, folder: &Path, begun: Instant, judged: &[Judged], more: &[String]) -> String {
+fn closing_words(suite: &Suite, folder: &Path, begun: Instant, judged: &[CaseResult], more: &[String]) -> String {
     let mut text = reports::table(judged);
     text.extend(reports::skipped_checks(judged).iter().map(|line| format!("{line}\n")));
     text.extend(more.iter().map(|line| format!("{line}\n")));
@@ -545,7 +552,7 @@ fn closing_words(suite: &Suite, folder: &Path, begun: Instant, judged: &[Judged]
     text + &format!("{}: {counts}, in {seconds:.1} s -> {}\n", suite.name, folder.display())
 }
 
-fn conclude(judged: &[Judged]) -> Result<(), Failure> {
+fn conclude(judged: &[CaseResult]) -> Result<(), Failure> {
     let names = |is_told: &dyn Fn(Status) -> bool| -> Vec<&str> {
         judged.iter().filter(|own| is_told(own.status)).map(|own| own.report.case.as_str()).collect()
     };

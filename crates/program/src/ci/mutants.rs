@@ -7,12 +7,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use afterlight::frame::capabilities;
-use afterlight::frame::rows::unreported_mutants::Part;
+use afterlight::frame::rows::unreported_mutants::RowPart;
 use afterlight::gpu::{DeviceChoice, PhysicalDevice};
 use afterlight::plan::FramePlan;
 use afterlight::scene::counted;
 use afterlight_lab::mutants::{
-    Case, Error, Heard, Laboratory, Miss, Mutant, PartName, Verdict, cases, mutants, verdict,
+    BrokenRules, Laboratory, Miss, Mutant, MutantCase, MutantError, MutantVerdict, PartName, cases, mutants, verdict,
 };
 use rayon::prelude::*;
 use regex::Regex;
@@ -30,7 +30,7 @@ use afterlight_lab::report::sweep::model::Shard;
 const RESULTS: [&str; 4] = ["results.csv", "failures.csv", "mutants.jsonl", "mutants.md"];
 
 /// The mutants to draw, and the device.
-pub struct Choice<'a> {
+pub struct MutantSelection<'a> {
     pub device: &'a DeviceChoice,
     pub only: Option<&'a Regex>,
     pub shard: Option<Shard>,
@@ -39,27 +39,27 @@ pub struct Choice<'a> {
 }
 
 /// A mutant with its outcome. Nothing is heard of those that cannot be drawn here.
-struct Judged<'a> {
+struct MutantResult<'a> {
     name: String,
     mutant: Mutant<'a>,
     must_follow: BTreeSet<String>,
-    heard: Option<(Heard, Verdict)>,
+    heard: Option<(BrokenRules, MutantVerdict)>,
 }
 
-impl Judged<'_> {
+impl MutantResult<'_> {
     fn status(&self) -> Status {
         match &self.heard {
             None => Status::Skip,
-            Some((_, Verdict::Noticed)) => Status::Pass,
-            Some((_, Verdict::ExpectedMiss(_))) => Status::ExpectedFail,
-            Some((_, Verdict::UnexpectedMiss)) => Status::Fail,
-            Some((_, Verdict::UnexpectedNotice(_))) => Status::UnexpectedImprovement("Pass"),
+            Some((_, MutantVerdict::Noticed)) => Status::Pass,
+            Some((_, MutantVerdict::ExpectedMiss(_))) => Status::ExpectedFail,
+            Some((_, MutantVerdict::UnexpectedMiss)) => Status::Fail,
+            Some((_, MutantVerdict::UnexpectedNotice(_))) => Status::UnexpectedImprovement("Pass"),
         }
     }
 
     fn miss(&self) -> Option<Miss> {
         match self.heard {
-            Some((_, Verdict::ExpectedMiss(miss) | Verdict::UnexpectedNotice(miss))) => Some(miss),
+            Some((_, MutantVerdict::ExpectedMiss(miss) | MutantVerdict::UnexpectedNotice(miss))) => Some(miss),
             _ => None,
         }
     }
@@ -69,7 +69,7 @@ impl Judged<'_> {
 ///
 /// # Errors
 /// [`Exit::FailedCheck`] where the layer misses a mutant without a known reason, [`Exit::Improved`] where it reports one that it was argued to miss.
-pub fn run(choice: &Choice, folder: Option<&Path>, quiet: bool) -> Result<(), Failure> {
+pub fn run(choice: &MutantSelection, folder: Option<&Path>, quiet: bool) -> Result<(), Failure> {
     let begun = Instant::now();
     if let Some(folder) = folder {
         output::make_folder(folder)?;
@@ -79,12 +79,13 @@ pub fn run(choice: &Choice, folder: Option<&Path>, quiet: bool) -> Result<(), Fa
     let laboratory = Laboratory::open(choice.device)?.with_jobs(choice.jobs);
     let device = capabilities(&laboratory.device().physical);
     let cases = cases();
-    let refused = |case: &Case, error| Failure::new(Exit::BadInput, format!("cannot plan \"{}\": {error}", case.name));
+    let refused =
+        |case: &MutantCase, error| Failure::new(Exit::BadInput, format!("cannot plan \"{}\": {error}", case.name));
     let plans: Result<Vec<FramePlan>, Failure> =
         cases.iter().map(|case| case.plan(&device).map_err(|error| refused(case, error))).collect();
     let plans = plans?;
     let judged = judge(&laboratory, choice, (&cases, &plans), quiet)?;
-    let report = Report { laboratory: &laboratory, judged: &judged, seconds: begun.elapsed().as_secs_f64() };
+    let report = MutationReport { laboratory: &laboratory, judged: &judged, seconds: begun.elapsed().as_secs_f64() };
     match folder {
         Some(folder) => {
             report.write(folder)?;
@@ -99,10 +100,10 @@ pub fn run(choice: &Choice, folder: Option<&Path>, quiet: bool) -> Result<(), Fa
 
 fn judge<'a>(
     laboratory: &Laboratory,
-    choice: &Choice,
-    (cases, plans): (&'a [Case], &'a [FramePlan]),
+    choice: &MutantSelection,
+    (cases, plans): (&'a [MutantCase], &'a [FramePlan]),
     quiet: bool,
-) -> Result<Vec<Judged<'a>>, Failure> {
+) -> Result<Vec<MutantResult<'a>>, Failure> {
     let named = mutants(cases, plans).into_iter().map(|mutant| (mutant.name(), mutant));
     let named = named.filter(|(name, _)| choice.only.is_none_or(|only| only.is_match(name)));
     let is_own = |index: usize| choice.shard.is_none_or(|shard| shard.owns(index));
@@ -110,10 +111,10 @@ fn judge<'a>(
     if chosen.is_empty() {
         return Err(Failure::new(Exit::BadInput, "no mutant has such a name; `afterlight ci --mutants` names all"));
     }
-    let can_be_drawn = |case: &Case| laboratory.presents() || case.presented.is_none();
+    let can_be_drawn = |case: &MutantCase| laboratory.presents() || case.presented.is_none();
     let drawn: Vec<Mutant> =
         chosen.iter().map(|(_, mutant)| mutant).filter(|mutant| can_be_drawn(mutant.case)).cloned().collect();
-    let is_used = |case: &Case| drawn.iter().any(|mutant| std::ptr::eq(mutant.case, case));
+    let is_used = |case: &MutantCase| drawn.iter().any(|mutant| std::ptr::eq(mutant.case, case));
     let whole: Vec<_> = cases.iter().zip(plans).filter(|(case, _)| is_used(case)).collect();
     let what = format!("layer {} on {}", version(laboratory.layer()), laboratory.device().physical.name);
     let bar = progress::shares(what, laboratory.steps(drawn.len()) as u64, quiet);
@@ -124,7 +125,7 @@ fn judge<'a>(
     let heard = unsafe { laboratory.judge(&whole, &drawn, &step) };
     let mut heard = heard
         .map_err(|error| match error {
-            Error::Gpu(error) => error.into(),
+            MutantError::Gpu(error) => error.into(),
             error => Failure::new(Exit::FailedCheck, with_causes(&error)),
         })?
         .into_iter();
@@ -138,20 +139,20 @@ fn judge<'a>(
             let verdict = verdict(layer, &mutant, &heard);
             (heard, verdict)
         });
-        Judged { name, mutant, must_follow, heard }
+        MutantResult { name, mutant, must_follow, heard }
     });
     Ok(judged.collect())
 }
 
-struct Report<'a> {
+struct MutationReport<'a> {
     laboratory: &'a Laboratory,
-    judged: &'a [Judged<'a>],
+    judged: &'a [MutantResult<'a>],
     seconds: f64,
 }
 
 /// A line of `mutants.jsonl`.
 #[derive(Serialize)]
-struct Line<'a> {
+struct MutantRecord<'a> {
     name: &'a str,
     dependency: &'a str,
     missing: String,
@@ -166,15 +167,15 @@ struct Line<'a> {
 }
 
 /// The mutants of one part of one dependency.
-struct Group<'a> {
+struct MutantGroup<'a> {
     dependency: &'a str,
-    part: Part,
-    mutants: Vec<&'a Judged<'a>>,
+    part: RowPart,
+    mutants: Vec<&'a MutantResult<'a>>,
 }
 
-impl<'a> Report<'a> {
+impl<'a> MutationReport<'a> {
     fn write(&self, folder: &Path) -> Result<(), Failure> {
-        let of = |own: &Judged| {
+        let of = |own: &MutantResult| {
             let seconds = own.heard.as_ref().map_or(0.0, |(heard, _)| heard.seconds);
             (own.status(), CaseReport { seconds, ..CaseReport::new(&own.name) })
         };
@@ -189,7 +190,7 @@ impl<'a> Report<'a> {
         let mut text = String::new();
         for own in self.judged {
             let heard = own.heard.as_ref().map(|(heard, _)| heard);
-            let line = Line {
+            let line = MutantRecord {
                 name: &own.name,
                 dependency: own.mutant.edge.name.name(),
                 missing: PartName(own.mutant.part).to_string(),
@@ -211,7 +212,7 @@ impl<'a> Report<'a> {
         &self.laboratory.device().physical
     }
 
-    fn count(&self, is_counted: impl Fn(&Judged) -> bool) -> usize {
+    fn count(&self, is_counted: impl Fn(&MutantResult) -> bool) -> usize {
         self.judged.iter().filter(|own| is_counted(own)).count()
     }
 
@@ -304,13 +305,14 @@ impl<'a> Report<'a> {
 
     fn summary(&self) -> String {
         let mut text = "| | Rows | Parts of rows |\n|---|---|---|\n".to_owned();
-        let mut line = |what: &str, is_counted: &dyn Fn(&Judged) -> bool| {
-            let rows = self.count(|own| own.mutant.part == Part::Row && is_counted(own));
-            let bits = self.count(|own| own.mutant.part != Part::Row && is_counted(own));
+        let mut line = |what: &str, is_counted: &dyn Fn(&MutantResult) -> bool| {
+            let rows = self.count(|own| own.mutant.part == RowPart::Row && is_counted(own));
+            let bits = self.count(|own| own.mutant.part != RowPart::Row && is_counted(own));
             let _ = writeln!(text, "| {what} | {rows} | {bits} |");
         };
-        let is_said =
-            |own: &Judged, said: &dyn Fn(&Heard) -> bool| own.heard.as_ref().is_some_and(|(heard, _)| said(heard));
+        let is_said = |own: &MutantResult, said: &dyn Fn(&BrokenRules) -> bool| {
+            own.heard.as_ref().is_some_and(|(heard, _)| said(heard))
+        };
         line("mutants", &|_| true);
         line("noticed", &|own| own.status() == Status::Pass);
         line("noticed without the shader heuristic", &|own| is_said(own, &|heard| !heard.plain.is_empty()));
@@ -335,7 +337,7 @@ impl<'a> Report<'a> {
     /// Each reason for a miss, once, those of older layers first, each kind in the order of its list.
     fn reasons(&self) -> Vec<Miss> {
         let mut reasons: Vec<Miss> = Vec::new();
-        for miss in self.judged.iter().filter_map(Judged::miss) {
+        for miss in self.judged.iter().filter_map(MutantResult::miss) {
             if !reasons.iter().any(|known| is_same(*known, miss)) {
                 reasons.push(miss);
             }
@@ -350,13 +352,13 @@ impl<'a> Report<'a> {
     }
 
     /// By dependency and part, in the order of frames.
-    fn groups(&self) -> Vec<Group<'_>> {
-        let mut groups: Vec<Group> = Vec::new();
+    fn groups(&self) -> Vec<MutantGroup<'_>> {
+        let mut groups: Vec<MutantGroup> = Vec::new();
         for own in self.judged {
             let (dependency, part) = (own.mutant.edge.name.name(), own.mutant.part);
             match groups.iter_mut().find(|group| group.dependency == dependency && group.part == part) {
                 Some(group) => group.mutants.push(own),
-                None => groups.push(Group { dependency, part, mutants: vec![own] }),
+                None => groups.push(MutantGroup { dependency, part, mutants: vec![own] }),
             }
         }
         let mut order: Vec<&str> = Vec::new();
@@ -370,13 +372,13 @@ impl<'a> Report<'a> {
     }
 }
 
-impl Group<'_> {
+impl MutantGroup<'_> {
     fn row(&self, reasons: &[Miss]) -> String {
-        let all = |of: &dyn Fn(&Judged) -> Vec<String>| -> String {
+        let all = |of: &dyn Fn(&MutantResult) -> Vec<String>| -> String {
             let each: BTreeSet<String> = self.mutants.iter().flat_map(|own| of(own)).collect();
             each.into_iter().collect::<Vec<_>>().join(", ")
         };
-        let heard = |said: &dyn Fn(&Heard) -> bool| {
+        let heard = |said: &dyn Fn(&BrokenRules) -> bool| {
             self.mutants.iter().filter(|own| own.heard.as_ref().is_some_and(|(heard, _)| said(heard))).count()
         };
         let must_follow = all(&|own| own.must_follow.iter().cloned().collect());
@@ -386,7 +388,7 @@ impl Group<'_> {
         });
         let mut missed: Vec<String> = Vec::new();
         for (index, reason) in reasons.iter().enumerate() {
-            let is_it = |own: &&&Judged| {
+            let is_it = |own: &&&MutantResult| {
                 own.status() == Status::ExpectedFail && own.miss().is_some_and(|miss| is_same(miss, *reason))
             };
             match self.mutants.iter().filter(is_it).count() {

@@ -9,13 +9,13 @@ use afterlight::scene::counted;
 use quick_junit::{NonSuccessKind, Property, Report, TestCase, TestCaseStatus, TestRerun, TestSuite};
 use serde::Serialize;
 
-use super::verdict::{CaseReport, Outcome, Status, Verdict};
+use super::verdict::{CaseReport, CheckOutcome, Status, Verdict};
 use crate::failure::{Exit, Failure};
-use crate::table::Table;
+use crate::table::TextTable;
 
 /// A line of `results.jsonl`.
 #[derive(Serialize)]
-struct Line<'a> {
+struct ResultRecord<'a> {
     status: String,
     #[serde(flatten)]
     report: &'a CaseReport,
@@ -23,17 +23,17 @@ struct Line<'a> {
 }
 
 /// A case with its status and its bundle, if it has one.
-pub struct Judged<'a> {
+pub struct CaseResult<'a> {
     pub status: Status,
     pub report: &'a CaseReport,
     pub bundle: Option<&'a Path>,
 }
 
 /// One JSON object a line.
-pub fn json_lines(judged: &[Judged]) -> Result<String, Failure> {
-    let line = |own: &Judged| {
+pub fn json_lines(judged: &[CaseResult]) -> Result<String, Failure> {
+    let line = |own: &CaseResult| {
         let bundle = own.bundle.map(|path| path.display().to_string());
-        let line = Line { status: own.status.name(), report: own.report, bundle };
+        let line = ResultRecord { status: own.status.name(), report: own.report, bundle };
         let cannot = |error| Failure::new(Exit::BadInput, format!("cannot write a verdict as JSON: {error}"));
         Ok(serde_json::to_string(&line).map_err(cannot)? + "\n")
     };
@@ -41,7 +41,7 @@ pub fn json_lines(judged: &[Judged]) -> Result<String, Failure> {
 }
 
 /// A suite for each group. An expected failure is a skipped test there, as JUnit has no word for it.
-pub fn junit(suite: &str, judged: &[Judged]) -> Result<String, Failure> {
+pub fn junit(suite: &str, judged: &[CaseResult]) -> Result<String, Failure> {
     let mut groups: BTreeMap<&str, TestSuite> = BTreeMap::new();
     for own in judged {
         let (group, name) = own.report.case.split_once('.').unwrap_or(("", &own.report.case));
@@ -52,7 +52,7 @@ pub fn junit(suite: &str, judged: &[Judged]) -> Result<String, Failure> {
     report.to_string().map_err(|error| Failure::new(Exit::BadInput, format!("cannot write JUnit XML: {error}")))
 }
 
-fn test_case(name: &str, group: &str, own: &Judged) -> TestCase {
+fn test_case(name: &str, group: &str, own: &CaseResult) -> TestCase {
     let report = own.report;
     let reason = report.reason.clone().unwrap_or_default();
     let kind = match report.verdict {
@@ -95,9 +95,9 @@ fn test_case(name: &str, group: &str, own: &Judged) -> TestCase {
 fn findings(report: &CaseReport) -> String {
     report.findings.iter().fold(String::new(), |mut text, finding| {
         let outcome = match finding.outcome {
-            Outcome::Held => "held",
-            Outcome::Failed => "FAILED",
-            Outcome::Skipped => "skipped",
+            CheckOutcome::Held => "held",
+            CheckOutcome::Failed => "FAILED",
+            CheckOutcome::Skipped => "skipped",
         };
         let _ = writeln!(text, "{outcome} {}: {}", finding.check.name(), finding.detail);
         text
@@ -105,7 +105,7 @@ fn findings(report: &CaseReport) -> String {
 }
 
 /// The number of cases with each status, as `12 Pass, 1 Fail`.
-pub fn counts(judged: &[Judged]) -> String {
+pub fn counts(judged: &[CaseResult]) -> String {
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
     for own in judged {
         let name = match own.status {
@@ -120,10 +120,10 @@ pub fn counts(judged: &[Judged]) -> String {
 }
 
 /// A line for each reason for which checks could not be made, with their number: a machine without a validation layer is told of, and fails nothing.
-pub fn skipped_checks(judged: &[Judged]) -> Vec<String> {
+pub fn skipped_checks(judged: &[CaseResult]) -> Vec<String> {
     let mut reasons: BTreeMap<&str, usize> = BTreeMap::new();
     let findings = judged.iter().flat_map(|own| &own.report.findings);
-    for finding in findings.filter(|finding| finding.outcome == Outcome::Skipped) {
+    for finding in findings.filter(|finding| finding.outcome == CheckOutcome::Skipped) {
         *reasons.entry(&finding.detail).or_default() += 1;
     }
     let line = |(reason, count): (&str, usize)| {
@@ -133,8 +133,8 @@ pub fn skipped_checks(judged: &[Judged]) -> Vec<String> {
 }
 
 /// Everything but passes, for a terminal.
-pub fn table(judged: &[Judged]) -> String {
-    let mut table = Table::new();
+pub fn table(judged: &[CaseResult]) -> String {
+    let mut table = TextTable::new();
     for own in judged.iter().filter(|own| own.status != Status::Pass) {
         let reason = own.report.reason.clone().unwrap_or_default();
         table.row([own.status.name(), own.report.case.clone(), reason]);
@@ -143,7 +143,7 @@ pub fn table(judged: &[Judged]) -> String {
 }
 
 /// The same in Markdown, as a step of a GitHub workflow shows it.
-pub fn markdown(suite: &str, seconds: f64, judged: &[Judged], changes: &[String]) -> String {
+pub fn markdown(suite: &str, seconds: f64, judged: &[CaseResult], changes: &[String]) -> String {
     let on = judged.iter().map(|own| &own.report.on).find(|on| !on.device.is_empty());
     let on = on.map_or_else(String::new, |on| format!(" on {} ({})", on.device, on.driver));
     let mut text = format!("## afterlight ci {suite}\n\n{} in {seconds:.0} s{on}\n", counts(judged));
@@ -169,12 +169,12 @@ pub fn markdown(suite: &str, seconds: f64, judged: &[Judged], changes: &[String]
 
 #[cfg(test)]
 mod tests {
-    use super::super::verdict::Check;
+    use super::super::verdict::CheckKind;
     use super::*;
 
     fn reports() -> Vec<CaseReport> {
         let mut failed = CaseReport::new("paths.loop");
-        failed.hold(Check::Truth, false, "mean error 0.2 <b> & | \u{1}".into());
+        failed.hold(CheckKind::Truth, false, "mean error 0.2 <b> & | \u{1}".into());
         failed.seconds = 1.5;
         let flaky = CaseReport {
             verdict: Verdict::Flake,
@@ -186,12 +186,12 @@ mod tests {
         vec![CaseReport::new("paths.plain"), failed, flaky, skipped]
     }
 
-    fn judged(reports: &[CaseReport]) -> Vec<Judged<'_>> {
+    fn judged(reports: &[CaseReport]) -> Vec<CaseResult<'_>> {
         let bundle =
             |report: &CaseReport| (report.verdict == Verdict::Fail).then_some(Path::new("out/bundles/paths.loop"));
         reports
             .iter()
-            .map(|report| Judged { status: report.verdict.status(), report, bundle: bundle(report) })
+            .map(|report| CaseResult { status: report.verdict.status(), report, bundle: bundle(report) })
             .collect()
     }
 

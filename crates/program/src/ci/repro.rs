@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use afterlight_files::regular_file::read_regular;
 
-use super::suite::Case;
+use super::suite::SuiteCase;
 use super::verdict::{CaseReport, Verdict};
 use super::{Args, one, publish, results, runner, verdict_of};
 use crate::failure::Failure;
@@ -20,7 +20,7 @@ use crate::output;
 ///
 /// # Errors
 /// For a bad verdict, and where the bundle cannot be read.
-pub fn again(args: &Args, case: &Case, bundle: &Path) -> Result<(), Failure> {
+pub fn again(args: &Args, case: &SuiteCase, bundle: &Path) -> Result<(), Failure> {
     let kept = Arc::new(kept(bundle));
     let is_over = Arc::new(AtomicBool::new(false));
     end_in_time(args, case, (&kept, &is_over));
@@ -55,7 +55,7 @@ fn difference(kept: &CaseReport, now: &CaseReport) -> Option<String> {
 }
 
 /// Stops this process, as a run stops a case that takes longer than it may. A debugger stops time itself: while one watches, nothing is stopped.
-fn end_in_time(args: &Args, case: &Case, (kept, is_over): (&Arc<Option<CaseReport>>, &Arc<AtomicBool>)) {
+fn end_in_time(args: &Args, case: &SuiteCase, (kept, is_over): (&Arc<Option<CaseReport>>, &Arc<AtomicBool>)) {
     let (args, name, seconds) = (args.clone(), case.name.clone(), case.timeout);
     let (kept, is_over) = (Arc::clone(kept), Arc::clone(is_over));
     thread::spawn(move || {

@@ -8,11 +8,11 @@ use afterlight::frame::{self, Outcome, Presenter};
 use afterlight::gpu::{Device, Surface, Vsync};
 use afterlight::scene::{Settings, counted};
 
-use super::evidence::Evidence;
-use super::examine::{Drawing, Place, Stop};
-use super::soak::curve::{self, Sample};
-use super::stage::{Stage, with_device};
-use super::verdict::{CaseReport, Check};
+use super::evidence::EvidenceFolder;
+use super::examine::{Abort, CaseContext, CaseSetup};
+use super::soak::curve::{self, SoakSample};
+use super::stage::{CaseStage, with_device};
+use super::verdict::{CaseReport, CheckKind};
 
 /// The curve's file.
 const CURVE: &str = "resizes.csv";
@@ -30,22 +30,22 @@ const TIMED_FRAMES: u32 = 8;
 /// Draws into `count` sizes at random. Skipped where the instance or the device has no surface without a display.
 pub fn storm(
     count: u32,
-    place: &Place,
-    drawing: &Drawing,
-    evidence: &Evidence,
+    place: &CaseContext,
+    drawing: &CaseSetup,
+    evidence: &EvidenceFolder,
     report: &mut CaseReport,
-) -> Result<(), Stop> {
-    let stage = Stage { mode: None, shows: Some(Check::Resizes) };
+) -> Result<(), Abort> {
+    let stage = CaseStage { mode: None, shows: Some(CheckKind::Resizes) };
     with_device(stage, place, evidence, report, |device, report| {
         let surface = Surface::headless(device)?;
         match draw(count, device, surface, drawing, evidence)? {
             Ok(samples) => {
-                report.hold(Check::Resizes, true, format!("drawn into {}", counted(count, "size")));
+                report.hold(CheckKind::Resizes, true, format!("drawn into {}", counted(count, "size")));
                 if !samples.is_empty() {
                     curve::report_on(&samples, place.is_shared, report);
                 }
             }
-            Err(why) => report.hold(Check::Resizes, false, why),
+            Err(why) => report.hold(CheckKind::Resizes, false, why),
         }
         Ok(())
     })?;
@@ -57,13 +57,13 @@ fn draw(
     count: u32,
     device: &Arc<Device>,
     surface: Arc<Surface>,
-    drawing: &Drawing,
-    evidence: &Evidence,
-) -> Result<Result<Vec<Sample>, String>, Stop> {
+    drawing: &CaseSetup,
+    evidence: &EvidenceFolder,
+) -> Result<Result<Vec<SoakSample>, String>, Abort> {
     let mut presenter = Presenter::new(device, surface, &drawing.scene, &drawing.settings, Vsync::Off)?;
     let mut random = fastrand::Rng::with_seed(SEED);
     let every = if count < LEAST_MEASURED { u32::MAX } else { count.div_ceil(SAMPLES) };
-    let (mut samples, mut alive) = (Vec::new(), curve::Alive::default());
+    let (mut samples, mut alive) = (Vec::new(), curve::ObjectCounts::default());
     for index in 1..=count {
         // One-pixel edges find the most faults.
         let size = [(); 2].map(|()| if random.u32(..8) == 0 { 1 } else { random.u32(1..=LONGEST) });
@@ -84,14 +84,14 @@ fn draw(
     Ok(Ok(samples))
 }
 
-fn fit(size: [u32; 2], presenter: &mut Presenter, drawing: &Drawing) -> Result<(), Stop> {
+fn fit(size: [u32; 2], presenter: &mut Presenter, drawing: &CaseSetup) -> Result<(), Abort> {
     let settings = Settings { size, ..drawing.settings.clone() };
     presenter.fit(&drawing.scene, &settings, size)?;
     presenter.refusal().map_or(Ok(()), |refused| Err(frame::Error::into(refused)))
 }
 
 /// Draws a frame and reads it back. The inner error says why nothing of that size was drawn.
-fn draw_into(size: [u32; 2], presenter: &mut Presenter, drawing: &Drawing) -> Result<Result<(), String>, Stop> {
+fn draw_into(size: [u32; 2], presenter: &mut Presenter, drawing: &CaseSetup) -> Result<Result<(), String>, Abort> {
     let [width, height] = size;
     match presenter.draw(&drawing.scene.camera, true, None)? {
         Outcome::Shown(_) => {
@@ -108,8 +108,8 @@ fn sample(
     drawn: u32,
     device: &Device,
     presenter: &mut Presenter,
-    drawing: &Drawing,
-) -> Result<Result<Sample, String>, Stop> {
+    drawing: &CaseSetup,
+) -> Result<Result<SoakSample, String>, Abort> {
     let size = drawing.settings.size;
     fit(size, presenter, drawing)?;
     let mut fastest = f64::MAX;
@@ -120,5 +120,5 @@ fn sample(
         }
         fastest = fastest.min(begun.elapsed().as_secs_f64() * 1e6);
     }
-    Ok(Ok(Sample::take(drawn, fastest, device)?))
+    Ok(Ok(SoakSample::take(drawn, fastest, device)?))
 }

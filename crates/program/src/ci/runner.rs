@@ -11,7 +11,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use super::evidence::{DEVICE, LAST_LABEL, STAGE};
-use super::suite::Case;
+use super::suite::SuiteCase;
 use super::verdict::{CaseReport, Verdict, Where};
 
 /// The file in a case's folder with the verdict of its process.
@@ -33,8 +33,8 @@ pub struct Runner<'a> {
 
 impl Runner<'_> {
     /// Runs all cases, and those that end badly once more: one that then passes is a flake. `told` hears of each as it is done.
-    pub fn run(&self, cases: &[&Case], told: &(dyn Fn(&CaseReport) + Sync)) -> Vec<CaseReport> {
-        let queue: Mutex<VecDeque<(usize, &Case)>> = Mutex::new(cases.iter().copied().enumerate().collect());
+    pub fn run(&self, cases: &[&SuiteCase], told: &(dyn Fn(&CaseReport) + Sync)) -> Vec<CaseReport> {
+        let queue: Mutex<VecDeque<(usize, &SuiteCase)>> = Mutex::new(cases.iter().copied().enumerate().collect());
         let done: Mutex<Vec<(usize, CaseReport)>> = Mutex::default();
         let next = || locked(&queue).pop_front();
         thread::scope(|scope| {
@@ -54,7 +54,7 @@ impl Runner<'_> {
     }
 
     // ANCHOR: twice
-    fn twice(&self, case: &Case) -> CaseReport {
+    fn twice(&self, case: &SuiteCase) -> CaseReport {
         let first = self.once(case, &self.cases.join(&case.name));
         if !first.verdict.is_bad() {
             return first;
@@ -79,7 +79,7 @@ impl Runner<'_> {
     // ANCHOR_END: twice
 
     /// Runs a case's process to its end, or stops it.
-    fn once(&self, case: &Case, folder: &Path) -> CaseReport {
+    fn once(&self, case: &SuiteCase, folder: &Path) -> CaseReport {
         let begun = Instant::now();
         let report = self.watched(case, folder).unwrap_or_else(|error| {
             let why = format!("its process could not be run: {error}");
@@ -88,7 +88,7 @@ impl Runner<'_> {
         CaseReport { seconds: begun.elapsed().as_secs_f64(), ..report }
     }
 
-    fn watched(&self, case: &Case, folder: &Path) -> io::Result<CaseReport> {
+    fn watched(&self, case: &SuiteCase, folder: &Path) -> io::Result<CaseReport> {
         if folder.exists() {
             fs::remove_dir_all(folder)?;
         }
@@ -133,7 +133,7 @@ fn wait(child: &mut Child, timeout: Duration) -> io::Result<Option<ExitStatus>> 
 
 /// The verdict that the process left. Without one, or where the process ended otherwise than one with that verdict does, it has crashed: a driver may
 /// do so at its very end.
-fn judge(case: &Case, folder: &Path, status: ExitStatus) -> CaseReport {
+fn judge(case: &SuiteCase, folder: &Path, status: ExitStatus) -> CaseReport {
     let left = fs::read(folder.join(VERDICT)).ok().and_then(|json| serde_json::from_slice::<CaseReport>(&json).ok());
     let expected = |report: &CaseReport| i32::from(report.verdict.is_bad());
     match left {

@@ -7,10 +7,10 @@ use afterlight::gpu::{
 };
 use afterlight::scene::counted;
 
-use super::evidence::Evidence;
-use super::examine::{Place, Stop};
-use super::suite::Mode;
-use super::verdict::{CaseReport, Check, Where};
+use super::evidence::EvidenceFolder;
+use super::examine::{Abort, CaseContext};
+use super::suite::ValidationMode;
+use super::verdict::{CaseReport, CheckKind, Where};
 
 /// Messages of the layer about some work, and the program's own about objects that it left behind.
 struct Observed {
@@ -26,36 +26,36 @@ impl Observed {
         Self { messages: log.take(), dropped }
     }
 
-    fn keep(&self, stage: &str, evidence: &Evidence) {
+    fn keep(&self, stage: &str, evidence: &EvidenceFolder) {
         evidence.layer_messages(stage, &self.messages, self.dropped);
     }
 
     /// The first of those that are mistakes, and their number.
-    fn note(&self, stage: Stage, evidence: &Evidence, report: &mut CaseReport) {
+    fn note(&self, stage: CaseStage, evidence: &EvidenceFolder, report: &mut CaseReport) {
         let (left, said): (Vec<_>, Vec<_>) = self.messages.iter().partition(|own| own.kind == MessageKind::Leak);
         let holds = left.is_empty();
         let detail =
             left.first().map_or_else(|| "nothing".to_owned(), |first| more(&first.text, left.len() as u64 - 1));
         if !holds || stage.mode.is_none() {
-            report.hold(Check::ResourcesLeft, holds, detail);
+            report.hold(CheckKind::ResourcesLeft, holds, detail);
         }
         let (Some(mode), name) = (stage.mode, stage.name()) else { return };
         self.keep(&name, evidence);
-        let is_advice = |own: &&&Message| mode == Mode::BestPractices && own.is_advice();
+        let is_advice = |own: &&&Message| mode == ValidationMode::BestPractices && own.is_advice();
         let mistakes: Vec<_> = said.iter().filter(|own| own.is_about_this_program() && !is_advice(own)).collect();
         match mistakes.first() {
             None if self.dropped > 0 => {
                 report.hold(
-                    Check::LayerMessage,
+                    CheckKind::LayerMessage,
                     false,
                     format!("{name}: {} not kept", counted(self.dropped, "message")),
                 );
             }
-            None => report.hold(Check::LayerMessage, true, format!("{name}: silent")),
+            None => report.hold(CheckKind::LayerMessage, true, format!("{name}: silent")),
             Some(first) => {
                 let count = mistakes.len() as u64 - 1 + self.dropped;
                 let text = first.text.lines().next().unwrap_or_default();
-                report.hold(Check::LayerMessage, false, format!("{name}: {} {}", first.id_name, more(text, count)));
+                report.hold(CheckKind::LayerMessage, false, format!("{name}: {} {}", first.id_name, more(text, count)));
             }
         }
     }
@@ -67,14 +67,14 @@ fn more(first: &str, others: u64) -> String {
 
 /// A part of a case that has a device of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Stage {
+pub struct CaseStage {
     /// The checks of the layer.
-    pub mode: Option<Mode>,
+    pub mode: Option<ValidationMode>,
     /// The check that shows frames on a surface without a display.
-    pub shows: Option<Check>,
+    pub shows: Option<CheckKind>,
 }
 
-impl Stage {
+impl CaseStage {
     /// The name in sentences and in files: `sync`, `window-sync`.
     fn name(self) -> String {
         match (self.shows, self.mode) {
@@ -87,8 +87,8 @@ impl Stage {
 
     fn instance(self) -> gpu::Result<Arc<Instance>> {
         let options = InstanceOptions {
-            validation: self.mode.map_or(Validation::Off, Mode::validation),
-            sync_shader_heuristic: self.mode == Some(Mode::SyncShaders),
+            validation: self.mode.map_or(Validation::Off, ValidationMode::validation),
+            sync_shader_heuristic: self.mode == Some(ValidationMode::SyncShaders),
             ..InstanceOptions::default()
         };
         Instance::with_extensions(&options, if self.shows.is_some() { &HEADLESS } else { &[] })
@@ -99,9 +99,9 @@ impl Stage {
     }
 
     /// Notes a check that cannot be made here. Without one, it is the case that cannot be tried.
-    fn skip(self, error: gpu::Error, report: &mut CaseReport) -> Result<(), Stop> {
+    fn skip(self, error: gpu::Error, report: &mut CaseReport) -> Result<(), Abort> {
         let check = match (&error, self.mode, self.shows) {
-            (gpu::Error::MissingLayer { .. } | gpu::Error::Unsupported(_), Some(_), _) => Check::LayerMessage,
+            (gpu::Error::MissingLayer { .. } | gpu::Error::Unsupported(_), Some(_), _) => CheckKind::LayerMessage,
             (gpu::Error::Unsupported(_), None, Some(check)) => check,
             _ => return Err(error.into()),
         };
@@ -113,19 +113,19 @@ impl Stage {
 /// Runs work on a device of its own, and notes the messages of the layer and of the device's end, also if the work fails. `None` where the layer
 /// cannot check so, or nothing can be shown, which is noted.
 pub fn with_device<T>(
-    stage: Stage,
-    place: &Place,
-    evidence: &Evidence,
+    stage: CaseStage,
+    place: &CaseContext,
+    evidence: &EvidenceFolder,
     report: &mut CaseReport,
-    work: impl FnOnce(&Arc<Device>, &mut CaseReport) -> Result<T, Stop>,
-) -> Result<Option<T>, Stop> {
+    work: impl FnOnce(&Arc<Device>, &mut CaseReport) -> Result<T, Abort>,
+) -> Result<Option<T>, Abort> {
     let instance = match stage.instance() {
         Ok(instance) => instance,
         Err(error) => return stage.skip(error, report).map(|()| None),
     };
-    if stage.mode == Some(Mode::SyncShaders) && !instance.sync_shader_heuristic() {
+    if stage.mode == Some(ValidationMode::SyncShaders) && !instance.sync_shader_heuristic() {
         let name = stage.name();
-        report.skip(Check::LayerMessage, format!("{name}: the layer has no heuristic for what shaders access"));
+        report.skip(CheckKind::LayerMessage, format!("{name}: the layer has no heuristic for what shaders access"));
         return Ok(None);
     }
     let log = instance.message_log();
@@ -165,11 +165,11 @@ mod tests {
         Message { severity, kind, id_name: id_name.into(), objects: Vec::new(), text: "a queue\nmore".into() }
     }
 
-    fn noted(mode: Option<Mode>, messages: &[Message]) -> CaseReport {
+    fn noted(mode: Option<ValidationMode>, messages: &[Message]) -> CaseReport {
         let mut report = CaseReport::new("a.b");
         Observed { messages: messages.to_vec(), dropped: 0 }.note(
-            Stage { mode, shows: None },
-            &Evidence::new(None),
+            CaseStage { mode, shows: None },
+            &EvidenceFolder::new(None),
             &mut report,
         );
         report
@@ -180,23 +180,27 @@ mod tests {
         let hazard = message(MessageKind::Validation, Severity::Error, "SYNC-HAZARD-WRITE-AFTER-READ");
         let advice = message(MessageKind::Performance, Severity::Warning, "BestPractices-vkBindMemory");
         let system = message(MessageKind::General, Severity::Warning, "Loader Message");
-        let failed = noted(Some(Mode::Sync), &[system.clone(), hazard.clone(), hazard.clone()]);
+        let failed = noted(Some(ValidationMode::Sync), &[system.clone(), hazard.clone(), hazard.clone()]);
         assert_eq!(failed.verdict, Verdict::Fail);
         let reason = failed.reason.expect("a reason");
         assert_eq!(reason, "layer message: sync: SYNC-HAZARD-WRITE-AFTER-READ a queue (and 1 more)");
-        assert_eq!(noted(Some(Mode::BestPractices), &[advice.clone(), system]).verdict, Verdict::Pass);
-        assert_eq!(noted(Some(Mode::Sync), &[advice]).verdict, Verdict::Fail, "advice that nobody has asked for");
-        assert_eq!(noted(Some(Mode::Core), &[]).verdict, Verdict::Pass);
+        assert_eq!(noted(Some(ValidationMode::BestPractices), &[advice.clone(), system]).verdict, Verdict::Pass);
+        assert_eq!(
+            noted(Some(ValidationMode::Sync), &[advice]).verdict,
+            Verdict::Fail,
+            "advice that nobody has asked for"
+        );
+        assert_eq!(noted(Some(ValidationMode::Core), &[]).verdict, Verdict::Pass);
     }
 
     #[test]
     fn what_is_left_on_the_device_fails_the_case() {
         let leak = message(MessageKind::Leak, Severity::Error, "");
-        for mode in [None, Some(Mode::Core)] {
+        for mode in [None, Some(ValidationMode::Core)] {
             let failed = noted(mode, std::slice::from_ref(&leak));
             assert_eq!(failed.verdict, Verdict::Fail);
             assert!(failed.reason.is_some_and(|reason| reason.starts_with("resources left: a queue")));
         }
-        assert!(noted(None, &[]).findings.iter().any(|finding| finding.check == Check::ResourcesLeft));
+        assert!(noted(None, &[]).findings.iter().any(|finding| finding.check == CheckKind::ResourcesLeft));
     }
 }

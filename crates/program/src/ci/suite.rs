@@ -29,12 +29,12 @@ const MAX_DEPTH: usize = 8;
 pub struct Suite {
     /// As it was asked for.
     pub name: String,
-    pub cases: Vec<Case>,
+    pub cases: Vec<SuiteCase>,
 }
 
 /// One scene with its settings and its checks.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Case {
+pub struct SuiteCase {
     /// `GROUP.NAME`.
     pub name: String,
     pub scene: SceneSource,
@@ -75,9 +75,9 @@ pub struct Checks {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub flip: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub truth: Option<Truth>,
+    pub truth: Option<TruthTolerance>,
     /// The checks of the validation layer that must be silent, one after the other.
-    pub validate: Vec<Mode>,
+    pub validate: Vec<ValidationMode>,
     /// Memory must not grow over so many frames.
     pub steady_frames: u32,
     /// So many sizes of a surface without a display are drawn into, one after the other.
@@ -95,7 +95,7 @@ pub struct Checks {
 /// The allowed differences of a picture from the reference renderer's.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Truth {
+pub struct TruthTolerance {
     /// The mean over the pixels of their greatest relative error.
     pub mean: f64,
     /// The greatest relative error of a pixel.
@@ -129,7 +129,7 @@ impl Soak {
 /// A set of checks of the validation layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Mode {
+pub enum ValidationMode {
     Core,
     Sync,
     /// Synchronization, with the layer's heuristic for accesses by shaders.
@@ -138,7 +138,7 @@ pub enum Mode {
     BestPractices,
 }
 
-impl Mode {
+impl ValidationMode {
     pub fn validation(self) -> Validation {
         match self {
             Self::Core => Validation::Core,
@@ -170,36 +170,36 @@ struct File {
     include: Vec<String>,
     /// Keys for all cases of this file, which cases may override.
     #[serde(default)]
-    defaults: Keys,
+    defaults: CaseKeys,
     /// Texts of scene files, by the names under which cases of this file know them.
     #[serde(default)]
     scenes: BTreeMap<String, String>,
     #[serde(default, rename = "case")]
-    cases: Vec<Entry>,
+    cases: Vec<CaseEntry>,
 }
 
 /// A `[[case]]`: a case for each variant.
 #[derive(Debug, Deserialize)]
-struct Entry {
+struct CaseEntry {
     group: toml::Spanned<String>,
     /// Names of the variants, with the settings that each adds.
     each: BTreeMap<String, String>,
     /// One of the suite's own scenes, a built-in one, or a file.
     scene: String,
     #[serde(flatten)]
-    keys: Keys,
+    keys: CaseKeys,
 }
 
 /// The keys that both `[defaults]` and cases may have.
 #[derive(Debug, Clone, Default, Deserialize)]
-struct Keys {
+struct CaseKeys {
     settings: Option<String>,
     time: Option<f64>,
     timeout: Option<f64>,
     identical: Option<u32>,
     flip: Option<f64>,
-    truth: Option<Truth>,
-    validate: Option<Vec<Mode>>,
+    truth: Option<TruthTolerance>,
+    validate: Option<Vec<ValidationMode>>,
     steady_frames: Option<u32>,
     resizes: Option<u32>,
     window: Option<Vec<PresentPath>>,
@@ -228,7 +228,7 @@ const KEYS: [&str; 15] = [
     "slower",
 ];
 
-impl Keys {
+impl CaseKeys {
     /// `self` where it says something, `other` elsewhere; settings of both, of which the own win.
     fn or(self, other: &Self) -> Self {
         Self {
@@ -300,7 +300,7 @@ impl Suite {
     }
 
     /// The case of this name.
-    pub fn case(&self, name: &str) -> Result<&Case, Failure> {
+    pub fn case(&self, name: &str) -> Result<&SuiteCase, Failure> {
         let names = self.cases.iter().map(|case| case.name.as_str());
         let found = self.cases.iter().find(|case| case.name == name);
         let guess = || nearest(name, names).map_or_else(String::new, |guess| format!(": did you mean \"{guess}\"?"));
@@ -312,17 +312,17 @@ impl Suite {
 
 /// A suite's file with one case alone, which `--repro` opens from wherever it is. `kept` is the place of the scene's files where that is not their own,
 /// relative to the suite's file: the scene's file, or the folder that its text's paths are relative to.
-pub fn alone(case: &Case, kept: Option<&Path>) -> String {
+pub fn alone(case: &SuiteCase, kept: Option<&Path>) -> String {
     #[derive(Serialize)]
     struct Alone<'a> {
         #[serde(skip_serializing_if = "Option::is_none")]
         folder: Option<PathBuf>,
         #[serde(skip_serializing_if = "BTreeMap::is_empty")]
         scenes: BTreeMap<&'a str, &'a str>,
-        case: [Entry<'a>; 1],
+        case: [WrittenCase<'a>; 1],
     }
     #[derive(Serialize)]
-    struct Entry<'a> {
+    struct WrittenCase<'a> {
         group: &'a str,
         scene: String,
         settings: &'a str,
@@ -349,7 +349,7 @@ pub fn alone(case: &Case, kept: Option<&Path>) -> String {
         SceneSource::Text { text, .. } => ("scene".to_owned(), [("scene", text.as_str())].into()),
     };
     let (settings, time, timeout, holds) = (case.settings.as_str(), case.time, case.timeout, &case.holds);
-    let entry = Entry { group, scene, settings, time, timeout, holds, each: [(name, "")].into() };
+    let entry = WrittenCase { group, scene, settings, time, timeout, holds, each: [(name, "")].into() };
     toml::to_string(&Alone { folder, scenes, case: [entry] }).unwrap_or_default()
 }
 
@@ -362,7 +362,7 @@ fn collect(
     name: &str,
     folder: &Path,
     depth: usize,
-    cases: &mut Vec<Case>,
+    cases: &mut Vec<SuiteCase>,
 ) -> Result<BTreeMap<String, String>, Failure> {
     if depth > MAX_DEPTH {
         return Err(bad(name, "suites include each other without end"));
@@ -405,8 +405,13 @@ fn collect(
     Ok(scenes)
 }
 
-impl Entry {
-    fn cases(self, defaults: &Keys, scenes: &BTreeMap<String, String>, folder: &Path) -> Result<Vec<Case>, String> {
+impl CaseEntry {
+    fn cases(
+        self,
+        defaults: &CaseKeys,
+        scenes: &BTreeMap<String, String>,
+        folder: &Path,
+    ) -> Result<Vec<SuiteCase>, String> {
         self.keys.check()?;
         let group = self.group.into_inner();
         check_name("group", &group)?;
@@ -423,7 +428,7 @@ impl Entry {
             check_name("variant", &name)?;
             let said = |text: &str| text.parse::<SettingsPatch>().map_err(|error| format!("{group}.{name}: {error}"));
             let settings = said(&more)?.or(&said(keys.settings.as_deref().unwrap_or_default())?);
-            Ok(Case {
+            Ok(SuiteCase {
                 name: format!("{group}.{name}"),
                 scene: scene.clone(),
                 settings: settings.to_string(),
@@ -504,7 +509,7 @@ each = { forward = "light-path=forward" }
         assert_eq!(names, ["a.plain", "a.wide", "b.forward"]);
         let [plain, wide, forward] = &suite.cases[..] else { panic!("three cases") };
         assert_eq!((plain.settings.as_str(), plain.holds.identical, plain.timeout), ("size=8x8", 3, 5.0));
-        assert_eq!((wide.settings.as_str(), &wide.holds.validate[..]), ("size=16x8", &[Mode::Sync][..]));
+        assert_eq!((wide.settings.as_str(), &wide.holds.validate[..]), ("size=16x8", &[ValidationMode::Sync][..]));
         assert!(matches!(&plain.scene, SceneSource::Text { text, .. } if text.contains("builtin:quad")));
         assert!(
             matches!(&forward.scene, SceneSource::Named(name) if name.ends_with("/models/house.obj")),

@@ -112,7 +112,7 @@ impl Status {
 /// The subject of a check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Check {
+pub enum CheckKind {
     /// The case can be drawn at all.
     Drawing,
     Determinism,
@@ -131,7 +131,7 @@ pub enum Check {
 /// The outcome of a check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Outcome {
+pub enum CheckOutcome {
     Held,
     Failed,
     /// It could not be made here.
@@ -141,8 +141,8 @@ pub enum Outcome {
 /// A check that was made, or could not be.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Finding {
-    pub check: Check,
-    pub outcome: Outcome,
+    pub check: CheckKind,
+    pub outcome: CheckOutcome,
     /// One line: the measured value and its bound, or the reason for having none.
     pub detail: String,
 }
@@ -192,24 +192,24 @@ impl CaseReport {
     }
 
     /// Notes how a check went. The first that fails is the reason.
-    pub fn note(&mut self, check: Check, outcome: Outcome, detail: String) {
-        if outcome == Outcome::Failed && self.verdict == Verdict::Pass {
+    pub fn note(&mut self, check: CheckKind, outcome: CheckOutcome, detail: String) {
+        if outcome == CheckOutcome::Failed && self.verdict == Verdict::Pass {
             self.verdict = Verdict::Fail;
             self.reason = Some(format!("{}: {detail}", check.name()));
         }
         self.findings.push(Finding { check, outcome, detail });
     }
 
-    pub fn hold(&mut self, check: Check, holds: bool, detail: String) {
-        self.note(check, if holds { Outcome::Held } else { Outcome::Failed }, detail);
+    pub fn hold(&mut self, check: CheckKind, holds: bool, detail: String) {
+        self.note(check, if holds { CheckOutcome::Held } else { CheckOutcome::Failed }, detail);
     }
 
-    pub fn skip(&mut self, check: Check, why: impl Into<String>) {
-        self.note(check, Outcome::Skipped, why.into());
+    pub fn skip(&mut self, check: CheckKind, why: impl Into<String>) {
+        self.note(check, CheckOutcome::Skipped, why.into());
     }
 }
 
-impl Check {
+impl CheckKind {
     pub fn name(self) -> &'static str {
         match self {
             Self::Drawing => "drawing",
@@ -262,11 +262,11 @@ mod tests {
     #[test]
     fn the_first_failed_check_is_the_reason() {
         let mut report = CaseReport::new("a.b");
-        report.hold(Check::Determinism, true, "2 pictures are equal".into());
-        report.skip(Check::Picture, "no baseline");
+        report.hold(CheckKind::Determinism, true, "2 pictures are equal".into());
+        report.skip(CheckKind::Picture, "no baseline");
         assert_eq!((report.verdict, &report.reason), (Verdict::Pass, &None));
-        report.hold(Check::Truth, false, "mean .2, at most .1".into());
-        report.hold(Check::Memory, false, "grew".into());
+        report.hold(CheckKind::Truth, false, "mean .2, at most .1".into());
+        report.hold(CheckKind::Memory, false, "grew".into());
         assert_eq!(report.verdict, Verdict::Fail);
         assert_eq!(report.reason.as_deref(), Some("truth: mean .2, at most .1"));
         let json = serde_json::to_string(&report).expect("JSON");

@@ -3,42 +3,42 @@
 use afterlight::frame::experiment::{self, PresentPath};
 use afterlight::frame::{Picture, Pixels};
 
-use super::evidence::Evidence;
-use super::examine::{Drawing, Place, Stop};
-use super::stage::{Stage, with_device};
-use super::suite::{Case, Mode};
-use super::verdict::{CaseReport, Check};
+use super::evidence::EvidenceFolder;
+use super::examine::{Abort, CaseContext, CaseSetup};
+use super::stage::{CaseStage, with_device};
+use super::suite::{SuiteCase, ValidationMode};
+use super::verdict::{CaseReport, CheckKind};
 use crate::compare::differing;
 
 /// Shows frames in each of the case's ways, without the layer and under each of its checks. Skipped where the instance or the device has no surface
 /// without a display.
 pub fn show(
-    case: &Case,
-    place: &Place,
-    drawing: &Drawing,
+    case: &SuiteCase,
+    place: &CaseContext,
+    drawing: &CaseSetup,
     first: &Picture,
-    evidence: &Evidence,
+    evidence: &EvidenceFolder,
     report: &mut CaseReport,
-) -> Result<(), Stop> {
+) -> Result<(), Abort> {
     let ways = &case.holds.window;
     if ways.is_empty() {
         return Ok(());
     }
     let scene = drawing.scene.at(&drawing.playing);
     for mode in [None].into_iter().chain(case.holds.validate.iter().copied().map(Some)) {
-        let stage = Stage { mode, shows: Some(Check::Window) };
+        let stage = CaseStage { mode, shows: Some(CheckKind::Window) };
         with_device(stage, place, evidence, report, |device, report| {
             for &way in ways {
                 let picture = experiment::show(device, &scene, &drawing.settings, way)?;
                 if is_comparable(drawing, mode, way) && differ(first, &picture, way) {
                     evidence.picture(&format!("picture-{}.png", name(way)), &picture);
                     let detail = format!("{}: the picture is another than without a window", name(way));
-                    report.hold(Check::Window, false, detail);
+                    report.hold(CheckKind::Window, false, detail);
                     return Ok(());
                 }
             }
             let shown: Vec<_> = ways.iter().copied().map(name).collect();
-            report.hold(Check::Window, true, format!("shown {}", shown.join(", ")));
+            report.hold(CheckKind::Window, true, format!("shown {}", shown.join(", ")));
             Ok(())
         })?;
     }
@@ -60,10 +60,10 @@ fn is_encoded(way: PresentPath) -> bool {
 
 /// Returns true if the picture must be the one without a window. A window shows frames as they come, and not the average of many; GPU-assisted validation
 /// adds code to shaders; FXAA and TAA find differences that 8 bits round away and ENCODE does not.
-fn is_comparable(drawing: &Drawing, mode: Option<Mode>, way: PresentPath) -> bool {
+fn is_comparable(drawing: &CaseSetup, mode: Option<ValidationMode>, way: PresentPath) -> bool {
     let settings = &drawing.settings;
     let is_rounded = is_encoded(way) && settings.smooths_picture();
-    mode != Some(Mode::GpuAssisted)
+    mode != Some(ValidationMode::GpuAssisted)
         && settings.frames_over_time().is_none()
         && settings.samples == 1
         && !is_rounded

@@ -4,13 +4,13 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use afterlight::gpu::{Arguments, Barrier, Command};
-use afterlight_lab::report::commands::{ActingEdge, Attachment, Line, is_structure};
+use afterlight_lab::report::commands::{ActingEdge, Attachment, ExplainedCommand, is_structure};
 
 use super::super::inspect::flags;
-use super::super::table::Table;
+use super::super::table::TextTable;
 
 /// Commands of one kind that were recorded under one pipeline.
-struct Counted<'a> {
+struct CommandGroup<'a> {
     /// The pipeline that was bound between the last command of structure and this one.
     pipeline: Option<&'a str>,
     /// The first of them.
@@ -23,7 +23,7 @@ pub struct Blocks<'a> {
     blocks: Vec<String>,
     /// Labels and render passes that are open.
     depth: usize,
-    counted: Vec<Counted<'a>>,
+    counted: Vec<CommandGroup<'a>>,
     pipeline: Option<&'a str>,
     /// Rows that are printed whole above.
     seen: BTreeSet<&'a str>,
@@ -33,7 +33,7 @@ pub struct Blocks<'a> {
 const LONGEST_REPEAT: usize = 8;
 
 impl<'a> Blocks<'a> {
-    pub fn of(lines: &'a [Line]) -> Self {
+    pub fn of(lines: &'a [ExplainedCommand]) -> Self {
         let mut own = Self { blocks: Vec::new(), depth: 0, counted: Vec::new(), pipeline: None, seen: BTreeSet::new() };
         let mut command_buffer = None;
         for line in lines {
@@ -71,7 +71,7 @@ impl<'a> Blocks<'a> {
         text
     }
 
-    fn structure(&mut self, line: &'a Line) {
+    fn structure(&mut self, line: &'a ExplainedCommand) {
         let arguments = &line.command.arguments;
         let name = line.command.name;
         match name {
@@ -151,10 +151,10 @@ impl<'a> Blocks<'a> {
             self.pipeline = command.arguments.objects.first().map(String::as_str);
         }
         let pipeline = self.pipeline;
-        let own = |counted: &&mut Counted| counted.command.name == command.name && counted.pipeline == pipeline;
+        let own = |counted: &&mut CommandGroup| counted.command.name == command.name && counted.pipeline == pipeline;
         match self.counted.iter_mut().find(own) {
             Some(counted) => counted.count += 1,
-            None => self.counted.push(Counted { pipeline, command, count: 1 }),
+            None => self.counted.push(CommandGroup { pipeline, command, count: 1 }),
         }
     }
 
@@ -164,7 +164,7 @@ impl<'a> Blocks<'a> {
         self.pipeline = None;
         let order: Vec<_> = counted.iter().map(|own| own.pipeline).collect();
         counted.sort_by_key(|own| order.iter().position(|pipeline| *pipeline == own.pipeline));
-        for Counted { pipeline, command, count } in counted {
+        for CommandGroup { pipeline, command, count } in counted {
             let is_bind = command.name == "vkCmdBindPipeline";
             let what = match count {
                 1 => said(command),
@@ -190,14 +190,14 @@ fn first_repeat(blocks: &[String]) -> (usize, usize) {
 
 /// Both sides of a row, as `inspect` prints them.
 fn masks([before, after]: [(String, String); 2]) -> String {
-    let mut table = Table::new();
+    let mut table = TextTable::new();
     table.row(["  after ".to_owned(), before.0, before.1]);
     table.row(["  before".to_owned(), after.0, after.1]);
     table.render()
 }
 
 fn attachments(attachments: &[Attachment]) -> String {
-    let mut table = Table::new();
+    let mut table = TextTable::new();
     for Attachment { name, description: own } in attachments {
         let samples = own.samples.as_raw();
         let format = if samples > 1 { format!("{:?} x{samples}", own.format) } else { format!("{:?}", own.format) };

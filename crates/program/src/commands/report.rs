@@ -1,7 +1,7 @@
 //! A command as JSON.
 
 use afterlight::gpu::{Barrier, BarrierPart};
-use afterlight_lab::report::commands::{Attachment, Line};
+use afterlight_lab::report::commands::{Attachment, ExplainedCommand};
 use serde::Serialize;
 
 use super::super::inspect::{EdgeReport, flags};
@@ -28,11 +28,11 @@ struct BarrierReport {
     row: &'static str,
     src_stages: String,
     dst_stages: String,
-    parts: Vec<PartReport>,
+    parts: Vec<BarrierPartReport>,
 }
 
 #[derive(Serialize)]
-struct PartReport {
+struct BarrierPartReport {
     /// `null` for a barrier on all memory.
     object: Option<String>,
     src_access: String,
@@ -52,7 +52,7 @@ struct AttachmentReport {
 }
 
 impl CommandReport {
-    pub fn of(line: &Line) -> Self {
+    pub fn of(line: &ExplainedCommand) -> Self {
         let arguments = &line.command.arguments;
         let edges = line.dependencies.iter();
         Self {
@@ -70,7 +70,7 @@ impl CommandReport {
 
 impl BarrierReport {
     fn of(barrier: &Barrier) -> Self {
-        let part = |part: &BarrierPart| PartReport {
+        let part = |part: &BarrierPart| BarrierPartReport {
             object: part.object.clone(),
             src_access: flags(&part.src_access),
             dst_access: flags(&part.dst_access),

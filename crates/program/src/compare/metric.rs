@@ -6,7 +6,7 @@ use super::pair::Comparison;
 use crate::failure::Failure;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Metric {
+pub enum ComparisonMetric {
     Rmse,
     RelMse,
     Max,
@@ -16,17 +16,17 @@ pub enum Metric {
     Differing,
 }
 
-const NAMES: [(&str, Metric); 7] = [
-    ("rmse", Metric::Rmse),
-    ("relmse", Metric::RelMse),
-    ("max", Metric::Max),
-    ("p99.9", Metric::P99_9),
-    ("flip", Metric::Flip),
-    ("psnr", Metric::Psnr),
-    ("differing", Metric::Differing),
+const NAMES: [(&str, ComparisonMetric); 7] = [
+    ("rmse", ComparisonMetric::Rmse),
+    ("relmse", ComparisonMetric::RelMse),
+    ("max", ComparisonMetric::Max),
+    ("p99.9", ComparisonMetric::P99_9),
+    ("flip", ComparisonMetric::Flip),
+    ("psnr", ComparisonMetric::Psnr),
+    ("differing", ComparisonMetric::Differing),
 ];
 
-impl Metric {
+impl ComparisonMetric {
     pub fn name(self) -> &'static str {
         NAMES.iter().find(|(_, metric)| *metric == self).map_or("", |(name, _)| name)
     }
@@ -63,7 +63,7 @@ impl Metric {
 /// The limit of a metric: the greatest value that passes, or of PSNR the least.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limit {
-    pub metric: Metric,
+    pub metric: ComparisonMetric,
     pub value: f64,
 }
 
@@ -82,7 +82,7 @@ impl Limit {
         // A limit without a value does not hold; `Metric::applies` has told why.
         let found = self.metric.of(comparison).unwrap_or(f64::NAN);
         let (holds, side) = match self.metric {
-            Metric::Psnr => (found >= self.value, "below"),
+            ComparisonMetric::Psnr => (found >= self.value, "below"),
             _ => (found <= self.value, "above"),
         };
         (!holds).then(|| format!("{} is {}, {side} {}", self.metric.name(), super::figure(found), self.value))
@@ -95,7 +95,7 @@ mod tests {
 
     #[test]
     fn limits_are_read_and_wrong_ones_told() {
-        assert_eq!(Limit::parse("p99.9=0.5"), Ok(Limit { metric: Metric::P99_9, value: 0.5 }));
+        assert_eq!(Limit::parse("p99.9=0.5"), Ok(Limit { metric: ComparisonMetric::P99_9, value: 0.5 }));
         assert!(Limit::parse("fip=1").is_err_and(|error| error.contains("did you mean \"flip\"")));
         for text in ["flip", "flip=", "flip=-1", "flip=nan", "=1"] {
             assert!(Limit::parse(text).is_err(), "{text}");
@@ -104,8 +104,8 @@ mod tests {
 
     #[test]
     fn relative_errors_need_light() {
-        assert!(Metric::RelMse.applies(false).is_err() && Metric::RelMse.applies(true).is_ok());
-        assert!(Metric::Psnr.applies(false).is_ok());
-        assert_eq!(Metric::Flip.applies(false).is_ok(), cfg!(feature = "report"));
+        assert!(ComparisonMetric::RelMse.applies(false).is_err() && ComparisonMetric::RelMse.applies(true).is_ok());
+        assert!(ComparisonMetric::Psnr.applies(false).is_ok());
+        assert_eq!(ComparisonMetric::Flip.applies(false).is_ok(), cfg!(feature = "report"));
     }
 }

@@ -11,12 +11,12 @@ use afterlight::scene::Tonemap;
 
 use super::args::{exposure, value};
 use super::failure::{Exit, Failure};
-use super::image_output::{Format, Target};
+use super::image_output::{Destination, PictureFormat};
 use super::output;
-use super::table::Table;
+use super::table::TextTable;
 pub use image_file::ImageFile;
-use metric::{Limit, Metric};
-use pair::{Comparison, Pair};
+use metric::{ComparisonMetric, Limit};
+use pair::{Comparison, ImagePair};
 
 /// Tell how far two pictures of the same size are apart, by all metrics
 #[derive(Debug, clap::Args)]
@@ -38,12 +38,12 @@ pub struct Args {
     /// The picture that it should be, of the same size
     expected: std::path::PathBuf,
     /// Write a picture of the difference, a .png; - is standard output
-    #[arg(short, long, value_name = "FILE", value_parser = Target::parse)]
-    output: Option<Target>,
+    #[arg(short, long, value_name = "FILE", value_parser = Destination::parse)]
+    output: Option<Destination>,
     /// Draw the difference as flip (black where nobody sees one, then purple, orange, pale yellow), or signed
     /// (grey where equal, brighter where the first picture is) [default: flip, or signed where FLIP is not built in]
     #[arg(long, value_enum, value_name = "NAME", requires = "output")]
-    difference: Option<Difference>,
+    difference: Option<DifferenceKind>,
     /// Exposure of linear light as EV100 [default: the expected picture's mean luminance becomes 0.18]
     #[arg(long, value_name = "EV100", value_parser = exposure, allow_hyphen_values = true)]
     exposure: Option<f32>,
@@ -60,7 +60,7 @@ pub struct Args {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum Difference {
+enum DifferenceKind {
     #[cfg(feature = "report")]
     Flip,
     Signed,
@@ -69,7 +69,7 @@ enum Difference {
 /// Compares, and prints and writes the results.
 pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(target) = &args.output {
-        if target.format != Format::Png {
+        if target.format != PictureFormat::Png {
             return Err(Failure::usage("a picture of a difference is a .png"));
         }
         if target.sink.is_stdout() && args.json {
@@ -78,7 +78,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         target.sink.check()?;
         output::spare([&target.sink], [&args.actual, &args.expected])?;
     }
-    let pair = Pair::open(args)?;
+    let pair = ImagePair::open(args)?;
     // Before the work, so that a metric that the pictures do not have is told at once.
     for limit in &args.limits {
         limit.metric.applies(pair.is_light())?;
@@ -91,7 +91,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let stdout_is_taken = args.output.as_ref().is_some_and(|target| target.sink.is_stdout());
     match args.json {
-        true => output::print(&output::json(&Report::of(args, &pair, &comparison))?, false)?,
+        true => output::print(&output::json(&ComparisonReport::of(args, &pair, &comparison))?, false)?,
         false => output::print(&text(args, &pair, &comparison), stdout_is_taken)?,
     }
     judge(&args.limits, &comparison)
@@ -120,11 +120,11 @@ fn judge(limits: &[Limit], comparison: &Comparison) -> Result<(), Failure> {
     }
 }
 
-fn difference_picture(args: &Args, pair: &Pair, comparison: &Comparison) -> Vec<[u8; 3]> {
+fn difference_picture(args: &Args, pair: &ImagePair, comparison: &Comparison) -> Vec<[u8; 3]> {
     match args.difference {
-        Some(Difference::Signed) => pair.signed_difference(comparison),
+        Some(DifferenceKind::Signed) => pair.signed_difference(comparison),
         #[cfg(feature = "report")]
-        None | Some(Difference::Flip) => comparison.flip.heat().pixels,
+        None | Some(DifferenceKind::Flip) => comparison.flip.heat().pixels,
         #[cfg(not(feature = "report"))]
         None => pair.signed_difference(comparison),
     }
@@ -132,15 +132,15 @@ fn difference_picture(args: &Args, pair: &Pair, comparison: &Comparison) -> Vec<
 
 /// The comparison as JSON; docs/COMMANDS.md has the keys.
 #[derive(Debug, Serialize)]
-struct Report {
+struct ComparisonReport {
     afterlight: &'static str,
     actual: String,
     expected: String,
     size: [u32; 2],
     exposure_ev100: Option<f64>,
     tonemap: Option<String>,
-    light: Option<Figures>,
-    shown: Figures,
+    light: Option<ErrorFigures>,
+    shown: ErrorFigures,
     psnr_db: Option<f64>,
     flip: Option<f64>,
     differing_pixels: usize,
@@ -160,7 +160,7 @@ struct LimitReport {
 }
 
 #[derive(Debug, Serialize)]
-struct Figures {
+struct ErrorFigures {
     rmse: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     rel_mse: Option<f64>,
@@ -168,8 +168,8 @@ struct Figures {
     p99_9: f64,
 }
 
-impl Report {
-    fn of(args: &Args, pair: &Pair, comparison: &Comparison) -> Self {
+impl ComparisonReport {
+    fn of(args: &Args, pair: &ImagePair, comparison: &Comparison) -> Self {
         let shown = &comparison.shown;
         let light = comparison.light.as_ref();
         let counted = light.unwrap_or(shown);
@@ -180,15 +180,15 @@ impl Report {
             size: pair.size(),
             exposure_ev100: pair.exposure().map(f64::from),
             tonemap: pair.exposure().map(|_| pair.tonemap().to_string()),
-            light: light.map(|light| Figures {
+            light: light.map(|light| ErrorFigures {
                 rmse: light.rmse,
                 rel_mse: Some(light.rel_mse),
                 max: light.max,
                 p99_9: light.p99_9,
             }),
-            shown: Figures { rmse: shown.rmse, rel_mse: None, max: shown.max, p99_9: shown.p99_9 },
+            shown: ErrorFigures { rmse: shown.rmse, rel_mse: None, max: shown.max, p99_9: shown.p99_9 },
             psnr_db: Some(shown.psnr_db(1.0)).filter(|psnr| psnr.is_finite()),
-            flip: Metric::Flip.of(comparison),
+            flip: ComparisonMetric::Flip.of(comparison),
             differing_pixels: counted.differing_pixels,
             not_finite: comparison.actual_not_finite,
             expected_not_finite: comparison.expected_not_finite,
@@ -207,10 +207,10 @@ impl Report {
     }
 }
 
-fn text(args: &Args, pair: &Pair, comparison: &Comparison) -> String {
+fn text(args: &Args, pair: &ImagePair, comparison: &Comparison) -> String {
     let [width, height] = pair.size();
     let mut text = format!("{} against {}: {width}x{height}\n", args.actual.display(), args.expected.display());
-    let mut table = Table::with_figures_from(1);
+    let mut table = TextTable::with_figures_from(1);
     if let Some(ev100) = pair.exposure() {
         text += &format!("light exposed at EV100 {ev100:.2}, shown by the tone mapper {}\n", pair.tonemap());
     }
@@ -221,11 +221,11 @@ fn text(args: &Args, pair: &Pair, comparison: &Comparison) -> String {
         table.row(["99.9th percentile".to_owned(), figure(light.p99_9)]);
         table.row(["largest".to_owned(), figure(light.max)]);
         text += &table.render();
-        table = Table::with_figures_from(1);
+        table = TextTable::with_figures_from(1);
     }
     let shown = &comparison.shown;
     text += "\nAs shown, sRGB from 0 to 1\n";
-    match Metric::Flip.of(comparison) {
+    match ComparisonMetric::Flip.of(comparison) {
         Some(flip) => table.row(["mean FLIP".to_owned(), figure(flip)]),
         None => table.row(["mean FLIP".to_owned(), "not built in (feature report)".to_owned()]),
     };
@@ -235,7 +235,7 @@ fn text(args: &Args, pair: &Pair, comparison: &Comparison) -> String {
     table.row(["largest".to_owned(), figure(shown.max)]);
     text += &table.render();
     text += "\nPixels\n";
-    let mut table = Table::with_figures_from(1);
+    let mut table = TextTable::with_figures_from(1);
     let differing = comparison.light.as_ref().unwrap_or(shown).differing_pixels;
     let pixels = (u64::from(width) * u64::from(height)).max(1);
     let share = 100.0 * differing as f64 / pixels as f64;

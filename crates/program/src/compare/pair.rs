@@ -12,7 +12,7 @@ use crate::failure::{Exit, Failure};
 /// The mean luminance that the expected picture is exposed to where `--exposure` is not given: the reflectance of a photographer's grey card.
 const MID_TONE: f64 = 0.18;
 
-pub struct Pair {
+pub struct ImagePair {
     actual: ImageFile,
     expected: ImageFile,
     ev100: f32,
@@ -38,7 +38,7 @@ impl Comparison {
     }
 }
 
-impl Pair {
+impl ImagePair {
     /// Reads both pictures and decides how light is shown.
     pub fn open(args: &Args) -> Result<Self, Failure> {
         let (actual, expected) = (ImageFile::open(&args.actual)?, ImageFile::open(&args.expected)?);

@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::args::DeviceArgs;
 use crate::failure::{Exit, Failure};
-use crate::table::Table;
+use crate::table::TextTable;
 use crate::typed::Typed;
 use crate::{output, progress, session};
 
@@ -22,7 +22,7 @@ pub struct CalibrationReport {
     measured: Option<&'static str>,
     /// The other device.
     of: Option<&'static str>,
-    paths: Vec<PathReport>,
+    paths: Vec<LightPathReport>,
     culling: CullingCost,
     /// Objects from which on the device culls, where it can; `null`: it never does.
     many_objects: Option<usize>,
@@ -33,7 +33,7 @@ pub struct CalibrationReport {
 
 /// One path's figures, in picoseconds.
 #[derive(Debug, Serialize)]
-struct PathReport {
+struct LightPathReport {
     path: String,
     /// `null` where the device cannot take it.
     #[serde(flatten)]
@@ -49,7 +49,7 @@ impl CalibrationReport {
             Basis::Asked => (Some("asked"), None),
         };
         let paths = COMPARED.iter().zip(costs.paths);
-        let paths = paths.map(|(path, cost)| PathReport {
+        let paths = paths.map(|(path, cost)| LightPathReport {
             path: path.to_string(),
             cost: Some(cost).filter(|cost| *cost != afterlight::plan::ABSENT),
         });
@@ -75,10 +75,10 @@ impl CalibrationReport {
             (None, Some("unasked")) => "what was measured on this device beside a window".into(),
             (None, _) => "what was measured on this device".into(),
         };
-        let mut table = Table::new();
+        let mut table = TextTable::new();
         let nanoseconds = |picoseconds: u32| format!("{:.3}", f64::from(picoseconds) / 1e3);
         table.row(["ns", "a pixel", "a light without a range", "lists", "a light of limited reach", "a triangle"]);
-        for PathReport { path, cost } in &self.paths {
+        for LightPathReport { path, cost } in &self.paths {
             match cost {
                 Some(cost) => {
                     let all = [cost.base, cost.unlimited, cost.lists, cost.limited, cost.triangle].map(nanoseconds);

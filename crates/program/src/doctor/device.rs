@@ -8,7 +8,7 @@ use afterlight::plan::Capabilities;
 use serde::Serialize;
 
 use super::calibration::CalibrationReport;
-use crate::table::{Table, bytes, version};
+use crate::table::{TextTable, bytes, version};
 
 /// A format that frames use.
 struct FormatUse {
@@ -67,8 +67,8 @@ pub struct DeviceReport {
     kind: String,
     driver: String,
     vulkan: String,
-    limits: Vec<Limit>,
-    formats: Vec<Format>,
+    limits: Vec<DeviceLimit>,
+    formats: Vec<FormatSupport>,
     /// The figures that `auto` chooses by.
     calibration: CalibrationReport,
     /// Why nothing can be drawn on it.
@@ -76,14 +76,14 @@ pub struct DeviceReport {
 }
 
 #[derive(Debug, Serialize)]
-struct Limit {
+struct DeviceLimit {
     name: &'static str,
     value: String,
 }
 
 /// A format, its use, and the device's support for that use.
 #[derive(Debug, Serialize)]
-struct Format {
+struct FormatSupport {
     format: String,
     used_for: &'static str,
     usable: bool,
@@ -93,7 +93,7 @@ struct Format {
 
 impl DeviceReport {
     pub fn of(number: usize, device: &PhysicalDevice) -> Self {
-        let format = |used: &FormatUse| Format {
+        let format = |used: &FormatUse| FormatSupport {
             format: format!("{:?}", used.format),
             used_for: used.what_for,
             usable: has(device, used),
@@ -105,7 +105,7 @@ impl DeviceReport {
             kind: format!("{:?}", device.kind),
             driver: format!("{} {}", device.driver_name, device.driver_info),
             vulkan: version(device.api_version),
-            limits: limits(device).into_iter().map(|(name, value)| Limit { name, value }).collect(),
+            limits: limits(device).into_iter().map(|(name, value)| DeviceLimit { name, value }).collect(),
             formats: FORMATS.iter().map(format).collect(),
             calibration: CalibrationReport::of(device),
             unusable: unusable(device),
@@ -125,13 +125,13 @@ impl DeviceReport {
     pub fn text(&self, is_default: bool) -> String {
         let mark = if is_default { " (used by default)" } else { "" };
         let mut text = format!("Device {}: {}{mark}\n", self.number, self.name);
-        let mut table = Table::new();
+        let mut table = TextTable::new();
         table.row(["type", &self.kind]).row(["driver", &self.driver]).row(["Vulkan", &self.vulkan]);
-        for Limit { name, value } in &self.limits {
+        for DeviceLimit { name, value } in &self.limits {
             table.row([name, value.as_str()]);
         }
         text.push_str(&table.render());
-        let mut table = Table::new();
+        let mut table = TextTable::new();
         for own in &self.formats {
             let state = match (own.usable, own.without) {
                 (true, _) => "yes".to_owned(),

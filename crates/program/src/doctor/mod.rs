@@ -7,14 +7,14 @@ mod device;
 use std::env::consts::{ARCH, OS};
 use std::fmt::Write as _;
 
-use afterlight::gpu::system::{Missing, hint};
+use afterlight::gpu::system::{VulkanComponent, hint};
 use afterlight::gpu::{self, DeviceChoice, Instance, InstanceOptions, LoaderInfo, PhysicalDevice, manifests};
 use serde::Serialize;
 
 use super::args;
 use super::failure::{Exit, Failure, with_causes};
 use super::output;
-use super::table::{Table, version};
+use super::table::{TextTable, version};
 pub use device::DeviceReport;
 
 /// Tell what of Vulkan is here, what works, and what to install; measure a device
@@ -156,7 +156,7 @@ impl Findings {
 
     fn text(&self) -> String {
         let mut text = format!("Afterlight {} on {OS}, {ARCH}\n\n", self.afterlight);
-        let mut table = Table::new();
+        let mut table = TextTable::new();
         for ManifestReport { path, fault } in &self.manifests {
             table.row([path.as_str(), fault.as_deref().unwrap_or("found")]);
         }
@@ -183,14 +183,14 @@ impl Findings {
     }
 
     fn layer_table(&self) -> String {
-        let mut table = Table::new();
+        let mut table = TextTable::new();
         for LayerReport { name, vulkan, description } in &self.layers {
             table.row([name.clone(), format!("for Vulkan {vulkan}"), description.clone()]);
         }
         let works = match self.validation_layer {
             Some(_) => "--validate works".to_owned(),
             None => {
-                let hint = hint(Missing::ValidationLayer);
+                let hint = hint(VulkanComponent::ValidationLayer);
                 format!("--validate does not work, VK_LAYER_KHRONOS_validation is missing: {hint}")
             }
         };

@@ -8,11 +8,11 @@ use afterlight::gpu::Device;
 use afterlight::scene::{Camera, CameraPath, Output, Pose, counted, metered_ev100};
 use afterlight_truth::measure::Distribution;
 
-use super::{Args, Drawn, costs, heading, renderer, settings};
+use super::{Args, RenderOutput, costs, heading, renderer, settings};
 use crate::args::ViewChoice;
 use crate::failure::Failure;
 use crate::progress;
-use crate::table::{Table, milliseconds};
+use crate::table::{TextTable, milliseconds};
 use crate::workload::{Workload, milliseconds_since};
 
 /// The most pictures of one path.
@@ -80,7 +80,7 @@ pub fn draw(
     mut workload: Workload,
     device: &Arc<Device>,
     is_verbose: bool,
-) -> Result<Drawn, Failure> {
+) -> Result<RenderOutput, Failure> {
     let moments = Moments::of(args, &mut workload)?;
     let count = moments.count;
     let view = args.view.as_ref().and_then(|view| match view {
@@ -133,7 +133,7 @@ pub fn draw(
     }
     drop(bar);
 
-    let mut times = Table::with_figures_from(1);
+    let mut times = TextTable::with_figures_from(1);
     times.row(["load".to_owned(), milliseconds(workload.load_ms)]);
     times.row(["set-up".to_owned(), milliseconds(set_up_ms)]);
     if let Some(all) = Distribution::of(drawing.iter().copied()) {
@@ -144,5 +144,5 @@ pub fn draw(
         times.row([format!("slowest, at {slowest:.2} s"), milliseconds(all.max)]);
     }
     text.push_str(&costs((args, scene), renderer.plan(), &times, device, is_verbose));
-    Ok(Drawn { text, hazards, files: Vec::new() })
+    Ok(RenderOutput { text, hazards, files: Vec::new() })
 }

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use super::verdict::{Case, Report};
+use super::verdict::{RenderReport, SceneVerdict};
 use super::{Args, draw_scene};
 use crate::failure::{Exit, Failure};
-use crate::image_output::Target;
+use crate::image_output::Destination;
 use crate::output::{self, Sink};
 use crate::session;
 
@@ -15,7 +15,7 @@ use crate::session;
 /// # Errors
 /// The failure of the one scene; of several the first of the gravest, with the names of all that failed.
 pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
-    let targets: Vec<Target> = args.scenes.iter().map(|scene| args.output.named(&name_of(scene))).collect();
+    let targets: Vec<Destination> = args.scenes.iter().map(|scene| args.output.named(&name_of(scene))).collect();
     check_sinks(args, &targets)?;
     let mut cases = Vec::new();
     let mut failures: Vec<(&str, Failure)> = Vec::new();
@@ -37,7 +37,7 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
         }
     }
     output::spare(args.json.iter().chain(&args.junit), &read)?;
-    let report = Report::of(cases);
+    let report = RenderReport::of(cases);
     if let Some(sink) = &args.json {
         sink.write(output::json(&report)?.as_bytes())?;
     }
@@ -48,7 +48,7 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
 }
 
 /// The verdict on a scene, the files that it was read from, and the failure, if any.
-type One = (Case, Vec<PathBuf>, Result<(), Failure>);
+type One = (SceneVerdict, Vec<PathBuf>, Result<(), Failure>);
 
 /// Draws one scene on a device of its own, so that all messages of the layer are about it.
 fn one(args: &Args, scene: &str, is_verbose: bool) -> Result<One, Failure> {
@@ -80,7 +80,7 @@ fn one(args: &Args, scene: &str, is_verbose: bool) -> Result<One, Failure> {
         }
     }));
     let seconds = start.elapsed().as_secs_f64();
-    let case = Case::of(scene, &args.output.sink.to_string(), seconds, &heard, &outcome);
+    let case = SceneVerdict::of(scene, &args.output.sink.to_string(), seconds, &heard, &outcome);
     Ok((case.without(args.drop.clone(), hazards), files, outcome))
 }
 
@@ -102,7 +102,7 @@ fn name_of(scene: &str) -> String {
 }
 
 /// Finds out before the work whether all results can be written, each to a place of its own.
-fn check_sinks(args: &Args, targets: &[Target]) -> Result<(), Failure> {
+fn check_sinks(args: &Args, targets: &[Destination]) -> Result<(), Failure> {
     let name = "give -o a name with {name} in it, as -o {name}.png";
     if targets.len() > 1 && args.output.sink.is_stdout() {
         return Err(Failure::usage("-o - has room for the picture of one scene").with_hint(name));

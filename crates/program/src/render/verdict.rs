@@ -6,26 +6,26 @@ use afterlight_lab::report::graph::escape;
 use serde::Serialize;
 
 use crate::failure::{Exit, Failure};
-use crate::session::{Heard, MessageReport};
+use crate::session::{MessageReport, ValidationLog};
 
 /// The output of `--json`; docs/COMMANDS.md has the keys.
 #[derive(Debug, Serialize)]
-pub struct Report {
+pub struct RenderReport {
     afterlight: &'static str,
-    verdict: Verdict,
-    scenes: Vec<Case>,
+    verdict: RenderVerdict,
+    scenes: Vec<SceneVerdict>,
 }
 
 /// A scene.
 #[derive(Debug, Serialize)]
-pub struct Case {
+pub struct SceneVerdict {
     scene: String,
     output: String,
     device: Option<String>,
-    /// As [`Heard::checks`].
-    validation: Option<Checks>,
+    /// As [`ValidationLog::checks`].
+    validation: Option<ValidationReport>,
     seconds: f64,
-    verdict: Verdict,
+    verdict: RenderVerdict,
     exit_code: u8,
     error: Option<String>,
     /// With `--drop`.
@@ -40,34 +40,34 @@ pub struct Case {
 }
 
 #[derive(Debug, Serialize)]
-struct Checks {
+struct ValidationReport {
     checks: &'static str,
     layer: String,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-enum Verdict {
+enum RenderVerdict {
     Passed,
     Failed,
 }
 
-impl Verdict {
+impl RenderVerdict {
     fn when(passed: bool) -> Self {
         if passed { Self::Passed } else { Self::Failed }
     }
 }
 
-impl Case {
-    pub fn of(scene: &str, output: &str, seconds: f64, heard: &Heard, outcome: &Result<(), Failure>) -> Self {
+impl SceneVerdict {
+    pub fn of(scene: &str, output: &str, seconds: f64, heard: &ValidationLog, outcome: &Result<(), Failure>) -> Self {
         let failure = outcome.as_ref().err();
         Self {
             scene: scene.to_owned(),
             output: output.to_owned(),
             device: heard.device.clone(),
-            validation: heard.checks().map(|(checks, layer)| Checks { checks, layer }),
+            validation: heard.checks().map(|(checks, layer)| ValidationReport { checks, layer }),
             seconds,
-            verdict: Verdict::when(failure.is_none()),
+            verdict: RenderVerdict::when(failure.is_none()),
             exit_code: failure.and_then(Failure::exit).map_or(0, Exit::code),
             error: failure.map(Failure::one_line),
             dropped: None,
@@ -90,15 +90,15 @@ impl Case {
     }
 }
 
-impl Report {
-    pub fn of(scenes: Vec<Case>) -> Self {
-        let passed = scenes.iter().all(|case| case.verdict == Verdict::Passed);
-        Self { afterlight: env!("CARGO_PKG_VERSION"), verdict: Verdict::when(passed), scenes }
+impl RenderReport {
+    pub fn of(scenes: Vec<SceneVerdict>) -> Self {
+        let passed = scenes.iter().all(|case| case.verdict == RenderVerdict::Passed);
+        Self { afterlight: env!("CARGO_PKG_VERSION"), verdict: RenderVerdict::when(passed), scenes }
     }
 
     /// One suite with a test case for each scene, as Jenkins, GitLab and others read it.
     pub fn junit(&self) -> String {
-        let failed = self.scenes.iter().filter(|case| case.verdict == Verdict::Failed);
+        let failed = self.scenes.iter().filter(|case| case.verdict == RenderVerdict::Failed);
         let (failures, errors): (Vec<_>, Vec<_>) = failed.partition(|case| case.is_failed_check());
         let seconds: f64 = self.scenes.iter().map(|case| case.seconds).sum();
         let (tests, failures, errors) = (self.scenes.len(), failures.len(), errors.len());
@@ -128,10 +128,10 @@ mod tests {
 
     #[test]
     fn junit_counts_failures_apart_from_errors_and_holds_any_text() {
-        let heard = Heard::default();
-        let case = |scene: &str, outcome| Case::of(scene, "a.png", 0.25, &heard, &outcome);
+        let heard = ValidationLog::default();
+        let case = |scene: &str, outcome| SceneVerdict::of(scene, "a.png", 0.25, &heard, &outcome);
         let odd = "a <b> & \"c\"\n\u{1}d";
-        let report = Report::of(vec![
+        let report = RenderReport::of(vec![
             case("good", Ok(())),
             case(odd, Err(Failure::new(Exit::FailedCheck, odd))),
             case("bad", Err(Failure::new(Exit::BadInput, "cannot read bad"))),

@@ -88,8 +88,8 @@ impl Folder {
             let patch = sweep.points.iter().find(|patch| name_of(patch) == name);
             if let (Some(patch), false) = (patch, there) {
                 let shown = meter.shown(patch)?;
-                let difference =
-                    flip(&shown, &meter.truths.converged.shown).map_err(afterlight_lab::report::sweep::Error::from)?;
+                let difference = flip(&shown, &meter.truths.converged.shown)
+                    .map_err(afterlight_lab::report::sweep::SweepError::from)?;
                 for (file, picture) in files.iter().zip([&shown, &difference.heat()]) {
                     self.put(file, &thumbnail(picture)?)?;
                 }

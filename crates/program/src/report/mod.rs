@@ -10,17 +10,17 @@ use std::sync::Arc;
 
 use afterlight::gpu::Device;
 use afterlight::scene::{SettingsPatch, unknown};
-use afterlight_lab::report::sweep::Error;
+use afterlight_lab::report::sweep::SweepError;
 use afterlight_lab::report::sweep::accuracy::other_triangle;
 use afterlight_lab::report::sweep::assemble::{self, fronts_of};
-use afterlight_lab::report::sweep::attribution::Limits;
+use afterlight_lab::report::sweep::attribution::AttributionLimits;
 use afterlight_lab::report::sweep::families::{Sweep, family_keys};
-use afterlight_lab::report::sweep::journal::{self, Contents, Journal, Record, SceneInfo};
-use afterlight_lab::report::sweep::merge::{self, Part};
+use afterlight_lab::report::sweep::journal::{self, Contents, Journal, JournalRecord, SceneInfo};
+use afterlight_lab::report::sweep::merge::{self, ShardJournal};
 use afterlight_lab::report::sweep::meter::DeviceMeter;
 use afterlight_lab::report::sweep::model::{Metric, Report, SceneReport, Shard};
-use afterlight_lab::report::sweep::run::{Run, Step};
-use afterlight_truth::reference::View;
+use afterlight_lab::report::sweep::run::{Run, SceneProgress};
+use afterlight_truth::reference::CameraView;
 
 use super::args::{self, DeviceArgs, MotionArgs, SettingsArgs};
 use super::failure::{Exit, Failure};
@@ -109,7 +109,7 @@ fn measure(args: &Args) -> Result<(), Failure> {
     let folder = Folder::make(&args.output)?;
     session::with_device(&args.device, |device| {
         // All of them before anything is measured or forgotten: the last may not be there.
-        let open = |spec: &String| Subject::open(args, spec, &device);
+        let open = |spec: &String| SweepJob::open(args, spec, &device);
         let subjects = args.scenes.iter().map(open).collect::<Result<Vec<_>, _>>()?;
         let header = args.measuring.header(&device, &args.scenes, args.families.clone(), args.shard);
         let mut journal = Journal::open(folder.path(), &header, args.restart)?;
@@ -131,13 +131,13 @@ fn measure(args: &Args) -> Result<(), Failure> {
 }
 
 /// A scene that is to be measured.
-struct Subject {
+struct SweepJob {
     workload: Workload,
     base: SettingsPatch,
     sweep: Sweep,
 }
 
-impl Subject {
+impl SweepJob {
     fn open(args: &Args, spec: &str, device: &Device) -> Result<Self, Failure> {
         let workload = Workload::open(spec, &args.measuring.settings(&args.motion, &args.settings), args.quiet)?;
         workload.refuse_shutter("a report")?;
@@ -150,22 +150,22 @@ impl Subject {
 
 fn measure_scene(
     args: &Args,
-    (index, subject): (usize, Subject),
+    (index, subject): (usize, SweepJob),
     device: &Arc<Device>,
     journal: &mut Journal,
     folder: &Folder,
 ) -> Result<SceneReport, Failure> {
-    let Subject { workload, base, sweep } = subject;
+    let SweepJob { workload, base, sweep } = subject;
     let MeasuringArgs { seed, .. } = args.measuring;
     let mut bars = Bars::of(workload.scene.name.clone(), args.quiet);
-    let view = View { camera: workload.scene.camera, size: base.decide().size };
+    let view = CameraView { camera: workload.scene.camera, size: base.decide().size };
     let mut truths = truths(&workload, &view, &base, args.measuring.truth_samples(), &bars)?;
     let raw = &truths.raw.point;
     truths.info.other_triangle = other_triangle(device, &workload.scene, &workload.scene.camera, &base.decide(), raw)?;
     let fronts = fronts_of(args.measuring.quick, args.metric);
     let info = SceneInfo::of(&workload.scene, &base, &sweep, (&truths.hash, &truths.info), fronts);
     match &journal.scenes[index].info {
-        None => journal.add(index, Record::Scene { scene: index, info })?,
+        None => journal.add(index, JournalRecord::Scene { scene: index, info })?,
         Some(there) => {
             if let Some(difference) = journal::scene_difference(there, &info) {
                 let what = format!("{} holds another report: {difference}", args.output.display());
@@ -177,7 +177,7 @@ fn measure_scene(
     let (scene, camera, kept) = (&workload.scene, workload.scene.camera, BTreeMap::new());
     let mut meter = DeviceMeter { device, scene, camera, base: &base, truths, effort, kept };
     let own = sweep.own(args.shard);
-    let mut watch = |step: Step| bars.step(step);
+    let mut watch = |step: SceneProgress| bars.step(step);
     Run { scene: index, sweep: &sweep, own: &own, seed, journal, watch: &mut watch }.measure(&mut meter)?;
     drop(bars);
     attribute(args, index, &meter, journal)?;
@@ -185,7 +185,7 @@ fn measure_scene(
     let missing = || Failure::new(Exit::BadInput, format!("nothing of {} was measured", args.scenes[index]));
     let report = folder.draw_pictures(report.ok_or_else(missing)?, &meter, &sweep)?;
     if !journal.scenes[index].done {
-        journal.add(index, Record::Done { scene: index })?;
+        journal.add(index, JournalRecord::Done { scene: index })?;
     }
     Ok(report)
 }
@@ -198,18 +198,19 @@ fn attribute(args: &Args, index: usize, meter: &DeviceMeter, journal: &mut Journ
     let what = "the parts of the error";
     let _spinner = progress::loading(what, args.quiet);
     progress::line(&format!("{}: {what}", args.scenes[index]), args.quiet);
-    let all = Limits::default();
-    let limits = if args.measuring.quick { Limits { pixels: all.pixels * 3 / 10, shadowed_lights: 4 } } else { all };
+    let all = AttributionLimits::default();
+    let limits =
+        if args.measuring.quick { AttributionLimits { pixels: all.pixels * 3 / 10, shadowed_lights: 4 } } else { all };
     let attribution = meter.attribution(&limits)?;
-    Ok(journal.add(index, Record::Attribution { scene: index, attribution })?)
+    Ok(journal.add(index, JournalRecord::Attribution { scene: index, attribution })?)
 }
 
 fn join(args: &Args) -> Result<(), Failure> {
-    let read = |folder: &PathBuf| -> Result<Part, Failure> {
+    let read = |folder: &PathBuf| -> Result<ShardJournal, Failure> {
         let name = folder.display().to_string();
         let contents = Contents::read(&folder.join(journal::FILE))?;
         let missing = || Failure::new(Exit::BadInput, format!("{name} holds no report"));
-        Ok(Part { contents: contents.ok_or_else(missing)?, folder: name })
+        Ok(ShardJournal { contents: contents.ok_or_else(missing)?, folder: name })
     };
     let parts = args.merge.iter().map(read).collect::<Result<Vec<_>, _>>()?;
     let place = |folder: &Path| fs::canonicalize(folder).ok();
@@ -240,12 +241,12 @@ fn finish(args: &Args, folder: &Folder, report: Report) -> Result<(), Failure> {
     }
 }
 
-impl From<Error> for Failure {
-    fn from(error: Error) -> Self {
+impl From<SweepError> for Failure {
+    fn from(error: SweepError) -> Self {
         match error {
-            Error::Frame(error) => error.into(),
-            Error::Refused(_) => Self::usage(error.to_string()),
-            Error::Mismatch(_) | Error::File { .. } => Self::new(Exit::BadInput, error.to_string()),
+            SweepError::Frame(error) => error.into(),
+            SweepError::Refused(_) => Self::usage(error.to_string()),
+            SweepError::Mismatch(_) | SweepError::File { .. } => Self::new(Exit::BadInput, error.to_string()),
         }
     }
 }
@@ -257,13 +258,13 @@ mod tests {
     use super::*;
 
     #[derive(Debug, clap::Parser)]
-    struct Line {
+    struct CommandLine {
         #[command(flatten)]
         args: Args,
     }
 
     fn parse(line: &str) -> Result<Args, clap::Error> {
-        Line::try_parse_from(["report"].into_iter().chain(line.split(' '))).map(|line| line.args)
+        CommandLine::try_parse_from(["report"].into_iter().chain(line.split(' '))).map(|line| line.args)
     }
 
     #[test]

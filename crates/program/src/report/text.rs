@@ -10,7 +10,7 @@ use afterlight_lab::report::sweep::families::Sweep;
 use afterlight_lab::report::sweep::model::{Against, Front, Metric, Report, SceneReport};
 use afterlight_truth::measure::what_moves;
 
-use crate::table::{Table, bytes, milliseconds};
+use crate::table::{TextTable, bytes, milliseconds};
 
 /// Each scene's front by this metric against the converged truth, and where the settings as given lie.
 /// `all`: the table has every point, and not only the front.
@@ -43,7 +43,7 @@ fn scene_text(scene: &SceneReport, metric: Metric, all: bool) -> String {
         return text;
     };
     text += &advice_text(scene, front);
-    let mut table = Table::with_figures_from(1);
+    let mut table = TextTable::with_figures_from(1);
     table.row(["settings", "a picture", "95%", "FLIP", "relMSE", "RMSE", "on the front", "memory"]);
     let is_on_it = |index: usize| front.points.contains(&index);
     let mut listed: Vec<usize> =

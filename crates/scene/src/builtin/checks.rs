@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3, Vec3};
 use super::Builtin;
 use super::params::{Kind, Parameter, Params};
 use super::shapes::{MeshBuilder, WHOLE_IMAGE};
-use super::stage::Stage;
+use super::stage::SceneBuilder;
 use crate::{
     BlockFormat, Brdf, Camera, ColorSpace, Falloff, Light, LightKind, Material, Projection, Sampler, Scene,
     SettingsPatch, Texels, Texture, Tonemap,
@@ -68,8 +68,8 @@ fn rectangle(low: [f64; 2], high: [f64; 2], z: f64) -> [DVec3; 4] {
 }
 
 /// A stage where radiance comes out as it is, seen from two metres along -Z: at z = 0 the picture is two metres high.
-fn plain_stage() -> Stage {
-    let mut stage = Stage::default();
+fn plain_stage() -> SceneBuilder {
+    let mut stage = SceneBuilder::default();
     stage.scene.camera = Camera {
         position: DVec3::new(0.0, 0.0, 2.0),
         rotation: DQuat::IDENTITY,

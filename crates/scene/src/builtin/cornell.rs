@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3};
 use super::Builtin;
 use super::params::Params;
 use super::shapes::MeshBuilder;
-use super::stage::Stage;
+use super::stage::SceneBuilder;
 use crate::{Brdf, Camera, Environment, Falloff, Light, LightKind, Material, Projection, Scene};
 
 pub(super) const CORNELL: Builtin =
@@ -32,7 +32,7 @@ const TALL: ([[f64; 2]; 4], f64) = ([[423.0, 247.0], [265.0, 296.0], [314.0, 456
 const LAMP_INTENSITY: f32 = 20.0;
 
 fn build(_: &Params) -> Scene {
-    let mut stage = Stage::default();
+    let mut stage = SceneBuilder::default();
     let mut paint = |name: &str, r: f32, g: f32, b: f32| {
         let base_color = Vec3::new(r, g, b);
         stage.material(Material { name: name.into(), brdf: Brdf::Lambert, base_color, ..Material::default() })

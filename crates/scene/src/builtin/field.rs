@@ -5,7 +5,7 @@ use glam::{DAffine3, DQuat, DVec3, Vec3};
 use super::Builtin;
 use super::params::{Parameter, Params};
 use super::shapes::{self, MeshBuilder};
-use super::stage::{Random, Stage, hue};
+use super::stage::{Random, SceneBuilder, hue};
 use crate::{Camera, Environment, Falloff, Light, LightKind, Material, Projection, Scene};
 
 pub(super) const FIELD: Builtin = Builtin {
@@ -36,7 +36,7 @@ const FOV_Y_DEGREES: f64 = 60.0;
 const ASPECT: f64 = 16.0 / 9.0;
 
 fn build(params: &Params) -> Scene {
-    let mut stage = Stage::default();
+    let mut stage = SceneBuilder::default();
     let mut random = Random(params.integer("seed") as u64);
     walls(&mut stage, params.integer("overdraw"));
     screens(&mut stage, params.integer("screens"));
@@ -61,7 +61,7 @@ fn slope() -> f64 {
 
 /// One mesh whose quads are listed from the back: each wall hides those before it in the list, and as no renderer sorts the
 /// triangles of a mesh, all of them are shaded.
-fn walls(stage: &mut Stage, count: usize) {
+fn walls(stage: &mut SceneBuilder, count: usize) {
     let mut walls = MeshBuilder::new();
     for index in 0..count {
         let distance = FARTHEST + 1.0 + (count - 1 - index) as f64 * 0.5;
@@ -80,7 +80,7 @@ fn walls(stage: &mut Stage, count: usize) {
 }
 
 /// Boxes that stand across half the view each, one behind the other through the slab.
-fn screens(stage: &mut Stage, count: usize) {
+fn screens(stage: &mut SceneBuilder, count: usize) {
     if count == 0 {
         return;
     }
@@ -114,7 +114,7 @@ fn volume() -> f64 {
     4.0 * slope() * slope() * ASPECT * (FARTHEST.powi(3) - NEAREST.powi(3)) / 3.0
 }
 
-fn objects(stage: &mut Stage, random: &mut Random, (count, materials): (usize, usize), detail: usize) {
+fn objects(stage: &mut SceneBuilder, random: &mut Random, (count, materials): (usize, usize), detail: usize) {
     if count == 0 {
         return;
     }
@@ -146,7 +146,7 @@ fn objects(stage: &mut Stage, random: &mut Random, (count, materials): (usize, u
     }
 }
 
-fn lights(stage: &mut Stage, random: &mut Random, count: usize, range: f64) {
+fn lights(stage: &mut SceneBuilder, random: &mut Random, count: usize, range: f64) {
     let range = (range > 0.0).then_some(range);
     // Without a limit every light reaches everything: share out one sum, so that the picture does not depend on the count.
     let intensity = if range.is_some() { 400.0 } else { 100_000.0 / count.max(1) as f32 };

@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3, Vec3};
 use super::Builtin;
 use super::params::{Parameter, Params};
 use super::shapes::{self, MeshBuilder};
-use super::stage::{Random, Stage, hue};
+use super::stage::{Random, SceneBuilder, hue};
 use crate::{Camera, Environment, Falloff, Light, LightKind, Material, Projection, Scene};
 
 pub(super) const LAYERS: Builtin = Builtin {
@@ -33,7 +33,7 @@ const FOV_Y_DEGREES: f64 = 60.0;
 const ASPECT: f64 = 4.0;
 
 fn build(params: &Params) -> Scene {
-    let mut stage = Stage::default();
+    let mut stage = SceneBuilder::default();
     let slope = (FOV_Y_DEGREES * 0.5).to_radians().tan();
     let count = params.integer("count");
     // One mesh: no renderer sorts the triangles of a mesh, so that each layer hides those before it in the list after they were shaded.

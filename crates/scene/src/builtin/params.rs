@@ -52,40 +52,40 @@ impl Parameter {
         }
     }
 
-    fn parse(&self, text: &str) -> Result<Value, String> {
+    fn parse(&self, text: &str) -> Result<ParameterValue, String> {
         match self.kind {
             Kind::Integer { least, most, .. } => text
                 .parse()
                 .ok()
                 .filter(|value| (least..=most).contains(value))
-                .map(Value::Integer)
+                .map(ParameterValue::Integer)
                 .ok_or_else(|| format!("{}={text:?}: must be a whole number from {least} to {most}", self.name)),
             Kind::Number { least, most, .. } => text
                 .parse()
                 .ok()
                 .filter(|value: &f64| (least..=most).contains(value))
-                .map(|value| Value::Number(if value.abs() < 1e-12 { 0.0 } else { value }))
+                .map(|value| ParameterValue::Number(if value.abs() < 1e-12 { 0.0 } else { value }))
                 .ok_or_else(|| format!("{}={text:?}: must be a number from {least} to {most}", self.name)),
             Kind::Choice { names } => {
                 let chosen = names.iter().find(|name| **name == text);
-                chosen.map(|name| Value::Choice(name)).ok_or_else(|| unknown(self.name, text, names))
+                chosen.map(|name| ParameterValue::Choice(name)).ok_or_else(|| unknown(self.name, text, names))
             }
-            Kind::Brdf { .. } => text.parse().map(Value::Brdf).map_err(|error: Error| error.to_string()),
+            Kind::Brdf { .. } => text.parse().map(ParameterValue::Brdf).map_err(|error: Error| error.to_string()),
         }
     }
 
-    fn default(&self) -> Value {
+    fn default(&self) -> ParameterValue {
         match self.kind {
-            Kind::Integer { default, .. } => Value::Integer(default),
-            Kind::Number { default, .. } => Value::Number(default),
-            Kind::Brdf { default } => Value::Brdf(default),
-            Kind::Choice { names } => Value::Choice(names[0]),
+            Kind::Integer { default, .. } => ParameterValue::Integer(default),
+            Kind::Number { default, .. } => ParameterValue::Number(default),
+            Kind::Brdf { default } => ParameterValue::Brdf(default),
+            Kind::Choice { names } => ParameterValue::Choice(names[0]),
         }
     }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Value {
+enum ParameterValue {
     Integer(u64),
     Number(f64),
     Brdf(Brdf),
@@ -94,13 +94,13 @@ enum Value {
 
 /// The decided parameters of one scene: the given values, and defaults for the others.
 #[derive(Debug, Clone)]
-pub(super) struct Params(Vec<(&'static str, Value)>);
+pub(super) struct Params(Vec<(&'static str, ParameterValue)>);
 
 impl Params {
     /// Reads `key=value&key=value` against the parameters that the scene has. `scene` names it in errors.
     pub(super) fn parse(scene: &str, known: &[Parameter], query: &str) -> Result<Self, Error> {
         let wrong = |what: String| Error::Builtin(format!("builtin:{scene}: {what}"));
-        let mut given: Vec<(&'static str, Value)> = Vec::new();
+        let mut given: Vec<(&'static str, ParameterValue)> = Vec::new();
         for part in query.split('&').filter(|part| !part.is_empty()) {
             let Some((key, text)) = part.split_once('=') else {
                 return Err(wrong(format!("{part:?} should be key=value")));
@@ -126,35 +126,35 @@ impl Params {
         Ok(Self(given))
     }
 
-    fn get(&self, name: &str) -> Option<Value> {
+    fn get(&self, name: &str) -> Option<ParameterValue> {
         self.0.iter().find(|(given, _)| *given == name).map(|(_, value)| *value)
     }
 
     /// A parameter that the scene's own table declares as an integer.
     pub(super) fn integer(&self, name: &str) -> usize {
         match self.get(name) {
-            Some(Value::Integer(value)) => value as usize,
+            Some(ParameterValue::Integer(value)) => value as usize,
             other => unreachable!("{name} is declared as an integer, not {other:?}"),
         }
     }
 
     pub(super) fn number(&self, name: &str) -> f64 {
         match self.get(name) {
-            Some(Value::Number(value)) => value,
+            Some(ParameterValue::Number(value)) => value,
             other => unreachable!("{name} is declared as a number, not {other:?}"),
         }
     }
 
     pub(super) fn choice(&self, name: &str) -> &'static str {
         match self.get(name) {
-            Some(Value::Choice(value)) => value,
+            Some(ParameterValue::Choice(value)) => value,
             other => unreachable!("{name} is declared as a choice, not {other:?}"),
         }
     }
 
     pub(super) fn brdf(&self, name: &str) -> Brdf {
         match self.get(name) {
-            Some(Value::Brdf(value)) => value,
+            Some(ParameterValue::Brdf(value)) => value,
             other => unreachable!("{name} is declared as a BRDF, not {other:?}"),
         }
     }

@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use super::params::{Parameter, Params};
-use super::stage::{Stage, translation};
+use super::stage::{SceneBuilder, translation};
 use super::{Builtin, shapes};
 use crate::{Brdf, Camera, Environment, Falloff, Light, LightKind, Material, Projection, Scene};
 
@@ -24,7 +24,7 @@ pub(super) const SPHERES: Builtin = Builtin {
 
 fn build(params: &Params) -> Scene {
     let (rows, columns, brdf) = (params.integer("rows"), params.integer("columns"), params.brdf("brdf"));
-    let mut stage = Stage::default();
+    let mut stage = SceneBuilder::default();
     let share = |index: usize, count: usize| if count > 1 { index as f32 / (count - 1) as f32 } else { 0.5 };
     let plain = stage.material(Material { name: "floor".into(), base_color: Vec3::splat(0.18), ..Material::default() });
     let mesh = stage.mesh("sphere", shapes::sphere(0.45, 64), plain);

@@ -7,12 +7,12 @@ use crate::{Light, LightKind, Material, Object, Scene, Texture};
 
 /// A scene on its way.
 #[derive(Default)]
-pub struct Stage {
+pub struct SceneBuilder {
     /// All that was added so far.
     pub scene: Scene,
 }
 
-impl Stage {
+impl SceneBuilder {
     /// Adds a texture and returns its index, as a material's slot holds it.
     pub fn texture(&mut self, texture: Texture) -> Option<usize> {
         self.scene.textures.push(texture);

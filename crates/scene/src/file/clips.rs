@@ -5,12 +5,14 @@ use std::collections::HashSet;
 use glam::{DQuat, DVec3};
 
 use super::models::ModelMaterials;
-use super::node::{CONE_ANGLE, COORDINATE, FACTOR, FIELD_OF_VIEW, LENGTH, Limit, Node, RADIUS, STRENGTH, TIME, Table};
+use super::node::{
+    CONE_ANGLE, COORDINATE, FACTOR, FIELD_OF_VIEW, KeyedValue, LENGTH, NumberRange, RADIUS, STRENGTH, TIME, Table,
+};
 use super::{place, schema};
 use crate::suggest::unknown;
 use crate::{
-    CameraValue, Channel, Clip, Error, Interpolation, LightValue, Local, MAX_ATLAS_EDGE, NamedCamera, Placement, Scene,
-    Target, motion, unit,
+    CameraValue, Channel, ChannelTarget, Clip, Error, Interpolation, LightValue, Local, MAX_ATLAS_EDGE, NamedCamera,
+    Placement, Scene, motion, unit,
 };
 
 /// The most degrees between two keys of a turn: quaternions take the shorter way.
@@ -30,36 +32,41 @@ enum Property {
 }
 
 /// A property by its word, and the limit of its values.
-struct Form {
+struct AnimatedProperty {
     word: &'static str,
     property: Property,
-    limit: Limit,
+    limit: NumberRange,
     /// Of the file's unit in the scene's: degrees in radians, a height in half a height.
     unit: f64,
 }
 
 const DEGREES: f64 = std::f64::consts::PI / 180.0;
 
-const MODEL: &[Form] = &[
-    Form { word: "translation", property: Property::Translation, limit: COORDINATE, unit: 1.0 },
-    Form { word: "rotation", property: Property::Rotation, limit: COORDINATE, unit: 1.0 },
-    Form { word: "scale", property: Property::Scale, limit: FACTOR, unit: 1.0 },
-    Form { word: "cell", property: Property::Cell, limit: FACTOR, unit: 1.0 },
+const MODEL: &[AnimatedProperty] = &[
+    AnimatedProperty { word: "translation", property: Property::Translation, limit: COORDINATE, unit: 1.0 },
+    AnimatedProperty { word: "rotation", property: Property::Rotation, limit: COORDINATE, unit: 1.0 },
+    AnimatedProperty { word: "scale", property: Property::Scale, limit: FACTOR, unit: 1.0 },
+    AnimatedProperty { word: "cell", property: Property::Cell, limit: FACTOR, unit: 1.0 },
 ];
 
-const LIGHT: &[Form] = &[
-    Form { word: "translation", property: Property::Translation, limit: COORDINATE, unit: 1.0 },
-    Form { word: "rotation", property: Property::Rotation, limit: COORDINATE, unit: 1.0 },
-    Form { word: "color", property: Property::Light(LightValue::Color), limit: STRENGTH, unit: 1.0 },
-    Form { word: "intensity", property: Property::Light(LightValue::Intensity), limit: STRENGTH, unit: 1.0 },
-    Form { word: "range", property: Property::Light(LightValue::Range), limit: RADIUS, unit: 1.0 },
-    Form {
+const LIGHT: &[AnimatedProperty] = &[
+    AnimatedProperty { word: "translation", property: Property::Translation, limit: COORDINATE, unit: 1.0 },
+    AnimatedProperty { word: "rotation", property: Property::Rotation, limit: COORDINATE, unit: 1.0 },
+    AnimatedProperty { word: "color", property: Property::Light(LightValue::Color), limit: STRENGTH, unit: 1.0 },
+    AnimatedProperty {
+        word: "intensity",
+        property: Property::Light(LightValue::Intensity),
+        limit: STRENGTH,
+        unit: 1.0,
+    },
+    AnimatedProperty { word: "range", property: Property::Light(LightValue::Range), limit: RADIUS, unit: 1.0 },
+    AnimatedProperty {
         word: "inner_angle_degrees",
         property: Property::Light(LightValue::InnerAngle),
         limit: CONE_ANGLE,
         unit: DEGREES,
     },
-    Form {
+    AnimatedProperty {
         word: "outer_angle_degrees",
         property: Property::Light(LightValue::OuterAngle),
         limit: CONE_ANGLE,
@@ -67,12 +74,22 @@ const LIGHT: &[Form] = &[
     },
 ];
 
-const CAMERA: &[Form] = &[
-    Form { word: "translation", property: Property::Translation, limit: COORDINATE, unit: 1.0 },
-    Form { word: "rotation", property: Property::Rotation, limit: COORDINATE, unit: 1.0 },
-    Form { word: "fov_y_degrees", property: Property::Camera(CameraValue::FovY), limit: FIELD_OF_VIEW, unit: DEGREES },
-    Form { word: "orthographic_height", property: Property::Camera(CameraValue::HalfHeight), limit: LENGTH, unit: 0.5 },
-    Form { word: "near", property: Property::Camera(CameraValue::Near), limit: LENGTH, unit: 1.0 },
+const CAMERA: &[AnimatedProperty] = &[
+    AnimatedProperty { word: "translation", property: Property::Translation, limit: COORDINATE, unit: 1.0 },
+    AnimatedProperty { word: "rotation", property: Property::Rotation, limit: COORDINATE, unit: 1.0 },
+    AnimatedProperty {
+        word: "fov_y_degrees",
+        property: Property::Camera(CameraValue::FovY),
+        limit: FIELD_OF_VIEW,
+        unit: DEGREES,
+    },
+    AnimatedProperty {
+        word: "orthographic_height",
+        property: Property::Camera(CameraValue::HalfHeight),
+        limit: LENGTH,
+        unit: 0.5,
+    },
+    AnimatedProperty { word: "near", property: Property::Camera(CameraValue::Near), limit: LENGTH, unit: 1.0 },
 ];
 
 /// The names of models that some clip moves.
@@ -82,10 +99,10 @@ pub(super) fn moved_models(root: &Table) -> Result<HashSet<String>, Error> {
         for channel in clip.table(schema::CLIP)?.list("channels")? {
             let table = channel.table(schema::CHANNEL)?;
             // A cell moves without a node.
-            if table.read("property", Node::string)? == Some("cell") {
+            if table.read("property", KeyedValue::string)? == Some("cell") {
                 continue;
             }
-            let target = table.read("target", Node::string)?;
+            let target = table.read("target", KeyedValue::string)?;
             names.extend(target.and_then(|target| target.strip_prefix("models.")).map(str::to_owned));
         }
     }
@@ -94,10 +111,10 @@ pub(super) fn moved_models(root: &Table) -> Result<HashSet<String>, Error> {
 
 /// Adds the clips of the file. Models have their nodes already; lights from `first_light` on are the file's own, and the last of a name counts.
 pub(super) fn add(root: &Table, scene: &mut Scene, models: &[ModelMaterials], first_light: usize) -> Result<(), Error> {
-    let mut stage = Stage { scene, models, first_light };
+    let mut stage = AnimatedScene { scene, models, first_light };
     for (index, node) in root.list("clips")?.iter().enumerate() {
         let table = node.table(schema::CLIP)?;
-        let name = table.read("name", Node::string)?.map_or_else(|| format!("clip {index}"), str::to_owned);
+        let name = table.read("name", KeyedValue::string)?.map_or_else(|| format!("clip {index}"), str::to_owned);
         let mut channels: Vec<Channel> = Vec::new();
         for node in table.list("channels")? {
             for channel in stage.channels(&node)? {
@@ -113,15 +130,15 @@ pub(super) fn add(root: &Table, scene: &mut Scene, models: &[ModelMaterials], fi
 }
 
 /// The scene whose things clips move.
-struct Stage<'a> {
+struct AnimatedScene<'a> {
     scene: &'a mut Scene,
     models: &'a [ModelMaterials<'a>],
     first_light: usize,
 }
 
-impl Stage<'_> {
+impl AnimatedScene<'_> {
     /// A channel of the file: one for each thing that has its target's name.
-    fn channels(&mut self, node: &Node) -> Result<Vec<Channel>, Error> {
+    fn channels(&mut self, node: &KeyedValue) -> Result<Vec<Channel>, Error> {
         let table = node.table(schema::CHANNEL)?;
         let need = |key: &str| table.get(key).ok_or_else(|| table.wrong(&format!("needs {key}")));
         let (target, property) = (need("target")?, need("property")?);
@@ -136,7 +153,7 @@ impl Stage<'_> {
         let word = property.string()?;
         let form = forms.iter().find(|form| form.word == word);
         let form = form.ok_or_else(|| property.wrong(unknown("property", word, &words)))?;
-        let keys = Keys::read(&table, form)?;
+        let keys = Keyframes::read(&table, form)?;
         let targets = self.targets(&target, form.property)?;
         let channel = |target| Channel {
             target,
@@ -147,12 +164,12 @@ impl Stage<'_> {
         Ok(targets.into_iter().map(channel).collect())
     }
 
-    fn targets(&mut self, target: &Node, property: Property) -> Result<Vec<Target>, Error> {
+    fn targets(&mut self, target: &KeyedValue, property: Property) -> Result<Vec<ChannelTarget>, Error> {
         let name = target.string()?;
         if let Some(name) = name.strip_prefix("models.") {
             let own = self.models.iter().filter(|model| model.name == Some(name));
-            let targets: Vec<Target> = match property {
-                Property::Cell => own.flat_map(|model| model.objects.clone().map(Target::Cell)).collect(),
+            let targets: Vec<ChannelTarget> = match property {
+                Property::Cell => own.flat_map(|model| model.objects.clone().map(ChannelTarget::Cell)).collect(),
                 _ => own.filter_map(|model| of_node(property, model.node?)).collect(),
             };
             return match targets.is_empty() {
@@ -170,7 +187,7 @@ impl Stage<'_> {
         }
         let camera = self.camera();
         Ok(match property {
-            Property::Camera(value) => vec![Target::Camera(camera, value)],
+            Property::Camera(value) => vec![ChannelTarget::Camera(camera, value)],
             other => {
                 let node = self.node_of_camera(camera);
                 of_node(other, node).into_iter().collect()
@@ -178,9 +195,9 @@ impl Stage<'_> {
         })
     }
 
-    fn of_light(&mut self, target: &Node, light: usize, property: Property) -> Result<Vec<Target>, Error> {
+    fn of_light(&mut self, target: &KeyedValue, light: usize, property: Property) -> Result<Vec<ChannelTarget>, Error> {
         if let Property::Light(value) = property {
-            return Ok(vec![Target::Light(light, value)]);
+            return Ok(vec![ChannelTarget::Light(light, value)]);
         }
         let form = self.scene.lights[light].kind.form();
         if property == Property::Translation && form.place.is_none() {
@@ -232,24 +249,24 @@ impl Stage<'_> {
     }
 }
 
-fn of_node(property: Property, node: usize) -> Option<Target> {
+fn of_node(property: Property, node: usize) -> Option<ChannelTarget> {
     match property {
-        Property::Translation => Some(Target::Translation(node)),
-        Property::Rotation => Some(Target::Rotation(node)),
-        Property::Scale => Some(Target::Scale(node)),
+        Property::Translation => Some(ChannelTarget::Translation(node)),
+        Property::Rotation => Some(ChannelTarget::Rotation(node)),
+        Property::Scale => Some(ChannelTarget::Scale(node)),
         Property::Light(_) | Property::Camera(_) | Property::Cell => None,
     }
 }
 
 /// Keys as a channel has them.
-struct Keys {
+struct Keyframes {
     times: Vec<f64>,
     values: Vec<f64>,
     interpolation: Interpolation,
 }
 
-impl Keys {
-    fn read(table: &Table, form: &Form) -> Result<Self, Error> {
+impl Keyframes {
+    fn read(table: &Table, form: &AnimatedProperty) -> Result<Self, Error> {
         let need = |key: &str| table.get(key).ok_or_else(|| table.wrong(&format!("needs {key}")));
         let times = times(&need("times")?)?;
         let values = need("values")?;
@@ -296,7 +313,7 @@ impl Keys {
     }
 }
 
-fn times(node: &Node) -> Result<Vec<f64>, Error> {
+fn times(node: &KeyedValue) -> Result<Vec<f64>, Error> {
     let mut times: Vec<f64> = Vec::new();
     for item in node.list()? {
         let time = item.number(TIME)?;
@@ -309,7 +326,11 @@ fn times(node: &Node) -> Result<Vec<f64>, Error> {
 }
 
 /// One item for each key.
-fn list(node: &Node, keys: usize, read: impl Fn(&Node) -> Result<Vec<f64>, Error>) -> Result<Vec<Vec<f64>>, Error> {
+fn list(
+    node: &KeyedValue,
+    keys: usize,
+    read: impl Fn(&KeyedValue) -> Result<Vec<f64>, Error>,
+) -> Result<Vec<Vec<f64>>, Error> {
     let items = node.list()?;
     if items.len() != keys {
         return Err(node.wrong(format!("has {} items for {keys} times: expected as many", items.len())));
@@ -318,7 +339,7 @@ fn list(node: &Node, keys: usize, read: impl Fn(&Node) -> Result<Vec<f64>, Error
 }
 
 /// The value of a key, as the tables of models, lights and the camera have it.
-fn value(node: &Node, form: &Form) -> Result<Vec<f64>, Error> {
+fn value(node: &KeyedValue, form: &AnimatedProperty) -> Result<Vec<f64>, Error> {
     match form.property {
         Property::Translation => node.point().map(|point| point.to_array().to_vec()),
         Property::Scale => place::scale(node).map(|scale| scale.to_array().to_vec()),
@@ -339,7 +360,7 @@ fn value(node: &Node, form: &Form) -> Result<Vec<f64>, Error> {
 }
 
 /// A change a second of each value.
-fn tangent(node: &Node, width: usize, unit: f64) -> Result<Vec<f64>, Error> {
+fn tangent(node: &KeyedValue, width: usize, unit: f64) -> Result<Vec<f64>, Error> {
     if width == 1 {
         return Ok(vec![node.number(COORDINATE)? * unit]);
     }
@@ -376,8 +397,8 @@ fn smooth(times: &[f64], values: &[Vec<f64>]) -> Vec<Vec<f64>> {
 }
 
 /// Rotations about an axis by degrees, with keys between them where they are far apart: quaternions know no whole turns.
-fn turns(times: &[f64], degrees: &[f64], axis: DVec3, interpolation: Interpolation) -> Option<Keys> {
-    let mut keys = Keys { times: Vec::new(), values: Vec::new(), interpolation };
+fn turns(times: &[f64], degrees: &[f64], axis: DVec3, interpolation: Interpolation) -> Option<Keyframes> {
+    let mut keys = Keyframes { times: Vec::new(), values: Vec::new(), interpolation };
     let mut add = |time: f64, degrees: f64| {
         keys.times.push(time);
         // The remainder is exact, also of many turns.

@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use super::materials::Textures;
-use super::node::{Limit, Node, SHARE, STRENGTH, Table};
+use super::node::{KeyedValue, NumberRange, SHARE, STRENGTH, Table};
 use super::schema::Schema;
 use crate::emitter::{Emitter, MOST_FRAMES, MOST_KEYS};
 use crate::{ColorSpace, Error, Filter, Sampler, Scene, Wrap};
@@ -36,28 +36,33 @@ pub(super) const TABLE: Schema = Schema {
     ],
 };
 
-const RATE: Limit = Limit::new("from 1e-6 to 1e9 particles a second", |x| (1e-6..=1e9).contains(&x));
-const LIFE: Limit = Limit::new("from 1e-6 to 1e6 seconds", |x| (1e-6..=1e6).contains(&x));
-const MOMENT: Limit = Limit::new("from -1e9 to 1e9 seconds", |x| x.abs() <= 1e9);
-const EXTENT: Limit = Limit::new("from 0 to 1e9 metres", |x| (0.0..=1e9).contains(&x));
-const SPEED: Limit = Limit::new("a number from -1e6 to 1e6", |x| x.abs() <= 1e6);
-const SPREAD: Limit = Limit::new("from 0 to 1e6", |x| (0.0..=1e6).contains(&x));
-const TURN: Limit = Limit::new("from 0 to 360 degrees", |x| (0.0..=360.0).contains(&x));
-const SPIN: Limit = Limit::new("from 0 to 36000 degrees", |x| (0.0..=36e3).contains(&x));
+const RATE: NumberRange = NumberRange::new("from 1e-6 to 1e9 particles a second", |x| (1e-6..=1e9).contains(&x));
+const LIFE: NumberRange = NumberRange::new("from 1e-6 to 1e6 seconds", |x| (1e-6..=1e6).contains(&x));
+const MOMENT: NumberRange = NumberRange::new("from -1e9 to 1e9 seconds", |x| x.abs() <= 1e9);
+const EXTENT: NumberRange = NumberRange::new("from 0 to 1e9 metres", |x| (0.0..=1e9).contains(&x));
+const SPEED: NumberRange = NumberRange::new("a number from -1e6 to 1e6", |x| x.abs() <= 1e6);
+const SPREAD: NumberRange = NumberRange::new("from 0 to 1e6", |x| (0.0..=1e6).contains(&x));
+const TURN: NumberRange = NumberRange::new("from 0 to 360 degrees", |x| (0.0..=360.0).contains(&x));
+const SPIN: NumberRange = NumberRange::new("from 0 to 36000 degrees", |x| (0.0..=36e3).contains(&x));
 
 /// The sampler of particles' textures: no filter reaches over the edge of a cell.
 const SAMPLER: Sampler =
     Sampler { wrap: [Wrap::Clamp; 2], magnify: Filter::Linear, minify: Filter::Linear, levels: Some(Filter::Linear) };
 
 /// Adds an emitter to the scene.
-pub(super) fn emitter(node: &Node, index: usize, scene: &mut Scene, textures: &mut Textures) -> Result<(), Error> {
+pub(super) fn emitter(
+    node: &KeyedValue,
+    index: usize,
+    scene: &mut Scene,
+    textures: &mut Textures,
+) -> Result<(), Error> {
     let table = node.table(TABLE)?;
     let usual = Emitter::default();
     let needed = |key: &str| table.get(key).ok_or_else(|| table.wrong(&format!("needs {key}")));
     let number = |key: &str, limit| table.read(key, |node| node.number(limit));
     let vector = |key: &str, limit| table.read(key, |node| node.numbers(limit, "[x, y, z]").map(DVec3::from));
-    let frames = |node: &Node| {
-        let [columns, rows]: [Node; 2] = node.items("[columns, rows]")?;
+    let frames = |node: &KeyedValue| {
+        let [columns, rows]: [KeyedValue; 2] = node.items("[columns, rows]")?;
         Ok([columns.integer(1..=MOST_FRAMES)?, rows.integer(1..=MOST_FRAMES)?])
     };
     let emitter = Emitter {
@@ -77,7 +82,7 @@ pub(super) fn emitter(node: &Node, index: usize, scene: &mut Scene, textures: &m
         size: over_life(&table, "size", |node| node.number_f32(EXTENT), |node| node.is_number())?.unwrap_or(usual.size),
         color: over_life(&table, "color", color, is_color)?.unwrap_or(usual.color),
         emission: over_life(&table, "emission", |node| node.color(STRENGTH), is_color)?.unwrap_or(usual.emission),
-        lit: table.read("lit", Node::boolean)?.unwrap_or(usual.lit),
+        lit: table.read("lit", KeyedValue::boolean)?.unwrap_or(usual.lit),
         turn_degrees: number("turn_degrees", TURN)?.unwrap_or(usual.turn_degrees),
         spin_degrees: number("spin_degrees", SPIN)?.unwrap_or(usual.spin_degrees),
         softness: number("softness", SPREAD)?.unwrap_or(usual.softness),
@@ -94,7 +99,7 @@ pub(super) fn emitter(node: &Node, index: usize, scene: &mut Scene, textures: &m
 }
 
 /// All of them together, told where the last one stands.
-pub(super) fn check(scene: &Scene, last: &Node) -> Result<(), Error> {
+pub(super) fn check(scene: &Scene, last: &KeyedValue) -> Result<(), Error> {
     scene.emitters_fault().map_or(Ok(()), |fault| Err(last.table(TABLE)?.wrong(&fault)))
 }
 
@@ -102,8 +107,8 @@ pub(super) fn check(scene: &Scene, last: &Node) -> Result<(), Error> {
 fn over_life<T>(
     table: &Table,
     key: &str,
-    read: impl Fn(&Node) -> Result<T, Error>,
-    is_one: fn(&Node) -> bool,
+    read: impl Fn(&KeyedValue) -> Result<T, Error>,
+    is_one: fn(&KeyedValue) -> bool,
 ) -> Result<Option<Vec<T>>, Error> {
     table.read(key, |node| match is_one(node) {
         true => Ok(vec![read(node)?]),
@@ -118,12 +123,12 @@ fn over_life<T>(
 }
 
 /// Not a list of several.
-fn is_color(node: &Node) -> bool {
-    node.is_string() || node.list().is_ok_and(|items| items.first().is_some_and(Node::is_number))
+fn is_color(node: &KeyedValue) -> bool {
+    node.is_string() || node.list().is_ok_and(|items| items.first().is_some_and(KeyedValue::is_number))
 }
 
 /// As any colour, and with alpha as a fourth number.
-fn color(node: &Node) -> Result<[f32; 4], Error> {
+fn color(node: &KeyedValue) -> Result<[f32; 4], Error> {
     if node.list().is_ok_and(|items| items.len() == 4) {
         return Ok(node.numbers(SHARE, "linear [r, g, b, alpha]")?.map(|own: f64| own as f32));
     }

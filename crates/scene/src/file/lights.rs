@@ -5,7 +5,9 @@ use std::fmt::Write as _;
 use glam::{DVec3, Vec3};
 use toml::Value;
 
-use super::node::{CONE_ANGLE, COORDINATE, KELVIN, LENGTH, Limit, Node, RADIUS, SHARE, STRENGTH, SUN_ANGLE, Table};
+use super::node::{
+    CONE_ANGLE, COORDINATE, KELVIN, KeyedValue, LENGTH, NumberRange, RADIUS, SHARE, STRENGTH, SUN_ANGLE, Table,
+};
 use super::schema::{self, Schema};
 use crate::{Error, Falloff, Light, LightKind, black_body_color, luminance, unit};
 
@@ -35,33 +37,33 @@ pub(super) const LIGHT: Schema = Schema {
 const COMMON: [&str; 6] = ["name", "kind", "color", "temperature", "intensity", "casts_shadow"];
 
 /// The keys of a kind of light.
-struct Kind {
+struct LightSchema {
     word: &'static str,
     /// Its keys beside the common ones.
     keys: &'static [&'static str],
     /// The key of [`Light::size`].
-    size: (&'static str, Limit),
+    size: (&'static str, NumberRange),
     casts_shadow: bool,
     /// With the light's luminous intensity in candela, colour and all.
     read: fn(&Table, f64) -> Result<LightKind, Error>,
 }
 
-static KINDS: [Kind; 4] = [
-    Kind {
+static KINDS: [LightSchema; 4] = [
+    LightSchema {
         word: "directional",
         keys: &["direction", "angular_diameter_degrees"],
         size: ("angular_diameter_degrees", SUN_ANGLE),
         casts_shadow: true,
         read: directional,
     },
-    Kind {
+    LightSchema {
         word: "point",
         keys: &["position", "range", "falloff", "radius"],
         size: ("radius", RADIUS),
         casts_shadow: false,
         read: point,
     },
-    Kind {
+    LightSchema {
         word: "spot",
         keys: &[
             "position",
@@ -77,7 +79,7 @@ static KINDS: [Kind; 4] = [
         casts_shadow: false,
         read: spot,
     },
-    Kind {
+    LightSchema {
         word: "beam",
         keys: &["position", "direction", "target", "radius", "edge", "range", "angular_diameter_degrees"],
         size: ("angular_diameter_degrees", SUN_ANGLE),
@@ -86,7 +88,7 @@ static KINDS: [Kind; 4] = [
     },
 ];
 
-pub(super) fn light(node: &Node, index: usize) -> Result<Light, Error> {
+pub(super) fn light(node: &KeyedValue, index: usize) -> Result<Light, Error> {
     let table = node.table(LIGHT)?;
     let words = KINDS.each_ref().map(|kind| kind.word);
     let [others @ .., last] = &words;
@@ -103,11 +105,11 @@ pub(super) fn light(node: &Node, index: usize) -> Result<Light, Error> {
     let color = color(&table)?;
     let (size, limit) = kind.size;
     Ok(Light {
-        name: table.read("name", Node::string)?.map_or_else(|| format!("light {index}"), str::to_owned),
+        name: table.read("name", KeyedValue::string)?.map_or_else(|| format!("light {index}"), str::to_owned),
         color,
         intensity,
         size: table.read(size, |node| node.number(limit))?.unwrap_or(0.0),
-        casts_shadow: table.read("casts_shadow", Node::boolean)?.unwrap_or(kind.casts_shadow),
+        casts_shadow: table.read("casts_shadow", KeyedValue::boolean)?.unwrap_or(kind.casts_shadow),
         kind: (kind.read)(&table, f64::from(luminance(color)) * f64::from(intensity))?,
     })
 }
@@ -172,7 +174,7 @@ fn color(table: &Table) -> Result<Vec3, Error> {
 }
 
 fn position(table: &Table) -> Result<DVec3, Error> {
-    table.read("position", Node::point)?.ok_or_else(|| table.wrong("needs position"))
+    table.read("position", KeyedValue::point)?.ok_or_else(|| table.wrong("needs position"))
 }
 
 /// Reads a light's place and direction.
@@ -189,7 +191,7 @@ fn aim(table: &Table) -> Result<(DVec3, DVec3), Error> {
 }
 
 fn directional(table: &Table, _: f64) -> Result<LightKind, Error> {
-    let direction = table.read("direction", Node::direction)?.ok_or_else(|| table.wrong("needs direction"))?;
+    let direction = table.read("direction", KeyedValue::direction)?.ok_or_else(|| table.wrong("needs direction"))?;
     Ok(LightKind::Directional { direction })
 }
 
@@ -248,7 +250,7 @@ fn cut(falloff: Falloff, candela: f64, lux: f64) -> Option<f64> {
 }
 
 /// The fall-off and the brightness in lux at which it ends.
-fn polynomial(node: &Node) -> Result<(Falloff, Option<f64>), Error> {
+fn polynomial(node: &KeyedValue) -> Result<(Falloff, Option<f64>), Error> {
     let table = node.table(schema::FALLOFF)?;
     let term = |name: &str| -> Result<f32, Error> {
         let Some(term) = table.get(name) else { return Ok(0.0) };

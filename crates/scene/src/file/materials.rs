@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use glam::{DVec2, DVec3, Vec3};
 
-use super::node::{FACTOR, Node, REFRACTION, SHARE, STRENGTH, Table};
+use super::node::{FACTOR, KeyedValue, REFRACTION, SHARE, STRENGTH, Table};
 use super::schema;
 use crate::texture::read_image;
 use crate::{
@@ -25,7 +25,7 @@ impl<'a> Textures<'a> {
     }
 
     /// A texture that is a path, or a table of a path and how it is used; its number, and how it lies on meshes.
-    fn load(&mut self, node: &Node, color_space: ColorSpace, scene: &mut Scene) -> Result<(usize, UvMap), Error> {
+    fn load(&mut self, node: &KeyedValue, color_space: ColorSpace, scene: &mut Scene) -> Result<(usize, UvMap), Error> {
         if !node.is_table() {
             return Ok((self.image(node, (color_space, Sampler::DEFAULT), scene)?, UvMap::IDENTITY));
         }
@@ -38,7 +38,7 @@ impl<'a> Textures<'a> {
     /// A texture that is a path.
     pub fn image(
         &mut self,
-        node: &Node,
+        node: &KeyedValue,
         (color_space, sampler): (ColorSpace, Sampler),
         scene: &mut Scene,
     ) -> Result<usize, Error> {
@@ -61,14 +61,14 @@ impl<'a> Textures<'a> {
 }
 
 fn sampler(table: &Table) -> Result<Sampler, Error> {
-    let one = |node: &Node| {
+    let one = |node: &KeyedValue| {
         Ok(match node.word(&["repeat", "mirror", "clamp"])? {
             "mirror" => Wrap::Mirror,
             "clamp" => Wrap::Clamp,
             _ => Wrap::Repeat,
         })
     };
-    let both = |node: &Node| match node.is_string() {
+    let both = |node: &KeyedValue| match node.is_string() {
         true => one(node).map(|wrap| [wrap; 2]),
         false => {
             let [u, v] = node.list()?.try_into().map_err(|_| node.wrong("must be a word, or two, [u, v]"))?;
@@ -93,7 +93,7 @@ fn uv_map(table: &Table) -> Result<UvMap, Error> {
 }
 
 /// Changes every material of that name, or adds one.
-pub(super) fn material(node: &Node, scene: &mut Scene, textures: &mut Textures) -> Result<(), Error> {
+pub(super) fn material(node: &KeyedValue, scene: &mut Scene, textures: &mut Textures) -> Result<(), Error> {
     let table = node.table(schema::MATERIAL)?;
     let name = table.get("name").ok_or_else(|| table.wrong("needs name"))?.string()?;
     if !scene.materials.iter().any(|material| material.name == name) {
@@ -130,7 +130,7 @@ fn change(table: &Table, material: &mut Material) -> Result<(), Error> {
     let color = |name: &str, before: Vec3| -> Result<Vec3, Error> {
         Ok(table.read(name, |node| node.color(SHARE))?.unwrap_or(before))
     };
-    material.brdf = table.read("brdf", Node::name)?.unwrap_or(material.brdf);
+    material.brdf = table.read("brdf", KeyedValue::name)?.unwrap_or(material.brdf);
     material.base_color = color("base_color", material.base_color)?;
     material.alpha = share("alpha", material.alpha)?;
     material.metallic = share("metallic", material.metallic)?;
@@ -143,15 +143,15 @@ fn change(table: &Table, material: &mut Material) -> Result<(), Error> {
     material.emissive = emissive.unwrap_or(material.emissive) * strength;
     material.normal_scale =
         table.read("normal_scale", |node| node.number_f32(FACTOR))?.unwrap_or(material.normal_scale);
-    material.two_sided = table.read("two_sided", Node::boolean)?.unwrap_or(material.two_sided);
-    material.unlit = table.read("unlit", Node::boolean)?.unwrap_or(material.unlit);
+    material.two_sided = table.read("two_sided", KeyedValue::boolean)?.unwrap_or(material.two_sided);
+    material.unlit = table.read("unlit", KeyedValue::boolean)?.unwrap_or(material.unlit);
     material.atlas = table.read("atlas", atlas)?.unwrap_or(material.atlas);
     material.alpha_mode = alpha_mode(table, material.alpha_mode)?;
     dielectric(table, material)
 }
 
 /// Rows and columns.
-fn atlas(node: &Node) -> Result<[u32; 2], Error> {
+fn atlas(node: &KeyedValue) -> Result<[u32; 2], Error> {
     let [rows, columns] = node.list()?.try_into().map_err(|_| node.wrong("must be [rows, columns]"))?;
     Ok([rows.integer(1..=MAX_ATLAS_EDGE)?, columns.integer(1..=MAX_ATLAS_EDGE)?])
 }

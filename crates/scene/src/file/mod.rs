@@ -29,7 +29,7 @@ use toml::de::DeTable;
 
 use self::materials::Textures;
 use self::models::Models;
-use self::node::{Node, Source, Table};
+use self::node::{KeyedValue, SourceText, Table};
 use super::load::OpenOptions;
 use super::{Error, Scene, SettingsPatch, builtin, fit, load};
 use afterlight_files::regular_file::{read_given, read_regular};
@@ -68,7 +68,7 @@ fn text_of(bytes: Vec<u8>, path: &Path) -> Result<String, Error> {
     })
 }
 
-fn parse_root<'a>(source: Source<'a>) -> Result<Spanned<DeTable<'a>>, Error> {
+fn parse_root<'a>(source: SourceText<'a>) -> Result<Spanned<DeTable<'a>>, Error> {
     DeTable::parse(source.text).map_err(|error| {
         let message = error.message().lines().collect::<Vec<_>>().join(", ");
         source.error(error.span().map_or(0, |span| span.start), message)
@@ -78,9 +78,9 @@ fn parse_root<'a>(source: Source<'a>) -> Result<Spanned<DeTable<'a>>, Error> {
 /// Reads the text of a scene file that stands, or would stand, at `path`.
 ///
 /// # Errors
-/// As [`load`].
+/// As [`fn@load`].
 pub fn parse(text: &str, path: &Path, options: &OpenOptions) -> Result<Scene, Error> {
-    let source = Source { path, text };
+    let source = SourceText { path, text };
     let root = parse_root(source)?;
     let root = Table::open(source, 0, String::new(), root.get_ref(), schema::ROOT)?;
     let folder = path.parent().unwrap_or(Path::new(""));
@@ -118,7 +118,7 @@ pub fn parse(text: &str, path: &Path, options: &OpenOptions) -> Result<Scene, Er
 pub fn said_where(files: &[PathBuf]) -> Vec<(&'static str, String)> {
     let of = |path: &PathBuf| {
         let text = read_file(path).ok()?;
-        let source = Source { path, text: &text };
+        let source = SourceText { path, text: &text };
         let root = parse_root(source).ok()?;
         let root = Table::open(source, 0, String::new(), root.get_ref(), schema::ROOT).ok()?;
         Some(settings::lines(&root.get("settings")?))
@@ -140,7 +140,7 @@ pub fn load_settings(path: &Path) -> Result<SettingsPatch, Error> {
 /// # Errors
 /// As [`load_settings`].
 pub fn parse_settings(text: &str, path: &Path) -> Result<SettingsPatch, Error> {
-    let source = Source { path, text };
+    let source = SourceText { path, text };
     let root = parse_root(source)?;
     let root = Table::open(source, 0, String::new(), root.get_ref(), schema::SETTINGS_FILE)?;
     let Some(node) = root.get("settings") else {
@@ -181,7 +181,7 @@ fn base(root: &Table, folder: &Path, options: &OpenOptions) -> Result<Scene, Err
     let mut scene = opened.map_err(|error| from_another(&node, error))?;
     // Scene files give emission in nits, so the base's emission is not fitted again.
     scene.fitted.white = None;
-    if root.read("base_lights", Node::boolean)? == Some(false) {
+    if root.read("base_lights", KeyedValue::boolean)? == Some(false) {
         scene.lights.clear();
         scene.motion.forget_lights();
     }
@@ -189,7 +189,7 @@ fn base(root: &Table, folder: &Path, options: &OpenOptions) -> Result<Scene, Err
 }
 
 /// The error of a file that another names: with its own line where it has one, else told at the key that names it.
-fn from_another(node: &Node, error: Error) -> Error {
+fn from_another(node: &KeyedValue, error: Error) -> Error {
     match error {
         Error::Content { line: Some(_), .. } => error,
         other => node.wrong(other),

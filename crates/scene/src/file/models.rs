@@ -6,7 +6,7 @@ use std::path::Path;
 
 use glam::{DAffine3, DVec3, Vec3};
 
-use super::node::{COORDINATE, LENGTH, Node, SHARE, Table};
+use super::node::{COORDINATE, KeyedValue, LENGTH, SHARE, Table};
 use super::place::{placement, transform};
 use super::schema;
 use crate::builtin::{self, shapes};
@@ -47,7 +47,7 @@ impl<'a> Models<'a> {
         Self { folder, options, templates: HashMap::new(), moved }
     }
 
-    pub fn add<'n>(&mut self, node: &Node<'n>, scene: &mut Scene) -> Result<ModelMaterials<'n>, Error> {
+    pub fn add<'n>(&mut self, node: &KeyedValue<'n>, scene: &mut Scene) -> Result<ModelMaterials<'n>, Error> {
         let table = node.table(schema::MODEL)?;
         let sources = ["path", "builtin", "shape"].map(|key| table.get(key));
         if sources.iter().flatten().count() != 1 {
@@ -63,15 +63,15 @@ impl<'a> Models<'a> {
             (_, _, Some(shape)) => Imported { objects: from_shape(&shape, scene)?, ..Imported::default() },
             _ => Imported::default(),
         };
-        let name = table.read("name", Node::string)?;
+        let name = table.read("name", KeyedValue::string)?;
         if let Some(name) = name {
             model.objects.iter_mut().for_each(|object| object.name = name.into());
         }
         shadow(&table, &mut model.objects)?;
-        if let Some(movable) = table.read("movable", Node::boolean)? {
+        if let Some(movable) = table.read("movable", KeyedValue::boolean)? {
             model.objects.iter_mut().for_each(|object| object.movable = movable);
         }
-        if table.read("lights", Node::boolean)? == Some(false) {
+        if table.read("lights", KeyedValue::boolean)? == Some(false) {
             model.drop_lights();
         }
         let (own, placed) = (transform(&table)?, places(&table)?);
@@ -106,10 +106,12 @@ impl<'a> Models<'a> {
         Ok(ModelMaterials { objects: first..scene.objects.len(), table, name, node })
     }
 
-    fn read_file(&mut self, table: &Table, node: &Node, scene: &mut Scene) -> Result<Imported, Error> {
+    fn read_file(&mut self, table: &Table, node: &KeyedValue, scene: &mut Scene) -> Result<Imported, Error> {
         let name = node.string()?;
-        let chosen =
-            Chosen { scene: table.read("scene", Node::string)?, variant: table.read("variant", Node::string)? };
+        let chosen = Chosen {
+            scene: table.read("scene", KeyedValue::string)?,
+            variant: table.read("variant", KeyedValue::string)?,
+        };
         let key = (name.to_owned(), [chosen.scene, chosen.variant].map(|own| own.map(str::to_owned)));
         if let Some(model) = self.templates.get(&key) {
             return Ok(model.clone());
@@ -152,7 +154,7 @@ fn hang(scene: &mut Scene, model: &Imported, own: &DAffine3, offsets: &[DAffine3
 }
 
 /// Takes only the objects of a built-in scene, with their motion.
-fn from_builtin(node: &Node, scene: &mut Scene) -> Result<Imported, Error> {
+fn from_builtin(node: &KeyedValue, scene: &mut Scene) -> Result<Imported, Error> {
     let built = builtin::open(node.string()?).map_err(|error| node.wrong(error))?;
     let mut motion = built.motion;
     motion.forget_lights();
@@ -175,7 +177,7 @@ fn from_builtin(node: &Node, scene: &mut Scene) -> Result<Imported, Error> {
 
 const SHAPES: [&str; 6] = ["plane", "box", "sphere", "cylinder", "cone", "torus"];
 
-fn from_shape(node: &Node, scene: &mut Scene) -> Result<Vec<Object>, Error> {
+fn from_shape(node: &KeyedValue, scene: &mut Scene) -> Result<Vec<Object>, Error> {
     let table = node.table(schema::SHAPE)?;
     let kind = table.get("kind").ok_or_else(|| table.wrong(&format!("needs kind: {}", SHAPES.join(", "))))?;
     let kind = kind.word(&SHAPES)?;
@@ -220,7 +222,7 @@ fn shadow(table: &Table, objects: &mut [Object]) -> Result<(), Error> {
         };
         objects.iter_mut().for_each(|object| object.casts_shadow = casts);
     }
-    if let Some(receives) = table.read("receives_shadow", Node::boolean)? {
+    if let Some(receives) = table.read("receives_shadow", KeyedValue::boolean)? {
         objects.iter_mut().for_each(|object| object.receives_shadow = receives);
     }
     Ok(())
@@ -239,7 +241,7 @@ impl LookPatch {
         Ok(Self {
             cell: table.read("cell", |node| node.integer(0..=MAX_ATLAS_EDGE * MAX_ATLAS_EDGE - 1))?,
             tint: table.read("tint", |node| node.color(SHARE))?,
-            selected: table.read("selected", Node::boolean)?,
+            selected: table.read("selected", KeyedValue::boolean)?,
         })
     }
 
@@ -279,7 +281,7 @@ fn places(table: &Table) -> Result<Vec<(DAffine3, LookPatch)>, Error> {
         if instances.len().saturating_mul(places.len()) > MAX_OBJECTS {
             return Err(node.wrong(format!("makes more than {MAX_OBJECTS} objects")));
         }
-        let read = |node: &Node| {
+        let read = |node: &KeyedValue| {
             let table = node.table(schema::INSTANCE)?;
             Ok((transform(&table)?, LookPatch::read(&table)?))
         };
@@ -293,7 +295,7 @@ fn places(table: &Table) -> Result<Vec<(DAffine3, LookPatch)>, Error> {
 }
 
 /// Steps along each axis, centred on the model's own place.
-fn grid(node: &Node) -> Result<Vec<DVec3>, Error> {
+fn grid(node: &KeyedValue) -> Result<Vec<DVec3>, Error> {
     let table = node.table(schema::GRID)?;
     let count_node = table.get("count").ok_or_else(|| table.wrong("needs count: [x, y, z]"))?;
     let items = count_node.items::<3>("[x, y, z] copies")?;
@@ -344,7 +346,7 @@ impl ModelMaterials<'_> {
     }
 }
 
-fn find(node: &Node, scene: &Scene) -> Result<usize, Error> {
+fn find(node: &KeyedValue, scene: &Scene) -> Result<usize, Error> {
     let name = node.string()?;
     // The last of a name is the file's own, when there are several.
     scene.materials.iter().rposition(|material| material.name == name).ok_or_else(|| {

@@ -17,12 +17,12 @@ use crate::{Error, unit, without_controls};
 
 /// The text that is being read.
 #[derive(Clone, Copy)]
-pub(super) struct Source<'a> {
+pub(super) struct SourceText<'a> {
     pub path: &'a Path,
     pub text: &'a str,
 }
 
-impl Source<'_> {
+impl SourceText<'_> {
     pub fn error(&self, at: usize, what: String) -> Error {
         let line = line_of(self.text, at);
         Error::Content { path: self.path.to_owned(), line: Some(line), what: without_controls(&what) }
@@ -36,58 +36,64 @@ fn line_of(text: &str, at: usize) -> usize {
 
 /// The range of a number.
 #[derive(Clone, Copy)]
-pub(super) struct Limit {
+pub(super) struct NumberRange {
     text: &'static str,
     holds: fn(f64) -> bool,
 }
 
-impl Limit {
+impl NumberRange {
     pub const fn new(text: &'static str, holds: fn(f64) -> bool) -> Self {
         Self { text, holds }
     }
 }
 
 /// Positions and lengths: far beyond the observable, and squares of them still fit.
-pub(super) const COORDINATE: Limit = Limit { text: "a number from -1e15 to 1e15", holds: |x| x.abs() <= 1e15 };
-pub(super) const FINITE: Limit = Limit { text: "a finite number", holds: f64::is_finite };
+pub(super) const COORDINATE: NumberRange =
+    NumberRange { text: "a number from -1e15 to 1e15", holds: |x| x.abs() <= 1e15 };
+pub(super) const FINITE: NumberRange = NumberRange { text: "a finite number", holds: f64::is_finite };
 /// A length above 0 must stay above 0 as f32, and so must its square.
-pub(super) const LENGTH: Limit = Limit { text: "from 1e-12 to 1e15", holds: |x| (1e-12..=1e15).contains(&x) };
-pub(super) const SHARE: Limit = Limit { text: "from 0 to 1", holds: |x| (0.0..=1.0).contains(&x) };
+pub(super) const LENGTH: NumberRange =
+    NumberRange { text: "from 1e-12 to 1e15", holds: |x| (1e-12..=1e15).contains(&x) };
+pub(super) const SHARE: NumberRange = NumberRange { text: "from 0 to 1", holds: |x| (0.0..=1.0).contains(&x) };
 /// Of light: a product of two still fits f32.
-pub(super) const STRENGTH: Limit = Limit { text: "from 0 to 1e18", holds: |x| (0.0..=1e18).contains(&x) };
-pub(super) const FIELD_OF_VIEW: Limit =
-    Limit { text: "from 0.001 to 179.999 degrees", holds: |x| FOV_Y_DEGREES.contains(&x) };
-pub(super) const CONE_ANGLE: Limit = Limit { text: "from 0 to 180 degrees", holds: |x| (0.0..=180.0).contains(&x) };
+pub(super) const STRENGTH: NumberRange = NumberRange { text: "from 0 to 1e18", holds: |x| (0.0..=1e18).contains(&x) };
+pub(super) const FIELD_OF_VIEW: NumberRange =
+    NumberRange { text: "from 0.001 to 179.999 degrees", holds: |x| FOV_Y_DEGREES.contains(&x) };
+pub(super) const CONE_ANGLE: NumberRange =
+    NumberRange { text: "from 0 to 180 degrees", holds: |x| (0.0..=180.0).contains(&x) };
 /// Of a key of a camera path.
-pub(super) const TIME: Limit = Limit { text: "from 0 to 1e9 seconds", holds: |x| (0.0..=MAX_SECONDS).contains(&x) };
+pub(super) const TIME: NumberRange =
+    NumberRange { text: "from 0 to 1e9 seconds", holds: |x| (0.0..=MAX_SECONDS).contains(&x) };
 /// Of a body that glows by heat.
-pub(super) const KELVIN: Limit = Limit { text: "from 1000 to 40000 kelvin", holds: |x| crate::KELVIN.contains(&x) };
+pub(super) const KELVIN: NumberRange =
+    NumberRange { text: "from 1000 to 40000 kelvin", holds: |x| crate::KELVIN.contains(&x) };
 /// Of a source of light; 0 for none.
-pub(super) const RADIUS: Limit = Limit { text: "from 0 to 1e15", holds: |x| (0.0..=1e15).contains(&x) };
-pub(super) const SUN_ANGLE: Limit = Limit { text: "from 0 to 90 degrees", holds: |x| (0.0..=90.0).contains(&x) };
+pub(super) const RADIUS: NumberRange = NumberRange { text: "from 0 to 1e15", holds: |x| (0.0..=1e15).contains(&x) };
+pub(super) const SUN_ANGLE: NumberRange =
+    NumberRange { text: "from 0 to 90 degrees", holds: |x| (0.0..=90.0).contains(&x) };
 /// Indices of refraction: 1 reflects nothing.
-pub(super) const REFRACTION: Limit = Limit { text: "from 1 to 100", holds: |x| (1.0..=100.0).contains(&x) };
-pub(super) const FACTOR: Limit = Limit { text: "a number from -1e6 to 1e6", holds: |x| x.abs() <= 1e6 };
+pub(super) const REFRACTION: NumberRange = NumberRange { text: "from 1 to 100", holds: |x| (1.0..=100.0).contains(&x) };
+pub(super) const FACTOR: NumberRange = NumberRange { text: "a number from -1e6 to 1e6", holds: |x| x.abs() <= 1e6 };
 
 /// A value with the key that leads to it.
 #[derive(Clone)]
-pub(super) struct Node<'a> {
-    source: Source<'a>,
+pub(super) struct KeyedValue<'a> {
+    source: SourceText<'a>,
     /// As in `lights[1].color`.
     pub key: String,
     value: &'a DeValue<'a>,
     span: Range<usize>,
 }
 
-impl<'a> Node<'a> {
-    fn of(source: Source<'a>, key: String, value: &'a Spanned<DeValue<'a>>) -> Self {
+impl<'a> KeyedValue<'a> {
+    fn of(source: SourceText<'a>, key: String, value: &'a Spanned<DeValue<'a>>) -> Self {
         Self { source, key, value: value.get_ref(), span: value.span() }
     }
 
     /// An error about this value: `camera.near = -1: must be above 0`.
     /// The file and the line where it begins.
     pub fn place(&self) -> String {
-        let Source { path, text } = self.source;
+        let SourceText { path, text } = self.source;
         format!("{}:{}", path.display(), line_of(text, self.span.start))
     }
 
@@ -98,7 +104,7 @@ impl<'a> Node<'a> {
         self.source.error(self.span.start, format!("{}{found}: {what}", self.key))
     }
 
-    pub fn number(&self, limit: Limit) -> Result<f64, Error> {
+    pub fn number(&self, limit: NumberRange) -> Result<f64, Error> {
         let parsed = match self.value {
             DeValue::Float(float) => float.as_str().parse::<f64>().ok(),
             DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix()).ok().map(|n| n as f64),
@@ -107,7 +113,7 @@ impl<'a> Node<'a> {
         parsed.filter(|number| (limit.holds)(*number)).ok_or_else(|| self.wrong(format!("must be {}", limit.text)))
     }
 
-    pub fn number_f32(&self, limit: Limit) -> Result<f32, Error> {
+    pub fn number_f32(&self, limit: NumberRange) -> Result<f32, Error> {
         self.number(limit).map(|number| number as f32)
     }
 
@@ -176,28 +182,28 @@ impl<'a> Node<'a> {
     }
 
     /// A table whose keys are names of the user's own.
-    pub fn entries(&self) -> Result<Vec<(&'a str, Node<'a>)>, Error> {
+    pub fn entries(&self) -> Result<Vec<(&'a str, KeyedValue<'a>)>, Error> {
         let DeValue::Table(table) = self.value else { return Err(self.wrong("must be a table")) };
         let entry = |(key, value): (&'a Spanned<_>, &'a Spanned<DeValue<'a>>)| {
             let key: &'a std::borrow::Cow<'a, str> = key.get_ref();
-            (key.as_ref(), Node::of(self.source, format!("{}.{key}", self.key), value))
+            (key.as_ref(), KeyedValue::of(self.source, format!("{}.{key}", self.key), value))
         };
         Ok(table.iter().map(entry).collect())
     }
 
-    pub fn list(&self) -> Result<Vec<Node<'a>>, Error> {
+    pub fn list(&self) -> Result<Vec<KeyedValue<'a>>, Error> {
         let DeValue::Array(array) = self.value else { return Err(self.wrong("must be an array")) };
-        let item = |(index, value)| Node::of(self.source, format!("{}[{index}]", self.key), value);
+        let item = |(index, value)| KeyedValue::of(self.source, format!("{}[{index}]", self.key), value);
         Ok(array.iter().enumerate().map(item).collect())
     }
 
     /// An array of exactly `N` items; `what` they are, for the message.
-    pub fn items<const N: usize>(&self, what: &str) -> Result<[Node<'a>; N], Error> {
+    pub fn items<const N: usize>(&self, what: &str) -> Result<[KeyedValue<'a>; N], Error> {
         let list = self.value.as_array().and(self.list().ok());
         list.and_then(|list| list.try_into().ok()).ok_or_else(|| self.wrong(format!("must be {N} numbers, {what}")))
     }
 
-    pub fn numbers<const N: usize>(&self, limit: Limit, what: &str) -> Result<[f64; N], Error> {
+    pub fn numbers<const N: usize>(&self, limit: NumberRange, what: &str) -> Result<[f64; N], Error> {
         let items = self.items::<N>(what)?;
         let mut numbers = [0.0; N];
         for (number, item) in numbers.iter_mut().zip(&items) {
@@ -217,7 +223,7 @@ impl<'a> Node<'a> {
     }
 
     /// Linear `[r, g, b]`, or `"#rrggbb"` as sRGB has it.
-    pub fn color(&self, limit: Limit) -> Result<Vec3, Error> {
+    pub fn color(&self, limit: NumberRange) -> Result<Vec3, Error> {
         if !self.is_string() {
             return self.numbers(limit, "linear [r, g, b], or \"#rrggbb\"").map(|rgb| DVec3::from(rgb).as_vec3());
         }
@@ -232,7 +238,7 @@ impl<'a> Node<'a> {
 
 /// A table whose keys have been checked against its schema.
 pub(super) struct Table<'a> {
-    source: Source<'a>,
+    source: SourceText<'a>,
     /// The table's start in the text.
     start: usize,
     /// Empty for the root.
@@ -245,7 +251,7 @@ impl<'a> Table<'a> {
     /// # Errors
     /// At the first key that the schema does not have, with the one that was likely meant.
     pub fn open(
-        source: Source<'a>,
+        source: SourceText<'a>,
         start: usize,
         key: String,
         table: &'a DeTable<'a>,
@@ -261,19 +267,23 @@ impl<'a> Table<'a> {
         Ok(Self { source, start, key, table, schema })
     }
 
-    pub fn get(&self, name: &str) -> Option<Node<'a>> {
+    pub fn get(&self, name: &str) -> Option<KeyedValue<'a>> {
         debug_assert!(self.schema.keys.contains(&name), "{name} is not in the schema of {}", self.schema.table);
         let key = if self.key.is_empty() { name.to_owned() } else { format!("{}.{name}", self.key) };
         let entry = self.table.iter().find(|(key, _)| key.get_ref() == name);
-        entry.map(|(_, value)| Node::of(self.source, key, value))
+        entry.map(|(_, value)| KeyedValue::of(self.source, key, value))
     }
 
     /// The value that `read` makes of a key, if it is there.
-    pub fn read<T>(&self, name: &str, read: impl FnOnce(&Node<'a>) -> Result<T, Error>) -> Result<Option<T>, Error> {
+    pub fn read<T>(
+        &self,
+        name: &str,
+        read: impl FnOnce(&KeyedValue<'a>) -> Result<T, Error>,
+    ) -> Result<Option<T>, Error> {
         self.get(name).map(|node| read(&node)).transpose()
     }
 
-    pub fn list(&self, name: &str) -> Result<Vec<Node<'a>>, Error> {
+    pub fn list(&self, name: &str) -> Result<Vec<KeyedValue<'a>>, Error> {
         self.get(name).map_or(Ok(Vec::new()), |node| node.list())
     }
 

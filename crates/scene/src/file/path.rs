@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::node::{Source, TIME, Table};
+use super::node::{SourceText, TIME, Table};
 use super::{parse_root, read_text, schema, settings};
 use crate::{Camera, CameraKey, CameraPath, Error};
 
@@ -19,7 +19,7 @@ pub fn load_path(path: &Path, camera: &Camera) -> Result<CameraPath, Error> {
 /// # Errors
 /// As [`load_path`].
 pub fn parse_path(text: &str, path: &Path, camera: &Camera) -> Result<CameraPath, Error> {
-    let source = Source { path, text };
+    let source = SourceText { path, text };
     let root = parse_root(source)?;
     let root = Table::open(source, 0, String::new(), root.get_ref(), schema::PATH)?;
     let mut keys: Vec<CameraKey> = Vec::new();

@@ -2,13 +2,13 @@
 
 use glam::{DAffine3, DQuat, DVec3, EulerRot};
 
-use super::node::{COORDINATE, FACTOR, Node, Table};
+use super::node::{COORDINATE, FACTOR, KeyedValue, Table};
 use super::schema;
 use crate::{Error, Placement};
 
 /// Scales first, then rotates, then moves.
 pub(super) fn transform(table: &Table) -> Result<DAffine3, Error> {
-    let translation = table.read("translation", Node::point)?.unwrap_or(DVec3::ZERO);
+    let translation = table.read("translation", KeyedValue::point)?.unwrap_or(DVec3::ZERO);
     let rotation = table.read("rotation", rotation)?.unwrap_or(DQuat::IDENTITY);
     let scale = table.read("scale", scale)?.unwrap_or(DVec3::ONE);
     Ok(DAffine3::from_scale_rotation_translation(scale, rotation, translation))
@@ -17,14 +17,14 @@ pub(super) fn transform(table: &Table) -> Result<DAffine3, Error> {
 /// The same by its parts, for clips to move.
 pub(super) fn placement(table: &Table) -> Result<Placement, Error> {
     Ok(Placement {
-        translation: table.read("translation", Node::point)?.unwrap_or(DVec3::ZERO),
+        translation: table.read("translation", KeyedValue::point)?.unwrap_or(DVec3::ZERO),
         rotation: table.read("rotation", rotation)?.unwrap_or(DQuat::IDENTITY),
         scale: table.read("scale", scale)?.unwrap_or(DVec3::ONE),
     })
 }
 
 /// One factor or three; negative ones mirror.
-pub(super) fn scale(node: &Node) -> Result<DVec3, Error> {
+pub(super) fn scale(node: &KeyedValue) -> Result<DVec3, Error> {
     let scale =
         if node.is_number() { DVec3::splat(node.number(FACTOR)?) } else { node.numbers(FACTOR, "[x, y, z]")?.into() };
     if scale.abs().min_element() < 1e-12 {
@@ -34,7 +34,7 @@ pub(super) fn scale(node: &Node) -> Result<DVec3, Error> {
 }
 
 /// `[x, y, z]` in degrees about the fixed axes, X first; or a quaternion; or an axis and an angle.
-pub(super) fn rotation(node: &Node) -> Result<DQuat, Error> {
+pub(super) fn rotation(node: &KeyedValue) -> Result<DQuat, Error> {
     if !node.is_table() {
         let [x, y, z] = node.numbers(COORDINATE, "[x, y, z] in degrees, or a table")?.map(f64::to_radians);
         return Ok(DQuat::from_euler(EulerRot::ZYX, z, y, x));

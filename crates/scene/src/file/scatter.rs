@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use super::lights::reach;
-use super::node::{Node, SHARE, STRENGTH};
+use super::node::{KeyedValue, SHARE, STRENGTH};
 use super::schema;
 use crate::builtin::stage::{Random, hue};
 use crate::{Error, Light, LightKind, luminance};
@@ -12,7 +12,7 @@ use crate::{Error, Light, LightKind, luminance};
 const MAX_COUNT: u32 = 1_000_000;
 
 /// Adds the lights of one table.
-pub(super) fn lights(node: &Node, lights: &mut Vec<Light>) -> Result<(), Error> {
+pub(super) fn lights(node: &KeyedValue, lights: &mut Vec<Light>) -> Result<(), Error> {
     let table = node.table(schema::SCATTER)?;
     let needs = |key: &str| table.get(key).ok_or_else(|| table.wrong(&format!("needs {key}")));
     let count = needs("count")?.integer(1..=MAX_COUNT)?;
@@ -24,7 +24,7 @@ pub(super) fn lights(node: &Node, lights: &mut Vec<Light>) -> Result<(), Error> 
     let intensity = needs("intensity")?.number_f32(STRENGTH)?;
     let saturation = table.read("saturation", |node| node.number_f32(SHARE))?.unwrap_or(0.45);
     let seed = table.read("seed", |node| node.integer(0..=u32::MAX))?.unwrap_or(0);
-    let name = table.read("name", Node::string)?.unwrap_or("scattered");
+    let name = table.read("name", KeyedValue::string)?.unwrap_or("scattered");
     for (index, place) in places(seed).take(count as usize).enumerate() {
         let color = Vec3::ONE.lerp(hue(place[3]), saturation);
         let (range, falloff) = reach(&table, f64::from(luminance(color)) * f64::from(intensity))?;

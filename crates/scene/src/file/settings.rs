@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 
 use glam::{DVec3, Vec3};
 
-use super::node::{FIELD_OF_VIEW, LENGTH, Node, STRENGTH, Table};
+use super::node::{FIELD_OF_VIEW, KeyedValue, LENGTH, STRENGTH, Table};
 use super::place::rotation;
 use super::schema;
 use crate::{Camera, Environment, Error, Projection, SETTINGS, Setting, SettingsPatch, ValueKind};
 
 /// Reads the file's values of the camera, over those of the one before.
-pub(super) fn camera(node: &Node, before: Camera) -> Result<Camera, Error> {
+pub(super) fn camera(node: &KeyedValue, before: Camera) -> Result<Camera, Error> {
     let table = node.table(schema::CAMERA)?;
     let camera = camera_of(&table, before)?;
     Ok(Camera { near: table.read("near", |node| node.number(LENGTH))?.unwrap_or(camera.near), ..camera })
@@ -18,8 +18,8 @@ pub(super) fn camera(node: &Node, before: Camera) -> Result<Camera, Error> {
 
 /// Reads a camera's place, rotation and lens: the keys that `[camera]` and a key of a camera path share.
 pub(super) fn camera_of(table: &Table, mut camera: Camera) -> Result<Camera, Error> {
-    camera.position = table.read("position", Node::point)?.unwrap_or(camera.position);
-    let up = table.read("up", Node::direction)?;
+    camera.position = table.read("position", KeyedValue::point)?.unwrap_or(camera.position);
+    let up = table.read("up", KeyedValue::direction)?;
     match (table.get("target"), table.get("rotation")) {
         (Some(target), None) => {
             let place = target.point()?;
@@ -45,7 +45,7 @@ pub(super) fn camera_of(table: &Table, mut camera: Camera) -> Result<Camera, Err
 }
 
 /// `camera.exposure`: the same as `settings.exposure`, for users who look for it at the camera.
-pub(super) fn camera_exposure(node: &Node) -> Result<SettingsPatch, Error> {
+pub(super) fn camera_exposure(node: &KeyedValue) -> Result<SettingsPatch, Error> {
     let mut patch = SettingsPatch::default();
     if let Some(node) = node.table(schema::CAMERA)?.get("exposure") {
         SETTINGS.iter().filter(|setting| setting.key == "exposure").try_for_each(|own| said(own, &node, &mut patch))?;
@@ -53,7 +53,7 @@ pub(super) fn camera_exposure(node: &Node) -> Result<SettingsPatch, Error> {
     Ok(patch)
 }
 
-pub(super) fn environment(node: &Node, environment: Environment) -> Result<Environment, Error> {
+pub(super) fn environment(node: &KeyedValue, environment: Environment) -> Result<Environment, Error> {
     let table = node.table(schema::ENVIRONMENT)?;
     let light = |color: &str, strength: &str, before: Vec3| -> Result<Vec3, Error> {
         let nits = table.read(strength, |node| node.number_f32(STRENGTH))?.unwrap_or(1.0);
@@ -77,14 +77,14 @@ pub(super) fn environment(node: &Node, environment: Environment) -> Result<Envir
     Ok(Environment { ambient, ground, background: light("background", "background_strength", environment.background)? })
 }
 
-pub(super) fn settings(node: &Node) -> Result<SettingsPatch, Error> {
+pub(super) fn settings(node: &KeyedValue) -> Result<SettingsPatch, Error> {
     let mut patch = SettingsPatch::default();
     rows(node)?.into_iter().try_for_each(|(setting, node)| said(setting, &node, &mut patch))?;
     Ok(patch)
 }
 
 /// The settings that a table says, each with its key.
-fn rows<'a>(node: &Node<'a>) -> Result<Vec<(&'static Setting, Node<'a>)>, Error> {
+fn rows<'a>(node: &KeyedValue<'a>) -> Result<Vec<(&'static Setting, KeyedValue<'a>)>, Error> {
     let table = node.table(schema::SETTINGS)?;
     // `true`, `false`, or a table.
     let (on, shadows) = match table.get("shadows") {
@@ -104,13 +104,13 @@ fn rows<'a>(node: &Node<'a>) -> Result<Vec<(&'static Setting, Node<'a>)>, Error>
 }
 
 /// Returns the place of each of them in the file, by the settings' keys.
-pub(super) fn lines(node: &Node) -> Vec<(&'static str, String)> {
+pub(super) fn lines(node: &KeyedValue) -> Vec<(&'static str, String)> {
     let rows = rows(node).unwrap_or_default();
     rows.into_iter().map(|(setting, node)| (setting.key, node.place())).collect()
 }
 
 /// Puts the file's value of a setting into the patch.
-fn said(setting: &Setting, node: &Node, patch: &mut SettingsPatch) -> Result<(), Error> {
+fn said(setting: &Setting, node: &KeyedValue, patch: &mut SettingsPatch) -> Result<(), Error> {
     let text = match setting.values {
         ValueKind::OnOff => if node.boolean()? { "on" } else { "off" }.to_owned(),
         // A value that is no number gives an empty text, which is refused.
@@ -138,7 +138,7 @@ fn said(setting: &Setting, node: &Node, patch: &mut SettingsPatch) -> Result<(),
 }
 
 /// The settings of the file that `from` names, which is added to `files`.
-pub(super) fn from(node: &Node, folder: &Path, files: &mut Vec<PathBuf>) -> Result<Option<SettingsPatch>, Error> {
+pub(super) fn from(node: &KeyedValue, folder: &Path, files: &mut Vec<PathBuf>) -> Result<Option<SettingsPatch>, Error> {
     node.table(schema::SETTINGS)?.read("from", |node| {
         let path = folder.join(node.string()?);
         files.push(path.clone());

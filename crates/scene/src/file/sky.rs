@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::node::{Limit, Node, SHARE, Table};
+use super::node::{KeyedValue, NumberRange, SHARE, Table};
 use super::schema::Schema;
 use crate::sky::{Atmosphere, Sky, put_atmosphere, read_faces, read_panorama};
 use crate::{Error, Scene};
@@ -14,14 +14,14 @@ pub(super) const ATMOSPHERE: Schema = Schema {
     keys: &["elevation_degrees", "azimuth_degrees", "haze", "ground", "altitude", "sun"],
 };
 
-const DEGREES: Limit = Limit::new("a number from -1e6 to 1e6", |x| x.abs() <= 1e6);
-const ELEVATION: Limit = Limit::new("from -90 to 90 degrees", |x| (-90.0..=90.0).contains(&x));
-const HAZE: Limit = Limit::new("from 0 to 100", |x| (0.0..=100.0).contains(&x));
-const ALTITUDE: Limit = Limit::new("from 0 to 50000 metres", |x| (0.0..=50e3).contains(&x));
-const NITS: Limit = Limit::new("from 0 to 1e9", |x| (0.0..=1e9).contains(&x));
+const DEGREES: NumberRange = NumberRange::new("a number from -1e6 to 1e6", |x| x.abs() <= 1e6);
+const ELEVATION: NumberRange = NumberRange::new("from -90 to 90 degrees", |x| (-90.0..=90.0).contains(&x));
+const HAZE: NumberRange = NumberRange::new("from 0 to 100", |x| (0.0..=100.0).contains(&x));
+const ALTITUDE: NumberRange = NumberRange::new("from 0 to 50000 metres", |x| (0.0..=50e3).contains(&x));
+const NITS: NumberRange = NumberRange::new("from 0 to 1e9", |x| (0.0..=1e9).contains(&x));
 
 /// Gives the scene the sky of its file.
-pub(super) fn sky(node: &Node, scene: &mut Scene, folder: &Path) -> Result<(), Error> {
+pub(super) fn sky(node: &KeyedValue, scene: &mut Scene, folder: &Path) -> Result<(), Error> {
     let table = node.table(TABLE)?;
     let of_image = |image| Sky { image, rotation_degrees: 0.0, nits: 1.0, lights: true, sun: None };
     let (file, faces, air) = (table.get("file"), table.get("faces"), table.get("atmosphere"));
@@ -33,7 +33,7 @@ pub(super) fn sky(node: &Node, scene: &mut Scene, folder: &Path) -> Result<(), E
             scene.sky = Some(of_image(image.into()));
         }
         (None, Some(faces), None) => {
-            let names: [Node; 6] = faces.items("the files of +X, -X, +Y, -Y, +Z and -Z")?;
+            let names: [KeyedValue; 6] = faces.items("the files of +X, -X, +Y, -Y, +Z and -Z")?;
             let mut paths: [PathBuf; 6] = Default::default();
             for (path, name) in paths.iter_mut().zip(&names) {
                 *path = folder.join(name.string()?);
@@ -50,7 +50,7 @@ pub(super) fn sky(node: &Node, scene: &mut Scene, folder: &Path) -> Result<(), E
     let Some(sky) = &mut scene.sky else { return Ok(()) };
     sky.rotation_degrees = table.read("rotation_degrees", |node| node.number(DEGREES))?.unwrap_or(sky.rotation_degrees);
     sky.nits = table.read("strength", |node| node.number_f32(NITS))?.unwrap_or(sky.nits);
-    sky.lights = table.read("lights", Node::boolean)?.unwrap_or(sky.lights);
+    sky.lights = table.read("lights", KeyedValue::boolean)?.unwrap_or(sky.lights);
     Ok(())
 }
 
@@ -68,7 +68,7 @@ fn atmosphere(table: &Table, scene: &mut Scene) -> Result<(), Error> {
         altitude: table.read("altitude", |node| node.number(ALTITUDE))?.unwrap_or(usual.altitude),
         ..usual
     };
-    let adds = table.read("sun", Node::boolean)?.unwrap_or(false);
+    let adds = table.read("sun", KeyedValue::boolean)?.unwrap_or(false);
     put_atmosphere(scene, air, sun, adds);
     Ok(())
 }

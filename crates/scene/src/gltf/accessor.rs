@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 use std::sync::{Mutex, PoisonError};
 
-use super::buffers::{Buffers, View};
+use super::buffers::{Buffers, StridedBytes};
 use super::json::{Accessor, Document, Sparse, Whole, entry, named};
 
 /// The most elements of an accessor without a view: nothing in the file stands behind them.
@@ -74,7 +74,7 @@ struct Elements<'a> {
 
 impl<'a> Elements<'a> {
     /// Takes `count` elements of a view. If the view has fewer, returns those with a warning.
-    fn of(view: View<'a>, offset: usize, count: usize, size: usize) -> Result<(Self, Option<String>), String> {
+    fn of(view: StridedBytes<'a>, offset: usize, count: usize, size: usize) -> Result<(Self, Option<String>), String> {
         let stride = view.stride.unwrap_or(size);
         if stride < size && count > 1 {
             return Err(format!("its elements of {size} bytes lie {stride} bytes apart"));
@@ -213,7 +213,7 @@ impl<'a> Accessors<'a> {
         let [of_indices, of_values] = [sparse.indices.buffer_view, sparse.values.buffer_view];
         let view = |view: Option<Whole>| self.buffers.view(view.ok_or("names no buffer view")?);
         // Both are tightly packed: strides of their views, which may serve others as well, do not count.
-        let packed = |view: View<'b>| View { stride: None, ..view };
+        let packed = |view: StridedBytes<'b>| StridedBytes { stride: None, ..view };
         let count = sparse.count.0;
         let (indices, _) =
             Elements::of(packed(view(of_indices)?), sparse.indices.byte_offset.0, count, component.size())?;

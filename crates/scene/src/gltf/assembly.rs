@@ -13,7 +13,8 @@ use super::pointer::{self, Aim};
 use super::{cameras, lights};
 use crate::check::fits;
 use crate::{
-    CastsShadow, Channel, Clip, Imported, Local, Material, Mesh, NamedCamera, Node, Object, Placement, Skin, Target,
+    CastsShadow, Channel, ChannelTarget, Clip, Imported, Local, Material, Mesh, NamedCamera, Node, Object, Placement,
+    Skin,
 };
 
 /// The scene so far, with the indices in it of the file's parts.
@@ -37,7 +38,11 @@ pub(super) struct Assembly {
 
 impl Assembly {
     /// Takes the materials; a texture by request is at its number.
-    pub fn dress(&mut self, drawables: &mut Drawables, texture: impl Fn(&super::textures::Request) -> Option<usize>) {
+    pub fn dress(
+        &mut self,
+        drawables: &mut Drawables,
+        texture: impl Fn(&super::textures::TextureRequest) -> Option<usize>,
+    ) {
         let take = |pending: Pending, materials: &mut Vec<Material>| {
             let mut material = pending.material;
             for (slot, request) in &pending.requests {
@@ -271,26 +276,29 @@ impl Assembly {
         }
     }
 
-    fn targets(&self, aim: Aim) -> Vec<Target> {
-        let of_node = |node: usize, target: fn(usize) -> Target| self.moving.get(&node).map(|&node| target(node));
-        let several = |list: Option<&Vec<usize>>, target: &dyn Fn(usize) -> Target| -> Vec<Target> {
+    fn targets(&self, aim: Aim) -> Vec<ChannelTarget> {
+        let of_node =
+            |node: usize, target: fn(usize) -> ChannelTarget| self.moving.get(&node).map(|&node| target(node));
+        let several = |list: Option<&Vec<usize>>, target: &dyn Fn(usize) -> ChannelTarget| -> Vec<ChannelTarget> {
             list.into_iter().flatten().map(|&index| target(index)).collect()
         };
         match aim {
-            Aim::Translation(node) => of_node(node, Target::Translation).into_iter().collect(),
-            Aim::Rotation(node) => of_node(node, Target::Rotation).into_iter().collect(),
-            Aim::Scale(node) => of_node(node, Target::Scale).into_iter().collect(),
+            Aim::Translation(node) => of_node(node, ChannelTarget::Translation).into_iter().collect(),
+            Aim::Rotation(node) => of_node(node, ChannelTarget::Rotation).into_iter().collect(),
+            Aim::Scale(node) => of_node(node, ChannelTarget::Scale).into_iter().collect(),
             Aim::Weights(node) => {
                 let own = self.moving.get(&node).into_iter().chain(self.weights.get(&node));
                 let all = own.chain(self.copies.get(&node).into_iter().flatten());
                 let has_shapes = |&&own: &&usize| !self.imported.motion.nodes[own].weights.is_empty();
-                all.filter(has_shapes).map(|&own| Target::Weights(own)).collect()
+                all.filter(has_shapes).map(|&own| ChannelTarget::Weights(own)).collect()
             }
-            Aim::Light(light, value) => several(self.lights.get(&light), &|index| Target::Light(index, value)),
-            Aim::Camera(camera, value) => several(self.cameras.get(&camera), &|index| Target::Camera(index, value)),
+            Aim::Light(light, value) => several(self.lights.get(&light), &|index| ChannelTarget::Light(index, value)),
+            Aim::Camera(camera, value) => {
+                several(self.cameras.get(&camera), &|index| ChannelTarget::Camera(index, value))
+            }
             Aim::Material(material, value) => {
                 let own = self.materials.get(&Some(material));
-                own.map(|&(base, _)| Target::Material(base, value)).into_iter().collect()
+                own.map(|&(base, _)| ChannelTarget::Material(base, value)).into_iter().collect()
             }
         }
     }

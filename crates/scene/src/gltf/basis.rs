@@ -5,18 +5,18 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use basisu::{DecodeFlags, TargetFormat, Transcoder};
 
-use super::ktx::Header;
+use super::ktx::KtxHeader;
 use crate::{BlockFormat, Texels, level_size};
 
 /// All levels of a file with this header.
-pub(super) fn decode(bytes: &[u8], header: &Header) -> Result<Texels, String> {
+pub(super) fn decode(bytes: &[u8], header: &KtxHeader) -> Result<Texels, String> {
     // The transcoder checks its input; it is young, and a slip of it must not take the program along.
     let texels = catch_unwind(AssertUnwindSafe(|| transcode(bytes, header)));
     texels.unwrap_or_else(|_| Err("cannot be transcoded: the transcoder failed".into()))
 }
 
 /// The same by the transcoder's own checks and those here.
-pub(super) fn transcode(bytes: &[u8], header: &Header) -> Result<Texels, String> {
+pub(super) fn transcode(bytes: &[u8], header: &KtxHeader) -> Result<Texels, String> {
     let format = BlockFormat::Bc7;
     let failed = |error| format!("cannot be transcoded: {error:?}");
     let size = |level: u32| level_size(header.size, level);

@@ -24,7 +24,7 @@ pub(super) struct Buffers<'a> {
 
 /// The bytes of a view.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct View<'a> {
+pub(super) struct StridedBytes<'a> {
     pub bytes: &'a [u8],
     /// From one element to the next, where the view says so.
     pub stride: Option<usize>,
@@ -62,13 +62,13 @@ impl<'a> Buffers<'a> {
     }
 
     /// The bytes of a view, decompressed.
-    pub fn view(&self, index: super::json::Whole) -> Result<View<'_>, String> {
+    pub fn view(&self, index: super::json::Whole) -> Result<StridedBytes<'_>, String> {
         let view = entry("buffer view", &self.document.buffer_views, index)?;
         let within = |what: String| format!("{}: {what}", named("buffer view", index.0, view.name.as_ref()));
         self.bytes_of(index.0, view).map_err(within)
     }
 
-    fn bytes_of(&self, index: usize, view: &BufferView) -> Result<View<'_>, String> {
+    fn bytes_of(&self, index: usize, view: &BufferView) -> Result<StridedBytes<'_>, String> {
         if let Some(packed) = &view.extensions.meshopt {
             let unpacked = self.unpacked[index].get_or_init(|| self.unpack(packed));
             let bytes = match unpacked {
@@ -83,16 +83,16 @@ impl<'a> Buffers<'a> {
                     bytes.len()
                 ));
             }
-            return Ok(View { bytes: &bytes[..view.byte_length.0], stride: Some(packed.byte_stride.0) });
+            return Ok(StridedBytes { bytes: &bytes[..view.byte_length.0], stride: Some(packed.byte_stride.0) });
         }
         self.plain(view)
     }
 
-    fn plain(&self, view: &BufferView) -> Result<View<'_>, String> {
+    fn plain(&self, view: &BufferView) -> Result<StridedBytes<'_>, String> {
         let bytes = self.range(view.buffer, view.byte_offset.0, view.byte_length.0)?;
         // 0 stands for tightly packed elements in files that were glTF 1.0 before.
         let stride = view.byte_stride.map(|stride| stride.0).filter(|&stride| stride > 0);
-        Ok(View { bytes, stride })
+        Ok(StridedBytes { bytes, stride })
     }
 
     fn unpack(&self, packed: &Meshopt) -> Result<Vec<u8>, String> {

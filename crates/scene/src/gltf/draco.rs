@@ -31,7 +31,7 @@ pub(super) fn indices(mesh: &Mesh) -> Vec<u32> {
 }
 
 /// Numbers of an attribute by its id, for each point, as they are stored.
-pub(super) struct Stored {
+pub(super) struct DracoAttribute {
     pub numbers: Vec<f32>,
     /// Numbers of an element.
     pub width: usize,
@@ -40,7 +40,7 @@ pub(super) struct Stored {
 }
 
 /// Returns an attribute by its id.
-pub(super) fn stored(mesh: &Mesh, id: usize) -> Result<Stored, String> {
+pub(super) fn read_attribute(mesh: &Mesh, id: usize) -> Result<DracoAttribute, String> {
     let attribute = u32::try_from(id).ok().and_then(|id| mesh.attribute_by_unique_id(id));
     let attribute = attribute.ok_or_else(|| format!("its Draco data has no attribute {id}"))?;
     let width = usize::from(attribute.num_components());
@@ -51,12 +51,12 @@ pub(super) fn stored(mesh: &Mesh, id: usize) -> Result<Stored, String> {
         DataType::Uint16 => Some(65535.0),
         _ => None,
     };
-    Ok(Stored { numbers: attribute.read_f32s(mesh.num_points(), width), width, largest })
+    Ok(DracoAttribute { numbers: attribute.read_f32s(mesh.num_points(), width), width, largest })
 }
 
 /// Returns an attribute of this many numbers an element.
-pub(super) fn of_width(mesh: &Mesh, id: usize, width: usize) -> Result<Stored, String> {
-    let own = stored(mesh, id)?;
+pub(super) fn of_width(mesh: &Mesh, id: usize, width: usize) -> Result<DracoAttribute, String> {
+    let own = read_attribute(mesh, id)?;
     match own.width == width {
         true => Ok(own),
         false => Err(format!(

@@ -14,8 +14,8 @@ use super::json_extensions::Draco;
 use super::materials::{self, DrawnMaterial};
 use super::movement::{self, Joints, Movement};
 use super::nodes::{self, Nodes};
-use super::primitive::{Needs, Order, Shapes};
-use super::source::Source;
+use super::primitive::{Needs, PrimitiveInput, Shapes};
+use super::source::PrimitiveSource;
 use crate::{LoadOptions, Mesh, unknown};
 
 /// The most objects of a file.
@@ -79,9 +79,9 @@ pub(super) struct Drawables {
 }
 
 /// The parts of a primitive that decide its mesh: where they are equal, two primitives share one.
-type Content<'a> = (&'a Attributes, Option<Whole>, Option<Whole>, &'a Vec<Attributes>, Option<&'a Draco>);
+type PrimitiveKey<'a> = (&'a Attributes, Option<Whole>, Option<Whole>, &'a Vec<Attributes>, Option<&'a Draco>);
 
-fn content(primitive: &Primitive) -> Content<'_> {
+fn primitive_key(primitive: &Primitive) -> PrimitiveKey<'_> {
     let Primitive { attributes, indices, mode, targets, extensions, .. } = primitive;
     (attributes, *indices, *mode, targets, extensions.draco.as_ref())
 }
@@ -91,7 +91,7 @@ pub(super) fn collect(sources: &Sources, variant: Option<&str>) -> Result<Drawab
     let document = sources.document;
     let variant = variant.map(|name| variant_called(document, name)).transpose()?;
     let mut drawables = Drawables { instances: vec![vec![DAffine3::IDENTITY]], ..Drawables::default() };
-    let mut first: HashMap<Content, (usize, usize)> = HashMap::new();
+    let mut first: HashMap<PrimitiveKey, (usize, usize)> = HashMap::new();
     let mut orders: HashMap<MeshOrder, usize> = HashMap::new();
     for &index in &sources.nodes.shown {
         let node = &document.nodes[index];
@@ -121,7 +121,7 @@ pub(super) fn collect(sources: &Sources, variant: Option<&str>) -> Result<Drawab
                 None
             });
             let (needs, skin) = drawables.needs(sources, index, (material, primitive, skin));
-            let (of_mesh, of_primitive) = *first.entry(content(primitive)).or_insert((mesh.0, number));
+            let (of_mesh, of_primitive) = *first.entry(primitive_key(primitive)).or_insert((mesh.0, number));
             let order = MeshOrder { mesh: of_mesh, primitive: of_primitive, needs };
             let (posed, blends) = (order.needs.posed, order.needs.shapes == Shapes::Kept);
             let order = *orders.entry(order).or_insert_with_key(|order| {
@@ -240,10 +240,11 @@ impl Drawables {
             let source = if *is_too_large {
                 return (None, Vec::new());
             } else {
-                Source::open(sources.document, sources.buffers, sources.accessors, primitive)
+                PrimitiveSource::open(sources.document, sources.buffers, sources.accessors, primitive)
             };
-            let built =
-                source.and_then(|source| Order { name: &name, mesh: json, source, needs: &order.needs, pose }.build());
+            let built = source.and_then(|source| {
+                PrimitiveInput { name: &name, mesh: json, source, needs: &order.needs, pose }.build()
+            });
             options.report("meshes", done.fetch_add(1, Ordering::Relaxed) + 1, self.orders.len());
             let place = || order.name(sources);
             match built {

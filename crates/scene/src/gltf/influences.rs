@@ -1,14 +1,19 @@
 //! Joints and weights of vertices.
 
 use super::primitive::of_each;
-use super::source::Source;
+use super::source::PrimitiveSource;
 use crate::Influences;
 
 /// The most joints of a vertex.
 const MOST: usize = 8;
 
 /// Reads which joints move the vertices of a primitive. If more than eight move a vertex, the eight heaviest count. Where it cannot be read, vertices hang on the first joint alone.
-pub(super) fn read(source: &Source, vertices: usize, joints_of_skin: usize, warnings: &mut Vec<String>) -> Influences {
+pub(super) fn read(
+    source: &PrimitiveSource,
+    vertices: usize,
+    joints_of_skin: usize,
+    warnings: &mut Vec<String>,
+) -> Influences {
     let sets = sets(source, vertices, warnings);
     if sets.is_empty() {
         warnings.push("no joints or weights of its vertices can be read: it hangs on its skin's first joint".into());
@@ -23,7 +28,7 @@ pub(super) fn read(source: &Source, vertices: usize, joints_of_skin: usize, warn
     let (mut joints, mut weights) = (Vec::new(), Vec::new());
     joints.reserve_exact(vertices * per_vertex);
     weights.reserve_exact(vertices * per_vertex);
-    let (mut is_odd, mut strange, mut cut) = (false, None, Cut::default());
+    let (mut is_odd, mut strange, mut cut) = (false, None, DroppedWeights::default());
     let mut own: Vec<(u32, f64)> = Vec::with_capacity(4 * sets.len());
     for vertex in 0..vertices {
         own.clear();
@@ -61,7 +66,7 @@ pub(super) fn read(source: &Source, vertices: usize, joints_of_skin: usize, warn
 type Set = (Vec<[u32; 4]>, Vec<[f32; 4]>);
 
 /// The sets that a primitive has and that move something.
-fn sets(source: &Source, vertices: usize, warnings: &mut Vec<String>) -> Vec<Set> {
+fn sets(source: &PrimitiveSource, vertices: usize, warnings: &mut Vec<String>) -> Vec<Set> {
     let mut sets = Vec::new();
     for set in 0.. {
         let (joints, weights) = (format!("JOINTS_{set}"), format!("WEIGHTS_{set}"));
@@ -85,13 +90,13 @@ fn sets(source: &Source, vertices: usize, warnings: &mut Vec<String>) -> Vec<Set
 
 /// The weights that vertices lose to the limit of joints.
 #[derive(Default)]
-struct Cut {
+struct DroppedWeights {
     vertices: usize,
     /// The largest share of a vertex's weight, and the vertex.
     most: (f64, usize),
 }
 
-impl Cut {
+impl DroppedWeights {
     /// Keeps the heaviest joints of a vertex, in the order in which they are.
     fn keep_heaviest(&mut self, own: &mut Vec<(u32, f64)>, count: usize, vertex: usize) {
         if own.len() <= count {
@@ -169,7 +174,7 @@ mod tests {
         let mut own: Vec<(u32, f64)> = (0..12).map(|joint| (joint, 0.01)).collect();
         own[11].1 = 0.5;
         own[2].1 = 0.2;
-        let mut cut = Cut::default();
+        let mut cut = DroppedWeights::default();
         cut.keep_heaviest(&mut own, 8, 7);
         assert_eq!(own.iter().map(|(joint, _)| *joint).collect::<Vec<_>>(), [0, 1, 2, 3, 4, 5, 6, 11]);
         normalize(&mut own);
@@ -177,7 +182,7 @@ mod tests {
         assert!(cut.warning().unwrap().contains("vertex 7 loses the most, 5.0%"), "{:?}", cut.warning());
         // Joints without a weight are no loss.
         let mut own: Vec<(u32, f64)> = (0..12).map(|joint| (joint, f64::from(joint / 4) * 0.125)).collect();
-        let mut cut = Cut::default();
+        let mut cut = DroppedWeights::default();
         cut.keep_heaviest(&mut own, 8, 0);
         assert_eq!((own[0].0, cut.warning()), (4, None));
     }

@@ -5,7 +5,7 @@ use glam::{DAffine3, DQuat, DVec3};
 use super::accessor::Accessors;
 use super::drawables::MOST_OBJECTS;
 use super::json::Whole;
-use super::json_extensions::Instances;
+use super::json_extensions::GpuInstancing;
 use crate::check::fits;
 
 /// Reads the transforms of copies in their node. Attributes that cannot be read and copies that stand nowhere are left out.
@@ -13,7 +13,7 @@ use crate::check::fits;
 /// # Errors
 /// More copies than are read.
 pub(super) fn read(
-    json: &Instances,
+    json: &GpuInstancing,
     accessors: &Accessors,
     warnings: &mut Vec<String>,
 ) -> Result<Vec<DAffine3>, String> {

@@ -19,8 +19,8 @@ pub(super) struct Whole(pub usize);
 
 impl<'de> Deserialize<'de> for Whole {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Reader;
-        impl Visitor<'_> for Reader {
+        struct WholeVisitor;
+        impl Visitor<'_> for WholeVisitor {
             type Value = Whole;
 
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -41,7 +41,7 @@ impl<'de> Deserialize<'de> for Whole {
                 }
             }
         }
-        deserializer.deserialize_any(Reader)
+        deserializer.deserialize_any(WholeVisitor)
     }
 }
 

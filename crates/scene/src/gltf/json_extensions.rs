@@ -42,12 +42,12 @@ pub(super) struct Spot {
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct Variants {
-    pub variants: Vec<Variant>,
+    pub variants: Vec<MaterialVariant>,
 }
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct Variant {
+pub(super) struct MaterialVariant {
     pub name: String,
 }
 
@@ -57,7 +57,7 @@ pub(super) struct NodeExtensions {
     #[serde(rename = "KHR_lights_punctual")]
     pub light: Option<LightReference>,
     #[serde(rename = "EXT_mesh_gpu_instancing")]
-    pub instances: Option<Instances>,
+    pub instances: Option<GpuInstancing>,
     #[serde(rename = "KHR_node_visibility")]
     pub visibility: Option<Visibility>,
 }
@@ -70,7 +70,7 @@ pub(super) struct LightReference {
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct Instances {
+pub(super) struct GpuInstancing {
     pub attributes: Attributes,
 }
 
@@ -133,14 +133,14 @@ pub(super) struct Meshopt {
 #[serde(default)]
 pub(super) struct TextureExtensions {
     #[serde(rename = "KHR_texture_basisu")]
-    pub basisu: Option<Source>,
+    pub basisu: Option<ImageSource>,
     #[serde(rename = "EXT_texture_webp")]
-    pub webp: Option<Source>,
+    pub webp: Option<ImageSource>,
 }
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct Source {
+pub(super) struct ImageSource {
     pub source: Option<Whole>,
 }
 

@@ -1,7 +1,7 @@
 //! Images as KTX 2.0 files: blocks of BC7 and ETC2 as they are, plain or packed by Zstandard; Basis Universal (KHR_texture_basisu).
 
 use super::basis;
-use super::textures::Pixels;
+use super::textures::SourceImage;
 use crate::texture::MAX_TEXTURE_EDGE;
 use crate::{BlockFormat, Texels, level_size, most_levels};
 
@@ -13,34 +13,34 @@ pub(super) fn is_ktx(bytes: &[u8]) -> bool {
 }
 
 /// The image of a file, with all its levels.
-pub(super) fn read(bytes: &[u8]) -> Result<Pixels, String> {
-    let header = Header::of(bytes)?;
+pub(super) fn read(bytes: &[u8]) -> Result<SourceImage, String> {
+    let header = KtxHeader::of(bytes)?;
     let texels = match header.format {
         0 => basis::decode(bytes, &header)?,
         format => blocks(bytes, &header, block_format(format)?)?,
     };
-    Ok(Pixels::new(header.size, texels))
+    Ok(SourceImage::new(header.size, texels))
 }
 
 /// A level's place in the file, and its length when it is unpacked.
-pub(super) struct Level {
+pub(super) struct KtxLevel {
     offset: u64,
     length: u64,
     pub unpacked: u64,
 }
 
 /// The beginning of a file (KTX 2.0, "File Structure").
-pub(super) struct Header {
+pub(super) struct KtxHeader {
     /// By the numbers of `VkFormat`; 0 for Basis Universal.
     format: u32,
     pub size: [u32; 2],
     /// The supercompression scheme of levels.
     packing: u32,
     /// The largest first.
-    pub levels: Vec<Level>,
+    pub levels: Vec<KtxLevel>,
 }
 
-impl Header {
+impl KtxHeader {
     /// Of one flat image whose ranges lie in the file.
     pub fn of(bytes: &[u8]) -> Result<Self, String> {
         let word = |at: usize| {
@@ -64,7 +64,7 @@ impl Header {
         }
         let level = |index: usize| {
             let at = 80 + 24 * index;
-            Ok::<_, String>(Level { offset: long(at)?, length: long(at + 8)?, unpacked: long(at + 16)? })
+            Ok::<_, String>(KtxLevel { offset: long(at)?, length: long(at + 8)?, unpacked: long(at + 16)? })
         };
         let levels = (0..count as usize).map(level).collect::<Result<Vec<_>, _>>()?;
         // The transcoder of Basis Universal runs past the end of others.
@@ -97,8 +97,8 @@ fn block_format(format: u32) -> Result<BlockFormat, String> {
     }
 }
 
-fn blocks(bytes: &[u8], header: &Header, format: BlockFormat) -> Result<Texels, String> {
-    let read = |(index, level): (u32, &Level)| {
+fn blocks(bytes: &[u8], header: &KtxHeader, format: BlockFormat) -> Result<Texels, String> {
+    let read = |(index, level): (u32, &KtxLevel)| {
         let [width, height] = level_size(header.size, index);
         let expected = format.level_bytes([width, height]);
         let wrong = |found: u64| {

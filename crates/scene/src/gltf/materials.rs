@@ -7,7 +7,7 @@ use glam::{DVec2, Vec3};
 use super::json::{Document, Material as JsonMaterial, TextureInfo, Whole, named};
 use super::json_extensions::{Clearcoat, SpecularGlossiness, Transmission};
 use super::movement::Movement;
-use super::textures::{Picture, Recipe, Request, picture};
+use super::textures::{ImageWithFallback, Recipe, TextureRequest, picture};
 use crate::{AlphaMode, ColorSpace, Material, MaterialValue, Sampler, TextureSlot, UvMap, Wrap};
 
 /// The largest number of a texture's transform.
@@ -31,7 +31,7 @@ pub(super) struct DrawnMaterial {
 #[derive(Debug, Default)]
 pub(super) struct Pending {
     pub material: Material,
-    pub requests: Vec<(TextureSlot, Request)>,
+    pub requests: Vec<(TextureSlot, TextureRequest)>,
 }
 
 /// Reads a material; `None` is the default one.
@@ -46,7 +46,7 @@ pub(super) fn read(
     let name = index.map_or("the default material".into(), |index| named("material", index, json.name.as_ref()));
     let nothing = BTreeSet::new();
     let moving = index.and_then(|index| movement.materials.get(&index)).unwrap_or(&nothing);
-    let mut reader = Reader { document, json, moving, warnings: Vec::new(), used: Vec::new() };
+    let mut reader = MaterialBuilder { document, json, moving, warnings: Vec::new(), used: Vec::new() };
     let mut dress = DrawnMaterial::default();
     dress.base.material = reader.factors(index);
     reader.textures(&mut dress.base);
@@ -74,7 +74,7 @@ struct Used {
     moves: bool,
 }
 
-struct Reader<'a> {
+struct MaterialBuilder<'a> {
     document: &'a Document,
     json: &'a JsonMaterial,
     /// The material's values that clips change.
@@ -83,7 +83,7 @@ struct Reader<'a> {
     used: Vec<Used>,
 }
 
-impl Reader<'_> {
+impl MaterialBuilder<'_> {
     /// A number within its range, as the nearest f32.
     fn number(&mut self, what: &str, value: f64, least: f64, most: f64) -> f32 {
         if !(least..=most).contains(&value) {
@@ -213,7 +213,7 @@ impl Reader<'_> {
         pending: &mut Pending,
         slot: TextureSlot,
         info: &TextureInfo,
-        recipe: impl FnOnce(Picture) -> Recipe,
+        recipe: impl FnOnce(ImageWithFallback) -> Recipe,
     ) {
         let Some((found, sampler)) = picture(self.document, info.index, &mut self.warnings) else { return };
         let transform = info.extensions.transform.as_ref();
@@ -233,7 +233,7 @@ impl Reader<'_> {
             UvMap::IDENTITY
         };
         pending.material.uv_maps[slot as usize] = UvMap { set: u8::try_from(set).unwrap_or(u8::MAX), ..map };
-        pending.requests.push((slot, Request { recipe: recipe(found), sampler }));
+        pending.requests.push((slot, TextureRequest { recipe: recipe(found), sampler }));
         let number = slot as u8;
         let turns = [MaterialValue::UvRotation(number), MaterialValue::UvScale(number)];
         let moves = turns.iter().any(|value| self.moving.contains(value));

@@ -64,7 +64,7 @@ use self::drawables::{Drawables, Sources};
 use self::json::Document;
 use self::movement::Movement;
 use self::nodes::Nodes;
-use self::textures::{Images, ReadTextures, Request};
+use self::textures::{Images, ReadTextures, TextureRequest};
 use self::uri::Resources;
 pub use self::write::{Exported, ExportedView, write};
 use super::{Error, Imported, LoadOptions};
@@ -196,7 +196,7 @@ impl Reader<'_> {
 }
 
 /// The textures that are asked for, each once.
-fn requests(drawables: &Drawables) -> Vec<Request> {
+fn requests(drawables: &Drawables) -> Vec<TextureRequest> {
     let pending = drawables.dresses.values().flat_map(|dress| std::iter::once(&dress.base).chain(&dress.coat));
     let mut seen = std::collections::HashSet::new();
     let all = pending.flat_map(|pending| &pending.requests).map(|(_, request)| *request);
@@ -204,7 +204,11 @@ fn requests(drawables: &Drawables) -> Vec<Request> {
 }
 
 /// Adds the textures that could be made, and says which is which.
-fn take_textures(imported: &mut Imported, requests: &[Request], made: ReadTextures) -> HashMap<Request, usize> {
+fn take_textures(
+    imported: &mut Imported,
+    requests: &[TextureRequest],
+    made: ReadTextures,
+) -> HashMap<TextureRequest, usize> {
     let mut numbers = HashMap::new();
     for (request, texture) in requests.iter().zip(made.textures) {
         if let Some(texture) = texture {

@@ -32,7 +32,7 @@ pub(super) fn document(text: &[u8]) -> Result<Mended, serde_json::Error> {
     root.retain(|_, value| !value.is_null());
     let mut value = Value::Object(root);
     let fits = |value: &Value| Document::deserialize(value).map(drop).map_err(|error| error.to_string());
-    mend(&mut value, &Place { path: String::new(), key: "" }, &fits, &mut warnings);
+    mend(&mut value, &ValuePath { path: String::new(), key: "" }, &fits, &mut warnings);
     let document = Document::deserialize(&value)?;
     Ok((document, warnings))
 }
@@ -170,7 +170,7 @@ fn drop_nulls(value: &mut Value) {
 }
 
 /// The place of a value in the file.
-struct Place<'a> {
+struct ValuePath<'a> {
     path: String,
     /// The property that it is, or that is the list it stands in.
     key: &'a str,
@@ -180,7 +180,7 @@ struct Place<'a> {
 /// would be fit.
 fn mend(
     value: &mut Value,
-    place: &Place,
+    place: &ValuePath,
     fits: &dyn Fn(&Value) -> Result<(), String>,
     warnings: &mut Vec<String>,
 ) -> bool {
@@ -195,7 +195,7 @@ fn mend(
                 let within = |value: &Value| fits(&Value::Object([(key.clone(), value.clone())].into_iter().collect()));
                 let path = if place.path.is_empty() { key.clone() } else { format!("{}.{key}", place.path) };
                 let before = within(own).err();
-                if !mend(own, &Place { path: path.clone(), key: &key }, &within, warnings) {
+                if !mend(own, &ValuePath { path: path.clone(), key: &key }, &within, warnings) {
                     warnings.push(left_out(&path, own, &before.unwrap_or_default()));
                     map.remove(&key);
                 }
@@ -208,7 +208,7 @@ fn mend(
             for (index, mut own) in list.iter().cloned().enumerate() {
                 let path = format!("{}[{index}]", place.path);
                 let before = within(&own).err();
-                if mend(&mut own, &Place { path: path.clone(), key: place.key }, &within, warnings) {
+                if mend(&mut own, &ValuePath { path: path.clone(), key: place.key }, &within, warnings) {
                     kept.push(own);
                     continue;
                 }
@@ -240,7 +240,7 @@ fn mend(
 /// Drops properties that are fit alone and not together, as two names of one extension are, last first.
 fn without_rivals(
     value: &mut Value,
-    place: &Place,
+    place: &ValuePath,
     fits: &dyn Fn(&Value) -> Result<(), String>,
     warnings: &mut Vec<String>,
 ) -> bool {

@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3, Vec3};
 use super::influences;
 use super::json::Mesh as JsonMesh;
 use super::shapes;
-use super::source::Source;
+use super::source::PrimitiveSource;
 use super::topology::Topology;
 use crate::mesh::triangle_normal;
 use crate::motion::deform;
@@ -42,28 +42,28 @@ pub(super) enum Shapes {
 }
 
 /// The name of a primitive in messages, and the parts that its mesh is made of.
-pub(super) struct Order<'a> {
+pub(super) struct PrimitiveInput<'a> {
     pub name: &'a str,
     pub mesh: &'a JsonMesh,
-    pub source: Source<'a>,
+    pub source: PrimitiveSource<'a>,
     pub needs: &'a Needs,
     /// From mesh space to the object's by joint, of the skin that it hangs on.
     pub pose: &'a [glam::DAffine3],
 }
 
 /// A mesh, and warnings about its data.
-pub(super) struct Built {
+pub(super) struct PrimitiveMesh {
     /// None without a triangle.
     pub mesh: Option<Mesh>,
     pub warnings: Vec<String>,
 }
 
-impl Order<'_> {
+impl PrimitiveInput<'_> {
     /// Makes the mesh. Attributes that cannot be read are left out of it, and triangles whose corners are not there.
     ///
     /// # Errors
     /// Data of which nothing can be drawn.
-    pub fn build(&self) -> Result<Built, String> {
+    pub fn build(&self) -> Result<PrimitiveMesh, String> {
         let mut warnings = Vec::new();
         let positions = self.source.floats::<3>("POSITION", &["VEC3"], 0.0)?.ok_or("has no POSITION")?;
         let topology = Topology::of(self.source.mode())?;
@@ -73,7 +73,7 @@ impl Order<'_> {
         leave_out_infinite(&mut mesh, &mut warnings)?;
         if mesh.indices.is_empty() {
             warnings.extend(self.source.take_warnings());
-            return Ok(Built { mesh: None, warnings });
+            return Ok(PrimitiveMesh { mesh: None, warnings });
         }
         self.texture_coordinates(&mut mesh, &mut warnings);
         self.colors(&mut mesh, &mut warnings);
@@ -89,7 +89,7 @@ impl Order<'_> {
         }
         self.finish(&mut mesh);
         warnings.extend(self.source.take_warnings());
-        Ok(Built { mesh: (!mesh.indices.is_empty()).then_some(mesh), warnings })
+        Ok(PrimitiveMesh { mesh: (!mesh.indices.is_empty()).then_some(mesh), warnings })
     }
 
     /// Deforms the parts that nothing moves, and makes the data that follow from positions.

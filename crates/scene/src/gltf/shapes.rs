@@ -2,12 +2,12 @@
 
 use super::json::Mesh as JsonMesh;
 use super::primitive::of_each;
-use super::source::Source;
+use super::source::PrimitiveSource;
 use crate::{Mesh, Morph};
 
 /// Reads the shapes of a primitive. `uv_set` is the set that became the mesh's first. Parts that cannot be read add nothing.
 pub(super) fn read(
-    source: &Source,
+    source: &PrimitiveSource,
     json: &JsonMesh,
     mesh: &Mesh,
     uv_set: Option<usize>,
@@ -16,7 +16,7 @@ pub(super) fn read(
     let names = json.extras.get("targetNames").and_then(|names| names.as_array());
     let name = |index: usize| names.and_then(|names| names.get(index)?.as_str()).unwrap_or_default().to_owned();
     let mut read = |index: usize| {
-        let mut target = Target { source, index, vertices: mesh.positions.len(), warnings: Vec::new() };
+        let mut target = MorphTarget { source, index, vertices: mesh.positions.len(), warnings: Vec::new() };
         let morph = Morph {
             name: name(index),
             positions: target.list("POSITION", &["VEC3"]),
@@ -34,14 +34,14 @@ pub(super) fn read(
     (0..source.targets()).map(&mut read).collect()
 }
 
-struct Target<'a> {
-    source: &'a Source<'a>,
+struct MorphTarget<'a> {
+    source: &'a PrimitiveSource<'a>,
     index: usize,
     vertices: usize,
     warnings: Vec<String>,
 }
 
-impl Target<'_> {
+impl MorphTarget<'_> {
     /// Returns what a shape adds to an attribute of each vertex; empty where it adds nothing.
     fn list<const N: usize>(&mut self, semantic: &str, kinds: &[&str]) -> Vec<[f32; N]> {
         let read = self.source.of_target::<N>(self.index, semantic, kinds);

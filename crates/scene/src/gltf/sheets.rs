@@ -6,10 +6,10 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 
 use glam::{DVec3, Vec3};
 
-use crate::{Imported, Material, Mesh, Object, Target};
+use crate::{ChannelTarget, Imported, Material, Mesh, Object};
 
 /// Where objects of a mesh are: the bits of their transforms, and their nodes.
-type Places = BTreeSet<([u64; 12], Option<usize>)>;
+type MeshPlacements = BTreeSet<([u64; 12], Option<usize>)>;
 
 /// Gives triangles that lie back to back materials with one side. A mesh that has other triangles as well is split.
 pub(super) fn part(imported: &mut Imported) {
@@ -21,7 +21,7 @@ pub(super) fn part(imported: &mut Imported) {
     let channels = imported.motion.clips.iter().flat_map(|clip| &clip.channels);
     let moving: BTreeSet<usize> = channels
         .filter_map(|channel| match channel.target {
-            Target::Material(index, _) => Some(index),
+            ChannelTarget::Material(index, _) => Some(index),
             _ => None,
         })
         .collect();
@@ -32,7 +32,7 @@ pub(super) fn part(imported: &mut Imported) {
         let own = &imported.meshes[mesh];
         own.influences.is_none() && own.morphs.is_empty() && objects.iter().all(|&at| is_plain(&imported.objects[at]))
     });
-    let mut spaces: HashMap<Places, u64> = HashMap::new();
+    let mut spaces: HashMap<MeshPlacements, u64> = HashMap::new();
     let mut keys: Vec<(u64, usize, usize)> = Vec::new();
     for (&mesh, objects) in &objects {
         let places = objects.iter().map(|&at| &imported.objects[at]);

@@ -8,7 +8,7 @@ use super::draco;
 use super::json::{Attributes, Document, Primitive, Whole, entry};
 
 /// The source of a primitive's attributes and indices.
-pub(super) struct Source<'a> {
+pub(super) struct PrimitiveSource<'a> {
     document: &'a Document,
     accessors: &'a Accessors<'a>,
     primitive: &'a Primitive,
@@ -16,7 +16,7 @@ pub(super) struct Source<'a> {
     odd: RefCell<Vec<String>>,
 }
 
-impl<'a> Source<'a> {
+impl<'a> PrimitiveSource<'a> {
     pub fn open(
         document: &'a Document,
         buffers: &'a Buffers<'a>,
@@ -159,8 +159,11 @@ impl<'a> Source<'a> {
             (true, 5123) => 65535.0,
             _ => 1.0,
         };
-        let own =
-            if semantic.starts_with("COLOR_") { draco::stored(mesh, id)? } else { draco::of_width(mesh, id, width)? };
+        let own = if semantic.starts_with("COLOR_") {
+            draco::read_attribute(mesh, id)?
+        } else {
+            draco::of_width(mesh, id, width)?
+        };
         let mut most = most;
         if own.width != width {
             let words =

@@ -20,43 +20,43 @@ const MOST_BYTES: u64 = 1 << 30;
 
 /// An image, and another in its place where a reader has no decoder for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) struct Picture {
+pub(super) struct ImageWithFallback {
     pub image: usize,
-    pub otherwise: Option<usize>,
+    pub fallback: Option<usize>,
 }
 
 /// The pictures that a texture is made of, and how. A number is the bits of an f64.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Recipe {
-    Plain(Picture, ColorSpace),
+    Plain(ImageWithFallback, ColorSpace),
     /// Occlusion of some strength: r' = 1 + strength (r - 1).
-    Occlusion(Picture, u64),
+    Occlusion(ImageWithFallback, u64),
     /// RGB of `color`, alpha of `strength`.
     Specular {
-        color: Option<Picture>,
-        strength: Option<Picture>,
+        color: Option<ImageWithFallback>,
+        strength: Option<ImageWithFallback>,
     },
     /// Alpha times 1 - `factor` r, with r of `transmission`.
     Glass {
-        color: Option<Picture>,
-        transmission: Picture,
+        color: Option<ImageWithFallback>,
+        transmission: ImageWithFallback,
         factor: u64,
     },
     /// White, with red as alpha.
-    Coat(Picture),
+    Coat(ImageWithFallback),
     /// Roughness in green of a glossiness in alpha: 1 - `factor` a. Blue, of metalness, is 0.
-    Gloss(Picture, u64),
+    Gloss(ImageWithFallback, u64),
 }
 
 /// A texture to be made. Equal requests share one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) struct Request {
+pub(super) struct TextureRequest {
     pub recipe: Recipe,
     pub sampler: Sampler,
 }
 
 impl Recipe {
-    fn pictures(&self) -> impl Iterator<Item = Picture> {
+    fn pictures(&self) -> impl Iterator<Item = ImageWithFallback> {
         let (first, second) = match *self {
             Self::Plain(picture, _) | Self::Occlusion(picture, _) | Self::Coat(picture) | Self::Gloss(picture, _) => {
                 (Some(picture), None)
@@ -81,7 +81,7 @@ pub(super) fn picture(
     document: &Document,
     texture: Option<Whole>,
     warnings: &mut Vec<String>,
-) -> Option<(Picture, Sampler)> {
+) -> Option<(ImageWithFallback, Sampler)> {
     let Some(texture) = texture else {
         warnings.push("a texture of it has no index, drawn without it".into());
         return None;
@@ -108,7 +108,7 @@ pub(super) fn picture(
         warnings.push(format!("{name} names no image, drawn without it"));
         return None;
     };
-    Some((Picture { image, otherwise: sources.get(1).copied() }, sampler))
+    Some((ImageWithFallback { image, fallback: sources.get(1).copied() }, sampler))
 }
 
 /// Unknown values of a sampler are as by default, with a warning.
@@ -169,14 +169,14 @@ pub(super) struct ReadTextures {
 
 /// An image as its file has it: texels, or blocks of them.
 #[derive(Clone)]
-pub(super) struct Pixels {
+pub(super) struct SourceImage {
     pub size: [u32; 2],
     pub texels: Texels,
     /// The colour space in which levels were made of the texels.
     levels_in: Option<ColorSpace>,
 }
 
-impl Pixels {
+impl SourceImage {
     pub fn new(size: [u32; 2], texels: Texels) -> Self {
         Self { size, texels, levels_in: None }
     }
@@ -207,7 +207,7 @@ impl Pixels {
     }
 }
 
-impl From<RgbaImage> for Pixels {
+impl From<RgbaImage> for SourceImage {
     fn from(image: RgbaImage) -> Self {
         Self::new([image.width(), image.height()], image.into_raw().into())
     }
@@ -215,15 +215,15 @@ impl From<RgbaImage> for Pixels {
 
 /// An image, and the file that it came from.
 struct Decoded {
-    pixels: Pixels,
+    pixels: SourceImage,
     file: Option<PathBuf>,
     odd: Vec<String>,
 }
 
 impl Images<'_> {
     /// Makes textures. One whose images cannot be read is none, with a warning.
-    pub fn make(&self, requests: &[Request], options: &LoadOptions) -> ReadTextures {
-        let mut left: HashMap<Picture, usize> = HashMap::new();
+    pub fn make(&self, requests: &[TextureRequest], options: &LoadOptions) -> ReadTextures {
+        let mut left: HashMap<ImageWithFallback, usize> = HashMap::new();
         let mut pictures = Vec::new();
         for picture in requests.iter().flat_map(|request| request.recipe.pictures()) {
             let count = left.entry(picture).or_insert(0);
@@ -240,7 +240,7 @@ impl Images<'_> {
             }
         }
         let done = AtomicUsize::new(0);
-        let decode = |picture: &Picture| {
+        let decode = |picture: &ImageWithFallback| {
             let (decoded, warnings) = self.decode(picture);
             let decoded = decoded.map(|Decoded { pixels, file, .. }| match plain.get(picture) {
                 Some(&(color_space, sampler)) => (pixels.with_levels(color_space, sampler), file),
@@ -260,7 +260,7 @@ impl Images<'_> {
                 images.insert(picture, image);
             }
         }
-        let mut pixels_of = |request: &Request| {
+        let mut pixels_of = |request: &TextureRequest| {
             let found = request.recipe.pictures().map(|picture| {
                 let count = left.get_mut(&picture).map(|count| {
                     *count -= 1;
@@ -271,17 +271,17 @@ impl Images<'_> {
             });
             found.collect()
         };
-        let found: Vec<Vec<Option<Pixels>>> = requests.iter().map(&mut pixels_of).collect();
+        let found: Vec<Vec<Option<SourceImage>>> = requests.iter().map(&mut pixels_of).collect();
         let textures = requests.par_iter().zip(found).map(|(request, found)| self.texture(request, found));
         ReadTextures { textures: textures.collect(), ..made }
     }
 
-    fn texture(&self, request: &Request, found: Vec<Option<Pixels>>) -> Option<Texture> {
+    fn texture(&self, request: &TextureRequest, found: Vec<Option<SourceImage>>) -> Option<Texture> {
         let names = request.recipe.pictures().map(|picture| self.name(picture.image));
         let name = names.collect::<Vec<_>>().join("+");
         let pixels = match request.recipe {
             Recipe::Plain(..) => found.into_iter().next()??,
-            other => cooked(other, found.into_iter().map(|own| own.and_then(Pixels::into_image)))?.into(),
+            other => cooked(other, found.into_iter().map(|own| own.and_then(SourceImage::into_image)))?.into(),
         };
         Some(pixels.named(name, request.recipe.color_space(), request.sampler))
     }
@@ -295,9 +295,9 @@ impl Images<'_> {
     }
 
     /// The image of a picture, and why not, or not the first.
-    fn decode(&self, picture: &Picture) -> (Option<Decoded>, Vec<String>) {
+    fn decode(&self, picture: &ImageWithFallback) -> (Option<Decoded>, Vec<String>) {
         let mut warnings = Vec::new();
-        for image in [Some(picture.image), picture.otherwise].into_iter().flatten() {
+        for image in [Some(picture.image), picture.fallback].into_iter().flatten() {
             let name = self.document.images.get(image).and_then(|json| json.name.as_ref());
             let place = || format!("{}: {}", self.path.display(), named("image", image, name));
             match self.read(image) {

@@ -46,7 +46,7 @@ impl Resources {
         if let Some(data) = strip_scheme(uri, "data:") {
             return decode_data(data).map(|bytes| Content { bytes, file: None, odd: None });
         }
-        let Found { path, odd } = self.file(uri)?;
+        let ResolvedUri { path, odd } = self.file(uri)?;
         let cannot = |error: std::io::Error| format!("cannot read {}: {error}", path.display());
         let mut bytes = Vec::new();
         // Asked before it is opened: to open a pipe blocks.
@@ -59,7 +59,7 @@ impl Resources {
     }
 
     /// The file that a URI names, if it may be read.
-    fn file(&self, uri: &str) -> Result<Found, String> {
+    fn file(&self, uri: &str) -> Result<ResolvedUri, String> {
         let shown = shortened(uri);
         let decoded = percent_decode_str(uri).decode_utf8();
         let decoded = decoded.map_err(|_| format!("`{shown}` is not UTF-8 once its percent signs are decoded"))?;
@@ -89,7 +89,7 @@ impl Resources {
         };
         let path = self.folder.join(&found);
         if self.allow_outside {
-            return Ok(Found { path, odd });
+            return Ok(ResolvedUri { path, odd });
         }
         let outside = || format!("`{shown}` leads out of the glTF file's folder: --allow-outside permits that");
         if !stays_inside(&found) {
@@ -99,7 +99,7 @@ impl Resources {
                 Err(outside())
             };
         }
-        self.inside(&path).then_some(Found { path, odd }).ok_or_else(outside)
+        self.inside(&path).then_some(ResolvedUri { path, odd }).ok_or_else(outside)
     }
 
     /// Returns true unless a link of the file system leads out of the folder. A missing file is an error when it is opened.
@@ -109,7 +109,7 @@ impl Resources {
     }
 
     /// The file of an absolute path of another machine, in the folder: below as many of its last folders as are there.
-    fn brought_along(&self, path: &str, shown: &str) -> Result<Found, String> {
+    fn brought_along(&self, path: &str, shown: &str) -> Result<ResolvedUri, String> {
         let path = path.replace('\\', "/");
         let parts: Vec<&str> = path.split('/').filter(|part| !part.is_empty() && *part != ".").collect();
         let tails = (1..=parts.len().min(MOST_PARTS)).rev().map(|count| parts[parts.len() - count..].join("/"));
@@ -121,7 +121,10 @@ impl Resources {
         if !self.inside(&path) {
             return Err(format!("`{shown}` leads out of the glTF file's folder: --allow-outside permits that"));
         }
-        Ok(Found { path, odd: Some(format!("`{shown}` is a path of another machine, `{found}` is read in its place")) })
+        Ok(ResolvedUri {
+            path,
+            odd: Some(format!("`{shown}` is a path of another machine, `{found}` is read in its place")),
+        })
     }
 
     /// A file in the folder whose path differs in the case of letters at most.
@@ -148,7 +151,7 @@ impl Resources {
 }
 
 /// A file that was found, and how, where the URI does not name it as it is.
-struct Found {
+struct ResolvedUri {
     path: PathBuf,
     odd: Option<String>,
 }

@@ -81,7 +81,7 @@ impl Mesh {
 }
 
 fn make(mesh: &Mesh) -> Vec<Level> {
-    let (simplifier, surface) = (Simplifier::of(mesh), Surface::of(mesh, &mesh.indices));
+    let (simplifier, surface) = (Simplifier::of(mesh), TriangleTree::of(mesh, &mesh.indices));
     let largest = LARGEST_ERROR * mesh.compute_bounds().radius();
     let mut workspace = Workspace::default();
     let mut levels: Vec<Level> = Vec::new();
@@ -152,8 +152,8 @@ fn extent(coordinates: &[[f32; 2]]) -> f32 {
 
 /// The largest distance between a mesh and one of its levels: from each vertex of the mesh to the level, and from the middles of the level's
 /// triangles and edges to the mesh.
-fn deviation(mesh: &Mesh, surface: &Surface, indices: &[u32]) -> Option<f64> {
-    let level = Surface::of(mesh, indices);
+fn deviation(mesh: &Mesh, surface: &TriangleTree, indices: &[u32]) -> Option<f64> {
+    let level = TriangleTree::of(mesh, indices);
     let mut lost = vec![false; mesh.positions.len()];
     mesh.indices.iter().for_each(|&index| lost[index as usize] = true);
     indices.iter().for_each(|&index| lost[index as usize] = false);
@@ -171,19 +171,20 @@ fn point(mesh: &Mesh, vertex: usize) -> DVec3 {
 }
 
 /// Triangles to which distances are measured, in f64.
-struct Surface {
-    triangles: Vec<Triangle>,
+struct TriangleTree {
+    triangles: Vec<BvhTriangle>,
     tree: Bvh<f64, 3>,
 }
 
-struct Triangle {
+struct BvhTriangle {
     corners: [DVec3; 3],
     node: usize,
 }
 
-impl Surface {
+impl TriangleTree {
     fn of(mesh: &Mesh, indices: &[u32]) -> Self {
-        let triangle = |corners: &[u32; 3]| Triangle { corners: corners.map(|own| point(mesh, own as usize)), node: 0 };
+        let triangle =
+            |corners: &[u32; 3]| BvhTriangle { corners: corners.map(|own| point(mesh, own as usize)), node: 0 };
         let mut triangles: Vec<_> = indices.as_chunks::<3>().0.iter().map(triangle).collect();
         let tree = Bvh::build(&mut triangles);
         Self { triangles, tree }
@@ -200,7 +201,7 @@ impl Surface {
     }
 }
 
-impl Bounded<f64, 3> for Triangle {
+impl Bounded<f64, 3> for BvhTriangle {
     fn aabb(&self) -> CrateBox<f64, 3> {
         let [a, b, c] = self.corners;
         let point = |p: DVec3| Point3::new(p.x, p.y, p.z);
@@ -208,7 +209,7 @@ impl Bounded<f64, 3> for Triangle {
     }
 }
 
-impl BHShape<f64, 3> for Triangle {
+impl BHShape<f64, 3> for BvhTriangle {
     fn set_bh_node_index(&mut self, index: usize) {
         self.node = index;
     }
@@ -218,7 +219,7 @@ impl BHShape<f64, 3> for Triangle {
     }
 }
 
-impl PointDistance<f64, 3> for Triangle {
+impl PointDistance<f64, 3> for BvhTriangle {
     fn distance_squared(&self, point: Point3<f64>) -> f64 {
         let point = DVec3::new(point.x, point.y, point.z);
         point.distance_squared(nearest(&self.corners, point))

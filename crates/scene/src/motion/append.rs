@@ -2,18 +2,18 @@
 
 use glam::DAffine3;
 
-use super::{Channel, Local, Motion, Node, Target};
+use super::{Channel, ChannelTarget, Local, Motion, Node};
 
 /// The numbers that the first light, camera and object of something that is appended get.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct First {
+pub(crate) struct FirstIndices {
     pub light: usize,
     pub camera: usize,
     pub object: usize,
 }
 
-impl Target {
-    fn moved(self, first_node: usize, first: First) -> Self {
+impl ChannelTarget {
+    fn moved(self, first_node: usize, first: FirstIndices) -> Self {
         match self {
             Self::Translation(node) => Self::Translation(node + first_node),
             Self::Rotation(node) => Self::Rotation(node + first_node),
@@ -31,7 +31,7 @@ impl Motion {
     /// Counts materials from `first` on.
     pub(crate) fn move_materials(&mut self, first: usize) {
         for channel in self.clips.iter_mut().flat_map(|clip| &mut clip.channels) {
-            if let Target::Material(material, _) = &mut channel.target {
+            if let ChannelTarget::Material(material, _) = &mut channel.target {
                 *material += first;
             }
         }
@@ -41,7 +41,7 @@ impl Motion {
     pub(crate) fn merge_clips(&mut self, first: usize, count: usize) {
         let last = self.clips.split_off(self.clips.len().saturating_sub(count));
         for (clip, more) in self.clips.iter_mut().skip(first).zip(last) {
-            let is_material = |channel: &Channel| matches!(channel.target, Target::Material(..));
+            let is_material = |channel: &Channel| matches!(channel.target, ChannelTarget::Material(..));
             clip.channels.extend(more.channels.into_iter().filter(|channel| !is_material(channel)));
         }
     }
@@ -49,16 +49,20 @@ impl Motion {
     /// Drops the channels that move lights, where these do not come along.
     pub(crate) fn forget_lights(&mut self) {
         self.light_nodes.clear();
-        self.clips.iter_mut().for_each(|own| own.channels.retain(|own| !matches!(own.target, Target::Light(..))));
+        self.clips
+            .iter_mut()
+            .for_each(|own| own.channels.retain(|own| !matches!(own.target, ChannelTarget::Light(..))));
     }
 
     /// Drops the channels that move cameras.
     pub(crate) fn forget_cameras(&mut self) {
-        self.clips.iter_mut().for_each(|own| own.channels.retain(|own| !matches!(own.target, Target::Camera(..))));
+        self.clips
+            .iter_mut()
+            .for_each(|own| own.channels.retain(|own| !matches!(own.target, ChannelTarget::Camera(..))));
     }
 
     /// Adds the motion of a model that stands at `transform`: its nodes hang on a new one there.
-    pub(crate) fn append(&mut self, other: Self, transform: DAffine3, first: First) {
+    pub(crate) fn append(&mut self, other: Self, transform: DAffine3, first: FirstIndices) {
         let root = self.nodes.len();
         let Self { nodes, skins, clips, light_nodes } = other;
         let clips = clips.into_iter().map(|mut clip| {

@@ -9,7 +9,7 @@ const SLACK: f64 = 1e-6;
 
 /// A part of a mesh that moves together: the vertices that hang on one joint with any weight, or all vertices.
 #[derive(Debug, Clone, PartialEq)]
-struct Part {
+struct JointBounds {
     /// Index in the skin's joints; `None` where the mesh hangs on none.
     joint: Option<usize>,
     /// Around its vertices, in mesh space.
@@ -28,7 +28,7 @@ struct Part {
 /// joint, the box around its vertices moved by that joint. Offsets by shapes are bounded by interval arithmetic, for each joint on its own.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct DeformBounds {
-    parts: Vec<Part>,
+    parts: Vec<JointBounds>,
     vertices: usize,
 }
 
@@ -36,7 +36,7 @@ impl DeformBounds {
     /// Looks at each vertex once. `is_skinned` is true if joints will be given to [`DeformBounds::bounds`].
     pub fn of(mesh: &Mesh, is_skinned: bool) -> Self {
         let influences = mesh.influences.as_ref().filter(|own| is_skinned && own.per_vertex > 0);
-        let mut parts: Vec<Part> = Vec::new();
+        let mut parts: Vec<JointBounds> = Vec::new();
         // By joint, the number of its part.
         let mut numbers: Vec<Option<usize>> = Vec::new();
         let mut whole = None;
@@ -51,7 +51,7 @@ impl DeformBounds {
                     }
                 };
                 let number = *number.get_or_insert_with(|| {
-                    parts.push(Part::of(joint, mesh.morphs.len()));
+                    parts.push(JointBounds::of(joint, mesh.morphs.len()));
                     parts.len() - 1
                 });
                 parts[number].hold(mesh, vertex, place, weight);
@@ -76,7 +76,7 @@ impl DeformBounds {
         Self { parts, vertices: mesh.positions.len() }
     }
 
-    /// Returns a box around the mesh with so much of each shape, hung on these joints: it holds the mesh that [`deform`](super::deform) gives for the
+    /// Returns a box around the mesh with so much of each shape, hung on these joints: it holds the mesh that [`deform`](fn@super::deform) gives for the
     /// same. Empty of a mesh without vertices.
     pub fn bounds(&self, joints: &[DAffine3], weights: &[f64]) -> Aabb {
         let all = self.parts.iter().fold(Aabb::EMPTY, |all, part| {
@@ -90,7 +90,7 @@ impl DeformBounds {
         Aabb { min: all.min - slack, max: all.max + slack }
     }
 
-    /// The mean of the vertices that [`deform`](super::deform) gives for the same. The middle of the box is no place near the mesh where a joint
+    /// The mean of the vertices that [`deform`](fn@super::deform) gives for the same. The middle of the box is no place near the mesh where a joint
     /// far away has a vertex with next to no weight.
     pub fn mean(&self, joints: &[DAffine3], weights: &[f64]) -> DVec3 {
         let sums = self.parts.iter().map(|part| {
@@ -102,7 +102,7 @@ impl DeformBounds {
     }
 }
 
-impl Part {
+impl JointBounds {
     fn of(joint: Option<usize>, shapes: usize) -> Self {
         let (bounds, places) = (Aabb::EMPTY, DVec3::ZERO);
         Self { joint, bounds, shapes: vec![bounds; shapes], weight: 0.0, places, offsets: vec![places; shapes] }

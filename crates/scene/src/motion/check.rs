@@ -1,6 +1,8 @@
 //! Faults of nodes, skins, clips and deformed meshes, in words that name each by number and name.
 
-use super::{Channel, Clip, Influences, Interpolation, Local, MaterialValue, Morph, Motion, Skin, Target, values};
+use super::{
+    Channel, ChannelTarget, Clip, Influences, Interpolation, Local, MaterialValue, Morph, Motion, Skin, values,
+};
 use crate::check::{dangling, first_of, fits, infinite, not_finite};
 use crate::{Mesh, Object, Scene, TextureSlot};
 
@@ -94,7 +96,7 @@ impl Clip {
         let faults = self.channels.iter().enumerate();
         let first = faults.filter_map(|(index, channel)| Some((index, channel.fault(scene)?))).next();
         let twice = || {
-            let mut targets: Vec<Target> = self.channels.iter().map(|channel| channel.target).collect();
+            let mut targets: Vec<ChannelTarget> = self.channels.iter().map(|channel| channel.target).collect();
             targets.sort_unstable();
             let same = targets.windows(2).find(|pair| pair[0] == pair[1])?;
             Some(format!("two of its channels move {:?}", same[0]))
@@ -126,13 +128,13 @@ impl Channel {
         if let Some(at) = self.values.iter().position(|value| value.is_nan() || value.abs() > MOST) {
             return Some(format!("a value of key {} is {}, not from -1e18 to 1e18", at / each, self.values[at]));
         }
-        if let Target::Cell(object) = self.target
+        if let ChannelTarget::Cell(object) = self.target
             && let Some(fault) = self.cells_fault(scene, object)
         {
             return Some(fault);
         }
         let middle = if self.interpolation == Interpolation::CubicSpline { 4 } else { 0 };
-        let is_turn = matches!(self.target, Target::Rotation(_));
+        let is_turn = matches!(self.target, ChannelTarget::Rotation(_));
         let mut turns = self.values.chunks_exact(each).filter(|_| is_turn).enumerate();
         turns.find_map(|(key, value)| turn(&value[middle..middle + 4]).map(|fault| format!("key {key}: {fault}")))
     }
@@ -155,23 +157,25 @@ impl Channel {
     fn target_fault(&self, scene: &Scene) -> Option<String> {
         let nodes = &scene.motion.nodes;
         match self.target {
-            Target::Translation(node) | Target::Rotation(node) | Target::Scale(node) => match nodes.get(node) {
-                None => dangling("node", node, nodes.len()),
-                Some(own) => matches!(own.local, Local::Fixed(_)).then(|| {
-                    format!("it moves node {node} (`{}`), which stands by one transform: it needs parts", own.name)
-                }),
-            },
-            Target::Weights(node) => match nodes.get(node) {
+            ChannelTarget::Translation(node) | ChannelTarget::Rotation(node) | ChannelTarget::Scale(node) => {
+                match nodes.get(node) {
+                    None => dangling("node", node, nodes.len()),
+                    Some(own) => matches!(own.local, Local::Fixed(_)).then(|| {
+                        format!("it moves node {node} (`{}`), which stands by one transform: it needs parts", own.name)
+                    }),
+                }
+            }
+            ChannelTarget::Weights(node) => match nodes.get(node) {
                 None => dangling("node", node, nodes.len()),
                 Some(own) => own
                     .weights
                     .is_empty()
                     .then(|| format!("it moves the weights of node {node} (`{}`), which has none", own.name)),
             },
-            Target::Light(light, _) => dangling("light", light, scene.lights.len()),
-            Target::Cell(object) => dangling("object", object, scene.objects.len()),
-            Target::Camera(camera, _) => dangling("camera", camera, scene.cameras.len()),
-            Target::Material(material, value) => {
+            ChannelTarget::Light(light, _) => dangling("light", light, scene.lights.len()),
+            ChannelTarget::Cell(object) => dangling("object", object, scene.objects.len()),
+            ChannelTarget::Camera(camera, _) => dangling("camera", camera, scene.cameras.len()),
+            ChannelTarget::Material(material, value) => {
                 let slot = match value {
                     MaterialValue::UvOffset(slot) | MaterialValue::UvRotation(slot) | MaterialValue::UvScale(slot) => {
                         Some(slot)
@@ -189,9 +193,9 @@ impl Channel {
     /// Values that its target has.
     fn components(&self, scene: &Scene) -> usize {
         match self.target {
-            Target::Translation(_) | Target::Scale(_) => 3,
-            Target::Rotation(_) => 4,
-            Target::Weights(node) => scene.motion.nodes.get(node).map_or(0, |node| node.weights.len()),
+            ChannelTarget::Translation(_) | ChannelTarget::Scale(_) => 3,
+            ChannelTarget::Rotation(_) => 4,
+            ChannelTarget::Weights(node) => scene.motion.nodes.get(node).map_or(0, |node| node.weights.len()),
             other => values::count(other),
         }
     }

@@ -17,7 +17,7 @@ mod tests;
 mod values;
 
 #[cfg(feature = "readers")]
-pub(super) use append::First;
+pub(super) use append::FirstIndices;
 pub use bounds::DeformBounds;
 pub use deform::deform;
 pub use deform::deform_frame;
@@ -114,7 +114,7 @@ pub enum Interpolation {
 
 /// The target of a channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Target {
+pub enum ChannelTarget {
     /// Of a node by its index: three values.
     Translation(usize),
     /// Of a node by its index: the four of a quaternion, x y z w.
@@ -189,7 +189,7 @@ pub enum MaterialValue {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Channel {
     /// The value that they move.
-    pub target: Target,
+    pub target: ChannelTarget,
     /// In seconds, each after the one before it.
     pub times: Vec<f64>,
     /// For each time as many as the target has, three times as many where the interpolation is cubic.
@@ -258,7 +258,7 @@ impl Motion {
     /// The materials that clips change.
     pub fn moved_materials(&self) -> BTreeSet<usize> {
         let material = |channel: &Channel| match channel.target {
-            Target::Material(material, _) => Some(material),
+            ChannelTarget::Material(material, _) => Some(material),
             _ => None,
         };
         self.clips.iter().flat_map(|clip| &clip.channels).filter_map(material).collect()
@@ -268,7 +268,7 @@ impl Motion {
     pub fn widest(&self, index: usize, material: &Material) -> Material {
         let mut widest = material.clone();
         for channel in self.clips.iter().flat_map(|clip| &clip.channels) {
-            let Target::Material(own, kind) = channel.target else { continue };
+            let ChannelTarget::Material(own, kind) = channel.target else { continue };
             for &time in channel.times.iter().filter(|_| own == index) {
                 let mut value = [0.0; 4];
                 let count = values::count(channel.target).min(value.len());
@@ -287,7 +287,7 @@ impl Motion {
     /// The objects whose cells clips change.
     pub fn moved_cells(&self) -> BTreeSet<usize> {
         let object = |channel: &Channel| match channel.target {
-            Target::Cell(object) => Some(object),
+            ChannelTarget::Cell(object) => Some(object),
             _ => None,
         };
         self.clips.iter().flat_map(|clip| &clip.channels).filter_map(object).collect()
@@ -297,7 +297,7 @@ impl Motion {
     pub fn moved_lights(&self) -> BTreeSet<usize> {
         let hung = self.light_nodes.iter().enumerate().filter_map(|(light, node)| node.map(|_| light));
         let changed = self.clips.iter().flat_map(|clip| &clip.channels).filter_map(|channel| match channel.target {
-            Target::Light(light, _) => Some(light),
+            ChannelTarget::Light(light, _) => Some(light),
             _ => None,
         });
         hung.chain(changed).collect()
@@ -307,7 +307,7 @@ impl Motion {
     pub fn mirrors(&self) -> bool {
         let negative = |node: &Node| node.local.to_affine().matrix3.determinant() < 0.0;
         let keyed = |channel: &Channel| {
-            matches!(channel.target, Target::Scale(_)) && channel.values.iter().any(|&value| value < 0.0)
+            matches!(channel.target, ChannelTarget::Scale(_)) && channel.values.iter().any(|&value| value < 0.0)
         };
         let bound = |skin: &Skin| skin.inverse_bind.iter().any(|bind| bind.matrix3.determinant() < 0.0);
         self.nodes.iter().any(negative)

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DQuat, DVec3};
 
-use super::{Channel, Local, Motion, Placement, Playing, Target, values};
+use super::{Channel, ChannelTarget, Local, Motion, Placement, Playing, values};
 use crate::{Camera, Light, Look, Material, Object, Scene, unit};
 
 /// The most values that a light, a camera or a material has of one kind.
@@ -16,7 +16,7 @@ pub struct Pose {
     weights: Vec<f64>,
     first_weights: Vec<usize>,
     /// In the order of the clips: the last of a target counts.
-    values: Vec<(Target, [f64; MOST])>,
+    values: Vec<(ChannelTarget, [f64; MOST])>,
     /// By object, in the order of their numbers: the cells that clips have it show.
     cells: Vec<(usize, u32)>,
     /// In seconds; for particles, which no clip moves.
@@ -71,23 +71,23 @@ impl Pose {
 
     fn apply(&mut self, channel: &Channel, time: f64) {
         match channel.target {
-            Target::Translation(node) => {
+            ChannelTarget::Translation(node) => {
                 if let (Some(place), Some(value)) = (self.placements.get_mut(node), vector(channel, time)) {
                     place.translation = value;
                 }
             }
-            Target::Rotation(node) => {
+            ChannelTarget::Rotation(node) => {
                 let mut value = [0.0; 4];
                 if let (Some(place), true) = (self.placements.get_mut(node), channel.sample(time, &mut value)) {
                     place.rotation = DQuat::from_array(value);
                 }
             }
-            Target::Scale(node) => {
+            ChannelTarget::Scale(node) => {
                 if let (Some(place), Some(value)) = (self.placements.get_mut(node), vector(channel, time)) {
                     place.scale = value;
                 }
             }
-            Target::Weights(node) => {
+            ChannelTarget::Weights(node) => {
                 let ends = self.first_weights.get(node).zip(self.first_weights.get(node + 1));
                 if let Some((&from, &to)) = ends {
                     // Keys may have fewer or more than the node, where nobody has checked the scene.
@@ -95,14 +95,14 @@ impl Pose {
                     channel.sample(time, &mut self.weights[from..from + count]);
                 }
             }
-            Target::Cell(object) => {
+            ChannelTarget::Cell(object) => {
                 let mut value = [0.0];
                 if channel.sample(time, &mut value) {
                     // The cast takes negative values for 0, and too large ones for the largest number.
                     self.cells.push((object, value[0] as u32));
                 }
             }
-            target @ (Target::Light(..) | Target::Camera(..) | Target::Material(..)) => {
+            target @ (ChannelTarget::Light(..) | ChannelTarget::Camera(..) | ChannelTarget::Material(..)) => {
                 let mut value = [0.0; MOST];
                 let count = values::count(target).min(MOST);
                 if channel.sample(time, &mut value[..count]) {
@@ -179,7 +179,7 @@ impl Pose {
             hang(&mut light, world);
         }
         for (target, value) in &self.values {
-            if let &Target::Light(own, kind) = target
+            if let &ChannelTarget::Light(own, kind) = target
                 && own == index
             {
                 values::set_light(&mut light, kind, value);
@@ -192,7 +192,7 @@ impl Pose {
     /// A material as it is now, by its index in [`Scene::materials`], within the ranges that materials have.
     pub fn material(&self, scene: &Scene, index: usize) -> Material {
         let changes = self.values.iter().filter_map(|(target, value)| match *target {
-            Target::Material(own, kind) if own == index => Some((kind, value)),
+            ChannelTarget::Material(own, kind) if own == index => Some((kind, value)),
             _ => None,
         });
         values::changed_material(&scene.materials[index], changes)
@@ -216,7 +216,7 @@ impl Pose {
             camera = at_zero.transformed(world);
         }
         for (target, value) in &self.values {
-            if let &Target::Camera(own, kind) = target
+            if let &ChannelTarget::Camera(own, kind) = target
                 && own == index
             {
                 values::set_camera(&mut camera, kind, value);

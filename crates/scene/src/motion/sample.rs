@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec4};
 
-use super::{Channel, Clip, Interpolation, Target};
+use super::{Channel, ChannelTarget, Clip, Interpolation};
 
 /// Between rotations closer than this, in radians on the sphere of quaternions, a chord is an arc to the last bit of f64: its error is the
 /// angle's cube over 16.
@@ -33,25 +33,25 @@ pub(super) fn slerp(from: DQuat, to: DQuat, share: f64) -> DQuat {
 }
 
 /// A time's place among keys.
-enum Place {
+enum KeyPosition {
     /// At a key, or before the first or behind the last.
     Key(usize),
     /// Behind this key, at a share of the way to the next, which is so many seconds away.
     Between(usize, f64, f64),
 }
 
-fn place(times: &[f64], time: f64) -> Option<Place> {
+fn key_position(times: &[f64], time: f64) -> Option<KeyPosition> {
     let last = times.len().checked_sub(1)?;
     let next = times.partition_point(|key| *key <= time);
     if next == 0 || next > last {
-        return Some(Place::Key(next.saturating_sub(1)));
+        return Some(KeyPosition::Key(next.saturating_sub(1)));
     }
     let (from, to) = (times[next - 1], times[next]);
     let (past, seconds) = (time - from, to - from);
     if past <= 0.0 || seconds.is_nan() {
-        return Some(Place::Key(next - 1));
+        return Some(KeyPosition::Key(next - 1));
     }
-    Some(Place::Between(next - 1, past / seconds, seconds))
+    Some(KeyPosition::Between(next - 1, past / seconds, seconds))
 }
 
 impl Channel {
@@ -72,14 +72,14 @@ impl Channel {
         if out.is_empty() || self.width() < out.len() || time.is_nan() {
             return false;
         }
-        match place(&self.times, time) {
+        match key_position(&self.times, time) {
             None => false,
-            Some(Place::Key(key)) => {
+            Some(KeyPosition::Key(key)) => {
                 out.copy_from_slice(self.value(key, out.len()));
                 self.straighten(out);
                 true
             }
-            Some(Place::Between(key, share, seconds)) => {
+            Some(KeyPosition::Between(key, share, seconds)) => {
                 match self.interpolation {
                     Interpolation::Step => {
                         out.copy_from_slice(self.value(key, out.len()));
@@ -104,14 +104,15 @@ impl Channel {
 
     /// Gives rotations a length of 1.
     fn straighten(&self, out: &mut [f64]) {
-        if let (Target::Rotation(_), Ok(parts)) = (self.target, <[f64; 4]>::try_from(&*out)) {
+        if let (ChannelTarget::Rotation(_), Ok(parts)) = (self.target, <[f64; 4]>::try_from(&*out)) {
             out.copy_from_slice(&unit_rotation(DQuat::from_array(parts)).to_array());
         }
     }
 
     fn line(&self, key: usize, share: f64, out: &mut [f64]) {
         let (from, to) = (self.value(key, out.len()), self.value(key + 1, out.len()));
-        if let (Target::Rotation(_), Ok(from), Ok(to)) = (self.target, <[f64; 4]>::try_from(from), to.try_into()) {
+        if let (ChannelTarget::Rotation(_), Ok(from), Ok(to)) = (self.target, <[f64; 4]>::try_from(from), to.try_into())
+        {
             let [from, to] = [from, to].map(|parts| unit_rotation(DQuat::from_array(parts)));
             out.copy_from_slice(&slerp(from, to, share).to_array());
             return;

@@ -2,17 +2,20 @@
 
 use glam::{DVec2, Vec3};
 
-use super::{CameraValue, LightValue, MaterialValue, Target};
+use super::{CameraValue, ChannelTarget, LightValue, MaterialValue};
 use crate::camera::{FOV_Y_DEGREES, HEIGHT};
 use crate::{AlphaMode, Camera, Light, LightKind, Material, Projection, UvMap};
 
 /// Values of a target that is no node's; 0 of a node's.
-pub(super) fn count(target: Target) -> usize {
+pub(super) fn count(target: ChannelTarget) -> usize {
     match target {
-        Target::Translation(_) | Target::Rotation(_) | Target::Scale(_) | Target::Weights(_) => 0,
-        Target::Light(_, LightValue::Color) => 3,
-        Target::Light(..) | Target::Camera(..) | Target::Cell(_) => 1,
-        Target::Material(_, value) => match value {
+        ChannelTarget::Translation(_)
+        | ChannelTarget::Rotation(_)
+        | ChannelTarget::Scale(_)
+        | ChannelTarget::Weights(_) => 0,
+        ChannelTarget::Light(_, LightValue::Color) => 3,
+        ChannelTarget::Light(..) | ChannelTarget::Camera(..) | ChannelTarget::Cell(_) => 1,
+        ChannelTarget::Material(_, value) => match value {
             MaterialValue::BaseColor => 4,
             MaterialValue::Emissive => 3,
             MaterialValue::UvOffset(_) | MaterialValue::UvScale(_) => 2,

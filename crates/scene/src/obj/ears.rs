@@ -11,7 +11,7 @@ const MOST_STEPS: u64 = 1 << 27;
 
 /// Cuts a polygon that is counter-clockwise into triangles. Returns false if a fan stands in for the corners that were left after the most steps.
 pub(super) fn clip(points: &[DVec2], mut emit: impl FnMut([usize; 3])) -> bool {
-    let mut outline = Outline::of(points);
+    let mut outline = PolygonRing::of(points);
     let mut left = points.len();
     // Corners to look at, each with its shape's number. A corner whose neighbours have changed is queued again, and its old entry is passed over: that
     // spreads the triangles, instead of a fan of slivers from one corner.
@@ -48,7 +48,7 @@ pub(super) fn clip(points: &[DVec2], mut emit: impl FnMut([usize; 3])) -> bool {
 }
 
 /// The corners that are left of a polygon, as a ring.
-struct Outline<'a> {
+struct PolygonRing<'a> {
     points: &'a [DVec2],
     next: Vec<usize>,
     previous: Vec<usize>,
@@ -57,14 +57,14 @@ struct Outline<'a> {
     /// True for corners that turn inwards. They alone can lie in an ear, and they never become more.
     is_reflex: Vec<bool>,
     reflex: usize,
-    grid: Grid,
+    grid: CornerGrid,
     steps: u64,
 }
 
 /// No number of a shape.
 const GONE: u32 = u32::MAX;
 
-impl<'a> Outline<'a> {
+impl<'a> PolygonRing<'a> {
     fn of(points: &'a [DVec2]) -> Self {
         let count = points.len();
         let mut outline = Self {
@@ -74,12 +74,12 @@ impl<'a> Outline<'a> {
             shapes: vec![0; count],
             is_reflex: Vec::new(),
             reflex: 0,
-            grid: Grid::default(),
+            grid: CornerGrid::default(),
             steps: 0,
         };
         outline.is_reflex = (0..count).map(|corner| outline.turns(corner) < 0.0).collect();
         outline.reflex = outline.is_reflex.iter().filter(|&&is_reflex| is_reflex).count();
-        outline.grid = Grid::of(points, &outline.is_reflex, outline.reflex);
+        outline.grid = CornerGrid::of(points, &outline.is_reflex, outline.reflex);
         outline
     }
 
@@ -135,7 +135,7 @@ impl<'a> Outline<'a> {
             }
         }
         if self.reflex * 2 < self.grid.places.len() {
-            self.grid = Grid::of(self.points, &self.is_reflex, self.reflex);
+            self.grid = CornerGrid::of(self.points, &self.is_reflex, self.reflex);
         }
     }
 
@@ -150,7 +150,7 @@ impl<'a> Outline<'a> {
 
 /// Reflex corners of a polygon by cells, about one in each.
 #[derive(Default)]
-struct Grid {
+struct CornerGrid {
     least: DVec2,
     /// Cells a unit.
     scale: DVec2,
@@ -160,7 +160,7 @@ struct Grid {
     places: Vec<usize>,
 }
 
-impl Grid {
+impl CornerGrid {
     fn of(points: &[DVec2], is_in: &[bool], count: usize) -> Self {
         let corners = || (0..points.len()).filter(|&corner| is_in[corner]);
         let least = corners().fold(DVec2::INFINITY, |least, corner| least.min(points[corner]));

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::normals::{Faces, corner_normals};
 use super::polygon::{newell_normal, triangulate};
-use super::scan::{Part, Scan};
+use super::scan::{FaceKey, Scan};
 use super::sheets;
 use crate::mesh::triangle_normal;
 use crate::texture::srgb_decode;
@@ -17,7 +17,7 @@ use crate::uvs::wrapped;
 use crate::{Error, LoadOptions, Mesh};
 
 /// A mesh and what it belongs to in the scan's tables.
-pub(super) struct Group {
+pub(super) struct GroupMesh {
     pub group: usize,
     pub material: usize,
     pub mesh: Mesh,
@@ -29,8 +29,8 @@ pub(super) struct Group {
 
 /// All meshes, and the parts of them that are not drawn as the file has them.
 #[derive(Default)]
-pub(super) struct Built {
-    pub groups: Vec<Group>,
+pub(super) struct ObjGeometry {
+    pub groups: Vec<GroupMesh>,
     /// Triangles without area, which are left out.
     pub degenerate: usize,
     /// Polygons that are a fan for want of time: the index of each one's part, and its number of corners.
@@ -70,7 +70,12 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<tobj::Mesh>, Error> {
 }
 
 /// Makes meshes, one for each group and material, and one more where such faces lie back to back. `needs` is by material.
-pub(super) fn build(scan: &Scan, mut parsed: Vec<tobj::Mesh>, needs: &[MaterialNeeds], options: &LoadOptions) -> Built {
+pub(super) fn build(
+    scan: &Scan,
+    mut parsed: Vec<tobj::Mesh>,
+    needs: &[MaterialNeeds],
+    options: &LoadOptions,
+) -> ObjGeometry {
     // Where the file gives all normals, nearly all materials have one side.
     let backed = match scan.parts.iter().all(|part| part.has_normals) {
         true => HashSet::new(),
@@ -85,7 +90,7 @@ pub(super) fn build(scan: &Scan, mut parsed: Vec<tobj::Mesh>, needs: &[MaterialN
     let mut places = HashMap::new();
     let mut joined: Vec<Vec<(usize, bool, tobj::Mesh)>> = Vec::new();
     for (index, is_sheet, mesh) in whole.chain(taken) {
-        let Some(&Part { group, material, .. }) = scan.parts.get(index) else { continue };
+        let Some(&FaceKey { group, material, .. }) = scan.parts.get(index) else { continue };
         let place = *places.entry((group, material, is_sheet)).or_insert_with(|| {
             joined.push(Vec::new());
             joined.len() - 1
@@ -93,12 +98,12 @@ pub(super) fn build(scan: &Scan, mut parsed: Vec<tobj::Mesh>, needs: &[MaterialN
         joined[place].push((index, is_sheet, mesh));
     }
     let (done, total) = (AtomicUsize::new(0), joined.len());
-    let finished: Vec<Built> = joined
+    let finished: Vec<ObjGeometry> = joined
         .into_par_iter()
         .map(|parts| {
             let (first, is_sheet, _) = parts[0];
-            let Part { group, material, .. } = scan.parts[first];
-            let mut vertices = Vertices { is_sheet, ..Vertices::default() };
+            let FaceKey { group, material, .. } = scan.parts[first];
+            let mut vertices = MeshDraft { is_sheet, ..MeshDraft::default() };
             let mut fans = Vec::new();
             for (index, _, mesh) in parts {
                 let own = vertices.append(&scan.parts[index], mesh, &scan.colors);
@@ -107,12 +112,12 @@ pub(super) fn build(scan: &Scan, mut parsed: Vec<tobj::Mesh>, needs: &[MaterialN
             let has_own_normals = !vertices.has_made_normals;
             let (mesh, degenerate) = vertices.into_mesh(&scan.groups[group], &needs[material]);
             options.report("meshes", done.fetch_add(1, Ordering::Relaxed) + 1, total);
-            let own = Group { group, material, mesh, has_own_normals, is_sheet };
-            Built { groups: vec![own], degenerate, fans }
+            let own = GroupMesh { group, material, mesh, has_own_normals, is_sheet };
+            ObjGeometry { groups: vec![own], degenerate, fans }
         })
         .collect();
-    let mut all = Built::default();
-    for Built { groups, degenerate, fans } in finished {
+    let mut all = ObjGeometry::default();
+    for ObjGeometry { groups, degenerate, fans } in finished {
         all.groups.extend(groups.into_iter().filter(|group| !group.mesh.indices.is_empty()));
         all.degenerate += degenerate;
         all.fans.extend(fans);
@@ -122,7 +127,7 @@ pub(super) fn build(scan: &Scan, mut parsed: Vec<tobj::Mesh>, needs: &[MaterialN
 
 /// A mesh in the making, before it is recentred.
 #[derive(Default)]
-struct Vertices {
+struct MeshDraft {
     points: Vec<DVec3>,
     normals: Vec<DVec3>,
     /// As in the file, V up. Zero where a part has none.
@@ -136,17 +141,17 @@ struct Vertices {
     indices: Vec<u32>,
 }
 
-impl Vertices {
+impl MeshDraft {
     /// Adds a part. `colors` holds the colours of the file's vertices, if it has any. Returns the numbers of corners of polygons that are fans for
     /// want of time.
-    fn append(&mut self, part: &Part, mesh: tobj::Mesh, colors: &[[f32; 3]]) -> Vec<usize> {
+    fn append(&mut self, part: &FaceKey, mesh: tobj::Mesh, colors: &[[f32; 3]]) -> Vec<usize> {
         let points: Vec<DVec3> = mesh.positions.as_chunks().0.iter().map(|&p| DVec3::from_array(p)).collect();
         let uvs: Vec<DVec2> = match part.has_uvs {
             true => mesh.texcoords.as_chunks().0.iter().map(|&uv| DVec2::from_array(uv)).collect(),
             false => vec![DVec2::ZERO; points.len()],
         };
         self.has_uvs |= part.has_uvs;
-        let Cut { triangles, normals: face_normals, fans } = cut(&points, &mesh);
+        let Triangulation { triangles, normals: face_normals, fans } = triangulation(&points, &mesh);
         // tobj hands through the vertices' numbers as red.
         let numbers = mesh.vertex_color.as_chunks::<3>().0.iter().map(|&[number, ..]| number as usize);
         let own_colors: Vec<[f32; 4]> =
@@ -219,7 +224,7 @@ fn linear(color: [f32; 3]) -> [f32; 4] {
 
 /// A parsed mesh's triangles.
 #[derive(Default)]
-struct Cut {
+struct Triangulation {
     triangles: Vec<[u32; 3]>,
     /// By triangle, the unit normal of its polygon; zero when that has no area.
     normals: Vec<DVec3>,
@@ -227,8 +232,8 @@ struct Cut {
     fans: Vec<usize>,
 }
 
-fn cut(points: &[DVec3], mesh: &tobj::Mesh) -> Cut {
-    let mut cut = Cut::default();
+fn triangulation(points: &[DVec3], mesh: &tobj::Mesh) -> Triangulation {
+    let mut cut = Triangulation::default();
     if mesh.face_arities.is_empty() {
         cut.triangles = mesh.indices.as_chunks::<3>().0.to_vec();
         let normal = |t: &[u32; 3]| triangle_normal(&t.map(|i| points[i as usize])).unwrap_or_default();

@@ -6,12 +6,12 @@ use image::imageops::{FilterType, resize};
 use image::{GrayImage, Luma, Rgba, RgbaImage};
 
 use super::normal_maps::{Heights, downwardness, looks_like_normals, normals_of_heights};
-use crate::texture::{Picture, read_image};
+use crate::texture::{DecodedImage, read_image};
 use crate::{ColorSpace, Sampler, Texture, Wrap};
 
 /// An image and which of its channels is meant (`-imfchan`), where only one is.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub(super) struct Source {
+pub(super) struct MapImage {
     pub path: PathBuf,
     pub channel: Option<char>,
     /// True if the edge texels continue outside 0..1 (`-clamp on`).
@@ -20,18 +20,18 @@ pub(super) struct Source {
 
 /// A texture that is to be made. Equal requests share one.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub(super) enum Request {
+pub(super) enum MapRequest {
     /// sRGB colour (white without), and opacity from the mask or, without one, from the image itself.
-    Color { image: Option<Source>, mask: Option<Source> },
+    Color { image: Option<MapImage>, mask: Option<MapImage> },
     /// A normal map, or a height map of which one is made; `bump_scale` is f32 bits.
-    Normal { image: Source, must_be_normals: bool, is_color_too: bool, bump_scale: u32 },
+    Normal { image: MapImage, must_be_normals: bool, is_color_too: bool, bump_scale: u32 },
     /// Roughness in green and metalness in blue; with `shininess` (f32 bits) the first image scales that Phong exponent.
-    MetallicRoughness { roughness: Option<Source>, shininess: Option<u32>, metallic: Option<Source> },
+    MetallicRoughness { roughness: Option<MapImage>, shininess: Option<u32>, metallic: Option<MapImage> },
 }
 
 /// The opacity of a colour texture's texels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) enum Opacity {
+pub(super) enum TextureOpacity {
     /// Every texel is at least half opaque, and most are nearly opaque.
     #[default]
     Whole,
@@ -49,14 +49,14 @@ pub(super) struct MapTexture {
     pub warnings: Vec<String>,
     /// Which of the request's two images were named and could not be read.
     pub lost: [bool; 2],
-    pub opacity: Opacity,
+    pub opacity: TextureOpacity,
     /// For a normal map that came as such: the evidence that its green points down. The bump scale is still to be applied.
     pub downwardness: Option<f32>,
 }
 
-impl Request {
+impl MapRequest {
     /// The images that it is made of: of colour and mask, of roughness and metalness, or one.
-    fn pair(&self) -> [Option<&Source>; 2] {
+    fn pair(&self) -> [Option<&MapImage>; 2] {
         match self {
             Self::Color { image, mask } => [image.as_ref(), mask.as_ref()],
             Self::Normal { image, .. } => [Some(image), None],
@@ -65,14 +65,14 @@ impl Request {
     }
 
     /// The images that it is made of.
-    pub fn sources(&self) -> impl Iterator<Item = &Source> {
+    pub fn sources(&self) -> impl Iterator<Item = &MapImage> {
         self.pair().into_iter().flatten()
     }
 
     /// Reads the images and makes the texture from the readable ones.
     pub fn make(&self) -> MapTexture {
         let mut made = MapTexture::default();
-        let mut read = |source: Option<&Source>| {
+        let mut read = |source: Option<&MapImage>| {
             let picture = read_image(&source?.path);
             let picture = picture.map_err(|error| made.warnings.push(format!("{error}; drawn without this texture")));
             made.warnings.extend(picture.as_ref().ok().and_then(|picture| picture.warning.clone()));
@@ -80,7 +80,7 @@ impl Request {
         };
         let pictures = self.pair().map(&mut read);
         made.lost = [0, 1].map(|at| self.pair()[at].is_some() && pictures[at].is_none());
-        let found: Vec<&Source> =
+        let found: Vec<&MapImage> =
             (0..2).filter(|&at| pictures[at].is_some()).filter_map(|at| self.pair()[at]).collect();
         let Some(first) = found.first() else { return made };
         let wrap = [if first.is_clamped { Wrap::Clamp } else { Wrap::Repeat }; 2];
@@ -112,7 +112,7 @@ impl Request {
                 }
             }
             Self::MetallicRoughness { roughness, shininess, metallic } => {
-                let grey = |picture: Option<Picture>, source: &Option<Source>| {
+                let grey = |picture: Option<DecodedImage>, source: &Option<MapImage>| {
                     let letter = source.as_ref().and_then(|source| source.channel);
                     picture.map(|picture| channel(&picture.rgba8(ColorSpace::Linear), letter))
                 };
@@ -136,7 +136,7 @@ fn file_name(path: &Path) -> String {
 }
 
 /// The image, or white without one, with the mask's opacity if there is a mask.
-fn color(image: Option<Picture>, mask: Option<Picture>, letter: Option<char>) -> RgbaImage {
+fn color(image: Option<DecodedImage>, mask: Option<DecodedImage>, letter: Option<char>) -> RgbaImage {
     let color = image.map(|picture| picture.rgba8(ColorSpace::Srgb));
     let Some(mask) = mask else {
         return color.unwrap_or_else(|| RgbaImage::from_pixel(1, 1, Rgba([255; 4])));
@@ -156,7 +156,7 @@ fn color(image: Option<Picture>, mask: Option<Picture>, letter: Option<char>) ->
 }
 
 /// Classifies the opacity. An image with opacity 0 everywhere becomes opaque, with a warning: nobody models an invisible surface.
-fn opacity(texels: &mut RgbaImage, sources: &[&Source], warnings: &mut Vec<String>) -> Opacity {
+fn opacity(texels: &mut RgbaImage, sources: &[&MapImage], warnings: &mut Vec<String>) -> TextureOpacity {
     let alphas = || texels.pixels().map(|texel| texel.0[3]);
     if alphas().all(|alpha| alpha == 0) {
         if let Some(source) = sources.last() {
@@ -165,15 +165,15 @@ fn opacity(texels: &mut RgbaImage, sources: &[&Source], warnings: &mut Vec<Strin
                 .push(format!("{path}: its opacity is 0 everywhere, which would leave nothing to see; drawn opaque"));
         }
         texels.pixels_mut().for_each(|texel| texel.0[3] = 255);
-        return Opacity::Whole;
+        return TextureOpacity::Whole;
     }
     let soft = alphas().filter(|alpha| (16..240).contains(alpha)).count();
     if soft * 2 > texels.pixels().len() {
-        Opacity::Soft
+        TextureOpacity::Soft
     } else if alphas().any(|alpha| alpha < 128) {
-        Opacity::Holes
+        TextureOpacity::Holes
     } else {
-        Opacity::Whole
+        TextureOpacity::Whole
     }
 }
 
@@ -199,7 +199,7 @@ fn channel(image: &RgbaImage, letter: Option<char>) -> GrayImage {
 }
 
 /// Heights from 0 to 1, with all bits that the file has: steps of 8 bits are terraces on a gentle slope.
-fn heights(picture: &Picture, texels: &RgbaImage, letter: Option<char>) -> Heights {
+fn heights(picture: &DecodedImage, texels: &RgbaImage, letter: Option<char>) -> Heights {
     let values = match picture.beyond_8_bits() {
         Some(image) => image.pixels().map(|texel| pick(texel.0, letter).clamp(0.0, 1.0)).collect(),
         None => channel(texels, letter).pixels().map(|texel| f32::from(texel.0[0]) / 255.0).collect(),

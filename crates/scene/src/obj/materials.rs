@@ -8,7 +8,7 @@ use glam::{DVec2, Vec3};
 use rayon::prelude::*;
 
 use super::geometry::MaterialNeeds;
-use super::maps::{MapTexture, Opacity, Request, Source, roughness_of_shininess};
+use super::maps::{MapImage, MapRequest, MapTexture, TextureOpacity, roughness_of_shininess};
 use super::mtl::{Definition, Map};
 use super::normal_maps::{CLEARLY_DOWN, turn_green_over};
 use super::text;
@@ -19,7 +19,7 @@ use crate::{AlphaMode, LoadOptions, Material, Texture, TextureSlot};
 pub(super) struct PendingMaterial {
     pub material: Material,
     pub needs: MaterialNeeds,
-    pub requests: Vec<(TextureSlot, Request)>,
+    pub requests: Vec<(TextureSlot, MapRequest)>,
     /// The material without its maps, whose factors replace unreadable maps.
     pub without_maps: Material,
     /// True if the file gives it a colour.
@@ -67,7 +67,7 @@ pub(super) fn read(definition: &Definition, folders: &[&Path], warnings: &mut Ve
         }
         // Without Ks the slot would be that of a dielectric's reflectance.
         if pending.material.specular != Vec3::ZERO {
-            pending.requests.push((TextureSlot::Specular, Request::Color { image: Some(image), mask: None }));
+            pending.requests.push((TextureSlot::Specular, MapRequest::Color { image: Some(image), mask: None }));
         }
     }
     (pending.needs.uv_scale, pending.needs.uv_offset) = reader.placement();
@@ -100,7 +100,7 @@ impl MaterialReader<'_> {
     }
 
     /// The image that a map statement names, if it is there.
-    fn map(&mut self, keyword: &str, value: Option<&str>) -> Option<(Source, Map)> {
+    fn map(&mut self, keyword: &str, value: Option<&str>) -> Option<(MapImage, Map)> {
         let map = Map::parse(value?);
         let found = |map: Map| {
             let path = self.folders.iter().find_map(|folder| text::find_file(folder, &map.name))?;
@@ -117,7 +117,7 @@ impl MaterialReader<'_> {
             self.warn(keyword, &format!("option `{option}` of {keyword} is not supported"));
         }
         self.placements.push((map.scale, map.offset));
-        Some((Source { path, channel: map.channel, is_clamped: map.is_clamped }, map))
+        Some((MapImage { path, channel: map.channel, is_clamped: map.is_clamped }, map))
     }
 
     /// The material without its maps.
@@ -164,17 +164,17 @@ impl MaterialReader<'_> {
         }
     }
 
-    fn color(&mut self, pending: &mut PendingMaterial, diffuse: Option<&(Source, Map)>) {
+    fn color(&mut self, pending: &mut PendingMaterial, diffuse: Option<&(MapImage, Map)>) {
         let mask = self.map("map_d", self.definition.source.dissolve_texture.as_deref()).map(|(mask, _)| mask);
         let image = diffuse.map(|(image, _)| image.clone());
         // The colour map again means its own alpha, which counts anyway.
         let mask = mask.filter(|mask| mask.channel.is_some() || image.as_ref().is_none_or(|i| i.path != mask.path));
         if image.is_some() || mask.is_some() {
-            pending.requests.push((TextureSlot::BaseColor, Request::Color { image, mask }));
+            pending.requests.push((TextureSlot::BaseColor, MapRequest::Color { image, mask }));
         }
     }
 
-    fn normals(&mut self, pending: &mut PendingMaterial, diffuse: Option<&(Source, Map)>) {
+    fn normals(&mut self, pending: &mut PendingMaterial, diffuse: Option<&(MapImage, Map)>) {
         let norm = self.unknown("norm").map(str::to_owned);
         let (found, must_be_normals) = match self.map("norm", norm.as_deref()) {
             Some(found) => (Some(found), true),
@@ -187,7 +187,7 @@ impl MaterialReader<'_> {
         let bump_scale = pending.material.normal_scale.to_bits();
         pending
             .requests
-            .push((TextureSlot::Normal, Request::Normal { image, must_be_normals, is_color_too, bump_scale }));
+            .push((TextureSlot::Normal, MapRequest::Normal { image, must_be_normals, is_color_too, bump_scale }));
     }
 
     fn roughness(&mut self, pending: &mut PendingMaterial) {
@@ -209,13 +209,14 @@ impl MaterialReader<'_> {
             pending.material.metallic = 1.0;
         }
         // As it is, in green.
-        let share = shininess.clone().map(|source| Request::MetallicRoughness {
+        let share = shininess.clone().map(|source| MapRequest::MetallicRoughness {
             roughness: Some(source),
             shininess: None,
             metallic: None,
         });
         let exponent = shininess.is_some().then(|| pending.material.shininess.to_bits());
-        let request = Request::MetallicRoughness { roughness: roughness.or(shininess), shininess: exponent, metallic };
+        let request =
+            MapRequest::MetallicRoughness { roughness: roughness.or(shininess), shininess: exponent, metallic };
         pending.requests.push((TextureSlot::MetallicRoughness, request));
         pending.requests.extend(share.map(|request| (TextureSlot::Shininess, request)));
     }
@@ -226,7 +227,7 @@ impl MaterialReader<'_> {
         if pending.material.emissive == Vec3::ZERO {
             pending.material.emissive = Vec3::ONE;
         }
-        pending.requests.push((TextureSlot::Emissive, Request::Color { image: Some(image), mask: None }));
+        pending.requests.push((TextureSlot::Emissive, MapRequest::Color { image: Some(image), mask: None }));
     }
 
     /// Scale and offset for all maps: a mesh has one set of texture coordinates.
@@ -260,7 +261,7 @@ pub(super) fn finish(
         });
     }
     let done = AtomicUsize::new(0);
-    let make = |request: &&Request| {
+    let make = |request: &&MapRequest| {
         let mut made = request.make();
         // Normal maps may be turned over when all have been looked at.
         if made.downwardness.is_none() {
@@ -279,7 +280,12 @@ pub(super) fn finish(
                 warnings.push(warning);
             }
         }
-        outcomes.push(Outcome { texture: texture.is_some().then_some(textures.len()), lost, opacity, downwardness });
+        outcomes.push(FinishedTexture {
+            texture: texture.is_some().then_some(textures.len()),
+            lost,
+            opacity,
+            downwardness,
+        });
         textures.extend(texture);
     }
     let normal_maps: BTreeMap<_, _> =
@@ -296,14 +302,14 @@ pub(super) fn finish(
 }
 
 /// A finished texture's number and properties.
-struct Outcome {
+struct FinishedTexture {
     texture: Option<usize>,
     lost: [bool; 2],
-    opacity: Opacity,
+    opacity: TextureOpacity,
     downwardness: Option<f32>,
 }
 
-impl Outcome {
+impl FinishedTexture {
     /// Puts a texture into its slot. Unreadable images take the factors of the material without maps.
     fn put(&self, slot: TextureSlot, material: &mut Material, without: &Material) {
         *material.texture_mut(slot) = self.texture;
@@ -315,9 +321,9 @@ impl Outcome {
                 }
                 if !material.is_transparent() {
                     material.alpha_mode = match self.opacity {
-                        Opacity::Whole => material.alpha_mode,
-                        Opacity::Holes => AlphaMode::Mask { cutoff: 0.5 },
-                        Opacity::Soft => AlphaMode::Blend,
+                        TextureOpacity::Whole => material.alpha_mode,
+                        TextureOpacity::Holes => AlphaMode::Mask { cutoff: 0.5 },
+                        TextureOpacity::Soft => AlphaMode::Blend,
                     };
                 }
             }

@@ -58,7 +58,7 @@ use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, Vec3};
 
-use self::geometry::{Built, Group};
+use self::geometry::{GroupMesh, ObjGeometry};
 use self::materials::PendingMaterial;
 use self::mtl::Definition;
 use self::scan::Scan;
@@ -87,7 +87,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Imported, Error> {
             Ok(geometry::build(&scan, parsed, &needs, options))
         },
     );
-    let Built { groups, degenerate, fans } = built?;
+    let ObjGeometry { groups, degenerate, fans } = built?;
     let (materials, textures) = finished;
     if degenerate > 0 {
         warnings.push(format!("{}: triangles without area ({degenerate}) are left out", path.display()));
@@ -233,7 +233,7 @@ fn plain_name(name: &str) -> String {
     words.collect::<Vec<_>>().join(" ").trim_matches('"').to_lowercase()
 }
 
-fn place(imported: &mut Imported, scan: &Scan, Group { group, material, mut mesh, .. }: Group) {
+fn place(imported: &mut Imported, scan: &Scan, GroupMesh { group, material, mut mesh, .. }: GroupMesh) {
     if imported.materials[material].normal_texture.is_none() {
         // Its bump map turned out to be none.
         mesh.tangents = Vec::new();

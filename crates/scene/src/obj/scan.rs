@@ -32,7 +32,7 @@ pub(super) enum Smoothing {
 
 /// Faces that are alike; indices into `Scan`'s tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) struct Part {
+pub(super) struct FaceKey {
     pub group: usize,
     pub material: usize,
     pub smoothing: Smoothing,
@@ -45,7 +45,7 @@ pub(super) struct Part {
 pub(super) struct Scan {
     /// The text that tobj reads.
     pub text: String,
-    pub parts: Vec<Part>,
+    pub parts: Vec<FaceKey>,
     /// Names of groups; the first stands for faces before any.
     pub groups: Vec<String>,
     /// Names that `usemtl` gave and the line of the first; an empty one stands for faces before any.
@@ -103,8 +103,8 @@ struct Scanner {
     text: String,
     /// The same for each part's faces.
     faces: Vec<String>,
-    parts: Vec<Part>,
-    part_ids: HashMap<Part, usize>,
+    parts: Vec<FaceKey>,
+    part_ids: HashMap<FaceKey, usize>,
     groups: Interner,
     materials: Interner,
     object_name: String,
@@ -149,7 +149,7 @@ struct OddLines {
 
 /// A face's line, and the state that earlier statements set for it.
 #[derive(Clone, Copy)]
-struct Place {
+struct FaceState {
     line: usize,
     group: usize,
     material: usize,
@@ -158,7 +158,7 @@ struct Place {
 
 /// A face that names a vertex before it is there.
 struct Early {
-    place: Place,
+    place: FaceState,
     corners: Vec<[usize; 3]>,
 }
 
@@ -278,7 +278,7 @@ impl Scanner {
             2 => return self.lines += 1,
             _ => {}
         }
-        let place = Place {
+        let place = FaceState {
             line,
             group: self.group(line),
             material: *self.material.get_or_insert_with(|| self.materials.id("", line)),
@@ -333,8 +333,8 @@ impl Scanner {
     }
 
     /// Writes a face whose indices are all in range.
-    fn push_face(&mut self, place: Place, corners: &[[usize; 3]]) {
-        let Place { line, group, material, smoothing } = place;
+    fn push_face(&mut self, place: FaceState, corners: &[[usize; 3]]) {
+        let FaceState { line, group, material, smoothing } = place;
         let is_nowhere = |corner: &&[usize; 3]| self.no_places.contains(&corner[0]);
         if !self.no_places.is_empty()
             && let Some([vertex, ..]) = corners.iter().find(is_nowhere)
@@ -348,7 +348,7 @@ impl Scanner {
                 self.odd.partial.add(line, || format!("{what} at some corners of a face only"));
             }
         }
-        let part = Part {
+        let part = FaceKey {
             group,
             material,
             // Beside normals of the file, smoothing changes nothing and would only split the mesh.

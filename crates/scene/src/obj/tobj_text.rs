@@ -1,6 +1,6 @@
 //! The text that tobj reads.
 
-use super::scan::Part;
+use super::scan::FaceKey;
 
 /// Appends a vertex's number where tobj looks for a colour.
 pub(super) fn push_number(out: &mut String, vertex: usize) {
@@ -10,7 +10,7 @@ pub(super) fn push_number(out: &mut String, vertex: usize) {
 }
 
 /// Appends a face with the attributes of its part.
-pub(super) fn write_face(out: &mut String, corners: &[[usize; 3]], part: &Part) {
+pub(super) fn write_face(out: &mut String, corners: &[[usize; 3]], part: &FaceKey) {
     let mut push = |separator: char, index: Option<usize>| {
         out.push(separator);
         if let Some(index) = index {

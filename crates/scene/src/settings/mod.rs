@@ -9,7 +9,7 @@ mod table;
 
 pub use choices::*;
 pub use gbuffer::{GbufferChoice, GbufferPreset, TARGETS, TargetChoice};
-pub use setting::{Setting, Sweep, ValueKind};
+pub use setting::{Setting, SweepMode, ValueKind};
 pub use table::*;
 
 impl Settings {

@@ -41,7 +41,7 @@ pub struct Setting {
     /// It has a row in the window's panel.
     pub in_panel: bool,
     /// Says which other values of it `afterlight report` tries.
-    pub sweep: Sweep,
+    pub sweep: SweepMode,
     /// The numbers that a sweep tries, and that the panel's menu offers; none for all values that there are.
     pub tried: &'static [&'static str],
     /// The values that `--quick` tries; none for those of `tried`.
@@ -54,7 +54,7 @@ pub struct Setting {
 
 /// The way in which a report sweeps a setting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sweep {
+pub enum SweepMode {
     /// Never: all that a report draws has the value that was given.
     No,
     /// By itself, and not with `--quick`.
@@ -109,7 +109,7 @@ impl ValueKind {
     /// Each of them, where they are few.
     pub fn all(self) -> Vec<String> {
         match self {
-            Self::OnOff => [false, true].map(Value::text).to_vec(),
+            Self::OnOff => [false, true].map(SettingValue::text).to_vec(),
             Self::Names(names) => names.iter().map(|name| (*name).to_owned()).collect(),
             Self::Among(numbers) => numbers.iter().map(u32::to_string).collect(),
             _ => Vec::new(),
@@ -180,7 +180,7 @@ impl Setting {
     }
 
     /// The value that a text is.
-    pub(super) fn value<T: Value>(&self, text: &str) -> Result<T, String> {
+    pub(super) fn value<T: SettingValue>(&self, text: &str) -> Result<T, String> {
         if self.values.admit(text) { T::read(text) } else { Err(format!("must be {}", self.range())) }
     }
 
@@ -220,7 +220,7 @@ impl Setting {
 }
 
 /// A type in which a setting is kept.
-pub trait Value: Copy {
+pub trait SettingValue: Copy {
     /// The range of a setting of this type whose row gives no other.
     const VALUES: ValueKind;
 
@@ -230,7 +230,7 @@ pub trait Value: Copy {
     fn text(self) -> String;
 }
 
-impl Value for bool {
+impl SettingValue for bool {
     const VALUES: ValueKind = ValueKind::OnOff;
 
     fn read(text: &str) -> Result<Self, String> {
@@ -246,7 +246,7 @@ impl Value for bool {
     }
 }
 
-impl Value for [u32; 2] {
+impl SettingValue for [u32; 2] {
     const VALUES: ValueKind = ValueKind::Size;
 
     fn read(text: &str) -> Result<Self, String> {
@@ -260,7 +260,7 @@ impl Value for [u32; 2] {
     }
 }
 
-impl Value for [u32; 3] {
+impl SettingValue for [u32; 3] {
     const VALUES: ValueKind = ValueKind::Grid([u32::MAX; 3], u32::MAX);
 
     fn read(text: &str) -> Result<Self, String> {
@@ -278,7 +278,7 @@ impl Value for [u32; 3] {
 /// Values that are read from their text as it is written: numbers in the fewest digits, and names.
 macro_rules! plain_text {
     ($($type:ty: $values:expr;)+) => {$(
-        impl $crate::settings::setting::Value for $type {
+        impl $crate::settings::setting::SettingValue for $type {
             const VALUES: $crate::settings::ValueKind = $values;
 
             fn read(text: &str) -> Result<Self, String> {

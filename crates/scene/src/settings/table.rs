@@ -17,7 +17,7 @@ use super::choices::{
     Culling, HdrFormat, LightPath, MSAA, Output, Resolve, ShadowFilter, Tonemap, Transparency, choice,
 };
 use super::gbuffer::GbufferChoice;
-use super::setting::{Setting, Sweep, Value, ValueKind};
+use super::setting::{Setting, SettingValue, SweepMode, ValueKind};
 use crate::{Aperture, Brdf, Keep};
 
 choice! {
@@ -214,7 +214,7 @@ macro_rules! row {
             toml: $toml,
             help: $help.trim_ascii(),
             unset: $unset,
-            get: |patch| patch.$field.map(Value::text),
+            get: |patch| patch.$field.map(SettingValue::text),
             set: |setting, patch, text| {
                 patch.$field = text.map(|text| setting.value::<$type>(text)).transpose()?;
                 Ok(())
@@ -226,7 +226,7 @@ macro_rules! row {
 }
 
 /// A setting of which its row says nothing else.
-const fn plain<T: Value>() -> Setting {
+const fn plain<T: SettingValue>() -> Setting {
     Setting {
         key: "",
         toml: "",
@@ -244,7 +244,7 @@ const fn plain<T: Value>() -> Setting {
         only: "",
         option_default: "",
         in_panel: true,
-        sweep: Sweep::No,
+        sweep: SweepMode::No,
         tried: &[],
         quick: &[],
         cheaper: &[],
@@ -274,7 +274,7 @@ settings! {
         }
         /// Layout of the G-buffer
         "gbuffer", "gbuffer" => gbuffer: GbufferChoice = GbufferChoice::default(), {
-            title: "G-buffer", sweep: Sweep::Joint, cheaper: &["lean,normal=oct8"],
+            title: "G-buffer", sweep: SweepMode::Joint, cheaper: &["lean,normal=oct8"],
         }
         /// Show the lit picture (final), or one of the frame's values
         "view", "view" => view: View = View::Final, {
@@ -282,22 +282,22 @@ settings! {
         }
         /// Light pixels by this path; the picture is the same
         "light-path", "light_path" => light_path: LightPath = LightPath::Auto, {
-            title: "light path", of_lit_picture: true, sweep: Sweep::Joint, quick: &["loop", "clustered", "compute", "visibility", "forward"],
+            title: "light path", of_lit_picture: true, sweep: SweepMode::Joint, quick: &["loop", "clustered", "compute", "visibility", "forward"],
             cheaper: &["loop", "clustered", "compute", "visibility", "forward"],
         }
         /// Cull opaque objects on the CPU or on the device (gpu); the picture is the same
         "culling", "culling" => culling: Culling = Culling::Auto, {
-            title: "culling", in_panel: false, sweep: Sweep::Alone, cheaper: &["gpu", "cpu"],
+            title: "culling", in_panel: false, sweep: SweepMode::Alone, cheaper: &["gpu", "cpu"],
         }
         /// Draw levels of detail: meshes of fewer triangles, off by at most this many pixels; 0 draws the meshes in full
         "lod", "lod" => lod: f32 = 0.0, {
             title: "levels of detail", values: ValueKind::Number(0.0, 100.0), unit: "pixels",
-            sweep: Sweep::Alone, tried: &["0", "0.25", "0.5", "1", "2", "4", "8"], cheaper: &["1"],
+            sweep: SweepMode::Alone, tried: &["0", "0.25", "0.5", "1", "2", "4", "8"], cheaper: &["1"],
         }
         /// Mirror in glossy surfaces what the picture shows of others (screen): each pixel's rays are marched through the depth buffer. Where they find
         /// nothing, light of the sky stays
         "reflections", "reflections" => reflections: Reflections = Reflections::Off, {
-            title: "reflections", of_lit_picture: true, beyond_gltf: true, of_truth: true, sweep: Sweep::Alone,
+            title: "reflections", of_lit_picture: true, beyond_gltf: true, of_truth: true, sweep: SweepMode::Alone,
         }
         /// The greatest roughness of surfaces that mirror others: they fade out over the last fifth of it
         "reflection-roughness", "reflection_roughness" => reflection_roughness: f32 = 0.6, {
@@ -305,44 +305,44 @@ settings! {
         }
         /// Steps of each ray through the pyramid of depths, at most
         "reflection-steps", "reflection_steps" => reflection_steps: u32 = 64, {
-            title: "steps of reflections", values: ValueKind::Whole(1, 1024), sweep: Sweep::Joint,
+            title: "steps of reflections", values: ValueKind::Whole(1, 1024), sweep: SweepMode::Joint,
             tried: &["16", "32", "64", "128", "256"], quick: &["16", "64"],
         }
         /// Take surfaces to be this thick where a ray passes behind them
         "reflection-thickness", "reflection_thickness" => reflection_thickness: f32 = 0.2, {
-            title: "thickness of surfaces", values: ValueKind::Number(0.0, 1000.0), unit: "m", sweep: Sweep::Joint,
+            title: "thickness of surfaces", values: ValueKind::Number(0.0, 1000.0), unit: "m", sweep: SweepMode::Joint,
             tried: &["0.05", "0.1", "0.2", "0.5", "1"], quick: &["0.2"],
         }
         /// Give lights without a range one, beyond which all that is dropped stays below half a step of the output; the path `loop`
         /// drops nothing
         "light-cutoff", "light_cutoff" => light_cutoff: bool = false, {
-            title: "light cut-off", of_lit_picture: true, beyond_gltf: true, sweep: Sweep::Alone, cheaper: &["on"],
+            title: "light cut-off", of_lit_picture: true, beyond_gltf: true, sweep: SweepMode::Alone, cheaper: &["on"],
         }
         /// Draw the depth of opaque surfaces first, so that each pixel is shaded once
         "depth-prepass", "depth_prepass" => depth_prepass: bool, where unset "on for forward, else off", {
-            title: "depth pre-pass", sweep: Sweep::Alone, cheaper: &["off"],
+            title: "depth pre-pass", sweep: SweepMode::Alone, cheaper: &["off"],
         }
         /// Use reflection models as textbooks have them, wrong where single floats are at their end: to see what is gained
         "textbook", "textbook" => textbook: bool = false, {
-            title: "textbook formulas", sweep: Sweep::Alone,
+            title: "textbook formulas", sweep: SweepMode::Alone,
         }
         /// Keep light in this format until it is tone-mapped, where something blends
         "hdr-format", "hdr_format" => hdr_format: HdrFormat = HdrFormat::Rgba16f, {
-            title: "HDR target", sweep: Sweep::Joint, cheaper: &["b10g11r11"],
+            title: "HDR target", sweep: SweepMode::Joint, cheaper: &["b10g11r11"],
         }
         /// Blend transparent surfaces sorted from back to front, or with weights in any order (oit)
         "transparency", "transparency" => transparency: Transparency = Transparency::Sorted, {
-            title: "transparency", sweep: Sweep::Joint, cheaper: &["oit"],
+            title: "transparency", sweep: SweepMode::Joint, cheaper: &["oit"],
         }
         /// Draw the particles of the scene's emitters, in the order that transparency says
         "particles", "particles" => particles: bool = true, {
-            title: "particles", of_truth: true, sweep: Sweep::Alone, cheaper: &["off"],
+            title: "particles", of_truth: true, sweep: SweepMode::Alone, cheaper: &["off"],
         }
         /// Jittered frames that are averaged into one picture
         "samples", "samples" => samples: u32 = 1, {
             title: "frames a picture", of_lit_picture: true, smooths: true, values: ValueKind::Whole(1, 4096), only: "render", in_panel: false,
             option_default: "8, or 1 with --view, --msaa, --taa and what works on the finished picture: --fxaa, --aberration, --vignette, --grain",
-            sweep: Sweep::Joint, tried: &["1", "2", "4", "8", "16", "32", "64"], quick: &["1", "4"],
+            sweep: SweepMode::Joint, tried: &["1", "2", "4", "8", "16", "32", "64"], quick: &["1", "4"],
         }
         /// Average a pixel's samples before tone mapping (linear) or after it (tone-mapped)
         "resolve", "resolve" => resolve: Resolve = Resolve::ToneMapped, {
@@ -365,7 +365,7 @@ settings! {
         }
         /// Smooth edges of the tone-mapped picture (FXAA)
         "fxaa", "fxaa" => fxaa: bool = false, {
-            title: "FXAA", smooths: true, on_picture: true, sweep: Sweep::Joint,
+            title: "FXAA", smooths: true, on_picture: true, sweep: SweepMode::Joint,
         }
         /// Draw red and blue of the picture apart as a simple lens does (chromatic aberration): by this share of the distance from the middle
         "aberration", "aberration" => aberration: f32 = 0.0, {
@@ -381,12 +381,12 @@ settings! {
         }
         /// Samples of the hardware in each pixel, as far as the device has them; edges are shaded once a sample
         "msaa", "msaa" => msaa: u32 = 1, {
-            title: "MSAA", of_lit_picture: true, smooths: true, values: ValueKind::Among(&MSAA), sweep: Sweep::Joint,
+            title: "MSAA", of_lit_picture: true, smooths: true, values: ValueKind::Among(&MSAA), sweep: SweepMode::Joint,
         }
         /// Filter textures that are seen at a low angle by at most this many taps, as far as the device goes; 1 blurs them
         "anisotropy", "anisotropy" => anisotropy: u32 = 8, {
             title: "anisotropy", values: ValueKind::Whole(1, 16),
-            sweep: Sweep::Joint, tried: &["1", "2", "4", "8", "16"], quick: &["1"], cheaper: &["1", "2"],
+            sweep: SweepMode::Joint, tried: &["1", "2", "4", "8", "16"], quick: &["1"], cheaper: &["1", "2"],
         }
         /// Light surfaces by the scene's sky, where it has one that lights
         "sky-light", "sky_light" => sky_light: bool = true, {
@@ -395,12 +395,12 @@ settings! {
         /// Directions sampled for each texel of the sky's prefiltered reflections, once when it is uploaded
         "sky-samples", "sky_samples" => sky_samples: u32 = 64, {
             title: "directions into the sky", values: ValueKind::Whole(1, 4096), in_panel: false,
-            sweep: Sweep::Alone, tried: &["1", "4", "16", "64", "256", "1024"],
+            sweep: SweepMode::Alone, tried: &["1", "4", "16", "64", "256", "1024"],
         }
         /// Weaken ambient and sky light where surfaces nearby hide it (ambient occlusion), found on the screen by samples of the hemisphere (ssao), or by
         /// slices of it, each with a visibility bitmask of the angles that are hidden (bitmask)
         "ao", "ao" => ao: AmbientOcclusion = AmbientOcclusion::Off, {
-            title: "ambient occlusion", beyond_gltf: true, sweep: Sweep::Alone,
+            title: "ambient occlusion", beyond_gltf: true, sweep: SweepMode::Alone,
         }
         /// Radius within which surfaces hide ambient and sky light: all of it where they touch, none from the radius on
         "ao-radius", "ao_radius" => ao_radius: f32 = 0.5, {
@@ -408,17 +408,17 @@ settings! {
         }
         /// Samples of the depth buffer for each pixel of ambient occlusion
         "ao-samples", "ao_samples" => ao_samples: u32 = 16, {
-            title: "samples of occlusion", values: ValueKind::Among(&[4, 8, 16, 32, 64, 128]), sweep: Sweep::Joint,
+            title: "samples of occlusion", values: ValueKind::Among(&[4, 8, 16, 32, 64, 128]), sweep: SweepMode::Joint,
             quick: &["8", "16", "64"],
         }
         /// Pixels for which ambient occlusion is found: each (full), or one of four (half); the others take it from those around them
         "ao-resolution", "ao_resolution" => ao_resolution: AoResolution = AoResolution::Full, {
-            title: "resolution of occlusion", sweep: Sweep::Joint,
+            title: "resolution of occlusion", sweep: SweepMode::Joint,
         }
         /// Fill the air with fog that takes light away and scatters some of it to the eye (docs/FOG.md): fog that grows thinner with height, in closed
         /// form (height), or with lamps and shadows in it, found in a grid of froxels (froxels)
         "fog", "fog" => fog: Fog = Fog::Off, {
-            title: "fog", beyond_gltf: true, of_truth: true, sweep: Sweep::Alone, cheaper: &["off"],
+            title: "fog", beyond_gltf: true, of_truth: true, sweep: SweepMode::Alone, cheaper: &["off"],
         }
         /// Extinction of the fog at its base, per metre
         "fog-density", "fog_density" => fog_density: f32 = 0.02, {
@@ -442,12 +442,12 @@ settings! {
         }
         /// Froxels of fog across the picture, down it, and in depth
         "fog-froxels", "fog_froxels" => fog_froxels: [u32; 3] = [160, 90, 64], {
-            title: "froxels of fog", values: fog::FROXELS, sweep: Sweep::Alone,
+            title: "froxels of fog", values: fog::FROXELS, sweep: SweepMode::Alone,
             tried: &["40x23x16", "80x45x32", "160x90x64", "320x180x128"], cheaper: &["80x45x32"],
         }
         /// Places in each froxel where its light is found
         "fog-samples", "fog_samples" => fog_samples: u32 = 1, {
-            title: "samples of a froxel", values: ValueKind::Among(&[1, 2, 4, 8, 16]), sweep: Sweep::Alone,
+            title: "samples of a froxel", values: ValueKind::Among(&[1, 2, 4, 8, 16]), sweep: SweepMode::Alone,
         }
         /// End froxels at this distance along the view; beyond it fog is as by height alone
         "fog-distance", "fog_distance" => fog_distance: f32, where unset "the scene's far end", {
@@ -463,7 +463,7 @@ settings! {
         }
         /// Taps of bloom's filter along each axis: the more, the less the glow of a small light changes as that moves
         "bloom-taps", "bloom_taps" => bloom_taps: u32 = 6, {
-            title: "taps of bloom's filter", values: ValueKind::Among(&[2, 4, 6]), sweep: Sweep::Alone, cheaper: &["4"],
+            title: "taps of bloom's filter", values: ValueKind::Among(&[2, 4, 6]), sweep: SweepMode::Alone, cheaper: &["4"],
         }
         /// Average frames over time (temporal anti-aliasing): each looks through another place of its pixels, and takes what frames before it saw of the
         /// same surfaces
@@ -473,16 +473,16 @@ settings! {
         /// Frames that a picture has with temporal anti-aliasing, the last of which is written; what moves goes on between them, by 60 a second
         "taa-frames", "taa_frames" => taa_frames: u32 = 8, {
             title: "frames before a picture", smooths: true, values: ValueKind::Whole(1, 4096), in_panel: false,
-            sweep: Sweep::Joint, tried: &["1", "2", "4", "8", "16", "32", "64"], quick: &["4", "16"],
+            sweep: SweepMode::Joint, tried: &["1", "2", "4", "8", "16", "32", "64"], quick: &["4", "16"],
         }
         /// Frames that temporal anti-aliasing averages at most, where nothing moves
         "taa-history", "taa_history" => taa_history: u32 = 64, {
             title: "frames averaged over time", values: ValueKind::Whole(1, 1024),
-            sweep: Sweep::Alone, tried: &["4", "8", "16", "32", "64", "128"],
+            sweep: SweepMode::Alone, tried: &["4", "8", "16", "32", "64", "128"],
         }
         /// Sharpen the average of temporal anti-aliasing by this share of each pixel's difference from its neighbours
         "sharpness", "sharpness" => sharpness: f32 = 0.0, {
-            title: "sharpness", values: ValueKind::Number(0.0, 1.0), sweep: Sweep::Alone, tried: &["0", "0.25", "0.5", "1"],
+            title: "sharpness", values: ValueKind::Number(0.0, 1.0), sweep: SweepMode::Alone, tried: &["0", "0.25", "0.5", "1"],
         }
         /// Keep parts that the scene does not need, to compare with
         "plan", "plan" => keep: Keep = Keep::NONE, {
@@ -498,22 +498,22 @@ settings! {
         "shadow-size", "size" => shadow_size, size: u32 = 2048, {
             // A quarter of the smallest still has room for a filter.
             title: "edge of a layer of maps", values: ValueKind::Whole(32, 16384), unit: "texels",
-            sweep: Sweep::Joint, tried: &["256", "512", "1024", "2048", "4096", "8192"], quick: &["512", "2048", "4096"],
+            sweep: SweepMode::Joint, tried: &["256", "512", "1024", "2048", "4096", "8192"], quick: &["512", "2048", "4096"],
             cheaper: &["512"],
         }
         /// Filter shadow lookups; pcss is as wide as the light is large
         "shadow-filter", "filter" => shadow_filter, filter: ShadowFilter = ShadowFilter::Box2, {
-            title: "filter of shadows", sweep: Sweep::Joint, quick: &["none", "5x5", "pcss"], cheaper: &["none"],
+            title: "filter of shadows", sweep: SweepMode::Joint, quick: &["none", "5x5", "pcss"], cheaper: &["none"],
         }
         /// Shadow maps of each directional light, one behind the other along the view
         "cascades", "cascades" => cascades, cascades: u32 = 2, {
-            title: "cascades", values: ValueKind::Whole(1, 4), sweep: Sweep::Joint, tried: &["1", "2", "3", "4"], quick: &["1"],
+            title: "cascades", values: ValueKind::Whole(1, 4), sweep: SweepMode::Joint, tried: &["1", "2", "3", "4"], quick: &["1"],
             cheaper: &["1"],
         }
         /// Split the view among cascades: 0 evenly, 1 logarithmically (Zhang et al. 2006)
         "shadow-lambda", "lambda" => shadow_lambda, lambda: f32 = 0.7, {
             title: "how cascades part the view", values: ValueKind::Number(0.0, 1.0), changes_plan: false,
-            sweep: Sweep::Alone, tried: &["0", "0.25", "0.5", "0.7", "0.85", "1"],
+            sweep: SweepMode::Alone, tried: &["0", "0.25", "0.5", "0.7", "0.85", "1"],
         }
         /// Memory for all shadow maps; the most important lights get theirs first
         "shadow-budget", "budget" => shadow_budget, budget: u32 = 256, {
@@ -526,12 +526,12 @@ settings! {
         /// Offset the shadow lookup along the geometric normal, in texels of the map; other filters than 3x3 scale it by their reach
         "shadow-normal-offset", "normal_offset" => shadow_normal_offset, normal_offset: f32 = 0.25, {
             title: "normal offset of shadows", values: ValueKind::Number(0.0, 1000.0), unit: "texels", changes_plan: false,
-            sweep: Sweep::Alone, tried: &["0", "0.25", "0.5", "1", "2", "4", "8"],
+            sweep: SweepMode::Alone, tried: &["0", "0.25", "0.5", "1", "2", "4", "8"],
         }
         /// Depth bias of shadow maps by the slope of what is drawn (`depthBiasSlopeFactor`), scaled likewise
         "shadow-slope-bias", "slope_bias" => shadow_slope_bias, slope_bias: f32 = 0.5, {
             title: "slope bias of shadows", values: ValueKind::Number(0.0, 1000.0), changes_plan: false,
-            sweep: Sweep::Alone, tried: &["0", "0.5", "0.75", "1.5", "3", "6"],
+            sweep: SweepMode::Alone, tried: &["0", "0.5", "0.75", "1.5", "3", "6"],
         }
     }
 }

@@ -54,7 +54,7 @@ impl Default for Atmosphere {
 }
 
 /// Coefficients of the air at a place, per metre.
-struct Medium {
+struct AirCoefficients {
     rayleigh: DVec3,
     mie: f64,
     extinction: DVec3,
@@ -96,20 +96,20 @@ impl Atmosphere {
         SunDisc { direction: self.sun, degrees: SUN_DEGREES, radiance: self.sunlight() / solid_angle as f32 }
     }
 
-    fn medium(&self, height: f64) -> Medium {
+    fn coefficients(&self, height: f64) -> AirCoefficients {
         let rayleigh = RAYLEIGH * (-height / RAYLEIGH_HEIGHT).exp();
         let haze = self.haze * (-height / MIE_HEIGHT).exp();
         // Ozone lies around 25 km, up to 15 km above and below.
         let ozone = OZONE * (1.0 - (height - 25e3).abs() / 15e3).max(0.0);
         let mie = MIE_SCATTERING * haze;
-        Medium { rayleigh, mie, extinction: rayleigh + DVec3::splat(mie + MIE_ABSORPTION * haze) + ozone }
+        AirCoefficients { rayleigh, mie, extinction: rayleigh + DVec3::splat(mie + MIE_ABSORPTION * haze) + ozone }
     }
 
     /// The share of light that passes from a place to the top of the air, which no ground is in the way of.
     fn transmittance(&self, from: DVec3, to: DVec3, steps: usize) -> DVec3 {
         let length = distance(from, to, TOP).unwrap_or(0.0);
         let depth = midpoints(length, steps)
-            .map(|(at, width)| self.medium((from + to * at).length() - GROUND).extinction * width)
+            .map(|(at, width)| self.coefficients((from + to * at).length() - GROUND).extinction * width)
             .sum::<DVec3>();
         (-depth).exp()
     }
@@ -128,11 +128,11 @@ impl Atmosphere {
     }
 
     /// Adds up the light that is scattered along a ray; within a step the air is even, and dims the light that it scatters itself (Hillaire 2015).
-    fn along(&self, from: DVec3, to: DVec3, steps: usize, sent: impl Fn(DVec3, &Medium) -> DVec3) -> DVec3 {
+    fn along(&self, from: DVec3, to: DVec3, steps: usize, sent: impl Fn(DVec3, &AirCoefficients) -> DVec3) -> DVec3 {
         let (mut light, mut passed) = (DVec3::ZERO, DVec3::ONE);
         for (at, width) in midpoints(end_of(from, to), steps) {
             let place = from + to * at;
-            let medium = self.medium(place.length() - GROUND);
+            let medium = self.coefficients(place.length() - GROUND);
             let through = (-medium.extinction * width).exp();
             light += passed * sent(place, &medium) * (1.0 - through) / medium.extinction.max(DVec3::splat(1e-30));
             passed *= through;
@@ -147,7 +147,7 @@ impl Atmosphere {
         }
         let length = end_of(from, to);
         let depth: DVec3 = midpoints(length, steps)
-            .map(|(at, width)| self.medium((from + to * at).length() - GROUND).extinction * width)
+            .map(|(at, width)| self.coefficients((from + to * at).length() - GROUND).extinction * width)
             .sum();
         let place = from + to * length;
         let facing = place.normalize().dot(self.sun).max(0.0);

@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 
 use super::{Atmosphere, Sky, read_panorama};
 use crate::fit::fit_emission;
-use crate::{Environment, Error, Fitted, Light, LightKind, Scene};
+use crate::{Environment, Error, FittedParts, Light, LightKind, Scene};
 
 /// As a command line asks for it. Needs the feature `readers`.
 #[derive(Debug, Clone, PartialEq)]
@@ -101,7 +101,7 @@ fn drop_fitted_light(scene: &mut Scene) -> bool {
     if scene.fitted.exposure {
         scene.settings.exposure = None;
     }
-    scene.fitted = Fitted { light: false, exposure: false, ..scene.fitted };
+    scene.fitted = FittedParts { light: false, exposure: false, ..scene.fitted };
     true
 }
 

@@ -15,7 +15,7 @@ use exr::meta::attribute::ChannelList;
 use exr::meta::{BlockDescription, MetaData};
 use image::{DynamicImage, ImageError, ImageFormat, ImageReader, Limits, Rgba32FImage, RgbaImage};
 
-use self::dds::Surface;
+use self::dds::DdsSurface;
 use super::{ColorSpace, MAX_TEXTURE_EDGE, Sampler, Texture, srgb_encode};
 use crate::Error;
 use afterlight_files::regular_file::read_regular;
@@ -35,13 +35,13 @@ impl Texture {
 const READS: &str = "PNG, JPEG, TGA, BMP, GIF, TIFF, DDS, WebP, PNM, QOI, Radiance HDR and OpenEXR can be read";
 
 /// A decoded image file.
-pub struct Picture {
+pub struct DecodedImage {
     image: DynamicImage,
     /// The number of its values that had to be mended.
     pub warning: Option<String>,
 }
 
-impl Picture {
+impl DecodedImage {
     /// The texels, rounded to 8 bits.
     pub fn rgba8(&self, color_space: ColorSpace) -> RgbaImage {
         to_rgba8(&self.image, color_space)
@@ -62,7 +62,7 @@ impl Picture {
 /// # Errors
 /// `Error::Read` when the file cannot be read; `Error::Content` when it is no image that can be decoded, or when its header claims an edge above
 /// [`MAX_TEXTURE_EDGE`], which is refused before anything is allocated.
-pub fn read_image(path: &Path) -> Result<Picture, Error> {
+pub fn read_image(path: &Path) -> Result<DecodedImage, Error> {
     let bytes = read_regular(path, MAX_DECODED_BYTES);
     let bytes = bytes.map_err(|error| Error::Read { path: path.to_owned(), cause: error.to_string() })?;
     decode_image(&bytes, path)
@@ -86,7 +86,7 @@ pub fn decode(bytes: &[u8], format: ImageFormat, limits: Limits) -> Result<Dynam
     let decoded = catch_unwind(AssertUnwindSafe(|| {
         let other = |why: String| ImageError::IoError(std::io::Error::other(why));
         if format == ImageFormat::Dds {
-            let surface = Surface::open(bytes).map_err(other)?;
+            let surface = DdsSurface::open(bytes).map_err(other)?;
             limits.check_dimensions(surface.size[0], surface.size[1])?;
             limits.clone().reserve(surface.decoded_bytes())?;
             return surface.decode().map_err(other);
@@ -189,7 +189,7 @@ fn has_tga_header(bytes: &[u8]) -> bool {
 }
 
 /// Decodes a texture; `path` names it in errors. Values that are infinite or no number are mended, with a warning.
-pub fn decode_image(bytes: &[u8], path: &Path) -> Result<Picture, Error> {
+pub fn decode_image(bytes: &[u8], path: &Path) -> Result<DecodedImage, Error> {
     let wrong = |what: String| Error::Content { path: path.to_owned(), line: None, what };
     let Some(format) = format_of(bytes, path) else {
         return Err(wrong(format!("is not an image ({READS})")));
@@ -207,10 +207,10 @@ pub fn decode_image(bytes: &[u8], path: &Path) -> Result<Picture, Error> {
     }
     let mended = mend(&mut image);
     let mended = (mended > 0).then(|| format!("{mended} values are infinite or no number: they are taken for 1 or 0"));
-    let more = (format == ImageFormat::Dds).then(|| Surface::open(bytes).ok()?.more).flatten().map(str::to_owned);
+    let more = (format == ImageFormat::Dds).then(|| DdsSurface::open(bytes).ok()?.more).flatten().map(str::to_owned);
     let told: Vec<String> = more.into_iter().chain(mended).collect();
     let warning = (!told.is_empty()).then(|| format!("{}: {}", path.display(), told.join("; ")));
-    Ok(Picture { image, warning })
+    Ok(DecodedImage { image, warning })
 }
 
 /// Replaces infinities of a float image by 1 or 0 and NaN by 0. Returns the number of replaced values.

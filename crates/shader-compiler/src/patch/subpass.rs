@@ -11,14 +11,14 @@ use super::{PatchError, SubpassInput, fresh, function_name, global, id};
 type Types = HashMap<(Word, u32), (Word, Word)>;
 
 /// A variable that is being turned into a subpass input.
-struct Input<'a> {
+struct SubpassVariable<'a> {
     name: &'a str,
     /// Its new OpTypeImage.
     image_type: Word,
 }
 
 pub(super) fn patch(module: &mut Module, inputs: &[SubpassInput]) -> Result<(), PatchError> {
-    let mut patched: HashMap<Word, Input> = HashMap::new();
+    let mut patched: HashMap<Word, SubpassVariable> = HashMap::new();
     let mut types = Types::new();
     for input in inputs {
         let Some(variable) = find_variable(module, input) else { continue };
@@ -26,7 +26,7 @@ pub(super) fn patch(module: &mut Module, inputs: &[SubpassInput]) -> Result<(), 
         let index = Operand::LiteralBit32(input.index);
         let decoration = vec![Operand::IdRef(variable), Operand::Decoration(Decoration::InputAttachmentIndex), index];
         module.annotations.push(Instruction::new(Op::Decorate, None, None, decoration));
-        patched.insert(variable, Input { name: &input.name, image_type });
+        patched.insert(variable, SubpassVariable { name: &input.name, image_type });
     }
     if patched.is_empty() {
         return Ok(());
@@ -147,10 +147,10 @@ fn declared(module: &mut Module, opcode: Op, operands: Vec<Operand>) -> Word {
 fn patch_function(
     module: &Module,
     function: &mut rspirv::dr::Function,
-    inputs: &HashMap<Word, Input>,
+    inputs: &HashMap<Word, SubpassVariable>,
     zero: Word,
 ) -> Result<(), PatchError> {
-    let mut loaded: HashMap<Word, &Input> = HashMap::new();
+    let mut loaded: HashMap<Word, &SubpassVariable> = HashMap::new();
     for instruction in function.blocks.iter_mut().flat_map(|block| &mut block.instructions) {
         let input = id(instruction, 0).and_then(|variable| inputs.get(&variable));
         if let (Op::Load, Some(input), Some(result)) = (instruction.class.opcode, input, instruction.result_id) {

@@ -4,15 +4,15 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use afterlight_shader_compiler::{EntryPoint, Error, Shader, compile_source};
+use afterlight_shader_compiler::{CompiledEntryPoint, CompiledShader, Error, compile_source};
 use rspirv::dr::{Instruction, Module};
 use rspirv::spirv::Op;
 
-pub fn compile(text: &str) -> Shader {
+pub fn compile(text: &str) -> CompiledShader {
     compile_with(text, &[])
 }
 
-pub fn compile_with(text: &str, shared: &[(&str, &str)]) -> Shader {
+pub fn compile_with(text: &str, shared: &[(&str, &str)]) -> CompiledShader {
     compile_source(("demo.wgsl", text), shared).unwrap_or_else(|errors| panic!("{}", errors[0]))
 }
 
@@ -26,12 +26,12 @@ pub fn error_with(text: &str, shared: &[(&str, &str)]) -> Error {
     errors.remove(0)
 }
 
-pub fn only(shader: &Shader) -> &EntryPoint {
+pub fn only(shader: &CompiledShader) -> &CompiledEntryPoint {
     assert_eq!((shader.variants.len(), shader.variants[0].entry_points.len()), (1, 1));
     &shader.variants[0].entry_points[0]
 }
 
-pub fn module(entry: &EntryPoint) -> Module {
+pub fn module(entry: &CompiledEntryPoint) -> Module {
     rspirv::dr::load_words(&entry.spirv).expect("a SPIR-V module")
 }
 
@@ -41,7 +41,7 @@ pub fn all(module: &Module, opcode: Op) -> Vec<&Instruction> {
 
 /// Validates against Vulkan 1.1, by the system's spirv-val and by the newest one that `scripts/fetch-newest` has unpacked; where neither is there it says
 /// so and passes.
-pub fn validate(entry: &EntryPoint) {
+pub fn validate(entry: &CompiledEntryPoint) {
     let bytes: Vec<u8> = entry.spirv.iter().flat_map(|word| word.to_ne_bytes()).collect();
     let mut validators = vec![Command::new("spirv-val")];
     validators.extend(newest());

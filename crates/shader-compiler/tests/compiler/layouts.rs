@@ -1,7 +1,7 @@
 //! Sizes and offsets as the host must have them.
 
 use crate::common::{compile, compile_with, error, only, validate};
-use afterlight_shader_compiler::reflect::{NumberKind, PushConstants};
+use afterlight_shader_compiler::reflect::{NumericType, PushConstants};
 
 #[test]
 fn structs_are_laid_out_as_wgsl_says() {
@@ -67,7 +67,7 @@ fn outputs_tell_their_types() {
     );
     let outputs: Vec<_> =
         only(&shader).fragment_outputs.iter().map(|o| (o.name.as_str(), o.location, o.kind, o.components)).collect();
-    use NumberKind::{Float, Sint, Uint};
+    use NumericType::{Float, Sint, Uint};
     assert_eq!(outputs, [("albedo", 0, Float, 4), ("normal", 1, Uint, 2), ("mask", 3, Sint, 1)]);
 }
 

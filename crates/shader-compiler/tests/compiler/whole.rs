@@ -4,10 +4,12 @@ use std::path::Path;
 
 use crate::common::{all, module, validate};
 use afterlight_shader_compiler::reflect::BindingKind;
-use afterlight_shader_compiler::{ConstantValue, EntryPoint, Shader, compile_directory, same_but_for_ids, write_rust};
+use afterlight_shader_compiler::{
+    CompiledEntryPoint, CompiledShader, OverrideValue, compile_directory, same_but_for_ids, write_rust,
+};
 use rspirv::spirv::Op;
 
-fn lighting() -> Shader {
+fn lighting() -> CompiledShader {
     let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/shaders");
     let mut shaders = compile_directory(&directory).unwrap_or_else(|errors| panic!("{}", errors[0]));
     assert_eq!(shaders.len(), 1);
@@ -85,9 +87,9 @@ fn constants_keep_their_ids_in_every_variant() {
     assert_eq!(
         found,
         [
-            ("LIGHT_MODEL", 0, ConstantValue::U32(1)),
-            ("SCALE", 1, ConstantValue::F32(0.5_f32.to_bits())),
-            ("FANCY", 8, ConstantValue::Bool(false)),
+            ("LIGHT_MODEL", 0, OverrideValue::U32(1)),
+            ("SCALE", 1, OverrideValue::F32(0.5_f32.to_bits())),
+            ("FANCY", 8, OverrideValue::Bool(false)),
         ]
     );
     let fragment = module(&shader.variants[0].entry_points[1]);
@@ -119,7 +121,7 @@ fn rust_is_written_with_equal_modules_once() {
     let entries: Vec<_> = shader.variants.iter().flat_map(|variant| &variant.entry_points).collect();
     for module in &modules {
         assert!(entries.iter().any(|entry| same_but_for_ids(&entry.spirv, module)));
-        validate(&EntryPoint { spirv: module.to_vec(), ..entries[0].clone() });
+        validate(&CompiledEntryPoint { spirv: module.to_vec(), ..entries[0].clone() });
     }
     assert!(entries.iter().all(|entry| modules.iter().any(|module| same_but_for_ids(&entry.spirv, module))));
     for expected in [

@@ -54,7 +54,8 @@ pub fn fit_power_law(points: &[(f64, f64)]) -> Option<PowerLaw> {
     }
     // Powers stay in range for any unit of x.
     let unit = points[0].0;
-    let points: Vec<Point> = points.iter().map(|&(x, error)| Point { logarithm: (x / unit).ln(), error }).collect();
+    let points: Vec<FitPoint> =
+        points.iter().map(|&(x, error)| FitPoint { logarithm: (x / unit).ln(), error }).collect();
     if slope(&points) >= 0.0 {
         return None;
     }
@@ -70,7 +71,7 @@ pub fn fit_power_law(points: &[(f64, f64)]) -> Option<PowerLaw> {
 }
 
 /// The orders of laws that are fitted to errors drawn anew, in ascending order.
-fn redrawn_orders(points: &[Point], law: &Candidate) -> Vec<f64> {
+fn redrawn_orders(points: &[FitPoint], law: &OrderFit) -> Vec<f64> {
     let freedom = points.len() - if law.floor > 0.0 { 3 } else { 2 };
     let mut random = fastrand::Rng::with_seed(SEED);
     let mut redrawn = points.to_vec();
@@ -89,37 +90,37 @@ fn redrawn_orders(points: &[Point], law: &Candidate) -> Vec<f64> {
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Point {
+struct FitPoint {
     /// Of x.
     logarithm: f64,
     error: f64,
 }
 
 /// The slope of the logarithms by least squares, up to a factor above 0.
-fn slope(points: &[Point]) -> f64 {
+fn slope(points: &[FitPoint]) -> f64 {
     let count = points.len() as f64;
-    let mean = |of: &dyn Fn(&Point) -> f64| points.iter().map(of).sum::<f64>() / count;
+    let mean = |of: &dyn Fn(&FitPoint) -> f64| points.iter().map(of).sum::<f64>() / count;
     let (x, y) = (mean(&|point| point.logarithm), mean(&|point| point.error.ln()));
     mean(&|point| (point.logarithm - x) * (point.error.ln() - y))
 }
 
 /// A law for one order, and the sum of its squared relative residuals.
 #[derive(Debug, Clone, Copy)]
-struct Candidate {
+struct OrderFit {
     scale: f64,
     order: f64,
     floor: f64,
     squares: f64,
 }
 
-impl Candidate {
+impl OrderFit {
     fn at(&self, logarithm: f64) -> f64 {
         self.scale * (-self.order * logarithm).exp() + self.floor
     }
 }
 
 /// The best law, without a floor unless the points ask for one.
-fn fit(points: &[Point]) -> Candidate {
+fn fit(points: &[FitPoint]) -> OrderFit {
     let plain = search(points, false);
     if plain.squares <= EXACT * EXACT * points.len() as f64 {
         return plain;
@@ -130,7 +131,7 @@ fn fit(points: &[Point]) -> Candidate {
     if floored.floor > 0.0 && plain.squares - floored.squares > needed { floored } else { plain }
 }
 
-fn search(points: &[Point], with_floor: bool) -> Candidate {
+fn search(points: &[FitPoint], with_floor: bool) -> OrderFit {
     let (least, most) = (ORDERS.start().ln(), ORDERS.end().ln());
     let step = (most - least) / f64::from(STEPS);
     let at = |logarithm: f64| for_order(points, logarithm.exp(), with_floor);
@@ -149,7 +150,7 @@ fn search(points: &[Point], with_floor: bool) -> Candidate {
 }
 
 /// The least squares of (scale x^-order + floor) / error - 1, with neither below 0.
-fn for_order(points: &[Point], order: f64, with_floor: bool) -> Candidate {
+fn for_order(points: &[FitPoint], order: f64, with_floor: bool) -> OrderFit {
     let (mut pp, mut pq, mut qq, mut p1, mut q1) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for point in points {
         let (p, q) = ((-order * point.logarithm).exp() / point.error, 1.0 / point.error);
@@ -164,7 +165,7 @@ fn for_order(points: &[Point], order: f64, with_floor: bool) -> Candidate {
     }
     let crossed = scale * scale * pp + 2.0 * scale * floor * pq + floor * floor * qq;
     let squares = (points.len() as f64 + crossed - 2.0 * (scale * p1 + floor * q1)).max(0.0);
-    Candidate { scale, order, floor, squares }
+    OrderFit { scale, order, floor, squares }
 }
 
 #[cfg(test)]
@@ -215,8 +216,8 @@ mod tests {
     fn a_floor_is_found_where_there_is_one_and_not_made_of_noise() {
         let mut random = fastrand::Rng::with_seed(3);
         let count = |floor: f64, random: &mut fastrand::Rng| {
-            let points = |curve: Vec<(f64, f64)>| -> Vec<Point> {
-                curve.iter().map(|&(x, error)| Point { logarithm: x.ln(), error }).collect()
+            let points = |curve: Vec<(f64, f64)>| -> Vec<FitPoint> {
+                curve.iter().map(|&(x, error)| FitPoint { logarithm: x.ln(), error }).collect()
             };
             let laws = (0..50).map(|_| fit(&points(curve(3.0, 1.0, floor, 0.05, random))));
             laws.filter(|law| law.floor > 0.0).count()

@@ -37,7 +37,7 @@ const POINTS: [(f64, f64); 5] = [
 ];
 
 /// A part of a ray through fog.
-struct Part<'a> {
+struct RaySegment<'a> {
     fog: &'a Medium,
     origin: DVec3,
     /// Of length 1.
@@ -46,7 +46,7 @@ struct Part<'a> {
     metres: f64,
 }
 
-impl Part<'_> {
+impl RaySegment<'_> {
     fn at(&self, metres: f64) -> DVec3 {
         self.origin + self.direction * metres
     }
@@ -122,7 +122,7 @@ impl Reference<'_> {
         let stretch = ray.direction.length();
         let direction = ray.direction / stretch;
         let sky = self.scene.sky.as_ref().filter(|_| self.sky_light && self.sky.is_some());
-        let part = Part { fog, origin: ray.at(near), direction, metres: (far - near) * stretch };
+        let part = RaySegment { fog, origin: ray.at(near), direction, metres: (far - near) * stretch };
         let depth = part.depth(0.0, part.metres);
         if fog.kind != Fog::Froxels {
             return Medium::passage(depth, fog.light(direction, &self.scene.environment, sky, &self.lights));
@@ -132,7 +132,7 @@ impl Reference<'_> {
     }
 
     /// The light that all lights scatter to the eye along a part of a ray, for each unit of albedo.
-    fn lights_in_air(&self, part: &Part, points: Points) -> DVec3 {
+    fn lights_in_air(&self, part: &RaySegment, points: Points) -> DVec3 {
         let (bounds, origin) = (self.scene.bounds(), part.origin);
         let far = origin.distance(bounds.center()) + BEYOND * bounds.radius().max(1.0);
         let limit = part.where_depth_is(DEEPEST, part.metres.min(far));
@@ -172,7 +172,7 @@ impl Reference<'_> {
     }
 
     /// Returns the intervals of a part of a ray in which a light arrives, in metres.
-    fn lit(&self, part: &Part, limit: f64, (index, own): (usize, &Light), points: Points) -> Vec<(f64, f64)> {
+    fn lit(&self, part: &RaySegment, limit: f64, (index, own): (usize, &Light), points: Points) -> Vec<(f64, f64)> {
         let (on_disc, steps, jitter) = match points {
             Points::All => (DVec2::ZERO, self.air_steps, 0.5),
             Points::One { sample, pixel } => {
@@ -228,9 +228,9 @@ mod tests {
     use glam::{DVec2, Vec3};
 
     use super::*;
-    use crate::reference::{Effects, Mode, Options, Smith, View};
+    use crate::reference::{CameraView, Effects, Mode, Smith, TruthOptions};
     use afterlight_scene::builtin::shapes;
-    use afterlight_scene::builtin::stage::Stage;
+    use afterlight_scene::builtin::stage::SceneBuilder;
     use afterlight_scene::{Camera, Falloff, LightKind, Material, Scene};
 
     fn medium(density: f64, height: f64) -> Medium {
@@ -239,7 +239,7 @@ mod tests {
 
     /// Black balls on a black floor under a sun, a lamp among them and a spot light.
     fn balls(casts_shadow: bool) -> Scene {
-        let mut stage = Stage::default();
+        let mut stage = SceneBuilder::default();
         let black = stage.material(Material { base_color: Vec3::ZERO, ..Material::default() });
         stage.add("floor", shapes::plane([8.0, 8.0]), black);
         let ball = stage.mesh("ball", shapes::sphere(0.3, 16), black);
@@ -272,8 +272,8 @@ mod tests {
     fn picture(scene: &Scene, fog: Medium, steps: u32) -> Vec<DVec3> {
         let effects = Effects { fog: Some(fog), ..Effects::default() };
         let reference = Reference::new(scene).expect("a scene").with_effects(effects).with_air_steps(steps);
-        let options = Options { mode: Mode::Point, smith: Smith::default() };
-        let truth = reference.render(&View { camera: scene.camera, size: [24, 14] }, &options, &|_, _| {});
+        let options = TruthOptions { mode: Mode::Point, smith: Smith::default() };
+        let truth = reference.render(&CameraView { camera: scene.camera, size: [24, 14] }, &options, &|_, _| {});
         truth.radiance.into_iter().map(DVec3::from).collect()
     }
 
@@ -299,7 +299,7 @@ mod tests {
         let (scene, fog) = (balls(true), medium(0.4, 1.0));
         let effects = Effects { fog: Some(fog), ..Effects::default() };
         let reference = Reference::new(&scene).expect("a scene").with_effects(effects);
-        let rays = super::super::rays::Rays::of(&View { camera: scene.camera, size: [24, 14] });
+        let rays = super::super::rays::CameraRays::of(&CameraView { camera: scene.camera, size: [24, 14] });
         let (mut off, mut all) = (0.0, 0.0);
         for pixel in [[3.5, 4.5], [8.5, 7.5], [12.5, 6.5], [15.5, 9.5], [17.5, 5.5]] {
             let ray = rays.ray(DVec2::from(pixel));

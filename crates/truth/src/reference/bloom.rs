@@ -14,12 +14,12 @@ use super::Truth;
 use afterlight_scene::Settings;
 
 /// Rows from the top, three channels.
-type Light = Vec<[f64; 3]>;
+type LightPixels = Vec<[f64; 3]>;
 /// A filter of a row (axis 0) or a column (axis 1).
-type Filter<'a> = &'a (dyn Fn(&[f64], usize) -> Vec<f64> + Sync);
+type SeparableFilter<'a> = &'a (dyn Fn(&[f64], usize) -> Vec<f64> + Sync);
 
 /// The picture's light with its share of spread light, as the settings have it.
-pub fn bloomed(light: &[[f64; 3]], size: [u32; 2], settings: &Settings) -> Light {
+pub fn bloomed(light: &[[f64; 3]], size: [u32; 2], settings: &Settings) -> LightPixels {
     if settings.bloom <= 0.0 {
         return light.to_vec();
     }
@@ -27,7 +27,7 @@ pub fn bloomed(light: &[[f64; 3]], size: [u32; 2], settings: &Settings) -> Light
 }
 
 /// Returns how settings spread the light of a picture of some size; `None` where they spread none.
-pub fn spreading(settings: &Settings) -> Option<impl Fn(&[[f64; 3]], [u32; 2]) -> Light> {
+pub fn spreading(settings: &Settings) -> Option<impl Fn(&[[f64; 3]], [u32; 2]) -> LightPixels> {
     (settings.bloom > 0.0).then_some(|light: &[[f64; 3]], size| bloomed(light, size, settings))
 }
 
@@ -40,16 +40,16 @@ impl Truth {
 }
 
 /// The same as a frame does it, by levels with as many taps as the settings have.
-pub fn by_levels(light: &[[f64; 3]], size: [u32; 2], settings: &Settings) -> Light {
+pub fn by_levels(light: &[[f64; 3]], size: [u32; 2], settings: &Settings) -> LightPixels {
     let weights = weights(size, settings.bloom_radius, settings.bloom_taps);
     let edges = size.map(|edge| edge as usize);
     let masses = edges.map(|edge| vec![1.0; edge]);
-    let picture = Level { light: light.to_vec(), masses };
+    let picture = PyramidLevel { light: light.to_vec(), masses };
     let spread = picture.mixed_with_wider(&weights, settings.bloom_taps);
     mixed(light, &spread, settings.bloom)
 }
 
-fn mixed(light: &[[f64; 3]], spread: &[[f64; 3]], strength: f32) -> Light {
+fn mixed(light: &[[f64; 3]], spread: &[[f64; 3]], strength: f32) -> LightPixels {
     let strength = f64::from(strength);
     let one = |(own, spread): (&[f64; 3], &[f64; 3])| {
         std::array::from_fn(|channel| own[channel] + strength * (spread[channel] - own[channel]))
@@ -85,10 +85,10 @@ fn weights([width, height]: [u32; 2], radius: f32, taps: u32) -> Vec<f64> {
 }
 
 /// The light that is spread, alone: the picture's, convolved with the kernel of each level, weighted and added up.
-pub fn spread(light: &[[f64; 3]], size: [u32; 2], radius: f32) -> Light {
+pub fn spread(light: &[[f64; 3]], size: [u32; 2], radius: f32) -> LightPixels {
     let weights = weights(size, radius, 6);
     let mut level = light.to_vec();
-    let mut sum: Light = light.iter().map(|own| own.map(|channel| channel * weights[0])).collect();
+    let mut sum: LightPixels = light.iter().map(|own| own.map(|channel| channel * weights[0])).collect();
     for (index, weight) in weights.iter().enumerate().skip(1) {
         level = binomial(&level, size, 1 << (index - 1));
         for (sum, own) in sum.iter_mut().zip(&level) {
@@ -99,7 +99,7 @@ pub fn spread(light: &[[f64; 3]], size: [u32; 2], radius: f32) -> Light {
 }
 
 /// Convolved with the binomial coefficients of 10, so many pixels apart, along both axes.
-fn binomial(light: &[[f64; 3]], [width, height]: [u32; 2], apart: i64) -> Light {
+fn binomial(light: &[[f64; 3]], [width, height]: [u32; 2], apart: i64) -> LightPixels {
     const COEFFICIENTS: [f64; 11] = [1.0, 10.0, 45.0, 120.0, 210.0, 252.0, 210.0, 120.0, 45.0, 10.0, 1.0];
     let (width, height) = (width as usize, height as usize);
     // The places of the coefficients in a row or column, which beside the picture goes on as its mirror image.
@@ -135,14 +135,14 @@ fn binomial(light: &[[f64; 3]], [width, height]: [u32; 2], apart: i64) -> Light 
 }
 
 /// A level of the light, and the masses of its texels along both axes: how many pixels of the picture they stand for.
-struct Level {
-    light: Light,
+struct PyramidLevel {
+    light: LightPixels,
     masses: [Vec<f64>; 2],
 }
 
-impl Level {
+impl PyramidLevel {
     /// The light with that of wider levels, by the weights from this level on.
-    fn mixed_with_wider(&self, weights: &[f64], taps: u32) -> Light {
+    fn mixed_with_wider(&self, weights: &[f64], taps: u32) -> LightPixels {
         let all: f64 = weights.iter().sum();
         if weights.len() == 1 || all <= 0.0 {
             return self.light.clone();
@@ -173,7 +173,7 @@ impl Level {
     }
 
     /// Light of the next wider level at the texels of this one.
-    fn back(&self, wider: &[[f64; 3]], taps: u32) -> Light {
+    fn back(&self, wider: &[[f64; 3]], taps: u32) -> LightPixels {
         along_axes(wider, self.masses[0].len().div_ceil(2), &|row, axis| {
             let masses = &self.masses[axis];
             let mut row: Vec<f64> = (0..masses.len()).map(|index| row[index / 2]).collect();
@@ -202,14 +202,14 @@ fn exchange(row: &mut [f64], masses: &[f64], which: &dyn Fn(usize) -> bool) {
 }
 
 /// Applies `filter` to each row and then to each column, channel by channel.
-fn along_axes(light: &[[f64; 3]], width: usize, filter: Filter) -> Light {
-    let filtered = |line: &[[f64; 3]], axis: usize| -> Light {
+fn along_axes(light: &[[f64; 3]], width: usize, filter: SeparableFilter) -> LightPixels {
+    let filtered = |line: &[[f64; 3]], axis: usize| -> LightPixels {
         let channels: [Vec<f64>; 3] =
             std::array::from_fn(|channel| filter(&line.iter().map(|own| own[channel]).collect::<Vec<_>>(), axis));
         (0..channels[0].len()).map(|at| std::array::from_fn(|channel| channels[channel][at])).collect()
     };
-    let rows: Vec<Light> = light.par_chunks(width).map(|row| filtered(row, 0)).collect();
-    let columns: Vec<Light> = (0..rows[0].len())
+    let rows: Vec<LightPixels> = light.par_chunks(width).map(|row| filtered(row, 0)).collect();
+    let columns: Vec<LightPixels> = (0..rows[0].len())
         .into_par_iter()
         .map(|x| filtered(&rows.iter().map(|row| row[x]).collect::<Vec<_>>(), 1))
         .collect();
@@ -225,7 +225,7 @@ mod tests {
     }
 
     /// One pixel of light 1.
-    fn dot([width, height]: [u32; 2], [x, y]: [usize; 2]) -> Light {
+    fn dot([width, height]: [u32; 2], [x, y]: [usize; 2]) -> LightPixels {
         let mut light = vec![[0.0; 3]; (width * height) as usize];
         light[y * width as usize + x] = [1.0, 0.5, 0.0];
         light
@@ -236,7 +236,7 @@ mod tests {
     }
 
     /// Uneven light that no symmetry hides anything of.
-    fn uneven([width, height]: [u32; 2]) -> Light {
+    fn uneven([width, height]: [u32; 2]) -> LightPixels {
         let value = |index: u32| f64::from(index.wrapping_mul(2_654_435_761) >> 8) / f64::from(1 << 24);
         (0..width * height).map(|index| [0.1 + value(index).powi(8), value(index + 9), 1.0]).collect()
     }
@@ -262,7 +262,7 @@ mod tests {
     fn light_lands_as_far_away_as_the_radius_says() {
         let size = [256, 256];
         for (radius, taps) in [(0.005, 2), (0.01, 4), (0.02, 6), (0.04, 4), (0.04, 2)] {
-            let square = |spread: &Light| -> f64 {
+            let square = |spread: &LightPixels| -> f64 {
                 let distance =
                     |index: usize| (index as f64 % 256.0 - 127.0).powi(2) + ((index / 256) as f64 - 127.0).powi(2);
                 spread.iter().enumerate().map(|(index, own)| own[0] * distance(index)).sum()
@@ -300,7 +300,7 @@ mod tests {
     }
 
     /// The root of the mean square of how far the spread light of a dot is from a convolution, over that of the kernel.
-    fn flicker(taps: u32, lights: impl ExactSizeIterator<Item = Light>) -> f64 {
+    fn flicker(taps: u32, lights: impl ExactSizeIterator<Item = LightPixels>) -> f64 {
         let (size, radius) = ([160, 160], 0.03);
         let (mut apart, mut all) = (0.0, 0.0);
         for light in lights {

@@ -18,7 +18,7 @@ const LEAF: u32 = 1 << 31;
 
 /// Two boxes and their contents: the index of a node, or of a triangle with [`LEAF`].
 #[derive(Debug, Clone, Copy)]
-struct Node {
+struct BoxPair {
     boxes: [Aabb; 2],
     children: [u32; 2],
 }
@@ -27,23 +27,23 @@ struct Node {
 #[derive(Debug, Default)]
 pub struct Bvh {
     /// The first one is the root, unless there is but one box.
-    nodes: Vec<Node>,
+    nodes: Vec<BoxPair>,
     count: usize,
 }
 
-struct Shape {
+struct BvhShape {
     bounds: Aabb,
     node: usize,
 }
 
-impl Bounded<f64, 3> for Shape {
+impl Bounded<f64, 3> for BvhShape {
     fn aabb(&self) -> CrateBox<f64, 3> {
         let point = |p: DVec3| Point3::new(p.x, p.y, p.z);
         CrateBox::with_bounds(point(self.bounds.min), point(self.bounds.max))
     }
 }
 
-impl BHShape<f64, 3> for Shape {
+impl BHShape<f64, 3> for BvhShape {
     fn set_bh_node_index(&mut self, index: usize) {
         self.node = index;
     }
@@ -56,8 +56,8 @@ impl BHShape<f64, 3> for Shape {
 impl Bvh {
     /// Boxes are finite and fewer than 2^30.
     pub fn of(boxes: impl IntoIterator<Item = Aabb>) -> Self {
-        let mut shapes: Vec<Shape> =
-            boxes.into_iter().map(|bounds| Shape { bounds: grown(&bounds), node: 0 }).collect();
+        let mut shapes: Vec<BvhShape> =
+            boxes.into_iter().map(|bounds| BvhShape { bounds: grown(&bounds), node: 0 }).collect();
         let tree = CrateBvh::build_with_executor(&mut shapes, in_parallel);
         // Inner nodes alone, in their order.
         let mut places = vec![0u32; tree.nodes.len()];
@@ -71,7 +71,7 @@ impl Bvh {
                 }
             };
         }
-        let empty = Node { boxes: [Aabb::EMPTY; 2], children: [0; 2] };
+        let empty = BoxPair { boxes: [Aabb::EMPTY; 2], children: [0; 2] };
         let mut nodes = vec![empty; count as usize];
         // Children come after their parent: from the last to the first, each finds theirs done.
         for (index, node) in tree.nodes.iter().enumerate().rev() {
@@ -81,7 +81,7 @@ impl Bvh {
                 0 => nodes[child as usize].boxes[0].union(&nodes[child as usize].boxes[1]),
                 _ => shapes[(child & !LEAF) as usize].bounds,
             };
-            nodes[places[index] as usize] = Node { boxes: children.map(bounds), children };
+            nodes[places[index] as usize] = BoxPair { boxes: children.map(bounds), children };
         }
         Self { nodes, count: shapes.len() }
     }
@@ -126,7 +126,7 @@ fn grown(bounds: &Aabb) -> Aabb {
 }
 
 /// As the crate's own executor, which is behind a feature that the project does not turn on.
-fn in_parallel(left: BvhNodeBuildArgs<Shape, f64, 3>, right: BvhNodeBuildArgs<Shape, f64, 3>) {
+fn in_parallel(left: BvhNodeBuildArgs<BvhShape, f64, 3>, right: BvhNodeBuildArgs<BvhShape, f64, 3>) {
     if left.node_count() + right.node_count() < 256 {
         left.build();
         right.build();

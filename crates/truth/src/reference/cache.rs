@@ -15,8 +15,8 @@ use afterlight_files::regular_file::read_regular;
 use afterlight_files::user_cache::user_cache;
 use afterlight_files::whole_file::WholeFile;
 
-use super::render::{Accumulation, PASS, Progress, Reference};
-use super::{Mode, Options, TriangleId, Truth, View, fingerprint};
+use super::render::{Accumulation, PASS, ProgressCallback, Reference};
+use super::{CameraView, Mode, TriangleId, Truth, TruthOptions, fingerprint};
 
 const MAGIC: [u8; 8] = *b"AFTLTR01";
 /// Magic, the hash of what the truth depends on, and the hash of the rest.
@@ -41,7 +41,7 @@ pub struct Cache {
 
 /// The origin of a truth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Source {
+pub enum TruthOrigin {
     /// All of it was computed.
     Computed,
     /// So many samples a pixel were there already.
@@ -56,7 +56,7 @@ pub struct Cached {
     /// The picture.
     pub truth: Truth,
     /// Its origin: read, rendered, or both.
-    pub source: Source,
+    pub source: TruthOrigin,
     /// Warnings about the cache, a line each. The truth is right all the same.
     pub warnings: Vec<String>,
 }
@@ -64,16 +64,16 @@ pub struct Cached {
 impl Cached {
     /// A truth that no cache was asked for.
     pub fn computed(truth: Truth) -> Self {
-        Self { truth, source: Source::Computed, warnings: Vec::new() }
+        Self { truth, source: TruthOrigin::Computed, warnings: Vec::new() }
     }
 
     /// [`Cache::render`] if there is a cache, else [`Reference::render`].
     pub fn render(
         cache: Option<&Cache>,
         reference: &Reference,
-        view: &View,
-        options: &Options,
-        progress: Progress,
+        view: &CameraView,
+        options: &TruthOptions,
+        progress: ProgressCallback,
     ) -> Self {
         match cache {
             Some(cache) => cache.render(reference, view, options, progress),
@@ -103,21 +103,27 @@ impl Cache {
     }
 
     /// Returns true if a converged truth of this many samples is there.
-    pub fn has(&self, reference: &Reference, view: &View, samples: u32) -> bool {
-        let options = Options::of(Mode::Converged { samples });
-        let work = Work { cache: self, key: fingerprint::of(reference, view, &options), warnings: Vec::new() };
+    pub fn has(&self, reference: &Reference, view: &CameraView, samples: u32) -> bool {
+        let options = TruthOptions::of(Mode::Converged { samples });
+        let work = CacheEntry { cache: self, key: fingerprint::of(reference, view, &options), warnings: Vec::new() };
         work.file(samples, FINISHED).is_file()
     }
 
     /// The same as [`Reference::render`], to the last bit, from what is there already.
-    pub fn render(&self, reference: &Reference, view: &View, options: &Options, progress: Progress) -> Cached {
-        let mut work = Work { cache: self, key: fingerprint::of(reference, view, options), warnings: Vec::new() };
+    pub fn render(
+        &self,
+        reference: &Reference,
+        view: &CameraView,
+        options: &TruthOptions,
+        progress: ProgressCallback,
+    ) -> Cached {
+        let mut work = CacheEntry { cache: self, key: fingerprint::of(reference, view, options), warnings: Vec::new() };
         let (truth, source) = match options.mode {
             Mode::Point => work.point(reference, view, options, progress),
             Mode::Converged { samples } => {
                 work.converged(reference, view, options, (samples, &|_| true), progress).unwrap_or_else(|| {
                     // Nothing asked to stop.
-                    (reference.render(view, options, progress), Source::Computed)
+                    (reference.render(view, options, progress), TruthOrigin::Computed)
                 })
             }
         };
@@ -153,35 +159,41 @@ impl Cache {
 }
 
 /// One truth on its way.
-struct Work<'a> {
+struct CacheEntry<'a> {
     cache: &'a Cache,
     key: blake3::Hash,
     warnings: Vec<String>,
 }
 
-impl Work<'_> {
-    fn point(&mut self, reference: &Reference, view: &View, options: &Options, progress: Progress) -> (Truth, Source) {
+impl CacheEntry<'_> {
+    fn point(
+        &mut self,
+        reference: &Reference,
+        view: &CameraView,
+        options: &TruthOptions,
+        progress: ProgressCallback,
+    ) -> (Truth, TruthOrigin) {
         let file = self.file(0, FINISHED);
         let bytes_a_pixel = 24 + 8;
         if let Some(truth) =
             self.read(&file, bytes_a_pixel * pixels(view.size), |bytes| decode_points(bytes, view.size))
         {
-            return (truth, Source::Read);
+            return (truth, TruthOrigin::Read);
         }
         let truth = reference.render(view, options, progress);
         self.write(&file, &encode_points(&truth));
-        (truth, Source::Computed)
+        (truth, TruthOrigin::Computed)
     }
 
     /// Up to `samples` samples, as long as `goes_on` agrees after each pass; none if it did not.
     fn converged(
         &mut self,
         reference: &Reference,
-        view: &View,
-        options: &Options,
+        view: &CameraView,
+        options: &TruthOptions,
         (samples, goes_on): (u32, &dyn Fn(u32) -> bool),
-        progress: Progress,
-    ) -> Option<(Truth, Source)> {
+        progress: ProgressCallback,
+    ) -> Option<(Truth, TruthOrigin)> {
         let mut accumulation = self.furthest(view.size, samples);
         let found = accumulation.samples;
         let total = u64::from(samples) * accumulation.mean.len() as u64;
@@ -200,9 +212,9 @@ impl Work<'_> {
             }
         }
         let source = match found {
-            0 => Source::Computed,
-            found if found == samples => Source::Read,
-            found => Source::Continued(found),
+            0 => TruthOrigin::Computed,
+            found if found == samples => TruthOrigin::Read,
+            found => TruthOrigin::Continued(found),
         };
         Some((accumulation.truth(view.size), source))
     }
@@ -370,18 +382,24 @@ mod tests {
         scene::open("builtin:hall?bays=1&detail=6", &Default::default()).expect("a built-in scene")
     }
 
-    fn view(scene: &Scene) -> View {
-        View { camera: scene.camera, size: [24, 16] }
+    fn view(scene: &Scene) -> CameraView {
+        CameraView { camera: scene.camera, size: [24, 16] }
     }
 
-    fn options(samples: u32) -> Options {
-        Options { mode: Mode::Converged { samples }, smith: Smith::default() }
+    fn options(samples: u32) -> TruthOptions {
+        TruthOptions { mode: Mode::Converged { samples }, smith: Smith::default() }
     }
 
     /// Renders as long as `goes_on` says.
-    fn part(cache: &Cache, reference: &Reference, view: &View, samples: u32, goes_on: &dyn Fn(u32) -> bool) -> bool {
+    fn part(
+        cache: &Cache,
+        reference: &Reference,
+        view: &CameraView,
+        samples: u32,
+        goes_on: &dyn Fn(u32) -> bool,
+    ) -> bool {
         let options = options(samples);
-        let mut work = Work { cache, key: fingerprint::of(reference, view, &options), warnings: Vec::new() };
+        let mut work = CacheEntry { cache, key: fingerprint::of(reference, view, &options), warnings: Vec::new() };
         let done = work.converged(reference, view, &options, (samples, goes_on), &|_, _| {});
         assert_eq!(work.warnings, [""; 0]);
         done.is_some()
@@ -401,26 +419,26 @@ mod tests {
         assert!(!part(&cache, &reference, &view, 23, &|samples| samples < 16));
         assert_eq!(files(folder.path()).len(), 1, "the first save is gone");
         let done = cache.render(&reference, &view, &options(23), &|_, _| {});
-        assert_eq!((done.source, done.warnings.len()), (Source::Continued(16), 0));
+        assert_eq!((done.source, done.warnings.len()), (TruthOrigin::Continued(16), 0));
         assert!(done.truth == whole, "resumed and uninterrupted differ");
         // A finished truth is read, and a run of more samples continues it.
         let again = cache.render(&reference, &view, &options(23), &|_, _| panic!("nothing is computed"));
-        assert!(again.source == Source::Read && again.truth == whole);
+        assert!(again.source == TruthOrigin::Read && again.truth == whole);
         let more = cache.render(&reference, &view, &options(32), &|_, _| {});
-        assert_eq!(more.source, Source::Continued(23));
+        assert_eq!(more.source, TruthOrigin::Continued(23));
         assert!(more.truth == reference.render(&view, &options(32), &|_, _| {}));
-        assert_eq!(cache.render(&reference, &view, &options(23), &|_, _| {}).source, Source::Read);
+        assert_eq!(cache.render(&reference, &view, &options(23), &|_, _| {}).source, TruthOrigin::Read);
     }
 
     #[test]
     fn points_are_read_back_to_the_last_bit() {
         let (scene, folder) = (scene(), tempfile::tempdir().expect("a folder"));
         let (reference, view) = (Reference::new(&scene).expect("a scene"), view(&scene));
-        let options = Options { mode: Mode::Point, smith: Smith::Separable };
+        let options = TruthOptions { mode: Mode::Point, smith: Smith::Separable };
         let cache = Cache::at(folder.path().join("deeper"));
         let first = cache.render(&reference, &view, &options, &|_, _| {});
         let second = cache.render(&reference, &view, &options, &|_, _| {});
-        assert_eq!((first.source, second.source), (Source::Computed, Source::Read));
+        assert_eq!((first.source, second.source), (TruthOrigin::Computed, TruthOrigin::Read));
         assert!(first.truth == second.truth && first.truth.triangles.is_some());
     }
 
@@ -435,15 +453,20 @@ mod tests {
         let cache = Cache { limit, ..Cache::at(folder.path()) };
         let use_one = |roll: f64| {
             let camera = scene::Camera { projection: scene::Projection::perspective(40.0 + roll), ..scene.camera };
-            let source = cache.render(&reference, &View { camera, size: [24, 16] }, &options(1), &|_, _| {}).source;
+            let source =
+                cache.render(&reference, &CameraView { camera, size: [24, 16] }, &options(1), &|_, _| {}).source;
             // Some file systems have no finer clock.
             std::thread::sleep(Duration::from_millis(20));
             source
         };
-        assert_eq!([1.0, 2.0, 1.0].map(&use_one), [Source::Computed, Source::Computed, Source::Read]);
-        assert_eq!(use_one(3.0), Source::Computed);
-        assert_eq!([1.0, 3.0].map(&use_one), [Source::Read, Source::Read], "the second was not used for longest");
-        assert_eq!(use_one(2.0), Source::Computed);
+        assert_eq!([1.0, 2.0, 1.0].map(&use_one), [TruthOrigin::Computed, TruthOrigin::Computed, TruthOrigin::Read]);
+        assert_eq!(use_one(3.0), TruthOrigin::Computed);
+        assert_eq!(
+            [1.0, 3.0].map(&use_one),
+            [TruthOrigin::Read, TruthOrigin::Read],
+            "the second was not used for longest"
+        );
+        assert_eq!(use_one(2.0), TruthOrigin::Computed);
         assert!(foreign.exists() && files(folder.path()).len() == 3);
         let small = Cache { limit: 1, ..cache.clone() };
         small.render(&reference, &view(&scene), &options(1), &|_, _| {});
@@ -467,16 +490,16 @@ mod tests {
         // Whole, of another truth.
         let other =
             cache.render(&Reference::new(&scene).expect("a scene").with_shadows(false), &view, &options, &|_, _| {});
-        assert_eq!(other.source, Source::Computed);
+        assert_eq!(other.source, TruthOrigin::Computed);
         let foreign = files(folder.path()).into_iter().find(|name| *name != file).expect("another file");
         broken.push(fs::read(foreign).expect("readable"));
         for bytes in broken {
             fs::write(&file, bytes).expect("written");
             let found = cache.render(&reference, &view, &options, &|_, _| {});
-            assert_eq!((found.source, found.warnings.len()), (Source::Computed, 1));
+            assert_eq!((found.source, found.warnings.len()), (TruthOrigin::Computed, 1));
             assert!(found.truth == truth);
         }
-        assert_eq!(cache.render(&reference, &view, &options, &|_, _| {}).source, Source::Read);
+        assert_eq!(cache.render(&reference, &view, &options, &|_, _| {}).source, TruthOrigin::Read);
     }
 
     #[test]
@@ -484,7 +507,7 @@ mod tests {
         let scene = scene();
         let view = view(&scene);
         let options = options(1);
-        let of = |scene: &Scene, view: &View, options: &Options| {
+        let of = |scene: &Scene, view: &CameraView, options: &TruthOptions| {
             fingerprint::of(&Reference::new(scene).expect("a scene"), view, options)
         };
         let mut hashes = vec![of(&scene, &view, &options)];
@@ -507,11 +530,11 @@ mod tests {
         change(&|scene| scene.materials[0].two_sided ^= true);
         change(&|scene| scene.textures[0].rgba8_mut()[0] ^= 1);
         change(&|scene| scene.environment.ground = Some(scene.environment.ambient));
-        let moved = View { camera: scene::Camera { near: 0.2, ..view.camera }, ..view };
+        let moved = CameraView { camera: scene::Camera { near: 0.2, ..view.camera }, ..view };
         hashes.push(of(&scene, &moved, &options));
-        hashes.push(of(&scene, &View { size: [16, 24], ..view }, &options));
-        hashes.push(of(&scene, &view, &Options { smith: Smith::Separable, ..options }));
-        hashes.push(of(&scene, &view, &Options { mode: Mode::Point, ..options }));
+        hashes.push(of(&scene, &CameraView { size: [16, 24], ..view }, &options));
+        hashes.push(of(&scene, &view, &TruthOptions { smith: Smith::Separable, ..options }));
+        hashes.push(of(&scene, &view, &TruthOptions { mode: Mode::Point, ..options }));
         hashes.push(fingerprint::of(
             &Reference::new(&scene).expect("a scene").with_brdf(Some(scene::Brdf::Lambert)),
             &view,

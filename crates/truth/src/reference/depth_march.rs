@@ -10,9 +10,9 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::{DVec2, DVec3};
 
-use super::View;
+use super::CameraView;
 use super::occlusion::hidden;
-use super::rays::Rays;
+use super::rays::CameraRays;
 
 /// The assumed thickness of visible surfaces, in radii: the one with the least error on the pictures of docs/AO.md.
 pub const THICKNESS: f64 = 0.5;
@@ -24,7 +24,7 @@ const LEAST_FACING: f64 = 0.01;
 #[derive(Debug, Clone, Copy)]
 pub struct DepthBuffer<'a> {
     /// Of the camera.
-    pub view: View,
+    pub view: CameraView,
     /// Along the view in metres, rows from the top; infinite where nothing is seen.
     pub distances: &'a [f64],
 }
@@ -61,7 +61,7 @@ struct Slice {
 impl DepthBuffer<'_> {
     /// Share of the light from everywhere that arrives at the surface of a pixel, which has this unit normal; 1 where nothing is seen.
     pub fn visibility(&self, pixel: [u32; 2], normal: DVec3, march: &March) -> f64 {
-        let lens = Rays::of(&self.view);
+        let lens = CameraRays::of(&self.view);
         let middle = DVec2::new(f64::from(pixel[0]), f64::from(pixel[1])) + 0.5;
         let Some(place) = self.place(&lens, middle) else { return 1.0 };
         let to_eye = lens.eye_from(place);
@@ -98,7 +98,7 @@ impl DepthBuffer<'_> {
     }
 
     /// Returns the visible point at a place of the picture, relative to the camera.
-    fn place(&self, lens: &Rays, at: DVec2) -> Option<DVec3> {
+    fn place(&self, lens: &CameraRays, at: DVec2) -> Option<DVec3> {
         let [width, height] = self.view.size;
         let inside = at.x >= 0.0 && at.y >= 0.0 && at.x < f64::from(width) && at.y < f64::from(height);
         let distance = *self.distances.get(at.y as usize * width as usize + at.x as usize).filter(|_| inside)?;

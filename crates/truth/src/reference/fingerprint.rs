@@ -6,7 +6,7 @@
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 
 use super::render::Reference;
-use super::{Options, Smith, View};
+use super::{CameraView, Smith, TruthOptions};
 use afterlight_scene::{
     AlphaMode, Brdf, Camera, CastsShadow, ColorSpace, Environment, Light, Look, Material, Mesh, Object, Projection,
     Sampler, Scene, Sky, SkyImage, SunDisc, Texels, Texture, ThinLens, UvMap,
@@ -255,8 +255,8 @@ impl Fingerprint {
         }
     }
 
-    fn view(&mut self, view: &View) {
-        let View { camera, size } = view;
+    fn view(&mut self, view: &CameraView) {
+        let CameraView { camera, size } = view;
         let Camera { position, rotation, projection, near, shift } = camera;
         self.vector(*position);
         rotation.to_array().into_iter().for_each(|entry| self.real(entry));
@@ -276,7 +276,7 @@ impl Fingerprint {
 }
 
 /// The hash of a truth, the same for any number of samples: they go on from one another.
-pub fn of(reference: &Reference, view: &View, options: &Options) -> blake3::Hash {
+pub fn of(reference: &Reference, view: &CameraView, options: &TruthOptions) -> blake3::Hash {
     let mut fingerprint = Fingerprint(blake3::Hasher::new());
     fingerprint.number(MODEL);
     fingerprint.scene(reference.scene);
@@ -288,7 +288,7 @@ pub fn of(reference: &Reference, view: &View, options: &Options) -> blake3::Hash
     }
     reference.effects.hash(reference.scene, &mut fingerprint);
     fingerprint.view(view);
-    let Options { mode, smith } = options;
+    let TruthOptions { mode, smith } = options;
     fingerprint.number(u64::from(*mode == super::Mode::Point));
     fingerprint.number(match smith {
         Smith::HeightCorrelated => 0,
@@ -302,7 +302,7 @@ pub fn of(reference: &Reference, view: &View, options: &Options) -> blake3::Hash
 
 impl Reference<'_> {
     /// A hash of all that a truth depends on, in hexadecimal digits.
-    pub fn fingerprint(&self, view: &View, options: &Options) -> String {
+    pub fn fingerprint(&self, view: &CameraView, options: &TruthOptions) -> String {
         of(self, view, options).to_hex().to_string()
     }
 }

@@ -8,7 +8,7 @@ use glam::{DAffine3, DMat3, DVec2, DVec3, DVec4, Vec2, Vec3, Vec4};
 
 use super::bvh::Bvh;
 use super::intersect::{Crossing, Ray};
-use super::texture::{self, Window};
+use super::texture::{self, TextureRegion};
 use afterlight_scene::{Aabb, AlphaMode, CastsShadow, Look, Material, Mesh, Scene, TextureSlot, TriangleId, UvMap};
 
 /// The fourth powers of larger coordinates overflow f64: triangles that reach farther are not drawn.
@@ -23,7 +23,7 @@ pub struct Triangle {
 
 /// The properties shared by all triangles of an object.
 #[derive(Debug, Clone, Copy)]
-pub struct Part<'a> {
+pub struct TracedObject<'a> {
     pub mesh: &'a Mesh,
     pub material: &'a Material,
     pub look: Look,
@@ -54,12 +54,12 @@ pub struct Geometry<'a> {
     scene: &'a Scene,
     pub triangles: Vec<Triangle>,
     /// By object.
-    pub parts: Vec<Part<'a>>,
+    pub objects: Vec<TracedObject<'a>>,
     tree: Bvh,
     has_transparent: bool,
 }
 
-impl<'a> Part<'a> {
+impl<'a> TracedObject<'a> {
     fn of(scene: &'a Scene, index: usize) -> Self {
         let object = &scene.objects[index];
         let material = &scene.materials[object.material];
@@ -107,7 +107,7 @@ impl<'a> Part<'a> {
     /// Returns the texel of a slot's texture at a place, if there is one: that of the object's cell.
     pub fn texel(&self, scene: &Scene, slot: TextureSlot, triangle: u32, weights: [f64; 3]) -> Option<DVec4> {
         let texture = &scene.textures[self.material.texture(slot)?];
-        let cell = Window::cell(texture, self.material.atlas, self.look.cell);
+        let cell = TextureRegion::cell(texture, self.material.atlas, self.look.cell);
         Some(texture::sample(texture, cell, self.uv(slot, triangle, weights)))
     }
 
@@ -144,22 +144,22 @@ impl<'a> Geometry<'a> {
             }
         }
         let tree = Bvh::of(triangles.iter().map(|triangle| Aabb::of_points(triangle.corners)));
-        let parts: Vec<Part> = (0..scene.objects.len()).map(|index| Part::of(scene, index)).collect();
+        let parts: Vec<TracedObject> = (0..scene.objects.len()).map(|index| TracedObject::of(scene, index)).collect();
         let has_transparent = parts.iter().any(|part| part.material.is_transparent());
-        Self { scene, triangles, parts, tree, has_transparent }
+        Self { scene, triangles, objects: parts, tree, has_transparent }
     }
 
-    pub fn part(&self, hit: &Hit) -> &Part<'a> {
-        &self.parts[self.triangles[hit.triangle].id.object as usize]
+    pub fn object(&self, hit: &Hit) -> &TracedObject<'a> {
+        &self.objects[self.triangles[hit.triangle].id.object as usize]
     }
 
     /// The base colour's alpha at a place.
-    pub fn alpha(&self, part: &Part, triangle: u32, weights: [f64; 3]) -> f64 {
+    pub fn alpha(&self, part: &TracedObject, triangle: u32, weights: [f64; 3]) -> f64 {
         let texel = part.texel(self.scene, TextureSlot::BaseColor, triangle, weights).map_or(1.0, |texel| texel.w);
         f64::from(part.material.alpha) * texel * part.color(triangle, weights).w
     }
 
-    fn is_hole(&self, part: &Part, triangle: u32, weights: [f64; 3]) -> bool {
+    fn is_hole(&self, part: &TracedObject, triangle: u32, weights: [f64; 3]) -> bool {
         part.cutoff.is_some_and(|cutoff| self.alpha(part, triangle, weights) < cutoff)
     }
 
@@ -174,7 +174,7 @@ impl<'a> Geometry<'a> {
             if crossing.distance < near || crossing.distance > limit {
                 return limit;
             }
-            let part = &self.parts[id.object as usize];
+            let part = &self.objects[id.object as usize];
             let front = crossing.counter_clockwise != part.mirrored;
             if !front && !part.material.two_sided {
                 return limit;
@@ -193,7 +193,7 @@ impl<'a> Geometry<'a> {
         });
         if self.has_transparent {
             let limit = nearest.map_or(f64::INFINITY, |nearest| nearest.crossing.distance);
-            let is_coat = |hit: &Hit| self.part(hit).material.alpha_mode == AlphaMode::Coat;
+            let is_coat = |hit: &Hit| self.object(hit).material.alpha_mode == AlphaMode::Coat;
             // As by the depth test: of surfaces coplanar with an opaque one, only coats pass, which lie on it.
             transparent.retain(|hit| {
                 let distance = hit.crossing.distance;
@@ -213,7 +213,7 @@ impl<'a> Geometry<'a> {
         let mut nearest = None;
         self.tree.walk(ray, limit, |index, limit| {
             let Triangle { corners, id } = &self.triangles[index];
-            let part = &self.parts[id.object as usize];
+            let part = &self.objects[id.object as usize];
             if part.material.is_transparent() {
                 return limit;
             }
@@ -233,7 +233,7 @@ impl<'a> Geometry<'a> {
         let mut blocked = false;
         self.tree.walk(ray, limit, |index, limit| {
             let Triangle { corners, id } = &self.triangles[index];
-            let part = &self.parts[id.object as usize];
+            let part = &self.objects[id.object as usize];
             if part.casts_shadow == CastsShadow::No || part.material.is_transparent() {
                 return limit;
             }

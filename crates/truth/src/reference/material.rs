@@ -2,8 +2,8 @@
 
 use glam::{DVec3, DVec4, Vec3, Vec4};
 
-use super::geometry::{Geometry, Hit, Part};
-use super::surface::Surface;
+use super::geometry::{Geometry, Hit, TracedObject};
+use super::surface::ShadingPoint;
 use afterlight_scene::{AlphaMode, Brdf, HIGHLIGHT, HIGHLIGHT_SHARE, Scene, TextureSlot};
 
 /// The code of a normal map that stands for 0, and how many steps lie between it and 1.
@@ -11,14 +11,14 @@ const NORMAL_ZERO: f64 = 128.0;
 const NORMAL_STEPS: f64 = 127.0;
 
 /// A place on a part.
-struct Place<'a> {
+struct SurfacePoint<'a> {
     scene: &'a Scene,
-    part: &'a Part<'a>,
+    part: &'a TracedObject<'a>,
     triangle: u32,
     weights: [f64; 3],
 }
 
-impl Place<'_> {
+impl SurfacePoint<'_> {
     /// The value of a slot's texture, if there is one.
     fn texture(&self, slot: TextureSlot) -> Option<DVec4> {
         self.part.texel(self.scene, slot, self.triangle, self.weights)
@@ -80,10 +80,10 @@ pub fn surface(
     hit: &Hit,
     position: DVec3,
     brdf: Option<Brdf>,
-) -> (Surface, AlphaMode) {
-    let part = geometry.part(hit);
+) -> (ShadingPoint, AlphaMode) {
+    let part = geometry.object(hit);
     let triangle = geometry.triangles[hit.triangle].id.triangle;
-    let place = Place { scene, part, triangle, weights: hit.crossing.weights };
+    let place = SurfacePoint { scene, part, triangle, weights: hit.crossing.weights };
     let material = part.material;
     let brdf = material.model(brdf);
     let is_phong = matches!(brdf, Brdf::Phong | Brdf::BlinnPhong);
@@ -114,7 +114,7 @@ pub fn surface(
         None => DVec4::ONE,
     };
     let ambient = if is_phong { f64::from(material.ambient) } else { 1.0 };
-    let surface = Surface {
+    let surface = ShadingPoint {
         position,
         ray: None,
         normal: normal * facing,

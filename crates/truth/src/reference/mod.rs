@@ -33,10 +33,10 @@ mod texture;
 pub mod tonemap;
 
 pub use bloom::spreading;
-pub use cache::{Cache, Cached, Source};
-pub use render::{Accumulation, Progress, Reference};
-pub use sky::{SkyLight, share_of};
-pub use surface::Surface;
+pub use cache::{Cache, Cached, TruthOrigin};
+pub use render::{Accumulation, ProgressCallback, Reference};
+pub use sky::{SkySampler, share_of};
+pub use surface::ShadingPoint;
 
 pub use afterlight_scene::TriangleId;
 
@@ -47,7 +47,7 @@ use afterlight_scene::{Camera, Scene, Settings};
 
 /// A picture that is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct View {
+pub struct CameraView {
     /// The camera that sees the scene.
     pub camera: Camera,
     /// Width and height in pixels.
@@ -79,14 +79,14 @@ pub enum Smith {
 
 /// Options for the evaluation of the truth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct Options {
+pub struct TruthOptions {
     /// The way a pixel is computed.
     pub mode: Mode,
     /// The masking and shadowing function.
     pub smith: Smith,
 }
 
-impl Options {
+impl TruthOptions {
     /// Options with the renderer's own masking and shadowing.
     pub fn of(mode: Mode) -> Self {
         Self { mode, smith: Smith::default() }

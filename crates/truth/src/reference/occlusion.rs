@@ -31,7 +31,7 @@ pub(super) fn hash(radius: f64, fingerprint: &mut Fingerprint) {
 
 /// The rays to send.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Rays {
+pub(super) enum RaySubset {
     /// [`RAYS`] of them.
     All,
     /// Those of a pixel's sample.
@@ -39,11 +39,11 @@ pub(super) enum Rays {
 }
 
 /// The share of light from everywhere that arrives at `start`, a place above a surface with this unit normal.
-pub(super) fn visibility(geometry: &Geometry, (start, normal): (DVec3, DVec3), radius: f64, rays: Rays) -> f64 {
+pub(super) fn visibility(geometry: &Geometry, (start, normal): (DVec3, DVec3), radius: f64, rays: RaySubset) -> f64 {
     let (x, y) = normal.any_orthonormal_pair();
     let (first, count, pixel) = match rays {
-        Rays::All => (0, RAYS, 0),
-        Rays::Of { sample, pixel } => (sample * RAYS_OF_A_SAMPLE, RAYS_OF_A_SAMPLE, pixel),
+        RaySubset::All => (0, RAYS, 0),
+        RaySubset::Of { sample, pixel } => (sample * RAYS_OF_A_SAMPLE, RAYS_OF_A_SAMPLE, pixel),
     };
     let mut sum = 0.0;
     for index in first..first + count {
@@ -63,13 +63,13 @@ fn cosine_weighted(disc: DVec2) -> DVec3 {
 mod tests {
     use super::*;
     use afterlight_scene::builtin::shapes::{self, MeshBuilder};
-    use afterlight_scene::builtin::stage::Stage;
+    use afterlight_scene::builtin::stage::SceneBuilder;
     use afterlight_scene::{Material, Scene};
     use std::f64::consts::PI;
 
     /// A floor in the plane y = 0, and something else.
     fn over_floor(other: MeshBuilder, transform: glam::DAffine3) -> Scene {
-        let mut stage = Stage::default();
+        let mut stage = SceneBuilder::default();
         let matt = stage.material(Material::default());
         stage.add("floor", shapes::plane([400.0; 2]), matt);
         let mesh = stage.mesh("other", other, matt);
@@ -78,7 +78,7 @@ mod tests {
     }
 
     fn on_floor(scene: &Scene, place: DVec3, radius: f64) -> f64 {
-        visibility(&Geometry::of(scene), (place + DVec3::Y * 1e-9, DVec3::Y), radius, Rays::All)
+        visibility(&Geometry::of(scene), (place + DVec3::Y * 1e-9, DVec3::Y), radius, RaySubset::All)
     }
 
     /// All of a hemisphere's cosine lies over the unit disc, so that the share which something hides is an area of it. Of a ceiling at the height h
@@ -115,8 +115,9 @@ mod tests {
         let scene = over_floor(shapes::sphere(0.5, 48), glam::DAffine3::from_translation(DVec3::Y * 0.5));
         let geometry = Geometry::of(&scene);
         let point = (DVec3::new(0.45, 1e-9, 0.1), DVec3::Y);
-        let all = visibility(&geometry, point, 1.5, Rays::All);
-        let some = (0..64).map(|sample| visibility(&geometry, point, 1.5, Rays::Of { sample, pixel: 77 })).sum::<f64>();
+        let all = visibility(&geometry, point, 1.5, RaySubset::All);
+        let some =
+            (0..64).map(|sample| visibility(&geometry, point, 1.5, RaySubset::Of { sample, pixel: 77 })).sum::<f64>();
         assert!((some / 64.0 - all).abs() < 2.0 * 0.0055, "{} {all}", some / 64.0);
         assert!(all > 0.3 && all < 0.9);
     }

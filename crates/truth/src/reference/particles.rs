@@ -11,10 +11,10 @@ use glam::{DVec2, DVec3};
 use super::fingerprint::Fingerprint;
 use super::intersect::Ray;
 use super::light::arriving;
-use super::rays::Rays;
+use super::rays::CameraRays;
 use super::render::{Points, Reference};
 use super::shadow::Receiver;
-use super::texture::{self, Window};
+use super::texture::{self, TextureRegion};
 use afterlight_scene::emitter::on_square;
 use afterlight_scene::{Emitter, Scene};
 
@@ -102,12 +102,12 @@ pub(super) fn hash(scene: &Scene, fingerprint: &mut Fingerprint) {
 
 impl Reference<'_> {
     /// The scene's particles as these rays see them.
-    pub(super) fn billboards(&self, rays: &Rays) -> Billboards<'_> {
+    pub(super) fn billboards(&self, rays: &CameraRays) -> Billboards<'_> {
         Billboards::of(self.scene, self.lit_particles(), rays, rays.size.y as u32)
     }
 
     /// The scene's particles that one of these rays meets.
-    pub(super) fn billboards_on(&self, ray: &Ray, rays: &Rays) -> Billboards<'_> {
+    pub(super) fn billboards_on(&self, ray: &Ray, rays: &CameraRays) -> Billboards<'_> {
         Billboards::met_by(self.scene, self.lit_particles(), rays, ray)
     }
 
@@ -158,7 +158,7 @@ impl Reference<'_> {
 
 impl<'a> Billboards<'a> {
     /// Seen by these rays. `height`: rows of the picture.
-    pub fn of(scene: &'a Scene, lit: &'a [Lit], rays: &Rays, height: u32) -> Self {
+    pub fn of(scene: &'a Scene, lit: &'a [Lit], rays: &CameraRays, height: u32) -> Self {
         let mut own = Self::before(scene, lit, rays);
         own.sort();
         let eye = rays.axes()[3];
@@ -178,7 +178,7 @@ impl<'a> Billboards<'a> {
     }
 
     /// Those alone that one ray meets.
-    pub fn met_by(scene: &'a Scene, lit: &'a [Lit], rays: &Rays, ray: &Ray) -> Self {
+    pub fn met_by(scene: &'a Scene, lit: &'a [Lit], rays: &CameraRays, ray: &Ray) -> Self {
         let mut own = Self::before(scene, lit, rays);
         let met: Vec<_> =
             (0..own.all.len()).filter(|&index| own.layer(index, ray).is_some()).map(|index| own.all[index]).collect();
@@ -188,7 +188,7 @@ impl<'a> Billboards<'a> {
     }
 
     /// Those before the near plane, in the order of the emitters.
-    fn before(scene: &'a Scene, lit: &'a [Lit], rays: &Rays) -> Self {
+    fn before(scene: &'a Scene, lit: &'a [Lit], rays: &CameraRays) -> Self {
         let [right, up, forward, eye] = rays.axes();
         let all = lit.iter().map(|own| ((own.position - eye).dot(forward), own));
         let all = all.filter(|(distance, _)| *distance > rays.near).collect();
@@ -224,7 +224,7 @@ impl<'a> Billboards<'a> {
             Some((index, [columns, rows], cell)) => {
                 let texture = &self.scene.textures[index];
                 let uv = DVec2::new(square.x, -square.y) * 0.5 + 0.5;
-                texture::sample(texture, Window::cell(texture, [rows, columns], cell), uv)
+                texture::sample(texture, TextureRegion::cell(texture, [rows, columns], cell), uv)
             }
             None => DVec3::ONE.extend((1.0 - square.length_squared()).max(0.0).powi(2)),
         };

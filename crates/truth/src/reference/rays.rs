@@ -2,13 +2,13 @@
 
 use glam::{DVec2, DVec3};
 
-use super::View;
+use super::CameraView;
 use super::intersect::Ray;
 use afterlight_scene::ThinLens;
 
 /// A view that is decided: rays through a picture.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Rays {
+pub(super) struct CameraRays {
     pub(super) size: DVec2,
     pub(super) near: f64,
     pub(super) eye: DVec3,
@@ -20,8 +20,8 @@ pub(super) struct Rays {
     lens: Option<ThinLens>,
 }
 
-impl Rays {
-    pub(super) fn of(view: &View) -> Self {
+impl CameraRays {
+    pub(super) fn of(view: &CameraView) -> Self {
         let camera = &view.camera;
         let size = DVec2::new(f64::from(view.size[0]), f64::from(view.size[1]));
         let half = camera.half_height();

@@ -18,7 +18,7 @@ use super::light::{self, Collector, Reflector};
 use super::render::{Points, Reference};
 use super::shadow::Receiver;
 use super::sky::{self, visible_facet};
-use super::{Smith, Surface, sampling};
+use super::{ShadingPoint, Smith, sampling};
 use afterlight_scene::{Brdf, Scene};
 
 /// Directions of a point that is asked for whole.
@@ -106,7 +106,7 @@ fn even_share(n_dot_v: f64, roughness: f64) -> f64 {
 }
 
 /// Returns the part of a surface's ambient light that its lobe mirrors, of both half-spheres: reflections replace it.
-pub fn ambient_lobe(scene: &Scene, surface: &Surface) -> DVec3 {
+pub fn ambient_lobe(scene: &Scene, surface: &ShadingPoint) -> DVec3 {
     light::mirrored_ambient(surface, &scene.environment) * surface.occlusion
 }
 
@@ -121,7 +121,7 @@ impl Reference<'_> {
     ) -> DVec3 {
         let Some(roughest) = self.effects.reflections else { return DVec3::ZERO };
         let (surface, _) = self.surface_of(hit, ray);
-        let surface = Surface { ray: along, ..surface };
+        let surface = ShadingPoint { ray: along, ..surface };
         let amount = smooth_enough(surface.roughness, roughest);
         if surface.brdf != Brdf::CookTorrance || amount <= 0.0 {
             return DVec3::ZERO;
@@ -148,15 +148,15 @@ impl Reference<'_> {
         };
         let (light, share) = gathered(&lobe, &chosen, &mut met);
         // Rays to the sky have left out its hidden part already: only a sky without such rays is replaced.
-        let open_sky = self.around(hit, ray, &surface, points).filter(|own| own.is_open());
+        let open_sky = self.visible_sky(hit, ray, &surface, points).filter(|own| own.is_open());
         let sky = open_sky.map_or(DVec3::ZERO, |own| own.lobe(&lobe) * surface.occlusion);
         (light - (ambient_lobe(self.scene, &surface) + sky) * share) * amount
     }
 
     /// Returns the place, relative to the camera, at which a direction from the opaque surface at a place of the picture meets another; `None` where
     /// it meets none.
-    pub fn met(&self, view: &super::View, pixel: DVec2, direction: DVec3) -> Option<DVec3> {
-        let lens = super::rays::Rays::of(view);
+    pub fn met(&self, view: &super::CameraView, pixel: DVec2, direction: DVec3) -> Option<DVec3> {
+        let lens = super::rays::CameraRays::of(view);
         let ray = lens.ray(pixel);
         let hit = self.geometry().seen(&ray, view.camera.near, &mut Vec::new())?;
         let bounced = Receiver::of(self.geometry(), &hit, &ray).leaving(direction)?;

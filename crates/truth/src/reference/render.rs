@@ -9,18 +9,18 @@ use super::geometry::{Geometry, Hit};
 use super::intersect::Ray;
 use super::light::{self, Collector, Collects, Illumination, Reflector};
 use super::occlusion;
-use super::rays::Rays;
+use super::rays::CameraRays;
 use super::shadow::Receiver;
-use super::sky::SkyLight;
-use super::surface::Surface;
-use super::{Billboards, Effects, Lit, Mode, Options, Smith, Truth, View, material, sampling};
+use super::sky::SkySampler;
+use super::surface::ShadingPoint;
+use super::{Billboards, CameraView, Effects, Lit, Mode, Smith, Truth, TruthOptions, material, sampling};
 use afterlight_scene::{AlphaMode, Brdf, Camera, Error, Light, Scene, Settings, ThinLens, TriangleId};
 
 /// Samples that are added to every pixel before the next pass begins. A pass depends on the samples' numbers alone.
 pub const PASS: u32 = 4;
 
 /// Called with the number of finished samples and that of all.
-pub type Progress<'a> = &'a (dyn Fn(u64, u64) + Sync);
+pub type ProgressCallback<'a> = &'a (dyn Fn(u64, u64) + Sync);
 
 /// A scene that is ready to be looked at.
 #[derive(Debug)]
@@ -29,7 +29,7 @@ pub struct Reference<'a> {
     pub(super) brdf: Option<Brdf>,
     pub(super) shadows: bool,
     /// The sky, if it lights the scene.
-    pub(super) sky: Option<SkyLight>,
+    pub(super) sky: Option<SkySampler>,
     pub(super) sky_light: bool,
     pub(super) occludes_sky: bool,
     pub(super) effects: Effects,
@@ -75,7 +75,7 @@ impl<'a> Reference<'a> {
     pub fn new(scene: &'a Scene) -> Result<Self, Error> {
         scene.check()?;
         let lights = scene.lights.iter().map(Light::aimed).collect();
-        let sky = scene.sky.as_ref().filter(|sky| sky.lights && sky.nits > 0.0).map(SkyLight::of);
+        let sky = scene.sky.as_ref().filter(|sky| sky.lights && sky.nits > 0.0).map(SkySampler::of);
         let geometry = Geometry::of(scene);
         Ok(Self {
             scene,
@@ -142,15 +142,17 @@ impl<'a> Reference<'a> {
 
     /// The nearest opaque surface at a place of the picture, in pixels from its upper left corner (the middle of the first one is at
     /// 0.5, 0.5), its triangle, and its distance along the view axis in metres. The surface's place is relative to the camera's.
-    pub fn surface(&self, view: &View, pixel: DVec2) -> Option<(Surface, TriangleId, f64)> {
-        let rays = Rays::of(view);
+    pub fn surface(&self, view: &CameraView, pixel: DVec2) -> Option<(ShadingPoint, TriangleId, f64)> {
+        let rays = CameraRays::of(view);
         let ray = rays.ray(pixel);
         let hit = self.geometry.seen(&ray, rays.near, &mut Vec::new())?;
         let (surface, _) = self.surface_of(&hit, &ray);
         let surface = match rays.parallel {
-            true => {
-                Surface { position: surface.position + (ray.origin - rays.eye), ray: Some(ray.direction), ..surface }
-            }
+            true => ShadingPoint {
+                position: surface.position + (ray.origin - rays.eye),
+                ray: Some(ray.direction),
+                ..surface
+            },
             false => surface,
         };
         Some((surface, self.geometry.triangles[hit.triangle].id, hit.crossing.distance))
@@ -158,33 +160,33 @@ impl<'a> Reference<'a> {
 
     /// Returns the share of a light that the nearest opaque surface there sees, 0 to 1, by [`sampling::DISC_POINTS`] points of a light that has a
     /// size; 1 where nothing is seen, and without shadows. Lights that cast no shadow and surfaces that receive none count as if they did.
-    pub fn visibility(&self, view: &View, pixel: DVec2, light: usize) -> f64 {
+    pub fn visibility(&self, view: &CameraView, pixel: DVec2, light: usize) -> f64 {
         if !self.shadows {
             return 1.0;
         }
-        let rays = Rays::of(view);
+        let rays = CameraRays::of(view);
         let ray = rays.ray(pixel);
         let hit = self.geometry.seen(&ray, rays.near, &mut Vec::new());
         hit.map_or(1.0, |hit| self.share(&Receiver::of(&self.geometry, &hit, &ray), light, Points::All))
     }
 
     /// Share of the light from everywhere that the nearest opaque surface there sees, 0 to 1, by [`occlusion::RAYS`] rays of so many metres; 1 where
-    /// nothing is seen. The surface's own [`Surface::occlusion`] does not count.
-    pub fn ambient_visibility(&self, view: &View, pixel: DVec2, radius: f64) -> f64 {
-        let lens = Rays::of(view);
+    /// nothing is seen. The surface's own [`ShadingPoint::occlusion`] does not count.
+    pub fn ambient_visibility(&self, view: &CameraView, pixel: DVec2, radius: f64) -> f64 {
+        let lens = CameraRays::of(view);
         let ray = lens.ray(pixel);
         let hit = self.geometry.seen(&ray, lens.near, &mut Vec::new());
         hit.map_or(1.0, |hit| {
             let (surface, _) = self.surface_of(&hit, &ray);
             let start = Receiver::of(&self.geometry, &hit, &ray).start;
-            occlusion::visibility(&self.geometry, (start, surface.normal), radius, occlusion::Rays::All)
+            occlusion::visibility(&self.geometry, (start, surface.normal), radius, occlusion::RaySubset::All)
         })
     }
 
     /// Returns the light, in nits, of the surface at a place of the picture, sent along the ray through another place: as [`Mode::Point`] has it
     /// where both are the middle of a pixel.
-    pub fn light(&self, view: &View, smith: Smith, place: DVec2, along: DVec2) -> [f64; 3] {
-        let rays = Rays::of(view);
+    pub fn light(&self, view: &CameraView, smith: Smith, place: DVec2, along: DVec2) -> [f64; 3] {
+        let rays = CameraRays::of(view);
         let along = Some(rays.ray(along).direction);
         let ray = rays.ray(place);
         let billboards = self.billboards_on(&ray, &rays);
@@ -192,7 +194,7 @@ impl<'a> Reference<'a> {
     }
 
     /// Renders a picture. The same on any number of threads, to the last bit.
-    pub fn render(&self, view: &View, options: &Options, progress: Progress) -> Truth {
+    pub fn render(&self, view: &CameraView, options: &TruthOptions, progress: ProgressCallback) -> Truth {
         match options.mode {
             Mode::Point => self.render_points(view, options.smith, progress),
             Mode::Converged { samples } => {
@@ -207,8 +209,8 @@ impl<'a> Reference<'a> {
         }
     }
 
-    fn render_points(&self, view: &View, smith: Smith, progress: Progress) -> Truth {
-        let rays = Rays::of(view);
+    fn render_points(&self, view: &CameraView, smith: Smith, progress: ProgressCallback) -> Truth {
+        let rays = CameraRays::of(view);
         let (width, height) = (view.size[0] as usize, view.size[1] as usize);
         let mut radiance = vec![[0.0; 3]; width * height];
         let mut triangles = vec![None; width * height];
@@ -230,7 +232,7 @@ impl<'a> Reference<'a> {
     /// Adds the next `count` samples to every pixel. `progress` is told how many samples there are then, of all pixels together.
     pub fn accumulate(
         &self,
-        view: &View,
+        view: &CameraView,
         smith: Smith,
         count: u32,
         accumulation: &mut Accumulation,
@@ -243,13 +245,13 @@ impl<'a> Reference<'a> {
     /// The same for some of the pixels alone, by their index.
     pub(super) fn accumulate_some(
         &self,
-        view: &View,
+        view: &CameraView,
         (smith, count): (Smith, u32),
         is_wanted: &(dyn Fn(u64) -> bool + Sync),
         accumulation: &mut Accumulation,
         progress: &(dyn Fn(u64) + Sync),
     ) {
-        let rays = Rays::of(view).with_lens(self.lens);
+        let rays = CameraRays::of(view).with_lens(self.lens);
         let width = view.size[0] as usize;
         let first = accumulation.samples;
         let before = u64::from(first) * accumulation.mean.len() as u64;
@@ -277,7 +279,7 @@ impl<'a> Reference<'a> {
     }
 
     /// Returns the light at a place of the picture, in this row of it: the nearest opaque surface or the background, and over it transparent
-    /// surfaces and particles, each in its place. [`Surface::ray`] is `along`.
+    /// surfaces and particles, each in its place. [`ShadingPoint::ray`] is `along`.
     fn look(
         &self,
         (billboards, row): (&Billboards, usize),
@@ -323,7 +325,7 @@ impl<'a> Reference<'a> {
         }
     }
 
-    pub(super) fn surface_of(&self, hit: &Hit, ray: &Ray) -> (Surface, AlphaMode) {
+    pub(super) fn surface_of(&self, hit: &Hit, ray: &Ray) -> (ShadingPoint, AlphaMode) {
         let position = ray.direction * hit.crossing.distance;
         material::surface(self.scene, &self.geometry, hit, position, self.brdf)
     }
@@ -339,9 +341,9 @@ impl<'a> Reference<'a> {
     ) -> DVec3 {
         let (surface, mode) = self.surface_of(hit, ray);
         let open = self.open(hit, ray, (surface.normal, points));
-        let surface = Surface { ray: along, ..surface };
+        let surface = ShadingPoint { ray: along, ..surface };
         let (lights, environment) = (&self.lights, &self.scene.environment);
-        let around = self.around(hit, ray, &surface, points);
+        let around = self.visible_sky(hit, ray, &surface, points);
         let sky = around.as_ref().map(|own| own as &dyn Collects);
         let illumination = Illumination { lights, environment, open, eye: ray.origin, sky, smith };
         let mut receiver = None;
@@ -365,24 +367,30 @@ impl<'a> Reference<'a> {
     }
 
     /// Light of the sky that is collected at a hit, where a sky lights the scene.
-    pub(super) fn around(&self, hit: &Hit, ray: &Ray, surface: &Surface, points: Points) -> Option<Around<'_>> {
+    pub(super) fn visible_sky(
+        &self,
+        hit: &Hit,
+        ray: &Ray,
+        surface: &ShadingPoint,
+        points: Points,
+    ) -> Option<VisibleSky<'_>> {
         let sky = self.sky.as_ref().filter(|_| self.sky_light)?;
         if !self.occludes_sky {
-            return Some(Around { sky, rays: None });
+            return Some(VisibleSky { sky, rays: None });
         }
         let receiver = (self.shadows && surface.receives_shadow).then(|| Receiver::of(&self.geometry, hit, ray));
-        Some(Around { sky, rays: Some((&self.geometry, receiver, points)) })
+        Some(VisibleSky { sky, rays: Some((&self.geometry, receiver, points)) })
     }
 
     /// Returns the sky's part of the light at the middle of a pixel, as [`Mode::Point`] has it, in nits: of the nearest opaque surface; zero without
     /// one.
-    pub fn light_of_sky(&self, view: &View, pixel: DVec2) -> [f64; 3] {
-        let lens = Rays::of(view);
+    pub fn light_of_sky(&self, view: &CameraView, pixel: DVec2) -> [f64; 3] {
+        let lens = CameraRays::of(view);
         let ray = lens.ray(pixel);
         let collected = || {
             let hit = self.geometry.seen(&ray, lens.near, &mut Vec::new())?;
             let (surface, _) = self.surface_of(&hit, &ray);
-            let around = self.around(&hit, &ray, &surface, Points::All)?;
+            let around = self.visible_sky(&hit, &ray, &surface, Points::All)?;
             let [base, lobe] = around.collected(&Reflector::<f64>::new(&surface, Smith::default()).collector());
             Some(((base + lobe) * surface.occlusion).to_array())
         };
@@ -393,8 +401,8 @@ impl<'a> Reference<'a> {
     fn open(&self, hit: &Hit, ray: &Ray, (normal, points): (DVec3, Points)) -> f64 {
         let Some(radius) = self.effects.occlusion.filter(|_| self.scene.environment.is_lit()) else { return 1.0 };
         let rays = match points {
-            Points::All => occlusion::Rays::All,
-            Points::One { sample, pixel } => occlusion::Rays::Of { sample, pixel },
+            Points::All => occlusion::RaySubset::All,
+            Points::One { sample, pixel } => occlusion::RaySubset::Of { sample, pixel },
         };
         occlusion::visibility(&self.geometry, (Receiver::of(&self.geometry, hit, ray).start, normal), radius, rays)
     }
@@ -415,13 +423,13 @@ impl<'a> Reference<'a> {
 }
 
 /// Light of the sky: all of it, or as far as objects leave it, by rays.
-pub(super) struct Around<'a> {
-    sky: &'a SkyLight,
+pub(super) struct VisibleSky<'a> {
+    sky: &'a SkySampler,
     /// The receiver is none where nothing casts a shadow on the surface.
     rays: Option<(&'a Geometry<'a>, Option<Receiver>, Points)>,
 }
 
-impl Around<'_> {
+impl VisibleSky<'_> {
     /// Returns true if all of it arrives.
     pub(super) fn is_open(&self) -> bool {
         self.rays.as_ref().is_none_or(|(_, receiver, _)| receiver.is_none())
@@ -434,7 +442,7 @@ impl Around<'_> {
     }
 }
 
-impl Collects for Around<'_> {
+impl Collects for VisibleSky<'_> {
     fn collected(&self, surface: &Collector) -> [DVec3; 2] {
         let Some((geometry, receiver, points)) = &self.rays else { return self.sky.collected(surface) };
         let mut arrives = |direction| receiver.as_ref().is_none_or(|own| own.sees_along(geometry, direction));

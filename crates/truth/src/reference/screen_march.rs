@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 
 use super::depth_march::DepthBuffer;
 use super::light::Collector;
-use super::rays::Rays;
+use super::rays::CameraRays;
 use super::reflections;
 
 /// The margin of the picture in which reflections fade out, as a part of its width and height.
@@ -28,7 +28,7 @@ impl ScreenMarch<'_> {
     /// Returns the pixel that a ray meets which leaves the surface of another, whose normal is `normal`.
     pub fn met(&self, pixel: [u32; 2], normal: DVec3, direction: DVec3) -> Option<[u32; 2]> {
         let [width, height] = self.depth.view.size;
-        let lens = Rays::of(&self.depth.view);
+        let lens = CameraRays::of(&self.depth.view);
         let middle = DVec2::new(f64::from(pixel[0]), f64::from(pixel[1])) + 0.5;
         let place = self.place(&lens, pixel)?;
         let beside = lens.place(middle + DVec2::X, lens.distance(place));
@@ -89,7 +89,7 @@ impl ScreenMarch<'_> {
     }
 
     /// Returns the visible point of a pixel, relative to the camera.
-    fn place(&self, lens: &Rays, pixel: [u32; 2]) -> Option<DVec3> {
+    fn place(&self, lens: &CameraRays, pixel: [u32; 2]) -> Option<DVec3> {
         let index = pixel[1] as usize * self.depth.view.size[0] as usize + pixel[0] as usize;
         let distance = *self.depth.distances.get(index).filter(|own| own.is_finite())?;
         Some(lens.place(DVec2::new(f64::from(pixel[0]), f64::from(pixel[1])) + 0.5, distance))
@@ -97,7 +97,7 @@ impl ScreenMarch<'_> {
 
     /// The same without a view that is decided.
     pub fn place_of(&self, pixel: [u32; 2]) -> Option<DVec3> {
-        self.place(&Rays::of(&self.depth.view), pixel)
+        self.place(&CameraRays::of(&self.depth.view), pixel)
     }
 
     /// Returns the weight of a pixel that a ray meets, 0 to 1: it falls towards the picture's edges.

@@ -4,8 +4,8 @@
 //! So the samples of a pixel are spread evenly over the time, and those of neighbours see other moments: a moving edge leaves noise, and no row of
 //! copies. For each moment the scene is posed and its tree of boxes built anew: exact motion, whatever moves, along any curve.
 
-use super::render::{Accumulation, Progress};
-use super::{Reference, Smith, Truth, View, sampling};
+use super::render::{Accumulation, ProgressCallback};
+use super::{CameraView, Reference, Smith, Truth, sampling};
 use afterlight_scene::{Camera, CameraPath, Error, Playing, Scene, Settings};
 
 /// Moments in the part of the time that one sample has.
@@ -55,7 +55,7 @@ pub fn render(
     shot: &ShutterScene,
     exposure: &Exposure,
     settings: &Settings,
-    progress: Progress,
+    progress: ProgressCallback,
 ) -> Result<Truth, Error> {
     let Exposure { size, samples, smith } = *exposure;
     let mut accumulation = Accumulation::new(size);
@@ -67,7 +67,7 @@ pub fn render(
             let camera: Camera = scene.camera;
             let reference = Reference::new(&scene)?.with_settings(settings, &camera);
             let is_now = |pixel: u64| sampling::part_of_time(sample, pixel, MOMENTS) == moment;
-            let view = View { camera, size };
+            let view = CameraView { camera, size };
             reference.accumulate_some(&view, (smith, 1), &is_now, &mut accumulation, &|_| ());
         }
         accumulation.samples += 1;

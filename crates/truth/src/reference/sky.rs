@@ -20,7 +20,7 @@ const TABLE: usize = 64;
 
 /// A sky that is ready to light surfaces.
 #[derive(Debug, Clone)]
-pub struct SkyLight {
+pub struct SkySampler {
     sky: Sky,
     /// Directions of the world with their solid angles and radiances in nits.
     texels: Vec<(DVec3, f64, DVec3)>,
@@ -31,7 +31,7 @@ pub struct SkyLight {
     shares: Vec<DVec2>,
 }
 
-impl SkyLight {
+impl SkySampler {
     /// Prepares a sky.
     pub fn of(sky: &Sky) -> Self {
         let mut image = (*sky.image).clone();
@@ -134,7 +134,7 @@ impl SkyLight {
 }
 
 /// All of the sky, by sums.
-impl Collects for SkyLight {
+impl Collects for SkySampler {
     fn collected(&self, surface: &Collector) -> [DVec3; 2] {
         let has_lobe = surface.brdf == Brdf::CookTorrance;
         let share = if has_lobe { share_of(surface.n_dot_v, surface.roughness, FACETS) } else { DVec2::ZERO };

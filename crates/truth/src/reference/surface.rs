@@ -6,7 +6,7 @@ use afterlight_scene::Brdf;
 
 /// A lit point, in the terms of its material with its textures looked up.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Surface {
+pub struct ShadingPoint {
     /// Relative to the camera, in metres, along the axes of the world.
     pub position: DVec3,
     /// Along which it is seen from the camera, of any length; `None`: straight, from the camera to the place. A place that was rounded lies beside

@@ -23,14 +23,14 @@ fn srgb() -> &'static [f64; 256] {
 
 /// The part of a texture that is sampled.
 #[derive(Debug, Clone, Copy)]
-pub struct Window {
+pub struct TextureRegion {
     /// Of its upper left corner, in texels.
     first: [usize; 2],
     /// Width and height in texels.
     size: [u32; 2],
 }
 
-impl Window {
+impl TextureRegion {
     /// A cell of an atlas of so many rows and columns. Of one cell it is the whole texture.
     pub fn cell(texture: &Texture, [rows, columns]: [u32; 2], cell: u32) -> Self {
         let size = [texture.size[0] / columns, texture.size[1] / rows];
@@ -76,7 +76,7 @@ fn between(coordinate: f64, edge: u32, wrap: Wrap, filter: Filter) -> (usize, us
 }
 
 /// Linear RGBA at a place of a window; (0, 0) is the upper left corner of its first texel.
-pub fn sample(texture: &Texture, Window { first, size }: Window, uv: DVec2) -> DVec4 {
+pub fn sample(texture: &Texture, TextureRegion { first, size }: TextureRegion, uv: DVec2) -> DVec4 {
     let [wrap_u, wrap_v] = texture.sampler.wrap;
     let filter = texture.sampler.magnify;
     let (x0, x1, fx) = between(uv.x, size[0], wrap_u, filter);
@@ -96,7 +96,7 @@ mod tests {
     }
 
     fn sample(texture: &Texture, uv: DVec2) -> DVec4 {
-        super::sample(texture, Window::cell(texture, [1, 1], 0), uv)
+        super::sample(texture, TextureRegion::cell(texture, [1, 1], 0), uv)
     }
 
     #[test]
@@ -113,7 +113,7 @@ mod tests {
                 let rows = (0..2).flat_map(|y| texels[((row * 2 + y) * 6 + column * 2) * 4..][..8].to_vec());
                 let alone = Texture { size: [2, 2], texels: rows.collect(), ..atlas.clone() };
                 for uv in [[0.0, 0.0], [0.3, 0.9], [-0.2, 1.7], [0.99, -3.01]].map(DVec2::from) {
-                    let found = super::sample(&atlas, Window::cell(&atlas, [2, 3], cell), uv);
+                    let found = super::sample(&atlas, TextureRegion::cell(&atlas, [2, 3], cell), uv);
                     assert_eq!(found, sample(&alone, uv), "{wrap:?}: cell {cell} at {uv}");
                 }
             }

@@ -8,12 +8,12 @@ use winit::event_loop::ActiveEventLoop;
 use winit::keyboard::KeyCode;
 
 use super::{App, Opened};
-use crate::camera::Mode;
+use crate::camera::NavigationMode;
 use crate::controls::Controls;
 use crate::keys::{Action, HELP, action};
 use crate::recorder::Recorder;
 use afterlight::scene::SettingsPatch;
-use afterlight_truth::reference::View;
+use afterlight_truth::reference::CameraView;
 
 impl App<'_> {
     pub(super) fn press(&mut self, events: &ActiveEventLoop, key: KeyCode) {
@@ -59,8 +59,8 @@ impl App<'_> {
             Some(Action::Orbit) => {
                 self.control.toggle_orbit();
                 let mode = match self.control.mode() {
-                    Mode::Fly => "fly",
-                    Mode::Orbit => "orbit",
+                    NavigationMode::Fly => "fly",
+                    NavigationMode::Orbit => "orbit",
                 };
                 self.teller.tell(&format!("camera: {mode}"));
             }
@@ -125,7 +125,7 @@ impl App<'_> {
     pub(super) fn pick(&mut self) {
         if let Some(Opened { interface, window, .. }) = &mut self.opened {
             let PhysicalSize { width, height } = window.inner_size();
-            let view = View { camera: *self.control.camera(), size: [width, height] };
+            let view = CameraView { camera: *self.control.camera(), size: [width, height] };
             interface.pick(&self.subject, view, self.mouse);
         }
     }

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use winit::dpi::PhysicalSize;
 
-use super::{App, Copies, Opened};
+use super::{App, CopyPurposes, Opened};
 use crate::Error;
 use afterlight::scene::Scene;
 
@@ -18,7 +18,7 @@ impl Opened {
 
 impl App<'_> {
     /// Pictures that are kept or compared are whole, and so are those of a frame in steps.
-    pub(super) fn choose_resolution(&mut self, now: Instant, copies: Copies) -> Result<(), Error> {
+    pub(super) fn choose_resolution(&mut self, now: Instant, copies: CopyPurposes) -> Result<(), Error> {
         let motion = self.motion(copies);
         let Some(Opened { presenter, .. }) = &mut self.opened else { return Ok(()) };
         let times = presenter.times();

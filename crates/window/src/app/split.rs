@@ -5,10 +5,10 @@ use std::time::Instant;
 use winit::event::ElementState;
 
 use super::{App, Opened};
-use crate::Options;
+use crate::WindowOptions;
 use crate::messages::Teller;
 use crate::split::Grip;
-use crate::subject::Subject;
+use crate::subject::LiveScene;
 use crate::user_interface::UserInterface;
 use afterlight::frame::Presenter;
 use afterlight::scene::{Camera, Settings};
@@ -74,7 +74,7 @@ impl App<'_> {
 pub(super) fn compare_up_to_white(
     presenter: &Presenter,
     interface: &mut UserInterface,
-    (subject, camera): (&Subject, &Camera),
+    (subject, camera): (&LiveScene, &Camera),
     teller: &Teller,
 ) {
     if interface.refuses_comparison(subject) {
@@ -91,9 +91,9 @@ pub(super) fn compare_up_to_white(
 /// Keeps the light that the window's picture from this camera is made of.
 pub(super) fn keep_light(
     presenter: &Presenter,
-    subject: &Subject,
+    subject: &LiveScene,
     camera: &Camera,
-    (options, teller): (&Options, &Teller),
+    (options, teller): (&WindowOptions, &Teller),
 ) {
     let size = presenter.window_size().unwrap_or(subject.settings.size);
     let picture = presenter.picture_apart(&subject.scene, &subject.in_nits(size), camera);

@@ -4,22 +4,22 @@ use std::time::{Duration, Instant};
 
 use winit::dpi::PhysicalSize;
 
-use super::{App, Copies, Opened};
+use super::{App, CopyPurposes, Opened};
 use crate::Error;
-use crate::resolution::Motion;
+use crate::resolution::PictureMotion;
 
 /// A frame that takes longer is announced by a sign over the picture before.
 const LONG: Duration = Duration::from_millis(500);
 
 impl App<'_> {
     /// The motion of the picture that the next frame shows.
-    pub(super) fn motion(&self, copies: Copies) -> Motion {
-        let Some(Opened { interface, .. }) = &self.opened else { return Motion::Rests };
+    pub(super) fn motion(&self, copies: CopyPurposes) -> PictureMotion {
+        let Some(Opened { interface, .. }) = &self.opened else { return PictureMotion::Rests };
         let whole = copies.kept || copies.compared || interface.is_comparing() || interface.stepper().is_open();
         match self.subject.player.runs() || self.control.is_moving(self.held) || self.has_changed {
-            _ if whole => Motion::Kept,
-            true => Motion::Moves,
-            false => Motion::Rests,
+            _ if whole => PictureMotion::Kept,
+            true => PictureMotion::Moves,
+            false => PictureMotion::Rests,
         }
     }
 
@@ -55,7 +55,7 @@ impl App<'_> {
         if !presenter.has_picture() || presenter.converges() {
             return None;
         }
-        let (camera, copies) = (self.control.camera(), Copies { kept: self.screenshot, compared: self.compare });
+        let (camera, copies) = (self.control.camera(), CopyPurposes { kept: self.screenshot, compared: self.compare });
         let PhysicalSize { width, height } = window.inner_size();
         let size = presenter.plan()?.size;
         let pixels = |[width, height]: [u32; 2]| f64::from(width) * f64::from(height);

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::Step;
-use afterlight::frame::Drawn;
-use afterlight::frame::list::List;
+use super::FrameStep;
+use afterlight::frame::DrawCounts;
+use afterlight::frame::list::StepList;
 use afterlight::gpu::vk;
 use afterlight::passes::PassName;
 use afterlight::plan::{DEPTH, FramePlan, Gbuffer, ToneMapping, effects};
@@ -13,7 +13,7 @@ use afterlight::scene::{Light, LightForm, LightPath, Resolve, Scene, View, count
 /// So many lights of a group are named.
 const MOST_NAMES: usize = 6;
 
-impl Step {
+impl FrameStep {
     /// Its name beside that of its pass.
     pub fn name(self, plan: &FramePlan, scene: &Scene) -> String {
         match self {
@@ -52,7 +52,7 @@ impl Step {
     }
 
     /// Returns the last frame's figures of it.
-    pub fn counts(self, drawn: &Drawn) -> String {
+    pub fn counts(self, drawn: &DrawCounts) -> String {
         match self {
             Self::ShadowMaps => format!(
                 "{} of {} drawn anew in this frame, with {}.",
@@ -76,7 +76,7 @@ impl Step {
 
 /// Describes a pass over the picture.
 fn effect(plan: &FramePlan, place: PassName) -> String {
-    let what = List::of(plan).passes_at(place).first().map_or("", |pass| pass.what);
+    let what = StepList::of(plan).passes_at(place).first().map_or("", |pass| pass.what);
     let mut letters = what.chars();
     letters.next().map_or_else(String::new, |first| format!("{}{}.", first.to_uppercase(), letters.as_str()))
 }
@@ -254,7 +254,7 @@ mod tests {
             Light { name: String::new(), intensity: 2.5, casts_shadow: true, ..samples::point(Falloff::Quadratic) };
         let scene = samples::scene(vec![Material::default()], vec![unnamed, samples::sun()]);
         let plan = FramePlan::of(&scene, &Settings::default(), &samples::device()).expect("a plan");
-        let [sun, lamp] = [0, 1].map(|first| Step::Lights { first, end: first + 1 });
+        let [sun, lamp] = [0, 1].map(|first| FrameStep::Lights { first, end: first + 1 });
         assert_eq!((sun.name(&plan, &scene), lamp.name(&plan, &scene)), ("sun".into(), "light 0".into()));
         assert_eq!(
             sun.sentence(&plan, &scene),
@@ -264,13 +264,15 @@ mod tests {
             lamp.sentence(&plan, &scene),
             "Adds light 2 of 2: a point light of 2.5 cd that reaches 5 m, with 6 shadow maps."
         );
-        let both = Step::Lights { first: 0, end: 2 };
+        let both = FrameStep::Lights { first: 0, end: 2 };
         assert_eq!(
             both.sentence(&plan, &scene),
             "Adds lights 1 to 2 of 2: 1 directional, 1 point, with 8 shadow maps: sun, light 0."
         );
         assert_eq!(both.name(&plan, &scene), "lights 1 to 2");
-        assert!(Step::ShadowMaps.sentence(&plan, &scene).starts_with("Draws casters into 8 depth maps of 2 lights"));
+        assert!(
+            FrameStep::ShadowMaps.sentence(&plan, &scene).starts_with("Draws casters into 8 depth maps of 2 lights")
+        );
     }
 
     #[test]
@@ -280,8 +282,9 @@ mod tests {
                 [Settings::default(), samples::deferred(), Settings { msaa: 4, fxaa: true, ..samples::deferred() }]
             {
                 let plan = FramePlan::of(&scene, &settings, &samples::device()).expect("a plan");
-                for step in Step::all(&plan) {
-                    let said = [step.name(&plan, &scene), step.sentence(&plan, &scene), step.counts(&Drawn::default())];
+                for step in FrameStep::all(&plan) {
+                    let said =
+                        [step.name(&plan, &scene), step.sentence(&plan, &scene), step.counts(&DrawCounts::default())];
                     assert!(said.iter().all(|text| !text.is_empty() && !text.contains("  ")), "{step:?}: {said:?}");
                 }
             }

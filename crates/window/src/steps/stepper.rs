@@ -4,14 +4,14 @@ use egui::style::ScrollAnimation;
 use egui::{Align2, Context, RichText, ScrollArea, Ui, pos2};
 
 use super::super::controls::is_small;
-use super::{Step, turned};
-use afterlight::frame::{Drawn, Presenter};
+use super::{FrameStep, turned};
+use afterlight::frame::{DrawCounts, Presenter};
 use afterlight::plan::{self, FramePlan};
 use afterlight::scene::{Scene, Settings, View};
 
 /// A request on the panel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Wish {
+enum StepRequest {
     Turn { back: bool },
     Show(usize),
     End,
@@ -22,13 +22,13 @@ struct Stepped {
     /// Of the whole frame.
     plan: FramePlan,
     settings: Settings,
-    steps: Vec<Step>,
+    steps: Vec<FrameStep>,
     /// The step that is shown.
     now: usize,
 }
 
 impl Stepped {
-    fn step(&self) -> Step {
+    fn step(&self) -> FrameStep {
         self.steps[self.now]
     }
 
@@ -42,7 +42,7 @@ impl Stepped {
 pub struct Stepper {
     /// None while it shows whole frames.
     shown: Option<Stepped>,
-    wish: Option<Wish>,
+    wish: Option<StepRequest>,
     /// The next frame's panel tells this one's draws, and brings its line into view.
     is_new: bool,
 }
@@ -70,8 +70,8 @@ impl Stepper {
         presenter: &mut Presenter,
         whole: &Settings,
         back: bool,
-        planned: impl Fn(&Settings) -> Result<FramePlan, plan::Error>,
-    ) -> Result<bool, plan::Error> {
+        planned: impl Fn(&Settings) -> Result<FramePlan, plan::PlanError>,
+    ) -> Result<bool, plan::PlanError> {
         let before = self.drawn_settings(whole);
         match &mut self.shown {
             Some(shown) => match turned(Some(shown.now), shown.steps.len(), back) {
@@ -101,7 +101,7 @@ impl Stepper {
         &mut self,
         presenter: &mut Presenter,
         whole: &Settings,
-        planned: impl Fn(&Settings) -> Result<FramePlan, plan::Error>,
+        planned: impl Fn(&Settings) -> Result<FramePlan, plan::PlanError>,
     ) -> bool {
         let before = self.drawn_settings(whole);
         let Some(old) = &self.shown else { return false };
@@ -118,9 +118,9 @@ impl Stepper {
         let before = self.drawn_settings(whole);
         let (Some(wish), Some(shown)) = (self.wish.take(), &mut self.shown) else { return false };
         let now = match wish {
-            Wish::Turn { back } => turned(Some(shown.now), shown.steps.len(), back),
-            Wish::Show(place) => Some(place).filter(|&place| place < shown.steps.len()),
-            Wish::End => None,
+            StepRequest::Turn { back } => turned(Some(shown.now), shown.steps.len(), back),
+            StepRequest::Show(place) => Some(place).filter(|&place| place < shown.steps.len()),
+            StepRequest::End => None,
         };
         match now {
             Some(now) => shown.now = now,
@@ -153,7 +153,7 @@ impl Stepper {
     }
 
     /// Builds the panel; `drawn` has the figures of the last frame.
-    pub fn panel(&mut self, context: &Context, scene: &Scene, drawn: &Drawn) {
+    pub fn panel(&mut self, context: &Context, scene: &Scene, drawn: &DrawCounts) {
         let Some(shown) = &self.shown else { return };
         let screen = context.content_rect();
         // Below the panel of the selection, where there is room for both, and beside the main panel.
@@ -168,9 +168,9 @@ impl Stepper {
                 present(ui, shown, scene, drawn);
                 ui.horizontal_wrapped(|ui| {
                     for (text, own) in [
-                        ("back (,)", Wish::Turn { back: true }),
-                        ("on (.)", Wish::Turn { back: false }),
-                        ("whole frame (Esc)", Wish::End),
+                        ("back (,)", StepRequest::Turn { back: true }),
+                        ("on (.)", StepRequest::Turn { back: false }),
+                        ("whole frame (Esc)", StepRequest::End),
                     ] {
                         if ui.button(text).clicked() {
                             wish = Some(own);
@@ -181,12 +181,12 @@ impl Stepper {
                 let height = (screen.height() - 320.0).max(60.0);
                 ScrollArea::vertical().max_height(height).auto_shrink([false, true]).show(ui, |ui| {
                     if let Some(place) = list(ui, shown, scene, self.is_new) {
-                        wish = Some(Wish::Show(place));
+                        wish = Some(StepRequest::Show(place));
                     }
                 });
             });
         });
-        self.wish = if open { wish } else { Some(Wish::End) };
+        self.wish = if open { wish } else { Some(StepRequest::End) };
     }
 
     /// Returns true if the panel should be built once more at once: only then does it have the figures of the present step's frame.
@@ -198,18 +198,18 @@ impl Stepper {
 /// The steps of the whole frame of these settings, at the first. Of a view, those of the picture.
 fn stepped(
     whole: &Settings,
-    planned: impl Fn(&Settings) -> Result<FramePlan, plan::Error>,
-) -> Result<Stepped, plan::Error> {
+    planned: impl Fn(&Settings) -> Result<FramePlan, plan::PlanError>,
+) -> Result<Stepped, plan::PlanError> {
     let view = if whole.view == View::Lighting { View::Lighting } else { View::Final };
     let settings = Settings { view, ..whole.clone() };
     let plan = planned(&settings)?;
-    let mut steps = Step::all(&plan);
+    let mut steps = FrameStep::all(&plan);
     steps.retain(|step| planned(&step.settings(&settings, &plan)).is_ok());
     Ok(Stepped { plan, settings, steps, now: 0 })
 }
 
 /// Shows the present step.
-fn present(ui: &mut Ui, shown: &Stepped, scene: &Scene, drawn: &Drawn) {
+fn present(ui: &mut Ui, shown: &Stepped, scene: &Scene, drawn: &DrawCounts) {
     let (step, plan) = (shown.step(), &shown.plan);
     ui.label(RichText::new(format!("{} of {}", shown.now + 1, shown.steps.len())).weak());
     ui.strong(format!("{}: {}", step.pass(plan), step.name(plan, scene)));
@@ -229,7 +229,9 @@ fn list(ui: &mut Ui, shown: &Stepped, scene: &Scene, scrolls: bool) -> Option<us
         let is_now = place == shown.now;
         let name = match *step {
             // Names may be the same.
-            Step::Lights { first, end } if end == first + 1 => format!("  {end}. {}", step.name(&shown.plan, scene)),
+            FrameStep::Lights { first, end } if end == first + 1 => {
+                format!("  {end}. {}", step.name(&shown.plan, scene))
+            }
             _ => format!("  {}", step.name(&shown.plan, scene)),
         };
         let line = ui.selectable_label(is_now, name);

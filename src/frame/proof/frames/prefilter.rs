@@ -2,12 +2,12 @@
 
 use ash::vk::ImageLayout as L;
 
-use super::{Frames, TEXTURE};
+use super::{FrameModelBuilder, TEXTURE};
 use crate::frame::proof::program::Memory;
 use crate::frame::rows::{PassName, RowName};
 use crate::passes::{Resource, prefilter};
 
-impl Frames<'_> {
+impl FrameModelBuilder<'_> {
     /// Adds it, with the barriers around it.
     pub(super) fn prefilter(&mut self) {
         if !self.plan.is_lit_by_sky() {

@@ -29,8 +29,8 @@ fn dependencies_are_the_rows_of_the_table() {
 #[test]
 fn the_list_and_the_rows_of_every_plan_agree() {
     for (name, plan) in samples::of_every_kind() {
-        List::of(&plan).check(&plan, &rows::table(&plan)).unwrap_or_else(|error| panic!("{name}: {error}"));
-        let touched: BTreeSet<Target> = List::of(&plan)
+        StepList::of(&plan).check(&plan, &rows::table(&plan)).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let touched: BTreeSet<Target> = StepList::of(&plan)
             .0
             .iter()
             .flat_map(|step| step.touches(&plan))
@@ -44,19 +44,19 @@ fn the_list_and_the_rows_of_every_plan_agree() {
 }
 
 /// A render pass of two subpasses with these touches, called GEOMETRY and LIGHTING.
-fn two(first: Vec<ResourceUse>, second: Vec<ResourceUse>) -> List {
+fn two(first: Vec<ResourceUse>, second: Vec<ResourceUse>) -> StepList {
     let subpass = |place, touches| Listed { place, passes: Vec::new(), touches };
     let subpasses = vec![subpass(geometry::PASS.place, first), subpass(lighting::PASS.place, second)];
-    List(vec![Step::RenderPass(RenderPassName::of(geometry::PASS.place), subpasses)])
+    StepList(vec![Step::RenderPass(RenderPassName::of(geometry::PASS.place), subpasses)])
 }
 
 #[test]
 fn passes_that_cannot_be_one_render_pass_are_refused_with_their_names() {
-    use First::Undefined;
+    use InitialContents::Undefined;
     let (_, plan) =
         samples::plans().into_iter().find(|(_, plan)| plan.gbuffer.is_some() && plan.hdr.is_none()).expect("a plan");
     let rows = rows::formulas();
-    let depth = || ResourceUse::depth(First::Clear, geometry::DEPTH_TEST);
+    let depth = || ResourceUse::depth(InitialContents::Clear, geometry::DEPTH_TEST);
     let color = |location, target| ResourceUse::color(location, target, Undefined, geometry::COLOR_WRITE);
     let input = |target| ResourceUse::input(0, target, lighting::GBUFFER_READ);
     let (albedo, normal) = (Target::Albedo, Target::Normal);
@@ -100,7 +100,7 @@ fn a_row_that_names_no_pass_of_the_plan_is_refused() {
     for (plan, rows, words) in
         [(&forward, &deferred, ["geometry-reuse", "GEOMETRY"]), (&deferred, &tiled, ["output-reuse", "TILED"])]
     {
-        let error = List::of(plan).check(plan, &rows::table(rows)).expect_err("rows of another plan").to_string();
+        let error = StepList::of(plan).check(plan, &rows::table(rows)).expect_err("rows of another plan").to_string();
         assert!(words.iter().any(|word| error.contains(word)) && error.contains("the row"), "{error}");
     }
 }

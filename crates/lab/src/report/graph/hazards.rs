@@ -5,8 +5,8 @@
 
 use std::fmt::Debug;
 
-use super::svg::{Anchor, Font, Rect, Svg, wrap};
-use afterlight::frame::proof::{Clash, End, Frames, HazardKind, clashes};
+use super::svg::{Font, Rect, Svg, TextAnchor, wrap};
+use afterlight::frame::proof::{Clash, End, FrameModel, HazardKind, clashes};
 use afterlight::frame::rows::{Row, Rows};
 use afterlight::gpu::sync::Use;
 use afterlight::plan::FramePlan;
@@ -27,14 +27,14 @@ pub struct Strip {
     pub name: &'static str,
     /// The row's places and its carrier.
     heading: String,
-    pub pairs: Vec<Pair>,
+    pub pairs: Vec<HazardPair>,
     /// The row's reason, and why it cannot be dropped where that is so.
     below: Vec<String>,
 }
 
 /// Two boxes, and the arrows between them.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Pair {
+pub struct HazardPair {
     /// The authors of the two uses, the first with its frame where that is another one.
     who: [String; 2],
     pub arrows: Vec<Arrow>,
@@ -47,11 +47,11 @@ pub struct Arrow {
     pub kind: Option<HazardKind>,
     label: String,
     memories: String,
-    uses: [Lines; 2],
+    uses: [StyledLines; 2],
 }
 
 /// Stages, accesses and layouts of a use, with classes.
-type Lines = Vec<(&'static str, String)>;
+type StyledLines = Vec<(&'static str, String)>;
 
 impl Strip {
     pub fn of(plan: &FramePlan, edges: &Rows, row: &Row) -> Self {
@@ -59,17 +59,17 @@ impl Strip {
         let heading = format!("{} -> {}, {}{region}", row.from, row.to, row.carrier);
         let strip = Self { name: row.name.name(), heading, pairs: Vec::new(), below: vec![row.why.clone()] };
         match edges.without(row.name) {
-            Ok(without) => strip.with_hazards(&Frames::of(plan, &without)),
+            Ok(without) => strip.with_hazards(&FrameModel::of(plan, &without)),
             Err(_) => strip.with_masks(row),
         }
     }
 
-    fn with_hazards(mut self, frames: &Frames) -> Self {
+    fn with_hazards(mut self, frames: &FrameModel) -> Self {
         for clash in clashes(&frames.hazards()) {
             let (who, arrow) = ([describe_clash(&clash), clash.second.who.clone()], Arrow::of(&clash));
             match self.pairs.iter_mut().find(|pair| pair.who == who) {
                 Some(pair) => pair.arrows.push(arrow),
-                None => self.pairs.push(Pair { who, arrows: vec![arrow] }),
+                None => self.pairs.push(HazardPair { who, arrows: vec![arrow] }),
             }
         }
         if self.pairs.is_empty() {
@@ -85,7 +85,7 @@ impl Strip {
             memories: String::new(),
             uses: [row.before, row.after].map(masks),
         };
-        self.pairs.push(Pair { who: [row.from.to_string(), row.to.to_string()], arrows: vec![arrow] });
+        self.pairs.push(HazardPair { who: [row.from.to_string(), row.to.to_string()], arrows: vec![arrow] });
         self.below.extend(row.carrier.stays().map(|why| format!("It cannot be dropped: {why}.")));
         self
     }
@@ -141,7 +141,7 @@ impl Arrow {
     }
 }
 
-fn end(end: &End) -> Lines {
+fn end(end: &End) -> StyledLines {
     let changes = end.changes.iter().flat_map(|[from, to]| [format!("from {from:?}"), format!("to {to:?}")]);
     let operation = end.operation.map(|name| format!("({name})"));
     let masks = masks(Use::new(end.stages, end.accesses));
@@ -149,8 +149,8 @@ fn end(end: &End) -> Lines {
 }
 
 /// Stages, and on lines of their own accesses.
-fn masks(uses: Use) -> Lines {
-    let lines = |class: &'static str, flags: &dyn Debug| -> Lines {
+fn masks(uses: Use) -> StyledLines {
+    let lines = |class: &'static str, flags: &dyn Debug| -> StyledLines {
         let text = format!("{flags:?}");
         let lines = wrap(Font::Code, &text, BOX - 2.0 * PADDING).into_iter().filter(|line| !line.is_empty());
         lines.map(|line| (class, line)).collect()
@@ -185,7 +185,7 @@ pub fn paint(title: &str, strips: &[Strip]) -> (Svg, f64) {
 /// Sets a sentence over the page's whole width, and gives where it ends.
 fn lines(svg: &mut Svg, (font, class): (Font, &str), text: &str, mut y: f64) -> f64 {
     for line in wrap(font, text, WIDTH - 2.0 * MARGIN) {
-        svg.text(font, class, (MARGIN, y + font.line() / 2.0), Anchor::Start, &line);
+        svg.text(font, class, (MARGIN, y + font.line() / 2.0), TextAnchor::Start, &line);
         y += font.line();
     }
     y
@@ -206,7 +206,7 @@ fn draw_strip(svg: &mut Svg, strip: &Strip, y: f64) -> f64 {
     y
 }
 
-fn draw_pair(svg: &mut Svg, pair: &Pair, top: f64) -> f64 {
+fn draw_pair(svg: &mut Svg, pair: &HazardPair, top: f64) -> f64 {
     let lefts = [MARGIN, WIDTH - MARGIN - BOX];
     let heads = pair.who.each_ref().map(|who| wrap(Font::Name, who, BOX - 2.0 * PADDING));
     let head = heads.iter().map(Vec::len).max().unwrap_or(1) as f64 * Font::Name.line();
@@ -220,7 +220,7 @@ fn draw_pair(svg: &mut Svg, pair: &Pair, top: f64) -> f64 {
         for (x, uses) in lefts.into_iter().zip(&arrow.uses) {
             for ((class, line), index) in uses.iter().zip(0..) {
                 let middle = y + Font::Code.line() * (f64::from(index) + 0.5);
-                svg.text(Font::Code, class, (x + PADDING, middle), Anchor::Start, line);
+                svg.text(Font::Code, class, (x + PADDING, middle), TextAnchor::Start, line);
             }
         }
         draw_arrow(svg, arrow, y);
@@ -243,7 +243,7 @@ fn draw_arrow(svg: &mut Svg, arrow: &Arrow, y: f64) {
 /// Sets lines below one another from the upper left.
 fn column(svg: &mut Svg, (font, class): (Font, &str), lines: &[String], (x, mut y): (f64, f64)) {
     for line in lines {
-        svg.text(font, class, (x, y + font.line() / 2.0), Anchor::Start, line);
+        svg.text(font, class, (x, y + font.line() / 2.0), TextAnchor::Start, line);
         y += font.line();
     }
 }

@@ -6,8 +6,8 @@ use std::fmt::Debug;
 
 use ash::vk;
 
-use super::model::{Graph, Image, Stop, When};
-use super::svg::{Anchor, COLORS, Font, Rect, Svg, wrap};
+use super::model::{FrameImage, Graph, GraphStop, When};
+use super::svg::{COLORS, Font, Rect, Svg, TextAnchor, wrap};
 use afterlight::frame::rows::Row;
 use afterlight::plan::FramePlan;
 
@@ -25,7 +25,7 @@ const BOX: f64 = 44.0;
 const PORT: f64 = 12.0;
 
 /// A box and the notes above it.
-struct Placed {
+struct StopBox {
     at: Rect,
     notes: Vec<Note>,
 }
@@ -34,10 +34,10 @@ struct Placed {
 struct Note {
     edge: usize,
     top: f64,
-    lines: Vec<Line>,
+    lines: Vec<TextLine>,
 }
 
-struct Line {
+struct TextLine {
     font: Font,
     class: &'static str,
     /// From the left edge of boxes.
@@ -82,7 +82,7 @@ pub fn paint(title: &str, plan: &FramePlan, graph: &Graph) -> (Svg, f64, f64) {
 fn heading(svg: &mut Svg, title: &str, plan: &FramePlan) -> f64 {
     let mut y = MARGIN + 10.0;
     let [width, height] = plan.size;
-    svg.text(Font::Title, "", (MARGIN, y), Anchor::Start, &format!("A frame of {title}, {width}x{height}"));
+    svg.text(Font::Title, "", (MARGIN, y), TextAnchor::Start, &format!("A frame of {title}, {width}x{height}"));
     y += 10.0;
     let mut legend = vec![
         "Time goes down. A box is a subpass or another pass; a frame around boxes is a render pass. Lanes on the right are images: a full dot writes, a ring reads; numbers are the shader's.",
@@ -93,7 +93,7 @@ fn heading(svg: &mut Svg, title: &str, plan: &FramePlan) -> f64 {
     }
     for line in legend.into_iter().flat_map(|line| wrap(Font::Prose, line, TABLE)) {
         y += Font::Prose.line();
-        svg.text(Font::Prose, "faint", (MARGIN, y), Anchor::Start, &line);
+        svg.text(Font::Prose, "faint", (MARGIN, y), TextAnchor::Start, &line);
     }
     y + 30.0
 }
@@ -117,7 +117,7 @@ fn images(svg: &mut Svg, graph: &Graph, plan: &FramePlan, mut y: f64) -> f64 {
     let row = |svg: &mut Svg, font: Font, class: &str, cells: [String; 8], y: f64| {
         let mut x = MARGIN;
         for (cell, (_, width)) in cells.iter().zip(COLUMNS) {
-            svg.text(font, class, (x, y), Anchor::Start, cell);
+            svg.text(font, class, (x, y), TextAnchor::Start, cell);
             x += width;
         }
     };
@@ -136,7 +136,7 @@ fn images(svg: &mut Svg, graph: &Graph, plan: &FramePlan, mut y: f64) -> f64 {
     y + 40.0
 }
 
-fn cells(image: &Image, plan: &FramePlan) -> [String; 8] {
+fn cells(image: &FrameImage, plan: &FramePlan) -> [String; 8] {
     let (load, store, layouts) = match image.attachment {
         Some(attachment) => (
             words(&attachment.load_op),
@@ -165,7 +165,7 @@ fn words(value: &impl Debug) -> String {
 
 fn lane_names(svg: &mut Svg, graph: &Graph, lanes: f64, y: f64) -> f64 {
     for (image, index) in graph.images.iter().zip(0..) {
-        svg.text(Font::Prose, "", (lanes + LANE * f64::from(index) - 4.0, y), Anchor::Start, &image.name);
+        svg.text(Font::Prose, "", (lanes + LANE * f64::from(index) - 4.0, y), TextAnchor::Start, &image.name);
     }
     y + 16.0
 }
@@ -193,16 +193,16 @@ fn tracks(graph: &Graph) -> Vec<usize> {
     tracks
 }
 
-fn note_lines(edge: &Row) -> Vec<Line> {
+fn note_lines(edge: &Row) -> Vec<TextLine> {
     let masks = INDENT + Font::Code.width("before ");
     let region = edge.region();
     let head = format!("{}: {} -> {}{region}", edge.name, edge.from, edge.to);
-    let mut lines = vec![Line { font: Font::Name, class: "", indent: INDENT, word: "", text: head }];
+    let mut lines = vec![TextLine { font: Font::Name, class: "", indent: INDENT, word: "", text: head }];
     let mut add = |font: Font, class, indent: f64, word, text: &str| {
         let wrapped = wrap(font, text, WIDTH - indent - 10.0).into_iter().enumerate();
         lines.extend(wrapped.map(|(index, text)| {
             let word = if index == 0 { word } else { "" };
-            Line { font, class, indent, word, text }
+            TextLine { font, class, indent, word, text }
         }));
     };
     add(Font::Prose, "", INDENT, "", &edge.why);
@@ -229,7 +229,7 @@ fn words_of(flags: &impl Debug) -> String {
     if text.is_empty() { "no access".into() } else { text }
 }
 
-fn place(graph: &Graph, left: f64, mut y: f64) -> Vec<Placed> {
+fn place(graph: &Graph, left: f64, mut y: f64) -> Vec<StopBox> {
     let mut placed = Vec::new();
     for (index, stop) in graph.stops.iter().enumerate() {
         let previous = index.checked_sub(1).and_then(|index| graph.stops[index].pass);
@@ -248,14 +248,14 @@ fn place(graph: &Graph, left: f64, mut y: f64) -> Vec<Placed> {
         let ends = graph.edges.iter().filter(|(_, ends)| ends.contains(&index)).count();
         let words = lane_words(graph, stop, index).iter().map(|(_, words)| words.len()).max().unwrap_or(0);
         let height = BOX.max(PORT * (ends + 1) as f64).max(10.0 + Font::Code.line() * words as f64);
-        placed.push(Placed { at: Rect { x: left, y, width: WIDTH, height }, notes });
+        placed.push(StopBox { at: Rect { x: left, y, width: WIDTH, height }, notes });
         y += height + GAP;
     }
     placed
 }
 
 /// The words under the marks of a stop, by image: the stop's uses of it, and the render pass's load before the first use and store after the last.
-fn lane_words(graph: &Graph, stop: &Stop, index: usize) -> Vec<(usize, Vec<String>)> {
+fn lane_words(graph: &Graph, stop: &GraphStop, index: usize) -> Vec<(usize, Vec<String>)> {
     let mut words: Vec<(usize, Vec<String>)> = Vec::new();
     for touch in &stop.touches {
         match words.iter_mut().find(|(image, _)| *image == touch.image) {
@@ -264,7 +264,7 @@ fn lane_words(graph: &Graph, stop: &Stop, index: usize) -> Vec<(usize, Vec<Strin
         }
     }
     for (image, words) in &mut words {
-        let in_pass = |other: &Stop| other.touches.iter().any(|touch| touch.image == *image && touch.attached);
+        let in_pass = |other: &GraphStop| other.touches.iter().any(|touch| touch.image == *image && touch.attached);
         let Some(attachment) = graph.images[*image].attachment else { continue };
         if graph.stops.iter().position(in_pass) == Some(index) {
             words.insert(
@@ -283,7 +283,7 @@ fn lane_words(graph: &Graph, stop: &Stop, index: usize) -> Vec<(usize, Vec<Strin
     words
 }
 
-fn frames(svg: &mut Svg, graph: &Graph, placed: &[Placed], left: f64) {
+fn frames(svg: &mut Svg, graph: &Graph, placed: &[StopBox], left: f64) {
     let mut index = 0;
     for stops in graph.stops.chunk_by(|one, next| one.pass == next.pass) {
         let (first, last) = (&placed[index], &placed[index + stops.len() - 1]);
@@ -293,13 +293,13 @@ fn frames(svg: &mut Svg, graph: &Graph, placed: &[Placed], left: f64) {
         let height = last.at.y + last.at.height + 10.0 - top;
         svg.open("pass", pass);
         svg.rectangle("pass", Rect { x: left - 10.0, y: top, width: WIDTH + 20.0, height }, 8.0);
-        svg.text(Font::Name, "faint", (left + WIDTH, top + 12.0), Anchor::End, &format!("render pass: {pass}"));
+        svg.text(Font::Name, "faint", (left + WIDTH, top + 12.0), TextAnchor::End, &format!("render pass: {pass}"));
         svg.close();
     }
 }
 
 /// A lane from the first use of each image to its last, and a band across all lanes at each box.
-fn life_lines(svg: &mut Svg, graph: &Graph, placed: &[Placed], lanes: f64, right: f64) {
+fn life_lines(svg: &mut Svg, graph: &Graph, placed: &[StopBox], lanes: f64, right: f64) {
     for (_, placed) in graph.stops.iter().zip(placed).filter(|(stop, _)| !stop.touches.is_empty()) {
         let (x, at) = (placed.at.x + placed.at.width + 12.0, placed.at);
         svg.rectangle("row", Rect { x, width: right - x, ..at }, 4.0);
@@ -312,33 +312,33 @@ fn life_lines(svg: &mut Svg, graph: &Graph, placed: &[Placed], lanes: f64, right
 }
 
 /// Returns the height at which a box has its marks.
-fn mark(placed: &Placed) -> f64 {
+fn mark(placed: &StopBox) -> f64 {
     placed.at.y + 12.0
 }
 
-fn draw_stop(svg: &mut Svg, graph: &Graph, stop: &Stop, placed: &Placed, lanes: f64) {
+fn draw_stop(svg: &mut Svg, graph: &Graph, stop: &GraphStop, placed: &StopBox, lanes: f64) {
     let at = placed.at;
     let index = graph.stops.iter().position(|own| own == stop).unwrap_or(0);
     svg.open(if stop.pass.is_some() { "subpass" } else { "stop" }, &stop.name);
     let class = if stop.when == When::During { "box" } else { "outside" };
     svg.rectangle(class, at, 5.0);
     let middle = at.y + at.height / 2.0;
-    svg.text(Font::Name, "", (at.x + 18.0, middle - 8.0), Anchor::Start, &stop.name);
-    svg.text(Font::Prose, "faint", (at.x + 18.0, middle + 9.0), Anchor::Start, stop.what);
+    svg.text(Font::Name, "", (at.x + 18.0, middle - 8.0), TextAnchor::Start, &stop.name);
+    svg.text(Font::Prose, "faint", (at.x + 18.0, middle + 9.0), TextAnchor::Start, stop.what);
     for (image, words) in lane_words(graph, stop, index) {
         let x = lanes + LANE * image as f64;
         let writes = stop.touches.iter().any(|touch| touch.image == image && touch.writes);
         svg.circle(if writes { "write" } else { "read" }, x, mark(placed), 4.5);
         for (word, line) in words.iter().zip(0..) {
             let y = mark(placed) + Font::Code.line() * f64::from(line);
-            svg.text(Font::Code, "", (x + 10.0, y), Anchor::Start, word);
+            svg.text(Font::Code, "", (x + 10.0, y), TextAnchor::Start, word);
         }
     }
     svg.close();
 }
 
 /// Returns the height at which an edge meets a box: arriving edges are above leaving ones.
-fn port(graph: &Graph, edge: usize, stop: usize, placed: &Placed) -> f64 {
+fn port(graph: &Graph, edge: usize, stop: usize, placed: &StopBox) -> f64 {
     let arriving = graph.edges.iter().enumerate().filter(|(_, (_, [_, to]))| *to == stop);
     let leaving = graph.edges.iter().enumerate().filter(|(_, (_, [from, _]))| *from == stop);
     let ends: Vec<usize> = arriving.chain(leaving).map(|(index, _)| index).collect();
@@ -346,7 +346,7 @@ fn port(graph: &Graph, edge: usize, stop: usize, placed: &Placed) -> f64 {
     placed.at.y + placed.at.height * (place + 1) as f64 / (ends.len() + 1) as f64
 }
 
-fn draw_edge(svg: &mut Svg, graph: &Graph, index: usize, placed: &[Placed], x: f64) {
+fn draw_edge(svg: &mut Svg, graph: &Graph, index: usize, placed: &[StopBox], x: f64) {
     let (edge, [from, to]) = &graph.edges[index];
     let color = format!("c{}", index % COLORS);
     let line = format!("edge {color}{}", if edge.by_region { " by-region" } else { "" });
@@ -369,8 +369,8 @@ fn draw_edge(svg: &mut Svg, graph: &Graph, index: usize, placed: &[Placed], x: f
                 svg.circle(&color, x, middle, 3.0);
             }
             let class = if position == 0 { color.as_str() } else { line.class };
-            svg.text(line.font, "faint", (left + INDENT, middle), Anchor::Start, line.word);
-            svg.text(line.font, class, (left + line.indent, middle), Anchor::Start, &line.text);
+            svg.text(line.font, "faint", (left + INDENT, middle), TextAnchor::Start, line.word);
+            svg.text(line.font, class, (left + line.indent, middle), TextAnchor::Start, &line.text);
             y += line.font.line();
         }
     }

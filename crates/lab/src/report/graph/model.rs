@@ -3,15 +3,15 @@
 
 use ash::vk;
 
-use afterlight::frame::list::{List, RenderPassName, Step};
-use afterlight::frame::render_pass::{LayoutChange, PassDescription, Subpass, layout_changes};
+use afterlight::frame::list::{RenderPassName, Step, StepList};
+use afterlight::frame::render_pass::{LayoutChange, PassDescription, SubpassAttachments, layout_changes};
 use afterlight::frame::rows::{PassName, Row, Rows};
 use afterlight::passes::{ONCE, Resource, UseKind, copy};
 use afterlight::plan::{FramePlan, format_bytes};
 
 /// An event of the frame, or one that stands for all events before or after it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Stop {
+pub struct GraphStop {
     /// The pass.
     pub place: PassName,
     /// The part of the frame's time in which the dependency meets it.
@@ -44,7 +44,7 @@ pub struct PassUse {
 
 /// An image that the frame draws into.
 #[derive(Debug, Clone)]
-pub struct Image {
+pub struct FrameImage {
     pub resource: Resource,
     /// Its name in the drawing.
     pub name: String,
@@ -60,8 +60,8 @@ pub struct Image {
 /// The whole frame.
 #[derive(Debug, Clone)]
 pub struct Graph {
-    pub stops: Vec<Stop>,
-    pub images: Vec<Image>,
+    pub stops: Vec<GraphStop>,
+    pub images: Vec<FrameImage>,
     /// Each with the indices of the stops that it is between.
     pub edges: Vec<(Row, [usize; 2])>,
     /// The layout changes that each of `edges` makes.
@@ -77,8 +77,8 @@ const AFTER: [PassName; 5] =
 
 impl Graph {
     pub fn of(plan: &FramePlan, edges: &Rows) -> Self {
-        let (list, passes) = (List::of(plan), PassDescription::all(plan, edges));
-        let mut images: Vec<Image> = Vec::new();
+        let (list, passes) = (StepList::of(plan), PassDescription::all(plan, edges));
+        let mut images: Vec<FrameImage> = Vec::new();
         for (resource, attachment) in passes.iter().flat_map(|pass| &pass.attachments) {
             if !images.iter().any(|own| own.resource == *resource) {
                 images.push(image(plan, *resource, attachment.format, Some(*attachment)));
@@ -94,7 +94,11 @@ impl Graph {
         for pass in &passes {
             for subpass in &pass.subpasses {
                 let touches = graph.touches(pass, subpass);
-                graph.stops.push(Stop { pass: Some(pass.name), touches, ..stop(&list, subpass.place, When::During) });
+                graph.stops.push(GraphStop {
+                    pass: Some(pass.name),
+                    touches,
+                    ..stop(&list, subpass.place, When::During)
+                });
             }
         }
         for edge in edges.iter() {
@@ -107,7 +111,7 @@ impl Graph {
         graph.add_touches_outside_of_passes(plan, &list);
         let before = [BEFORE[0], &ONCE.map(|(place, _)| place), BEFORE[1]].concat();
         let order: Vec<_> = places(&list).collect();
-        let rank = |stop: &Stop| {
+        let rank = |stop: &GraphStop| {
             let order = match stop.when {
                 When::Before => &before[..],
                 When::During => &order,
@@ -135,7 +139,7 @@ impl Graph {
     }
 
     /// All references of a subpass, in the words of the drawing.
-    fn touches(&self, pass: &PassDescription, subpass: &Subpass) -> Vec<PassUse> {
+    fn touches(&self, pass: &PassDescription, subpass: &SubpassAttachments) -> Vec<PassUse> {
         let mut touches = Vec::new();
         let mut add = |attachment: u32, how: String, writes| {
             // Past the end: `vk::ATTACHMENT_UNUSED`, a gap between locations.
@@ -164,7 +168,7 @@ impl Graph {
     }
 
     /// Adds reads and writes by other means than attachments.
-    fn add_touches_outside_of_passes(&mut self, plan: &FramePlan, list: &List) {
+    fn add_touches_outside_of_passes(&mut self, plan: &FramePlan, list: &StepList) {
         let mut all = Vec::new();
         for step in &list.0 {
             match step {
@@ -197,7 +201,7 @@ impl Graph {
 
     /// The stops that touch an image first and last.
     pub fn life(&self, image: usize) -> Option<(usize, usize)> {
-        let touched = |stop: &Stop| stop.touches.iter().any(|touch| touch.image == image);
+        let touched = |stop: &GraphStop| stop.touches.iter().any(|touch| touch.image == image);
         Some((self.stops.iter().position(touched)?, self.stops.iter().rposition(touched)?))
     }
 }
@@ -207,7 +211,7 @@ fn image(
     resource: Resource,
     format: vk::Format,
     attachment: Option<vk::AttachmentDescription>,
-) -> Image {
+) -> FrameImage {
     let samples = match resource {
         Resource::Target(target) => plan.samples_of(target),
         _ => 1,
@@ -219,7 +223,7 @@ fn image(
         _ => (Some(texel), u64::from(texel) * pixels),
     };
     let name = resource.to_string();
-    Image { resource, name, format, samples, bytes_per_pixel, bytes, attachment }
+    FrameImage { resource, name, format, samples, bytes_per_pixel, bytes, attachment }
 }
 
 /// Returns the begin and the end of a row. Places outside of the frame lie before those that wait for them, and after those that they wait for.
@@ -251,7 +255,7 @@ fn when(place: PassName, outside: When) -> When {
 }
 
 /// The places of the frame in their order.
-fn places(list: &List) -> impl Iterator<Item = PassName> {
+fn places(list: &StepList) -> impl Iterator<Item = PassName> {
     list.0.iter().flat_map(|step| match step {
         Step::RenderPass(_, subpasses) => subpasses.iter().map(|own| own.place).collect(),
         Step::Commands(own) => vec![own.pass.place],
@@ -259,7 +263,7 @@ fn places(list: &List) -> impl Iterator<Item = PassName> {
     })
 }
 
-fn stop(list: &List, place: PassName, when: When) -> Stop {
+fn stop(list: &StepList, place: PassName, when: When) -> GraphStop {
     let passes = list.passes_at(place);
     // DEPTH and PER_LIGHT draw beside another pass, which gives the stop its name.
     let named = passes.iter().find(|pass| pass.place == place).or(passes.first());
@@ -273,5 +277,5 @@ fn stop(list: &List, place: PassName, when: When) -> Stop {
         _ => named.map(|pass| pass.what).or_else(|| once_at(place)).unwrap_or_default(),
     };
     let name = named.map_or(place, |pass| pass.place).to_string();
-    Stop { place, when, name, what, pass: None, touches: Vec::new() }
+    GraphStop { place, when, name, what, pass: None, touches: Vec::new() }
 }

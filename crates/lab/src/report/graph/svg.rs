@@ -69,7 +69,7 @@ impl Font {
 
 /// The end of a text that is at its point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Anchor {
+pub enum TextAnchor {
     Start,
     End,
 }
@@ -100,7 +100,7 @@ path.edge{fill:none}text.c0,text.c1,text.c2,text.c3,text.c4,text.c5,text.c6,text
 .c4{stroke:#e3c04a;fill:#e3c04a}.c5{stroke:#a99cf5;fill:#a99cf5}.c6{stroke:#ff7b8f;fill:#ff7b8f}.c7{stroke:#9ccc54;fill:#9ccc54}
 path.edge{fill:none}text.c0,text.c1,text.c2,text.c3,text.c4,text.c5,text.c6,text.c7{stroke:none}}";
 
-/// Colours of [`Svg::edge`] and others, by the class `c0` and so on.
+/// Colours of edges and texts, by the class `c0` and so on.
 pub const COLORS: usize = 8;
 
 impl Svg {
@@ -156,14 +156,14 @@ impl Svg {
     }
 
     /// One line, `y` being its middle. `class` besides the font's.
-    pub fn text(&mut self, font: Font, class: &str, (x, y): (f64, f64), anchor: Anchor, text: &str) -> &mut Self {
+    pub fn text(&mut self, font: Font, class: &str, (x, y): (f64, f64), anchor: TextAnchor, text: &str) -> &mut Self {
         if text.is_empty() {
             return self;
         }
         let width = font.width(text);
         let (anchor, left) = match anchor {
-            Anchor::Start => ("start", x),
-            Anchor::End => ("end", x - width),
+            TextAnchor::Start => ("start", x),
+            TextAnchor::End => ("end", x - width),
         };
         let height = font.line() - 2.0;
         self.texts.push((Rect { x: left, y: y - height / 2.0, width, height }, text.to_owned()));

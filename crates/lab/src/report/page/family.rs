@@ -36,13 +36,13 @@ fn smooths(family: &Family) -> bool {
 }
 
 /// A member with the point that it is.
-type Measured<'a> = (&'a str, usize, &'a Point);
+type MemberPoint<'a> = (&'a str, usize, &'a Point);
 
 fn figure(scene: &SceneReport, family: &Family, index: usize) -> Markup {
     let metric = family.convergence.as_ref().map(|fit| fit.metric);
     let metric = metric.or_else(|| scene.fronts.first().map(|front| front.metric)).unwrap_or(Metric::RelMse);
     let members = family.members.iter();
-    let members: Vec<Measured> = members
+    let members: Vec<MemberPoint> = members
         .filter_map(|member| Some((member.label.as_str(), member.point, scene.points.get(member.point)?)))
         .collect();
     html! {
@@ -60,9 +60,9 @@ fn figure(scene: &SceneReport, family: &Family, index: usize) -> Markup {
     }
 }
 
-fn plot(scene: &SceneReport, family: &Family, members: &[Measured], (metric, index): (Metric, usize)) -> Plot {
+fn plot(scene: &SceneReport, family: &Family, members: &[MemberPoint], (metric, index): (Metric, usize)) -> Plot {
     let mark = |truth: Against| {
-        move |&(label, point, measured): &Measured| {
+        move |&(label, point, measured): &MemberPoint| {
             let time = measured.time.decisive();
             let alone = truth == Against::Point;
             let whisker: Range<f64> = if alone { time.median..time.median } else { time.low..time.high };
@@ -119,7 +119,7 @@ fn fitted(fit: &Convergence) -> Markup {
     }
 }
 
-fn numbers(members: &[Measured], metric: Metric) -> Markup {
+fn numbers(members: &[MemberPoint], metric: Metric) -> Markup {
     html! {
         details {
             summary { "The numbers" }

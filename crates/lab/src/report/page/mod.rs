@@ -15,13 +15,13 @@ mod words;
 
 use maud::{Markup, html};
 
-use self::pictures::Pictures;
+use self::pictures::PictureLookup;
 use super::sweep::model::{Machine, Report, SceneReport};
 use crate::page::page;
 use afterlight_truth::measure::what_moves;
 
 /// The page. `pictures` gives the bytes of a PNG file beside the report by its name; the page says which pictures are missing.
-pub fn html(report: &Report, pictures: Pictures) -> String {
+pub fn html(report: &Report, pictures: PictureLookup) -> String {
     let body = html! {
         (header(report))
         main {
@@ -69,7 +69,7 @@ fn facts(report: &Report, machine: &Machine) -> Vec<(&'static str, String)> {
     facts
 }
 
-fn scene_section(scene: &SceneReport, index: usize, pictures: Pictures) -> Markup {
+fn scene_section(scene: &SceneReport, index: usize, pictures: PictureLookup) -> Markup {
     html! {
         section.scene id=(format!("scene-{index}")) {
             h2 { (scene.name) }

@@ -7,9 +7,9 @@ use crate::page::pictures::{enlarged, small};
 use crate::report::sweep::model::{Point, SceneReport};
 
 /// The bytes of a PNG file beside the report, by its name.
-pub type Pictures<'a> = &'a dyn Fn(&str) -> Option<Vec<u8>>;
+pub type PictureLookup<'a> = &'a dyn Fn(&str) -> Option<Vec<u8>>;
 
-pub fn pairs(scene: &SceneReport, pictures: Pictures) -> Markup {
+pub fn pairs(scene: &SceneReport, pictures: PictureLookup) -> Markup {
     let chosen: Vec<&Point> = scene.points.iter().filter(|point| !point.pictures.is_empty()).collect();
     html! {
         @if chosen.is_empty() { p.none { "No pictures were kept." } }
@@ -18,7 +18,7 @@ pub fn pairs(scene: &SceneReport, pictures: Pictures) -> Markup {
     }
 }
 
-fn card(scene: &SceneReport, point: &Point, pictures: Pictures) -> Markup {
+fn card(scene: &SceneReport, point: &Point, pictures: PictureLookup) -> Markup {
     let of_default = scene.points.get(scene.default).is_some_and(|default| default.name == point.name);
     // First the picture, then the pictures of its error.
     let mut files: Vec<(&String, &String)> = point.pictures.iter().collect();

@@ -8,21 +8,21 @@ use image::{ImageFormat, Rgb, RgbImage};
 use crate::report::sweep::model::*;
 
 /// A setting: its key, its title, and its members, each with its factors of time and of shadow or other error.
-struct Setting {
+struct SampleFamily {
     key: &'static str,
     title: &'static str,
     members: &'static [(&'static str, f64, f64)],
     is_number: bool,
 }
 
-const SETTINGS: &[Setting] = &[
-    Setting {
+const SETTINGS: &[SampleFamily] = &[
+    SampleFamily {
         key: "gbuffer",
         title: "G-buffer formats",
         members: &[("lean", 1.0, 1.0), ("fat", 1.31, 0.42), ("float32", 1.62, 0.0)],
         is_number: false,
     },
-    Setting {
+    SampleFamily {
         key: "shadow-size",
         title: "Shadow map size",
         members: &[
@@ -34,7 +34,7 @@ const SETTINGS: &[Setting] = &[
         ],
         is_number: true,
     },
-    Setting {
+    SampleFamily {
         key: "shadow-filter",
         title: "Shadow filter",
         members: &[
@@ -46,19 +46,24 @@ const SETTINGS: &[Setting] = &[
         ],
         is_number: false,
     },
-    Setting {
+    SampleFamily {
         key: "light-cutoff",
         title: "Light cut-off",
         members: &[("0.1", 0.7, 9.0), ("0.01", 0.9, 2.0), ("0.001", 1.0, 1.0), ("0", 1.8, 0.9)],
         is_number: true,
     },
-    Setting {
+    SampleFamily {
         key: "hdr",
         title: "HDR format",
         members: &[("rgba16f", 1.0, 1.0), ("rgba32f", 1.12, 0.97), ("r11g11b10f", 0.94, 1.6)],
         is_number: false,
     },
-    Setting { key: "msaa", title: "Samples a pixel", members: &[("1", 1.0, 1.0), ("4", 2.7, 0.45)], is_number: true },
+    SampleFamily {
+        key: "msaa",
+        title: "Samples a pixel",
+        members: &[("1", 1.0, 1.0), ("4", 2.7, 0.45)],
+        is_number: true,
+    },
 ];
 
 /// Two scenes on a CPU device.
@@ -144,7 +149,7 @@ pub fn scene(name: &str, seed: u64) -> SceneReport {
     }
 }
 
-fn family(setting: &Setting, members: Vec<Member>) -> Family {
+fn family(setting: &SampleFamily, members: Vec<Member>) -> Family {
     let convergence = (setting.key == "shadow-size").then(|| Convergence {
         metric: Metric::Rmse,
         truth: Against::Converged,
@@ -171,7 +176,7 @@ pub fn point(name: &str, (time, error): (f64, f64), random: &mut fastrand::Rng) 
     let spread = if random.f64() < 0.1 { 0.09 } else { 0.012 };
     let wall =
         Interval { median, low: median * (1.0 - spread), high: median * (1.0 + spread * random.f64()), count: 40 };
-    let errors = |floor: f64, scale: f64| Errors {
+    let errors = |floor: f64, scale: f64| ErrorMetrics {
         rel_mse: scale * scale * (error * error) * 0.0009 + floor * floor,
         rmse: scale * error * 0.021 + floor * 0.3,
         max: 3.2 * error + floor,

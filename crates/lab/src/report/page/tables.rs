@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use super::words::{self, mebibytes, number, percent};
-use crate::report::sweep::model::{Errors, Front, Interval, Point, SceneReport};
+use crate::report::sweep::model::{ErrorMetrics, Front, Interval, Point, SceneReport};
 
 /// From this probability on, a point that is off the front is named beside it.
 const NEAR: f64 = 0.05;
@@ -33,7 +33,7 @@ pub fn all_points(scene: &SceneReport) -> Markup {
     }
 }
 
-fn errors(scene: &SceneReport, title: &str, of: impl Fn(&Point) -> &Errors) -> Markup {
+fn errors(scene: &SceneReport, title: &str, of: impl Fn(&Point) -> &ErrorMetrics) -> Markup {
     html! {
         div.scroll {
             table {

@@ -7,17 +7,17 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::error::Error;
-use super::model::{Errors, ErrorsByTruth, TruthInfo};
+use super::error::SweepError;
+use super::model::{ErrorMetrics, ErrorsByTruth, TruthInfo};
 use afterlight::frame::{self, Pixels, Renderer};
 use afterlight::gpu::Device;
 use afterlight::scene::{Camera, Output, Scene, Settings, ev100_of, exposure_scale};
 use afterlight_truth::measure::{LinearImage, RELATIVE_EPSILON, Srgb8Image, errors, flip, shown_errors};
-use afterlight_truth::reference::{Cache, Cached, Mode, Options, Reference, Truth, View};
+use afterlight_truth::reference::{Cache, Cached, CameraView, Mode, Reference, Truth, TruthOptions};
 
 /// The truths that a point's pictures are compared with.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Expected {
+pub struct TruthPictures {
     /// Exposed.
     pub light: LinearImage,
     pub shown: Srgb8Image,
@@ -26,8 +26,8 @@ pub struct Expected {
 /// Both truths of a view.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truths {
-    pub point: Expected,
-    pub converged: Expected,
+    pub point: TruthPictures,
+    pub converged: TruthPictures,
     pub info: TruthInfo,
     /// Of all that they depend on.
     pub hash: String,
@@ -46,7 +46,7 @@ pub struct Raw {
 
 /// The light and the picture that a point draws.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Drawing {
+pub struct PointPictures {
     pub light: LinearImage,
     pub shown: Shown,
 }
@@ -60,7 +60,7 @@ pub struct Shown {
     pub gbuffer_bytes_per_pixel: u32,
 }
 
-impl Expected {
+impl TruthPictures {
     fn of(truth: &Truth, exposure: f64, settings: &Settings) -> Self {
         let light = LinearImage { size: truth.size, pixels: truth.radiance.clone() }.scaled(exposure);
         Self { shown: Srgb8Image { size: truth.size, pixels: truth.shown(exposure, settings) }, light }
@@ -69,8 +69,8 @@ impl Expected {
 
 impl Raw {
     /// The same by a reference without fog and reflections.
-    pub(super) fn plain(reference: &Reference, view: &View, samples: u32) -> Self {
-        let render = |mode| reference.render(view, &Options::of(mode), &|_, _| {});
+    pub(super) fn plain(reference: &Reference, view: &CameraView, samples: u32) -> Self {
+        let render = |mode| reference.render(view, &TruthOptions::of(mode), &|_, _| {});
         Self { point: render(Mode::Point), converged: render(Mode::Converged { samples }) }
     }
 }
@@ -85,18 +85,18 @@ impl Truths {
     /// When [`Scene::check`] finds a fault.
     pub fn of(
         scene: &Scene,
-        view: &View,
+        view: &CameraView,
         settings: &Settings,
         samples: u32,
         progress: &(dyn Fn(&str, u64, u64) + Sync),
-    ) -> Result<Self, Error> {
+    ) -> Result<Self, SweepError> {
         let reference = Reference::new(scene).map_err(frame::Error::from)?;
         let reference = reference.with_settings(settings, &view.camera);
         let cache = Cache::of_user();
         let mut warnings = Vec::new();
         let mut render = |mode, what: &str| {
             let tell = |done, total| progress(what, done, total);
-            let cached = Cached::render(cache.as_ref(), &reference, view, &Options::of(mode), &tell);
+            let cached = Cached::render(cache.as_ref(), &reference, view, &TruthOptions::of(mode), &tell);
             warnings.extend(cached.warnings);
             cached.truth
         };
@@ -104,10 +104,10 @@ impl Truths {
         let converged = render(Mode::Converged { samples }, Self::CONVERGED);
         let exposure = f64::from(exposure_scale(ev100_of(scene, settings)));
         Ok(Self {
-            point: Expected::of(&point.clone().with_spread_light(settings), exposure, settings),
-            converged: Expected::of(&converged.clone().with_spread_light(settings), exposure, settings),
+            point: TruthPictures::of(&point.clone().with_spread_light(settings), exposure, settings),
+            converged: TruthPictures::of(&converged.clone().with_spread_light(settings), exposure, settings),
             info: info(&point, &converged, exposure, samples),
-            hash: reference.fingerprint(view, &Options::of(Mode::Converged { samples })),
+            hash: reference.fingerprint(view, &TruthOptions::of(Mode::Converged { samples })),
             raw: Raw { point, converged },
             warnings,
         })
@@ -118,7 +118,7 @@ impl Truths {
         let size = [0; 2];
         let light = light.unwrap_or(LinearImage { size, pixels: Vec::new() });
         let shown = shown.unwrap_or(Srgb8Image { size, pixels: Vec::new() });
-        let expected = Expected { light, shown };
+        let expected = TruthPictures { light, shown };
         let truth = Truth { size, radiance: Vec::new(), standard_error: None, triangles: None };
         Self {
             point: expected.clone(),
@@ -135,26 +135,27 @@ impl Truths {
     ///
     /// # Errors
     /// When the picture is of another size.
-    pub fn error_shown(&self, picture: &Srgb8Image) -> Result<ErrorsByTruth, Error> {
+    pub fn error_shown(&self, picture: &Srgb8Image) -> Result<ErrorsByTruth, SweepError> {
         let psnr_db = shown_errors(picture, &self.converged.shown)?.psnr_db(1.0);
         let flip = flip(picture, &self.converged.shown)?.mean();
-        let converged = Errors { flip, psnr_db: Some(psnr_db).filter(|psnr| psnr.is_finite()), ..Errors::UNKNOWN };
-        Ok(ErrorsByTruth { point: Errors::UNKNOWN, converged })
+        let converged =
+            ErrorMetrics { flip, psnr_db: Some(psnr_db).filter(|psnr| psnr.is_finite()), ..ErrorMetrics::UNKNOWN };
+        Ok(ErrorsByTruth { point: ErrorMetrics::UNKNOWN, converged })
     }
 
     /// The error against the converged truth of light alone.
     ///
     /// # Errors
     /// When the picture is of another size.
-    pub fn error_of_light(&self, light: &LinearImage) -> Result<ErrorsByTruth, Error> {
+    pub fn error_of_light(&self, light: &LinearImage) -> Result<ErrorsByTruth, SweepError> {
         let light = errors(light, &self.converged.light)?;
         let (rel_mse, rmse, max, p99_9, not_finite) =
             (light.rel_mse, light.rmse, light.max, light.p99_9, light.not_finite);
-        let converged = Errors { rel_mse, rmse, max, p99_9, not_finite, ..Errors::UNKNOWN };
-        Ok(ErrorsByTruth { point: Errors::UNKNOWN, converged })
+        let converged = ErrorMetrics { rel_mse, rmse, max, p99_9, not_finite, ..ErrorMetrics::UNKNOWN };
+        Ok(ErrorsByTruth { point: ErrorMetrics::UNKNOWN, converged })
     }
 
-    pub fn errors(&self, drawing: &Drawing) -> Result<ErrorsByTruth, Error> {
+    pub fn errors(&self, drawing: &PointPictures) -> Result<ErrorsByTruth, SweepError> {
         let against = |truth| move || errors_against(drawing, truth);
         let (point, converged) = rayon::join(against(&self.point), against(&self.converged));
         Ok(ErrorsByTruth { point: point?, converged: converged? })
@@ -201,16 +202,16 @@ pub fn sizes(of_pictures: [u32; 2]) -> impl Iterator<Item = [u32; 2]> {
 
 /// Chooses the size at which errors are measured: the first of [`sizes`] at which a truth of `samples` samples takes at most `most`, as estimated from a
 /// small picture.
-pub fn affordable_size(reference: &Reference, view: &View, samples: u32, most: Duration) -> [u32; 2] {
+pub fn affordable_size(reference: &Reference, view: &CameraView, samples: u32, most: Duration) -> [u32; 2] {
     let rays = |size: [u32; 2], samples: u32| f64::from(size[0]) * f64::from(size[1]) * f64::from(samples + 1);
     if rays(view.size, samples) <= rays(PILOT.0, 4 * PILOT.1) {
         return view.size;
     }
     let mut tried = PILOT.1;
     let seconds_a_ray = loop {
-        let options = Options::of(Mode::Converged { samples: tried });
+        let options = TruthOptions::of(Mode::Converged { samples: tried });
         let begun = Instant::now();
-        reference.render(&View { size: PILOT.0, ..*view }, &options, &|_, _| {});
+        reference.render(&CameraView { size: PILOT.0, ..*view }, &options, &|_, _| {});
         if begun.elapsed() >= LEAST_PILOT || tried >= samples {
             break begun.elapsed().as_secs_f64() / rays(PILOT.0, tried - 1);
         }
@@ -220,14 +221,14 @@ pub fn affordable_size(reference: &Reference, view: &View, samples: u32, most: D
     sizes(view.size).find(is_affordable).or_else(|| sizes(view.size).last()).unwrap_or(view.size)
 }
 
-fn errors_against(drawing: &Drawing, expected: &Expected) -> Result<Errors, Error> {
+fn errors_against(drawing: &PointPictures, expected: &TruthPictures) -> Result<ErrorMetrics, SweepError> {
     let picture = &drawing.shown.picture;
     let (light, (psnr_db, flip)) = rayon::join(
         || errors(&drawing.light, &expected.light),
         || rayon::join(|| shown_errors(picture, &expected.shown), || flip(picture, &expected.shown)),
     );
     let (light, psnr_db, flip) = (light?, psnr_db?.psnr_db(1.0), flip?.mean());
-    Ok(Errors {
+    Ok(ErrorMetrics {
         rel_mse: light.rel_mse,
         rmse: light.rmse,
         max: light.max,
@@ -238,12 +239,12 @@ fn errors_against(drawing: &Drawing, expected: &Expected) -> Result<Errors, Erro
     })
 }
 
-impl Drawing {
+impl PointPictures {
     /// Draws the shown picture, and its light.
     ///
     /// # Errors
     /// When the device cannot draw it.
-    pub fn of(device: &Arc<Device>, scene: &Scene, camera: &Camera, settings: &Settings) -> Result<Self, Error> {
+    pub fn of(device: &Arc<Device>, scene: &Scene, camera: &Camera, settings: &Settings) -> Result<Self, SweepError> {
         let shown = Shown::of(device, scene, camera, settings)?;
         Ok(Self { light: light_of(device, scene, camera, settings)?, shown })
     }
@@ -254,7 +255,7 @@ impl Shown {
     ///
     /// # Errors
     /// When the device cannot draw it.
-    pub fn of(device: &Arc<Device>, scene: &Scene, camera: &Camera, settings: &Settings) -> Result<Self, Error> {
+    pub fn of(device: &Arc<Device>, scene: &Scene, camera: &Camera, settings: &Settings) -> Result<Self, SweepError> {
         let before = bytes_on(device);
         let mut renderer = Renderer::new(device, scene, settings)?;
         let picture = shown_by(&mut renderer, camera, settings.size)?;
@@ -269,10 +270,10 @@ pub(in crate::report) fn shown_by(
     renderer: &mut Renderer,
     camera: &Camera,
     size: [u32; 2],
-) -> Result<Srgb8Image, Error> {
+) -> Result<Srgb8Image, SweepError> {
     match renderer.picture(camera, || {})?.pixels {
         Pixels::Srgb8(rgba) => Ok(Srgb8Image::from_rgba(size, &rgba)),
-        _ => Err(Error::Refused("a picture that is shown is linear".into())),
+        _ => Err(SweepError::Refused("a picture that is shown is linear".into())),
     }
 }
 
@@ -286,14 +287,19 @@ pub(in crate::report) fn light_by(
     renderer: &mut Renderer,
     camera: &Camera,
     size: [u32; 2],
-) -> Result<LinearImage, Error> {
+) -> Result<LinearImage, SweepError> {
     match renderer.picture(camera, || {})?.pixels {
         Pixels::LinearF32(rgba) => Ok(LinearImage::from_rgba(size, &rgba)),
-        _ => Err(Error::Refused("a linear picture is not linear".into())),
+        _ => Err(SweepError::Refused("a linear picture is not linear".into())),
     }
 }
 
-fn light_of(device: &Arc<Device>, scene: &Scene, camera: &Camera, settings: &Settings) -> Result<LinearImage, Error> {
+fn light_of(
+    device: &Arc<Device>,
+    scene: &Scene,
+    camera: &Camera,
+    settings: &Settings,
+) -> Result<LinearImage, SweepError> {
     light_by(&mut Renderer::new(device, scene, &of_light(settings))?, camera, settings.size)
 }
 
@@ -307,7 +313,7 @@ pub fn other_triangle(
     camera: &Camera,
     settings: &Settings,
     point: &Truth,
-) -> Result<Option<f64>, Error> {
+) -> Result<Option<f64>, SweepError> {
     let Some(raster) = frame::triangles(device, (scene, None), camera, settings)? else { return Ok(None) };
     let seen = point.triangles.as_deref().unwrap_or_default();
     let other = raster.iter().zip(seen).filter(|(raster, truth)| raster != truth).count();

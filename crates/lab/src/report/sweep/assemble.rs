@@ -4,11 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::convergence;
 use super::families::{PlannedFamily, ordered};
-use super::journal::{Header, Measured, SceneInfo};
+use super::journal::{JournalHeader, SceneInfo, SceneMeasurements};
 use super::model::{
     Against, Family, Front, LAYOUT, LeftOut, Member, Metric, Point, Report, SceneReport, Shard, Standing,
 };
-use super::timing::{Anchor, PointTimes, Sample};
+use super::timing::{Anchor, PointTimes, TimingSample};
 use afterlight_truth::measure::{front, front_probability};
 
 /// The fronts that a report may have.
@@ -27,15 +27,15 @@ pub fn fronts_of(quick: bool, metric: Metric) -> Vec<(Metric, Against)> {
 }
 
 /// A point that is measured.
-struct Whole {
+struct MeasuredPoint {
     point: Point,
     /// Times over those of the settings as given in the same rounds: the noise that they have in common tells no point from another.
     ratios: Vec<f64>,
 }
 
 /// The points of a scene that have both errors and times, in the order of the sweep, by their index there.
-fn whole(info: &SceneInfo, measured: &Measured) -> BTreeMap<usize, Whole> {
-    let batches: Vec<&[Sample]> = measured.batches.iter().map(|batch| batch.rounds.anchor.as_slice()).collect();
+fn measured_points(info: &SceneInfo, measured: &SceneMeasurements) -> BTreeMap<usize, MeasuredPoint> {
+    let batches: Vec<&[TimingSample]> = measured.batches.iter().map(|batch| batch.rounds.anchor.as_slice()).collect();
     let Some(anchor) = Anchor::of(&batches) else { return BTreeMap::new() };
     let times = |index: usize, name: &str| -> Option<PointTimes> {
         if index == 0 {
@@ -55,15 +55,15 @@ fn whole(info: &SceneInfo, measured: &Measured) -> BTreeMap<usize, Whole> {
             gbuffer_bytes_per_pixel: drawn.gbuffer_bytes_per_pixel,
             pictures: BTreeMap::new(),
         };
-        Some((index, Whole { point, ratios }))
+        Some((index, MeasuredPoint { point, ratios }))
     };
     info.points.iter().enumerate().filter_map(point).collect()
 }
 
 /// The names of all points that are on a front.
-pub fn on_fronts(measured: &Measured) -> BTreeSet<String> {
+pub fn on_fronts(measured: &SceneMeasurements) -> BTreeSet<String> {
     let Some(info) = &measured.info else { return BTreeSet::new() };
-    let points: Vec<Point> = whole(info, measured).into_values().map(|whole| whole.point).collect();
+    let points: Vec<Point> = measured_points(info, measured).into_values().map(|whole| whole.point).collect();
     let on = |&(metric, truth): &(Metric, Against)| front(&coordinates(&points, metric, truth));
     info.fronts.iter().flat_map(on).map(|index| points[index].name.clone()).collect()
 }
@@ -79,7 +79,7 @@ fn coordinates(points: &[Point], metric: Metric, truth: Against) -> Vec<(f64, f6
 }
 
 /// All scenes that have been measured.
-pub fn report(header: &Header, scenes: &[Measured], shard: Option<Shard>) -> Report {
+pub fn report(header: &JournalHeader, scenes: &[SceneMeasurements], shard: Option<Shard>) -> Report {
     Report {
         layout: LAYOUT,
         version: header.version.clone(),
@@ -90,9 +90,9 @@ pub fn report(header: &Header, scenes: &[Measured], shard: Option<Shard>) -> Rep
 }
 
 /// One scene; `None` while its default settings have not been measured.
-pub fn scene_report(measured: &Measured) -> Option<SceneReport> {
+pub fn scene_report(measured: &SceneMeasurements) -> Option<SceneReport> {
     let info = measured.info.as_ref()?;
-    let whole = whole(info, measured);
+    let whole = measured_points(info, measured);
     whole.get(&0)?;
     let places: BTreeMap<usize, usize> = whole.keys().enumerate().map(|(place, &index)| (index, place)).collect();
     let without_time = info.points.iter().enumerate().filter(|&(index, name)| {
@@ -186,19 +186,19 @@ pub fn default_on_front(scene: &SceneReport, metric: Metric, truth: Against) -> 
 
 #[cfg(test)]
 mod tests {
-    use super::super::journal::{Batch, Record};
+    use super::super::journal::{Batch, JournalRecord};
     use super::super::run::samples::{drawn, info, sweep};
     use super::super::timing::Rounds;
     use super::*;
 
     /// The settings as given scatter by a third, and `shadow-size=512` takes this share of their time in the same rounds; it errs less.
-    fn measured(ratio: f64) -> Measured {
+    fn measured(ratio: f64) -> SceneMeasurements {
         let mut random = fastrand::Rng::with_seed(1);
-        let wall = |wall: f64| Sample { wall, gpu: None, cpu: None };
-        let anchor: Vec<Sample> = (0..15).map(|_| wall(10.0 + 3.0 * random.f64())).collect();
+        let wall = |wall: f64| TimingSample { wall, gpu: None, cpu: None };
+        let anchor: Vec<TimingSample> = (0..15).map(|_| wall(10.0 + 3.0 * random.f64())).collect();
         let own = anchor.iter().map(|sample| wall(ratio * sample.wall * (0.999 + 0.002 * random.f64()))).collect();
         let rounds = Rounds { anchor, others: vec![own], moving: false };
-        let mut measured = Measured { info: Some(info(&sweep())), ..Measured::default() };
+        let mut measured = SceneMeasurements { info: Some(info(&sweep())), ..SceneMeasurements::default() };
         measured.batches = vec![Batch { points: vec!["shadow-size=512".into()], confirms: true, rounds }];
         measured.drawn.insert("default".into(), drawn(0.2));
         measured.drawn.insert("shadow-size=512".into(), drawn(0.1));
@@ -258,7 +258,7 @@ mod tests {
     #[test]
     fn a_point_without_a_time_is_left_out_with_its_reason() {
         let mut measured = measured(0.5);
-        measured.add(Record::Drawn { scene: 0, point: "samples=4".into(), drawn: drawn(0.1) });
+        measured.add(JournalRecord::Drawn { scene: 0, point: "samples=4".into(), drawn: drawn(0.1) });
         for sample in &mut measured.batches[0].rounds.others[0] {
             sample.wall = f64::NAN;
         }

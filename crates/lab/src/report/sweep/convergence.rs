@@ -5,7 +5,7 @@ use afterlight::scene::counted;
 use afterlight_truth::measure::fit_power_law;
 
 /// The convergence that theory expects of a family.
-struct Expected {
+struct ExpectedConvergence {
     metric: Metric,
     truth: Against,
     text: &'static str,
@@ -16,15 +16,15 @@ const FLAT: f64 = 0.1;
 /// Noise of the truth, or a floor, above this share of the least error is most of it.
 const MOST: f64 = 0.5;
 
-fn expected(family: &str) -> Option<Expected> {
+fn expected(family: &str) -> Option<ExpectedConvergence> {
     match family.split('/').next()? {
-        "shadow-size" => Some(Expected {
+        "shadow-size" => Some(ExpectedConvergence {
             metric: Metric::RelMse,
             truth: Against::Point,
             text: "1: what is shadowed wrongly is a strip along the edges of shadows, about a texel wide, and its area is \
                    a mean square (after Williams 1978, and Lloyd et al. 2006 on the error of a texel)",
         }),
-        "samples" => Some(Expected {
+        "samples" => Some(ExpectedConvergence {
             metric: Metric::Rmse,
             truth: Against::Converged,
             text: "0.75: no set of N points does better than N^-3/4 for the mean over all straight edges (Beck 1987); \
@@ -66,7 +66,7 @@ fn noise(metric: Metric, truth: &TruthInfo) -> f64 {
     }
 }
 
-fn floor_text(key: &str, floor: f64, expected: &Expected, truth: &TruthInfo) -> String {
+fn floor_text(key: &str, floor: f64, expected: &ExpectedConvergence, truth: &TruthInfo) -> String {
     let family = key.split('/').next().unwrap_or(key);
     let own = noise(expected.metric, truth);
     let why = if expected.truth == Against::Converged && own > MOST * floor {

@@ -5,7 +5,7 @@ use afterlight::{frame, gpu, plan};
 use afterlight_truth::measure;
 
 #[derive(Debug, thiserror::Error)]
-pub enum Error {
+pub enum SweepError {
     #[error(transparent)]
     Frame(#[from] frame::Error),
     #[error(transparent)]
@@ -17,7 +17,7 @@ pub enum Error {
     File { doing: String, error: std::io::Error },
 }
 
-impl Error {
+impl SweepError {
     pub(crate) fn file(doing: impl Into<String>, error: std::io::Error) -> Self {
         Self::File { doing: doing.into(), error }
     }
@@ -34,13 +34,13 @@ impl Error {
     }
 }
 
-impl From<plan::Error> for Error {
-    fn from(error: plan::Error) -> Self {
+impl From<plan::PlanError> for SweepError {
+    fn from(error: plan::PlanError) -> Self {
         Self::Frame(error.into())
     }
 }
 
-impl From<gpu::Error> for Error {
+impl From<gpu::Error> for SweepError {
     fn from(error: gpu::Error) -> Self {
         Self::Frame(error.into())
     }

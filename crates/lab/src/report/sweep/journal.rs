@@ -10,11 +10,11 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::error::Error;
+use super::error::SweepError;
 use super::families::{PlannedFamily, Sweep, name_of};
 use super::line;
 use super::model::{Against, Attribution, ErrorsByTruth, LeftOut, Machine, Metric, Shard, TruthInfo};
-use super::timing::{Rounds, Sample};
+use super::timing::{Rounds, TimingSample};
 use afterlight::scene::{Scene, Settings, SettingsPatch};
 use afterlight_files::regular_file::read_regular;
 use afterlight_truth::measure::what_moves;
@@ -30,7 +30,7 @@ const MOST_BYTES: u64 = 1 << 30;
 
 /// The options of the measurement, and its machine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Header {
+pub struct JournalHeader {
     /// Of this file and of the report.
     pub layout: u32,
     /// Of the program.
@@ -41,12 +41,12 @@ pub struct Header {
     pub shard: Option<Shard>,
     /// As they were given.
     pub scenes: Vec<String>,
-    pub asked: Asked,
+    pub asked: SweepOptions,
 }
 
 /// The options that decide which points are measured, and how well.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Asked {
+pub struct SweepOptions {
     pub families: Option<Vec<String>>,
     pub joint: usize,
     pub quick: bool,
@@ -106,7 +106,7 @@ impl SceneInfo {
 
 /// The errors of a point's pictures, and the memory that they take.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Drawn {
+pub struct PictureFigures {
     pub errors: ErrorsByTruth,
     /// Bytes on the device.
     pub memory: u64,
@@ -126,8 +126,8 @@ pub struct Batch {
 /// A line.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Record {
-    Header(Header),
+pub enum JournalRecord {
+    Header(JournalHeader),
     Scene {
         scene: usize,
         info: SceneInfo,
@@ -135,7 +135,7 @@ pub enum Record {
     Drawn {
         scene: usize,
         point: String,
-        drawn: Drawn,
+        drawn: PictureFigures,
     },
     /// A point that this device could not draw or time after all.
     Failed {
@@ -159,9 +159,9 @@ pub enum Record {
 
 /// All that is known of one scene.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Measured {
+pub struct SceneMeasurements {
     pub info: Option<SceneInfo>,
-    pub drawn: BTreeMap<String, Drawn>,
+    pub drawn: BTreeMap<String, PictureFigures>,
     pub failed: BTreeMap<String, String>,
     pub batches: Vec<Batch>,
     /// Of the settings as given.
@@ -170,25 +170,25 @@ pub struct Measured {
     pub done: bool,
 }
 
-impl Measured {
-    pub(in crate::report) fn add(&mut self, record: Record) {
+impl SceneMeasurements {
+    pub(in crate::report) fn add(&mut self, record: JournalRecord) {
         match record {
-            Record::Header(_) => {}
-            Record::Scene { info, .. } => self.info = Some(info),
-            Record::Drawn { point, drawn, .. } => {
+            JournalRecord::Header(_) => {}
+            JournalRecord::Scene { info, .. } => self.info = Some(info),
+            JournalRecord::Drawn { point, drawn, .. } => {
                 self.drawn.insert(point, drawn);
             }
-            Record::Failed { point, reason, .. } => {
+            JournalRecord::Failed { point, reason, .. } => {
                 self.failed.insert(point, reason);
             }
-            Record::Batch { batch, .. } => self.batches.push(batch),
-            Record::Attribution { attribution, .. } => self.attribution = Some(attribution),
-            Record::Done { .. } => self.done = true,
+            JournalRecord::Batch { batch, .. } => self.batches.push(batch),
+            JournalRecord::Attribution { attribution, .. } => self.attribution = Some(attribution),
+            JournalRecord::Done { .. } => self.done = true,
         }
     }
 
     /// The batch that tells a point's time: that which confirms it, if there is one, and its own among the batch's times.
-    pub fn times_of(&self, point: &str) -> Option<(&Batch, &[Sample])> {
+    pub fn times_of(&self, point: &str) -> Option<(&Batch, &[TimingSample])> {
         let of = |batch: &&Batch| batch.points.iter().any(|name| name == point);
         let confirming = self.batches.iter().filter(|batch| batch.confirms).find(of);
         let batch = confirming.or_else(|| self.batches.iter().find(of))?;
@@ -205,9 +205,9 @@ impl Measured {
 /// The contents of a folder's journal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contents {
-    pub header: Header,
+    pub header: JournalHeader,
     /// None before the first of them has been opened.
-    pub scenes: Vec<Measured>,
+    pub scenes: Vec<SceneMeasurements>,
     /// Whole lines that count for nothing, as they are damaged or stand behind one that is.
     pub dropped: usize,
     /// Bytes up to the end of the last line that counts.
@@ -219,11 +219,11 @@ impl Contents {
     ///
     /// # Errors
     /// When it cannot be read, or is of another layout.
-    pub fn read(path: &Path) -> Result<Option<Self>, Error> {
+    pub fn read(path: &Path) -> Result<Option<Self>, SweepError> {
         let text = match read_regular(path, MOST_BYTES) {
             Ok(text) => text,
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-            Err(error) => return Err(Error::file(format!("read {}", path.display()), error)),
+            Err(error) => return Err(SweepError::file(format!("read {}", path.display()), error)),
         };
         let mut found: Option<Self> = None;
         let mut whole = 0;
@@ -232,7 +232,7 @@ impl Contents {
             let Some(record) = line::opened(line) else { break };
             whole += line.len() as u64;
             match (&mut found, record) {
-                (None, Record::Header(header)) => {
+                (None, JournalRecord::Header(header)) => {
                     found = Some(Self { header, scenes: Vec::new(), dropped: 0, whole: 0 });
                 }
                 (None, _) => break,
@@ -244,24 +244,24 @@ impl Contents {
                 true => "is of an older program, whose lines have no checksums: --restart begins anew",
                 false => "is no journal of a report that this program can read: --restart begins anew",
             };
-            return Err(Error::Refused(format!("{} {why}", path.display())));
+            return Err(SweepError::Refused(format!("{} {why}", path.display())));
         }
         let dropped = text[whole as usize..].iter().filter(|&&byte| byte == b'\n').count();
         Ok(found.map(|contents| Self { whole, dropped, ..contents }))
     }
 
-    fn add(&mut self, record: Record) {
+    fn add(&mut self, record: JournalRecord) {
         let scene = match &record {
-            Record::Header(_) => return,
-            Record::Scene { scene, .. }
-            | Record::Drawn { scene, .. }
-            | Record::Failed { scene, .. }
-            | Record::Batch { scene, .. }
-            | Record::Attribution { scene, .. }
-            | Record::Done { scene } => *scene,
+            JournalRecord::Header(_) => return,
+            JournalRecord::Scene { scene, .. }
+            | JournalRecord::Drawn { scene, .. }
+            | JournalRecord::Failed { scene, .. }
+            | JournalRecord::Batch { scene, .. }
+            | JournalRecord::Attribution { scene, .. }
+            | JournalRecord::Done { scene } => *scene,
         };
         if scene < self.header.scenes.len() {
-            self.scenes.resize(self.header.scenes.len(), Measured::default());
+            self.scenes.resize(self.header.scenes.len(), SceneMeasurements::default());
             self.scenes[scene].add(record);
         }
     }
@@ -272,7 +272,7 @@ impl Contents {
 pub struct Journal {
     name: String,
     file: File,
-    pub scenes: Vec<Measured>,
+    pub scenes: Vec<SceneMeasurements>,
     /// True if nothing had been measured before, or it was forgotten: other files of the folder are then of another run.
     pub is_new: bool,
     /// As [`Contents::dropped`]: the measurements of these lines are made again.
@@ -285,29 +285,32 @@ impl Journal {
     ///
     /// # Errors
     /// When the folder's is of another command, another process writes it, or it cannot be read or written.
-    pub fn open(folder: &Path, header: &Header, restart: bool) -> Result<Self, Error> {
+    pub fn open(folder: &Path, header: &JournalHeader, restart: bool) -> Result<Self, SweepError> {
         let path = folder.join(FILE);
         let name = path.display().to_string();
-        let failed = |error| Error::file(format!("write {name}"), error);
+        let failed = |error| SweepError::file(format!("write {name}"), error);
         let file = OpenOptions::new().read(true).append(true).create(true).open(&path).map_err(failed)?;
         // On a file system without locks, nothing can keep other processes away.
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
             let why = "is being measured by another process: wait for its end";
-            return Err(Error::Refused(format!("{} {why}", folder.display())));
+            return Err(SweepError::Refused(format!("{} {why}", folder.display())));
         }
         let before = if restart { None } else { Contents::read(&path)? };
         if let Some(before) = before.filter(|before| !before.scenes.is_empty()) {
             if let Some(difference) = difference(&before.header, header) {
                 let hint = "choose another folder with -o, or --restart to begin anew";
-                return Err(Error::Refused(format!("{} holds another report: {difference}: {hint}", folder.display())));
+                return Err(SweepError::Refused(format!(
+                    "{} holds another report: {difference}: {hint}",
+                    folder.display()
+                )));
             }
             file.set_len(before.whole).map_err(failed)?;
             return Ok(Self { name, file, scenes: before.scenes, is_new: false, dropped: before.dropped });
         }
         file.set_len(0).map_err(failed)?;
-        let scenes = vec![Measured::default(); header.scenes.len()];
+        let scenes = vec![SceneMeasurements::default(); header.scenes.len()];
         let mut journal = Self { name, file, scenes, is_new: true, dropped: 0 };
-        journal.write(&Record::Header(header.clone()))?;
+        journal.write(&JournalRecord::Header(header.clone()))?;
         Ok(journal)
     }
 
@@ -315,14 +318,14 @@ impl Journal {
     ///
     /// # Errors
     /// When the disk is full.
-    pub fn add(&mut self, scene: usize, record: Record) -> Result<(), Error> {
+    pub fn add(&mut self, scene: usize, record: JournalRecord) -> Result<(), SweepError> {
         self.write(&record)?;
         self.scenes[scene].add(record);
         Ok(())
     }
 
-    fn write(&mut self, record: &Record) -> Result<(), Error> {
-        let failed = |error| Error::file(format!("write {}", self.name), error);
+    fn write(&mut self, record: &JournalRecord) -> Result<(), SweepError> {
+        let failed = |error| SweepError::file(format!("write {}", self.name), error);
         // JSON has no number that is not finite: a line that cannot be read again would take all after it along.
         let not_finite = |error| failed(std::io::Error::other(format!("a figure is not finite ({error})")));
         let line = line::sealed(record).map_err(not_finite)?;
@@ -331,16 +334,16 @@ impl Journal {
 }
 
 /// The first thing in which two commands differ, in words; none where they are the same.
-pub fn difference(there: &Header, here: &Header) -> Option<String> {
+pub fn difference(there: &JournalHeader, here: &JournalHeader) -> Option<String> {
     let differs = |what: &str, there: String, here: String| {
         (there != here).then(|| format!("its {what} is {there}, and that of this one {here}"))
     };
-    let machine = |header: &Header| header.machine.clone();
-    let shard = |header: &Header| {
+    let machine = |header: &JournalHeader| header.machine.clone();
+    let shard = |header: &JournalHeader| {
         header.shard.map_or_else(|| "all of it".to_owned(), |shard| format!("{}/{}", shard.index, shard.count))
     };
-    let asked = |header: &Header| {
-        let Asked { families, joint, quick, rounds, truth_samples, seed } = &header.asked;
+    let asked = |header: &JournalHeader| {
+        let SweepOptions { families, joint, quick, rounds, truth_samples, seed } = &header.asked;
         let families = families.as_ref().map_or_else(|| "all".to_owned(), |keys| keys.join(","));
         format!(
             "families {families}, joint {joint}, rounds {rounds}, truth samples {truth_samples}, seed {seed}{}",
@@ -359,7 +362,7 @@ pub fn difference(there: &Header, here: &Header) -> Option<String> {
         .or_else(|| differs("shard", shard(there), shard(here)))
 }
 
-fn threads(header: &Header) -> String {
+fn threads(header: &JournalHeader) -> String {
     let Machine { threads, driver_threads, .. } = &header.machine;
     driver_threads.map_or_else(|| threads.to_string(), |driver| format!("{threads} ({driver} of the driver)"))
 }
@@ -396,10 +399,10 @@ mod tests {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let header = header();
         let mut journal = Journal::open(folder.path(), &header, false).expect("new");
-        let point = |point: &str| Record::Drawn { scene: 0, point: point.into(), drawn: drawn(0.1) };
+        let point = |point: &str| JournalRecord::Drawn { scene: 0, point: point.into(), drawn: drawn(0.1) };
         journal.add(0, point("default")).expect("written");
         let batch = Batch { points: vec!["a".into()], confirms: false, rounds: rounds(1, 1.0 / 3.0) };
-        journal.add(0, Record::Batch { scene: 0, batch }).expect("written");
+        journal.add(0, JournalRecord::Batch { scene: 0, batch }).expect("written");
         let known = journal.scenes.clone();
         drop(journal);
         let path = folder.path().join(FILE);
@@ -445,14 +448,14 @@ mod tests {
         assert_eq!(scene_difference(&still, &still), None);
     }
 
-    fn scene() -> Record {
-        Record::Scene { scene: 0, info: info(&sweep()) }
+    fn scene() -> JournalRecord {
+        JournalRecord::Scene { scene: 0, info: info(&sweep()) }
     }
 
     #[test]
     fn a_command_that_could_not_start_keeps_no_other_from_its_folder() {
         let folder = tempfile::tempdir().expect("a temporary folder");
-        let other = Header { scenes: vec!["builtin:nosuch".into()], ..header() };
+        let other = JournalHeader { scenes: vec!["builtin:nosuch".into()], ..header() };
         assert!(Journal::open(folder.path(), &other, false).expect("new").is_new);
         let mut journal = Journal::open(folder.path(), &header(), false).expect("only a header is there");
         assert!(journal.is_new);
@@ -501,7 +504,9 @@ mod tests {
         let mut journal = Journal::open(folder.path(), &header(), false).expect("new");
         journal.add(0, scene()).expect("written");
         for point in ["default", "a"] {
-            journal.add(0, Record::Drawn { scene: 0, point: point.into(), drawn: drawn(0.125) }).expect("written");
+            journal
+                .add(0, JournalRecord::Drawn { scene: 0, point: point.into(), drawn: drawn(0.125) })
+                .expect("written");
         }
         drop(journal);
         let path = folder.path().join(FILE);
@@ -518,7 +523,7 @@ mod tests {
     #[test]
     fn a_journal_without_checksums_is_refused_until_it_is_begun_anew() {
         let folder = tempfile::tempdir().expect("a temporary folder");
-        let old: String = [Record::Header(header()), scene()]
+        let old: String = [JournalRecord::Header(header()), scene()]
             .iter()
             .map(|record| serde_json::to_string(record).expect("JSON") + "\n")
             .collect();
@@ -536,10 +541,12 @@ mod tests {
         let mut broken = drawn(0.1);
         broken.errors.converged.flip = f64::NAN;
         broken.errors.point.rel_mse = f64::INFINITY;
-        journal.add(0, Record::Drawn { scene: 0, point: "default".into(), drawn: broken }).expect("written");
+        journal.add(0, JournalRecord::Drawn { scene: 0, point: "default".into(), drawn: broken }).expect("written");
         let batch = Batch { points: vec!["a".into()], confirms: false, rounds: rounds(1, f64::NAN) };
-        assert!(journal.add(0, Record::Batch { scene: 0, batch }).is_err_and(|e| e.to_string().contains("finite")));
-        journal.add(0, Record::Done { scene: 0 }).expect("written");
+        assert!(
+            journal.add(0, JournalRecord::Batch { scene: 0, batch }).is_err_and(|e| e.to_string().contains("finite"))
+        );
+        journal.add(0, JournalRecord::Done { scene: 0 }).expect("written");
         drop(journal);
         let read = Journal::open(folder.path(), &header(), false).expect("goes on");
         assert!(read.dropped == 0 && read.scenes[0].done);
@@ -550,11 +557,11 @@ mod tests {
 
     #[test]
     fn the_confirming_batch_tells_a_points_time() {
-        let mut measured = Measured::default();
+        let mut measured = SceneMeasurements::default();
         let batch =
             |confirms, ratio| Batch { points: vec!["a".into(), "b".into()], confirms, rounds: rounds(2, ratio) };
-        measured.add(Record::Batch { scene: 0, batch: batch(false, 2.0) });
-        measured.add(Record::Batch { scene: 0, batch: batch(true, 3.0) });
+        measured.add(JournalRecord::Batch { scene: 0, batch: batch(false, 2.0) });
+        measured.add(JournalRecord::Batch { scene: 0, batch: batch(true, 3.0) });
         let (found, times) = measured.times_of("b").expect("timed");
         assert!(found.confirms && times.len() == found.rounds.anchor.len());
         assert!(measured.times_of("c").is_none());

@@ -3,19 +3,19 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::accuracy::{Drawing, Raw, Shown, Truths};
-use super::attribution::{self, Limits, Subject};
-use super::error::Error;
+use super::accuracy::{PointPictures, Raw, Shown, Truths};
+use super::attribution::{self, AttributedFrame, AttributionLimits};
+use super::error::SweepError;
 use super::families::{name_of, settings_of};
-use super::journal::Drawn;
+use super::journal::PictureFigures;
 use super::model::Attribution;
-use super::timing::{Contender, Effort, Rounds, take_turns, warm_up};
+use super::timing::{Effort, Rounds, TimedRenderer, take_turns, warm_up};
 use afterlight::frame::{self, plan_for};
 use afterlight::gpu::Device;
 use afterlight::plan::effects;
 use afterlight::scene::{Camera, Scene, SettingsPatch};
 use afterlight_truth::measure::Srgb8Image;
-use afterlight_truth::reference::{Effects, Reference, View};
+use afterlight_truth::reference::{CameraView, Effects, Reference};
 
 /// Measures points of one scene.
 pub trait Meter {
@@ -23,13 +23,13 @@ pub trait Meter {
     ///
     /// # Errors
     /// When the device cannot draw it.
-    fn draw(&mut self, point: &SettingsPatch) -> Result<Drawn, Error>;
+    fn draw(&mut self, point: &SettingsPatch) -> Result<PictureFigures, SweepError>;
 
     /// The times of points beside the settings as given.
     ///
     /// # Errors
     /// When the device cannot hold or draw them.
-    fn time(&mut self, points: &[SettingsPatch], random: &mut fastrand::Rng) -> Result<Rounds, Error>;
+    fn time(&mut self, points: &[SettingsPatch], random: &mut fastrand::Rng) -> Result<Rounds, SweepError>;
 
     /// Returns about how much memory a renderer of the point takes on the device, in bytes.
     fn bytes(&self, point: &SettingsPatch) -> u64;
@@ -56,7 +56,7 @@ impl DeviceMeter<'_> {
     ///
     /// # Errors
     /// When the device cannot draw it.
-    pub fn shown(&self, point: &SettingsPatch) -> Result<Srgb8Image, Error> {
+    pub fn shown(&self, point: &SettingsPatch) -> Result<Srgb8Image, SweepError> {
         if let Some(shown) = self.kept.get(&name_of(point)) {
             return Ok(shown.clone());
         }
@@ -76,35 +76,37 @@ impl DeviceMeter<'_> {
     ///
     /// # Errors
     /// When the device cannot draw the frames that it takes.
-    pub fn attribution(&self, limits: &Limits) -> Result<Attribution, Error> {
+    pub fn attribution(&self, limits: &AttributionLimits) -> Result<Attribution, SweepError> {
         let settings = self.base.decide();
         let reference = Reference::new(self.scene).map_err(frame::Error::from)?;
         let plain = effects::set_aside(&settings);
         let reference = reference.with_settings(&plain, &self.camera);
-        let view = View { camera: self.camera, size: settings.size };
-        let subject = Subject { scene: self.scene, reference: &reference, settings: &settings, view: &view, point: 0 };
+        let view = CameraView { camera: self.camera, size: settings.size };
+        let subject =
+            AttributedFrame { scene: self.scene, reference: &reference, settings: &settings, view: &view, point: 0 };
         // The frame that is taken apart lacks the effects that are set aside.
         let is_plain = Effects::of(&plain) == Effects::of(&settings);
         let plain = (!is_plain).then(|| Raw::plain(&reference, &view, self.truths.info.samples));
         let raw = plain.as_ref().unwrap_or(&self.truths.raw);
-        let truths = attribution::Truths { point: &raw.point, converged: &raw.converged };
+        let truths = attribution::TruthPair { point: &raw.point, converged: &raw.converged };
         Ok(attribution::attribute(self.device, &subject, &truths, limits)?)
     }
 }
 
 impl Meter for DeviceMeter<'_> {
-    fn draw(&mut self, point: &SettingsPatch) -> Result<Drawn, Error> {
-        let drawing = Drawing::of(self.device, self.scene, &self.camera, &settings_of(point, self.base))?;
+    fn draw(&mut self, point: &SettingsPatch) -> Result<PictureFigures, SweepError> {
+        let drawing = PointPictures::of(self.device, self.scene, &self.camera, &settings_of(point, self.base))?;
         let errors = self.truths.errors(&drawing)?;
         let Shown { picture, memory, gbuffer_bytes_per_pixel } = drawing.shown;
         self.keep(point, picture);
-        Ok(Drawn { errors, memory, gbuffer_bytes_per_pixel })
+        Ok(PictureFigures { errors, memory, gbuffer_bytes_per_pixel })
     }
 
-    fn time(&mut self, points: &[SettingsPatch], random: &mut fastrand::Rng) -> Result<Rounds, Error> {
+    fn time(&mut self, points: &[SettingsPatch], random: &mut fastrand::Rng) -> Result<Rounds, SweepError> {
         let anchor = SettingsPatch::default();
         let all = std::iter::once(&anchor).chain(points);
-        let contender = |point| Contender::new(self.device, self.scene, self.camera, &settings_of(point, self.base));
+        let contender =
+            |point| TimedRenderer::new(self.device, self.scene, self.camera, &settings_of(point, self.base));
         let mut contenders = all.map(contender).collect::<Result<Vec<_>, _>>()?;
         let warm_up = warm_up(&mut contenders.iter_mut().collect::<Vec<_>>(), self.effort.steady_frames)?;
         let rounds = take_turns(contenders.len(), &self.effort, random, |index| contenders[index].draw())?;

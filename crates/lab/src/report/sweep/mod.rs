@@ -21,4 +21,4 @@ pub mod run;
 pub mod table;
 pub mod timing;
 
-pub use error::Error;
+pub use error::SweepError;

@@ -120,9 +120,9 @@ pub struct Point {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ErrorsByTruth {
     /// Without the error of one sample a pixel: numeric error, and the filtering of textures.
-    pub point: Errors,
+    pub point: ErrorMetrics,
     /// All of it.
-    pub converged: Errors,
+    pub converged: ErrorMetrics,
 }
 
 /// A figure that is not finite is null in JSON, and NaN when it is read again.
@@ -132,7 +132,7 @@ fn real<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
 
 /// Linear figures are of exposed light: 1 is where the sensor saturates.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Errors {
+pub struct ErrorMetrics {
     #[serde(deserialize_with = "real")]
     pub rel_mse: f64,
     #[serde(deserialize_with = "real")]
@@ -226,7 +226,7 @@ pub enum Against {
     Converged,
 }
 
-impl Errors {
+impl ErrorMetrics {
     /// The errors of pictures that nobody has compared.
     pub const UNKNOWN: Self = Self {
         rel_mse: f64::NAN,
@@ -259,7 +259,7 @@ impl Errors {
 }
 
 impl ErrorsByTruth {
-    pub fn against(&self, truth: Against) -> &Errors {
+    pub fn against(&self, truth: Against) -> &ErrorMetrics {
         match truth {
             Against::Point => &self.point,
             Against::Converged => &self.converged,

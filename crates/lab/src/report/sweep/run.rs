@@ -8,9 +8,9 @@ pub(in crate::report) mod samples;
 mod tests;
 
 use super::assemble;
-use super::error::Error;
+use super::error::SweepError;
 use super::families::{Sweep, name_of};
-use super::journal::{Batch, Journal, Record};
+use super::journal::{Batch, Journal, JournalRecord};
 use super::meter::Meter;
 use afterlight::scene::SettingsPatch;
 
@@ -21,7 +21,7 @@ pub const BATCH_BYTES: u64 = 768 << 20;
 
 /// The progress of a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Step<'a> {
+pub struct SceneProgress<'a> {
     /// As "pictures" or "times".
     pub what: &'a str,
     /// The points that it is about, by their names.
@@ -31,7 +31,7 @@ pub struct Step<'a> {
 }
 
 /// Called with each step before it is done.
-pub type Watch<'a> = &'a mut dyn FnMut(Step);
+pub type StepObserver<'a> = &'a mut dyn FnMut(SceneProgress);
 
 /// One scene's run.
 pub struct Run<'a> {
@@ -42,7 +42,7 @@ pub struct Run<'a> {
     pub own: &'a [usize],
     pub seed: u64,
     pub journal: &'a mut Journal,
-    pub watch: Watch<'a>,
+    pub watch: StepObserver<'a>,
 }
 
 impl Run<'_> {
@@ -50,7 +50,7 @@ impl Run<'_> {
     ///
     /// # Errors
     /// A fault of the device or the disk. Everything that was finished until then is in the journal.
-    pub fn measure(&mut self, meter: &mut dyn Meter) -> Result<(), Error> {
+    pub fn measure(&mut self, meter: &mut dyn Meter) -> Result<(), SweepError> {
         self.draw(meter)?;
         let timed = self.journal.scenes[self.scene].timed();
         let untimed = |index: &usize| *index != 0 && !timed.contains(self.name(*index).as_str());
@@ -90,18 +90,18 @@ impl Run<'_> {
         self.own.iter().copied().filter(is_drawn).collect()
     }
 
-    fn draw(&mut self, meter: &mut dyn Meter) -> Result<(), Error> {
+    fn draw(&mut self, meter: &mut dyn Meter) -> Result<(), SweepError> {
         for (done, &index) in self.own.iter().enumerate() {
             let (scene, point) = (self.scene, self.name(index));
             let measured = &self.journal.scenes[scene];
             if measured.drawn.contains_key(&point) || measured.failed.contains_key(&point) {
                 continue;
             }
-            (self.watch)(Step { what: "pictures", now: &point, done, total: self.own.len() });
+            (self.watch)(SceneProgress { what: "pictures", now: &point, done, total: self.own.len() });
             let record = match meter.draw(&self.sweep.points[index]) {
-                Ok(drawn) => Record::Drawn { scene, point, drawn },
+                Ok(drawn) => JournalRecord::Drawn { scene, point, drawn },
                 Err(error) if index != 0 && error.is_of_point() => {
-                    Record::Failed { scene, point, reason: error.to_string() }
+                    JournalRecord::Failed { scene, point, reason: error.to_string() }
                 }
                 Err(error) => return Err(error),
             };
@@ -117,7 +117,7 @@ impl Run<'_> {
         mut points: Vec<usize>,
         confirms: bool,
         alone: bool,
-    ) -> Result<(), Error> {
+    ) -> Result<(), SweepError> {
         let what = if confirms { "times of the fronts, again" } else { "times" };
         let before = self.journal.scenes[self.scene].batches.len() as u64;
         let mut random = fastrand::Rng::with_seed(self.seed ^ (before << 32 | u64::from(confirms)));
@@ -130,7 +130,7 @@ impl Run<'_> {
         }
         for batch in batches {
             let names: Vec<String> = batch.iter().map(|&index| self.name(index)).collect();
-            (self.watch)(Step { what, now: &names.join(", "), done, total });
+            (self.watch)(SceneProgress { what, now: &names.join(", "), done, total });
             done += batch.len();
             match self.time_batch(meter, &batch, confirms, &mut random) {
                 // Together they are too much; one that is too much alone as well is left out.
@@ -171,12 +171,12 @@ impl Run<'_> {
         points: &[usize],
         confirms: bool,
         random: &mut fastrand::Rng,
-    ) -> Result<(), Error> {
+    ) -> Result<(), SweepError> {
         let patches: Vec<SettingsPatch> = points.iter().map(|&index| self.sweep.points[index].clone()).collect();
         let rounds = meter.time(&patches, random)?;
         let points = points.iter().map(|&index| self.name(index)).collect();
         let batch = Batch { points, confirms, rounds };
-        self.journal.add(self.scene, Record::Batch { scene: self.scene, batch })
+        self.journal.add(self.scene, JournalRecord::Batch { scene: self.scene, batch })
     }
 
     fn time_alone(
@@ -185,11 +185,11 @@ impl Run<'_> {
         index: usize,
         confirms: bool,
         random: &mut fastrand::Rng,
-    ) -> Result<(), Error> {
+    ) -> Result<(), SweepError> {
         match self.time_batch(meter, &[index], confirms, random) {
             Err(error) if error.is_of_point() => {
                 let (scene, point) = (self.scene, self.name(index));
-                self.journal.add(scene, Record::Failed { scene, point, reason: error.to_string() })
+                self.journal.add(scene, JournalRecord::Failed { scene, point, reason: error.to_string() })
             }
             other => other,
         }

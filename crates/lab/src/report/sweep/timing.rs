@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
-use super::error::Error;
+use super::error::SweepError;
 use super::model::{Interval, Timing};
 use afterlight::frame::{Accumulator, Pixels, Renderer, sample_offset};
 use afterlight::gpu::Device;
@@ -30,7 +30,7 @@ const MORE_ROUNDS: usize = 3;
 
 /// One picture, in milliseconds.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Sample {
+pub struct TimingSample {
     pub wall: f64,
     /// By the device's own clock; `None` on CPU devices.
     pub gpu: Option<f64>,
@@ -38,7 +38,7 @@ pub struct Sample {
     pub cpu: Option<f64>,
 }
 
-impl Sample {
+impl TimingSample {
     /// The time that counts.
     pub fn decisive(&self) -> f64 {
         self.gpu.unwrap_or(self.wall)
@@ -48,8 +48,8 @@ impl Sample {
 /// The times of a batch: those of the anchor, and of the others in the same rounds.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Rounds {
-    pub anchor: Vec<Sample>,
-    pub others: Vec<Vec<Sample>>,
+    pub anchor: Vec<TimingSample>,
+    pub others: Vec<Vec<TimingSample>>,
     /// The clocks had not settled when the rounds began.
     #[serde(default)]
     pub moving: bool,
@@ -71,7 +71,7 @@ impl Effort {
 }
 
 /// A renderer that takes its turns.
-pub struct Contender {
+pub struct TimedRenderer {
     camera: Camera,
     renderer: Renderer,
     software: bool,
@@ -79,13 +79,13 @@ pub struct Contender {
     settled: Option<f64>,
 }
 
-impl Contender {
-    pub fn new(device: &Arc<Device>, scene: &Scene, camera: Camera, settings: &Settings) -> Result<Self, Error> {
+impl TimedRenderer {
+    pub fn new(device: &Arc<Device>, scene: &Scene, camera: Camera, settings: &Settings) -> Result<Self, SweepError> {
         Ok(Self::of(Renderer::new(device, scene, settings)?, camera))
     }
 
     /// Of other settings, beside this one: the scene is uploaded once, where both need the same of it.
-    pub fn beside(&self, scene: &Scene, camera: Camera, settings: &Settings) -> Result<Self, Error> {
+    pub fn beside(&self, scene: &Scene, camera: Camera, settings: &Settings) -> Result<Self, SweepError> {
         Ok(Self::of(self.renderer.beside(scene, settings)?, camera))
     }
 
@@ -99,25 +99,25 @@ impl Contender {
     }
 
     /// Draws a frame, and returns its time by the clock that counts, in milliseconds.
-    fn frame(&mut self) -> Result<f64, Error> {
+    fn frame(&mut self) -> Result<f64, SweepError> {
         self.renderer.render(&self.camera)?;
         let frame = self.renderer.wait()?;
         Ok(if self.software { frame.wall_ms } else { frame.gpu_ms.unwrap_or(frame.wall_ms) })
     }
 
     /// The median time of some frames.
-    fn frames(&mut self, count: usize) -> Result<f64, Error> {
+    fn frames(&mut self, count: usize) -> Result<f64, SweepError> {
         let times = (0..count).map(|_| self.frame()).collect::<Result<Vec<f64>, _>>()?;
         Ok(median(&times))
     }
 
     /// Draws frames, as many as this.
-    pub fn warm_up_for(&mut self, frames: usize) -> Result<(), Error> {
+    pub fn warm_up_for(&mut self, frames: usize) -> Result<(), SweepError> {
         (0..frames).try_for_each(|_| self.frame().map(drop))
     }
 
     /// Returns true if its frames take no longer than after its warm-up: an idle GPU has lowered its clocks meanwhile.
-    pub fn is_awake(&mut self) -> Result<bool, Error> {
+    pub fn is_awake(&mut self) -> Result<bool, SweepError> {
         match self.settled {
             _ if self.software => Ok(true),
             Some(settled) => Ok(self.frames(FRAMES_AWAKE)? <= AWAKE * settled),
@@ -127,12 +127,12 @@ impl Contender {
 
     /// Draws one picture, of one that is averaged over time all frames since its cut. One of several samples is read back frame by frame and
     /// averaged, which is a part of its wall time; one of a single frame is done when the device is.
-    pub fn draw(&mut self) -> Result<Sample, Error> {
+    pub fn draw(&mut self) -> Result<TimingSample, SweepError> {
         self.draw_frames(u32::MAX)
     }
 
     /// Draws the first frames of a picture, at most so many, and extrapolates to the time of all: its frames differ by less than times scatter.
-    pub fn draw_frames(&mut self, most: u32) -> Result<Sample, Error> {
+    pub fn draw_frames(&mut self, most: u32) -> Result<TimingSample, SweepError> {
         let cpu_before = cpu_seconds();
         let whole = self.renderer.plan().frames_a_picture();
         let count = whole.min(most.max(1));
@@ -161,7 +161,11 @@ impl Contender {
             wall = (frames.as_secs_f64() * all + (begun.elapsed() - frames).as_secs_f64()) * 1e3;
         }
         let cpu = cpu_before.zip(cpu_seconds()).map(|(before, after)| (after - before) * all * 1e3);
-        Ok(Sample { wall, gpu: gpu.map(|ms| ms * all).filter(|_| !self.software), cpu: cpu.filter(|_| self.software) })
+        Ok(TimingSample {
+            wall,
+            gpu: gpu.map(|ms| ms * all).filter(|_| !self.software),
+            cpu: cpu.filter(|_| self.software),
+        })
     }
 }
 
@@ -169,7 +173,7 @@ impl Contender {
 ///
 /// # Errors
 /// When the device cannot draw them.
-pub fn warm_up(contenders: &mut [&mut Contender], steady_frames: usize) -> Result<WarmUp, Error> {
+pub fn warm_up(contenders: &mut [&mut TimedRenderer], steady_frames: usize) -> Result<WarmUp, SweepError> {
     let software = contenders.first().is_none_or(|first| first.software);
     let outcome = settle(software, steady_frames, || {
         contenders.iter_mut().map(|contender| contender.frame()).sum::<Result<f64, _>>()
@@ -192,7 +196,7 @@ pub fn take_turns<E>(
     contenders: usize,
     effort: &Effort,
     random: &mut fastrand::Rng,
-    draw: impl FnMut(usize) -> Result<Sample, E>,
+    draw: impl FnMut(usize) -> Result<TimingSample, E>,
 ) -> Result<Rounds, E> {
     let begun = Instant::now();
     rounds_of(contenders, random, draw, |round, times| {
@@ -207,7 +211,7 @@ pub fn take_turns<E>(
 pub fn glance<E>(
     contenders: usize,
     random: &mut fastrand::Rng,
-    draw: impl FnMut(usize) -> Result<Sample, E>,
+    draw: impl FnMut(usize) -> Result<TimingSample, E>,
 ) -> Result<Rounds, E> {
     let begun = Instant::now();
     let is_long = || begun.elapsed() >= LONG_GLANCE;
@@ -217,10 +221,10 @@ pub fn glance<E>(
 fn rounds_of<E>(
     contenders: usize,
     random: &mut fastrand::Rng,
-    mut draw: impl FnMut(usize) -> Result<Sample, E>,
-    is_over: impl Fn(usize, &[Vec<Sample>]) -> bool,
+    mut draw: impl FnMut(usize) -> Result<TimingSample, E>,
+    is_over: impl Fn(usize, &[Vec<TimingSample>]) -> bool,
 ) -> Result<Rounds, E> {
-    let mut times: Vec<Vec<Sample>> = vec![Vec::new(); contenders];
+    let mut times: Vec<Vec<TimingSample>> = vec![Vec::new(); contenders];
     let mut order: Vec<usize> = (0..contenders).collect();
     for round in 0.. {
         if is_over(round, &times) {
@@ -235,22 +239,26 @@ fn rounds_of<E>(
     Ok(Rounds { anchor, others: times, moving: false })
 }
 
-fn is_unsure(own: &[Sample], anchor: &[Sample]) -> bool {
+fn is_unsure(own: &[TimingSample], anchor: &[TimingSample]) -> bool {
     ratios(own, anchor, |sample| Some(sample.decisive()))
         .and_then(|ratios| median_interval(&ratios))
         .is_some_and(|interval| interval.is_wide())
 }
 
 /// The time of each round over that of the anchor; `None` without a clock.
-fn ratios(own: &[Sample], anchor: &[Sample], clock: impl Fn(&Sample) -> Option<f64>) -> Option<Vec<f64>> {
+fn ratios(
+    own: &[TimingSample],
+    anchor: &[TimingSample],
+    clock: impl Fn(&TimingSample) -> Option<f64>,
+) -> Option<Vec<f64>> {
     own.iter().zip(anchor).map(|(own, anchor)| Some(clock(own)? / clock(anchor)?)).collect()
 }
 
 /// One of the clocks of a sample.
-type Clock = fn(&Sample) -> Option<f64>;
-const WALL: Clock = |sample| Some(sample.wall);
-const GPU: Clock = |sample| sample.gpu;
-const CPU: Clock = |sample| sample.cpu;
+type SampleClock = fn(&TimingSample) -> Option<f64>;
+const WALL: SampleClock = |sample| Some(sample.wall);
+const GPU: SampleClock = |sample| sample.gpu;
+const CPU: SampleClock = |sample| sample.cpu;
 
 /// The scale of all times: every measurement of the anchor, by its clocks.
 #[derive(Debug, Clone)]
@@ -270,9 +278,9 @@ pub struct PointTimes {
 
 impl Anchor {
     /// Its samples by batch; `None` where there are none.
-    pub fn of(batches: &[&[Sample]]) -> Option<Self> {
-        let by = |clock: Clock| {
-            let times = |batch: &&[Sample]| batch.iter().map(clock).collect::<Option<Vec<f64>>>();
+    pub fn of(batches: &[&[TimingSample]]) -> Option<Self> {
+        let by = |clock: SampleClock| {
+            let times = |batch: &&[TimingSample]| batch.iter().map(clock).collect::<Option<Vec<f64>>>();
             GroupedMedian::of(&batches.iter().map(times).collect::<Option<Vec<_>>>()?)
         };
         Some(Self { wall: by(WALL)?, gpu: by(GPU), cpu: by(CPU) })
@@ -287,8 +295,8 @@ impl Anchor {
     }
 
     /// The times of a point whose rounds were drawn beside `anchor`: the anchor's median times the median of the rounds' ratios.
-    pub fn scaled(&self, own: &[Sample], anchor: &[Sample], confirmed: bool) -> Option<PointTimes> {
-        let scaled = |median: &GroupedMedian, clock: Clock| median.times(&ratios(own, anchor, clock)?);
+    pub fn scaled(&self, own: &[TimingSample], anchor: &[TimingSample], confirmed: bool) -> Option<PointTimes> {
+        let scaled = |median: &GroupedMedian, clock: SampleClock| median.times(&ratios(own, anchor, clock)?);
         let gpu = self.gpu.as_ref().and_then(|median| scaled(median, GPU));
         let cpu = self.cpu.as_ref().and_then(|median| scaled(median, CPU));
         let ratios = ratios(own, anchor, |sample| Some(sample.decisive()))?;
@@ -301,15 +309,15 @@ impl Anchor {
 mod tests {
     use super::*;
 
-    fn wall(wall: f64) -> Sample {
-        Sample { wall, gpu: None, cpu: Some(2.0 * wall) }
+    fn wall(wall: f64) -> TimingSample {
+        TimingSample { wall, gpu: None, cpu: Some(2.0 * wall) }
     }
 
     #[test]
     fn what_slows_a_round_slows_all_of_it_and_no_ratio() {
         let slow = [1.0, 9.0, 1.0, 4.0, 1.0, 2.0];
-        let anchor: Vec<Sample> = slow.iter().map(|slow| wall(10.0 * slow)).collect();
-        let own: Vec<Sample> = slow.iter().map(|slow| wall(25.0 * slow)).collect();
+        let anchor: Vec<TimingSample> = slow.iter().map(|slow| wall(10.0 * slow)).collect();
+        let own: Vec<TimingSample> = slow.iter().map(|slow| wall(25.0 * slow)).collect();
         let all = Anchor::of(&[&[wall(10.0); 5]]).expect("finite");
         let times = all.scaled(&own, &anchor, true).expect("finite");
         let expected = Interval { median: 25.0, low: 25.0, high: 25.0, count: 6 };
@@ -323,7 +331,7 @@ mod tests {
         let mut random = fastrand::Rng::with_seed(5);
         let mut noisy = |count: usize| (0..count).map(|_| wall(10.0 + 4.0 * random.f64())).collect::<Vec<_>>();
         let (first, second) = (noisy(15), noisy(15));
-        let own: Vec<Sample> = first.iter().map(|sample| wall(0.5 * sample.wall)).collect();
+        let own: Vec<TimingSample> = first.iter().map(|sample| wall(0.5 * sample.wall)).collect();
         let anchor = Anchor::of(&[&first, &second]).expect("finite");
         let (of_anchor, of_own) =
             (anchor.times(true).expect("times"), anchor.scaled(&own, &first, true).expect("times"));

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use glam::{DQuat, DVec2, DVec3};
 
 use afterlight::scene::{Camera, CameraPath, Projection};
-use afterlight_truth::reference::{Reference, View};
+use afterlight_truth::reference::{CameraView, Reference};
 
 /// Rays across and down that sample a camera's view.
 const GRID: [u32; 2] = [16, 9];
@@ -37,7 +37,7 @@ struct VisibleSurfaces {
 }
 
 impl VisibleSurfaces {
-    fn of(reference: &Reference, view: &View) -> Self {
+    fn of(reference: &Reference, view: &CameraView) -> Self {
         let size = DVec2::new(f64::from(view.size[0]), f64::from(view.size[1]));
         let grid = DVec2::new(f64::from(GRID[0]), f64::from(GRID[1]));
         let places =
@@ -64,7 +64,7 @@ impl VisibleSurfaces {
 
 /// A camera that the settings were not chosen with.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Elsewhere {
+pub struct HeldOutCamera {
     /// The camera itself.
     pub camera: Camera,
     /// The same, as `--camera` takes it.
@@ -73,13 +73,13 @@ pub struct Elsewhere {
 
 /// Moments of a path, spread evenly from its start to its end, in seconds from the start: the one in the middle first, from which settings are
 /// chosen, and then the others in order.
-pub fn moments(path: &CameraPath, count: usize) -> Vec<(f64, Elsewhere)> {
+pub fn moments(path: &CameraPath, count: usize) -> Vec<(f64, HeldOutCamera)> {
     let last = count.max(2) - 1;
-    let mut moments: Vec<(f64, Elsewhere)> = (0..=last)
+    let mut moments: Vec<(f64, HeldOutCamera)> = (0..=last)
         .map(|index| {
             let seconds = path.seconds() * index as f64 / last as f64;
             let camera = path.at(seconds);
-            (seconds, Elsewhere { camera, text: camera.to_string() })
+            (seconds, HeldOutCamera { camera, text: camera.to_string() })
         })
         .collect();
     moments[..=last / 2].rotate_right(1);
@@ -87,10 +87,10 @@ pub fn moments(path: &CameraPath, count: usize) -> Vec<(f64, Elsewhere)> {
 }
 
 /// Up to `count` cameras; fewer where the scene has no room for more, as where the camera sees nothing.
-pub fn held_out(reference: &Reference, view: &View, count: usize) -> Vec<Elsewhere> {
+pub fn held_out(reference: &Reference, view: &CameraView, count: usize) -> Vec<HeldOutCamera> {
     let own = VisibleSurfaces::of(reference, view);
     let usual = own.usual();
-    let mut found: Vec<Elsewhere> = Vec::new();
+    let mut found: Vec<HeldOutCamera> = Vec::new();
     if own.hits.is_empty() {
         return found;
     }
@@ -98,23 +98,23 @@ pub fn held_out(reference: &Reference, view: &View, count: usize) -> Vec<Elsewhe
         if found.len() == count {
             break;
         }
-        let Some(Elsewhere { camera, text }) = candidate(view, &own, index) else { continue };
+        let Some(HeldOutCamera { camera, text }) = candidate(view, &own, index) else { continue };
         let others = std::iter::once(&view.camera).chain(found.iter().map(|other| &other.camera));
         let is_new = others.into_iter().all(|other| differ(other, &camera, usual));
         if !is_new {
             continue;
         }
-        let sight = VisibleSurfaces::of(reference, &View { camera, ..*view });
+        let sight = VisibleSurfaces::of(reference, &CameraView { camera, ..*view });
         let is_full = sight.seen >= LEAST_SEEN * own.seen && sight.objects as f64 >= LEAST_OBJECTS * own.objects as f64;
         if is_full && sight.in_the_way(usual) <= MOST_IN_THE_WAY {
-            found.push(Elsewhere { camera, text });
+            found.push(HeldOutCamera { camera, text });
         }
     }
     found
 }
 
 /// One of the sequence: how far towards which hit, and turned by how much, by additive recurrence of the plastic number's powers.
-fn candidate(view: &View, own: &VisibleSurfaces, index: u32) -> Option<Elsewhere> {
+fn candidate(view: &CameraView, own: &VisibleSurfaces, index: u32) -> Option<HeldOutCamera> {
     let share = |step: f64| (0.5 + step * f64::from(index + 1)).fract();
     let [target, way, yaw, pitch] = [0.856_674_883_8, 0.733_891_856_6, 0.628_706_721_0, 0.538_597_257_2].map(share);
     let hit = *own.hits.get((target * own.hits.len() as f64) as usize)?;
@@ -127,7 +127,7 @@ fn candidate(view: &View, own: &VisibleSurfaces, index: u32) -> Option<Elsewhere
     // Through its text, so that a camera that is typed from a report is exactly this one.
     let text = text_of(position, position + forward * own.usual().max(camera.near), camera.projection);
     let parsed: Camera = text.parse().ok()?;
-    Some(Elsewhere { camera: Camera { near: camera.near, ..parsed }, text })
+    Some(HeldOutCamera { camera: Camera { near: camera.near, ..parsed }, text })
 }
 
 fn differ(a: &Camera, b: &Camera, usual: f64) -> bool {
@@ -160,8 +160,8 @@ mod tests {
         open(spec, &OpenOptions::default()).expect("a built-in scene")
     }
 
-    fn view(scene: &Scene) -> View {
-        View { camera: scene.camera, size: [320, 180] }
+    fn view(scene: &Scene) -> CameraView {
+        CameraView { camera: scene.camera, size: [320, 180] }
     }
 
     #[test]
@@ -175,7 +175,7 @@ mod tests {
             let own = VisibleSurfaces::of(&reference, &view);
             let cameras: Vec<Camera> = cameras.into_iter().map(|elsewhere| elsewhere.camera).collect();
             for (index, camera) in cameras.iter().enumerate() {
-                let sight = VisibleSurfaces::of(&reference, &View { camera: *camera, ..view });
+                let sight = VisibleSurfaces::of(&reference, &CameraView { camera: *camera, ..view });
                 assert!(sight.objects * 2 >= own.objects, "{spec} {index}: {} of {}", sight.objects, own.objects);
                 assert!(sight.seen >= LEAST_SEEN * own.seen, "{spec} {index}: {} of {}", sight.seen, own.seen);
                 let others = std::iter::once(&view.camera).chain(&cameras[..index]);
@@ -188,10 +188,10 @@ mod tests {
     fn nothing_lies_between_the_scenes_camera_and_the_others() {
         let scene = scene("builtin:hall");
         let (reference, view) = (Reference::new(&scene).expect("a scene"), view(&scene));
-        for Elsewhere { camera, .. } in held_out(&reference, &view, 3) {
+        for HeldOutCamera { camera, .. } in held_out(&reference, &view, 3) {
             let way = camera.position - view.camera.position;
             let towards = Camera::looking_at(view.camera.position, camera.position, DVec3::Y);
-            let towards = View { camera: Camera { near: view.camera.near, ..towards }, size: [3, 3] };
+            let towards = CameraView { camera: Camera { near: view.camera.near, ..towards }, size: [3, 3] };
             let hit = reference.surface(&towards, DVec2::splat(1.5));
             assert!(hit.is_none_or(|(surface, ..)| surface.position.length() > way.length()));
         }
@@ -203,7 +203,7 @@ mod tests {
         let view = view(&scene);
         let cameras = held_out(&Reference::new(&scene).expect("a scene"), &view, 3);
         assert_eq!(cameras, held_out(&Reference::new(&scene).expect("a scene"), &view, 3));
-        for Elsewhere { camera, text } in cameras {
+        for HeldOutCamera { camera, text } in cameras {
             let told: Camera = text.parse().expect("as --camera takes it");
             assert_eq!(Camera { near: camera.near, ..told }, camera);
         }

@@ -1,7 +1,7 @@
 //! The choice of the point that serves a bound, and of the next to try where the bound does not hold elsewhere. Pure: measurements
 //! come from a [`Witness`] and from a search that is asked for more.
 
-use crate::report::sweep::Error;
+use crate::report::sweep::SweepError;
 use crate::report::sweep::model::{Against, Interval, Metric, Point, SceneReport, Timing, TruthInfo};
 
 /// An error below this multiple of the truth's noise cannot be told well.
@@ -15,14 +15,14 @@ const NEAR_MISS: f64 = 2.0;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Goal {
     /// The bound that must hold.
-    pub bound: Bound,
+    pub bound: GoalBound,
     /// The metric of error, against the converged truth.
     pub metric: Metric,
 }
 
 /// A bound on error or time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Bound {
+pub enum GoalBound {
     /// The fastest settings whose error is at most this.
     Error(f64),
     /// The fastest settings whose error is at most this share more than that of the settings as given: 0.02 for 2%.
@@ -54,16 +54,16 @@ pub trait Witness {
     ///
     /// # Errors
     /// When the device cannot draw it from there.
-    fn measure(&mut self, camera: usize, scene: &SceneReport, point: usize) -> Result<Pair, Error>;
+    fn measure(&mut self, camera: usize, scene: &SceneReport, point: usize) -> Result<PairedMeasurement, SweepError>;
 }
 
 /// Measures points of a scene until nothing that is left could change the choice: with a margin among those alone whose error (where time is
 /// bounded, whose time) is below it.
-pub type Searcher<'a> = &'a mut dyn FnMut(Option<f64>) -> Result<SceneReport, Error>;
+pub type Searcher<'a> = &'a mut dyn FnMut(Option<f64>) -> Result<SceneReport, SweepError>;
 
 /// Settings, and those as given, that took turns.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pair {
+pub struct PairedMeasurement {
     /// Of the candidate.
     pub own: Measurement,
     /// Of the settings as given.
@@ -76,12 +76,12 @@ pub struct Attempt {
     /// Index in [`SceneReport::points`].
     pub point: usize,
     /// By camera, up to the first on which the bound does not hold.
-    pub held_out: Vec<Pair>,
+    pub held_out: Vec<PairedMeasurement>,
 }
 
 /// The result of a search.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Outcome {
+pub struct SearchResult {
     /// On which the bound holds from every camera.
     pub chosen: Option<Attempt>,
     /// Tried before it, in this order; the bound failed on the last of each one's cameras.
@@ -101,7 +101,7 @@ impl Goal {
     /// misses a picture's other work, such as reading several samples back and taking their mean.
     pub fn clock<'a>(&self, timing: &'a Timing) -> (&'static str, &'a Interval) {
         match (self.bound, &timing.gpu) {
-            (Bound::Milliseconds(_), Some(gpu)) if timing.wall.high > gpu.high => ("wall", &timing.wall),
+            (GoalBound::Milliseconds(_), Some(gpu)) if timing.wall.high > gpu.high => ("wall", &timing.wall),
             (_, Some(gpu)) => ("device", gpu),
             (_, None) => ("wall", &timing.wall),
         }
@@ -109,41 +109,41 @@ impl Goal {
 
     /// The truth's own noise, where errors at the bound are hardly told from it.
     pub fn near_noise(&self, truth: &TruthInfo) -> Option<f64> {
-        let Bound::Error(most) = self.bound else { return None };
+        let GoalBound::Error(most) = self.bound else { return None };
         truth.noise(self.metric).filter(|noise| most < NEAR_NOISE * noise)
     }
 
     /// A time holds where its whole 95% interval does. With a bound on loss, settings that are slower than those as given do not hold either, unless
     /// the two intervals overlap.
-    pub fn holds(&self, pair: &Pair) -> bool {
+    pub fn holds(&self, pair: &PairedMeasurement) -> bool {
         self.bounded(pair) <= self.limit() && !self.is_slower(pair)
     }
 
-    fn is_slower(&self, Pair { own, default }: &Pair) -> bool {
-        matches!(self.bound, Bound::Loss(_)) && own.time.low > default.time.high
+    fn is_slower(&self, PairedMeasurement { own, default }: &PairedMeasurement) -> bool {
+        matches!(self.bound, GoalBound::Loss(_)) && own.time.low > default.time.high
     }
 
     /// Returns the figure that the bound is about.
-    pub fn bounded(&self, pair: &Pair) -> f64 {
-        let Pair { own, default } = pair;
+    pub fn bounded(&self, pair: &PairedMeasurement) -> f64 {
+        let PairedMeasurement { own, default } = pair;
         match self.bound {
-            Bound::Error(_) => own.error,
+            GoalBound::Error(_) => own.error,
             // Of two errors of 0 as well.
-            Bound::Loss(_) if own.error == default.error => 0.0,
-            Bound::Loss(_) => own.error / default.error - 1.0,
-            Bound::Milliseconds(_) => own.time.high,
+            GoalBound::Loss(_) if own.error == default.error => 0.0,
+            GoalBound::Loss(_) => own.error / default.error - 1.0,
+            GoalBound::Milliseconds(_) => own.time.high,
         }
     }
 
     fn limit(&self) -> f64 {
         match self.bound {
-            Bound::Error(most) | Bound::Loss(most) | Bound::Milliseconds(most) => most,
+            GoalBound::Error(most) | GoalBound::Loss(most) | GoalBound::Milliseconds(most) => most,
         }
     }
 
     /// A point and the settings as given, from the scene's own camera.
-    pub fn pair(&self, scene: &SceneReport, point: usize) -> Pair {
-        Pair { own: self.of(&scene.points[point]), default: self.of(&scene.points[scene.default]) }
+    pub fn pair(&self, scene: &SceneReport, point: usize) -> PairedMeasurement {
+        PairedMeasurement { own: self.of(&scene.points[point]), default: self.of(&scene.points[scene.default]) }
     }
 
     /// Points on which the bound holds, as was measured twice, the best first: the fastest where error is bounded, else those that err least.
@@ -151,14 +151,14 @@ impl Goal {
     /// themselves: they are the last that a bound on the loss has.
     pub fn candidates(&self, scene: &SceneReport, margin: Option<f64>) -> Vec<usize> {
         let of = |index: usize| self.of(&scene.points[index]);
-        let is_bounded_in_time = matches!(self.bound, Bound::Milliseconds(_));
+        let is_bounded_in_time = matches!(self.bound, GoalBound::Milliseconds(_));
         let is_below = |index: usize| {
             let Measurement { error, time } = of(index);
             margin.is_none_or(|margin| if is_bounded_in_time { time.median < margin } else { error < margin })
         };
         let mut points: Vec<usize> = (0..scene.points.len()).filter(|&index| is_below(index)).collect();
         points.retain(|&index| scene.points[index].time.confirmed && !is_textbook(&scene.points[index]));
-        if matches!(self.bound, Bound::Loss(_)) {
+        if matches!(self.bound, GoalBound::Loss(_)) {
             let most = (1.0 - LEAST_SAVING) * of(scene.default).time.median;
             points.retain(|&index| index != scene.default && of(index).time.median <= most);
         }
@@ -170,7 +170,7 @@ impl Goal {
             let ((first, second), (other, last)) = (rank(a), rank(b));
             first.total_cmp(&other).then(second.total_cmp(&last))
         });
-        if matches!(self.bound, Bound::Loss(_)) && scene.points[scene.default].time.confirmed {
+        if matches!(self.bound, GoalBound::Loss(_)) && scene.points[scene.default].time.confirmed {
             points.push(scene.default);
         }
         points.retain(|&index| of(index).error.is_finite() && self.holds(&self.pair(scene, index)));
@@ -180,7 +180,7 @@ impl Goal {
     /// The margin that others need once this point has failed elsewhere.
     fn margin(&self, scene: &SceneReport, point: usize) -> f64 {
         let Measurement { error, time } = self.of(&scene.points[point]);
-        if matches!(self.bound, Bound::Milliseconds(_)) { time.median } else { error }
+        if matches!(self.bound, GoalBound::Milliseconds(_)) { time.median } else { error }
     }
 
     /// Returns the point of the front that comes nearest to the bound.
@@ -196,12 +196,12 @@ impl Goal {
     }
 
     /// The bound that an attempt would keep from all cameras that it was measured from, in two digits. A time has 5% more, as times scatter.
-    pub fn fitting(&self, scene: &SceneReport, attempt: &Attempt) -> Bound {
+    pub fn fitting(&self, scene: &SceneReport, attempt: &Attempt) -> GoalBound {
         let worst = self.worst(scene, attempt);
         match self.bound {
-            Bound::Error(_) => Bound::Error(round_up(worst)),
-            Bound::Loss(_) => Bound::Loss(round_up(worst)),
-            Bound::Milliseconds(_) => Bound::Milliseconds(round_up(1.05 * worst)),
+            GoalBound::Error(_) => GoalBound::Error(round_up(worst)),
+            GoalBound::Loss(_) => GoalBound::Loss(round_up(worst)),
+            GoalBound::Milliseconds(_) => GoalBound::Milliseconds(round_up(1.05 * worst)),
         }
     }
 
@@ -226,13 +226,13 @@ impl Goal {
     ///
     /// # Errors
     /// Those of the search and of the witness.
-    pub fn choose<W: Witness, E: From<Error>>(
+    pub fn choose<W: Witness, E: From<SweepError>>(
         &self,
         search: Searcher,
         witness: impl FnOnce(&SceneReport) -> Result<W, E>,
-    ) -> Result<(SceneReport, Outcome), E> {
+    ) -> Result<(SceneReport, SearchResult), E> {
         let mut scene = search(None)?;
-        let nothing = Outcome { chosen: None, passed_over: Vec::new(), near_miss: None };
+        let nothing = SearchResult { chosen: None, passed_over: Vec::new(), near_miss: None };
         if !self.is_near(&scene) {
             return Ok((scene, nothing));
         }
@@ -241,7 +241,7 @@ impl Goal {
         // Settings as given that lose nothing have no margin to ask for: they are tried once.
         let was_tried = |passed_over: &[Attempt], point: usize| passed_over.iter().any(|other| other.point == point);
         loop {
-            let is_late = matches!(self.bound, Bound::Loss(_)) && witness.is_late();
+            let is_late = matches!(self.bound, GoalBound::Loss(_)) && witness.is_late();
             let mut open = self.candidates(&scene, margin);
             open.retain(|&one| {
                 !was_tried(&passed_over, one) && (!is_late || passed_over.is_empty() || one == scene.default)
@@ -250,19 +250,19 @@ impl Goal {
             let mut attempt = Attempt { point, held_out: Vec::new() };
             self.go_on(&mut attempt, (&scene, &mut witness), |pair| self.holds(pair))?;
             if attempt.held_out.iter().all(|pair| self.holds(pair)) {
-                return Ok((scene, Outcome { chosen: Some(attempt), passed_over, near_miss: None }));
+                return Ok((scene, SearchResult { chosen: Some(attempt), passed_over, near_miss: None }));
             }
             let own = self.margin(&scene, point);
             margin = Some(margin.map_or(own, |margin: f64| margin.min(own)));
             passed_over.push(attempt);
-            if matches!(self.bound, Bound::Loss(_)) && witness.is_late() {
+            if matches!(self.bound, GoalBound::Loss(_)) && witness.is_late() {
                 continue;
             }
             let before = std::mem::replace(&mut scene, search(margin)?);
             passed_over.retain_mut(|attempt| attempt.goes_over(&before, &scene));
         }
         let near_miss = self.near_miss(&scene, &passed_over, &mut witness)?;
-        Ok((scene, Outcome { chosen: None, passed_over, near_miss }))
+        Ok((scene, SearchResult { chosen: None, passed_over, near_miss }))
     }
 
     fn near_miss(
@@ -270,7 +270,7 @@ impl Goal {
         scene: &SceneReport,
         passed_over: &[Attempt],
         witness: &mut impl Witness,
-    ) -> Result<Option<Attempt>, Error> {
+    ) -> Result<Option<Attempt>, SweepError> {
         let best = passed_over.iter().min_by(|a, b| self.worst(scene, a).total_cmp(&self.worst(scene, b))).cloned();
         let nearest = || self.nearest(scene).map(|point| Attempt { point, held_out: Vec::new() });
         let near = best.or_else(nearest).filter(|attempt| self.worst(scene, attempt) <= NEAR_MISS * self.limit());
@@ -284,8 +284,8 @@ impl Goal {
         &self,
         attempt: &mut Attempt,
         (scene, witness): (&SceneReport, &mut impl Witness),
-        suits: impl Fn(&Pair) -> bool,
-    ) -> Result<(), Error> {
+        suits: impl Fn(&PairedMeasurement) -> bool,
+    ) -> Result<(), SweepError> {
         for camera in attempt.held_out.len()..witness.cameras() {
             let pair = witness.measure(camera, scene, attempt.point)?;
             attempt.held_out.push(pair);

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::choice::{Attempt, Bound, Goal, Measurement, Outcome, Pair};
+use super::choice::{Attempt, Goal, GoalBound, Measurement, PairedMeasurement, SearchResult};
 use crate::report::sweep::model::{Machine, Metric, SceneReport};
 use afterlight::scene::SettingsPatch;
 
@@ -49,9 +49,9 @@ pub struct Evidence {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub at_s: Option<f64>,
     /// From the camera that the settings were chosen with.
-    pub choice: Found,
+    pub choice: MeasuredSettings,
     /// The settings as given.
-    pub default: Found,
+    pub default: MeasuredSettings,
     /// Figures from other cameras than the one the settings were chosen with. Errors there are estimated from a picture of the settings that err
     /// least.
     pub held_out: Vec<HeldOut>,
@@ -61,7 +61,7 @@ pub struct Evidence {
 
 /// Settings with their figures, as measured from the camera of the scene.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Found {
+pub struct MeasuredSettings {
     /// The settings, as a command line has them.
     pub settings: String,
     /// The measurements.
@@ -122,7 +122,7 @@ impl Figures {
     }
 }
 
-impl Found {
+impl MeasuredSettings {
     /// A point's figures, as far as the goal asks for them.
     pub fn of(scene: &SceneReport, goal: &Goal, point: usize) -> Self {
         let point = &scene.points[point];
@@ -132,7 +132,7 @@ impl Found {
 
 /// A search with its subject.
 #[derive(Debug, Clone, Copy)]
-pub struct Search<'a> {
+pub struct SearchContext<'a> {
     /// The program and its version.
     pub program: &'a str,
     /// The machine that measured.
@@ -144,12 +144,12 @@ pub struct Search<'a> {
     /// By their index, as `--camera` takes them.
     pub cameras: &'a [String],
     /// The path that they stand on, if they do.
-    pub path: Option<&'a Walk>,
+    pub path: Option<&'a PathMoments>,
 }
 
 /// A path with the moments that are looked at, in seconds from its start.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Walk {
+pub struct PathMoments {
     /// The file.
     pub file: String,
     /// Of the camera that settings are chosen with.
@@ -160,9 +160,9 @@ pub struct Walk {
 
 impl Evidence {
     /// The evidence for a search's choice.
-    pub fn of(search: &Search, chosen: &Attempt, passed_over: &[Attempt]) -> Self {
-        let Search { machine, scene, goal, cameras, .. } = search;
-        let held_out = |(index, (pair, camera)): (usize, (&Pair, &String))| HeldOut {
+    pub fn of(search: &SearchContext, chosen: &Attempt, passed_over: &[Attempt]) -> Self {
+        let SearchContext { machine, scene, goal, cameras, .. } = search;
+        let held_out = |(index, (pair, camera)): (usize, (&PairedMeasurement, &String))| HeldOut {
             camera: camera.clone(),
             at_s: search.path.and_then(|path| path.others.get(index).copied()),
             choice: Figures::of(&pair.own),
@@ -188,15 +188,15 @@ impl Evidence {
             moving: scene.moving,
             path: search.path.map(|path| path.file.clone()),
             at_s: search.path.map(|path| path.own),
-            choice: Found::of(scene, goal, chosen.point),
-            default: Found::of(scene, goal, scene.default),
+            choice: MeasuredSettings::of(scene, goal, chosen.point),
+            default: MeasuredSettings::of(scene, goal, scene.default),
             held_out: chosen.held_out.iter().zip(*cameras).enumerate().map(held_out).collect(),
             passed_over: passed_over.iter().filter_map(|attempt| search.passed_over(attempt)).collect(),
         }
     }
 }
 
-impl Search<'_> {
+impl SearchContext<'_> {
     /// The camera on which a candidate failed, the last of its own.
     pub fn passed_over(&self, attempt: &Attempt) -> Option<PassedOver> {
         let pair = attempt.held_out.last()?;
@@ -210,12 +210,12 @@ impl Search<'_> {
     }
 
     /// Returns the reason why nothing was chosen, in a sentence that names the nearest point.
-    pub fn failure(&self, outcome: &Outcome) -> String {
+    pub fn failure(&self, outcome: &SearchResult) -> String {
         let limit = bound_text(self.goal);
         let worst = |attempt: &&Attempt| self.goal.worst(self.scene, attempt);
         let told = |figures: &Figures| match self.goal.bound {
-            Bound::Error(_) | Bound::Loss(_) => format!("errs by {}", error_text(figures.error)),
-            Bound::Milliseconds(_) => {
+            GoalBound::Error(_) | GoalBound::Loss(_) => format!("errs by {}", error_text(figures.error)),
+            GoalBound::Milliseconds(_) => {
                 format!("takes {:.3} ms, and {:.3} at the upper end of its 95% interval", figures.ms, figures.ms_high)
             }
         };
@@ -229,7 +229,7 @@ impl Search<'_> {
         }
         match self.goal.nearest(self.scene) {
             Some(nearest) => {
-                let Found { settings, figures } = Found::of(self.scene, self.goal, nearest);
+                let MeasuredSettings { settings, figures } = MeasuredSettings::of(self.scene, self.goal, nearest);
                 format!("nothing that was measured keeps {limit}: the nearest, {settings}, {}", told(&figures))
             }
             None => format!("nothing was measured that could keep {limit}"),
@@ -237,7 +237,7 @@ impl Search<'_> {
     }
 
     /// In a sentence, the bound that a near miss keeps from all cameras; `None` where nothing came near.
-    pub fn fitting(&self, outcome: &Outcome) -> Option<String> {
+    pub fn fitting(&self, outcome: &SearchResult) -> Option<String> {
         let near_miss = outcome.near_miss.as_ref()?;
         let bound = self.goal.fitting(self.scene, near_miss);
         let (name, cameras) = (&self.scene.points[near_miss.point].name, 1 + near_miss.held_out.len());
@@ -254,10 +254,10 @@ fn bound_text(goal: &Goal) -> String {
     // Small figures with an exponent, and whole ones without a point.
     let short = |most: f64| format!("{most:?}").trim_end_matches(".0").to_owned();
     let bound = match goal.bound {
-        Bound::Error(most) => format!("--max-error {}", short(most)),
+        GoalBound::Error(most) => format!("--max-error {}", short(most)),
         // Two digits, or as many as were typed: 7% and not 7.000000000000001%.
-        Bound::Loss(most) => format!("--max-loss {}%", short((most * 1e8).round() / 1e6)),
-        Bound::Milliseconds(most) => format!("--max-ms {}", short(most)),
+        GoalBound::Loss(most) => format!("--max-loss {}%", short((most * 1e8).round() / 1e6)),
+        GoalBound::Milliseconds(most) => format!("--max-ms {}", short(most)),
     };
     format!("{bound} --metric {}", metric_key(goal.metric))
 }
@@ -296,17 +296,17 @@ mod tests {
     use crate::report::page::samples;
     use afterlight::scene::file::parse_settings;
 
-    fn pair(goal: &Goal, scene: &SceneReport, point: usize) -> Pair {
+    fn pair(goal: &Goal, scene: &SceneReport, point: usize) -> PairedMeasurement {
         goal.pair(scene, point)
     }
 
     #[test]
     fn a_settings_file_is_read_again_and_keeps_its_evidence() {
         let report = samples::report();
-        let goal = Goal { bound: Bound::Error(0.05), metric: Metric::Flip };
+        let goal = Goal { bound: GoalBound::Error(0.05), metric: Metric::Flip };
         let scene = &report.scenes[0];
         let cameras = ["0,1,2/3,4,5/60".to_owned(), "1,1,2/3,4,5/60".to_owned()];
-        let search = Search {
+        let search = SearchContext {
             program: "afterlight 0.1.0",
             machine: &report.machine,
             scene,
@@ -336,14 +336,14 @@ mod tests {
         let report = samples::report();
         let scene = &report.scenes[0];
         let cameras = ["0,1,2/3,4,5/60".to_owned()];
-        let goal = Goal { bound: Bound::Error(1e-9), metric: Metric::Flip };
+        let goal = Goal { bound: GoalBound::Error(1e-9), metric: Metric::Flip };
         let search =
-            Search { program: "", machine: &report.machine, scene, goal: &goal, cameras: &cameras, path: None };
-        let nothing = Outcome { chosen: None, passed_over: Vec::new(), near_miss: None };
+            SearchContext { program: "", machine: &report.machine, scene, goal: &goal, cameras: &cameras, path: None };
+        let nothing = SearchResult { chosen: None, passed_over: Vec::new(), near_miss: None };
         let nearest = &scene.points[goal.nearest(scene).expect("a front")].name;
         assert!(search.failure(&nothing).contains(&format!("the nearest, {nearest}, errs by")));
         let attempts = [1, 2].map(|point| Attempt { point, held_out: vec![pair(&goal, scene, point)] });
-        let failed = Outcome { chosen: None, passed_over: attempts.into(), near_miss: None };
+        let failed = SearchResult { chosen: None, passed_over: attempts.into(), near_miss: None };
         let better = [1, 2].into_iter().min_by(|a, b| {
             let error = |index: &usize| goal.of(&scene.points[*index]).error;
             error(a).total_cmp(&error(b))
@@ -358,17 +358,23 @@ mod tests {
         let report = samples::report();
         let scene = &report.scenes[0];
         let cameras = ["0,1,2/3,4,5/60".to_owned()];
-        let told = |bound: Bound, near_miss: Option<Attempt>| {
+        let told = |bound: GoalBound, near_miss: Option<Attempt>| {
             let goal = Goal { bound, metric: Metric::Flip };
-            let search =
-                Search { program: "", machine: &report.machine, scene, goal: &goal, cameras: &cameras, path: None };
-            search.fitting(&Outcome { chosen: None, passed_over: Vec::new(), near_miss })
+            let search = SearchContext {
+                program: "",
+                machine: &report.machine,
+                scene,
+                goal: &goal,
+                cameras: &cameras,
+                path: None,
+            };
+            search.fitting(&SearchResult { chosen: None, passed_over: Vec::new(), near_miss })
         };
         let attempt = |held_out| Attempt { point: 0, held_out };
-        let goal = Goal { bound: Bound::Error(0.02), metric: Metric::Flip };
+        let goal = Goal { bound: GoalBound::Error(0.02), metric: Metric::Flip };
         let fits = told(goal.bound, Some(attempt(vec![pair(&goal, scene, 0)]))).expect("near");
         assert_eq!(fits, "--max-error 0.038 --metric flip would fit: default keeps it from each of 2 cameras");
-        let fits = told(Bound::Milliseconds(10.0), Some(attempt(Vec::new()))).expect("near");
+        let fits = told(GoalBound::Milliseconds(10.0), Some(attempt(Vec::new()))).expect("near");
         assert!(fits.starts_with("--max-ms 1") && fits.ends_with("default keeps it from the scene's camera"), "{fits}");
         assert_eq!(told(goal.bound, None), None);
     }
@@ -376,8 +382,8 @@ mod tests {
     #[test]
     fn bounds_read_as_they_were_typed() {
         let told = |bound| bound_text(&Goal { bound, metric: Metric::Flip });
-        assert_eq!(told(Bound::Loss(0.07)), "--max-loss 7% --metric flip");
-        assert_eq!(told(Bound::Loss(0.025)), "--max-loss 2.5% --metric flip");
-        assert_eq!(told(Bound::Milliseconds(16.0)), "--max-ms 16 --metric flip");
+        assert_eq!(told(GoalBound::Loss(0.07)), "--max-loss 7% --metric flip");
+        assert_eq!(told(GoalBound::Loss(0.025)), "--max-loss 2.5% --metric flip");
+        assert_eq!(told(GoalBound::Milliseconds(16.0)), "--max-ms 16 --metric flip");
     }
 }

@@ -10,10 +10,10 @@ pub mod probe;
 pub mod search;
 pub mod verify;
 
-pub use super::sweep::Error;
+pub use super::sweep::SweepError;
 pub use super::sweep::families::Selection;
 pub use super::sweep::model::Metric;
-pub use choice::{Bound, Goal};
+pub use choice::{Goal, GoalBound};
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -23,21 +23,21 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use self::cameras::held_out;
-use self::choice::Outcome;
-use self::probe::{Awaited, BEST_SAMPLES, Bench, Look, Probe};
-use self::search::{Search, Step as Next};
-use self::verify::{Elsewhere, OnDevice};
+use self::choice::SearchResult;
+use self::probe::{Awaited, BEST_SAMPLES, Bench, Probe, ProbeEffort};
+use self::search::{Search, SearchStep};
+use self::verify::{CameraBench, DeviceWitness};
 use super::sweep::accuracy::Truths;
 use super::sweep::families::{Sweep, name_of};
-use super::sweep::journal::{Asked, Batch, Header, Journal, Record, SceneInfo};
+use super::sweep::journal::{Batch, Journal, JournalHeader, JournalRecord, SceneInfo, SweepOptions};
 use super::sweep::model::{Against, LAYOUT, Point, SceneReport, TruthInfo};
-use super::sweep::run::{BATCH_BYTES, Step, Watch};
+use super::sweep::run::{BATCH_BYTES, SceneProgress, StepObserver};
 use super::sweep::timing::Effort;
 use super::sweep::{assemble, machine};
 use afterlight::frame::{self, capabilities};
 use afterlight::gpu::{Device, vk};
 use afterlight::scene::{Camera, Scene, SettingsPatch};
-use afterlight_truth::reference::{Reference, View};
+use afterlight_truth::reference::{CameraView, Reference};
 
 /// The number of points that get a glance together. The second is for GPUs on machines with at least as many cores: the driver then compiles for all
 /// points at once.
@@ -90,7 +90,7 @@ pub struct Tuned {
     /// The settings of each of its points.
     pub patches: Vec<SettingsPatch>,
     /// The choice, and the points that were passed over.
-    pub outcome: Outcome,
+    pub outcome: SearchResult,
     /// Names of the points that might have been the choice, and that the time was not enough for.
     pub not_measured: Vec<String>,
     /// The name of the settings whose pictures stood in a truth's place elsewhere; `None` where no camera was looked from.
@@ -115,11 +115,11 @@ impl<'a> Tuning<'a> {
         &self,
         journal: &mut Journal,
         (info, own): (SceneInfo, Awaited),
-        watch: Watch,
+        watch: StepObserver,
         elsewhere: &[(Camera, [u32; 2])],
-    ) -> Result<Tuned, Error> {
+    ) -> Result<Tuned, SweepError> {
         if journal.scenes[0].info.is_none() {
-            journal.add(0, Record::Scene { scene: 0, info })?;
+            journal.add(0, JournalRecord::Scene { scene: 0, info })?;
         }
         let patches: BTreeMap<String, SettingsPatch> =
             self.sweep.points.iter().map(|patch| (name_of(patch), patch.clone())).collect();
@@ -128,14 +128,15 @@ impl<'a> Tuning<'a> {
         let mut run = SearchRun::of(self, journal);
         let mut search =
             |margin| run.until_done(&mut *bench.borrow_mut(), margin, &mut |step| (watch.borrow_mut())(step));
-        let told: Watch = &mut |step| (watch.borrow_mut())(step);
+        let told: StepObserver = &mut |step| (watch.borrow_mut())(step);
         let mut best = None;
         let witness = |scene: &SceneReport| {
             let name = best.insert(self.best(scene));
             let patch = patches.get(name).cloned().unwrap_or_default();
             let mut bench = bench.borrow_mut();
-            let mut at =
-                |camera, size| Ok::<_, Error>(Elsewhere::of(bench.elsewhere(camera, size, &patch)?, self.goal.metric));
+            let mut at = |camera, size| {
+                Ok::<_, SweepError>(CameraBench::of(bench.elsewhere(camera, size, &patch)?, self.goal.metric))
+            };
             let home = at(self.scene.camera, self.error_size)?;
             let cameras = elsewhere.iter().map(|&(camera, size)| at(camera, size)).collect::<Result<Vec<_>, _>>()?;
             let random = fastrand::Rng::with_seed(self.seed);
@@ -143,7 +144,7 @@ impl<'a> Tuning<'a> {
             let watch = told;
             let end = self.within.map(|within| within.begun + within.time);
             let (goal, longest) = (self.goal, Duration::ZERO);
-            Ok::<_, Error>(OnDevice { goal, patches: &patches, home, cameras, random, watch, end, longest })
+            Ok::<_, SweepError>(DeviceWitness { goal, patches: &patches, home, cameras, random, watch, end, longest })
         };
         let (scene, outcome) = self.goal.choose(&mut search, witness)?;
         let known = |name: &str| patches.get(name).cloned();
@@ -218,7 +219,12 @@ impl<'a, 'b> SearchRun<'a, 'b> {
     }
 
     /// Takes step after step until there is none, or the time is over; then only those that a choice needs.
-    fn until_done(&mut self, probe: &mut dyn Probe, margin: Option<f64>, watch: Watch) -> Result<SceneReport, Error> {
+    fn until_done(
+        &mut self,
+        probe: &mut dyn Probe,
+        margin: Option<f64>,
+        watch: StepObserver,
+    ) -> Result<SceneReport, SweepError> {
         loop {
             let search = self.search(margin, probe.can_draw()?)?;
             let (left, step) = (search.left().into_iter().map(str::to_owned).collect(), search.next());
@@ -235,15 +241,15 @@ impl<'a, 'b> SearchRun<'a, 'b> {
                     });
                     let Some(name) = partial else { return Ok(scene) };
                     let index = self.tuning.sweep.points.iter().position(|patch| name_of(patch) == name);
-                    self.draw(probe, index.unwrap_or(0), Look::Whole, watch)?;
+                    self.draw(probe, index.unwrap_or(0), ProbeEffort::Whole, watch)?;
                 }
             }
         }
     }
 
-    fn search(&self, margin: Option<f64>, can_draw: bool) -> Result<Search<'_>, Error> {
+    fn search(&self, margin: Option<f64>, can_draw: bool) -> Result<Search<'_>, SweepError> {
         let measured = &self.journal.scenes[0];
-        let info = measured.info.as_ref().ok_or_else(|| Error::Refused("the journal has no scene".into()))?;
+        let info = measured.info.as_ref().ok_or_else(|| SweepError::Refused("the journal has no scene".into()))?;
         let is_late = self.is_late(margin.is_none());
         let (goal, glances) = (&self.tuning.goal, self.tuning.glances());
         Ok(Search { goal, info, measured, margin, is_late, can_draw, glances })
@@ -272,20 +278,20 @@ impl<'a, 'b> SearchRun<'a, 'b> {
         self.pictures.median() + Duration::try_from_secs_f64(frame * f64::from(BEST_SAMPLES)).unwrap_or_default()
     }
 
-    fn scene(&self) -> Result<SceneReport, Error> {
+    fn scene(&self) -> Result<SceneReport, SweepError> {
         let scene = assemble::scene_report(&self.journal.scenes[0]);
-        scene.ok_or_else(|| Error::Refused(format!("nothing of {} was measured", self.tuning.scene.name)))
+        scene.ok_or_else(|| SweepError::Refused(format!("nothing of {} was measured", self.tuning.scene.name)))
     }
 
-    fn take(&mut self, probe: &mut dyn Probe, step: &Next, watch: Watch) -> Result<(), Error> {
+    fn take(&mut self, probe: &mut dyn Probe, step: &SearchStep, watch: StepObserver) -> Result<(), SweepError> {
         match step {
-            Next::Draw(index) => self.draw(probe, *index, Look::Glance, watch),
+            SearchStep::Draw(index) => self.draw(probe, *index, ProbeEffort::Glance, watch),
             // The search offers the others again, if the time is not over by then.
-            Next::Glance(points) => {
+            SearchStep::Glance(points) => {
                 let fit = self.that_fit(probe, points);
-                self.time(probe, fit, Look::Glance, watch)
+                self.time(probe, fit, ProbeEffort::Glance, watch)
             }
-            Next::Confirm(points) => self.time(probe, points, Look::Whole, watch),
+            SearchStep::Confirm(points) => self.time(probe, points, ProbeEffort::Whole, watch),
         }
     }
 
@@ -302,17 +308,28 @@ impl<'a, 'b> SearchRun<'a, 'b> {
         name_of(&self.tuning.sweep.points[index])
     }
 
-    fn draw(&mut self, probe: &mut dyn Probe, index: usize, look: Look, watch: Watch) -> Result<(), Error> {
+    fn draw(
+        &mut self,
+        probe: &mut dyn Probe,
+        index: usize,
+        look: ProbeEffort,
+        watch: StepObserver,
+    ) -> Result<(), SweepError> {
         let (point, total) = (self.name(index), self.tuning.sweep.points.len());
         self.await_truth(probe, watch)?;
-        watch(Step { what: "pictures", now: &point, done: self.journal.scenes[0].drawn.len().min(total - 1), total });
+        watch(SceneProgress {
+            what: "pictures",
+            now: &point,
+            done: self.journal.scenes[0].drawn.len().min(total - 1),
+            total,
+        });
         let begun = Instant::now();
         let drawn = probe.draw(&self.tuning.sweep.points[index], look);
         self.pictures.since(begun);
         let record = match drawn {
-            Ok(drawn) => Record::Drawn { scene: 0, point, drawn },
+            Ok(drawn) => JournalRecord::Drawn { scene: 0, point, drawn },
             Err(error) if index != 0 && error.is_of_point() => {
-                Record::Failed { scene: 0, point, reason: error.to_string() }
+                JournalRecord::Failed { scene: 0, point, reason: error.to_string() }
             }
             Err(error) => return Err(error),
         };
@@ -320,33 +337,39 @@ impl<'a, 'b> SearchRun<'a, 'b> {
     }
 
     /// Waits for the truth, and writes its noise into the journal.
-    fn await_truth(&mut self, probe: &mut dyn Probe, watch: Watch) -> Result<(), Error> {
+    fn await_truth(&mut self, probe: &mut dyn Probe, watch: StepObserver) -> Result<(), SweepError> {
         if self.has_truth {
             return Ok(());
         }
         self.has_truth = true;
         if !probe.can_draw()? {
-            watch(Step { what: "truth", now: "not yet there", done: 0, total: 1 });
+            watch(SceneProgress { what: "truth", now: "not yet there", done: 0, total: 1 });
         }
         let truth = probe.truth()?;
         if let (Some(truth), Some(info)) = (truth, &self.journal.scenes[0].info)
             && info.truth != truth
         {
             let info = SceneInfo { truth, ..info.clone() };
-            self.journal.add(0, Record::Scene { scene: 0, info })?;
+            self.journal.add(0, JournalRecord::Scene { scene: 0, info })?;
         }
         Ok(())
     }
 
     /// Times points together, as far as the device has room; a point that is too much alone as well is left out.
-    fn time(&mut self, probe: &mut dyn Probe, points: &[usize], look: Look, watch: Watch) -> Result<(), Error> {
+    fn time(
+        &mut self,
+        probe: &mut dyn Probe,
+        points: &[usize],
+        look: ProbeEffort,
+        watch: StepObserver,
+    ) -> Result<(), SweepError> {
         let names: Vec<String> = points.iter().map(|&index| self.name(index)).collect();
         let (what, total) = match look {
-            Look::Glance => ("times", self.tuning.sweep.points.len()),
-            Look::Whole => ("times, again", points.len()),
+            ProbeEffort::Glance => ("times", self.tuning.sweep.points.len()),
+            ProbeEffort::Whole => ("times, again", points.len()),
         };
-        let known = if look == Look::Glance { self.journal.scenes[0].timed().len() } else { 0 };
-        watch(Step { what, now: &names.join(", "), done: known, total });
+        let known = if look == ProbeEffort::Glance { self.journal.scenes[0].timed().len() } else { 0 };
+        watch(SceneProgress { what, now: &names.join(", "), done: known, total });
         let patches: Vec<SettingsPatch> = points.iter().map(|&index| self.tuning.sweep.points[index].clone()).collect();
         let bytes: u64 = patches.iter().map(|patch| probe.bytes(patch)).sum();
         if points.len() > 1 && bytes > BATCH_BYTES {
@@ -356,22 +379,28 @@ impl<'a, 'b> SearchRun<'a, 'b> {
         let mut random = fastrand::Rng::with_seed(self.tuning.seed ^ (before << 32));
         let begun = Instant::now();
         let timed = probe.time(&patches, look, &mut random);
-        if look == Look::Glance {
+        if look == ProbeEffort::Glance {
             self.glances.since(begun);
         }
         let record = match timed {
             Ok(rounds) => {
-                let batch = Batch { points: names, confirms: look == Look::Whole, rounds };
-                Record::Batch { scene: 0, batch }
+                let batch = Batch { points: names, confirms: look == ProbeEffort::Whole, rounds };
+                JournalRecord::Batch { scene: 0, batch }
             }
             Err(error) if !error.is_of_point() || names.is_empty() => return Err(error),
             Err(_) if points.len() > 1 => return self.halves(probe, points, look, watch),
-            Err(error) => Record::Failed { scene: 0, point: names.concat(), reason: error.to_string() },
+            Err(error) => JournalRecord::Failed { scene: 0, point: names.concat(), reason: error.to_string() },
         };
         self.journal.add(0, record)
     }
 
-    fn halves(&mut self, probe: &mut dyn Probe, points: &[usize], look: Look, watch: Watch) -> Result<(), Error> {
+    fn halves(
+        &mut self,
+        probe: &mut dyn Probe,
+        points: &[usize],
+        look: ProbeEffort,
+        watch: StepObserver,
+    ) -> Result<(), SweepError> {
         let (first, last) = points.split_at(points.len() / 2);
         self.time(probe, first, look, watch)?;
         self.time(probe, last, look, watch)
@@ -389,29 +418,29 @@ pub fn tune(
     selection: &Selection,
     goal: Goal,
     cameras: usize,
-) -> Result<Tuned, Error> {
+) -> Result<Tuned, SweepError> {
     const TRUTH_SAMPLES: u32 = 16;
     let settings = base.decide();
     let sweep = Sweep::of(scene, base, &capabilities(&device.physical), selection).map_err(frame::Error::from)?;
     let effort = Effort::QUICK;
     let Selection { families, joint, quick, seed } = selection.clone();
-    let header = Header {
+    let header = JournalHeader {
         layout: LAYOUT,
         version: env!("CARGO_PKG_VERSION").into(),
         build: machine::build(),
         machine: machine::here(&device.physical),
         shard: None,
         scenes: vec![scene.name.clone()],
-        asked: Asked { families, joint, quick, rounds: effort.rounds, truth_samples: TRUTH_SAMPLES, seed },
+        asked: SweepOptions { families, joint, quick, rounds: effort.rounds, truth_samples: TRUTH_SAMPLES, seed },
     };
     let reference = Reference::new(scene).map_err(frame::Error::from)?;
-    let others = held_out(&reference, &View { camera: scene.camera, size: settings.size }, cameras);
+    let others = held_out(&reference, &CameraView { camera: scene.camera, size: settings.size }, cameras);
     let error_size = settings.size;
     let tuning = Tuning { device, scene, base, sweep: &sweep, goal, effort, seed, within: None, error_size };
-    let view = View { camera: scene.camera, size: error_size };
+    let view = CameraView { camera: scene.camera, size: error_size };
     let own = Truths::of(scene, &view, &settings, TRUTH_SAMPLES, &|_, _, _| {})?;
     let cameras: Vec<_> = others.iter().map(|other| (other.camera, error_size)).collect();
-    let folder = tempfile::tempdir().map_err(|error| Error::file("make a temporary folder", error))?;
+    let folder = tempfile::tempdir().map_err(|error| SweepError::file("make a temporary folder", error))?;
     let mut journal = Journal::open(folder.path(), &header, true)?;
     let info = tuning.info(&own.hash, TRUTH_SAMPLES);
     tuning.run(&mut journal, (info, own.into()), &mut |_| {}, &cameras)

@@ -7,13 +7,13 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError};
 use std::thread;
 
-use super::choice::{Bound, Goal};
-use crate::report::sweep::Error;
-use crate::report::sweep::accuracy::{Drawing, Shown, Truths, light_by, of_light, shown_by};
+use super::choice::{Goal, GoalBound};
+use crate::report::sweep::SweepError;
+use crate::report::sweep::accuracy::{PointPictures, Shown, Truths, light_by, of_light, shown_by};
 use crate::report::sweep::families::settings_of;
-use crate::report::sweep::journal::Drawn;
+use crate::report::sweep::journal::PictureFigures;
 use crate::report::sweep::model::{Metric, TruthInfo};
-use crate::report::sweep::timing::{Contender, Effort, Rounds, glance, take_turns, warm_up};
+use crate::report::sweep::timing::{Effort, Rounds, TimedRenderer, glance, take_turns, warm_up};
 use afterlight::frame::{Renderer, plan_for};
 use afterlight::gpu::Device;
 use afterlight::scene::{Camera, Scene, Settings, SettingsPatch};
@@ -27,7 +27,7 @@ pub const BEST_SAMPLES: u32 = 64;
 
 /// The effort of a measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Look {
+pub enum ProbeEffort {
     /// Of a picture the part that the metric needs; of times a few rounds.
     Glance,
     /// Light and shown picture; all rounds.
@@ -39,7 +39,7 @@ pub enum Awaited {
     /// Rendered, or read from the cache.
     Here(Box<Truths>),
     /// Sent when it is whole.
-    Coming(Receiver<Result<Truths, Error>>),
+    Coming(Receiver<Result<Truths, SweepError>>),
 }
 
 impl From<Truths> for Awaited {
@@ -49,7 +49,7 @@ impl From<Truths> for Awaited {
 }
 
 impl Awaited {
-    fn is_here(&mut self) -> Result<bool, Error> {
+    fn is_here(&mut self) -> Result<bool, SweepError> {
         if let Self::Coming(from) = self {
             *self = match from.try_recv() {
                 Ok(truths) => truths?.into(),
@@ -61,7 +61,7 @@ impl Awaited {
     }
 
     /// The truth, once it is there.
-    fn get(&mut self) -> Result<&Truths, Error> {
+    fn get(&mut self) -> Result<&Truths, SweepError> {
         if let Self::Coming(from) = self {
             *self = from.recv().map_err(|_| lost())??.into();
         }
@@ -72,8 +72,8 @@ impl Awaited {
     }
 }
 
-fn lost() -> Error {
-    Error::Refused("the thread that rendered the truth has ended without one".into())
+fn lost() -> SweepError {
+    SweepError::Refused("the thread that rendered the truth has ended without one".into())
 }
 
 /// Measures points from one camera.
@@ -82,7 +82,7 @@ pub trait Probe {
     ///
     /// # Errors
     /// When the truth could not be rendered.
-    fn can_draw(&mut self) -> Result<bool, Error> {
+    fn can_draw(&mut self) -> Result<bool, SweepError> {
         Ok(true)
     }
 
@@ -90,7 +90,7 @@ pub trait Probe {
     ///
     /// # Errors
     /// When it could not be rendered.
-    fn truth(&mut self) -> Result<Option<TruthInfo>, Error> {
+    fn truth(&mut self) -> Result<Option<TruthInfo>, SweepError> {
         Ok(None)
     }
 
@@ -98,13 +98,18 @@ pub trait Probe {
     ///
     /// # Errors
     /// When the device cannot draw it.
-    fn draw(&mut self, point: &SettingsPatch, look: Look) -> Result<Drawn, Error>;
+    fn draw(&mut self, point: &SettingsPatch, look: ProbeEffort) -> Result<PictureFigures, SweepError>;
 
     /// The times of points beside the settings as given.
     ///
     /// # Errors
     /// When the device cannot hold or draw them.
-    fn time(&mut self, points: &[SettingsPatch], look: Look, random: &mut fastrand::Rng) -> Result<Rounds, Error>;
+    fn time(
+        &mut self,
+        points: &[SettingsPatch],
+        look: ProbeEffort,
+        random: &mut fastrand::Rng,
+    ) -> Result<Rounds, SweepError>;
 
     /// Returns about how much memory a renderer of the point takes on the device, in bytes.
     fn bytes(&self, point: &SettingsPatch) -> u64;
@@ -123,7 +128,7 @@ pub struct Bench<'a> {
     pub(super) goal: Goal,
     pub(super) effort: Effort,
     /// The settings as given, once something was drawn.
-    pub(super) anchor: Option<Contender>,
+    pub(super) anchor: Option<TimedRenderer>,
 }
 
 impl<'a> Bench<'a> {
@@ -131,20 +136,20 @@ impl<'a> Bench<'a> {
     ///
     /// # Errors
     /// When the device lacks the memory.
-    pub fn elsewhere(&mut self, camera: Camera, size: [u32; 2], best: &SettingsPatch) -> Result<Self, Error> {
+    pub fn elsewhere(&mut self, camera: Camera, size: [u32; 2], best: &SettingsPatch) -> Result<Self, SweepError> {
         let (scene, settings) = (self.scene, self.base.decide());
         let anchor = self.anchor()?.beside(scene, camera, &settings)?;
         let Self { device, base, goal, effort, .. } = *self;
         let truths = Truths::of_pictures(None, None).into();
         let mut other = Self { device, scene, camera, base, truths, size, goal, effort, anchor: Some(anchor) };
-        let Pictures { light, shown, .. } = other.best_pictures(best)?;
+        let ProbePictures { light, shown, .. } = other.best_pictures(best)?;
         other.truths = Truths::of_pictures(light, shown).into();
         Ok(other)
     }
 
     /// Draws pictures of many samples with the best settings. If the best settings cannot draw many samples, the settings
     /// as given do; if these cannot either, they draw with their own number.
-    fn best_pictures(&mut self, best: &SettingsPatch) -> Result<Pictures, Error> {
+    fn best_pictures(&mut self, best: &SettingsPatch) -> Result<ProbePictures, SweepError> {
         let tries = [best, &SettingsPatch::default()].map(|patch| {
             let settings = self.still(patch);
             Settings { samples: settings.samples.max(BEST_SAMPLES), ..settings }
@@ -152,7 +157,7 @@ impl<'a> Bench<'a> {
         let given = self.still(&SettingsPatch::default());
         let mut last = None;
         for settings in tries.iter().chain([&given]) {
-            match self.pictures(settings, Look::Glance) {
+            match self.pictures(settings, ProbeEffort::Glance) {
                 Err(error) if error.is_of_point() => last = Some(error),
                 drawn => return drawn,
             }
@@ -160,13 +165,13 @@ impl<'a> Bench<'a> {
         Err(last.unwrap_or_else(lost))
     }
 
-    fn anchor(&mut self) -> Result<&mut Contender, Error> {
+    fn anchor(&mut self) -> Result<&mut TimedRenderer, SweepError> {
         if self.anchor.is_none() {
-            let mut anchor = Contender::new(self.device, self.scene, self.camera, &self.base.decide())?;
+            let mut anchor = TimedRenderer::new(self.device, self.scene, self.camera, &self.base.decide())?;
             warm_up(&mut [&mut anchor], self.effort.steady_frames)?;
             self.anchor = Some(anchor);
         }
-        self.anchor.as_mut().ok_or_else(|| Error::Refused("the settings as given are not drawn".into()))
+        self.anchor.as_mut().ok_or_else(|| SweepError::Refused("the settings as given are not drawn".into()))
     }
 
     /// Returns the settings with which a point draws its pictures. Nothing moves while a picture is drawn: maps of shadows are drawn once, and show the same.
@@ -178,14 +183,14 @@ impl<'a> Bench<'a> {
     }
 
     /// The pictures of settings that a look needs. If these are two, the driver compiles for both at once.
-    fn pictures(&mut self, settings: &Settings, look: Look) -> Result<Pictures, Error> {
+    fn pictures(&mut self, settings: &Settings, look: ProbeEffort) -> Result<ProbePictures, SweepError> {
         let (camera, scene) = (self.camera, self.scene);
         let (shows, lights) = match (look, self.goal.metric) {
-            (Look::Whole, _) => (true, true),
-            (Look::Glance, metric) => (metric == Metric::Flip, metric != Metric::Flip),
+            (ProbeEffort::Whole, _) => (true, true),
+            (ProbeEffort::Glance, metric) => (metric == Metric::Flip, metric != Metric::Flip),
         };
         let anchor = self.anchor()?.renderer();
-        let renderer = |is_needed: bool, settings: &Settings| -> Result<Option<Renderer>, Error> {
+        let renderer = |is_needed: bool, settings: &Settings| -> Result<Option<Renderer>, SweepError> {
             Ok(is_needed.then(|| anchor.beside(scene, settings)).transpose()?)
         };
         let (light, shown) = rayon::join(|| renderer(lights, &of_light(settings)), || renderer(shows, settings));
@@ -194,64 +199,69 @@ impl<'a> Bench<'a> {
         let gbuffer_bytes_per_pixel = one.map_or(0, |renderer| renderer.plan().gbuffer_bytes_per_pixel());
         let light = light.as_mut().map(|light| light_by(light, &camera, settings.size)).transpose()?;
         let shown = shown.as_mut().map(|shown| shown_by(shown, &camera, settings.size)).transpose()?;
-        Ok(Pictures { light, shown, gbuffer_bytes_per_pixel })
+        Ok(ProbePictures { light, shown, gbuffer_bytes_per_pixel })
     }
 }
 
 /// Makes a contender for each point, all at once: a GPU's driver compiles for a second or two for each, in the thread that asks.
 fn beside(
-    anchor: &Contender,
+    anchor: &TimedRenderer,
     points: &[SettingsPatch],
-    make: &(dyn Fn(&Contender, &SettingsPatch) -> Result<Contender, Error> + Sync),
-) -> Result<Vec<Contender>, Error> {
+    make: &(dyn Fn(&TimedRenderer, &SettingsPatch) -> Result<TimedRenderer, SweepError> + Sync),
+) -> Result<Vec<TimedRenderer>, SweepError> {
     thread::scope(|threads| {
         let made: Vec<_> = points.iter().map(|point| threads.spawn(move || make(anchor, point))).collect();
         let one = |thread: thread::ScopedJoinHandle<_>| {
-            thread.join().unwrap_or_else(|_| Err(Error::Refused("a renderer's thread has panicked".into())))
+            thread.join().unwrap_or_else(|_| Err(SweepError::Refused("a renderer's thread has panicked".into())))
         };
         made.into_iter().map(one).collect()
     })
 }
 
 /// Pictures of settings, as far as a look needs them.
-struct Pictures {
+struct ProbePictures {
     light: Option<LinearImage>,
     shown: Option<Srgb8Image>,
     gbuffer_bytes_per_pixel: u32,
 }
 
 impl Probe for Bench<'_> {
-    fn can_draw(&mut self) -> Result<bool, Error> {
+    fn can_draw(&mut self) -> Result<bool, SweepError> {
         self.truths.is_here()
     }
 
-    fn truth(&mut self) -> Result<Option<TruthInfo>, Error> {
+    fn truth(&mut self) -> Result<Option<TruthInfo>, SweepError> {
         let size = (self.size != self.base.decide().size).then_some(self.size);
         Ok(Some(TruthInfo { size, ..self.truths.get()?.info.clone() }))
     }
 
-    fn draw(&mut self, point: &SettingsPatch, look: Look) -> Result<Drawn, Error> {
+    fn draw(&mut self, point: &SettingsPatch, look: ProbeEffort) -> Result<PictureFigures, SweepError> {
         let settings = self.still(point);
         let memory = self.bytes(point);
-        let Pictures { light, shown, gbuffer_bytes_per_pixel } = self.pictures(&settings, look)?;
+        let ProbePictures { light, shown, gbuffer_bytes_per_pixel } = self.pictures(&settings, look)?;
         let truths = self.truths.get()?;
         let errors = match (light, shown) {
             (Some(light), Some(picture)) => {
                 let shown = Shown { picture, memory, gbuffer_bytes_per_pixel };
-                truths.errors(&Drawing { light, shown })?
+                truths.errors(&PointPictures { light, shown })?
             }
             (Some(light), None) => truths.error_of_light(&light)?,
             (None, Some(shown)) => truths.error_shown(&shown)?,
-            (None, None) => return Err(Error::Refused("nothing was drawn".into())),
+            (None, None) => return Err(SweepError::Refused("nothing was drawn".into())),
         };
-        Ok(Drawn { errors, memory, gbuffer_bytes_per_pixel })
+        Ok(PictureFigures { errors, memory, gbuffer_bytes_per_pixel })
     }
 
-    fn time(&mut self, points: &[SettingsPatch], look: Look, random: &mut fastrand::Rng) -> Result<Rounds, Error> {
+    fn time(
+        &mut self,
+        points: &[SettingsPatch],
+        look: ProbeEffort,
+        random: &mut fastrand::Rng,
+    ) -> Result<Rounds, SweepError> {
         let (scene, camera, base, effort) = (self.scene, self.camera, self.base, self.effort);
         // A bound on time is one of whole pictures, with their way back and their mean.
-        let is_bounded = matches!(self.goal.bound, Bound::Milliseconds(_));
-        let frames = if look == Look::Whole && is_bounded { u32::MAX } else { 1 };
+        let is_bounded = matches!(self.goal.bound, GoalBound::Milliseconds(_));
+        let frames = if look == ProbeEffort::Whole && is_bounded { u32::MAX } else { 1 };
         let anchor = self.anchor()?;
         let kind = usize::from(!anchor.renderer().plan().software);
         anchor.warm_up_for(WARM_UP_FRAMES[kind])?;
@@ -262,8 +272,8 @@ impl Probe for Bench<'_> {
         }
         // While pipelines were compiled or the CPU rendered truths, an idle GPU has lowered its clocks.
         let mut moving = false;
-        if look == Look::Whole || !anchor.is_awake()? {
-            let mut all: Vec<&mut Contender> = std::iter::once(&mut *anchor).chain(&mut others).collect();
+        if look == ProbeEffort::Whole || !anchor.is_awake()? {
+            let mut all: Vec<&mut TimedRenderer> = std::iter::once(&mut *anchor).chain(&mut others).collect();
             moving = !warm_up(&mut all, effort.steady_frames)?.settled;
         }
         let count = others.len() + 1;
@@ -272,8 +282,8 @@ impl Probe for Bench<'_> {
             index => others[index - 1].draw_frames(frames),
         };
         let rounds = match look {
-            Look::Glance => glance(count, random, draw),
-            Look::Whole => take_turns(count, &effort, random, draw),
+            ProbeEffort::Glance => glance(count, random, draw),
+            ProbeEffort::Whole => take_turns(count, &effort, random, draw),
         }?;
         Ok(Rounds { moving, ..rounds })
     }

@@ -13,11 +13,11 @@ mod tests;
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
-use super::choice::{Bound, Goal, LEAST_SAVING};
+use super::choice::{Goal, GoalBound, LEAST_SAVING};
 use crate::report::sweep::families::JOINT;
-use crate::report::sweep::journal::{Measured, SceneInfo};
+use crate::report::sweep::journal::{SceneInfo, SceneMeasurements};
 use crate::report::sweep::model::Member;
-use crate::report::sweep::timing::Sample;
+use crate::report::sweep::timing::TimingSample;
 use afterlight_truth::measure::{LEAST_FOR_95, median_interval, percentile};
 
 /// Points that are timed again together.
@@ -33,7 +33,7 @@ const HOPELESS: f64 = 1.25;
 
 /// The next measurement; points by their index in the sweep.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Step {
+pub enum SearchStep {
     /// A picture against the truth.
     Draw(usize),
     /// A few frames beside the settings as given.
@@ -50,7 +50,7 @@ pub struct Search<'a> {
     /// The points, and their families.
     pub info: &'a SceneInfo,
     /// The measurements of the points.
-    pub measured: &'a Measured,
+    pub measured: &'a SceneMeasurements,
     /// An error, or a time where time is bounded, that failed from another camera: only points below it are of use.
     pub margin: Option<f64>,
     /// True if the time is over: only measurements that a choice needs are still made.
@@ -63,7 +63,7 @@ pub struct Search<'a> {
 
 /// A time: where error is bounded over that of the settings as given, else in milliseconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Span {
+struct TimeEstimate {
     low: f64,
     median: f64,
     high: f64,
@@ -71,8 +71,8 @@ struct Span {
 
 /// The measurements of a point so far.
 #[derive(Debug, Clone, Copy, Default)]
-struct Known {
-    time: Option<Span>,
+struct PointState {
+    time: Option<TimeEstimate>,
     is_confirmed: bool,
     error: Option<f64>,
     /// The device cannot have it, or it is not to be chosen.
@@ -81,33 +81,33 @@ struct Known {
 
 impl Search<'_> {
     /// The next step; none when nothing is left that could change the choice.
-    pub fn next(&self) -> Option<Step> {
-        let known = self.known();
-        let is_bounded_in_time = matches!(self.goal.bound, Bound::Milliseconds(_));
+    pub fn next(&self) -> Option<SearchStep> {
+        let known = self.states();
+        let is_bounded_in_time = matches!(self.goal.bound, GoalBound::Milliseconds(_));
         if !self.can_draw && !self.is_late && !is_bounded_in_time {
             let open = self.open(&known);
             if !open.is_empty() {
-                return Some(Step::Glance(self.promising(&known, open)));
+                return Some(SearchStep::Glance(self.promising(&known, open)));
             }
         }
         if known[0].error.is_none() {
-            return Some(Step::Draw(0));
+            return Some(SearchStep::Draw(0));
         }
         match self.goal.bound {
-            Bound::Error(_) | Bound::Loss(_) => self.towards_the_fastest(&known),
-            Bound::Milliseconds(most) => self.towards_the_best(&known, most),
+            GoalBound::Error(_) | GoalBound::Loss(_) => self.towards_the_fastest(&known),
+            GoalBound::Milliseconds(most) => self.towards_the_best(&known, most),
         }
     }
 
     /// Names of the points that might have been the choice, and that nothing is known of.
     pub fn left(&self) -> Vec<&str> {
-        let known = self.known();
+        let known = self.states();
         let open = self.open(&known);
         open.into_iter().map(|index| self.info.points[index].as_str()).collect()
     }
 
     /// Error is bounded: the fastest wins.
-    fn towards_the_fastest(&self, known: &[Known]) -> Option<Step> {
+    fn towards_the_fastest(&self, known: &[PointState]) -> Option<SearchStep> {
         let keeps = |index: &usize| known[*index].error.is_some_and(|error| self.keeps(known, *index, error));
         let time = |index: usize| known[index].time;
         let points = || 0..known.len();
@@ -129,22 +129,22 @@ impl Search<'_> {
     }
 
     /// Pictures of points that may win, then glances, and at last pictures of combinations that are expected to break the bound.
-    fn pictures_or_glances(&self, known: &[Known], may_win: impl Fn(&usize) -> bool) -> Option<Step> {
-        let model = Model::of(self.info, known);
+    fn pictures_or_glances(&self, known: &[PointState], may_win: impl Fn(&usize) -> bool) -> Option<SearchStep> {
+        let model = EffectModel::of(self.info, known);
         let is_hopeless = |index: &usize| model.error(*index) > HOPELESS * self.most(known);
         let undrawn = (0..known.len()).filter(|&index| known[index].error.is_none() && may_win(&index));
         let (hopeless, hopeful): (Vec<usize>, Vec<usize>) = undrawn.partition(is_hopeless);
-        let picture = |points: Vec<usize>| next_picture(&model, known, points).map(Step::Draw);
+        let picture = |points: Vec<usize>| next_picture(&model, known, points).map(SearchStep::Draw);
         let glance = || {
             let open = self.open(known);
-            (!open.is_empty()).then(|| Step::Glance(self.promising(known, open)))
+            (!open.is_empty()).then(|| SearchStep::Glance(self.promising(known, open)))
         };
         picture(hopeful).or_else(glance).or_else(|| picture(hopeless))
     }
 
     /// Time is bounded: the least error wins.
-    fn towards_the_best(&self, known: &[Known], most: f64) -> Option<Step> {
-        let is_below = |time: Span| self.margin.is_none_or(|margin| time.median < margin);
+    fn towards_the_best(&self, known: &[PointState], most: f64) -> Option<SearchStep> {
+        let is_below = |time: TimeEstimate| self.margin.is_none_or(|margin| time.median < margin);
         let time = |index: usize| known[index].time.filter(|&time| !known[index].is_out && is_below(time));
         let points = || 0..known.len();
         let may_keep = |index: &usize| time(*index).is_some_and(|time| time.low <= most);
@@ -152,11 +152,11 @@ impl Search<'_> {
         // A slower point mostly has less error.
         let by_time = |a: &usize, b: &usize| median(time(*a)).total_cmp(&median(time(*b))).then(b.cmp(a));
         if let Some(next) = undrawn.max_by(by_time).filter(|_| !self.is_late) {
-            return Some(Step::Draw(next));
+            return Some(SearchStep::Draw(next));
         }
         let open = self.open(known);
         if !open.is_empty() && !self.is_late {
-            return Some(Step::Glance(self.promising(known, open)));
+            return Some(SearchStep::Glance(self.promising(known, open)));
         }
         let error = |index: usize| known[index].error.unwrap_or(f64::INFINITY);
         let is_sure = |index: &usize| known[*index].is_confirmed && time(*index).is_some_and(|time| time.high <= most);
@@ -168,7 +168,7 @@ impl Search<'_> {
             // No point keeps the bound: the one that comes nearest is reported.
             let fastest = points().filter(|&index| time(index).is_some()).min_by(by_time)?;
             if known[fastest].error.is_none() {
-                return Some(Step::Draw(fastest));
+                return Some(SearchStep::Draw(fastest));
             }
             finalists.extend(Some(fastest).filter(|&fastest| fastest != 0 && !known[fastest].is_confirmed));
         }
@@ -176,53 +176,53 @@ impl Search<'_> {
     }
 
     /// Returns false for a point that was found slower than settings as given that keep the bound themselves.
-    fn is_of_use(&self, known: &[Known], index: usize) -> bool {
-        !matches!(self.goal.bound, Bound::Loss(_)) || median(known[index].time) <= self.time_to_beat(known, 0)
+    fn is_of_use(&self, known: &[PointState], index: usize) -> bool {
+        !matches!(self.goal.bound, GoalBound::Loss(_)) || median(known[index].time) <= self.time_to_beat(known, 0)
     }
 
     /// The time that another point must be below to be chosen rather than this one.
-    fn time_to_beat(&self, known: &[Known], index: usize) -> f64 {
+    fn time_to_beat(&self, known: &[PointState], index: usize) -> f64 {
         self.share_to_beat(index) * median(known[index].time)
     }
 
     /// The share of this point's time that another must be below.
     fn share_to_beat(&self, index: usize) -> f64 {
-        if index == 0 && matches!(self.goal.bound, Bound::Loss(_)) { 1.0 - LEAST_SAVING } else { 1.0 }
+        if index == 0 && matches!(self.goal.bound, GoalBound::Loss(_)) { 1.0 - LEAST_SAVING } else { 1.0 }
     }
 
     /// The settings as given are timed with any others.
-    fn confirm(&self, mut finalists: Vec<usize>) -> Option<Step> {
+    fn confirm(&self, mut finalists: Vec<usize>) -> Option<SearchStep> {
         finalists.truncate(if self.is_late { FINALISTS / 2 } else { FINALISTS });
         let is_first = !self.measured.batches.iter().any(|batch| batch.confirms);
-        (is_first || !finalists.is_empty()).then_some(Step::Confirm(finalists))
+        (is_first || !finalists.is_empty()).then_some(SearchStep::Confirm(finalists))
     }
 
     /// Returns true if an error keeps the bound, with the margin that other cameras need.
-    fn keeps(&self, known: &[Known], index: usize, error: f64) -> bool {
-        let is_given = index == 0 && matches!(self.goal.bound, Bound::Loss(_));
+    fn keeps(&self, known: &[PointState], index: usize, error: f64) -> bool {
+        let is_given = index == 0 && matches!(self.goal.bound, GoalBound::Loss(_));
         let is_below = is_given || self.margin.is_none_or(|margin| error < margin);
         !known[index].is_out && is_below && error <= self.most(known)
     }
 
     /// The largest error that is allowed.
-    fn most(&self, known: &[Known]) -> f64 {
+    fn most(&self, known: &[PointState]) -> f64 {
         match self.goal.bound {
-            Bound::Error(most) => most,
-            Bound::Loss(share) => known[0].error.map_or(f64::INFINITY, |error| error * (1.0 + share)),
-            Bound::Milliseconds(_) => f64::INFINITY,
+            GoalBound::Error(most) => most,
+            GoalBound::Loss(share) => known[0].error.map_or(f64::INFINITY, |error| error * (1.0 + share)),
+            GoalBound::Milliseconds(_) => f64::INFINITY,
         }
     }
 
     /// Points that may be the choice and have no time; the settings as given are timed beside all.
-    fn open(&self, known: &[Known]) -> Vec<usize> {
+    fn open(&self, known: &[PointState]) -> Vec<usize> {
         let may_keep = |index: usize| known[index].error.is_none_or(|error| self.keeps(known, index, error));
         let is_open = |&index: &usize| known[index].time.is_none() && !known[index].is_out && may_keep(index);
         (1..known.len()).filter(is_open).collect()
     }
 
     /// The most promising ones of `open`. Families of which as much is hoped take turns.
-    fn promising(&self, known: &[Known], mut open: Vec<usize>) -> Vec<usize> {
-        let model = Model::of(self.info, known);
+    fn promising(&self, known: &[PointState], mut open: Vec<usize>) -> Vec<usize> {
+        let model = EffectModel::of(self.info, known);
         let predicted: BTreeMap<usize, [f64; 4]> =
             open.iter().map(|&index| (index, self.rank(known, &model, index))).collect();
         let rank = |index: &usize| predicted[index];
@@ -235,12 +235,12 @@ impl Search<'_> {
     }
 
     /// Less is more promising: by the effects of its settings on their own.
-    fn rank(&self, known: &[Known], model: &Model, index: usize) -> [f64; 4] {
+    fn rank(&self, known: &[PointState], model: &EffectModel, index: usize) -> [f64; 4] {
         let (time, error, turn) = (model.time(index), model.error(index), model.turn(index));
         // Combinations cannot be judged before anything was drawn.
         let is_hopeless = error > HOPELESS * self.most(known) || (!self.can_draw && model.families[index].is_none());
         match self.goal.bound {
-            Bound::Milliseconds(most) => {
+            GoalBound::Milliseconds(most) => {
                 let anchor = known[0].time.map_or(0.0, |time| time.median);
                 [f64::from(u8::from(time * anchor > HOPELESS * most)), error, time, turn]
             }
@@ -248,21 +248,18 @@ impl Search<'_> {
         }
     }
 
-    fn known(&self) -> Vec<Known> {
+    fn states(&self) -> Vec<PointState> {
         let Self { info, measured, .. } = self;
-        let clock = |sample: &Sample| match self.goal.bound {
+        let clock = |sample: &TimingSample| match self.goal.bound {
             // The slower of both clocks, as the bound is about it.
-            Bound::Milliseconds(_) => sample.wall.max(sample.gpu.unwrap_or(0.0)),
+            GoalBound::Milliseconds(_) => sample.wall.max(sample.gpu.unwrap_or(0.0)),
             _ => sample.decisive(),
         };
         let anchors = || measured.batches.iter().flat_map(|batch| &batch.rounds.anchor).map(clock);
         let unit = match self.goal.bound {
-            Bound::Milliseconds(_) => median_interval(&anchors().collect::<Vec<f64>>()).map(|anchor| Span {
-                low: anchor.low,
-                median: anchor.median,
-                high: anchor.high,
-            }),
-            _ => anchors().next().map(|_| Span { low: 1.0, median: 1.0, high: 1.0 }),
+            GoalBound::Milliseconds(_) => median_interval(&anchors().collect::<Vec<f64>>())
+                .map(|anchor| TimeEstimate { low: anchor.low, median: anchor.median, high: anchor.high }),
+            _ => anchors().next().map(|_| TimeEstimate { low: 1.0, median: 1.0, high: 1.0 }),
         };
         let has_confirmed = measured.batches.iter().any(|batch| batch.confirms);
         let known = |(index, name): (usize, &String)| {
@@ -271,19 +268,23 @@ impl Search<'_> {
             let error = drawn.map(|drawn| drawn.errors.converged.comparable(self.goal.metric));
             let error = error.map(|error| if error.is_nan() { f64::INFINITY } else { error });
             if index == 0 {
-                return Known { time: unit, is_confirmed: has_confirmed, error, is_out };
+                return PointState { time: unit, is_confirmed: has_confirmed, error, is_out };
             }
             let times = measured.times_of(name).zip(unit);
             let time = times.and_then(|((batch, own), unit)| {
                 let pairs = own.iter().zip(&batch.rounds.anchor);
                 let ratios: Vec<f64> = pairs.map(|(own, anchor)| clock(own) / clock(anchor)).collect();
-                let span = span(&ratios, batch.confirms)?;
-                Some(Span { low: span.low * unit.low, median: span.median * unit.median, high: span.high * unit.high })
+                let span = estimate(&ratios, batch.confirms)?;
+                Some(TimeEstimate {
+                    low: span.low * unit.low,
+                    median: span.median * unit.median,
+                    high: span.high * unit.high,
+                })
             });
             let is_confirmed = times.is_some_and(|((batch, _), _)| batch.confirms);
             // None of its times is a number.
             let is_out = is_out || (times.is_some() && time.is_none());
-            Known { time, is_confirmed, error, is_out }
+            PointState { time, is_confirmed, error, is_out }
         };
         info.points.iter().enumerate().map(known).collect()
     }
@@ -299,19 +300,19 @@ fn on_line(curve: &[(f64, f64)], place: f64) -> f64 {
 
 /// Returns the fastest point. Single settings of a combination are drawn before it, because one that breaks the bound rules out all combinations with
 /// it.
-fn next_picture(model: &Model, known: &[Known], points: Vec<usize>) -> Option<usize> {
+fn next_picture(model: &EffectModel, known: &[PointState], points: Vec<usize>) -> Option<usize> {
     let by_time = |a: &usize, b: &usize| median(known[*a].time).total_cmp(&median(known[*b].time)).then(a.cmp(b));
     let next = points.into_iter().min_by(by_time)?;
     let is_open = |part: &usize| known[*part].error.is_none() && !known[*part].is_out;
     Some(model.parts(next).flatten().find(is_open).unwrap_or(next))
 }
 
-fn median(time: Option<Span>) -> f64 {
+fn median(time: Option<TimeEstimate>) -> f64 {
     time.map_or(f64::INFINITY, |time| time.median)
 }
 
 /// The median of ratios, and how sure it is; those of a glance may be wrong by more than they scatter.
-fn span(ratios: &[f64], is_confirmed: bool) -> Option<Span> {
+fn estimate(ratios: &[f64], is_confirmed: bool) -> Option<TimeEstimate> {
     let mut sorted: Vec<f64> = ratios.iter().copied().filter(|ratio| ratio.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
     let (mut low, mut high) = (*sorted.first()?, *sorted.last()?);
@@ -321,13 +322,13 @@ fn span(ratios: &[f64], is_confirmed: bool) -> Option<Span> {
     if !is_confirmed {
         (low, high) = (low * (1.0 - GLANCE_ERROR), high * (1.0 + GLANCE_ERROR));
     }
-    Some(Span { low, median: percentile(&sorted, 50.0)?, high })
+    Some(TimeEstimate { low, median: percentile(&sorted, 50.0)?, high })
 }
 
 /// The effect of each setting on its own.
-struct Model<'a> {
+struct EffectModel<'a> {
     info: &'a SceneInfo,
-    known: &'a [Known],
+    states: &'a [PointState],
     /// Points by their names.
     by_name: BTreeMap<&'a str, usize>,
     /// The families that a point alone is of.
@@ -336,8 +337,8 @@ struct Model<'a> {
     anchor: f64,
 }
 
-impl<'a> Model<'a> {
-    fn of(info: &'a SceneInfo, known: &'a [Known]) -> Self {
+impl<'a> EffectModel<'a> {
+    fn of(info: &'a SceneInfo, known: &'a [PointState]) -> Self {
         let by_name = info.points.iter().enumerate().map(|(index, name)| (name.as_str(), index)).collect();
         let mut families = vec![None; known.len()];
         for (number, family) in info.families.iter().enumerate().filter(|(_, family)| family.key != JOINT) {
@@ -347,12 +348,12 @@ impl<'a> Model<'a> {
                 }
             }
         }
-        Self { info, known, by_name, families, anchor: known[0].time.map_or(1.0, |time| time.median) }
+        Self { info, states: known, by_name, families, anchor: known[0].time.map_or(1.0, |time| time.median) }
     }
 
     /// Over that of the settings as given.
     fn ratio(&self, index: usize) -> Option<f64> {
-        self.known[index].time.map(|time| time.median / self.anchor)
+        self.states[index].time.map(|time| time.median / self.anchor)
     }
 
     /// Estimates a point's time, hopeful where little is measured, over that of the settings as given.
@@ -374,7 +375,7 @@ impl<'a> Model<'a> {
     fn turn(&self, index: usize) -> f64 {
         let members = self.families[index].map_or(&[][..], |family| &self.info.families[family].members);
         let before = members.iter().take_while(|member| member.point != index).map(|member| member.point);
-        before.filter(|&point| point != 0 && self.known[point].time.is_none()).count() as f64
+        before.filter(|&point| point != 0 && self.states[point].time.is_none()).count() as f64
     }
 
     /// Estimates the time of a family's point from its other values: by a line through the nearest where they are numbers; where they are words, it may
@@ -396,11 +397,11 @@ impl<'a> Model<'a> {
 
     /// The error to expect; that of the settings as given for settings alone.
     fn error(&self, index: usize) -> f64 {
-        let given = self.known[0].error.unwrap_or(0.0);
+        let given = self.states[0].error.unwrap_or(0.0);
         if self.families[index].is_some() {
             return given;
         }
-        let more = self.parts(index).filter_map(|part| Some(self.known[part?].error? - given));
+        let more = self.parts(index).filter_map(|part| Some(self.states[part?].error? - given));
         given + more.sum::<f64>()
     }
 

@@ -6,24 +6,24 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use super::choice::{Bound, Goal, Measurement, Pair, Witness};
-use super::probe::{Bench, Look, Probe};
-use crate::report::sweep::Error;
+use super::choice::{Goal, GoalBound, Measurement, PairedMeasurement, Witness};
+use super::probe::{Bench, Probe, ProbeEffort};
+use crate::report::sweep::SweepError;
 use crate::report::sweep::model::{Metric, SceneReport};
-use crate::report::sweep::run::{Step, Watch};
+use crate::report::sweep::run::{SceneProgress, StepObserver};
 use crate::report::sweep::timing::Anchor;
 use afterlight::scene::SettingsPatch;
 
 /// A device that draws the scene from cameras elsewhere.
-pub struct OnDevice<'a> {
+pub struct DeviceWitness<'a> {
     pub(super) goal: Goal,
     /// By the names of points.
     pub(super) patches: &'a BTreeMap<String, SettingsPatch>,
     /// The scene's own camera, with pictures as the truth has them.
-    pub(super) home: Elsewhere<'a>,
-    pub(super) cameras: Vec<Elsewhere<'a>>,
+    pub(super) home: CameraBench<'a>,
+    pub(super) cameras: Vec<CameraBench<'a>>,
     pub(super) random: fastrand::Rng,
-    pub(super) watch: Watch<'a>,
+    pub(super) watch: StepObserver<'a>,
     /// The moment at which the time is over.
     pub(super) end: Option<Instant>,
     /// The longest time that a camera took so far.
@@ -31,23 +31,23 @@ pub struct OnDevice<'a> {
 }
 
 /// A camera, with the picture that stands in a truth's place.
-pub struct Elsewhere<'a> {
+pub struct CameraBench<'a> {
     bench: Bench<'a>,
     metric: Metric,
     /// Against that picture, by the names of points.
     errors: BTreeMap<String, f64>,
 }
 
-impl<'a> Elsewhere<'a> {
+impl<'a> CameraBench<'a> {
     pub(super) fn of(bench: Bench<'a>, metric: Metric) -> Self {
         Self { bench, metric, errors: BTreeMap::new() }
     }
 
-    fn error(&mut self, name: &str, patch: &SettingsPatch) -> Result<f64, Error> {
+    fn error(&mut self, name: &str, patch: &SettingsPatch) -> Result<f64, SweepError> {
         if let Some(known) = self.errors.get(name) {
             return Ok(*known);
         }
-        let error = self.bench.draw(patch, Look::Glance)?.errors.converged.comparable(self.metric);
+        let error = self.bench.draw(patch, ProbeEffort::Glance)?.errors.converged.comparable(self.metric);
         self.errors.insert(name.to_owned(), error);
         Ok(error)
     }
@@ -62,9 +62,9 @@ pub(super) fn against_truth(metric: Metric, there: f64, truth_at_home: f64, best
     }
 }
 
-impl OnDevice<'_> {
+impl DeviceWitness<'_> {
     /// The error of a point of the scene from a camera.
-    fn error(&mut self, camera: usize, scene: &SceneReport, point: usize) -> Result<f64, Error> {
+    fn error(&mut self, camera: usize, scene: &SceneReport, point: usize) -> Result<f64, SweepError> {
         let name = &scene.points[point].name;
         let patch = self.patches.get(name).cloned().unwrap_or_default();
         let at_home = self.goal.of(&scene.points[point]).error;
@@ -74,7 +74,7 @@ impl OnDevice<'_> {
     }
 }
 
-impl Witness for OnDevice<'_> {
+impl Witness for DeviceWitness<'_> {
     fn cameras(&self) -> usize {
         self.cameras.len()
     }
@@ -84,7 +84,7 @@ impl Witness for OnDevice<'_> {
         self.end.is_some_and(|end| Instant::now() + self.longest * self.cameras.len() as u32 >= end)
     }
 
-    fn measure(&mut self, camera: usize, scene: &SceneReport, point: usize) -> Result<Pair, Error> {
+    fn measure(&mut self, camera: usize, scene: &SceneReport, point: usize) -> Result<PairedMeasurement, SweepError> {
         let begun = Instant::now();
         let pair = self.compare(camera, scene, point);
         self.longest = self.longest.max(begun.elapsed());
@@ -92,10 +92,10 @@ impl Witness for OnDevice<'_> {
     }
 }
 
-impl OnDevice<'_> {
-    fn compare(&mut self, camera: usize, scene: &SceneReport, point: usize) -> Result<Pair, Error> {
+impl DeviceWitness<'_> {
+    fn compare(&mut self, camera: usize, scene: &SceneReport, point: usize) -> Result<PairedMeasurement, SweepError> {
         let name = &scene.points[point].name;
-        (self.watch)(Step { what: "other cameras", now: name, done: camera, total: self.cameras.len() });
+        (self.watch)(SceneProgress { what: "other cameras", now: name, done: camera, total: self.cameras.len() });
         let own_error = self.error(camera, scene, point)?;
         let default = self.error(camera, scene, scene.default)?;
         let Self { goal, patches, cameras, random, .. } = self;
@@ -104,7 +104,8 @@ impl OnDevice<'_> {
         let is_given = patch == SettingsPatch::default();
         let others = if is_given { &[][..] } else { std::slice::from_ref(&patch) };
         // If time is not bounded, one from another camera decides only with a bound on loss, and there only where both intervals lie apart.
-        let look = if matches!(goal.bound, Bound::Milliseconds(_)) { Look::Whole } else { Look::Glance };
+        let look =
+            if matches!(goal.bound, GoalBound::Milliseconds(_)) { ProbeEffort::Whole } else { ProbeEffort::Glance };
         let rounds = cameras[camera].bench.time(others, look, random)?;
         let times = Anchor::of(&[&rounds.anchor]).and_then(|anchor| {
             let given = anchor.times(true)?;
@@ -115,9 +116,9 @@ impl OnDevice<'_> {
             Some((own, given))
         });
         let Some((own, anchor)) = times else {
-            return Err(Error::Refused("no time could be measured from another camera".into()));
+            return Err(SweepError::Refused("no time could be measured from another camera".into()));
         };
-        Ok(Pair {
+        Ok(PairedMeasurement {
             own: Measurement { error: own_error, time: *goal.clock(&own.timing).1 },
             default: Measurement { error: default, time: *goal.clock(&anchor.timing).1 },
         })

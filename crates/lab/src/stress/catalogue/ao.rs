@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::super::{Bound, Case, Check, Subject, Values, case};
+use super::super::{Bound, Case, Check, Subject, SweepValues, case};
 use super::stage::{float32, sphere_on_floor};
 use afterlight::scene::{AmbientOcclusion, Camera, SettingsPatch};
 
@@ -10,15 +10,15 @@ pub const CASES: &[Case] = &[
     // The worst pixels lie in the crevice below the sphere, where the truth has next to no light.
     // A radius far beyond the scene and the picture: eight steps to a side then look at a few places of it.
     case("ao/radius", "a sphere on a floor under light from everywhere, which surfaces within such a radius hide")
-        .over(Values::Decades(-3, 3), "m")
+        .over(SweepValues::Decades(-3, 3), "m")
         .claim([1e-3, 1e3], Bound { worst: 5.0, mean: 0.05 })
         .check(Check::Picture(|metres| radius(metres, AmbientOcclusion::Bitmask))),
     case("ao/radius-ssao", "the same by samples of the hemisphere")
-        .over(Values::Decades(-3, 3), "m")
+        .over(SweepValues::Decades(-3, 3), "m")
         .claim([1e-3, 1e3], Bound { worst: 5.0, mean: 0.25 })
         .check(Check::Picture(|metres| radius(metres, AmbientOcclusion::Ssao))),
     case("ao/distance", "the same with a radius of half a metre, seen from so far away")
-        .over(Values::List(&[0.6, 1.0, 3.0, 10.0, 100.0, 1e4]), "m")
+        .over(SweepValues::List(&[0.6, 1.0, 3.0, 10.0, 100.0, 1e4]), "m")
         .claim([0.6, 1e4], Bound { worst: 6.0, mean: 0.04 })
         .check(Check::Picture(distance)),
 ];

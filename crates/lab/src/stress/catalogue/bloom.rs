@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::super::{Bound, Case, Check, Subject, Values, case};
+use super::super::{Bound, Case, Check, Subject, SweepValues, case};
 use super::stage::{lamp, sphere_on_floor};
 use afterlight::scene::builtin::shapes;
 use afterlight::scene::{HdrFormat, Material, SettingsPatch};
@@ -13,20 +13,20 @@ const SPREAD: Bound = Bound { worst: 0.02, mean: 5e-3 };
 
 pub const CASES: &[Case] = &[
     case("bloom/strength", "such a share of all light is spread")
-        .over(Values::List(&[0.0, 1e-6, 1e-3, 0.1, 0.5, 1.0]), "")
+        .over(SweepValues::List(&[0.0, 1e-6, 1e-3, 0.1, 0.5, 1.0]), "")
         .claim([0.0, 1.0], SPREAD)
         .check(Check::Picture(|strength| spread(Some(strength as f32), None, Subject::SIZE))),
     case("bloom/radius", "light is spread so far, in heights of the picture")
-        .over(Values::List(&[1e-3, 0.01, 0.05, 0.2, 0.5, 1.0]), "")
+        .over(SweepValues::List(&[1e-3, 0.01, 0.05, 0.2, 0.5, 1.0]), "")
         .claim([1e-3, 1.0], SPREAD)
         .check(Check::Picture(|radius| spread(Some(0.5), Some(radius as f32), Subject::SIZE))),
     case("bloom/size", "squares of so many pixels, which no level divides")
-        .over(Values::List(&[1.0, 2.0, 3.0, 7.0, 17.0, 65.0, 257.0]), "px")
+        .over(SweepValues::List(&[1.0, 2.0, 3.0, 7.0, 17.0, 65.0, 257.0]), "px")
         // The last texel of a level stands for the rest of the picture, where the truth has its mirror image.
         .claim([1.0, 257.0], SPREAD)
         .check(Check::Picture(|edge| spread(Some(0.5), Some(0.2), [edge as u32; 2]))),
     case("bloom/emission", "a sign that emits so much times white spreads a tenth of it, by way of single floats")
-        .over(Values::List(&[1e-6, 1e-3, 1.0, 1e3, 1e6, 1e9, 1e20, 1e30]), "")
+        .over(SweepValues::List(&[1e-6, 1e-3, 1.0, 1e3, 1e6, 1e9, 1e20, 1e30]), "")
         // Beyond 65,000 times white a sign is as bright as that.
         .claim([1e-6, 1e30], SPREAD)
         .check(Check::Picture(sign)),

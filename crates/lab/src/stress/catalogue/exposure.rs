@@ -2,10 +2,10 @@
 
 use glam::{DVec3, Vec3};
 
-use super::super::{Bound, Case, Check, Subject, Values, case};
+use super::super::{Bound, Case, Check, Subject, SweepValues, case};
 use super::stage::{float32, lamp, sphere_on_floor};
 use afterlight::scene::builtin::shapes;
-use afterlight::scene::builtin::stage::Stage;
+use afterlight::scene::builtin::stage::SceneBuilder;
 use afterlight::scene::{
     AlphaMode, Camera, Environment, HdrFormat, Light, LightPath, Material, SettingsPatch, metered_ev100,
 };
@@ -45,7 +45,7 @@ pub const CASES: &[Case] = &[
         .claim([0.0, 12.0], Bound { worst: 1e-6, mean: 1e-7 })
         .check(Check::Picture(|decades| decades_of(decades, HdrFormat::Rgba32f))),
     case("exposure/intensity", "a lamp so strong, metered, by way of half floats")
-        .over(Values::List(&[1e-20, 1e-12, 1e-8, 1e-4, 1.0, 1e4, 1e8, 1e12, 1e20, 1e30, 1e38]), "cd")
+        .over(SweepValues::List(&[1e-20, 1e-12, 1e-8, 1e-4, 1.0, 1e4, 1e8, 1e12, 1e20, 1e30, 1e38]), "cd")
         .claim([1e-20, 1e30], Bound { worst: 5e-3, mean: 5e-4 })
         .check(Check::Picture(intensity)),
     case(
@@ -53,23 +53,23 @@ pub const CASES: &[Case] = &[
         "so many frames of one renderer at exposures from 1e-6 to 1e6 times the first, and the \
          first again, to the last bit",
     )
-    .over(Values::List(&[1.0, 10.0, 100.0, 1000.0, 4096.0]), "frames")
+    .over(SweepValues::List(&[1.0, 10.0, 100.0, 1000.0, 4096.0]), "frames")
     .claim([1.0, 4096.0], Bound { worst: 0.0, mean: 0.0 })
     .check(Check::Exposures(|_| frames())),
 ];
 
-const STOPS: Values = Values::List(&[
+const STOPS: SweepValues = SweepValues::List(&[
     -40.0, -30.0, -24.0, -20.0, -16.0, -12.0, -8.0, -4.0, 0.0, 4.0, 8.0, 12.0, 16.0, 20.0, 24.0, 30.0, 40.0, 60.0,
 ]);
 
-const DECADES: Values = Values::List(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0]);
+const DECADES: SweepValues = SweepValues::List(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0]);
 
 fn kept_in(format: HdrFormat) -> SettingsPatch {
     SettingsPatch { hdr_format: Some(format), ..SettingsPatch::default() }
 }
 
 /// A pane that is mostly clear: its blending needs a target for light.
-fn add_pane(stage: &mut Stage) {
+fn add_pane(stage: &mut SceneBuilder) {
     let glass = Material { alpha: 0.25, alpha_mode: AlphaMode::Blend, ..Material::default() };
     let glass = stage.material(Material { name: "glass".into(), two_sided: true, ..glass });
     let pane = stage.mesh("pane", shapes::cuboid([0.6, 0.6, 0.02]), glass);
@@ -78,7 +78,7 @@ fn add_pane(stage: &mut Stage) {
 
 /// With a G-buffer in single floats, so that only the targets of light err. Light darker than a hundredth of the brightest pixel
 /// counts as that bright: below 6e-5 of white, half floats have ever fewer bits.
-fn of_light(settings: SettingsPatch, stage: Stage) -> Subject {
+fn of_light(settings: SettingsPatch, stage: SceneBuilder) -> Subject {
     Subject { floor: 0.01, ..Subject::with(stage.scene, settings.or(&float32())) }
 }
 
@@ -95,7 +95,7 @@ fn stops(over: f64, pane: bool, settings: SettingsPatch) -> Subject {
 /// Squares that shine by themselves, from the brightest down to so many decades less, two to a decade. The brightest is as bright
 /// as half floats hold.
 fn decades_of(decades: f64, format: HdrFormat) -> Subject {
-    let mut stage = Stage::default();
+    let mut stage = SceneBuilder::default();
     let last = (decades * 2.0) as usize;
     for index in 0..=last {
         let nits = 7e4 * 10f64.powf(-0.5 * index as f64);

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::super::{Bound, Case, Check, Subject, Values, case};
+use super::super::{Bound, Case, Check, Subject, SweepValues, case};
 use super::stage::{float32, lamp, sphere_on_floor};
 use afterlight::scene::{Camera, Fog, HdrFormat, Light, LightKind, SettingsPatch};
 
@@ -11,23 +11,23 @@ const CLOSED: Bound = Bound { worst: 1e-4, mean: 2e-6 };
 
 pub const CASES: &[Case] = &[
     case("fog/density", "a sphere on a floor in fog that takes away so much of the light along a metre")
-        .over(Values::Decades(-9, 6), "1/m")
+        .over(SweepValues::Decades(-9, 6), "1/m")
         .claim([1e-9, 1e6], CLOSED)
         .check(Check::Picture(|density| fogged(density, 20.0, 0.0))),
     case("fog/scale-height", "the same where the fog falls to a part in e within such a height")
-        .over(Values::Decades(-3, 6), "m")
+        .over(SweepValues::Decades(-3, 6), "m")
         .claim([1e-3, 1e6], CLOSED)
         .check(Check::Picture(|height| fogged(0.1, height, 0.0))),
     case("fog/base", "the same with a base so high above the floor, or so far below it")
-        .over(Values::List(&[-1e6, -1e3, -100.0, -10.0, 0.0, 10.0, 100.0, 1e3, 1e6]), "m")
+        .over(SweepValues::List(&[-1e6, -1e3, -100.0, -10.0, 0.0, 10.0, 100.0, 1e3, 1e6]), "m")
         .claim([-1e6, 1e6], CLOSED)
         .check(Check::Picture(|base| fogged(0.02, 20.0, base))),
     case("fog/horizon", "rays without end: a camera that looks so far up from the horizon")
-        .over(Values::List(&[-10.0, -1e-3, 0.0, 1e-6, 1e-3, 1.0, 45.0, 90.0]), "degrees")
+        .over(SweepValues::List(&[-10.0, -1e-3, 0.0, 1e-6, 1e-3, 1.0, 45.0, 90.0]), "degrees")
         .claim([-10.0, 90.0], CLOSED)
         .check(Check::Picture(horizon)),
     case("fog/anisotropy", "fog that scatters light of a sun before the camera by such a mean cosine")
-        .over(Values::List(&[-0.999, -0.9, 0.0, 0.5, 0.9, 0.99, 0.999]), "")
+        .over(SweepValues::List(&[-0.999, -0.9, 0.0, 0.5, 0.9, 0.99, 0.999]), "")
         // Near the sun the phase falls to a half within a milliradian, of which single floats keep four digits.
         .claim([-0.999, 0.999], Bound { worst: 1e-4, mean: 2e-6 })
         .check(Check::Picture(towards_the_sun)),

@@ -8,13 +8,13 @@
 use glam::DVec3;
 
 use super::super::formula::inputs::{self, COUNT, REFLECTION, filled, rng, share};
-use super::super::formula::{Formula, Input, Judge, Trial, Truth, truth};
-use super::super::{Bound, Case, Check, Values, case};
+use super::super::formula::{Formula, FormulaTruth, Input, Judge, Trial, truth};
+use super::super::{Bound, Case, Check, SweepValues, case};
 use afterlight::gpu_scene::FrameUniform;
 use afterlight::scene::Falloff;
 
-const ROUGHNESS: Values = Values::List(&[0.0, 1e-4, 1e-3, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0]);
-const POWERS: Values = Values::List(&[0.0, 0.1, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6]);
+const ROUGHNESS: SweepValues = SweepValues::List(&[0.0, 1e-4, 1e-3, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0]);
+const POWERS: SweepValues = SweepValues::List(&[0.0, 0.1, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6]);
 
 pub const CASES: &[Case] = &[
     case(
@@ -31,7 +31,7 @@ pub const CASES: &[Case] = &[
         "formulas/cook-torrance-grazing",
         "light and eye both at this cosine to the surface, half of the time opposite",
     )
-    .over(Values::Decades(-7, 0), "")
+    .over(SweepValues::Decades(-7, 0), "")
     .claim([1e-3, 1.0], Bound { worst: 1e-4, mean: 2e-5 })
     .check(Check::Formula(|cosine| {
         each(Formula::CookTorrance, REFLECTION, truth::anywhere, inputs::grazing(cosine, 0.5))
@@ -40,7 +40,7 @@ pub const CASES: &[Case] = &[
         "formulas/cook-torrance-opposite",
         "the eye where light goes to, but for this much, behind a surface that the light falls on",
     )
-    .over(Values::Decades(-9, 0), "")
+    .over(SweepValues::Decades(-9, 0), "")
     .claim([1e-4, 1.0], Bound { worst: 3e-6, mean: 6e-7 })
     .check(Check::Formula(|apart| {
         each(Formula::CookTorrance, REFLECTION, truth::anywhere, inputs::opposite(apart, 1.0))
@@ -58,11 +58,14 @@ pub const CASES: &[Case] = &[
         .claim([0.0, 1.0], Bound { worst: 3e-3, mean: 1e-4 })
         .check(Check::Formula(distribution)),
     case("formulas/smith-masking", "V alone, by one cosine, for any other and any roughness")
-        .over(Values::List(&[0.0, 1e-40, 1e-20, 1e-7, 1e-4, 1e-2, 0.1, 0.5, 1.0]), "")
+        .over(SweepValues::List(&[0.0, 1e-40, 1e-20, 1e-7, 1e-4, 1e-2, 0.1, 0.5, 1.0]), "")
         .claim([0.0, 1.0], Bound { worst: 1e-6, mean: 2e-7 })
         .check(Check::Formula(masking)),
     case("formulas/fresnel", "Schlick's, by the cosine between view and half vector")
-        .over(Values::List(&[0.0, 6e-8, 1e-4, 1e-2, 0.1, 0.5, 0.9, 0.99, 1.0 - f32::EPSILON as f64 / 2.0, 1.0]), "")
+        .over(
+            SweepValues::List(&[0.0, 6e-8, 1e-4, 1e-2, 0.1, 0.5, 0.9, 0.99, 1.0 - f32::EPSILON as f64 / 2.0, 1.0]),
+            "",
+        )
         .claim([0.0, 1.0], Bound { worst: 1e-6, mean: 2e-7 })
         .check(Check::Formula(fresnel)),
     case("formulas/ambient", "share of light from everywhere, by roughness")
@@ -92,27 +95,27 @@ pub const CASES: &[Case] = &[
         .claim([0.0, 1e6], Bound { worst: 3e-3, mean: 1e-4 })
         .check(Check::Formula(|power| exchanged(Formula::Phong, power, lobe_width(power)))),
     case("formulas/fall-off", "inverse square, quadratic and polynomial, by distance")
-        .over(Values::Decades(-6, 6), "m")
+        .over(SweepValues::Decades(-6, 6), "m")
         .claim([1e-6, 1e6], Bound { worst: 1e-6, mean: 2e-7 })
         .check(Check::Formula(fall_off)),
     case("formulas/to-light", "direction to a light, by distance")
-        .over(Values::Decades(-12, 18), "m")
+        .over(SweepValues::Decades(-12, 18), "m")
         .claim([1e-6, 1e6], Bound { worst: 5e-7, mean: 2e-7 })
         .check(Check::Formula(|metres| each(Formula::ToLight, inputs::LAMP, truth::to_light, fall_off(metres).inputs))),
     case("formulas/range", "window and fall-off, by range, from inside of it to a thousand times as far")
-        .over(Values::Decades(-18, 18), "m")
+        .over(SweepValues::Decades(-18, 18), "m")
         .claim([1e-6, 1e6], Bound { worst: 1e-6, mean: 2e-7 })
         .check(Check::Formula(range)),
     case("formulas/spot-cone", "by the outer angle, half of the time the same as the inner one")
-        .over(Values::List(&[0.0, 1e-6, 1e-3, 0.1, 1.0, 10.0, 45.0, 89.999, 90.0, 135.0, 179.9, 180.0]), "degrees")
+        .over(SweepValues::List(&[0.0, 1e-6, 1e-3, 0.1, 1.0, 10.0, 45.0, 89.999, 90.0, 135.0, 179.9, 180.0]), "degrees")
         .claim([0.0, 180.0], Bound { worst: 1e-3, mean: 2e-5 })
         .check(Check::Formula(cone)),
     case("formulas/octahedral", "normals to the octahedral map and back, by how far they are from an axis or a fold")
-        .over(Values::Decades(-8, 0), "")
+        .over(SweepValues::Decades(-8, 0), "")
         .claim([1e-8, 1.0], Bound { worst: 6e-7, mean: 2e-7 })
         .check(Check::Formula(|off| each(Formula::Octahedral, NORMAL, truth::normal, normals(off)))),
     case("formulas/octahedral-16", "the same through two codes of 16 bits")
-        .over(Values::Decades(-8, 0), "")
+        .over(SweepValues::Decades(-8, 0), "")
         .claim([1e-8, 1.0], Bound { worst: 6.5e-5, mean: 4e-5 })
         .check(Check::Formula(|off| each(Formula::Octahedral16, NORMAL, truth::normal, normals(off)))),
     case("formulas/tone-neutral", "by the light of the brightest channel")
@@ -128,35 +131,35 @@ pub const CASES: &[Case] = &[
         .claim([1e-8, 65000.0], Bound { worst: 2e-6, mean: 5e-7 })
         .check(Check::Formula(|light| tone(light, 2))),
     case("formulas/srgb", "encoding, by the brightest channel")
-        .over(Values::Decades(-10, 0), "")
+        .over(SweepValues::Decades(-10, 0), "")
         .claim([1e-10, 1.0], Bound { worst: 3e-6, mean: 1e-6 })
         .check(Check::Formula(|light| each(Formula::EncodeSrgb, COLOR, truth::encoded, colors(light, 0)))),
     case(
         "formulas/position",
         "rebuilt from depth over a picture of 1920 x 1080, by distance; the near plane is at 1 cm",
     )
-    .over(Values::Decades(-2, 12), "m")
+    .over(SweepValues::Decades(-2, 12), "m")
     .claim([1e-2, 1e12], Bound { worst: 6e-7, mean: 2e-7 })
     .check(Check::Formula(position)),
     case("formulas/shininess", "a specular power through its encoding and back")
-        .over(Values::List(&[0.0, 1e-4, 1e-2, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6]), "")
+        .over(SweepValues::List(&[0.0, 1e-4, 1e-2, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6]), "")
         .claim([0.0, 1e6], Bound { worst: 1e-5, mean: 2e-6 })
         .check(Check::Formula(shininess)),
 ];
 
-const LIGHT: Values =
-    Values::List(&[1e-8, 1e-6, 1e-4, 1e-3, 1e-2, 0.08, 0.1, 0.76, 1.0, 10.0, 100.0, 1e3, 1e4, 65000.0]);
+const LIGHT: SweepValues =
+    SweepValues::List(&[1e-8, 1e-6, 1e-4, 1e-3, 1e-2, 0.08, 0.1, 0.76, 1.0, 10.0, 100.0, 1e3, 1e4, 65000.0]);
 const NORMAL: &[(&str, usize)] = &[("normal", 3)];
 const COLOR: &[(&str, usize)] = &[("colour", 3)];
 
-type Names = &'static [(&'static str, usize)];
+type InputNames = &'static [(&'static str, usize)];
 
-fn each(formula: Formula, names: Names, truth: fn(&Input) -> Truth, inputs: Vec<Input>) -> Trial {
+fn each(formula: Formula, names: InputNames, truth: fn(&Input) -> FormulaTruth, inputs: Vec<Input>) -> Trial {
     let signed = matches!(formula, Formula::Octahedral | Formula::Octahedral16 | Formula::Position | Formula::ToLight);
     Trial { formula, inputs, names, frame: None, judge: Judge::Each { truth, signed }, planted: false }
 }
 
-fn reflection(formula: Formula, truth: fn(&Input) -> Truth, stiffness: f64, width: f64) -> Trial {
+fn reflection(formula: Formula, truth: fn(&Input) -> FormulaTruth, stiffness: f64, width: f64) -> Trial {
     each(formula, REFLECTION, truth, inputs::reflection(stiffness, width))
 }
 

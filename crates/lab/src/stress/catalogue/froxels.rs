@@ -3,7 +3,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::super::{Bound, Case, Check, Subject, Values, case};
+use super::super::{Bound, Case, Check, Subject, SweepValues, case};
 use super::stage::{float32, lamp, sphere_on_floor};
 use afterlight::scene::{Fog, HdrFormat, Light, LightKind, SettingsPatch};
 
@@ -14,31 +14,31 @@ const COARSE: Bound = Bound { worst: 20.0, mean: 0.5 };
 
 pub const CASES: &[Case] = &[
     case("froxels/density", "a sphere on a floor in lit fog that takes away so much of the light along a metre")
-        .over(Values::Decades(-9, 6), "1/m")
+        .over(SweepValues::Decades(-9, 6), "1/m")
         .claim([1e-9, 1e6], FROXELS)
         .check(Check::Picture(|density| lit(SettingsPatch { fog_density: Some(density as f32), ..usual() }))),
     case("froxels/grid", "the same with so many froxels across, down and in depth")
-        .over(Values::List(&[1.0, 2.0, 8.0, 32.0, 96.0]), "")
+        .over(SweepValues::List(&[1.0, 2.0, 8.0, 32.0, 96.0]), "")
         .claim([1.0, 96.0], COARSE)
         .check(Check::Picture(|edge| lit(SettingsPatch { fog_froxels: Some([edge as u32; 3]), ..usual() }))),
     case("froxels/anisotropy", "the same where the mean cosine of the angle of scattering is so")
-        .over(Values::List(&[-0.999, -0.99, -0.5, 0.0, 0.5, 0.99, 0.999]), "")
+        .over(SweepValues::List(&[-0.999, -0.99, -0.5, 0.0, 0.5, 0.99, 0.999]), "")
         .claim([-0.99, 0.99], COARSE)
         .check(Check::Picture(|cosine| lit(SettingsPatch { fog_anisotropy: Some(cosine as f32), ..usual() }))),
     case("froxels/base", "the same with a base so high above the floor, or so far below it")
-        .over(Values::List(&[-1e6, -1e3, -10.0, 0.0, 10.0, 1e3, 1e6]), "m")
+        .over(SweepValues::List(&[-1e6, -1e3, -10.0, 0.0, 10.0, 1e3, 1e6]), "m")
         .claim([-1e6, 1e6], FROXELS)
         .check(Check::Picture(|base| lit(SettingsPatch { fog_base: Some(base as f32), ..usual() }))),
     case("froxels/lamp", "a lamp in the fog so far before the camera")
-        .over(Values::List(&[0.0, 1e-6, 1e-3, 0.1, 1.0, 3.0]), "m")
+        .over(SweepValues::List(&[0.0, 1e-6, 1e-3, 0.1, 1.0, 3.0]), "m")
         .claim([0.0, 3.0], COARSE)
         .check(Check::Picture(at_the_eye)),
     case("froxels/intensity", "lamps in the fog of so many candela")
-        .over(Values::Decades(-9, 9), "cd")
+        .over(SweepValues::Decades(-9, 9), "cd")
         .claim([1e-9, 1e9], FROXELS)
         .check(Check::Picture(|candela| subject(DVec3::new(1.2, 2.0, 1.0), candela as f32, usual()))),
     case("froxels/distance", "froxels that end so far away along the view")
-        .over(Values::Decades(-2, 6), "m")
+        .over(SweepValues::Decades(-2, 6), "m")
         .claim([10.0, 100.0], FROXELS)
         .check(Check::Picture(|metres| lit(SettingsPatch { fog_distance: Some(metres as f32), ..usual() }))),
 ];

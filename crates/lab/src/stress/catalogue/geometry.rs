@@ -2,10 +2,10 @@
 
 use glam::{DAffine3, DVec2, DVec3, Vec3, Vec4};
 
-use super::super::{Bound, Case, Check, Subject, Values, case};
+use super::super::{Bound, Case, Check, Subject, SweepValues, case};
 use super::stage::{even_texture, float32, lamp, sphere_on_floor, waves};
 use afterlight::scene::builtin::shapes::{self, MeshBuilder, Vertex};
-use afterlight::scene::builtin::stage::Stage;
+use afterlight::scene::builtin::stage::SceneBuilder;
 use afterlight::scene::{Camera, Material, Mesh};
 
 /// The error that rounding in 32 bits leaves; the worst pixels are those that light grazes.
@@ -13,66 +13,66 @@ const TIGHT: Bound = Bound { worst: 1e-3, mean: 1e-6 };
 
 pub const CASES: &[Case] = &[
     case("geometry/sliver", "a floor with a strip so wide across it, made of two triangles")
-        .over(Values::Decades(-15, 0), "m")
+        .over(SweepValues::Decades(-15, 0), "m")
         .claim([1e-15, 1.0], TIGHT)
         .check(Check::Placed(sliver, 0.01)),
     case("geometry/gigantic", "a floor of two triangles so large")
-        .over(Values::Decades(1, 15), "m")
+        .over(SweepValues::Decades(1, 15), "m")
         .claim([10.0, 1e4], Bound { worst: 1e-3, mean: 3e-4 })
         .check(Check::Placed(gigantic, 0.01)),
     case("geometry/no-area", "so many triangles without area in the middle of the floor")
-        .over(Values::List(&[0.0, 1.0, 2.0, 3.0, 100.0, 10_000.0]), "")
+        .over(SweepValues::List(&[0.0, 1.0, 2.0, 3.0, 100.0, 10_000.0]), "")
         .claim([0.0, 10_000.0], TIGHT)
         .check(Check::Placed(no_area, 0.005)),
     case("geometry/normal-length", "normals so long, down to none")
-        .over(Values::List(&[0.0, 1e-40, 1e-30, 1e-20, 1e-10, 1.0, 1e10, 1e20, 1e30, 1e38]), "")
+        .over(SweepValues::List(&[0.0, 1e-40, 1e-30, 1e-20, 1e-10, 1.0, 1e10, 1e20, 1e30, 1e38]), "")
         .claim([0.0, 1e38], TIGHT)
         .check(Check::Placed(normal_length, 0.01)),
     case(
         "geometry/opposed-normals",
         "normals of two ends of a triangle so far apart; half-way between opposed ones there is none",
     )
-    .over(Values::List(&[0.0, 90.0, 150.0, 170.0, 179.0, 179.9, 179.99, 180.0]), "degrees")
+    .over(SweepValues::List(&[0.0, 90.0, 150.0, 170.0, 179.0, 179.9, 179.99, 180.0]), "degrees")
     .claim([0.0, 179.0], TIGHT)
     .check(Check::Placed(opposed_normals, 0.01)),
     case("geometry/tangent", "tangents at such an angle to their normals, under a normal map")
-        .over(Values::List(&[0.0, 1e-6, 1e-3, 0.1, 1.0, 10.0, 45.0, 90.0]), "degrees")
+        .over(SweepValues::List(&[0.0, 1e-6, 1e-3, 0.1, 1.0, 10.0, 45.0, 90.0]), "degrees")
         .claim([0.0, 90.0], TIGHT)
         .check(Check::Placed(tangent, 0.01)),
     case("geometry/no-tangent", "tangents so long, down to none, under a normal map")
-        .over(Values::List(&[0.0, 1e-40, 1e-20, 1e-6, 1.0, 1e6]), "")
+        .over(SweepValues::List(&[0.0, 1e-40, 1e-20, 1e-6, 1.0, 1e6]), "")
         .claim([0.0, 1e6], TIGHT)
         .check(Check::Placed(tangent_length, 0.01)),
     case("geometry/flat-map", "a normal map that has this code everywhere")
-        .over(Values::List(&[0.0, 1.0, 64.0, 126.0, 127.0, 128.0, 129.0, 254.0, 255.0]), "")
+        .over(SweepValues::List(&[0.0, 1.0, 64.0, 126.0, 127.0, 128.0, 129.0, 254.0, 255.0]), "")
         .claim([0.0, 255.0], TIGHT)
         .check(Check::Placed(flat_map, 0.01)),
     case("geometry/uv-offset", "texture coordinates so far from zero, with a texture that repeats each two metres")
-        .over(Values::Decades(0, 12), "")
+        .over(SweepValues::Decades(0, 12), "")
         .claim([1.0, 1e9], Bound { worst: 2e-2, mean: 5e-3 })
         .check(Check::Placed(uv_offset, 0.01)),
     case("geometry/uv-span", "a triangle over which a texture repeats so often, seen where a repeat fills the picture")
-        .over(Values::Decades(0, 9), "")
+        .over(SweepValues::Decades(0, 9), "")
         .claim([1.0, 1e4], Bound { worst: 2e-2, mean: 5e-3 })
         .check(Check::Placed(uv_span, 0.01)),
     case(
         "geometry/vertex-at-camera",
         "the corner that all triangles share lies so far before the camera, or behind it",
     )
-    .over(Values::List(&[-1.0, -1e-3, -1e-6, -1e-9, 0.0, 1e-9, 1e-6, 1e-3, 1.0]), "m")
+    .over(SweepValues::List(&[-1.0, -1e-3, -1e-6, -1e-9, 0.0, 1e-9, 1e-6, 1e-3, 1.0]), "m")
     .claim([-1.0, 1.0], TIGHT)
     .check(Check::Placed(vertex_at_camera, 0.02)),
     case("geometry/near-crossing", "a camera so high above a floor that crosses its near plane")
-        .over(Values::Decades(-9, 0), "m")
+        .over(SweepValues::Decades(-9, 0), "m")
         .claim([1e-9, 1.0], TIGHT)
         .check(Check::Placed(near_crossing, 0.02)),
     case("geometry/indices", "so many vertices before those of the floor in its mesh")
-        .over(Values::List(&[0.0, 65_531.0, 65_532.0, 65_533.0, 65_535.0, 65_536.0, 65_537.0, 1e6]), "")
+        .over(SweepValues::List(&[0.0, 65_531.0, 65_532.0, 65_533.0, 65_535.0, 65_536.0, 65_537.0, 1e6]), "")
         .claim([0.0, 1e6], TIGHT)
         .check(Check::Placed(indices, 0.005)),
 ];
 
-fn subject(mut stage: Stage) -> Subject {
+fn subject(mut stage: SceneBuilder) -> Subject {
     stage.light(lamp(DVec3::new(1.25, 2.0, 1.0), 1000.0));
     Subject::with(stage.scene, float32())
 }
@@ -173,7 +173,7 @@ fn flat_map(code: f64) -> Subject {
 
 /// Seen from right above, so close that a texel of waves is larger than a pixel.
 fn textured(mesh: Mesh, height: f64) -> Subject {
-    let mut stage = Stage::default();
+    let mut stage = SceneBuilder::default();
     let base_color_texture = stage.texture(waves());
     let material = stage.material(Material { base_color_texture, ..Material::default() });
     stage.scene.meshes.push(mesh);

@@ -2,10 +2,10 @@
 
 use glam::{DAffine3, DVec3, Vec3};
 
-use super::super::{Bound, Case, Check, Subject, Values, case};
+use super::super::{Bound, Case, Check, Subject, SweepValues, case};
 use super::stage::{kept_in, lamp};
 use afterlight::scene::builtin::shapes;
-use afterlight::scene::builtin::stage::Stage;
+use afterlight::scene::builtin::stage::SceneBuilder;
 use afterlight::scene::{Brdf, Camera, GbufferChoice, GbufferPreset, Material, Projection, TargetChoice};
 
 pub const CASES: &[Case] = &[
@@ -34,19 +34,19 @@ pub const CASES: &[Case] = &[
             ball(Material { metallic: 1.0, base_color: Vec3::splat(albedo as f32), ..colored() })
         })),
     case("highlights/lamp-at-eye", "a lamp so far beside the eye, on a smooth ball")
-        .over(Values::List(&[0.0, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0]), "m")
+        .over(SweepValues::List(&[0.0, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0]), "m")
         .claim([0.0, 1.0], Bound { worst: 1e-4, mean: 1e-6 })
         .check(Check::Picture(lamp_at_eye)),
     case("highlights/grazing", "eye and lamp so high over a smooth floor, face to face")
-        .over(Values::Decades(-7, 1), "m")
+        .over(SweepValues::Decades(-7, 1), "m")
         .claim([1e-7, 10.0], GRAZED)
         .check(Check::Picture(|height| grazing([height, height]))),
     case("highlights/grazing-eye", "the eye so high over a smooth floor, the lamp well above")
-        .over(Values::Decades(-7, 1), "m")
+        .over(SweepValues::Decades(-7, 1), "m")
         .claim([1e-7, 10.0], GRAZED)
         .check(Check::Picture(|height| grazing([height, 1.0]))),
     case("highlights/grazing-lamp", "a lamp so high over a smooth floor, the eye well above")
-        .over(Values::Decades(-7, 1), "m")
+        .over(SweepValues::Decades(-7, 1), "m")
         // Nearer to the floor, the lamp's height is no more than the rounding of a place to f32.
         .claim([1e-4, 10.0], GRAZED)
         .check(Check::Picture(|height| grazing([1.0, height]))),
@@ -67,9 +67,9 @@ const ROUNDED: Bound = Bound { worst: 5e-3, mean: 5e-4 };
 /// A code is a factor of 2^(20 / 255) of the power, and the power errs by half of that at most.
 const EIGHT_BITS: Bound = Bound { worst: 0.1, mean: 0.02 };
 
-const ROUGHNESS: Values =
-    Values::List(&[0.0, 1e-4, 1e-3, 0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2, 0.3, 0.5, 0.7, 1.0]);
-const SHARES: Values = Values::List(&[0.0, 1e-6, 1e-3, 0.1, 0.5, 0.9, 0.999, 1.0]);
+const ROUGHNESS: SweepValues =
+    SweepValues::List(&[0.0, 1e-4, 1e-3, 0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.15, 0.2, 0.3, 0.5, 0.7, 1.0]);
+const SHARES: SweepValues = SweepValues::List(&[0.0, 1e-6, 1e-3, 0.1, 0.5, 0.9, 0.999, 1.0]);
 
 const fn small(name: &'static str, claim: [f64; 2], worst: f64, subject: fn(f64) -> Subject) -> Case {
     let extreme = "smoother and smoother, highlights far smaller than a pixel; errors of each pixel";
@@ -85,7 +85,7 @@ const fn wide(name: &'static str, claim: [f64; 2], worst: f64, subject: fn(f64) 
 
 const fn phong(name: &'static str, bound: Bound, subject: fn(f64) -> Subject) -> Case {
     case(name, "powers of the Phong models, seen so closely that the highlight fills the picture; errors of its peak")
-        .over(Values::List(&[0.0, 1e-3, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6]), "")
+        .over(SweepValues::List(&[0.0, 1e-3, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6]), "")
         .claim([0.0, 1e6], bound)
         .check(Check::Picture(subject))
 }
@@ -96,7 +96,7 @@ fn colored() -> Material {
 
 /// A metre wide, and a lamp above and behind the eye.
 fn ball(material: Material) -> Subject {
-    let mut stage = Stage::default();
+    let mut stage = SceneBuilder::default();
     let material = stage.material(material);
     stage.add("ball", shapes::sphere(0.5, 96), material);
     stage.scene.camera = Camera::looking_at(DVec3::new(0.0, 0.3, 1.5), DVec3::ZERO, DVec3::Y);
@@ -112,7 +112,7 @@ fn small_of(roughness: f64, gbuffer: GbufferChoice) -> Subject {
 /// A ball of ten metres that fills the view from two metres away, with a lamp beside the eye. `angle`: how far, in radians, the ball's normal
 /// leans away at the edge of the picture, about.
 fn close_up(angle: f64, material: Material, gbuffer: GbufferChoice) -> Subject {
-    let mut stage = Stage::default();
+    let mut stage = SceneBuilder::default();
     let material = stage.material(material);
     let ball = stage.mesh("ball", shapes::sphere(10.0, 64), material);
     // Turned so that no normal is an axis.
@@ -156,7 +156,7 @@ fn lamp_at_eye(metres: f64) -> Subject {
 
 /// A floor that is seen over its whole depth, the lamp at its far end.
 fn grazing([eye, light]: [f64; 2]) -> Subject {
-    let mut stage = Stage::default();
+    let mut stage = SceneBuilder::default();
     let smooth = stage.material(Material { roughness: 0.2, ..colored() });
     stage.add("floor", shapes::plane([20.0, 20.0]), smooth);
     // And a ball to be seen where the floor is not.

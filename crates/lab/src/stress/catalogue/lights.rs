@@ -2,19 +2,22 @@
 
 use glam::{DVec3, Vec3};
 
-use super::super::{Bound, Case, Check, Subject, Values, case};
+use super::super::{Bound, Case, Check, Subject, SweepValues, case};
 use super::stage::{float32, lamp, sphere_on_floor};
-use afterlight::scene::builtin::stage::Stage;
+use afterlight::scene::builtin::stage::SceneBuilder;
 use afterlight::scene::{Brdf, Falloff, Light, LightKind, LightPath, black_body_color};
 
 pub const CASES: &[Case] = &[
     case("lights/distance", "a lamp above the floor, from inside of it to farther than any planet")
-        .over(Values::Decades(-9, 15), "m")
+        .over(SweepValues::Decades(-9, 15), "m")
         // Nearer to the floor, a lamp's height is no more than the rounding of a place four metres away to f32.
         .claim([1e-4, 1e15], Bound { worst: 1e-3, mean: 1e-5 })
         .check(Check::Picture(distance)),
     case("lights/inside", "a lamp in the middle of a sphere, on its surface and above it")
-        .over(Values::List(&[0.0, 1e-9, 1e-6, 1e-3, 0.5, 0.9, 0.99, 0.999, 1.0, 1.001, 1.01, 1.1, 1.5, 3.0]), "radii")
+        .over(
+            SweepValues::List(&[0.0, 1e-9, 1e-6, 1e-3, 0.5, 0.9, 0.99, 0.999, 1.0, 1.001, 1.01, 1.1, 1.5, 3.0]),
+            "radii",
+        )
         .claim([0.0, 3.0], BOUND)
         .check(Check::Picture(inside)),
     case("lights/intensity", "from starlight to a supernova in the room, metered")
@@ -43,7 +46,7 @@ pub const CASES: &[Case] = &[
         .claim([0.0, 180.0], BOUND)
         .check(Check::Picture(|outer| spot([outer, outer]))),
     case("lights/direction", "a sun and a spot whose directions are so long; one without a length is refused")
-        .over(Values::List(&[0.0, 1e-300, 1e-160, 1e-30, 1e-3, 1.0, 1e3, 1e30, 1e160, 1e300]), "")
+        .over(SweepValues::List(&[0.0, 1e-300, 1e-160, 1e-30, 1e-3, 1.0, 1e3, 1e30, 1e160, 1e300]), "")
         .claim([1e-300, 1e300], BOUND)
         .check(Check::Picture(direction)),
     many("lights/count-loop", |count| count_of(count, LightPath::Loop)),
@@ -55,11 +58,11 @@ pub const CASES: &[Case] = &[
     many("lights/count-forward", |count| count_of(count, LightPath::Forward)),
     many("lights/count-forward-naive", |count| count_of(count, LightPath::ForwardNaive)),
     case("lights/sum", "a thousand equal lamps after one that is so many times as bright")
-        .over(Values::Decades(0, 12), "times")
+        .over(SweepValues::Decades(0, 12), "times")
         .claim([1.0, 1e12], BOUND)
         .check(Check::Picture(sum)),
     case("lights/temperature", "a black body, also where no colour is defined")
-        .over(Values::List(&[0.0, 1.0, 800.0, 1000.0, 1900.0, 6500.0, 40_000.0, 1e9, 1e300]), "K")
+        .over(SweepValues::List(&[0.0, 1.0, 800.0, 1000.0, 1900.0, 6500.0, 40_000.0, 1e9, 1e300]), "K")
         .claim([0.0, 1e300], BOUND)
         .check(Check::Picture(temperature)),
 ];
@@ -67,25 +70,25 @@ pub const CASES: &[Case] = &[
 /// The worst pixels lie where the light just grazes the ball, and hardly anything is left of it.
 const BOUND: Bound = Bound { worst: 1e-2, mean: 2e-5 };
 
-const INTENSITIES: Values = Values::List(&[
+const INTENSITIES: SweepValues = SweepValues::List(&[
     1e-30, 1e-20, 1e-12, 1e-8, 1e-6, 1e-3, 1.0, 1e3, 1e6, 1e9, 1e12, 1e20, 1e30, 1e36, 1e37, 1e38, 3e38,
 ]);
-const FACTORS: Values = Values::List(&[
+const FACTORS: SweepValues = SweepValues::List(&[
     0.0, 1e-30, 1e-20, 1e-19, 1e-12, 1e-6, 1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0, 1e3, 1e6, 1e12, 1e20, 1e30,
 ]);
-const ANGLES: Values = Values::List(&[
+const ANGLES: SweepValues = SweepValues::List(&[
     0.0, 1e-6, 1e-3, 0.1, 1.0, 10.0, 30.0, 45.0, 59.0, 61.0, 89.0, 90.0, 91.0, 120.0, 179.0, 179.99, 180.0,
 ]);
 
 const fn many(name: &'static str, subject: fn(f64) -> Subject) -> Case {
     case(name, "lamps that reach every pixel")
-        .over(Values::List(&[1.0, 100.0, 1e4]), "")
+        .over(SweepValues::List(&[1.0, 100.0, 1e4]), "")
         .claim([1.0, 1e4], Bound { worst: 1e-4, mean: 1e-5 })
         .check(Check::Picture(subject))
 }
 
 /// With a G-buffer in single floats, so that only the light errs.
-fn precise(stage: Stage) -> Subject {
+fn precise(stage: SceneBuilder) -> Subject {
     Subject::with(stage.scene, float32())
 }
 
@@ -174,7 +177,7 @@ fn direction(length: f64) -> Subject {
 }
 
 /// So many lamps in a spiral above the floor, in all colours.
-fn spiral(stage: &mut Stage, count: usize, candela: f64) {
+fn spiral(stage: &mut SceneBuilder, count: usize, candela: f64) {
     for index in 0..count {
         let share = (index as f64 + 0.5) / count as f64;
         // The golden angle.

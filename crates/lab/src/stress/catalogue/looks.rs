@@ -2,10 +2,10 @@
 
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
-use super::super::{Bound, Case, Check, Subject, Values, case};
+use super::super::{Bound, Case, Check, Subject, SweepValues, case};
 use super::stage::{float32, texture};
 use afterlight::scene::builtin::shapes::{MeshBuilder, WHOLE_IMAGE};
-use afterlight::scene::builtin::stage::{Stage, hue};
+use afterlight::scene::builtin::stage::{SceneBuilder, hue};
 use afterlight::scene::{Brdf, Camera, LightPath, Look, Material, SettingsPatch};
 
 pub const CASES: &[Case] = &[
@@ -13,23 +13,23 @@ pub const CASES: &[Case] = &[
         "looks/cells",
         "sprites of one material, each with another cell of an atlas of so many rows and as many columns",
     )
-    .over(Values::List(&[1.0, 2.0, 3.0, 16.0, 64.0, 256.0]), "")
+    .over(SweepValues::List(&[1.0, 2.0, 3.0, 16.0, 64.0, 256.0]), "")
     .claim([1.0, 256.0], Bound { worst: 1e-5, mean: 1e-6 })
     .check(Check::Placed(|edge| cells(edge, LightPath::Loop), 0.2)),
     // Lavapipe makes each level of each cell by a draw of its own: ten seconds for all of the largest atlas.
     case("looks/cells-forward", "the same, lit as they are drawn")
-        .over(Values::List(&[1.0, 2.0, 3.0, 16.0, 64.0]), "")
+        .over(SweepValues::List(&[1.0, 2.0, 3.0, 16.0, 64.0]), "")
         .claim([1.0, 64.0], Bound { worst: 1e-5, mean: 1e-6 })
         .check(Check::Placed(|edge| cells(edge, LightPath::Forward), 0.2)),
     case("looks/distance", "sprites of pure colours, seen so far away that all of a cell is smaller than a pixel")
-        .over(Values::List(&[0.1, 0.3, 1.0, 3.0, 10.0, 20.0]), "m")
+        .over(SweepValues::List(&[0.1, 0.3, 1.0, 3.0, 10.0, 20.0]), "m")
         .claim([0.1, 20.0], Bound { worst: 1e-5, mean: 1e-6 })
         .check(Check::Placed(|metres| seen_from(DVec3::new(0.0, 0.0, metres)), 0.6)),
     case(
         "looks/angle",
         "sprites of pure colours, seen so many degrees above the plane that they lie in, with 16 places a pixel",
     )
-    .over(Values::List(&[0.5, 1.0, 2.0, 5.0, 15.0, 45.0, 90.0]), "degrees")
+    .over(SweepValues::List(&[0.5, 1.0, 2.0, 5.0, 15.0, 45.0, 90.0]), "degrees")
     .claim([0.5, 90.0], Bound { worst: 1e-5, mean: 1e-6 })
     .check(Check::Placed(
         |degrees| {
@@ -39,7 +39,7 @@ pub const CASES: &[Case] = &[
         0.6,
     )),
     case("looks/tint", "sprites whose tint is so dark")
-        .over(Values::Decades(-6, 0), "")
+        .over(SweepValues::Decades(-6, 0), "")
         // A tint has 16 bits a channel.
         .claim([0.01, 1.0], Bound { worst: 1e-3, mean: 1e-3 })
         .check(Check::Placed(tint, 0.2)),
@@ -49,7 +49,7 @@ pub const CASES: &[Case] = &[
 const SIDE: u32 = 16;
 
 /// A square metre of sprites, each as `look` says, in front of a camera; the atlas has cells of one colour each and so many texels a side.
-fn sprites([edge, texels]: [u32; 2], color: impl Fn(u32) -> Vec3, look: impl Fn(u32) -> Look) -> Stage {
+fn sprites([edge, texels]: [u32; 2], color: impl Fn(u32) -> Vec3, look: impl Fn(u32) -> Look) -> SceneBuilder {
     let width = edge * texels;
     let texel = |index: u32| {
         let [x, y] = [index % width, index / width];
@@ -57,7 +57,7 @@ fn sprites([edge, texels]: [u32; 2], color: impl Fn(u32) -> Vec3, look: impl Fn(
         // One texel differs: a constant texture would be folded into the material.
         [red, green, blue, if index == 0 { 254 } else { 255 }]
     };
-    let mut stage = Stage::default();
+    let mut stage = SceneBuilder::default();
     let material = Material {
         brdf: Brdf::Lambert,
         base_color: Vec3::ONE,

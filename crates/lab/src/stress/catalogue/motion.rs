@@ -3,13 +3,13 @@
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
-use super::super::{Bound, Case, Check, Subject, Values, case};
+use super::super::{Bound, Case, Check, Subject, SweepValues, case};
 use super::stage::{float32, lamp, sphere_on_floor};
 use afterlight::scene::builtin::shapes::{self, MeshBuilder};
-use afterlight::scene::builtin::stage::Stage;
+use afterlight::scene::builtin::stage::SceneBuilder;
 use afterlight::scene::{
-    Channel, Clip, Influences, Interpolation, Local, Mesh, Node, Placement, Playing, Scene, SettingsPatch, Skin,
-    Target, deform, metered_ev100,
+    Channel, ChannelTarget, Clip, Influences, Interpolation, Local, Mesh, Node, Placement, Playing, Scene,
+    SettingsPatch, Skin, deform, metered_ev100,
 };
 
 /// The bound of `space/size` and its kin: SKIN adds roundings of f32 to places and normals, each of 6e-8, which count where light grazes.
@@ -22,42 +22,42 @@ pub const CASES: &[Case] = &[
         "motion/far-joints",
         "a skeleton so far from the origin, with a mesh that was bound at the origin and one that was bound there; the truth stays near",
     )
-    .over(Values::Decades(0, 15), "m")
+    .over(SweepValues::Decades(0, 15), "m")
     // From 1e10 m on f64 itself rounds turned places by more than a micrometre.
     .claim([1.0, 1e9], BOUND)
     .check(Check::Placed(far_joints, 0.01)),
     case("motion/weights", "a tube that leans because a joint with at most such a weight has moved by its inverse")
-        .over(Values::List(&[1e-45, 1e-42, 1e-40, 1e-38, 1e-36, 1e-30, 1e-20, 1e-12, 1e-9, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0]), "")
+        .over(SweepValues::List(&[1e-45, 1e-42, 1e-40, 1e-38, 1e-36, 1e-30, 1e-20, 1e-12, 1e-9, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0]), "")
         // Smaller weights are no normal numbers of f32, and drivers may flush them to 0.
         .claim([1e-36, 1.0], BOUND)
         .check(Check::Placed(weights, 0.01)),
     case("motion/chain", "a tube on so many joints in a chain that bend it to an arc; the truth has its closed form")
-        .over(Values::List(&[1.0, 10.0, 100.0, 1000.0, 10_000.0, 65_535.0]), "")
+        .over(SweepValues::List(&[1.0, 10.0, 100.0, 1000.0, 10_000.0, 65_535.0]), "")
         .claim([1.0, 65_535.0], BOUND)
         .check(Check::Placed(chain, 0.01)),
     case(
         "motion/opposite-turns",
         "a turn by so much between two keys whose quaternions have opposite signs, three tenths of the way",
     )
-    .over(Values::List(&[1e-12, 1e-9, 1e-6, 1e-3, 1.0, 90.0, 179.0, 179.999, 180.0]), "degrees")
+    .over(SweepValues::List(&[1e-12, 1e-9, 1e-6, 1e-3, 1.0, 90.0, 179.0, 179.999, 180.0]), "degrees")
     // Half a turn may go either way.
     .claim([1e-12, 179.999], OF_RING)
     .check(Check::Placed(opposite_turns, 0.01)),
     case("motion/late-keys", "keys so late, and a moment between them, in the clip's second round")
-        .over(Values::Decades(0, 15), "s")
+        .over(SweepValues::Decades(0, 15), "s")
         // f64 knows times to 1e-16 of them, here to 2e-7 of the second in which all moves by a metre.
         .claim([1.0, 1e9], OF_RING)
         .check(Check::Placed(late_keys, 0.01)),
     case("motion/node-scale", "a node that scales by so much a bent tube and a torus that are as much too small")
-        .over(Values::Decades(-12, 12), "")
+        .over(SweepValues::Decades(-12, 12), "")
         .claim([1e-12, 1e12], OF_RING)
         .check(Check::Placed(node_scale, 0.01)),
     case("motion/node-stretch", "a node that scales x by so much, and z by its inverse, over a skinned tube drawn the other way")
-        .over(Values::Decades(-12, 12), "")
+        .over(SweepValues::Decades(-12, 12), "")
         .claim([1e-12, 1e12], BOUND)
         .check(Check::Placed(node_stretch, 0.01)),
     case("motion/size", "scene, camera, near plane and lamp so many times as large by a node's scale, beside the origin")
-        .over(Values::Decades(-12, 12), "")
+        .over(SweepValues::Decades(-12, 12), "")
         .claim([1e-6, 1e12], OF_RING)
         .check(Check::Placed(size, 0.01)),
 ];
@@ -84,7 +84,7 @@ fn subject(scene: Scene, playing: Playing, truth: Scene) -> Subject {
 }
 
 /// The floor alone, under a lamp. Its materials are matt (0) and shiny (1).
-fn floor() -> Stage {
+fn floor() -> SceneBuilder {
     let mut stage = sphere_on_floor();
     stage.scene.objects.truncate(1);
     stage.light(lamp(DVec3::new(1.25, 2.0, 1.0), 1000.0));
@@ -104,14 +104,14 @@ fn at(translation: DVec3) -> Placement {
     Placement { translation, ..Placement::default() }
 }
 
-fn node(stage: &mut Stage, parent: Option<usize>, place: Placement) -> usize {
+fn node(stage: &mut SceneBuilder, parent: Option<usize>, place: Placement) -> usize {
     let nodes = &mut stage.scene.motion.nodes;
     nodes.push(Node { name: "node".into(), parent, local: Local::Parts(place), weights: Vec::new() });
     nodes.len() - 1
 }
 
 /// Adds a channel to the scene's one clip.
-fn keys(stage: &mut Stage, target: Target, times: [f64; 2], values: &[f64]) {
+fn keys(stage: &mut SceneBuilder, target: ChannelTarget, times: [f64; 2], values: &[f64]) {
     let clips = &mut stage.scene.motion.clips;
     if clips.is_empty() {
         clips.push(Clip { name: "clip".into(), channels: Vec::new() });
@@ -166,7 +166,7 @@ impl Tube {
         lean: 0.0,
     };
 
-    fn add(&self, stage: &mut Stage) {
+    fn add(&self, stage: &mut SceneBuilder) {
         let &Self { joints, parent, foot, bound_at, metre, bend, lean } = self;
         let mut shape = MeshBuilder::new();
         shape.append(&tube(), &(DAffine3::from_translation(bound_at) * DAffine3::from_scale(metre)));
@@ -190,13 +190,13 @@ impl Tube {
 }
 
 /// Turns a node, about Z, by so much at the moment that is drawn.
-fn turn(stage: &mut Stage, node: usize, radians: f64) {
+fn turn(stage: &mut SceneBuilder, node: usize, radians: f64) {
     let ends = [0.0, radians / SHARE].map(|angle| DQuat::from_rotation_z(angle).to_array());
-    keys(stage, Target::Rotation(node), [0.0, SECONDS], &ends.concat());
+    keys(stage, ChannelTarget::Rotation(node), [0.0, SECONDS], &ends.concat());
 }
 
 /// A ring that a node carries.
-fn ring(stage: &mut Stage, node: usize, metre: DVec3) {
+fn ring(stage: &mut SceneBuilder, node: usize, metre: DVec3) {
     let mut shape = MeshBuilder::new();
     shape.append(&shapes::torus(0.4, 0.15, 32), &DAffine3::from_scale(metre));
     let mesh = stage.mesh("ring", shape, SHINY);
@@ -305,8 +305,8 @@ fn turned(place: Placement, times: [f64; 2], ends: [DQuat; 2], playing: Playing,
     let own = node(&mut stage, None, place);
     ring(&mut stage, own, DVec3::ONE);
     let [from, to] = [-0.3, 0.7].map(|x| place.translation + DVec3::X * x);
-    keys(&mut stage, Target::Rotation(own), times, &ends.map(|end| end.to_array()).concat());
-    keys(&mut stage, Target::Translation(own), times, &[from, to].map(|end| end.to_array()).concat());
+    keys(&mut stage, ChannelTarget::Rotation(own), times, &ends.map(|end| end.to_array()).concat());
+    keys(&mut stage, ChannelTarget::Translation(own), times, &[from, to].map(|end| end.to_array()).concat());
     let mut truth = stage.scene.clone();
     truth.motion = Default::default();
     if let Some(object) = truth.objects.last_mut() {
@@ -343,7 +343,7 @@ fn node_stretch(factor: f64) -> Subject {
 }
 
 /// A tube under a node of this scale, smaller by as much, and that node.
-fn scaled(scale: DVec3, bend: f64, lean: f64) -> (Stage, usize) {
+fn scaled(scale: DVec3, bend: f64, lean: f64) -> (SceneBuilder, usize) {
     let mut stage = floor();
     let root = node(&mut stage, None, Placement { scale, ..at(DVec3::new(-0.5, 0.0, 0.0)) });
     Tube { parent: Some(root), metre: DVec3::ONE / scale, bend, lean, ..Tube::PLAIN }.add(&mut stage);

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::super::{Bound, Case, Check, Subject, Values, case};
+use super::super::{Bound, Case, Check, Subject, SweepValues, case};
 use super::stage::{float32, lamp, sphere_on_floor};
 use afterlight::scene::{Emitter, HdrFormat, Playing, SettingsPatch};
 
@@ -12,28 +12,28 @@ const DRAWN: Bound = Bound { worst: 5e-3, mean: 5e-5 };
 
 pub const CASES: &[Case] = &[
     case("particles/time", "a fountain so long after its first particle")
-        .over(Values::List(&[0.0, 1e-6, 0.25, 1.0, 3600.0, 1e5, 1e8]), "s")
+        .over(SweepValues::List(&[0.0, 1e-6, 0.25, 1.0, 3600.0, 1e5, 1e8]), "s")
         .claim([0.0, 1e8], DRAWN)
         .check(Check::Picture(|time| drawn(Emitter { start: Some(0.0), ..fountain() }, time))),
     case("particles/drag", "air that takes such a share of the velocity a second")
-        .over(Values::List(&[0.0, 1e-6, 1e-3, 0.1, 1.0, 10.0, 1e3, 1e6]), "")
+        .over(SweepValues::List(&[0.0, 1e-6, 1e-3, 0.1, 1.0, 10.0, 1e3, 1e6]), "")
         .claim([0.0, 1e6], DRAWN)
         .check(Check::Picture(|drag| drawn(Emitter { drag, ..fountain() }, 20.0))),
     case("particles/size", "squares of such an edge")
-        .over(Values::List(&[0.0, 1e-6, 1e-3, 0.1, 1.0, 100.0, 1e4, 1e6]), "m")
+        .over(SweepValues::List(&[0.0, 1e-6, 1e-3, 0.1, 1.0, 100.0, 1e4, 1e6]), "m")
         // Squares much smaller than a pixel are seen where one of them lies in the middle of a pixel, and f32 has them a hair beside it.
         .claim([0.1, 1e6], DRAWN)
         .check(Check::Picture(|edge| drawn(Emitter { size: vec![edge as f32], ..fountain() }, 20.0))),
     case("particles/distance", "a cloud so far before the camera, or behind it, or across its near plane")
-        .over(Values::List(&[-1e6, -1.0, 0.0, 0.01, 0.1, 1.0, 100.0, 1e6]), "m")
+        .over(SweepValues::List(&[-1e6, -1.0, 0.0, 0.01, 0.1, 1.0, 100.0, 1e6]), "m")
         .claim([-1e6, 1e6], DRAWN)
         .check(Check::Picture(cloud)),
     case("particles/one-point", "so many, all at one point: the oldest lies behind")
-        .over(Values::List(&[0.0, 1.0, 2.0, 10.0, 100.0, 3000.0]), "")
+        .over(SweepValues::List(&[0.0, 1.0, 2.0, 10.0, 100.0, 3000.0]), "")
         .claim([0.0, 3000.0], DRAWN)
         .check(Check::Picture(one_point)),
     case("particles/emission", "sparks that send out so much light")
-        .over(Values::List(&[0.0, 1e-12, 1e-3, 1.0, 1e6, 1e18]), "nits")
+        .over(SweepValues::List(&[0.0, 1e-12, 1e-3, 1.0, 1e6, 1e18]), "nits")
         .claim([0.0, 1e18], Bound { worst: 0.0, mean: 0.0 })
         .check(Check::Sane(|nits| drawn(Emitter { emission: vec![Vec3::splat(nits as f32)], ..fountain() }, 20.0))),
 ];

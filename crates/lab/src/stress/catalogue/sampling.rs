@@ -3,15 +3,15 @@
 
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 
-use super::super::{Bound, Case, Check, Subject, Values, case};
+use super::super::{Bound, Case, Check, Subject, SweepValues, case};
 use super::stage::{float32, lamp, sphere_on_floor, texture, waves};
 use afterlight::scene::builtin::shapes::{self, MeshBuilder};
-use afterlight::scene::builtin::stage::Stage;
+use afterlight::scene::builtin::stage::SceneBuilder;
 use afterlight::scene::{AlphaMode, Brdf, Camera, Environment, Material, SettingsPatch, TextureSlot, UvMap};
 
 pub const CASES: &[Case] = &[
     case("sampling/color", "a floor whose texture repeats so often in a metre: its light in the mean")
-        .over(Values::Decades(-1, 4), "")
+        .over(SweepValues::Decades(-1, 4), "")
         // On lavapipe 1% where no level but the first is looked at, which is a code of 8 bits, and 3% where the smallest are.
         .claim([0.1, 1e4], Bound { worst: 0.06, mean: 0.06 })
         .check(Check::Whole(color)),
@@ -19,40 +19,40 @@ pub const CASES: &[Case] = &[
         "sampling/uv-scale",
         "a floor whose UV map scales its coordinates, which are metres, so: its light in the mean",
     )
-    .over(Values::Decades(-6, 6), "")
+    .over(SweepValues::Decades(-6, 6), "")
     .claim([1e-6, 1e6], Bound { worst: 0.06, mean: 0.06 })
     .check(Check::Whole(|scale| mapped(UvMap { scale: DVec2::new(scale, -scale), rotation: 0.3, ..UvMap::IDENTITY }))),
     case("sampling/uv-offset", "a floor whose UV map moves its texture by so many images: its light in the mean")
-        .over(Values::Decades(-6, 12), "")
+        .over(SweepValues::Decades(-6, 12), "")
         .claim([1e-6, 1e12], Bound { worst: 0.06, mean: 0.06 })
         .check(Check::Whole(|images| mapped(UvMap { offset: DVec2::new(images, 0.5 - images), ..UvMap::IDENTITY }))),
     case(
         "sampling/mask",
         "a grille whose holes repeat so often in a metre: the light of it and of what is seen through it in the mean",
     )
-    .over(Values::Decades(-1, 4), "")
+    .over(SweepValues::Decades(-1, 4), "")
     // The mean of a level's alpha, above or below the cut-off, decides about a whole hole: all of it is left, or nothing.
     .claim([0.1, 1.0], Bound { worst: 0.25, mean: 0.25 })
     .check(Check::Whole(mask)),
     case("sampling/bumps", "a shiny floor whose normal map repeats so often in a metre: its light in the mean")
-        .over(Values::Decades(-1, 4), "")
+        .over(SweepValues::Decades(-1, 4), "")
         // Levels of a normal map are flat, and a flat floor has its highlight elsewhere: 0.6 of the light from ten repeats on.
         .claim([0.1, 1.0], Bound { worst: 0.3, mean: 0.3 })
         .check(Check::Whole(bumps)),
     case("sampling/highlights", "shiny balls in a picture of so many rows: their light in the mean")
-        .over(Values::List(&[2.0, 4.0, 8.0, 16.0, 32.0, 64.0]), "px")
+        .over(SweepValues::List(&[2.0, 4.0, 8.0, 16.0, 32.0, 64.0]), "px")
         .claim([32.0, 64.0], Bound { worst: 0.1, mean: 0.1 })
         .check(Check::Whole(highlights)),
     case("sampling/t-junction", "the floor's near half in so many pieces, its far half in one")
-        .over(Values::List(&[1.0, 3.0, 7.0, 31.0, 127.0, 1021.0]), "")
+        .over(SweepValues::List(&[1.0, 3.0, 7.0, 31.0, 127.0, 1021.0]), "")
         .claim([1.0, 1021.0], Bound { worst: 1e-3, mean: 2e-6 })
         .check(Check::Placed(t_junction, 0.03)),
     case("sampling/triangles", "a sphere of so many meridians: triangles of a pixel and less")
-        .over(Values::List(&[4.0, 16.0, 64.0, 256.0, 512.0]), "")
+        .over(SweepValues::List(&[4.0, 16.0, 64.0, 256.0, 512.0]), "")
         .claim([4.0, 512.0], Bound { worst: 1e-3, mean: 1e-6 })
         .check(Check::Placed(triangles, 0.2)),
     case("sampling/shading-normal", "normals so far from those of their triangles")
-        .over(Values::List(&[0.0, 30.0, 60.0, 80.0, 89.0, 90.0, 91.0, 120.0, 150.0, 180.0]), "degrees")
+        .over(SweepValues::List(&[0.0, 30.0, 60.0, 80.0, 89.0, 90.0, 91.0, 120.0, 150.0, 180.0]), "degrees")
         .claim([0.0, 180.0], Bound { worst: 1e-3, mean: 1e-5 })
         .check(Check::Placed(shading_normal, 0.005)),
     case(
@@ -60,15 +60,15 @@ pub const CASES: &[Case] = &[
         "albedo and places along an axis so small that drivers may take them for 0, under as much \
          light as there may be",
     )
-    .over(Values::List(&[1e-45, 1e-42, 1e-40, 1e-38, 1e-37, 1e-30, 1e-20, 1e-10, 1.0]), "")
+    .over(SweepValues::List(&[1e-45, 1e-42, 1e-40, 1e-38, 1e-37, 1e-30, 1e-20, 1e-10, 1.0]), "")
     // Products with cosines and 1 / pi must be normal numbers, too.
     .claim([1e-30, 1.0], Bound { worst: 1e-3, mean: 1e-6 })
     .check(Check::Placed(denormal, 0.005)),
 ];
 
 /// A floor under a sun whose texture coordinates are metres times `repeats`, seen from a man's height.
-fn floor(repeats: f64, material: impl FnOnce(&mut Stage) -> Material) -> Subject {
-    let mut stage = Stage::default();
+fn floor(repeats: f64, material: impl FnOnce(&mut SceneBuilder) -> Material) -> Subject {
+    let mut stage = SceneBuilder::default();
     let material = material(&mut stage);
     let material = stage.material(material);
     let mut mesh = MeshBuilder::new();
@@ -124,7 +124,7 @@ fn bumps(repeats: f64) -> Subject {
 }
 
 fn highlights(rows: f64) -> Subject {
-    let mut stage = Stage::default();
+    let mut stage = SceneBuilder::default();
     let shiny = stage.material(Material { roughness: 0.3, base_color: Vec3::splat(0.3), ..Material::default() });
     let ball = stage.mesh("ball", shapes::sphere(0.15, 32), shiny);
     for index in 0..64 {

@@ -3,10 +3,10 @@
 
 use glam::{DAffine3, DVec3, Vec3};
 
-use super::super::{Bound, Case, Check, Subject, Values, case};
+use super::super::{Bound, Case, Check, Subject, SweepValues, case};
 use super::stage::{kept_in, lamp, sphere_on_floor};
 use afterlight::scene::builtin::shapes;
-use afterlight::scene::builtin::stage::Stage;
+use afterlight::scene::builtin::stage::SceneBuilder;
 use afterlight::scene::{
     Camera, CastsShadow, Environment, GbufferChoice, Light, LightKind, Material, Projection, SettingsPatch,
     TargetChoice,
@@ -22,30 +22,30 @@ pub const CASES: &[Case] = &[
         .claim([-90.0, 90.0], wrong(6e-4))
         .check(Check::Picture(wall)),
     case("shadows/contact", "a box so high above the floor")
-        .over(Values::Decades(-7, 0), "m")
+        .over(SweepValues::Decades(-7, 0), "m")
         .claim([1e-7, 1.0], wrong(3e-4))
         .check(Check::Picture(contact)),
     case("shadows/thin", "a wall so thick")
-        .over(Values::Decades(-7, 0), "m")
+        .over(SweepValues::Decades(-7, 0), "m")
         // At 0.1 m a whole row of pixels sees the wall's upper edge, within half a texel of where it ends.
         .claim([1e-7, 1.0], wrong(6e-3))
         .check(Check::Picture(thin)),
     case("shadows/thin-lamp", "the same before a lamp")
-        .over(Values::Decades(-7, 0), "m")
+        .over(SweepValues::Decades(-7, 0), "m")
         .claim([1e-7, 1.0], wrong(2e-4))
         .check(Check::Picture(thin_lamp)),
     case("shadows/receiver", "a floor so wide under a ball of a metre")
-        .over(Values::Decades(1, 7), "m")
+        .over(SweepValues::Decades(1, 7), "m")
         // From 10 km on the near cascade's texels are larger than the ball.
         .claim([10.0, 1e3], wrong(2e-3))
         .check(Check::Picture(receiver)),
     case("shadows/cascades", "a ball so far off, and as large, on a floor of 200 km")
-        .over(Values::Decades(0, 5), "m")
+        .over(SweepValues::Decades(0, 5), "m")
         // By default cascades part the view more evenly than these balls lie, and begin at a thousandth of how far it goes.
         .claim([1e3, 1e5], wrong(5e-3))
         .check(Check::Picture(|metres| cascades(metres, None))),
     case("shadows/cascades-log", "the same with cascades that part the view by its logarithm")
-        .over(Values::Decades(0, 5), "m")
+        .over(SweepValues::Decades(0, 5), "m")
         .claim([1.0, 1e5], wrong(3e-3))
         .check(Check::Picture(|metres| cascades(metres, Some(1.0)))),
     case("shadows/inside", "a lamp so far from the middle of a ball")
@@ -53,30 +53,30 @@ pub const CASES: &[Case] = &[
         .claim([0.0, 2.0], wrong(3e-4))
         .check(Check::Picture(inside)),
     case("shadows/casters", "so many casters, smaller the more there are")
-        .over(Values::List(&[0.0, 1.0, 2.0, 10.0, 100.0, 1000.0]), "")
+        .over(SweepValues::List(&[0.0, 1.0, 2.0, 10.0, 100.0, 1000.0]), "")
         .claim([0.0, 1000.0], wrong(3e-3))
         .check(Check::Picture(casters)),
     case("shadows/camera-inside", "the eye inside of a caster so large")
-        .over(Values::Decades(-3, 2), "m")
+        .over(SweepValues::Decades(-3, 2), "m")
         .claim([1e-3, 100.0], wrong(2e-4))
         .check(Check::Picture(camera_inside)),
     case("shadows/high", "a caster so high above all that is seen")
-        .over(Values::Decades(0, 7), "m")
+        .over(SweepValues::Decades(0, 7), "m")
         // Cascades part the view as far as the scene goes, upwards too.
         .claim([1.0, 100.0], wrong(5e-4))
         .check(Check::Picture(high)),
     case("shadows/near-lamp", "a caster so near to the lamp, and as small")
-        .over(Values::Decades(-9, 0), "m")
+        .over(SweepValues::Decades(-9, 0), "m")
         .claim([1e-9, 1.0], wrong(2e-4))
         .check(Check::Picture(near_lamp)),
 ];
 
-const ELEVATIONS: Values =
-    Values::List(&[0.0, 1e-6, 1e-3, 0.01, 0.1, 0.3, 1.0, 2.0, 5.0, 10.0, 30.0, 60.0, 89.0, 89.999, 90.0]);
-const SLANTS: Values = Values::List(&[
+const ELEVATIONS: SweepValues =
+    SweepValues::List(&[0.0, 1e-6, 1e-3, 0.01, 0.1, 0.3, 1.0, 2.0, 5.0, 10.0, 30.0, 60.0, 89.0, 89.999, 90.0]);
+const SLANTS: SweepValues = SweepValues::List(&[
     -90.0, -30.0, -10.0, -3.0, -1.0, -0.1, -1e-3, -1e-6, 0.0, 1e-6, 1e-3, 0.1, 1.0, 3.0, 10.0, 30.0, 90.0,
 ]);
-const RADII: Values = Values::List(&[0.0, 1e-6, 0.5, 0.9, 0.99, 1.01, 1.1, 1.5, 2.0]);
+const RADII: SweepValues = SweepValues::List(&[0.0, 1e-6, 0.5, 0.9, 0.99, 1.01, 1.1, 1.5, 2.0]);
 
 /// Claims that at most this share of pixels is wrong.
 const fn wrong(share: f64) -> Bound {
@@ -84,31 +84,31 @@ const fn wrong(share: f64) -> Bound {
 }
 
 /// With all of the G-buffer as it is by default but albedo, whose eight bits err by more than a shadow's edge.
-fn exact_but_shadows(stage: Stage) -> Subject {
+fn exact_but_shadows(stage: SceneBuilder) -> Subject {
     let gbuffer = GbufferChoice { albedo: Some(TargetChoice::Rgba32f), ..GbufferChoice::default() };
     Subject::with(stage.scene, kept_in(gbuffer))
 }
 
 /// Adds ambient light that makes an upright surface as bright as direct light of `lux` does.
-fn ambient(stage: &mut Stage, lux: f64) {
+fn ambient(stage: &mut SceneBuilder, lux: f64) {
     let ambient = Vec3::splat((lux / std::f64::consts::PI) as f32);
     stage.scene.environment = Environment { ambient, ..Environment::default() };
 }
 
 /// A hard-edged sun that stands in a direction.
-fn sun(stage: &mut Stage, towards: DVec3) {
+fn sun(stage: &mut SceneBuilder, towards: DVec3) {
     let kind = LightKind::Directional { direction: -towards.normalize() };
     stage.light(Light { kind, casts_shadow: true, ..lamp(DVec3::ZERO, 1000.0) });
     ambient(stage, 1000.0);
 }
 
 /// A lamp that makes about 1000 lux so many metres away.
-fn shadowing_lamp(stage: &mut Stage, position: DVec3, metres: f64) {
+fn shadowing_lamp(stage: &mut SceneBuilder, position: DVec3, metres: f64) {
     stage.light(Light { casts_shadow: true, ..lamp(position, (1000.0 * metres * metres) as f32) });
     ambient(stage, 1000.0);
 }
 
-fn matt(stage: &mut Stage) -> usize {
+fn matt(stage: &mut SceneBuilder) -> usize {
     stage.material(Material {
         name: "plaster".into(),
         base_color: Vec3::splat(0.6),
@@ -117,7 +117,7 @@ fn matt(stage: &mut Stage) -> usize {
     })
 }
 
-fn place(stage: &mut Stage, size: [f64; 3], at: DVec3) {
+fn place(stage: &mut SceneBuilder, size: [f64; 3], at: DVec3) {
     let plaster = matt(stage);
     let mesh = stage.mesh("box", shapes::cuboid(size), plaster);
     stage.place(mesh, plaster, DAffine3::from_translation(at));
@@ -148,7 +148,7 @@ fn contact(metres: f64) -> Subject {
 }
 
 /// The sun is behind the wall, and the eye before it.
-fn behind_wall(metres: f64) -> Stage {
+fn behind_wall(metres: f64) -> SceneBuilder {
     let mut stage = sphere_on_floor();
     place(&mut stage, [6.0, 1.5, metres], DVec3::new(0.0, 0.75, -0.8));
     stage
@@ -175,7 +175,7 @@ fn receiver(metres: f64) -> Subject {
 }
 
 fn cascades(metres: f64, lambda: Option<f32>) -> Subject {
-    let mut stage = Stage::default();
+    let mut stage = SceneBuilder::default();
     let plaster = matt(&mut stage);
     stage.add("land", shapes::plane([2e5; 2]), plaster);
     let ball = stage.mesh("ball", shapes::sphere(1.0, 48), plaster);

@@ -4,29 +4,29 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3};
 
-use super::super::{Bound, Case, Check, Subject, Values, case};
+use super::super::{Bound, Case, Check, Subject, SweepValues, case};
 use super::stage::float32;
 use afterlight::scene::builtin::shapes;
-use afterlight::scene::builtin::stage::Stage;
+use afterlight::scene::builtin::stage::SceneBuilder;
 use afterlight::scene::{Brdf, Camera, HdrFormat, LightPath, Material, SettingsPatch, Sky, SkyImage};
 
 pub const CASES: &[Case] = &[
     case("sky/furnace", "a white metal of this roughness in an even sky, which it mirrors whole")
-        .over(Values::List(&[0.0, 0.01, 0.03, 0.1, 0.2, 0.3, 0.5, 0.7, 0.9, 1.0]), "")
+        .over(SweepValues::List(&[0.0, 0.01, 0.03, 0.1, 0.2, 0.3, 0.5, 0.7, 0.9, 1.0]), "")
         .claim([0.1, 1.0], Bound { worst: 0.01, mean: 0.005 })
         .check(Check::Picture(furnace)),
     case("sky/strength", "a matt ball in a sky with so many nits in a texel of 1, metered")
-        .over(Values::List(&[1e-12, 1e-6, 1e-3, 1.0, 1e3, 1e6, 1e9]), "nits")
+        .over(SweepValues::List(&[1e-12, 1e-6, 1e-3, 1.0, 1e3, 1e6, 1e9]), "nits")
         .claim([1e-12, 1e9], Bound { worst: 0.005, mean: 0.002 })
         .check(Check::Picture(strength)),
     case("sky/contrast", "a matt ball under a patch of the sky that is so many times as bright as the rest")
-        .over(Values::Decades(0, 6), "")
+        .over(SweepValues::Decades(0, 6), "")
         // Half floats keep 11 bits of each texel, and a cosine over a texel of 5.6 degrees bends by 0.1%. Beside the edge of the patch a truth that
         // adds up texels of 1.4 degrees, and a device's of 2.8, are apart.
         .claim([1.0, 1e6], Bound { worst: 0.02, mean: 0.01 })
         .check(Check::Picture(contrast)),
     case("sky/directions", "a rough metal under a bright patch, by so many directions a texel")
-        .over(Values::List(&[1.0, 4.0, 16.0, 64.0, 256.0, 1024.0, 4096.0]), "directions")
+        .over(SweepValues::List(&[1.0, 4.0, 16.0, 64.0, 256.0, 1024.0, 4096.0]), "directions")
         // The split sum errs for a lobe at grazing angles: no number of directions mends it.
         .claim([64.0, 4096.0], Bound { worst: 0.35, mean: 0.01 })
         .check(Check::Picture(directions)),
@@ -39,7 +39,7 @@ fn sky(radiance: impl Fn(DVec3) -> DVec3 + Sync) -> Sky {
 
 /// A ball in a sky of which all arrives, by way of single floats.
 fn ball(material: Material, sky: Sky, settings: SettingsPatch) -> Subject {
-    let mut stage = Stage::default();
+    let mut stage = SceneBuilder::default();
     let material = stage.material(Material { name: "ball".into(), ..material });
     let ball = stage.mesh("ball", shapes::sphere(0.9, 96), material);
     stage.place(ball, material, DAffine3::IDENTITY);

@@ -2,50 +2,53 @@
 
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 
-use super::super::{Bound, Case, Check, Subject, Values, case};
+use super::super::{Bound, Case, Check, Subject, SweepValues, case};
 use super::stage::{float32, lamp, sphere_on_floor};
 use afterlight::scene::builtin::shapes;
-use afterlight::scene::builtin::stage::Stage;
+use afterlight::scene::builtin::stage::SceneBuilder;
 use afterlight::scene::{Camera, Material, Projection, Scene, SettingsPatch};
 
 pub const CASES: &[Case] = &[
     // ANCHOR: claim
     case("space/origin", "scene and camera so far from the origin; the truth stays there")
-        .over(Values::Decades(0, 15), "m")
+        .over(SweepValues::Decades(0, 15), "m")
         .claim([1.0, 1e15], Bound { worst: 1e-4, mean: 1e-6 })
         .check(Check::Placed(origin, 0.01)),
     // ANCHOR_END: claim
     case("space/detail", "a model of millimetres whose vertices are written so far from its zero")
-        .over(Values::Decades(0, 12), "m")
+        .over(SweepValues::Decades(0, 12), "m")
         .claim([1.0, 1e9], Bound { worst: 1e-4, mean: 1e-6 })
         .check(Check::Placed(detail, 0.01)),
     case("space/size", "scene, camera, near plane and lamp all so many times as large")
-        .over(Values::Decades(-12, 12), "")
+        .over(SweepValues::Decades(-12, 12), "")
         .claim([1e-9, 1e12], Bound { worst: 2e-4, mean: 1e-6 })
         .check(Check::Placed(size, 0.01)),
     case(
         "space/size-lod",
         "the same, with levels of detail that may be off by half a pixel; the truth has the meshes themselves",
     )
-    .over(Values::Decades(-12, 12), "")
+    .over(SweepValues::Decades(-12, 12), "")
     .claim([1e-9, 1e12], Bound { worst: 1e-2, mean: 1e-2 })
     .check(Check::Whole(size_in_levels)),
     case("space/near", "near planes before a floor and a sphere metres away")
-        .over(Values::Decades(-12, 0), "m")
+        .over(SweepValues::Decades(-12, 0), "m")
         .claim([1e-12, 1.0], Bound { worst: 1e-4, mean: 1e-6 })
         .check(Check::Placed(near, 0.01)),
     case(
         "space/depth",
         "a wall so far from a camera whose near plane is at a micrometre: its place, rebuilt from depth",
     )
-    .over(Values::Decades(-5, 15), "m")
+    .over(SweepValues::Decades(-5, 15), "m")
     .claim([1e-5, 1e15], Bound { worst: 1e-6, mean: 3e-7 })
     .check(Check::Position(depth)),
     case(
         "space/field-of-view",
         "lenses from the narrowest to the widest, at the distance from which the scene fills the picture",
     )
-    .over(Values::List(&[0.001, 0.01, 0.1, 1.0, 10.0, 60.0, 120.0, 170.0, 179.0, 179.9, 179.99, 179.999]), "degrees")
+    .over(
+        SweepValues::List(&[0.001, 0.01, 0.1, 1.0, 10.0, 60.0, 120.0, 170.0, 179.0, 179.9, 179.99, 179.999]),
+        "degrees",
+    )
     // Places are relative to the camera, in f32: from 1100 m, where 0.1 degrees see two metres, they are known to 0.1 mm, which
     // is told where light grazes.
     .claim([0.1, 179.0], Bound { worst: 1e-2, mean: 1e-4 })
@@ -54,42 +57,42 @@ pub const CASES: &[Case] = &[
         "space/orthographic",
         "an orthographic camera that shows so much from top to bottom, two metres from a sphere",
     )
-    .over(Values::Decades(-6, 6), "m")
+    .over(SweepValues::Decades(-6, 6), "m")
     .claim([1e-3, 1e6], Bound { worst: 1e-3, mean: 1e-5 })
     .check(Check::Placed(orthographic, 0.02)),
     case("space/orthographic-distance", "an orthographic camera so far from the two metres that it shows")
-        .over(Values::Decades(0, 12), "m")
+        .over(SweepValues::Decades(0, 12), "m")
         .claim([1.0, 1e8], Bound { worst: 1e-3, mean: 1e-5 })
         .check(Check::Placed(orthographic_distance, 0.02)),
     case(
         "space/orthographic-depth",
         "a wall of its size so far from an orthographic camera: its place, rebuilt from a depth that is linear",
     )
-    .over(Values::Decades(-5, 15), "m")
+    .over(SweepValues::Decades(-5, 15), "m")
     .claim([1e-5, 1e15], Bound { worst: 1e-6, mean: 5e-7 })
     .check(Check::Position(orthographic_depth)),
     case("space/aspect", "width over height of the picture")
-        .over(Values::List(&[1.0 / 16384.0, 1.0 / 4096.0, 1.0 / 64.0, 1.0, 64.0, 4096.0, 16384.0]), "")
+        .over(SweepValues::List(&[1.0 / 16384.0, 1.0 / 4096.0, 1.0 / 64.0, 1.0, 64.0, 4096.0, 16384.0]), "")
         .claim([1.0 / 16384.0, 16384.0], Bound { worst: 4e-3, mean: 2e-6 })
         .check(Check::Placed(aspect, 0.02)),
     case("space/stretch", "a sphere that is stretched so much along one axis")
-        .over(Values::Decades(-12, 12), "")
+        .over(SweepValues::Decades(-12, 12), "")
         .claim([1e-12, 1e12], Bound { worst: 5e-3, mean: 5e-6 })
         .check(Check::Placed(stretch, 0.02)),
     case("space/shrunk", "a model so many times too large, shrunk by its transform and mirrored")
-        .over(Values::Decades(-27, 30), "")
+        .over(SweepValues::Decades(-27, 30), "")
         .claim([1e-27, 1e30], Bound { worst: 2e-4, mean: 1e-6 })
         .check(Check::Placed(shrunk, 0.01)),
     case("space/mirrored", "mirrored along x (1), y (2) and z (4), under a normal map")
-        .over(Values::List(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]), "")
+        .over(SweepValues::List(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]), "")
         .claim([0.0, 7.0], Bound { worst: 2e-3, mean: 2e-6 })
         .check(Check::Placed(mirrored, 0.01)),
     case("space/flattened", "a sphere that is flattened to so much of its thickness, down to none")
-        .over(Values::List(&[0.0, 1e-40, 1e-30, 1e-20, 1e-12, 1e-9, 1e-6, 1e-3, 1.0]), "")
+        .over(SweepValues::List(&[0.0, 1e-40, 1e-30, 1e-20, 1e-12, 1e-9, 1e-6, 1e-3, 1.0]), "")
         .claim([0.0, 1.0], Bound { worst: 5e-5, mean: 1e-6 })
         .check(Check::Placed(flattened, 0.02)),
     case("space/apart", "a sheet so far above the floor, seen from four metres")
-        .over(Values::Decades(-9, 0), "m")
+        .over(SweepValues::Decades(-9, 0), "m")
         .claim([1e-6, 1.0], Bound { worst: 1e-4, mean: 1e-6 })
         .check(Check::Placed(apart, 0.01)),
 ];
@@ -110,7 +113,7 @@ fn moved(scene: &mut Scene, by: DVec3) {
 }
 
 /// Floor, sphere and lamp; all places are multiples of an eighth of a metre, which f64 holds up to 1e15.
-fn lit_stage() -> Stage {
+fn lit_stage() -> SceneBuilder {
     let mut stage = sphere_on_floor();
     stage.light(lamp(DVec3::new(1.25, 2.0, 1.0), 1000.0));
     stage
@@ -125,7 +128,7 @@ fn origin(metres: f64) -> Subject {
 
 fn detail(metres: f64) -> Subject {
     let place = DVec3::new(metres, -metres / 2.0, metres / 4.0);
-    let mut stage = Stage::default();
+    let mut stage = SceneBuilder::default();
     let matt = stage.material(Material { base_color: Vec3::splat(0.5), ..Material::default() });
     let mut model = shapes::MeshBuilder::new();
     let small = |offset: DVec3| {
@@ -174,7 +177,7 @@ fn near(metres: f64) -> Subject {
 }
 
 fn depth(metres: f64) -> Subject {
-    let mut stage = Stage::default();
+    let mut stage = SceneBuilder::default();
     let matt = stage.material(Material::default());
     let wall = stage.mesh("wall", shapes::plane([8.0, 8.0]), matt);
     // Turned to the camera and a little out of its way.
@@ -196,7 +199,7 @@ fn field_of_view(degrees: f64) -> Subject {
     let place = target + DVec3::new(0.0, 1.0, 2.0).normalize() * distance;
     scene.camera =
         Camera { projection: Projection::perspective(degrees), ..Camera::looking_at(place, target, DVec3::Y) };
-    let mut stage = Stage { scene };
+    let mut stage = SceneBuilder { scene };
     if degrees > 60.0 {
         // The widest lenses see the walls beside them.
         let walls = stage.material(Material { base_color: Vec3::splat(0.7), two_sided: true, ..Material::default() });

@@ -3,15 +3,15 @@
 use glam::{DVec3, Vec3};
 
 use afterlight::scene::builtin::shapes;
-use afterlight::scene::builtin::stage::Stage;
+use afterlight::scene::builtin::stage::SceneBuilder;
 use afterlight::scene::{
     Camera, ColorSpace, Falloff, GbufferChoice, GbufferPreset, Light, LightKind, Material, SettingsPatch, Texture,
 };
 
 /// A matt floor of 8 x 8 m around the origin, and on it a sphere of half a metre that shines a little, seen from two metres up. Neither
 /// light nor ambient light.
-pub fn sphere_on_floor() -> Stage {
-    let mut stage = Stage::default();
+pub fn sphere_on_floor() -> SceneBuilder {
+    let mut stage = SceneBuilder::default();
     let matt = stage.material(Material { name: "matt".into(), base_color: Vec3::splat(0.5), ..Material::default() });
     let shiny =
         Material { name: "shiny".into(), base_color: Vec3::new(0.8, 0.4, 0.2), roughness: 0.4, ..Material::default() };

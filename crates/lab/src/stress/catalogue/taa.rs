@@ -3,30 +3,30 @@
 
 use glam::{DAffine3, DVec3, Vec3};
 
-use super::super::{Bound, Case, Check, Subject, Values, case};
+use super::super::{Bound, Case, Check, Subject, SweepValues, case};
 use super::stage::{float32, lamp, sphere_on_floor};
 use afterlight::scene::builtin::shapes;
-use afterlight::scene::builtin::stage::Stage;
+use afterlight::scene::builtin::stage::SceneBuilder;
 use afterlight::scene::{
-    Channel, Clip, HdrFormat, Interpolation, Local, Material, Motion, Node, Placement, Playing, SettingsPatch, Target,
-    metered_ev100,
+    Channel, ChannelTarget, Clip, HdrFormat, Interpolation, Local, Material, Motion, Node, Placement, Playing,
+    SettingsPatch, metered_ev100,
 };
 
 const LIGHT: Bound = Bound { worst: 0.03, mean: 0.03 };
 
 pub const CASES: &[Case] = &[
     case("taa/emission", "a sign that emits so much times white, before the dark: 16 frames averaged over time")
-        .over(Values::List(&[1e-3, 1.0, 1e3, 1e4, 1e6, 1e20]), "")
+        .over(SweepValues::List(&[1e-3, 1.0, 1e3, 1e4, 1e6, 1e20]), "")
         // Beyond 65,000 times white a sign is as bright as that.
         .claim([1e-3, 1e4], LIGHT)
         .check(Check::Whole(emission)),
     case("taa/speed", "a box that glows comes to its place so fast, in metres a second: 16 frames averaged over time")
-        .over(Values::List(&[0.0, 0.01, 0.1, 1.0, 10.0, 100.0, 1e4, 1e6]), "m/s")
+        .over(SweepValues::List(&[0.0, 0.01, 0.1, 1.0, 10.0, 100.0, 1e4, 1e6]), "m/s")
         // A surface without history begins with one frame, whose edges are those of one place in each pixel.
         .claim([0.0, 1e6], Bound { worst: 0.06, mean: 0.06 })
         .check(Check::Whole(speed)),
     case("taa/size", "squares of so many pixels: 16 frames averaged over time")
-        .over(Values::List(&[1.0, 2.0, 3.0, 7.0, 17.0, 65.0]), "px")
+        .over(SweepValues::List(&[1.0, 2.0, 3.0, 7.0, 17.0, 65.0]), "px")
         // Of a single pixel the mean over 16 places, against one over 64 others.
         .claim([1.0, 65.0], Bound { worst: 0.15, mean: 0.15 })
         .check(Check::Whole(|edge| size([edge as u32; 2]))),
@@ -37,14 +37,14 @@ fn settings() -> SettingsPatch {
     SettingsPatch { taa: Some(true), taa_frames: Some(16), sharpness: Some(0.5), ..single }
 }
 
-fn lit() -> Stage {
+fn lit() -> SceneBuilder {
     let mut stage = sphere_on_floor();
     stage.light(lamp(DVec3::new(1.2, 2.0, 1.0), 4000.0));
     stage
 }
 
 /// A box that emits so much, at this place.
-fn glowing(stage: &mut Stage, times_white: f64, place: DVec3) {
+fn glowing(stage: &mut SceneBuilder, times_white: f64, place: DVec3) {
     let glow =
         Material { name: "sign".into(), emissive: Vec3::splat((1.2 * times_white) as f32), ..Material::default() };
     let glow = stage.material(glow);
@@ -71,7 +71,7 @@ fn speed(metres: f64) -> Subject {
     let end = place + DVec3::X * metres;
     let begin = place - DVec3::X * metres;
     let channel = Channel {
-        target: Target::Translation(0),
+        target: ChannelTarget::Translation(0),
         times: vec![0.0, 1.0, 2.0],
         values: [begin, place, end].iter().flat_map(|place| place.to_array()).collect(),
         interpolation: Interpolation::Linear,

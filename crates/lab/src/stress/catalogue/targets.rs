@@ -2,16 +2,16 @@
 
 use glam::{DVec3, Vec3};
 
-use super::super::{Bound, Case, Check, Subject, Values, case};
+use super::super::{Bound, Case, Check, Subject, SweepValues, case};
 use super::stage::{float32, lamp, sphere_on_floor};
 use afterlight::scene::builtin::shapes;
-use afterlight::scene::builtin::stage::Stage;
+use afterlight::scene::builtin::stage::SceneBuilder;
 use afterlight::scene::{Brdf, Camera, LightKind, LightPath, Material, SettingsPatch};
 
 const EXACT: Bound = Bound { worst: 1e-3, mean: 5e-6 };
 
 /// Pictures that no tile of 8 or 16 pixels divides, and such that one does.
-const EDGES: Values = Values::List(&[1.0, 7.0, 8.0, 17.0, 65.0]);
+const EDGES: SweepValues = SweepValues::List(&[1.0, 7.0, 8.0, 17.0, 65.0]);
 
 const fn path(name: &'static str, extreme: &'static str, subject: fn(f64) -> Subject) -> Case {
     let check = Check::Picture(subject);
@@ -20,11 +20,14 @@ const fn path(name: &'static str, extreme: &'static str, subject: fn(f64) -> Sub
 
 pub const CASES: &[Case] = &[
     case("targets/width", "pictures of nine rows, from a single pixel wide to as wide as any device draws")
-        .over(Values::List(&[1.0, 2.0, 3.0, 7.0, 31.0, 33.0, 127.0, 1021.0, 4096.0, 16384.0, 32768.0]), "px")
+        .over(SweepValues::List(&[1.0, 2.0, 3.0, 7.0, 31.0, 33.0, 127.0, 1021.0, 4096.0, 16384.0, 32768.0]), "px")
         .claim([1.0, 4096.0], Bound { worst: 0.05, mean: 5e-3 })
         .check(Check::Picture(width)),
     case("targets/height", "pictures of a single column, so high")
-        .over(Values::List(&[1.0, 2.0, 3.0, 7.0, 31.0, 33.0, 127.0, 1021.0, 4096.0, 8192.0, 16384.0, 32768.0]), "px")
+        .over(
+            SweepValues::List(&[1.0, 2.0, 3.0, 7.0, 31.0, 33.0, 127.0, 1021.0, 4096.0, 8192.0, 16384.0, 32768.0]),
+            "px",
+        )
         // Normals in 16 bits tell most where light grazes.
         .claim([1.0, 4096.0], Bound { worst: 0.2, mean: 0.01 })
         .check(Check::Picture(height)),
@@ -40,15 +43,15 @@ pub const CASES: &[Case] = &[
     path("targets/forward-naive", "the same by forward-naive", |edge| lit_by(LightPath::ForwardNaive, edge)),
     case("targets/msaa", "a wall of even light in so many samples a pixel")
         // The sample counts that every device has.
-        .over(Values::List(&[1.0, 4.0]), "")
+        .over(SweepValues::List(&[1.0, 4.0]), "")
         .claim([1.0, 4.0], Bound { worst: 1e-5, mean: 1e-6 })
         .check(Check::Picture(msaa)),
     case("targets/msaa-forward", "the same by forward")
-        .over(Values::List(&[1.0, 4.0]), "")
+        .over(SweepValues::List(&[1.0, 4.0]), "")
         .claim([1.0, 4.0], Bound { worst: 1e-5, mean: 1e-6 })
         .check(Check::Picture(msaa_forward)),
     case("targets/frames", "a wall of even light in the mean of so many frames")
-        .over(Values::List(&[1.0, 2.0, 16.0, 256.0, 4096.0]), "")
+        .over(SweepValues::List(&[1.0, 2.0, 16.0, 256.0, 4096.0]), "")
         .claim([1.0, 4096.0], Bound { worst: 1e-6, mean: 1e-6 })
         .check(Check::Picture(frames)),
 ];
@@ -84,7 +87,7 @@ fn lit_by(path: LightPath, edge: f64) -> Subject {
 
 /// As bright in every place, so that it does not matter where in a pixel it is looked at.
 fn wall(settings: SettingsPatch) -> Subject {
-    let mut stage = Stage::default();
+    let mut stage = SceneBuilder::default();
     let matt =
         stage.material(Material { base_color: Vec3::new(0.7, 0.5, 0.1), brdf: Brdf::Lambert, ..Material::default() });
     stage.add("wall", shapes::plane([40.0; 2]), matt);

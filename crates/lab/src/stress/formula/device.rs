@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 use bytemuck::Zeroable;
 
-use super::{Input, Output, Trial};
+use super::{FormulaOutput, Input, Trial};
 use afterlight::frame::rows::{self, RowName};
 use afterlight::gpu::{
     self, Buffer, CommandBuffer, DescriptorPool, Device, Location, MemoryKind, Owned, SetLayout, SetWriter,
@@ -18,13 +18,13 @@ use afterlight::shaders::formulas::{self as shader, Flags, constants};
 const GROUP: u32 = 64;
 
 /// Buffers of a trial. The sets: 0 the frame, 1 inputs and outputs.
-struct Buffers {
+struct TrialBuffers {
     frame: Buffer,
     inputs: Buffer,
     outputs: Buffer,
 }
 
-impl Buffers {
+impl TrialBuffers {
     fn new(device: &Arc<Device>, trial: &Trial) -> gpu::Result<Self> {
         let storage = vk::BufferUsageFlags::STORAGE_BUFFER;
         let make =
@@ -35,14 +35,14 @@ impl Buffers {
         frame.write(0, &[trial.frame.unwrap_or_else(FrameUniform::zeroed)])?;
         let inputs = make("formula inputs", size_of_val(&trial.inputs[..]), storage, upload, for_shaders)?;
         inputs.write(0, &trial.inputs)?;
-        let bytes = trial.inputs.len() * size_of::<Output>();
+        let bytes = trial.inputs.len() * size_of::<FormulaOutput>();
         let outputs = make("formula outputs", bytes, storage, Location::ReadBack, MemoryKind::ReadBack)?;
         Ok(Self { frame, inputs, outputs })
     }
 }
 
 /// A pipeline that takes these buffers.
-struct Program {
+struct FormulaPipeline {
     layout: Owned<vk::PipelineLayout>,
     pipeline: Owned<vk::Pipeline>,
     sets: [vk::DescriptorSet; 2],
@@ -50,8 +50,8 @@ struct Program {
     _pool: DescriptorPool,
 }
 
-impl Program {
-    fn new(device: &Arc<Device>, trial: &Trial, buffers: &Buffers) -> gpu::Result<Self> {
+impl FormulaPipeline {
+    fn new(device: &Arc<Device>, trial: &Trial, buffers: &TrialBuffers) -> gpu::Result<Self> {
         let binding = |index, kind| binding(index, kind, vk::ShaderStageFlags::COMPUTE);
         let (uniform, storage) = (vk::DescriptorType::UNIFORM_BUFFER, vk::DescriptorType::STORAGE_BUFFER);
         let frame_layout = SetLayout::new(device, "formula frame", &[binding(0, uniform)])?;
@@ -81,9 +81,9 @@ impl Program {
 ///
 /// # Errors
 /// A device that is lost or out of memory.
-pub fn evaluate(device: &Arc<Device>, trial: &Trial) -> gpu::Result<Vec<Output>> {
-    let buffers = Buffers::new(device, trial)?;
-    let program = Program::new(device, trial, &buffers)?;
+pub fn evaluate(device: &Arc<Device>, trial: &Trial) -> gpu::Result<Vec<FormulaOutput>> {
+    let buffers = TrialBuffers::new(device, trial)?;
+    let program = FormulaPipeline::new(device, trial, &buffers)?;
     let mut cmd = CommandBuffer::new(device, "formula")?;
     cmd.begin()?;
     let point = vk::PipelineBindPoint::COMPUTE;
@@ -104,8 +104,8 @@ pub fn evaluate(device: &Arc<Device>, trial: &Trial) -> gpu::Result<Vec<Output>>
     device.wait(ticket)?;
     // Copied float by float: the bytes of mapped memory promise no alignment.
     buffers.outputs.read_with(0, buffers.outputs.size, |bytes| {
-        bytes.chunks_exact(size_of::<Output>()).map(bytemuck::pod_read_unaligned).collect()
+        bytes.chunks_exact(size_of::<FormulaOutput>()).map(bytemuck::pod_read_unaligned).collect()
     })
 }
 
-const _: () = assert!(size_of::<Input>() == 64 && size_of::<Output>() == 16);
+const _: () = assert!(size_of::<Input>() == 64 && size_of::<FormulaOutput>() == 16);

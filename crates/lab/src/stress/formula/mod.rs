@@ -2,7 +2,7 @@
 //! gets the same single-precision inputs, so that only the formula's own error is left.
 //!
 //! Every output must be finite and not negative, for any input. Inputs at which the formula itself turns rounding into error without
-//! limit, such as directions along the horizon, are only held to that ([`Truth::held`]); cases of their own show the growth of the error.
+//! limit, such as directions along the horizon, are only held to that ([`FormulaTruth::held`]); cases of their own show the growth of the error.
 
 mod device;
 pub mod inputs;
@@ -11,7 +11,7 @@ pub mod truth;
 use std::fmt;
 use std::sync::Arc;
 
-use super::{Error, Errors};
+use super::{Errors, StressError};
 use afterlight::frame;
 use afterlight::gpu::Device;
 use afterlight::gpu_scene::FrameUniform;
@@ -19,7 +19,7 @@ use afterlight::gpu_scene::FrameUniform;
 /// Sixteen numbers with the meanings that the formula gives them, see `shaders/formulas.wgsl`.
 pub type Input = [f32; 16];
 /// Four numbers; those that a formula does not give are 0.
-pub type Output = [f32; 4];
+pub type FormulaOutput = [f32; 4];
 
 /// A function of the shaders, by its number in `shaders/formulas.wgsl`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,7 +53,7 @@ pub enum Formula {
 
 /// The value that a formula should give for an input.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Truth {
+pub struct FormulaTruth {
     pub values: [f64; 4],
     /// Errors are relative to the largest of the values, or to this if it is larger.
     pub floor: f64,
@@ -65,10 +65,10 @@ pub struct Truth {
 #[derive(Debug, Clone, Copy)]
 pub enum Judge {
     /// Each by itself; components may be negative (directions, positions) or not.
-    Each { truth: fn(&Input) -> Truth, signed: bool },
+    Each { truth: fn(&Input) -> FormulaTruth, signed: bool },
     /// The weighted sums of so many successive outputs: all light that a lobe collects or sends out. `weight` is that of an input and its
     /// output. No sum exceeds 1 by more than 1%, the accuracy of the sums themselves.
-    Sums { of: usize, truth: fn(&Input) -> Truth, weight: fn(&Input) -> f64 },
+    Sums { of: usize, truth: fn(&Input) -> FormulaTruth, weight: fn(&Input) -> f64 },
     /// Light and eye change places from each input to the next: both reflect alike. Outputs are divided by `cosine`.
     Pairs { cosine: fn(&Input) -> f64 },
 }
@@ -124,13 +124,13 @@ impl fmt::Display for WorstInput {
 ///
 /// # Errors
 /// A device that is lost or out of memory.
-pub fn compare(device: &Arc<Device>, trial: &Trial) -> Result<Errors, Error> {
+pub fn compare(device: &Arc<Device>, trial: &Trial) -> Result<Errors, StressError> {
     let outputs = device::evaluate(device, trial).map_err(frame::Error::from)?;
     Ok(judged(trial, &outputs))
 }
 
-fn judged(trial: &Trial, outputs: &[Output]) -> Errors {
-    let mut found = Found { trial, errors: Errors::default(), sum: 0.0 };
+fn judged(trial: &Trial, outputs: &[FormulaOutput]) -> Errors {
+    let mut found = TrialErrors { trial, errors: Errors::default(), sum: 0.0 };
     let signed = matches!(trial.judge, Judge::Each { signed: true, .. });
     for value in outputs.iter().flatten() {
         found.errors.not_finite += usize::from(!value.is_finite());
@@ -150,7 +150,7 @@ fn judged(trial: &Trial, outputs: &[Output]) -> Errors {
         Judge::Pairs { cosine } => {
             for (inputs, outputs) in trial.inputs.as_chunks::<2>().0.iter().zip(outputs.as_chunks::<2>().0) {
                 let [there, back] = [0, 1].map(|i| outputs[i].map(|value| f64::from(value) / cosine(&inputs[i])));
-                found.note(&inputs[0], there, Truth { values: back, floor: 1e-4, held: true });
+                found.note(&inputs[0], there, FormulaTruth { values: back, floor: 1e-4, held: true });
             }
         }
     }
@@ -158,14 +158,14 @@ fn judged(trial: &Trial, outputs: &[Output]) -> Errors {
     found.errors
 }
 
-struct Found<'a> {
+struct TrialErrors<'a> {
     trial: &'a Trial,
     errors: Errors,
     sum: f64,
 }
 
-impl Found<'_> {
-    fn note(&mut self, input: &Input, found: [f64; 4], truth: Truth) {
+impl TrialErrors<'_> {
+    fn note(&mut self, input: &Input, found: [f64; 4], truth: FormulaTruth) {
         if !truth.held {
             self.errors.elsewhere += 1;
             return;
@@ -188,8 +188,8 @@ impl Found<'_> {
     fn note_sum(
         &mut self,
         inputs: &[Input],
-        outputs: &[Output],
-        truth: fn(&Input) -> Truth,
+        outputs: &[FormulaOutput],
+        truth: fn(&Input) -> FormulaTruth,
         weight: fn(&Input) -> f64,
     ) {
         let (mut found, mut expected) = ([0.0; 4], [0.0; 4]);
@@ -203,7 +203,7 @@ impl Found<'_> {
         }
         // A sum above 1 is an error by its excess, also where the truth agrees.
         let limited = expected.map(|share| if share > 1.01 { 1.0 } else { share });
-        self.note(&inputs[0], found, Truth { values: limited, floor: 1e-3, held: true });
+        self.note(&inputs[0], found, FormulaTruth { values: limited, floor: 1e-3, held: true });
     }
 }
 
@@ -216,11 +216,11 @@ mod tests {
         Trial { formula: Formula::Fresnel, inputs, names: &[("share", 1)], frame: None, judge, planted: false }
     }
 
-    fn itself(input: &Input) -> Truth {
-        Truth { values: [f64::from(input[0]), 0.0, 0.0, 0.0], floor: 1e-3, held: input[0] < 10.0 }
+    fn itself(input: &Input) -> FormulaTruth {
+        FormulaTruth { values: [f64::from(input[0]), 0.0, 0.0, 0.0], floor: 1e-3, held: input[0] < 10.0 }
     }
 
-    fn first(value: f32) -> Output {
+    fn first(value: f32) -> FormulaOutput {
         [value, 0.0, 0.0, 0.0]
     }
 

@@ -5,10 +5,10 @@ use std::f64::consts::PI;
 use glam::{DVec2, DVec3, Vec3};
 use nalgebra::Vector3;
 
-use super::{Input, Truth};
+use super::{FormulaTruth, Input};
 use afterlight::scene::{Brdf, Environment, Falloff, Light, LightKind, Tonemap};
 use afterlight_truth::reference::light::{Illumination, MIN_ROUGHNESS, Reflector, arriving, radiance, weakened};
-use afterlight_truth::reference::{Smith, Surface, tonemap};
+use afterlight_truth::reference::{ShadingPoint, Smith, tonemap};
 
 /// Directions nearer to the horizon than this make the half vector of the difference of two long vectors: their rounding alone then moves
 /// a sharp highlight.
@@ -24,11 +24,11 @@ fn one(input: &Input, at: usize) -> f64 {
     f64::from(input[at])
 }
 
-fn of(values: DVec3, floor: f64, held: bool) -> Truth {
-    Truth { values: values.extend(0.0).to_array(), floor, held }
+fn of(values: DVec3, floor: f64, held: bool) -> FormulaTruth {
+    FormulaTruth { values: values.extend(0.0).to_array(), floor, held }
 }
 
-fn scalar(value: f64, floor: f64) -> Truth {
+fn scalar(value: f64, floor: f64) -> FormulaTruth {
     of(DVec3::X * value, floor, true)
 }
 
@@ -37,9 +37,9 @@ fn unit(input: &Input, at: usize) -> DVec3 {
     three(input, at).normalize()
 }
 
-fn surface(input: &Input, brdf: Brdf) -> Surface {
+fn surface(input: &Input, brdf: Brdf) -> ShadingPoint {
     let is_phong = brdf != Brdf::CookTorrance;
-    Surface {
+    ShadingPoint {
         // Relative to the eye.
         position: -unit(input, 4),
         ray: None,
@@ -60,7 +60,7 @@ fn surface(input: &Input, brdf: Brdf) -> Surface {
     }
 }
 
-fn reflected(input: &Input, brdf: Brdf, least_cosine: f64) -> Truth {
+fn reflected(input: &Input, brdf: Brdf, least_cosine: f64) -> FormulaTruth {
     let (normal, view, light) = (unit(input, 0), unit(input, 4), unit(input, 8));
     let n_dot_l = normal.dot(light);
     let held = n_dot_l >= least_cosine && normal.dot(view) >= least_cosine;
@@ -73,20 +73,20 @@ fn reflected(input: &Input, brdf: Brdf, least_cosine: f64) -> Truth {
     of(DVec3::new(sum.x, sum.y, sum.z), DARK * n_dot_l, held)
 }
 
-pub fn cook_torrance(input: &Input) -> Truth {
+pub fn cook_torrance(input: &Input) -> FormulaTruth {
     reflected(input, Brdf::CookTorrance, HORIZON)
 }
 
 /// Wherever the eye is.
-pub fn anywhere(input: &Input) -> Truth {
-    Truth { held: light_cosine(input) > 0.0, ..reflected(input, Brdf::CookTorrance, 0.0) }
+pub fn anywhere(input: &Input) -> FormulaTruth {
+    FormulaTruth { held: light_cosine(input) > 0.0, ..reflected(input, Brdf::CookTorrance, 0.0) }
 }
 
-pub fn phong(input: &Input) -> Truth {
+pub fn phong(input: &Input) -> FormulaTruth {
     reflected(input, Brdf::Phong, HORIZON)
 }
 
-pub fn blinn_phong(input: &Input) -> Truth {
+pub fn blinn_phong(input: &Input) -> FormulaTruth {
     reflected(input, Brdf::BlinnPhong, HORIZON)
 }
 
@@ -121,12 +121,12 @@ fn ggx(normal: DVec3, half: DVec3, roughness: f64) -> f64 {
     alpha * alpha / (PI * (cosine * cosine * alpha * alpha + sine2).powi(2))
 }
 
-pub fn distribution(input: &Input) -> Truth {
+pub fn distribution(input: &Input) -> FormulaTruth {
     scalar(ggx(three(input, 0), three(input, 4).normalize(), one(input, 3)), DARK)
 }
 
 /// 1 / (2 (n.l root(n.v) + n.v root(n.l))), root(x) = sqrt(x^2 (1 - alpha^2) + alpha^2) (Heitz 2014, equation 99).
-pub fn masking(input: &Input) -> Truth {
+pub fn masking(input: &Input) -> FormulaTruth {
     let [light, view, roughness] = [0, 1, 2].map(|at| one(input, at));
     let alpha2 = roughness.max(MIN_ROUGHNESS).powi(4);
     let root = |x: f64| (x * x * (1.0 - alpha2) + alpha2).sqrt();
@@ -134,14 +134,14 @@ pub fn masking(input: &Input) -> Truth {
 }
 
 /// F0 + (F90 - F0)(1 - v.h)^5 (Schlick 1994).
-pub fn fresnel(input: &Input) -> Truth {
+pub fn fresnel(input: &Input) -> FormulaTruth {
     let facing = three(input, 0);
     // A surface that reflects less grazing than facing keeps the rounding of its facing reflectance.
     let floor = facing.max_element().max(1e-3);
     of(facing + (DVec3::splat(one(input, 4)) - facing) * (1.0 - one(input, 3)).powi(5), floor, true)
 }
 
-pub fn ambient(input: &Input) -> Truth {
+pub fn ambient(input: &Input) -> FormulaTruth {
     let environment = Environment { ambient: Vec3::ONE, ground: None, background: Vec3::ZERO };
     let smith = Smith::HeightCorrelated;
     let illumination =
@@ -151,12 +151,12 @@ pub fn ambient(input: &Input) -> Truth {
 }
 
 /// A direction comes back unchanged.
-pub fn normal(input: &Input) -> Truth {
+pub fn normal(input: &Input) -> FormulaTruth {
     of(three(input, 0), 1.0, true)
 }
 
 /// The floor is a quarter of the step from black to the next code of 8 bits.
-pub fn tone_mapped(input: &Input) -> Truth {
+pub fn tone_mapped(input: &Input) -> FormulaTruth {
     let curve = match input[3].to_bits() {
         0 => Tonemap::Neutral,
         1 => Tonemap::Agx,
@@ -165,12 +165,12 @@ pub fn tone_mapped(input: &Input) -> Truth {
     of(tonemap::tone_map::<f64>(three(input, 0), curve), 7.6e-5, true)
 }
 
-pub fn encoded(input: &Input) -> Truth {
+pub fn encoded(input: &Input) -> FormulaTruth {
     of(DVec3::from_array(three(input, 0).to_array().map(tonemap::encode_srgb)), 1e-3, true)
 }
 
 /// The ray through a pixel of [`PICTURE`], with a field of view of 60 degrees and the near plane at 1 cm, at the distance of a depth.
-pub fn position(input: &Input) -> Truth {
+pub fn position(input: &Input) -> FormulaTruth {
     let ndc = DVec2::new(one(input, 0), one(input, 1)) * 2.0 / DVec2::from_array(PICTURE) - DVec2::ONE;
     let tan_y = 30f64.to_radians().tan();
     let ray = DVec3::new(ndc.x * tan_y * PICTURE[0] / PICTURE[1], -ndc.y * tan_y, -1.0);
@@ -183,7 +183,7 @@ pub const PICTURE: [f64; 2] = [1920.0, 1080.0];
 pub const NEAR: f32 = 0.01;
 
 /// A power comes back unchanged, or no further off than that of a matt surface.
-pub fn shininess(input: &Input) -> Truth {
+pub fn shininess(input: &Input) -> FormulaTruth {
     scalar(one(input, 0), 1.0)
 }
 
@@ -207,12 +207,12 @@ fn light(input: &Input) -> Light {
 }
 
 /// Relative to the light without cone and range, as these draw it to zero.
-pub fn strength(input: &Input) -> Truth {
+pub fn strength(input: &Input) -> FormulaTruth {
     let light = light(input);
     let bare = light.kind.form().falloff.map_or(1.0, |falloff| weakened(falloff, None, three(input, 0).length()));
     scalar(arriving(&light, DVec3::ZERO).1, bare)
 }
 
-pub fn to_light(input: &Input) -> Truth {
+pub fn to_light(input: &Input) -> FormulaTruth {
     of(arriving(&light(input), DVec3::ZERO).0, 1.0, true)
 }

@@ -5,14 +5,14 @@ mod show;
 
 use maud::{Markup, html};
 
-use super::{Errors, Evidence, FLOOR, Finding, Outcome, RunInfo, Verdict, range};
+use super::{Errors, FLOOR, PicturePair, RunInfo, StressOutcome, StressResult, ValueFinding, range};
 use crate::page::marks::sample;
 use crate::page::page;
 use crate::page::pictures::enlarged;
 use afterlight::scene::counted;
 
 /// The page.
-pub fn html(run: &RunInfo, verdicts: &[Verdict]) -> String {
+pub fn html(run: &RunInfo, verdicts: &[StressResult]) -> String {
     let broken = verdicts.iter().filter(|verdict| !verdict.passes()).count();
     let body = html! {
         p.eyebrow { "Afterlight " (run.version) }
@@ -41,7 +41,7 @@ pub fn html(run: &RunInfo, verdicts: &[Verdict]) -> String {
     page(&format!("Extreme cases: {}", run.device), &body)
 }
 
-fn table(verdicts: &[Verdict]) -> Markup {
+fn table(verdicts: &[StressResult]) -> Markup {
     html! {
         div.scroll { table {
             thead { tr { th.words { "case" } th { "claimed" } th { "holds" } th { "worst" } th { "mean" } th { "bound" } th { "not finite" } th { "negative" } th.words { "verdict" } } }
@@ -56,11 +56,11 @@ fn table(verdicts: &[Verdict]) -> Markup {
     }
 }
 
-fn pill(verdict: &Verdict) -> Markup {
+fn pill(verdict: &StressResult) -> Markup {
     html! { @if verdict.passes() { span.pill.good { "holds" } } @else { span.pill.bad { "broken" } } }
 }
 
-fn section(verdict: &Verdict) -> Markup {
+fn section(verdict: &StressResult) -> Markup {
     html! {
         section.case id=(uid(verdict)) {
             h2 { (verdict.case.name) " " (pill(verdict)) }
@@ -79,28 +79,28 @@ fn section(verdict: &Verdict) -> Markup {
     }
 }
 
-fn row(verdict: &Verdict, finding: &Finding) -> Markup {
+fn row(verdict: &StressResult, finding: &ValueFinding) -> Markup {
     let value = range(Some([finding.value; 2]), verdict.case.unit);
     let class = if finding.is_as_claimed(&verdict.case) { "" } else { "bad" };
     html! {
         tr class=(class) {
             td { (value) }
             @match &finding.outcome {
-                Outcome::Refused(why) => { td.words colspan="6" { "refused: " (why) } },
-                Outcome::Measured(errors) => {
+                StressOutcome::Refused(why) => { td.words colspan="6" { "refused: " (why) } },
+                StressOutcome::Measured(errors) => {
                     td { (format!("{:.2e}", errors.worst)) }
                     td { (format!("{:.2e}", errors.mean)) }
                     td { (errors.compared) } td { (errors.elsewhere) } td { (errors.not_finite) } td { (errors.negative) }
                 },
             }
         }
-        @if let Outcome::Measured(Errors { worst_input: Some(input), .. }) = &finding.outcome {
+        @if let StressOutcome::Measured(Errors { worst_input: Some(input), .. }) = &finding.outcome {
             tr { td {} td.words.faint colspan="6" { "worst at " (input) } }
         }
     }
 }
 
-fn pictures(verdict: &Verdict, finding: &Finding, evidence: &Evidence) -> Markup {
+fn pictures(verdict: &StressResult, finding: &ValueFinding, evidence: &PicturePair) -> Markup {
     let value = range(Some([finding.value; 2]), verdict.case.unit);
     let shown = show::all(evidence);
     html! {
@@ -113,27 +113,27 @@ fn pictures(verdict: &Verdict, finding: &Finding, evidence: &Evidence) -> Markup
     }
 }
 
-fn uid(verdict: &Verdict) -> String {
+fn uid(verdict: &StressResult) -> String {
     verdict.case.name.replace('/', "-")
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::formula::{WorstInput, inputs};
-    use super::super::{Bound, Check, Subject, Values, case};
+    use super::super::{Bound, Check, Subject, SweepValues, case};
     use super::*;
     use afterlight::scene::Scene;
 
     #[test]
     fn a_page_has_each_case_and_pictures_of_what_is_not_as_claimed() {
         let case = case("group/quantity", "what <b>is</b> extreme")
-            .over(Values::Decades(0, 1), "m")
+            .over(SweepValues::Decades(0, 1), "m")
             .claim([1.0, 10.0], Bound { worst: 0.5, mean: 0.5 })
             .check(Check::Picture(|_| Subject::new(Scene::default())));
-        let evidence = Evidence { size: [1, 1], drawn: vec![[2.0; 3]], expected: vec![[1.0; 3]] };
-        let finding = |value: f64, worst: f64, evidence| Finding {
+        let evidence = PicturePair { size: [1, 1], drawn: vec![[2.0; 3]], expected: vec![[1.0; 3]] };
+        let finding = |value: f64, worst: f64, evidence| ValueFinding {
             value,
-            outcome: Outcome::Measured(Errors { worst, compared: 1, ..Errors::default() }),
+            outcome: StressOutcome::Measured(Errors { worst, compared: 1, ..Errors::default() }),
             evidence,
         };
         let mut findings = vec![finding(1.0, 0.1, None), finding(10.0, 1.0, Some(evidence))];
@@ -143,7 +143,7 @@ mod tests {
             found: [0.25; 4],
             expected: [1.0; 4],
         };
-        let Outcome::Measured(errors) = &mut findings[1].outcome else { unreachable!("measured above") };
+        let StressOutcome::Measured(errors) = &mut findings[1].outcome else { unreachable!("measured above") };
         errors.worst_input = Some(input);
         let place = RunInfo {
             version: "1".into(),
@@ -152,7 +152,7 @@ mod tests {
             quick: false,
             seconds: 1.0,
         };
-        let page = html(&place, &[Verdict { case, findings }]);
+        let page = html(&place, &[StressResult { case, findings }]);
         assert!(page.contains("One is not as claimed") && page.contains("a &lt;device&gt;"));
         assert!(page.contains("what &lt;b&gt;is&lt;/b&gt; extreme") && page.contains("<svg"));
         assert_eq!(page.matches("data:image/png").count(), 3);

@@ -1,6 +1,6 @@
 //! Error over the swept quantity.
 
-use super::super::{Outcome, Verdict, range};
+use super::super::{StressOutcome, StressResult, range};
 use crate::page::marks::Glyph;
 use crate::page::plot::{Area, Axis, Line, Mark, Plot, Stroke};
 use crate::page::scales::Scale;
@@ -12,12 +12,12 @@ pub const WORST: Glyph = Glyph::family(1);
 pub const MEAN: Glyph = Glyph::family(0);
 
 /// The plot; `None` where less than two values were measured.
-pub fn of(verdict: &Verdict) -> Option<Plot> {
+pub fn of(verdict: &StressResult) -> Option<Plot> {
     let case = &verdict.case;
     let values: Vec<f64> = verdict.findings.iter().map(|finding| finding.value).collect();
     let measured = verdict.findings.iter().filter_map(|finding| match &finding.outcome {
-        Outcome::Measured(errors) => Some((finding.value, errors.worst, errors.mean)),
-        Outcome::Refused(_) => None,
+        StressOutcome::Measured(errors) => Some((finding.value, errors.worst, errors.mean)),
+        StressOutcome::Refused(_) => None,
     });
     let measured: Vec<(f64, f64, f64)> = measured.collect();
     if measured.len() < 2 {

@@ -4,11 +4,11 @@ use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 
 use crate::page::pictures::exact;
-use crate::stress::{Evidence, FLOOR};
+use crate::stress::{FLOOR, PicturePair};
 use afterlight::passes::curves::encode_srgb;
 
 /// Returns the picture, the truth and their difference, by their names. Light is scaled to the brightest of the truth.
-pub fn all(evidence: &Evidence) -> Vec<(&'static str, String)> {
+pub fn all(evidence: &PicturePair) -> Vec<(&'static str, String)> {
     let brightest = evidence.expected.iter().flatten().fold(0.0f64, |most, &channel| most.max(channel));
     let scale = if brightest > 0.0 { brightest.recip() } else { 1.0 };
     let code = |light: f64| (encode_srgb((light * scale).clamp(0.0, 1.0)) * 255.0).round() as u8;

@@ -8,7 +8,7 @@ use afterlight::scene::{
 use fastrand::Rng;
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 
-use super::super::examine::{Drawing, Stop};
+use super::super::examine::{Abort, CaseSetup};
 
 /// Most settings changed at once.
 const MOST_SETTINGS: u32 = 3;
@@ -16,8 +16,8 @@ const MOST_SETTINGS: u32 = 3;
 const MOST_EDGE: u32 = 128;
 
 /// The scene as it has become, and how it came to be.
-pub struct Changes<'a> {
-    home: &'a Drawing,
+pub struct SoakScene<'a> {
+    home: &'a CaseSetup,
     scene: Scene,
     settings: Settings,
     pub camera: Camera,
@@ -28,8 +28,8 @@ pub struct Changes<'a> {
     slow: u32,
 }
 
-impl<'a> Changes<'a> {
-    pub fn of(home: &'a Drawing) -> Self {
+impl<'a> SoakScene<'a> {
+    pub fn of(home: &'a CaseSetup) -> Self {
         let (scene, settings, camera) = (home.scene.clone(), home.settings.clone(), home.scene.camera);
         Self { home, scene, settings, camera, pose: Pose::default(), made: 0, of_settings: 0, refused: 0, slow: 0 }
     }
@@ -44,7 +44,7 @@ impl<'a> Changes<'a> {
     }
 
     /// Brings everything back to where it began.
-    pub fn go_home(&mut self, renderer: &mut Renderer) -> Result<(), Stop> {
+    pub fn go_home(&mut self, renderer: &mut Renderer) -> Result<(), Abort> {
         self.scene.objects.clone_from(&self.home.scene.objects);
         self.scene.lights.clone_from(&self.home.scene.lights);
         self.settings.clone_from(&self.home.settings);
@@ -53,13 +53,13 @@ impl<'a> Changes<'a> {
     }
 
     /// Goes home and counts the scene as too slow.
-    pub fn leave(&mut self, renderer: &mut Renderer) -> Result<(), Stop> {
+    pub fn leave(&mut self, renderer: &mut Renderer) -> Result<(), Abort> {
         self.slow += 1;
         self.go_home(renderer)
     }
 
     /// Changes something. If the plan refuses it, everything goes home.
-    pub fn change(&mut self, renderer: &mut Renderer, random: &mut Rng) -> Result<(), Stop> {
+    pub fn change(&mut self, renderer: &mut Renderer, random: &mut Rng) -> Result<(), Abort> {
         self.made += 1;
         let changed = match random.u32(0..16) {
             0 | 1 => self.settings(renderer, random),

@@ -7,8 +7,8 @@ use std::fmt::Write as _;
 use afterlight::gpu::{self, Device};
 use afterlight_truth::measure::{Distribution, open_files, resident_memory_bytes, threads};
 
-use super::super::evidence::Evidence;
-use super::super::verdict::{CaseReport, Check, Outcome};
+use super::super::evidence::EvidenceFolder;
+use super::super::verdict::{CaseReport, CheckKind, CheckOutcome};
 
 /// Laps of a soak: the first warms up.
 pub const LAPS: u32 = 4;
@@ -21,7 +21,7 @@ const MIB: f64 = 1_048_576.0;
 
 /// A sample, measured at home. A value is `None` where the system does not tell it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sample {
+pub struct SoakSample {
     /// Frames or sizes drawn until then.
     pub frame: u32,
     /// Resident memory of the process, in bytes.
@@ -38,7 +38,7 @@ pub struct Sample {
     pub frame_us: f64,
 }
 
-impl Sample {
+impl SoakSample {
     /// Measures memory, objects, files and threads of the process and the device. Idling also drops cached pipelines and destroys retired objects.
     pub fn take(frame: u32, frame_us: f64, device: &Device) -> gpu::Result<Self> {
         device.wait_idle()?;
@@ -57,10 +57,10 @@ impl Sample {
 }
 
 /// The measured values that may not grow.
-struct Bound {
+struct GrowthBound {
     what: &'static str,
-    check: Check,
-    of: fn(&Sample) -> Option<f64>,
+    check: CheckKind,
+    of: fn(&SoakSample) -> Option<f64>,
     /// Growth that counts as none, by itself and as a share of the first median: the greater of both.
     slack: f64,
     share: f64,
@@ -71,64 +71,64 @@ struct Bound {
 
 /// Allocators, the system's and a driver's compiler keep memory that they have taken: theirs gets some slack. Objects and their memory are counted by
 /// this program, and have no slack but that of buffers which have grown with their contents.
-const BOUNDS: [Bound; 7] = [
-    Bound {
+const BOUNDS: [GrowthBound; 7] = [
+    GrowthBound {
         what: "resident memory",
-        check: Check::Memory,
+        check: CheckKind::Memory,
         of: |own| own.resident.map(|bytes| bytes as f64),
         slack: 8.0 * MIB,
         share: 1.0 / 32.0,
         from_first: false,
         text: mebibytes,
     },
-    Bound {
+    GrowthBound {
         what: "memory of objects on the device",
-        check: Check::Memory,
+        check: CheckKind::Memory,
         of: |own| Some(own.device_bytes as f64),
         slack: MIB,
         share: 0.0,
         from_first: true,
         text: mebibytes,
     },
-    Bound {
+    GrowthBound {
         what: "memory of blocks on the device",
-        check: Check::Memory,
+        check: CheckKind::Memory,
         of: |own| Some(own.block_bytes as f64),
         slack: 32.0 * MIB,
         share: 0.0,
         from_first: false,
         text: mebibytes,
     },
-    Bound {
+    GrowthBound {
         what: "objects on the device",
-        check: Check::ResourcesLeft,
+        check: CheckKind::ResourcesLeft,
         of: |own| Some(own.objects as f64),
         slack: 0.0,
         share: 0.0,
         from_first: true,
         text: count,
     },
-    Bound {
+    GrowthBound {
         what: "open files",
-        check: Check::ResourcesLeft,
+        check: CheckKind::ResourcesLeft,
         of: |own| own.open_files.map(|count| count as f64),
         slack: 0.0,
         share: 0.0,
         from_first: false,
         text: count,
     },
-    Bound {
+    GrowthBound {
         what: "threads",
-        check: Check::ResourcesLeft,
+        check: CheckKind::ResourcesLeft,
         of: |own| own.threads.map(|count| count as f64),
         slack: 0.0,
         share: 0.0,
         from_first: false,
         text: count,
     },
-    Bound {
+    GrowthBound {
         what: "time of a frame",
-        check: Check::Time,
+        check: CheckKind::Time,
         of: |own| Some(own.frame_us),
         slack: 100.0,
         share: 0.5,
@@ -147,17 +147,17 @@ fn count(number: f64) -> String {
 
 /// One of the [`BOUNDS`], judged.
 pub struct Judged {
-    pub check: Check,
-    pub outcome: Outcome,
+    pub check: CheckKind,
+    pub outcome: CheckOutcome,
     pub detail: String,
 }
 
 /// Judges all of a curve, and skips values that the system does not tell. The first lap warms up; fewer samples than [`LEAST_SAMPLES`] are not
 /// judged.
-pub fn judge(samples: &[Sample]) -> Vec<Judged> {
-    let skipped = |bound: &Bound, why: &str| {
+pub fn judge(samples: &[SoakSample]) -> Vec<Judged> {
+    let skipped = |bound: &GrowthBound, why: &str| {
         let detail = format!("{}: {why}", bound.what);
-        Judged { check: bound.check, outcome: Outcome::Skipped, detail }
+        Judged { check: bound.check, outcome: CheckOutcome::Skipped, detail }
     };
     let Some(first) = samples.first().filter(|_| samples.len() >= LEAST_SAMPLES) else {
         let why = format!("{} samples are too few, {LEAST_SAMPLES} are needed", samples.len());
@@ -165,27 +165,27 @@ pub fn judge(samples: &[Sample]) -> Vec<Judged> {
     };
     let warm = &samples[samples.len().div_ceil(LAPS as usize)..];
     let quarter = warm.len().div_ceil(4);
-    let median = |part: &[Sample], of: fn(&Sample) -> Option<f64>| {
+    let median = |part: &[SoakSample], of: fn(&SoakSample) -> Option<f64>| {
         let values = part.iter().map(of).collect::<Option<Vec<f64>>>()?;
         Distribution::of(values).map(|values| values.median)
     };
-    let of = |bound: &Bound| {
+    let of = |bound: &GrowthBound| {
         let warmed = median(&warm[..quarter], bound.of)?;
         let end = median(&warm[warm.len() - quarter..], bound.of)?;
         let start = if bound.from_first { warmed.min((bound.of)(first)?) } else { warmed };
         let most = start + bound.slack.max(start * bound.share);
         let [started, ended, bounded] = [start, end, most].map(bound.text);
         let detail = format!("{} went from {started} to {ended}, at most {bounded}", bound.what);
-        let outcome = if end <= most { Outcome::Held } else { Outcome::Failed };
+        let outcome = if end <= most { CheckOutcome::Held } else { CheckOutcome::Failed };
         Some(Judged { check: bound.check, outcome, detail })
     };
     BOUNDS.iter().map(|bound| of(bound).unwrap_or_else(|| skipped(bound, "the system does not tell it"))).collect()
 }
 
 /// Notes how a curve is judged. Times are skipped where other cases share the device.
-pub fn report_on(samples: &[Sample], is_shared: bool, report: &mut CaseReport) {
+pub fn report_on(samples: &[SoakSample], is_shared: bool, report: &mut CaseReport) {
     for Judged { check, outcome, detail } in judge(samples) {
-        if check == Check::Time && is_shared {
+        if check == CheckKind::Time && is_shared {
             report.skip(check, "other cases use the device meanwhile: --jobs 1 gives times that mean something");
         } else {
             report.note(check, outcome, detail);
@@ -195,15 +195,15 @@ pub fn report_on(samples: &[Sample], is_shared: bool, report: &mut CaseReport) {
 
 /// The objects that someone owns, counted by their names: the first clue to a leak.
 #[derive(Default)]
-pub struct Alive {
+pub struct ObjectCounts {
     counts: BTreeMap<String, usize>,
     /// The objects that were more than at the sample before, for all samples so far.
     told: String,
 }
 
-impl Alive {
+impl ObjectCounts {
     /// Counts them, and keeps which are more than at the sample before.
-    pub fn look(&mut self, frame: u32, device: &Device, evidence: &Evidence) {
+    pub fn look(&mut self, frame: u32, device: &Device, evidence: &EvidenceFolder) {
         let mut counts = BTreeMap::<String, usize>::new();
         device.live_objects().into_iter().for_each(|name| *counts.entry(name).or_default() += 1);
         let before = std::mem::replace(&mut self.counts, counts);
@@ -224,7 +224,7 @@ impl Alive {
 }
 
 /// The curve as a table; values that the system does not tell are empty.
-pub fn csv(samples: &[Sample]) -> String {
+pub fn csv(samples: &[SoakSample]) -> String {
     let mut text = "frame,resident_bytes,device_bytes,block_bytes,objects,open_files,threads,frame_us\n".to_owned();
     let told = |number: Option<u64>| number.map_or_else(String::new, |number| number.to_string());
     for own in samples {
@@ -249,9 +249,9 @@ mod tests {
 
     /// As a soak of 100,000 frames is measured, with noise as a driver's and a system's: memory that breathes by 6 MiB, now and then a slow
     /// sample, a thread more, and objects in the middle of a change.
-    fn curve() -> Vec<Sample> {
+    fn curve() -> Vec<SoakSample> {
         let mut random = fastrand::Rng::with_seed(3);
-        let sample = |index: u32| Sample {
+        let sample = |index: u32| SoakSample {
             frame: index * 500,
             resident: Some((150 << 20) + random.u64(0..6 << 20) + if index < 40 { 0 } else { 30 << 20 }),
             device_bytes: 40 << 20,
@@ -265,17 +265,17 @@ mod tests {
     }
 
     /// The details that fail, where each sample of the noise is changed so.
-    fn grown(change: impl Fn(&mut Sample, u32)) -> Vec<String> {
+    fn grown(change: impl Fn(&mut SoakSample, u32)) -> Vec<String> {
         let mut samples = curve();
         for (index, sample) in (0..).zip(&mut samples) {
             change(sample, index);
         }
-        judge(&samples).into_iter().filter(|own| own.outcome == Outcome::Failed).map(|own| own.detail).collect()
+        judge(&samples).into_iter().filter(|own| own.outcome == CheckOutcome::Failed).map(|own| own.detail).collect()
     }
 
     #[test]
     fn noise_is_no_growth() {
-        assert!(judge(&curve()).iter().all(|own| own.outcome == Outcome::Held));
+        assert!(judge(&curve()).iter().all(|own| own.outcome == CheckOutcome::Held));
         assert_eq!(grown(|_, _| ()), [""; 0]);
         // Less at the end is no growth, and a peak in between none either.
         assert_eq!(grown(|own, index| own.resident = Some((900 << 20) - u64::from(index) * 1000)), [""; 0]);
@@ -284,7 +284,7 @@ mod tests {
 
     #[test]
     fn each_kind_of_growth_is_seen_and_told() {
-        let leak = |what: &str, change: fn(&mut Sample, u32)| {
+        let leak = |what: &str, change: fn(&mut SoakSample, u32)| {
             let told = grown(change);
             assert!(told.len() == 1 && told[0].starts_with(what), "{what}: {told:?}");
         };
@@ -315,22 +315,24 @@ mod tests {
         for own in &mut samples {
             (own.resident, own.open_files, own.threads) = (None, None, None);
         }
-        let of = |samples: &[Sample], outcome| judge(samples).iter().filter(|own| own.outcome == outcome).count();
-        assert_eq!((of(&samples, Outcome::Held), of(&samples, Outcome::Skipped)), (4, 3));
+        let of = |samples: &[SoakSample], outcome| judge(samples).iter().filter(|own| own.outcome == outcome).count();
+        assert_eq!((of(&samples, CheckOutcome::Held), of(&samples, CheckOutcome::Skipped)), (4, 3));
         let mut samples = vec![curve()[0]; LEAST_SAMPLES];
         samples[6..].iter_mut().for_each(|own| own.objects = 1000);
-        assert_eq!(of(&samples, Outcome::Failed), 1, "8 samples are enough");
-        assert_eq!(of(&samples[1..], Outcome::Skipped), BOUNDS.len());
-        assert_eq!(of(&[], Outcome::Skipped), BOUNDS.len());
+        assert_eq!(of(&samples, CheckOutcome::Failed), 1, "8 samples are enough");
+        assert_eq!(of(&samples[1..], CheckOutcome::Skipped), BOUNDS.len());
+        assert_eq!(of(&[], CheckOutcome::Skipped), BOUNDS.len());
         let mut report = CaseReport::new("a.b");
         report_on(&samples[1..], false, &mut report);
-        assert!(report.findings.iter().all(|own| own.outcome == Outcome::Skipped && own.detail.contains("too few")));
+        assert!(
+            report.findings.iter().all(|own| own.outcome == CheckOutcome::Skipped && own.detail.contains("too few"))
+        );
     }
 
     #[test]
     fn the_table_has_a_line_for_each_sample() {
-        let own = Sample { frame: 8, resident: Some(5), open_files: None, frame_us: 1234.56, ..curve()[0] };
-        let own = Sample { device_bytes: 1, block_bytes: 2, objects: 3, threads: Some(4), ..own };
+        let own = SoakSample { frame: 8, resident: Some(5), open_files: None, frame_us: 1234.56, ..curve()[0] };
+        let own = SoakSample { device_bytes: 1, block_bytes: 2, objects: 3, threads: Some(4), ..own };
         let text = csv(&[own, own]);
         let lines: Vec<_> = text.lines().collect();
         assert_eq!(lines.len(), 3);

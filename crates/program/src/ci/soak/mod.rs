@@ -13,13 +13,13 @@ use afterlight::frame::{Picture, Renderer};
 use afterlight::gpu::Device;
 use afterlight::scene::counted;
 
-use super::evidence::Evidence;
-use super::examine::{Drawing, Place, Stop};
+use super::evidence::EvidenceFolder;
+use super::examine::{Abort, CaseContext, CaseSetup};
 use super::suite::Soak;
-use super::verdict::{CaseReport, Check};
+use super::verdict::{CaseReport, CheckKind};
 use crate::compare::differing;
-use changes::Changes;
-use curve::{LAPS, Sample};
+use changes::SoakScene;
+use curve::{LAPS, SoakSample};
 
 /// The curve's file.
 pub const CURVE: &str = "soak.csv";
@@ -37,17 +37,17 @@ const SLOW: Duration = Duration::from_millis(200);
 /// Draws so many frames, and judges the curve.
 pub fn soak(
     soak: &Soak,
-    place: &Place,
-    drawing: &Drawing,
+    place: &CaseContext,
+    drawing: &CaseSetup,
     device: &Arc<Device>,
-    (evidence, report): (&Evidence, &mut CaseReport),
-) -> Result<(), Stop> {
+    (evidence, report): (&EvidenceFolder, &mut CaseReport),
+) -> Result<(), Abort> {
     let mut renderer = drawing.renderer(device)?;
-    let mut changes = Changes::of(drawing);
+    let mut changes = SoakScene::of(drawing);
     let every = (soak.frames / SAMPLES).max(LEAST_FRAMES);
     let lap = (soak.frames / every / LAPS).max(1) as usize;
     let (mut samples, mut first, mut drawn) = (Vec::new(), None, 0);
-    let mut alive = curve::Alive::default();
+    let mut alive = curve::ObjectCounts::default();
     loop {
         changes.go_home(&mut renderer)?;
         let picture = drawing.picture(&mut renderer)?;
@@ -84,13 +84,13 @@ pub fn soak(
         changes.summary_line(),
         counted(samples.len(), "picture")
     );
-    report.hold(Check::Determinism, true, told);
+    report.hold(CheckKind::Determinism, true, told);
     curve::report_on(&samples, place.is_shared, report);
     Ok(())
 }
 
 /// Draws some frames at home, and takes a sample of the process and the device.
-fn sample(frame: u32, drawing: &Drawing, device: &Device, renderer: &mut Renderer) -> Result<Sample, Stop> {
+fn sample(frame: u32, drawing: &CaseSetup, device: &Device, renderer: &mut Renderer) -> Result<SoakSample, Abort> {
     let mut fastest = f64::MAX;
     for _ in 0..TIMED_FRAMES {
         let begun = Instant::now();
@@ -98,11 +98,17 @@ fn sample(frame: u32, drawing: &Drawing, device: &Device, renderer: &mut Rendere
         renderer.wait()?;
         fastest = fastest.min(begun.elapsed().as_secs_f64() * 1e6);
     }
-    Ok(Sample::take(frame, fastest, device)?)
+    Ok(SoakSample::take(frame, fastest, device)?)
 }
 
 /// Returns true if a picture at home is the first one; if not, both are kept.
-fn is_first(picture: &Picture, first: &Picture, drawn: u32, evidence: &Evidence, report: &mut CaseReport) -> bool {
+fn is_first(
+    picture: &Picture,
+    first: &Picture,
+    drawn: u32,
+    evidence: &EvidenceFolder,
+    report: &mut CaseReport,
+) -> bool {
     let differ = differing(first, picture);
     if differ > 0 {
         evidence.picture("picture-first.png", first);
@@ -112,7 +118,7 @@ fn is_first(picture: &Picture, first: &Picture, drawn: u32, evidence: &Evidence,
             counted(differ, "pixel"),
             counted(drawn, "frame")
         );
-        report.hold(Check::Determinism, false, detail);
+        report.hold(CheckKind::Determinism, false, detail);
     }
     differ == 0
 }

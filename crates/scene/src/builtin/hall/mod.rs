@@ -10,10 +10,10 @@ mod surfaces;
 
 use glam::{DAffine3, DVec3, Vec3};
 
-use self::surfaces::Surfaces;
+use self::surfaces::HallMaterials;
 use super::Builtin;
 use super::params::{Parameter, Params};
-use super::stage::{Random, Stage, hue, turned};
+use super::stage::{Random, SceneBuilder, hue, turned};
 use crate::{Camera, Environment, Falloff, Light, LightKind, Projection, Scene};
 
 pub(super) const HALL: Builtin = Builtin {
@@ -43,8 +43,8 @@ const EAVES: f64 = 10.0;
 
 /// The hall while it is built.
 struct Hall {
-    stage: Stage,
-    surfaces: Surfaces,
+    stage: SceneBuilder,
+    surfaces: HallMaterials,
     bays: usize,
     segments: usize,
 }
@@ -79,8 +79,8 @@ impl Hall {
 }
 
 fn build(params: &Params) -> Scene {
-    let mut stage = Stage::default();
-    let surfaces = Surfaces::new(&mut stage);
+    let mut stage = SceneBuilder::default();
+    let surfaces = HallMaterials::new(&mut stage);
     let mut hall = Hall { stage, surfaces, bays: params.integer("bays"), segments: params.integer("detail") };
     storeys::build(&mut hall);
     furniture::build(&mut hall);
@@ -99,7 +99,7 @@ fn build(params: &Params) -> Scene {
 
 /// The sun in the afternoon, light of the sky, and light that the lit floor throws back: without the last two, everything in the shade would be
 /// as flat as the ambient light.
-fn daylight(stage: &mut Stage) {
+fn daylight(stage: &mut SceneBuilder) {
     stage.sun(DVec3::new(-0.22, -1.0, 0.30), 95_000.0, Vec3::new(1.0, 0.91, 0.76), true);
     stage.sun(DVec3::new(0.25, 1.0, -0.55), 5_000.0, Vec3::new(1.0, 0.80, 0.58), false);
     stage.sun(DVec3::new(0.75, -0.2, 0.35), 2_500.0, Vec3::new(0.75, 0.85, 1.0), false);

@@ -3,11 +3,11 @@
 use glam::Vec3;
 
 use crate::builtin::paint::{Painted, Texel, bricks, fractal, hash, mix, noise, paint, scaled, smoothstep};
-use crate::builtin::stage::Stage;
+use crate::builtin::stage::SceneBuilder;
 use crate::{AlphaMode, Material};
 
 /// Indices of the hall's materials.
-pub(super) struct Surfaces {
+pub(super) struct HallMaterials {
     pub stone: usize,
     pub trim: usize,
     pub plaster: usize,
@@ -31,9 +31,9 @@ pub(super) struct Surfaces {
 const EDGE: usize = 512;
 const SMALL_EDGE: usize = 256;
 
-impl Surfaces {
-    pub fn new(stage: &mut Stage) -> Self {
-        let fabric = |stage: &mut Stage, name: &str, color: [f32; 3]| {
+impl HallMaterials {
+    pub fn new(stage: &mut SceneBuilder) -> Self {
+        let fabric = |stage: &mut SceneBuilder, name: &str, color: [f32; 3]| {
             let painted = paint(name, SMALL_EDGE, move |u, v| fabric(u, v, color));
             let material = dressed(stage, name, painted);
             stage.scene.materials[material].two_sided = true;
@@ -69,12 +69,12 @@ impl Surfaces {
     }
 }
 
-fn painted(stage: &mut Stage, name: &str, edge: usize, at: impl Fn(f32, f32) -> Texel + Sync) -> usize {
+fn painted(stage: &mut SceneBuilder, name: &str, edge: usize, at: impl Fn(f32, f32) -> Texel + Sync) -> usize {
     dressed(stage, name, paint(name, edge, at))
 }
 
 /// A material that wears all three images as they are.
-fn dressed(stage: &mut Stage, name: &str, painted: Painted) -> usize {
+fn dressed(stage: &mut SceneBuilder, name: &str, painted: Painted) -> usize {
     let material = Material {
         name: name.into(),
         base_color: Vec3::ONE,
@@ -88,18 +88,18 @@ fn dressed(stage: &mut Stage, name: &str, painted: Painted) -> usize {
     stage.material(material)
 }
 
-fn masked(stage: &mut Stage, name: &str, at: impl Fn(f32, f32) -> Texel + Sync) -> usize {
+fn masked(stage: &mut SceneBuilder, name: &str, at: impl Fn(f32, f32) -> Texel + Sync) -> usize {
     let material = painted(stage, name, EDGE, at);
     stage.scene.materials[material].alpha_mode = AlphaMode::Mask { cutoff: 0.5 };
     stage.scene.materials[material].two_sided = true;
     material
 }
 
-fn metal(stage: &mut Stage, name: &str, base_color: Vec3, roughness: f32) -> usize {
+fn metal(stage: &mut SceneBuilder, name: &str, base_color: Vec3, roughness: f32) -> usize {
     stage.material(Material { name: name.into(), base_color, metallic: 1.0, roughness, ..Material::default() })
 }
 
-fn plain(stage: &mut Stage, name: &str, base_color: Vec3, roughness: f32) -> usize {
+fn plain(stage: &mut SceneBuilder, name: &str, base_color: Vec3, roughness: f32) -> usize {
     stage.material(Material { name: name.into(), base_color, roughness, ..Material::default() })
 }
 

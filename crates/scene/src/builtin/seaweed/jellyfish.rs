@@ -6,10 +6,10 @@ use glam::{DAffine3, DQuat, DVec2, DVec3, Vec3};
 
 use super::node;
 use crate::builtin::shapes::MeshBuilder;
-use crate::builtin::stage::Stage;
+use crate::builtin::stage::SceneBuilder;
 use crate::{
-    AlphaMode, Channel, Clip, Falloff, Interpolation, Light, LightKind, LightValue, Material, MaterialValue, Mesh,
-    Morph, Placement, Target,
+    AlphaMode, Channel, ChannelTarget, Clip, Falloff, Interpolation, Light, LightKind, LightValue, Material,
+    MaterialValue, Mesh, Morph, Placement,
 };
 
 /// Seconds of its way, and pulses along it.
@@ -18,7 +18,7 @@ const PULSES: usize = 4;
 const COLOR: Vec3 = Vec3::new(1.0, 0.45, 0.7);
 
 /// Adds it, and the clip that it swims by.
-pub fn add(stage: &mut Stage) {
+pub fn add(stage: &mut SceneBuilder) {
     let skin = stage.material(Material {
         name: "jellyfish".into(),
         base_color: Vec3::new(0.9, 0.55, 0.75),
@@ -61,7 +61,7 @@ fn channels(own: usize, skin: usize) -> Vec<Channel> {
         [speed, way(time), speed].into_iter().flat_map(|part| part.to_array())
     });
     let swim = swim.collect();
-    let translation = Target::Translation(own);
+    let translation = ChannelTarget::Translation(own);
     let swim = Channel { target: translation, times, values: swim, interpolation: Interpolation::CubicSpline };
     // A quick stroke and a slow recovery.
     let beats: Vec<f64> = (0..PULSES).map(|beat| SWIM * beat as f64 / PULSES as f64).collect();
@@ -75,11 +75,11 @@ fn channels(own: usize, skin: usize) -> Vec<Channel> {
         |target, values: Vec<f64>, interpolation| Channel { target, times: times.clone(), values, interpolation };
     // Without slopes at the keys a cubic eases in and out.
     let eased = |values: Vec<f64>| values.into_iter().flat_map(|value| [0.0, value, 0.0]).collect();
-    let light = Target::Light(0, LightValue::Intensity);
-    let glow = Target::Material(skin, MaterialValue::EmissiveStrength);
+    let light = ChannelTarget::Light(0, LightValue::Intensity);
+    let glow = ChannelTarget::Material(skin, MaterialValue::EmissiveStrength);
     vec![
         swim,
-        each(Target::Weights(own), eased(pulse(0.0, 1.0)), Interpolation::CubicSpline),
+        each(ChannelTarget::Weights(own), eased(pulse(0.0, 1.0)), Interpolation::CubicSpline),
         each(light, pulse(16.0, 48.0), Interpolation::Linear),
         each(glow, pulse(0.8, 1.8), Interpolation::Linear),
     ]

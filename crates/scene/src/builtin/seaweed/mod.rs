@@ -10,10 +10,11 @@ use glam::{DAffine3, DQuat, DVec2, DVec3, Vec3};
 
 use super::params::{Parameter, Params};
 use super::shapes::{self, MeshBuilder};
-use super::stage::{Random, Stage};
+use super::stage::{Random, SceneBuilder};
 use super::{Builtin, paint};
 use crate::{
-    Camera, Channel, Clip, Environment, Interpolation, Local, Material, Node, Placement, Projection, Scene, Target,
+    Camera, Channel, ChannelTarget, Clip, Environment, Interpolation, Local, Material, Node, Placement, Projection,
+    Scene,
 };
 
 pub(super) const SEAWEED: Builtin = Builtin {
@@ -31,7 +32,7 @@ pub(super) const SEAWEED: Builtin = Builtin {
 const TURN: f64 = 12.0;
 
 fn build(params: &Params) -> Scene {
-    let mut stage = Stage::default();
+    let mut stage = SceneBuilder::default();
     let mut random = Random(params.integer("seed") as u64);
     ground(&mut stage);
     let garden = stalks::Garden { count: params.integer("count"), joints: params.integer("joints") };
@@ -60,7 +61,7 @@ fn sand(x: f64, z: f64) -> f64 {
     0.1 * (0.7 * x).sin() * (0.5 * z + 0.4).cos() + ripples
 }
 
-fn ground(stage: &mut Stage) {
+fn ground(stage: &mut SceneBuilder) {
     let material = stage.material(Material {
         name: "sand".into(),
         base_color: Vec3::new(0.36, 0.31, 0.23),
@@ -94,12 +95,12 @@ fn ground(stage: &mut Stage) {
 }
 
 /// Adds a node that stands by its parts, and returns its number.
-fn node(stage: &mut Stage, name: String, parent: Option<usize>, placement: Placement) -> usize {
+fn node(stage: &mut SceneBuilder, name: String, parent: Option<usize>, placement: Placement) -> usize {
     stage.scene.motion.nodes.push(Node { name, parent, local: Local::Parts(placement), weights: Vec::new() });
     stage.scene.motion.nodes.len() - 1
 }
 
-fn wheel(stage: &mut Stage) {
+fn wheel(stage: &mut SceneBuilder) {
     let wood = stage.material(Material {
         name: "wood".into(),
         base_color: Vec3::new(0.33, 0.19, 0.1),
@@ -129,7 +130,7 @@ fn wheel(stage: &mut Stage) {
     let times: Vec<f64> = (0..=4).map(|quarter| TURN * f64::from(quarter) / 4.0).collect();
     let turn = |time: &f64| DQuat::from_rotation_y(TAU * time / TURN).to_array();
     let values = times.iter().flat_map(turn).collect();
-    let channel = Channel { target: Target::Rotation(own), times, values, interpolation: Interpolation::Linear };
+    let channel = Channel { target: ChannelTarget::Rotation(own), times, values, interpolation: Interpolation::Linear };
     stage.scene.motion.clips.push(Clip { name: "turn".into(), channels: vec![channel] });
 }
 

@@ -6,8 +6,8 @@ use glam::{DAffine3, DQuat, DVec2, DVec3, Vec3};
 
 use super::{node, sand};
 use crate::builtin::shapes::MeshBuilder;
-use crate::builtin::stage::{Random, Stage};
-use crate::{Channel, Clip, Influences, Interpolation, Material, Mesh, Placement, Skin, Target};
+use crate::builtin::stage::{Random, SceneBuilder};
+use crate::{Channel, ChannelTarget, Clip, Influences, Interpolation, Material, Mesh, Placement, Skin};
 
 /// Metres of a stalk before it is scaled.
 const HEIGHT: f64 = 2.2;
@@ -26,7 +26,7 @@ pub struct Garden {
 
 impl Garden {
     /// Adds the stalks and the clip that sways them.
-    pub fn plant(&self, stage: &mut Stage, random: &mut Random) {
+    pub fn plant(&self, stage: &mut SceneBuilder, random: &mut Random) {
         let greens = [Vec3::new(0.13, 0.3, 0.06), Vec3::new(0.3, 0.3, 0.05), Vec3::new(0.34, 0.13, 0.07)];
         let kinds: Vec<(usize, usize)> = (0..KINDS)
             .zip(greens)
@@ -81,7 +81,13 @@ impl Garden {
     }
 
     /// Adds a chain of joints with a channel for each, and returns their numbers.
-    fn chain(&self, stage: &mut Stage, stand: usize, current: &Current, channels: &mut Vec<Channel>) -> Vec<usize> {
+    fn chain(
+        &self,
+        stage: &mut SceneBuilder,
+        stand: usize,
+        current: &Current,
+        channels: &mut Vec<Channel>,
+    ) -> Vec<usize> {
         let step = HEIGHT / self.joints as f64;
         let mut parent = stand;
         (0..self.joints)
@@ -96,7 +102,7 @@ impl Garden {
                     [slope, turn, slope].into_iter().flat_map(|part| part.to_array())
                 });
                 let values = values.collect();
-                let (target, interpolation) = (Target::Rotation(parent), Interpolation::CubicSpline);
+                let (target, interpolation) = (ChannelTarget::Rotation(parent), Interpolation::CubicSpline);
                 channels.push(Channel { target, times, values, interpolation });
                 parent
             })

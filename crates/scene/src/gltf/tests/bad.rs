@@ -4,13 +4,13 @@
 use proptest::prelude::*;
 use serde_json::{Value, json};
 
-use super::{Builder, push};
+use super::{GltfBuilder, push};
 use crate::Imported;
 use crate::gltf::{GltfOptions, load};
 
 /// Two triangles, each with a mesh and a node of its own. The tests make parts of the first one bad.
-fn beside() -> Builder {
-    let mut file = Builder::triangle();
+fn beside() -> GltfBuilder {
+    let mut file = GltfBuilder::triangle();
     let position = file.floats("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
     push(&mut file.json["meshes"], json!({"primitives": [{"attributes": {"POSITION": position}}]}));
     push(&mut file.json["nodes"], json!({"mesh": 1, "name": "good"}));
@@ -19,7 +19,7 @@ fn beside() -> Builder {
 }
 
 /// Reads a file. Asserts how many objects are drawn, and that a warning has these words.
-fn drawn(file: &Builder, objects: usize, words: &str) -> Imported {
+fn drawn(file: &GltfBuilder, objects: usize, words: &str) -> Imported {
     let found = file.read();
     assert!(found.warnings.iter().any(|warning| warning.contains(words)), "{words}: {:?}", found.warnings);
     assert_eq!(found.objects.len(), objects, "{words}: {:?}", found.warnings);
@@ -29,8 +29,8 @@ fn drawn(file: &Builder, objects: usize, words: &str) -> Imported {
 
 #[test]
 fn a_bad_part_is_left_out_by_name_and_all_else_is_drawn() {
-    type Change = fn(&mut Value);
-    let changes: [(Change, usize, &str); 18] = [
+    type JsonEdit = fn(&mut Value);
+    let changes: [(JsonEdit, usize, &str); 18] = [
         (
             |json| json["accessors"][0]["count"] = json!(4),
             2,
@@ -71,7 +71,7 @@ fn a_bad_part_is_left_out_by_name_and_all_else_is_drawn() {
         change(&mut file.json);
         drawn(&file, objects, words);
         // Alone, the fault says why nothing is drawn.
-        let mut file = Builder::triangle();
+        let mut file = GltfBuilder::triangle();
         change(&mut file.json);
         if objects == 1 {
             assert!(file.error().contains("has no triangle to draw"), "{}", file.error());
@@ -166,12 +166,12 @@ fn sparse_elements_that_are_not_there_leave_the_others() {
 #[test]
 #[ignore = "test-all: every built-in scene and kind of plan once more, and random files of which the corpora have the worst"]
 fn what_asks_for_a_memory_is_refused() {
-    let mut file = Builder::triangle();
+    let mut file = GltfBuilder::triangle();
     let zeros =
         push(&mut file.json["accessors"], json!({"componentType": 5126, "count": 4_000_000_000u64, "type": "VEC3"}));
     file.attribute("POSITION", zeros);
     assert!(file.error().contains("the meshes up to it have more than 268435456"), "{}", file.error());
-    let mut file = Builder::triangle();
+    let mut file = GltfBuilder::triangle();
     let primitive = file.json["meshes"][0]["primitives"][0].clone();
     file.json["meshes"] = json!([{"primitives": vec![primitive; 4000]}]);
     file.json["nodes"] = json!((0..4000).map(|_| json!({"mesh": 0})).collect::<Vec<_>>());
@@ -181,7 +181,7 @@ fn what_asks_for_a_memory_is_refused() {
 
 #[test]
 fn a_uri_that_leads_out_is_refused_and_data_is_read() {
-    let mut file = Builder::triangle();
+    let mut file = GltfBuilder::triangle();
     file.json["buffers"] = json!([{"byteLength": 36, "uri": "../x.bin"}]);
     assert!(file.error().contains("buffer 0: `../x.bin` leads out"), "{}", file.error());
     let image = "http://example.com/a.png";
@@ -200,7 +200,7 @@ fn a_uri_that_leads_out_is_refused_and_data_is_read() {
 
 /// A file with something of everything.
 fn whole() -> Vec<u8> {
-    let mut file = Builder::triangle();
+    let mut file = GltfBuilder::triangle();
     let more = file.floats("VEC3", &[0.0, 0.0, 4.0, 0.0, 0.0, 4.0, 0.0, 0.0, 0.0]);
     let joints = file.shorts("VEC4", 3, &[0, 0, 0, 0, 0, 1, 0, 0, 1, 0, 0, 0]);
     let weights = file.floats("VEC4", &[1.0, 0.0, 0.0, 0.0, 0.5, 0.5, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]);
@@ -260,7 +260,7 @@ fn a_file_with_everything_is_read_and_one_cut_anywhere_is_refused_or_drawn_as_fa
     assert!(survives(&bytes));
     // The indices are its last bytes: without them there is no triangle.
     assert_eq!(drawn(&bytes), Vec::<usize>::new());
-    let mut file = Builder::triangle();
+    let mut file = GltfBuilder::triangle();
     let color = file.floats("VEC4", &[0.5; 12]);
     file.attribute("COLOR_0", color);
     let bytes = file.glb();

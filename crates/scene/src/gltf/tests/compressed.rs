@@ -6,8 +6,8 @@ use glam::Vec3;
 use proptest::prelude::*;
 use serde_json::{Value, json};
 
-use super::{Builder, encoded, push};
-use crate::gltf::ktx::Header;
+use super::{GltfBuilder, encoded, push};
+use crate::gltf::ktx::KtxHeader;
 use crate::gltf::{basis, draco};
 use crate::{BlockFormat, Imported, Texels, Texture};
 
@@ -24,8 +24,8 @@ fn place(vertex: usize) -> Vec3 {
 }
 
 /// A grid compressed by Draco; its accessors have no views of their own.
-fn dracoed(data: &str) -> Builder {
-    let mut file = Builder::new();
+fn dracoed(data: &str) -> GltfBuilder {
+    let mut file = GltfBuilder::new();
     let view = file.view(&bytes(data));
     let bare = |kind: &str| json!({"componentType": 5126, "count": GRID, "type": kind});
     for kind in ["VEC3", "VEC3", "VEC2"] {
@@ -83,7 +83,7 @@ fn draco_data_that_is_wrong_is_an_error() {
 }
 
 /// A view that is compressed, and falls back to a buffer that is not there.
-fn packed(file: &mut Builder, data: &str, (count, stride): (usize, usize), mode: &str, filter: &str) -> usize {
+fn packed(file: &mut GltfBuilder, data: &str, (count, stride): (usize, usize), mode: &str, filter: &str) -> usize {
     let data = bytes(data);
     let view = file.view(&data);
     let own = &mut file.json["bufferViews"][view];
@@ -96,13 +96,13 @@ fn packed(file: &mut Builder, data: &str, (count, stride): (usize, usize), mode:
     view
 }
 
-fn accessor(file: &mut Builder, view: usize, component: u32, count: usize, kind: &str) -> usize {
+fn accessor(file: &mut GltfBuilder, view: usize, component: u32, count: usize, kind: &str) -> usize {
     let own = json!({"bufferView": view, "componentType": component, "count": count, "type": kind});
     push(&mut file.json["accessors"], own)
 }
 
-fn meshopted() -> Builder {
-    let mut file = Builder::new();
+fn meshopted() -> GltfBuilder {
+    let mut file = GltfBuilder::new();
     let view = packed(&mut file, encoded::ATTRIBUTES, (GRID, 8), "ATTRIBUTES", "NONE");
     let position = accessor(&mut file, view, 5123, GRID, "VEC3");
     let view = packed(&mut file, encoded::OCTAHEDRAL, (GRID, 4), "ATTRIBUTES", "OCTAHEDRAL");
@@ -132,7 +132,7 @@ fn meshopt_gives_the_grid_that_went_in() {
 
 #[test]
 fn meshopt_filters_and_sequences_are_undone() {
-    let mut file = Builder::new();
+    let mut file = GltfBuilder::new();
     let view = packed(&mut file, encoded::EXPONENTIAL, (GRID, 12), "ATTRIBUTES", "EXPONENTIAL");
     let position = accessor(&mut file, view, 5126, GRID, "VEC3");
     let view = packed(&mut file, encoded::INDICES, (96, 4), "INDICES", "NONE");
@@ -174,7 +174,7 @@ fn meshopt_data_that_is_wrong_is_an_error() {
 
 /// The texture of an image.
 fn texture(image: &str, extension: Option<&str>) -> Texture {
-    let mut file = Builder::triangle();
+    let mut file = GltfBuilder::triangle();
     let view = file.view(&bytes(image));
     file.json["images"] = json!([{"bufferView": view}]);
     let source = json!({"source": 0});
@@ -234,7 +234,7 @@ proptest! {
         }
         for data in [encoded::ETC1S, encoded::UASTC] {
             let changed = changed(data);
-            let _ = Header::of(&changed).and_then(|header| basis::transcode(&changed, &header));
+            let _ = KtxHeader::of(&changed).and_then(|header| basis::transcode(&changed, &header));
         }
         let mut file = meshopted();
         let mut bytes = std::mem::take(&mut file.bytes);

@@ -3,16 +3,16 @@
 use glam::{DVec3, Vec3};
 use serde_json::json;
 
-use super::{Builder, push};
+use super::{GltfBuilder, push};
 use crate::{Imported, Mesh};
 
-fn mesh(file: &Builder) -> Mesh {
+fn mesh(file: &GltfBuilder) -> Mesh {
     file.read().meshes.remove(0)
 }
 
 #[test]
 fn a_triangle_without_normals_is_flat_and_counter_clockwise() {
-    let found = mesh(&Builder::triangle());
+    let found = mesh(&GltfBuilder::triangle());
     assert_eq!((found.positions.len(), &found.indices), (3, &vec![0, 1, 2]));
     assert_eq!(found.normals, [[0.0, 0.0, 1.0]; 3]);
     assert!(found.uvs.is_empty() && found.tangents.is_empty() && found.colors.is_empty() && found.morphs.is_empty());
@@ -20,7 +20,7 @@ fn a_triangle_without_normals_is_flat_and_counter_clockwise() {
 
 #[test]
 fn normalized_and_plain_integers_and_strides_are_read() {
-    let mut file = Builder::new();
+    let mut file = GltfBuilder::new();
     // Positions of signed bytes, 4 bytes apart, normalized.
     let view = file.view(&[0i8, 0, 0, 9, 127, 0, 0, 9, 0, -128, -127, 9].map(|byte| byte as u8));
     file.json["bufferViews"][view]["byteStride"] = json!(4);
@@ -34,7 +34,7 @@ fn normalized_and_plain_integers_and_strides_are_read() {
 
 #[test]
 fn accessors_without_a_view_are_zeros_under_what_is_sparse() {
-    let mut file = Builder::triangle();
+    let mut file = GltfBuilder::triangle();
     let (indices, values) = (
         file.view(&[1, 2]),
         file.view(&[[2.0f32, 0.0, 0.0], [0.0, 3.0, 0.0]].map(|v| v.map(f32::to_le_bytes)).as_flattened().concat()),
@@ -48,7 +48,7 @@ fn accessors_without_a_view_are_zeros_under_what_is_sparse() {
 
 #[test]
 fn all_modes_are_triangles_and_points_and_lines_are_counted() {
-    let mut file = Builder::new();
+    let mut file = GltfBuilder::new();
     let corners = [[0.0f32, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|[x, y]| [x, y, 0.0]);
     let position = file.floats("VEC3", corners.as_flattened());
     let modes: Vec<_> = (0..7).map(|mode| json!({"attributes": {"POSITION": position}, "mode": mode})).collect();
@@ -61,7 +61,7 @@ fn all_modes_are_triangles_and_points_and_lines_are_counted() {
 
 #[test]
 fn equal_primitives_of_several_nodes_and_meshes_are_one_mesh() {
-    let mut file = Builder::triangle();
+    let mut file = GltfBuilder::triangle();
     let primitive = file.json["meshes"][0]["primitives"][0].clone();
     file.json["materials"] = json!([{"name": "a"}, {"name": "b"}]);
     let mut dressed = primitive.clone();
@@ -77,7 +77,7 @@ fn equal_primitives_of_several_nodes_and_meshes_are_one_mesh() {
 
 #[test]
 fn positions_are_exact_and_recentred_only_far_from_zero() {
-    let mut file = Builder::triangle();
+    let mut file = GltfBuilder::triangle();
     assert_eq!(mesh(&file).origin, DVec3::ZERO);
     let base = 4_194_304.0f32;
     let position = file.floats("VEC3", &[base, 0.0, 0.0, base + 1.0, 0.0, 0.0, base, 0.5, 0.0]);
@@ -96,7 +96,7 @@ impl crate::Aabb {
 
 #[test]
 fn odd_normals_tangents_and_colours_are_mended_with_a_warning() {
-    let mut file = Builder::triangle();
+    let mut file = GltfBuilder::triangle();
     let normal = file.floats("VEC3", &[0.0, 0.0, 0.0, 0.0, 0.0, 2.0, f32::NAN, 0.0, 1.0]);
     let color = file.floats("VEC4", &[1.0, 0.5, 0.0, 1.0, f32::INFINITY, 0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 1.0]);
     file.attribute("NORMAL", normal).attribute("COLOR_0", color);
@@ -109,7 +109,7 @@ fn odd_normals_tangents_and_colours_are_mended_with_a_warning() {
 
 #[test]
 fn colours_of_three_shorts_have_alpha_one() {
-    let mut file = Builder::triangle();
+    let mut file = GltfBuilder::triangle();
     let color = file.shorts("VEC3", 3, &[65535, 0, 0, 0, 65535, 0, 0, 0, 65535]);
     file.json["accessors"][color]["normalized"] = json!(true);
     file.attribute("COLOR_0", color);
@@ -118,7 +118,7 @@ fn colours_of_three_shorts_have_alpha_one() {
 
 #[test]
 fn colours_of_whole_numbers_that_are_not_marked_are_shares_of_the_largest() {
-    let mut file = Builder::triangle();
+    let mut file = GltfBuilder::triangle();
     let wide = file.shorts("VEC3", 3, &[65535, 0, 0, 0, 65535, 0, 0, 0, 65535]);
     let narrow = file.accessor("VEC4", 5121, 3, &[255, 0, 0, 255, 0, 51, 0, 255, 0, 0, 255, 102]);
     let flags = file.accessor("VEC4", 5121, 3, &[1, 0, 0, 1, 0, 1, 0, 1, 0, 0, 1, 1]);
@@ -138,7 +138,7 @@ fn colours_of_whole_numbers_that_are_not_marked_are_shares_of_the_largest() {
 
 #[test]
 fn instances_are_objects() {
-    let mut file = Builder::triangle();
+    let mut file = GltfBuilder::triangle();
     let translation = file.floats("VEC3", &[1.0, 0.0, 0.0, 2.0, 0.0, 0.0]);
     let scale = file.floats("VEC3", &[1.0, 1.0, 1.0, 3.0, 3.0, 3.0]);
     file.json["nodes"][0]["translation"] = json!([0, 7, 0]);
@@ -152,7 +152,7 @@ fn instances_are_objects() {
 
 #[test]
 fn static_weights_of_shapes_are_blended_in() {
-    let mut file = Builder::triangle();
+    let mut file = GltfBuilder::triangle();
     let more = file.floats("VEC3", &[0.0, 0.0, 4.0, 0.0, 0.0, 4.0, 0.0, 0.0, 4.0]);
     file.primitive("targets", json!([{"POSITION": more}]));
     assert_eq!(place(&mesh(&file), 0), DVec3::ZERO);
@@ -166,7 +166,7 @@ fn static_weights_of_shapes_are_blended_in() {
 
 #[test]
 fn shapes_and_instances_that_cannot_be_read_cost_themselves_alone() {
-    let mut file = Builder::triangle();
+    let mut file = GltfBuilder::triangle();
     let (good, short) = (file.floats("VEC3", &[0.0, 0.0, 4.0].repeat(3)), file.floats("VEC3", &[0.0, 9.0, 0.0]));
     file.primitive("targets", json!([{"POSITION": short}, {"POSITION": good, "NORMAL": 77}, {}]));
     file.json["meshes"][0]["weights"] = json!([1, 0.25, 1, 1, 1]);
@@ -177,7 +177,7 @@ fn shapes_and_instances_that_cannot_be_read_cost_themselves_alone() {
         "{:?}",
         found.warnings
     );
-    let mut file = Builder::triangle();
+    let mut file = GltfBuilder::triangle();
     let translation = file.floats("VEC3", &[1.0, 0.0, 0.0, f32::NAN, 0.0, 0.0, 3.0, 0.0, 0.0]);
     let scale = file.floats("VEC3", &[1.0; 6]);
     let attributes = json!({"TRANSLATION": translation, "SCALE": scale, "ROTATION": 99});
@@ -198,8 +198,8 @@ fn place(mesh: &Mesh, vertex: usize) -> DVec3 {
 }
 
 /// A triangle on two joints that stand still.
-fn hung() -> Builder {
-    let mut file = Builder::triangle();
+fn hung() -> GltfBuilder {
+    let mut file = GltfBuilder::triangle();
     let joints = file.shorts("VEC4", 3, &[0, 1, 9, 9, 0, 1, 9, 9, 1, 0, 9, 9]);
     let weights = file.floats("VEC4", &[1.0, 0.0, 0.0, 0.0, 0.25, 0.25, 0.0, 0.0, 3.0, 0.0, 0.0, 0.0]);
     file.attribute("JOINTS_0", joints).attribute("WEIGHTS_0", weights);

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use serde_json::json;
 
-use super::Builder;
+use super::GltfBuilder;
 use crate::gltf::ktx::{is_ktx, read};
 use crate::{BlockFormat, Imported, Texels};
 
@@ -106,7 +106,7 @@ fn a_file_that_is_wrong_says_what_was_expected() {
 
 /// A model whose base colour, metals and occlusion are of the one image.
 fn model(image: &[u8]) -> Imported {
-    let mut file = Builder::triangle();
+    let mut file = GltfBuilder::triangle();
     let view = file.view(image);
     file.json["images"] = json!([{"bufferView": view, "mimeType": "image/ktx2", "name": "wall"}]);
     file.json["textures"] = json!([{"source": 0}]);

@@ -5,7 +5,7 @@ use image::{ImageFormat, RgbaImage};
 use serde_json::{Value, json};
 use std::io::Cursor;
 
-use super::{Builder, push};
+use super::{GltfBuilder, push};
 use crate::gltf::GltfOptions;
 use crate::{AlphaMode, ColorSpace, Filter, Imported, Sampler, TextureSlot, UvMap, Wrap};
 
@@ -17,8 +17,8 @@ fn png(texels: &[[u8; 4]]) -> Vec<u8> {
 }
 
 /// A triangle of a material, with two images: (255, 128, 64, 32) and white.
-fn dressed(material: Value) -> Builder {
-    let mut file = Builder::triangle();
+fn dressed(material: Value) -> GltfBuilder {
+    let mut file = GltfBuilder::triangle();
     let uv = file.floats("VEC2", &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
     let other = file.floats("VEC2", &[2.0, 0.0, 3.0, 0.0, 2.0, 1.0]);
     file.attribute("TEXCOORD_0", uv).attribute("TEXCOORD_1", other).primitive("material", json!(0));

@@ -17,12 +17,12 @@ use super::{GltfOptions, load};
 use crate::Imported;
 
 /// A file as it grows: JSON, and the buffer beside it.
-pub(super) struct Builder {
+pub(super) struct GltfBuilder {
     pub json: Value,
     pub bytes: Vec<u8>,
 }
 
-impl Builder {
+impl GltfBuilder {
     pub fn new() -> Self {
         let json = json!({
             "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0, "name": "it"}],

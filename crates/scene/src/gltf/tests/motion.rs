@@ -2,11 +2,11 @@
 
 use serde_json::{Value, json};
 
-use super::{Builder, push};
-use crate::{Channel, Imported, Interpolation, LightValue, Local, MaterialValue, Target};
+use super::{GltfBuilder, push};
+use crate::{Channel, ChannelTarget, Imported, Interpolation, LightValue, Local, MaterialValue};
 
 /// Adds an animation of one channel whose keys are at 0 and 1 s.
-fn animate(file: &mut Builder, target: Value, kind: &str, values: &[f32]) {
+fn animate(file: &mut GltfBuilder, target: Value, kind: &str, values: &[f32]) {
     let (input, output) = (file.floats("SCALAR", &[0.0, 1.0]), file.floats(kind, values));
     let channel = json!({"sampler": 0, "target": target});
     let animation = json!({"name": "wave", "channels": [channel], "samplers": [{"input": input, "output": output}]});
@@ -14,8 +14,8 @@ fn animate(file: &mut Builder, target: Value, kind: &str, values: &[f32]) {
 }
 
 /// A root that moves, a triangle below it, one beside it, a light and a camera below it.
-fn moving() -> Builder {
-    let mut file = Builder::triangle();
+fn moving() -> GltfBuilder {
+    let mut file = GltfBuilder::triangle();
     file.json["scenes"][0]["nodes"] = json!([0, 2]);
     file.json["nodes"] = json!([
         {"children": [1, 3], "name": "root"},
@@ -38,7 +38,7 @@ fn nodes_of_the_motion_are_those_that_move_with_what_is_below() {
     assert_eq!(found.objects.iter().map(|object| object.node).collect::<Vec<_>>(), [Some(1), None]);
     assert_eq!((found.cameras[0].node, &motion.light_nodes), (Some(2), &vec![Some(2)]));
     let channel = &motion.clips[0].channels[0];
-    assert_eq!((channel.target, channel.interpolation), (Target::Translation(0), Interpolation::Linear));
+    assert_eq!((channel.target, channel.interpolation), (ChannelTarget::Translation(0), Interpolation::Linear));
     assert_eq!(
         (channel.times.as_slice(), channel.values.as_slice()),
         (&[0.0, 1.0][..], &[0.0, 0.0, 0.0, 0.0, 2.0, 0.0][..])
@@ -48,7 +48,7 @@ fn nodes_of_the_motion_are_those_that_move_with_what_is_below() {
 
 #[test]
 fn what_moves_with_nothing_below_leaves_no_trace() {
-    let mut file = Builder::triangle();
+    let mut file = GltfBuilder::triangle();
     push(&mut file.json["nodes"], json!({"name": "empty"}));
     animate(&mut file, json!({"node": 1, "path": "scale"}), "VEC3", &[1.0; 6]);
     animate(&mut file, json!({"path": "scale"}), "VEC3", &[1.0; 6]);
@@ -58,7 +58,7 @@ fn what_moves_with_nothing_below_leaves_no_trace() {
 
 /// A triangle that a channel of these keys moves, and the channel, if any is left.
 fn keyed(path: &str, kind: &str, times: &[f32], values: &[f32]) -> (Option<Channel>, Vec<String>) {
-    let mut file = Builder::triangle();
+    let mut file = GltfBuilder::triangle();
     animate(&mut file, json!({"node": 0, "path": path}), kind, values);
     let input = file.floats("SCALAR", times);
     file.json["animations"][0]["samplers"][0]["input"] = json!(input);
@@ -120,7 +120,7 @@ fn keys_without_values_and_weights_of_other_counts_are_fitted() {
     assert_eq!(channel.map(|own| own.times.len()), Some(2));
     assert!(warnings[0].contains("has 6 numbers for 3 keys of 3 each: the first 2 keys play"), "{warnings:?}");
     let weights = |values: &[f32]| {
-        let mut file = Builder::triangle();
+        let mut file = GltfBuilder::triangle();
         let more = file.floats("VEC3", &[1.0; 9]);
         file.primitive("targets", json!([{"POSITION": more}, {"POSITION": more}]));
         animate(&mut file, json!({"node": 0, "path": "weights"}), "SCALAR", values);
@@ -130,7 +130,7 @@ fn keys_without_values_and_weights_of_other_counts_are_fitted() {
     };
     assert_eq!(weights(&[0.25, 0.5]), [0.25, 0.0, 0.5, 0.0]);
     assert_eq!(weights(&[0.25, 0.5, 1.0, 2.0, 3.0, 4.0]), [0.25, 0.5, 2.0, 3.0]);
-    let mut file = Builder::triangle();
+    let mut file = GltfBuilder::triangle();
     animate(&mut file, json!({"node": 0, "path": "translation"}), "VEC3", &[0.0; 6]);
     file.json["animations"][0]["samplers"][0]["interpolation"] = json!("BEZIER");
     let found = file.read();
@@ -148,8 +148,11 @@ fn pointers_move_lights_and_materials() {
     animate(&mut file, pointer("/materials/0/emissiveFactor"), "VEC3", &[0.0; 6]);
     animate(&mut file, pointer("/materials/0/occlusionTexture/strength"), "SCALAR", &[0.0; 2]);
     let found = file.read();
-    let targets: Vec<Target> = found.motion.clips[1..].iter().map(|clip| clip.channels[0].target).collect();
-    assert_eq!(targets, [Target::Light(0, LightValue::Intensity), Target::Material(0, MaterialValue::Emissive)]);
+    let targets: Vec<ChannelTarget> = found.motion.clips[1..].iter().map(|clip| clip.channels[0].target).collect();
+    assert_eq!(
+        targets,
+        [ChannelTarget::Light(0, LightValue::Intensity), ChannelTarget::Material(0, MaterialValue::Emissive)]
+    );
     assert_eq!(found.motion.clips[1].name, "wave (2)");
     assert!(
         found.warnings[0].contains("occlusionTexture/strength` leads to nothing that is drawn"),
@@ -159,14 +162,14 @@ fn pointers_move_lights_and_materials() {
 }
 
 /// Adds an animation of a value of the first material.
-fn animate_material(file: &mut Builder, to: &str, kind: &str, values: &[f32]) {
+fn animate_material(file: &mut GltfBuilder, to: &str, kind: &str, values: &[f32]) {
     let pointer = json!({"pointer": format!("/materials/0/{to}")});
     animate(file, json!({"path": "pointer", "extensions": {"KHR_animation_pointer": pointer}}), kind, values);
 }
 
 /// A file with this material, whose value a pointer moves, and the channel of it.
 fn moved(material: Value, (to, kind, values): (&str, &str, &[f32])) -> (Imported, Channel) {
-    let mut file = Builder::triangle();
+    let mut file = GltfBuilder::triangle();
     file.json["materials"] = json!([material]);
     file.primitive("material", json!(0));
     animate_material(&mut file, to, kind, values);
@@ -179,7 +182,7 @@ fn moved(material: Value, (to, kind, values): (&str, &str, &[f32])) -> (Imported
 fn emission_moves_with_its_colour_or_strength_times_the_other_of_the_file() {
     let strong = "KHR_materials_emissive_strength";
     let material = json!({"emissiveFactor": [1, 0.5, 0], "extensions": {strong: {"emissiveStrength": 3}}});
-    let emissive = Target::Material(0, MaterialValue::Emissive);
+    let emissive = ChannelTarget::Material(0, MaterialValue::Emissive);
     let color: &[f32] = &[0.0, 0.0, 0.0, 0.5, 1.0, 0.25];
     let (_, channel) = moved(material.clone(), ("emissiveFactor", "VEC3", color));
     assert_eq!((channel.target, channel.values.as_slice()), (emissive, &[0.0, 0.0, 0.0, 1.5, 3.0, 0.75][..]));
@@ -191,7 +194,7 @@ fn emission_moves_with_its_colour_or_strength_times_the_other_of_the_file() {
 #[test]
 fn a_texture_of_what_begins_to_glow_is_read() {
     let pixel = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAADElEQVR4nGP4z8AAAAMBAQDJ/pLvAAAAAElFTkSuQmCC";
-    let mut file = Builder::triangle();
+    let mut file = GltfBuilder::triangle();
     file.json["materials"] = json!([{"emissiveTexture": {"index": 0}}]);
     file.json["textures"] = json!([{"source": 0}]);
     file.json["images"] = json!([{"uri": pixel}]);
@@ -217,7 +220,7 @@ fn alpha_of_glass_moves_with_what_it_lets_through_and_of_what_is_opaque_stays() 
 
 #[test]
 fn shapes_whose_weights_move_stay_and_others_do_not() {
-    let mut file = Builder::triangle();
+    let mut file = GltfBuilder::triangle();
     let more = file.floats("VEC3", &[0.0, 0.0, 4.0, 0.0, 0.0, 4.0, 0.0, 0.0, 0.0]);
     file.primitive("targets", json!([{"POSITION": more}, {"POSITION": more}]));
     file.json["meshes"][0]["weights"] = json!([0.25, 0]);
@@ -227,14 +230,14 @@ fn shapes_whose_weights_move_stay_and_others_do_not() {
     let (mesh, node) = (&found.meshes[0], &found.motion.nodes[0]);
     assert_eq!((mesh.positions[0], mesh.morphs.len(), mesh.morphs[1].name.as_str()), ([0.0; 3], 2, "frown"));
     assert_eq!((node.weights.as_slice(), found.objects[0].node), (&[0.25, 0.0][..], Some(0)));
-    assert_eq!(found.motion.clips[0].channels[0].target, Target::Weights(0));
+    assert_eq!(found.motion.clips[0].channels[0].target, ChannelTarget::Weights(0));
     // The triangle tilts, and its own normal with it.
     assert_eq!((mesh.normals.len(), mesh.morphs[0].normals.len()), (3, 3));
 }
 
 /// A triangle on two joints, one below the other, of which the second turns.
-fn skinned() -> Builder {
-    let mut file = Builder::triangle();
+fn skinned() -> GltfBuilder {
+    let mut file = GltfBuilder::triangle();
     let joints = file.shorts("VEC4", 3, &[0, 0, 0, 0, 0, 1, 0, 0, 1, 0, 0, 0]);
     let weights = file.floats("VEC4", &[1.0, 0.0, 0.0, 0.0, 0.49, 0.49, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0]);
     file.attribute("JOINTS_0", joints).attribute("WEIGHTS_0", weights);
@@ -288,7 +291,7 @@ fn a_skin_that_cannot_be_and_a_joint_too_many_are_left_out() {
 }
 
 /// The skinned triangle, whose vertices hang on the second joint by the last of twelve weights alone, by as much.
-fn of_twelve(last: f32) -> Builder {
+fn of_twelve(last: f32) -> GltfBuilder {
     let mut file = skinned();
     let share = (1.0 - last) / 11.0;
     for set in 0..3u16 {
@@ -350,5 +353,5 @@ fn shapes_on_moving_joints_have_a_node_of_their_own_in_the_world() {
     let own = &found.motion.nodes[node];
     assert_eq!((own.parent, own.weights.as_slice()), (None, &[0.0][..]));
     assert_eq!(own.local, Local::Fixed(glam::DAffine3::IDENTITY));
-    assert_eq!(found.motion.clips[1].channels[0].target, Target::Weights(node));
+    assert_eq!(found.motion.clips[1].channels[0].target, ChannelTarget::Weights(node));
 }

@@ -2,12 +2,12 @@
 
 use serde_json::{Value, json};
 
-use super::{Builder, push};
+use super::{GltfBuilder, push};
 use crate::Imported;
 
 /// A mesh of primitives on one square, each of these indices and in this material; both have two sides.
-fn square(primitives: &[(&[u16], usize)]) -> Builder {
-    let mut file = Builder::new();
+fn square(primitives: &[(&[u16], usize)]) -> GltfBuilder {
+    let mut file = GltfBuilder::new();
     let position = file.floats("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0]);
     let own: Vec<Value> = primitives
         .iter()

@@ -4,8 +4,8 @@ use glam::Vec3;
 
 use super::{emitters, surfaces};
 use crate::{
-    CastsShadow, Environment, Falloff, Fitted, Light, LightKind, Look, Material, Mesh, NamedCamera, Object, Playing,
-    Scene, SettingsPatch, TextureSlot, luminance,
+    CastsShadow, Environment, Falloff, FittedParts, Light, LightKind, Look, Material, Mesh, NamedCamera, Object,
+    Playing, Scene, SettingsPatch, TextureSlot, luminance,
 };
 
 /// The widest cone of KHR_lights_punctual, from its axis.
@@ -55,7 +55,7 @@ fn surroundings(scene: &mut Scene, left_out: &mut Vec<String>) {
     scene.sky = None;
     emitters::leave_out(scene, left_out);
     scene.settings = SettingsPatch::default();
-    scene.fitted = Fitted::default();
+    scene.fitted = FittedParts::default();
 }
 
 fn objects(scene: &mut Scene, left_out: &mut Vec<String>) {
@@ -151,9 +151,9 @@ fn cameras(scene: &mut Scene) {
 
 /// Leaves out meshes, materials and textures that no object has, and lists the rest in the order of objects.
 fn used(scene: &mut Scene) {
-    let mut meshes = Kept::of(&mut scene.meshes);
-    let mut materials = Kept::of(&mut scene.materials);
-    let mut textures = Kept::of(&mut scene.textures);
+    let mut meshes = Compaction::of(&mut scene.meshes);
+    let mut materials = Compaction::of(&mut scene.materials);
+    let mut textures = Compaction::of(&mut scene.textures);
     for object in &mut scene.objects {
         (object.mesh, object.material) = (meshes.keep(object.mesh), materials.keep(object.material));
     }
@@ -170,13 +170,13 @@ fn used(scene: &mut Scene) {
 }
 
 /// The kept entries of a list, in the order in which they are first asked for.
-struct Kept<T> {
+struct Compaction<T> {
     list: Vec<Option<T>>,
     numbers: Vec<Option<usize>>,
     order: Vec<usize>,
 }
 
-impl<T> Kept<T> {
+impl<T> Compaction<T> {
     fn of(list: &mut Vec<T>) -> Self {
         let list: Vec<_> = std::mem::take(list).into_iter().map(Some).collect();
         Self { numbers: vec![None; list.len()], list, order: Vec::new() }

@@ -7,12 +7,12 @@ use image::{ExtendedColorType, ImageEncoder};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::Document;
+use super::DocumentBuilder;
 use crate::{Error, Filter, Sampler, Texture, Wrap};
 
 /// A texture of the scene, in one of its forms.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Asked {
+pub(super) struct TextureForm {
     pub texture: usize,
     /// True if its alpha is written as red, where the coat's strength is looked up.
     pub alpha_as_red: bool,
@@ -22,11 +22,11 @@ pub(super) struct Asked {
 ///
 /// # Errors
 /// [`Error::Scene`] where an image cannot be encoded.
-pub(super) fn write(textures: &[Texture], asked: &[Asked], document: &mut Document) -> Result<(), Error> {
-    let encode = |asked: &Asked| encoded(&textures[asked.texture], asked.alpha_as_red);
+pub(super) fn write(textures: &[Texture], asked: &[TextureForm], document: &mut DocumentBuilder) -> Result<(), Error> {
+    let encode = |asked: &TextureForm| encoded(&textures[asked.texture], asked.alpha_as_red);
     let files: Vec<_> = asked.par_iter().map(encode).collect();
     let mut samplers: Vec<Sampler> = Vec::new();
-    for (Asked { texture, .. }, file) in asked.iter().zip(files) {
+    for (TextureForm { texture, .. }, file) in asked.iter().zip(files) {
         let Texture { name, sampler, .. } = &textures[*texture];
         let file = file.map_err(|error| Error::Scene(format!("texture {texture} (`{name}`): {error}")))?;
         let view = document.binary.view(&file, None);

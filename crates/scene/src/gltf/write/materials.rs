@@ -6,26 +6,26 @@ use glam::{DVec2, Vec3};
 use serde_json::{Value, json};
 
 use super::expressible::power_of_two_above;
-use super::images::{self, Asked};
-use super::{Document, number, surfaces};
+use super::images::{self, TextureForm};
+use super::{DocumentBuilder, number, surfaces};
 use crate::{AlphaMode, DIELECTRIC, Error, Material, Scene, TextureSlot, UvMap};
 
 /// A material, and the coat that lies on it: by their numbers in the scene.
 pub(super) type CoatedMaterial = (usize, Option<usize>);
 
 /// The materials of a file.
-pub(super) struct Materials {
+pub(super) struct MaterialTable {
     numbers: HashMap<CoatedMaterial, usize>,
     /// By object: the material that it wears; `None` for a coat, which is a part of the object before it.
     pub worn: Vec<Option<CoatedMaterial>>,
 }
 
-impl Materials {
+impl MaterialTable {
     /// Writes the materials that objects wear, with their textures.
     ///
     /// # Errors
     /// As [`images::write`].
-    pub fn write(scene: &Scene, document: &mut Document) -> Result<Self, Error> {
+    pub fn write(scene: &Scene, document: &mut DocumentBuilder) -> Result<Self, Error> {
         let is_coat = |index: usize| surfaces::is_coat(&scene.materials[scene.objects[index].material]);
         let worn: Vec<Option<CoatedMaterial>> = (0..scene.objects.len())
             .map(|index| {
@@ -55,9 +55,9 @@ impl Materials {
 
 struct Writer<'a, 'b> {
     scene: &'a Scene,
-    document: &'b mut Document,
+    document: &'b mut DocumentBuilder,
     /// By number of the file's list of textures.
-    asked: Vec<Asked>,
+    asked: Vec<TextureForm>,
 }
 
 impl Writer<'_, '_> {
@@ -160,7 +160,7 @@ impl Writer<'_, '_> {
         });
         if let Some(texture) = coat.base_color_texture {
             let map = &coat.uv_maps[TextureSlot::BaseColor as usize];
-            own["clearcoatTexture"] = self.info(Asked { texture, alpha_as_red: true }, map);
+            own["clearcoatTexture"] = self.info(TextureForm { texture, alpha_as_red: true }, map);
         }
         self.texture(&mut own, "clearcoatRoughnessTexture", coat, TextureSlot::MetallicRoughness);
         self.normal_map(&mut own, "clearcoatNormalTexture", coat);
@@ -177,11 +177,11 @@ impl Writer<'_, '_> {
     /// The texture of a slot, if there is one.
     fn texture(&mut self, json: &mut Value, key: &str, material: &Material, slot: TextureSlot) {
         if let Some(texture) = material.texture(slot) {
-            json[key] = self.info(Asked { texture, alpha_as_red: false }, &material.uv_maps[slot as usize]);
+            json[key] = self.info(TextureForm { texture, alpha_as_red: false }, &material.uv_maps[slot as usize]);
         }
     }
 
-    fn info(&mut self, asked: Asked, map: &UvMap) -> Value {
+    fn info(&mut self, asked: TextureForm, map: &UvMap) -> Value {
         let index = self.asked.iter().position(|own| *own == asked).unwrap_or_else(|| {
             self.asked.push(asked);
             self.asked.len() - 1

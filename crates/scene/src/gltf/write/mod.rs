@@ -28,8 +28,8 @@ use rayon::prelude::*;
 use serde_json::{Map, Value, json};
 
 use self::binary::Binary;
-use self::materials::Materials;
-use self::nodes::Nodes;
+use self::materials::MaterialTable;
+use self::nodes::NodeWriter;
 use crate::{Environment, Error, SETTINGS, Scene, SettingsPatch, exposure_scale, luminance};
 
 /// The picture's data in the file, besides the scene.
@@ -78,9 +78,9 @@ pub fn write(scene: Scene, shot: &ExportedView) -> Result<Exported, Error> {
     if scene.objects.is_empty() {
         return Err(Error::Scene(format!("{}: has no triangle to export", scene.name)));
     }
-    let mut document = Document::default();
-    let materials = Materials::write(&scene, &mut document)?;
-    Nodes { scene: &scene, materials: &materials, aspect: f64::from(shot.size[0]) / f64::from(shot.size[1]) }
+    let mut document = DocumentBuilder::default();
+    let materials = MaterialTable::write(&scene, &mut document)?;
+    NodeWriter { scene: &scene, materials: &materials, aspect: f64::from(shot.size[0]) / f64::from(shot.size[1]) }
         .write(&mut document, json!({ "afterlight": exposure(shot) }));
     let bytes = document.finish(shot, surroundings).map_err(|what| Error::Scene(format!("{}: {what}", scene.name)))?;
     // A reader makes smaller levels itself, whichever there were.
@@ -94,7 +94,7 @@ pub fn write(scene: Scene, shot: &ExportedView) -> Result<Exported, Error> {
 
 /// The lists of a file while they are filled.
 #[derive(Default)]
-struct Document {
+struct DocumentBuilder {
     lists: Map<String, Value>,
     binary: Binary,
     extensions: BTreeSet<&'static str>,
@@ -103,7 +103,7 @@ struct Document {
     roots: Vec<usize>,
 }
 
-impl Document {
+impl DocumentBuilder {
     /// Adds an entry to a list of the file. Returns its number there.
     fn push(&mut self, list: &str, value: Value) -> usize {
         let list = self.lists.entry(list).or_insert_with(|| Value::Array(Vec::new()));

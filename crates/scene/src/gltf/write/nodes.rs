@@ -5,22 +5,22 @@ use std::collections::HashMap;
 use glam::{DAffine3, DVec3};
 use serde_json::{Value, json};
 
-use super::materials::{CoatedMaterial, Materials};
+use super::materials::{CoatedMaterial, MaterialTable};
 use super::placing::{Placing, aimed, placing, turned};
-use super::{Document, number};
+use super::{DocumentBuilder, number};
 use crate::{Camera, Light, LightKind, Mesh, Object, Outline, Projection, Scene, unit};
 
 /// The parts of a scene that become nodes.
-pub(super) struct Nodes<'a> {
+pub(super) struct NodeWriter<'a> {
     pub scene: &'a Scene,
-    pub materials: &'a Materials,
+    pub materials: &'a MaterialTable,
     /// Width over height of the picture.
     pub aspect: f64,
 }
 
-impl Nodes<'_> {
+impl NodeWriter<'_> {
     /// Writes objects, then cameras, then lights. `exposure` goes with the first camera.
-    pub fn write(&self, document: &mut Document, exposure: Value) {
+    pub fn write(&self, document: &mut DocumentBuilder, exposure: Value) {
         let mut primitives = HashMap::new();
         let mut meshes: HashMap<(usize, CoatedMaterial), usize> = HashMap::new();
         for (object, worn) in self.scene.objects.iter().zip(&self.materials.worn) {
@@ -49,7 +49,7 @@ impl Nodes<'_> {
     }
 
     /// Vertices are told from their mesh's origin: the node stands there.
-    fn object(&self, object: &Object, mesh: usize, document: &mut Document) {
+    fn object(&self, object: &Object, mesh: usize, document: &mut DocumentBuilder) {
         let origin = self.scene.meshes[object.mesh].origin;
         let transform = object.transform * DAffine3::from_translation(origin);
         let shown = json!({ "name": object.name, "mesh": mesh });
@@ -87,7 +87,7 @@ impl Nodes<'_> {
 }
 
 /// A node without a parent.
-fn root(document: &mut Document, keys: Value, more: Value) {
+fn root(document: &mut DocumentBuilder, keys: Value, more: Value) {
     let node = document.push("nodes", merged(keys, more));
     document.roots.push(node);
 }
@@ -100,7 +100,7 @@ fn merged(mut keys: Value, more: Value) -> Value {
 }
 
 /// A mesh's vertices and triangles, without a material.
-fn primitive(mesh: &Mesh, document: &mut Document) -> Value {
+fn primitive(mesh: &Mesh, document: &mut DocumentBuilder) -> Value {
     let binary = &mut document.binary;
     let mut attributes = json!({ "POSITION": binary.vertices(&mesh.positions, true) });
     attributes["NORMAL"] = binary.vertices(&mesh.normals, false).into();
@@ -122,7 +122,7 @@ fn primitive(mesh: &Mesh, document: &mut Document) -> Value {
 }
 
 /// Writes a light by KHR_lights_punctual. The light's extras hold the values that the extension lacks and this program's reader looks at.
-fn light(light: &Light, document: &mut Document) {
+fn light(light: &Light, document: &mut DocumentBuilder) {
     let form = light.kind.form();
     let extension = document.uses("KHR_lights_punctual");
     let mut json = json!({

@@ -63,9 +63,9 @@ fn each_level_has_about_half_of_the_triangles_and_is_no_nearer_than_the_one_befo
 fn no_point_of_a_level_or_its_mesh_is_farther_from_the_other_than_the_error_says() {
     let mut random = fastrand::Rng::with_seed(7);
     for mesh in meshes() {
-        let surface = Surface::of(&mesh, &mesh.indices);
+        let surface = TriangleTree::of(&mesh, &mesh.indices);
         for level in mesh.levels_of_detail().iter() {
-            let own = Surface::of(&mesh, &level.indices);
+            let own = TriangleTree::of(&mesh, &level.indices);
             let there = surface.farthest(&samples(&mesh, &level.indices, &mut random)).expect("triangles");
             let back = own.farthest(&samples(&mesh, &mesh.indices, &mut random)).expect("triangles");
             let farthest = there.max(back);

@@ -11,7 +11,7 @@ use proptest::prelude::*;
 use super::sample::slerp;
 use super::*;
 
-fn channel(target: Target, interpolation: Interpolation, times: &[f64], values: &[f64]) -> Channel {
+fn channel(target: ChannelTarget, interpolation: Interpolation, times: &[f64], values: &[f64]) -> Channel {
     Channel { target, times: times.to_vec(), values: values.to_vec(), interpolation }
 }
 
@@ -37,7 +37,7 @@ fn angle(rotation: [f64; 4]) -> f64 {
 #[test]
 fn keys_are_held_stepped_and_drawn_into_lines() {
     let values = [0.0, 10.0, -1.0, 4.0, 20.0, 1.0];
-    let line = channel(Target::Scale(0), Interpolation::Linear, &[1.0, 3.0], &values);
+    let line = channel(ChannelTarget::Scale(0), Interpolation::Linear, &[1.0, 3.0], &values);
     assert_eq!(sampled::<3>(&line, -7.0), [0.0, 10.0, -1.0]);
     assert_eq!(sampled::<3>(&line, 1.5), [1.0, 12.5, -0.5]);
     assert_eq!([3.0, 4.0, f64::INFINITY].map(|time| sampled::<3>(&line, time)), [[4.0, 20.0, 1.0]; 3]);
@@ -46,7 +46,7 @@ fn keys_are_held_stepped_and_drawn_into_lines() {
     assert_eq!(sampled::<3>(&steps, 3.0), [4.0, 20.0, 1.0]);
     let mut out = [7.0; 4];
     assert!(!line.sample(2.0, &mut out) && !line.sample(f64::NAN, &mut out[..3]) && out == [7.0; 4]);
-    let empty = channel(Target::Scale(0), Interpolation::Linear, &[], &[]);
+    let empty = channel(ChannelTarget::Scale(0), Interpolation::Linear, &[], &[]);
     assert!(!empty.sample(0.0, &mut out[..3]));
 }
 
@@ -55,7 +55,7 @@ fn a_cubic_with_its_tangents_is_that_cubic_whatever_the_keys() {
     let (value, slope) = (|t: f64| t * t * t - 2.0 * t + 1.0, |t: f64| 3.0 * t * t - 2.0);
     let times = [0.0, 0.25, 2.0, 7.0];
     let values: Vec<f64> = times.iter().flat_map(|&t| [slope(t), value(t), slope(t)]).collect();
-    let cubic = channel(Target::Light(0, LightValue::Intensity), Interpolation::CubicSpline, &times, &values);
+    let cubic = channel(ChannelTarget::Light(0, LightValue::Intensity), Interpolation::CubicSpline, &times, &values);
     for step in 0..=70 {
         let time = 0.1 * f64::from(step);
         let [found] = sampled(&cubic, time);
@@ -73,7 +73,7 @@ fn rotations_turn_evenly_the_shorter_way_and_keep_their_length() {
         // A rotation and its negative are one, and so are quaternions of other lengths.
         for sign in [1.0, -1.0, 1e-200, -1e150] {
             let values = [[0.0, 0.0, 0.0, 1.0], (to * sign).to_array()].concat();
-            let line = channel(Target::Rotation(0), Interpolation::Linear, &[0.0, 1.0], &values);
+            let line = channel(ChannelTarget::Rotation(0), Interpolation::Linear, &[0.0, 1.0], &values);
             for share in [0.1, 0.5, 0.75] {
                 let found = sampled(&line, share);
                 assert!((DQuat::from_array(found).length() - 1.0).abs() < 1e-15);
@@ -106,7 +106,7 @@ fn a_million_seconds_of_loops_end_where_one_does() {
     let times = [0.0, 0.75, 1.5, 2.25, 3.0];
     let clip = Clip {
         name: "turn".into(),
-        channels: vec![channel(Target::Rotation(0), Interpolation::Linear, &times, &values)],
+        channels: vec![channel(ChannelTarget::Rotation(0), Interpolation::Linear, &times, &values)],
     };
     let motion = Motion { nodes: vec![node(None, Placement::default())], clips: vec![clip], ..Motion::default() };
     let place = |time: f64, looped| {
@@ -152,7 +152,7 @@ fn scales_from_a_millionth_to_a_million_cancel_along_a_chain() {
 proptest! {
     #[test]
     fn any_keys_give_finite_rotations(parts in prop::collection::vec(-1e3..1e3f64, 24), time in -1.0..3.0f64) {
-        let cubic = channel(Target::Rotation(0), Interpolation::CubicSpline, &[0.0, 1.0], &parts);
+        let cubic = channel(ChannelTarget::Rotation(0), Interpolation::CubicSpline, &[0.0, 1.0], &parts);
         let found = DQuat::from_array(sampled(&cubic, time));
         prop_assert!(found.is_normalized());
     }

@@ -29,16 +29,19 @@ fn moving() -> Scene {
     scene.looks_through = Some(0);
     let line = |target, values: &[f64]| channel(target, Interpolation::Linear, &[0.0, 2.0], values);
     let channels = vec![
-        line(Target::Translation(2), &[0.0, 1.0, 0.0, 4.0, 1.0, 0.0]),
-        line(Target::Light(0, LightValue::Intensity), &[1.0, -3.0]),
-        line(Target::Camera(0, CameraValue::FovY), &[FRAC_PI_2, 2.0 * FRAC_PI_2]),
-        line(Target::Material(0, MaterialValue::BaseColor), &[0.0, 0.0, 0.0, 1.0, 2.0, 1.0, 0.5, 1.0]),
-        line(Target::Material(0, MaterialValue::EmissiveStrength), &[0.0, 8.0]),
+        line(ChannelTarget::Translation(2), &[0.0, 1.0, 0.0, 4.0, 1.0, 0.0]),
+        line(ChannelTarget::Light(0, LightValue::Intensity), &[1.0, -3.0]),
+        line(ChannelTarget::Camera(0, CameraValue::FovY), &[FRAC_PI_2, 2.0 * FRAC_PI_2]),
+        line(ChannelTarget::Material(0, MaterialValue::BaseColor), &[0.0, 0.0, 0.0, 1.0, 2.0, 1.0, 0.5, 1.0]),
+        line(ChannelTarget::Material(0, MaterialValue::EmissiveStrength), &[0.0, 8.0]),
     ];
     scene.materials[0].emissive = Vec3::ONE;
     motion.clips = vec![
         Clip { name: "all".into(), channels },
-        Clip { name: "later".into(), channels: vec![line(Target::Translation(2), &[0.0, 0.0, 0.0, 0.0, 8.0, 0.0])] },
+        Clip {
+            name: "later".into(),
+            channels: vec![line(ChannelTarget::Translation(2), &[0.0, 0.0, 0.0, 0.0, 8.0, 0.0])],
+        },
     ];
     scene.motion = motion;
     scene
@@ -100,9 +103,9 @@ fn clips_are_chosen_by_name_and_by_number() {
 
 #[test]
 fn each_fault_of_what_moves_has_its_sentence() {
-    type Change<'a> = &'a dyn Fn(&mut Scene);
+    type MotionEdit<'a> = &'a dyn Fn(&mut Scene);
     let arm = |scene: &Scene| scene.meshes.len() - 1;
-    let changes: &[(Change, &str)] = &[
+    let changes: &[(MotionEdit, &str)] = &[
         (
             &|scene| scene.motion.nodes[0].parent = Some(1),
             "node 0 (`own`): its parent is number 1: parents come before",
@@ -132,10 +135,10 @@ fn each_fault_of_what_moves_has_its_sentence() {
             "it has 5 values for 2 keys: expected 3 for each",
         ),
         (
-            &|scene| scene.motion.clips[1].channels[0].target = Target::Scale(9),
+            &|scene| scene.motion.clips[1].channels[0].target = ChannelTarget::Scale(9),
             "clip 1 (`later`): channel 0: its node is",
         ),
-        (&|scene| scene.motion.clips[1].channels[0].target = Target::Weights(0), "which has none"),
+        (&|scene| scene.motion.clips[1].channels[0].target = ChannelTarget::Weights(0), "which has none"),
         (
             &|scene| scene.motion.nodes[2].local = Local::Fixed(DAffine3::IDENTITY),
             "it moves node 2 (`own`), which stands by one transform",

@@ -6,15 +6,15 @@ use std::ops::Range;
 use half::f16;
 use image::{DynamicImage, ImageBuffer, Rgba};
 
-use super::dds_formats::{Form, form_of};
+use super::dds_formats::{TexelLayout, form_of};
 
 /// Bytes of the first header with its mark, and of the one that may follow.
 const HEADERS: [usize; 2] = [128, 20];
 
 /// A surface, before its texels are decoded.
-pub(super) struct Surface<'a> {
+pub(super) struct DdsSurface<'a> {
     pub size: [u32; 2],
-    form: Form,
+    form: TexelLayout,
     texels: &'a [u8],
     /// True if colours have been multiplied by alpha.
     is_premultiplied: bool,
@@ -27,7 +27,7 @@ fn number(bytes: &[u8], at: usize) -> u32 {
     bytes.get(at..).and_then(|rest| rest.first_chunk()).map_or(0, |bytes| u32::from_le_bytes(*bytes))
 }
 
-impl<'a> Surface<'a> {
+impl<'a> DdsSurface<'a> {
     /// Reads the headers (Microsoft, "DDS_HEADER" and "DDS_HEADER_DXT10").
     ///
     /// # Errors
@@ -48,7 +48,7 @@ impl<'a> Surface<'a> {
             () if caps & 0x200 != 0 || flags & 0x4 != 0 => Some("is a cube map, of which the first face is drawn"),
             () if caps & 0x20_0000 != 0 || dimension == 4 => Some("is a volume, of which the first slice is drawn"),
             () if elements > 1 => Some("is an array of textures, of which the first is drawn"),
-            () if matches!(&form, Form::Blocks(block) if block.is_light()) => {
+            () if matches!(&form, TexelLayout::Blocks(block) if block.is_light()) => {
                 Some("is of BC6H, whose light is read up to 1 and in 8 bits")
             }
             () => None,
@@ -61,10 +61,10 @@ impl<'a> Surface<'a> {
     /// The bytes of the decoded texels, and of those that they are made of.
     pub fn decoded_bytes(&self) -> u64 {
         let per_texel = match &self.form {
-            Form::Blocks(block) if block.is_light() => 4 + 16,
-            Form::Blocks(_) => 4,
-            Form::Bits { .. } => 8,
-            Form::Floats { .. } => 16,
+            TexelLayout::Blocks(block) if block.is_light() => 4 + 16,
+            TexelLayout::Blocks(_) => 4,
+            TexelLayout::Bits { .. } => 8,
+            TexelLayout::Floats { .. } => 16,
         };
         let [width, height] = self.size.map(u64::from);
         width.saturating_mul(height).saturating_mul(per_texel)
@@ -84,7 +84,7 @@ impl<'a> Surface<'a> {
         let [width, height] = self.size.map(|edge| edge as usize);
         let per = self.form.bytes();
         let units = match self.form {
-            Form::Blocks(_) => width.div_ceil(4).saturating_mul(height.div_ceil(4)),
+            TexelLayout::Blocks(_) => width.div_ceil(4).saturating_mul(height.div_ceil(4)),
             _ => width.saturating_mul(height),
         };
         let needed = units.saturating_mul(per);
@@ -94,7 +94,7 @@ impl<'a> Surface<'a> {
         let unread = "its size is wrong";
         let [columns, rows] = self.size;
         Ok(match self.form {
-            Form::Blocks(block) => {
+            TexelLayout::Blocks(block) => {
                 let mut texels = vec![[0; 4]; width * height];
                 for (at, bytes) in data.chunks_exact(per).enumerate() {
                     let [left, top] = [at % width.div_ceil(4), at / width.div_ceil(4)].map(|edge| edge * 4);
@@ -114,7 +114,7 @@ impl<'a> Surface<'a> {
                 }
                 self.eight_bits(texels).ok_or(unread)?
             }
-            Form::Bits { masks, .. } => {
+            TexelLayout::Bits { masks, .. } => {
                 let word = |bytes: &[u8]| bytes.iter().rev().fold(0, |word: u64, &byte| word << 8 | u64::from(byte));
                 let most = masks.iter().map(|mask| mask.count_ones()).max().unwrap_or(0);
                 let value = |word: u64, mask: u64, whole: u64| match mask {
@@ -143,7 +143,7 @@ impl<'a> Surface<'a> {
                     ImageBuffer::from_raw(columns, rows, texels).map(DynamicImage::ImageRgba16).ok_or(unread)?
                 }
             }
-            Form::Floats { channels, is_half } => {
+            TexelLayout::Floats { channels, is_half } => {
                 let texel = |bytes: &[u8]| {
                     let value = |at: usize| match is_half {
                         true => bytes
@@ -227,7 +227,7 @@ mod tests {
     }
 
     fn texel(bytes: &[u8]) -> [u8; 4] {
-        let image = Surface::open(bytes).expect("open").decode().expect("decoded");
+        let image = DdsSurface::open(bytes).expect("open").decode().expect("decoded");
         image.to_rgba8().get_pixel(0, 0).0
     }
 
@@ -298,7 +298,7 @@ mod tests {
         // Mode 11 of BC6H, ends of 10 bits: of 0x180 comes the half 0x2e8f.
         let ends = 0x180_u128 | 0x180 << 30;
         let light =
-            Surface::open(&file([4, 4], (0x4, [0; 4], 0, [0; 4]), Some(95), &(3_u128 | ends << 5).to_le_bytes()))
+            DdsSurface::open(&file([4, 4], (0x4, [0; 4], 0, [0; 4]), Some(95), &(3_u128 | ends << 5).to_le_bytes()))
                 .and_then(|own| own.decode())
                 .expect("decoded");
         assert!(matches!(light, DynamicImage::ImageRgba32F(_)));
@@ -310,14 +310,14 @@ mod tests {
     fn edges_that_are_no_multiple_of_four_are_cut() {
         let bytes =
             file([5, 3], (0x4, *b"DXT1", 0, [0; 4]), None, &[0x00, 0xf8, 0, 0, 0, 0, 0, 0, 0x1f, 0, 0, 0, 0, 0, 0, 0]);
-        let image = Surface::open(&bytes).and_then(|own| own.decode()).expect("decoded").to_rgba8();
+        let image = DdsSurface::open(&bytes).and_then(|own| own.decode()).expect("decoded").to_rgba8();
         assert_eq!((image.dimensions(), image.get_pixel(3, 2).0), ((5, 3), [255, 0, 0, 255]));
         assert_eq!(image.get_pixel(4, 2).0, [0, 0, 255, 255]);
     }
 
     #[test]
     fn other_formats_and_short_files_are_named() {
-        let error = |bytes: &[u8]| match Surface::open(bytes) {
+        let error = |bytes: &[u8]| match DdsSurface::open(bytes) {
             Ok(surface) => surface.decode().expect_err("refused"),
             Err(why) => why,
         };
@@ -331,6 +331,6 @@ mod tests {
         assert!(error(b"DDS ").contains("bits"));
         let mut cube = file([1, 1], (0x40, [0; 4], 8, [0xff, 0, 0, 0]), None, &[0; 6]);
         cube[113] = 0x02;
-        assert!(Surface::open(&cube).expect("open").more.is_some_and(|what| what.contains("cube map")));
+        assert!(DdsSurface::open(&cube).expect("open").more.is_some_and(|what| what.contains("cube map")));
     }
 }

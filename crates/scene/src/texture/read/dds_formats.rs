@@ -2,8 +2,8 @@
 
 /// The layout of a surface's texels.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Form {
-    Blocks(Block),
+pub(super) enum TexelLayout {
+    Blocks(BlockCompression),
     /// Words of red, green, blue and alpha as whole numbers. A mask of 0 is a channel that the file lacks.
     Bits {
         bytes: usize,
@@ -17,7 +17,7 @@ pub(super) enum Form {
 
 /// The compression of 4x4 texels.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Block {
+pub(super) enum BlockCompression {
     Bc1,
     Bc2,
     Bc3,
@@ -35,11 +35,11 @@ pub(super) enum Block {
     Bc7,
 }
 
-impl Form {
+impl TexelLayout {
     /// Bytes of a texel or of a block.
     pub fn bytes(self) -> usize {
         match self {
-            Self::Blocks(Block::Bc1 | Block::Bc4 { .. }) => 8,
+            Self::Blocks(BlockCompression::Bc1 | BlockCompression::Bc4 { .. }) => 8,
             Self::Blocks(_) => 16,
             Self::Bits { bytes, .. } => bytes,
             Self::Floats { channels, is_half } => channels * if is_half { 2 } else { 4 },
@@ -47,7 +47,7 @@ impl Form {
     }
 }
 
-impl Block {
+impl BlockCompression {
     /// Returns true if its values are proportional to light.
     pub fn is_light(self) -> bool {
         matches!(self, Self::Bc6 { .. })
@@ -114,7 +114,11 @@ fn ramp(block: &[u8], is_signed: bool) -> [f32; 16] {
 ///
 /// # Errors
 /// The name of a format that is not read.
-pub(super) fn form_of(bytes: &[u8], number: fn(&[u8], usize) -> u32, code: Option<[u8; 4]>) -> Result<Form, String> {
+pub(super) fn form_of(
+    bytes: &[u8],
+    number: fn(&[u8], usize) -> u32,
+    code: Option<[u8; 4]>,
+) -> Result<TexelLayout, String> {
     const READ: &str = "BC1 to BC7, and texels of bits, half floats and floats are";
     match code {
         Some(code) if code == *b"DX10" => {
@@ -139,7 +143,7 @@ pub(super) fn form_of(bytes: &[u8], number: fn(&[u8], usize) -> u32, code: Optio
             };
             match fault {
                 Some(what) => Err(format!("it has {what}, which are not read ({READ})")),
-                None => Ok(Form::Bits { bytes: bits as usize / 8, masks: within(masks, bits, flags) }),
+                None => Ok(TexelLayout::Bits { bytes: bits as usize / 8, masks: within(masks, bits, flags) }),
             }
         }
     }
@@ -163,68 +167,68 @@ fn within(masks: [u64; 4], bits: u32, flags: u32) -> [u64; 4] {
 }
 
 /// Formats of Direct3D 9.
-fn older(code: [u8; 4]) -> Option<Form> {
+fn older(code: [u8; 4]) -> Option<TexelLayout> {
     Some(match &code {
-        b"DXT1" => Form::Blocks(Block::Bc1),
-        b"DXT2" | b"DXT3" => Form::Blocks(Block::Bc2),
-        b"DXT4" | b"DXT5" => Form::Blocks(Block::Bc3),
-        b"RXGB" => Form::Blocks(Block::Bc3Red),
-        b"ATI1" | b"BC4U" => Form::Blocks(Block::Bc4 { is_signed: false }),
-        b"BC4S" => Form::Blocks(Block::Bc4 { is_signed: true }),
-        b"ATI2" | b"BC5U" => Form::Blocks(Block::Bc5 { is_signed: false }),
-        b"BC5S" => Form::Blocks(Block::Bc5 { is_signed: true }),
+        b"DXT1" => TexelLayout::Blocks(BlockCompression::Bc1),
+        b"DXT2" | b"DXT3" => TexelLayout::Blocks(BlockCompression::Bc2),
+        b"DXT4" | b"DXT5" => TexelLayout::Blocks(BlockCompression::Bc3),
+        b"RXGB" => TexelLayout::Blocks(BlockCompression::Bc3Red),
+        b"ATI1" | b"BC4U" => TexelLayout::Blocks(BlockCompression::Bc4 { is_signed: false }),
+        b"BC4S" => TexelLayout::Blocks(BlockCompression::Bc4 { is_signed: true }),
+        b"ATI2" | b"BC5U" => TexelLayout::Blocks(BlockCompression::Bc5 { is_signed: false }),
+        b"BC5S" => TexelLayout::Blocks(BlockCompression::Bc5 { is_signed: true }),
         _ => match u32::from_le_bytes(code) {
             36 => wide(8, 4),
-            111 => Form::Floats { channels: 1, is_half: true },
-            112 => Form::Floats { channels: 2, is_half: true },
-            113 => Form::Floats { channels: 4, is_half: true },
-            114 => Form::Floats { channels: 1, is_half: false },
-            115 => Form::Floats { channels: 2, is_half: false },
-            116 => Form::Floats { channels: 4, is_half: false },
+            111 => TexelLayout::Floats { channels: 1, is_half: true },
+            112 => TexelLayout::Floats { channels: 2, is_half: true },
+            113 => TexelLayout::Floats { channels: 4, is_half: true },
+            114 => TexelLayout::Floats { channels: 1, is_half: false },
+            115 => TexelLayout::Floats { channels: 2, is_half: false },
+            116 => TexelLayout::Floats { channels: 4, is_half: false },
             _ => return None,
         },
     })
 }
 
 /// Formats of Direct3D 10 and later (DXGI_FORMAT).
-fn newer(format: u32) -> Option<Form> {
-    let bits = |bytes, masks| Form::Bits { bytes, masks };
+fn newer(format: u32) -> Option<TexelLayout> {
+    let bits = |bytes, masks| TexelLayout::Bits { bytes, masks };
     Some(match format {
-        1 | 2 => Form::Floats { channels: 4, is_half: false },
-        5 | 6 => Form::Floats { channels: 3, is_half: false },
-        9 | 10 => Form::Floats { channels: 4, is_half: true },
+        1 | 2 => TexelLayout::Floats { channels: 4, is_half: false },
+        5 | 6 => TexelLayout::Floats { channels: 3, is_half: false },
+        9 | 10 => TexelLayout::Floats { channels: 4, is_half: true },
         11 => wide(8, 4),
-        15 | 16 => Form::Floats { channels: 2, is_half: false },
+        15 | 16 => TexelLayout::Floats { channels: 2, is_half: false },
         23 | 24 => bits(4, [0x3ff, 0x3ff << 10, 0x3ff << 20, 3 << 30]),
         27..=29 => bits(4, [0xff, 0xff00, 0xff_0000, 0xff00_0000]),
-        33 | 34 => Form::Floats { channels: 2, is_half: true },
+        33 | 34 => TexelLayout::Floats { channels: 2, is_half: true },
         35 => wide(4, 2),
-        39 | 41 => Form::Floats { channels: 1, is_half: false },
+        39 | 41 => TexelLayout::Floats { channels: 1, is_half: false },
         48 | 49 => bits(2, [0xff, 0xff00, 0, 0]),
-        53 | 54 => Form::Floats { channels: 1, is_half: true },
+        53 | 54 => TexelLayout::Floats { channels: 1, is_half: true },
         56 => wide(2, 1),
         60 | 61 => bits(1, [0xff, 0, 0, 0]),
         65 => bits(1, [0, 0, 0, 0xff]),
-        70..=72 => Form::Blocks(Block::Bc1),
-        73..=75 => Form::Blocks(Block::Bc2),
-        76..=78 => Form::Blocks(Block::Bc3),
-        79 | 80 => Form::Blocks(Block::Bc4 { is_signed: false }),
-        81 => Form::Blocks(Block::Bc4 { is_signed: true }),
-        82 | 83 => Form::Blocks(Block::Bc5 { is_signed: false }),
-        84 => Form::Blocks(Block::Bc5 { is_signed: true }),
+        70..=72 => TexelLayout::Blocks(BlockCompression::Bc1),
+        73..=75 => TexelLayout::Blocks(BlockCompression::Bc2),
+        76..=78 => TexelLayout::Blocks(BlockCompression::Bc3),
+        79 | 80 => TexelLayout::Blocks(BlockCompression::Bc4 { is_signed: false }),
+        81 => TexelLayout::Blocks(BlockCompression::Bc4 { is_signed: true }),
+        82 | 83 => TexelLayout::Blocks(BlockCompression::Bc5 { is_signed: false }),
+        84 => TexelLayout::Blocks(BlockCompression::Bc5 { is_signed: true }),
         85 => bits(2, [0xf800, 0x7e0, 0x1f, 0]),
         86 => bits(2, [0x7c00, 0x3e0, 0x1f, 0x8000]),
         87 | 90 | 91 => bits(4, [0xff_0000, 0xff00, 0xff, 0xff00_0000]),
         88 | 92 | 93 => bits(4, [0xff_0000, 0xff00, 0xff, 0]),
-        94 | 95 => Form::Blocks(Block::Bc6 { is_signed: false }),
-        96 => Form::Blocks(Block::Bc6 { is_signed: true }),
-        97..=99 => Form::Blocks(Block::Bc7),
+        94 | 95 => TexelLayout::Blocks(BlockCompression::Bc6 { is_signed: false }),
+        96 => TexelLayout::Blocks(BlockCompression::Bc6 { is_signed: true }),
+        97..=99 => TexelLayout::Blocks(BlockCompression::Bc7),
         115 => bits(2, [0xf00, 0xf0, 0xf, 0xf000]),
         _ => return None,
     })
 }
 
 /// Channels of 16 bits.
-fn wide(bytes: usize, channels: usize) -> Form {
-    Form::Bits { bytes, masks: std::array::from_fn(|at| if at < channels { 0xffff << (16 * at) } else { 0 }) }
+fn wide(bytes: usize, channels: usize) -> TexelLayout {
+    TexelLayout::Bits { bytes, masks: std::array::from_fn(|at| if at < channels { 0xffff << (16 * at) } else { 0 }) }
 }

@@ -44,13 +44,13 @@ enum Channels {
 
 /// A rectangle of texels.
 #[derive(Clone, Copy)]
-struct Window {
+struct TexelRect {
     left: i64,
     top: i64,
     size: [u32; 2],
 }
 
-impl Window {
+impl TexelRect {
     fn new(position: Vec2<i32>, size: Vec2<usize>) -> Self {
         let edge = |edge: usize| u32::try_from(edge).unwrap_or(u32::MAX);
         Self { left: position.0.into(), top: position.1.into(), size: [edge(size.0), edge(size.1)] }
@@ -70,9 +70,9 @@ pub(super) fn read_exr(bytes: &[u8], fault: &dyn Fn([u32; 2]) -> Option<String>)
     }
     let (header, channels) = choose(&meta.headers)?;
     let display = header.shared_attributes.display_window;
-    let data = Window::new(header.own_attributes.layer_position, header.layer_size);
-    let windows = [Window::new(display.position, display.size), data];
-    let fits = |window: &&Window| fault(window.size).is_none();
+    let data = TexelRect::new(header.own_attributes.layer_position, header.layer_size);
+    let windows = [TexelRect::new(display.position, display.size), data];
+    let fits = |window: &&TexelRect| fault(window.size).is_none();
     let window = match windows.iter().find(fits) {
         Some(&window) => window,
         None => return Err(fault(windows[0].size).unwrap_or_default()),
@@ -112,7 +112,7 @@ pub(super) fn read_exr(bytes: &[u8], fault: &dyn Fn([u32; 2]) -> Option<String>)
 }
 
 /// Returns where a texel of the data window is in the other one, if it is.
-fn place((data, window): (Window, Window), Vec2(x, y): Vec2<usize>) -> Option<usize> {
+fn place((data, window): (TexelRect, TexelRect), Vec2(x, y): Vec2<usize>) -> Option<usize> {
     let [width, height] = window.size.map(|edge| edge as usize);
     let at = |at: usize, offset: i64, end: usize| usize::try_from(at as i64 + offset).ok().filter(|&place| place < end);
     Some(at(y, data.top - window.top, height)? * width + at(x, data.left - window.left, width)?)
@@ -123,7 +123,7 @@ fn sampled_pixels(
     bytes: &[u8],
     (header, channels): (&Header, &Channels),
     rates: &exr_rates::Rates,
-    windows: (Window, Window),
+    windows: (TexelRect, TexelRect),
 ) -> Result<Vec<[f32; 4]>, String> {
     let planes = exr_rates::planes(bytes, header, rates)?;
     let plane = |name: Option<&Text>| {
@@ -148,7 +148,7 @@ fn sampled_pixels(
 }
 
 /// Decodes the channels of the data window into the other one.
-fn pixels(bytes: &[u8], channels: Channels, (data, window): (Window, Window)) -> Result<Vec<[f32; 4]>, String> {
+fn pixels(bytes: &[u8], channels: Channels, (data, window): (TexelRect, TexelRect)) -> Result<Vec<[f32; 4]>, String> {
     let [width, height] = window.size.map(|edge| edge as usize);
     let put = move |texels: &mut Vec<[f32; 4]>, at: Vec2<usize>, texel: [f32; 4]| {
         if let Some(place) = place((data, window), at) {
@@ -387,7 +387,7 @@ mod tests {
             (3, Compression::ZIP16),
             (4, Compression::PIZ),
         ] {
-            let channels: [exr_rates::tests::Channel; 3] =
+            let channels: [exr_rates::tests::ExrChannel; 3] =
                 [("BY", 2, &to_blue), ("RY", 2, &to_red), ("Y", 1, &luminance)];
             let bytes = exr_rates::tests::sampled(size, &channels, compression);
             let image = read_exr(&bytes, &|_| None).unwrap_or_else(|why| panic!("{compression:?}: {why}"));

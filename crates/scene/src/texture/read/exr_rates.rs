@@ -150,10 +150,10 @@ pub(super) mod tests {
     use exr::meta::MetaData;
 
     /// A channel's name, its rate and its samples by place.
-    pub type Channel<'a> = (&'a str, usize, &'a dyn Fn(usize, usize) -> f32);
+    pub type ExrChannel<'a> = (&'a str, usize, &'a dyn Fn(usize, usize) -> f32);
 
     /// A file with channels of halves, compressed in blocks.
-    pub fn sampled(size: [usize; 2], channels: &[Channel], compression: (u8, Compression)) -> Vec<u8> {
+    pub fn sampled(size: [usize; 2], channels: &[ExrChannel], compression: (u8, Compression)) -> Vec<u8> {
         use super::*;
         let [width, height] = size;
         let mut bytes = vec![0x76, 0x2f, 0x31, 0x01, 2, 0, 0, 0];

@@ -23,7 +23,7 @@ const FROM_XYZ: Mat3 = Mat3::from_cols_array(&[
 
 /// The direction in which an axis of the picture is stored.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Axis {
+struct ScanAxis {
     is_x: bool,
     /// Right for X, and down for Y.
     is_plain: bool,
@@ -32,16 +32,16 @@ struct Axis {
 
 /// A header, and where the texels begin.
 #[derive(Debug, PartialEq)]
-struct Header {
+struct RadianceHeader {
     /// The axis from row to row of the file, and the one along them.
-    axes: [Axis; 2],
+    axes: [ScanAxis; 2],
     is_xyz: bool,
     /// Factors that its texels have been multiplied by.
     exposure: Vec3,
     texels_at: usize,
 }
 
-impl Header {
+impl RadianceHeader {
     fn size(&self) -> [u32; 2] {
         let [rows, along] = self.axes;
         if along.is_x { [along.length, rows.length] } else { [rows.length, along.length] }
@@ -69,10 +69,10 @@ pub(super) fn read_radiance(
     reader.limits(limits);
     let stored = reader.decode().map_err(|error| error.to_string())?.into_rgb32f();
     let is_changed = header.is_xyz || header.exposure != Vec3::ONE;
-    if rows == (Axis { is_x: false, is_plain: true, ..rows }) && along.is_plain && !is_changed {
+    if rows == (ScanAxis { is_x: false, is_plain: true, ..rows }) && along.is_plain && !is_changed {
         return Ok(stored);
     }
-    let own = |axis: Axis, at: u32| if axis.is_plain { at } else { axis.length - 1 - at };
+    let own = |axis: ScanAxis, at: u32| if axis.is_plain { at } else { axis.length - 1 - at };
     Ok(Rgb32FImage::from_fn(size[0], size[1], |x, y| {
         let (column, row) = if along.is_x { (own(along, x), own(rows, y)) } else { (own(along, y), own(rows, x)) };
         let texel = Vec3::from(stored.get_pixel(column, row).0) / header.exposure;
@@ -80,10 +80,10 @@ pub(super) fn read_radiance(
     }))
 }
 
-fn parse(bytes: &[u8]) -> Result<Header, String> {
+fn parse(bytes: &[u8]) -> Result<RadianceHeader, String> {
     let mut lines = bytes[..bytes.len().min(MOST_HEADER)].split_inclusive(|&byte| byte == b'\n');
-    let mut header = Header {
-        axes: [Axis { is_x: false, is_plain: true, length: 0 }; 2],
+    let mut header = RadianceHeader {
+        axes: [ScanAxis { is_x: false, is_plain: true, length: 0 }; 2],
         is_xyz: false,
         exposure: Vec3::ONE,
         texels_at: 0,
@@ -118,7 +118,7 @@ fn parse(bytes: &[u8]) -> Result<Header, String> {
 }
 
 /// A line such as `-Y 512 +X 1024`.
-fn axes(line: &str) -> Option<[Axis; 2]> {
+fn axes(line: &str) -> Option<[ScanAxis; 2]> {
     let words: Vec<&str> = line.split_whitespace().collect();
     let [first, first_length, second, second_length] = *words.as_slice() else { return None };
     let axis = |name: &str, length: &str| {
@@ -129,7 +129,7 @@ fn axes(line: &str) -> Option<[Axis; 2]> {
             "+Y" => (false, false),
             _ => return None,
         };
-        Some(Axis { is_x, is_plain, length: length.parse().ok()? })
+        Some(ScanAxis { is_x, is_plain, length: length.parse().ok()? })
     };
     let axes = [axis(first, first_length)?, axis(second, second_length)?];
     (axes[0].is_x != axes[1].is_x).then_some(axes)

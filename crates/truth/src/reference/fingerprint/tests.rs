@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::MODEL;
-use crate::reference::{Mode, Options, Reference, Smith, View};
+use crate::reference::{CameraView, Mode, Reference, Smith, TruthOptions};
 use afterlight_scene::{
     AlphaMode, Brdf, Camera, Environment, Falloff, Light, LightKind, Material, Mesh, Object, Scene,
 };
@@ -85,8 +85,8 @@ fn lights() -> [LightKind; 6] {
 
 /// All pixels, each with a weight of its own.
 fn figure(scene: &Scene, brdf: Option<Brdf>, mode: Mode) -> f64 {
-    let view = View { camera: scene.camera, size: [8, 6] };
-    let options = Options { mode, smith: Smith::HeightCorrelated };
+    let view = CameraView { camera: scene.camera, size: [8, 6] };
+    let options = TruthOptions { mode, smith: Smith::HeightCorrelated };
     let truth = Reference::new(scene).expect("a scene").with_brdf(brdf).render(&view, &options, &|_, _| {});
     let weighted = truth.radiance.iter().flatten().enumerate().map(|(index, value)| value * (index + 1) as f64);
     weighted.sum::<f64>() / 10_440.0

@@ -7,7 +7,7 @@ use glam::DVec3;
 use nalgebra::Vector3;
 
 use super::real::{Real, unit, vector, widened};
-use crate::reference::{Smith, Surface};
+use crate::reference::{ShadingPoint, Smith};
 use afterlight_scene::Brdf;
 
 /// Least perceptual roughness, part of the model.
@@ -104,7 +104,7 @@ impl<R: Real> Reflector<R> {
     }
 
     /// Seen from the camera, to which the surface's position is relative. At the camera itself it is seen from straight above.
-    pub fn new(surface: &Surface, smith: Smith) -> Self {
+    pub fn new(surface: &ShadingPoint, smith: Smith) -> Self {
         let normal: Vector3<R> = vector(surface.normal);
         let view = unit(&-vector::<R>(surface.ray.unwrap_or(surface.position))).unwrap_or(normal);
         let (albedo, metallic) = (vector::<R>(surface.albedo), R::of(surface.metallic));

@@ -18,7 +18,7 @@ pub(super) use real::{vector, widened};
 use glam::DVec3;
 use nalgebra::Vector3;
 
-use super::{Smith, Surface};
+use super::{ShadingPoint, Smith};
 use afterlight_scene::{Environment, Light};
 
 /// The light that reaches a surface.
@@ -59,7 +59,7 @@ pub struct Radiance {
 /// `visibility(i)` is the share of light number `i` that arrives, 0 to 1. It is asked only where that light would add something, casts
 /// shadows, and the surface receives them.
 pub fn radiance<R: Real>(
-    surface: &Surface,
+    surface: &ShadingPoint,
     illumination: &Illumination,
     visibility: &mut dyn FnMut(usize) -> f64,
 ) -> DVec3 {
@@ -69,7 +69,7 @@ pub fn radiance<R: Real>(
 
 /// The same in two parts, each finite and not negative.
 pub fn split_radiance<R: Real>(
-    surface: &Surface,
+    surface: &ShadingPoint,
     illumination: &Illumination,
     visibility: &mut dyn FnMut(usize) -> f64,
 ) -> Radiance {
@@ -96,13 +96,13 @@ pub fn split_radiance<R: Real>(
 }
 
 /// Returns the ambient light that the lobe mirrors, unoccluded, in nits.
-pub fn mirrored_ambient(surface: &Surface, environment: &Environment) -> DVec3 {
+pub fn mirrored_ambient(surface: &ShadingPoint, environment: &Environment) -> DVec3 {
     let [_, lobe] = ambient::ambient(&Reflector::<f64>::new(surface, Smith::default()), environment);
     widened(lobe)
 }
 
 /// The share of light that a clear coat mirrors, by the angle to its normal: Schlick's Fresnel of a dielectric.
-pub fn coat_share(surface: &Surface) -> f64 {
+pub fn coat_share(surface: &ShadingPoint) -> f64 {
     let view = -surface.ray.unwrap_or(surface.position).normalize_or(-surface.normal);
     let n_dot_v = surface.normal.dot(view).max(MIN_N_DOT_V);
     DIELECTRIC + (1.0 - DIELECTRIC) * (1.0 - n_dot_v).max(0.0).powi(5)
@@ -110,7 +110,7 @@ pub fn coat_share(surface: &Surface) -> f64 {
 
 /// Returns the light that a surface reflects of one light if nothing hides it, in nits; `None` where that is nothing: out of its range or cone, or behind the surface.
 fn unshadowed<R: Real>(
-    surface: &Surface,
+    surface: &ShadingPoint,
     reflector: &Reflector<R>,
     light: &Light,
     eye: DVec3,

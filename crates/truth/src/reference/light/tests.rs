@@ -9,8 +9,8 @@ use super::*;
 use afterlight_scene::{Brdf, Falloff, LightKind};
 
 /// A white metal, which reflects with F = 1, of the given GGX alpha; facing up, seen from straight above from a metre.
-fn mirror(alpha: f64) -> Surface {
-    Surface {
+fn mirror(alpha: f64) -> ShadingPoint {
+    ShadingPoint {
         position: DVec3::NEG_Y,
         ray: None,
         normal: DVec3::Y,
@@ -30,13 +30,13 @@ fn mirror(alpha: f64) -> Surface {
     }
 }
 
-fn lambert(albedo: f64) -> Surface {
-    Surface { brdf: Brdf::Lambert, albedo: DVec3::splat(albedo), metallic: 0.0, ..mirror(0.25) }
+fn lambert(albedo: f64) -> ShadingPoint {
+    ShadingPoint { brdf: Brdf::Lambert, albedo: DVec3::splat(albedo), metallic: 0.0, ..mirror(0.25) }
 }
 
 /// Seen from a direction whose cosine to the normal is `mu`.
-fn seen_at(mu: f64, surface: Surface) -> Surface {
-    Surface { position: -DVec3::new((1.0 - mu * mu).sqrt(), mu, 0.0), ..surface }
+fn seen_at(mu: f64, surface: ShadingPoint) -> ShadingPoint {
+    ShadingPoint { position: -DVec3::new((1.0 - mu * mu).sqrt(), mu, 0.0), ..surface }
 }
 
 fn direction(theta: f64, phi: f64) -> Vector3<f64> {
@@ -99,13 +99,13 @@ fn any_brdf() -> impl Strategy<Value = Brdf> {
     prop::sample::select(vec![Brdf::CookTorrance, Brdf::Phong, Brdf::BlinnPhong, Brdf::Lambert])
 }
 
-fn any_surface() -> impl Strategy<Value = Surface> {
+fn any_surface() -> impl Strategy<Value = ShadingPoint> {
     let colors = (prop::array::uniform3(0.0..=1.0f64), prop::array::uniform3(0.0..=1.0f64));
     let terms = (0.0..=1.0f64, 0.1..=1.0f64, 0.0..200.0f64, 0.0..=1.0f64);
     (any_brdf(), any_direction(), 0.1..30.0f64, colors, terms).prop_map(|(brdf, view, distance, colors, terms)| {
         let (metallic, roughness, shininess, occlusion) = terms;
         let [albedo, specular] = [colors.0, colors.1].map(DVec3::from);
-        Surface {
+        ShadingPoint {
             brdf,
             position: -view * distance,
             albedo,
@@ -130,7 +130,7 @@ fn lamp(position: DVec3, falloff: Falloff, range: Option<f64>) -> Light {
 
 const DARK: Environment = Environment { ambient: Vec3::ZERO, ground: None, background: Vec3::ZERO };
 
-fn lit<R: Real>(surface: &Surface, lights: &[Light], environment: &Environment) -> DVec3 {
+fn lit<R: Real>(surface: &ShadingPoint, lights: &[Light], environment: &Environment) -> DVec3 {
     let illumination =
         Illumination { lights, environment, eye: DVec3::ZERO, open: 1.0, sky: None, smith: Smith::default() };
     radiance::<R>(surface, &illumination, &mut |_| 1.0)
@@ -142,7 +142,7 @@ proptest! {
         let smith = if separable { Smith::Separable } else { Smith::HeightCorrelated };
         let view = -surface.position.normalize();
         let there = Reflector::<f64>::new(&surface, smith).reflect(&vector(other));
-        let back = Reflector::<f64>::new(&Surface { position: -other, ..surface }, smith).reflect(&vector(view));
+        let back = Reflector::<f64>::new(&ShadingPoint { position: -other, ..surface }, smith).reflect(&vector(view));
         prop_assert!((there.lobe - back.lobe).amax() <= 1e-9 * there.lobe.amax().max(1e-30), "{there:?} {back:?}");
         prop_assert!((there.base - back.base).amax() <= 1e-12, "{there:?} {back:?}");
     }
@@ -167,7 +167,7 @@ proptest! {
     ) {
         let normal = DVec3::from(tilt).normalize_or(DVec3::Y);
         let roughness = if sharp { 0.0 } else { surface.roughness };
-        let surface = Surface { normal, roughness, shininess: 10f64.powf(power) - 1.0, ..surface };
+        let surface = ShadingPoint { normal, roughness, shininess: 10f64.powf(power) - 1.0, ..surface };
         let environment = Environment { ambient: Vec3::ONE, ground: Some(Vec3::ZERO), ..DARK };
         let near = surface.position + DVec3::from(place) * 10f64.powf(nearness);
         let polynomial = Falloff::Polynomial { constant: 0.0, linear: 0.0, quadratic: 1.0 };
@@ -183,9 +183,9 @@ proptest! {
 
 #[test]
 fn light_from_behind_the_view_and_a_surface_at_the_eye_are_finite() {
-    let slanted = Surface { normal: DVec3::new(0.6, -0.8, 0.0), ..mirror(0.01) };
+    let slanted = ShadingPoint { normal: DVec3::new(0.6, -0.8, 0.0), ..mirror(0.01) };
     let behind = lamp(DVec3::NEG_Y * 3.0, Falloff::InverseSquare, None);
-    let at_eye = Surface { position: DVec3::ZERO, ..mirror(0.01) };
+    let at_eye = ShadingPoint { position: DVec3::ZERO, ..mirror(0.01) };
     let above = lamp(DVec3::Y, Falloff::InverseSquare, None);
     for found in [lit::<f32>(&slanted, &[behind], &DARK), lit::<f64>(&at_eye, &[above], &DARK)] {
         assert!(found.is_finite() && found.min_element() >= 0.0, "{found}");
@@ -198,11 +198,11 @@ fn phong_lobes_have_their_energies_where_light_faces_the_surface() {
         [(0.0, 1.0), (1.0, 1.0243), (9.0, 1.0752), (30.0, 1.0478), (100.0, 1.0181), (1000.0, 1.0020)]
     {
         let energy = |brdf| {
-            let surface = Surface { brdf, specular: DVec3::ONE, shininess, ..lambert(0.0) };
+            let surface = ShadingPoint { brdf, specular: DVec3::ONE, shininess, ..lambert(0.0) };
             // Reciprocal where the light is along the normal: the eye goes around instead.
             let up = Vector3::new(0.0, 1.0, 0.0);
             collected(|view| {
-                let seen = Surface { position: -widened(*view), ..surface };
+                let seen = ShadingPoint { position: -widened(*view), ..surface };
                 Reflector::<f64>::new(&seen, Smith::default()).reflect(&up).lobe.x
             })
         };
@@ -237,7 +237,7 @@ fn a_sphere_under_the_sun_is_lit_by_the_cosine_up_to_its_terminator() {
     for degrees in [0.0, 30.0, 60.0, 89.0, 90.0, 120.0f64] {
         let (sine, cosine) = degrees.to_radians().sin_cos();
         let normal = DVec3::new(cosine, 0.0, sine);
-        let surface = Surface { position: center + normal, normal, ..lambert(1.0) };
+        let surface = ShadingPoint { position: center + normal, normal, ..lambert(1.0) };
         let expected = 100.0 * cosine.max(0.0) / PI;
         let found = lit::<f64>(&surface, std::slice::from_ref(&sun), &DARK);
         assert!((found - DVec3::splat(expected)).abs().max_element() < 1e-13, "{degrees}: {found}");
@@ -261,7 +261,7 @@ fn roughness_ends_at_its_guard() {
         kind: LightKind::Directional { direction: DVec3::NEG_Y },
         ..lamp(DVec3::ZERO, Falloff::Quadratic, None)
     }];
-    let of = |roughness| lit::<f64>(&Surface { roughness, ..mirror(1.0) }, &sun, &DARK);
+    let of = |roughness| lit::<f64>(&ShadingPoint { roughness, ..mirror(1.0) }, &sun, &DARK);
     assert_eq!(of(0.0), of(MIN_ROUGHNESS));
     assert!(of(MIN_ROUGHNESS).x > 2.0 * of(0.0125).x);
 }
@@ -270,7 +270,7 @@ fn roughness_ends_at_its_guard() {
 fn a_white_lambert_surface_in_even_ambient_light_is_as_bright_as_that() {
     let environment = Environment { ambient: Vec3::new(1.0, 2.0, 3.0), ..DARK };
     assert!((lit::<f64>(&lambert(1.0), &[], &environment) - DVec3::new(1.0, 2.0, 3.0)).abs().max_element() < 1e-14);
-    let occluded = Surface { occlusion: 0.25, ..lambert(0.5) };
+    let occluded = ShadingPoint { occlusion: 0.25, ..lambert(0.5) };
     assert!((lit::<f64>(&occluded, &[], &environment) - DVec3::new(0.125, 0.25, 0.375)).abs().max_element() < 1e-14);
 }
 
@@ -279,13 +279,13 @@ fn half_spheres_light_what_faces_up_down_and_sideways() {
     let environment = Environment { ambient: Vec3::splat(8.0), ground: Some(Vec3::splat(2.0)), ..DARK };
     for (normal, expected) in [(DVec3::Y, 8.0), (DVec3::NEG_Y, 2.0), (DVec3::X, 5.0), (DVec3::new(0.8, 0.6, 0.0), 6.8)]
     {
-        let found = lit::<f64>(&Surface { normal, ..lambert(1.0) }, &[], &environment);
+        let found = lit::<f64>(&ShadingPoint { normal, ..lambert(1.0) }, &[], &environment);
         assert!((found - DVec3::splat(expected)).abs().max_element() < 1e-13, "{normal}: {found}");
     }
     // A mirror that faces sideways and is seen from 45 degrees below shows more of the sky than one that is seen from above.
     let seen_from = |y: f64| {
         lit::<f64>(
-            &Surface { normal: DVec3::X, position: DVec3::new(-1.0, -y, 0.0), ..mirror(0.01) },
+            &ShadingPoint { normal: DVec3::X, position: DVec3::new(-1.0, -y, 0.0), ..mirror(0.01) },
             &[],
             &environment,
         )
@@ -297,16 +297,16 @@ fn half_spheres_light_what_faces_up_down_and_sideways() {
 #[test]
 fn the_ambient_lobe_has_the_values_of_karis_fit() {
     let environment = Environment { ambient: Vec3::ONE, ..DARK };
-    let found = |surface: Surface| lit::<f64>(&surface, &[], &environment).x;
+    let found = |surface: ShadingPoint| lit::<f64>(&surface, &[], &environment).x;
     // Facing and rough: x = 0, so that scale and bias are 0.468 - 1.04 * 0.015 and 1.04 * 0.015 - 0.018.
     assert!((found(mirror(1.0)) - 0.45).abs() < 1e-12, "{}", found(mirror(1.0)));
-    let plastic = Surface { metallic: 0.0, albedo: DVec3::ZERO, ..mirror(1.0) };
+    let plastic = ShadingPoint { metallic: 0.0, albedo: DVec3::ZERO, ..mirror(1.0) };
     assert!((found(plastic) - (0.04 * 0.4524 - 0.0024)).abs() < 1e-12, "{}", found(plastic));
     // The fit is too dark for white metal here: GGX has .969.
     let metal = found(seen_at(0.5, mirror(0.1)));
     assert!((metal - 0.826).abs() < 5e-4, "{metal}");
     // Seen along the surface the exponential is 1 within 1e-3: a = 0.25 * 0.5 + 0.02875 at a roughness of a half.
-    let (a, grazing) = (0.25 * 0.5 + 0.02875, Surface { roughness: 0.5, ..seen_at(1e-5, plastic) });
+    let (a, grazing) = (0.25 * 0.5 + 0.02875, ShadingPoint { roughness: 0.5, ..seen_at(1e-5, plastic) });
     let expected = 0.04 * (0.754 - 1.04 * a) + 1.04 * a - 0.029;
     assert!((found(grazing) - expected).abs() < 2e-3, "{} {expected}", found(grazing));
 }
@@ -335,7 +335,7 @@ fn visibility_is_asked_only_of_lights_that_would_add_something() {
     let alone = |lights: &[Light]| lit::<f64>(&lambert(1.0), lights, &DARK);
     let expected = alone(&lights[2..3]) + 0.5 * alone(&lights[4..]);
     assert!((half - expected).abs().max_element() < 1e-12, "{half} {expected}");
-    let surface = Surface { receives_shadow: false, ..lambert(1.0) };
+    let surface = ShadingPoint { receives_shadow: false, ..lambert(1.0) };
     radiance::<f64>(&surface, &illumination, &mut |light| panic!("asked of light {light}"));
 }
 
@@ -351,7 +351,7 @@ fn body_and_shine_add_up_and_a_mirror_has_no_body() {
         sky: None,
         smith: Smith::default(),
     };
-    let plastic = Surface { metallic: 0.0, emissive: DVec3::splat(7.0), ..mirror(0.25) };
+    let plastic = ShadingPoint { metallic: 0.0, emissive: DVec3::splat(7.0), ..mirror(0.25) };
     let Radiance { body, shine } = split_radiance::<f64>(&plastic, &illumination, &mut |_| 1.0);
     assert_eq!(body + shine, radiance::<f64>(&plastic, &illumination, &mut |_| 1.0));
     assert!(body.min_element() > 1.0 && shine.min_element() > 7.0, "{body} {shine}");

@@ -10,11 +10,11 @@ use afterlight::gpu::Device;
 use afterlight::scene::{
     Brdf, Environment, GbufferChoice, GbufferPreset, HdrFormat, LightPath, Material, Output, Scene, Settings, View,
 };
-use afterlight_truth::reference::{TriangleId, View as Camera, tonemap::decode_srgb};
+use afterlight_truth::reference::{CameraView, TriangleId, tonemap::decode_srgb};
 
 /// A surface as a G-buffer holds it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stored {
+pub struct GbufferTexel {
     /// Relative to the camera, in metres.
     pub position: DVec3,
     pub normal: DVec3,
@@ -42,9 +42,9 @@ pub struct Captured {
     /// The picture, decoded to linear, 0 to 1.
     pub shown: Vec<DVec3>,
     /// From the frame's own G-buffer.
-    pub own: Vec<Stored>,
+    pub own: Vec<GbufferTexel>,
     /// From one of 32 bits a channel.
-    pub unquantized: Vec<Stored>,
+    pub unquantized: Vec<GbufferTexel>,
     /// The triangle that is seen; `None` where the device does not number them.
     pub triangles: Option<Vec<Option<TriangleId>>>,
 }
@@ -56,15 +56,15 @@ pub fn shininess(stored: f64) -> f64 {
 
 /// A device that is to draw a scene.
 #[derive(Clone, Copy)]
-pub struct Drawing<'a> {
+pub struct PixelCapture<'a> {
     pub device: &'a Arc<Device>,
     pub scene: &'a Scene,
-    pub view: &'a Camera,
+    pub view: &'a CameraView,
     /// By index, row by row.
     pub pixels: &'a [usize],
 }
 
-impl Drawing<'_> {
+impl PixelCapture<'_> {
     /// The chosen pixels of a picture.
     pub fn draw(&self, settings: &Settings) -> Result<Vec<DVec3>, frame::Error> {
         self.read(&mut Renderer::new(self.device, self.scene, settings)?)
@@ -127,14 +127,14 @@ impl Drawing<'_> {
         settings: &Settings,
         gbuffer: GbufferChoice,
         emission: &[DVec3],
-    ) -> Result<Vec<Stored>, frame::Error> {
+    ) -> Result<Vec<GbufferTexel>, frame::Error> {
         let shown = |view| self.draw(&Settings { gbuffer, ..buffer(settings, view) });
         let positions = shown(View::Position)?.into_iter().zip(shown(View::Normal)?);
         let colors = shown(View::Albedo)?.into_iter().zip(shown(View::Metallic)?).zip(shown(View::Roughness)?);
         let rest = self.occlusion(settings, gbuffer)?.into_iter().zip(emission);
         let stored = positions.zip(colors).zip(rest).map(|(((position, normal), colors), (occlusion, &emissive))| {
             let ((albedo, metallic), roughness) = colors;
-            Stored { position, normal, albedo, metallic: metallic.x, roughness: roughness.x, occlusion, emissive }
+            GbufferTexel { position, normal, albedo, metallic: metallic.x, roughness: roughness.x, occlusion, emissive }
         });
         Ok(stored.collect())
     }
@@ -149,7 +149,7 @@ impl Drawing<'_> {
         scene.lights.clear();
         scene.environment = Environment { ambient: Vec3::ONE, ..Environment::default() };
         let settings = Settings { gbuffer, ..buffer(settings, View::Lighting) };
-        let shown = Drawing { scene: &scene, ..*self }.draw(&settings)?;
+        let shown = PixelCapture { scene: &scene, ..*self }.draw(&settings)?;
         Ok(shown.into_iter().map(|white| white.x).collect())
     }
 
@@ -159,7 +159,7 @@ impl Drawing<'_> {
             return Ok(vec![DVec3::ZERO; self.pixels.len()]);
         }
         let dark = Scene { lights: Vec::new(), environment: Environment::default(), sky: None, ..self.scene.clone() };
-        Drawing { scene: &dark, ..*self }.draw(&buffer(settings, View::Final))
+        PixelCapture { scene: &dark, ..*self }.draw(&buffer(settings, View::Final))
     }
 }
 

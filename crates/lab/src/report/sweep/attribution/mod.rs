@@ -2,7 +2,7 @@
 //!
 //! The error of a pixel is the device's picture minus the converged truth. Its parts add up to it.
 //!
-//! Seven of them are switched one by one, in all 128 combinations, and averaged over all orders by [`shapley`]:
+//! Seven of them are switched one by one, in all 128 combinations, and averaged over all orders by [`shapley`](fn@shapley):
 //! - the surface as the device filters and interpolates it (*texture filtering*), as its G-buffer rounds it (*G-buffer quantization*),
 //!   *position from depth*, and the shares of light that its shadow maps let through (*shadows*), each between the truth and the
 //!   measurement on the device at hand;
@@ -53,40 +53,40 @@ use afterlight::gpu::Device;
 use afterlight::plan::effects;
 use afterlight::scene::{Scene, Settings, ev100_of, exposure_scale};
 use afterlight_truth::reference::light::{Illumination, radiance};
-use afterlight_truth::reference::{Reference, Smith, Surface, TriangleId, Truth, View};
-use device::Drawing;
-use taken::Taken;
+use afterlight_truth::reference::{CameraView, Reference, ShadingPoint, Smith, TriangleId, Truth};
+use device::PixelCapture;
+use taken::Decomposition;
 use tally::Tally;
 
 /// A frame that is to be taken apart.
 #[derive(Clone, Copy)]
-pub struct Subject<'a> {
+pub struct AttributedFrame<'a> {
     pub scene: &'a Scene,
     /// Of the same scene, with the BRDF that the settings ask for.
     pub reference: &'a Reference<'a>,
     pub settings: &'a Settings,
-    pub view: &'a View,
+    pub view: &'a CameraView,
     /// Its index in the report.
     pub point: usize,
 }
 
 /// The truths of the subject's view.
 #[derive(Clone, Copy)]
-pub struct Truths<'a> {
+pub struct TruthPair<'a> {
     pub point: &'a Truth,
     pub converged: &'a Truth,
 }
 
 /// Limits of the work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Limits {
+pub struct AttributionLimits {
     /// About how many pixels are taken apart, spread over the picture.
     pub pixels: usize,
     /// Lights whose shadows are measured, those first that reach most pixels.
     pub shadowed_lights: usize,
 }
 
-impl Default for Limits {
+impl Default for AttributionLimits {
     fn default() -> Self {
         Self { pixels: 20_000, shadowed_lights: 8 }
     }
@@ -98,19 +98,19 @@ impl Default for Limits {
 /// When the frame cannot be planned on the device, or it fails.
 pub fn attribute(
     device: &Arc<Device>,
-    subject: &Subject,
-    truths: &Truths,
-    limits: &Limits,
+    subject: &AttributedFrame,
+    truths: &TruthPair,
+    limits: &AttributionLimits,
 ) -> Result<Attribution, frame::Error> {
     let settings = one_sample(subject);
     let pixels = pixels::spread(subject.view.size, limits.pixels);
-    let drawing = Drawing { device, scene: subject.scene, view: subject.view, pixels: &pixels };
+    let drawing = PixelCapture { device, scene: subject.scene, view: subject.view, pixels: &pixels };
     let captured = drawing.capture(&settings)?;
     let surfaces: Vec<_> = pixels.par_iter().map(|&pixel| seen(subject, pixel)).collect();
     let lights = shadowed_lights(subject, &surfaces);
     let (chosen, rest) = lights.split_at(lights.len().min(limits.shadowed_lights));
     let shares = visibility::measured(&drawing, &settings, chosen)?;
-    let taken = Taken {
+    let decomposition = Decomposition {
         subject,
         truths,
         settings: &settings,
@@ -118,7 +118,7 @@ pub fn attribute(
         measured: chosen.iter().copied().zip(shares).collect(),
         exposure: f64::from(exposure_scale(ev100_of(subject.scene, &settings))),
     };
-    let apart = |(at, surface)| taken.pixel(at, pixels[at], surface);
+    let apart = |(at, surface)| decomposition.pixel(at, pixels[at], surface);
     let rows: Vec<_> = surfaces.par_iter().map(Option::as_ref).enumerate().map(apart).collect();
     let mut tally = Tally::default();
     rows.iter().for_each(|pixel| tally.add(pixel));
@@ -133,21 +133,21 @@ pub fn attribute(
 }
 
 /// The frame that is taken apart.
-fn one_sample(subject: &Subject) -> Settings {
+fn one_sample(subject: &AttributedFrame) -> Settings {
     Settings { samples: 1, msaa: 1, size: subject.view.size, ..effects::set_aside(subject.settings) }
 }
 
-fn place(view: &View, pixel: usize) -> DVec2 {
+fn place(view: &CameraView, pixel: usize) -> DVec2 {
     let width = view.size[0] as usize;
     DVec2::new((pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5)
 }
 
-fn seen(subject: &Subject, pixel: usize) -> Option<(Surface, TriangleId)> {
+fn seen(subject: &AttributedFrame, pixel: usize) -> Option<(ShadingPoint, TriangleId)> {
     let (surface, triangle, _) = subject.reference.surface(subject.view, place(subject.view, pixel))?;
     Some((surface, triangle))
 }
 
-fn illumination<'a>(subject: &Subject<'a>) -> Illumination<'a> {
+fn illumination<'a>(subject: &AttributedFrame<'a>) -> Illumination<'a> {
     let Scene { lights, environment, .. } = subject.scene;
     Illumination {
         lights,
@@ -160,7 +160,7 @@ fn illumination<'a>(subject: &Subject<'a>) -> Illumination<'a> {
 }
 
 /// Lights with shadows that add something to a chosen pixel, those first that do so to most.
-fn shadowed_lights(subject: &Subject, surfaces: &[Option<(Surface, TriangleId)>]) -> Vec<usize> {
+fn shadowed_lights(subject: &AttributedFrame, surfaces: &[Option<(ShadingPoint, TriangleId)>]) -> Vec<usize> {
     let mut reached: BTreeMap<usize, usize> = BTreeMap::new();
     for (surface, _) in surfaces.iter().flatten() {
         radiance::<f64>(surface, &illumination(subject), &mut |light| {

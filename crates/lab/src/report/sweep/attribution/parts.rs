@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
-use super::device::{Stored, shininess, stores_shininess};
+use super::device::{GbufferTexel, shininess, stores_shininess};
 use super::formats::Formats;
 use super::shapley::shapley;
-use afterlight_truth::reference::Surface;
+use afterlight_truth::reference::ShadingPoint;
 use afterlight_truth::reference::light::{Illumination, radiance};
 
 pub const HDR: &str = "HDR format";
@@ -26,13 +26,13 @@ const OUTPUT_PART: usize = 6;
 /// A surface in a pixel: as it is, and as the device has it.
 #[derive(Debug, Clone, Copy)]
 pub struct PixelSurface<'a> {
-    pub truth: &'a Surface,
-    pub own: &'a Stored,
-    pub unquantized: &'a Stored,
+    pub truth: &'a ShadingPoint,
+    pub own: &'a GbufferTexel,
+    pub unquantized: &'a GbufferTexel,
 }
 
 /// The share of a light that arrives, by its index: as it is, and as the device has it.
-pub trait Visibility {
+pub trait LightVisibility {
     fn exact(&mut self, light: usize) -> f64;
     fn measured(&mut self, light: usize) -> f64;
 }
@@ -43,7 +43,7 @@ pub struct Shades(pub [DVec3; SHADINGS]);
 
 /// The measurements of a pixel, exposed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Measured {
+pub struct PixelMeasurements {
     /// Light in 32 bits.
     pub unrounded: DVec3,
     /// The difference that the light's target makes.
@@ -66,7 +66,7 @@ impl Shades {
     /// Returns the effect of each switch, averaged over all orders. They add up to `all - truth + hdr + output`.
     ///
     /// The effect of formats on light that was not measured is modelled. The model's error at the measured light is added to the formats' parts.
-    pub fn apart(&self, formats: &Formats, measured: &Measured) -> [DVec3; SWITCHES.len()] {
+    pub fn apart(&self, formats: &Formats, measured: &PixelMeasurements) -> [DVec3; SWITCHES.len()] {
         // So that where everything is at work, formats get the light that the device gave them.
         let offset = measured.unrounded - self.all();
         let mut values = [DVec3::ZERO; 1 << SWITCHES.len()];
@@ -89,11 +89,11 @@ impl Shades {
 
 impl PixelSurface<'_> {
     /// A pixel's light in nits.
-    pub fn shades(&self, illumination: &Illumination, visibility: &mut dyn Visibility) -> Shades {
+    pub fn shades(&self, illumination: &Illumination, visibility: &mut dyn LightVisibility) -> Shades {
         Shades(std::array::from_fn(|set| self.shade(set, illumination, visibility)))
     }
 
-    fn shade(&self, set: usize, illumination: &Illumination, visibility: &mut dyn Visibility) -> DVec3 {
+    fn shade(&self, set: usize, illumination: &Illumination, visibility: &mut dyn LightVisibility) -> DVec3 {
         let surface = self.surface(set);
         let mut share = |light| match set & SHADOWS != 0 {
             true => visibility.measured(light),
@@ -105,7 +105,7 @@ impl PixelSurface<'_> {
         }
     }
 
-    fn surface(&self, set: usize) -> Surface {
+    fn surface(&self, set: usize) -> ShadingPoint {
         let mut surface = *self.truth;
         if set & POSITION != 0 {
             // Shaders look along the ray of the pixel, wherever the place is.
@@ -123,7 +123,7 @@ impl PixelSurface<'_> {
     }
 }
 
-fn store(surface: &mut Surface, stored: &Stored) {
+fn store(surface: &mut ShadingPoint, stored: &GbufferTexel) {
     surface.normal = stored.normal;
     surface.albedo = stored.albedo;
     surface.metallic = stored.metallic;
@@ -136,11 +136,11 @@ fn store(surface: &mut Surface, stored: &Stored) {
 }
 
 /// A surface, moved as far as `to` is from `from`.
-fn moved(surface: &Surface, from: &Stored, to: &Stored) -> Stored {
+fn moved(surface: &ShadingPoint, from: &GbufferTexel, to: &GbufferTexel) -> GbufferTexel {
     // The inverse of `shininess`.
     let encoded = (surface.shininess + 1.0).log2() / 20.0;
     let roughness = if stores_shininess(surface.brdf) { encoded } else { surface.roughness };
-    Stored {
+    GbufferTexel {
         position: to.position,
         normal: (surface.normal + to.normal - from.normal).normalize_or(surface.normal),
         albedo: (surface.albedo + to.albedo - from.albedo).clamp(DVec3::ZERO, DVec3::ONE),
@@ -160,7 +160,7 @@ mod tests {
     /// A light that is half hidden, and to the device a quarter.
     struct Half;
 
-    impl Visibility for Half {
+    impl LightVisibility for Half {
         fn exact(&mut self, _: usize) -> f64 {
             0.5
         }
@@ -170,8 +170,8 @@ mod tests {
         }
     }
 
-    fn surface() -> Surface {
-        Surface {
+    fn surface() -> ShadingPoint {
+        ShadingPoint {
             position: DVec3::new(0.0, -2.0, 0.0),
             ray: None,
             normal: DVec3::Y,
@@ -191,14 +191,14 @@ mod tests {
         }
     }
 
-    fn stored(surface: &Surface) -> Stored {
-        let Surface { position, normal, albedo, metallic, roughness, occlusion, emissive, .. } = *surface;
+    fn stored(surface: &ShadingPoint) -> GbufferTexel {
+        let ShadingPoint { position, normal, albedo, metallic, roughness, occlusion, emissive, .. } = *surface;
         let encoded = (surface.shininess + 1.0).log2() / 20.0;
         let roughness = if stores_shininess(surface.brdf) { encoded } else { roughness };
-        Stored { position, normal, albedo, metallic, roughness, occlusion, emissive }
+        GbufferTexel { position, normal, albedo, metallic, roughness, occlusion, emissive }
     }
 
-    fn shades(truth: &Surface, own: &Stored, unquantized: &Stored) -> Shades {
+    fn shades(truth: &ShadingPoint, own: &GbufferTexel, unquantized: &GbufferTexel) -> Shades {
         let light = Light {
             name: "sun".into(),
             intensity: std::f32::consts::PI,
@@ -224,7 +224,7 @@ mod tests {
     fn parts(shades: &Shades, formats: &Formats) -> [DVec3; SWITCHES.len()] {
         let unrounded = shades.all();
         let kept = formats.kept(unrounded);
-        let measured = Measured { unrounded, hdr: kept - unrounded, output: formats.shown(kept) - kept };
+        let measured = PixelMeasurements { unrounded, hdr: kept - unrounded, output: formats.shown(kept) - kept };
         shades.apart(formats, &measured)
     }
 
@@ -250,11 +250,12 @@ mod tests {
     #[test]
     fn each_change_is_its_own_part_and_all_add_up() {
         let truth = surface();
-        let filtered = Stored { albedo: DVec3::splat(0.6), ..stored(&truth) };
-        let coarse = Stored { normal: DVec3::new(0.6, 0.8, 0.0), ..filtered };
-        let shifted = Stored { position: truth.position * 1.5, ..stored(&truth) };
-        let only =
-            |own: &Stored, unquantized: &Stored| sizes(&shades(&truth, own, unquantized)).map(|size| size > 1e-6);
+        let filtered = GbufferTexel { albedo: DVec3::splat(0.6), ..stored(&truth) };
+        let coarse = GbufferTexel { normal: DVec3::new(0.6, 0.8, 0.0), ..filtered };
+        let shifted = GbufferTexel { position: truth.position * 1.5, ..stored(&truth) };
+        let only = |own: &GbufferTexel, unquantized: &GbufferTexel| {
+            sizes(&shades(&truth, own, unquantized)).map(|size| size > 1e-6)
+        };
         assert_eq!(only(&filtered, &filtered), [true, false, false, true]);
         assert_eq!(only(&coarse, &filtered), [true, true, false, true]);
         // A lambert surface under parallel light looks the same from everywhere.
@@ -266,9 +267,9 @@ mod tests {
 
     #[test]
     fn a_phong_lobe_takes_its_shininess_from_where_roughness_is_stored() {
-        let truth = Surface { brdf: Brdf::Phong, specular: DVec3::ONE, ..surface() };
+        let truth = ShadingPoint { brdf: Brdf::Phong, specular: DVec3::ONE, ..surface() };
         let same = stored(&truth);
-        let broader = Stored { roughness: same.roughness - 0.05, ..same };
+        let broader = GbufferTexel { roughness: same.roughness - 0.05, ..same };
         assert!(sizes(&shades(&truth, &same, &same))[..2].iter().all(|size| *size < 1e-9));
         let [textures, gbuffer, ..] = sizes(&shades(&truth, &broader, &same));
         assert!(textures < 1e-9 && gbuffer > 0.1, "{textures} {gbuffer}");
@@ -305,7 +306,7 @@ mod tests {
         let model = parts(&shades, &formats);
         let (hdr, output) = (DVec3::splat(0.01), DVec3::new(0.0, -0.02, 0.03));
         // Light that is cut off, or not explained, is none of these parts.
-        let measured = Measured { unrounded: shades.all() * 0.75, hdr, output };
+        let measured = PixelMeasurements { unrounded: shades.all() * 0.75, hdr, output };
         let found = shades.apart(&formats, &measured);
         let sum: DVec3 = found.into_iter().sum();
         let expected = shades.all() - shades.truth() + hdr + output;

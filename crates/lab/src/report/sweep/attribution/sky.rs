@@ -2,19 +2,19 @@
 
 use glam::DVec3;
 
-use super::taken::Taken;
-use super::{Subject, place};
+use super::taken::Decomposition;
+use super::{AttributedFrame, place};
 
 pub const NAME: &str = "light of the sky";
 pub(super) const NOTE: &str = "what PREFILTER makes of the sky against its integral by rays, and what stands before it, of which no surface knows";
 
-impl Taken<'_> {
+impl Decomposition<'_> {
     /// Returns the sky's part of the truth's light, exposed.
     pub(super) fn light_of_sky(&self, pixel: usize) -> DVec3 {
         if self.captured.without_sky.is_none() {
             return DVec3::ZERO;
         }
-        let Subject { reference, view, .. } = self.subject;
+        let AttributedFrame { reference, view, .. } = self.subject;
         DVec3::from(reference.light_of_sky(view, place(view, pixel))) * self.exposure
     }
 }

@@ -6,11 +6,11 @@ use glam::{DVec2, DVec3};
 
 use super::device::Captured;
 use super::formats::Formats;
-use super::parts::{Measured, PixelSurface, SWITCHES, Shades, Visibility};
-use super::{Subject, Truths, illumination, place, sky};
+use super::parts::{LightVisibility, PixelMeasurements, PixelSurface, SWITCHES, Shades};
+use super::{AttributedFrame, TruthPair, illumination, place, sky};
 use afterlight::scene::{Settings, counted};
 use afterlight_truth::reference::tonemap::input_referred;
-use afterlight_truth::reference::{Smith, Surface, TriangleId, Truth};
+use afterlight_truth::reference::{ShadingPoint, Smith, TriangleId, Truth};
 
 pub const CUT_OFF: &str = "light cut-off";
 pub const OTHER_TRIANGLE: &str = "other triangle";
@@ -21,9 +21,9 @@ pub const NOT_EXPLAINED: &str = "not explained";
 /// The greatest relative difference of a surface's light from the truth's picture where nothing is before the surface: both are sums in f64.
 const SAME: f64 = 1e-9;
 
-pub(super) struct Taken<'a> {
-    pub subject: &'a Subject<'a>,
-    pub truths: &'a Truths<'a>,
+pub(super) struct Decomposition<'a> {
+    pub subject: &'a AttributedFrame<'a>,
+    pub truths: &'a TruthPair<'a>,
     pub settings: &'a Settings,
     pub captured: &'a Captured,
     /// By light: the share that arrives at each chosen pixel.
@@ -45,7 +45,7 @@ type Parts = [DVec3; COUNT];
 
 /// A pixel's error, exposed, and its parts.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Pixel {
+pub(super) struct AttributedPixel {
     pub parts: Parts,
     /// The device's light minus the converged truth.
     pub light: DVec3,
@@ -93,20 +93,20 @@ pub(super) fn whole_note(not_finite: usize) -> String {
     }
 }
 
-impl Taken<'_> {
+impl Decomposition<'_> {
     /// The error of chosen pixel number `at`.
-    pub fn pixel(&self, at: usize, pixel: usize, surface: Option<&(Surface, TriangleId)>) -> Pixel {
+    pub fn pixel(&self, at: usize, pixel: usize, surface: Option<&(ShadingPoint, TriangleId)>) -> AttributedPixel {
         let truth = |truth: &Truth| DVec3::from(truth.radiance[pixel]) * self.exposure;
         let (point, converged) = (truth(self.truths.point), truth(self.truths.converged));
         let exposed = self.captured.exposed[at];
         let output = input_referred(exposed, self.captured.shown[at], self.settings.tonemap);
         let mut parts = self.apart(at, pixel, surface, point);
         parts[SAMPLING_PART] = point - converged;
-        Pixel { parts, light: exposed - converged, output }
+        AttributedPixel { parts, light: exposed - converged, output }
     }
 
     /// Takes apart the difference between the point truth and the picture.
-    fn apart(&self, at: usize, pixel: usize, surface: Option<&(Surface, TriangleId)>, point: DVec3) -> Parts {
+    fn apart(&self, at: usize, pixel: usize, surface: Option<&(ShadingPoint, TriangleId)>, point: DVec3) -> Parts {
         let mut parts = [DVec3::ZERO; COUNT];
         let exposed = self.captured.exposed[at];
         let output = input_referred(exposed, self.captured.shown[at], self.settings.tonemap);
@@ -128,7 +128,7 @@ impl Taken<'_> {
             hdr: self.captured.unrounded.is_some().then_some(self.settings.hdr_format),
             output: Some(self.settings.tonemap),
         };
-        let measured = Measured { unrounded, hdr: exposed - unrounded, output };
+        let measured = PixelMeasurements { unrounded, hdr: exposed - unrounded, output };
         parts[..CUT_OFF_PART].copy_from_slice(&shades.apart(&formats, &measured));
         parts[CUT_OFF_PART] = unrounded - uncut;
         // The sky's own light is all that differs from a frame without it.
@@ -141,20 +141,20 @@ impl Taken<'_> {
     }
 
     /// The surface's light by the parts at work, exposed.
-    fn shades(&self, at: usize, pixel: usize, surface: Option<&Surface>, of_sky: DVec3) -> Shades {
-        let Subject { reference, view, .. } = self.subject;
+    fn shades(&self, at: usize, pixel: usize, surface: Option<&ShadingPoint>, of_sky: DVec3) -> Shades {
+        let AttributedFrame { reference, view, .. } = self.subject;
         let Some(truth) = surface else {
             let background =
                 DVec3::from(reference.light(view, Smith::default(), place(view, pixel), place(view, pixel)));
             return Shades([background * self.exposure; _]);
         };
-        let mut shares = Shares { taken: self, at, place: place(self.subject.view, pixel), exact: BTreeMap::new() };
+        let mut shares = Shares { frame: self, at, place: place(self.subject.view, pixel), exact: BTreeMap::new() };
         let seen = PixelSurface { truth, own: &self.captured.own[at], unquantized: &self.captured.unquantized[at] };
         let nits = seen.shades(&illumination(self.subject), &mut shares);
         Shades(nits.0.map(|nits| nits * self.exposure + of_sky))
     }
 
-    fn sees_the_same(&self, at: usize, surface: Option<&(Surface, TriangleId)>) -> bool {
+    fn sees_the_same(&self, at: usize, surface: Option<&(ShadingPoint, TriangleId)>) -> bool {
         let device = self.captured.unquantized[at].position;
         match (&self.captured.triangles, surface) {
             (Some(triangles), surface) => triangles[at] == surface.map(|&(_, triangle)| triangle),
@@ -167,20 +167,20 @@ impl Taken<'_> {
 
 /// The shares of lights in a pixel: those by rays, each cast once, and the measured ones.
 struct Shares<'a> {
-    taken: &'a Taken<'a>,
+    frame: &'a Decomposition<'a>,
     at: usize,
     place: DVec2,
     exact: BTreeMap<usize, f64>,
 }
 
-impl Visibility for Shares<'_> {
+impl LightVisibility for Shares<'_> {
     fn exact(&mut self, light: usize) -> f64 {
-        let Subject { reference, view, .. } = self.taken.subject;
+        let AttributedFrame { reference, view, .. } = self.frame.subject;
         *self.exact.entry(light).or_insert_with(|| reference.visibility(view, self.place, light))
     }
 
     fn measured(&mut self, light: usize) -> f64 {
-        let measured = self.taken.measured.get(&light).and_then(|shares| shares[self.at]);
+        let measured = self.frame.measured.get(&light).and_then(|shares| shares[self.at]);
         measured.unwrap_or_else(|| self.exact(light))
     }
 }

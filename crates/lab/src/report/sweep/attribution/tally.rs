@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::taken::Pixel;
+use super::taken::AttributedPixel;
 use crate::report::sweep::model::AttributedPart;
 
 /// The part that all others add up to.
@@ -35,7 +35,7 @@ impl Sums {
 
 impl Tally {
     /// Adds a pixel, unless there is something in it that is not finite.
-    pub fn add(&mut self, pixel: &Pixel) {
+    pub fn add(&mut self, pixel: &AttributedPixel) {
         // The whole is found without the parts: that they add up to it is not taken for granted.
         let whole = pixel.light + pixel.output;
         if !whole.is_finite() || !pixel.parts.iter().all(|part| part.is_finite()) {
@@ -85,7 +85,7 @@ mod tests {
         for &[light, output] in pixels {
             let mut parts = [DVec3::ZERO; COUNT];
             (parts[0], parts[COUNT - 1]) = (light, output);
-            tally.add(&Pixel { parts, light, output });
+            tally.add(&AttributedPixel { parts, light, output });
         }
         tally
     }
@@ -111,7 +111,7 @@ mod tests {
     #[test]
     fn the_whole_is_not_what_the_parts_add_up_to_but_what_is_seen() {
         let mut tally = Tally::default();
-        tally.add(&Pixel { parts: [DVec3::ZERO; COUNT], light: DVec3::ONE, output: DVec3::ONE });
+        tally.add(&AttributedPixel { parts: [DVec3::ZERO; COUNT], light: DVec3::ONE, output: DVec3::ONE });
         let rows = rows(&tally);
         let parts: f64 = rows[..COUNT].iter().map(|part| part.mean).sum();
         assert_eq!((parts, rows[COUNT].mean, rows[COUNT].rms), (0.0, 2.0, 2.0));

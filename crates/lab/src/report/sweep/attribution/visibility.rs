@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::device::{Drawing, without_emission};
+use super::device::{PixelCapture, without_emission};
 use afterlight::frame::{self, Renderer};
 use afterlight::scene::{Environment, Light, Output, Scene, Settings, ShadowSettings};
 
@@ -14,7 +14,7 @@ const DIMMED: f32 = 1e-30;
 /// # Errors
 /// When the device fails.
 pub fn measured(
-    drawing: &Drawing,
+    drawing: &PixelCapture,
     settings: &Settings,
     lights: &[usize],
 ) -> Result<Vec<Vec<Option<f64>>>, frame::Error> {
@@ -22,7 +22,7 @@ pub fn measured(
         return Ok(Vec::new());
     }
     let scene = Scene { environment: Environment::default(), ..without_emission(drawing.scene) };
-    let drawing = Drawing { scene: &scene, ..*drawing };
+    let drawing = PixelCapture { scene: &scene, ..*drawing };
     let renderer = |enabled| {
         let shadows = ShadowSettings { enabled, ..settings.shadows };
         // The cut-off is for all lights of a picture of 8 bits; a light alone would have another.
@@ -45,7 +45,7 @@ pub fn measured(
 }
 
 /// A picture of one light. All others are dimmed.
-fn alone(drawing: &Drawing, renderer: &mut Renderer, chosen: usize) -> Result<Vec<DVec3>, frame::Error> {
+fn alone(drawing: &PixelCapture, renderer: &mut Renderer, chosen: usize) -> Result<Vec<DVec3>, frame::Error> {
     let mut scene = drawing.scene.clone();
     for (index, light) in drawing.scene.lights.iter().enumerate() {
         if index != chosen && light.intensity > DIMMED {

@@ -3,11 +3,11 @@
 use super::Base;
 use afterlight::plan::effects;
 use afterlight::scene::{
-    GbufferChoice, GbufferPreset, SETTINGS, Setting, SettingsPatch, ShadowFilter, Sweep, TARGETS, ValueKind,
+    GbufferChoice, GbufferPreset, SETTINGS, Setting, SettingsPatch, ShadowFilter, SweepMode, TARGETS, ValueKind,
 };
 
 /// A setting with its values.
-pub struct Axis {
+pub struct SweepAxis {
     pub key: String,
     pub title: String,
     pub candidates: Vec<Candidate>,
@@ -29,10 +29,10 @@ pub struct Candidate {
 
 /// The settings that have axes; that of shadow map sizes has one for each filter, as `shadow-size/none`.
 pub fn swept() -> impl Iterator<Item = &'static Setting> {
-    SETTINGS.iter().filter(|setting| setting.sweep != Sweep::No)
+    SETTINGS.iter().filter(|setting| setting.sweep != SweepMode::No)
 }
 
-impl Axis {
+impl SweepAxis {
     /// Returns true if it is of the family that somebody asks for by `key`: `shadow-size/none` is of `shadow-size`.
     pub fn is_of(&self, key: &str) -> bool {
         self.key == key || self.key.split_once('/').is_some_and(|(family, _)| family == key)
@@ -46,7 +46,7 @@ impl Candidate {
             label: text.to_owned(),
             value: text.parse().ok().filter(|_| is_number),
             patch: setting.read(text).ok()?,
-            joint: setting.sweep == Sweep::Joint,
+            joint: setting.sweep == SweepMode::Joint,
         })
     }
 
@@ -56,9 +56,9 @@ impl Candidate {
 }
 
 /// All axes, in the order in which families are shown.
-pub fn all(base: &Base, quick: bool) -> Vec<Axis> {
+pub fn all(base: &Base, quick: bool) -> Vec<SweepAxis> {
     let mut axes = Vec::new();
-    for setting in swept().filter(|setting| !quick || setting.sweep == Sweep::Joint) {
+    for setting in swept().filter(|setting| !quick || setting.sweep == SweepMode::Joint) {
         let axis = axis(base, setting, quick);
         let sized = if setting.key == "shadow-size" && !quick { sizes_by_filter(base, &axis) } else { Vec::new() };
         axes.push(axis);
@@ -68,7 +68,7 @@ pub fn all(base: &Base, quick: bool) -> Vec<Axis> {
 }
 
 /// The values of a setting, as its row has them.
-fn axis(base: &Base, setting: &Setting, quick: bool) -> Axis {
+fn axis(base: &Base, setting: &Setting, quick: bool) -> SweepAxis {
     let listed = [setting.quick, setting.tried].into_iter().skip(usize::from(!quick)).find(|listed| !listed.is_empty());
     let texts = match (listed, setting.values) {
         (Some(listed), _) => listed.iter().map(|text| (*text).to_owned()).collect(),
@@ -81,7 +81,7 @@ fn axis(base: &Base, setting: &Setting, quick: bool) -> Axis {
     if let Some(first) = title.get_mut(..1) {
         first.make_ascii_uppercase();
     }
-    Axis { key: setting.key.into(), title, candidates, without: without(base, setting.key), as_given: false }
+    SweepAxis { key: setting.key.into(), title, candidates, without: without(base, setting.key), as_given: false }
 }
 
 /// Adapts the values of some settings to the scene, to `--quick` and to the settings as given.
@@ -126,9 +126,9 @@ fn single_targets() -> impl Iterator<Item = Candidate> {
 /// Filters whose maps are swept in size, beside the one that is given.
 const SIZED_FILTERS: [ShadowFilter; 2] = [ShadowFilter::None, ShadowFilter::Box5];
 
-fn sizes_by_filter(base: &Base, sizes: &Axis) -> Vec<Axis> {
+fn sizes_by_filter(base: &Base, sizes: &SweepAxis) -> Vec<SweepAxis> {
     let filters = SIZED_FILTERS.into_iter().filter(|filter| *filter != base.settings.shadows.filter);
-    let axis = |filter: ShadowFilter| Axis {
+    let axis = |filter: ShadowFilter| SweepAxis {
         key: format!("{}/{filter}", sizes.key),
         title: format!("{}, filter {filter}", sizes.title),
         candidates: sizes.candidates.iter().map(|one| filtered(one, filter)).collect(),

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use super::axes::{Axis, Candidate};
-use super::{Base, Outcome, Selection, name_of};
+use super::axes::{Candidate, SweepAxis};
+use super::{Admission, Base, Selection, name_of};
 use afterlight::scene::SettingsPatch;
 
 /// Combinations that are tried for each one that is wanted: the plan refuses some.
@@ -12,13 +12,13 @@ const TRIES: usize = 20;
 /// Up to `selection.joint - 1` combinations besides the settings as given. First all settings at their least and at their most, then
 /// each at its ends alone, then a Latin hypercube (McKay, Beckman and Conover 1979): each value of each setting comes as often as
 /// the others, in random company.
-pub fn combinations(base: &Base, axes: &[Axis], selection: &Selection) -> Vec<SettingsPatch> {
+pub fn combinations(base: &Base, axes: &[SweepAxis], selection: &Selection) -> Vec<SettingsPatch> {
     let axes: Vec<Vec<&Candidate>> = axes.iter().map(of_joint).filter(|values| !values.is_empty()).collect();
     if axes.len() < 2 {
         return Vec::new();
     }
     let most = selection.joint.saturating_sub(1);
-    let mut found = Found { base, most, names: BTreeSet::new(), patches: Vec::new() };
+    let mut found = Combinations { base, most, names: BTreeSet::new(), patches: Vec::new() };
     let ends = |values: &Vec<&Candidate>| [values.first(), values.last()].map(|end| end.map(|one| one.patch.clone()));
     for end in 0..2 {
         let corner = axes.iter().filter_map(|values| ends(values)[end].clone());
@@ -50,7 +50,7 @@ pub fn combinations(base: &Base, axes: &[Axis], selection: &Selection) -> Vec<Se
 }
 
 /// The values that take part.
-fn of_joint(axis: &Axis) -> Vec<&Candidate> {
+fn of_joint(axis: &SweepAxis) -> Vec<&Candidate> {
     axis.candidates.iter().filter(|candidate| candidate.joint).collect()
 }
 
@@ -62,14 +62,14 @@ fn column<'a>(values: &[&'a Candidate], rows: usize, random: &mut fastrand::Rng)
     column
 }
 
-struct Found<'a> {
+struct Combinations<'a> {
     base: &'a Base<'a>,
     most: usize,
     names: BTreeSet<String>,
     patches: Vec<SettingsPatch>,
 }
 
-impl Found<'_> {
+impl Combinations<'_> {
     fn is_full(&self) -> bool {
         self.patches.len() >= self.most
     }
@@ -79,7 +79,7 @@ impl Found<'_> {
         if self.is_full() || patch == SettingsPatch::default() || !self.names.insert(name_of(&patch)) {
             return;
         }
-        if matches!(self.base.try_out(&patch), Outcome::Point) {
+        if matches!(self.base.try_out(&patch), Admission::Point) {
             self.patches.push(patch);
         }
     }

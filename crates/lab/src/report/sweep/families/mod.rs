@@ -16,7 +16,7 @@ use super::model::{LeftOut, Member, Shard};
 use afterlight::plan::{Capabilities, FramePlan};
 use afterlight::scene::{SETTINGS, Scene, Settings, SettingsPatch, counted, ev100_of, exposure_scale};
 use afterlight::visible::World;
-use axes::Axis;
+use axes::SweepAxis;
 
 /// The key of the family in which several settings change at once.
 pub const JOINT: &str = "joint";
@@ -79,7 +79,7 @@ pub(super) struct Base<'a> {
 }
 
 /// The result of trying a value: its frames, or why there are none.
-enum Outcome {
+enum Admission {
     /// Frames of their own.
     Point,
     /// Those of the settings as given.
@@ -93,26 +93,26 @@ impl<'a> Base<'a> {
         scene: &'a Scene,
         patch: &'a SettingsPatch,
         device: &'a Capabilities,
-    ) -> Result<Self, afterlight::plan::Error> {
+    ) -> Result<Self, afterlight::plan::PlanError> {
         let settings = patch.decide();
         let plan = FramePlan::of(scene, &settings, device)?;
         Ok(Self { scene, device, patch, settings, plan })
     }
 
-    fn try_out(&self, patch: &SettingsPatch) -> Outcome {
+    fn try_out(&self, patch: &SettingsPatch) -> Admission {
         let settings = settings_of(patch, self.patch);
         if settings == self.settings {
-            return Outcome::Same;
+            return Admission::Same;
         }
         let plan = match FramePlan::of(self.scene, &settings, self.device) {
             Ok(plan) => plan,
-            Err(error) => return Outcome::Refused(error.to_string()),
+            Err(error) => return Admission::Refused(error.to_string()),
         };
         // A point without one of its parts would be drawn under a wrong name.
         if let Some(new) = plan.warnings().iter().find(|warning| !self.plan.warnings().contains(warning)) {
-            return Outcome::Refused(new.clone());
+            return Admission::Refused(new.clone());
         }
-        if self.draws_the_same(&settings, &plan) { Outcome::Same } else { Outcome::Point }
+        if self.draws_the_same(&settings, &plan) { Admission::Same } else { Admission::Point }
     }
 
     /// Returns true if frames of other settings are those of the settings as given, drawn in the same way.
@@ -160,16 +160,16 @@ impl Sweep {
         base: &SettingsPatch,
         device: &Capabilities,
         selection: &Selection,
-    ) -> Result<Self, afterlight::plan::Error> {
+    ) -> Result<Self, afterlight::plan::PlanError> {
         let base = Base::of(scene, base, device)?;
-        let mut builder = Builder::default();
+        let mut builder = SweepBuilder::default();
         builder.point(SettingsPatch::default());
         let mut kept = Vec::new();
         let is_wanted =
-            |axis: &Axis| selection.families.as_ref().is_none_or(|keys| keys.iter().any(|key| axis.is_of(key)));
+            |axis: &SweepAxis| selection.families.as_ref().is_none_or(|keys| keys.iter().any(|key| axis.is_of(key)));
         let tried = axes::all(&base, selection.quick);
         if selection.quick {
-            let names = |axis: &Axis| axis.candidates.iter().map(|one| name_of(&one.patch)).collect::<Vec<_>>();
+            let names = |axis: &SweepAxis| axis.candidates.iter().map(|one| name_of(&one.patch)).collect::<Vec<_>>();
             let quick: Vec<_> = tried.iter().flat_map(names).collect();
             let whole = axes::all(&base, false).into_iter().filter(|axis| axis.without.is_none() && is_wanted(axis));
             let others = whole.flat_map(|axis| names(&axis)).filter(|name| !quick.contains(name));
@@ -213,7 +213,7 @@ impl Sweep {
 
 /// A sweep on its way.
 #[derive(Default)]
-struct Builder {
+struct SweepBuilder {
     points: Vec<SettingsPatch>,
     /// By their names.
     known: BTreeMap<String, usize>,
@@ -221,7 +221,7 @@ struct Builder {
     left_out: Vec<LeftOut>,
 }
 
-impl Builder {
+impl SweepBuilder {
     fn point(&mut self, patch: SettingsPatch) -> usize {
         let next = self.points.len();
         let index = *self.known.entry(name_of(&patch)).or_insert(next);
@@ -239,7 +239,7 @@ impl Builder {
     }
 
     /// Tries an axis' values; those that have frames of their own, if any, for the joint family. Only a family that is `wanted` becomes one.
-    fn family(&mut self, base: &Base, axis: Axis, wanted: bool) -> Option<Axis> {
+    fn family(&mut self, base: &Base, axis: SweepAxis, wanted: bool) -> Option<SweepAxis> {
         if let Some(why) = axis.without {
             if wanted {
                 self.leave_out(axis.key, why);
@@ -250,9 +250,9 @@ impl Builder {
         let mut default = None;
         for candidate in axis.candidates {
             match base.try_out(&candidate.patch) {
-                Outcome::Point => valid.push(candidate),
-                Outcome::Same => default = default.or(Some(candidate)),
-                Outcome::Refused(why) => refused.push((name_of(&candidate.patch), why)),
+                Admission::Point => valid.push(candidate),
+                Admission::Same => default = default.or(Some(candidate)),
+                Admission::Refused(why) => refused.push((name_of(&candidate.patch), why)),
             }
         }
         if wanted {
@@ -264,7 +264,7 @@ impl Builder {
             }
             return None;
         }
-        let axis = Axis { candidates: valid, without: None, ..axis };
+        let axis = SweepAxis { candidates: valid, without: None, ..axis };
         if wanted {
             let own = default.map(|one| Member { point: 0, label: one.label, value: one.value });
             let own = own.or_else(|| axis.as_given.then(|| Member { point: 0, label: "as given".into(), value: None }));
@@ -280,7 +280,7 @@ impl Builder {
         Some(axis)
     }
 
-    fn joint(&mut self, base: &Base, axes: &[Axis], selection: &Selection) {
+    fn joint(&mut self, base: &Base, axes: &[SweepAxis], selection: &Selection) {
         if selection.joint < 2 {
             return self.leave_out(JOINT, "one combination, as was asked for, is that of the settings as given");
         }

@@ -3,15 +3,17 @@
 use std::collections::BTreeMap;
 
 use super::super::assemble::{self, FRONTS};
-use super::super::error::Error;
+use super::super::error::SweepError;
 use super::super::families::{PlannedFamily, Sweep, name_of};
-use super::super::journal::{Asked, Drawn, Header, Journal, Measured, Record, SceneInfo};
+use super::super::journal::{
+    Journal, JournalHeader, JournalRecord, PictureFigures, SceneInfo, SceneMeasurements, SweepOptions,
+};
 use super::super::meter::Meter;
 use super::super::model::{
-    Errors, ErrorsByTruth, Interval, LAYOUT, LeftOut, Machine, Member, Point, Report, Shard, Timing, TruthInfo,
+    ErrorMetrics, ErrorsByTruth, Interval, LAYOUT, LeftOut, Machine, Member, Point, Report, Shard, Timing, TruthInfo,
 };
-use super::super::timing::{Rounds, Sample};
-use super::{Run, Step};
+use super::super::timing::{Rounds, TimingSample};
+use super::{Run, SceneProgress};
 use afterlight::scene::SettingsPatch;
 
 pub fn machine() -> Machine {
@@ -26,14 +28,22 @@ pub fn machine() -> Machine {
     }
 }
 
-pub fn header() -> Header {
-    let asked = Asked { families: None, joint: 4, quick: false, rounds: 5, truth_samples: 8, seed: 1 };
+pub fn header() -> JournalHeader {
+    let asked = SweepOptions { families: None, joint: 4, quick: false, rounds: 5, truth_samples: 8, seed: 1 };
     let scenes = vec!["builtin:test".into()];
-    Header { layout: LAYOUT, version: "1".into(), build: "b".into(), machine: machine(), shard: None, scenes, asked }
+    JournalHeader {
+        layout: LAYOUT,
+        version: "1".into(),
+        build: "b".into(),
+        machine: machine(),
+        shard: None,
+        scenes,
+        asked,
+    }
 }
 
 pub fn errors(error: f64) -> ErrorsByTruth {
-    let errors = Errors {
+    let errors = ErrorMetrics {
         rel_mse: error,
         rmse: error,
         max: error,
@@ -45,13 +55,13 @@ pub fn errors(error: f64) -> ErrorsByTruth {
     ErrorsByTruth { point: errors, converged: errors }
 }
 
-pub fn drawn(error: f64) -> Drawn {
-    Drawn { errors: errors(error), memory: 1 << 20, gbuffer_bytes_per_pixel: 16 }
+pub fn drawn(error: f64) -> PictureFigures {
+    PictureFigures { errors: errors(error), memory: 1 << 20, gbuffer_bytes_per_pixel: 16 }
 }
 
 /// One contender beside an anchor of 10 ms, `ratio` times as slow.
 pub fn rounds(others: usize, ratio: f64) -> Rounds {
-    let times = |ms: f64| (0..8).map(|_| Sample { wall: ms, gpu: None, cpu: Some(ms) }).collect::<Vec<_>>();
+    let times = |ms: f64| (0..8).map(|_| TimingSample { wall: ms, gpu: None, cpu: Some(ms) }).collect::<Vec<_>>();
     Rounds { anchor: times(10.0), others: vec![times(10.0 * ratio); others], moving: false }
 }
 
@@ -136,25 +146,25 @@ impl Clockwork {
         if is_lucky { 1e3 / f64::from(point.shadow_size.unwrap_or(2048)) } else { Self::ms(point) }
     }
 
-    fn work(&mut self) -> Result<(), Error> {
+    fn work(&mut self) -> Result<(), SweepError> {
         match &mut self.left {
-            Some(0) => return Err(Error::Refused(KILLED.into())),
+            Some(0) => return Err(SweepError::Refused(KILLED.into())),
             Some(left) => *left -= 1,
             None => {}
         }
         Ok(())
     }
 
-    fn refuse(&self, point: &SettingsPatch) -> Result<(), Error> {
+    fn refuse(&self, point: &SettingsPatch) -> Result<(), SweepError> {
         if self.too_large.contains(&name_of(point)) {
-            return Err(afterlight::plan::Error::ShadowSize(1, 1).into());
+            return Err(afterlight::plan::PlanError::ShadowSize(1, 1).into());
         }
         Ok(())
     }
 }
 
 impl Meter for Clockwork {
-    fn draw(&mut self, point: &SettingsPatch) -> Result<Drawn, Error> {
+    fn draw(&mut self, point: &SettingsPatch) -> Result<PictureFigures, SweepError> {
         self.work()?;
         self.refuse(point)?;
         self.drawn.push(name_of(point));
@@ -162,16 +172,16 @@ impl Meter for Clockwork {
         Ok(drawn(20.0 / shadow + 0.1 / f64::from(point.samples.unwrap_or(1))))
     }
 
-    fn time(&mut self, points: &[SettingsPatch], random: &mut fastrand::Rng) -> Result<Rounds, Error> {
+    fn time(&mut self, points: &[SettingsPatch], random: &mut fastrand::Rng) -> Result<Rounds, SweepError> {
         self.work()?;
         for point in points {
             self.refuse(point)?;
         }
         let all: Vec<f64> = points.iter().map(|point| self.ms_now(point)).collect();
         self.timed.extend(points.iter().map(name_of));
-        let mut times = |ms: f64| -> Vec<Sample> {
+        let mut times = |ms: f64| -> Vec<TimingSample> {
             let noise = (0..7).map(|_| ms * (1.0 + 0.01 * random.f64()));
-            noise.map(|ms| Sample { wall: ms, gpu: None, cpu: Some(ms) }).collect()
+            noise.map(|ms| TimingSample { wall: ms, gpu: None, cpu: Some(ms) }).collect()
         };
         let anchor = times(Self::ms(&SettingsPatch::default()));
         Ok(Rounds { anchor, others: all.into_iter().map(times).collect(), moving: false })
@@ -183,7 +193,7 @@ impl Meter for Clockwork {
 }
 
 /// Measures the sweep into a journal.
-pub fn measure(meter: &mut Clockwork, journal: &mut Journal, shard: Option<Shard>) -> Result<(), Error> {
+pub fn measure(meter: &mut Clockwork, journal: &mut Journal, shard: Option<Shard>) -> Result<(), SweepError> {
     measure_sweep(&sweep(), meter, journal, shard)
 }
 
@@ -192,18 +202,18 @@ pub fn measure_sweep(
     meter: &mut Clockwork,
     journal: &mut Journal,
     shard: Option<Shard>,
-) -> Result<(), Error> {
+) -> Result<(), SweepError> {
     if journal.scenes[0].info.is_none() {
-        journal.add(0, Record::Scene { scene: 0, info: info(sweep) })?;
+        journal.add(0, JournalRecord::Scene { scene: 0, info: info(sweep) })?;
     }
     let own = sweep.own(shard);
-    let mut watch = |_: Step| {};
+    let mut watch = |_: SceneProgress| {};
     let mut run = Run { scene: 0, sweep, own: &own, seed: 3, journal, watch: &mut watch };
     run.measure(meter)
 }
 
 /// All of it, measured in a folder.
-pub fn measured(folder: &std::path::Path) -> Vec<Measured> {
+pub fn measured(folder: &std::path::Path) -> Vec<SceneMeasurements> {
     let mut journal = Journal::open(folder, &header(), false).expect("a journal");
     measure(&mut Clockwork::default(), &mut journal, None).expect("measured");
     journal.scenes

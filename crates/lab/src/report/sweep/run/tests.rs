@@ -1,20 +1,20 @@
 use super::super::assemble::{self, FRONTS, fronts_of};
-use super::super::journal::{Contents, FILE, Header, Journal, Measured, Record, SceneInfo};
-use super::super::merge::{self, Part};
+use super::super::journal::{Contents, FILE, Journal, JournalHeader, JournalRecord, SceneInfo, SceneMeasurements};
+use super::super::merge::{self, ShardJournal};
 use super::super::model::{Against, LAYOUT, Metric, Report, Shard};
 use super::samples::{Clockwork, KILLED, header, info, measure, measure_sweep, measured, report, sweep};
 use super::*;
 
-fn sharded(index: u32, count: u32) -> Header {
-    Header { shard: Some(Shard { index, count }), ..header() }
+fn sharded(index: u32, count: u32) -> JournalHeader {
+    JournalHeader { shard: Some(Shard { index, count }), ..header() }
 }
 
-fn part(folder: &std::path::Path, header: &Header) -> Part {
+fn part(folder: &std::path::Path, header: &JournalHeader) -> ShardJournal {
     let mut journal = Journal::open(folder, header, false).expect("a journal");
     measure(&mut Clockwork::default(), &mut journal, header.shard).expect("measured");
-    journal.add(0, Record::Done { scene: 0 }).expect("written");
+    journal.add(0, JournalRecord::Done { scene: 0 }).expect("written");
     let contents = Contents::read(&folder.join(FILE)).expect("readable").expect("there");
-    Part { folder: folder.display().to_string(), contents }
+    ShardJournal { folder: folder.display().to_string(), contents }
 }
 
 #[test]
@@ -48,7 +48,7 @@ fn only_fronts_that_are_sought_are_confirmed() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let mut journal = Journal::open(folder.path(), &header(), false).expect("a journal");
     journal
-        .add(0, Record::Scene { scene: 0, info: SceneInfo { fronts: Vec::new(), ..info(&sweep()) } })
+        .add(0, JournalRecord::Scene { scene: 0, info: SceneInfo { fronts: Vec::new(), ..info(&sweep()) } })
         .expect("written");
     let mut meter = Clockwork::default();
     measure_sweep(&sweep(), &mut meter, &mut journal, None).expect("measured");
@@ -101,7 +101,7 @@ fn a_run_that_was_stopped_goes_on_and_measures_nothing_twice() {
         asked.left = Some(3);
         match measure(&mut asked, &mut journal, None) {
             Ok(()) => break,
-            Err(Error::Refused(why)) if why == KILLED => stops += 1,
+            Err(SweepError::Refused(why)) if why == KILLED => stops += 1,
             Err(error) => panic!("{error}"),
         }
     }
@@ -142,7 +142,7 @@ fn what_the_device_cannot_hold_is_left_out_with_its_reason() {
 fn shards_merge_to_the_points_and_errors_of_the_whole() {
     let whole = report();
     let folders: Vec<_> = (0..3).map(|_| tempfile::tempdir().expect("a temporary folder")).collect();
-    let parts: Vec<Part> =
+    let parts: Vec<ShardJournal> =
         folders.iter().zip(1..).map(|(folder, index)| part(folder.path(), &sharded(index, 3))).collect();
     let (header, joined) = merge::join(&parts).expect("they belong together");
     let merged = assemble::report(&header, &joined, None);
@@ -166,11 +166,11 @@ fn parts_that_do_not_belong_together_are_refused_by_name() {
     let folders: Vec<_> = (0..2).map(|_| tempfile::tempdir().expect("a temporary folder")).collect();
     let one = part(folders[0].path(), &sharded(1, 2));
     let two = part(folders[1].path(), &sharded(2, 2));
-    let refused = |parts: &[Part]| merge::join(parts).expect_err("refused").to_string();
+    let refused = |parts: &[ShardJournal]| merge::join(parts).expect_err("refused").to_string();
     assert!(merge::join(&[one.clone(), two.clone()]).is_ok());
     assert!(refused(std::slice::from_ref(&one)).contains("shard 2/2 is missing"));
     assert!(refused(&[one.clone(), one.clone()]).contains("both shard 1/2"));
-    let changed = |change: &dyn Fn(&mut Part)| {
+    let changed = |change: &dyn Fn(&mut ShardJournal)| {
         let mut other = two.clone();
         change(&mut other);
         refused(&[one.clone(), other])
@@ -186,7 +186,7 @@ fn parts_that_do_not_belong_together_are_refused_by_name() {
     });
     assert!(text.contains("64x36") && text.contains("1x1"), "{text}");
     assert!(changed(&|part| part.contents.header.shard = None).contains("no shard"));
-    assert!(changed(&|part| part.contents.scenes[0] = Measured::default()).contains("not finished"));
+    assert!(changed(&|part| part.contents.scenes[0] = SceneMeasurements::default()).contains("not finished"));
     // Broken off when all points had been measured, and something else had not.
     let text = changed(&|part| part.contents.scenes[0].done = false);
     assert!(text.contains("not finished with builtin:test"), "{text}");

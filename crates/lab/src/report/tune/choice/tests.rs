@@ -6,11 +6,11 @@ fn scene() -> SceneReport {
 }
 
 fn error_below(most: f64) -> Goal {
-    Goal { bound: Bound::Error(most), metric: Metric::Flip }
+    Goal { bound: GoalBound::Error(most), metric: Metric::Flip }
 }
 
 fn time_below(ms: f64) -> Goal {
-    Goal { bound: Bound::Milliseconds(ms), metric: Metric::Flip }
+    Goal { bound: GoalBound::Milliseconds(ms), metric: Metric::Flip }
 }
 
 /// Gives the measurements of the tuning camera, times these factors by camera.
@@ -27,7 +27,7 @@ impl Witness for Factors<'_> {
         self.error.len()
     }
 
-    fn measure(&mut self, camera: usize, _: &SceneReport, point: usize) -> Result<Pair, Error> {
+    fn measure(&mut self, camera: usize, _: &SceneReport, point: usize) -> Result<PairedMeasurement, SweepError> {
         self.asked.push((camera, point));
         let of = |point: usize| {
             let Measurement { error, time } = self.goal.of(&self.scene.points[point]);
@@ -35,7 +35,7 @@ impl Witness for Factors<'_> {
             let time = Interval { median: scaled(time.median), low: scaled(time.low), high: scaled(time.high), ..time };
             Measurement { error: error * self.error[camera], time }
         };
-        Ok(Pair { own: of(point), default: of(self.scene.default) })
+        Ok(PairedMeasurement { own: of(point), default: of(self.scene.default) })
     }
 }
 
@@ -44,14 +44,14 @@ impl<W: Witness> Witness for &mut W {
         (**self).cameras()
     }
 
-    fn measure(&mut self, camera: usize, scene: &SceneReport, point: usize) -> Result<Pair, Error> {
+    fn measure(&mut self, camera: usize, scene: &SceneReport, point: usize) -> Result<PairedMeasurement, SweepError> {
         (**self).measure(camera, scene, point)
     }
 }
 
 /// The choice where all has been measured already.
-fn choose(goal: &Goal, scene: &SceneReport, witness: &mut Factors) -> Outcome {
-    let outcome = goal.choose(&mut |_| Ok(scene.clone()), |_| Ok::<_, Error>(witness));
+fn choose(goal: &Goal, scene: &SceneReport, witness: &mut Factors) -> SearchResult {
+    let outcome = goal.choose(&mut |_| Ok(scene.clone()), |_| Ok::<_, SweepError>(witness));
     outcome.expect("measured").1
 }
 
@@ -118,7 +118,7 @@ fn what_nothing_keeps_is_not_chosen_and_the_nearest_is_known() {
     for (goal, is_nearest) in [(error_below(1e-9), 1), (time_below(0.01), 0)] {
         assert_eq!(goal.candidates(&scene, None), Vec::<usize>::new());
         let outcome = choose(&goal, &scene, &mut factors(&scene, goal, &[1.0], &[1.0]));
-        assert_eq!(outcome, Outcome { chosen: None, passed_over: Vec::new(), near_miss: None });
+        assert_eq!(outcome, SearchResult { chosen: None, passed_over: Vec::new(), near_miss: None });
         let front = &scene.fronts[2].points;
         let expected = if is_nearest == 1 { front.last() } else { front.first() };
         assert_eq!(goal.nearest(&scene).as_ref(), expected);
@@ -149,7 +149,7 @@ fn a_search_that_finds_more_after_a_failure_leaves_attempts_about_the_same_point
     };
     // The first camera has the first candidate err more, and it alone.
     let mut witness = Once { scene: &whole, goal, failing: whole.points[first].name.clone() };
-    let (now, outcome) = goal.choose(&mut search, |_| Ok::<_, Error>(&mut witness)).expect("measured");
+    let (now, outcome) = goal.choose(&mut search, |_| Ok::<_, SweepError>(&mut witness)).expect("measured");
     assert_eq!(outcome.passed_over[0].point, first);
     assert_eq!(outcome.chosen.map(|chosen| chosen.point), Some(second));
     assert_eq!(now, whole);
@@ -168,15 +168,15 @@ impl Witness for Once<'_> {
         1
     }
 
-    fn measure(&mut self, _: usize, scene: &SceneReport, point: usize) -> Result<Pair, Error> {
+    fn measure(&mut self, _: usize, scene: &SceneReport, point: usize) -> Result<PairedMeasurement, SweepError> {
         let mut own = self.goal.of(&scene.points[point]);
         own.error *= if scene.points[point].name == self.failing { 100.0 } else { 1.0 };
-        Ok(Pair { own, default: self.goal.of(&self.scene.points[self.scene.default]) })
+        Ok(PairedMeasurement { own, default: self.goal.of(&self.scene.points[self.scene.default]) })
     }
 }
 
 fn loss_below(share: f64) -> Goal {
-    Goal { bound: Bound::Loss(share), metric: Metric::Flip }
+    Goal { bound: GoalBound::Loss(share), metric: Metric::Flip }
 }
 
 #[test]
@@ -239,7 +239,7 @@ fn what_is_slower_than_the_settings_as_given_from_another_camera_is_passed_over(
         assert_ne!(fastest, scene.default);
         let name = scene.points[fastest].name.clone();
         let mut witness = Slower { goal, point: fastest };
-        let found = goal.choose(&mut |_| Ok(scene.clone()), |_| Ok::<_, Error>(&mut witness)).expect("measured").1;
+        let found = goal.choose(&mut |_| Ok(scene.clone()), |_| Ok::<_, SweepError>(&mut witness)).expect("measured").1;
         (name, found)
     };
     let (name, found) = first(loss_below(0.5));
@@ -260,7 +260,7 @@ impl Witness for Slower {
         1
     }
 
-    fn measure(&mut self, _: usize, scene: &SceneReport, point: usize) -> Result<Pair, Error> {
+    fn measure(&mut self, _: usize, scene: &SceneReport, point: usize) -> Result<PairedMeasurement, SweepError> {
         let mut pair = self.goal.pair(scene, point);
         if point == self.point {
             let Interval { median, low, high, count } = pair.default.time;
@@ -280,7 +280,7 @@ fn a_near_miss_names_a_bound_that_fits_from_all_cameras() {
     let outcome = choose(&goal, &scene, &mut factors(&scene, goal, &[1.0, 1.3, 1.2], &[1.0; 3]));
     let near_miss = outcome.near_miss.expect("near");
     assert_eq!(near_miss.held_out.len(), 3, "it is measured from all cameras");
-    let Bound::Error(fitting) = goal.fitting(&scene, &near_miss) else { panic!("another kind of bound") };
+    let GoalBound::Error(fitting) = goal.fitting(&scene, &near_miss) else { panic!("another kind of bound") };
     assert!(fitting >= 1.3 * least && fitting < 1.43 * least, "{fitting} {least}");
     // Asked for, it fits.
     let goal = error_below(fitting);
@@ -304,7 +304,7 @@ fn bounds_are_rounded_up_to_two_digits() {
     let goal = time_below(10.0);
     let attempt = Attempt { point: scene.default, held_out: Vec::new() };
     let high = goal.of(&scene.points[scene.default]).time.high;
-    assert_eq!(goal.fitting(&scene, &attempt), Bound::Milliseconds(round_up(1.05 * high)));
+    assert_eq!(goal.fitting(&scene, &attempt), GoalBound::Milliseconds(round_up(1.05 * high)));
 }
 
 #[test]
@@ -341,11 +341,11 @@ fn a_bound_near_the_noise_of_the_truth_is_known() {
     let truth =
         TruthInfo { samples: 8, noise_rmse: 1e-3, noise_rel_mse: 1e-5, sky: 0.0, other_triangle: None, size: None };
     let near = |bound, metric| Goal { bound, metric }.near_noise(&truth);
-    assert_eq!(near(Bound::Error(1.5e-3), Metric::Rmse), Some(1e-3));
-    assert_eq!(near(Bound::Error(3e-3), Metric::Rmse), None);
-    assert_eq!(near(Bound::Error(1e-6), Metric::RelMse), Some(1e-5));
-    assert_eq!(near(Bound::Error(1e-6), Metric::Flip), None);
-    assert_eq!(near(Bound::Milliseconds(1e-6), Metric::Rmse), None);
+    assert_eq!(near(GoalBound::Error(1.5e-3), Metric::Rmse), Some(1e-3));
+    assert_eq!(near(GoalBound::Error(3e-3), Metric::Rmse), None);
+    assert_eq!(near(GoalBound::Error(1e-6), Metric::RelMse), Some(1e-5));
+    assert_eq!(near(GoalBound::Error(1e-6), Metric::Flip), None);
+    assert_eq!(near(GoalBound::Milliseconds(1e-6), Metric::Rmse), None);
 }
 
 #[test]

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::report::sweep::families::PlannedFamily;
-use crate::report::sweep::journal::{Batch, Record};
+use crate::report::sweep::journal::{Batch, JournalRecord};
 use crate::report::sweep::model::Metric;
 use crate::report::sweep::run::samples::{drawn, info, sweep};
 use crate::report::sweep::timing::Rounds;
@@ -65,37 +65,40 @@ impl Land {
 
     fn keeps(&self, goal: &Goal, index: usize) -> bool {
         match goal.bound {
-            Bound::Error(most) => self.truth[index].1 <= most,
-            Bound::Loss(share) => self.truth[index].1 <= GIVEN * (1.0 + share),
-            Bound::Milliseconds(most) => 10.0 * self.truth[index].0 <= most,
+            GoalBound::Error(most) => self.truth[index].1 <= most,
+            GoalBound::Loss(share) => self.truth[index].1 <= GIVEN * (1.0 + share),
+            GoalBound::Milliseconds(most) => 10.0 * self.truth[index].0 <= most,
         }
     }
 
-    fn record(&self, step: &Step, random: &mut fastrand::Rng) -> Record {
+    fn record(&self, step: &SearchStep, random: &mut fastrand::Rng) -> JournalRecord {
         let name = |index: &usize| self.info.points[*index].clone();
         let (points, confirms) = match step {
-            Step::Draw(index) => {
+            SearchStep::Draw(index) => {
                 let drawn = drawn(self.truth[*index].1);
-                return Record::Drawn { scene: 0, point: name(index), drawn };
+                return JournalRecord::Drawn { scene: 0, point: name(index), drawn };
             }
-            Step::Glance(points) => (points, false),
-            Step::Confirm(points) => (points, true),
+            SearchStep::Glance(points) => (points, false),
+            SearchStep::Confirm(points) => (points, true),
         };
         let rounds = if confirms { 8 } else { 2 };
-        let mut times = |ratio: f64| -> Vec<Sample> {
+        let mut times = |ratio: f64| -> Vec<TimingSample> {
             let mut sample = || 10.0 * ratio * (1.0 + self.noise * (2.0 * random.f64() - 1.0));
-            (0..rounds).map(|_| Sample { wall: sample(), gpu: None, cpu: None }).collect()
+            (0..rounds).map(|_| TimingSample { wall: sample(), gpu: None, cpu: None }).collect()
         };
         let anchor = times(1.0);
         let others = points.iter().map(|&index| times(self.truth[index].0)).collect();
         let points = points.iter().map(name).collect();
-        Record::Batch { scene: 0, batch: Batch { points, confirms, rounds: Rounds { anchor, others, moving: false } } }
+        JournalRecord::Batch {
+            scene: 0,
+            batch: Batch { points, confirms, rounds: Rounds { anchor, others, moving: false } },
+        }
     }
 
     /// Returns all steps, and their measurements; the time is over after `most` of them.
-    fn search(&self, goal: &Goal, margin: Option<f64>, most: usize) -> (Vec<Step>, Measured) {
-        let mut measured = Measured { info: Some(self.info.clone()), ..Measured::default() };
-        let mut steps: Vec<Step> = Vec::new();
+    fn search(&self, goal: &Goal, margin: Option<f64>, most: usize) -> (Vec<SearchStep>, SceneMeasurements) {
+        let mut measured = SceneMeasurements { info: Some(self.info.clone()), ..SceneMeasurements::default() };
+        let mut steps: Vec<SearchStep> = Vec::new();
         loop {
             let is_late = steps.len() >= most;
             let search =
@@ -111,25 +114,25 @@ impl Land {
     }
 
     /// The choice among confirmed points.
-    fn choice(&self, goal: &Goal, measured: &Measured) -> Option<usize> {
+    fn choice(&self, goal: &Goal, measured: &SceneMeasurements) -> Option<usize> {
         let confirmed: BTreeSet<&str> =
             measured.batches.iter().filter(|batch| batch.confirms).flat_map(names).collect();
         let search =
             Search { goal, info: &self.info, measured, margin: None, is_late: false, can_draw: true, glances: 4 };
-        let known = search.known();
+        let known = search.states();
         let points = (0..self.truth.len())
             .filter(|&index| index == 0 || confirmed.contains(self.info.points[index].as_str()))
             .filter(|&index| known[index].error.is_some() && self.keeps(goal, index));
         match goal.bound {
-            Bound::Milliseconds(_) => points.min_by(|&a, &b| self.truth[a].1.total_cmp(&self.truth[b].1)),
+            GoalBound::Milliseconds(_) => points.min_by(|&a, &b| self.truth[a].1.total_cmp(&self.truth[b].1)),
             _ => points.min_by(|&a, &b| median(known[a].time).total_cmp(&median(known[b].time))),
         }
     }
 
     /// Returns the extra cost of the choice, as a share of the best point's.
-    fn regret(&self, goal: &Goal, measured: &Measured) -> f64 {
+    fn regret(&self, goal: &Goal, measured: &SceneMeasurements) -> f64 {
         let cost = |index: usize| match goal.bound {
-            Bound::Milliseconds(_) => self.truth[index].1,
+            GoalBound::Milliseconds(_) => self.truth[index].1,
             _ => self.truth[index].0,
         };
         let all = (0..self.truth.len()).filter(|&index| self.keeps(goal, index));
@@ -146,7 +149,7 @@ fn names(batch: &Batch) -> impl Iterator<Item = &str> {
     batch.points.iter().map(String::as_str)
 }
 
-fn goal(bound: Bound) -> Goal {
+fn goal(bound: GoalBound) -> Goal {
     Goal { bound, metric: Metric::Flip }
 }
 
@@ -165,13 +168,13 @@ proptest! {
         land in lands(),
         loss in 0.001..0.5f64,
     ) {
-        for bound in [Bound::Loss(loss), Bound::Error(GIVEN * (1.0 + loss))] {
+        for bound in [GoalBound::Loss(loss), GoalBound::Error(GIVEN * (1.0 + loss))] {
             let goal = goal(bound);
             let (_, measured) = land.search(&goal, None, usize::MAX);
             prop_assert!(land.regret(&goal, &measured) <= 0.05, "{:?}", land.choice(&goal, &measured));
         }
         // A point may be missed if its time is so near the bound that scatter hides it: so the bound has none near it.
-        let goal = goal(Bound::Milliseconds(10.0 * (0.7 + loss)));
+        let goal = goal(GoalBound::Milliseconds(10.0 * (0.7 + loss)));
         let is_near = |time: f64| (10.0 * time / (10.0 * (0.7 + loss)) - 1.0).abs() < 0.03;
         prop_assume!(!land.truth.iter().any(|&(time, _)| is_near(time)));
         let (_, measured) = land.search(&goal, None, usize::MAX);
@@ -180,9 +183,9 @@ proptest! {
 
     #[test]
     fn a_search_that_is_broken_off_anywhere_goes_on_with_the_same_steps(land in lands(), stop in 1usize..12) {
-        let goal = goal(Bound::Loss(0.1));
+        let goal = goal(GoalBound::Loss(0.1));
         let (steps, _) = land.search(&goal, None, usize::MAX);
-        let mut measured = Measured { info: Some(land.info.clone()), ..Measured::default() };
+        let mut measured = SceneMeasurements { info: Some(land.info.clone()), ..SceneMeasurements::default() };
         for (index, step) in steps.iter().enumerate() {
             let search = Search { goal: &goal, info: &land.info, measured: &measured, margin: None, is_late: false, can_draw: true, glances: 4 };
             let next = search.next();
@@ -191,7 +194,7 @@ proptest! {
                 // As if read again from its journal.
                 let text = measured.batches.iter().map(|batch| serde_json::to_string(batch).expect("JSON"));
                 let batches = text.map(|text| serde_json::from_str(&text).expect("a batch")).collect();
-                measured = Measured { batches, ..measured };
+                measured = SceneMeasurements { batches, ..measured };
             }
             measured.add(land.record(step, &mut fastrand::Rng::with_seed(index as u64)));
         }
@@ -199,10 +202,10 @@ proptest! {
 
     #[test]
     fn when_time_is_over_a_choice_is_confirmed_and_little_else(land in lands(), most in 0usize..20) {
-        let goal = goal(Bound::Loss(0.2));
+        let goal = goal(GoalBound::Loss(0.2));
         let (steps, measured) = land.search(&goal, None, most);
         let after = steps.iter().skip(most.max(1));
-        prop_assert!(after.clone().all(|step| matches!(step, Step::Confirm(points) if points.len() <= 2)), "{steps:?}");
+        prop_assert!(after.clone().all(|step| matches!(step, SearchStep::Confirm(points) if points.len() <= 2)), "{steps:?}");
         prop_assert!(land.choice(&goal, &measured).is_some());
         let search = Search { goal: &goal, info: &land.info, measured: &measured, margin: None, is_late: true, can_draw: true, glances: 4 };
         let left = search.left();
@@ -217,11 +220,11 @@ fn what_is_slower_than_a_better_point_is_neither_drawn_nor_timed_again() {
     let settings: Vec<Vec<(f64, f64)>> =
         (0..6).map(|index| vec![(0.5 + 0.1 * f64::from(index), 0.0), (2.0, -0.01)]).collect();
     let land = Land::of(&settings, &[], 0.01);
-    let (steps, measured) = land.search(&goal(Bound::Loss(0.02)), None, usize::MAX);
+    let (steps, measured) = land.search(&goal(GoalBound::Loss(0.02)), None, usize::MAX);
     let drawn: BTreeSet<&str> = measured.drawn.keys().map(String::as_str).collect();
     assert_eq!(drawn, BTreeSet::from(["default", "s0=0"]));
-    let confirmed: Vec<&Step> = steps.iter().filter(|step| matches!(step, Step::Confirm(_))).collect();
-    assert_eq!(confirmed, [&Step::Confirm(vec![1])]);
+    let confirmed: Vec<&SearchStep> = steps.iter().filter(|step| matches!(step, SearchStep::Confirm(_))).collect();
+    assert_eq!(confirmed, [&SearchStep::Confirm(vec![1])]);
     assert_eq!(measured.timed().len(), 12, "each has its glance");
 }
 
@@ -230,11 +233,11 @@ fn what_errs_too_much_is_not_timed_again() {
     let settings: Vec<Vec<(f64, f64)>> =
         (0..4).map(|index| vec![(0.4 + 0.1 * f64::from(index), 0.03 - 0.01 * f64::from(index))]).collect();
     let land = Land::of(&settings, &[], 0.0);
-    let goal = goal(Bound::Loss(0.25));
+    let goal = goal(GoalBound::Loss(0.25));
     let (steps, measured) = land.search(&goal, None, usize::MAX);
     assert_eq!(land.choice(&goal, &measured).map(|index| land.info.points[index].as_str()), Some("s2=0"));
     let confirmed = steps.iter().filter_map(|step| match step {
-        Step::Confirm(points) => Some(points.clone()),
+        SearchStep::Confirm(points) => Some(points.clone()),
         _ => None,
     });
     assert_eq!(confirmed.collect::<Vec<_>>(), [[3]]);
@@ -245,11 +248,11 @@ fn combinations_of_what_saved_time_come_before_those_of_what_did_not() {
     let settings = vec![vec![(0.5, 0.0)], vec![(0.6, 0.0)], vec![(1.4, 0.0)], vec![(0.4, 0.2)]];
     let joint = [(vec![1, 0, 0, 1, 0], 1.0), (vec![0, 1, 1, 0, 0], 1.0), (vec![1, 1, 0, 0, 0], 1.0)];
     let land = Land::of(&settings, &joint, 0.0);
-    let (steps, _) = land.search(&goal(Bound::Loss(0.02)), None, usize::MAX);
+    let (steps, _) = land.search(&goal(GoalBound::Loss(0.02)), None, usize::MAX);
     let glances: Vec<usize> = steps
         .iter()
         .filter_map(|step| match step {
-            Step::Glance(points) => Some(points.clone()),
+            SearchStep::Glance(points) => Some(points.clone()),
             _ => None,
         })
         .flatten()
@@ -266,19 +269,19 @@ fn combinations_of_what_saved_time_come_before_those_of_what_did_not() {
 fn a_margin_leaves_only_what_errs_less() {
     let settings = vec![vec![(0.5, 0.004), (0.6, 0.002), (0.7, -0.01)]];
     let land = Land::of(&settings, &[], 0.0);
-    let goal = goal(Bound::Error(GIVEN + 0.005));
+    let goal = goal(GoalBound::Error(GIVEN + 0.005));
     let (steps, _) = land.search(&goal, Some(GIVEN + 0.001), usize::MAX);
-    assert_eq!(steps.last(), Some(&Step::Confirm(vec![3])));
+    assert_eq!(steps.last(), Some(&SearchStep::Confirm(vec![3])));
 }
 
 #[test]
 fn textbooks_and_what_failed_are_not_measured() {
     let mut land = Land::of(&[vec![(0.5, 0.0)], vec![(0.4, 0.0)], vec![(0.3, 0.0)]], &[], 0.0);
     land.info.points[2] = "textbook=on".into();
-    let goal = goal(Bound::Loss(0.1));
-    let mut measured = Measured { info: Some(land.info.clone()), ..Measured::default() };
-    measured.add(Record::Failed { scene: 0, point: land.info.points[3].clone(), reason: "too large".into() });
-    measured.add(land.record(&Step::Draw(0), &mut fastrand::Rng::with_seed(1)));
+    let goal = goal(GoalBound::Loss(0.1));
+    let mut measured = SceneMeasurements { info: Some(land.info.clone()), ..SceneMeasurements::default() };
+    measured.add(JournalRecord::Failed { scene: 0, point: land.info.points[3].clone(), reason: "too large".into() });
+    measured.add(land.record(&SearchStep::Draw(0), &mut fastrand::Rng::with_seed(1)));
     let search = Search {
         goal: &goal,
         info: &land.info,
@@ -288,22 +291,22 @@ fn textbooks_and_what_failed_are_not_measured() {
         can_draw: true,
         glances: 4,
     };
-    assert_eq!(search.next(), Some(Step::Glance(vec![1])));
+    assert_eq!(search.next(), Some(SearchStep::Glance(vec![1])));
     assert_eq!(search.left(), ["s0=0"]);
 }
 
 #[test]
 fn where_no_time_is_short_enough_the_fastest_is_told() {
     let land = Land::of(&[vec![(0.5, 0.0), (0.6, 0.0)]], &[], 0.0);
-    let (steps, measured) = land.search(&goal(Bound::Milliseconds(1e-6)), None, usize::MAX);
+    let (steps, measured) = land.search(&goal(GoalBound::Milliseconds(1e-6)), None, usize::MAX);
     assert!(measured.drawn.contains_key("s0=0"), "{steps:?}");
-    assert_eq!(steps.last(), Some(&Step::Confirm(vec![1])));
+    assert_eq!(steps.last(), Some(&SearchStep::Confirm(vec![1])));
 }
 
 /// Steps of a search that has no truth for the first of them, and the point that it would choose.
-fn steps_without_truth(land: &Land, goal: &Goal, without: usize) -> (Vec<Step>, Option<usize>) {
+fn steps_without_truth(land: &Land, goal: &Goal, without: usize) -> (Vec<SearchStep>, Option<usize>) {
     let mut random = fastrand::Rng::with_seed(3);
-    let mut measured = Measured { info: Some(land.info.clone()), ..Measured::default() };
+    let mut measured = SceneMeasurements { info: Some(land.info.clone()), ..SceneMeasurements::default() };
     let mut steps = Vec::new();
     loop {
         let can_draw = steps.len() >= without;
@@ -321,18 +324,19 @@ fn points_are_timed_while_the_truth_is_on_its_way_and_the_choice_is_the_same() {
     let settings = [vec![(0.7, 0.001), (0.5, 0.02)], vec![(0.9, 0.0), (1.2, -0.01)], vec![(0.6, 0.0005)]];
     let joint = [(vec![1, 1, 1], 1.0), (vec![2, 1, 1], 0.9), (vec![2, 2, 1], 1.0), (vec![1, 0, 1], 1.0)];
     let land = Land::of(&settings, &joint, 0.0);
-    let goal = Goal { bound: Bound::Loss(0.05), metric: Metric::Flip };
+    let goal = Goal { bound: GoalBound::Loss(0.05), metric: Metric::Flip };
     let (at_once, expected) = steps_without_truth(&land, &goal, 0);
-    assert_eq!(at_once.first(), Some(&Step::Draw(0)));
+    assert_eq!(at_once.first(), Some(&SearchStep::Draw(0)));
     for without in [1, 2, 100] {
         let (steps, best) = steps_without_truth(&land, &goal, without);
-        let first_picture = steps.iter().position(|step| matches!(step, Step::Draw(_))).expect("pictures at last");
+        let first_picture =
+            steps.iter().position(|step| matches!(step, SearchStep::Draw(_))).expect("pictures at last");
         assert!(first_picture >= 1 && first_picture <= without.max(1) + 3, "{steps:?}");
-        assert_eq!((steps[first_picture].clone(), best), (Step::Draw(0), expected), "{steps:?}");
+        assert_eq!((steps[first_picture].clone(), best), (SearchStep::Draw(0), expected), "{steps:?}");
     }
     // A bound on time needs whole pictures first.
-    let timed = Goal { bound: Bound::Milliseconds(8.0), metric: Metric::Flip };
-    assert_eq!(steps_without_truth(&land, &timed, 100).0.first(), Some(&Step::Draw(0)));
+    let timed = Goal { bound: GoalBound::Milliseconds(8.0), metric: Metric::Flip };
+    assert_eq!(steps_without_truth(&land, &timed, 100).0.first(), Some(&SearchStep::Draw(0)));
 }
 
 #[test]
@@ -342,11 +346,11 @@ fn a_part_that_breaks_the_bound_is_drawn_before_the_combinations_that_have_it() 
     let joint: Vec<(Vec<usize>, f64)> =
         (1..=3).flat_map(|one| (1..=3).map(move |other| (vec![2, one, other], 1.0))).collect();
     let land = Land::of(&settings, &joint, 0.0);
-    let goal = Goal { bound: Bound::Loss(0.05), metric: Metric::Flip };
+    let goal = Goal { bound: GoalBound::Loss(0.05), metric: Metric::Flip };
     let (steps, _) = steps_without_truth(&land, &goal, 100);
     let drawn: Vec<&String> = steps
         .iter()
-        .filter_map(|step| if let Step::Draw(index) = step { Some(&land.info.points[*index]) } else { None })
+        .filter_map(|step| if let SearchStep::Draw(index) = step { Some(&land.info.points[*index]) } else { None })
         .collect();
     let place = |name: &str| drawn.iter().position(|own| *own == name);
     let part = place("s0=1").expect("the part is drawn");
@@ -357,7 +361,7 @@ fn a_part_that_breaks_the_bound_is_drawn_before_the_combinations_that_have_it() 
 /// The order in which points get a glance.
 fn glances(land: &Land, goal: &Goal) -> Vec<usize> {
     let (steps, _) = land.search(goal, None, usize::MAX);
-    let of = |step: Step| if let Step::Glance(points) = step { points } else { Vec::new() };
+    let of = |step: SearchStep| if let SearchStep::Glance(points) = step { points } else { Vec::new() };
     steps.into_iter().flat_map(of).collect()
 }
 
@@ -370,7 +374,7 @@ fn a_number_on_the_slow_side_of_the_given_one_is_tried_late_and_a_word_is_not() 
     for (member, value) in land.info.families[0].members.iter_mut().zip([8.0, 1.0, 2.0, 16.0, 32.0]) {
         member.value = Some(value);
     }
-    let order = glances(&land, &goal(Bound::Loss(0.02)));
+    let order = glances(&land, &goal(GoalBound::Loss(0.02)));
     let place = |name: &str| order.iter().position(|&point| land.info.points[point] == name).expect("a glance");
     assert!(place("s1=2") < place("s0=2") && place("s1=2") < place("s0=3"), "{order:?}");
     assert_eq!(order.len(), 7, "each has its glance: {order:?}");
@@ -380,7 +384,7 @@ fn a_number_on_the_slow_side_of_the_given_one_is_tried_late_and_a_word_is_not() 
 fn each_family_is_tried_once_before_another_value_of_one_that_saves_nothing() {
     let settings: Vec<Vec<(f64, f64)>> = (0..6).map(|_| vec![(1.0, 0.0); 4]).collect();
     let land = Land::of(&settings, &[], 0.0);
-    let order = glances(&land, &goal(Bound::Loss(0.02)));
+    let order = glances(&land, &goal(GoalBound::Loss(0.02)));
     let families: BTreeSet<&str> = order[..6].iter().map(|&point| &land.info.points[point][..2]).collect();
     assert_eq!(families.len(), 6, "{order:?}");
 }
@@ -396,19 +400,25 @@ fn a_late_search_goes_on_where_what_it_confirmed_saves_nothing() {
 fn confirm_late(slow: f64) {
     let land = Land::of(&[vec![(0.90, 0.0), (0.91, 0.0), (0.92, 0.0)]], &[], 0.0);
     let slow = Land { truth: vec![(1.0, GIVEN), (slow, GIVEN), (slow, GIVEN), (0.92, GIVEN)], ..land.clone() };
-    let goal = goal(Bound::Loss(0.02));
+    let goal = goal(GoalBound::Loss(0.02));
     let mut random = fastrand::Rng::with_seed(5);
-    let mut measured = Measured { info: Some(land.info.clone()), ..Measured::default() };
-    for step in [Step::Draw(0), Step::Glance(vec![1, 2, 3]), Step::Draw(1), Step::Draw(2), Step::Draw(3)] {
+    let mut measured = SceneMeasurements { info: Some(land.info.clone()), ..SceneMeasurements::default() };
+    for step in [
+        SearchStep::Draw(0),
+        SearchStep::Glance(vec![1, 2, 3]),
+        SearchStep::Draw(1),
+        SearchStep::Draw(2),
+        SearchStep::Draw(3),
+    ] {
         measured.add(land.record(&step, &mut random));
     }
-    let next = |measured: &Measured| {
+    let next = |measured: &SceneMeasurements| {
         let (info, is_late) = (&land.info, true);
         Search { goal: &goal, info, measured, margin: None, is_late, can_draw: true, glances: 4 }.next()
     };
-    assert_eq!(next(&measured), Some(Step::Confirm(vec![1, 2])));
-    measured.add(slow.record(&Step::Confirm(vec![1, 2]), &mut random));
-    assert_eq!(next(&measured), Some(Step::Confirm(vec![3])));
-    measured.add(slow.record(&Step::Confirm(vec![3]), &mut random));
+    assert_eq!(next(&measured), Some(SearchStep::Confirm(vec![1, 2])));
+    measured.add(slow.record(&SearchStep::Confirm(vec![1, 2]), &mut random));
+    assert_eq!(next(&measured), Some(SearchStep::Confirm(vec![3])));
+    measured.add(slow.record(&SearchStep::Confirm(vec![3]), &mut random));
     assert_eq!(next(&measured), None);
 }

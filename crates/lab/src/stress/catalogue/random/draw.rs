@@ -4,9 +4,9 @@
 use glam::Vec3;
 
 /// A source of random numbers.
-pub struct Draw<'a>(pub &'a mut dyn FnMut() -> f64);
+pub struct RandomSource<'a>(pub &'a mut dyn FnMut() -> f64);
 
-impl Draw<'_> {
+impl RandomSource<'_> {
     fn number(&mut self) -> f64 {
         (self.0)()
     }

@@ -3,7 +3,7 @@
 use fastrand::Rng;
 use glam::Vec3;
 
-use super::draw::Draw;
+use super::draw::RandomSource;
 use afterlight::scene::{AlphaMode, Brdf, GbufferPreset, HdrFormat, LightPath, ShadowFilter, Transparency};
 
 /// Random numbers that a scene takes.
@@ -142,7 +142,7 @@ impl Extremes {
 
     /// The scene of [`NUMBERS`] numbers from 0 up to 1, all of which 0 is a plain one.
     pub fn drawn(next: &mut dyn FnMut() -> f64) -> Self {
-        let mut draw = Draw(next);
+        let mut draw = RandomSource(next);
         let plain = Self::PLAIN;
         let scene = Self {
             brdf: draw.pick(&[Brdf::CookTorrance, Brdf::Phong, Brdf::BlinnPhong, Brdf::Lambert]),

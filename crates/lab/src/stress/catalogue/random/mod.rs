@@ -6,7 +6,7 @@ mod scene;
 
 pub use extremes::{Extremes, NUMBERS};
 
-use super::super::{Bound, Case, Check, Values, case};
+use super::super::{Bound, Case, Check, SweepValues, case};
 
 pub const CASES: &[Case] = &[
     case("random/tame", "random scenes of wide highlights without shadows, in a G-buffer of 32-bit floats")
@@ -25,5 +25,5 @@ pub const CASES: &[Case] = &[
         .check(Check::Sane(|seed| Extremes::wild(seed as u64).subject())),
 ];
 
-const SEEDS: Values = Values::Seeds { first: 0, end: 48 };
+const SEEDS: SweepValues = SweepValues::Seeds { first: 0, end: 48 };
 const CLAIM: [f64; 2] = [0.0, 47.0];

@@ -6,7 +6,7 @@ use super::super::super::Subject;
 use super::super::stage::{even_texture, waves};
 use super::extremes::{Extremes, Falling};
 use afterlight::scene::builtin::shapes;
-use afterlight::scene::builtin::stage::Stage;
+use afterlight::scene::builtin::stage::SceneBuilder;
 use afterlight::scene::{
     AlphaMode, Camera, Environment, Falloff, GbufferChoice, Light, LightKind, Material, Projection, SettingsPatch,
 };
@@ -14,7 +14,7 @@ use afterlight::scene::{
 impl Extremes {
     /// The scene and its settings.
     pub fn subject(&self) -> Subject {
-        let mut stage = Stage::default();
+        let mut stage = SceneBuilder::default();
         self.add_surfaces(&mut stage);
         (0..self.lamps).for_each(|index| stage.light(self.lamp(index)));
         if self.sun_lux > 0.0 {
@@ -43,7 +43,7 @@ impl Extremes {
         place * self.scale + DVec3::splat(self.offset)
     }
 
-    fn add_surfaces(&self, stage: &mut Stage) {
+    fn add_surfaces(&self, stage: &mut SceneBuilder) {
         let material = self.material(stage);
         let opaque = Material { alpha_mode: AlphaMode::Opaque, ..material.clone() };
         let (of_floor, of_ball) = (stage.material(opaque), stage.material(material));
@@ -57,7 +57,7 @@ impl Extremes {
         stage.place(ball, of_ball, place(DQuat::from_rotation_z(0.5), DVec3::from(self.stretch), DVec3::Y));
     }
 
-    fn material(&self, stage: &mut Stage) -> Material {
+    fn material(&self, stage: &mut SceneBuilder) -> Material {
         Material {
             name: "random".into(),
             brdf: self.brdf,
