@@ -23,7 +23,7 @@ pub(super) struct RendererBuilder {
     device: Arc<Device>,
     plan: FramePlan,
     settings: Settings,
-    edges: Rows,
+    rows: Rows,
     world: World,
     scene: Arc<GpuScene>,
 }
@@ -37,7 +37,7 @@ impl RendererBuilder {
         device: &Arc<Device>,
         source: impl Into<UploadSource<'a>>,
         settings: &Settings,
-        (plan, edges): (FramePlan, Rows),
+        (plan, rows): (FramePlan, Rows),
         uploaded: Option<Arc<GpuScene>>,
     ) -> Result<Self, Error> {
         let mut source = source.into();
@@ -50,16 +50,15 @@ impl RendererBuilder {
         let scene = match uploaded {
             Some(uploaded) => uploaded,
             None => {
-                let scene = GpuScene::new(device, &mut source, &plan, edges.upload_order())?;
-                if let (Some(sky), Some(planned), Some(order)) =
-                    (&scene.sky, &plan.effects.sky, edges.prefilter_order())
+                let scene = GpuScene::new(device, &mut source, &plan, rows.upload_order())?;
+                if let (Some(sky), Some(planned), Some(order)) = (&scene.sky, &plan.effects.sky, rows.prefilter_order())
                 {
                     prefilter::submit(device, sky, planned, order)?;
                 }
                 Arc::new(scene)
             }
         };
-        Ok(Self { device: Arc::clone(device), plan, settings: settings.clone(), edges, world, scene })
+        Ok(Self { device: Arc::clone(device), plan, settings: settings.clone(), rows, world, scene })
     }
 
     /// As [`Renderer::uploaded_for`].
@@ -78,9 +77,9 @@ impl RendererBuilder {
     /// # Errors
     /// When the device lacks the memory, or cannot compile a pipeline.
     pub(super) fn finish(self, swapchain: &[vk::ImageView]) -> Result<Renderer, Error> {
-        let Self { device, plan, settings, edges, world, scene } = self;
+        let Self { device, plan, settings, rows, world, scene } = self;
         let frame_layout = view_set_layout(&device, &plan)?;
-        let atlas = match (&plan.shadow, edges.clear_order()) {
+        let atlas = match (&plan.shadow, rows.clear_order()) {
             (Some(shadow), Some(order)) => Some(ShadowAtlas::new(&device, shadow, IN_FLIGHT, order)?),
             _ => None,
         };
@@ -92,7 +91,7 @@ impl RendererBuilder {
         let frame = Frame::new(&BuildContext {
             device: &device,
             plan: &plan,
-            edges: &edges,
+            rows: &rows,
             frame_layout: frame_layout.raw,
             atlas: atlas.as_ref(),
             scene: &scene,
@@ -124,7 +123,7 @@ impl RendererBuilder {
             device,
             plan,
             settings,
-            edges,
+            rows,
             world,
             scene,
             frame,

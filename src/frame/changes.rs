@@ -112,8 +112,8 @@ impl Renderer {
         let keeps = changed == Changed::Arrangement;
         let uploaded = (keeps && plan.uploads_as(&self.plan)).then(|| Arc::clone(&self.scene));
         let serves = uploaded.is_some() && plan.has_structure_of(&self.plan);
-        let edges = rows::table(&plan);
-        let builder = RendererBuilder::new(&self.device, scene, settings, (plan, edges), uploaded)?;
+        let rows = rows::table(&plan);
+        let builder = RendererBuilder::new(&self.device, scene, settings, (plan, rows), uploaded)?;
         let halted = self.world.halted();
         if serves {
             (self.world, self.plan) = builder.into_world();

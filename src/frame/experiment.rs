@@ -18,13 +18,13 @@ use crate::scene::{Playing, Scene, Settings};
 /// picture that was copied last.
 ///
 /// # Safety
-/// As of [`Renderer::with_edges`].
+/// As of [`Renderer::with_rows`].
 ///
 /// # Errors
-/// As [`Renderer::with_edges`], [`Renderer::render`] and [`Renderer::read_back`].
-pub unsafe fn draw(device: &Arc<Device>, scene: &Scene, settings: &Settings, edges: Rows) -> Result<Picture, Error> {
+/// As [`Renderer::with_rows`], [`Renderer::render`] and [`Renderer::read_back`].
+pub unsafe fn draw(device: &Arc<Device>, scene: &Scene, settings: &Settings, rows: Rows) -> Result<Picture, Error> {
     // SAFETY: the caller's promise.
-    let mut renderer = unsafe { Renderer::with_edges(device, scene, settings, edges) }?;
+    let mut renderer = unsafe { Renderer::with_rows(device, scene, settings, rows) }?;
     for frame in 0..4 {
         pose(&mut renderer, scene, frame)?;
         renderer.render(&scene.camera)?;
@@ -64,7 +64,7 @@ pub enum PresentPath {
 /// panels, and a copy of it all. The first picture, with nothing beside it or over it.
 ///
 /// # Safety
-/// As of [`Renderer::with_edges`].
+/// As of [`Renderer::with_rows`].
 ///
 /// # Errors
 /// As [`Presenter::fit`] and [`Presenter::draw`]; an instance without [`crate::gpu::HEADLESS`].
@@ -73,12 +73,12 @@ pub unsafe fn present(
     device: &Arc<Device>,
     scene: &Scene,
     settings: &Settings,
-    edges: Rows,
+    rows: Rows,
     way: PresentPath,
 ) -> Result<Picture, Error> {
     let presenter = presenter(device, scene, settings, way)?;
     // SAFETY: the caller's promise.
-    let presenter = unsafe { presenter.with_edges(move |_| edges.clone()) };
+    let presenter = unsafe { presenter.with_rows(move |_| rows.clone()) };
     show_all(device, presenter, scene, settings, way)
 }
 

@@ -198,14 +198,14 @@ fn samples_any_of(subpass: &Subpass, drawn: &[Subpass]) -> bool {
 
 /// Adds to each step the barriers that stand before and after it.
 fn add_barriers(plan: &FramePlan, steps: &mut [Step]) {
-    for (edge, barrier) in rows::waits(plan, steps) {
+    for (row, barrier) in rows::waits(plan, steps) {
         let Some(BarrierPosition { step, is_after, resource }) = barrier else { continue };
         if let Step::Commands(own) = &mut steps[step] {
             let rows = if is_after { &mut own.after } else { &mut own.before };
-            rows.push((edge.name, resource));
+            rows.push((row.name, resource));
             // Which of the two buffers is this frame's own changes from frame to frame.
             if let Resource::Kept(own) = resource {
-                rows.push((edge.name, Resource::KeptBefore(own)));
+                rows.push((row.name, Resource::KeptBefore(own)));
             }
         }
     }
@@ -456,20 +456,20 @@ impl StepList {
     ///
     /// # Errors
     /// In a sentence: the pass, the resource and the row that cannot be so.
-    pub fn check(&self, plan: &FramePlan, edges: &Rows) -> gpu::Result<()> {
-        let refused = self.contradiction(plan).or_else(|| self.stray_row(edges));
+    pub fn check(&self, plan: &FramePlan, rows: &Rows) -> gpu::Result<()> {
+        let refused = self.contradiction(plan).or_else(|| self.stray_row(rows));
         refused.map_or(Ok(()), |sentence| Err(gpu::Error::Misuse(sentence)))
     }
 
     /// A row of a render pass of which neither place is a subpass, or a row that names a pass which the frame has not.
-    fn stray_row(&self, edges: &Rows) -> Option<String> {
+    fn stray_row(&self, rows: &Rows) -> Option<String> {
         let is_known = |place: &PassName| {
             let pass = |step: &Step| matches!(step, Step::Commands(own) if own.pass.place == *place);
             !place.is_pass() || *place == copy::PASS.place || self.find(*place).is_some() || self.0.iter().any(pass)
         };
-        edges.iter().find_map(|edge| {
-            let (name, from, to) = (edge.name, edge.from, edge.to);
-            if let SyncKind::Subpass(pass) = edge.carrier {
+        rows.iter().find_map(|row| {
+            let (name, from, to) = (row.name, row.from, row.to);
+            if let SyncKind::Subpass(pass) = row.carrier {
                 let is_in = |place| self.find(place).is_some_and(|(own, _)| own == pass);
                 if !is_in(from) && !is_in(to) {
                     return Some(format!(

@@ -136,7 +136,7 @@ pub struct Renderer {
     device: Arc<Device>,
     plan: FramePlan,
     settings: Settings,
-    edges: Rows,
+    rows: Rows,
     world: World,
     scene: Arc<GpuScene>,
     frame: Frame,
@@ -174,8 +174,8 @@ impl Renderer {
     /// When the settings cannot be planned on this device, or it lacks the memory.
     pub fn new(device: &Arc<Device>, scene: &Scene, settings: &Settings) -> Result<Self, Error> {
         let plan = plan_for(device, scene, settings)?;
-        let edges = rows::table(&plan);
-        RendererBuilder::new(device, scene, settings, (plan, edges), None)?.finish(&[])
+        let rows = rows::table(&plan);
+        RendererBuilder::new(device, scene, settings, (plan, rows), None)?.finish(&[])
     }
 
     /// The same of a scene that is not needed any more: its meshes, textures and sky go while they are uploaded, so that memory never holds them
@@ -185,8 +185,8 @@ impl Renderer {
     /// As [`Renderer::new`].
     pub fn taking(device: &Arc<Device>, scene: &mut Scene, settings: &Settings) -> Result<Self, Error> {
         let plan = plan_for(device, scene, settings)?;
-        let edges = rows::table(&plan);
-        RendererBuilder::new(device, scene, settings, (plan, edges), None)?.finish(&[])
+        let rows = rows::table(&plan);
+        RendererBuilder::new(device, scene, settings, (plan, rows), None)?.finish(&[])
     }
 
     /// The same for other settings, beside this renderer of the same scene: it shares the uploaded scene if both plans upload the same.
@@ -196,8 +196,8 @@ impl Renderer {
     pub fn beside(&self, scene: &Scene, settings: &Settings) -> Result<Self, Error> {
         let plan = plan_for(&self.device, scene, settings)?;
         let uploaded = plan.uploads_as(&self.plan).then(|| Arc::clone(&self.scene));
-        let edges = rows::table(&plan);
-        RendererBuilder::new(&self.device, scene, settings, (plan, edges), uploaded)?.finish(&[])
+        let rows = rows::table(&plan);
+        RendererBuilder::new(&self.device, scene, settings, (plan, rows), uploaded)?.finish(&[])
     }
 
     /// The same as [`Renderer::new`] with other dependencies than [`rows::table`] has for the plan, for experiments and proofs: a synchronization
@@ -209,14 +209,14 @@ impl Renderer {
     ///
     /// # Errors
     /// As [`Renderer::new`].
-    pub unsafe fn with_edges(
+    pub unsafe fn with_rows(
         device: &Arc<Device>,
         scene: &Scene,
         settings: &Settings,
-        edges: Rows,
+        rows: Rows,
     ) -> Result<Self, Error> {
         let plan = plan_for(device, scene, settings)?;
-        RendererBuilder::new(device, scene, settings, (plan, edges), None)?.finish(&[])
+        RendererBuilder::new(device, scene, settings, (plan, rows), None)?.finish(&[])
     }
 
     /// The plan of all frames.

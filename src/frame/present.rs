@@ -77,7 +77,7 @@ pub struct Presenter {
     /// The number of lights after which frames are halted.
     halted: Option<usize>,
     /// Returns the dependencies of a plan's frames.
-    edges: Box<dyn Fn(&FramePlan) -> Rows>,
+    rows: Box<dyn Fn(&FramePlan) -> Rows>,
     /// Only while another view is shown beside the picture.
     split: Option<Split>,
     /// The reason why the last split was given up.
@@ -123,7 +123,7 @@ impl Presenter {
             encode: None,
             pose: Pose::default(),
             halted: None,
-            edges: Box::new(rows::table),
+            rows: Box::new(rows::table),
             split: None,
             refused: None,
             changes: 0,
@@ -135,9 +135,9 @@ impl Presenter {
     /// The same with other dependencies than [`rows::table`] has for a plan.
     ///
     /// # Safety
-    /// As of [`Renderer::with_edges`].
-    pub unsafe fn with_edges(self, edges: impl Fn(&FramePlan) -> Rows + 'static) -> Self {
-        Self { edges: Box::new(edges), ..self }
+    /// As of [`Renderer::with_rows`].
+    pub unsafe fn with_rows(self, rows: impl Fn(&FramePlan) -> Rows + 'static) -> Self {
+        Self { rows: Box::new(rows), ..self }
     }
 
     /// The same for a display that shows up to so many nits, where its surface takes more than white: there white has [`WHITE_NITS`], and brighter
@@ -195,7 +195,7 @@ impl Presenter {
         let is_shared = can_enlarge(swapchain, canvas) && self.split.is_none();
         let share = self.resolution.filter(|_| is_shared).unwrap_or(1.0).clamp(0.0, 1.0);
         let extent = swapchain.extent;
-        [extent.width, extent.height].map(|edge| ((f64::from(edge) * share).round() as u32).max(1))
+        [extent.width, extent.height].map(|length| ((f64::from(length) * share).round() as u32).max(1))
     }
 
     /// The canvas of frames that are shown in images of these formats and uses.
@@ -337,10 +337,8 @@ impl Presenter {
         let plan = plan_for(&self.device, scene, settings)?;
         let shown = self.renderer.as_ref().filter(|_| self.changed != Some(true));
         let uploaded = shown.and_then(|shown| shown.uploaded_for(&plan));
-        let edges = rows::table(&plan);
-        RendererBuilder::new(&self.device, scene, settings, (plan, edges), uploaded)?
-            .finish(&[])?
-            .picture(camera, || {})
+        let rows = rows::table(&plan);
+        RendererBuilder::new(&self.device, scene, settings, (plan, rows), uploaded)?.finish(&[])?.picture(camera, || {})
     }
 
     /// The times of the last frame that is known to be done; without `wall_ms`, as nobody waited for it.
@@ -430,7 +428,7 @@ impl Renderer {
         self.frame.resize(&BuildContext {
             device: &self.device,
             plan: &self.plan,
-            edges: &self.edges,
+            rows: &self.rows,
             frame_layout: self.frame_layout.raw,
             atlas: self.atlas.as_ref(),
             scene: &self.scene,

@@ -37,7 +37,7 @@ impl Renderer {
         let (cmd, copy) = self.copy.as_mut().expect("made above");
         cmd.begin()?;
         copy.record(&self.device, cmd.raw, output.raw);
-        host_barrier(&self.device, cmd.raw, copy, &self.edges);
+        host_barrier(&self.device, cmd.raw, copy, &self.rows);
         cmd.end()?;
         self.device.submit(cmd)?;
         Ok(())
@@ -81,8 +81,8 @@ impl Renderer {
 }
 
 /// Lets the CPU map what COPY wrote.
-pub(super) fn host_barrier(device: &Device, cmd: vk::CommandBuffer, copy: &Copy, edges: &Rows) {
-    if let Some(row) = edges.find(RowName::PICTURE_TO_HOST) {
+pub(super) fn host_barrier(device: &Device, cmd: vk::CommandBuffer, copy: &Copy, rows: &Rows) {
+    if let Some(row) = rows.find(RowName::PICTURE_TO_HOST) {
         barrier::buffer_barrier(device, cmd, &copy.buffer, row.order());
     }
 }

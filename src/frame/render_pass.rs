@@ -42,14 +42,14 @@ impl fmt::Display for LayoutChange {
 }
 
 /// The layouts that change where a row of the table orders it.
-pub fn layout_changes(plan: &FramePlan, edges: &Rows, edge: &Row) -> Vec<LayoutChange> {
-    let name = match edge.carrier {
+pub fn layout_changes(plan: &FramePlan, rows: &Rows, row: &Row) -> Vec<LayoutChange> {
+    let name = match row.carrier {
         SyncKind::Subpass(name) => name,
         SyncKind::ImageBarrier(old, new) => return vec![LayoutChange { image: None, old, new }],
         _ => return Vec::new(),
     };
-    let Some(pass) = PassDescription::named(plan, edges, name) else { return Vec::new() };
-    let Some(&(_, ends)) = pass.dependencies.iter().find(|(own, _)| own.name == edge.name) else { return Vec::new() };
+    let Some(pass) = PassDescription::named(plan, rows, name) else { return Vec::new() };
+    let Some(&(_, ends)) = pass.dependencies.iter().find(|(own, _)| own.name == row.name) else { return Vec::new() };
     let rows: Vec<&Row> = pass.dependencies.iter().filter(|(_, own)| *own == ends).map(|(row, _)| row).collect();
     // Of rows that leave a render pass together, each is told with the images that its own passes use.
     let list = StepList::of(plan);
@@ -59,7 +59,7 @@ pub fn layout_changes(plan: &FramePlan, edges: &Rows, edge: &Row) -> Vec<LayoutC
     };
     let own = |change: &LayoutChange| {
         let first = rows.iter().find(|row| uses(row, change.image)).or(rows.first());
-        first.is_some_and(|row| row.name == edge.name)
+        first.is_some_and(|other| other.name == row.name)
     };
     let changes = pass.layout_changes().into_iter().filter(|(between, _)| *between == ends).map(|(_, change)| change);
     changes.filter(own).collect()
@@ -117,18 +117,18 @@ impl SubpassAttachments {
 
 impl PassDescription {
     /// All render passes of a plan's frames in their order.
-    pub fn all(plan: &FramePlan, edges: &Rows) -> Vec<Self> {
+    pub fn all(plan: &FramePlan, rows: &Rows) -> Vec<Self> {
         let list = StepList::of(plan);
-        let of = |(name, subpasses): (RenderPassName, &[Listed])| Self::of(plan, edges, &list, (name, subpasses));
+        let of = |(name, subpasses): (RenderPassName, &[Listed])| Self::of(plan, rows, &list, (name, subpasses));
         list.render_passes().map(of).collect()
     }
 
     /// The one with this name, if the plan has it.
-    pub fn named(plan: &FramePlan, edges: &Rows, name: RenderPassName) -> Option<Self> {
-        Self::all(plan, edges).into_iter().find(|pass| pass.name == name)
+    pub fn named(plan: &FramePlan, rows: &Rows, name: RenderPassName) -> Option<Self> {
+        Self::all(plan, rows).into_iter().find(|pass| pass.name == name)
     }
 
-    fn of(plan: &FramePlan, edges: &Rows, list: &StepList, (name, listed): (RenderPassName, &[Listed])) -> Self {
+    fn of(plan: &FramePlan, rows: &Rows, list: &StepList, (name, listed): (RenderPassName, &[Listed])) -> Self {
         let draws_maps = listed.iter().any(|own| own.place == shadow::PASS.place);
         let attachments: Vec<_> = match draws_maps {
             // A square of a layer that has others: it is readable before and after.
@@ -155,8 +155,8 @@ impl PassDescription {
             let position = listed.iter().position(|own| own.place == place);
             position.map_or(vk::SUBPASS_EXTERNAL, |index| index as u32)
         };
-        let rows = edges.of(SyncKind::Subpass(name));
-        let dependencies = rows.map(|edge| (edge.clone(), [index(edge.from), index(edge.to)])).collect();
+        let rows = rows.of(SyncKind::Subpass(name));
+        let dependencies = rows.map(|row| (row.clone(), [index(row.from), index(row.to)])).collect();
         Self { name, attachments, subpasses, dependencies }
     }
 
@@ -210,14 +210,14 @@ impl PassDescription {
         let dependencies: Vec<_> = self
             .dependencies
             .iter()
-            .map(|(edge, [from, to])| vk::SubpassDependency {
+            .map(|(row, [from, to])| vk::SubpassDependency {
                 src_subpass: *from,
                 dst_subpass: *to,
-                src_stage_mask: edge.before.stage,
-                dst_stage_mask: edge.after.stage,
-                src_access_mask: edge.before.access,
-                dst_access_mask: edge.after.access,
-                dependency_flags: match edge.by_region {
+                src_stage_mask: row.before.stage,
+                dst_stage_mask: row.after.stage,
+                src_access_mask: row.before.access,
+                dst_access_mask: row.after.access,
+                dependency_flags: match row.by_region {
                     true => vk::DependencyFlags::BY_REGION,
                     false => vk::DependencyFlags::empty(),
                 },

@@ -50,12 +50,12 @@ impl RenderPasses {
     /// # Errors
     /// When the device lacks the memory or cannot compile a pipeline, or the list of passes and the rows contradict each other.
     pub fn new(parts: &BuildContext) -> gpu::Result<Self> {
-        let &BuildContext { device, plan, edges, world, swapchain, .. } = parts;
+        let &BuildContext { device, plan, rows, world, swapchain, .. } = parts;
         let list = StepList::of(plan);
-        list.check(plan, edges)?;
+        list.check(plan, rows)?;
         let targets = Targets::new(device, plan, |target| list.usage(plan, target))?;
         let mut passes = Vec::new();
-        for description in PassDescription::all(plan, edges) {
+        for description in PassDescription::all(plan, rows) {
             let name = description.name;
             if name == SHADOW_PASS {
                 continue;
@@ -67,8 +67,8 @@ impl RenderPasses {
             let clears_some = description.attachments.iter().any(|(_, own)| cleared(own));
             passes.push(DevicePass { name, pass, framebuffers, clears_some, clears: Vec::new(), targets: own });
         }
-        let shadow = PassDescription::named(plan, edges, SHADOW_PASS).map(|own| own.make(device)).transpose()?;
-        let row = |name| edges.find(name).cloned();
+        let shadow = PassDescription::named(plan, rows, SHADOW_PASS).map(|own| own.make(device)).transpose()?;
+        let row = |name| rows.find(name).cloned();
         let rows = row(RowName::SWAPCHAIN_TO_PRESENT).zip(row(RowName::PRESENT_TO_SWAPCHAIN));
         let present = rows.map(|(before, after)| PresentStage {
             picture: plan.picture(),
@@ -150,10 +150,10 @@ impl RenderPasses {
 
 /// Carries out a row that is a pipeline barrier on an image, where the plan has it.
 pub(super) fn image_barrier(device: &Device, cmd: vk::CommandBuffer, image: impl Into<ImageRange>, row: Option<&Row>) {
-    if let Some(edge) = row
-        && let SyncKind::ImageBarrier(old, new) = edge.carrier
+    if let Some(row) = row
+        && let SyncKind::ImageBarrier(old, new) = row.carrier
     {
-        barrier::image_barrier(device, cmd, image, edge.order(), [old, new]);
+        barrier::image_barrier(device, cmd, image, row.order(), [old, new]);
     }
 }
 

@@ -240,12 +240,12 @@ impl Rows {
 
     /// The rows of one carrier.
     pub fn of(&self, carrier: SyncKind) -> impl Iterator<Item = &Row> {
-        self.iter().filter(move |edge| edge.carrier == carrier)
+        self.iter().filter(move |row| row.carrier == carrier)
     }
 
     /// The row of this name. A frame that asks for one which its plan has not gets none, orders nothing, and [`super::proof`] finds the hazard.
     pub fn find(&self, name: RowName) -> Option<&Row> {
-        self.iter().find(|edge| edge.name == name)
+        self.iter().find(|row| row.name == name)
     }
 
     /// The row that is spelled so, or that has taken the place of one which was.
@@ -255,7 +255,7 @@ impl Rows {
     pub fn named(&self, name: &str, is_listed: impl Fn(&Row) -> bool) -> Result<&Row, RowError> {
         let own = renamed::row_of(self, name).or_else(|| renamed::successor(self, name));
         own.ok_or_else(|| {
-            let names: Vec<_> = self.iter().filter(|edge| is_listed(edge)).map(|edge| edge.label).collect();
+            let names: Vec<_> = self.iter().filter(|row| is_listed(row)).map(|row| row.label).collect();
             RowError(scene::unknown("dependency of this plan", name, &names))
         })
     }
@@ -311,7 +311,7 @@ impl Rows {
 
     /// Returns the index of a row that an experiment may change.
     fn changeable(&self, name: RowName) -> Result<usize, RowError> {
-        let Some(index) = self.0.iter().position(|edge| edge.name == name) else {
+        let Some(index) = self.0.iter().position(|row| row.name == name) else {
             return Err(RowError(format!("this plan has no dependency {name}")));
         };
         match self.0[index].carrier.stays() {
@@ -332,7 +332,7 @@ pub fn table(plan: &FramePlan) -> Rows {
     let mut rows = uploads::rows(plan);
     rows.extend(prefilter::rows(plan, &steps));
     rows.extend(shadow::rows(plan, &steps));
-    rows.extend(waits(plan, &steps).into_iter().map(|(edge, _)| edge));
+    rows.extend(waits(plan, &steps).into_iter().map(|(row, _)| row));
     rows.extend(presentation::rows(plan, &steps));
     rows.extend(host::rows());
     Rows(rows)
@@ -340,7 +340,7 @@ pub fn table(plan: &FramePlan) -> Rows {
 
 /// The rows between the passes of a frame; a row that is a barrier comes with its place in the list.
 pub(super) fn waits(plan: &FramePlan, steps: &[Step]) -> Vec<(Row, Option<BarrierPosition>)> {
-    waits::rows(plan, steps).into_iter().map(|wait| (wait.edge, wait.barrier)).collect()
+    waits::rows(plan, steps).into_iter().map(|wait| (wait.row, wait.barrier)).collect()
 }
 
 /// A row that is being written: the uses that must be over, the uses that wait, and why.

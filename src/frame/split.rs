@@ -56,8 +56,8 @@ impl Split {
         }
         let uploaded = own.and_then(|own| own.uploaded_for(&plan)).or_else(|| shown.uploaded_for(&plan));
         let uploaded = uploaded.or_else(|| self.renderer.as_ref()?.uploaded_for(&plan));
-        let edges = rows::table(&plan);
-        RendererBuilder::new(device, scene, &settings, (plan, edges), uploaded).ok()
+        let rows = rows::table(&plan);
+        RendererBuilder::new(device, scene, &settings, (plan, rows), uploaded).ok()
     }
 
     /// Makes the renderer of the other picture, for such images: of `settings`, which are those of the window's frames, but for the view. `changed`
@@ -95,8 +95,8 @@ impl Split {
                 let own = renderer.take().filter(|_| changed != Some(true));
                 let uploaded = beside.uploaded_for(&plan).or_else(|| own.as_ref()?.uploaded_for(&plan));
                 drop(own);
-                let edges = rows::table(&plan);
-                *renderer = Some(RendererBuilder::new(device, scene, &settings, (plan, edges), uploaded)?.finish(&[])?);
+                let rows = rows::table(&plan);
+                *renderer = Some(RendererBuilder::new(device, scene, &settings, (plan, rows), uploaded)?.finish(&[])?);
             }
         }
         Ok(taken)
@@ -110,18 +110,18 @@ impl Split {
         self.renderer.as_mut().map_or(Ok(()), |renderer| renderer.render(camera))
     }
 
-    /// Copies its part over the window's picture, which lies then as it did before. `edges` are those of the frame
+    /// Copies its part over the window's picture, which lies then as it did before. `rows` are those of the frame
     /// that is being recorded.
-    pub(super) fn record(&self, device: &Arc<Device>, edges: &Rows, (cmd, image): (vk::CommandBuffer, vk::Image)) {
+    pub(super) fn record(&self, device: &Arc<Device>, rows: &Rows, (cmd, image): (vk::CommandBuffer, vk::Image)) {
         let Some(picture) = self.renderer.as_ref().and_then(|renderer| renderer.frame.output(&renderer.plan)) else {
             return;
         };
         let first = (self.at.clamp(0.0, 1.0) * f64::from(picture.extent.width)).round() as u32;
         let whole = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
         device.begin_label(cmd, "SPLIT");
-        image_barrier(device, cmd, whole, edges.find(RowName::PICTURE_TO_SPLIT));
+        image_barrier(device, cmd, whole, rows.find(RowName::PICTURE_TO_SPLIT));
         split::record(device, cmd, (picture, first), image);
-        image_barrier(device, cmd, whole, edges.find(RowName::SPLIT_TO_PICTURE));
+        image_barrier(device, cmd, whole, rows.find(RowName::SPLIT_TO_PICTURE));
         device.end_label(cmd);
     }
 

@@ -25,7 +25,7 @@ pub(crate) struct BuildContext<'a> {
     pub device: &'a Arc<Device>,
     pub plan: &'a FramePlan,
     /// Every stage, access and layout of its dependencies.
-    pub edges: &'a Rows,
+    pub rows: &'a Rows,
     /// The layout of set 0.
     pub frame_layout: vk::DescriptorSetLayout,
     /// The shadow maps, if the plan has any.
@@ -74,7 +74,7 @@ impl<'a> BuildContext<'a> {
 pub(super) struct Frame {
     render_passes: RenderPasses,
     objects: Vec<PassObject>,
-    edges: Rows,
+    rows: Rows,
 }
 
 impl Frame {
@@ -92,7 +92,7 @@ impl Frame {
                 objects.push(PassObject { pass, object });
             }
         }
-        Ok(Self { render_passes, objects, edges: parts.edges.clone() })
+        Ok(Self { render_passes, objects, rows: parts.rows.clone() })
     }
 
     /// Makes the objects of the picture's size anew: attachments, framebuffers, and the sets that name them.
@@ -220,14 +220,14 @@ impl Frame {
 
     /// Carries out rows that are pipeline barriers, each on its image or on its buffers.
     fn barriers(&self, frame: &FrameContext, rows: &[(RowName, Resource)]) {
-        for &(row, resource) in rows {
-            let Some(edge) = self.edges.find(row) else { continue };
-            match (resource, edge.carrier) {
+        for &(name, resource) in rows {
+            let Some(row) = self.rows.find(name) else { continue };
+            match (resource, row.carrier) {
                 (Resource::Target(target), SyncKind::ImageBarrier(old, new)) => {
                     let image = self.render_passes.targets.image(target);
-                    barrier::image_barrier(frame.device, frame.cmd, ImageRange::from(image), edge.order(), [old, new]);
+                    barrier::image_barrier(frame.device, frame.cmd, ImageRange::from(image), row.order(), [old, new]);
                 }
-                _ => barrier::buffer_barriers(frame.device, frame.cmd, &self.buffers(frame, resource), edge.order()),
+                _ => barrier::buffer_barriers(frame.device, frame.cmd, &self.buffers(frame, resource), row.order()),
             }
         }
     }

@@ -50,9 +50,9 @@ fn untried(tried: &[FramePlan]) -> BTreeSet<String> {
     // Reasons and waiting passes are not compared: plans may have the same masks for others. Nor are the samples that a row between subpasses orders: no
     // layer looks at them, and `proof` tries them in every plan.
     let rows = |plan: &FramePlan| -> Vec<Row> {
-        let compared = |edge: &Row| {
-            let by_region = edge.is_between_subpasses();
-            Row { why: String::new(), waiting: Vec::new(), by_region, across_samples: false, ..edge.clone() }
+        let compared = |row: &Row| {
+            let by_region = row.is_between_subpasses();
+            Row { why: String::new(), waiting: Vec::new(), by_region, across_samples: false, ..row.clone() }
         };
         rows::table(plan).iter().map(compared).collect()
     };
@@ -66,10 +66,10 @@ fn untried(tried: &[FramePlan]) -> BTreeSet<String> {
     let mut seen = Vec::new();
     let mut missing = BTreeSet::new();
     for (name, plan) in samples {
-        for edge in rows(&plan).into_iter().filter(|edge| !tried.contains(edge)) {
-            if !seen.contains(&edge) {
-                missing.insert(format!("{name}: {edge:?}"));
-                seen.push(edge);
+        for row in rows(&plan).into_iter().filter(|row| !tried.contains(row)) {
+            if !seen.contains(&row) {
+                missing.insert(format!("{name}: {row:?}"));
+                seen.push(row);
             }
         }
     }
@@ -145,7 +145,7 @@ fn without_any_row_or_bit_the_layer_complains_or_the_specification_does() {
     let (mut unlisted, mut rotten) = (Vec::new(), Vec::new());
     let mut argued = BTreeSet::new();
     for (mutant, heard) in mutants.iter().zip(&heard) {
-        let place = || format!("{} without {:?} in \"{}\"", mutant.edge.name, mutant.part, mutant.case.name);
+        let place = || format!("{} without {:?} in \"{}\"", mutant.row.name, mutant.part, mutant.case.name);
         let verdict = verdict(layer, mutant, heard);
         summary.count(mutant, heard, &verdict);
         match verdict {
@@ -157,7 +157,7 @@ fn without_any_row_or_bit_the_layer_complains_or_the_specification_does() {
         }
     }
     let names: BTreeSet<rows::RowName> =
-        plans.iter().flat_map(|plan| rows::table(plan).iter().map(|edge| edge.name).collect::<Vec<_>>()).collect();
+        plans.iter().flat_map(|plan| rows::table(plan).iter().map(|row| row.name).collect::<Vec<_>>()).collect();
     println!(
         "layer {}, {} {}: {} plans, {} dependencies by name; {summary} in {:.0} s",
         named(layer),

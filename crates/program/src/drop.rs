@@ -25,13 +25,13 @@ use super::{output, progress};
 /// # Errors
 /// When this plan has no such row, with the reason for that, or the row cannot be dropped.
 pub fn without(plan: &FramePlan, table: &Rows, name: &str) -> Result<Rows, Failure> {
-    let row = row_of(plan, table, name, |edge| table.without(edge.name).is_ok())?;
+    let row = row_of(plan, table, name, |row| table.without(row.name).is_ok())?;
     table.without(row.name).map_err(|error| Failure::usage(error.to_string()))
 }
 
 /// Returns the hazards of frames with these dependencies in words, the worst first.
-pub fn in_words(plan: &FramePlan, edges: &Rows) -> Vec<String> {
-    describe_hazards(&FrameModel::of(plan, edges).hazards())
+pub fn in_words(plan: &FramePlan, rows: &Rows) -> Vec<String> {
+    describe_hazards(&FrameModel::of(plan, rows).hazards())
 }
 
 fn describe_hazards(hazards: &[Hazard]) -> Vec<String> {
@@ -119,10 +119,10 @@ impl<'a> DropExperiment<'a> {
         Ok(Some(own))
     }
 
-    fn draw(&self, edges: Rows) -> Result<Drawn, Failure> {
+    fn draw(&self, rows: Rows) -> Result<Drawn, Failure> {
         // SAFETY: only whether their picture is another one is asked of these frames, and nothing else is on the device; the layer speaks of
         // them before the driver runs them.
-        Ok(unsafe { self.watched.draw(&self.workload.scene, &self.settings, edges, None) }?)
+        Ok(unsafe { self.watched.draw(&self.workload.scene, &self.settings, rows, None) }?)
     }
 
     fn heading(&self, without: &str) -> String {
@@ -160,36 +160,35 @@ fn one(
     for sync_shader_heuristic in [false, true] {
         let Some(own) = DropExperiment::open(workload, variation, args, sync_shader_heuristic)? else { break };
         let without = without(&own.plan, &own.table, name)?;
-        let edge = row(&own.plan, &own.table, name)?;
+        let row = row(&own.plan, &own.table, name)?;
         let hazards = FrameModel::of(&own.plan, &without).hazards();
         let found = own.draw(without)?;
         if !sync_shader_heuristic {
             // A former name stands for the row that has taken its place.
-            let without =
-                if edge.label == name { name.to_owned() } else { format!("{} (formerly {name})", edge.label) };
+            let without = if row.label == name { name.to_owned() } else { format!("{} (formerly {name})", row.label) };
             text.push_str(&own.heading(&without));
-            text.push_str(&described(edge, &hazards, is_verbose));
+            text.push_str(&described(row, &hazards, is_verbose));
             let _ = writeln!(text, "The picture on this device: {}\n", difference(&own.picture, &found.picture));
         }
         let layer = match &own.layer {
             Ok(layer) => *layer,
-            Err(why) => return Ok(text + &unwatched(&own.plan, edge, why)),
+            Err(why) => return Ok(text + &unwatched(&own.plan, row, why)),
         };
         let mode = if sync_shader_heuristic { "with its shader heuristic" } else { "as it is by default" };
         let _ = write!(text, "Layer {}, {mode}:\n{}", version(layer), listing(&found, is_verbose));
         silent = match found.messages.is_empty() {
-            true if !sync_shader_heuristic || silent.is_some() => Some((own.plan.clone(), edge.clone(), layer)),
+            true if !sync_shader_heuristic || silent.is_some() => Some((own.plan.clone(), row.clone(), layer)),
             _ => None,
         };
     }
-    if let Some((plan, edge, layer)) = silent {
-        let _ = writeln!(text, "\n{}", silence(&plan, &edge, layer));
+    if let Some((plan, row, layer)) = silent {
+        let _ = writeln!(text, "\n{}", silence(&plan, &row, layer));
     }
     Ok(text)
 }
 
-fn described(edge: &Row, hazards: &[Hazard], is_verbose: bool) -> String {
-    let Row { from, to, carrier, why, .. } = edge;
+fn described(row: &Row, hazards: &[Hazard], is_verbose: bool) -> String {
+    let Row { from, to, carrier, why, .. } = row;
     let words =
         describe_hazards(hazards).into_iter().fold(String::new(), |text, sentence| format!("{text}  {sentence}\n"));
     let words = if words.is_empty() { "  nothing: other dependencies order the same\n" } else { &words };
@@ -213,13 +212,13 @@ fn all(workload: &Workload, variation: &SettingsPatch, args: &DeviceArgs) -> Res
     table.row(["dependency", "by the rules", &layer, "picture", "what may go wrong"]);
     let bar = progress::bar("drawing without each".into(), own.table.iter().count() as u64, false);
     let (mut dropped, mut by_rules, mut by_layer, mut changed) = (0, 0, 0, 0);
-    for edge in own.table.iter() {
+    for row in own.table.iter() {
         bar.step();
-        if let Some(why) = edge.carrier.stays() {
-            table.row([edge.label.to_owned(), format!("cannot be dropped: {why}")]);
+        if let Some(why) = row.carrier.stays() {
+            table.row([row.label.to_owned(), format!("cannot be dropped: {why}")]);
             continue;
         }
-        let without = own.table.without(edge.name).map_err(|error| Failure::usage(error.to_string()))?;
+        let without = own.table.without(row.name).map_err(|error| Failure::usage(error.to_string()))?;
         let words = in_words(&own.plan, &without);
         let found = own.draw(without)?;
         let is_other = differing(&own.picture, &found.picture) > 0;
@@ -236,7 +235,7 @@ fn all(workload: &Workload, variation: &SettingsPatch, args: &DeviceArgs) -> Res
             .map(|(rule, _)| short(rule).unwrap_or_else(|| rule.to_owned()))
             .collect();
         table.row([
-            edge.label.to_owned(),
+            row.label.to_owned(),
             if words.is_empty() { "nothing" } else { "hazard" }.to_owned(),
             match &own.layer {
                 Ok(_) if rules.is_empty() => "nothing".to_owned(),
@@ -272,13 +271,13 @@ fn without_layer(why: &str) -> String {
 }
 
 /// What the layer would add to the verdict on one.
-fn unwatched(plan: &FramePlan, edge: &Row, why: &str) -> String {
-    let adds = match reason(plan, edge, RowPart::Row) {
-        Some(_) => silence(plan, edge, LAYER),
+fn unwatched(plan: &FramePlan, row: &Row, why: &str) -> String {
+    let adds = match reason(plan, row, RowPart::Row) {
+        Some(_) => silence(plan, row, LAYER),
         None => format!(
             "Layer {} names its rule (SYNC-HAZARD-...), and how often these frames break it, where they give {} something to order.",
             version(LAYER),
-            edge.name
+            row.name
         ),
     };
     format!("No validation layer watched: {why}. The verdict above needs none. What a layer would add:\n  {adds}\n")
@@ -338,9 +337,9 @@ fn proved(hazards: &[Hazard]) -> String {
 }
 
 /// Explains why the layer says nothing.
-fn silence(plan: &FramePlan, edge: &Row, layer: u32) -> String {
+fn silence(plan: &FramePlan, row: &Row, layer: u32) -> String {
     let (own, known) = (version(layer), version(LAYER));
-    match reason(plan, edge, RowPart::Row) {
+    match reason(plan, row, RowPart::Row) {
         Some(reason) => {
             let notices = match reason.seen_from {
                 Some(newer) => format!("No layer before {} is known to notice", version(newer)),
@@ -349,7 +348,7 @@ fn silence(plan: &FramePlan, edge: &Row, layer: u32) -> String {
             format!("{notices}: {}. The specification says ({}): \"{}.\"", reason.why, reason.section, reason.says)
         }
         None if layer >= LAYER => {
-            let name = edge.name;
+            let name = row.name;
             format!("These frames gave {name} nothing to order: where it orders something, layer {known} notices.")
         }
         None => format!(

@@ -126,11 +126,11 @@ struct Inspection {
     gbuffer_bytes_per_pixel: u32,
     #[serde(flatten)]
     plan: PlanReport,
-    dependencies: Vec<EdgeReport>,
+    dependencies: Vec<RowReport>,
 }
 
 #[derive(Serialize)]
-pub(super) struct EdgeReport {
+pub(super) struct RowReport {
     name: &'static str,
     carrier: String,
     from: String,
@@ -155,27 +155,27 @@ struct LayoutReport {
     new: String,
 }
 
-impl EdgeReport {
-    pub(super) fn of(edge: &Row, changes: &[LayoutChange], covered: Option<&[RowPart]>) -> Self {
+impl RowReport {
+    pub(super) fn of(row: &Row, changes: &[LayoutChange], covered: Option<&[RowPart]>) -> Self {
         let layout = |change: &LayoutChange| LayoutReport {
             image: change.image.map(|image| image.to_string()),
             old: format!("{:?}", change.old),
             new: format!("{:?}", change.new),
         };
         Self {
-            name: edge.name.name(),
-            carrier: edge.carrier.to_string(),
-            from: edge.from.to_string(),
-            to: edge.to.to_string(),
-            src_stages: flags(&edge.before.stage),
-            src_access: flags(&edge.before.access),
-            dst_stages: flags(&edge.after.stage),
-            dst_access: flags(&edge.after.access),
-            by_region: edge.by_region,
-            across_samples: edge.across_samples,
+            name: row.name.name(),
+            carrier: row.carrier.to_string(),
+            from: row.from.to_string(),
+            to: row.to.to_string(),
+            src_stages: flags(&row.before.stage),
+            src_access: flags(&row.before.access),
+            dst_stages: flags(&row.after.stage),
+            dst_access: flags(&row.after.access),
+            by_region: row.by_region,
+            across_samples: row.across_samples,
             layouts: changes.iter().map(layout).collect(),
             covered: covered.map(|parts| parts.iter().map(|part| PartName(*part).to_string()).collect()),
-            why: edge.why.clone(),
+            why: row.why.clone(),
         }
     }
 }
@@ -255,7 +255,7 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
         };
         let parts = PlanReport::of(&plan, &workload.scene, &settings, &capabilities(&device.physical));
         let dependencies = rows::table(&plan);
-        let layouts = |edge: &Row| layout_changes(&plan, &dependencies, edge);
+        let layouts = |row: &Row| layout_changes(&plan, &dependencies, row);
         if let Some(sink) = &args.graph {
             sink.write(graph::draw(&workload.scene.name, &plan, &dependencies).as_bytes())?;
         }
@@ -278,7 +278,7 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
                 plan: parts,
                 dependencies: dependencies
                     .iter()
-                    .map(|edge| EdgeReport::of(edge, &layouts(edge), Some(&covered(&plan, &dependencies, edge))))
+                    .map(|row| RowReport::of(row, &layouts(row), Some(&covered(&plan, &dependencies, row))))
                     .collect(),
             };
             output::print(&args.written(), true)?;
@@ -292,7 +292,7 @@ pub fn run(args: &Args, is_verbose: bool) -> Result<(), Failure> {
         text.push_str(&motion.map_or_else(String::new, |motion| motion.text(is_verbose)));
         text.push_str(&parts.text());
         let _ = writeln!(text, "The G-buffer takes {} bytes a pixel.", plan.gbuffer_bytes_per_pixel());
-        let _ = write!(text, "\nDependencies\n{}", edge_list(&plan, &dependencies, layouts));
+        let _ = write!(text, "\nDependencies\n{}", row_list(&plan, &dependencies, layouts));
         let files = args.written();
         let between = if files.is_empty() { "" } else { "\n" };
         output::print(&(text + between + &files), drawn_to_stdout)
@@ -310,21 +310,21 @@ fn drawing(text: &str) -> Result<Sink, String> {
 }
 
 /// A paragraph for each dependency: a row of a table would be 200 columns wide.
-fn edge_list(plan: &FramePlan, edges: &Rows, layouts: impl Fn(&Row) -> Vec<LayoutChange>) -> String {
+fn row_list(plan: &FramePlan, rows: &Rows, layouts: impl Fn(&Row) -> Vec<LayoutChange>) -> String {
     let mut text = String::new();
-    for edge in edges.iter() {
-        let region = edge.region();
-        let _ = writeln!(text, "  {}: {} -> {}, {}{region}", edge.name, edge.from, edge.to, edge.carrier);
+    for row in rows.iter() {
+        let region = row.region();
+        let _ = writeln!(text, "  {}: {} -> {}, {}{region}", row.name, row.from, row.to, row.carrier);
         let mut masks = TextTable::new();
-        for (what, uses) in [("  after ", edge.before), ("  before", edge.after)] {
+        for (what, uses) in [("  after ", row.before), ("  before", row.after)] {
             masks.row([what.to_owned(), flags(&uses.stage), flags(&uses.access)]);
         }
         text.push_str(&masks.render());
         // A barrier's is told above, with its kind.
-        for change in layouts(edge).iter().filter(|change| change.image.is_some()) {
+        for change in layouts(row).iter().filter(|change| change.image.is_some()) {
             let _ = writeln!(text, "    layout: {change}");
         }
-        let covered = covered(plan, edges, edge);
+        let covered = covered(plan, rows, row);
         if covered.contains(&RowPart::Row) {
             text.push_str("    other rows order all of this as well\n");
         } else if !covered.is_empty() {
@@ -346,7 +346,7 @@ fn edge_list(plan: &FramePlan, edges: &Rows, layouts: impl Fn(&Row) -> Vec<Layou
             let _ =
                 writeln!(text, "    other rows order as well: {}", (told.concat() + samples).trim_start_matches(", "));
         }
-        let _ = writeln!(text, "    why: {}", edge.why);
+        let _ = writeln!(text, "    why: {}", row.why);
     }
     text
 }

@@ -192,7 +192,7 @@ fn renderer(
             hazards = drop::in_words(&plan, &without);
             // SAFETY: `--drop` asks for frames whose memory is used in any order, and its help says so. The rows without which a driver need
             // not survive cannot be dropped.
-            unsafe { Renderer::with_edges(device, &workload.scene, settings, without) }
+            unsafe { Renderer::with_rows(device, &workload.scene, settings, without) }
         }
     };
     let renderer = renderer.map_err(|error| workload.blame(error, &device.physical, settings))?;

@@ -138,7 +138,7 @@ impl Presenter {
         renderer.frame.present_again(&self.device, again.cmd.raw, (shown, swapchain.extent));
         self.record_over(again.cmd.raw, (index, IN_FLIGHT), copied, panels);
         if let (Some(encode), Some(picture)) = (&self.encode, encoded) {
-            record_encode((&self.device, &renderer.edges), again.cmd.raw, (encode, picture), (index, image.raw));
+            record_encode((&self.device, &renderer.rows), again.cmd.raw, (encode, picture), (index, image.raw));
         }
         again.cmd.end()?;
         let (waits, signals) = (&[(again.acquired.raw, self.acquire_stage())], &[image.drawn.raw]);

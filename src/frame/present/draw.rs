@@ -105,7 +105,7 @@ impl Presenter {
 
     /// The stage at which a frame waits for its image: the row "acquire".
     pub(super) fn acquire_stage(&self) -> vk::PipelineStageFlags {
-        let row = self.renderer.as_ref().and_then(|renderer| renderer.edges.find(RowName::ACQUIRE));
+        let row = self.renderer.as_ref().and_then(|renderer| renderer.rows.find(RowName::ACQUIRE));
         row.map_or(vk::PipelineStageFlags::ALL_COMMANDS, |row| row.after.stage)
     }
 
@@ -139,7 +139,7 @@ impl Presenter {
                 Timestamps::stamp(&mut renderer.frames[place].times, cmd, "over the picture");
             }
             if let Some(picture) = encoded_image(renderer, self.beside_kept.as_ref()) {
-                record_encode((&self.device, &renderer.edges), cmd, (encode, picture), (index, image.raw));
+                record_encode((&self.device, &renderer.rows), cmd, (encode, picture), (index, image.raw));
             }
             Timestamps::stamp(&mut renderer.frames[place].times, cmd, "encode");
         }
@@ -163,7 +163,7 @@ impl Presenter {
         let encoded = encoded_image(renderer, self.beside_kept.as_ref());
         let picture = encoded.map_or(image.raw, |own| own.raw);
         if let Some(split) = &self.split {
-            split.record(&self.device, &renderer.edges, (cmd, picture));
+            split.record(&self.device, &renderer.rows, (cmd, picture));
         }
         if let Some(copy) = self.screenshot.as_ref().filter(|_| copied) {
             let swapchain_image = copies_whole(swapchain, &renderer.plan).then_some(image.raw);
@@ -171,9 +171,9 @@ impl Presenter {
         }
         if let (Some(overlay), Some(panels)) = (&self.overlay, panels) {
             let whole = ImageRange::whole(picture, vk::ImageAspectFlags::COLOR);
-            image_barrier(&self.device, cmd, whole, renderer.edges.find(RowName::PICTURE_TO_OVERLAY));
+            image_barrier(&self.device, cmd, whole, renderer.rows.find(RowName::PICTURE_TO_OVERLAY));
             overlay.record(cmd, index, place, panels);
-            image_barrier(&self.device, cmd, whole, renderer.edges.find(RowName::OVERLAY_TO_PICTURE));
+            image_barrier(&self.device, cmd, whole, renderer.rows.find(RowName::OVERLAY_TO_PICTURE));
         }
     }
 

@@ -88,8 +88,8 @@ impl Presenter {
         let canvas = self.canvas(formats, swapchain.usage);
         let own = self.changed.map(|_| {
             let plan = plan.presented_as(canvas).of_one_pixel();
-            let (edges, uploaded) = ((self.edges)(&plan), shown.uploaded_for(&plan));
-            RendererBuilder::new(&self.device, scene, &settings, (plan, edges), uploaded)
+            let (rows, uploaded) = ((self.rows)(&plan), shown.uploaded_for(&plan));
+            RendererBuilder::new(&self.device, scene, &settings, (plan, rows), uploaded)
         });
         let own = match own.transpose() {
             Err(error) if is_for_memory(&error) => return Ok(None),
@@ -148,9 +148,9 @@ impl Presenter {
                 let old = renderer.take().filter(|_| self.changed != Some(true));
                 let uploaded = old.as_ref().and_then(|old| old.uploaded_for(&plan));
                 drop(old);
-                let edges = (self.edges)(&plan);
+                let rows = (self.rows)(&plan);
                 let mut new =
-                    RendererBuilder::new(&self.device, scene, &settings, (plan, edges), uploaded)?.finish(&views)?;
+                    RendererBuilder::new(&self.device, scene, &settings, (plan, rows), uploaded)?.finish(&views)?;
                 new.halt_after(self.halted);
                 *renderer = Some(new);
             }

@@ -61,7 +61,7 @@ pub(super) struct Over {
 
 impl Over {
     pub(super) fn of(renderer: &Renderer, encoded: Option<&Image>, swapchain: &Swapchain, images: ImageWish) -> Self {
-        let (extent, uploads) = (swapchain.extent, renderer.edges.panel_order());
+        let (extent, uploads) = (swapchain.extent, renderer.rows.panel_order());
         match encoded {
             Some(own) => Self { format: own.format, encodes: true, views: vec![own.view], extent, uploads },
             None => {
@@ -105,36 +105,36 @@ pub(super) fn record_copy(
     copy: &Copy,
     (swapchain_image, encoded): (Option<vk::Image>, Option<&Image>),
 ) {
-    let (device, edges) = (&renderer.device, &renderer.edges);
+    let (device, rows) = (&renderer.device, &renderer.rows);
     match (swapchain_image, encoded.or_else(|| renderer.frame.output(&renderer.plan))) {
-        (Some(image), _) => copy_presented(device, edges, (cmd, image), copy),
+        (Some(image), _) => copy_presented(device, rows, (cmd, image), copy),
         (None, Some(own)) => copy.record(device, cmd, own.raw),
         (None, None) => return,
     }
-    host_barrier(device, cmd, copy, edges);
+    host_barrier(device, cmd, copy, rows);
 }
 
 /// Brings the picture into an image of the swapchain, which is ready to be presented then.
 pub(super) fn record_encode(
-    (device, edges): (&Device, &Rows),
+    (device, rows): (&Device, &Rows),
     cmd: vk::CommandBuffer,
     (encode, picture): (&Encode, &Image),
     (index, image): (usize, vk::Image),
 ) {
     let shown = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
     device.begin_label(cmd, "ENCODE");
-    image_barrier(device, cmd, picture, edges.find(RowName::PICTURE_TO_ENCODE));
-    image_barrier(device, cmd, shown, edges.find(RowName::SWAPCHAIN_TO_ENCODE));
+    image_barrier(device, cmd, picture, rows.find(RowName::PICTURE_TO_ENCODE));
+    image_barrier(device, cmd, shown, rows.find(RowName::SWAPCHAIN_TO_ENCODE));
     encode.record(cmd, index);
-    image_barrier(device, cmd, picture, edges.find(RowName::ENCODE_TO_PICTURE));
-    image_barrier(device, cmd, shown, edges.find(RowName::ENCODE_TO_SWAPCHAIN));
+    image_barrier(device, cmd, picture, rows.find(RowName::ENCODE_TO_PICTURE));
+    image_barrier(device, cmd, shown, rows.find(RowName::ENCODE_TO_SWAPCHAIN));
     device.end_label(cmd);
 }
 
 /// Copies an image that is ready to be presented, as it is again after that.
-fn copy_presented(device: &Device, edges: &Rows, (cmd, image): (vk::CommandBuffer, vk::Image), copy: &Copy) {
+fn copy_presented(device: &Device, rows: &Rows, (cmd, image): (vk::CommandBuffer, vk::Image), copy: &Copy) {
     let whole = ImageRange::whole(image, vk::ImageAspectFlags::COLOR);
-    image_barrier(device, cmd, whole, edges.find(RowName::PICTURE_TO_COPY));
+    image_barrier(device, cmd, whole, rows.find(RowName::PICTURE_TO_COPY));
     copy.record(device, cmd, image);
-    image_barrier(device, cmd, whole, edges.find(RowName::COPY_TO_PICTURE));
+    image_barrier(device, cmd, whole, rows.find(RowName::COPY_TO_PICTURE));
 }

@@ -58,10 +58,10 @@ impl Turn {
 }
 
 /// The frames of a plan with these rows.
-pub(super) fn program(plan: &FramePlan, edges: &Rows) -> Program {
+pub(super) fn program(plan: &FramePlan, rows: &Rows) -> Program {
     let list = StepList::of(plan);
-    let passes = PassDescription::all(plan, edges);
-    let mut frames = FrameModelBuilder { plan, edges, program: Program::default(), ends: Vec::new(), copied: None };
+    let passes = PassDescription::all(plan, rows);
+    let mut frames = FrameModelBuilder { plan, rows, program: Program::default(), ends: Vec::new(), copied: None };
     let uploaded = frames.upload();
     frames.prefilter();
     frames.clear_maps();
@@ -111,9 +111,9 @@ fn turns(plan: &FramePlan) -> Vec<Turn> {
 }
 
 /// The dispatch that evaluates formulas, with these rows.
-pub(super) fn formulas(edges: &Rows) -> Program {
+pub(super) fn formulas(rows: &Rows) -> Program {
     let mut program = Program::default();
-    let order = |row| edges.find(row).map(Row::order);
+    let order = |row| rows.find(row).map(Row::order);
     let (inputs, results) = (Memory::of(Resource::FrameData), READ_BACK);
     program.command(PassName::HOST, &[(inputs, BUFFER, HOST_WRITE)]);
     if let Some(submitted) = order(RowName::HOST_TO_FRAME) {
@@ -133,7 +133,7 @@ pub(super) fn formulas(edges: &Rows) -> Program {
 
 struct FrameModelBuilder<'a> {
     plan: &'a FramePlan,
-    edges: &'a Rows,
+    rows: &'a Rows,
     program: Program,
     /// The end of each frame's submission.
     ends: Vec<Time>,
@@ -143,17 +143,17 @@ struct FrameModelBuilder<'a> {
 
 impl FrameModelBuilder<'_> {
     /// A barrier of the table, on all memory or some of it.
-    fn barrier(&mut self, row: RowName, memory: Option<Memory>) {
-        if let Some(edge) = self.edges.find(row) {
-            self.program.barrier(edge.order(), memory);
+    fn barrier(&mut self, name: RowName, memory: Option<Memory>) {
+        if let Some(row) = self.rows.find(name) {
+            self.program.barrier(row.order(), memory);
         }
     }
 
-    fn image_barrier(&mut self, row: RowName, memory: Memory) {
-        let Some(edge) = self.edges.find(row) else { return };
-        if let SyncKind::ImageBarrier(old, new) = edge.carrier {
-            let sync = self.program.barrier(edge.order(), Some(memory));
-            self.program.transition((Who::Row(row), memory), [old, new], vec![sync], None);
+    fn image_barrier(&mut self, name: RowName, memory: Memory) {
+        let Some(row) = self.rows.find(name) else { return };
+        if let SyncKind::ImageBarrier(old, new) = row.carrier {
+            let sync = self.program.barrier(row.order(), Some(memory));
+            self.program.transition((Who::Row(name), memory), [old, new], vec![sync], None);
         }
     }
 
@@ -164,7 +164,7 @@ impl FrameModelBuilder<'_> {
 
     /// The CPU waits for all that was submitted until then.
     fn wait(&mut self, row: RowName, until: Time) {
-        let Some(order) = self.edges.find(row).map(Row::order) else { return };
+        let Some(order) = self.rows.find(row).map(Row::order) else { return };
         self.program.fence(order, until);
     }
 
@@ -336,11 +336,11 @@ impl FrameModelBuilder<'_> {
     }
 
     fn barriers(&mut self, rows: &[(RowName, Resource)], place: usize) {
-        for &(row, resource) in rows {
+        for &(name, resource) in rows {
             for memory in memory_of(self.plan, resource, place) {
-                match self.edges.find(row).map(|edge| edge.carrier) {
-                    Some(SyncKind::ImageBarrier(..)) => self.image_barrier(row, memory),
-                    _ => self.barrier(row, Some(memory)),
+                match self.rows.find(name).map(|row| row.carrier) {
+                    Some(SyncKind::ImageBarrier(..)) => self.image_barrier(name, memory),
+                    _ => self.barrier(name, Some(memory)),
                 }
             }
         }
@@ -348,7 +348,7 @@ impl FrameModelBuilder<'_> {
 
     /// The frame goes on when presentation has let go of the image.
     fn acquire(&mut self) {
-        let Some(mask) = self.edges.find(RowName::ACQUIRE).map(|row| row.after) else { return };
+        let Some(mask) = self.rows.find(RowName::ACQUIRE).map(|row| row.after) else { return };
         let now = self.program.step();
         self.program.synchronize(Sync {
             first: Scope { span: Span::before(now), mask: PRESENTED },
@@ -364,7 +364,7 @@ impl FrameModelBuilder<'_> {
 
     /// Presentation shows the image when the frame is done.
     fn show(&mut self) {
-        let Some(mask) = self.edges.find(RowName::PRESENT).map(|row| row.before) else { return };
+        let Some(mask) = self.rows.find(RowName::PRESENT).map(|row| row.before) else { return };
         let now = self.program.step();
         self.program.synchronize(Sync {
             first: Scope { span: Span::before(now), mask },

@@ -89,13 +89,13 @@ pub struct FrameModel(Program);
 
 impl FrameModel {
     /// Models the frames of a plan with these dependencies.
-    pub fn of(plan: &FramePlan, edges: &Rows) -> Self {
-        Self(frames::program(plan, edges))
+    pub fn of(plan: &FramePlan, rows: &Rows) -> Self {
+        Self(frames::program(plan, rows))
     }
 
     /// The dispatch that evaluates formulas for `afterlight stress`.
-    pub fn of_formulas(edges: &Rows) -> Self {
-        Self(frames::formulas(edges))
+    pub fn of_formulas(rows: &Rows) -> Self {
+        Self(frames::formulas(rows))
     }
 
     /// The passes of the frame with most of them, in their order: subpasses, and dispatches and draws of their own.
@@ -130,13 +130,13 @@ impl FrameModel {
 ///
 /// # Errors
 /// As [`Rows::without_part`].
-pub fn is_superfluous(plan: &FramePlan, edges: &Rows, name: RowName, part: RowPart) -> Result<bool, RowError> {
-    Ok(FrameModel::of(plan, &edges.without_part(name, part)?).are_safe())
+pub fn is_superfluous(plan: &FramePlan, rows: &Rows, name: RowName, part: RowPart) -> Result<bool, RowError> {
+    Ok(FrameModel::of(plan, &rows.without_part(name, part)?).are_safe())
 }
 
 /// The parts of a row without which the proof finds no hazard either, because other rows order the same. A row that cannot be dropped has none.
-pub fn covered(plan: &FramePlan, edges: &Rows, row: &Row) -> Vec<RowPart> {
-    let is_covered = |part: &RowPart| is_superfluous(plan, edges, row.name, *part).unwrap_or(false);
+pub fn covered(plan: &FramePlan, rows: &Rows, row: &Row) -> Vec<RowPart> {
+    let is_covered = |part: &RowPart| is_superfluous(plan, rows, row.name, *part).unwrap_or(false);
     if row.carrier.stays().is_some() { Vec::new() } else { row.parts().into_iter().filter(is_covered).collect() }
 }
 

@@ -106,7 +106,7 @@ impl RenderPassInstance<'_> {
             .pass
             .dependencies
             .iter()
-            .map(|(edge, ends)| (*ends, edge.before, edge.after, [edge.is_between_subpasses(), edge.by_region]))
+            .map(|(row, ends)| (*ends, row.before, row.after, [row.is_between_subpasses(), row.by_region]))
             .collect();
         // An attachment that changes its layout without a dependency of the pass has implicit ones, which wait for nothing from outside.
         for (index, (_, attachment)) in (0..).zip(&self.pass.attachments) {

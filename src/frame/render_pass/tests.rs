@@ -373,7 +373,7 @@ fn a_gbuffer_that_is_stored_lies_between_two_render_passes_and_nothing_else_chan
             let of = |keep| FramePlan::of(&scene, &Settings { keep, ..settings.clone() }, &samples::device());
             let (Ok(whole), Ok(parted)) = (of(Keep::NONE), of(keep)) else { continue };
             assert!(!whole.stores_gbuffer && parted.stores_gbuffer, "{name}");
-            let (list, edges) = (StepList::of(&parted), rows::table(&parted));
+            let (list, rows) = (StepList::of(&parted), rows::table(&parted));
             let first = list.attachments(&parted, RenderPassName::of(geometry::PASS.place));
             let second = list.attachments(&parted, RenderPassName::of(lighting::PASS.place));
             for (target, description) in &first {
@@ -395,7 +395,7 @@ fn a_gbuffer_that_is_stored_lies_between_two_render_passes_and_nothing_else_chan
                 let is_first = !first.iter().any(|(own, _)| *own == target);
                 assert!(!is_first || own.load_op == description.load_op, "{name} {target:?}");
             }
-            let passes = PassDescription::all(&parted, &edges);
+            let passes = PassDescription::all(&parted, &rows);
             let subpasses: Vec<_> = passes.iter().flat_map(|pass| &pass.subpasses).map(|own| own.place).collect();
             let of_whole = PassDescription::all(&whole, &rows::table(&whole));
             let wanted: Vec<_> = of_whole.iter().flat_map(|pass| &pass.subpasses).map(|own| own.place).collect();

@@ -281,10 +281,10 @@ mod tests {
         }
     }
 
-    fn layouts(edge: &Row) -> (vk::ImageLayout, vk::ImageLayout) {
-        match edge.carrier {
+    fn layouts(row: &Row) -> (vk::ImageLayout, vk::ImageLayout) {
+        match row.carrier {
             SyncKind::ImageBarrier(old, new) => (old, new),
-            other => panic!("{}: {other}", edge.name),
+            other => panic!("{}: {other}", row.name),
         }
     }
 
@@ -294,8 +294,8 @@ mod tests {
             let mut headless = plan.clone();
             headless.presented = None;
             let headless = super::super::table(&headless);
-            for edge in headless.iter() {
-                assert_eq!(table.find(edge.name), Some(edge), "{name}: the frame itself knows of no window");
+            for row in headless.iter() {
+                assert_eq!(table.find(row.name), Some(row), "{name}: the frame itself knows of no window");
             }
             for (into, out) in [
                 (RowName::PICTURE_TO_SPLIT, RowName::SPLIT_TO_PICTURE),
@@ -331,7 +331,7 @@ mod tests {
     #[test]
     fn a_presented_frame_has_each_row_once_and_both_semaphores_stay() {
         let check = |name: &str, _: &FramePlan, table: &Rows| {
-            let mut names: Vec<_> = table.iter().map(|edge| edge.name).collect();
+            let mut names: Vec<_> = table.iter().map(|row| row.name).collect();
             names.sort_unstable();
             assert!(names.windows(2).all(|pair| pair[0] != pair[1]), "{name}: {names:?}");
             for semaphore in [RowName::ACQUIRE, RowName::PRESENT] {

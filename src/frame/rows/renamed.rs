@@ -47,10 +47,10 @@ fn last_draws() -> impl Iterator<Item = String> {
 
 /// The row between two passes, or to one from the frame before. Where several passes wait for one by the same row, each of their pairs has that row.
 pub(super) fn row_of<'a>(table: &'a Rows, name: &str) -> Option<&'a Row> {
-    table.iter().find(|edge| edge.label == name).or_else(|| {
+    table.iter().find(|row| row.label == name).or_else(|| {
         let (from, to) = name.split_once("-to-")?;
         let readers = format!("{from}-to-readers");
-        table.iter().find(|edge| edge.label == readers && edge.waiting.iter().any(|place| spelled(*place) == to))
+        table.iter().find(|row| row.label == readers && row.waiting.iter().any(|place| spelled(*place) == to))
     })
 }
 
@@ -68,7 +68,7 @@ pub fn lack(plan: &FramePlan, name: &str) -> Option<String> {
     let format = vk::Format::B8G8R8A8_SRGB;
     let encoding = Encoding { transfer: Transfer::Srgb, headroom: 1.0 };
     let presented = [PresentTarget::Straight(format), PresentTarget::Enlarge(format), PresentTarget::Encode(encoding)];
-    let has = |canvas| super::table(&plan.clone().presented_as(canvas)).iter().any(|edge| edge.label == name);
+    let has = |canvas| super::table(&plan.clone().presented_as(canvas)).iter().any(|row| row.label == name);
     if plan.presented.is_none() && presented.into_iter().any(has) {
         return Some("no window".into());
     }
@@ -106,11 +106,11 @@ mod tests {
         for (plan_name, plan) in samples::of_every_kind() {
             let table = rows::table(&plan);
             for (former, _) in former_rows() {
-                let Some(edge) = successor(&table, former) else { continue };
+                let Some(row) = successor(&table, former) else { continue };
                 found += 1;
-                let waits = |to: &str| edge.waiting.iter().chain([&edge.to]).any(|place| spelled(*place) == to);
+                let waits = |to: &str| row.waiting.iter().chain([&row.to]).any(|place| spelled(*place) == to);
                 let is_right = reader(former).is_none_or(|to| waits(to) || *former == "shadow-map-to-lighting");
-                assert!(is_right, "{plan_name}: {former} is said to be {}", edge.label);
+                assert!(is_right, "{plan_name}: {former} is said to be {}", row.label);
             }
         }
         assert!(found > 1000, "{found}");

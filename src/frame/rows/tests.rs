@@ -20,12 +20,12 @@ fn each_plan(check: impl Fn(&str, &FramePlan, &Rows)) {
 #[test]
 fn names_are_unique_and_every_row_says_why() {
     each_plan(|name, _, table| {
-        let names: BTreeSet<_> = table.iter().map(|edge| edge.name).collect();
+        let names: BTreeSet<_> = table.iter().map(|row| row.name).collect();
         assert_eq!(names.len(), table.iter().count(), "{name}");
-        for edge in table.iter() {
+        for row in table.iter() {
             // A pass that gives no reason for a touch leaves its own name alone there.
             let says = |part: &str| part.split(' ').filter(|word| !word.is_empty()).count() > 1;
-            assert!(edge.why.split("; ").all(says), "{name}: {} says \"{}\"", edge.name, edge.why);
+            assert!(row.why.split("; ").all(says), "{name}: {} says \"{}\"", row.name, row.why);
         }
     });
 }
@@ -33,12 +33,12 @@ fn names_are_unique_and_every_row_says_why() {
 #[test]
 fn one_row_a_pair_of_places() {
     each_plan(|name, _, table| {
-        for (index, edge) in table.iter().enumerate().filter(|(_, edge)| edge.carrier.is_render_pass()) {
+        for (index, row) in table.iter().enumerate().filter(|(_, row)| row.carrier.is_render_pass()) {
             let same = |other: &&Row| {
-                (other.from, other.to) == (edge.from, edge.to)
-                    && std::mem::discriminant(&other.carrier) == std::mem::discriminant(&edge.carrier)
+                (other.from, other.to) == (row.from, row.to)
+                    && std::mem::discriminant(&other.carrier) == std::mem::discriminant(&row.carrier)
             };
-            assert_eq!(table.iter().position(|other| same(&other)), Some(index), "{name}: {}", edge.name);
+            assert_eq!(table.iter().position(|other| same(&other)), Some(index), "{name}: {}", row.name);
         }
     });
 }
@@ -46,21 +46,21 @@ fn one_row_a_pair_of_places() {
 #[test]
 fn every_access_is_one_that_a_stage_of_its_mask_supports_and_every_stage_that_must_wait_has_one() {
     each_plan(|name, _, table| {
-        for (edge, side) in table.iter().flat_map(|edge| [(edge, Side::Before), (edge, Side::After)]) {
-            let one = edge.side(side);
+        for (row, side) in table.iter().flat_map(|row| [(row, Side::Before), (row, Side::After)]) {
+            let one = row.side(side);
             let named = SUPPORTED.iter().filter(|(access, _)| one.access.contains(*access));
             let (mut accesses, mut stages) = (A::empty(), S::empty());
             for &(access, supporting) in named {
-                assert!(one.stage.intersects(supporting), "{name}: {}: {access:?} without its stage", edge.name);
+                assert!(one.stage.intersects(supporting), "{name}: {}: {access:?} without its stage", row.name);
                 (accesses, stages) = (accesses | access, stages | supporting);
             }
-            assert_eq!(accesses, one.access, "{name}: {}: an access that the table does not know", edge.name);
+            assert_eq!(accesses, one.access, "{name}: {}: an access that the table does not know", row.name);
             // A wait for a stage that only read needs no access, and the CPU frees memory without looking at it.
             // A write after reads alone needs no access either, where another row has made all else visible.
-            let bare = side == Side::Before || edge.name == RowName::LAST_USE_TO_DESTROY;
-            assert!(!one.stage.is_empty(), "{name}: {}: no stage", edge.name);
-            assert!(bare || stages.contains(one.stage), "{name}: {}: a stage that does nothing", edge.name);
-            assert!(side == Side::After || one == one.writes(), "{name}: {}: a read made available", edge.name);
+            let bare = side == Side::Before || row.name == RowName::LAST_USE_TO_DESTROY;
+            assert!(!one.stage.is_empty(), "{name}: {}: no stage", row.name);
+            assert!(bare || stages.contains(one.stage), "{name}: {}: a stage that does nothing", row.name);
+            assert!(side == Side::After || one == one.writes(), "{name}: {}: a read made available", row.name);
         }
     });
 }
@@ -69,10 +69,10 @@ fn every_access_is_one_that_a_stage_of_its_mask_supports_and_every_stage_that_mu
 fn rows_are_by_region_between_subpasses_and_nowhere_else() {
     each_plan(|name, plan, table| {
         let list = StepList::of(plan);
-        for edge in table.iter() {
-            let ends = [edge.from, edge.to].map(|place| list.find(place).map(|(pass, _)| pass));
-            let is_between = edge.carrier.is_render_pass() && ends[0].is_some() && ends[0] == ends[1];
-            assert_eq!(edge.is_between_subpasses(), is_between, "{name}: {}", edge.name);
+        for row in table.iter() {
+            let ends = [row.from, row.to].map(|place| list.find(place).map(|(pass, _)| pass));
+            let is_between = row.carrier.is_render_pass() && ends[0].is_some() && ends[0] == ends[1];
+            assert_eq!(row.is_between_subpasses(), is_between, "{name}: {}", row.name);
         }
     });
 }
@@ -92,14 +92,14 @@ fn rows_are_across_samples_where_one_side_reads_them_all_and_both_draw_as_many()
             });
             targets.next()
         };
-        for edge in table.iter() {
-            let between = edge.is_between_subpasses() && plan.msaa > 1;
-            assert!(!edge.across_samples || between, "{name}: {}", edge.name);
-            let expected = between && edge.to == lighting::PASS.place && edge.from == geometry::PASS.place;
+        for row in table.iter() {
+            let between = row.is_between_subpasses() && plan.msaa > 1;
+            assert!(!row.across_samples || between, "{name}: {}", row.name);
+            let expected = between && row.to == lighting::PASS.place && row.from == geometry::PASS.place;
             // Where the two draw different numbers of samples, a region is a pixel with all of them.
-            let is_across = reads_all(edge.to) && drawn(edge.from) == drawn(edge.to);
-            assert!(!expected || edge.across_samples == is_across, "{name}: {}", edge.name);
-            assert!(!edge.across_samples || !edge.by_region, "{name}: {}", edge.name);
+            let is_across = reads_all(row.to) && drawn(row.from) == drawn(row.to);
+            assert!(!expected || row.across_samples == is_across, "{name}: {}", row.name);
+            assert!(!row.across_samples || !row.by_region, "{name}: {}", row.name);
             tried.set(tried.get() + u32::from(expected));
         }
     });
@@ -109,22 +109,22 @@ fn rows_are_across_samples_where_one_side_reads_them_all_and_both_draw_as_many()
 #[test]
 fn a_dropped_dependency_of_a_render_pass_is_gone_and_a_dropped_barrier_orders_nothing() {
     each_plan(|name, _, table| {
-        for edge in table.iter() {
-            let Ok(without) = table.without(edge.name) else {
-                assert!(edge.carrier.stays().is_some(), "{name}: {}", edge.name);
+        for row in table.iter() {
+            let Ok(without) = table.without(row.name) else {
+                assert!(row.carrier.stays().is_some(), "{name}: {}", row.name);
                 continue;
             };
-            assert!(edge.carrier.stays().is_none(), "{name}: {}", edge.name);
-            if edge.carrier.is_render_pass() {
-                assert!(without.find(edge.name).is_none(), "{name}: {}", edge.name);
+            assert!(row.carrier.stays().is_none(), "{name}: {}", row.name);
+            if row.carrier.is_render_pass() {
+                assert!(without.find(row.name).is_none(), "{name}: {}", row.name);
             } else {
-                let left = without.find(edge.name).expect("a row");
-                assert_eq!((left.before, left.after, left.carrier), (Use::START, Use::END, edge.carrier), "{name}");
+                let left = without.find(row.name).expect("a row");
+                assert_eq!((left.before, left.after, left.carrier), (Use::START, Use::END, row.carrier), "{name}");
             }
             assert!(
                 without
                     .iter()
-                    .filter(|other| other.name != edge.name)
+                    .filter(|other| other.name != row.name)
                     .all(|other| other == table.find(other.name).expect("a row"))
             );
         }

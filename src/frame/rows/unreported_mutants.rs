@@ -46,14 +46,14 @@ pub struct UnreportedMutants {
 }
 
 /// Why the layer does not notice that a part of a row is missing; `None` where it does. An entry that is further up in the list comes first.
-pub fn reason(plan: &FramePlan, edge: &Row, part: RowPart) -> Option<&'static UnreportedMutants> {
-    UNREPORTED_MUTANTS.iter().find(|entry| (entry.is_about)(&MissingPart { plan, edge, part }))
+pub fn reason(plan: &FramePlan, row: &Row, part: RowPart) -> Option<&'static UnreportedMutants> {
+    UNREPORTED_MUTANTS.iter().find(|entry| (entry.is_about)(&MissingPart { plan, row, part }))
 }
 
 /// A part that is missing, of a row of a plan's table.
 struct MissingPart<'a> {
     plan: &'a FramePlan,
-    edge: &'a Row,
+    row: &'a Row,
     part: RowPart,
 }
 
@@ -79,22 +79,22 @@ impl MissingPart<'_> {
 
     /// Returns true if the render pass of the row begins with this place.
     fn begins_with(&self, place: PassName) -> bool {
-        self.edge.carrier == SyncKind::Subpass(RenderPassName::of(place))
+        self.row.carrier == SyncKind::Subpass(RenderPassName::of(place))
     }
 
     /// Returns true if the row waits for something outside of its frame, mostly for the frame before.
     fn is_from_outside(&self) -> bool {
-        self.edge.from == PassName::OUTSIDE
+        self.row.from == PassName::OUTSIDE
     }
 
     /// Returns true if a render pass waits by this row for an earlier pass of the same frame.
     fn enters(&self) -> bool {
-        self.edge.carrier.is_render_pass() && !self.edge.is_between_subpasses() && !self.is_from_outside()
+        self.row.carrier.is_render_pass() && !self.row.is_between_subpasses() && !self.is_from_outside()
     }
 
     /// Returns true for a bit of a row between two subpasses that would not be needed within one, where uses of an attachment are in rasterization order.
     fn is_of_attachment(&self) -> bool {
-        let Row { from, before, after, .. } = self.edge;
+        let Row { from, before, after, .. } = self.row;
         let tests = A::DEPTH_STENCIL_ATTACHMENT_READ | A::DEPTH_STENCIL_ATTACHMENT_WRITE;
         // What LIGHTING writes of the G-buffer besides are drops, which the layer notices.
         let blends = after.access.contains(A::COLOR_ATTACHMENT_READ) && *from != geometry::PASS.place;
@@ -115,27 +115,27 @@ impl MissingPart<'_> {
             (Side::After, S::LATE_FRAGMENT_TESTS, A::empty(), !drops),
         ];
         let is_missed = |(side, stages, accesses, is_missed)| is_missed && self.is_bit(side, stages, accesses);
-        self.edge.is_between_subpasses() && missed.into_iter().any(is_missed)
+        self.row.is_between_subpasses() && missed.into_iter().any(is_missed)
     }
 
     /// Returns true if other rows lead to the same subpass, through another one of its render pass.
     fn is_led_around(&self) -> bool {
-        let edge = self.edge;
-        let (is_between, follows_reads) = (edge.is_between_subpasses(), edge.before.access.is_empty());
+        let row = self.row;
+        let (is_between, follows_reads) = (row.is_between_subpasses(), row.before.access.is_empty());
         if !(is_between && self.is_row() || self.enters() && follows_reads) {
             return false;
         }
         let table = super::table(self.plan);
-        let last = |row: &&Row| row.is_between_subpasses() && row.to == edge.to && row.from != edge.from;
+        let last = |other: &&Row| other.is_between_subpasses() && other.to == row.to && other.from != row.from;
         // LIGHTING's render pass changes the layout of the depth that it loads, and the layer takes that for an order.
         let is_ordered = is_between || self.begins_with(lighting::PASS.place);
         let is_led_to = |last: &Row| {
-            let mut firsts = table.iter().filter(|row| row.from == edge.from && row.waiting.contains(&last.from));
+            let mut firsts = table.iter().filter(|other| other.from == row.from && other.waiting.contains(&last.from));
             firsts.any(|first| is_ordered || first.after.stage.intersects(last.before.stage))
         };
         // Tests read depth in rasterization order, so that any row to the subpass will do.
-        let follows_tests = is_between && follows_reads && edge.before.stage == S::LATE_FRAGMENT_TESTS;
-        table.of(edge.carrier).filter(last).any(|last| follows_tests || is_led_to(last))
+        let follows_tests = is_between && follows_reads && row.before.stage == S::LATE_FRAGMENT_TESTS;
+        table.of(row.carrier).filter(last).any(|last| follows_tests || is_led_to(last))
     }
 }
 
@@ -163,8 +163,8 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: None,
         is_about: |missing| {
-            let writes_too = missing.edge.after.access.contains(A::SHADER_READ | A::SHADER_WRITE);
-            !missing.edge.carrier.is_render_pass() && writes_too && missing.is_after(S::empty(), A::SHADER_READ)
+            let writes_too = missing.row.after.access.contains(A::SHADER_READ | A::SHADER_WRITE);
+            !missing.row.carrier.is_render_pass() && writes_too && missing.is_after(S::empty(), A::SHADER_READ)
         },
         section: "Execution and Memory Dependencies",
         says: HAZARDS,
@@ -173,7 +173,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: Some(NEWEST),
         is_about: |missing| {
-            let Row { carrier, before, after, .. } = missing.edge;
+            let Row { carrier, before, after, .. } = missing.row;
             let is_of_dispatches = before.stage == S::COMPUTE_SHADER && after.stage == S::COMPUTE_SHADER;
             let writes = after.access.contains(A::SHADER_WRITE);
             *carrier == SyncKind::BufferBarrier && is_of_dispatches && writes && !missing.is_from_outside()
@@ -186,7 +186,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: None,
         is_about: |missing| {
-            let Row { from, to, before, after, .. } = missing.edge;
+            let Row { from, to, before, after, .. } = missing.row;
             let both = S::FRAGMENT_SHADER | S::COMPUTE_SHADER;
             let is_written = [PassName::CLEAR, shadow::PASS.place].contains(from) && after.stage == both;
             let is_read = *to == shadow::PASS.place && before.stage == both;
@@ -210,7 +210,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: None,
         is_about: |missing| {
-            missing.edge.is_between_subpasses() && missing.is_before(S::EARLY_FRAGMENT_TESTS, A::empty())
+            missing.row.is_between_subpasses() && missing.is_before(S::EARLY_FRAGMENT_TESTS, A::empty())
         },
         section: "Pipeline Stages",
         says: "Its first access scope only includes memory accesses performed by pipeline stages explicitly specified in the source stage \
@@ -221,7 +221,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: None,
         is_about: |missing| {
-            let uses = missing.edge.after.access;
+            let uses = missing.row.after.access;
             let loads = uses.intersects(A::COLOR_ATTACHMENT_READ | A::DEPTH_STENCIL_ATTACHMENT_READ);
             let is_read = uses.contains(A::INPUT_ATTACHMENT_READ) && missing.is_after(S::FRAGMENT_SHADER, A::empty());
             let others = A::INPUT_ATTACHMENT_READ | A::COLOR_ATTACHMENT_WRITE | A::DEPTH_STENCIL_ATTACHMENT_WRITE;
@@ -237,7 +237,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
         seen_from: None,
         is_about: |missing| {
             let is_test = missing.is_after(S::EARLY_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_READ);
-            missing.enters() && !missing.edge.waiting.contains(&lighting::PASS.place) && is_test
+            missing.enters() && !missing.row.waiting.contains(&lighting::PASS.place) && is_test
         },
         section: "Rasterization Order",
         says: IN_ORDER,
@@ -247,10 +247,10 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: None,
         is_about: |missing| {
-            let before = missing.edge.before.stage;
+            let before = missing.row.before.stage;
             let is_of_last_depth =
                 missing.is_from_outside() && before == S::COLOR_ATTACHMENT_OUTPUT | S::COMPUTE_SHADER;
-            let is_drawn = missing.edge.carrier.is_render_pass() && is_of_last_depth;
+            let is_drawn = missing.row.carrier.is_render_pass() && is_of_last_depth;
             is_drawn && missing.is_before(S::COMPUTE_SHADER, A::empty()) || missing.is_led_around()
         },
         section: "VkSubpassDependency",
@@ -261,7 +261,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     },
     UnreportedMutants {
         seen_from: None,
-        is_about: |missing| missing.edge.to == PassName::HOST,
+        is_about: |missing| missing.row.to == PassName::HOST,
         section: "Fences",
         says: "Signaling a fence and waiting on the host does not guarantee that the results of memory accesses will be visible to the host, \
                as the access scope of a memory dependency defined by a fence only includes device access",
@@ -271,7 +271,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: None,
         is_about: |missing| {
-            let is_indirect = missing.edge.after.stage.contains(S::DRAW_INDIRECT);
+            let is_indirect = missing.row.after.stage.contains(S::DRAW_INDIRECT);
             is_indirect && missing.is_after(S::VERTEX_INPUT, A::VERTEX_ATTRIBUTE_READ)
         },
         section: "Synchronization and Cache Control",
@@ -282,7 +282,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: Some(NEWEST),
         is_about: |missing| {
-            let Row { carrier, to, before, .. } = missing.edge;
+            let Row { carrier, to, before, .. } = missing.row;
             let is_drawn = carrier.is_render_pass();
             // Where GEOMETRY waits for the copy alone, the layer sees that nothing holds it back.
             let is_alone = *to == geometry::PASS.place && before.stage == S::TRANSFER;
@@ -300,14 +300,14 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: None,
         is_about: |missing| {
-            let is_read = missing.edge.before.stage == S::FRAGMENT_SHADER && missing.is_from_outside();
+            let is_read = missing.row.before.stage == S::FRAGMENT_SHADER && missing.is_from_outside();
             let is_about = missing.is_row() || missing.is_before(S::FRAGMENT_SHADER, A::empty());
             // After a dispatch that has written the light, the layer sees that nothing orders the change.
             let follows_write = |row: &Row| row.before.access.contains(A::SHADER_WRITE);
             is_read
                 && is_about
                 && missing.begins_with(tonemap::PASS.place)
-                && !super::table(missing.plan).of(missing.edge.carrier).any(follows_write)
+                && !super::table(missing.plan).of(missing.row.carrier).any(follows_write)
         },
         section: "Image Layout Transitions",
         says: TRANSITION,
@@ -317,7 +317,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: None,
         is_about: |missing| {
-            let Row { label, carrier, after, .. } = missing.edge;
+            let Row { label, carrier, after, .. } = missing.row;
             let is_presented = matches!(carrier, SyncKind::ImageBarrier(vk::ImageLayout::PRESENT_SRC_KHR, _));
             // Where COPY takes the picture as it lies, no layout change comes between, and the layer sees that OVERLAY waits for the copy.
             let follows_change = ["picture-to-split", "picture-to-copy"].contains(label)
@@ -334,7 +334,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: None,
         is_about: |missing| {
-            let Row { carrier, to, after, .. } = missing.edge;
+            let Row { carrier, to, after, .. } = missing.row;
             let leaves = carrier.is_render_pass() && *to == PassName::OUTSIDE;
             // A row with an access is one for the copy that follows.
             missing.is_row() && leaves && after.access.is_empty()
@@ -346,7 +346,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     },
     UnreportedMutants {
         seen_from: None,
-        is_about: |missing| missing.is_from_outside() && missing.edge.to == pyramid::PASS.place,
+        is_about: |missing| missing.is_from_outside() && missing.row.to == pyramid::PASS.place,
         section: "Synchronization and Cache Control",
         says: FEW_GUARANTEES,
         why: "the layer is right as long as OCCLUDERS is between the two: occluders-reuse waits for the stage of CULL, and occluders-to-pyramid for \
@@ -355,7 +355,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: None,
         is_about: |missing| {
-            let before = missing.edge.before;
+            let before = missing.row.before;
             let follows_reads = before.access.is_empty() && before.stage.contains(S::FRAGMENT_SHADER);
             follows_reads && missing.is_from_outside() && missing.is_after(S::empty(), A::SHADER_WRITE)
         },
@@ -367,7 +367,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: Some(NEWEST),
         is_about: |missing| {
-            let Row { before, after, .. } = missing.edge;
+            let Row { before, after, .. } = missing.row;
             let is_rewritten = before.access.contains(A::SHADER_WRITE) && after.access == A::SHADER_WRITE;
             is_rewritten && missing.is_from_outside() && missing.is_after(S::empty(), A::SHADER_WRITE)
         },
@@ -378,8 +378,8 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: Some(NEWEST),
         is_about: |missing| {
-            let is_barrier = matches!(missing.edge.carrier, SyncKind::ImageBarrier(..));
-            let blends = missing.edge.after.access.contains(A::COLOR_ATTACHMENT_READ);
+            let is_barrier = matches!(missing.row.carrier, SyncKind::ImageBarrier(..));
+            let blends = missing.row.after.access.contains(A::COLOR_ATTACHMENT_READ);
             is_barrier && blends && missing.is_after(S::empty(), A::COLOR_ATTACHMENT_WRITE)
         },
         section: "VkImageMemoryBarrier",
@@ -391,7 +391,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: None,
         is_about: |missing| {
-            let is_drawn = missing.is_from_outside() && missing.edge.to == forward::PASS.place;
+            let is_drawn = missing.is_from_outside() && missing.row.to == forward::PASS.place;
             let is_of_depth = missing.is_before(S::LATE_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTACHMENT_WRITE);
             is_drawn && missing.plan.presented.is_some() && is_of_depth
         },
@@ -403,7 +403,7 @@ pub static UNREPORTED_MUTANTS: &[UnreportedMutants] = &[
     UnreportedMutants {
         seen_from: Some(NEWEST),
         is_about: |missing| {
-            let Row { to, before, .. } = missing.edge;
+            let Row { to, before, .. } = missing.row;
             // Where the light or the G-buffer is drawn by an earlier subpass of the render pass.
             let firsts = [geometry::PASS.place, lighting::PASS.place, forward::PASS.place];
             let is_later = firsts.into_iter().any(|first| first != *to && missing.begins_with(first));

@@ -44,7 +44,7 @@ const DEPTH_STORE: Use = Use::new(S::LATE_FRAGMENT_TESTS, A::DEPTH_STENCIL_ATTAC
 
 /// A row, and its barrier's place in the list if it is one.
 pub struct Wait {
-    pub edge: Row,
+    pub row: Row,
     pub barrier: Option<BarrierPosition>,
 }
 
@@ -504,7 +504,7 @@ impl Draft {
         let why = why(&from, &reasons, &resources);
         let own = row(name, carrier).from(outside, &before).to(to.place, &after).for_all(&reasons);
         let is_between = matches!(key, Key::Between(..));
-        Wait { edge: own.between(is_between, all_samples).because(why), barrier }
+        Wait { row: own.between(is_between, all_samples).because(why), barrier }
     }
 }
 

@@ -96,9 +96,7 @@ fn sets() -> Vec<Vec<&'static Variation>> {
 /// The rows of a case's frames on a device that can do everything; none where the settings do not go together.
 fn rows(case: &MutantCase) -> Vec<Row> {
     let table = case.plan(&Capabilities::ample()).map(|plan| rows::table(&plan));
-    table.map_or(Vec::new(), |table| {
-        table.iter().filter(|edge| edge.carrier.stays().is_none()).map(Row::masks).collect()
-    })
+    table.map_or(Vec::new(), |table| table.iter().filter(|row| row.carrier.stays().is_none()).map(Row::masks).collect())
 }
 
 /// Leaves out cases of which each row is among those before. `seen` are the rows of these.

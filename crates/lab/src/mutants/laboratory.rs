@@ -124,7 +124,7 @@ impl Laboratory {
     /// mutant is drawn in each mode ([`Laboratory::steps`]).
     ///
     /// # Safety
-    /// As of [`afterlight::frame::Renderer::with_edges`].
+    /// As of [`afterlight::frame::Renderer::with_rows`].
     ///
     /// # Errors
     /// When a case cannot be drawn, or the layer says something of it as it is.
@@ -158,7 +158,7 @@ impl Laboratory {
                 for (mutant, found) in mutants[part.clone()].iter().zip(&found[part]) {
                     let begun = Instant::now();
                     // SAFETY: the caller's promise.
-                    let rules = unsafe { broken(watched, mutant.case, mutant.edges.clone()) }?;
+                    let rules = unsafe { broken(watched, mutant.case, mutant.rows.clone()) }?;
                     let _ = found[mode].set((rules, begun.elapsed().as_secs_f64()));
                     step();
                 }
@@ -205,9 +205,9 @@ impl Laboratory {
 ///
 /// # Safety
 /// As of [`Laboratory::judge`].
-unsafe fn broken(watched: &Watched, case: &MutantCase, edges: Rows) -> Result<BTreeSet<String>, MutantError> {
+unsafe fn broken(watched: &Watched, case: &MutantCase, rows: Rows) -> Result<BTreeSet<String>, MutantError> {
     // SAFETY: the caller's promise.
-    let drawn = unsafe { watched.draw(&case.scene, &case.settings, edges, case.presented) };
+    let drawn = unsafe { watched.draw(&case.scene, &case.settings, rows, case.presented) };
     let drawn = drawn.map_err(|source| MutantError::Drawing { case: case.name.clone(), source })?;
     Ok(drawn.messages.into_iter().map(|message| message.id_name).collect())
 }

@@ -75,11 +75,11 @@ pub struct Mutant<'a> {
     /// The plan of the case.
     pub plan: &'a FramePlan,
     /// The row as the plan has it.
-    pub edge: Row,
+    pub row: Row,
     /// The part of the row that is missing.
     pub part: RowPart,
     /// All rows that are left.
-    pub edges: Rows,
+    pub rows: Rows,
 }
 
 impl Mutant<'_> {
@@ -87,12 +87,12 @@ impl Mutant<'_> {
     pub fn name(&self) -> String {
         let letters = self.case.name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' });
         let slug = letters.collect::<String>().split('-').filter(|word| !word.is_empty()).collect::<Vec<_>>().join("-");
-        format!("mutants.{}.{}.{slug}", self.edge.name, PartName(self.part))
+        format!("mutants.{}.{}.{slug}", self.row.name, PartName(self.part))
     }
 
     /// Returns the hazards that the specification's rules find in its frames. There is always one.
     pub fn hazards(&self) -> Vec<Hazard> {
-        FrameModel::of(self.plan, &self.edges).hazards()
+        FrameModel::of(self.plan, &self.rows).hazards()
     }
 }
 
@@ -129,22 +129,21 @@ pub fn mutants<'a>(cases: &'a [MutantCase], plans: &'a [FramePlan]) -> Vec<Mutan
     for (case, plan) in cases.iter().zip(plans) {
         let table = rows::table(plan);
         // Frames that overwrite more than one buffer of the last frame give their new rows alone, too: the layer takes the barrier of one buffer to order the others.
-        let is_of_buffer = |edge: &&Row| matches!(edge.carrier, SyncKind::BufferBarrier | SyncKind::MemoryBarrier);
-        let overwrites_buffers =
-            table.iter().filter(|edge| edge.from == PassName::OUTSIDE).filter(is_of_buffer).count();
-        for edge in table.iter().filter(|edge| edge.carrier.stays().is_none()) {
-            let masks = edge.masks();
+        let is_of_buffer = |row: &&Row| matches!(row.carrier, SyncKind::BufferBarrier | SyncKind::MemoryBarrier);
+        let overwrites_buffers = table.iter().filter(|row| row.from == PassName::OUTSIDE).filter(is_of_buffer).count();
+        for row in table.iter().filter(|row| row.carrier.stays().is_none()) {
+            let masks = row.masks();
             let is_new = !tried.contains(&masks);
             tried.push(masks);
             let hides = case.presented.is_some() || overwrites_buffers > 1;
             let is_tried = |part: &RowPart| is_new || *part == RowPart::Row && !hides;
-            for part in edge.parts().into_iter().filter(is_tried) {
-                let edges = table.without_part(edge.name, part).expect("rows that stay are left out above");
-                mutants.push(Mutant { case, plan, edge: edge.clone(), part, edges });
+            for part in row.parts().into_iter().filter(is_tried) {
+                let rows = table.without_part(row.name, part).expect("rows that stay are left out above");
+                mutants.push(Mutant { case, plan, row: row.clone(), part, rows });
             }
         }
     }
     // A part is no mutant if other rows order the same.
-    let is_fault = |mutant: &Mutant| !FrameModel::of(mutant.plan, &mutant.edges).are_safe();
+    let is_fault = |mutant: &Mutant| !FrameModel::of(mutant.plan, &mutant.rows).are_safe();
     mutants.into_par_iter().filter(is_fault).collect()
 }

@@ -29,18 +29,18 @@ static HIDDEN: &[Hidden] = &[
         from: NEWEST,
         is_about: |mutant| {
             matches!(mutant.part, RowPart::Bits(Side::After, bits) if bits.access == AccessFlags::VERTEX_ATTRIBUTE_READ)
-                && ["upload-to-vertices", "skin-to-readers"].contains(&mutant.edge.label)
+                && ["upload-to-vertices", "skin-to-readers"].contains(&mutant.row.label)
                 // A view of shadow maps has no other draws.
-                || mutant.edge.label == "skin-to-readers" && mutant.case.settings.view == View::ShadowMap
+                || mutant.row.label == "skin-to-readers" && mutant.case.settings.view == View::ShadowMap
         },
         why: "the layer no longer looks at the vertices that an indexed draw fetches (`ValidateDrawVertexIndex` of its source says so), only at the indices",
     },
     Hidden {
         from: NEWEST,
         is_about: |mutant| {
-            let is_read_before = mutant.edge.after.stage.contains(PipelineStageFlags::COMPUTE_SHADER);
+            let is_read_before = mutant.row.after.stage.contains(PipelineStageFlags::COMPUTE_SHADER);
             matches!(mutant.part, RowPart::Bits(Side::After, bits) if bits.stage == PipelineStageFlags::FRAGMENT_SHADER)
-                && mutant.edge.label == "upload-to-textures"
+                && mutant.row.label == "upload-to-textures"
                 && is_read_before
         },
         why: "the layer does not hold a read against the write before it if it happens after another read (`IsRAWHazard` of its source): a dispatch has read the \

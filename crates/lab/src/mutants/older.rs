@@ -25,21 +25,21 @@ pub fn reason(layer: u32, mutant: &Mutant) -> Option<&'static OlderLayers> {
 pub static OLDER_LAYERS: &[OlderLayers] = &[
     OlderLayers {
         seen_from: LAYER,
-        is_about: |mutant| is_of_buffer(&mutant.edge) && !is_sampled_first(mutant, &mutant.edge),
+        is_about: |mutant| is_of_buffer(&mutant.row) && !is_sampled_first(mutant, &mutant.row),
         why: "the layer notices hardly a hazard on a buffer: neither between compute shaders, nor on what draws fetch, nor after a copy in another submission",
     },
     OlderLayers {
         seen_from: LAYER,
-        is_about: |mutant| matches!(mutant.part, RowPart::Bits(..)) && mutant.edge.is_between_subpasses(),
+        is_about: |mutant| matches!(mutant.part, RowPart::Bits(..)) && mutant.row.is_between_subpasses(),
         why: "the layer does not look at the masks of a dependency between two subpasses: it takes each for one of all stages and accesses",
     },
     OlderLayers {
         seen_from: LAYER,
         is_about: |mutant| {
-            let edge = &mutant.edge;
-            let follows_reads = enters(edge) && follows_dispatch(edge) && edge.before.access.is_empty();
-            let leads_there = |row: &&Row| row.from != edge.from && row.waiting.contains(&edge.to);
-            let mut others = mutant.edges.of(SyncKind::BufferBarrier).filter(leads_there);
+            let row = &mutant.row;
+            let follows_reads = enters(row) && follows_dispatch(row) && row.before.access.is_empty();
+            let leads_there = |other: &&Row| other.from != row.from && other.waiting.contains(&row.to);
+            let mut others = mutant.rows.of(SyncKind::BufferBarrier).filter(leads_there);
             follows_reads && others.any(|row| is_sampled_first(mutant, row))
         },
         why: "the layer lets the barrier of a buffer that the same subpass reads, of a later dispatch, order an attachment that an earlier one has read as well. By \
@@ -55,40 +55,40 @@ pub static OLDER_LAYERS: &[OlderLayers] = &[
         is_about: |mutant| {
             let reads = AccessFlags::DEPTH_STENCIL_ATTACHMENT_READ;
             let is_load = matches!(mutant.part, RowPart::Bits(Side::After, bits) if bits.access == reads);
-            is_load && enters(&mutant.edge) && follows_dispatch(&mutant.edge)
+            is_load && enters(&mutant.row) && follows_dispatch(&mutant.row)
         },
         why: "the layer does not notice that a load operation reads after a layout change that is not visible to it, where the same dependency makes the change \
               visible to other accesses",
     },
 ];
 
-fn is_of_buffer(edge: &Row) -> bool {
-    matches!(edge.carrier, SyncKind::BufferBarrier | SyncKind::MemoryBarrier)
+fn is_of_buffer(row: &Row) -> bool {
+    matches!(row.carrier, SyncKind::BufferBarrier | SyncKind::MemoryBarrier)
 }
 
 /// Returns true if a render pass waits by this row for an earlier pass of the same frame.
-fn enters(edge: &Row) -> bool {
-    edge.carrier.is_render_pass() && edge.from != PassName::OUTSIDE && !edge.is_between_subpasses()
+fn enters(row: &Row) -> bool {
+    row.carrier.is_render_pass() && row.from != PassName::OUTSIDE && !row.is_between_subpasses()
 }
 
-fn follows_dispatch(edge: &Row) -> bool {
-    edge.before.stage == PipelineStageFlags::COMPUTE_SHADER
+fn follows_dispatch(row: &Row) -> bool {
+    row.before.stage == PipelineStageFlags::COMPUTE_SHADER
 }
 
 /// Returns true if fragment shaders wait, in a subpass with which a render pass begins. These are the draws whose look-ups the layer follows.
-fn is_sampled_first(mutant: &Mutant, edge: &Row) -> bool {
-    let begins = |place: &PassName| mutant.edges.of(SyncKind::Subpass(RenderPassName::of(*place))).next().is_some();
-    edge.after.stage == PipelineStageFlags::FRAGMENT_SHADER && edge.waiting.iter().any(begins)
+fn is_sampled_first(mutant: &Mutant, row: &Row) -> bool {
+    let begins = |place: &PassName| mutant.rows.of(SyncKind::Subpass(RenderPassName::of(*place))).next().is_some();
+    row.after.stage == PipelineStageFlags::FRAGMENT_SHADER && row.waiting.iter().any(begins)
 }
 
 /// Returns true if the part orders work of another submission, before or after those that the layer looks at.
 fn is_in_another_submission(mutant: &Mutant) -> bool {
-    let edge = &mutant.edge;
-    let (begins_outside, ends_outside) = (edge.from == PassName::OUTSIDE, edge.to == PassName::OUTSIDE);
-    let is_prepared = !edge.from.is_pass() && !begins_outside && edge.to != PassName::UPLOAD;
+    let row = &mutant.row;
+    let (begins_outside, ends_outside) = (row.from == PassName::OUTSIDE, row.to == PassName::OUTSIDE);
+    let is_prepared = !row.from.is_pass() && !begins_outside && row.to != PassName::UPLOAD;
     match mutant.part {
         RowPart::Row => {
-            edge.carrier.is_render_pass() && (begins_outside || ends_outside) && !changes_after_dispatch(mutant)
+            row.carrier.is_render_pass() && (begins_outside || ends_outside) && !changes_after_dispatch(mutant)
         }
         RowPart::Bits(Side::Before, _) => begins_outside,
         RowPart::Bits(Side::After, _) => ends_outside || is_prepared,
@@ -99,12 +99,12 @@ fn is_in_another_submission(mutant: &Mutant) -> bool {
 /// Returns true if an attachment's layout changes in a render pass that waits for a dispatch, and no other dependency is for its colours. The layer sees that
 /// nothing orders the change.
 fn changes_after_dispatch(mutant: &Mutant) -> bool {
-    let edge = &mutant.edge;
+    let row = &mutant.row;
     let colours = PipelineStageFlags::COLOR_ATTACHMENT_OUTPUT;
-    let is_of_frames_alone = [colours, PipelineStageFlags::COMPUTE_SHADER].contains(&edge.before.stage);
-    let entering = || mutant.edges.of(edge.carrier).filter(|row| enters(row));
-    let waits_for_colours = |row: &Row| row.waiting.contains(&edge.to) && row.after.stage.contains(colours);
-    edge.from == PassName::OUTSIDE
+    let is_of_frames_alone = [colours, PipelineStageFlags::COMPUTE_SHADER].contains(&row.before.stage);
+    let entering = || mutant.rows.of(row.carrier).filter(|row| enters(row));
+    let waits_for_colours = |other: &Row| other.waiting.contains(&row.to) && other.after.stage.contains(colours);
+    row.from == PassName::OUTSIDE
         && is_of_frames_alone
         && entering().any(follows_dispatch)
         && !entering().any(waits_for_colours)

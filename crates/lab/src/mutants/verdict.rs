@@ -40,7 +40,7 @@ pub enum MutantVerdict {
 
 /// The verdict on a layer of this version.
 pub fn verdict(layer: u32, mutant: &Mutant, heard: &BrokenRules) -> MutantVerdict {
-    let argued = unreported_mutants::reason(mutant.plan, &mutant.edge, mutant.part)
+    let argued = unreported_mutants::reason(mutant.plan, &mutant.row, mutant.part)
         .filter(|entry| entry.seen_from.is_none_or(|first| layer < first));
     let older = || older::reason(layer, mutant).map(Miss::Older);
     let newer = || newer::reason(layer, mutant).map(Miss::Newer);

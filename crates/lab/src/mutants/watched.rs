@@ -63,7 +63,7 @@ impl Watched {
     /// Draws frames with these dependencies, presented in this way if any, and returns the layer's messages about them.
     ///
     /// # Safety
-    /// As of [`frame::Renderer::with_edges`].
+    /// As of [`frame::Renderer::with_rows`].
     ///
     /// # Errors
     /// As [`experiment::draw`] and [`experiment::present`].
@@ -71,7 +71,7 @@ impl Watched {
         &self,
         scene: &Scene,
         settings: &Settings,
-        edges: Rows,
+        rows: Rows,
         way: Option<PresentPath>,
     ) -> Result<Drawn, frame::Error> {
         self.instance.take_messages();
@@ -79,8 +79,8 @@ impl Watched {
         let picture = unsafe {
             match way {
                 #[cfg(feature = "present")]
-                Some(way) => experiment::present(&self.device, scene, settings, edges, way),
-                _ => experiment::draw(&self.device, scene, settings, edges),
+                Some(way) => experiment::present(&self.device, scene, settings, rows, way),
+                _ => experiment::draw(&self.device, scene, settings, rows),
             }
         }?;
         let more = self.instance.message_log().dropped();

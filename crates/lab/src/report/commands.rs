@@ -23,7 +23,7 @@ pub struct ExplainedCommand {
     /// The attachments of a render pass that begins, in its order.
     pub attachments: Vec<Attachment>,
     /// The subpass dependencies that act here. The subpass that begins waits by them; at the end of a render pass, later commands do.
-    pub dependencies: Vec<ActingEdge>,
+    pub dependencies: Vec<ActingRow>,
 }
 
 /// An attachment of a render pass.
@@ -37,8 +37,8 @@ pub struct Attachment {
 
 /// A subpass dependency, and the layouts that change with it.
 #[derive(Debug, Clone)]
-pub struct ActingEdge {
-    pub edge: Row,
+pub struct ActingRow {
+    pub row: Row,
     pub layouts: Vec<LayoutChange>,
 }
 
@@ -73,15 +73,15 @@ pub fn record(
 /// Reads commands in their order, and knows the render pass that is open.
 struct CommandReader<'a> {
     plan: &'a FramePlan,
-    edges: &'a Rows,
+    rows: &'a Rows,
     render_passes: Vec<PassDescription>,
     /// The index of the render pass among these, and of its subpass.
     open: Option<(usize, u32)>,
 }
 
 impl<'a> CommandReader<'a> {
-    fn new(plan: &'a FramePlan, edges: &'a Rows) -> Self {
-        Self { plan, edges, render_passes: PassDescription::all(plan, edges), open: None }
+    fn new(plan: &'a FramePlan, rows: &'a Rows) -> Self {
+        Self { plan, rows, render_passes: PassDescription::all(plan, rows), open: None }
     }
 
     fn lines(mut self, commands: Vec<Command>) -> Vec<ExplainedCommand> {
@@ -115,7 +115,7 @@ impl<'a> CommandReader<'a> {
     fn reason(&self, command: &Command) -> String {
         let arguments = &command.arguments;
         if let Some(barrier) = &arguments.barrier {
-            let row = self.edges.iter().find(|edge| edge.label == barrier.row);
+            let row = self.rows.iter().find(|row| row.label == barrier.row);
             return row.map_or_else(String::new, |row| row.why.clone());
         }
         let label = arguments.objects.first().filter(|_| command.name == "vkCmdBeginDebugUtilsLabelEXT");
@@ -124,11 +124,10 @@ impl<'a> CommandReader<'a> {
     }
 
     /// The dependencies of the open render pass that this subpass waits by.
-    fn acting(&self, subpass: u32) -> Vec<ActingEdge> {
+    fn acting(&self, subpass: u32) -> Vec<ActingRow> {
         let Some((pass, _)) = self.open else { return Vec::new() };
         let own = self.render_passes[pass].dependencies.iter().filter(|(_, [_, to])| *to == subpass);
-        own.map(|(edge, _)| ActingEdge { edge: edge.clone(), layouts: layout_changes(self.plan, self.edges, edge) })
-            .collect()
+        own.map(|(row, _)| ActingRow { row: row.clone(), layouts: layout_changes(self.plan, self.rows, row) }).collect()
     }
 }
 

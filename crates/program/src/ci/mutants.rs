@@ -192,7 +192,7 @@ impl<'a> MutationReport<'a> {
             let heard = own.heard.as_ref().map(|(heard, _)| heard);
             let line = MutantRecord {
                 name: &own.name,
-                dependency: own.mutant.edge.name.name(),
+                dependency: own.mutant.row.name.name(),
                 missing: PartName(own.mutant.part).to_string(),
                 plan: &own.mutant.case.name,
                 must_follow: &own.must_follow,
@@ -355,7 +355,7 @@ impl<'a> MutationReport<'a> {
     fn groups(&self) -> Vec<MutantGroup<'_>> {
         let mut groups: Vec<MutantGroup> = Vec::new();
         for own in self.judged {
-            let (dependency, part) = (own.mutant.edge.name.name(), own.mutant.part);
+            let (dependency, part) = (own.mutant.row.name.name(), own.mutant.part);
             match groups.iter_mut().find(|group| group.dependency == dependency && group.part == part) {
                 Some(group) => group.mutants.push(own),
                 None => groups.push(MutantGroup { dependency, part, mutants: vec![own] }),

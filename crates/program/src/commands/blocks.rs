@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use afterlight::gpu::{Arguments, Barrier, Command};
-use afterlight_lab::report::commands::{ActingEdge, Attachment, ExplainedCommand, is_structure};
+use afterlight_lab::report::commands::{ActingRow, Attachment, ExplainedCommand, is_structure};
 
 use super::super::inspect::flags;
 use super::super::table::TextTable;
@@ -132,17 +132,17 @@ impl<'a> Blocks<'a> {
         text
     }
 
-    fn dependency(&mut self, ActingEdge { edge, layouts }: &'a ActingEdge) -> String {
-        let mut text = format!("  {}: {} -> {}{}\n", edge.name, edge.from, edge.to, edge.region());
-        if !self.seen.insert(edge.name.name()) {
+    fn dependency(&mut self, ActingRow { row, layouts }: &'a ActingRow) -> String {
+        let mut text = format!("  {}: {} -> {}{}\n", row.name, row.from, row.to, row.region());
+        if !self.seen.insert(row.name.name()) {
             return text;
         }
         let side = |uses: afterlight::gpu::sync::Use| (flags(&uses.stage), flags(&uses.access));
-        text.push_str(&masks([side(edge.before), side(edge.after)]));
+        text.push_str(&masks([side(row.before), side(row.after)]));
         for change in layouts {
             let _ = writeln!(text, "    layout: {change}");
         }
-        let _ = writeln!(text, "    why: {}", edge.why);
+        let _ = writeln!(text, "    why: {}", row.why);
         text
     }
 

@@ -4,7 +4,7 @@ use afterlight::gpu::{Barrier, BarrierPart};
 use afterlight_lab::report::commands::{Attachment, ExplainedCommand};
 use serde::Serialize;
 
-use super::super::inspect::{EdgeReport, flags};
+use super::super::inspect::{RowReport, flags};
 
 /// A command with its arguments and its reason.
 #[derive(Serialize)]
@@ -18,7 +18,7 @@ pub struct CommandReport {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     attachments: Vec<AttachmentReport>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    dependencies: Vec<EdgeReport>,
+    dependencies: Vec<RowReport>,
     #[serde(skip_serializing_if = "str::is_empty")]
     why: String,
 }
@@ -54,7 +54,7 @@ struct AttachmentReport {
 impl CommandReport {
     pub fn of(line: &ExplainedCommand) -> Self {
         let arguments = &line.command.arguments;
-        let edges = line.dependencies.iter();
+        let rows = line.dependencies.iter();
         Self {
             command_buffer: line.command.command_buffer.clone(),
             command: line.command.name,
@@ -62,7 +62,7 @@ impl CommandReport {
             numbers: arguments.numbers.clone(),
             barrier: arguments.barrier.as_ref().map(BarrierReport::of),
             attachments: line.attachments.iter().map(AttachmentReport::of).collect(),
-            dependencies: edges.map(|acting| EdgeReport::of(&acting.edge, &acting.layouts, None)).collect(),
+            dependencies: rows.map(|acting| RowReport::of(&acting.row, &acting.layouts, None)).collect(),
             why: line.reason.clone(),
         }
     }

@@ -9,11 +9,11 @@ fn dependencies_are_the_rows_of_the_table() {
         let all = dependencies(&plan, main_name(&plan));
         let rows = rows::table(&plan).of(SyncKind::Subpass(main_name(&plan))).count();
         assert_eq!(all.len(), rows, "{name}");
-        for &(ref edge, [from, to]) in &all {
+        for &(ref row, [from, to]) in &all {
             let inside = |index| index <= last || index == vk::SUBPASS_EXTERNAL;
             assert!(inside(from) && inside(to) && from != to, "{name}: {from} to {to}");
             assert!(from < to || from == vk::SUBPASS_EXTERNAL, "{name}: {from} to {to}");
-            assert!(edge.before.stage != vk::PipelineStageFlags::empty(), "{name}");
+            assert!(row.before.stage != vk::PipelineStageFlags::empty(), "{name}");
         }
         let shadow = dependencies(&plan, SHADOW_PASS);
         assert_eq!(shadow.is_empty(), plan.shadow.is_none(), "{name}");
@@ -109,8 +109,8 @@ fn a_row_that_names_no_pass_of_the_plan_is_refused() {
 fn every_change_of_layout_is_ordered_by_a_row_between_the_uses_that_it_is_between() {
     let all = samples::of_every_kind();
     for (name, plan) in all {
-        let edges = rows::table(&plan);
-        let passes = PassDescription::all(&plan, &edges);
+        let rows = rows::table(&plan);
+        let passes = PassDescription::all(&plan, &rows);
         let mut changed = 0;
         for pass in &passes {
             for (ends, change) in pass.layout_changes() {
@@ -119,10 +119,10 @@ fn every_change_of_layout_is_ordered_by_a_row_between_the_uses_that_it_is_betwee
                 changed += 1;
             }
         }
-        let rows = edges.iter().filter(|edge| edge.carrier.is_render_pass());
-        let told: usize = rows.map(|edge| layout_changes(&plan, &edges, edge).len()).sum();
+        let of_render_passes = rows.iter().filter(|row| row.carrier.is_render_pass());
+        let told: usize = of_render_passes.map(|row| layout_changes(&plan, &rows, row).len()).sum();
         assert_eq!(told, changed, "{name}");
-        let read_back = layout_changes(&plan, &edges, edges.find(rows::RowName::READ_BACK).expect("a row"));
+        let read_back = layout_changes(&plan, &rows, rows.find(rows::RowName::READ_BACK).expect("a row"));
         assert_eq!(read_back.last().map(|change| change.new), Some(vk::ImageLayout::TRANSFER_SRC_OPTIMAL), "{name}");
     }
 }

@@ -16,11 +16,11 @@ fn plans() -> &'static [(String, FramePlan, Rows)] {
         let every = if std::env::var("AFTERLIGHT_TESTS").is_ok_and(|value| value == "all") { 1 } else { 61 };
         let all = samples::of_every_kind();
         let all = all.into_iter().step_by(every);
-        let with_edges = all.map(|(name, plan)| {
+        let with_rows = all.map(|(name, plan)| {
             let edges = rows::table(&plan);
             (name, plan, edges)
         });
-        with_edges.filter(|(_, plan, edges)| seen.insert(draw("x", plan, edges))).collect()
+        with_rows.filter(|(_, plan, edges)| seen.insert(draw("x", plan, edges))).collect()
     });
     &PLANS
 }
