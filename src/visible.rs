@@ -14,9 +14,9 @@ mod levels;
 mod looks;
 mod occlusion;
 mod pose;
+mod previous;
 mod shadows;
 mod sight;
-mod trail;
 mod volumes;
 mod world;
 
@@ -29,9 +29,9 @@ pub use emitters::{EmitterRecord, Emitters};
 pub use instances::{CullView, Draw, InstanceList, InstanceTransform, STEPS};
 pub use levels::{LevelChoice, squared_error};
 pub use looks::PackedLook;
+pub use previous::PreviousFrame;
 pub use shadows::{Caster, MapDraw, Receivers, ShadowCache, ShadowView};
 pub use sight::{FrameProjection, clip_from_world};
-pub use trail::PreviousFrame;
 pub use volumes::{LightRect, VolumeRecord, cone_mesh, sphere_mesh};
 pub use world::{World, WorldObject};
 

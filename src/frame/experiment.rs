@@ -74,12 +74,12 @@ pub unsafe fn present(
     scene: &Scene,
     settings: &Settings,
     rows: Rows,
-    way: PresentPath,
+    path: PresentPath,
 ) -> Result<Picture, Error> {
-    let presenter = presenter(device, scene, settings, way)?;
+    let presenter = presenter(device, scene, settings, path)?;
     // SAFETY: the caller's promise.
     let presenter = unsafe { presenter.with_rows(move |_| rows.clone()) };
-    show_all(device, presenter, scene, settings, way)
+    show_all(device, presenter, scene, settings, path)
 }
 
 /// [`present`] with the dependencies that [`super::rows::table`] has for the plan.
@@ -87,14 +87,14 @@ pub unsafe fn present(
 /// # Errors
 /// As there.
 #[cfg(feature = "present")]
-pub fn show(device: &Arc<Device>, scene: &Scene, settings: &Settings, way: PresentPath) -> Result<Picture, Error> {
-    show_all(device, presenter(device, scene, settings, way)?, scene, settings, way)
+pub fn show(device: &Arc<Device>, scene: &Scene, settings: &Settings, path: PresentPath) -> Result<Picture, Error> {
+    show_all(device, presenter(device, scene, settings, path)?, scene, settings, path)
 }
 
 #[cfg(feature = "present")]
-fn presenter(device: &Arc<Device>, scene: &Scene, settings: &Settings, way: PresentPath) -> Result<Presenter, Error> {
+fn presenter(device: &Arc<Device>, scene: &Scene, settings: &Settings, path: PresentPath) -> Result<Presenter, Error> {
     let presenter = Presenter::new(device, Surface::headless(device)?, scene, settings, Vsync::Off)?;
-    Ok(match way {
+    Ok(match path {
         PresentPath::Straight => presenter,
         PresentPath::Enlarged => presenter.with_dynamic_resolution(),
         PresentPath::Encoded => presenter.with_encoding(),
@@ -108,7 +108,7 @@ fn show_all(
     mut presenter: Presenter,
     scene: &Scene,
     settings: &Settings,
-    way: PresentPath,
+    path: PresentPath,
 ) -> Result<Picture, Error> {
     let mut first = None;
     for beside in [None, Some(settings.view)] {
@@ -120,7 +120,7 @@ fn show_all(
         // More than there are images, so that each is drawn into again.
         for frame in 0..12 {
             // Smaller pictures than the window, once whole ones are shown.
-            if way == PresentPath::Enlarged && frame == 4 {
+            if path == PresentPath::Enlarged && frame == 4 {
                 presenter.set_resolution(0.5)?;
             }
             let (is_copied, has_panels) = (frame % 2 == 1, frame % 4 > 1);

@@ -128,7 +128,7 @@ struct Recorded {
     stale_maps: Vec<MapDraw>,
     /// The revision of the world's pose that it draws.
     pose: u64,
-    since: Option<PreviousFrame>,
+    previous: Option<PreviousFrame>,
 }
 
 /// Draws frames of one scene with one plan.
@@ -279,8 +279,8 @@ impl Renderer {
             None => Vec::new(),
         };
         let is_averaged = self.plan.averages_over_time();
-        let since = is_averaged.then(|| self.timeline.since(&self.world, &visible, &eye, self.plan.size));
-        let jitter = since.as_ref().map_or(jitter, |since| since.jitter);
+        let previous = is_averaged.then(|| self.timeline.since(&self.world, &visible, &eye, self.plan.size));
+        let jitter = previous.as_ref().map_or(jitter, |previous| previous.jitter);
         let uniform = FrameUniform::of(&self.world, &visible, &eye, &self.plan, jitter);
         // The submission makes them visible to the device: the row "host-to-frame".
         frame.view.write(&uniform, (&self.world, &self.plan), &visible, camera)?;
@@ -334,7 +334,7 @@ impl Renderer {
                 instances: &frame.instances,
                 culling: self.culling.as_ref(),
                 seen_set: self.seen.as_ref().map(|seen| seen.set(self.next)),
-                since: since.as_ref(),
+                previous: previous.as_ref(),
                 stale_maps: &stale_maps,
                 between: &|| (),
                 sorted: frame.sorted.as_ref().map(SortedIndices::raw),
@@ -358,22 +358,22 @@ impl Renderer {
             shadow_maps: visible.shadows.iter().flatten().count(),
             shadow_maps_drawn: stale_maps.len(),
         };
-        Ok(Recorded { camera: *camera, visible, stale_maps, pose: self.world.pose.revision, since })
+        Ok(Recorded { camera: *camera, visible, stale_maps, pose: self.world.pose.revision, previous })
     }
 
     /// Submits what was recorded.
     fn submit(&mut self, recorded: Recorded, around: &SubmitOptions) -> Result<(), Error> {
-        let Recorded { camera, visible, stale_maps, pose, since } = recorded;
+        let Recorded { camera, visible, stale_maps, pose, previous } = recorded;
         let frame = &mut self.frames[self.next];
         frame.cmd.end()?;
         frame.record_ms = milliseconds(frame.begun);
         frame.ticket = Some(self.device.submit_with(&frame.cmd, around)?);
         self.posed = pose;
         self.shadow_cache.keep(&self.world, &camera, &visible, &stale_maps);
-        if let Some(since) = &since {
-            self.timeline.pass(since, &self.world, &visible);
+        if let Some(previous) = &previous {
+            self.timeline.pass(previous, &self.world, &visible);
         }
-        self.world.trail.forget();
+        self.world.previous.forget();
         self.device.collect();
         self.next = (self.next + 1) % IN_FLIGHT;
         Ok(())

@@ -178,10 +178,10 @@ impl Presenter {
         }
         self.resolution = Some(share);
         let (Some(renderer), Some(swapchain)) = (&self.renderer, &self.swapchain) else { return Ok(false) };
-        let Some(canvas) = renderer.plan.presented.filter(|canvas| can_enlarge(swapchain, *canvas)) else {
+        let Some(target) = renderer.plan.presented.filter(|target| can_enlarge(swapchain, *target)) else {
             return Ok(false);
         };
-        let size = self.size_in(swapchain, canvas);
+        let size = self.size_in(swapchain, target);
         if size != renderer.plan.size {
             let plan = renderer.plan.clone().of_size(size);
             (self.screenshot, self.cached_picture) = (None, None);
@@ -191,15 +191,15 @@ impl Presenter {
     }
 
     /// The size of pictures in a window with these images.
-    fn size_in(&self, swapchain: &Swapchain, canvas: PresentTarget) -> [u32; 2] {
-        let is_shared = can_enlarge(swapchain, canvas) && self.split.is_none();
+    fn size_in(&self, swapchain: &Swapchain, target: PresentTarget) -> [u32; 2] {
+        let is_shared = can_enlarge(swapchain, target) && self.split.is_none();
         let share = self.resolution.filter(|_| is_shared).unwrap_or(1.0).clamp(0.0, 1.0);
         let extent = swapchain.extent;
         [extent.width, extent.height].map(|length| ((f64::from(length) * share).round() as u32).max(1))
     }
 
-    /// The canvas of frames that are shown in images of these formats and uses.
-    fn canvas(&self, formats: ImageFormats, usage: vk::ImageUsageFlags) -> PresentTarget {
+    /// The target of frames that are shown in images of these formats and uses.
+    fn target(&self, formats: ImageFormats, usage: vk::ImageUsageFlags) -> PresentTarget {
         let encoding = match transfer_of(formats.color_space) {
             Transfer::Srgb => Encoding { transfer: Transfer::Srgb, headroom: 1.0 },
             transfer => Encoding { transfer, headroom: self.headroom },
@@ -454,8 +454,8 @@ fn check_surface(device: &Device, surface: &Surface) -> gpu::Result<()> {
 const COPIED_INTO: vk::ImageUsageFlags = vk::ImageUsageFlags::TRANSFER_DST;
 
 /// Returns true if pictures in these images may be smaller than the window: a blit into images that are viewed in another format would not encode.
-fn can_enlarge(swapchain: &Swapchain, canvas: PresentTarget) -> bool {
-    matches!(canvas, PresentTarget::Enlarge(_)) && swapchain.formats.own == swapchain.formats.drawn
+fn can_enlarge(swapchain: &Swapchain, target: PresentTarget) -> bool {
+    matches!(target, PresentTarget::Enlarge(_)) && swapchain.formats.own == swapchain.formats.drawn
 }
 
 /// Further uses of a swapchain's images, where the surface allows them: screenshots copy from them, SPLIT and PRESENT into them.

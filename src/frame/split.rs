@@ -44,12 +44,12 @@ impl Split {
     pub(super) fn builder(
         &self,
         (scene, settings): (&Scene, &Settings),
-        (own, shown, canvas): (Option<&RendererBuilder>, &Renderer, PresentTarget),
+        (own, shown, target): (Option<&RendererBuilder>, &Renderer, PresentTarget),
         changed: bool,
     ) -> Option<RendererBuilder> {
         let device = &shown.device;
         let settings = Settings { view: self.view, ..settings.clone() };
-        let plan = plan_for(device, scene, &settings).ok()?.copied_to(canvas).of_one_pixel();
+        let plan = plan_for(device, scene, &settings).ok()?.copied_to(target).of_one_pixel();
         let as_it_is = |renderer: &&Renderer| !changed && renderer.plan.differs_in_size_only(&plan);
         if self.renderer.as_ref().filter(as_it_is).is_some() {
             return None;
@@ -69,13 +69,13 @@ impl Split {
     pub(super) fn fit(
         &mut self,
         (scene, settings): (&Scene, &Settings),
-        (beside, canvas): (&Renderer, PresentTarget),
+        (beside, target): (&Renderer, PresentTarget),
         changed: Option<bool>,
         made: Option<Rebuilt>,
     ) -> Result<bool, Error> {
         let device = &beside.device;
         let settings = Settings { view: self.view, ..settings.clone() };
-        let plan = plan_for(device, scene, &settings)?.copied_to(canvas);
+        let plan = plan_for(device, scene, &settings)?.copied_to(target);
         let made = made.and_then(|mut made| {
             let new = made.beside.take()?.ok().filter(|new| new.plan.differs_in_size_only(&plan))?;
             made.caught_up(new, scene, &settings)

@@ -21,7 +21,7 @@ pub(super) struct Timeline {
 /// The view of the last frame.
 #[derive(Debug)]
 struct Last {
-    sight: FrameProjection,
+    projection: FrameProjection,
     generation: u64,
     /// The state of what changes by itself.
     changing: Vec<u8>,
@@ -51,9 +51,9 @@ impl Timeline {
         let last = self.last.as_ref();
         PreviousFrame {
             now,
-            before: last.map(|last| last.sight),
+            before: last.map(|last| last.projection),
             still: last.is_some_and(|last| {
-                let same = last.sight == now && last.generation == world.generation();
+                let same = last.projection == now && last.generation == world.generation();
                 same && last.changing == visible.changing()
             }),
             exposed: last.map_or(1.0, |last| world.exposure / last.exposure),
@@ -63,11 +63,11 @@ impl Timeline {
     }
 
     /// Notes a submitted frame as the last one.
-    pub fn pass(&mut self, since: &PreviousFrame, world: &World, visible: &Visible) {
+    pub fn pass(&mut self, previous: &PreviousFrame, world: &World, visible: &Visible) {
         self.count = self.count.wrapping_add(1);
-        self.still = if since.still { self.still.saturating_add(1) } else { 0 };
+        self.still = if previous.still { self.still.saturating_add(1) } else { 0 };
         self.last = Some(Last {
-            sight: since.now,
+            projection: previous.now,
             generation: world.generation(),
             changing: visible.changing(),
             exposure: world.exposure,

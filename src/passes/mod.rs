@@ -288,7 +288,7 @@ pub struct FrameContext<'a> {
     /// The placing of opaque objects, where the device finds the visible ones among them.
     pub culling: Option<&'a CullingBuffers>,
     /// The frame before, where frames are averaged over time.
-    pub since: Option<&'a PreviousFrame>,
+    pub previous: Option<&'a PreviousFrame>,
     /// Shadow maps that this frame draws anew.
     pub stale_maps: &'a [MapDraw],
     /// Records the barrier between two steps of a pass that has several.

@@ -141,7 +141,7 @@ impl TaaPass {
 impl PassRecorder for TaaPass {
     /// Runs outside any render pass.
     fn record(&self, recording: &FrameContext) {
-        let Some(since) = recording.since else { return };
+        let Some(previous) = recording.previous else { return };
         let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
         let [across, down] = recording.size.map(|edge| edge.div_ceil(GROUP));
         // SAFETY: `cmd` is being recorded outside a render pass; the set and the push constants are those of the layout. The pass owns all of it and outlives
@@ -149,7 +149,7 @@ impl PassRecorder for TaaPass {
         unsafe {
             raw.cmd_bind_pipeline(cmd, point, self.pipeline.raw);
             raw.cmd_bind_descriptor_sets(cmd, point, self.layout.raw, 0, &[self.sets[recording.place]], &[]);
-            raw.cmd_push_constants(cmd, self.layout.raw, COMPUTE, 0, bytemuck::bytes_of(&push(since)));
+            raw.cmd_push_constants(cmd, self.layout.raw, COMPUTE, 0, bytemuck::bytes_of(&push(previous)));
             raw.cmd_dispatch(cmd, across, down, 1);
         }
     }
@@ -167,18 +167,18 @@ impl PassRecorder for TaaPass {
     }
 }
 
-fn push(since: &PreviousFrame) -> TaaPush {
-    let before = since.before.as_ref().unwrap_or(&since.now);
+fn push(previous: &PreviousFrame) -> TaaPush {
+    let before = previous.before.as_ref().unwrap_or(&previous.now);
     let flag = |bit, is_set| if is_set { bit } else { 0 };
     TaaPush {
-        moved: before.moved_from(&since.now),
-        jitter: since.jitter.map(|offset| offset as f32),
-        depths: since.now.depths(),
+        moved: before.moved_from(&previous.now),
+        jitter: previous.jitter.map(|offset| offset as f32),
+        depths: previous.now.depths(),
         depths_before: before.depths(),
-        flags: flag(FOLLOWS, since.before.is_some())
-            | flag(STILL, since.still)
-            | flag(LOOKS_ELSEWHERE, *before != since.now),
-        exposed: since.exposed,
+        flags: flag(FOLLOWS, previous.before.is_some())
+            | flag(STILL, previous.still)
+            | flag(LOOKS_ELSEWHERE, *before != previous.now),
+        exposed: previous.exposed,
     }
 }
 

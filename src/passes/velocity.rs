@@ -121,8 +121,8 @@ impl VelocityPass {
 impl PassRecorder for VelocityPass {
     /// Draws the objects that have moved since the frame before. Runs inside its subpass.
     fn record(&self, recording: &FrameContext) {
-        let Some(since) = recording.since else { return };
-        let Some(before) = &since.before else { return };
+        let Some(previous) = recording.previous else { return };
+        let Some(before) = &previous.before else { return };
         recording.set_area();
         recording.bind_set(self.layout.raw, 0, recording.frame_set);
         for deformed in [false, true] {
@@ -130,7 +130,7 @@ impl PassRecorder for VelocityPass {
             let Some(pipeline) = pipeline else { continue };
             let object = |index: usize| &recording.world.objects[index];
             let mut own =
-                since.moved.iter().filter(|moved| object(moved.draw.object).deform.is_some() == deformed).peekable();
+                previous.moved.iter().filter(|moved| object(moved.draw.object).deform.is_some() == deformed).peekable();
             if own.peek().is_none() {
                 continue;
             }
@@ -139,7 +139,7 @@ impl PassRecorder for VelocityPass {
             let mut meshes = MeshDraws::new(recording, streams);
             for moved in own {
                 let object = object(moved.draw.object);
-                let (was, is) = (before.rows(&moved.before), since.now.rows(&object.transform));
+                let (was, is) = (before.rows(&moved.before), previous.now.rows(&object.transform));
                 let push = VelocityPush { before: was.place, distance: is.distance, distance_before: was.distance };
                 recording.push(self.layout.raw, STAGES, &push);
                 meshes.draw(object, moved.draw.level, None, moved.draw.instances());

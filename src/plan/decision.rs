@@ -24,7 +24,7 @@ struct Choices {
     gbuffer: Option<Gbuffer>,
     stores_gbuffer: bool,
     effects: EffectPlans,
-    way: OutputChain,
+    chain: OutputChain,
 }
 
 impl Choices {
@@ -73,7 +73,7 @@ impl Choices {
             by_effects,
             filters,
         };
-        let way = OutputChain::of(settings, device, blending)?;
+        let chain = OutputChain::of(settings, device, blending)?;
         let triangles = lighting.path == LightPath::Visibility;
         let locations = geometry_locations(gbuffer.as_ref(), shading, (surfaces.emissive, triangles));
         checks::check_attachments(locations, gbuffer.as_ref(), settings.msaa, device)?;
@@ -83,7 +83,7 @@ impl Choices {
             && settings.view != View::Complexity
             && (settings.keep.has(OptionalPart::StoredGbuffer)
                 || effects.present().any(|effect| effect.stores_gbuffer.is_some()));
-        Ok(Self { shading, lighting, surfaces, gbuffer, stores_gbuffer, effects, way })
+        Ok(Self { shading, lighting, surfaces, gbuffer, stores_gbuffer, effects, chain })
     }
 }
 
@@ -165,7 +165,7 @@ impl FramePlan {
         device: &Capabilities,
         view: View,
     ) -> Result<Self, PlanError> {
-        let Choices { shading, lighting, surfaces, gbuffer, stores_gbuffer, effects, way } =
+        let Choices { shading, lighting, surfaces, gbuffer, stores_gbuffer, effects, chain } =
             Choices::of(scene, settings, device, view)?;
         let rules = SurfaceRules::of(settings, shading, &lighting, &surfaces);
         let pipelines = rules.pipelines(scene);
@@ -201,12 +201,12 @@ impl FramePlan {
             transparency: surfaces.transparency,
             sums: (surfaces.transparency == Some(Transparency::Oit)).then(|| OitTargets::of(device)),
             transparent_triangles: pipelines.transparent_triangles,
-            hdr: way.hdr,
-            output: way.output,
+            hdr: chain.hdr,
+            output: chain.output,
             presented: None,
             encoding: None,
             swaps_red_and_blue: false,
-            tone_mapping: way.tone_mapping,
+            tone_mapping: chain.tone_mapping,
             exposes: settings.output != Output::Nits,
             samples: settings.samples,
             resolve: settings.resolve,

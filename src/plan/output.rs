@@ -77,9 +77,9 @@ impl FramePlan {
     /// The same frames as a window has them. The last pass draws straight into the images of a swapchain; the output of a compute pass, which may not
     /// store to them, is copied there, and so is a picture that is to be enlarged. ENCODE draws into images that no hardware encodes, whatever the
     /// last pass was.
-    pub fn presented_as(self, canvas: PresentTarget) -> Self {
-        let presented = Some(canvas);
-        match canvas {
+    pub fn presented_as(self, target: PresentTarget) -> Self {
+        let presented = Some(target);
+        match target {
             PresentTarget::Straight(_) | PresentTarget::Enlarge(_) if self.is_tiled() => Self { presented, ..self },
             PresentTarget::Straight(format) | PresentTarget::Enlarge(format) => {
                 Self { presented, output: format, ..self }
@@ -93,15 +93,15 @@ impl FramePlan {
     /// The same frames in the window of another plan, or without one as the other is.
     pub(super) fn presented_like(self, other: &Self) -> Self {
         match other.presented {
-            Some(canvas) => self.presented_as(canvas),
+            Some(target) => self.presented_as(target),
             None => self,
         }
     }
 
-    /// The same frames with the texels of their pictures as the canvas has them, so that they can be copied there whether the one or the other
+    /// The same frames with the texels of their pictures as the target has them, so that they can be copied there whether the one or the other
     /// is encoded by the hardware.
-    pub fn copied_to(self, canvas: PresentTarget) -> Self {
-        let format = match canvas {
+    pub fn copied_to(self, target: PresentTarget) -> Self {
+        let format = match target {
             PresentTarget::Straight(format) | PresentTarget::Enlarge(format) => format,
             PresentTarget::Encode(encoding) | PresentTarget::EncodeKept(encoding) => {
                 return self.with_encoding(encoding);

@@ -144,7 +144,7 @@ impl World {
             return;
         }
         let stood = std::mem::replace(&mut object.transform, transform);
-        self.trail.leave(index, stood);
+        self.previous.leave(index, stood);
         let mirrored = transform.matrix3.determinant() < 0.0;
         let mirrors = std::mem::replace(&mut object.key.mirrored, mirrored) != mirrored;
         let before = std::mem::replace(&mut object.bounds, bounds);

@@ -9,8 +9,8 @@ use super::instances::InstanceList;
 use super::looks::PlannedLook;
 use super::occlusion::Occluders;
 use super::pose::WorldPose;
+use super::previous::PreviousTransforms;
 use super::shadows::{Changes, ShadowView, lamp_views, widened};
-use super::trail::PreviousTransforms;
 use crate::plan::{
     Cuts, FramePlan, GeometryKey, IdleLights, LightCutoff, LightOrder, MapProjection, PlanError, PlannedLevel,
     SurfaceRules, weakens,
@@ -76,7 +76,7 @@ pub struct World {
     /// The deformed meshes in SKIN's form.
     pub pose: WorldPose,
     /// Places of the objects in the frame before.
-    pub trail: PreviousTransforms,
+    pub previous: PreviousTransforms,
     /// The changes since `lamps` and `bounds` were worked out; none if nothing has moved.
     pub(super) changes: Option<Changes>,
 }
@@ -199,7 +199,7 @@ impl World {
             exposure,
             halted: None,
             generation: 0,
-            trail: PreviousTransforms::default(),
+            previous: PreviousTransforms::default(),
             changes: Some(Changes { rearranged: true, ..Changes::default() }),
         };
         if plan.deforms() {
@@ -209,7 +209,7 @@ impl World {
             (world.bounds, world.extent, world.at_first, world.radius) = (bounds, bounds, bounds, bounds.radius());
         }
         world.refresh(plan);
-        world.trail = PreviousTransforms::new(plan.lists_moving());
+        world.previous = PreviousTransforms::new(plan.lists_moving());
         world
     }
 

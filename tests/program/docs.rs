@@ -312,14 +312,14 @@ fn the_documents_list_what_a_window_adds() {
     let headless = listed_dependencies(0);
     let straight = PresentTarget::Straight(vk::Format::B8G8R8A8_SRGB);
     let encoded = PresentTarget::Encode(Encoding { transfer: Transfer::Srgb, headroom: 1.0 });
-    for (number, light_path, canvas) in
+    for (number, light_path, target) in
         [(5, LightPath::Clustered, straight), (6, LightPath::Compute, straight), (7, LightPath::Clustered, encoded)]
     {
         let plan =
             FramePlan::of(&scene, &Settings { light_path, ..Settings::default() }, &capabilities()).expect("a plan");
         let rows = |plan: &FramePlan| -> Vec<String> { rows::table(plan).iter().map(row).collect() };
         let before = rows(&plan);
-        let mut added = rows(&plan.presented_as(canvas));
+        let mut added = rows(&plan.presented_as(target));
         added.retain(|row| !before.contains(row) && !headless.contains(row));
         assert_eq!(listed_dependencies(number), added, "{light_path}: it should be\n{}", added.join("\n"));
     }

@@ -85,9 +85,9 @@ impl Presenter {
         let settings = Settings { size: [width, height], ..settings.clone() };
         let plan = plan_for(&self.device, scene, &settings)?;
         let formats = image_formats(&self.device, surface, self.wish_for(&plan))?;
-        let canvas = self.canvas(formats, swapchain.usage);
+        let target = self.target(formats, swapchain.usage);
         let own = self.changed.map(|_| {
-            let plan = plan.presented_as(canvas).of_one_pixel();
+            let plan = plan.presented_as(target).of_one_pixel();
             let (rows, uploaded) = ((self.rows)(&plan), shown.uploaded_for(&plan));
             RendererBuilder::new(&self.device, scene, &settings, (plan, rows), uploaded)
         });
@@ -98,7 +98,7 @@ impl Presenter {
         let beside = self
             .split
             .as_ref()
-            .and_then(|split| split.builder((scene, &settings), (own.as_ref(), shown, canvas), self.changed.is_some()));
+            .and_then(|split| split.builder((scene, &settings), (own.as_ref(), shown, target), self.changed.is_some()));
         Ok((own.is_some() || beside.is_some()).then_some([own, beside]))
     }
 
@@ -174,15 +174,15 @@ impl Presenter {
             let old = self.swapchain.take();
             self.swapchain = Swapchain::new(&self.device, surface, &self.desc, old)?;
             let Some(swapchain) = &self.swapchain else { return Ok(None) };
-            let canvas = self.canvas(swapchain.formats, swapchain.usage);
-            let settings = Settings { size: self.size_in(swapchain, canvas), ..settings.clone() };
+            let target = self.target(swapchain.formats, swapchain.usage);
+            let settings = Settings { size: self.size_in(swapchain, target), ..settings.clone() };
             let plan = plan_for(&self.device, scene, &settings)?;
             let before = (self.desc.images, self.desc.usage);
             let (images, usage) = (self.wish_for(&plan), desc_for(&plan).usage);
             // Frames of other settings may need other images than those before. That need does not depend on their size.
             self.desc = SwapchainDesc { images, usage, ..self.desc };
             if swapchain.formats.by_shader || (images, usage) == before {
-                return Ok(Some((settings, plan.presented_as(canvas))));
+                return Ok(Some((settings, plan.presented_as(target))));
             }
         }
     }
@@ -237,7 +237,7 @@ impl Presenter {
         let can_split =
             swapchain.usage.contains(COPIED_INTO) || encoded_image(renderer, self.beside_kept.as_ref()).is_some();
         let fitted = match renderer.plan.presented.filter(|_| can_split) {
-            Some(canvas) => split.fit((scene, settings), (renderer, canvas), self.changed, made),
+            Some(target) => split.fit((scene, settings), (renderer, target), self.changed, made),
             None => Err(gpu::Error::Unsupported("this window's images cannot be copied into".into()).into()),
         };
         fitted.unwrap_or_else(|error| {

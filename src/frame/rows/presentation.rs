@@ -274,8 +274,8 @@ mod tests {
     fn each_encoded_plan(check: impl Fn(&str, &FramePlan, &Rows)) {
         let encoded = Encoding { transfer: Transfer::Srgb, headroom: 1.0 };
         for (name, plan) in pictures() {
-            for canvas in [PresentTarget::Encode(encoded), PresentTarget::EncodeKept(encoded)] {
-                let plan = plan.clone().presented_as(canvas);
+            for target in [PresentTarget::Encode(encoded), PresentTarget::EncodeKept(encoded)] {
+                let plan = plan.clone().presented_as(target);
                 check(&name, &plan, &table(&plan));
             }
         }

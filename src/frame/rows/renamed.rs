@@ -68,7 +68,7 @@ pub fn lack(plan: &FramePlan, name: &str) -> Option<String> {
     let format = vk::Format::B8G8R8A8_SRGB;
     let encoding = Encoding { transfer: Transfer::Srgb, headroom: 1.0 };
     let presented = [PresentTarget::Straight(format), PresentTarget::Enlarge(format), PresentTarget::Encode(encoding)];
-    let has = |canvas| super::table(&plan.clone().presented_as(canvas)).iter().any(|row| row.label == name);
+    let has = |target| super::table(&plan.clone().presented_as(target)).iter().any(|row| row.label == name);
     if plan.presented.is_none() && presented.into_iter().any(has) {
         return Some("no window".into());
     }

@@ -135,8 +135,8 @@ fn shown(cases: &[MutantCase]) -> Vec<MutantCase> {
 
     let tone_mapped = cases.iter().filter(|case| case.settings.output == Output::Srgb8);
     let ways = |case: &MutantCase| {
-        [("in a window", PresentPath::Straight), ("in a window by ENCODE", PresentPath::Encoded)].map(|(how, way)| {
-            MutantCase { name: format!("{}, {how}", case.name), presented: Some(way), ..case.clone() }
+        [("in a window", PresentPath::Straight), ("in a window by ENCODE", PresentPath::Encoded)].map(|(how, path)| {
+            MutantCase { name: format!("{}, {how}", case.name), presented: Some(path), ..case.clone() }
         })
     };
     tone_mapped.flat_map(ways).collect()

@@ -51,15 +51,15 @@ impl MutantCase {
     pub fn plan(&self, device: &Capabilities) -> Result<FramePlan, plan::PlanError> {
         let plan = FramePlan::of(&self.scene, &self.settings, device)?;
         Ok(match self.presented {
-            Some(way) => presented(plan, way),
+            Some(path) => presented(plan, path),
             None => plan,
         })
     }
 }
 
 /// As a window has the plan.
-pub fn presented(plan: FramePlan, way: PresentPath) -> FramePlan {
-    plan.presented_as(match way {
+pub fn presented(plan: FramePlan, path: PresentPath) -> FramePlan {
+    plan.presented_as(match path {
         PresentPath::Straight => PresentTarget::Straight(vk::Format::B8G8R8A8_SRGB),
         PresentPath::Enlarged => PresentTarget::Enlarge(vk::Format::B8G8R8A8_SRGB),
         PresentPath::Encoded => PresentTarget::Encode(Encoding { transfer: Transfer::Srgb, headroom: 1.0 }),

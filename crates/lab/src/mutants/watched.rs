@@ -72,14 +72,14 @@ impl Watched {
         scene: &Scene,
         settings: &Settings,
         rows: Rows,
-        way: Option<PresentPath>,
+        path: Option<PresentPath>,
     ) -> Result<Drawn, frame::Error> {
         self.instance.take_messages();
         // SAFETY: the caller's promise.
         let picture = unsafe {
-            match way {
+            match path {
                 #[cfg(feature = "present")]
-                Some(way) => experiment::present(&self.device, scene, settings, rows, way),
+                Some(path) => experiment::present(&self.device, scene, settings, rows, path),
                 _ => experiment::draw(&self.device, scene, settings, rows),
             }
         }?;

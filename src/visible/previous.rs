@@ -43,7 +43,7 @@ impl PreviousTransforms {
 impl Visible {
     /// The opaque instances of a frame that have moved since the one before.
     pub fn moved(&self, world: &World) -> Vec<MovedDraw> {
-        if world.trail.moved.is_empty() {
+        if world.previous.moved.is_empty() {
             return Vec::new();
         }
         let instances = self.draws.iter().flat_map(|draw| {
@@ -54,7 +54,9 @@ impl Visible {
                 ..*draw
             })
         });
-        instances.filter_map(|draw| Some(MovedDraw { draw, before: *world.trail.moved.get(&draw.object)? })).collect()
+        instances
+            .filter_map(|draw| Some(MovedDraw { draw, before: *world.previous.moved.get(&draw.object)? }))
+            .collect()
     }
 }
 
