@@ -283,12 +283,12 @@ fn off_there_is_no_pass_and_no_difference_and_what_they_cannot_go_with_is_refuse
             (Settings { light_path: LightPath::Compute, ..asked.clone() }, "--light-path compute"),
             (Settings { msaa: 4, ..asked.clone() }, "--msaa 4"),
             (Settings { hdr_format: HdrFormat::B10g11r11, ..asked.clone() }, "b10g11r11"),
-            (Settings { reflection_roughness: f32::NAN, ..asked.clone() }, "roughness of reflections is NaN"),
-            (Settings { reflection_roughness: 1.5, ..asked.clone() }, "roughness of reflections is 1.5"),
-            (Settings { reflection_steps: 0, ..asked.clone() }, "steps of reflections is 0"),
+            (Settings { reflection_roughness: f32::NAN, ..asked.clone() }, "reflection roughness cutoff is NaN"),
+            (Settings { reflection_roughness: 1.5, ..asked.clone() }, "reflection roughness cutoff is 1.5"),
+            (Settings { reflection_steps: 0, ..asked.clone() }, "reflection ray steps is 0"),
             (Settings { reflection_steps: u32::MAX, ..asked.clone() }, "must be a whole number from 1 to 1024"),
-            (Settings { reflection_thickness: f32::INFINITY, ..asked.clone() }, "thickness of surfaces is inf"),
-            (Settings { reflection_thickness: -1.0, ..asked.clone() }, "thickness of surfaces is -1"),
+            (Settings { reflection_thickness: f32::INFINITY, ..asked.clone() }, "reflection thickness is inf"),
+            (Settings { reflection_thickness: -1.0, ..asked.clone() }, "reflection thickness is -1"),
         ] {
             let text = plan(&scene, &settings).expect_err(why).to_string();
             let is_named = text.starts_with("reflections: ") || text.contains("cannot draw reflections: ");

@@ -299,18 +299,18 @@ settings! {
         "reflections", "reflections" => reflections: Reflections = Reflections::Off, {
             title: "reflections", of_lit_picture: true, beyond_gltf: true, of_truth: true, sweep: SweepMode::Alone,
         }
-        /// The greatest roughness of surfaces that mirror others: they fade out over the last fifth of it
+        /// Roughness from which on surfaces have no reflections; they fade out over the last fifth below it
         "reflection-roughness", "reflection_roughness" => reflection_roughness: f32 = 0.6, {
-            title: "roughness of reflections", values: ValueKind::Number(0.0, 1.0), of_truth: true,
+            title: "reflection roughness cutoff", values: ValueKind::Number(0.0, 1.0), of_truth: true,
         }
         /// Steps of each ray through the pyramid of depths, at most
         "reflection-steps", "reflection_steps" => reflection_steps: u32 = 64, {
-            title: "steps of reflections", values: ValueKind::Whole(1, 1024), sweep: SweepMode::Joint,
+            title: "reflection ray steps", values: ValueKind::Whole(1, 1024), sweep: SweepMode::Joint,
             tried: &["16", "32", "64", "128", "256"], quick: &["16", "64"],
         }
         /// Take surfaces to be this thick where a ray passes behind them
         "reflection-thickness", "reflection_thickness" => reflection_thickness: f32 = 0.2, {
-            title: "thickness of surfaces", values: ValueKind::Number(0.0, 1000.0), unit: "m", sweep: SweepMode::Joint,
+            title: "reflection thickness", values: ValueKind::Number(0.0, 1000.0), unit: "m", sweep: SweepMode::Joint,
             tried: &["0.05", "0.1", "0.2", "0.5", "1"], quick: &["0.2"],
         }
         /// Give lights without a range one, beyond which all that is dropped stays below half a step of the output; the path `loop`
@@ -340,13 +340,13 @@ settings! {
         }
         /// Jittered frames that are averaged into one picture
         "samples", "samples" => samples: u32 = 1, {
-            title: "frames a picture", of_lit_picture: true, smooths: true, values: ValueKind::Whole(1, 4096), only: "render", in_panel: false,
+            title: "accumulated frames", of_lit_picture: true, smooths: true, values: ValueKind::Whole(1, 4096), only: "render", in_panel: false,
             option_default: "8, or 1 with --view, --msaa, --taa and what works on the finished picture: --fxaa, --aberration, --vignette, --grain",
             sweep: SweepMode::Joint, tried: &["1", "2", "4", "8", "16", "32", "64"], quick: &["1", "4"],
         }
-        /// Average a pixel's samples before tone mapping (linear) or after it (tone-mapped)
+        /// Resolve a pixel's samples: average them before tone mapping (linear) or after it (tone-mapped)
         "resolve", "resolve" => resolve: Resolve = Resolve::ToneMapped, {
-            title: "samples averaged",
+            title: "resolve",
         }
         /// Open the lens to this diameter: with several samples, what is out of focus blurs. 0 is a pinhole; an f-number is of the focal length that
         /// sees as much on full frame (36 x 24 mm)
@@ -390,11 +390,11 @@ settings! {
         }
         /// Light surfaces by the scene's sky, where it has one that lights
         "sky-light", "sky_light" => sky_light: bool = true, {
-            title: "light of the sky", of_truth: true, cheaper: &["off"],
+            title: "sky light", of_truth: true, cheaper: &["off"],
         }
         /// Directions sampled for each texel of the sky's prefiltered reflections, once when it is uploaded
         "sky-samples", "sky_samples" => sky_samples: u32 = 64, {
-            title: "directions into the sky", values: ValueKind::Whole(1, 4096), in_panel: false,
+            title: "sky prefilter samples", values: ValueKind::Whole(1, 4096), in_panel: false,
             sweep: SweepMode::Alone, tried: &["1", "4", "16", "64", "256", "1024"],
         }
         /// Weaken ambient and sky light where surfaces nearby hide it (ambient occlusion), found on the screen by samples of the hemisphere (ssao), or by
@@ -404,16 +404,16 @@ settings! {
         }
         /// Radius within which surfaces hide ambient and sky light: all of it where they touch, none from the radius on
         "ao-radius", "ao_radius" => ao_radius: f32 = 0.5, {
-            title: "radius of occlusion", values: ValueKind::Number(0.001, 1000.0), unit: "m", of_truth: true,
+            title: "AO radius", values: ValueKind::Number(0.001, 1000.0), unit: "m", of_truth: true,
         }
         /// Samples of the depth buffer for each pixel of ambient occlusion
         "ao-samples", "ao_samples" => ao_samples: u32 = 16, {
-            title: "samples of occlusion", values: ValueKind::Among(&[4, 8, 16, 32, 64, 128]), sweep: SweepMode::Joint,
+            title: "AO samples", values: ValueKind::Among(&[4, 8, 16, 32, 64, 128]), sweep: SweepMode::Joint,
             quick: &["8", "16", "64"],
         }
         /// Pixels for which ambient occlusion is found: each (full), or one of four (half); the others take it from those around them
         "ao-resolution", "ao_resolution" => ao_resolution: AoResolution = AoResolution::Full, {
-            title: "resolution of occlusion", sweep: SweepMode::Joint,
+            title: "AO resolution", sweep: SweepMode::Joint,
         }
         /// Fill the air with fog that takes light away and scatters some of it to the eye (docs/FOG.md): fog that grows thinner with height, in closed
         /// form (height), or with lamps and shadows in it, found in a grid of froxels (froxels)
@@ -422,36 +422,36 @@ settings! {
         }
         /// Extinction of the fog at its base, per metre
         "fog-density", "fog_density" => fog_density: f32 = 0.02, {
-            title: "density of fog", values: ValueKind::Number(0.0, 1e6), unit: "1/m", of_truth: true,
+            title: "fog density", values: ValueKind::Number(0.0, 1e6), unit: "1/m", of_truth: true,
         }
         /// Height over which the fog's density falls to 1/e
         "fog-height", "fog_height" => fog_height: f32 = 20.0, {
-            title: "scale height of fog", values: ValueKind::Number(0.001, 1e6), unit: "m", of_truth: true,
+            title: "fog scale height", values: ValueKind::Number(0.001, 1e6), unit: "m", of_truth: true,
         }
         /// Height (the world's Y) at which the fog has its density
         "fog-base", "fog_base" => fog_base: f32 = 0.0, {
-            title: "base of fog", values: ValueKind::Number(-1e6, 1e6), unit: "m", of_truth: true,
+            title: "fog base height", values: ValueKind::Number(-1e6, 1e6), unit: "m", of_truth: true,
         }
         /// Share of the lost light that the fog scatters; it absorbs the rest
         "fog-albedo", "fog_albedo" => fog_albedo: f32 = 1.0, {
-            title: "albedo of fog", values: ValueKind::Number(0.0, 1.0), of_truth: true,
+            title: "fog albedo", values: ValueKind::Number(0.0, 1.0), of_truth: true,
         }
         /// Mean cosine of the angle by which the fog scatters light (g of Henyey and Greenstein 1941): 0 evenly, near 1 straight on
         "fog-anisotropy", "fog_anisotropy" => fog_anisotropy: f32 = 0.6, {
-            title: "anisotropy of fog", values: ValueKind::Number(-0.999, 0.999), of_truth: true,
+            title: "fog phase anisotropy", values: ValueKind::Number(-0.999, 0.999), of_truth: true,
         }
         /// Froxels of fog across the picture, down it, and in depth
         "fog-froxels", "fog_froxels" => fog_froxels: [u32; 3] = [160, 90, 64], {
-            title: "froxels of fog", values: fog::FROXELS, sweep: SweepMode::Alone,
+            title: "fog froxels", values: fog::FROXELS, sweep: SweepMode::Alone,
             tried: &["40x23x16", "80x45x32", "160x90x64", "320x180x128"], cheaper: &["80x45x32"],
         }
         /// Places in each froxel where its light is found
         "fog-samples", "fog_samples" => fog_samples: u32 = 1, {
-            title: "samples of a froxel", values: ValueKind::Among(&[1, 2, 4, 8, 16]), sweep: SweepMode::Alone,
+            title: "froxel samples", values: ValueKind::Among(&[1, 2, 4, 8, 16]), sweep: SweepMode::Alone,
         }
         /// End froxels at this distance along the view; beyond it fog is as by height alone
         "fog-distance", "fog_distance" => fog_distance: f32, where unset "the scene's far end", {
-            title: "reach of froxels", values: ValueKind::Number(0.01, 1e6), unit: "m",
+            title: "froxel distance", values: ValueKind::Number(0.01, 1e6), unit: "m",
         }
         /// Spread this share of all light around where it comes from, as lenses and eyes do
         "bloom", "bloom" => bloom: f32 = 0.0, {
@@ -459,11 +459,11 @@ settings! {
         }
         /// Root mean square distance over which bloom spreads light, as a part of the picture's height
         "bloom-radius", "bloom_radius" => bloom_radius: f32 = 0.05, {
-            title: "radius of bloom", values: ValueKind::Number(0.001, 1.0), of_truth: true,
+            title: "bloom radius", values: ValueKind::Number(0.001, 1.0), of_truth: true,
         }
         /// Taps of bloom's filter along each axis: the more, the less the glow of a small light changes as that moves
         "bloom-taps", "bloom_taps" => bloom_taps: u32 = 6, {
-            title: "taps of bloom's filter", values: ValueKind::Among(&[2, 4, 6]), sweep: SweepMode::Alone, cheaper: &["4"],
+            title: "bloom filter taps", values: ValueKind::Among(&[2, 4, 6]), sweep: SweepMode::Alone, cheaper: &["4"],
         }
         /// Average frames over time (temporal anti-aliasing): each looks through another place of its pixels, and takes what frames before it saw of the
         /// same surfaces
@@ -472,17 +472,17 @@ settings! {
         }
         /// Frames that a picture has with temporal anti-aliasing, the last of which is written; what moves goes on between them, by 60 a second
         "taa-frames", "taa_frames" => taa_frames: u32 = 8, {
-            title: "frames before a picture", smooths: true, values: ValueKind::Whole(1, 4096), in_panel: false,
+            title: "TAA frames per picture", smooths: true, values: ValueKind::Whole(1, 4096), in_panel: false,
             sweep: SweepMode::Joint, tried: &["1", "2", "4", "8", "16", "32", "64"], quick: &["4", "16"],
         }
         /// Frames that temporal anti-aliasing averages at most, where nothing moves
         "taa-history", "taa_history" => taa_history: u32 = 64, {
-            title: "frames averaged over time", values: ValueKind::Whole(1, 1024),
+            title: "TAA history length", values: ValueKind::Whole(1, 1024),
             sweep: SweepMode::Alone, tried: &["4", "8", "16", "32", "64", "128"],
         }
         /// Sharpen the average of temporal anti-aliasing by this share of each pixel's difference from its neighbours
         "sharpness", "sharpness" => sharpness: f32 = 0.0, {
-            title: "sharpness", values: ValueKind::Number(0.0, 1.0), sweep: SweepMode::Alone, tried: &["0", "0.25", "0.5", "1"],
+            title: "TAA sharpness", values: ValueKind::Number(0.0, 1.0), sweep: SweepMode::Alone, tried: &["0", "0.25", "0.5", "1"],
         }
         /// Keep parts that the scene does not need, to compare with
         "plan", "plan" => keep: Keep = Keep::NONE, {
@@ -494,16 +494,16 @@ settings! {
         "shadows", "enabled" => shadows, enabled: bool = true, {
             title: "shadow maps", of_truth: true, cheaper: &["off"],
         }
-        /// Edge of a layer of shadow maps: a cascade has a whole layer, a spot light and each of a point light's six faces a quarter
+        /// Width and height of a shadow map layer: a cascade has a whole layer, a spot light and each of a point light's six faces a quarter
         "shadow-size", "size" => shadow_size, size: u32 = 2048, {
             // A quarter of the smallest still has room for a filter.
-            title: "edge of a layer of maps", values: ValueKind::Whole(32, 16384), unit: "texels",
+            title: "shadow map size", values: ValueKind::Whole(32, 16384), unit: "texels",
             sweep: SweepMode::Joint, tried: &["256", "512", "1024", "2048", "4096", "8192"], quick: &["512", "2048", "4096"],
             cheaper: &["512"],
         }
         /// Filter shadow lookups; pcss is as wide as the light is large
         "shadow-filter", "filter" => shadow_filter, filter: ShadowFilter = ShadowFilter::Box2, {
-            title: "filter of shadows", sweep: SweepMode::Joint, quick: &["none", "5x5", "pcss"], cheaper: &["none"],
+            title: "shadow filter", sweep: SweepMode::Joint, quick: &["none", "5x5", "pcss"], cheaper: &["none"],
         }
         /// Shadow maps of each directional light, one behind the other along the view
         "cascades", "cascades" => cascades, cascades: u32 = 2, {
@@ -512,25 +512,25 @@ settings! {
         }
         /// Split the view among cascades: 0 evenly, 1 logarithmically (Zhang et al. 2006)
         "shadow-lambda", "lambda" => shadow_lambda, lambda: f32 = 0.7, {
-            title: "how cascades part the view", values: ValueKind::Number(0.0, 1.0), changes_plan: false,
+            title: "split of cascades (lambda)", values: ValueKind::Number(0.0, 1.0), changes_plan: false,
             sweep: SweepMode::Alone, tried: &["0", "0.25", "0.5", "0.7", "0.85", "1"],
         }
         /// Memory for all shadow maps; the most important lights get theirs first
         "shadow-budget", "budget" => shadow_budget, budget: u32 = 256, {
-            title: "memory of shadow maps", values: ValueKind::Whole(1, u32::MAX), unit: "MiB", in_panel: false,
+            title: "shadow map budget", values: ValueKind::Whole(1, u32::MAX), unit: "MiB", in_panel: false,
         }
         /// Redraw a shadow map only after its light, or something in it, has moved
         "shadow-cache", "cache" => shadow_cache, cache: bool = true, {
-            title: "only maps in which something moved", changes_plan: false,
+            title: "shadow map cache", changes_plan: false,
         }
         /// Offset the shadow lookup along the geometric normal, in texels of the map; other filters than 3x3 scale it by their reach
         "shadow-normal-offset", "normal_offset" => shadow_normal_offset, normal_offset: f32 = 0.25, {
-            title: "normal offset of shadows", values: ValueKind::Number(0.0, 1000.0), unit: "texels", changes_plan: false,
+            title: "shadow normal offset", values: ValueKind::Number(0.0, 1000.0), unit: "texels", changes_plan: false,
             sweep: SweepMode::Alone, tried: &["0", "0.25", "0.5", "1", "2", "4", "8"],
         }
         /// Depth bias of shadow maps by the slope of what is drawn (`depthBiasSlopeFactor`), scaled likewise
         "shadow-slope-bias", "slope_bias" => shadow_slope_bias, slope_bias: f32 = 0.5, {
-            title: "slope bias of shadows", values: ValueKind::Number(0.0, 1000.0), changes_plan: false,
+            title: "shadow slope bias", values: ValueKind::Number(0.0, 1000.0), changes_plan: false,
             sweep: SweepMode::Alone, tried: &["0", "0.5", "0.75", "1.5", "3", "6"],
         }
     }
