@@ -50,7 +50,7 @@ const FORMATS: [FormatUse; 11] = [
     used(vk::Format::R8G8B8A8_SRGB, MIPS, "mip chains", Some("textures have one level")),
     used(vk::Format::R16G16_UNORM, COLOR, "normals", Some("R16G16_UINT is used")),
     used(vk::Format::R16G16_UINT, COLOR, "normals where R16G16_UNORM cannot be drawn to", None),
-    used(vk::Format::A2B10G10R10_UNORM_PACK32, COLOR, "normal=rgb10a2", Some("that override is refused")),
+    used(vk::Format::A2B10G10R10_UNORM_PACK32, COLOR, "normal=rgb10a2", None),
     used(vk::Format::R16G16B16A16_SFLOAT, BLEND, "HDR, --gbuffer fat", Some("what needs it is refused")),
     used(vk::Format::B10G11R11_UFLOAT_PACK32, BLEND, "--hdr-format b10g11r11", Some("that format is refused")),
     used(vk::Format::R32G32B32A32_SFLOAT, COLOR, "--gbuffer float32, EXR", Some("what needs it is refused")),
