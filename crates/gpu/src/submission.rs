@@ -259,6 +259,7 @@ impl Device {
 
     /// Lets something use the queue that this module does not wrap, such as presenting, while nobody else does. It must not
     /// submit or wait through this device: that needs the queue too, and would wait forever.
+    #[cfg(feature = "present")]
     pub(crate) fn with_queue<R>(&self, use_queue: impl FnOnce(vk::Queue) -> R) -> R {
         use_queue(self.submissions.lock().queue)
     }

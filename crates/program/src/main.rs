@@ -1,6 +1,11 @@
 //! The command line: one file a subcommand. Each command returns what went wrong as a [`Failure`]; `main` alone prints the error, once, and picks the
 //! exit code.
 
+#![cfg_attr(
+    not(all(feature = "ci", feature = "report", feature = "window")),
+    allow(dead_code, unused_imports, reason = "subcommands share more than those of one feature need")
+)]
+
 mod args;
 mod bench;
 #[cfg(feature = "ci")]
