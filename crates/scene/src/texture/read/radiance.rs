@@ -65,7 +65,7 @@ pub(super) fn read_radiance(
     let [rows, along] = header.axes;
     let start = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {} +X {}\n", rows.length, along.length);
     let plain = [start.as_bytes(), &bytes[header.texels_at..]].concat();
-    let mut reader = ImageReader::with_format(Cursor::new(plain), ImageFormat::Hdr);
+    let mut reader = ImageReader::with_format(Cursor::new(plain.as_slice()), ImageFormat::Hdr);
     reader.limits(limits);
     let stored = reader.decode().map_err(|error| error.to_string())?.into_rgb32f();
     let is_changed = header.is_xyz || header.exposure != Vec3::ONE;
