@@ -15,7 +15,7 @@ struct Bounds {
 #ifdef LEVELS
 var<workgroup> seen: array<array<atomic<u32>, 2>, 544>;
 #else
-var<workgroup> seen: array<array<atomic<u32>, 2>, 32>;
+var<workgroup> seen: array<array<atomic<u32>, 2>, STEPS>;
 #endif
 
 fn is_in_view(bounds: Bounds) -> bool {
@@ -43,9 +43,9 @@ fn step_of(bounds: Bounds) -> u32 {
 @group(0) @binding(6) var<storage, read> pyramid: array<f32>;
 
 // A hidden box lies behind its occluder by so much of its depth, and by so much in any case: depths are interpolated over large triangles with the
-// rounding of their largest value. As in src/visible/occlusion.rs.
-const DEPTH_SHARE: f32 = 1e-3;
-const DEPTH_SLACK: f32 = 4e-6;
+// rounding of their largest value.
+const DEPTH_SHARE: f32 = 1e-3; // host
+const DEPTH_SLACK: f32 = 4e-6; // host
 
 // The box is hidden if every pixel that it may cover shows something before it.
 fn is_hidden(bounds: Bounds) -> bool {

@@ -3,10 +3,10 @@
 #import afterlight::tonemapping::{encode_srgb}
 #import afterlight::screen::{screen_corner}
 
-// src/passes/encode.rs has the same list.
-const SRGB: u32 = 0u;
-const PQ: u32 = 1u;
-const LINEAR: u32 = 2u;
+// TRANSFER.
+const SRGB: u32 = 0u; // host
+const PQ: u32 = 1u; // host
+const LINEAR: u32 = 2u; // host
 
 override TRANSFER: u32 = 0u;
 // The brightness of white in nits, where values tell how bright they are.

@@ -10,7 +10,7 @@
 #endif
 
 // By step: the number of instances before it.
-var<workgroup> before: array<u32, 32>;
+var<workgroup> before: array<u32, STEPS>;
 
 // The offset of an instance from the camera, as src/visible/instances.rs has it, to the bit.
 fn offset_of(stand: Stand) -> vec3<f32> {

@@ -94,10 +94,10 @@ override WEIGHT: f32 = 1.0;
 override LEAST: f32 = 0.000244140625;
 override PEAK: f32 = 1e28;
 
-const HIDES: u32 = 0u;
-const BLEND: u32 = 1u;
-const GLASS: u32 = 2u;
-const COAT: u32 = 3u;
+const HIDES: u32 = 0u; // host
+const BLEND: u32 = 1u; // host
+const GLASS: u32 = 2u; // host
+const COAT: u32 = 3u; // host
 
 struct Vertex {
     @location(0) position: vec3<f32>,

@@ -73,7 +73,7 @@ override SAMPLES: u32 = 4u;
 // times the code.
 #ifdef BY_FOURS
 const HAS_FOURS = true;
-const PLACES: u32 = 32u;
+const PLACES: u32 = 32u; // host
 
 struct Push {
     // Each its own index. Indices into push constants must be the same in all invocations, so llvmpipe (Mesa 25) takes what it reads from there for

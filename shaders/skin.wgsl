@@ -28,15 +28,15 @@ var<immediate> push: Push;
 @group(0) @binding(1) var<storage, read> pose: array<vec4<f32>>;
 @group(0) @binding(2) var<storage, read_write> vertices: array<f32>;
 
-const NONE: u32 = 0xffffffffu;
+const NONE: u32 = 0xffffffffu; // host
 // Words of a record.
-const RECORD: u32 = 15u;
+const RECORD: u32 = 15u; // host
 // Bits of the attributes that shapes change.
-const SHAPES_POSITIONS: u32 = 1u;
-const SHAPES_NORMALS: u32 = 2u;
-const SHAPES_TANGENTS: u32 = 4u;
-const SHAPES_UVS: u32 = 8u;
-const SHAPES_COLORS: u32 = 16u;
+const SHAPES_POSITIONS: u32 = 1u; // host
+const SHAPES_NORMALS: u32 = 2u; // host
+const SHAPES_TANGENTS: u32 = 4u; // host
+const SHAPES_UVS: u32 = 8u; // host
+const SHAPES_COLORS: u32 = 16u; // host
 
 // A deformed mesh: `src/gpu_scene/deformed.rs` writes it.
 struct Record {

@@ -15,8 +15,8 @@ var<immediate> push: Push;
 
 @group(0) @binding(0) var<storage, read_write> keys: array<vec2<u32>>;
 
-// Keys of a block; src/plan/effects/particles.rs has the same number.
-const BLOCK: u32 = 2048u;
+// Keys of a block.
+const BLOCK: u32 = 2048u; // host
 const THREADS: u32 = 128u;
 
 fn is_after(a: vec2<u32>, b: vec2<u32>) -> bool {

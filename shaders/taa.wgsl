@@ -19,11 +19,11 @@ struct Push {
 var<immediate> push: Push;
 
 // There is a frame before.
-const FOLLOWS: u32 = 1u;
+const FOLLOWS: u32 = 1u; // host
 // Nothing has changed since: no camera, no surface, no light.
-const STILL: u32 = 2u;
+const STILL: u32 = 2u; // host
 // The camera is another.
-const LOOKS_ELSEWHERE: u32 = 4u;
+const LOOKS_ELSEWHERE: u32 = 4u; // host
 
 // Frames that are averaged at most, where nothing changes.
 override MOST_FRAMES: u32 = 64u;

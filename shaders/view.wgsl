@@ -31,16 +31,16 @@
 #import afterlight::lights::{lights, reach_of, ALL_TRAITS, MIXED_FALLOFF}
 #endif
 
-// The codes of the views; src/passes/view.rs has the same list.
-const SHOW_POSITION: u32 = 0u;
-const SHOW_NORMAL: u32 = 1u;
-const SHOW_NORMAL_ABSOLUTE: u32 = 2u;
-const SHOW_ALBEDO: u32 = 3u;
-const SHOW_METALLIC: u32 = 4u;
-const SHOW_ROUGHNESS: u32 = 5u;
-const SHOW_DEPTH: u32 = 6u;
-const SHOW_LIGHTS: u32 = 7u;
-const SHOW_OCCLUSION: u32 = 8u;
+// The codes of the views.
+const SHOW_POSITION: u32 = 0u; // host
+const SHOW_NORMAL: u32 = 1u; // host
+const SHOW_NORMAL_ABSOLUTE: u32 = 2u; // host
+const SHOW_ALBEDO: u32 = 3u; // host
+const SHOW_METALLIC: u32 = 4u; // host
+const SHOW_ROUGHNESS: u32 = 5u; // host
+const SHOW_DEPTH: u32 = 6u; // host
+const SHOW_LIGHTS: u32 = 7u; // host
+const SHOW_OCCLUSION: u32 = 8u; // host
 
 override SHOW: u32 = 0u;
 override NORMAL_ENCODING: u32 = 0u;

@@ -11,6 +11,7 @@
 mod attachments;
 mod capabilities;
 mod checks;
+mod codes;
 mod cost;
 mod cost_model;
 mod culling;
@@ -61,7 +62,7 @@ pub use surfaces::{
 pub use targets::{BufferName, DEPTH, OitTargets, OwnTarget, Target, TargetName};
 pub use visibility::TriangleCode;
 
-pub(crate) use culling::{CULL_BUFFERS, CULL_SHARED_BYTES};
+pub(crate) use culling::CULL_BUFFERS;
 #[cfg(test)]
 pub(crate) use lights::steepest;
 pub(crate) use lights::{Grid, Reach, SLICES, TILE};

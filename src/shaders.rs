@@ -1,7 +1,9 @@
 //! The compiled shaders: a module for each file of `shaders/`, written by `build.rs`. Pure data; nothing here knows Vulkan.
 //!
 //! Each module has its `Flags`, `VARIANTS` and `variant(flags)`, the ids of its specialization constants (`constants`), and the sizes and
-//! offsets of its push constants (`push`) and of the structs in its buffers (`structs`), for assertions beside the Rust twins.
+//! offsets of its push constants (`push`) and of the structs in its buffers (`structs`), for assertions beside the Rust twins. `host` has the constants
+//! that its source marks with `// host`, `shared` those of the files of `shaders/shared/`, and `WORKGROUP_SIZE` is that of every variant: such numbers stand
+//! in the shader alone.
 
 #[cfg(feature = "hot-reload")]
 pub mod exchange;

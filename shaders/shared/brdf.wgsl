@@ -8,14 +8,14 @@
 
 const PI: f32 = 3.14159265358979;
 const LN_2: f32 = 0.693147180559945;
-const MIN_ROUGHNESS: f32 = 0.01;
+const MIN_ROUGHNESS: f32 = 0.01; // host
 const MIN_N_DOT_V: f32 = 1e-4;
 
-// BRDF in the passes; crates/scene/src/material.rs has the same order.
-const COOK_TORRANCE: u32 = 0u;
-const PHONG: u32 = 1u;
-const BLINN_PHONG: u32 = 2u;
-const LAMBERT: u32 = 3u;
+// BRDF in the passes.
+const COOK_TORRANCE: u32 = 0u; // host
+const PHONG: u32 = 1u; // host
+const BLINN_PHONG: u32 = 2u; // host
+const LAMBERT: u32 = 3u; // host
 
 // A lit point, with all that is the same for every light.
 struct Surface {

@@ -3,9 +3,9 @@
 #import afterlight::frame::{frame, ORTHOGRAPHIC}
 
 // Edge of a tile in pixels, slices of depth, and how the bits of a depth become a slice: two an octave.
-const TILE: u32 = 32u;
-const SLICES: u32 = 32u;
-const SLICE_SHIFT: u32 = 22u;
+const TILE: u32 = 32u; // host
+const SLICES: u32 = 32u; // host
+const SLICE_SHIFT: u32 = 22u; // host
 
 // First entry and number of entries in `cluster_lights`: columns first, then rows, then slices.
 @group(0) @binding(2) var<storage, read> cluster_heads: array<vec2<u32>>;

@@ -73,9 +73,9 @@ struct Stand {
 
 @group(0) @binding(3) var<storage, read> stands: array<Stand>;
 
-// The number is that of src/visible/instances.rs.
-const STEPS: u32 = 32u;
-const LANES: u32 = 64u;
+// Steps of depth, by which instances are sorted, and the instances of a group.
+const STEPS: u32 = 32u; // host
+const LANES: u32 = 64u; // host
 // The step of instances that are not visible.
 const HIDDEN: u32 = 255u;
 

@@ -1,11 +1,11 @@
 // The encodings of directions in G-buffer channels.
 #define_import_path afterlight::encodings
 
-// NORMAL_ENCODING in the passes; src/plan/gbuffer.rs has the same list.
-const OCTAHEDRAL: u32 = 0u;
-const HALF_ENCODED: u32 = 1u;
-const SIGNED: u32 = 2u;
-const OCTAHEDRAL_8: u32 = 3u;
+// NORMAL_ENCODING in the passes.
+const OCTAHEDRAL: u32 = 0u; // host
+const HALF_ENCODED: u32 = 1u; // host
+const SIGNED: u32 = 2u; // host
+const OCTAHEDRAL_8: u32 = 3u; // host
 
 // ANCHOR: octahedral
 fn sign_not_zero(v: vec2<f32>) -> vec2<f32> {

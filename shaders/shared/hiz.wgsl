@@ -3,7 +3,7 @@
 #define_import_path afterlight::hiz
 
 // Edge of a square of the last level, in pixels.
-const TILE: i32 = 32;
+const TILE: i32 = 32; // host
 const LAST_LEVEL: i32 = 5;
 
 // The first texel of a level, for a picture of so many tiles.

@@ -1,18 +1,18 @@
 // Light sources and their fall-offs, in lux (directional, beam) and candela (point, spot), as KHR_lights_punctual has them.
 #define_import_path afterlight::lights
 
-const INVERSE_SQUARE: u32 = 0u;
-const QUADRATIC: u32 = 1u;
-const POLYNOMIAL: u32 = 2u;
+const INVERSE_SQUARE: u32 = 0u; // host
+const QUADRATIC: u32 = 1u; // host
+const POLYNOMIAL: u32 = 2u; // host
 // In place of one that all lights have: each has its own.
-const MIXED_FALLOFF: u32 = 3u;
+const MIXED_FALLOFF: u32 = 3u; // host
 // A beam has none.
-const NO_FALLOFF: u32 = 3u;
+const NO_FALLOFF: u32 = 3u; // host
 
-// Bits of TRAITS in the passes, the features that some light needs code for; crates/scene/src/light.rs has the same.
-const RANGES: u32 = 1u;
-const CONES: u32 = 2u;
-const BEAMS: u32 = 4u;
+// Bits of TRAITS in the passes, the features that some light needs code for.
+const RANGES: u32 = 1u; // host
+const CONES: u32 = 2u; // host
+const BEAMS: u32 = 4u; // host
 const ALL_TRAITS: u32 = 0xffffffffu;
 
 // Least distance, part of the model: 1 cm. Nearer than that a point light grows no brighter.
@@ -128,7 +128,7 @@ fn reach_of(light: Light, position: vec3<f32>, all_falloff: u32, traits: u32) ->
 }
 
 // Lights that fit into the least uniform buffer that a device must have, 16 KiB.
-const UNIFORM_LIGHTS: u32 = 256u;
+const UNIFORM_LIGHTS: u32 = 256u; // host
 
 #ifdef UNIFORM_BUFFER
 // Few lights: a uniform buffer, which every driver reads faster when all invocations read the same.

@@ -69,22 +69,22 @@ struct UvMap {
 #endif
 
 // The numbers of the slots, which are those of their bindings.
-const BASE_COLOR_SLOT: u32 = 0u;
-const NORMAL_SLOT: u32 = 1u;
-const METALLIC_ROUGHNESS_SLOT: u32 = 2u;
-const OCCLUSION_SLOT: u32 = 3u;
-const EMISSIVE_SLOT: u32 = 4u;
-const SPECULAR_SLOT: u32 = 5u;
-const SHININESS_SLOT: u32 = 6u;
+const BASE_COLOR_SLOT: u32 = 0u; // host
+const NORMAL_SLOT: u32 = 1u; // host
+const METALLIC_ROUGHNESS_SLOT: u32 = 2u; // host
+const OCCLUSION_SLOT: u32 = 3u; // host
+const EMISSIVE_SLOT: u32 = 4u; // host
+const SPECULAR_SLOT: u32 = 5u; // host
+const SHININESS_SLOT: u32 = 6u; // host
 
 // Bits of TEXTURES in the passes: which of a material's textures exist. The variables of others are names of one that does, and are never
 // sampled. The bit of a slot is that of its binding.
-const BASE_COLOR: u32 = 1u;
-const METALLIC_ROUGHNESS: u32 = 4u;
-const OCCLUSION: u32 = 8u;
-const EMISSIVE: u32 = 16u;
-const SPECULAR: u32 = 32u;
-const SHININESS: u32 = 64u;
+const BASE_COLOR: u32 = 1u; // host
+const METALLIC_ROUGHNESS: u32 = 4u; // host
+const OCCLUSION: u32 = 8u; // host
+const EMISSIVE: u32 = 16u; // host
+const SPECULAR: u32 = 32u; // host
+const SHININESS: u32 = 64u; // host
 
 // A material's values at a point, in its own terms.
 struct Point {

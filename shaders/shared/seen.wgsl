@@ -41,22 +41,22 @@ struct SeenMaterial {
 }
 
 // The low bits of the traits say which textures there are, as in material.wgsl. Bits 16 and on are the index of the BRDF.
-const BASE_COLOR: u32 = 1u;
-const NORMAL: u32 = 2u;
-const METALLIC_ROUGHNESS: u32 = 4u;
-const OCCLUSION: u32 = 8u;
-const EMISSIVE: u32 = 16u;
-const SPECULAR: u32 = 32u;
-const SHININESS: u32 = 64u;
-const TWO_SIDED: u32 = 128u;
-const RECEIVES: u32 = 256u;
-const PHONG: u32 = 512u;
-const REFLECTANCE: u32 = 1024u;
-const COLORED: u32 = 2048u;
-const COLORED_LIGHT: u32 = 4096u;
-const LOOKS: u32 = 8192u;
-const MIRRORED: u32 = 16384u;
-const BRDF_SHIFT: u32 = 16u;
+const BASE_COLOR: u32 = 1u; // host
+const NORMAL: u32 = 2u; // host
+const METALLIC_ROUGHNESS: u32 = 4u; // host
+const OCCLUSION: u32 = 8u; // host
+const EMISSIVE: u32 = 16u; // host
+const SPECULAR: u32 = 32u; // host
+const SHININESS: u32 = 64u; // host
+const TWO_SIDED: u32 = 128u; // host
+const RECEIVES: u32 = 256u; // host
+const PHONG: u32 = 512u; // host
+const REFLECTANCE: u32 = 1024u; // host
+const COLORED: u32 = 2048u; // host
+const COLORED_LIGHT: u32 = 4096u; // host
+const LOOKS: u32 = 8192u; // host
+const MIRRORED: u32 = 16384u; // host
+const BRDF_SHIFT: u32 = 16u; // host
 
 // The first index of an instance's mesh, its first vertex, its material, and in bit 0 whether indices have 16 bits.
 @group(3) @binding(0) var<storage, read> instances: array<vec4<u32>>;

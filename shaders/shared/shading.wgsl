@@ -32,7 +32,7 @@ struct Model {
     textbook: bool,
 }
 
-const MIXED_BRDF: u32 = 4u;
+const MIXED_BRDF: u32 = 4u; // host
 
 // A surface that is ready to be lit, seen from the camera.
 fn surface_of(texel: Texel, model: Model) -> Surface {

@@ -3,8 +3,8 @@
 #define_import_path afterlight::shadows
 #import afterlight::frame::{frame, ORTHOGRAPHIC}
 
-// The most maps that there are; src/plan/shadows.rs has the same number.
-const SHADOW_VIEWS: u32 = 128u;
+// The most maps that there are.
+const SHADOW_VIEWS: u32 = 128u; // host
 
 // One map; src/gpu_scene/shadows.rs has the same record.
 struct ShadowView {
@@ -29,19 +29,19 @@ struct ShadowView {
 @group(2) @binding(0) var shadow_atlas: texture_depth_2d_array;
 @group(2) @binding(1) var<uniform> shadow_views: array<ShadowView, SHADOW_VIEWS>;
 
-// SHADOW_FILTER in the passes; ShadowFilter in crates/scene/src/settings/choices.rs has the same list.
-const NO_FILTER: u32 = 0u;
-const BOX_TWO: u32 = 1u;
-const BOX_THREE: u32 = 2u;
-const BOX_FIVE: u32 = 3u;
-const POISSON: u32 = 4u;
-const PCSS: u32 = 5u;
+// SHADOW_FILTER in the passes.
+const NO_FILTER: u32 = 0u; // host
+const BOX_TWO: u32 = 1u; // host
+const BOX_THREE: u32 = 2u; // host
+const BOX_FIVE: u32 = 3u; // host
+const POISSON: u32 = 4u; // host
+const PCSS: u32 = 5u; // host
 
 // A light's view of the scene: bits 2 and 3 of its record's `falloff`, 0 for a light without a map. Bits 4 to 11 are its first map, the others its
 // number of maps. `ShadowPlan::code` in src/plan/shadows.rs packs them.
-const CASCADES: u32 = 1u;
-const SINGLE: u32 = 2u;
-const CUBE: u32 = 3u;
+const CASCADES: u32 = 1u; // host
+const SINGLE: u32 = 2u; // host
+const CUBE: u32 = 3u; // host
 
 // A disc of sixteen points that keep their distance, in a unit circle.
 const DISC_POINTS: i32 = 16;

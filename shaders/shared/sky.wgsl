@@ -11,8 +11,8 @@
 @group(0) @binding(9) var sky_table: texture_2d<f32>;
 @group(0) @binding(10) var sky_sampler: sampler;
 
-// Levels of sky_lobe beyond the first; src/gpu_scene/sky.rs has the same number.
-const ROUGHEST_LEVEL: f32 = 5.0;
+// Levels of sky_lobe beyond the first.
+const ROUGHEST_LEVEL: f32 = 5.0; // host
 
 // The direction in which a lobe of this alpha looks most: between the mirrored view and the normal (Lagarde and de Rousiers, "Moving Frostbite to
 // Physically Based Rendering", 2014, listing 21).

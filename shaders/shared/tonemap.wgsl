@@ -2,9 +2,9 @@
 // background's clear colour.
 #define_import_path afterlight::tonemapping
 
-const NEUTRAL: u32 = 0u;
-const AGX: u32 = 1u;
-const ACES: u32 = 2u;
+const NEUTRAL: u32 = 0u; // host
+const AGX: u32 = 1u; // host
+const ACES: u32 = 2u; // host
 
 // The brightest that is shown, in units of white: 1, but for displays that show more.
 override HEADROOM: f32 = 1.0;

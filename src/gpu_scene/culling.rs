@@ -12,14 +12,16 @@ pub use self::groups::CulledState;
 use self::groups::Groups;
 use super::GpuScene;
 use crate::gpu::{self, Buffer, DescriptorPool, Device, Location, MemoryKind, SetLayout, SetWriter, binding};
-use crate::plan::{CULL_BUFFERS, CULL_SHARED_BYTES, FramePlan};
+use crate::plan::{CULL_BUFFERS, FramePlan};
 use crate::scene::MOST_LEVELS;
+use crate::shaders::{cull, fill, pyramid, shared};
 use crate::visible::{CullView, InstanceList, InstanceTransform, LevelChoice, PackedLook, STEPS, World};
 
-/// Instances of a group, and invocations of a work group, of `shaders/cull.wgsl` and `shaders/fill.wgsl`.
-const LANES: usize = 64;
-/// Edge of the part of the picture that a work group of `shaders/pyramid.wgsl` sees, in pixels, and the squares that it finds: of four sizes.
-const TILE: u32 = 64;
+/// Instances of a group, and invocations of a work group of CULL and of FILL.
+const LANES: usize = shared::culling::LANES as usize;
+const _: () = assert!(LANES == cull::WORKGROUP_SIZE[0] as usize && LANES == fill::WORKGROUP_SIZE[0] as usize);
+/// Edge of the part of the picture that a work group of PYRAMID sees, in pixels: 8 for each invocation. It finds squares of four sizes.
+const TILE: u32 = 8 * pyramid::WORKGROUP_SIZE[0];
 const TILE_SQUARES: u64 = 64 + 16 + 4 + 1;
 /// The share of the instances that have moved since a frame's buffers were written from which on all are written at once: one by one takes eight
 /// times as long for each.
@@ -73,7 +75,6 @@ const _: () = assert!(CULL_BUFFERS as usize == BINDINGS.len() - 1);
 
 // Of each step of depth and level of detail, `shaders/cull.wgsl` has a place.
 const _: () = assert!(STEPS * (MOST_LEVELS + 1) == 544);
-const _: () = assert!(CULL_SHARED_BYTES[0] as usize == 8 * STEPS && CULL_SHARED_BYTES[1] == 8 * 544);
 
 const _: () = {
     use crate::shaders::cull::structs::{bounds as box_record, cull as wgsl, stand};

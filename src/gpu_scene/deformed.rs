@@ -9,13 +9,12 @@ use super::{COLOR, NORMAL, POSITION, POSITION_BEFORE, SECOND_UV, TANGENT, UV, co
 use crate::gpu::{self, Buffer, Device, Location, MemoryKind, Uploader};
 use crate::plan::{DeformPlan, PlannedDeform};
 use crate::scene::{Mesh, Scene};
+use crate::shaders::skin::{self, host as wgsl, host::NONE};
 
-/// Invocations of a work group of `shaders/skin.wgsl`.
-const GROUP: usize = 64;
+/// Invocations of a work group.
+const GROUP: usize = skin::WORKGROUP_SIZE[0] as usize;
 /// Work groups of a row of the dispatch: every device takes as many.
 const COLUMNS: u32 = 65535;
-/// The offset of absent data, in a record and in the push constants.
-const NONE: u32 = u32::MAX;
 
 /// The most vertex streams.
 const STREAMS: usize = 6;
@@ -225,8 +224,8 @@ impl SkinInput {
     }
 }
 
-/// Words of a record of `shaders/skin.wgsl`.
-const RECORD: usize = 15;
+/// Words of a record.
+const RECORD: usize = wgsl::RECORD as usize;
 
 impl Rest {
     /// Appends a mesh.
@@ -257,6 +256,8 @@ impl Rest {
 /// Appends the shapes of a mesh: of each, the attributes that any of them changes. Returns the words of one, and the bits of these attributes.
 fn append_shapes(words: &mut Vec<u32>, mesh: &Mesh) -> (u32, u32) {
     let any = |is_empty: fn(&crate::scene::Morph) -> bool| !mesh.morphs.iter().all(is_empty);
+    let bits =
+        [wgsl::SHAPES_POSITIONS, wgsl::SHAPES_NORMALS, wgsl::SHAPES_TANGENTS, wgsl::SHAPES_UVS, wgsl::SHAPES_COLORS];
     let changes = [
         any(|shape| shape.positions.is_empty()),
         any(|shape| shape.normals.is_empty()),
@@ -282,7 +283,7 @@ fn append_shapes(words: &mut Vec<u32>, mesh: &Mesh) -> (u32, u32) {
             words.resize(words.len() + count * width - values.len(), 0);
         }
     }
-    let bits = changes.iter().enumerate().map(|(bit, &is_set)| u32::from(is_set) << bit).sum();
+    let bits = bits.iter().zip(changes).map(|(bit, is_set)| if is_set { *bit } else { 0 }).sum();
     ((words.len() - before).checked_div(mesh.morphs.len()).unwrap_or(0) as u32, bits)
 }
 

@@ -13,6 +13,7 @@ use crate::gpu::sync::Use;
 use crate::gpu::{self, Buffer, DescriptorPool, Device, SetLayout, SetLayoutBinding, SetWriter, binding};
 use crate::plan::{Extras, FramePlan, GeometryKey, IndexWidth};
 use crate::scene::{Brdf, Material, TextureSlot};
+use crate::shaders::shared::seen as wgsl;
 use crate::visible::{Visible, World, WorldObject};
 
 /// Looks up vertices, indices and textures.
@@ -71,32 +72,21 @@ const _: () = {
     assert!(offset_of!(SeenMaterial, slots) == wgsl::SLOTS);
 };
 
-/// Bits of a record's traits above those of its textures.
-const TWO_SIDED: u32 = 1 << 7;
-const RECEIVES: u32 = 1 << 8;
-const PHONG: u32 = 1 << 9;
-const REFLECTANCE: u32 = 1 << 10;
-const COLORED: u32 = 1 << 11;
-const COLORED_LIGHT: u32 = 1 << 12;
-const LOOKED: u32 = 1 << 13;
-const MIRRORED: u32 = 1 << 14;
-const BRDF_SHIFT: u32 = 16;
-
 /// The traits of materials with this key.
 fn traits(key: GeometryKey, brdf: Brdf) -> u32 {
     let Extras { colors, colored_light, looks, .. } = key.extras;
     let bits = [
-        (key.two_sided, TWO_SIDED),
-        (key.receives, RECEIVES),
-        (key.phong, PHONG),
-        (key.reflectance, REFLECTANCE),
-        (colors, COLORED),
-        (colored_light, COLORED_LIGHT),
-        (looks, LOOKED),
-        (key.mirrored, MIRRORED),
+        (key.two_sided, wgsl::TWO_SIDED),
+        (key.receives, wgsl::RECEIVES),
+        (key.phong, wgsl::PHONG),
+        (key.reflectance, wgsl::REFLECTANCE),
+        (colors, wgsl::COLORED),
+        (colored_light, wgsl::COLORED_LIGHT),
+        (looks, wgsl::LOOKS),
+        (key.mirrored, wgsl::MIRRORED),
     ];
     let own: u32 = bits.iter().filter(|(has, _)| *has).map(|(_, bit)| bit).sum();
-    own | key.textures.bits() | ((brdf as u32) << BRDF_SHIFT)
+    own | key.textures.bits() | ((brdf as u32) << wgsl::BRDF_SHIFT)
 }
 
 /// Returns the key by which records differ.

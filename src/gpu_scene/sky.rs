@@ -13,13 +13,14 @@ use crate::gpu::{
 };
 use crate::plan::{FramePlan, SkyPlan, effects};
 use crate::scene::{FACES, Sky, SkyCube};
+use crate::shaders::shared::sky::ROUGHEST_LEVEL;
 
 /// Half floats blend, filter and can be stored to everywhere.
 const FORMAT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 /// Edge of the mirrored sky's finest level; each further one is half as fine, and a fifth rougher.
 pub const LOBE_EDGE: u32 = 256;
-/// Its levels; `ROUGHEST_LEVEL` of `shaders/shared/sky.wgsl` is one less.
-pub const LOBE_LEVELS: u32 = 6;
+/// Its levels.
+pub const LOBE_LEVELS: u32 = ROUGHEST_LEVEL as u32 + 1;
 /// Edge of the light that lambert surfaces collect, which is smooth: a cosine over 5.6 degrees bends by 0.1%.
 pub const BASE_EDGE: u32 = 16;
 /// Edge of the table of shares.

@@ -78,7 +78,7 @@ const LEVELS: u32 = 0;
 const PICTURE: u32 = 1;
 const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
 /// Edge of a work group in texels.
-const GROUP: u32 = 8;
+const GROUP: u32 = shader::WORKGROUP_SIZE[0];
 
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]

@@ -12,7 +12,7 @@ use super::{
 };
 use crate::gpu::{self, DescriptorPool, Device, SetLayout, SetWriter, binding, sync::Use};
 use crate::plan::{PresentTarget, Transfer};
-use crate::shaders::encode::{self as shader, Flags, constants};
+use crate::shaders::encode::{self as shader, Flags, constants, host};
 
 /// Reads each pixel of the picture.
 pub const READ: Use = SAMPLED;
@@ -109,11 +109,10 @@ impl Encode {
     }
 }
 
-/// `shaders/encode.wgsl` has the same list.
 fn constant(transfer: Transfer) -> u32 {
     match transfer {
-        Transfer::Srgb => 0,
-        Transfer::Pq => 1,
-        Transfer::Linear => 2,
+        Transfer::Srgb => host::SRGB,
+        Transfer::Pq => host::PQ,
+        Transfer::Linear => host::LINEAR,
     }
 }

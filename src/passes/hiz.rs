@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::per_pixel::{GROUP, ImageBinding, PerPixelDesc, PerPixelPass};
+use super::per_pixel::{ImageBinding, PerPixelDesc, PerPixelPass};
 use super::{FrameContext, Making, Pass, PassName, PassRecorder, Presence, ResourceUse, needed};
 use crate::gpu::{self, Device, sync::Use};
 use crate::plan::{FramePlan, HIZ, Hiz, Target};
@@ -60,7 +60,7 @@ impl PassRecorder for HizPass {
     /// Runs outside any render pass.
     fn record(&self, recording: &FrameContext) {
         // A work group for each tile.
-        self.pass.dispatch(recording, self.tiles.map(|count| count * GROUP));
+        self.pass.dispatch(recording, self.tiles.map(|count| count * shader::WORKGROUP_SIZE[0]));
     }
 
     fn rebind(&mut self, own: &Making) -> gpu::Result<()> {

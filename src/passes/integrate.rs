@@ -34,7 +34,7 @@ pub const PASS: Pass = Pass {
 };
 
 /// Edge of a work group in columns.
-const GROUP: u32 = 8;
+const GROUP: u32 = shader::WORKGROUP_SIZE[0];
 
 /// The pass.
 pub struct IntegratePass {

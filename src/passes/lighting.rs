@@ -64,7 +64,7 @@ fn touches(plan: &FramePlan) -> Vec<ResourceUse> {
 }
 
 /// Each element is its own index: the shader takes numbers of lights from here, so that lavapipe knows them to be the same in all invocations.
-type LightIndices = [u32; 32];
+type LightIndices = [u32; shader::host::PLACES as usize];
 
 const _: () = assert!(size_of::<LightIndices>() == shader::push::SIZE && size_of::<LightIndices>() <= 128);
 

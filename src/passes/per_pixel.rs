@@ -14,9 +14,6 @@ use crate::shaders::Variant;
 
 const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
 
-/// Edge of a work group in texels, as the shaders have it.
-pub(super) const GROUP: u32 = 8;
-
 /// An image of set 1: its binding, view and layout. In the layout GENERAL it is stored to.
 pub type ImageBinding = (u32, vk::ImageView, vk::ImageLayout);
 
@@ -40,6 +37,8 @@ pub struct PerPixelDesc<'a> {
 /// A compute pipeline with its images.
 pub struct PerPixelPass {
     name: String,
+    /// Invocations of a work group across and down.
+    group: [u32; 2],
     layout: Owned<vk::PipelineLayout>,
     pipeline: Owned<vk::Pipeline>,
     set_layout: SetLayout,
@@ -60,13 +59,14 @@ impl PerPixelPass {
             ShaderStage { spirv: entry.spirv.words(), entry: entry.name, stage: COMPUTE, constants: desc.constants };
         let pipeline = compute_pipeline(device, name, &stage, layout.raw)?;
         let (pool, set) = bound(device, name, &set_layout, images)?;
-        Ok(Self { name: name.to_owned(), layout, pipeline, set_layout, pool, set })
+        let [across, down, _] = entry.workgroup_size;
+        Ok(Self { name: name.to_owned(), group: [across, down], layout, pipeline, set_layout, pool, set })
     }
 
     /// For so many texels across and down. Runs outside any render pass.
     pub fn dispatch(&self, recording: &FrameContext, size: [u32; 2]) {
         let (raw, cmd, point) = (&recording.device.raw, recording.cmd, vk::PipelineBindPoint::COMPUTE);
-        let [across, down] = size.map(|edge| edge.div_ceil(GROUP));
+        let [across, down] = std::array::from_fn(|axis| size[axis].div_ceil(self.group[axis]));
         // SAFETY: `cmd` is being recorded outside a render pass; the sets are those of the layout, and the pass owns its own and outlives the
         // submission. The shader looks at no texel outside its images.
         unsafe {

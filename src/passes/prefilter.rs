@@ -30,7 +30,7 @@ pub const LIGHT_WRITE: Use = Use::new(vk::PipelineStageFlags::COMPUTE_SHADER, vk
 const SOURCE_EDGE: u32 = 32;
 /// Directions of the table's sums, and invocations of a work group along an edge.
 const TABLE_SAMPLES: u32 = 1024;
-const GROUP: u32 = 8;
+const GROUP: u32 = shader::WORKGROUP_SIZE[0];
 
 const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
 

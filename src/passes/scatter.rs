@@ -38,7 +38,7 @@ pub const PASS: Pass = Pass {
 };
 
 /// Edge of a work group in froxels.
-const GROUP: u32 = 4;
+const GROUP: u32 = shader::WORKGROUP_SIZE[0];
 
 /// The pass.
 pub struct ScatterPass {

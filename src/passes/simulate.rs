@@ -38,8 +38,8 @@ pub const PASS: Pass = Pass {
 };
 
 const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
-/// Particles of a work group, as the shader has it.
-const GROUP: u32 = 128;
+/// Particles of a work group.
+const GROUP: u32 = shader::WORKGROUP_SIZE[0];
 
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]

@@ -42,8 +42,8 @@ pub const PASS: Pass = Pass {
 };
 
 const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
-/// Invocations of a work group, as the shader has it.
-const GROUP: u32 = 128;
+/// Invocations of a work group.
+const GROUP: u32 = shader::WORKGROUP_SIZE[0];
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]

@@ -17,6 +17,7 @@ use crate::gpu::{
     compute_pipeline, pipeline_layout, sync::Use,
 };
 use crate::plan::{FramePlan, TAA_MEAN, TaaPlan, Target, VECTORS, Vectors};
+use crate::shaders::taa::host::{FOLLOWS, LOOKS_ELSEWHERE, STILL};
 use crate::shaders::taa::{self as shader, Flags, constants};
 use crate::visible::PreviousFrame;
 
@@ -60,11 +61,7 @@ const DEPTH: u32 = 3;
 const VELOCITY: u32 = 4;
 const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
 /// Edge of a work group in pixels.
-const GROUP: u32 = 8;
-
-const FOLLOWS: u32 = 1;
-const STILL: u32 = 2;
-const LOOKS_ELSEWHERE: u32 = 4;
+const GROUP: u32 = shader::WORKGROUP_SIZE[0];
 
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]

@@ -90,8 +90,8 @@ pub fn stored_inputs(plan: &FramePlan) -> Vec<(u32, Target)> {
 
 const COMPUTE: vk::ShaderStageFlags = vk::ShaderStageFlags::COMPUTE;
 
-/// Edge of a tile in pixels, as the shader has it.
-const TILE: u32 = 16;
+/// Edge of a tile in pixels.
+const TILE: u32 = shader::WORKGROUP_SIZE[0];
 
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]

@@ -12,7 +12,7 @@ use super::{
 use crate::gpu::{self, Device, SetLayout, sync::Use};
 use crate::plan::{FramePlan, Gbuffer, Shading, Target, effects};
 use crate::scene::View;
-use crate::shaders::view::{self as shader, Flags, constants};
+use crate::shaders::view::{self as shader, Flags, constants, host};
 
 /// Compares with the depth of the sky.
 const DEPTH_READ: Use = DEPTH_COMPARE;
@@ -135,18 +135,17 @@ pub(crate) fn flags(plan: &FramePlan) -> Flags {
 
 fn constants_of(plan: &FramePlan) -> Vec<(u32, u32)> {
     let gbuffer = plan.gbuffer.as_ref();
-    // `shaders/view.wgsl` has the same list.
     let show = match plan.shading {
-        Shading::ShowGbuffer(View::Position) => 0,
-        Shading::ShowGbuffer(View::Normal) => 1,
-        Shading::ShowGbuffer(View::NormalAbsolute) => 2,
-        Shading::ShowGbuffer(View::Albedo) => 3,
-        Shading::ShowGbuffer(View::Metallic) => 4,
-        Shading::ShowGbuffer(View::Roughness) => 5,
-        Shading::ShowGbuffer(View::Depth) => 6,
-        // Views of effects have their own codes. 7 counts lights.
-        Shading::ShowGbuffer(view) => effects::shown_in_gbuffer(view).unwrap_or(7),
-        _ => 7,
+        Shading::ShowGbuffer(View::Position) => host::SHOW_POSITION,
+        Shading::ShowGbuffer(View::Normal) => host::SHOW_NORMAL,
+        Shading::ShowGbuffer(View::NormalAbsolute) => host::SHOW_NORMAL_ABSOLUTE,
+        Shading::ShowGbuffer(View::Albedo) => host::SHOW_ALBEDO,
+        Shading::ShowGbuffer(View::Metallic) => host::SHOW_METALLIC,
+        Shading::ShowGbuffer(View::Roughness) => host::SHOW_ROUGHNESS,
+        Shading::ShowGbuffer(View::Depth) => host::SHOW_DEPTH,
+        // Views of effects have their own codes.
+        Shading::ShowGbuffer(view) => effects::shown_in_gbuffer(view).unwrap_or(host::SHOW_LIGHTS),
+        _ => host::SHOW_LIGHTS,
     };
     vec![
         (constants::SHOW, show),

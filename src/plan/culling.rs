@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 
 use super::{Basis, Capabilities, Shading, SurfaceRules};
-use crate::scene::{Culling, OptionalPart, Scene, Settings, counted};
+use crate::scene::{Culling, MOST_LEVELS, OptionalPart, Scene, Settings, counted};
+use crate::shaders::shared::culling::STEPS;
 
 /// Objects that share a mesh and a material, on average, from which on a device culls by itself: each such pair is a command in every step of depth,
 /// drawn or not.
@@ -12,8 +13,8 @@ const SHARED_BY: usize = 16;
 /// Storage buffers that CULL names, with levels of detail and occlusion culling.
 pub(crate) const CULL_BUFFERS: u32 = 7;
 
-/// Bytes that a work group of CULL shares: two words for each of 32 steps of depth, and of each level of detail where there are some.
-pub(crate) const CULL_SHARED_BYTES: [u32; 2] = [256, 4352];
+/// Bytes that a work group of CULL shares: two words for each step of depth, and of each level of detail where there are some.
+const CULL_SHARED_BYTES: [u32; 2] = [8 * STEPS, 8 * STEPS * (MOST_LEVELS as u32 + 1)];
 
 /// Returns the warning where culling on the device was asked for and is not done.
 pub(super) fn warning(settings: &Settings, culling: &Result<String, String>) -> Option<String> {

@@ -4,18 +4,20 @@ use ash::vk;
 
 use super::{Capabilities, DEPTH, PlannedBrdf};
 use crate::scene::{Brdf, GbufferChoice, GbufferPreset, Keep, OptionalPart, TargetChoice, View};
+use crate::shaders::shared::encodings as wgsl;
 
-/// The encoding that fits a normal into its target; the numbers are those of `shaders/shared/encodings.wgsl`.
+/// The encoding that fits a normal into its target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
 pub enum NormalEncoding {
     /// Octahedral, in two channels of 16 bits.
-    Octahedral = 0,
+    Octahedral = wgsl::OCTAHEDRAL,
     /// From -1..1 to 0..1, in three channels.
-    HalfEncoded = 1,
+    HalfEncoded = wgsl::HALF_ENCODED,
     /// As it is, in signed channels.
-    Signed = 2,
+    Signed = wgsl::SIGNED,
     /// Octahedral, in two channels of 8 bits.
-    Octahedral8 = 3,
+    Octahedral8 = wgsl::OCTAHEDRAL_8,
 }
 
 /// Formats of the targets that GEOMETRY writes besides depth.

@@ -21,16 +21,19 @@ pub(crate) use reach::{LightCutoff, range_of, sphere_of, weakens};
 use super::shadows::ShadowPlan;
 use super::{Capabilities, FramePlan, PlanError, Shading, effects};
 use crate::scene::{Keep, Light, LightPath, OptionalPart, Scene, Settings, TRAITS, Transparency, View};
+use crate::shaders::lighting::host as lighting;
+use crate::shaders::shared::lights as wgsl;
 
-/// Lights that fit into the least uniform buffer that a device must have; `shaders/shared/lights.wgsl` has the same number.
-pub const UNIFORM_LIGHTS: usize = 256;
+/// Lights that fit into the least uniform buffer that a device must have.
+pub const UNIFORM_LIGHTS: usize = wgsl::UNIFORM_LIGHTS as usize;
 
 /// The numbers of point and spot lights that a loop takes four at a time, where that brings anything. Fewer are not worth the larger shader
-/// (docs/FIGURES.md has the gain of more). `shaders/lighting.wgsl` counts no further than the last.
-const BY_FOURS: RangeInclusive<usize> = 8..=4096;
+/// (docs/FIGURES.md has the gain of more). The shader counts no further than the last.
+const BY_FOURS: RangeInclusive<usize> = 8..=4 * PLACES * PLACES;
+const PLACES: usize = lighting::PLACES as usize;
 
-/// The fall-off is each light's own (`shaders/shared/shading.wgsl`).
-pub(super) const MIXED_FALLOFF: u32 = 3;
+/// The fall-off is each light's own.
+pub(super) const MIXED_FALLOFF: u32 = wgsl::MIXED_FALLOFF;
 
 /// The lights of frames, the light path, and their shadow maps.
 pub(super) struct LightingPlan {
@@ -138,7 +141,7 @@ pub struct PlannedLights {
     pub punctual: bool,
     /// The traits of lights that need code: bits of [`TRAITS`].
     pub traits: u32,
-    /// The index of the one fall-off that all have (`shaders/shared/lights.wgsl`), 3 where they differ.
+    /// The index of the one fall-off that all have, `MIXED_FALLOFF` where they differ.
     pub falloff: u32,
     /// Some light reaches only so far, by its range or the certified cut-off.
     pub bounded: bool,

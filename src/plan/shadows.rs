@@ -4,9 +4,10 @@
 use super::lights::LightOrder;
 use super::{Capabilities, PlanError, Shading};
 use crate::scene::{CastsShadow, Light, Scene, Settings, ShadowFilter, ShadowProjection, ShadowSettings, luminance};
+use crate::shaders::shared::shadows as wgsl;
 
-/// Maps that all lights may have together; `shaders/shared/shadows.wgsl` has the same number.
-pub const MAX_SHADOW_VIEWS: usize = 128;
+/// Maps that all lights may have together.
+pub const MAX_SHADOW_VIEWS: usize = wgsl::SHADOW_VIEWS as usize;
 
 /// A square of the atlas, in texels of its layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,7 +22,7 @@ pub struct Tile {
     pub edge: u32,
 }
 
-/// A light's view of the scene; the numbers are those of `shaders/shared/shadows.wgsl`.
+/// A light's view of the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MapProjection {
     /// Orthographic maps, one behind the other along the camera's view.
@@ -221,9 +222,9 @@ impl ShadowPlan {
     pub fn code(&self, light: usize) -> u32 {
         self.lights.iter().find(|own| own.light == light).map_or(0, |own| {
             let (kind, count) = match own.projection {
-                MapProjection::Cascades(count) => (1, count),
-                MapProjection::Single => (2, 1),
-                MapProjection::Cube => (3, 6),
+                MapProjection::Cascades(count) => (wgsl::CASCADES, count),
+                MapProjection::Single => (wgsl::SINGLE, 1),
+                MapProjection::Cube => (wgsl::CUBE, 6),
             };
             (kind << 2) | ((own.first_view as u32) << 4) | (count << 12)
         })

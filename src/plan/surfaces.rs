@@ -23,6 +23,7 @@ pub use uploads::Uploads;
 
 use super::{Capabilities, FramePlan, PlanError, Refusal, RefusalReason, is_tiled, lacks_gbuffer};
 use crate::scene::{Brdf, LightPath, Material, Object, OptionalPart, Scene, Settings, Transparency, View};
+use crate::shaders::shared::shading::MIXED_BRDF;
 
 /// The reflection models that LIGHTING evaluates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,11 +35,11 @@ pub enum PlannedBrdf {
 }
 
 impl PlannedBrdf {
-    /// As the shaders' constant BRDF has it (`shaders/shared/shading.wgsl`).
+    /// As the shaders' constant BRDF has it.
     pub fn constant(self) -> u32 {
         match self {
             Self::One(brdf) => brdf as u32,
-            Self::PerPixel => 4,
+            Self::PerPixel => MIXED_BRDF,
         }
     }
 }

@@ -12,9 +12,8 @@ use rayon::prelude::*;
 use super::DepthMapping;
 use crate::plan::{Grid, Reach, SLICES, TILE};
 use crate::scene::Camera;
+use crate::shaders::shared::clusters::SLICE_SHIFT;
 
-/// One bit of the mantissa is left: two slices an octave.
-const SLICE_SHIFT: u32 = 22;
 /// Pixels and shares of a distance by which a light is taken to reach further, for the rounding of f32 and the jitter of a sample.
 const SLACK_PIXELS: f64 = 1.0;
 const SLACK: f64 = 1e-5;

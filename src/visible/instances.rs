@@ -13,10 +13,11 @@ use super::{MapDraw, Visible, World, WorldObject};
 use crate::plan::box_tree::BoxTree;
 use crate::plan::{GeometryKey, Reach};
 use crate::scene::{Aabb, Camera};
+use crate::shaders::shared::culling;
 
 /// Steps of depth by which visible objects are sorted, by the far ends of their boxes: near ones first, so that early depth tests save the most, and yet in few
 /// commands.
-pub const STEPS: usize = 32;
+pub const STEPS: usize = culling::STEPS as usize;
 
 /// A command: instances of one level of a mesh with one material.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -23,6 +23,7 @@ use self::view::{Cells, OcclusionView};
 use super::{DepthMapping, World, WorldObject};
 use crate::plan::FramePlan;
 use crate::scene::{Aabb, Camera, Scene};
+use crate::shaders::cull::host as cull;
 
 /// The picture gets objects that cover this share of it or more, the largest first, until one of the sums is reached: objects, triangles, and
 /// pictures' worth of cells.
@@ -36,6 +37,8 @@ const LARGEST_MESH: usize = 4096;
 /// triangles with the rounding of their largest value.
 const DEPTH_SHARE: f64 = 1e-3;
 const DEPTH_SLACK: f64 = 4e-6;
+// As the device has them.
+const _: () = assert!(DEPTH_SHARE as f32 == cull::DEPTH_SHARE && DEPTH_SLACK as f32 == cull::DEPTH_SLACK);
 
 /// The meshes that can hide something, by their index in the scene.
 #[derive(Debug, Clone, Default)]

@@ -1,5 +1,5 @@
 //! Imports run one way (ARCHITECTURE.md). Between crates cargo holds that; within them this does:
-//! `frame -> passes -> {gpu_scene, targets} -> visible -> plan` in the renderer, and nothing between the parts of the laboratory and of the truth. Every path
+//! `frame -> passes -> {gpu_scene, targets} -> visible -> plan -> shaders` in the renderer, and nothing between the parts of the laboratory and of the truth. Every path
 //! that starts at a crate's root, at a parent or at the renderer's name is resolved and held against the table below; paths inside macros, attributes
 //! and nested imports too, because the check reads tokens.
 
@@ -15,8 +15,8 @@ use proc_macro2::{Delimiter, TokenStream, TokenTree};
 const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("shaders", &[]),
     // Decided once: nothing in it is worked out for a frame.
-    ("plan", &["scene"]),
-    ("visible", &["plan", "scene"]),
+    ("plan", &["scene", "shaders"]),
+    ("visible", &["plan", "scene", "shaders"]),
     ("targets", &["plan", "gpu", "scene"]),
     ("gpu_scene", &["visible", "plan", "gpu", "scene", "shaders"]),
     ("passes", &["gpu_scene", "targets", "visible", "plan", "gpu", "scene", "shaders"]),

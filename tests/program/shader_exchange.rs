@@ -46,6 +46,14 @@ fn a_shader_is_exchanged_only_for_one_that_fits_and_goes_back() {
     let other = other.err().expect("does not fit");
     assert!(other.contains("built anew"), "{other}");
 
+    // Rust has constants of modules, too.
+    let lights = folder.path().join("shared/lights.wgsl");
+    let good = fs::read_to_string(&lights).expect("a module");
+    fs::write(&lights, good.replacen("POLYNOMIAL: u32 = 2u", "POLYNOMIAL: u32 = 5u", 1)).expect("written");
+    let other = compiled(source.clone()).err().expect("does not fit");
+    assert!(other.contains("constant lights::POLYNOMIAL: u32 = 5") && other.contains("built anew"), "{other}");
+    fs::write(&lights, good).expect("written");
+
     let new = compiled(format!("{} if FORMULA == 12345u {{ return; }} {}", &source[..body], &source[body..]));
     let new = new.unwrap_or_else(|fault| panic!("{fault}"));
     assert_eq!(new.changes(), ["formulas"]);

@@ -67,7 +67,9 @@ pub use import::{Imported, LoadOptions, Progress, Surroundings};
 pub use lens::{Aperture, ThinLens};
 pub use levels::{HAS_LEVELS, MOST_LEVELS};
 pub use levels::{Level, Levels};
-pub use light::{Falloff, Light, LightForm, LightKind, LightTrait, Outline, ShadowProjection, Solid, TRAITS, unit};
+pub use light::{
+    Falloff, Light, LightForm, LightKind, LightTrait, NO_FALLOFF, Outline, ShadowProjection, Solid, TRAITS, unit,
+};
 #[cfg(feature = "readers")]
 pub use load::{OpenOptions, Up, open};
 pub use look::{HIGHLIGHT, HIGHLIGHT_SHARE, Look, MAX_ATLAS_EDGE};

@@ -135,7 +135,7 @@ pub enum Solid {
 /// A part of the shaders' code that only some lights need. It is compiled where a light of the plan does.
 #[derive(Debug, Clone, Copy)]
 pub struct LightTrait {
-    /// Of `TRAITS` in `shaders/shared/lights.wgsl`.
+    /// Of `TRAITS` in shaders.
     pub bit: u32,
     /// Its word for `--plan`.
     pub part: OptionalPart,
@@ -153,8 +153,8 @@ const RANGES: u32 = 1;
 const CONES: u32 = 2;
 const BEAMS: u32 = 4;
 
-/// The value that stands in a record in place of a fall-off (`shaders/shared/lights.wgsl`).
-const NO_FALLOFF: u32 = 3;
+/// The value that stands in a record in place of a fall-off.
+pub const NO_FALLOFF: u32 = 3;
 
 /// A cone that is wider than this, measured from its axis in degrees, gets the six shadow maps of a point light, and the volume of one: one
 /// perspective map would spend most of its texels on its rim, and a cone's mesh would be mostly base.
@@ -355,7 +355,7 @@ impl LightForm {
         self.place.is_some() && self.is_parallel()
     }
 
-    /// The number of its fall-off in `shaders/shared/lights.wgsl`.
+    /// The number of its fall-off in shaders.
     pub fn formula(&self) -> u32 {
         let without = if self.place.is_some() { NO_FALLOFF } else { 0 };
         self.falloff.map_or(without, |falloff| falloff.index())
@@ -453,8 +453,8 @@ pub enum Falloff {
 }
 
 impl Falloff {
-    /// Its number in `shaders/shared/lights.wgsl`.
-    pub fn index(&self) -> u32 {
+    /// Its number in shaders.
+    pub const fn index(&self) -> u32 {
         match self {
             Self::InverseSquare => 0,
             Self::Quadratic => 1,

@@ -7,6 +7,7 @@ use naga::{Expression, Literal, ShaderStage};
 
 use crate::compose::{CAPABILITIES, Library, source_name};
 use crate::error::Error;
+use crate::host::HostConstant;
 use crate::patch::{Constant, Patch, PatchError, SubpassInput};
 use crate::reflect::{self, Located, PushConstants, ReflectedBinding, StructLayout};
 use crate::source::{SUBPASS_PREFIX, Source};
@@ -50,6 +51,7 @@ pub struct Emitted {
     pub structs: Vec<StructLayout>,
     pub push_constants: Option<PushConstants>,
     pub constants: Vec<CompiledConstant>,
+    pub host_constants: Vec<HostConstant>,
 }
 
 /// A shader, and the specialization constants that it and its imports can have.
@@ -81,6 +83,7 @@ impl SpirvEmitter<'_> {
             structs: reflect::structs(module),
             push_constants: reflect::push_constants(module),
             constants: self.spec_constants(module)?,
+            host_constants: HostConstant::all_of(self.shader, module, "")?,
         })
     }
 
@@ -158,7 +161,7 @@ impl SpirvEmitter<'_> {
         for (_, global) in module.global_variables.iter() {
             let constant = self.constants.iter().find(|constant| Some(&constant.symbol) == global.name.as_ref());
             let Some(constant) = constant.filter(|_| global.space == naga::AddressSpace::Private) else { continue };
-            let value = global.init.and_then(|init| constant_value(module, global.ty, init)).ok_or_else(|| {
+            let value = global.init.and_then(|init| scalar_value(module, global.ty, init)).ok_or_else(|| {
                 let message =
                     format!("the override `{}` must be a bool, u32, i32 or f32 with a constant default", constant.name);
                 self.at_variable(&constant.name, message)
@@ -193,7 +196,8 @@ fn is_subpass_type(inner: &naga::TypeInner) -> bool {
     matches!(class, ImageClass::Sampled { .. } | ImageClass::Depth { .. })
 }
 
-fn constant_value(
+/// The value of a constant expression, if it is of a type that [`OverrideValue`] has.
+pub fn scalar_value(
     module: &naga::Module,
     ty: naga::Handle<naga::Type>,
     init: naga::Handle<Expression>,
@@ -211,7 +215,7 @@ fn constant_value(
             naga::Scalar::F32 => Some(OverrideValue::F32(0)),
             _ => None,
         },
-        Expression::Constant(constant) => constant_value(module, ty, module.constants[constant].init),
+        Expression::Constant(constant) => scalar_value(module, ty, module.constants[constant].init),
         _ => None,
     }
 }

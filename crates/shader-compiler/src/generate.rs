@@ -1,11 +1,12 @@
 //! Compiled shaders as Rust source and one file of packed SPIR-V beside it, for a crate that defines the types named in it.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::Path;
 
 use crate::emit::CompiledEntryPoint;
 use crate::error::Error;
-use crate::host::host_interface;
+use crate::host::{HostConstant, host_interface};
 use crate::number::Numbering;
 use crate::pack::{Pool, pack};
 use crate::parallel;
@@ -58,6 +59,7 @@ pub fn write_rust(shaders: &[CompiledShader], directory: &Path) -> Result<Writte
     }
     text.push_str("];\n");
     text.push_str(&modules);
+    write_shared(&mut text, shaders).map_err(|message| Error::in_file("shared", message))?;
     write_whole(&path, &packed.bytes)?;
     write_whole(&directory.join(RUST_FILE), text.as_bytes())?;
     Ok(Written { modules: pool.modules(), bytes: pool.bytes(), packed: packed.bytes.len() })
@@ -124,9 +126,55 @@ fn write_shader(out: &mut String, shader: &CompiledShader, entries: &Entries, po
     out.push_str("    pub fn variant(flags: Flags) -> Option<&'static Variant> {\n");
     line(out, format_args!("        find(\"{name}\", VARIANTS, flags.bits())\n    }}\n"));
     write_constants(out, shader);
+    let own = shader.host_constants.iter().filter(|constant| constant.module.is_none());
+    let own: Vec<_> = own.collect();
+    if !own.is_empty() {
+        out.push_str("\n    /// The constants that it shares with the program.\n");
+        write_host(out, "host", own);
+    }
+    write_workgroup_size(out, shader);
     write_layouts(out, shader)?;
     out.push_str("}\n");
     Ok(())
+}
+
+/// Writes the constants for the host that modules declare, each once.
+fn write_shared(out: &mut String, shaders: &[CompiledShader]) -> Result<(), String> {
+    let mut modules: BTreeMap<&str, Vec<&HostConstant>> = BTreeMap::new();
+    for constant in shaders.iter().flat_map(|shader| &shader.host_constants) {
+        let Some(module) = &constant.module else { continue };
+        let own = modules.entry(module).or_default();
+        if !own.contains(&constant) {
+            own.push(constant);
+        }
+    }
+    out.push_str("\n/// The constants that the files of `shared/` share with the program.\npub mod shared {\n");
+    for (module, constants) in modules {
+        line(out, format_args!("    /// `shared/{module}.wgsl`.\n"));
+        write_host(out, &module_name(module)?, constants);
+    }
+    out.push_str("}\n");
+    Ok(())
+}
+
+fn write_host(out: &mut String, name: &str, constants: Vec<&HostConstant>) {
+    line(out, format_args!("    pub mod {name} {{\n"));
+    for HostConstant { name, value, .. } in constants {
+        line(out, format_args!("        pub const {name}: {} = {};\n", value.type_name(), value.literal()));
+    }
+    out.push_str("    }\n");
+}
+
+/// Writes the size of work groups, if all variants have the same.
+fn write_workgroup_size(out: &mut String, shader: &CompiledShader) {
+    let entries = shader.variants.iter().flat_map(|variant| &variant.entry_points);
+    let sizes: BTreeSet<_> = entries.map(|entry| entry.workgroup_size).collect();
+    if let [size] = sizes.into_iter().collect::<Vec<_>>()[..]
+        && size != [0; 3]
+    {
+        out.push_str("\n    /// Invocations in a work group of any variant.\n");
+        line(out, format_args!("    pub const WORKGROUP_SIZE: [u32; 3] = {size:?};\n"));
+    }
 }
 
 fn write_entry(out: &mut String, index: usize, entry: &CompiledEntryPoint, module: &[u32], pool: &mut Pool) {

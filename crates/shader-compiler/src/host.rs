@@ -1,9 +1,76 @@
-//! The interface that Rust is compiled against of a shader: flags, specialization constants, push constants, and the structs of its buffers.
+//! The interface that Rust is compiled against of a shader: flags, constants, push constants, and the structs of its buffers.
 
 use std::fmt::Write as _;
 
+use crate::compose::{Composing, Library};
+use crate::emit::scalar_value;
+use crate::error::Error;
 use crate::reflect::{PushConstants, StructLayout};
 use crate::shader::{CompiledConstant, CompiledShader, OverrideValue};
+use crate::source::{HostDeclaration, Source};
+
+/// A constant that a WGSL file marks for the host: `const NAME: T = value; // host`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct HostConstant {
+    /// The shared file that declares it, without `.wgsl`; `None` if the shader does.
+    pub module: Option<String>,
+    /// Its name in the source.
+    pub name: String,
+    /// Its value; it tells the type too.
+    pub value: OverrideValue,
+}
+
+impl HostConstant {
+    /// Returns the constants of `source`, as `module` has them, whose names begin there with `prefix`.
+    ///
+    /// # Errors
+    /// A constant of another type than those of [`OverrideValue`].
+    pub fn all_of(source: &Source, module: &naga::Module, prefix: &str) -> Result<Vec<Self>, Error> {
+        let shared = source.import_path.is_some().then(|| source.stem().to_owned());
+        let mut found = Vec::new();
+        for HostDeclaration { name, conditional, location } in &source.host_constants {
+            let is_own = |constant: &&naga::Constant| {
+                constant.name.as_deref().and_then(|own| own.strip_prefix(prefix)) == Some(name)
+            };
+            let own = module.constants.iter().map(|(_, constant)| constant).find(is_own);
+            match own.map(|own| scalar_value(module, own.ty, own.init)) {
+                Some(Some(value)) => found.push(Self { module: shared.clone(), name: name.clone(), value }),
+                None if *conditional => {}
+                _ => {
+                    let message = format!("`{name}` is for the host, so it must be a bool, u32, i32 or f32");
+                    return Err(Error::at(location.clone(), message));
+                }
+            }
+        }
+        Ok(found)
+    }
+}
+
+/// Returns the constants for the host of each module of `library`, in its order. Flags are off in them.
+///
+/// # Errors
+/// A fault in a module with such constants, or a constant that is no scalar.
+pub fn shared_constants(library: &Library) -> Result<Vec<Vec<HostConstant>>, Error> {
+    // naga_oil composes whole shaders only, without the constants that they do not name.
+    const PREFIX: &str = "host_";
+    let mut composing = None;
+    let of_module = |module: &Source| {
+        let Some(path) = module.import_path.as_ref().filter(|_| !module.host_constants.is_empty()) else {
+            return Ok(Vec::new());
+        };
+        let mut text = format!("#import {path}\n");
+        for HostDeclaration { name, .. } in &module.host_constants {
+            let _ = writeln!(text, "const {PREFIX}{name} = {path}::{name};");
+        }
+        let composing = match &mut composing {
+            Some(composing) => composing,
+            none => none.insert(Composing::new(library)?),
+        };
+        let composed = composing.compose(&Source::new(&module.path, &text)?, &[])?;
+        HostConstant::all_of(module, &composed, PREFIX)
+    };
+    library.modules.iter().map(of_module).collect()
+}
 
 /// The facts on which a program that was built with `shader` relies, one a line; bindings, inputs and outputs are told by its variants. A shader can
 /// replace the program's own if each of its lines is among those that the program was built with.
@@ -14,13 +81,11 @@ pub fn host_interface(shader: &CompiledShader) -> String {
         let _ = writeln!(text, "flag {flag}: bit {bit}");
     }
     for CompiledConstant { name, id, default } in &shader.constants {
-        let kind = match default {
-            OverrideValue::Bool(_) => "bool",
-            OverrideValue::U32(_) => "u32",
-            OverrideValue::I32(_) => "i32",
-            OverrideValue::F32(_) => "f32",
-        };
-        let _ = writeln!(text, "override {name}: {kind}, id {id}");
+        let _ = writeln!(text, "override {name}: {}, id {id}", default.type_name());
+    }
+    for HostConstant { module, name, value } in &shader.host_constants {
+        let module = module.as_ref().map_or(String::new(), |module| format!("{module}::"));
+        let _ = writeln!(text, "constant {module}{name}: {} = {}", value.type_name(), value.literal());
     }
     match &shader.push_constants {
         Some(PushConstants::Struct(layout)) => text += &layout_line("push constants", layout),

@@ -7,6 +7,8 @@
 //! - `override NAME: T = value;` becomes a specialization constant; its id is that of `@id(n)`, or the next free one in the order of
 //!   declaration, imported files first. It is the same in every variant.
 //! - `var<immediate>` holds the push constants.
+//! - `const NAME: T = value; // host`, in a line of its own, is a scalar that Rust has as well: the generated source declares it, so that it stands in
+//!   the shader alone. A shared module's value is that without flags.
 //! - Comment lines in a shader's head name its variants (see [`variants`]).
 //!
 //! Limits: vertex, fragment and compute stages; SPIR-V 1.3 for Vulkan 1.1; exports of modules cannot have names with a digit or `_` at the end, since
@@ -35,7 +37,7 @@ pub use counts::{count_variants, variants_growth};
 pub use emit::{CompiledEntryPoint, StageKind};
 pub use error::{Error, SourceSpan};
 pub use generate::{Written, write_rust};
-pub use host::host_interface;
+pub use host::{HostConstant, host_interface};
 pub use number::same_but_for_ids;
 pub use shader::{CompiledConstant, CompiledShader, CompiledVariant, OverrideValue};
 use shader::{Plan, merge};
@@ -107,7 +109,8 @@ fn compile(
 ) -> Result<Vec<CompiledShader>, Vec<Error>> {
     let sources = collect(shared.iter().map(|(path, text)| Source::new(path, text)))?;
     let library = Library::new(sources).map_err(|error| vec![error])?;
-    let mut plans = collect(shaders.iter().map(|(path, text)| Plan::new(path, text, &library)))?;
+    let constants = host::shared_constants(&library).map_err(|error| vec![error])?;
+    let mut plans = collect(shaders.iter().map(|(path, text)| Plan::new(path, text, &library, &constants)))?;
     for plan in &mut plans {
         let Plan { name, combinations, .. } = plan;
         combinations.retain(|&bits| wanted(name, bits));

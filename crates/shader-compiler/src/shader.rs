@@ -1,10 +1,9 @@
 //! A shader with all its variants, and the parts that must be the same in all of them.
 
-use std::path::Path;
-
 use crate::compose::{Composing, Library, check_imports, composed_name};
 use crate::emit::{CompiledEntryPoint, Emitted, SpirvEmitter};
 use crate::error::Error;
+use crate::host::HostConstant;
 use crate::patch::Constant;
 use crate::reflect::{PushConstants, StructLayout};
 use crate::source::Source;
@@ -27,6 +26,8 @@ pub struct CompiledShader {
     pub structs: Vec<StructLayout>,
     /// Its push constants.
     pub push_constants: Option<PushConstants>,
+    /// The constants that it and its imports mark for the host.
+    pub host_constants: Vec<HostConstant>,
 }
 
 /// A shader with certain flags on.
@@ -49,7 +50,7 @@ pub struct CompiledConstant {
     pub default: OverrideValue,
 }
 
-/// The value of a specialization constant.
+/// The value of a constant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OverrideValue {
     /// `bool`; four bytes for Vulkan.
@@ -62,6 +63,30 @@ pub enum OverrideValue {
     F32(u32),
 }
 
+impl OverrideValue {
+    /// Its type, as WGSL and Rust call it.
+    #[must_use]
+    pub fn type_name(self) -> &'static str {
+        match self {
+            Self::Bool(_) => "bool",
+            Self::U32(_) => "u32",
+            Self::I32(_) => "i32",
+            Self::F32(_) => "f32",
+        }
+    }
+
+    /// The value as Rust writes it.
+    #[must_use]
+    pub fn literal(self) -> String {
+        match self {
+            Self::Bool(value) => value.to_string(),
+            Self::U32(value) => value.to_string(),
+            Self::I32(value) => value.to_string(),
+            Self::F32(bits) => format!("{:?}", f32::from_bits(bits)),
+        }
+    }
+}
+
 /// The parts of a shader that are to be compiled.
 pub struct Plan {
     source: Source,
@@ -69,21 +94,27 @@ pub struct Plan {
     head: Head,
     pub combinations: Vec<u32>,
     constants: Vec<Constant>,
+    /// Those that its imports mark for the host.
+    imported: Vec<HostConstant>,
 }
 
 impl Plan {
-    /// Reads the shader `text`, the content of the file `path`.
+    /// Reads the shader `text`, the content of the file `path`. `shared` has the constants for the host of each module of the library.
     ///
     /// # Errors
     /// A fault in its name, head, imports, flags, overrides or subpass inputs.
-    pub fn new(path: &str, text: &str, library: &Library) -> Result<Self, Error> {
+    pub fn new(path: &str, text: &str, library: &Library, shared: &[Vec<HostConstant>]) -> Result<Self, Error> {
         let source = Source::new(path, text)?;
         check_imports(&source, &library.modules)?;
         let head = Head::parse(path, &source.text)?;
         check_conditions(&source, &head)?;
-        let constants = assign_ids(&library.closure(&source))?;
-        let name = Path::new(path).file_stem().and_then(|stem| stem.to_str()).unwrap_or("").to_owned();
-        Ok(Self { name, combinations: head.combinations(), head, constants, source })
+        let files = library.closure(&source);
+        let constants = assign_ids(&files)?;
+        let is_in = |module: &Source| files.iter().any(|file| std::ptr::eq(*file, module));
+        let imported = library.modules.iter().zip(shared).filter(|(module, _)| is_in(module));
+        let imported = imported.flat_map(|(_, own)| own.iter().cloned()).collect();
+        let name = source.stem().to_owned();
+        Ok(Self { name, combinations: head.combinations(), head, constants, imported, source })
     }
 
     /// Compiles the variant `bits`.
@@ -168,7 +199,7 @@ fn assign_ids(files: &[&Source]) -> Result<Vec<Constant>, Error> {
 /// Puts the variants of a shader together.
 ///
 /// # Errors
-/// A struct, the push constants or an override's default that differ between variants: the host has one of each.
+/// A struct, the push constants, an override's default or a constant for the host that differ between variants: the host has one of each.
 pub fn merge(plan: &Plan, emitted: Vec<Emitted>) -> Result<CompiledShader, Vec<Error>> {
     let mut shader = CompiledShader {
         name: plan.name.clone(),
@@ -178,6 +209,7 @@ pub fn merge(plan: &Plan, emitted: Vec<Emitted>) -> Result<CompiledShader, Vec<E
         constants: Vec::new(),
         structs: Vec::new(),
         push_constants: None,
+        host_constants: plan.imported.clone(),
     };
     let differs = |what: String| {
         vec![Error::in_file(&plan.source.path, format!("{what} differs between variants, or between two files"))]
@@ -199,6 +231,15 @@ pub fn merge(plan: &Plan, emitted: Vec<Emitted>) -> Result<CompiledShader, Vec<E
                 }
                 Some(_) => {}
                 None => shader.constants.push(constant),
+            }
+        }
+        for constant in variant.host_constants {
+            match shader.host_constants.iter().find(|known| (&known.module, &known.name) == (&None, &constant.name)) {
+                Some(known) if *known != constant => {
+                    return Err(differs(format!("the constant `{}`, which is for the host,", constant.name)));
+                }
+                Some(_) => {}
+                None => shader.host_constants.push(constant),
             }
         }
         match (&shader.push_constants, variant.push_constants) {

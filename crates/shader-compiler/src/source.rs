@@ -1,10 +1,14 @@
 //! One WGSL file: its overrides and subpass inputs, found in the text so that errors point at it, and the text that naga is given.
 
+use std::path::Path;
+
 use crate::error::{Error, SourceSpan};
 use crate::scan::{self, Token};
 
 /// A texture variable whose name begins so is a subpass input.
 pub const SUBPASS_PREFIX: &str = "subpass_";
+/// The comment behind a constant that the host has as well.
+const HOST_MARK: &str = "// host";
 
 /// `override NAME: T = value;`
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -13,6 +17,17 @@ pub struct OverrideDeclaration {
     pub name: String,
     /// The `n` of `@id(n)`.
     pub id: Option<u32>,
+    /// Its place in the source.
+    pub location: SourceSpan,
+}
+
+/// `const NAME: T = value; // host`
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct HostDeclaration {
+    /// NAME.
+    pub name: String,
+    /// True if only variants with some flag have it.
+    pub conditional: bool,
     /// Its place in the source.
     pub location: SourceSpan,
 }
@@ -34,13 +49,15 @@ pub struct Source {
     pub overrides: Vec<OverrideDeclaration>,
     /// The variables that are named as subpass inputs, each with its place in the source.
     pub subpass_inputs: Vec<(String, SourceSpan)>,
+    /// The constants that are marked for the host.
+    pub host_constants: Vec<HostDeclaration>,
 }
 
 impl Source {
     /// Looks through `text`, the content of the file that errors call `path`.
     ///
     /// # Errors
-    /// A malformed override, or a subpass input that is used for anything but a `textureLoad`.
+    /// A malformed override, a subpass input that is used for anything but a `textureLoad`, or a mark for the host where no constant is.
     pub fn new(path: &str, text: &str) -> Result<Self, Error> {
         let text = text.trim_start_matches('\u{feff}').replace("\r\n", "\n").replace('\r', "\n");
         let clean = scan::without_directives(&scan::without_comments(&text));
@@ -54,16 +71,65 @@ impl Source {
             imports: imports.into_iter().map(|import| import.import).collect(),
             overrides: Vec::new(),
             subpass_inputs: Vec::new(),
+            host_constants: Vec::new(),
         };
+        source.find_host_constants(&text, &tokens)?;
         source.find_overrides(&text, &tokens)?;
         source.find_subpass_inputs(&text, &tokens)?;
         source.text = text;
         Ok(source)
     }
 
+    /// The file's name without `.wgsl`.
+    pub fn stem(&self) -> &str {
+        Path::new(&self.path).file_stem().and_then(|stem| stem.to_str()).unwrap_or("")
+    }
+
     /// The place of a token of this file.
     fn place(&self, text: &str, token: &Token) -> SourceSpan {
         SourceSpan::of(&self.path, text, token.start, token.text.len())
+    }
+
+    /// Finds the lines `const NAME: T = value; // host`.
+    fn find_host_constants(&mut self, text: &str, tokens: &[Token]) -> Result<(), Error> {
+        let (mut end, mut conditions, mut braces) = (0, 0_usize, 0_usize);
+        let mut rest = tokens.iter().peekable();
+        for line in text.split_inclusive('\n') {
+            let start = end;
+            end += line.len();
+            let own: Vec<_> = std::iter::from_fn(|| rest.next_if(|token| token.start < end)).collect();
+            match line.split_whitespace().next() {
+                Some("#if" | "#ifdef" | "#ifndef") => conditions += 1,
+                Some("#endif") => conditions = conditions.saturating_sub(1),
+                _ => {}
+            }
+            if line.trim_end().ends_with(HOST_MARK) {
+                let [Token { text: "const", .. }, name, .., Token { text: ";", .. }] = own[..] else {
+                    let at =
+                        SourceSpan::of(&self.path, text, start + line.rfind(HOST_MARK).unwrap_or(0), HOST_MARK.len());
+                    return Err(Error::at(
+                        at,
+                        "this marks a constant in a line of its own: `const NAME: T = value; // host`",
+                    ));
+                };
+                let (name, location, conditional) = (name.text.to_owned(), self.place(text, name), conditions > 0);
+                if braces > 0 || (conditional && self.import_path.is_some()) {
+                    let message = format!(
+                        "`{name}` is for the host, so it cannot stand in a function, nor under a flag in a module"
+                    );
+                    return Err(Error::at(location, message));
+                }
+                self.host_constants.push(HostDeclaration { name, conditional, location });
+            }
+            for token in own {
+                match token.text {
+                    "{" => braces += 1,
+                    "}" => braces = braces.saturating_sub(1),
+                    _ => {}
+                }
+            }
+        }
+        Ok(())
     }
 
     fn find_overrides(&mut self, text: &str, tokens: &[Token]) -> Result<(), Error> {
@@ -195,6 +261,28 @@ mod tests {
         fails("textureStore(subpass_a, c, v);", "textureStore");
         fails("let x = subpass_a;", "used as a value");
         fails("fn f(subpass_a: texture_2d<f32>) {}", "kept for subpass inputs");
+    }
+
+    #[test]
+    fn constants_for_the_host_are_found_in_place() {
+        let text = "const A: u32 = 1u; // host\nconst B: u32 = 2u;\nfn f() {}\n#ifdef MORE\nconst C = 2.0 * f32(A); // host\n#endif\n";
+        let source = Source::new("a.wgsl", text).unwrap();
+        let found = source.host_constants.iter().map(|own| (own.name.as_str(), own.conditional, own.location.line));
+        assert_eq!(found.collect::<Vec<_>>(), [("A", false, 1), ("C", true, 5)]);
+    }
+
+    #[test]
+    fn wrong_marks_for_the_host_are_pointed_at() {
+        let fails = |text: &str, message: &str, line: usize| {
+            let error = Source::new("a.wgsl", text).unwrap_err();
+            assert!(error.message.contains(message), "{error}");
+            assert_eq!(error.location.map(|at| at.line), Some(line));
+        };
+        fails("fn f() {}\nvar<private> a: u32; // host\n", "marks a constant", 2);
+        fails("// host\nconst A = 1u;\n", "marks a constant", 1);
+        fails("const A: u32 =\n    1u; // host\n", "marks a constant", 2);
+        fails("#define_import_path a\n#ifdef MORE\nconst A = 1u; // host\n#endif\n", "under a flag", 3);
+        fails("fn f() {\n    const A = 1u; // host\n}\n", "in a function", 2);
     }
 
     #[test]

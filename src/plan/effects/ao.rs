@@ -9,6 +9,7 @@ use crate::plan::effect::{Effect, EffectRequest, EffectView, NOT_ASKED_FOR, Show
 use crate::plan::parts::line_of_target;
 use crate::plan::{FramePlan, OwnTarget, PlanError, Target, TargetName};
 use crate::scene::{AmbientOcclusion, AoResolution, Scene, Settings, View, counted};
+use crate::shaders::view::host::SHOW_OCCLUSION;
 
 /// AO's output: a share of the light from everywhere in 10 bits, and 22 of the depth of its pixel.
 pub const VISIBILITY: Target = Target::FromDepth(TargetName(0, "Visibility"));
@@ -23,8 +24,7 @@ pub(crate) const EFFECT: Effect = Effect {
         shows: Shows::Gbuffer {
             target: Target::Albedo,
             content: "The share of light from everywhere that arrives",
-            // SHOW_OCCLUSION
-            code: 8,
+            code: SHOW_OCCLUSION,
         },
         is_alone: false,
         plan: |_| {},

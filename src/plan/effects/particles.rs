@@ -11,6 +11,7 @@ use crate::plan::{
     Uploads,
 };
 use crate::scene::{Emitter, Scene, Settings, Transparency, View, counted};
+use crate::shaders::sort::host as sort;
 
 /// The outputs of SIMULATE and SORT: particles, and their order.
 pub const PARTICLES: BufferName = BufferName("particles");
@@ -74,8 +75,8 @@ fn emit(scene: &mut Scene) {
     scene.emitters = vec![emitter];
 }
 
-/// Keys that a work group of SORT has in shared memory; `shaders/sort.wgsl` has the same number.
-pub const SORT_BLOCK: u32 = 2048;
+/// Keys that a work group of SORT has in shared memory.
+pub const SORT_BLOCK: u32 = sort::BLOCK;
 
 /// Bytes that a work group of SORT shares: the keys of a block, of two words each.
 pub const SORT_SHARED_BYTES: u32 = 8 * SORT_BLOCK;

@@ -9,6 +9,7 @@ use crate::plan::effect::{Effect, EffectRequest, EffectView, Hdr, NOT_ASKED_FOR,
 use crate::plan::parts::line_of_target;
 use crate::plan::{FramePlan, OwnTarget, PlanError, Target, TargetName, format_bytes};
 use crate::scene::{Brdf, HdrFormat, Object, Reflections, Scene, Settings, TextureSlot, View};
+use crate::shaders::shared::hiz;
 
 /// The nearest and the farthest depth of squares of pixels, in levels ([`Hiz`]).
 pub const HIZ: Target = Target::FromDepth(TargetName(1, "Hiz"));
@@ -131,7 +132,7 @@ pub struct Hiz {
 
 impl Hiz {
     /// Edge of a square of the last level, in pixels: the part that a work group sees.
-    pub const TILE: u32 = 32;
+    pub const TILE: u32 = hiz::TILE as u32;
     /// Two single floats for each of 1/4 + 1/16 + ... pixels, and the unused part beside the smaller levels.
     pub const BYTES_PER_PIXEL: u32 = 3;
 

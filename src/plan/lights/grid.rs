@@ -1,9 +1,7 @@
 //! Froxels: tiles of the picture, cut into slices of depth. Each has a list of lights in a frame that bins them.
 
-/// Edge of a tile in pixels; `shaders/shared/clusters.wgsl` has the same three numbers.
-pub const TILE: u32 = 32;
-/// The last one reaches to infinity: 16 octaves, 65536 times the near plane.
-pub const SLICES: u32 = 32;
+/// `TILE` is the edge of a tile in pixels. The last of `SLICES` reaches to infinity: 16 octaves, 65536 times the near plane.
+pub use crate::shaders::shared::clusters::{SLICES, TILE};
 
 /// The froxels of one picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -8,9 +8,10 @@ use crate::plan::shadows::shadow_reason;
 use crate::plan::{Basis, COMPARED, Capabilities, CostModel, Load, PlanError, Refusal, RefusalReason};
 use crate::plan::{effects, lacks_gbuffer, visibility};
 use crate::scene::{GbufferChoice, HdrFormat, LightPath, Object, Output, Scene, Settings, View, counted};
+use crate::shaders::tiled::WORKGROUP_SIZE;
 
-/// Invocations of a work group of TILED (`shaders/tiled.wgsl`).
-const TILE_INVOCATIONS: u32 = 256;
+/// Invocations of a work group of TILED.
+const TILE_INVOCATIONS: u32 = WORKGROUP_SIZE[0] * WORKGROUP_SIZE[1];
 
 /// The path that a plan takes, never `Auto`, and why.
 pub(in crate::plan) fn choose(

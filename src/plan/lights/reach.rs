@@ -129,7 +129,11 @@ fn largest_reflection(scene: &Scene, settings: &Settings) -> f64 {
     scene.objects.iter().map(|object| of(&scene.materials[object.material])).fold(1.0 / PI, f64::max)
 }
 
-/// The least perceptual roughness of a material, its texture included. The model's own least is 0.01 (`shaders/shared/brdf.wgsl`).
+/// The least perceptual roughness of the reflection models.
+const MIN_ROUGHNESS: f64 = 0.01;
+const _: () = assert!(MIN_ROUGHNESS as f32 == crate::shaders::shared::brdf::MIN_ROUGHNESS);
+
+/// The least perceptual roughness of a material, its texture included.
 fn least_roughness(scene: &Scene, material: &Material) -> f64 {
     let texture = material.textures().find(|(slot, _)| *slot == TextureSlot::MetallicRoughness);
     let least = texture.map_or(255, |(_, index)| {
@@ -142,7 +146,7 @@ fn least_roughness(scene: &Scene, material: &Material) -> f64 {
         least
     });
     // G-buffers store 8 bits: half a step less.
-    (f64::from(material.roughness) * f64::from(least) / 255.0 - 0.5 / 255.0).max(0.01)
+    (f64::from(material.roughness) * f64::from(least) / 255.0 - 0.5 / 255.0).max(MIN_ROUGHNESS)
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use std::fmt;
 use super::SurfaceRules;
 use crate::plan::Shading;
 use crate::scene::{AlphaMode, Brdf, Material, Object, OptionalPart, TextureSlot, UvMap, View};
+use crate::shaders::forward::host as forward;
 
 /// The texture slots that a material fills, a bit each in the order of [`TextureSlot`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -22,7 +23,7 @@ impl TextureMask {
         Self(self.0 | 1 << slot as u8)
     }
 
-    /// As shaders have it (`shaders/shared/material.wgsl`).
+    /// As shaders have it.
     pub fn bits(self) -> u32 {
         u32::from(self.0)
     }
@@ -43,17 +44,18 @@ impl TextureMask {
     }
 }
 
-/// The way in which a surface covers the one behind it; the numbers are those of `shaders/forward.wgsl`.
+/// The way in which a surface covers the one behind it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(u32)]
 pub enum Opacity {
     /// Replaces it: opaque and masked materials.
-    Hides = 0,
+    Hides = forward::HIDES,
     /// [`AlphaMode::Blend`].
-    Blend = 1,
+    Blend = forward::BLEND,
     /// [`AlphaMode::Glass`].
-    Glass = 2,
+    Glass = forward::GLASS,
     /// [`AlphaMode::Coat`].
-    Coat = 3,
+    Coat = forward::COAT,
 }
 
 /// The key by which forward pipelines differ.

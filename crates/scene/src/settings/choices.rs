@@ -170,7 +170,7 @@ choice! {
 }
 
 choice! {
-    /// The filter that makes a share of light of a shadow map's texels; the numbers are those of `shaders/shared/shadows.wgsl`.
+    /// The filter that makes a share of light of a shadow map's texels.
     #[derive(Default)]
     pub enum ShadowFilter: "shadow filter" {
         /// The nearest texel: lit or not.

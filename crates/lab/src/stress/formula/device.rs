@@ -14,8 +14,8 @@ use afterlight::gpu::{
 use afterlight::gpu_scene::FrameUniform;
 use afterlight::shaders::formulas::{self as shader, Flags, constants};
 
-/// Invocations in a work group, as the shader has it.
-const GROUP: u32 = 64;
+/// Invocations in a work group.
+const GROUP: u32 = shader::WORKGROUP_SIZE[0];
 
 /// Buffers of a trial. The sets: 0 the frame, 1 inputs and outputs.
 struct TrialBuffers {
