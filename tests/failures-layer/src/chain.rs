@@ -340,8 +340,8 @@ unsafe extern "system" fn queue_present(queue: vk::Queue, info: *const vk::Prese
             }
             vk::Result::ERROR_DEVICE_LOST
         }
-        // SAFETY: as this function was called.
         CallFate::Pass | CallFate::Shortened => {
+            // SAFETY: as this function was called.
             return within(c"vkQueuePresentKHR", || unsafe { present(queue, info) });
         }
     };
