@@ -301,7 +301,7 @@ settings! {
         }
         /// Roughness from which on surfaces have no reflections; they fade out over the last fifth below it
         "reflection-roughness", "reflection_roughness" => reflection_roughness: f32 = 0.6, {
-            title: "reflection roughness cutoff", values: ValueKind::Number(0.0, 1.0), of_truth: true,
+            title: "reflection roughness", values: ValueKind::Number(0.0, 1.0), of_truth: true,
         }
         /// Steps of each ray through the pyramid of depths, at most
         "reflection-steps", "reflection_steps" => reflection_steps: u32 = 64, {
@@ -512,7 +512,7 @@ settings! {
         }
         /// Split the view among cascades: 0 evenly, 1 logarithmically (Zhang et al. 2006)
         "shadow-lambda", "lambda" => shadow_lambda, lambda: f32 = 0.7, {
-            title: "split of cascades (lambda)", values: ValueKind::Number(0.0, 1.0), changes_plan: false,
+            title: "cascade split", values: ValueKind::Number(0.0, 1.0), changes_plan: false,
             sweep: SweepMode::Alone, tried: &["0", "0.25", "0.5", "0.7", "0.85", "1"],
         }
         /// Memory for all shadow maps; the most important lights get theirs first
